@@ -1,0 +1,200 @@
+"""What the operating point costs: powers, losses, heat per thermal node, oil flows.
+
+One function for every mode. The free run calls it with its own pressures and speeds, the soft
+sensor with the measured ones; the heat and the flows go to the same thermal network.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from ddh_twin_py.physics import hydraulics, motor
+from ddh_twin_py.physics.compiled import inlined
+from ddh_twin_py.physics.cylinder import coulomb_friction, piston_area, rod_side_area
+from ddh_twin_py.physics.thermal_network import (
+    BARREL, CHAMBER_A, CHAMBER_B, HOUSING, LINE_A, LINE_B, N, N_FLOWS, PUMP_1_CASE, PUMP_1_OIL, PUMP_2_CASE,
+    PUMP_2_OIL, ROTOR, TANK, TEETH, YOKE,
+)
+
+OPERATING_FIELDS = (
+    "speed", "speed_absolute", "current", "mean_square_current", "torque", "voltage", "electrical_power",
+    "pressure_piston_side", "pressure_rod_side", "pump_1_port_pressure", "pump_2_port_pressure",
+    "rod_position", "rod_velocity", "cylinder_force", "friction_force",
+    "pump_1_flow", "pump_2_flow", "pump_1_leakage", "pump_2_leakage", "relief_flow", "check_a_flow", "check_b_flow",
+    "pump_1_torque", "pump_2_torque", "shaft_power", "hydraulic_power", "mechanical_power", "compression_power",
+    "loss_copper", "loss_iron", "loss_motor_friction", "loss_pump_1", "loss_pump_2", "loss_line_a", "loss_line_b",
+    "loss_cylinder", "loss_relief_valve", "loss_check_valve",
+)
+"""Scalars of an operating point, means over an interval, SI (rad/s, A, N*m, V, W, Pa, m, m/s, N, m3/s)."""
+
+OPERATING_DTYPE = np.dtype(
+    [(name, np.float64) for name in OPERATING_FIELDS] + [("heat", np.float64, (N,)), ("flow", np.float64, (N_FLOWS,))]
+)
+"""An operating point: `OPERATING_FIELDS`, heat into each thermal node (W, copper loss left out) and
+oil flows (m3/s, see `thermal_network.FLOWS`)."""
+
+
+@inlined
+def clear(point):
+    """Set an operating point to zero, ready for `add_point`."""
+    point.speed = 0.0
+    point.speed_absolute = 0.0
+    point.current = 0.0
+    point.mean_square_current = 0.0
+    point.torque = 0.0
+    point.voltage = 0.0
+    point.electrical_power = 0.0
+    point.pressure_piston_side = 0.0
+    point.pressure_rod_side = 0.0
+    point.pump_1_port_pressure = 0.0
+    point.pump_2_port_pressure = 0.0
+    point.rod_position = 0.0
+    point.rod_velocity = 0.0
+    point.cylinder_force = 0.0
+    point.friction_force = 0.0
+    point.pump_1_flow = 0.0
+    point.pump_2_flow = 0.0
+    point.pump_1_leakage = 0.0
+    point.pump_2_leakage = 0.0
+    point.relief_flow = 0.0
+    point.check_a_flow = 0.0
+    point.check_b_flow = 0.0
+    point.pump_1_torque = 0.0
+    point.pump_2_torque = 0.0
+    point.shaft_power = 0.0
+    point.hydraulic_power = 0.0
+    point.mechanical_power = 0.0
+    point.compression_power = 0.0
+    point.loss_copper = 0.0
+    point.loss_iron = 0.0
+    point.loss_motor_friction = 0.0
+    point.loss_pump_1 = 0.0
+    point.loss_pump_2 = 0.0
+    point.loss_line_a = 0.0
+    point.loss_line_b = 0.0
+    point.loss_cylinder = 0.0
+    point.loss_relief_valve = 0.0
+    point.loss_check_valve = 0.0
+    point.heat[:] = 0.0
+    point.flow[:] = 0.0
+
+
+@inlined
+def add_motor(point, weight, speed, current, copper_resistance, p):
+    """Add the motor at an operating point: losses, voltage and power; ``copper_resistance`` in ohm per phase."""
+    copper = 3.0 * copper_resistance * current * current
+    teeth = motor.iron_loss_teeth(speed, p)
+    yoke = motor.iron_loss_yoke(speed, p)
+    friction = motor.friction_loss(speed, p)
+    point.speed += weight * speed
+    point.speed_absolute += weight * abs(speed)
+    point.current += weight * current
+    point.mean_square_current += weight * current * current
+    point.torque += weight * p.motor_torque_constant * current
+    point.voltage += weight * motor.line_voltage(speed, current, copper_resistance, p)
+    point.electrical_power += weight * (p.motor_torque_constant * current * speed + copper + teeth + yoke)
+    point.loss_copper += weight * copper
+    point.loss_iron += weight * (teeth + yoke)
+    point.loss_motor_friction += weight * friction
+    point.heat[TEETH] += weight * teeth
+    point.heat[YOKE] += weight * yoke
+    point.heat[ROTOR] += weight * 0.5 * friction
+    point.heat[HOUSING] += weight * 0.5 * friction
+
+
+@inlined
+def shaft_torque(speed, acceleration, pressure_a, pressure_b, c, p):
+    """Air-gap torque that the motion takes, N*m: inertia, both pumps, motor friction."""
+    _, _, port_1, port_2 = hydraulics.pump_flows(speed, pressure_a, pressure_b, c, p)
+    torque_1, torque_2, _, _ = hydraulics.pump_torques(speed, port_1, port_2, c, p)
+    return p.motor_inertia * acceleration + torque_1 + torque_2 + hydraulics.motor_friction_torque(speed, p)
+
+
+@inlined
+def add_hydraulics(point, weight, speed, pressure_a, pressure_b, velocity, position, check_a, check_b, relief, c, p):
+    """Add pumps, lines, cylinder and valves at an operating point.
+
+    Advection follows the piston: what the cylinder takes in comes through the line from pump
+    and check valve, so that the volume of oil is kept exactly; compression does not advect.
+    """
+    flow_1, flow_2, port_1, port_2 = hydraulics.pump_flows(speed, pressure_a, pressure_b, c, p)
+    torque_1, torque_2, lost_1, lost_2 = hydraulics.pump_torques(speed, port_1, port_2, c, p)
+    leak_1, leak_2 = c[0] * port_1, c[1] * port_2
+    area_a, area_b = piston_area(p), rod_side_area(p)
+
+    heat_1, heat_2 = lost_1 * speed, lost_2 * speed
+    leak_heat_1, leak_heat_2 = leak_1 * port_1, leak_2 * port_2
+    share_1, share_2 = p.pump_1_friction_share_to_case, p.pump_2_friction_share_to_case
+    line_a, line_b = c[2] * flow_1 * flow_1, c[3] * flow_2 * flow_2
+    dry = coulomb_friction(velocity, pressure_a - pressure_b, p)
+    seal = (dry * abs(velocity) + p.cylinder_friction_viscous * velocity * velocity)
+    relief_heat = relief * pressure_b
+    check_heat = -check_a * pressure_a - check_b * pressure_b
+
+    point.heat[PUMP_1_CASE] += weight * share_1 * heat_1
+    point.heat[PUMP_1_OIL] += weight * ((1.0 - share_1) * heat_1 + leak_heat_1)
+    point.heat[PUMP_2_CASE] += weight * share_2 * heat_2
+    point.heat[PUMP_2_OIL] += weight * ((1.0 - share_2) * heat_2 + leak_heat_2)
+    point.heat[LINE_A] += weight * line_a
+    point.heat[LINE_B] += weight * line_b
+    point.heat[BARREL] += weight * 0.5 * seal
+    point.heat[CHAMBER_A] += weight * 0.25 * seal
+    point.heat[CHAMBER_B] += weight * 0.25 * seal
+    point.heat[TANK] += weight * (relief_heat + check_heat)
+
+    chamber_a, chamber_b = area_a * velocity, -area_b * velocity
+    port_a, port_b = chamber_a - check_a, chamber_b - check_b + relief
+    _add_side(point.flow, 0, weight, port_a, leak_1, chamber_a, check_a)
+    _add_side(point.flow, 7, weight, port_b, leak_2, chamber_b, check_b)
+    point.flow[14] += weight * relief
+
+    point.pressure_piston_side += weight * pressure_a
+    point.pressure_rod_side += weight * pressure_b
+    point.pump_1_port_pressure += weight * port_1
+    point.pump_2_port_pressure += weight * port_2
+    point.rod_position += weight * position
+    point.rod_velocity += weight * velocity
+    force = pressure_a * area_a - pressure_b * area_b
+    point.cylinder_force += weight * force
+    if velocity != 0.0:
+        point.friction_force += weight * (math.copysign(dry, velocity) + p.cylinder_friction_viscous * velocity)
+    else:
+        point.friction_force += weight * min(max(force - p.load_payload_mass * p.load_gravity, -dry), dry)
+    point.pump_1_flow += weight * flow_1
+    point.pump_2_flow += weight * flow_2
+    point.pump_1_leakage += weight * leak_1
+    point.pump_2_leakage += weight * leak_2
+    point.relief_flow += weight * relief
+    point.check_a_flow += weight * check_a
+    point.check_b_flow += weight * check_b
+    point.pump_1_torque += weight * torque_1
+    point.pump_2_torque += weight * torque_2
+    point.shaft_power += weight * (torque_1 + torque_2) * speed
+    point.hydraulic_power += weight * (port_1 * flow_1 + port_2 * flow_2)
+    point.mechanical_power += weight * force * velocity
+    point.compression_power += weight * (
+        pressure_a * (flow_1 + check_a - chamber_a) + pressure_b * (flow_2 + check_b - relief - chamber_b)
+    )
+    point.loss_pump_1 += weight * (heat_1 + leak_heat_1)
+    point.loss_pump_2 += weight * (heat_2 + leak_heat_2)
+    point.loss_line_a += weight * line_a
+    point.loss_line_b += weight * line_b
+    point.loss_cylinder += weight * seal
+    point.loss_relief_valve += weight * relief_heat
+    point.loss_check_valve += weight * check_heat
+
+
+@inlined
+def _add_side(flow, first, weight, port, leak, chamber, check):
+    """Add the flows of one side: tank, pump, line, chamber, each in its own direction, m3/s."""
+    leak = max(leak, 0.0)
+    displaced = port + leak
+    flow[first] += weight * max(displaced, 0.0)
+    flow[first + 1] += weight * (leak + max(-displaced, 0.0))
+    flow[first + 2] += weight * max(port, 0.0)
+    flow[first + 3] += weight * max(-port, 0.0)
+    flow[first + 4] += weight * max(chamber, 0.0)
+    flow[first + 5] += weight * max(-chamber, 0.0)
+    flow[first + 6] += weight * check

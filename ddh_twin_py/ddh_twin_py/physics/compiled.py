@@ -1,0 +1,44 @@
+"""How kernels are compiled: once per version of the physics, kept in the user's cache.
+
+numba's own cache looks only at the file of a function and not at the functions that it calls.
+The cache folder therefore carries a digest of every source file of the packages that hold
+kernels, so that a changed equation can never meet an old binary.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+from pathlib import Path
+
+import numba
+import numpy
+
+_ROOMS_WITH_KERNELS = ("rig", "physics", "telemetry", "twin", "estimation")
+
+
+def _cache_directory() -> Path:
+    package = Path(__file__).resolve().parent.parent
+    digest = hashlib.sha256()
+    for room in _ROOMS_WITH_KERNELS:
+        for source in sorted((package / room).glob("*.py")) + sorted((package / room).glob("*.yaml")):
+            digest.update(source.name.encode())
+            digest.update(source.read_bytes())
+    digest.update(f"{numba.__version__} {numpy.__version__}".encode())
+    base = os.environ.get("DDH_TWIN_CACHE") or os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache")
+    return Path(base) / "ddh_twin" / "kernels" / digest.hexdigest()[:16]
+
+
+if "NUMBA_CACHE_DIR" not in os.environ:
+    try:
+        directory = _cache_directory()
+        directory.mkdir(parents=True, exist_ok=True)
+        numba.config.CACHE_DIR = str(directory)
+    except OSError:
+        pass  # a read-only home: kernels are compiled again in each process
+
+kernel = numba.njit(cache=True, error_model="numpy", nogil=True)
+"""Decorator of every compiled function of the model."""
+
+inlined = numba.njit(cache=True, error_model="numpy", nogil=True, inline="never")
+"""Small equations that are called from kernels; LLVM inlines them."""

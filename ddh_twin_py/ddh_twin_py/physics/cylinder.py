@@ -1,0 +1,42 @@
+"""The asymmetric cylinder: areas, volumes, seal friction, end stops."""
+
+from __future__ import annotations
+
+import math
+
+from ddh_twin_py.physics.compiled import inlined
+
+END_STOP_STIFFNESS = 5.0e7
+"""N/m of the stops at 0 and at full stroke."""
+
+
+@inlined
+def piston_area(p):
+    """A_A = pi bore^2/4, m2."""
+    return 0.25 * math.pi * p.cylinder_bore * p.cylinder_bore
+
+
+@inlined
+def rod_side_area(p):
+    """A_B = A_A - pi rod^2/4, m2."""
+    return 0.25 * math.pi * (p.cylinder_bore * p.cylinder_bore - p.cylinder_rod * p.cylinder_rod)
+
+
+@inlined
+def chamber_volume_piston_side(position, p):
+    """Oil in the piston-side chamber, m3."""
+    return p.cylinder_dead_volume_piston_side + piston_area(p) * position
+
+
+@inlined
+def chamber_volume_rod_side(position, p):
+    """Oil in the rod-side chamber, m3."""
+    return p.cylinder_dead_volume_rod_side + rod_side_area(p) * (p.cylinder_stroke - position)
+
+
+@inlined
+def coulomb_friction(velocity, pressure_difference, p):
+    """Magnitude of dry friction, N: (F_c + k |p_A - p_B|) (1 + (r_s - 1) exp(-(v/v_s)^2))."""
+    ratio = velocity / p.cylinder_stribeck_velocity
+    stribeck = 1.0 + (p.cylinder_stribeck_ratio - 1.0) * math.exp(-ratio * ratio)
+    return (p.cylinder_friction_coulomb + p.cylinder_friction_pressure * abs(pressure_difference)) * stribeck

@@ -1,0 +1,227 @@
+"""Hydraulics and drive: one step of pressures, piston and shaft, and what it costs in heat.
+
+States of one side: pressure, continued below the vapour pressure as a void that must fill
+before pressure rises again. Steps are SDIRK2 (Alexander 1977; gamma = 1 - 1/sqrt(2), second
+order, L-stable), so that the oil springs of the light load are resolved or damped and never
+blow up. Dry friction of the piston is set-valued at rest: each implicit stage is solved for
+the velocity exactly, as the piecewise linear equation that it is, so that the piston truly
+sticks. The servo drive follows its command as a first-order lag with all the torque that this
+takes, up to the current limit; beyond it the shaft goes where that torque lets it.
+"""
+
+from __future__ import annotations
+
+import math
+
+from ddh_twin_py.physics import motor, pump
+from ddh_twin_py.physics.compiled import inlined
+from ddh_twin_py.physics.cylinder import (
+    END_STOP_STIFFNESS, chamber_volume_piston_side, chamber_volume_rod_side, coulomb_friction, piston_area,
+    rod_side_area,
+)
+from ddh_twin_py.physics.oil import VAPOUR_PRESSURE, compressibility, viscosity_ratio
+from ddh_twin_py.physics.thermal_network import LINE_A, LINE_B, PUMP_1_OIL, PUMP_2_OIL
+from ddh_twin_py.physics.valves import check_flow, relief_flow
+
+HYDRAULIC_STATES = ("speed_reference", "speed", "pressure_piston_side", "pressure_rod_side", "rod_velocity", "rod_position")
+"""Order of the hydraulic state: rad/s, rad/s, Pa, Pa, m/s, m."""
+SPEED_REFERENCE, SPEED, PRESSURE_A, PRESSURE_B, VELOCITY, POSITION = range(6)
+
+_GAMMA = 1.0 - 1.0 / math.sqrt(2.0)
+_NEWTON = 2
+
+
+@inlined
+def coefficients(temperature, p):
+    """What oil temperature makes of leakage, line drop and viscous friction.
+
+    Returns (leakage 1, leakage 2, line resistance A, B, viscous friction 1, 2) in SI, for
+    temperatures (N) in K.
+    """
+    ratio_1 = viscosity_ratio(temperature[PUMP_1_OIL], p)
+    ratio_2 = viscosity_ratio(temperature[PUMP_2_OIL], p)
+    ratio_a = viscosity_ratio(temperature[LINE_A], p)
+    ratio_b = viscosity_ratio(temperature[LINE_B], p)
+    return (
+        p.pump_1_leakage / ratio_1, p.pump_2_leakage / ratio_2,
+        p.line_a_pressure_drop_laminar * ratio_a, p.line_b_pressure_drop_laminar * ratio_b,
+        p.pump_1_friction_viscous * ratio_1, p.pump_2_friction_viscous * ratio_2,
+    )
+
+
+@inlined
+def displacement_1(p):
+    """m3/rad of pump 1; positive speed delivers to the piston side."""
+    return p.pump_1_displacement / (2.0 * math.pi)
+
+
+@inlined
+def displacement_2(p):
+    """m3/rad of pump 2; positive speed takes oil from the rod side."""
+    return -p.pump_2_displacement / (2.0 * math.pi)
+
+
+@inlined
+def pump_flows(speed, pressure_a, pressure_b, c, p):
+    """Port flows of both pumps, m3/s, and their port pressures, Pa."""
+    flow_1 = pump.port_flow(displacement_1(p), c[0], c[2], speed, pressure_a)
+    flow_2 = pump.port_flow(displacement_2(p), c[1], c[3], speed, pressure_b)
+    return flow_1, flow_2, pressure_a + c[2] * flow_1, pressure_b + c[3] * flow_2
+
+
+@inlined
+def pump_torques(speed, port_1, port_2, c, p):
+    """Torque that the shaft must give to each pump, N*m, and the part of it that is lost."""
+    direction = pump.smooth_sign(speed)
+    d1, d2 = displacement_1(p), displacement_2(p)
+    lost_1 = direction * pump.friction_magnitude(p.pump_1_friction_pressure, p.pump_1_friction_constant, d1, port_1) + c[4] * speed
+    lost_2 = direction * pump.friction_magnitude(p.pump_2_friction_pressure, p.pump_2_friction_constant, d2, port_2) + c[5] * speed
+    return d1 * port_1 + lost_1, d2 * port_2 + lost_2, lost_1, lost_2
+
+
+@inlined
+def motor_friction_torque(speed, p):
+    """Friction torque of the motor's bearings and seals, N*m."""
+    return pump.smooth_sign(speed) * (p.motor_friction_coulomb + p.motor_friction_viscous * abs(speed))
+
+
+@inlined
+def _compliance(extended_pressure, volume, p):
+    """dV/dp of one side, m3/Pa; below the vapour pressure the constant that counts the void."""
+    return volume * compressibility(extended_pressure, p)
+
+
+@inlined
+def _stage(base_a, base_b, base_v, base_x, step, speed, guess_a, guess_b, guess_v, gravity_force, c, p):
+    """Solve y = base + step f(y) for pressures, velocity and position of one implicit stage."""
+    area_a, area_b = piston_area(p), rod_side_area(p)
+    y_a, y_b, v = guess_a, guess_b, guess_v
+    for _ in range(_NEWTON):
+        x = base_x + step * v
+        within = min(max(x, 0.0), p.cylinder_stroke)
+        pressure_a, pressure_b = max(y_a, VAPOUR_PRESSURE), max(y_b, VAPOUR_PRESSURE)
+        inside_a = 1.0 if y_a > VAPOUR_PRESSURE else 0.0
+        inside_b = 1.0 if y_b > VAPOUR_PRESSURE else 0.0
+
+        q_a = pump.port_flow(displacement_1(p), c[0], c[2], speed, pressure_a) + check_flow(pressure_a, p)
+        slope_a = pump.port_flow_slope(c[0], c[2])
+        if -pressure_a > p.check_valve_cracking_pressure:
+            slope_a -= p.check_valve_conductance
+        q_b = pump.port_flow(displacement_2(p), c[1], c[3], speed, pressure_b) + check_flow(pressure_b, p) - relief_flow(pressure_b, p)
+        slope_b = pump.port_flow_slope(c[1], c[3])
+        if -pressure_b > p.check_valve_cracking_pressure:
+            slope_b -= p.check_valve_conductance
+        if pressure_b > p.relief_valve_opening_pressure:
+            slope_b -= p.relief_valve_slope
+        slope_a *= inside_a
+        slope_b *= inside_b
+
+        # a void is counted with the volume at mid-stroke, so that its volume is kept whatever the stroke
+        middle = 0.5 * p.cylinder_stroke
+        volume_a = p.line_a_volume + chamber_volume_piston_side(within if inside_a > 0.0 else middle, p)
+        volume_b = p.line_b_volume + chamber_volume_rod_side(within if inside_b > 0.0 else middle, p)
+        gain_a = step / _compliance(y_a, volume_a, p)
+        gain_b = step / _compliance(y_b, volume_b, p)
+        share_a = 1.0 / (1.0 - gain_a * slope_a)
+        share_b = 1.0 / (1.0 - gain_b * slope_b)
+        rest_a = (base_a + gain_a * (q_a - slope_a * y_a)) * share_a  # pressure at zero velocity
+        rest_b = (base_b + gain_b * (q_b - slope_b * y_b)) * share_b
+        fall_a = gain_a * share_a * area_a  # pressure lost per velocity
+        rise_b = gain_b * share_b * area_b
+
+        force = rest_a * area_a - rest_b * area_b - gravity_force
+        resistance = p.load_payload_mass / step + p.cylinder_friction_viscous + fall_a * area_a + rise_b * area_b
+        if inside_a == 0.0:
+            force += (pressure_a - rest_a) * area_a
+            resistance -= fall_a * area_a
+        if inside_b == 0.0:
+            force -= (pressure_b - rest_b) * area_b
+            resistance -= rise_b * area_b
+        force += p.load_payload_mass / step * base_v
+        if x < 0.0:
+            force -= END_STOP_STIFFNESS * base_x
+            resistance += END_STOP_STIFFNESS * step
+        elif x > p.cylinder_stroke:
+            force -= END_STOP_STIFFNESS * (base_x - p.cylinder_stroke)
+            resistance += END_STOP_STIFFNESS * step
+        dry = coulomb_friction(v, pressure_a - pressure_b, p)
+        if force > dry:
+            v = (force - dry) / resistance
+        elif force < -dry:
+            v = (force + dry) / resistance
+        else:
+            v = 0.0
+        y_a = rest_a - fall_a * v
+        y_b = rest_b + rise_b * v
+    return y_a, y_b, v, base_x + step * v
+
+
+@inlined
+def _shaft_step(speed, speed_reference, pressure_a, pressure_b, step, c, p):
+    """Speed after a step, rad/s: the reference, or what the current limit allows of it."""
+    _, _, port_1, port_2 = pump_flows(speed, pressure_a, pressure_b, c, p)
+    wanted_1, wanted_2, _, _ = pump_torques(speed_reference, port_1, port_2, c, p)
+    friction = motor_friction_torque(speed_reference, p)
+    needed = p.motor_inertia * (speed_reference - speed) / step + wanted_1 + wanted_2 + friction
+    limit = p.motor_torque_constant * p.motor_current_limit
+    if abs(needed) <= limit:
+        return speed_reference, False
+    driving = limit if needed > 0.0 else -limit
+    d1, d2 = displacement_1(p), displacement_2(p)
+    dry = (
+        pump.friction_magnitude(p.pump_1_friction_pressure, p.pump_1_friction_constant, d1, port_1)
+        + pump.friction_magnitude(p.pump_2_friction_pressure, p.pump_2_friction_constant, d2, port_2)
+        + p.motor_friction_coulomb
+    )
+    viscous = c[4] + c[5] + p.motor_friction_viscous
+    torque = p.motor_inertia * speed / step + driving - d1 * port_1 - d2 * port_2
+    resistance = p.motor_inertia / step + viscous
+    if torque > dry:
+        return (torque - dry) / resistance, True
+    if torque < -dry:
+        return (torque + dry) / resistance, True
+    return 0.0, True
+
+
+@inlined
+def hydraulic_step(state, command, command_slope, step, c, p):
+    """Advance the hydraulic state (6) in place by ``step`` seconds; the command is command + slope t, rad/s.
+
+    Returns:
+        both stages as (weight, speed, acceleration, p_A, p_B, velocity, position): the means
+        of any function of them with these weights are second order accurate.
+    """
+    lag = p.motor_speed_loop_time_constant
+    reference = state[SPEED_REFERENCE]
+    start = state[SPEED]
+    followed = reference == start
+    early_time, late_time = _GAMMA * step, step
+    early = command + command_slope * (early_time - lag) + (reference - command + command_slope * lag) * math.exp(-early_time / lag)
+    late = command + command_slope * (late_time - lag) + (reference - command + command_slope * lag) * math.exp(-late_time / lag)
+    pressure_a, pressure_b = max(state[PRESSURE_A], VAPOUR_PRESSURE), max(state[PRESSURE_B], VAPOUR_PRESSURE)
+    speed_late, limited = _shaft_step(start, late, pressure_a, pressure_b, step, c, p)
+    if limited or not followed:
+        acceleration_early = (speed_late - start) / step
+        acceleration_late = acceleration_early
+        speed_early = start + _GAMMA * (speed_late - start)
+    else:
+        speed_early = early
+        acceleration_early = (command + command_slope * early_time - early) / lag
+        acceleration_late = (command + command_slope * late_time - late) / lag
+
+    weight = p.load_payload_mass * p.load_gravity
+    a0, b0, v0, x0 = state[PRESSURE_A], state[PRESSURE_B], state[VELOCITY], state[POSITION]
+    sub = _GAMMA * step
+    a1, b1, v1, x1 = _stage(a0, b0, v0, x0, sub, speed_early, a0, b0, v0, weight, c, p)
+    ratio = (1.0 - _GAMMA) / _GAMMA
+    a2, b2, v2, x2 = _stage(
+        a0 + ratio * (a1 - a0), b0 + ratio * (b1 - b0), v0 + ratio * (v1 - v0), x0 + ratio * (x1 - x0),
+        sub, speed_late, a1, b1, v1, weight, c, p,
+    )
+    state[SPEED_REFERENCE] = late
+    state[SPEED] = speed_late
+    state[PRESSURE_A], state[PRESSURE_B], state[VELOCITY], state[POSITION] = a2, b2, v2, x2
+    return (
+        (1.0 - _GAMMA, speed_early, acceleration_early, max(a1, VAPOUR_PRESSURE), max(b1, VAPOUR_PRESSURE), v1, x1),
+        (_GAMMA, speed_late, acceleration_late, max(a2, VAPOUR_PRESSURE), max(b2, VAPOUR_PRESSURE), v2, x2),
+    )

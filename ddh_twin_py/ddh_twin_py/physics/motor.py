@@ -1,0 +1,59 @@
+"""The servo motor: losses, voltage, power (paper, equations 1 to 3)."""
+
+from __future__ import annotations
+
+import math
+
+from ddh_twin_py.physics.compiled import inlined
+from ddh_twin_py.physics.oil import ZERO_CELSIUS
+
+RAD_PER_S_OF_RPM = math.pi / 30.0
+
+
+@inlined
+def resistance_factor(temperature, p):
+    """rho(T)/rho(20 degC) of copper (paper, eq. 1); temperature in K."""
+    return 1.0 + p.motor_copper_temperature_coefficient * (temperature - ZERO_CELSIUS - 20.0)
+
+
+@inlined
+def phase_resistance(slot_temperature, end_temperature, p):
+    """Resistance of one phase, ohm, its end-winding share at the end winding's temperature."""
+    share = p.motor_end_winding_copper_share
+    return p.motor_phase_resistance_20C * (
+        (1.0 - share) * resistance_factor(slot_temperature, p) + share * resistance_factor(end_temperature, p)
+    )
+
+
+@inlined
+def iron_loss_density(speed, flux_density, p):
+    """Iron loss, W/kg (paper, eq. 3): k_h f^alpha B^beta + k_e (f B)^2, f = pole pairs w/2pi."""
+    frequency = p.motor_pole_pairs * abs(speed) / (2.0 * math.pi)
+    if frequency <= 0.0:
+        return 0.0
+    hysteresis = p.motor_iron_hysteresis_coefficient * frequency**p.motor_iron_alpha * flux_density**p.motor_iron_beta
+    return hysteresis + p.motor_iron_eddy_coefficient * (frequency * flux_density) ** 2
+
+
+@inlined
+def iron_loss_teeth(speed, p):
+    """Iron loss of the teeth, W."""
+    return p.motor_iron_tooth_mass * iron_loss_density(speed, p.motor_iron_tooth_flux_density, p)
+
+
+@inlined
+def iron_loss_yoke(speed, p):
+    """Iron loss of the yoke, W."""
+    return p.motor_iron_yoke_mass * iron_loss_density(speed, p.motor_iron_yoke_flux_density, p)
+
+
+@inlined
+def friction_loss(speed, p):
+    """Loss of bearings and seals of the motor, W: |w| (c + b |w|)."""
+    return abs(speed) * (p.motor_friction_coulomb + p.motor_friction_viscous * abs(speed))
+
+
+@inlined
+def line_voltage(speed, current, resistance, p):
+    """Line-to-line voltage, V rms: |K_v n + sqrt(3) R i|; the inductive part is not in the sheet."""
+    return abs(p.motor_voltage_constant * speed / RAD_PER_S_OF_RPM + math.sqrt(3.0) * resistance * current)

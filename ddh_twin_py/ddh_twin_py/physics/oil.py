@@ -1,0 +1,57 @@
+"""Oil: viscosity, density and stiffness."""
+
+from __future__ import annotations
+
+import math
+
+from ddh_twin_py.physics.compiled import inlined
+
+ATMOSPHERE = 101325.0
+"""Pa, absolute."""
+VAPOUR_PRESSURE = -0.96e5
+"""Pa gauge, below which a void grows instead of the pressure falling."""
+POLYTROPIC_EXPONENT = 1.4
+"""Entrained air is compressed isentropically."""
+ZERO_CELSIUS = 273.15
+_LN10 = math.log(10.0)
+
+
+@inlined
+def density(temperature, p):
+    """Density, kg/m3: rho = rho_15 (1 - alpha (T - 15 degC)); temperature in K."""
+    return p.oil_density_15C * (1.0 - p.oil_thermal_expansion * (temperature - ZERO_CELSIUS - 15.0))
+
+
+@inlined
+def dynamic_viscosity(temperature, p):
+    """Dynamic viscosity, Pa*s, by Walther (ASTM D341): log10 log10(nu/cSt + 0.7) = A - B log10(T/K).
+
+    Stated for -20 to 100 degC; outside it is extrapolated.
+    """
+    exponent = p.oil_walther_a - p.oil_walther_b * math.log(temperature) / _LN10
+    kinematic = math.exp(_LN10 * math.exp(_LN10 * exponent)) - 0.7
+    return kinematic * 1e-6 * density(temperature, p)
+
+
+@inlined
+def viscosity_ratio(temperature, p):
+    """mu(T)/mu_0, where mu_0 belongs to the nominal oil at 23 degC."""
+    return dynamic_viscosity(temperature, p) / p.oil_reference_viscosity
+
+
+@inlined
+def compressibility(pressure, p):
+    """1/bulk modulus, 1/Pa: liquid in series with entrained air, compressed isentropically.
+
+    1/K = 1/K_liquid + (phi/(n p_abs)) (p_0/p_abs)^(1/n), phi the air fraction at p_0. ``pressure``
+    in Pa gauge, taken not below the vapour pressure.
+    """
+    absolute = max(pressure, VAPOUR_PRESSURE) + ATMOSPHERE
+    air = p.oil_air_fraction * math.exp(math.log(ATMOSPHERE / absolute) / POLYTROPIC_EXPONENT)
+    return 1.0 / p.oil_bulk_modulus + air / (POLYTROPIC_EXPONENT * absolute)
+
+
+@inlined
+def volumetric_heat_capacity(p):
+    """rho*c_p at 23 degC, J/(m3*K), one number for the whole circuit so that enthalpy is conserved."""
+    return density(ZERO_CELSIUS + 23.0, p) * p.oil_specific_heat

@@ -1,0 +1,38 @@
+"""Pump/motors: flow at the port and torque at the shaft."""
+
+from __future__ import annotations
+
+import math
+
+from ddh_twin_py.physics.compiled import inlined
+
+SIGN_WIDTH = 0.2
+"""rad/s over which a friction torque changes its sign; the drive holds the shaft at rest."""
+
+
+@inlined
+def port_flow(displacement_per_rad, leakage, line_resistance, speed, chamber_pressure):
+    """Flow from the pump's port to the line, m3/s, with leakage at the port's own pressure.
+
+    Q = d w - L p_port and p_port = p + R Q, solved for Q. ``displacement_per_rad`` is signed,
+    m3/rad; ``leakage`` (m3/(s*Pa)) and ``line_resistance`` (Pa*s/m3) at the oil's temperature.
+    """
+    return (displacement_per_rad * speed - leakage * chamber_pressure) / (1.0 + leakage * line_resistance)
+
+
+@inlined
+def port_flow_slope(leakage, line_resistance):
+    """dQ/dp of `port_flow`, m3/(s*Pa)."""
+    return -leakage / (1.0 + leakage * line_resistance)
+
+
+@inlined
+def smooth_sign(speed):
+    """sign(w), continuous through zero within `SIGN_WIDTH`."""
+    return math.tanh(speed / SIGN_WIDTH)
+
+
+@inlined
+def friction_magnitude(friction_pressure, friction_constant, displacement_per_rad, port_pressure):
+    """Coulomb part of the loss torque, N*m: c D |p|/2pi + T_0."""
+    return friction_pressure * abs(displacement_per_rad * port_pressure) + friction_constant

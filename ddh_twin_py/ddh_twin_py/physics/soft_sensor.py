@@ -1,0 +1,93 @@
+"""Soft sensor: what measured pressures, speed and current say about losses, flows and heat.
+
+Each interval of telemetry becomes one operating point. Valve flows are not measured: the check
+valves give what the cylinder took in beyond what the pump delivered while a side lay at tank
+pressure or below; the relief valve follows its law at the measured pressure.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ddh_twin_py.physics import hydraulics
+from ddh_twin_py.physics.balance import add_hydraulics, add_motor, clear, shaft_torque
+from ddh_twin_py.physics.compiled import inlined, kernel
+from ddh_twin_py.physics.cylinder import piston_area, rod_side_area
+from ddh_twin_py.physics.thermal_network import (
+    N, N_EDGES, N_SURFACES, N_WALLS, capacities, conductances, network_step, winding_resistance,
+)
+from ddh_twin_py.physics.valves import relief_flow
+
+SUCTION_BELOW = 0.5e5
+"""Pa gauge: a side whose pressure is lower can be fed by its check valve."""
+
+
+@inlined
+def make_up_flow(pressure, wanted, delivered):
+    """Flow through a check valve by continuity, m3/s: what the cylinder took beyond the pump's delivery."""
+    return max(0.0, wanted - delivered) if pressure < SUCTION_BELOW else 0.0
+
+
+@inlined
+def operating_point(point, speed, acceleration, current, current_square, pressure_a, pressure_b, velocity, position, temperature, p):
+    """Fill one operating point from means over an interval.
+
+    Torque, current, voltage and power are those that the model expects from pressures and
+    speed; the copper loss is that of the measured current (``current_square``, A^2).
+    """
+    clear(point)
+    c = hydraulics.coefficients(temperature, p)
+    resistance = winding_resistance(temperature, p)
+    torque = shaft_torque(speed, acceleration, pressure_a, pressure_b, c, p)
+    add_motor(point, 1.0, speed, torque / p.motor_torque_constant, resistance, p)
+    point.mean_square_current = current_square
+    point.loss_copper = 3.0 * resistance * current_square
+    flow_1, flow_2, _, _ = hydraulics.pump_flows(speed, pressure_a, pressure_b, c, p)
+    add_hydraulics(
+        point, 1.0, speed, pressure_a, pressure_b, velocity, position,
+        make_up_flow(pressure_a, piston_area(p) * velocity, flow_1),
+        make_up_flow(pressure_b, -rod_side_area(p) * velocity, flow_2),
+        relief_flow(pressure_b, p), c, p,
+    )
+
+
+@kernel
+def soft_sensor(params, measured, oil_temperature, use_oil, interval, temperature, ambient, points, temperatures):
+    """Run over consecutive intervals, in place on temperature (N, K), the network without sensors.
+
+    Args:
+        measured: means of each interval, shape (n, 9): speed (rad/s), speed at its start and
+            end (rad/s), current (A), current squared (A^2), pressure piston side, rod side (Pa),
+            rod velocity (m/s), rod position (m): see `MEASURED_FIELDS`.
+        oil_temperature: K, shape (N,), better known temperatures for viscosity and resistance;
+            taken where ``use_oil`` is true, else the network's own.
+        ambient: K, shape (n,). interval: s.
+        points, temperatures: out, as in `free_run`.
+    Returns:
+        heat lost to ambient, J.
+    """
+    p = params[0]
+    edge, wall, surface = np.empty(N_EDGES), np.empty(N_WALLS), np.empty((N_SURFACES, 3))
+    capacity, work = np.empty(N), np.empty((N + 3, N))
+    conductances(params, edge, wall, surface)
+    lost = 0.0
+    for k in range(points.shape[0]):
+        m = measured[k]
+        operating_point(
+            points[k], m[0], (m[2] - m[1]) / interval, m[3], m[4], m[5], m[6], m[7], m[8],
+            oil_temperature if use_oil else temperature, p,
+        )
+        capacities(params, m[8], capacity)
+        lost += network_step(
+            params, edge, wall, surface, capacity, temperature, ambient[k], points[k].heat,
+            points[k].mean_square_current, points[k].flow, interval, work,
+        )
+        temperatures[k] = temperature
+    return lost
+
+
+MEASURED_FIELDS = (
+    "speed", "speed_start", "speed_end", "current", "current_square", "pressure_piston_side", "pressure_rod_side",
+    "rod_velocity", "rod_position",
+)
+"""Columns of the soft sensor's input."""

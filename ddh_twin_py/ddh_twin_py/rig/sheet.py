@@ -1,0 +1,244 @@
+"""Read a rig's data sheet: every quantity with its unit, tolerance and source.
+
+A rig file is a YAML mapping of sections. A leaf is ``{value, unit, tolerance, source}``;
+``tolerance`` is one relative standard deviation of an independent normal distribution cut
+at 2.5. A rig file given by a user may name only what differs from the reference sheet.
+"""
+
+from __future__ import annotations
+
+import difflib
+from dataclasses import dataclass, replace
+from importlib import resources
+from pathlib import Path
+from typing import Any, Mapping
+
+import numpy as np
+import yaml
+
+CUT = 2.5
+"""Tolerances are normal distributions cut at this many standard deviations."""
+
+
+class RigError(ValueError):
+    """A rig file that cannot be used; the message names file, entry and value."""
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """One number of the data sheet.
+
+    Attributes:
+        value: in ``unit``.
+        unit: SI, written as in the sheet, such as ``W/K``.
+        tolerance: one relative standard deviation; 0 is exact.
+        source: where the number comes from.
+        std: absolute standard deviation in ``unit`` where a fit gave one, else None.
+    """
+
+    value: float
+    unit: str
+    tolerance: float
+    source: str
+    std: float | None = None
+
+    @property
+    def standard_deviation(self) -> float:
+        """Absolute standard deviation of the prior or of the fit, in ``unit``."""
+        return self.std if self.std is not None else abs(self.value) * self.tolerance
+
+
+@dataclass(frozen=True)
+class SensorSpec:
+    """One row of the sheet's sensors: noise of a sample and tolerance of the zero, in ``unit``."""
+
+    noise: float
+    unit: str
+    offset_tolerance: float = 0.0
+    full_scale: float | None = None
+
+
+@dataclass(frozen=True)
+class Rig:
+    """A rig: quantities by dotted path, sensors, and the same numbers as a compiled-code record.
+
+    Attributes:
+        rig_id: name of the rig.
+        quantities: dotted path of the sheet (``pump_1.leakage``) to `Quantity`.
+        sensors: signal kind (``pressure``, ``temperature``, ...) to `SensorSpec`.
+        file: the file that it was read from.
+    """
+
+    rig_id: str
+    quantities: Mapping[str, Quantity]
+    sensors: Mapping[str, SensorSpec]
+    file: str
+
+    def __getitem__(self, path: str) -> float:
+        return self.quantities[path].value
+
+    @property
+    def parameters(self) -> np.ndarray:
+        """The quantities as a structured array of shape (1,), the argument of compiled code."""
+        record = np.zeros(1, dtype=PARAMETER_DTYPE)
+        for path, field in FIELD_OF_PATH.items():
+            record[field] = self.quantities[path].value
+        record["oil_reference_viscosity"] = _REFERENCE_VISCOSITY
+        return record
+
+    def with_values(self, values: Mapping[str, float], source: str = "given") -> "Rig":
+        """The same rig with other values.
+
+        Args:
+            values: dotted path to value in the sheet's unit.
+            source: where these values come from.
+
+        Raises:
+            RigError: for a path that the sheet does not have.
+        """
+        quantities = dict(self.quantities)
+        for path, value in values.items():
+            if path not in quantities:
+                raise RigError(_unknown(self.file, path, quantities))
+            quantities[path] = replace(quantities[path], value=float(value), source=source)
+        return replace(self, quantities=quantities)
+
+    def draw(self, rng: np.random.Generator) -> "Rig":
+        """A rig as it might leave the factory: each quantity drawn within its tolerance.
+
+        Independent normal distributions cut at 2.5 standard deviations (`CUT`).
+        """
+        values = {}
+        for path, quantity in self.quantities.items():
+            if quantity.tolerance > 0:
+                deviation = rng.standard_normal()
+                while abs(deviation) > CUT:
+                    deviation = rng.standard_normal()
+                values[path] = quantity.value * (1.0 + quantity.tolerance * deviation)
+        return self.with_values(values, source="drawn within tolerance")
+
+
+def load_rig(path: str | Path | None = None) -> Rig:
+    """Read a rig file, or the reference sheet where ``path`` is None.
+
+    Args:
+        path: YAML file; entries that it leaves out are those of the reference sheet.
+
+    Raises:
+        RigError: file missing, not YAML, unknown entry (with the nearest valid one), or a
+            value that is no finite number.
+    """
+    if path is None:
+        return _REFERENCE
+    path = Path(path)
+    try:
+        tree = yaml.safe_load(path.read_text())
+    except FileNotFoundError:
+        raise RigError(f"{path}: no such rig file") from None
+    except (OSError, UnicodeDecodeError) as error:
+        raise RigError(f"{path}: cannot be read: {error}") from None
+    except yaml.YAMLError as error:
+        where = getattr(error, "problem_mark", None)
+        line = f" (line {where.line + 1})" if where else ""
+        raise RigError(f"{path}: is not YAML{line}") from None
+    if not isinstance(tree, dict):
+        raise RigError(f"{path}: a rig file is a mapping of sections, found {type(tree).__name__}")
+    rig_id, quantities, sensors = _parse(tree, str(path))
+    merged = dict(_REFERENCE.quantities)
+    for name, quantity in quantities.items():
+        if name not in merged:
+            raise RigError(_unknown(str(path), name, merged))
+        if quantity.unit and quantity.unit != merged[name].unit:
+            raise RigError(
+                f"{path}: {name}: unit is {quantity.unit!r}, this entry is in {merged[name].unit!r}"
+            )
+        merged[name] = replace(quantity, unit=merged[name].unit)
+    for name in sensors:
+        if name not in _REFERENCE.sensors:
+            raise RigError(_unknown(str(path), f"sensors.{name}", [f"sensors.{s}" for s in _REFERENCE.sensors]))
+    return Rig(rig_id or _REFERENCE.rig_id, merged, {**_REFERENCE.sensors, **sensors}, str(path))
+
+
+def _unknown(file: str, name: str, valid: Any) -> str:
+    nearest = difflib.get_close_matches(name, list(valid), 1, 0.0)
+    return f"{file}: {name}: no such entry; the nearest is {nearest[0]!r}"
+
+
+def _number(file: str, name: str, value: Any) -> float:
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not np.isfinite(value):
+        raise RigError(f"{file}: {name}: value is {value!r}, a finite number is needed")
+    return float(value)
+
+
+def _parse(tree: dict, file: str) -> tuple[str, dict[str, Quantity], dict[str, SensorSpec]]:
+    quantities: dict[str, Quantity] = {}
+    sensors: dict[str, SensorSpec] = {}
+
+    def leaf(name: str, node: dict) -> None:
+        tolerance = _number(file, f"{name}.tolerance", node.get("tolerance", 0.0))
+        std = node.get("std")
+        quantities[name] = Quantity(
+            value=_number(file, name, node["value"]),
+            unit=str(node.get("unit", "")),
+            tolerance=tolerance,
+            source=str(node.get("source", "")),
+            std=None if std is None else _number(file, f"{name}.std", std),
+        )
+
+    def walk(prefix: str, node: Any) -> None:
+        if isinstance(node, dict) and "value" in node:
+            leaf(prefix, node)
+        elif isinstance(node, dict):
+            for key, child in node.items():
+                walk(f"{prefix}.{key}" if prefix else str(key), child)
+        else:
+            raise RigError(f"{file}: {prefix}: found {node!r}, expected {{value, unit, tolerance, source}}")
+
+    for section, node in tree.items():
+        if section == "rig_id":
+            continue
+        if section != "sensors":
+            walk(str(section), node)
+            continue
+        for name, row in (node or {}).items():
+            if not isinstance(row, dict) or "noise" not in row:
+                raise RigError(f"{file}: sensors.{name}: found {row!r}, expected {{noise, unit}}")
+            sensors[name] = SensorSpec(
+                noise=_number(file, f"sensors.{name}.noise", row["noise"]),
+                unit=str(row.get("unit", "")),
+                offset_tolerance=_number(file, f"sensors.{name}.offset_tolerance", row.get("offset_tolerance", 0.0)),
+                full_scale=row.get("full_scale"),
+            )
+            if isinstance(row.get("time_constant"), dict):
+                leaf(f"sensors.{name}.time_constant", row["time_constant"])
+    return str(tree.get("rig_id", "")), quantities, sensors
+
+
+def _field_name(path: str) -> str:
+    return "_".join(part for part in path.split(".") if part != "thermal")
+
+
+def _read_reference() -> Rig:
+    source = resources.files("ddh_twin_py.rig").joinpath("ddh_rig.yaml")
+    rig_id, quantities, sensors = _parse(yaml.safe_load(source.read_text()), "ddh_rig.yaml")
+    return Rig(rig_id, quantities, sensors, "ddh_rig.yaml")
+
+
+_REFERENCE = _read_reference()
+
+FIELD_OF_PATH: dict[str, str] = {path: _field_name(path) for path in _REFERENCE.quantities}
+"""Dotted path of the sheet to the field of the compiled-code record."""
+
+PARAMETER_DTYPE = np.dtype([(field, np.float64) for field in FIELD_OF_PATH.values()]
+                           + [("oil_reference_viscosity", np.float64)])
+"""Fields of `Rig.parameters`: each quantity in SI, and the viscosity that coefficients refer to."""
+
+
+def _reference_viscosity() -> float:
+    """Dynamic viscosity of the sheet's nominal oil at 23 degC, Pa*s (Walther, ASTM D341)."""
+    a, b = _REFERENCE["oil.walther_a"], _REFERENCE["oil.walther_b"]
+    kinematic = (10.0 ** 10.0 ** (a - b * np.log10(296.15)) - 0.7) * 1e-6
+    return kinematic * _REFERENCE["oil.density_15C"] * (1.0 - _REFERENCE["oil.thermal_expansion"] * 8.0)
+
+
+_REFERENCE_VISCOSITY = _reference_viscosity()
