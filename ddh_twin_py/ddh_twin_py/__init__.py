@@ -1,0 +1,1 @@
+"""Digital twin of a direct driven hydraulic unit."""

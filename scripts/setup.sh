@@ -1,0 +1,127 @@
+#!/usr/bin/env bash
+# Makes .venv and the colcon workspace from what is locked; costs next to nothing when nothing
+# has changed. Called by make; can be run by hand. DDH_PYTHON=python3.11 chooses the Python.
+set -euo pipefail
+
+root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd -P)
+venv=$root/.venv
+state=$venv/ddh
+logs=$root/out/logs
+cd "$root"
+. scripts/lib.sh
+
+leave_foreign_ros_alone
+
+# --- prerequisites -----------------------------------------------------------------------------
+# A working Python: runs, is 3.12 or 3.11, can make a venv, has the headers that the messages'
+# extension modules are compiled against. Prints "version executable" or nothing.
+probe='
+import os, sys, sysconfig
+version = sys.version_info[:2]
+if version not in ((3, 12), (3, 11)): sys.exit(1)
+missing = []
+try: import venv, ensurepip
+except ImportError: missing.append("venv")
+if not os.path.exists(os.path.join(sysconfig.get_paths()["include"], "Python.h")): missing.append("dev")
+print("%d.%d" % version, ",".join(missing) or "complete", sys.executable)
+'
+candidates() {
+  if [ -n "${DDH_PYTHON:-}" ]; then
+    printf '%s\n' "$DDH_PYTHON"
+    return
+  fi
+  local minor
+  for minor in 12 11; do
+    printf '%s\n' "python3.$minor" "/usr/bin/python3.$minor" "/usr/local/bin/python3.$minor"
+    ls -d "$HOME"/.pyenv/versions/3."$minor"*/bin/python3 2>/dev/null | sort -rV || true
+    [ "$minor" = 12 ] && printf '%s\n' python3
+  done
+}
+find_python() {
+  python= python_version= python_lacks=
+  local candidate version lacks executable
+  while read -r candidate; do
+    read -r version lacks executable < <("$candidate" -I -c "$probe" 2>/dev/null) || continue
+    if [ "$lacks" = complete ]; then
+      python=$executable python_version=$version python_lacks=
+      return
+    fi
+    [ -n "$python" ] || python=$executable python_version=$version python_lacks=$lacks
+  done < <(candidates)
+}
+
+missing=0
+lack() { # what, apt package
+  printf 'missing: %s - install it with: sudo apt-get install -y %s\n' "$1" "$2" >&2
+  missing=1
+}
+works() { "$1" --version >/dev/null 2>&1; }
+
+works git || lack "git" git
+works make || lack "make" make
+if ! works "${CXX:-c++}" && ! works g++ && ! works clang++; then lack "a C++ compiler" g++; fi
+
+# An environment that is there and works keeps its Python, unless another is asked for.
+if [ -z "${DDH_PYTHON:-}" ] && [ "$(cat "$state/root" 2>/dev/null)" = "$root" ] &&
+  version=$("$venv/bin/python" -I -S -c 'import sys; print("%d.%d" % sys.version_info[:2])' 2>/dev/null); then
+  python_version=$version python=
+else
+  [ -n "${DDH_PYTHON:-}" ] || rm -f "$state/venv.done"
+  find_python
+  if [ -z "$python" ]; then
+    if [ -n "${DDH_PYTHON:-}" ]; then
+      printf 'missing: DDH_PYTHON=%s is no working Python 3.12 or 3.11 - leave it unset, or install one with: sudo apt-get install -y %s\n' \
+        "$DDH_PYTHON" "$(apt_python)" >&2
+      missing=1
+    else
+      lack "Python 3.12 or 3.11" "$(apt_python)"
+    fi
+  fi
+  case ",$python_lacks," in *,venv,*) lack "venv for Python $python_version ($python)" "python$python_version-venv" ;; esac
+  case ",$python_lacks," in *,dev,*) lack "C headers of Python $python_version ($python)" "python$python_version-dev" ;; esac
+fi
+[ "$missing" = 0 ] || exit 1
+
+lock=requirements/lock-py${python_version/./}.txt
+
+# --- one set-up at a time ----------------------------------------------------------------------
+mkdir -p "$logs"
+if command -v flock >/dev/null 2>&1; then
+  exec 9>"$logs/setup.lock"
+  flock -n 9 || { echo "setup: another one is at work here, waiting for it"; flock 9; }
+fi
+
+# --- steps -------------------------------------------------------------------------------------
+make_venv() {
+  rm -rf "$venv" ros2_ws/build ros2_ws/install
+  "$python" -m venv "$venv"
+  mkdir -p "$state"
+  printf '%s\n' "$root" >"$state/root"
+}
+install_packages() {
+  "$venv/bin/python" -m pip --disable-pip-version-check install --progress-bar off --no-deps --require-hashes -r "$lock"
+  "$venv/bin/python" -I scripts/wheel_fixes.py
+}
+build() { # package
+  (
+    . "$state/env.sh"
+    # Beneath the workspace lies the environment alone; python3 is its own.
+    export AMENT_PREFIX_PATH=$venv PATH=$venv/bin:$PATH
+    cd ros2_ws
+    COLCON_HOME=$state/colcon "$venv/bin/colcon" --log-base "$logs/colcon" build --symlink-install --packages-select "$1" \
+      --event-handlers console_direct+ console_cohesion- \
+      --cmake-args -DCMAKE_BUILD_TYPE=Release -DBUILD_TESTING=OFF -DPython3_EXECUTABLE="$venv/bin/python" -Wno-dev
+  )
+}
+link_environment() { "$venv/bin/python" -I scripts/make_environment.py "$root"; }
+
+if [ -n "$python" ]; then
+  step venv "environment of Python $python_version" "$python $python_version $root" make_venv
+fi
+step packages "packages of $lock" "$(digest "$lock" scripts/wheel_fixes.py)" install_packages
+step environment "activation, ddh-twin command" "$(digest scripts/make_environment.py)$(cat "$state/packages.done")" link_environment
+step ddh_msgs "colcon build ddh_msgs" \
+  "$(digest ddh_msgs/CMakeLists.txt ddh_msgs/package.xml ddh_msgs/msg/* ddh_msgs/srv/*)$(cat "$state/packages.done")" build ddh_msgs
+step ddh_twin_py "colcon build ddh_twin_py" \
+  "$(digest ddh_twin_py/package.xml ddh_twin_py/setup.*)$(ls ddh_twin_py/launch ddh_twin_py/config)$(cat "$state/ddh_msgs.done")" build ddh_twin_py
+[ "$steps_done" = 0 ] || printf 'setup: ready after %s s. Next: . .venv/bin/activate\n' "$SECONDS"
