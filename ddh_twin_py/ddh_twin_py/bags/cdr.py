@@ -1,0 +1,56 @@
+"""Bulk decoding of CDR messages that are a header followed by float64 fields.
+
+Layout, offsets from the start of the message: encapsulation 4 bytes (second byte 1: little
+endian, 0: big endian), stamp int32 s and uint32 ns, length of frame_id uint32 with its final
+zero, frame_id, padding to 8 bytes counted from offset 4, then the float64 fields.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+ENCAPSULATION = 4
+_FIXED = 16  # encapsulation, stamp and the length of frame_id
+
+
+def stamped_floats(
+    data: np.ndarray, start: np.ndarray, size: np.ndarray, fields: int
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Stamps and values of many messages of one type.
+
+    `data` uint8[...] holds the messages; message i is data[start[i]:start[i] + size[i]].
+    Returns stamps int64[n] in ns, values float64[n, fields] and sound bool[n]: False where a
+    message is too short or not plain CDR; its stamp is 0 and its values are NaN.
+    """
+    count = start.size
+    stamps = np.zeros(count, np.int64)
+    values = np.full((count, fields), np.nan)
+    sound = size >= _FIXED
+    if not count:
+        return stamps, values, sound
+    heads = np.zeros((count, _FIXED), np.uint8)
+    heads[sound] = _gather(data, start[sound], _FIXED)
+    sound &= (heads[:, 0] == 0) & (heads[:, 1] <= 1)
+    for little in (1, 0):
+        chosen = np.flatnonzero(sound & (heads[:, 1] == little))
+        if not chosen.size:
+            continue
+        order = "<" if little else ">"
+        words = np.ascontiguousarray(heads[chosen, ENCAPSULATION:]).view(f"{order}u4")
+        seconds = words[:, 0].astype(np.int32).astype(np.int64)
+        stamps[chosen] = seconds * 1_000_000_000 + words[:, 1]
+        frame = words[:, 2].astype(np.int64)
+        offset = ENCAPSULATION + (_FIXED - ENCAPSULATION + frame + 7) // 8 * 8
+        whole = offset + 8 * fields <= size[chosen]
+        sound[chosen[~whole]] = False
+        stamps[chosen[~whole]] = 0
+        rows = _gather(data, start[chosen[whole]] + offset[whole], 8 * fields)
+        values[chosen[whole]] = rows.view(f"{order}f8")
+    return stamps, values, sound
+
+
+def _gather(data: np.ndarray, start: np.ndarray, width: int) -> np.ndarray:
+    """Rows data[start[i]:start[i] + width] as uint8[n, width]."""
+    if not start.size:
+        return np.empty((0, width), np.uint8)
+    return np.lib.stride_tricks.sliding_window_view(data, width)[start]

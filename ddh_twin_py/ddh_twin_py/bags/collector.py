@@ -1,0 +1,140 @@
+"""Sort the raw messages of a bag by topic and decode them in bulk, block by block."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ddh_twin_py.bags.cdr import stamped_floats
+from ddh_twin_py.bags.compression import unpack_message
+from ddh_twin_py.bags.definitions import type_problem
+from ddh_twin_py.bags.message_types import telemetry_typestore
+from ddh_twin_py.bags.storage import Block, Channel, Storage
+from ddh_twin_py.bags.topics import split_topic
+from ddh_twin_py.telemetry.recording import RigInfo
+from ddh_twin_py.telemetry.signals import (
+    DRIVE_FIELDS,
+    DRIVE_TOPIC,
+    HYDRAULIC_FIELDS,
+    HYDRAULIC_TOPIC,
+    RIG_TOPIC,
+    RIG_TYPE,
+    TEMPERATURE_FIELDS,
+)
+
+_FIELDS = {DRIVE_TOPIC: DRIVE_FIELDS, HYDRAULIC_TOPIC: HYDRAULIC_FIELDS}
+
+
+@dataclass
+class Rows:
+    """Decoded messages of one topic, a list entry per block."""
+
+    log_time: list[np.ndarray] = field(default_factory=list)
+    stamp: list[np.ndarray] = field(default_factory=list)
+    values: list[np.ndarray] = field(default_factory=list)
+    unreadable: int = 0  # messages too short for their type
+    shortest: int = 0  # size in bytes of the first of these
+
+    def joined(self) -> tuple[np.ndarray, np.ndarray]:
+        """Stamps int64[n] and values float64[n, m] in order of arrival."""
+        log_time = np.concatenate(self.log_time)
+        stamp = np.concatenate(self.stamp)
+        values = np.concatenate(self.values)
+        if np.any(log_time[1:] < log_time[:-1]):
+            order = np.argsort(log_time, kind="stable")
+            return stamp[order], values[order]
+        return stamp, values
+
+
+class Collector:
+    """Everything read from the files of one bag, by absolute topic."""
+
+    def __init__(self, message_compression: bool = False) -> None:
+        self.types: dict[str, str] = {}
+        self.problems: dict[str, str] = {}  # known topics whose type cannot be used
+        self.counts: Counter[str] = Counter()
+        self.rows: dict[str, Rows] = {}
+        self.rigs: dict[str, list[RigInfo]] = {}
+        self.first_log = 2**63 - 1
+        self.last_log = -(2**63)
+        self._message_compression = message_compression
+
+    def read(self, storage: Storage, hashes: dict[str, str], progress: Callable[[float], None] | None) -> None:
+        """Read one opened file. `hashes`: type hashes by topic from metadata.yaml, where known."""
+        for block in storage.blocks():
+            self._take(block, storage.channels, hashes)
+            if progress is not None:
+                progress(block.position)
+        for channel in storage.channels.values():
+            self._know(channel, hashes)
+
+    def _know(self, channel: Channel, hashes: dict[str, str]) -> bool:
+        """Register a channel; True where its messages are to be decoded."""
+        split = split_topic(channel.topic)
+        if channel.topic not in self.types or (channel.message_type != self.types[channel.topic] and split):
+            self.types[channel.topic] = channel.message_type
+            if split:
+                if not channel.type_hash:
+                    channel = Channel(**{**vars(channel), "type_hash": hashes.get(channel.topic, "")})
+                problem = type_problem(channel, split[1])
+                if problem:
+                    self.problems.setdefault(channel.topic, problem)
+        return split is not None and channel.topic not in self.problems
+
+    def _take(self, block: Block, channels: dict[int, Channel], hashes: dict[str, str]) -> None:
+        if not block.channel.size:
+            return
+        self.first_log = min(self.first_log, int(block.log_time.min()))
+        self.last_log = max(self.last_log, int(block.log_time.max()))
+        for key in np.unique(block.channel):
+            channel = channels.get(int(key))
+            if channel is None:
+                continue  # its definition was lost with a damaged chunk
+            chosen = np.flatnonzero(block.channel == key)
+            self.counts[channel.topic] += chosen.size
+            if self._know(channel, hashes):
+                self._decode(channel.topic, block, chosen)
+
+    def _decode(self, topic: str, block: Block, chosen: np.ndarray) -> None:
+        data, start, size = block.data, block.start[chosen], block.size[chosen]
+        rows = self.rows.setdefault(topic, Rows())
+        relative = split_topic(topic)[1]
+        if self._message_compression:
+            data, start, size = _unpacked(data, start, size)
+        if relative == RIG_TOPIC:
+            for begin, length in zip(start, size, strict=True):
+                self._decode_rig(topic, data[begin : begin + length].tobytes(), rows)
+            return
+        fields = len(_FIELDS.get(relative, TEMPERATURE_FIELDS))
+        stamp, values, sound = stamped_floats(data, start, size, fields)
+        if not sound.all():
+            rows.shortest = rows.shortest or int(size[~sound][0])
+            rows.unreadable += int(np.count_nonzero(~sound))
+            stamp, values = stamp[sound], values[sound]
+        rows.log_time.append(block.log_time[chosen][sound])
+        rows.stamp.append(stamp)
+        rows.values.append(values)
+
+    def _decode_rig(self, topic: str, message: bytes, rows: Rows) -> None:
+        try:
+            rig = telemetry_typestore().deserialize_cdr(message, RIG_TYPE)
+        except Exception:  # noqa: BLE001 - rosbags raises many kinds on damaged bytes
+            rows.shortest = rows.shortest or len(message)
+            rows.unreadable += 1
+            return
+        self.rigs.setdefault(topic, []).append(RigInfo(rig.rig_id, rig.oil_grade, float(rig.payload_mass)))
+
+
+def _unpacked(data: np.ndarray, start: np.ndarray, size: np.ndarray):
+    """The messages with their own compression undone; a damaged one becomes 0 bytes long."""
+    messages = []
+    for begin, length in zip(start, size, strict=True):
+        try:
+            messages.append(unpack_message(data[begin : begin + length].tobytes()))
+        except ValueError:
+            messages.append(b"")
+    sizes = np.array([len(m) for m in messages], np.int64)
+    return np.frombuffer(b"".join(messages), np.uint8), np.cumsum(sizes) - sizes, sizes

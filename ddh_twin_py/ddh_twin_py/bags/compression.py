@@ -1,0 +1,72 @@
+"""Unpack what rosbag2 packs: chunks, messages and whole files; also halves of them."""
+
+from __future__ import annotations
+
+import shutil
+import sys
+from pathlib import Path
+
+from lz4.frame import LZ4FrameDecompressor
+
+if sys.version_info >= (3, 14):
+    from compression import zstd
+else:
+    from backports import zstd
+
+CHUNK_COMPRESSIONS = ("", "zstd", "lz4")
+
+
+class UnknownCompression(ValueError):
+    """A compression that nobody here can undo; names it and those that are known."""
+
+
+def unpack_chunk(packed: bytes, name: str, size: int, partial: bool = False) -> tuple[bytes, bool]:
+    """Content of a chunk of `size` bytes and whether it is whole.
+
+    Where the packed bytes are cut or damaged, as much as could be unpacked is returned.
+    Raises UnknownCompression.
+    """
+    if name == "":
+        raw = packed
+    elif name == "zstd" and not partial:
+        try:
+            raw = zstd.decompress(packed)
+        except zstd.ZstdError:
+            raw = _piecewise(zstd.ZstdDecompressor(), packed, zstd.ZstdError)
+    elif name == "zstd":
+        raw = _piecewise(zstd.ZstdDecompressor(), packed, zstd.ZstdError)
+    elif name == "lz4":
+        raw = _piecewise(LZ4FrameDecompressor(), packed, RuntimeError)
+    else:
+        known = ", ".join(repr(c) for c in CHUNK_COMPRESSIONS)
+        raise UnknownCompression(f"compression {name!r} cannot be read; known are {known}")
+    return raw, len(raw) == size
+
+
+def _piecewise(decompressor, packed: bytes, errors, step: int = 1 << 14) -> bytes:
+    parts = []
+    try:
+        for at in range(0, len(packed), step):
+            if decompressor.eof:
+                break
+            parts.append(decompressor.decompress(packed[at : at + step]))
+    except (errors, EOFError):
+        pass
+    return b"".join(parts)
+
+
+def unpack_message(packed: bytes) -> bytes:
+    """One message of a bag with `compression_mode: message`, zstd. Raises ValueError when damaged."""
+    try:
+        return zstd.decompress(packed)
+    except zstd.ZstdError as error:
+        raise ValueError(str(error)) from None
+
+
+def unpack_file(packed: Path, target: Path) -> None:
+    """A file of a bag with `compression_mode: file`, zstd. Raises ValueError when damaged."""
+    try:
+        with zstd.open(packed, "rb") as source, target.open("wb") as sink:
+            shutil.copyfileobj(source, sink, 1 << 20)
+    except (zstd.ZstdError, EOFError) as error:
+        raise ValueError(str(error)) from None

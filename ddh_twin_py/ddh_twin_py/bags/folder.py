@@ -1,0 +1,120 @@
+"""What lies at the path of a bag: its files, and what metadata.yaml says about them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path, PurePath
+from typing import Any
+
+import yaml
+
+from ddh_twin_py.bags.errors import BagError
+
+SUFFIXES = (".mcap", ".db3")
+_PACKED_SUFFIXES = tuple(f"{suffix}.zstd" for suffix in SUFFIXES)
+_IDENTIFIERS = ("mcap", "sqlite3")
+_MODES = ("", "none", "file", "message")
+METADATA = "metadata.yaml"
+
+
+@dataclass(frozen=True)
+class TopicEntry:
+    """A topic as metadata.yaml lists it."""
+
+    message_type: str
+    type_hash: str
+    count: int
+
+
+@dataclass
+class BagFolder:
+    """The files of a bag in order, its compression mode ('', file, message), its topic list.
+
+    `topics` is None where metadata.yaml is absent or unusable; `notes` says why.
+    """
+
+    path: Path
+    files: list[Path]
+    compression_mode: str = ""
+    topics: dict[str, TopicEntry] | None = None
+    notes: list[str] = field(default_factory=list)
+
+
+def open_folder(path: str | Path) -> BagFolder:
+    """Look at a rosbag2 folder, or at one .mcap or .db3 file.
+
+    Raises BagError when there is no such path, nothing that could be a bag, or a compression
+    or storage that cannot be read.
+    """
+    path = Path(path)
+    if not path.exists():
+        raise BagError(f"{path} does not exist; a bag is a rosbag2 folder or one .mcap or .db3 file")
+    if path.is_file():
+        if not path.name.endswith(SUFFIXES + _PACKED_SUFFIXES):
+            raise BagError(f"{path} is no bag: its name ends in {path.suffix!r}, not in .mcap or .db3")
+        return BagFolder(path, [path], _mode_of(path))
+    found = sorted(p for p in path.iterdir() if p.name.endswith(SUFFIXES + _PACKED_SUFFIXES))
+    metadata = path / METADATA
+    if not metadata.is_file():
+        if not found:
+            raise BagError(f"{path} is no bag: the folder has no {METADATA} and no .mcap or .db3 file")
+        note = f"has no {METADATA}, the recorder was stopped hard"
+        return BagFolder(path, found, _mode_of(found[0]), notes=[note])
+    try:
+        information = yaml.safe_load(metadata.read_text("utf8"))["rosbag2_bagfile_information"]
+        folder = BagFolder(path, [], _compression(metadata, information), _topics(information))
+        listed = [path / name for name in information["relative_file_paths"]]
+    except (yaml.YAMLError, KeyError, TypeError, AttributeError, UnicodeDecodeError) as error:
+        if not found:
+            raise BagError(f"{metadata} cannot be used and the folder has no .mcap or .db3 file") from None
+        note = f"has a {METADATA} that cannot be used ({_reason(error)})"
+        return BagFolder(path, found, _mode_of(found[0]), notes=[note])
+    for file in listed:
+        here = file if file.is_file() else path / PurePath(file).name
+        if here.is_file():
+            folder.files.append(here)
+        else:
+            folder.notes.append(f"lacks the file {file.name} that {METADATA} names")
+    if not folder.files:
+        if not found:
+            raise BagError(f"{path} has none of the files that its {METADATA} names: {_names(listed)}")
+        folder.files = found
+    return folder
+
+
+def _compression(metadata: Path, information: dict[str, Any]) -> str:
+    storage = information.get("storage_identifier")
+    if storage not in _IDENTIFIERS:
+        raise BagError(f"{metadata}: storage_identifier {storage!r} cannot be read; known are mcap, sqlite3")
+    mode = (information.get("compression_mode") or "").lower()
+    method = information.get("compression_format") or ""
+    if mode not in _MODES or (mode in ("file", "message") and method != "zstd"):
+        raise BagError(
+            f"{metadata}: compression_mode {mode!r} with compression_format {method!r} cannot be read; "
+            "known are modes file and message with format zstd, and none"
+        )
+    return "" if mode == "none" else mode
+
+
+def _topics(information: dict[str, Any]) -> dict[str, TopicEntry]:
+    return {
+        entry["topic_metadata"]["name"]: TopicEntry(
+            entry["topic_metadata"]["type"],
+            entry["topic_metadata"].get("type_description_hash") or "",
+            int(entry["message_count"]),
+        )
+        for entry in information["topics_with_message_count"]
+    }
+
+
+def _mode_of(path: Path) -> str:
+    return "file" if path.name.endswith(_PACKED_SUFFIXES) else ""
+
+
+def _names(paths: list[Path]) -> str:
+    return ", ".join(p.name for p in paths) or "none"
+
+
+def _reason(error: Exception) -> str:
+    text = " ".join(str(error).split())
+    return f"no entry {text}" if isinstance(error, KeyError) else text

@@ -1,0 +1,190 @@
+"""Read MCAP files from front to back, chunk by chunk, as far as they are readable.
+
+The index at the end is not needed, so a file whose recorder was killed reads like any other:
+each record is `opcode uint8, length uint64, content`; a chunk's content is records again,
+compressed. Source: MCAP format specification, https://mcap.dev/spec.
+"""
+
+from __future__ import annotations
+
+import struct
+import zlib
+from collections.abc import Iterator
+from pathlib import Path
+from typing import BinaryIO
+
+import numpy as np
+
+from ddh_twin_py.bags.compression import UnknownCompression, unpack_chunk
+from ddh_twin_py.bags.errors import BagError
+from ddh_twin_py.bags.storage import Block, Channel, Damage
+from ddh_twin_py.physics.compiled import kernel
+
+MAGIC = b"\x89MCAP0\r\n"
+FOOTER, SCHEMA, CHANNEL, MESSAGE, CHUNK, DATA_END = 0x02, 0x03, 0x04, 0x05, 0x06, 0x0F
+_LAST_KNOWN, _FIRST_PRIVATE = 0x0F, 0x80
+_RECORD_HEAD = 9
+_MESSAGE_HEAD = 22
+_LOOSE_BLOCK = 4 << 20  # bytes of messages outside chunks that are handed on at once
+
+
+class McapStorage:
+    """One MCAP file, opened. Raises BagError when it is no MCAP file or not of ROS 2."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.channels: dict[int, Channel] = {}
+        self.damage = Damage()
+        self._schemas: dict[int, tuple[str, str, str]] = {}
+        with path.open("rb") as file:
+            magic = file.read(len(MAGIC))
+        if not magic:
+            raise BagError(f"{path} is empty: 0 bytes, an MCAP file has at least 8")
+        if magic != MAGIC:
+            raise BagError(f"{path} is no MCAP file: it begins with {magic!r} instead of {MAGIC!r}")
+
+    def blocks(self) -> Iterator[Block]:
+        """Raw messages, one block per chunk; what cannot be read is told in `damage`."""
+        total = self.path.stat().st_size
+        with self.path.open("rb") as file:
+            file.seek(len(MAGIC))
+            yield from self._records(file, total)
+
+    def _records(self, file: BinaryIO, total: int) -> Iterator[Block]:
+        loose: list[bytes] = []  # messages outside chunks
+        loose_bytes = 0
+        ended = False
+        while True:
+            at = file.tell()
+            head = file.read(_RECORD_HEAD)
+            if len(head) < _RECORD_HEAD:
+                self._cut(at, total, ended)
+                break
+            opcode, length = struct.unpack("<BQ", head)
+            if opcode == 0 or _LAST_KNOWN < opcode < _FIRST_PRIVATE:
+                self._cut(at, total, ended)
+                break
+            if opcode in (DATA_END, FOOTER):
+                ended = True
+                break
+            available = min(length, total - file.tell())
+            if opcode == CHUNK:
+                yield from self._chunk(file.read(available), length, at, file.tell() / total)
+            elif opcode in (SCHEMA, CHANNEL, MESSAGE) and available == length:
+                content = file.read(length)
+                if opcode == MESSAGE:
+                    loose += (head, content)
+                    loose_bytes += _RECORD_HEAD + length
+                    if loose_bytes > _LOOSE_BLOCK:
+                        yield self._block(b"".join(loose), file.tell() / total)
+                        loose, loose_bytes = [], 0
+                else:
+                    self._define(opcode, content)
+            else:
+                file.seek(available, 1)
+            if available < length:
+                self._cut(at, total, ended)
+                break
+        if loose:
+            yield self._block(b"".join(loose), 1.0)
+
+    def _cut(self, at: int, total: int, ended: bool) -> None:
+        if not ended:
+            self.damage.truncated = True
+            self.damage.notes.append(
+                f"has no end: the last whole record ends at byte {at} of {total}, the recorder was stopped hard"
+            )
+
+    def _chunk(self, content: bytes, length: int, at: int, position: float) -> Iterator[Block]:
+        if len(content) < 40:
+            return
+        size, crc = struct.unpack_from("<QI", content, 16)
+        (name_length,) = struct.unpack_from("<I", content, 28)
+        name = content[32 : 32 + name_length].decode("ascii", "replace")
+        packed = content[40 + name_length :]
+        try:
+            raw, whole = unpack_chunk(packed, name, size, partial=len(content) < length)
+        except UnknownCompression as error:
+            raise BagError(f"{self.path}: chunk at byte {at}: {error}") from None
+        if len(content) == length and (not whole or (crc and zlib.crc32(raw) != crc)):
+            self.damage.notes.append(
+                f"has a damaged chunk at byte {at} ({length} bytes): {len(raw)} of {size} bytes could be unpacked"
+            )
+            if whole:  # sound compression, wrong sum: contents cannot be trusted
+                return
+        yield self._block(raw, position)
+
+    def _block(self, raw: bytes, position: float) -> Block:
+        data = np.frombuffer(raw, np.uint8)
+        most = data.size // (_RECORD_HEAD + _MESSAGE_HEAD) + 1
+        channel = np.empty(most, np.int64)
+        log_time = np.empty(most, np.int64)
+        start = np.empty(most, np.int64)
+        size = np.empty(most, np.int64)
+        others = np.empty((data.size // 64 + 16, 3), np.int64)
+        count, other = _walk(data, channel, log_time, start, size, others)
+        for opcode, begin, length in others[:other]:
+            self._define(int(opcode), raw[begin : begin + length])
+        return Block(data, channel[:count], log_time[:count], start[:count], size[:count], position)
+
+    def _define(self, opcode: int, content: bytes) -> None:
+        try:
+            if opcode == SCHEMA:
+                (key,) = struct.unpack_from("<H", content, 0)
+                name, at = _string(content, 2)
+                encoding, at = _string(content, at)
+                text, _ = _string(content, at)
+                self._schemas[key] = (name, encoding, text)
+            elif opcode == CHANNEL:
+                key, schema = struct.unpack_from("<HH", content, 0)
+                topic, at = _string(content, 4)
+                serialization, _ = _string(content, at)
+                name, encoding, text = self._schemas.get(schema, ("", "", ""))
+                self.channels[key] = Channel(topic, name, text, encoding, "", serialization)
+        except struct.error:
+            self.damage.notes.append(f"has a damaged definition record (opcode {opcode})")
+
+
+def _string(content: bytes, at: int) -> tuple[str, int]:
+    (length,) = struct.unpack_from("<I", content, at)
+    end = at + 4 + length
+    return content[at + 4 : end].decode("utf8", "replace"), end
+
+
+@kernel
+def _number(data, at, width):  # pragma: no cover - compiled
+    """Little endian unsigned integer of `width` bytes."""
+    value = np.int64(0)
+    for i in range(width):
+        value |= np.int64(data[at + i]) << (8 * i)
+    return value
+
+
+@kernel
+def _walk(data, channel, log_time, start, size, others):  # pragma: no cover - compiled
+    """List the messages of a run of records, and the schema and channel records among them.
+
+    Stops at the first record that does not fit. Returns the numbers of messages and others.
+    """
+    at = 0
+    count = 0
+    other = 0
+    while at + 9 <= data.size:
+        opcode = data[at]
+        length = _number(data, at + 1, 8)
+        at += 9
+        if length < 0 or length > data.size - at:
+            break
+        if opcode == 5 and length >= 22:
+            channel[count] = _number(data, at, 2)
+            log_time[count] = _number(data, at + 6, 8)
+            start[count] = at + 22
+            size[count] = length - 22
+            count += 1
+        elif (opcode == 3 or opcode == 4) and other < others.shape[0]:
+            others[other, 0] = opcode
+            others[other, 1] = at
+            others[other, 2] = length
+            other += 1
+        at += length
+    return count, other

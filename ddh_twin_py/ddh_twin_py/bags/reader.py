@@ -1,0 +1,224 @@
+"""Read a bag into a Recording."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+from ddh_twin_py.bags.collector import Collector, Rows
+from ddh_twin_py.bags.compression import unpack_file
+from ddh_twin_py.bags.errors import BagError
+from ddh_twin_py.bags.folder import BagFolder, open_folder
+from ddh_twin_py.bags.mcap_storage import McapStorage
+from ddh_twin_py.bags.sqlite_storage import SqliteStorage
+from ddh_twin_py.bags.storage import Storage
+from ddh_twin_py.bags.topics import choose_namespace, nearest_telemetry, split_topic
+from ddh_twin_py.telemetry.recording import Finding, Recording, RigInfo, Stream
+from ddh_twin_py.telemetry.signals import (
+    DRIVE_FIELDS,
+    DRIVE_TOPIC,
+    HYDRAULIC_FIELDS,
+    HYDRAULIC_TOPIC,
+    RIG_TOPIC,
+    TEMPERATURE_FIELDS,
+    TEMPERATURE_PREFIX,
+    TEMPERATURE_SENSORS,
+    ZERO_CELSIUS,
+)
+
+_REACH = 30 * 86400 * 10**9  # ns; a stamp older than the others by more is no time of measurement
+
+
+def read_recording(
+    path: str | Path,
+    namespace: str | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> Recording:
+    """Read the telemetry of one rig from a rosbag2 folder or from one .mcap or .db3 file.
+
+    `namespace` is needed only where a bag holds more than one rig. `progress` is called with
+    the share read, 0..1. Times are header stamps; streams are in order of arrival and not yet
+    screened; temperatures are in kelvin. What is wrong but can be lived with (a recorder that
+    was killed, a missing stream, other topics) is in `findings`.
+    Raises BagError, one line naming file, topic and value, when the bag cannot be used.
+    """
+    folder = open_folder(path)
+    collector = Collector(folder.compression_mode == "message")
+    damage, truncated = _read_files(folder, collector, progress)
+    file = str(folder.path)
+    total = sum(collector.counts.values())
+    if not total:
+        reason = f": {folder.files[0].name} {damage[0]}" if damage else ""
+        raise BagError(f"{file} holds no messages{reason}")
+    chosen = choose_namespace(file, collector.types, namespace)
+    _refuse_wrong_types(file, chosen, collector)
+
+    findings = _damage_findings(folder, collector, damage, truncated)
+    rows = {
+        relative: rows.joined()
+        for topic, rows in collector.rows.items()
+        if (relative := _within(topic, chosen)) and relative != RIG_TOPIC and rows.stamp
+    }
+    rows = {relative: pair for relative, pair in rows.items() if pair[0].size}
+    if not rows:
+        raise BagError(f"{file} has no readable message on {chosen}/{DRIVE_TOPIC} or any other telemetry topic")
+    epoch = _epoch([stamp for stamp, _ in rows.values()])
+    streams = {relative: _stream(relative, *pair, epoch) for relative, pair in rows.items()}
+    rig, rig_findings = _rig(file, chosen, collector)
+    findings += _unreadable_findings(file, chosen, collector.rows)
+    findings += _missing_findings(file, chosen, streams, collector) + rig_findings
+    findings += _other_topics(file, chosen, collector)
+    return Recording(file, epoch, rig, None, None, {}, [], chosen).with_streams(streams, findings)
+
+
+def _read_files(folder: BagFolder, collector: Collector, progress) -> tuple[list[str], bool]:
+    """Read all files; what could not be read, and whether an end is missing."""
+    hashes = {topic: entry.type_hash for topic, entry in (folder.topics or {}).items()}
+    damage: list[str] = []
+    truncated = False
+    parts = len(folder.files)
+    with tempfile.TemporaryDirectory(prefix="ddh_bag_") as scratch:
+        for index, file in enumerate(folder.files):
+            storage = _open(file, Path(scratch))
+            share = None
+            if progress is not None:
+                def share(position, index=index):
+                    progress((index + position) / parts)
+            collector.read(storage, hashes, share)
+            damage += storage.damage.notes
+            truncated |= storage.damage.truncated
+    return damage, truncated
+
+
+def _open(file: Path, scratch: Path) -> Storage:
+    if file.suffix == ".zstd":
+        target = scratch / file.stem
+        try:
+            unpack_file(file, target)
+        except ValueError as error:
+            if not target.exists() or not target.stat().st_size:
+                raise BagError(f"{file} cannot be unpacked: {error}") from None
+        file = target
+    return McapStorage(file) if file.suffix == ".mcap" else SqliteStorage(file)
+
+
+def _within(topic: str, namespace: str) -> str:
+    """Relative name of a telemetry topic of the namespace, '' for any other."""
+    split = split_topic(topic)
+    return split[1] if split and split[0] == namespace else ""
+
+
+def _refuse_wrong_types(file: str, namespace: str, collector: Collector) -> None:
+    for topic, problem in collector.problems.items():
+        if _within(topic, namespace):
+            raise BagError(f"{file}: topic {topic} {problem}")
+
+
+def _epoch(stamps: list[np.ndarray]) -> int:
+    """Oldest stamp that lies near the others, ns."""
+    near = int(np.median([np.median(s) for s in stamps])) - _REACH
+    return min(int(s[s >= near].min()) for s in stamps if (s >= near).any())
+
+
+def _stream(relative: str, stamp: np.ndarray, values: np.ndarray, epoch: int) -> Stream:
+    if relative.startswith(TEMPERATURE_PREFIX):
+        fields = TEMPERATURE_FIELDS
+        values[:, 0] += ZERO_CELSIUS
+    else:
+        fields = DRIVE_FIELDS if relative == DRIVE_TOPIC else HYDRAULIC_FIELDS
+    return Stream((stamp - epoch) * 1e-9, values, fields)
+
+
+def _rig(file: str, namespace: str, collector: Collector) -> tuple[RigInfo | None, list[Finding]]:
+    topic = f"{namespace}/{RIG_TOPIC}"
+    rigs = collector.rigs.get(topic, [])
+    if not rigs:
+        message = f"{file} has no message on {topic}: payload and oil grade must come from elsewhere"
+        return None, [Finding("warning", file, topic, "", None, 1, message)]
+    names = sorted({rig.rig_id for rig in rigs})
+    if len(names) > 1:
+        listed = " and ".join(repr(n) for n in names)
+        raise BagError(f"{file}: topic {topic} names {len(names)} rigs, {listed}; a recording is of one rig")
+    others = [rig for rig in rigs if rig != rigs[0]]
+    if not others:
+        return rigs[0], []
+    message = (
+        f"{file}: topic {topic} says payload {rigs[0].payload_mass:g} kg and {rigs[0].oil_grade!r} first, "
+        f"then {others[0].payload_mass:g} kg and {others[0].oil_grade!r}; the first is used"
+    )
+    return rigs[0], [
+        Finding("warning", file, topic, "payload_mass", others[0].payload_mass, len(others), message)
+    ]
+
+
+def _damage_findings(folder: BagFolder, collector: Collector, damage: list[str], truncated: bool) -> list[Finding]:
+    file = str(folder.path)
+    notes = folder.notes + damage
+    total = sum(collector.counts.values())
+    expected = sum(entry.count for entry in (folder.topics or {}).values())
+    short = folder.topics is not None and folder.path.is_dir() and total < expected
+    if not notes and not short:
+        return []
+    seconds = (collector.last_log - collector.first_log) * 1e-9
+    of = f" of {expected}" if expected > total else ""
+    why = "; it ".join(notes) or "holds fewer messages than its metadata.yaml says"
+    message = f"{file} {why}; recovered {total}{of} messages, {seconds:.1f} s"
+    return [Finding("warning", file, "", "", total, max(1, len(notes)), message)]
+
+
+def _unreadable_findings(file: str, namespace: str, rows: dict[str, Rows]) -> list[Finding]:
+    findings = []
+    for topic, row in rows.items():
+        if row.unreadable and _within(topic, namespace):
+            message = (
+                f"{file}: {row.unreadable} messages on {topic} cannot be decoded and are left out, "
+                f"the first has {row.shortest} bytes"
+            )
+            findings.append(Finding("warning", file, topic, "", row.shortest, row.unreadable, message))
+    return findings
+
+
+def _missing_findings(file: str, namespace: str, streams: dict[str, Stream], collector: Collector) -> list[Finding]:
+    findings = []
+    consequences = {
+        DRIVE_TOPIC: "the motor's losses and the shaft's speed are not known",
+        HYDRAULIC_TOPIC: "pressures and rod motion are not known",
+        TEMPERATURE_PREFIX + "ambient": "the ambient temperature must be assumed",
+    }
+    for relative, consequence in consequences.items():
+        if relative in streams:
+            continue
+        topic = f"{namespace}/{relative}"
+        state = "is announced but has no message" if topic in collector.types else "is missing"
+        near = _similar(topic, namespace, collector)
+        message = f"{file}: topic {topic} {state}, {consequence}{near}"
+        findings.append(Finding("warning", file, topic, "", None, 1, message))
+    return findings
+
+
+def _similar(topic: str, namespace: str, collector: Collector) -> str:
+    for other in sorted(collector.types):
+        if not split_topic(other) and f"{namespace}/{nearest_telemetry(other, namespace)}" == topic:
+            return f"; did {other} mean it?"
+    return ""
+
+
+def _other_topics(file: str, namespace: str, collector: Collector) -> list[Finding]:
+    others = sorted(topic for topic in collector.types if not _within(topic, namespace))
+    findings = []
+    for topic in others:
+        relative = topic[len(namespace) + 1 :] if topic.startswith(namespace + "/") else ""
+        if relative.startswith(TEMPERATURE_PREFIX):
+            message = (
+                f"{file}: topic {topic} is no sensor of the interface and is ignored; nearest is "
+                f"{nearest_telemetry(topic, namespace)}, valid are {', '.join(TEMPERATURE_SENSORS)}"
+            )
+            findings.append(Finding("warning", file, topic, "", None, collector.counts[topic], message))
+    listed = [topic for topic in others if topic not in {f.topic for f in findings}]
+    if listed:
+        message = f"{file}: {len(listed)} other topics are ignored: {', '.join(listed)}"
+        findings.append(Finding("info", file, "", "", ", ".join(listed), len(listed), message))
+    return findings
