@@ -18,6 +18,43 @@ leave_foreign_ros_alone() {
     PKG_CONFIG_PATH VIRTUAL_ENV _ROS_WHEELS_BOOTSTRAP_COMPLETE
 }
 
+# A working Python: runs (the shims of pyenv exist and may not), can make a venv, has the headers that the messages'
+# extension modules are compiled against. Prints "version executable" or nothing.
+python_probe='
+import os, sys, sysconfig
+version = sys.version_info[:2]
+missing = []
+try: import venv, ensurepip
+except ImportError: missing.append("venv")
+if not os.path.exists(os.path.join(sysconfig.get_paths()["include"], "Python.h")): missing.append("dev")
+print("%d.%d" % version, ",".join(missing) or "complete", sys.executable)
+'
+candidates() { # minor versions, best first
+  if [ -n "${DDH_PYTHON:-}" ]; then
+    printf '%s\n' "$DDH_PYTHON"
+    return
+  fi
+  local minor
+  for minor in "$@"; do
+    printf '%s\n' "python3.$minor" "/usr/bin/python3.$minor" "/usr/local/bin/python3.$minor"
+    ls -d "${HOME:-/root}"/.pyenv/versions/3."$minor"*/bin/python3 2>/dev/null | sort -rV || true
+    printf '%s\n' python3
+  done
+}
+find_python() { # minor versions, best first; sets python, python_version, python_lacks
+  python= python_version= python_lacks=
+  local candidate version lacks executable
+  while read -r candidate; do
+    read -r version lacks executable < <("$candidate" -I -c "$python_probe" 2>/dev/null) || continue
+    case " $* " in *" ${version#3.} "*) ;; *) continue ;; esac
+    if [ "$lacks" = complete ]; then
+      python=$executable python_version=$version python_lacks=
+      return
+    fi
+    [ -n "$python" ] || python=$executable python_version=$version python_lacks=$lacks
+  done < <(candidates "$@")
+}
+
 apt_python() { # what this machine's distribution calls it
   if grep -qs 'VERSION_CODENAME=bookworm' /etc/os-release; then
     echo "python3 python3-venv python3-dev"

@@ -13,43 +13,6 @@ cd "$root"
 leave_foreign_ros_alone
 
 # --- prerequisites -----------------------------------------------------------------------------
-# A working Python: runs, is 3.12 or 3.11, can make a venv, has the headers that the messages'
-# extension modules are compiled against. Prints "version executable" or nothing.
-probe='
-import os, sys, sysconfig
-version = sys.version_info[:2]
-if version not in ((3, 12), (3, 11)): sys.exit(1)
-missing = []
-try: import venv, ensurepip
-except ImportError: missing.append("venv")
-if not os.path.exists(os.path.join(sysconfig.get_paths()["include"], "Python.h")): missing.append("dev")
-print("%d.%d" % version, ",".join(missing) or "complete", sys.executable)
-'
-candidates() {
-  if [ -n "${DDH_PYTHON:-}" ]; then
-    printf '%s\n' "$DDH_PYTHON"
-    return
-  fi
-  local minor
-  for minor in 12 11; do
-    printf '%s\n' "python3.$minor" "/usr/bin/python3.$minor" "/usr/local/bin/python3.$minor"
-    ls -d "$HOME"/.pyenv/versions/3."$minor"*/bin/python3 2>/dev/null | sort -rV || true
-    [ "$minor" = 12 ] && printf '%s\n' python3
-  done
-}
-find_python() {
-  python= python_version= python_lacks=
-  local candidate version lacks executable
-  while read -r candidate; do
-    read -r version lacks executable < <("$candidate" -I -c "$probe" 2>/dev/null) || continue
-    if [ "$lacks" = complete ]; then
-      python=$executable python_version=$version python_lacks=
-      return
-    fi
-    [ -n "$python" ] || python=$executable python_version=$version python_lacks=$lacks
-  done < <(candidates)
-}
-
 missing=0
 lack() { # what, apt package
   printf 'missing: %s - install it with: sudo apt-get install -y %s\n' "$1" "$2" >&2
@@ -67,7 +30,7 @@ if [ -z "${DDH_PYTHON:-}" ] && [ "$(cat "$state/root" 2>/dev/null)" = "$root" ] 
   python_version=$version python=
 else
   [ -n "${DDH_PYTHON:-}" ] || rm -f "$state/venv.done"
-  find_python
+  find_python 12 11
   if [ -z "$python" ]; then
     if [ -n "${DDH_PYTHON:-}" ]; then
       printf 'missing: DDH_PYTHON=%s is no working Python 3.12 or 3.11 - leave it unset, or install one with: sudo apt-get install -y %s\n' \

@@ -1,0 +1,29 @@
+# Each target sets up what it needs; a set-up that is complete costs nothing.
+.DEFAULT_GOAL := help
+.PHONY: help setup demo test bench lint clean distclean
+
+help: ## this list
+	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-10s %s\n", $$1, $$2 }' Makefile
+
+setup: ## install what is locked into .venv and build the workspace
+	@scripts/setup.sh
+
+demo: setup ## replay bags/paper_cycle through the live nodes, write out/demo/report.html
+	@.venv/bin/ddh-twin demo
+
+test: setup ## all tests; a selection with ARGS="-k oil"
+	@scripts/test.sh $(ARGS)
+
+bench: setup ## print speed and memory of replay and of the live graph
+	@.venv/bin/ddh-twin bench
+
+lint: setup ## ruff
+	@.venv/bin/ruff check .
+
+clean: ## remove what was built and written; .venv stays
+	rm -rf out ros2_ws/build ros2_ws/install ros2_ws/log .pytest_cache .ruff_cache .hypothesis
+	rm -f .venv/ddh/ddh_*.done
+	find ddh_twin_py tests -name __pycache__ -type d -prune -exec rm -rf {} +
+
+distclean: clean ## the same and .venv
+	rm -rf .venv

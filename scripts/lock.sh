@@ -1,0 +1,25 @@
+#!/usr/bin/env bash
+# Writes requirements/lock-py312.txt and lock-py311.txt from the .in files, each with the Python
+# that it is for: every package, direct or not, with its version and the hashes of its wheels.
+# Keeps what is locked where the .in files still allow it; --upgrade takes the newest.
+set -euo pipefail
+root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd -P)
+cd "$root/requirements"
+. ../scripts/lib.sh
+leave_foreign_ros_alone
+unset DDH_PYTHON
+
+scratch=$(mktemp -d)
+trap 'rm -rf "$scratch"' EXIT
+for minor in 12 11; do
+  find_python "$minor"
+  [ -n "$python" ] || { echo "lock: no working Python 3.$minor on this machine" >&2; exit 1; }
+  echo "lock: resolving for Python 3.$minor ($python), takes 1 to 3 min"
+  "$python" -m venv "$scratch/$minor"
+  "$scratch/$minor/bin/pip" --disable-pip-version-check -q install pip-tools==7.6.2
+  # No trace of where the packages came from: the same lock serves any index.
+  CUSTOM_COMPILE_COMMAND=scripts/lock.sh "$scratch/$minor/bin/pip-compile" -q "$@" --generate-hashes --allow-unsafe \
+    --strip-extras --no-emit-index-url --no-emit-find-links --no-emit-trusted-host \
+    -o "lock-py3$minor.txt" ros.in twin.in dev.in
+  grep -c '^[a-zA-Z0-9].*==' "lock-py3$minor.txt" | sed "s/^/lock: lock-py3$minor.txt: /; s/\$/ packages/"
+done

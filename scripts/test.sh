@@ -1,0 +1,9 @@
+#!/usr/bin/env bash
+# pytest in the environment that setup.sh made; arguments go to pytest.
+set -euo pipefail
+root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd -P)
+cd "$root"
+. .venv/ddh/env.sh
+export PATH=$root/.venv/bin:$PATH
+# Two workers; tests of one file, and all marked "live", stay on one of them (tests/conftest.py).
+exec .venv/bin/python -m pytest -q -n 2 --dist loadgroup tests "$@"
