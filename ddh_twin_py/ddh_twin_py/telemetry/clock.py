@@ -1,0 +1,73 @@
+"""Order of stamps: which are late, and where a clock jumped back."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from ddh_twin_py.physics.compiled import kernel
+
+
+def clock_segments(stamps: Mapping[str, np.ndarray], window_ns: int) -> dict[str, np.ndarray]:
+    """For every sample, how often the clock had jumped back before it (int64[n] per stream).
+
+    Stamps are int64[n] ns in order of arrival. A stamp more than `window_ns` older than the
+    newest before it is a jump. A stream too slow to show a jump that others show is cut where
+    its stamps pass the last ones from before that jump.
+    """
+    segments = {name: _jumps_before(np.ascontiguousarray(stamp), window_ns) for name, stamp in stamps.items()}
+    counts = {name: int(s[-1]) if s.size else 0 for name, s in segments.items()}
+    most = max(counts.values(), default=0)
+    slow = [name for name, count in counts.items() if count < most and segments[name].size]
+    for name in slow:
+        ends = np.full(most, np.iinfo(np.int64).min)
+        for other, segment in segments.items():
+            if counts[other] == most:
+                starts = np.concatenate(([0], np.flatnonzero(np.diff(segment)) + 1))
+                newest = np.maximum.reduceat(stamps[other], starts)[:-1]
+                ends = np.maximum(ends, newest)
+        segments[name] = _cut(np.ascontiguousarray(stamps[name]), segments[name], ends + window_ns)
+    return segments
+
+
+def sorted_order(stamp: np.ndarray, segment: np.ndarray) -> np.ndarray:
+    """Indices int64[k] that sort by segment, then stamp, without the repeated stamps.
+
+    Of samples with the same stamp in the same segment the first to arrive stays.
+    """
+    if stamp.size < 2 or (np.all(stamp[1:] > stamp[:-1]) and segment[0] == segment[-1]):
+        return np.arange(stamp.size)
+    order = np.lexsort((stamp, segment))
+    repeated = np.zeros(stamp.size, bool)
+    repeated[1:] = (np.diff(stamp[order]) == 0) & (np.diff(segment[order]) == 0)
+    return order[~repeated]
+
+
+@kernel
+def _jumps_before(stamp, window):  # pragma: no cover - compiled
+    segment = np.zeros(stamp.size, np.int64)
+    number = 0
+    newest = np.int64(0)
+    for i in range(stamp.size):
+        if i > 0 and stamp[i] < newest - window:
+            number += 1
+            newest = stamp[i]
+        elif i == 0 or stamp[i] > newest:
+            newest = stamp[i]
+        segment[i] = number
+    return segment
+
+
+@kernel
+def _cut(stamp, own, ends):  # pragma: no cover - compiled
+    """Segments of a slow stream: its own jumps, and those that its stamps have passed."""
+    segment = np.empty_like(own)
+    number = 0
+    for i in range(stamp.size):
+        if i > 0 and own[i] > own[i - 1]:
+            number += 1
+        elif number < ends.size and stamp[i] > ends[number]:
+            number += 1
+        segment[i] = min(number, ends.size)
+    return segment

@@ -1,0 +1,197 @@
+"""Live and array version of the alignment give the same ticks."""
+
+import numpy as np
+import pytest
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
+
+from ddh_twin_py.telemetry.alignment import TickAligner, align, tick_index
+from ddh_twin_py.telemetry.recording import Recording, drive_stream, hydraulic_stream, temperature_stream
+
+EPOCH = 1_772_000_000_123_456_789
+MS = 1_000_000
+WIDTHS = {"drive/telemetry": 6, "hydraulics/telemetry": 4, "temperature/ambient": 2}
+
+
+def recording_of(arrivals):
+    """A recording with, per stream, stamps in ns after EPOCH in order of arrival."""
+    streams = []
+    for (name, width), stamps in zip(WIDTHS.items(), arrivals, strict=True):
+        stamps = np.array(stamps, np.int64)
+        values = np.arange(stamps.size * width, dtype=float).reshape(-1, width)
+        if width == 6:
+            streams.append(drive_stream(stamps * 1e-9, values))
+        elif width == 4:
+            streams.append(hydraulic_stream(stamps * 1e-9, values))
+        else:
+            streams.append(temperature_stream(stamps * 1e-9, values[:, 0], values[:, 1]))
+    return Recording("test", EPOCH, None, streams[0], streams[1], {"ambient": streams[2]})
+
+
+def live_ticks(recording, order, **options):
+    """Ticks of the live aligner, fed in the given order of (stream name, index)."""
+    aligner = TickAligner(WIDTHS, **options)
+    streams = {name: (s.stamps(recording.epoch_ns), s.values) for name, s in recording.streams()}
+    ticks = []
+    for name, i in order:
+        aligner.push(name, streams[name][0][i], streams[name][1][i])
+        ticks += aligner.ready()
+    ticks += aligner.flush()
+    return ticks, aligner
+
+
+def assert_same(live, whole):
+    assert [t.end_ns for t in live] == whole.end_ns.tolist()
+    for a, b in zip(live, whole, strict=True):
+        assert (a.start_ns, a.end_ns, a.restart) == (b.start_ns, b.end_ns, b.restart)
+        for name in WIDTHS:
+            np.testing.assert_array_equal(a.samples[name].stamp, b.samples[name].stamp)
+            np.testing.assert_array_equal(a.samples[name].values, b.samples[name].values)
+
+
+@st.composite
+def arrivals(draw):
+    """Stamps per stream in order of arrival: late by up to 0.5 s, repeated, with gaps; and a global order."""
+    rng = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
+    lateness = draw(st.sampled_from([0, 20 * MS, 500 * MS]))
+    gap = draw(st.sampled_from([0, 400 * MS, 3_000 * MS]))
+    jittered = draw(st.booleans())
+    arrived = []  # (time of arrival, stream, stamp)
+    for stream, period in enumerate((10 * MS, draw(st.sampled_from([10, 20, 50])) * MS, 500 * MS)):
+        count = draw(st.integers(0, 150 if stream < 2 else 6))
+        stamps = np.arange(count, dtype=np.int64) * period
+        if jittered:
+            stamps += rng.integers(0, 3 * MS, count)
+        stamps[count // 2 :] += gap
+        keep = rng.random(count) > draw(st.sampled_from([0.0, 0.2]))
+        stamps = stamps[keep]
+        delays = rng.integers(0, lateness + 1, stamps.size)
+        arrived += [(int(s + d), stream, int(s)) for s, d in zip(stamps, delays, strict=True)]
+        again = stamps[rng.random(stamps.size) < 0.1]
+        arrived += [(int(s) + int(rng.integers(0, lateness + 1)), stream, int(s)) for s in again]
+    arrived.sort()
+    per_stream = [[s for _, stream, s in arrived if stream == k] for k in range(3)]
+    seen = [0, 0, 0]
+    order = []
+    for _, stream, _ in arrived:
+        order.append((list(WIDTHS)[stream], seen[stream]))
+        seen[stream] += 1
+    return per_stream, order
+
+
+@settings(max_examples=150, deadline=None)
+@given(arrivals())
+@example(([[0, 50 * MS], [], []], [("drive/telemetry", 0), ("drive/telemetry", 1)]))
+def test_live_cuts_are_the_array_cuts(case):
+    per_stream, order = case
+    recording = recording_of(per_stream)
+    live, aligner = live_ticks(recording, order)
+    assert_same(live, align(recording))
+    for name, stream in recording.streams():
+        taken = sum(len(t.samples[name]) for t in live)
+        assert taken + aligner.counts[name, "duplicate"] == len(stream)
+        assert not aligner.counts[name, "late"]
+
+
+def test_edges_belong_to_the_tick_that_they_end():
+    assert tick_index(50 * MS, 50 * MS) == 1
+    assert tick_index(50 * MS + 1, 50 * MS) == 2
+    assert tick_index(0, 50 * MS) == 0
+    assert tick_index(-1, 50 * MS) == 0
+
+
+def test_edges_are_multiples_of_the_interval():
+    ticks = align(recording_of([[3 * MS, 170 * MS], [4 * MS], []]))
+    assert (ticks.edges % (50 * MS) == 0).all()
+    assert ticks.edges[0] < EPOCH + 3 * MS <= ticks.edges[1]
+    assert len(ticks) == 4
+    assert not ticks.restart.any()
+
+
+def test_a_tick_is_held_until_nothing_of_it_can_come():
+    aligner = TickAligner(WIDTHS, awaited=["drive/telemetry", "hydraulics/telemetry"])
+    for k in range(1, 61):
+        aligner.push("drive/telemetry", k * 10 * MS, np.zeros(6))
+        if k <= 50:
+            aligner.push("hydraulics/telemetry", k * 10 * MS, np.zeros(4))
+    assert list(aligner.ready()) == []  # the hydraulic stream stands at 0.50 s
+    aligner.push("hydraulics/telemetry", 550 * MS + 1, np.zeros(4))
+    (tick,) = aligner.ready()
+    assert tick.end_ns == 50 * MS
+    assert len(tick.samples["drive/telemetry"]) == 5
+
+
+def test_a_stopped_stream_is_waited_for_once():
+    aligner = TickAligner(WIDTHS, awaited=["drive/telemetry", "hydraulics/telemetry"], timeout=1.0)
+    released = []
+    for k in range(1, 401):
+        aligner.push("drive/telemetry", k * 10 * MS, np.zeros(6))
+        if k <= 100:
+            aligner.push("hydraulics/telemetry", k * 10 * MS, np.zeros(4))
+        released.append(sum(1 for _ in aligner.ready()))
+    assert sum(released[:200]) == 9  # up to 0.45 s, until 0.5 s + 0.5 s + 1.0 s
+    assert sum(released) == 69  # up to 3.45 s: no longer waited for
+    aligner.push("hydraulics/telemetry", 4010 * MS, np.zeros(4))
+    tick = next(t for t in aligner.flush() if t.end_ns == 4050 * MS)
+    assert len(tick.samples["hydraulics/telemetry"]) == 1
+
+
+def test_a_backward_jump_flushes_and_begins_anew():
+    stamps = [k * 10 * MS for k in range(1, 101)]
+    again = [s - 700 * MS for s in stamps]
+    order = [(name, i) for i in range(200) for name in ("drive/telemetry", "hydraulics/telemetry")]
+    recording = recording_of([stamps + again, stamps + again, []])
+    live, aligner = live_ticks(recording, order)
+    assert aligner.counts["drive/telemetry", "clock_jump"] == 1
+    assert aligner.counts["hydraulics/telemetry", "clock_jump"] == 0
+    assert sum(t.restart for t in live) == 1
+    assert sum(len(t.samples["drive/telemetry"]) for t in live) == 200
+    assert_same(live, align(recording))
+
+
+def test_samples_of_the_old_clock_after_a_jump_are_left_out():
+    aligner = TickAligner(WIDTHS)
+    for k in range(1, 101):
+        aligner.push("drive/telemetry", 10**10 + k * 10 * MS, np.zeros(6))
+        aligner.push("hydraulics/telemetry", 10**10 + k * 10 * MS, np.zeros(4))
+    aligner.push("drive/telemetry", 10 * MS, np.ones(6))
+    aligner.push("hydraulics/telemetry", 10**10 + 1010 * MS, np.ones(4))
+    aligner.push("hydraulics/telemetry", 12 * MS, np.ones(4))
+    ticks = list(aligner.flush())
+    assert aligner.counts["hydraulics/telemetry", "old_clock"] == 1
+    assert ticks[-1].restart
+    assert ticks[-1].end_ns == 50 * MS
+    assert len(ticks[-1].samples["hydraulics/telemetry"]) == 1
+
+
+def test_a_slow_stream_joins_the_new_clock_without_a_jump_of_its_own():
+    drive = [k * 10 * MS for k in range(1, 1001)] + [8000 * MS + k * 10 * MS for k in range(1, 1001)]
+    ambient = [1000 * MS, 9000 * MS, 15000 * MS]
+    recording = recording_of([drive, [], ambient])
+    ticks = align(recording)
+    assert int(ticks.restart.sum()) == 1
+    restart = int(np.flatnonzero(ticks.restart)[0])
+    assert ticks.last["temperature/ambient"][restart - 1] == 2
+    assert ticks.last["temperature/ambient"][-1] == 3
+
+
+def test_a_long_silence_is_skipped_and_marked():
+    stamps = [10 * MS, 20 * MS, 2000 * 10**9, 2000 * 10**9 + 10 * MS]
+    recording = recording_of([stamps, stamps, []])
+    order = [(name, i) for i in range(4) for name in ("drive/telemetry", "hydraulics/telemetry")]
+    live, _ = live_ticks(recording, order, longest_gap=60.0)
+    whole = align(recording, longest_gap=60.0)
+    assert_same(live, whole)
+    assert int(whole.restart.sum()) == 1
+    assert len(whole) < 1300
+
+
+def test_two_sources_on_one_topic_are_refused():
+    stamps = [t for k in range(2000) for t in (k * 10 * MS, 10**12 + k * 10 * MS)]
+    with pytest.raises(ValueError, match="jump back 1999 times, allowed are 1000"):
+        align(recording_of([stamps, [], []]))
+
+
+def test_unknown_awaited_stream_is_named():
+    with pytest.raises(ValueError, match="'drve' is none of drive/telemetry"):
+        TickAligner(WIDTHS, awaited=["drve"])
