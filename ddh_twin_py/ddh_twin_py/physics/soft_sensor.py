@@ -18,6 +18,14 @@ from ddh_twin_py.physics.thermal_network import (
 )
 from ddh_twin_py.physics.valves import relief_flow
 
+MEASURED_FIELDS = (
+    "speed_command", "speed", "acceleration", "torque", "current", "current_square", "voltage", "electrical_power",
+    "pressure_piston_side", "pressure_rod_side", "rod_position", "rod_velocity", "drive_age", "hydraulic_age",
+    "standstill",
+)
+MEASURED_DTYPE = np.dtype([(name, np.float64) for name in MEASURED_FIELDS])
+"""Telemetry of one interval, means in SI; ages (s) of the newest samples, time at standstill (s)."""
+
 SUCTION_BELOW = 0.5e5
 """Pa gauge: a side whose pressure is lower can be fed by its check valve."""
 
@@ -29,38 +37,37 @@ def make_up_flow(pressure, wanted, delivered):
 
 
 @inlined
-def operating_point(point, speed, acceleration, current, current_square, pressure_a, pressure_b, velocity, position, temperature, p):
-    """Fill one operating point from means over an interval.
+def operating_point(point, m, temperature, p):
+    """Fill one operating point from the means ``m`` over an interval (a row of `MEASURED_DTYPE`).
 
     Torque, current, voltage and power are those that the model expects from pressures and
-    speed; the copper loss is that of the measured current (``current_square``, A^2).
+    speed; the copper loss is that of the measured current.
     """
     clear(point)
     c = hydraulics.coefficients(temperature, p)
     resistance = winding_resistance(temperature, p)
-    torque = shaft_torque(speed, acceleration, pressure_a, pressure_b, c, p)
-    add_motor(point, 1.0, speed, torque / p.motor_torque_constant, resistance, p)
-    point.mean_square_current = current_square
-    point.loss_copper = 3.0 * resistance * current_square
-    flow_1, flow_2, _, _ = hydraulics.pump_flows(speed, pressure_a, pressure_b, c, p)
+    torque = shaft_torque(m.speed, m.acceleration, m.pressure_piston_side, m.pressure_rod_side, c, p)
+    add_motor(point, 1.0, m.speed, torque / p.motor_torque_constant, resistance, p)
+    point.mean_square_current = m.current_square
+    point.loss_copper = 3.0 * resistance * m.current_square
+    flow_1, flow_2, _, _ = hydraulics.pump_flows(m.speed, m.pressure_piston_side, m.pressure_rod_side, c, p)
     add_hydraulics(
-        point, 1.0, speed, pressure_a, pressure_b, velocity, position,
-        make_up_flow(pressure_a, piston_area(p) * velocity, flow_1),
-        make_up_flow(pressure_b, -rod_side_area(p) * velocity, flow_2),
-        relief_flow(pressure_b, p), c, p,
+        point, 1.0, m.speed, m.pressure_piston_side, m.pressure_rod_side, m.rod_velocity, m.rod_position,
+        make_up_flow(m.pressure_piston_side, piston_area(p) * m.rod_velocity, flow_1),
+        make_up_flow(m.pressure_rod_side, -rod_side_area(p) * m.rod_velocity, flow_2),
+        relief_flow(m.pressure_rod_side, p), c, p,
     )
 
 
 @kernel
-def soft_sensor(params, measured, oil_temperature, use_oil, interval, temperature, ambient, points, temperatures):
+def soft_sensor(params, measured, better_temperature, use_better, interval, temperature, ambient, points, temperatures):
     """Run over consecutive intervals, in place on temperature (N, K), the network without sensors.
 
     Args:
-        measured: means of each interval, shape (n, 9): speed (rad/s), speed at its start and
-            end (rad/s), current (A), current squared (A^2), pressure piston side, rod side (Pa),
-            rod velocity (m/s), rod position (m): see `MEASURED_FIELDS`.
-        oil_temperature: K, shape (N,), better known temperatures for viscosity and resistance;
-            taken where ``use_oil`` is true, else the network's own.
+        measured: means of each interval, shape (n,), see `MEASURED_DTYPE`; a pressure,
+            velocity or position that nobody measured is filled in by the caller.
+        better_temperature: K, shape (N,), better known temperatures for viscosity and
+            resistance; taken where ``use_better`` is true, else the network's own.
         ambient: K, shape (n,). interval: s.
         points, temperatures: out, as in `free_run`.
     Returns:
@@ -73,21 +80,11 @@ def soft_sensor(params, measured, oil_temperature, use_oil, interval, temperatur
     lost = 0.0
     for k in range(points.shape[0]):
         m = measured[k]
-        operating_point(
-            points[k], m[0], (m[2] - m[1]) / interval, m[3], m[4], m[5], m[6], m[7], m[8],
-            oil_temperature if use_oil else temperature, p,
-        )
-        capacities(params, m[8], capacity)
+        operating_point(points[k], m, better_temperature if use_better else temperature, p)
+        capacities(params, m.rod_position, capacity)
         lost += network_step(
             params, edge, wall, surface, capacity, temperature, ambient[k], points[k].heat,
             points[k].mean_square_current, points[k].flow, interval, work,
         )
         temperatures[k] = temperature
     return lost
-
-
-MEASURED_FIELDS = (
-    "speed", "speed_start", "speed_end", "current", "current_square", "pressure_piston_side", "pressure_rod_side",
-    "rod_velocity", "rod_position",
-)
-"""Columns of the soft sensor's input."""

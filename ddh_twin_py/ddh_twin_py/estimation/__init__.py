@@ -1,0 +1,1 @@
+"""What is believed about the unit's temperatures, and how surely."""

@@ -1,0 +1,46 @@
+"""Temperatures at the start of a run, from the few that are read."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from ddh_twin_py.physics.thermal_network import NODES
+
+_NEIGHBOURS = {
+    "slot_winding": ("end_winding", "housing"),
+    "end_winding": ("housing",),
+    "teeth": ("housing", "end_winding"),
+    "rotor": ("housing", "end_winding"),
+    "yoke": ("housing", "end_winding"),
+    "housing": ("end_winding",),
+    "line_a_wall": ("tank_oil", "tank_wall"),
+    "line_b_wall": ("tank_oil", "tank_wall"),
+    "tank_wall": ("tank_oil",),
+    "chamber_a_oil": ("cylinder_barrel", "line_a_wall", "tank_oil"),
+    "chamber_b_oil": ("cylinder_barrel", "line_b_wall", "tank_oil"),
+    "cylinder_barrel": ("tank_oil", "tank_wall"),
+    "line_a_oil": ("line_a_wall", "tank_oil", "tank_wall"),
+    "line_b_oil": ("line_b_wall", "tank_oil", "tank_wall"),
+    "pump_1_case": ("pump_2_case", "tank_oil", "tank_wall"),
+    "pump_2_case": ("pump_1_case", "tank_oil", "tank_wall"),
+    "pump_1_oil": ("pump_1_case", "tank_oil", "tank_wall"),
+    "pump_2_oil": ("pump_2_case", "tank_oil", "tank_wall"),
+    "tank_oil": ("tank_wall",),
+}
+
+
+def spread_start(read: Mapping[str, float], ambient: float) -> np.ndarray:
+    """Temperature of every node, K, (N,): its own reading, else its nearest neighbour's, else ambient.
+
+    Args:
+        read: node to K, of those that a sensor reads. ambient: K.
+    """
+    start = np.full(len(NODES), ambient)
+    for i, node in enumerate(NODES):
+        for candidate in (node, *_NEIGHBOURS[node]):
+            if candidate in read:
+                start[i] = read[candidate]
+                break
+    return start

@@ -1,0 +1,264 @@
+"""Extended Kalman filter on the thermal network: compiled prediction and update.
+
+State: temperatures of the N nodes and, per sensor, the lagged reading (dynamic); per sensor a
+constant offset, and the uncertain parameters of `uncertain_parameters` (static). The mean moves
+with the network at every interval; the covariance moves once per epoch with the network's
+Jacobian, P_dd <- [Phi Psi] P [Phi Psi]^T + Q, where Phi = (I - h A)^-1 and Psi = Phi h B. Readings are
+compared with the mean at their own interval and applied at the end of the epoch.
+
+Schmidt 1966 for the static part; Verhaegen, Van Dooren 1986 for the symmetric update.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ddh_twin_py.estimation.uncertain_parameters import (
+    AMBIENT_AT, CAPACITY_AT, CAPACITY_NODES, EDGE_AT, END_SHARE_AT, N_UNCERTAIN, SURFACE_AT, WALL_AT,
+)
+from ddh_twin_py.physics.compiled import kernel
+from ddh_twin_py.physics.thermal_network import (
+    BARREL, CHAMBER_A, CHAMBER_B, EDGES, END_WINDING, HOUSING, LINE_A, LINE_B, N, N_EDGES, N_SURFACES, N_WALLS,
+    PUMP_1_CASE, PUMP_1_OIL, PUMP_2_CASE, PUMP_2_OIL, ROTOR, SLOT_WINDING, SURFACES, TEETH, WALLS, YOKE,
+    capacities, conductances, copper_loss, factorise, network_jacobian, network_rates, network_step, solve, surface_loss,
+)
+
+GATE = 5.0
+"""A reading further off than this many standard deviations is not used."""
+PATIENCE = 10
+"""After so many refused readings in a row the sensor's offset is taken as unknown again."""
+_UNKNOWN_HEAT_TIME = 60.0  # s, correlation time of heat that no model knows
+_UNKNOWN_HEAT = 0.3  # W per node, standard deviation
+_UNKNOWN_SHARE = 0.03  # of the node's own heat
+_OFFSET_DRIFT = 1.0e-4  # K per square root of s
+
+_EDGE_I = np.array([edge[1] for edge in EDGES])
+_EDGE_J = np.array([edge[2] for edge in EDGES])
+_SURFACE_NODE = np.array([surface[3] for surface in SURFACES])
+_WALL_NODE = np.array([wall[1] for wall in WALLS])
+_HEAT_NODES = (
+    np.array([SLOT_WINDING, END_WINDING]), np.array([TEETH, YOKE]), np.array([ROTOR]),
+    np.array([PUMP_1_OIL, PUMP_1_CASE]), np.array([PUMP_2_OIL, PUMP_2_CASE]),
+    np.array([BARREL, CHAMBER_A, CHAMBER_B]), np.array([LINE_A, LINE_B]),
+)
+_GROUP_OF_NODE = np.full(N, -1)
+for _group, _nodes in enumerate(_HEAT_NODES):
+    _GROUP_OF_NODE[_nodes] = _group
+_CAPACITY_OF_NODE = np.full(N, -1)
+_CAPACITY_OF_NODE[CAPACITY_NODES] = np.arange(len(CAPACITY_NODES))
+
+
+@kernel
+def scaled_network(params, deviation, edge, wall, surface):
+    """Conductances of the network with the filter's deviations (N_UNCERTAIN) applied."""
+    conductances(params, edge, wall, surface)
+    for k in range(N_EDGES):
+        edge[k] *= 1.0 + deviation[EDGE_AT + k]
+    for k in range(N_WALLS):
+        wall[k] *= 1.0 + deviation[WALL_AT + k]
+    for k in range(N_SURFACES):
+        surface[k, 1] *= 1.0 + deviation[SURFACE_AT + k]
+        surface[k, 2] *= 1.0 + deviation[SURFACE_AT + k]
+
+
+@kernel
+def scaled_capacity(params, deviation, position, capacity):
+    """Heat capacities with the filter's deviations applied."""
+    capacities(params, position, capacity)
+    for k in range(CAPACITY_NODES.shape[0]):
+        capacity[CAPACITY_NODES[k]] *= 1.0 + deviation[CAPACITY_AT + k]
+
+
+@kernel
+def scaled_heat(deviation, heat, out):
+    """Heat into the nodes with the filter's deviations applied; motor friction warms rotor and housing alike."""
+    for i in range(N):
+        group = _GROUP_OF_NODE[i]
+        out[i] = heat[i] * (1.0 + deviation[group]) if group >= 0 else heat[i]
+    out[HOUSING] = heat[HOUSING] * (1.0 + deviation[2])
+
+
+@kernel
+def predict_mean(params, dynamic, deviation, sensor_node, lag, heat, square, flow, position, ambient, interval, work):
+    """Move temperatures and lagged readings (N + m) over one interval, in place."""
+    edge, wall, surface = np.empty(N_EDGES), np.empty(N_WALLS), np.empty((N_SURFACES, 3))
+    capacity, scaled = np.empty(N), np.empty(N)
+    scaled_network(params, deviation, edge, wall, surface)
+    scaled_capacity(params, deviation, position, capacity)
+    scaled_heat(deviation, heat, scaled)
+    temperature = dynamic[:N]
+    before = temperature.copy()
+    network_step(
+        params, edge, wall, surface, capacity, temperature, ambient + deviation[AMBIENT_AT], scaled,
+        square * (1.0 + deviation[0]), flow, interval, work,
+    )
+    decay = np.exp(-interval / lag)
+    for k in range(sensor_node.shape[0]):
+        middle = 0.5 * (before[sensor_node[k]] + temperature[sensor_node[k]])
+        dynamic[N + k] = middle + (dynamic[N + k] - middle) * decay
+
+
+@kernel
+def predict_covariance(params, dynamic, deviation, covariance, sensor_node, lag, heat, unknown, square, flow, position, ambient, elapsed):
+    """Move the covariance over ``elapsed`` seconds with mean inputs, in place.
+
+    Args:
+        covariance: (N + m + m + N_UNCERTAIN) square: temperatures, readings, offsets, parameters.
+        heat: W, mean, (N,). unknown: W, standard deviation of heat that no model knows, (N,).
+        square: A^2. flow: m3/s, (N_FLOWS,). position: m. ambient: K.
+    """
+    m = sensor_node.shape[0]
+    d = N + m
+    first_parameter = d + m
+    size = covariance.shape[0]
+    p = params[0]
+    edge, wall, surface = np.empty(N_EDGES), np.empty(N_WALLS), np.empty((N_SURFACES, 3))
+    capacity, scaled, rate = np.empty(N), np.empty(N), np.empty(N)
+    scaled_network(params, deviation, edge, wall, surface)
+    scaled_capacity(params, deviation, position, capacity)
+    scaled_heat(deviation, heat, scaled)
+    temperature = dynamic[:N]
+    air = ambient + deviation[AMBIENT_AT]
+    scaled_square = square * (1.0 + deviation[0])
+    jacobian = np.empty((N, N))
+    network_jacobian(params, edge, wall, surface, capacity, temperature, air, scaled_square, flow, jacobian)
+    network_rates(params, edge, wall, surface, capacity, temperature, air, scaled, scaled_square, flow, rate)
+
+    gain = np.zeros((N, N_UNCERTAIN))  # derivative of the rate by the parameters
+    slot, end = copper_loss(temperature, square, p)
+    gain[SLOT_WINDING, 0] += slot / capacity[SLOT_WINDING]
+    gain[END_WINDING, 0] += end / capacity[END_WINDING]
+    for i in range(N):
+        group = _GROUP_OF_NODE[i]
+        if group >= 0:
+            gain[i, group] += heat[i] / capacity[i]
+    gain[HOUSING, 2] += heat[HOUSING] / capacity[HOUSING]
+    for k in range(N_EDGES):
+        i, j = _EDGE_I[k], _EDGE_J[k]
+        q = edge[k] / (1.0 + deviation[EDGE_AT + k]) * (temperature[j] - temperature[i])
+        gain[i, EDGE_AT + k] += q / capacity[i]
+        gain[j, EDGE_AT + k] -= q / capacity[j]
+    for k in range(N_WALLS):
+        i = _WALL_NODE[k]
+        gain[i, WALL_AT + k] -= wall[k] / (1.0 + deviation[WALL_AT + k]) * (temperature[i] - air) / capacity[i]
+        gain[i, AMBIENT_AT] += wall[k] / capacity[i]
+    for k in range(N_SURFACES):
+        i = _SURFACE_NODE[k]
+        q = surface_loss(temperature[i], air, surface[k, 0], surface[k, 1], surface[k, 2])
+        slope = surface_loss(temperature[i], air - 0.5, surface[k, 0], surface[k, 1], surface[k, 2]) - surface_loss(
+            temperature[i], air + 0.5, surface[k, 0], surface[k, 1], surface[k, 2])
+        gain[i, SURFACE_AT + k] -= q / (1.0 + deviation[SURFACE_AT + k]) / capacity[i]
+        gain[i, AMBIENT_AT] += slope / capacity[i]
+    for k in range(CAPACITY_NODES.shape[0]):
+        i = CAPACITY_NODES[k]
+        gain[i, CAPACITY_AT + k] -= rate[i] / (1.0 + deviation[CAPACITY_AT + k])
+    total = slot + end
+    gain[END_WINDING, END_SHARE_AT] += p.motor_end_winding_copper_share * total / capacity[END_WINDING]
+    gain[SLOT_WINDING, END_SHARE_AT] -= p.motor_end_winding_copper_share * total / capacity[SLOT_WINDING]
+
+    # transition of the dynamic part, implicit so that fast oil volumes settle and never ring
+    transition = np.zeros((d, d + N_UNCERTAIN))
+    for i in range(N):
+        for j in range(N):
+            jacobian[i, j] *= -elapsed
+        jacobian[i, i] += 1.0
+    factorise(jacobian)
+    column = np.empty(N)
+    for j in range(N):
+        column[:] = 0.0
+        column[j] = 1.0
+        solve(jacobian, column)
+        transition[:N, j] = column
+    for j in range(N_UNCERTAIN):
+        for i in range(N):
+            column[i] = elapsed * gain[i, j]
+        solve(jacobian, column)
+        transition[:N, d + j] = column
+    decay = 1.0 / (1.0 + elapsed / lag)
+    for k in range(m):
+        transition[N + k, N + k] = decay
+        for j in range(N):
+            transition[N + k, j] = (1.0 - decay) * transition[sensor_node[k], j]
+        for j in range(N_UNCERTAIN):
+            transition[N + k, d + j] = (1.0 - decay) * transition[sensor_node[k], d + j]
+
+    rows = np.empty((d + N_UNCERTAIN, size))
+    rows[:d] = covariance[:d]
+    rows[d:] = covariance[first_parameter:]
+    moved = np.dot(transition, rows)  # (d, size)
+    right = np.empty((d, d + N_UNCERTAIN))
+    right[:, :d] = moved[:, :d]
+    right[:, d:] = moved[:, first_parameter:]
+    block = np.dot(right, transition.T)
+    for i in range(d):
+        for j in range(d):
+            covariance[i, j] = 0.5 * (block[i, j] + block[j, i])
+        for j in range(d, size):
+            covariance[i, j] = moved[i, j]
+            covariance[j, i] = moved[i, j]
+    for i in range(N):
+        own = _UNKNOWN_SHARE * heat[i]
+        power = unknown[i] * unknown[i] + _UNKNOWN_HEAT * _UNKNOWN_HEAT + own * own
+        covariance[i, i] += 2.0 * _UNKNOWN_HEAT_TIME * elapsed * power / (capacity[i] * capacity[i]) * transition[i, i] ** 2
+    for k in range(m):
+        covariance[d + k, d + k] += _OFFSET_DRIFT * _OFFSET_DRIFT * elapsed
+
+
+@kernel
+def update(dynamic, offset, deviation, covariance, sensor, innovation, noise, refused, accepted, spread):
+    """Apply readings one after the other, in place.
+
+    Args:
+        sensor: index of the sensor of each reading, (r,).
+        innovation: K, reading minus expected reading at the reading's own time, (r,); changed
+            to what was left when it was applied.
+        noise: K, standard deviation of each reading, (r,).
+        refused: readings refused in a row, per sensor, (m,).
+        accepted: out, whether each reading was used, (r,). spread: out, K, its expected deviation.
+    """
+    m = offset.shape[0]
+    d = dynamic.shape[0]
+    size = covariance.shape[0]
+    gain = np.empty(size)
+    moved = np.zeros(size)  # what the readings before this one changed in the state
+    for r in range(sensor.shape[0]):
+        k = sensor[r]
+        reading, zero = N + k, d + k
+        for i in range(size):
+            gain[i] = covariance[i, reading] + covariance[i, zero]
+        variance = gain[reading] + gain[zero] + noise[r] * noise[r]
+        left = innovation[r] - moved[reading] - moved[zero]
+        innovation[r] = left
+        spread[r] = np.sqrt(variance)
+        accepted[r] = left * left <= GATE * GATE * variance
+        if not accepted[r]:
+            refused[k] += 1
+            if refused[k] % PATIENCE == 0:
+                covariance[zero, zero] += left * left
+            continue
+        refused[k] = 0
+        for i in range(size):
+            moved[i] += gain[i] / variance * left
+        for i in range(size):
+            factor = gain[i] / variance
+            for j in range(i, size):
+                covariance[i, j] -= factor * gain[j]
+                covariance[j, i] = covariance[i, j]
+    for i in range(d):
+        dynamic[i] += moved[i]
+    for k in range(m):
+        offset[k] += moved[d + k]
+    for j in range(N_UNCERTAIN):
+        deviation[j] = min(max(deviation[j] + moved[d + m + j], -0.9), 3.0) if j != AMBIENT_AT else deviation[j] + moved[d + m + j]
+
+
+@kernel
+def advance_mean(params, dynamic, deviation, sensor_node, lag, heat, square, flow, position, ambient, interval, temperatures, readings):
+    """Move the mean over consecutive intervals; fill temperatures (n, N) and lagged readings (n, m)."""
+    work = np.empty((N + 3, N))
+    for k in range(heat.shape[0]):
+        predict_mean(params, dynamic, deviation, sensor_node, lag, heat[k], square[k], flow[k], position[k], ambient[k], interval, work)
+        temperatures[k] = dynamic[:N]
+        readings[k] = dynamic[N:]
+
+

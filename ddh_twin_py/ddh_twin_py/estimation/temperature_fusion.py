@@ -1,0 +1,303 @@
+"""Temperatures of the whole unit from both models and whichever sensors there are.
+
+Give it, interval by interval, the heat and flows of the models and the readings that came in;
+it answers with every node's temperature and standard deviation. Nothing is required: without
+sensors it is the models' prediction with the uncertainty of the sheet, without models it is
+the sensors with the uncertainty of unknown heat.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ddh_twin_py.estimation.sensors import NODE_INDEX, SENSORS
+from ddh_twin_py.estimation.temperature_filter import advance_mean, predict_covariance, update
+from ddh_twin_py.estimation.uncertain_parameters import AMBIENT_AT, N_UNCERTAIN, uncertain_parameters
+from ddh_twin_py.physics.oil import ZERO_CELSIUS
+from ddh_twin_py.physics.thermal_network import MOTOR_NODES, N, N_FLOWS, NODES
+from ddh_twin_py.rig import Rig
+from ddh_twin_py.twin.intervals import INTERVAL
+
+EPOCH = 1.0
+"""s between two steps of the covariance."""
+AMBIENT_LAG = 10.0
+"""s over which ambient readings are smoothed."""
+UNKNOWN_AMBIENT = 10.0
+"""K, standard deviation of the air where no sensor tells it."""
+_M = len(SENSORS)
+_MOTOR = len(MOTOR_NODES)
+
+# K, standard deviations of temperatures before any reading: of the unit as a whole, of motor
+# and hydraulics each, of each node
+_COMMON, _GROUP, _NODE = 8.0, 5.0, 1.5
+# W, heat of a node that may be running unseen before anything is known of its duty
+_UNSEEN_HEAT = np.array([60.0 if "winding" in name else 20.0 if name.endswith("oil") else 10.0 for name in NODES])
+_UNSEEN_SHARE = 0.5
+_DUTY_MEMORY = 600.0  # s over which the usual heat of a node is remembered
+_REST_STEP = 60.0  # s
+_REST_AMBIENT_DRIFT, _REST_AMBIENT_TIME = 6.0, 6.0 * 3600.0  # K, s: how far the air may move in a day part
+
+
+@dataclass(frozen=True)
+class FusionInputs:
+    """What the models say about n intervals.
+
+    Attributes:
+        heat: W into each node, copper loss left out, (n, N). mean_square_current: A^2, (n,).
+        flow: m3/s, (n, N_FLOWS), see `thermal_network.FLOWS`. rod_position: m, (n,).
+        hydraulics_known, motor_known: whether the telemetry behind them was there, (n,) bool.
+        ambient: K, (n,), NaN where not read.
+    """
+
+    heat: np.ndarray
+    mean_square_current: np.ndarray
+    flow: np.ndarray
+    rod_position: np.ndarray
+    hydraulics_known: np.ndarray
+    motor_known: np.ndarray
+    ambient: np.ndarray
+
+    @classmethod
+    def unknown(cls, n: int) -> "FusionInputs":
+        """Inputs where no model spoke for n intervals."""
+        nothing = np.zeros(n, dtype=bool)
+        return cls(np.zeros((n, N)), np.zeros(n), np.zeros((n, N_FLOWS)), np.zeros(n), nothing, nothing, np.full(n, np.nan))
+
+    def __len__(self) -> int:
+        return self.heat.shape[0]
+
+
+@dataclass(frozen=True)
+class Reading:
+    """One reading: index of its interval in the call, name of the sensor, K."""
+
+    index: int
+    sensor: str
+    temperature: float
+
+
+@dataclass(frozen=True)
+class Innovation:
+    """One reading against what was expected: interval, sensor, both in K, expected deviation, whether it was used."""
+
+    index: int
+    sensor: str
+    measured: float
+    expected: float
+    standard_deviation: float
+    accepted: bool
+
+
+@dataclass(frozen=True)
+class FusionResult:
+    """Estimates of n intervals.
+
+    Attributes:
+        temperature, standard_deviation: K, (n, N). ambient: K, (n,).
+        reading: K, what each sensor of `SENSORS` should have read, offset left out, (n, m).
+        reading_standard_deviation: K, (m,), at the end. innovations: of the readings applied.
+    """
+
+    temperature: np.ndarray
+    standard_deviation: np.ndarray
+    ambient: np.ndarray
+    reading: np.ndarray
+    reading_standard_deviation: np.ndarray
+    innovations: list[Innovation]
+
+
+@dataclass
+class FusionState:
+    """All that the filter knows, as arrays; what a state file holds."""
+
+    dynamic: np.ndarray
+    offset: np.ndarray
+    deviation: np.ndarray
+    covariance: np.ndarray
+    ambient: float
+    usual_heat: np.ndarray
+    ambient_read: float
+    ambient_known: bool = False
+    refused: np.ndarray = field(default_factory=lambda: np.zeros(_M, dtype=np.int64))
+
+
+class TemperatureFusion:
+    """The filter with its bookkeeping.
+
+    Args:
+        rig: the rig, its tolerances are the filter's priors. interval: s. epoch: s between
+            covariance steps. ambient: K at the start, None takes the sheet's.
+    """
+
+    def __init__(self, rig: Rig, interval: float = INTERVAL, epoch: float = EPOCH, ambient: float | None = None) -> None:
+        self.rig = rig
+        self.interval = interval
+        self.parameters = rig.parameters
+        self._per_epoch = max(1, round(epoch / interval))
+        self._node = np.array([NODE_INDEX[sensor] for sensor in SENSORS])
+        self._lag = rig["sensors.temperature.time_constant"]
+        self._noise = rig.sensors["temperature"].noise
+        self._first_air = ZERO_CELSIUS + rig["ambient"] if ambient is None else ambient
+        self._first_air_known = ambient is not None
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget everything: temperatures near ambient, wide uncertainty."""
+        size = N + 2 * _M + N_UNCERTAIN
+        covariance = np.zeros((size, size))
+        covariance[:N, :N] = _COMMON**2
+        covariance[:_MOTOR, :_MOTOR] += _GROUP**2
+        covariance[_MOTOR:N, _MOTOR:N] += _GROUP**2
+        covariance[:N, :N] += np.diag(np.full(N, _NODE**2))
+        dynamic_rows = np.concatenate([np.arange(N), self._node])
+        covariance[: N + _M, : N + _M] = covariance[np.ix_(dynamic_rows, dynamic_rows)]
+        offset = self.rig.sensors["temperature"].offset_tolerance
+        covariance[N + _M: N + 2 * _M, N + _M: N + 2 * _M] = np.diag(np.full(_M, offset**2))
+        prior = uncertain_parameters(self.rig).prior
+        covariance[N + 2 * _M:, N + 2 * _M:] = np.diag(prior**2)
+        if not self._first_air_known:
+            covariance[N + 2 * _M + AMBIENT_AT, N + 2 * _M + AMBIENT_AT] = UNKNOWN_AMBIENT**2
+        self.state = FusionState(
+            np.full(N + _M, self._first_air), np.zeros(_M), np.zeros(N_UNCERTAIN), covariance, self._first_air,
+            _UNSEEN_HEAT.copy(), self._first_air, self._first_air_known,
+        )
+        self._clear_epoch()
+
+    def _clear_epoch(self) -> None:
+        self._count = 0
+        self._heat = np.zeros(N)
+        self._unknown = np.zeros(N)
+        self._flow = np.zeros(N_FLOWS)
+        self._square = 0.0
+        self._position = 0.0
+        self._pending: list[tuple[int, int, float, float]] = []  # index, sensor, measured, expected
+
+    def advance(self, inputs: FusionInputs, readings: list[Reading] = ()) -> FusionResult:
+        """Move over n intervals and take in the readings made in them, at the end of each epoch.
+
+        Readings of sensors that the network does not know are passed over, those of ``ambient``
+        set the air.
+        """
+        n = len(inputs)
+        state = self.state
+        ambient = self._ambient(inputs, readings)
+        temperature, deviation = np.empty((n, N)), np.empty((n, N))
+        expected = np.empty((n, _M))
+        innovations: list[Innovation] = []
+        waiting = sorted((r for r in readings if r.sensor in NODE_INDEX and np.isfinite(r.temperature)), key=lambda r: r.index)
+        heat = np.ascontiguousarray(inputs.heat)
+        unknown = self._unseen_heat(inputs)
+        start, at = 0, 0
+        while start < n:
+            stop = min(n, start + self._per_epoch - self._count)
+            rows = slice(start, stop)
+            advance_mean(
+                self.parameters, state.dynamic, state.deviation, self._node, self._lag, heat[rows],
+                inputs.mean_square_current[rows], inputs.flow[rows], inputs.rod_position[rows], ambient[rows],
+                self.interval, temperature[rows], expected[rows],
+            )
+            while at < len(waiting) and waiting[at].index < stop:
+                reading = waiting[at]
+                sensor = SENSORS.index(reading.sensor)
+                self._pending.append((reading.index - start, sensor, reading.temperature,
+                                      expected[reading.index, sensor] + state.offset[sensor]))
+                at += 1
+            length = stop - start
+            self._heat += heat[rows].sum(axis=0)
+            self._unknown += unknown[rows].sum(axis=0)
+            self._flow += inputs.flow[rows].sum(axis=0)
+            self._square += inputs.mean_square_current[rows].sum()
+            self._position += inputs.rod_position[rows].sum()
+            self._count += length
+            if self._count >= self._per_epoch:
+                innovations += self._close_epoch(ambient[stop - 1], start)
+                temperature[stop - 1] = state.dynamic[:N]
+                expected[stop - 1] = state.dynamic[N:]
+            deviation[rows] = np.sqrt(np.maximum(np.diagonal(state.covariance)[:N], 0.0))
+            start = stop
+        spread = np.sqrt(np.maximum(np.diagonal(state.covariance)[N: N + _M], 0.0))
+        return FusionResult(temperature, deviation, ambient, expected, spread, innovations)
+
+    def _close_epoch(self, ambient: float, start: int) -> list[Innovation]:
+        state, count = self.state, self._count
+        predict_covariance(
+            self.parameters, state.dynamic, state.deviation, state.covariance, self._node, self._lag,
+            self._heat / count, self._unknown / count, self._square / count, self._flow / count,
+            self._position / count, ambient, count * self.interval,
+        )
+        pending = self._pending
+        self._clear_epoch()
+        if not pending:
+            return []
+        sensor = np.array([row[1] for row in pending])
+        innovation = np.array([row[2] - row[3] for row in pending])
+        accepted, spread = np.zeros(len(pending), dtype=np.bool_), np.zeros(len(pending))
+        update(state.dynamic, state.offset, state.deviation, state.covariance, sensor, innovation,
+               np.full(len(pending), self._noise), state.refused, accepted, spread)
+        return [
+            Innovation(max(0, start + row[0]), SENSORS[row[1]], row[2], row[2] - innovation[i], spread[i], bool(accepted[i]))
+            for i, row in enumerate(pending)
+        ]
+
+    def _ambient(self, inputs: FusionInputs, readings: list[Reading]) -> np.ndarray:
+        """Smoothed air temperature of each interval, K."""
+        read = inputs.ambient.copy()
+        for reading in readings:
+            if reading.sensor == "ambient" and np.isfinite(reading.temperature):
+                read[reading.index] = reading.temperature
+        state = self.state
+        ambient = np.empty(read.size)
+        known = np.isfinite(read)
+        if not state.ambient_known and known.any():
+            state.ambient = state.ambient_read = float(read[known][0])
+            state.ambient_known = True
+            at = N + 2 * _M + AMBIENT_AT
+            state.covariance[at, :] = 0.0
+            state.covariance[:, at] = 0.0
+            state.covariance[at, at] = self.rig.sensors["temperature"].offset_tolerance ** 2
+        share = 1.0 - np.exp(-self.interval / AMBIENT_LAG)
+        held = state.ambient
+        for i in range(read.size):
+            if known[i]:
+                state.ambient_read = float(read[i])
+            held += share * (state.ambient_read - held)
+            ambient[i] = held
+        state.ambient = held
+        return ambient
+
+    def _unseen_heat(self, inputs: FusionInputs) -> np.ndarray:
+        """Standard deviation of heat that no telemetry tells, W, (n, N)."""
+        unknown = np.zeros((len(inputs), N))
+        usual = self.state.usual_heat
+        for known, nodes in ((inputs.motor_known, slice(0, _MOTOR)), (inputs.hydraulics_known, slice(_MOTOR, N))):
+            seen = np.asarray(known, dtype=bool)
+            unknown[~seen, nodes] = usual[nodes] + _UNSEEN_SHARE * np.abs(inputs.heat[~seen, nodes])
+            if seen.any():
+                weight = min(1.0, seen.sum() * self.interval / _DUTY_MEMORY)
+                usual[nodes] += weight * (np.abs(inputs.heat[seen, nodes]).mean(axis=0) - usual[nodes])
+        return unknown
+
+    def rest(self, age: float) -> None:
+        """Let ``age`` seconds pass in which the machine may have stood or run unseen.
+
+        Temperatures relax to ambient; the uncertainty grows by the heat that usual duty would
+        have brought and by what the air may have done.
+        """
+        state = self.state
+        steps = int(np.clip(np.ceil(age / _REST_STEP), 1, 2000)) if age > 0.0 else 0
+        for _ in range(steps):
+            span = age / steps
+            expected = np.empty((1, _M))
+            temperature = np.empty((1, N))
+            zero = np.zeros((1, N))
+            advance_mean(self.parameters, state.dynamic, state.deviation, self._node, self._lag, zero, np.zeros(1),
+                         np.zeros((1, N_FLOWS)), np.zeros(1), np.full(1, state.ambient), span, temperature, expected)
+            predict_covariance(
+                self.parameters, state.dynamic, state.deviation, state.covariance, self._node, self._lag, zero[0],
+                np.maximum(state.usual_heat, 5.0), 0.0, np.zeros(N_FLOWS), 0.0, state.ambient, span,
+            )
+            at = N + 2 * _M + AMBIENT_AT
+            state.covariance[at, at] += 2.0 * _REST_AMBIENT_DRIFT**2 * span / _REST_AMBIENT_TIME * np.exp(-age / _REST_AMBIENT_TIME)
+        self._clear_epoch()

@@ -1,0 +1,76 @@
+"""Which of the rig's numbers the temperature filter holds to be uncertain, and by how much.
+
+Each is a relative deviation with the sheet's tolerance as its standard deviation, a constant
+that the filter learns from sensors where they tell it, and else carries into the uncertainty
+of the estimates.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ddh_twin_py.physics.thermal_network import CAPACITIES, EDGES, SURFACES, TANK, WALLS
+from ddh_twin_py.rig import Rig
+
+HEAT_GROUPS = ("copper", "iron", "motor_friction", "pump_1_loss", "pump_2_loss", "seal_friction", "line_loss")
+"""Losses whose size is uncertain as a whole."""
+
+_HEAT_TOLERANCES = {
+    "copper": ("motor.phase_resistance_20C",),
+    "iron": ("motor.iron.hysteresis_coefficient", "motor.iron.tooth_flux_density", "motor.iron.tooth_mass"),
+    "motor_friction": ("motor.friction_coulomb",),
+    "pump_1_loss": ("pump_1.friction_pressure", "pump_1.leakage"),
+    "pump_2_loss": ("pump_2.friction_pressure", "pump_2.leakage"),
+    "seal_friction": ("cylinder.friction_coulomb",),
+    "line_loss": ("line_a.pressure_drop_laminar",),
+}
+
+N_HEAT, N_EDGE, N_SURFACE, N_WALL = len(HEAT_GROUPS), len(EDGES), len(SURFACES), len(WALLS)
+EDGE_AT = N_HEAT
+SURFACE_AT = EDGE_AT + N_EDGE
+WALL_AT = SURFACE_AT + N_SURFACE
+CAPACITY_AT = WALL_AT + N_WALL
+CAPACITY_NODES = np.array([node for _, node in CAPACITIES] + [TANK])
+END_SHARE_AT = CAPACITY_AT + len(CAPACITY_NODES)
+AMBIENT_AT = END_SHARE_AT + 1
+N_UNCERTAIN = AMBIENT_AT + 1
+
+
+@dataclass(frozen=True)
+class UncertainParameters:
+    """Names and prior standard deviations, shape (N_UNCERTAIN,): relative, and K for the ambient sensor's offset."""
+
+    names: tuple[str, ...]
+    prior: np.ndarray
+
+
+def uncertain_parameters(rig: Rig) -> UncertainParameters:
+    """The uncertain numbers of a rig: heats, conductances, surfaces, capacities, copper share, ambient offset."""
+
+    def relative(*paths: str) -> float:
+        spread = [rig.quantities[path].standard_deviation / abs(rig[path]) if rig[path] else 0.0 for path in paths]
+        return float(np.hypot.reduce(spread))
+
+    names = list(HEAT_GROUPS)
+    prior = [relative(*_HEAT_TOLERANCES[group]) for group in HEAT_GROUPS]
+    for path, _, _ in EDGES:
+        names.append(path)
+        prior.append(relative(path))
+    for area, convection, _, _ in SURFACES:
+        names.append(convection)
+        prior.append(relative(area, convection))
+    for path, _ in WALLS:
+        names.append(path)
+        prior.append(relative(path))
+    for path, _ in CAPACITIES:
+        names.append(path)
+        prior.append(relative(path))
+    names.append("tank.oil_volume")
+    prior.append(relative("tank.oil_volume", "oil.specific_heat"))
+    names.append("motor.thermal.end_winding_copper_share")
+    prior.append(relative("motor.thermal.end_winding_copper_share"))
+    names.append("ambient_offset")
+    prior.append(rig.sensors["temperature"].offset_tolerance)
+    return UncertainParameters(tuple(names), np.array(prior))

@@ -1,0 +1,131 @@
+"""The hydraulic model on telemetry: soft sensor and free run side by side."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ddh_twin_py.physics.balance import OPERATING_DTYPE
+from ddh_twin_py.physics.free_run import HYDRAULIC_STEP, free_run, settle
+from ddh_twin_py.physics.soft_sensor import MEASURED_DTYPE, soft_sensor
+from ddh_twin_py.physics.thermal_network import N
+from ddh_twin_py.rig import Rig
+from ddh_twin_py.twin.intervals import HOLD, INTERVAL, STANDSTILL
+
+RESIDUAL_SIGNALS = (
+    ("speed", "speed", "rad/s"),
+    ("torque", "torque", "N*m"),
+    ("current", "current", "A"),
+    ("voltage", "voltage", "V"),
+    ("electrical_power", "electrical_power", "W"),
+    ("pressure_piston_side", "pressure", "Pa"),
+    ("pressure_rod_side", "pressure", "Pa"),
+    ("rod_position", "rod_position", "m"),
+    ("rod_velocity", "rod_velocity", "m/s"),
+)
+"""Signals that telemetry and model both have: name, key of the noise in the sheet, unit."""
+
+
+@dataclass(frozen=True)
+class HydraulicResult:
+    """What the hydraulic model makes of n intervals.
+
+    Attributes:
+        soft: operating points from the measured pressures and speed, `OPERATING_DTYPE`, (n,).
+        free: operating points of the free run, (n,).
+        soft_temperature, free_temperature: K at the end of each interval, (n, N).
+        known: true where the telemetry of the interval was there, (n,).
+    """
+
+    soft: np.ndarray
+    free: np.ndarray
+    soft_temperature: np.ndarray
+    free_temperature: np.ndarray
+    known: np.ndarray
+
+
+class HydraulicModel:
+    """Soft sensor and free run of the hydraulics, advanced interval by interval.
+
+    Args:
+        rig: the rig. payload_mass: kg, what the rig says it lifts; None takes the sheet's.
+        temperature: K, at the start, shape (N,) or one number.
+        step: s, hydraulic step of the free run.
+    """
+
+    def __init__(self, rig: Rig, temperature: float | np.ndarray, payload_mass: float | None = None,
+                 interval: float = INTERVAL, step: float = HYDRAULIC_STEP) -> None:
+        self.rig = rig
+        self.interval = interval
+        self.step = step
+        self._parameters = rig.parameters
+        if payload_mass is not None and np.isfinite(payload_mass) and payload_mass > 0.0:
+            self._parameters["load_payload_mass"] = payload_mass
+        self.free_temperature = np.full(N, temperature, dtype=float)
+        self.soft_temperature = self.free_temperature.copy()
+        self._better = np.zeros(N)
+        self._use_better = False
+        self._state = np.zeros(6)
+        self._started = False
+
+    def use_temperatures(self, temperature: np.ndarray | None) -> None:
+        """Take better known temperatures, K (N), for viscosity and resistance of the soft sensor; None: its own."""
+        self._use_better = temperature is not None
+        if temperature is not None:
+            self._better[:] = temperature
+
+    def advance(self, measured: np.ndarray, command: np.ndarray, ambient: np.ndarray) -> HydraulicResult:
+        """Run n intervals.
+
+        Args:
+            measured: `MEASURED_DTYPE`, (n,). command: rad/s at the edges, (n + 1,).
+            ambient: K, (n,).
+        """
+        n = measured.shape[0]
+        free = np.zeros(n, OPERATING_DTYPE)
+        soft = np.zeros(n, OPERATING_DTYPE)
+        free_temperature, soft_temperature = np.empty((n, N)), np.empty((n, N))
+        if not self._started:
+            self._start(measured)
+        known_command = np.where(np.isfinite(command), command, 0.0)
+        standing = (measured["standstill"] >= STANDSTILL) & (measured["hydraulic_age"] < HOLD)
+        position = np.where(standing, measured["rod_position"], np.nan)
+        free_run(self._parameters, self._state, self.free_temperature, known_command, ambient, self.interval,
+                 self.step, position, free, free_temperature)
+        filled, known = self._filled(measured, free)
+        soft_sensor(self._parameters, filled, self._better, self._use_better, self.interval, self.soft_temperature,
+                    ambient, soft, soft_temperature)
+        return HydraulicResult(soft, free, soft_temperature, free_temperature, known)
+
+    def _start(self, measured: np.ndarray) -> None:
+        first = [np.flatnonzero(np.isfinite(measured[name])) for name in
+                 ("rod_position", "pressure_piston_side", "pressure_rod_side")]
+        value = [float(measured[name][found[0]]) if found.size else default for name, found, default in zip(
+            ("rod_position", "pressure_piston_side", "pressure_rod_side"), first,
+            (0.5 * self.rig["cylinder.stroke"], self._load_pressure(), 0.0))]
+        settle(self._parameters, self._state, *value)
+        self._started = all(found.size for found in first)
+
+    def _load_pressure(self) -> float:
+        record = self._parameters[0]
+        area = 0.25 * np.pi * record["cylinder_bore"] ** 2
+        return float(record["load_payload_mass"] * record["load_gravity"] / area)
+
+    @staticmethod
+    def _filled(measured: np.ndarray, free: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Telemetry with what is missing or too old taken from the free run; and where nothing was missing."""
+        filled = measured.copy()
+        known = np.ones(measured.shape[0], dtype=bool)
+        for age, names in (("drive_age", ("speed", "torque", "current", "voltage", "electrical_power")),
+                           ("hydraulic_age", ("pressure_piston_side", "pressure_rod_side", "rod_position", "rod_velocity"))):
+            old = measured[age] > HOLD
+            for name in names:
+                missing = old | ~np.isfinite(measured[name])
+                filled[name][missing] = free[name][missing]
+                known &= ~missing
+            if age == "drive_age":
+                missing = old | ~np.isfinite(measured["current_square"])
+                filled["current_square"][missing] = free["mean_square_current"][missing]
+        filled["acceleration"] = np.where(np.isfinite(filled["acceleration"]), filled["acceleration"], 0.0)
+        return filled, known

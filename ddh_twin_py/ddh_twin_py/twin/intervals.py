@@ -1,0 +1,115 @@
+"""From samples to intervals: the means of each interval, the command at its edges."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ddh_twin_py.physics.compiled import kernel
+
+INTERVAL = 0.05
+"""s, the tick of the twin: outputs come at 20 Hz of measurement time."""
+HOLD = 0.5
+"""s for which a stream that stopped is held; beyond it the twin says that it does not know."""
+STANDSTILL = 0.3
+"""s of zero command after which the rod counts as standing."""
+_ZERO_COMMAND = 1e-3  # rad/s
+
+# carry: last value of each column, its age, time at standstill, the newest command sample before the edge
+_DRIVE, _HYDRAULIC = 6, 4
+CARRY = _DRIVE + _HYDRAULIC + 6
+_DRIVE_AGE, _HYDRAULIC_AGE, _STILL, _COMMAND_TIME, _COMMAND, _EDGE_COMMAND = range(_DRIVE + _HYDRAULIC, CARRY)
+
+
+def new_carry() -> np.ndarray:
+    """What passes from one call of `reduce_intervals` to the next, before anything was measured; shape (CARRY,)."""
+    carry = np.full(CARRY, np.nan)
+    carry[[_DRIVE_AGE, _HYDRAULIC_AGE]] = np.inf
+    carry[_STILL] = 0.0
+    return carry
+
+
+@kernel
+def reduce_intervals(first_edge, interval, drive_time, drive, drive_stop, hydraulic_time, hydraulic, hydraulic_stop, carry, measured, command):
+    """Means of each interval.
+
+    Args:
+        first_edge: s, start of the first interval. interval: s.
+        drive_time, drive: s and (n, 6): speed_command, speed, torque, current, voltage,
+            electrical_power, sorted by time, from the first sample after ``first_edge`` on and
+            beyond the last edge if known (the command at an edge is interpolated).
+        drive_stop: for each interval, index of its first sample after its end, shape (n,).
+        hydraulic_time, hydraulic, hydraulic_stop: the same with pressure_piston_side,
+            pressure_rod_side, rod_position, rod_velocity.
+        carry: in and out, see `new_carry`.
+        measured: out, shape (n,), `soft_sensor.MEASURED_DTYPE`; NaN where never measured.
+        command: out, rad/s at the edges, shape (n + 1,).
+    """
+    drive_start, hydraulic_start = 0, 0
+    total = np.empty(_DRIVE + _HYDRAULIC)
+    count = np.empty(_DRIVE + _HYDRAULIC)
+    command[0] = carry[_EDGE_COMMAND]
+    for k in range(measured.shape[0]):
+        end = first_edge + (k + 1) * interval
+        total[:] = 0.0
+        count[:] = 0.0
+        square, square_count = 0.0, 0
+        carry[_DRIVE_AGE] += interval
+        carry[_HYDRAULIC_AGE] += interval
+        for i in range(drive_start, drive_stop[k]):
+            for j in range(_DRIVE):
+                if np.isfinite(drive[i, j]):
+                    total[j] += drive[i, j]
+                    count[j] += 1.0
+            if np.isfinite(drive[i, 3]):
+                square += drive[i, 3] * drive[i, 3]
+                square_count += 1
+                carry[_DRIVE_AGE] = max(0.0, end - drive_time[i])
+            if np.isfinite(drive[i, 0]):
+                carry[_COMMAND_TIME] = drive_time[i]
+                carry[_COMMAND] = drive[i, 0]
+        for i in range(hydraulic_start, hydraulic_stop[k]):
+            for j in range(_HYDRAULIC):
+                if np.isfinite(hydraulic[i, j]):
+                    total[_DRIVE + j] += hydraulic[i, j]
+                    count[_DRIVE + j] += 1.0
+                    carry[_HYDRAULIC_AGE] = max(0.0, end - hydraulic_time[i])
+        for j in range(_DRIVE + _HYDRAULIC):
+            if count[j] > 0.0:
+                carry[j] = total[j] / count[j]
+
+        edge_command = carry[_COMMAND]
+        for i in range(drive_stop[k], drive_time.shape[0]):
+            if np.isfinite(drive[i, 0]):
+                span = drive_time[i] - carry[_COMMAND_TIME]
+                if span > 0.0 and span < HOLD:
+                    edge_command += (drive[i, 0] - carry[_COMMAND]) * (end - carry[_COMMAND_TIME]) / span
+                break
+        command[k + 1] = edge_command
+        before = carry[_EDGE_COMMAND]
+        if not np.isfinite(before):
+            before = edge_command
+            if k == 0:
+                command[0] = edge_command
+        carry[_EDGE_COMMAND] = edge_command
+        if abs(before) < _ZERO_COMMAND and abs(edge_command) < _ZERO_COMMAND:
+            carry[_STILL] += interval
+        else:
+            carry[_STILL] = 0.0
+
+        m = measured[k]
+        m.speed_command = carry[0]
+        m.speed = carry[1]
+        m.torque = carry[2]
+        m.current = carry[3]
+        m.current_square = square / square_count if square_count > 0 else carry[3] * carry[3]
+        m.voltage = carry[4]
+        m.electrical_power = carry[5]
+        m.pressure_piston_side = carry[6]
+        m.pressure_rod_side = carry[7]
+        m.rod_position = carry[8]
+        m.rod_velocity = carry[9]
+        m.acceleration = (edge_command - before) / interval
+        m.drive_age = carry[_DRIVE_AGE]
+        m.hydraulic_age = carry[_HYDRAULIC_AGE]
+        m.standstill = carry[_STILL]
+        drive_start, hydraulic_start = drive_stop[k], hydraulic_stop[k]
