@@ -36,9 +36,9 @@ candidates() { # minor versions, best first
   fi
   local minor
   for minor in "$@"; do
-    printf '%s\n' "python3.$minor" "/usr/bin/python3.$minor" "/usr/local/bin/python3.$minor"
+    type -aP "python3.$minor" || true
     ls -d "${HOME:-/root}"/.pyenv/versions/3."$minor"*/bin/python3 2>/dev/null | sort -rV || true
-    printf '%s\n' python3
+    type -aP python3 || true
   done
 }
 find_python() { # minor versions, best first; sets python, python_version, python_lacks
@@ -73,6 +73,10 @@ step() {
   stamp=$state/$name.done
   if [ -f "$stamp" ] && [ "$(cat "$stamp")" = "$inputs" ]; then return; fi
   steps_done=$((steps_done + 1))
+  if [ "${check_only:-}" = 1 ]; then
+    echo "setup: not up to date: $label - run: make setup" >&2
+    exit 1
+  fi
   log=$logs/setup-$name.log
   rm -f "$stamp"
   report "$label" "$log" "$started" &

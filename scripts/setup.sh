@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # Makes .venv and the colcon workspace from what is locked; costs next to nothing when nothing
 # has changed. Called by make; can be run by hand. DDH_PYTHON=python3.11 chooses the Python.
+#   scripts/setup.sh --check    changes nothing, exits 1 and says so where something is to be done
 set -euo pipefail
 
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd -P)
@@ -9,6 +10,13 @@ state=$venv/ddh
 logs=$root/out/logs
 cd "$root"
 . scripts/lib.sh
+
+check_only=0
+case "${1:-}" in
+  "") ;;
+  --check) check_only=1 ;;
+  *) echo "setup: unknown argument '$1' (only --check)" >&2; exit 2 ;;
+esac
 
 leave_foreign_ros_alone
 

@@ -6,4 +6,4 @@ cd "$root"
 . .venv/ddh/env.sh
 export PATH=$root/.venv/bin:$PATH
 # Two workers; tests of one file, and all marked "live", stay on one of them (tests/conftest.py).
-exec .venv/bin/python -m pytest -q -n 2 --dist loadgroup tests "$@"
+exec .venv/bin/python -m pytest -q -n 2 --dist loadgroup "$@"

@@ -26,7 +26,7 @@ def _claim_domain() -> int:
     LOCKS.mkdir(exist_ok=True)
     first = os.getpid() % len(DOMAINS)
     for domain in (*DOMAINS[first:], *DOMAINS[:first]):
-        lock = open(LOCKS / f"domain-{domain}", "w")  # noqa: SIM115 - open for as long as it is held
+        lock = open(LOCKS / f"domain-{domain}", "w")  # stays open for as long as it is held
         try:
             fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except OSError:

@@ -1,0 +1,78 @@
+"""The lock files pin every package, and the environment holds what they say."""
+
+import importlib.metadata
+import re
+import sys
+
+import pytest
+from packaging.requirements import Requirement
+from packaging.utils import canonicalize_name
+
+VERSIONS = ("py312", "py311")
+IN_FILES = ("ros.in", "twin.in", "dev.in")
+
+
+def locked(text: str) -> dict[str, tuple[str, int]]:
+    """Version and number of hashes of each package; anything else in the file is an error."""
+    found: dict[str, tuple[str, int]] = {}
+    name = None
+    for line in text.splitlines():
+        if not line.strip() or line.lstrip().startswith("#"):
+            continue
+        if pin := re.fullmatch(r"([A-Za-z0-9._-]+)==([A-Za-z0-9.+!-]+) \\", line):
+            name = canonicalize_name(pin.group(1))
+            found[name] = (pin.group(2), 0)
+        elif name and re.fullmatch(r" {4}--hash=sha256:[0-9a-f]{64}( \\)?", line):
+            found[name] = (found[name][0], found[name][1] + 1)
+        else:
+            raise AssertionError(f"neither a pin nor a hash: {line!r}")
+    return found
+
+
+def asked_for(text: str) -> list[Requirement]:
+    lines = (line.partition(" #")[0].strip() for line in text.splitlines() if not line.startswith("#"))
+    return [Requirement(line) for line in lines if line]
+
+
+@pytest.mark.parametrize("version", VERSIONS)
+def test_lock_pins_everything(version, repo_root):
+    lock = locked((repo_root / f"requirements/lock-{version}.txt").read_text())
+    assert all(hashes >= 1 for _, hashes in lock.values())
+    for name in IN_FILES:
+        for requirement in asked_for((repo_root / "requirements" / name).read_text()):
+            pin = lock.get(canonicalize_name(requirement.name))
+            assert pin, f"{name}: {requirement.name} is not in lock-{version}.txt; run scripts/lock.sh"
+            assert requirement.specifier.contains(pin[0]), f"{requirement} but {pin[0]} in lock-{version}.txt"
+
+
+def test_every_line_of_the_twins_requirements_has_a_reason(repo_root):
+    for name in ("twin.in", "dev.in"):
+        for line in (repo_root / "requirements" / name).read_text().splitlines():
+            assert "# " in line, f"{name}: {line}"
+
+
+def test_both_locks_hold_the_same_ros(repo_root):
+    ros = []
+    for version in VERSIONS:
+        lock = locked((repo_root / f"requirements/lock-{version}.txt").read_text())
+        ros.append({name: pin[0] for name, pin in lock.items() if name.startswith(("ros-", "rosbags", "empy"))})
+    assert ros[0] == ros[1]
+
+
+def test_environment_is_the_lock_and_nothing_is_missing(repo_root):
+    """What is installed has the locked version, and what it depends on is locked too."""
+    lock = locked((repo_root / f"requirements/lock-py3{sys.version_info.minor}.txt").read_text())
+    for name, (version, _) in lock.items():
+        distribution = importlib.metadata.distribution(name)
+        assert distribution.version == version, name
+        for text in distribution.requires or ():
+            requirement = Requirement(text)
+            if requirement.marker is None or requirement.marker.evaluate({"extra": ""}):
+                assert canonicalize_name(requirement.name) in lock, f"{name} needs {text}"
+
+
+def test_no_address_of_an_index(repo_root):
+    for path in (repo_root / "requirements").iterdir():
+        text = path.read_text()
+        assert "://" not in text, path.name
+        assert not re.search(r"^\s*--?(i|index|extra-index|find-links|trusted|f)\b", text, re.MULTILINE), path.name
