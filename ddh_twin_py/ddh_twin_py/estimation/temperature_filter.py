@@ -14,7 +14,7 @@ from __future__ import annotations
 import numpy as np
 
 from ddh_twin_py.estimation.uncertain_parameters import (
-    AMBIENT_AT, CAPACITY_AT, CAPACITY_NODES, EDGE_AT, END_SHARE_AT, N_UNCERTAIN, SURFACE_AT, WALL_AT,
+    AMBIENT_AT, CAPACITY_AT, CAPACITY_NODES, EDGE_AT, END_SHARE_AT, LAG_AT, N_UNCERTAIN, SURFACE_AT, WALL_AT,
 )
 from ddh_twin_py.physics.compiled import kernel
 from ddh_twin_py.physics.thermal_network import (
@@ -92,8 +92,8 @@ def predict_mean(params, dynamic, deviation, sensor_node, lag, heat, square, flo
         params, edge, wall, surface, capacity, temperature, ambient + deviation[AMBIENT_AT], scaled,
         square * (1.0 + deviation[0]), flow, interval, work,
     )
-    decay = np.exp(-interval / lag)
     for k in range(sensor_node.shape[0]):
+        decay = np.exp(-interval / (lag * (1.0 + deviation[LAG_AT + k])))
         middle = 0.5 * (before[sensor_node[k]] + temperature[sensor_node[k]])
         dynamic[N + k] = middle + (dynamic[N + k] - middle) * decay
 
@@ -174,13 +174,15 @@ def predict_covariance(params, dynamic, deviation, covariance, sensor_node, lag,
             column[i] = elapsed * gain[i, j]
         solve(jacobian, column)
         transition[:N, d + j] = column
-    decay = 1.0 / (1.0 + elapsed / lag)
     for k in range(m):
+        share = 1.0 + deviation[LAG_AT + k]
+        decay = 1.0 / (1.0 + elapsed / (lag * share))
         transition[N + k, N + k] = decay
         for j in range(N):
             transition[N + k, j] = (1.0 - decay) * transition[sensor_node[k], j]
         for j in range(N_UNCERTAIN):
             transition[N + k, d + j] = (1.0 - decay) * transition[sensor_node[k], d + j]
+        transition[N + k, d + LAG_AT + k] -= (1.0 - decay) * (temperature[sensor_node[k]] - dynamic[N + k]) / share
 
     rows = np.empty((d + N_UNCERTAIN, size))
     rows[:d] = covariance[:d]
@@ -197,7 +199,7 @@ def predict_covariance(params, dynamic, deviation, covariance, sensor_node, lag,
             covariance[i, j] = moved[i, j]
             covariance[j, i] = moved[i, j]
     for i in range(N):
-        own = _UNKNOWN_SHARE * heat[i]
+        own = _UNKNOWN_SHARE * (heat[i] + (slot if i == SLOT_WINDING else end if i == END_WINDING else 0.0))
         power = unknown[i] * unknown[i] + _UNKNOWN_HEAT * _UNKNOWN_HEAT + own * own
         covariance[i, i] += 2.0 * _UNKNOWN_HEAT_TIME * elapsed * power / (capacity[i] * capacity[i]) * transition[i, i] ** 2
     for k in range(m):

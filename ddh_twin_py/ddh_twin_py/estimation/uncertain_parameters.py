@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ddh_twin_py.estimation.sensors import SENSORS
 from ddh_twin_py.physics.thermal_network import CAPACITIES, EDGES, SURFACES, TANK, WALLS
 from ddh_twin_py.rig import Rig
 
@@ -35,7 +36,8 @@ CAPACITY_AT = WALL_AT + N_WALL
 CAPACITY_NODES = np.array([node for _, node in CAPACITIES] + [TANK])
 END_SHARE_AT = CAPACITY_AT + len(CAPACITY_NODES)
 AMBIENT_AT = END_SHARE_AT + 1
-N_UNCERTAIN = AMBIENT_AT + 1
+LAG_AT = AMBIENT_AT + 1
+N_UNCERTAIN = LAG_AT + len(SENSORS)
 
 
 @dataclass(frozen=True)
@@ -47,7 +49,8 @@ class UncertainParameters:
 
 
 def uncertain_parameters(rig: Rig) -> UncertainParameters:
-    """The uncertain numbers of a rig: heats, conductances, surfaces, capacities, copper share, ambient offset."""
+    """The uncertain numbers of a rig: heats, conductances, surfaces, capacities, copper share, ambient
+    offset, the lag of each sensor."""
 
     def relative(*paths: str) -> float:
         spread = [rig.quantities[path].standard_deviation / abs(rig[path]) if rig[path] else 0.0 for path in paths]
@@ -73,4 +76,7 @@ def uncertain_parameters(rig: Rig) -> UncertainParameters:
     prior.append(relative("motor.thermal.end_winding_copper_share"))
     names.append("ambient_offset")
     prior.append(rig.sensors["temperature"].offset_tolerance)
+    for sensor in SENSORS:
+        names.append(f"sensors.{sensor}.time_constant")
+        prior.append(relative("sensors.temperature.time_constant"))
     return UncertainParameters(tuple(names), np.array(prior))

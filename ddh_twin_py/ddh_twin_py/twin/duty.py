@@ -1,0 +1,205 @@
+"""Duty files: what a rig is asked to do, as speed or position commands with payload and ambient.
+
+A duty file is YAML:
+
+    payload_kg: 149.5
+    ambient_degC: 23.0            # or a list of [time_s, degC]
+    start_position_m: 0.01
+    ramp_rpm_per_s: 1150          # how fast the command may change
+    repeat: 20                    # times the cycle is run; 0: for ever
+    cycle:
+      - lift: {speed_rpm: 500, to_m: 0.39}
+      - dwell: {duration_s: 3}
+      - lower: {speed_rpm: 500, to_m: 0.01}
+      - speed: {speed_rpm: -200, duration_s: 2}       # a plain speed command
+      - position: {to_m: 0.2, speed_rpm: 300}         # go there from either side
+"""
+
+from __future__ import annotations
+
+import difflib
+import math
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import yaml
+
+from ddh_twin_py.physics.motor import RAD_PER_S_OF_RPM
+
+_SEGMENTS = {
+    "lift": ({"speed_rpm", "to_m"}, {"timeout_s"}),
+    "lower": ({"speed_rpm", "to_m"}, {"timeout_s"}),
+    "position": ({"speed_rpm", "to_m"}, {"timeout_s"}),
+    "speed": ({"speed_rpm", "duration_s"}, set()),
+    "dwell": ({"duration_s"}, set()),
+}
+_TOP = {"payload_kg", "ambient_degC", "start_position_m", "ramp_rpm_per_s", "repeat", "cycle"}
+_TIMEOUT = 60.0
+
+
+class DutyError(ValueError):
+    """A duty file that cannot be used; the message names file, entry and value."""
+
+
+@dataclass(frozen=True)
+class Segment:
+    """One part of the cycle: kind, speed in rad/s (not signed but for ``speed``), goal in m, duration or time-out in s."""
+
+    kind: str
+    speed: float
+    goal: float
+    duration: float
+
+
+@dataclass(frozen=True)
+class Duty:
+    """What the rig is asked to do.
+
+    Attributes:
+        payload: kg. ambient: times (s) and temperatures (K), each (k,). start_position: m.
+        ramp: rad/s2. repeat: times, 0 is for ever. cycle: the segments.
+    """
+
+    payload: float
+    ambient_time: np.ndarray
+    ambient: np.ndarray
+    start_position: float
+    ramp: float
+    repeat: int
+    cycle: tuple[Segment, ...]
+
+
+def load_duty(path: str | Path) -> Duty:
+    """Read a duty file.
+
+    Raises:
+        DutyError: file missing or not YAML, an unknown entry (with the nearest valid one), a
+            value that is no number or out of range.
+    """
+    path = Path(path)
+    try:
+        tree = yaml.safe_load(path.read_text())
+    except FileNotFoundError:
+        raise DutyError(f"{path}: no such duty file") from None
+    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
+        raise DutyError(f"{path}: cannot be read as YAML: {str(error).splitlines()[0]}") from None
+    if not isinstance(tree, dict):
+        raise DutyError(f"{path}: a duty file is a mapping, found {type(tree).__name__}")
+    _known(path, "", tree, _TOP)
+    cycle = tree.get("cycle")
+    if not isinstance(cycle, list) or not cycle:
+        raise DutyError(f"{path}: cycle: found {cycle!r}, a list of segments is needed")
+    ambient = tree.get("ambient_degC", 23.0)
+    rows = ambient if isinstance(ambient, list) else [[0.0, ambient]]
+    try:
+        table = np.array([[_number(path, "ambient_degC", a) for a in row] for row in rows], dtype=float).reshape(-1, 2)
+    except (TypeError, ValueError) as error:
+        if isinstance(error, DutyError):
+            raise
+        raise DutyError(f"{path}: ambient_degC: found {ambient!r}, a number or a list of [time_s, degC] is needed") from None
+    if np.any(np.diff(table[:, 0]) <= 0.0):
+        raise DutyError(f"{path}: ambient_degC: times must rise, found {table[:, 0].tolist()}")
+    return Duty(
+        payload=_positive(path, "payload_kg", tree.get("payload_kg", 149.5)),
+        ambient_time=table[:, 0],
+        ambient=table[:, 1] + 273.15,
+        start_position=_number(path, "start_position_m", tree.get("start_position_m", 0.01)),
+        ramp=_positive(path, "ramp_rpm_per_s", tree.get("ramp_rpm_per_s", 1150.0)) * RAD_PER_S_OF_RPM,
+        repeat=int(_number(path, "repeat", tree.get("repeat", 1))),
+        cycle=tuple(_segment(path, i, row) for i, row in enumerate(cycle)),
+    )
+
+
+def _known(path: Path, where: str, tree: dict, valid: set[str]) -> None:
+    for key in tree:
+        if key not in valid:
+            nearest = difflib.get_close_matches(str(key), sorted(valid), 1, 0.0)[0]
+            raise DutyError(f"{path}: {where}{key}: no such entry; the nearest is {nearest!r}")
+
+
+def _number(path: Path, name: str, value: object) -> float:
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
+        raise DutyError(f"{path}: {name}: value is {value!r}, a finite number is needed")
+    return float(value)
+
+
+def _positive(path: Path, name: str, value: object) -> float:
+    number = _number(path, name, value)
+    if number <= 0.0:
+        raise DutyError(f"{path}: {name}: value is {number:g}, it must be above 0")
+    return number
+
+
+def _segment(path: Path, index: int, row: object) -> Segment:
+    where = f"cycle[{index}]"
+    if not isinstance(row, dict) or len(row) != 1:
+        raise DutyError(f"{path}: {where}: found {row!r}, one of {', '.join(_SEGMENTS)} with its values is needed")
+    (kind, values), = row.items()
+    _known(path, f"{where}.", {kind: None}, set(_SEGMENTS))
+    needed, optional = _SEGMENTS[kind]
+    if not isinstance(values, dict):
+        raise DutyError(f"{path}: {where}.{kind}: found {values!r}, needed are {', '.join(sorted(needed))}")
+    _known(path, f"{where}.{kind}.", values, needed | optional)
+    for name in sorted(needed - set(values)):
+        raise DutyError(f"{path}: {where}.{kind}: {name} is missing")
+    number = {name: _number(path, f"{where}.{kind}.{name}", value) for name, value in values.items()}
+    speed = number.get("speed_rpm", 0.0) * RAD_PER_S_OF_RPM
+    if kind != "speed" and kind != "dwell" and speed <= 0.0:
+        raise DutyError(f"{path}: {where}.{kind}.speed_rpm: value is {values['speed_rpm']}, it must be above 0")
+    duration = number.get("duration_s", number.get("timeout_s", _TIMEOUT))
+    if duration <= 0.0:
+        raise DutyError(f"{path}: {where}.{kind}: a duration of {duration:g} s; it must be above 0")
+    return Segment(kind, speed, number.get("to_m", 0.0), duration)
+
+
+class DutyCommand:
+    """Turns a duty into a speed command, given where the rod is."""
+
+    def __init__(self, duty: Duty) -> None:
+        self._duty = duty
+        self._segment = 0
+        self._elapsed = 0.0
+        self._cycle = 0
+        self.command = 0.0
+        self.finished = False
+
+    def step(self, position: float, rod_speed_per_rad: float, period: float) -> float:
+        """Command for the next control period, rad/s.
+
+        Args:
+            position: m. rod_speed_per_rad: m of rod per rad of shaft, to brake in time.
+            period: s.
+        """
+        if self.finished:
+            return self._ramp(0.0, period)
+        segment = self._duty.cycle[self._segment]
+        self._elapsed += period
+        target, done = self._target(segment, position, rod_speed_per_rad)
+        if done or self._elapsed >= segment.duration - 1e-9:
+            self._next()
+        return self._ramp(target, period)
+
+    def _target(self, segment: Segment, position: float, rod_speed_per_rad: float) -> tuple[float, bool]:
+        if segment.kind in ("speed", "dwell"):
+            return segment.speed, False
+        distance = segment.goal - position
+        if segment.kind == "lift" and distance <= 0.0 or segment.kind == "lower" and distance >= 0.0:
+            return 0.0, abs(self.command) < 1e-9
+        braking = 0.5 * self.command**2 / self._duty.ramp * rod_speed_per_rad
+        if abs(distance) <= braking + 5e-4:
+            return 0.0, abs(self.command) < 1e-9
+        return math.copysign(segment.speed, distance), False
+
+    def _ramp(self, target: float, period: float) -> float:
+        most = self._duty.ramp * period
+        self.command += min(max(target - self.command, -most), most)
+        return self.command
+
+    def _next(self) -> None:
+        self._elapsed = 0.0
+        self._segment += 1
+        if self._segment == len(self._duty.cycle):
+            self._segment = 0
+            self._cycle += 1
+            self.finished = self._duty.repeat > 0 and self._cycle >= self._duty.repeat

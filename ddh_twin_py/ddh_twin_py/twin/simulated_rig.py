@@ -1,0 +1,129 @@
+"""A rig made of the model, for telemetry without a machine.
+
+Its parameters are drawn within the sheet's tolerances and its sensors have the sheet's noise,
+offsets and lags, so that a twin that listens to it is never fed its own output. The same seed
+and duty give the same rig and the same samples, in whichever process.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+
+from ddh_twin_py.physics.balance import OPERATING_DTYPE
+from ddh_twin_py.physics.free_run import free_run, settle
+from ddh_twin_py.physics.thermal_network import N, NODES
+from ddh_twin_py.rig import Rig, load_rig
+from ddh_twin_py.telemetry.recording import Recording, RigInfo, drive_stream, hydraulic_stream, temperature_stream
+from ddh_twin_py.twin.duty import Duty, DutyCommand, load_duty
+
+CONTROL_PERIOD = 0.01
+"""s between two samples of drive and pressures."""
+TEMPERATURE_PERIOD = 0.5
+"""s between two samples of a temperature sensor."""
+CHUNK = 1.0
+"""s of telemetry handed over at a time."""
+_SUBINTERVALS = 4
+_STEP = 2.5e-4  # s, finer than the twin's own
+_READS = {
+    "motor_winding": "end_winding", "motor_housing": "housing", "pump_1_case": "pump_1_case",
+    "pump_2_case": "pump_2_case", "tank_oil": "tank_oil", "tank_wall": "tank_wall",
+    "cylinder_barrel": "cylinder_barrel", "line_a": "line_a_wall", "line_b": "line_b_wall",
+}
+
+
+def simulate(rig_path: str | Path | None, duty_path: str | Path, seed: int, duration: float | None = None) -> Iterator[Recording]:
+    """Telemetry of a simulated rig in chunks of `CHUNK` seconds, epoch 0, until duty or duration end.
+
+    Args:
+        rig_path: rig file whose tolerances the rig is drawn from; None takes the reference sheet.
+        duty_path: see `duty`. seed: of the rig and its noise. duration: s; None: as the duty says.
+
+    Raises:
+        RigError, DutyError: for files that cannot be used.
+    """
+    return SimulatedRig(load_rig(rig_path), load_duty(duty_path), seed).run(duration)
+
+
+class SimulatedRig:
+    """One rig drawn from a sheet, doing a duty.
+
+    Attributes:
+        rig: the rig as drawn; a test may look, a twin may not.
+    """
+
+    def __init__(self, sheet: Rig, duty: Duty, seed: int) -> None:
+        rng = np.random.default_rng(seed)
+        self.rig = sheet.draw(rng).with_values({"load.payload_mass": duty.payload}, source="duty")
+        self.info = RigInfo(f"simulated_{seed}", "ISO VG 32", duty.payload)
+        self._duty = duty
+        self._rng = rng
+        self._sheet = sheet
+        pressure, temperature = sheet.sensors["pressure"], sheet.sensors["temperature"]
+        self._pressure_offset = rng.normal(0.0, pressure.offset_tolerance, 2)
+        self._temperature_offset = rng.normal(0.0, temperature.offset_tolerance, len(_READS) + 1)
+        self._node = [NODES.index(node) for node in _READS.values()]
+
+    def truth(self) -> np.ndarray:
+        """Temperatures of every node now, K, (N,)."""
+        return self._temperature.copy()
+
+    def run(self, duration: float | None = None) -> Iterator[Recording]:
+        """Telemetry chunk by chunk; see `simulate`."""
+        duty, parameters = self._duty, self.rig.parameters
+        record = parameters[0]
+        area = 0.25 * np.pi * record["cylinder_bore"] ** 2
+        rod_speed_per_rad = record["pump_1_displacement"] / (2.0 * np.pi) / area
+        self._temperature = np.full(N, duty.ambient[0])
+        reading = self._temperature[self._node].copy()
+        state = np.zeros(6)
+        settle(parameters, state, duty.start_position, 0.8 * duty.payload * record["load_gravity"] / area, 0.0)
+        points, temperatures = np.zeros(_SUBINTERVALS, OPERATING_DTYPE), np.empty((_SUBINTERVALS, N))
+        nowhere = np.full(_SUBINTERVALS, np.nan)
+        program, command, at = DutyCommand(duty), 0.0, 0
+        # sheet values the drive knows: it reports torque as the sheet's constant times current
+        torque_constant = self._sheet["motor.torque_constant"]
+        lag = self.rig["sensors.temperature.time_constant"]
+        per_chunk, per_temperature = round(CHUNK / CONTROL_PERIOD), round(TEMPERATURE_PERIOD / CONTROL_PERIOD)
+        while not program.finished and (duration is None or at * CONTROL_PERIOD < duration):
+            drive, hydraulic, thermal, times = [], [], [], []
+            for _ in range(per_chunk):
+                now = at * CONTROL_PERIOD
+                air = float(np.interp(now, duty.ambient_time, duty.ambient))
+                if at % per_temperature == 0:
+                    times.append(now)
+                    thermal.append(np.append(reading, air))
+                next_command = program.step(state[5], rod_speed_per_rad, CONTROL_PERIOD)
+                edges = np.full(_SUBINTERVALS + 1, next_command)
+                free_run(parameters, state, self._temperature, edges, np.full(_SUBINTERVALS, air),
+                         CONTROL_PERIOD / _SUBINTERVALS, _STEP, nowhere, points, temperatures)
+                last = points[-1]
+                drive.append((next_command, state[1], torque_constant * last["current"], last["current"], last["voltage"], last["electrical_power"]))
+                hydraulic.append((last["pressure_piston_side"], last["pressure_rod_side"], state[5], state[4]))
+                reading += (self._temperature[self._node] - reading) * (1.0 - np.exp(-CONTROL_PERIOD / lag))
+                at += 1
+            yield self._measure(np.array(drive), np.array(hydraulic), np.array(thermal), np.array(times), at)
+
+    def _measure(self, drive: np.ndarray, hydraulic: np.ndarray, thermal: np.ndarray, times: np.ndarray, at: int) -> Recording:
+        """Samples with noise, offsets and jitter."""
+        rng, noise = self._rng, {name: spec.noise for name, spec in self._sheet.sensors.items()}
+        n = drive.shape[0]
+        when = (at - n + 1 + np.arange(n)) * CONTROL_PERIOD
+        current_noise = rng.normal(0.0, noise["current"], n)
+        drive[:, 1] += rng.normal(0.0, noise["speed"], n)
+        drive[:, 2] += self._sheet["motor.torque_constant"] * current_noise
+        drive[:, 3] += current_noise
+        drive[:, 4] += rng.normal(0.0, noise["voltage"], n)
+        drive[:, 5] += rng.normal(0.0, noise["electrical_power"], n)
+        hydraulic[:, :2] += self._pressure_offset + rng.normal(0.0, noise["pressure"], (n, 2))
+        hydraulic[:, 2] += rng.normal(0.0, noise["rod_position"], n)
+        hydraulic[:, 3] += rng.normal(0.0, noise["rod_velocity"], n)
+        jitter = rng.uniform(0.0, 4.0e-4, (2, n))
+        thermal = thermal + self._temperature_offset + rng.normal(0.0, noise["temperature"], thermal.shape)
+        temperatures = {name: temperature_stream(times + 1.0e-3 * (i + 1), thermal[:, i]) for i, name in enumerate([*_READS, "ambient"])}
+        return Recording(
+            path="simulated rig", epoch_ns=0, rig=self.info, drive=drive_stream(when + jitter[0], drive),
+            hydraulic=hydraulic_stream(when + jitter[1] + 5.0e-4, hydraulic), temperatures=temperatures, findings=[],
+        )
