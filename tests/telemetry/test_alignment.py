@@ -8,13 +8,13 @@ from hypothesis import strategies as st
 from ddh_twin_py.telemetry.alignment import TickAligner, align, tick_index
 from ddh_twin_py.telemetry.recording import Recording, drive_stream, hydraulic_stream, temperature_stream
 
-EPOCH = 1_772_000_000_123_456_789
+EPOCH = 1_772_000_000_000_000_000  # a multiple of the tick
 MS = 1_000_000
 WIDTHS = {"drive/telemetry": 6, "hydraulics/telemetry": 4, "temperature/ambient": 2}
 
 
-def recording_of(arrivals):
-    """A recording with, per stream, stamps in ns after EPOCH in order of arrival."""
+def recording_of(arrivals, epoch=EPOCH):
+    """A recording with, per stream, stamps in ns after the epoch in order of arrival."""
     streams = []
     for (name, width), stamps in zip(WIDTHS.items(), arrivals, strict=True):
         stamps = np.array(stamps, np.int64)
@@ -25,7 +25,7 @@ def recording_of(arrivals):
             streams.append(hydraulic_stream(stamps * 1e-9, values))
         else:
             streams.append(temperature_stream(stamps * 1e-9, values[:, 0], values[:, 1]))
-    return Recording("test", EPOCH, None, streams[0], streams[1], {"ambient": streams[2]})
+    return Recording("test", epoch, None, streams[0], streams[1], {"ambient": streams[2]})
 
 
 def live_ticks(recording, order, **options):
@@ -53,7 +53,8 @@ def assert_same(live, whole):
 def arrivals(draw):
     """Stamps per stream in order of arrival: late by up to 0.5 s, repeated, with gaps; and a global order."""
     rng = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
-    lateness = draw(st.sampled_from([0, 20 * MS, 500 * MS]))
+    lateness = draw(st.sampled_from([0, 20 * MS, 500 * MS, 500 * MS]))
+    extreme = draw(st.booleans())  # either in time or as late as allowed
     gap = draw(st.sampled_from([0, 400 * MS, 3_000 * MS]))
     jittered = draw(st.booleans())
     arrived = []  # (time of arrival, stream, stamp)
@@ -65,7 +66,7 @@ def arrivals(draw):
         stamps[count // 2 :] += gap
         keep = rng.random(count) > draw(st.sampled_from([0.0, 0.2]))
         stamps = stamps[keep]
-        delays = rng.integers(0, lateness + 1, stamps.size)
+        delays = rng.integers(0, 2, stamps.size) * lateness if extreme else rng.integers(0, lateness + 1, stamps.size)
         arrived += [(int(s + d), stream, int(s)) for s, d in zip(stamps, delays, strict=True)]
         again = stamps[rng.random(stamps.size) < 0.1]
         arrived += [(int(s) + int(rng.integers(0, lateness + 1)), stream, int(s)) for s in again]
@@ -76,16 +77,18 @@ def arrivals(draw):
     for _, stream, _ in arrived:
         order.append((list(WIDTHS)[stream], seen[stream]))
         seen[stream] += 1
-    return per_stream, order
+    awaited = draw(st.sampled_from([tuple(WIDTHS), ("drive/telemetry", "hydraulics/telemetry"), ("drive/telemetry",)]))
+    epoch = EPOCH + draw(st.sampled_from([0, 123_456_789]))
+    return per_stream, order, awaited, epoch
 
 
 @settings(max_examples=150, deadline=None)
 @given(arrivals())
-@example(([[0, 50 * MS], [], []], [("drive/telemetry", 0), ("drive/telemetry", 1)]))
+@example(([[0, 50 * MS], [], []], [("drive/telemetry", 0), ("drive/telemetry", 1)], ("drive/telemetry",), EPOCH))
 def test_live_cuts_are_the_array_cuts(case):
-    per_stream, order = case
-    recording = recording_of(per_stream)
-    live, aligner = live_ticks(recording, order)
+    per_stream, order, awaited, epoch = case
+    recording = recording_of(per_stream, epoch)
+    live, aligner = live_ticks(recording, order, awaited=awaited)
     assert_same(live, align(recording))
     for name, stream in recording.streams():
         taken = sum(len(t.samples[name]) for t in live)
@@ -134,6 +137,18 @@ def test_a_stopped_stream_is_waited_for_once():
     aligner.push("hydraulics/telemetry", 4010 * MS, np.zeros(4))
     tick = next(t for t in aligner.flush() if t.end_ns == 4050 * MS)
     assert len(tick.samples["hydraulics/telemetry"]) == 1
+
+
+def test_a_repetition_after_its_tick_is_no_straggler():
+    aligner = TickAligner(WIDTHS, awaited=["drive/telemetry"])
+    aligner.push("temperature/ambient", 10 * MS, np.zeros(2))
+    for k in range(1, 101):
+        aligner.push("drive/telemetry", k * 10 * MS, np.zeros(6))
+    assert len(list(aligner.ready())) == 9
+    aligner.push("temperature/ambient", 10 * MS, np.zeros(2))
+    aligner.push("temperature/ambient", 20 * MS, np.zeros(2))
+    assert aligner.counts["temperature/ambient", "duplicate"] == 1
+    assert aligner.counts["temperature/ambient", "late"] == 1
 
 
 def test_a_backward_jump_flushes_and_begins_anew():

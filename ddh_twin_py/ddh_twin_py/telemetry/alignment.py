@@ -103,18 +103,16 @@ def to_ns(seconds: float) -> int:
 class _Line:
     """One stream within the live aligner: what is waiting, sorted by stamp."""
 
-    __slots__ = ("alive", "awaited", "newest", "recent", "rows", "stale", "stamps", "width")
+    __slots__ = ("alive", "awaited", "newest", "rows", "stale", "stamps", "width")
 
     def __init__(self, width: int, awaited: bool) -> None:
         self.width = width
         self.awaited = awaited
         self.stamps: list[int] = []
         self.rows: dict[int, Sequence[float]] = {}
-        self.recent: set[int] = set()  # released stamps, to tell a repetition from a straggler
         self.restart()
 
     def restart(self, stale: bool = False) -> None:
-        self.recent.clear()
         self.newest: int | None = None
         self.alive = self.awaited
         self.stale = stale  # the clock jumped back on another stream, here not yet seen
@@ -174,7 +172,7 @@ class TickAligner:
                 self.counts[stream, "old_clock"] += 1
                 return
             line.restart()
-        if stamp in line.rows or stamp in line.recent:
+        if stamp == line.newest or stamp in line.rows:
             self.counts[stream, "duplicate"] += 1
             return
         if line.newest is None or stamp > line.newest:
@@ -249,10 +247,6 @@ class TickAligner:
         stamps = line.stamps[:count]
         del line.stamps[:count]
         values = np.array([line.rows.pop(stamp) for stamp in stamps], float).reshape(count, line.width)
-        line.recent.update(stamps)
-        if len(line.recent) > 4096:
-            horizon = end - 2 * self._window
-            line.recent = {stamp for stamp in line.recent if stamp > horizon}
         return Samples(np.array(stamps, np.int64), values)
 
     def _jump(self, stream: str) -> None:
