@@ -1,0 +1,175 @@
+"""Judge every sample: finite, in range, in a likely unit, in order, alive.
+
+One implementation for whole recordings and for the few samples that a live node gets at once.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ddh_twin_py.telemetry import screening_kernel as kernel
+from ddh_twin_py.telemetry.alignment import REORDER_WINDOW, to_ns
+from ddh_twin_py.telemetry.causes import OF_FIELD, OF_SAMPLE, Cause
+from ddh_twin_py.telemetry.clock import clock_segments, sorted_order
+from ddh_twin_py.telemetry.recording import Finding, Recording, Stream
+from ddh_twin_py.telemetry.screening_report import findings_of
+from ddh_twin_py.telemetry.signals import Signal, signals_of
+from ddh_twin_py.telemetry.unit_rules import UnitSuspicion, judge, rules_of
+
+_CAUSES = (*OF_FIELD, *OF_SAMPLE)  # in the order of the kernel's rows of counts
+
+
+@dataclass(frozen=True)
+class Screened:
+    """Samples after screening, in the order given.
+
+    `stamp` int64[n] ns; `values` float64[n, c] with NaN where a value is not believed;
+    `flags` uint16[n, m], bits of Cause per signal, bits of the whole sample in every column.
+    """
+
+    stamp: np.ndarray
+    values: np.ndarray
+    flags: np.ndarray
+
+    def __iter__(self):
+        return iter((self.stamp, self.values, self.flags))
+
+    @property
+    def kept(self) -> np.ndarray:
+        """bool[n]: False for samples that repeat a stamp."""
+        return (self.flags[:, 0] & Cause.REPEATED) == 0
+
+
+class StreamScreen:
+    """Screening of one topic, with all that must be remembered between chunks.
+
+    `topic` is relative. `noise` maps the keys of the rig sheet's sensors (`speed`, `pressure`,
+    `temperature`, ...) to the standard deviation of one sample in SI; a key that is absent or 0
+    turns the judgement of stuck values off. Values are SI inside, temperatures in kelvin.
+    """
+
+    def __init__(
+        self, topic: str, noise: Mapping[str, float] | None = None, reorder_window: float = REORDER_WINDOW
+    ) -> None:
+        self.topic = topic
+        self.signals: tuple[Signal, ...] = signals_of(topic)
+        self.suspicions: list[UnitSuspicion] = []
+        self.noise = np.array([(noise or {}).get(s.noise_key, 0.0) or 0.0 for s in self.signals], float)
+        self._window = to_ns(reorder_window)
+        fields = len(self.signals)
+        most = max(len(s.mistakes) for s in self.signals)
+        self._limits = np.array([(s.lowest, s.highest) for s in self.signals])
+        self._mistakes = np.tile((np.nan, np.nan), (fields, most, 1)).astype(float)
+        for j, signal in enumerate(self.signals):
+            for k, mistake in enumerate(signal.mistakes):
+                self._mistakes[j, k] = (mistake.factor, mistake.offset)
+        rules = rules_of(topic)
+        self._rules = np.array([(r.kind, r.a, r.b, r.c) for r in rules], np.int64).reshape(-1, 4)
+        self._floors = np.array([r.floor for r in rules], float)
+        self._stream = np.zeros(kernel.STREAM_ENTRIES, np.int64)
+        self._ring = np.zeros(kernel.RING, np.int64)
+        self._periods = np.zeros(kernel.FIRST_PERIODS, np.int64)
+        self._field_state = np.zeros((fields, kernel.FIELD_COLUMNS))
+        self._field_state[:, (kernel.LAST, kernel.QUANTUM)] = np.nan
+        self._suspect = np.zeros(fields, bool)
+        self._mistaken = np.ones((fields, most), bool)
+        self._rule_state = np.zeros((len(rules), kernel.RULE_COLUMNS))
+        self._counts = np.zeros((kernel.CAUSES, fields), np.int64)
+        self._first = np.zeros((kernel.CAUSES, fields), np.int64)
+        self._first_value = np.full((kernel.CAUSES, fields), np.nan)
+
+    def screen(self, stamp_ns: np.ndarray | Sequence[int], values: np.ndarray) -> Screened:
+        """Judge samples in order of arrival: stamps int64[n] ns, values float64[n, c].
+
+        The first columns of `values` are the topic's signals in their order; further ones
+        (a variance) pass unchanged. The input is not changed.
+        """
+        stamp = np.array(stamp_ns, np.int64, ndmin=1)
+        values = np.array(values, float, ndmin=2)
+        flags = np.empty((stamp.size, len(self.signals)), np.uint16)
+        kernel.screen(
+            stamp, values, self._limits, self.noise, self._rules, self._floors, self._mistakes,
+            self._stream, self._ring, self._periods, self._field_state, self._suspect, self._mistaken,
+            self._rule_state, self._counts, self._first, self._first_value, flags, self._window,
+        )
+        if self._rules.size:
+            self._judge_units()
+        return Screened(stamp, values, flags)
+
+    def _judge_units(self) -> None:
+        verdict = judge(self.topic, self._rule_state)
+        if verdict is None:
+            return
+        self._rule_state[:] = 0.0
+        self._suspect[:] = False
+        for suspicion in verdict:
+            self._suspect[list(suspicion.fields)] = True
+            if not any(s.fields == suspicion.fields for s in self.suspicions):
+                self.suspicions.append(suspicion)
+
+    @property
+    def segment(self) -> int:
+        """How often the clock has jumped back."""
+        return int(self._stream[kernel.SEGMENT])
+
+    @property
+    def period(self) -> float | None:
+        """Typical interval between samples in s, None before it is known."""
+        known = self._stream[kernel.PERIODS] == kernel.FIRST_PERIODS
+        return float(self._stream[kernel.PERIOD]) * 1e-9 if known else None
+
+    @property
+    def newest_ns(self) -> int | None:
+        """Newest stamp since the clock last jumped back, None before the first sample."""
+        return int(self._stream[kernel.NEWEST]) if self._stream[kernel.COUNT] else None
+
+    def count(self, cause: Cause, field: str | None = None) -> int:
+        """How often a cause struck, in one field or (None) over all."""
+        row = self._counts[_CAUSES.index(cause)]
+        if field is None:
+            return int(row.sum())
+        return int(row[[s.field for s in self.signals].index(field)])
+
+    def health(self) -> dict[str, int]:
+        """Counts for diagnostics, in fixed order: samples, then every cause by its name."""
+        counts = {"samples": int(self._stream[kernel.COUNT])}
+        for cause in _CAUSES:
+            counts[cause.name.lower()] = self.count(cause)
+        return counts
+
+    def findings(self, file: str = "", topic: str | None = None, epoch_ns: int = 0) -> list[Finding]:
+        """One finding per cause and field. `topic` as people know it (default: relative name).
+
+        Times in the findings are s relative to `epoch_ns`.
+        """
+        return findings_of(
+            self.signals, file, topic or self.topic, epoch_ns, int(self._stream[kernel.COUNT]),
+            self._counts, self._first, self._first_value, self._mistaken, self.suspicions, self.noise,
+        )
+
+
+def screen_recording(
+    recording: Recording, noise: Mapping[str, float] | None = None, reorder_window: float = REORDER_WINDOW
+) -> Recording:
+    """Screen all streams of a recording.
+
+    Returned streams are sorted by stamp (within the stretches between clock jumps), repeated
+    samples are left out, values that are not believed are NaN; findings are appended. A field
+    in a wrong unit is rejected from the beginning, not from where it was noticed.
+    """
+    streams: dict[str, Stream] = {}
+    findings = list(recording.findings)
+    stamps = {topic: stream.stamps(recording.epoch_ns) for topic, stream in recording.streams()}
+    segments = clock_segments(stamps, to_ns(reorder_window))
+    for topic, stream in recording.streams():
+        screen = StreamScreen(topic, noise, reorder_window)
+        _, values, _ = screen.screen(stamps[topic], stream.values)
+        for suspicion in screen.suspicions:
+            values[:, list(suspicion.fields)] = np.nan
+        order = sorted_order(stamps[topic], segments[topic])
+        streams[topic] = Stream(stream.time[order], values[order], stream.fields)
+        findings += screen.findings(recording.path, f"{recording.namespace}/{topic}", recording.epoch_ns)
+    return recording.with_streams(streams, findings)

@@ -1,0 +1,230 @@
+"""The compiled part of screening: one pass over samples in order of arrival, state carried over.
+
+All state lies in arrays, so that a chunk of one sample and a whole recording are the same call.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from ddh_twin_py.physics.compiled import inlined, kernel
+from ddh_twin_py.telemetry.causes import Cause
+
+NAN, INF, RANGE, UNIT, STUCK = 1, 2, 4, 8, 16
+REPEATED, LATE, JUMP, GAP = 32, 64, 128, 256
+assert (NAN, INF, RANGE, UNIT, STUCK) == (1, 2, Cause.OUT_OF_RANGE, Cause.WRONG_UNIT, Cause.STUCK)
+assert (REPEATED, LATE, JUMP, GAP) == (Cause.REPEATED, Cause.OUT_OF_ORDER, Cause.CLOCK_JUMP, Cause.GAP)
+CAUSES = 9
+
+# columns of `field_state` float64[m, FIELD_COLUMNS]
+LAST, RUN, RUN_SINCE, QUANTUM, CHANGES, SAMPLES, STUCK_LIMIT = range(7)
+FIELD_COLUMNS = 7
+
+# entries of `stream_state` int64[STREAM_ENTRIES]
+NEWEST, COUNT, SEGMENT, PERIOD, PERIODS, RING_AT, RING_FULL = range(7)
+STREAM_ENTRIES = 7
+
+RING = 1024  # stamps remembered to recognise a late repetition
+FIRST_PERIODS = 16  # intervals of which the median is the first typical period
+
+GAP_PERIODS = 10  # a stream has stopped after this many typical periods without a sample
+FALSE_ALARM = 1e-12  # chance that a sound sensor repeats so long, per run
+LEAST_RUN = 20  # samples
+UNSEEN_QUANTUM = 3.0  # in standard deviations of the noise, while a value never changed
+UNSEEN_TIME = 10_000_000_000  # ns, least length of a run while a value never changed
+SEEN_TIME = 1_000_000_000  # ns, least length of a run otherwise
+ALIVE = 20.0  # in standard deviations: another field this far from zero says the machine is at work
+
+# kinds of unit rules and columns of `rule_state` float64[r, RULE_COLUMNS]
+SMALL, RATIO = 0, 1
+RULE_COUNT, RULE_A, RULE_B = range(3)
+RULE_COLUMNS = 3
+
+
+@inlined
+def _run_limit(quantum, noise):  # pragma: no cover - compiled
+    """Longest run of equal values that a sensor with noise and quantum can be trusted with.
+
+    A value quantised in steps q repeats with probability p <= erf(q / (2 sqrt(2) sigma)).
+    """
+    p = math.erf(quantum / (2.0 * math.sqrt(2.0) * noise))
+    if p >= 1.0:
+        return np.inf
+    if p <= 0.0:
+        return float(LEAST_RUN)
+    return max(float(LEAST_RUN), math.ceil(math.log(FALSE_ALARM) / math.log(p)))
+
+
+@inlined
+def _note(counts, first, first_value, cause, field, stamp, value):  # pragma: no cover - compiled
+    if counts[cause, field] == 0:
+        first[cause, field] = stamp
+        first_value[cause, field] = value
+    counts[cause, field] += 1
+
+
+@inlined
+def _known(ring, stream, stamp):  # pragma: no cover - compiled
+    entries = RING if stream[RING_FULL] else stream[RING_AT]
+    for i in range(entries):
+        if ring[i] == stamp:
+            return True
+    return False
+
+
+@inlined
+def _learn_period(stream, periods, step):  # pragma: no cover - compiled
+    """Typical interval between samples: median of the first ones, then adapted slowly."""
+    n = stream[PERIODS]
+    if n < FIRST_PERIODS:
+        periods[n] = step
+        stream[PERIODS] = n + 1
+        if n + 1 == FIRST_PERIODS:
+            stream[PERIOD] = np.int64(np.median(periods))
+    elif step > stream[PERIOD]:
+        stream[PERIOD] += stream[PERIOD] // 512 + 1
+    else:
+        stream[PERIOD] -= stream[PERIOD] // 512
+
+
+@inlined
+def _judge_time(stamp, stream, ring, periods, window):  # pragma: no cover - compiled
+    """Flag of one stamp; the interval in ns is the second value where there is one."""
+    if stream[COUNT] == 0:
+        stream[NEWEST] = stamp
+        return 0, 0
+    step = stamp - stream[NEWEST]
+    if step > 0:
+        stream[NEWEST] = stamp
+        flag = 0
+        if stream[PERIODS] == FIRST_PERIODS and step > max(GAP_PERIODS * stream[PERIOD], window):
+            flag = GAP
+        _learn_period(stream, periods, step)
+        return flag, step
+    if step == 0:
+        return REPEATED, 0
+    if -step > window:
+        stream[SEGMENT] += 1
+        stream[NEWEST] = stamp
+        stream[RING_AT] = 0
+        stream[RING_FULL] = 0
+        return JUMP, -step
+    return (REPEATED if _known(ring, stream, stamp) else LATE), -step
+
+
+@inlined
+def _judge_run(value, field, noise, scale_alive, stamp, field_state):  # pragma: no cover - compiled
+    """Whether a field repeats one value for longer than its noise allows."""
+    state = field_state[field]
+    state[SAMPLES] += 1.0
+    if value != state[LAST]:
+        if state[LAST] == state[LAST]:
+            step = abs(value - state[LAST])
+            if not state[QUANTUM] <= step:
+                state[QUANTUM] = step
+                state[STUCK_LIMIT] = _run_limit(step, noise)
+            state[CHANGES] += 1.0
+        state[LAST] = value
+        state[RUN] = 1.0
+        state[RUN_SINCE] = stamp
+        return False
+    if value == 0.0 and not scale_alive:
+        state[SAMPLES] -= 1.0
+        return False  # a drive that is switched off reads exactly zero
+    state[RUN] += 1.0
+    if state[CHANGES] == 0.0:
+        limit = _run_limit(UNSEEN_QUANTUM * noise, noise)
+        least = UNSEEN_TIME
+    else:
+        held = max(1.0, (state[SAMPLES] - state[RUN]) / state[CHANGES])
+        limit = state[STUCK_LIMIT] * held
+        least = SEEN_TIME
+    return state[RUN] > limit and stamp - state[RUN_SINCE] > least
+
+
+@kernel
+def screen(
+    stamp, values, limits, noise, rules, floors, mistakes,
+    stream, ring, periods, field_state, suspect, mistaken, rule_state,
+    counts, first, first_value, flags, window,
+):  # pragma: no cover - compiled
+    """Judge samples in order of arrival; values that are not believed become NaN in place.
+
+    stamp int64[n]; values float64[n, c]; limits float64[m, 2]; noise float64[m] (0: none);
+    rules int64[r, 4], floors float64[r]: see `unit_rules`; mistakes float64[m, k, 2]: factor
+    and offset of usual mistakes of unit; suspect bool[m]: fields held to be in a wrong unit;
+    mistaken bool[m, k]: mistakes that explain all values out of range; the rest is state and
+    counts; flags uint16[n, m] is written.
+    """
+    fields = limits.shape[0]
+    for i in range(stamp.size):
+        flag, step = _judge_time(stamp[i], stream, ring, periods, window)
+        stream[COUNT] += 1
+        if flag:
+            cause = 5 if flag == REPEATED else 6 if flag == LATE else 7 if flag == JUMP else 8
+            _note(counts, first, first_value, cause, 0, stamp[i], step * 1e-9)
+        if flag == JUMP:
+            field_state[:, LAST] = np.nan
+            field_state[:, RUN] = 0.0
+        if flag == REPEATED:
+            flags[i, :] = flag
+            continue
+        ring[stream[RING_AT]] = stamp[i]
+        stream[RING_AT] += 1
+        if stream[RING_AT] == RING:
+            stream[RING_AT] = 0
+            stream[RING_FULL] = 1
+        alive = 0
+        for j in range(fields):
+            if noise[j] > 0.0 and abs(values[i, j]) > ALIVE * noise[j]:
+                alive += 1
+        for r in range(rules.shape[0]):
+            _gather_evidence(values[i], rules[r], floors[r], rule_state[r])
+        for j in range(fields):
+            value = values[i, j]
+            own = 0
+            if value != value:
+                own = NAN
+                _note(counts, first, first_value, 0, j, stamp[i], value)
+            elif abs(value) == np.inf:
+                own = INF
+                _note(counts, first, first_value, 1, j, stamp[i], value)
+            elif value < limits[j, 0] or value > limits[j, 1]:
+                own = RANGE
+                _note(counts, first, first_value, 2, j, stamp[i], value)
+                for k in range(mistakes.shape[1]):
+                    right = (value - mistakes[j, k, 1]) / mistakes[j, k, 0]
+                    if not limits[j, 0] <= right <= limits[j, 1]:
+                        mistaken[j, k] = False
+            else:
+                if suspect[j]:
+                    own |= UNIT
+                    _note(counts, first, first_value, 3, j, stamp[i], value)
+                if noise[j] > 0.0 and flag != LATE:
+                    others = alive - (1 if abs(value) > ALIVE * noise[j] else 0)
+                    if _judge_run(value, j, noise[j], others > 0, stamp[i], field_state):
+                        own |= STUCK
+                        _note(counts, first, first_value, 4, j, stamp[i], value)
+            if own:
+                values[i, j] = np.nan
+            flags[i, j] = own | flag
+
+
+@inlined
+def _gather_evidence(row, rule, floor, state):  # pragma: no cover - compiled
+    """Add one sample to the evidence of one unit rule, where its condition holds."""
+    a, b, c = rule[1], rule[2], rule[3]
+    if rule[0] == SMALL:  # largest of |a| and |b| while |c| is above the floor
+        if abs(row[c]) > floor:
+            largest = max(abs(row[a]), abs(row[b]))
+            if largest == largest:
+                state[RULE_COUNT] += 1.0
+                state[RULE_A] = max(state[RULE_A], largest)
+    else:  # mean |a| over mean (b * c), or |b| where there is no c, while that is above the floor
+        against = row[b] * row[c] if c >= 0 else abs(row[b])
+        if against > floor and abs(row[a]) < np.inf:
+            state[RULE_COUNT] += 1.0
+            state[RULE_A] += abs(row[a])
+            state[RULE_B] += against

@@ -1,0 +1,109 @@
+"""Say what screening found, in sentences that name file, topic, field, value and what is allowed."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ddh_twin_py.telemetry.causes import OF_FIELD, OF_SAMPLE, Cause
+from ddh_twin_py.telemetry.recording import Finding
+from ddh_twin_py.telemetry.signals import Signal, UnitMistake
+from ddh_twin_py.telemetry.unit_rules import UnitSuspicion
+
+_LEAST_FOR_UNIT = 10  # samples out of range before a mistake of unit is named
+
+
+def findings_of(
+    signals: Sequence[Signal],
+    file: str,
+    topic: str,
+    epoch_ns: int,
+    samples: int,
+    counts: np.ndarray,
+    first: np.ndarray,
+    first_value: np.ndarray,
+    mistaken: np.ndarray,
+    suspicions: Sequence[UnitSuspicion],
+    noise: np.ndarray,
+) -> list[Finding]:
+    """One finding per cause and field from the kernel's counts int64[9, m]."""
+    where = f"{file}: {topic}" if file else topic
+    causes = (*OF_FIELD, *OF_SAMPLE)
+    found = []
+    for row, cause in enumerate(causes):
+        for j, signal in enumerate(signals if cause in OF_FIELD else signals[:1]):
+            count = int(counts[row, j])
+            if not count or cause is Cause.WRONG_UNIT:
+                continue
+            at = (int(first[row, j]) - epoch_ns) * 1e-9
+            value = float(first_value[row, j])
+            if cause in OF_FIELD:
+                shown = signal.to_message(value)
+                subject = f"{where} {signal.field}"
+                said = _field_sentence(cause, signal, shown, count, samples, at, mistaken[j], noise[j])
+                found.append(Finding("warning", file, topic, signal.field, shown, count, f"{subject} {said}", at))
+            else:
+                said = _sample_sentence(cause, value, count, samples, at)
+                found.append(Finding("warning", file, topic, "", value, count, f"{where} {said}", at))
+    found += [_unit_finding(s, signals, where, file, topic, counts, first, first_value, epoch_ns) for s in suspicions]
+    return found
+
+
+def _field_sentence(cause, signal, value, count, samples, at, mistaken, noise) -> str:
+    often = f"{count} of {samples} samples"
+    unit = signal.message_unit
+    if cause is Cause.NOT_A_NUMBER:
+        return f"is NaN in {often}, first at {at:.3f} s: the sensor dropped out"
+    if cause is Cause.INFINITE:
+        return f"is {value} in {often}, first at {at:.3f} s; not used"
+    if cause is Cause.STUCK:
+        return (
+            f"is stuck: it repeats exactly {value:.6g} {unit} although noise of {noise:.3g} {signal.unit} "
+            f"is expected; {often} are not used, the first at {at:.3f} s"
+        )
+    lowest, highest = signal.to_message(signal.lowest), signal.to_message(signal.highest)
+    said = (
+        f"reads {value:.6g} {unit} at {at:.3f} s, allowed are {lowest:g} to {highest:g} {unit}; "
+        f"{often} are out of range and not used"
+    )
+    likely = [m for m, still in zip(signal.mistakes, mistaken, strict=False) if still]
+    if likely and count >= _LEAST_FOR_UNIT:
+        said += f"; it looks as if given in {likely[0].unit} ({_factor(likely[0])}), expected is {unit}"
+    return said
+
+
+def _factor(mistake: UnitMistake) -> str:
+    if mistake.factor == 1.0:
+        return f"{mistake.offset:+g}"
+    return f"factor {mistake.factor:.4g}"
+
+
+def _sample_sentence(cause, value, count, samples, at) -> str:
+    if cause is Cause.REPEATED:
+        return f"repeats a stamp in {count} of {samples} messages, first at {at:.3f} s; repetitions are not used"
+    if cause is Cause.OUT_OF_ORDER:
+        return (
+            f"has {count} of {samples} messages out of order, the first is {value:.3f} s late at {at:.3f} s; "
+            "they are sorted in"
+        )
+    if cause is Cause.CLOCK_JUMP:
+        times = "once" if count == 1 else f"{count} times"
+        return f"has a clock that jumped back {times}, first by {value:.3f} s to {at:.3f} s; all begins anew there"
+    times = "once" if count == 1 else f"{count} times"
+    return f"stopped {times} and came back, first after {value:.3f} s without a sample, at {at:.3f} s"
+
+
+def _unit_finding(suspicion, signals, where, file, topic, counts, first, first_value, epoch_ns) -> Finding:
+    row = OF_FIELD.index(Cause.WRONG_UNIT)
+    j = suspicion.fields[0]
+    names = " and ".join(signals[k].field for k in suspicion.fields)
+    count = int(counts[row, list(suspicion.fields)].max())
+    value = float(first_value[row, j])
+    at = (int(first[row, j]) - epoch_ns) * 1e-9 if count else float("nan")
+    unit = signals[j].message_unit
+    message = (
+        f"{where} {names} looks as if given in {suspicion.unit} (factor {suspicion.factor:.4g}), expected is {unit}: "
+        f"{suspicion.reason}; not used"
+    )
+    return Finding("error", file, topic, signals[j].field, value, count, message, at)

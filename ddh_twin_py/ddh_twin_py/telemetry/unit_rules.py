@@ -1,0 +1,91 @@
+"""Evidence, over a window of samples, that a field is given in another unit than agreed.
+
+A wrong unit often stays within the plausible range (5 bar read as 5 Pa), so that no single
+sample can tell. Relations between the fields of one topic can: a loaded rod does not move at
+0.01 bar, measured speed follows commanded speed, a motor that drives takes more electrical
+power than it gives to the shaft.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from ddh_twin_py.telemetry.screening_kernel import RATIO, RULE_A, RULE_B, RULE_COUNT, SMALL
+from ddh_twin_py.telemetry.signals import DRIVE_TOPIC, HYDRAULIC_TOPIC
+
+RPM = 30.0 / math.pi
+_LIKELY = 0.15  # relative; how near a ratio must be to a known factor
+
+
+@dataclass(frozen=True)
+class UnitRule:
+    """One relation: `kind`, columns a, b, c (-1: none), the floor of its condition, samples needed."""
+
+    kind: int
+    a: int
+    b: int
+    c: int
+    floor: float
+    needed: int
+
+
+@dataclass(frozen=True)
+class UnitSuspicion:
+    """Verdict: `fields` (columns) look as if given in `unit`; `factor` times too large."""
+
+    fields: tuple[int, ...]
+    unit: str
+    factor: float
+    reason: str
+
+
+# speed, speed_command, torque and power: columns of DRIVE_FIELDS
+_DRIVE_RULES = (
+    UnitRule(RATIO, 1, 0, -1, 5.0, 100),  # |speed| against |speed_command| above 5 rad/s
+    UnitRule(RATIO, 5, 2, 1, 100.0, 100),  # electrical power against shaft power above 100 W
+)
+# both pressures while |rod_velocity| is above 5 mm/s: columns of HYDRAULIC_FIELDS
+_HYDRAULIC_RULES = (UnitRule(SMALL, 0, 1, 3, 0.005, 100),)
+
+
+def rules_of(topic: str) -> tuple[UnitRule, ...]:
+    """Unit rules of a relative topic."""
+    return {DRIVE_TOPIC: _DRIVE_RULES, HYDRAULIC_TOPIC: _HYDRAULIC_RULES}.get(topic, ())
+
+
+def judge(topic: str, state: np.ndarray) -> list[UnitSuspicion] | None:
+    """Verdict from the evidence float64[r, 3] of the topic's rules; None while it is too thin."""
+    rules = rules_of(topic)
+    if not rules or state[0, RULE_COUNT] < rules[0].needed:
+        return None
+    if topic == HYDRAULIC_TOPIC:
+        return _judge_pressures(float(state[0, RULE_A]))
+    return _judge_drive(state)
+
+
+def _judge_pressures(largest: float) -> list[UnitSuspicion]:
+    if not 0.5 < largest < 1000.0:
+        return []
+    reason = f"both pressures stay below {largest:.4g} while the rod moves"
+    return [UnitSuspicion((0, 1), "bar", 1e-5, reason)]
+
+
+def _judge_drive(state: np.ndarray) -> list[UnitSuspicion]:
+    follow = state[0, RULE_A] / state[0, RULE_B]
+    if _near(follow, RPM):
+        return [UnitSuspicion((1,), "rpm", RPM, f"speed is {follow:.3g} times speed_command")]
+    if _near(follow, 1.0 / RPM):
+        return [UnitSuspicion((0,), "rpm", RPM, f"speed is {follow:.3g} times speed_command")]
+    if state[1, RULE_COUNT] >= _DRIVE_RULES[1].needed:
+        share = state[1, RULE_A] / state[1, RULE_B]
+        if 0.05 < share < 0.3 and _near(follow, 1.0, 0.5):
+            reason = f"electrical power is {share:.2g} times torque times speed while the motor drives"
+            return [UnitSuspicion((0, 1), "rpm", RPM, reason)]
+    return []
+
+
+def _near(value: float, target: float, tolerance: float = _LIKELY) -> bool:
+    return abs(value - target) < tolerance * target
