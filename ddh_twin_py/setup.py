@@ -1,6 +1,5 @@
 """The ament_python package of the twin: modules, executables, launch and parameter files."""
 
-from glob import glob
 from pathlib import Path
 
 from setuptools import find_packages, setup
@@ -29,6 +28,15 @@ def not_python(package: str) -> list[str]:
     )
 
 
+def shared(folder: str, *patterns: str) -> list[tuple[str, list[str]]]:
+    """Files of a folder and of those in it, each installed to the same place below share."""
+    files = {path for pattern in patterns for path in Path(folder).rglob(pattern)}
+    return [
+        (f"share/{NAME}/{parent}", sorted(str(path) for path in files if path.parent == parent))
+        for parent in sorted({path.parent for path in files})
+    ]
+
+
 setup(
     name=NAME,
     version="0.1.0",
@@ -44,8 +52,8 @@ setup(
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{NAME}"]),
         (f"share/{NAME}", ["package.xml"]),
-        (f"share/{NAME}/launch", sorted(glob("launch/*.launch.py"))),
-        (f"share/{NAME}/config", sorted(glob("config/*.yaml") + glob("config/*.xml"))),
+        *shared("launch", "*.launch.py"),
+        *shared("config", "*.yaml", "*.xml"),
     ],
     entry_points={
         "console_scripts": [
