@@ -21,7 +21,7 @@ from ddh_twin_py.twin.hydraulic_model import HydraulicModel
 from ddh_twin_py.twin.intervals import INTERVAL, new_carry, reduce_intervals
 from ddh_twin_py.twin.machine_thermal import MachineThermal
 
-BLOCK = 1.0
+BLOCK = 5.0
 """s of measurement time between two exchanges of temperatures between fusion and hydraulic model."""
 
 

@@ -243,9 +243,14 @@ def update(dynamic, offset, deviation, covariance, sensor, innovation, noise, re
             moved[i] += gain[i] / variance * left
         for i in range(size):
             factor = gain[i] / variance
-            for j in range(i, size):
-                covariance[i, j] -= factor * gain[j]
-                covariance[j, i] = covariance[i, j]
+            row = covariance[i]
+            for j in range(size):
+                row[j] -= factor * gain[j]
+    for i in range(size):
+        for j in range(i):
+            mean = 0.5 * (covariance[i, j] + covariance[j, i])
+            covariance[i, j] = mean
+            covariance[j, i] = mean
     for i in range(d):
         dynamic[i] += moved[i]
     for k in range(m):

@@ -82,11 +82,13 @@ def clear(point):
 
 
 @inlined
-def add_motor(point, weight, speed, current, copper_resistance, p):
-    """Add the motor at an operating point: losses, voltage and power; ``copper_resistance`` in ohm per phase."""
+def add_motor(point, weight, speed, current, copper_resistance, iron, p):
+    """Add the motor at an operating point: losses, voltage and power.
+
+    ``copper_resistance`` in ohm per phase, ``iron`` from `motor.iron_coefficients`.
+    """
     copper = 3.0 * copper_resistance * current * current
-    teeth = motor.iron_loss_teeth(speed, p)
-    yoke = motor.iron_loss_yoke(speed, p)
+    teeth, yoke = motor.iron_losses(speed, iron, p)
     friction = motor.friction_loss(speed, p)
     point.speed += weight * speed
     point.speed_absolute += weight * abs(speed)
@@ -105,11 +107,10 @@ def add_motor(point, weight, speed, current, copper_resistance, p):
 
 
 @inlined
-def shaft_torque(speed, acceleration, pressure_a, pressure_b, c, p):
-    """Air-gap torque that the motion takes, N*m: inertia, both pumps, motor friction."""
-    _, _, port_1, port_2 = hydraulics.pump_flows(speed, pressure_a, pressure_b, c, p)
-    torque_1, torque_2, _, _ = hydraulics.pump_torques(speed, port_1, port_2, c, p)
-    return p.motor_inertia * acceleration + torque_1 + torque_2 + hydraulics.motor_friction_torque(speed, p)
+def motor_current(speed, acceleration, pump_torque, p):
+    """Current that the motion takes, A: air-gap torque for inertia, pumps and motor friction by the torque constant."""
+    torque = p.motor_inertia * acceleration + pump_torque + hydraulics.motor_friction_torque(speed, p)
+    return torque / p.motor_torque_constant
 
 
 @inlined
@@ -184,6 +185,7 @@ def add_hydraulics(point, weight, speed, pressure_a, pressure_b, velocity, posit
     point.loss_cylinder += weight * seal
     point.loss_relief_valve += weight * relief_heat
     point.loss_check_valve += weight * check_heat
+    return torque_1 + torque_2
 
 
 @inlined

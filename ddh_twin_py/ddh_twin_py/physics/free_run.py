@@ -4,21 +4,37 @@ from __future__ import annotations
 
 import numpy as np
 
-from ddh_twin_py.physics.balance import add_hydraulics, add_motor, clear, shaft_torque
-from ddh_twin_py.physics.compiled import kernel
-from ddh_twin_py.physics.hydraulics import POSITION, PRESSURE_A, PRESSURE_B, SPEED, SPEED_REFERENCE, VELOCITY, coefficients, hydraulic_step
+from ddh_twin_py.physics.balance import add_hydraulics, add_motor, clear, motor_current
+from ddh_twin_py.physics.compiled import inlined, kernel
+from ddh_twin_py.physics.hydraulics import CALM, POSITION, PRESSURE_A, PRESSURE_B, SPEED, SPEED_REFERENCE, VELOCITY, coefficients, follow_decays, hydraulic_step
+from ddh_twin_py.physics.motor import iron_coefficients
+from ddh_twin_py.physics.oil import VAPOUR_PRESSURE
 from ddh_twin_py.physics.thermal_network import (
     N, N_EDGES, N_SURFACES, N_WALLS, capacities, conductances, network_step, winding_resistance,
 )
 from ddh_twin_py.physics.valves import check_flow, relief_flow
 
 HYDRAULIC_STEP = 1.0e-3
-"""s, default step of pressures, piston and shaft; the thermal network moves once per interval."""
+"""s, default step of pressures, piston and shaft while something changes; the thermal network moves once per interval."""
+CALM_AFTER = 0.5
+"""s of constant command after which the oil springs have settled and a longer step does."""
+CALM_FACTOR = 4
+"""How much longer that step is. The choice hangs on the command alone, so that a fit sees a smooth function."""
+
+
+@inlined
+def _add(point, weight, speed, acceleration, pressure_a, pressure_b, velocity, position, resistance, iron, c, p):
+    """Add one instant to the operating point; with half weights at both ends the mean is the trapezoidal rule's."""
+    pump_torque = add_hydraulics(
+        point, weight, speed, pressure_a, pressure_b, velocity, position,
+        check_flow(pressure_a, p), check_flow(pressure_b, p), relief_flow(pressure_b, p), c, p,
+    )
+    add_motor(point, weight, speed, motor_current(speed, acceleration, pump_torque, p), resistance, iron, p)
 
 
 @kernel
 def free_run(params, state, temperature, command, ambient, interval, step, measured_position, points, temperatures):
-    """Run over consecutive intervals, in place on state (6) and temperature (N, K).
+    """Run over consecutive intervals, in place on state (7) and temperature (N, K).
 
     Args:
         params: parameters, shape (1,).
@@ -36,8 +52,11 @@ def free_run(params, state, temperature, command, ambient, interval, step, measu
     edge, wall, surface = np.empty(N_EDGES), np.empty(N_WALLS), np.empty((N_SURFACES, 3))
     capacity, work = np.empty(N), np.empty((N + 3, N))
     conductances(params, edge, wall, surface)
-    count = max(1, int(round(interval / step)))
-    h = interval / count
+    fine = max(1, int(round(interval / step)))
+    coarse = max(1, int(round(interval / (CALM_FACTOR * step))))
+    fine_decays, coarse_decays = follow_decays(interval / fine, p), follow_decays(interval / coarse, p)
+    calm = state[CALM]
+    iron = iron_coefficients(p)
     lost = 0.0
     for k in range(points.shape[0]):
         if np.isfinite(measured_position[k]):
@@ -48,31 +67,38 @@ def free_run(params, state, temperature, command, ambient, interval, step, measu
         c = coefficients(temperature, p)
         resistance = winding_resistance(temperature, p)
         slope = (command[k + 1] - command[k]) / interval
+        calm = calm + interval if slope == 0.0 else 0.0
+        settled = calm > CALM_AFTER
+        count, decays = (coarse, coarse_decays) if settled else (fine, fine_decays)
+        h = interval / count
+        share = 1.0 / count
+        acceleration = 0.0
+        if state[SPEED] == state[SPEED_REFERENCE]:
+            acceleration = (command[k] - state[SPEED_REFERENCE]) / p.motor_speed_loop_time_constant
+        _add(point, 0.5 * share, state[SPEED], acceleration, max(state[PRESSURE_A], VAPOUR_PRESSURE),
+             max(state[PRESSURE_B], VAPOUR_PRESSURE), state[VELOCITY], state[POSITION], resistance, iron, c, p)
         for m in range(count):
-            early, late = hydraulic_step(state, command[k] + slope * (m * h), slope, h, c, p)
-            for weight, speed, acceleration, pressure_a, pressure_b, velocity, position in (early, late):
-                share = weight / count
-                torque = shaft_torque(speed, acceleration, pressure_a, pressure_b, c, p)
-                add_motor(point, share, speed, torque / p.motor_torque_constant, resistance, p)
-                add_hydraulics(
-                    point, share, speed, pressure_a, pressure_b, velocity, position,
-                    check_flow(pressure_a, p), check_flow(pressure_b, p), relief_flow(pressure_b, p), c, p,
-                )
+            speed, acceleration, pressure_a, pressure_b, velocity, position = hydraulic_step(
+                state, command[k] + slope * (m * h), slope, h, decays[0], decays[1], c, p)
+            _add(point, share if m < count - 1 else 0.5 * share, speed, acceleration, pressure_a, pressure_b,
+                 velocity, position, resistance, iron, c, p)
         capacities(params, 0.5 * (before + state[POSITION]), capacity)
         lost += network_step(
             params, edge, wall, surface, capacity, temperature, ambient[k], point.heat,
             point.mean_square_current, point.flow, interval, work,
         )
         temperatures[k] = temperature
+    state[CALM] = calm
     return lost
 
 
 @kernel
 def settle(params, state, position, pressure_a, pressure_b):
-    """Set the hydraulic state (6) to rest at measured pressures (Pa) and position (m)."""
+    """Set the hydraulic state (7) to rest at measured pressures (Pa) and position (m)."""
     state[SPEED_REFERENCE] = 0.0
     state[SPEED] = 0.0
     state[PRESSURE_A] = pressure_a
     state[PRESSURE_B] = pressure_b
     state[VELOCITY] = 0.0
     state[POSITION] = position
+    state[CALM] = 0.0

@@ -23,12 +23,11 @@ from ddh_twin_py.physics.oil import VAPOUR_PRESSURE, compressibility, viscosity_
 from ddh_twin_py.physics.thermal_network import LINE_A, LINE_B, PUMP_1_OIL, PUMP_2_OIL
 from ddh_twin_py.physics.valves import check_flow, relief_flow
 
-HYDRAULIC_STATES = ("speed_reference", "speed", "pressure_piston_side", "pressure_rod_side", "rod_velocity", "rod_position")
-"""Order of the hydraulic state: rad/s, rad/s, Pa, Pa, m/s, m."""
-SPEED_REFERENCE, SPEED, PRESSURE_A, PRESSURE_B, VELOCITY, POSITION = range(6)
+HYDRAULIC_STATES = ("speed_reference", "speed", "pressure_piston_side", "pressure_rod_side", "rod_velocity", "rod_position", "calm")
+"""Order of the hydraulic state: rad/s, rad/s, Pa, Pa, m/s, m, and s since the command last changed."""
+SPEED_REFERENCE, SPEED, PRESSURE_A, PRESSURE_B, VELOCITY, POSITION, CALM = range(7)
 
 _GAMMA = 1.0 - 1.0 / math.sqrt(2.0)
-_NEWTON = 2
 
 
 @inlined
@@ -86,74 +85,68 @@ def motor_friction_torque(speed, p):
 
 
 @inlined
-def _compliance(extended_pressure, volume, p):
-    """dV/dp of one side, m3/Pa; below the vapour pressure the constant that counts the void."""
-    return volume * compressibility(extended_pressure, p)
+def _sweep(base_a, base_b, base_v, base_x, step, speed, y_a, y_b, v, soft_a, soft_b, gravity_force, c, p):
+    """One Newton sweep of y = base + step f(y) about (y_a, y_b, v), where 1/bulk modulus is soft_a, soft_b.
 
-
-@inlined
-def _stage(base_a, base_b, base_v, base_x, step, speed, guess_a, guess_b, guess_v, gravity_force, c, p):
-    """Solve y = base + step f(y) for pressures, velocity and position of one implicit stage."""
+    Pressures are eliminated, what is left is one piecewise linear equation in the velocity.
+    A void is counted with the volume at mid-stroke, so that its volume is kept whatever the stroke.
+    """
     area_a, area_b = piston_area(p), rod_side_area(p)
-    y_a, y_b, v = guess_a, guess_b, guess_v
-    for _ in range(_NEWTON):
-        x = base_x + step * v
-        within = min(max(x, 0.0), p.cylinder_stroke)
-        pressure_a, pressure_b = max(y_a, VAPOUR_PRESSURE), max(y_b, VAPOUR_PRESSURE)
-        inside_a = 1.0 if y_a > VAPOUR_PRESSURE else 0.0
-        inside_b = 1.0 if y_b > VAPOUR_PRESSURE else 0.0
+    x = base_x + step * v
+    within = min(max(x, 0.0), p.cylinder_stroke)
+    middle = 0.5 * p.cylinder_stroke
+    pressure_a, pressure_b = max(y_a, VAPOUR_PRESSURE), max(y_b, VAPOUR_PRESSURE)
 
-        q_a = pump.port_flow(displacement_1(p), c[0], c[2], speed, pressure_a) + check_flow(pressure_a, p)
-        slope_a = pump.port_flow_slope(c[0], c[2])
-        if -pressure_a > p.check_valve_cracking_pressure:
-            slope_a -= p.check_valve_conductance
-        q_b = pump.port_flow(displacement_2(p), c[1], c[3], speed, pressure_b) + check_flow(pressure_b, p) - relief_flow(pressure_b, p)
-        slope_b = pump.port_flow_slope(c[1], c[3])
-        if -pressure_b > p.check_valve_cracking_pressure:
-            slope_b -= p.check_valve_conductance
-        if pressure_b > p.relief_valve_opening_pressure:
-            slope_b -= p.relief_valve_slope
-        slope_a *= inside_a
-        slope_b *= inside_b
+    q_a = pump.port_flow(displacement_1(p), c[0], c[2], speed, pressure_a) + check_flow(pressure_a, p)
+    slope_a = pump.port_flow_slope(c[0], c[2])
+    if -pressure_a > p.check_valve_cracking_pressure:
+        slope_a -= p.check_valve_conductance
+    q_b = pump.port_flow(displacement_2(p), c[1], c[3], speed, pressure_b) + check_flow(pressure_b, p) - relief_flow(pressure_b, p)
+    slope_b = pump.port_flow_slope(c[1], c[3])
+    if -pressure_b > p.check_valve_cracking_pressure:
+        slope_b -= p.check_valve_conductance
+    if pressure_b > p.relief_valve_opening_pressure:
+        slope_b -= p.relief_valve_slope
+    full_a, full_b = y_a > VAPOUR_PRESSURE, y_b > VAPOUR_PRESSURE
+    if not full_a:
+        slope_a = 0.0
+    if not full_b:
+        slope_b = 0.0
+    gain_a = step / (soft_a * (p.line_a_volume + chamber_volume_piston_side(within if full_a else middle, p)))
+    gain_b = step / (soft_b * (p.line_b_volume + chamber_volume_rod_side(within if full_b else middle, p)))
+    share_a = 1.0 / (1.0 - gain_a * slope_a)
+    share_b = 1.0 / (1.0 - gain_b * slope_b)
+    rest_a = (base_a + gain_a * (q_a - slope_a * y_a)) * share_a  # pressure at zero velocity
+    rest_b = (base_b + gain_b * (q_b - slope_b * y_b)) * share_b
+    fall_a = gain_a * share_a * area_a  # pressure lost per velocity
+    rise_b = gain_b * share_b * area_b
 
-        # a void is counted with the volume at mid-stroke, so that its volume is kept whatever the stroke
-        middle = 0.5 * p.cylinder_stroke
-        volume_a = p.line_a_volume + chamber_volume_piston_side(within if inside_a > 0.0 else middle, p)
-        volume_b = p.line_b_volume + chamber_volume_rod_side(within if inside_b > 0.0 else middle, p)
-        gain_a = step / _compliance(y_a, volume_a, p)
-        gain_b = step / _compliance(y_b, volume_b, p)
-        share_a = 1.0 / (1.0 - gain_a * slope_a)
-        share_b = 1.0 / (1.0 - gain_b * slope_b)
-        rest_a = (base_a + gain_a * (q_a - slope_a * y_a)) * share_a  # pressure at zero velocity
-        rest_b = (base_b + gain_b * (q_b - slope_b * y_b)) * share_b
-        fall_a = gain_a * share_a * area_a  # pressure lost per velocity
-        rise_b = gain_b * share_b * area_b
-
-        force = rest_a * area_a - rest_b * area_b - gravity_force
-        resistance = p.load_payload_mass / step + p.cylinder_friction_viscous + fall_a * area_a + rise_b * area_b
-        if inside_a == 0.0:
-            force += (pressure_a - rest_a) * area_a
-            resistance -= fall_a * area_a
-        if inside_b == 0.0:
-            force -= (pressure_b - rest_b) * area_b
-            resistance -= rise_b * area_b
-        force += p.load_payload_mass / step * base_v
-        if x < 0.0:
-            force -= END_STOP_STIFFNESS * base_x
-            resistance += END_STOP_STIFFNESS * step
-        elif x > p.cylinder_stroke:
-            force -= END_STOP_STIFFNESS * (base_x - p.cylinder_stroke)
-            resistance += END_STOP_STIFFNESS * step
-        dry = coulomb_friction(v, pressure_a - pressure_b, p)
-        if force > dry:
-            v = (force - dry) / resistance
-        elif force < -dry:
-            v = (force + dry) / resistance
-        else:
-            v = 0.0
-        y_a = rest_a - fall_a * v
-        y_b = rest_b + rise_b * v
-    return y_a, y_b, v, base_x + step * v
+    force = p.load_payload_mass / step * base_v - gravity_force
+    resistance = p.load_payload_mass / step + p.cylinder_friction_viscous
+    if full_a:
+        force += rest_a * area_a
+        resistance += fall_a * area_a
+    else:
+        force += pressure_a * area_a
+    if full_b:
+        force -= rest_b * area_b
+        resistance += rise_b * area_b
+    else:
+        force -= pressure_b * area_b
+    if x < 0.0:
+        force -= END_STOP_STIFFNESS * base_x
+        resistance += END_STOP_STIFFNESS * step
+    elif x > p.cylinder_stroke:
+        force -= END_STOP_STIFFNESS * (base_x - p.cylinder_stroke)
+        resistance += END_STOP_STIFFNESS * step
+    dry = coulomb_friction(v, pressure_a - pressure_b, p)
+    if force > dry:
+        v = (force - dry) / resistance
+    elif force < -dry:
+        v = (force + dry) / resistance
+    else:
+        v = 0.0
+    return rest_a - fall_a * v, rest_b + rise_b * v, v
 
 
 @inlined
@@ -184,44 +177,51 @@ def _shaft_step(speed, speed_reference, pressure_a, pressure_b, step, c, p):
 
 
 @inlined
-def hydraulic_step(state, command, command_slope, step, c, p):
-    """Advance the hydraulic state (6) in place by ``step`` seconds; the command is command + slope t, rad/s.
+def follow_decays(step, p):
+    """How much of a lag is left at the first stage and at the end of a step of the drive's first-order answer."""
+    lag = p.motor_speed_loop_time_constant
+    return math.exp(-_GAMMA * step / lag), math.exp(-step / lag)
+
+
+@inlined
+def hydraulic_step(state, command, command_slope, step, decay_early, decay_late, c, p):
+    """Advance the hydraulic state (7) in place by ``step`` seconds; the command is command + slope t, rad/s.
+
+    ``decay_early`` and ``decay_late`` are those of `follow_decays` for this step.
 
     Returns:
-        both stages as (weight, speed, acceleration, p_A, p_B, velocity, position): the means
-        of any function of them with these weights are second order accurate.
+        speed, acceleration, p_A, p_B, velocity, position at the end of the step.
     """
     lag = p.motor_speed_loop_time_constant
     reference = state[SPEED_REFERENCE]
     start = state[SPEED]
     followed = reference == start
     early_time, late_time = _GAMMA * step, step
-    early = command + command_slope * (early_time - lag) + (reference - command + command_slope * lag) * math.exp(-early_time / lag)
-    late = command + command_slope * (late_time - lag) + (reference - command + command_slope * lag) * math.exp(-late_time / lag)
+    early = command + command_slope * (early_time - lag) + (reference - command + command_slope * lag) * decay_early
+    late = command + command_slope * (late_time - lag) + (reference - command + command_slope * lag) * decay_late
     pressure_a, pressure_b = max(state[PRESSURE_A], VAPOUR_PRESSURE), max(state[PRESSURE_B], VAPOUR_PRESSURE)
     speed_late, limited = _shaft_step(start, late, pressure_a, pressure_b, step, c, p)
     if limited or not followed:
-        acceleration_early = (speed_late - start) / step
-        acceleration_late = acceleration_early
+        acceleration_late = (speed_late - start) / step
         speed_early = start + _GAMMA * (speed_late - start)
     else:
         speed_early = early
-        acceleration_early = (command + command_slope * early_time - early) / lag
         acceleration_late = (command + command_slope * late_time - late) / lag
 
     weight = p.load_payload_mass * p.load_gravity
     a0, b0, v0, x0 = state[PRESSURE_A], state[PRESSURE_B], state[VELOCITY], state[POSITION]
     sub = _GAMMA * step
-    a1, b1, v1, x1 = _stage(a0, b0, v0, x0, sub, speed_early, a0, b0, v0, weight, c, p)
+    soft_a, soft_b = compressibility(a0, p), compressibility(b0, p)
+    a1, b1, v1 = _sweep(a0, b0, v0, x0, sub, speed_early, a0, b0, v0, soft_a, soft_b, weight, c, p)
+    soft_a, soft_b = compressibility(a1, p), compressibility(b1, p)
+    a1, b1, v1 = _sweep(a0, b0, v0, x0, sub, speed_early, a1, b1, v1, soft_a, soft_b, weight, c, p)
     ratio = (1.0 - _GAMMA) / _GAMMA
-    a2, b2, v2, x2 = _stage(
-        a0 + ratio * (a1 - a0), b0 + ratio * (b1 - b0), v0 + ratio * (v1 - v0), x0 + ratio * (x1 - x0),
-        sub, speed_late, a1, b1, v1, weight, c, p,
-    )
+    base_a, base_b, base_v, base_x = a0 + ratio * (a1 - a0), b0 + ratio * (b1 - b0), v0 + ratio * (v1 - v0), x0 + ratio * sub * v1
+    a2, b2, v2 = _sweep(base_a, base_b, base_v, base_x, sub, speed_late, a1, b1, v1, soft_a, soft_b, weight, c, p)
+    soft_a, soft_b = compressibility(a2, p), compressibility(b2, p)
+    a2, b2, v2 = _sweep(base_a, base_b, base_v, base_x, sub, speed_late, a2, b2, v2, soft_a, soft_b, weight, c, p)
+    x2 = base_x + sub * v2
     state[SPEED_REFERENCE] = late
     state[SPEED] = speed_late
     state[PRESSURE_A], state[PRESSURE_B], state[VELOCITY], state[POSITION] = a2, b2, v2, x2
-    return (
-        (1.0 - _GAMMA, speed_early, acceleration_early, max(a1, VAPOUR_PRESSURE), max(b1, VAPOUR_PRESSURE), v1, x1),
-        (_GAMMA, speed_late, acceleration_late, max(a2, VAPOUR_PRESSURE), max(b2, VAPOUR_PRESSURE), v2, x2),
-    )
+    return speed_late, acceleration_late, max(a2, VAPOUR_PRESSURE), max(b2, VAPOUR_PRESSURE), v2, x2

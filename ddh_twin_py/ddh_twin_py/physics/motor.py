@@ -26,25 +26,30 @@ def phase_resistance(slot_temperature, end_temperature, p):
 
 
 @inlined
-def iron_loss_density(speed, flux_density, p):
-    """Iron loss, W/kg (paper, eq. 3): k_h f^alpha B^beta + k_e (f B)^2, f = pole pairs w/2pi."""
+def iron_coefficients(p):
+    """What speed does not change of the iron loss (paper, eq. 3): k_h f^alpha B^beta + k_e (f B)^2 per kg.
+
+    Returns (hysteresis of teeth, of yoke, W/Hz^alpha; eddy of teeth, of yoke, W/Hz^2).
+    """
+    teeth, yoke = p.motor_iron_tooth_flux_density, p.motor_iron_yoke_flux_density
+    hysteresis, eddy = p.motor_iron_hysteresis_coefficient, p.motor_iron_eddy_coefficient
+    return (
+        p.motor_iron_tooth_mass * hysteresis * teeth**p.motor_iron_beta,
+        p.motor_iron_yoke_mass * hysteresis * yoke**p.motor_iron_beta,
+        p.motor_iron_tooth_mass * eddy * teeth * teeth,
+        p.motor_iron_yoke_mass * eddy * yoke * yoke,
+    )
+
+
+@inlined
+def iron_losses(speed, iron, p):
+    """Iron loss of teeth and of yoke, W (paper, eq. 3); ``iron`` from `iron_coefficients`, f = pole pairs w/2pi."""
     frequency = p.motor_pole_pairs * abs(speed) / (2.0 * math.pi)
     if frequency <= 0.0:
-        return 0.0
-    hysteresis = p.motor_iron_hysteresis_coefficient * frequency**p.motor_iron_alpha * flux_density**p.motor_iron_beta
-    return hysteresis + p.motor_iron_eddy_coefficient * (frequency * flux_density) ** 2
-
-
-@inlined
-def iron_loss_teeth(speed, p):
-    """Iron loss of the teeth, W."""
-    return p.motor_iron_tooth_mass * iron_loss_density(speed, p.motor_iron_tooth_flux_density, p)
-
-
-@inlined
-def iron_loss_yoke(speed, p):
-    """Iron loss of the yoke, W."""
-    return p.motor_iron_yoke_mass * iron_loss_density(speed, p.motor_iron_yoke_flux_density, p)
+        return 0.0, 0.0
+    power = frequency if p.motor_iron_alpha == 1.0 else frequency**p.motor_iron_alpha
+    square = frequency * frequency
+    return iron[0] * power + iron[2] * square, iron[1] * power + iron[3] * square
 
 
 @inlined

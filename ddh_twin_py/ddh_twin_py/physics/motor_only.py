@@ -6,6 +6,7 @@ import numpy as np
 
 from ddh_twin_py.physics.balance import add_motor, clear
 from ddh_twin_py.physics.compiled import kernel
+from ddh_twin_py.physics.motor import iron_coefficients
 from ddh_twin_py.physics.thermal_network import (
     N, N_EDGES, N_FLOWS, N_SURFACES, N_WALLS, capacities, conductances, network_step, winding_resistance,
 )
@@ -27,10 +28,11 @@ def motor_only(params, speed, current, current_square, ambient, interval, temper
     capacity, work, flow = np.empty(N), np.empty((N + 3, N)), np.zeros(N_FLOWS)
     conductances(params, edge, wall, surface)
     capacities(params, 0.0, capacity)
+    iron = iron_coefficients(p)
     for k in range(points.shape[0]):
         clear(points[k])
         resistance = winding_resistance(temperature, p)
-        add_motor(points[k], 1.0, speed[k], current[k], resistance, p)
+        add_motor(points[k], 1.0, speed[k], current[k], resistance, iron, p)
         points[k].mean_square_current = current_square[k]
         points[k].loss_copper = 3.0 * resistance * current_square[k]
         network_step(

@@ -29,7 +29,10 @@ def port_flow_slope(leakage, line_resistance):
 @inlined
 def smooth_sign(speed):
     """sign(w), continuous through zero within `SIGN_WIDTH`."""
-    return math.tanh(speed / SIGN_WIDTH)
+    ratio = speed / SIGN_WIDTH
+    if abs(ratio) > 20.0:  # tanh is 1 to the last bit
+        return math.copysign(1.0, ratio)
+    return math.tanh(ratio)
 
 
 @inlined

@@ -10,9 +10,10 @@ from __future__ import annotations
 import numpy as np
 
 from ddh_twin_py.physics import hydraulics
-from ddh_twin_py.physics.balance import add_hydraulics, add_motor, clear, shaft_torque
+from ddh_twin_py.physics.balance import add_hydraulics, add_motor, clear, motor_current
 from ddh_twin_py.physics.compiled import inlined, kernel
 from ddh_twin_py.physics.cylinder import piston_area, rod_side_area
+from ddh_twin_py.physics.motor import iron_coefficients
 from ddh_twin_py.physics.thermal_network import (
     N, N_EDGES, N_SURFACES, N_WALLS, capacities, conductances, network_step, winding_resistance,
 )
@@ -37,7 +38,7 @@ def make_up_flow(pressure, wanted, delivered):
 
 
 @inlined
-def operating_point(point, m, temperature, p):
+def operating_point(point, m, temperature, iron, p):
     """Fill one operating point from the means ``m`` over an interval (a row of `MEASURED_DTYPE`).
 
     Torque, current, voltage and power are those that the model expects from pressures and
@@ -46,17 +47,16 @@ def operating_point(point, m, temperature, p):
     clear(point)
     c = hydraulics.coefficients(temperature, p)
     resistance = winding_resistance(temperature, p)
-    torque = shaft_torque(m.speed, m.acceleration, m.pressure_piston_side, m.pressure_rod_side, c, p)
-    add_motor(point, 1.0, m.speed, torque / p.motor_torque_constant, resistance, p)
-    point.mean_square_current = m.current_square
-    point.loss_copper = 3.0 * resistance * m.current_square
     flow_1, flow_2, _, _ = hydraulics.pump_flows(m.speed, m.pressure_piston_side, m.pressure_rod_side, c, p)
-    add_hydraulics(
+    pump_torque = add_hydraulics(
         point, 1.0, m.speed, m.pressure_piston_side, m.pressure_rod_side, m.rod_velocity, m.rod_position,
         make_up_flow(m.pressure_piston_side, piston_area(p) * m.rod_velocity, flow_1),
         make_up_flow(m.pressure_rod_side, -rod_side_area(p) * m.rod_velocity, flow_2),
         relief_flow(m.pressure_rod_side, p), c, p,
     )
+    add_motor(point, 1.0, m.speed, motor_current(m.speed, m.acceleration, pump_torque, p), resistance, iron, p)
+    point.mean_square_current = m.current_square
+    point.loss_copper = 3.0 * resistance * m.current_square
 
 
 @kernel
@@ -77,10 +77,11 @@ def soft_sensor(params, measured, better_temperature, use_better, interval, temp
     edge, wall, surface = np.empty(N_EDGES), np.empty(N_WALLS), np.empty((N_SURFACES, 3))
     capacity, work = np.empty(N), np.empty((N + 3, N))
     conductances(params, edge, wall, surface)
+    iron = iron_coefficients(p)
     lost = 0.0
     for k in range(points.shape[0]):
         m = measured[k]
-        operating_point(points[k], m, better_temperature if use_better else temperature, p)
+        operating_point(points[k], m, better_temperature if use_better else temperature, iron, p)
         capacities(params, m.rod_position, capacity)
         lost += network_step(
             params, edge, wall, surface, capacity, temperature, ambient[k], points[k].heat,

@@ -262,34 +262,53 @@ def network_jacobian(params, edge, wall, surface, capacity, temperature, ambient
             jacobian[i, j] /= capacity[i]
 
 
+def _elimination_plan() -> tuple[np.ndarray, np.ndarray]:
+    """For each node the later nodes that it is tied to, fill-in included: (N, most) indices and (N,) counts."""
+    tied = np.eye(N, dtype=bool)
+    for i, j in [(edge[1], edge[2]) for edge in EDGES] + [(flow[2], flow[3]) for flow in FLOWS]:
+        tied[i, j] = tied[j, i] = True
+    for k in range(N):
+        later = [i for i in range(k + 1, N) if tied[i, k]]
+        for i in later:
+            tied[i, later] = True
+    counts = np.array([int(tied[k, k + 1:].sum()) for k in range(N)])
+    later = np.zeros((N, max(counts)), dtype=np.int64)
+    for k in range(N):
+        later[k, : counts[k]] = k + 1 + np.flatnonzero(tied[k, k + 1:])
+    return later, counts
+
+
+_LATER, _LATER_COUNT = _elimination_plan()
+
+
 @kernel
 def factorise(matrix):
-    """LU without pivoting, in place, passing over zeros; for diagonally dominant matrices (N, N)."""
-    n = matrix.shape[0]
-    for k in range(n):
+    """LU of a matrix with the network's pattern (N, N), in place, without pivoting (it is diagonally dominant)."""
+    for k in range(N):
         inverse = 1.0 / matrix[k, k]
-        for i in range(k + 1, n):
-            if matrix[i, k] != 0.0:
-                factor = matrix[i, k] * inverse
-                matrix[i, k] = factor
-                for j in range(k + 1, n):
-                    matrix[i, j] -= factor * matrix[k, j]
+        for a in range(_LATER_COUNT[k]):
+            i = _LATER[k, a]
+            factor = matrix[i, k] * inverse
+            matrix[i, k] = factor
+            for b in range(_LATER_COUNT[k]):
+                j = _LATER[k, b]
+                matrix[i, j] -= factor * matrix[k, j]
 
 
 @kernel
 def solve(lu, x):
-    """Solve lu x = x in place; lu from `factorise`."""
-    n = lu.shape[0]
-    for i in range(n):
-        value = x[i]
-        for j in range(i):
-            value -= lu[i, j] * x[j]
-        x[i] = value
-    for i in range(n - 1, -1, -1):
-        value = x[i]
-        for j in range(i + 1, n):
-            value -= lu[i, j] * x[j]
-        x[i] = value / lu[i, i]
+    """Solve lu x = x in place, x (N,); lu from `factorise`."""
+    for k in range(N):
+        value = x[k]
+        for a in range(_LATER_COUNT[k]):
+            i = _LATER[k, a]
+            x[i] -= lu[i, k] * value
+    for k in range(N - 1, -1, -1):
+        value = x[k]
+        for a in range(_LATER_COUNT[k]):
+            j = _LATER[k, a]
+            value -= lu[k, j] * x[j]
+        x[k] = value / lu[k, k]
 
 
 @kernel

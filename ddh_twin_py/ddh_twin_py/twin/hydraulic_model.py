@@ -8,6 +8,7 @@ import numpy as np
 
 from ddh_twin_py.physics.balance import OPERATING_DTYPE
 from ddh_twin_py.physics.free_run import HYDRAULIC_STEP, free_run, settle
+from ddh_twin_py.physics.hydraulics import HYDRAULIC_STATES
 from ddh_twin_py.physics.soft_sensor import MEASURED_DTYPE, soft_sensor
 from ddh_twin_py.physics.thermal_network import N
 from ddh_twin_py.rig import Rig
@@ -66,7 +67,7 @@ class HydraulicModel:
         self.soft_temperature = self.free_temperature.copy()
         self._better = np.zeros(N)
         self._use_better = False
-        self._state = np.zeros(6)
+        self._state = np.zeros(len(HYDRAULIC_STATES))
         self._started = False
 
     def use_temperatures(self, temperature: np.ndarray | None) -> None:

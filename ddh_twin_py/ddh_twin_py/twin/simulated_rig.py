@@ -14,6 +14,7 @@ import numpy as np
 
 from ddh_twin_py.physics.balance import OPERATING_DTYPE
 from ddh_twin_py.physics.free_run import free_run, settle
+from ddh_twin_py.physics.hydraulics import HYDRAULIC_STATES
 from ddh_twin_py.physics.thermal_network import N, NODES
 from ddh_twin_py.rig import Rig, load_rig
 from ddh_twin_py.telemetry.recording import Recording, RigInfo, drive_stream, hydraulic_stream, temperature_stream
@@ -78,7 +79,7 @@ class SimulatedRig:
         rod_speed_per_rad = record["pump_1_displacement"] / (2.0 * np.pi) / area
         self._temperature = np.full(N, duty.ambient[0])
         reading = self._temperature[self._node].copy()
-        state = np.zeros(6)
+        state = np.zeros(len(HYDRAULIC_STATES))
         settle(parameters, state, duty.start_position, 0.8 * duty.payload * record["load_gravity"] / area, 0.0)
         points, temperatures = np.zeros(_SUBINTERVALS, OPERATING_DTYPE), np.empty((_SUBINTERVALS, N))
         nowhere = np.full(_SUBINTERVALS, np.nan)
