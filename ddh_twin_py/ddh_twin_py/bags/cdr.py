@@ -1,4 +1,4 @@
-"""Bulk decoding of CDR messages that are a header followed by float64 fields.
+"""Bulk coding of CDR messages that are a header followed by float64 fields.
 
 Layout, offsets from the start of the message: encapsulation 4 bytes (second byte 1: little
 endian, 0: big endian), stamp int32 s and uint32 ns, length of frame_id uint32 with its final
@@ -47,6 +47,22 @@ def stamped_floats(
         rows = _gather(data, start[chosen[whole]] + offset[whole], 8 * fields)
         values[chosen[whole]] = rows.view(f"{order}f8")
     return stamps, values, sound
+
+
+def encode_stamped_floats(stamps: np.ndarray, values: np.ndarray, frame_id: str = "") -> np.ndarray:
+    """Messages as rows of uint8[n, size], little endian: stamps int64[n] ns, values float64[n, m]."""
+    frame = frame_id.encode() + b"\0"
+    offset = ENCAPSULATION + (_FIXED - ENCAPSULATION + len(frame) + 7) // 8 * 8
+    messages = np.zeros((stamps.size, offset + 8 * values.shape[1]), np.uint8)
+    messages[:, 1] = 1
+    words = np.empty((stamps.size, 3), "<u4")
+    words[:, 0] = (stamps // 1_000_000_000).astype("<i4").view("<u4")
+    words[:, 1] = stamps % 1_000_000_000
+    words[:, 2] = len(frame)
+    messages[:, ENCAPSULATION:_FIXED] = words.view(np.uint8)
+    messages[:, _FIXED : _FIXED + len(frame)] = np.frombuffer(frame, np.uint8)
+    messages[:, offset:] = np.ascontiguousarray(values, "<f8").view(np.uint8)
+    return messages
 
 
 def _gather(data: np.ndarray, start: np.ndarray, width: int) -> np.ndarray:

@@ -11,7 +11,8 @@ import os
 from functools import lru_cache
 from pathlib import Path
 
-from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+from rosbags.interfaces import Nodetype
+from rosbags.typesys import Stores, TypesysError, get_types_from_msg, get_typestore
 from rosbags.typesys.store import Typestore
 
 TELEMETRY_DEFINITIONS = {
@@ -44,11 +45,11 @@ float64 payload_mass      # kg, everything that the rod lifts
 """Text of the `ddh_msgs` types that the interface control document fixes, by type name."""
 
 
-def definition_folders() -> list[Path]:
-    """Folders that hold the `.msg` files of `ddh_msgs`: the sourced workspaces, then the checkout."""
+def definition_folders(package: str = "ddh_msgs") -> list[Path]:
+    """Folders with the `.msg` files of a package: the sourced workspaces, then the checkout."""
     prefixes = [Path(p) for p in os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep) if p]
-    folders = [prefix / "share" / "ddh_msgs" / "msg" for prefix in prefixes]
-    folders.append(Path(__file__).resolve().parents[3] / "ddh_msgs" / "msg")
+    folders = [prefix / "share" / package / "msg" for prefix in prefixes]
+    folders.append(Path(__file__).resolve().parents[3] / package / "msg")
     return [folder for folder in folders if folder.is_dir()]
 
 
@@ -82,3 +83,44 @@ def _store(definitions: dict[str, str]) -> Typestore:
         types.update(get_types_from_msg(text, name))
     store.register(types)
     return store
+
+
+def know(message_type: str) -> Typestore:
+    """The typestore, with that type in it; a type that it lacks is read from the sourced workspaces.
+
+    Raises KeyError naming the type, or the type that it contains, whose definition is nowhere.
+    """
+    store = typestore()
+    wanted = [message_type]
+    types = {}
+    while wanted:
+        name = wanted.pop()
+        if name in store.fielddefs or name in types:
+            continue
+        package, _, short = name.partition("/")
+        short = short.removeprefix("msg/")
+        for folder in definition_folders(package):
+            file = folder / f"{short}.msg"
+            if file.is_file():
+                break
+        else:
+            raise KeyError(f"no definition of {name!r}; source the workspace whose package {package!r} has it")
+        try:
+            found = get_types_from_msg(file.read_text("utf8"), name)
+        except TypesysError as error:
+            raise KeyError(f"definition of {name!r} in {file} cannot be parsed: {error}") from None
+        types.update(found)
+        wanted += [used for _, fields in found.values() for _, kind in fields if (used := _named(kind))]
+    if types:
+        store.register(types)
+    return store
+
+
+def _named(kind) -> str:
+    """Name of the message type that a field is of, '' for a basic type."""
+    node, content = kind
+    if node is Nodetype.NAME:
+        return content
+    if node in (Nodetype.ARRAY, Nodetype.SEQUENCE):
+        return _named(content[0])
+    return ""

@@ -79,10 +79,12 @@ def _learn_period(stream, periods, step):  # pragma: no cover - compiled
     """Typical interval between samples: median of the first ones, then adapted slowly."""
     n = stream[PERIODS]
     if n < FIRST_PERIODS:
+        while n > 0 and periods[n - 1] > step:  # kept sorted
+            periods[n] = periods[n - 1]
+            n -= 1
         periods[n] = step
-        stream[PERIODS] = n + 1
-        if n + 1 == FIRST_PERIODS:
-            stream[PERIOD] = np.int64(np.median(periods))
+        stream[PERIODS] += 1
+        stream[PERIOD] = periods[stream[PERIODS] // 2]
     elif step > stream[PERIOD]:
         stream[PERIOD] += stream[PERIOD] // 512 + 1
     else:
@@ -166,10 +168,12 @@ def screen(
             cause = 5 if flag == REPEATED else 6 if flag == LATE else 7 if flag == JUMP else 8
             _note(counts, first, first_value, cause, 0, stamp[i], step * 1e-9)
         if flag == JUMP:
-            field_state[:, LAST] = np.nan
-            field_state[:, RUN] = 0.0
+            for j in range(fields):
+                field_state[j, LAST] = np.nan
+                field_state[j, RUN] = 0.0
         if flag == REPEATED:
-            flags[i, :] = flag
+            for j in range(fields):
+                flags[i, j] = flag
             continue
         ring[stream[RING_AT]] = stamp[i]
         stream[RING_AT] += 1

@@ -1,0 +1,207 @@
+"""Write rosbag2 folders (MCAP, zstd chunks) that survive the death of the process that writes them."""
+
+from __future__ import annotations
+
+import os
+import threading
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from rosbags.interfaces import Connection, Qos
+from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer, WriterError
+
+from ddh_twin_py.bags.cdr import encode_stamped_floats
+from ddh_twin_py.bags.errors import BagError
+from ddh_twin_py.bags.message_types import know
+from ddh_twin_py.bags.qos import LATCHED, RELIABLE, SENSOR_DATA
+from ddh_twin_py.bags.topics import normalised
+from ddh_twin_py.telemetry.recording import Recording, RigInfo
+from ddh_twin_py.telemetry.signals import (
+    RIG_TOPIC,
+    RIG_TYPE,
+    TEMPERATURE_PREFIX,
+    TOPIC_TYPES,
+    ZERO_CELSIUS,
+)
+
+FLUSH_INTERVAL = 2.0  # s of wall time
+
+
+class BagWriter:
+    """Writes one rosbag2 folder; a context manager.
+
+    Messages lie in memory for at most `flush_interval` seconds: then they go to the disk as a
+    chunk, however few they are, by a thread that lives as long as the writer is open. A reader
+    recovers all chunks of a writer that was killed. Leaving the context writes index and
+    metadata.yaml, also after an exception. May be called from several threads.
+    Raises BagError when the folder exists, or when the disk can take no more.
+    """
+
+    def __init__(self, path: str | Path, flush_interval: float = FLUSH_INTERVAL) -> None:
+        self.path = Path(path)
+        self.message_count = 0
+        self._interval = flush_interval
+        self._lock = threading.Lock()
+        self._closing = threading.Event()
+        self._failure: OSError | None = None
+        self._connections: dict[str, Connection] = {}
+        try:
+            self._writer = Writer(self.path, version=Writer.VERSION_LATEST, storage_plugin=StoragePlugin.MCAP)
+            self._writer.set_compression(CompressionMode.STORAGE, CompressionFormat.ZSTD)
+            self._writer.open()
+        except (WriterError, OSError) as error:
+            raise BagError(f"{self.path} cannot be written: {' '.join(str(error).split())}") from None
+        self._flush()  # the header, so that even an empty file says what it is
+        self._thread = threading.Thread(target=self._keep_flushing, name="bag flush", daemon=True)
+        self._thread.start()
+
+    def __enter__(self) -> BagWriter:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Write what is left, the index and metadata.yaml. Does nothing the second time."""
+        if self._closing.is_set():
+            return
+        self._closing.set()
+        self._thread.join()
+        with self._lock:
+            try:
+                if not self.message_count:
+                    self._writer.min_timestamp = 0
+                    self._writer.storage.message_start_time = 0
+                self._writer.close()
+            except OSError as error:
+                raise BagError(f"{self.path} cannot be written: {error}") from None
+
+    def write_raw(
+        self, topic: str, message_type: str, qos: Sequence[Qos] | None, log_time_ns: int, cdr: bytes | memoryview
+    ) -> None:
+        """Write one serialised message; `topic` absolute, `qos` as offered (None: reliable).
+
+        Type and profile of a topic are those of its first message.
+        Raises BagError when the type's definition is nowhere, or the disk can take no more.
+        """
+        with self._lock:
+            if self._failure is not None:
+                raise BagError(f"{self.path} cannot be written: {self._failure}")
+            connection = self._connections.get(topic)
+            if connection is None:
+                connection = self._connect(topic, message_type, qos)
+            try:
+                self._writer.write(connection, log_time_ns, cdr)
+            except OSError as error:
+                raise BagError(f"{self.path} cannot be written: {error}") from None
+            self.message_count += 1
+
+    def write_message(
+        self, topic: str, message: object, log_time_ns: int, qos: Sequence[Qos] | None = None
+    ) -> None:
+        """Write one message made of the types of `message_types.typestore()`."""
+        message_type = message.__msgtype__
+        self.write_raw(topic, message_type, qos, log_time_ns, know(message_type).serialize_cdr(message, message_type))
+
+    def write_rig(self, rig: RigInfo, stamp_ns: int, namespace: str = "/ddh", log_time_ns: int | None = None) -> None:
+        """Write the rig's own message, once per bag."""
+        store = know(RIG_TYPE)
+        header = store.types["std_msgs/msg/Header"](_stamp(store, stamp_ns), "")
+        message = store.types[RIG_TYPE](header, rig.rig_id, rig.oil_grade, float(rig.payload_mass))
+        topic = f"{normalised(namespace)}/{RIG_TOPIC}"
+        self.write_message(topic, message, stamp_ns if log_time_ns is None else log_time_ns, LATCHED)
+
+    def write_rows(
+        self,
+        topic: str,
+        message_type: str,
+        stamps_ns: np.ndarray,
+        values: np.ndarray,
+        log_times_ns: np.ndarray | None = None,
+        frame_id: str = "",
+        qos: Sequence[Qos] | None = SENSOR_DATA,
+    ) -> None:
+        """Write many messages of one telemetry type: stamps int64[n] ns, values float64[n, m] as on the wire."""
+        log_times = stamps_ns if log_times_ns is None else log_times_ns
+        messages = encode_stamped_floats(stamps_ns, values, frame_id)
+        for log_time, message in zip(log_times.tolist(), messages, strict=True):
+            self.write_raw(topic, message_type, qos, log_time, message.data)
+
+    def flush(self) -> None:
+        """Put everything written so far on the disk."""
+        with self._lock:
+            self._flush()
+
+    def _connect(self, topic: str, message_type: str, qos: Sequence[Qos] | None) -> Connection:
+        try:
+            store = know(message_type)
+        except KeyError as error:
+            raise BagError(f"{self.path}: topic {topic}: {error.args[0]}") from None
+        profile = RELIABLE if qos is None else qos
+        connection = self._writer.add_connection(
+            topic, message_type, typestore=store, offered_qos_profiles=list(profile)
+        )
+        self._connections[topic] = connection
+        return connection
+
+    def _keep_flushing(self) -> None:
+        while not self._closing.wait(self._interval):
+            with self._lock:
+                try:
+                    self._flush()
+                except OSError as error:
+                    self._failure = error
+                    return
+
+    def _flush(self) -> None:
+        storage = self._writer.storage
+        if storage.chunk.msgs:
+            storage.close_chunk()
+        storage.bio.flush()
+        os.fsync(storage.bio.fileno())
+
+
+def write_recording(
+    path: str | Path,
+    recording: Recording,
+    namespace: str = "/ddh",
+    latency_ns: int = 1_000_000,
+    flush_interval: float = FLUSH_INTERVAL,
+) -> Path:
+    """Write a recording as a bag and return its path.
+
+    Samples keep their order within each stream; the log time is the stamp plus `latency_ns`,
+    and never runs backwards within a stream, as a recorder's own clock would not.
+    Temperatures are written in degC. Raises BagError when the folder exists.
+    """
+    namespace = normalised(namespace)
+    parts = []
+    for relative, stream in recording.streams():
+        stamps = stream.stamps(recording.epoch_ns)
+        values = stream.values
+        frame = "ddh"
+        if relative.startswith(TEMPERATURE_PREFIX):
+            frame = relative.removeprefix(TEMPERATURE_PREFIX)
+            values = values - np.array([ZERO_CELSIUS, 0.0])
+        log_times = np.maximum.accumulate(stamps + latency_ns)
+        parts.append((relative, log_times, encode_stamped_floats(stamps, values, frame)))
+    with BagWriter(path, flush_interval) as writer:
+        if recording.rig is not None:
+            writer.write_rig(recording.rig, recording.epoch_ns, namespace)
+        if parts:
+            source = np.concatenate([np.full(times.size, k) for k, (_, times, _) in enumerate(parts)])
+            row = np.concatenate([np.arange(times.size) for _, times, _ in parts])
+            log_time = np.concatenate([times for _, times, _ in parts])
+            order = np.argsort(log_time, kind="stable")
+            for k, i, at in zip(source[order].tolist(), row[order].tolist(), log_time[order].tolist(), strict=True):
+                relative, _, messages = parts[k]
+                writer.write_raw(f"{namespace}/{relative}", TOPIC_TYPES[relative], SENSOR_DATA, at, messages[i].data)
+    return writer.path
+
+
+def _stamp(store, stamp_ns: int):
+    return store.types["builtin_interfaces/msg/Time"](stamp_ns // 1_000_000_000, stamp_ns % 1_000_000_000)
+
+
+__all__ = ["FLUSH_INTERVAL", "BagWriter", "write_recording"]
