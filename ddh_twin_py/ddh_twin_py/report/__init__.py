@@ -1,0 +1,1 @@
+"""What people see: self-contained HTML, its JSON twin, the terminal summary."""

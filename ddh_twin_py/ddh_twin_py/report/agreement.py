@@ -1,0 +1,318 @@
+"""How well the twin agrees with what was measured: every number that report, JSON and summary show."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ddh_twin_py.report.units import ZERO_CELSIUS, in_unit, number, words
+from ddh_twin_py.telemetry.signals import DRIVE_SIGNALS, HYDRAULIC_SIGNALS, Signal
+
+if TYPE_CHECKING:
+    from ddh_twin_py.estimation.replay import ReplayResult, SensorComparison
+
+FLOOR = 1.6
+"""Multiples of a sensor's noise below which model and machine count as agreeing (interface, "Noise floor")."""
+FAR = 5.0
+"""Multiples of noise beyond which they clearly differ."""
+HOLD = 0.5
+"""s; an interval whose newest sample is older was not measured."""
+INPUTS = frozenset({"speed", "pressure_piston_side", "pressure_rod_side", "rod_position", "rod_velocity"})
+"""What drives the soft sensor; comparing these with it would compare a measurement with itself."""
+NOT_COUNTED = frozenset({"torque"})
+"""Current times a constant: shown, not counted twice."""
+COMPONENTS = {
+    "motor copper": ("loss_copper",),
+    "motor iron and friction": ("loss_iron", "loss_motor_friction"),
+    "pump 1": ("loss_pump_1",),
+    "pump 2": ("loss_pump_2",),
+    "lines": ("loss_line_a", "loss_line_b"),
+    "cylinder": ("loss_cylinder",),
+    "relief valve": ("loss_relief_valve",),
+    "check valves": ("loss_check_valve",),
+}
+
+
+@dataclass(frozen=True)
+class SignalAgreement:
+    """One signal of drive or hydraulics over all intervals in which it was measured, SI.
+
+    `rms_soft` is None for the soft sensor's own inputs; `largest_free` is the largest absolute
+    difference of the free run and `largest_at` its time, s.
+    """
+
+    name: str
+    unit: str
+    samples: int
+    lowest: float
+    highest: float
+    rms_free: float
+    rms_soft: float | None
+    largest_free: float
+    largest_at: float
+    noise: float
+
+    @property
+    def free_in_noise(self) -> float:
+        """RMS of the free run in multiples of the noise of one sample."""
+        return self.rms_free / self.noise
+
+    @property
+    def soft_in_noise(self) -> float | None:
+        """The same for the soft sensor."""
+        return None if self.rms_soft is None else self.rms_soft / self.noise
+
+
+@dataclass(frozen=True)
+class TemperatureAgreement:
+    """One temperature sensor: values at its last reading and RMS over all readings, K.
+
+    `used` says whether the fusion was given this sensor; `rms_left_out` and `std_left_out` are of
+    an estimate that was not. `accepted` of `samples` readings passed the filter's gate.
+    """
+
+    sensor: str
+    node: str
+    samples: int
+    accepted: int
+    used: bool
+    measured: float
+    predicted: float
+    fused: float
+    fused_std: float
+    rms_predicted: float
+    rms_fused: float
+    rms_left_out: float | None
+    std_left_out: float | None
+    noise: float
+    innovation_in_std: float
+
+    @property
+    def predicted_in_noise(self) -> float:
+        """RMS of the free run in multiples of the noise."""
+        return self.rms_predicted / self.noise
+
+
+@dataclass(frozen=True)
+class NodeEstimate:
+    """One thermal node at the end, K."""
+
+    node: str
+    predicted: float
+    fused: float
+    fused_std: float
+    sensor: str
+
+
+@dataclass(frozen=True)
+class Loss:
+    """Mean loss of one component, W."""
+
+    component: str
+    soft: float
+    free: float
+
+
+@dataclass(frozen=True)
+class Agreement:
+    """All comparisons of one recording."""
+
+    signals: tuple[SignalAgreement, ...]
+    temperatures: tuple[TemperatureAgreement, ...]
+    nodes: tuple[NodeEstimate, ...]
+    losses: tuple[Loss, ...]
+    energy: Mapping[str, float]
+    duration: float
+    intervals: int
+
+    @property
+    def counted(self) -> tuple[tuple[str, str, float, float], ...]:
+        """Name, RMS with unit, RMS in SI, multiples of noise of all that the free run is judged by, worst first."""
+        rows = [
+            (words(s.name), in_unit(s.rms_free, s.unit), s.rms_free, s.free_in_noise)
+            for s in self.signals if s.name not in NOT_COUNTED
+        ]
+        rows += [
+            (f"{words(t.sensor)} temperature", f"{number(t.rms_predicted, 2)} K", t.rms_predicted, t.predicted_in_noise)
+            for t in self.temperatures
+        ]
+        return tuple(sorted(rows, key=lambda row: -row[3]))
+
+    @property
+    def level(self) -> str:
+        """good, fair or poor, by the signal that is furthest off."""
+        return level(self.counted[0][3]) if self.counted else "fair"
+
+    @property
+    def verdict(self) -> str:
+        """One sentence that says how well the twin agrees."""
+        if not self.counted:
+            return "The recording holds no signal that the twin could be compared with."
+        parts = []
+        for kind, noises in (
+            ("signal", [s.free_in_noise for s in self.signals if s.name not in NOT_COUNTED]),
+            ("temperature", [t.predicted_in_noise for t in self.temperatures]),
+        ):
+            if noises:
+                within = sum(x <= FLOOR for x in noises)
+                share = "all" if within == len(noises) else f"{within} of"
+                parts.append(f"{share} {len(noises)} {kind}{'s' * (len(noises) > 1)}")
+        sentence = (
+            "Given speed command, payload and ambient alone, the twin agrees within "
+            f"{FLOOR:g} times sensor noise with {' and '.join(parts)}"
+        )
+        name, rms, _, times = self.counted[0]
+        if times > FLOOR:
+            sentence += f"; furthest off is {name}, RMS {rms} or {number(times, 1)} times noise"
+        fused = [t for t in self.temperatures if t.used]
+        if fused:
+            worst = max(fused, key=lambda t: t.rms_fused)
+            sentence += (
+                f"; fused temperatures stay within {number(worst.rms_fused, 2)} K RMS of every sensor that they use"
+            )
+        else:
+            sentence += "; no temperature sensor told the fusion anything"
+        return sentence + "."
+
+    def as_json(self) -> dict:
+        """The comparisons as plain data, units in the names; temperatures in degC, differences in K."""
+        return {
+            "verdict": self.verdict,
+            "level": self.level,
+            "duration_s": self.duration,
+            "intervals": self.intervals,
+            "noise_floor": FLOOR,
+            "temperatures": [
+                {
+                    "sensor": t.sensor, "node": t.node, "samples": t.samples, "accepted": t.accepted, "used": t.used,
+                    "measured_final_degC": t.measured - ZERO_CELSIUS,
+                    "predicted_final_degC": t.predicted - ZERO_CELSIUS,
+                    "fused_final_degC": t.fused - ZERO_CELSIUS,
+                    "fused_final_std_K": t.fused_std,
+                    "rms_predicted_K": t.rms_predicted, "rms_fused_K": t.rms_fused,
+                    "rms_left_out_K": t.rms_left_out, "std_left_out_K": t.std_left_out,
+                    "noise_K": t.noise, "predicted_in_noise": t.predicted_in_noise,
+                    "innovation_in_std": t.innovation_in_std,
+                }
+                for t in self.temperatures
+            ],
+            "signals": [
+                asdict(s) | {"free_in_noise": s.free_in_noise, "soft_in_noise": s.soft_in_noise} for s in self.signals
+            ],
+            "nodes": [
+                {
+                    "node": n.node, "predicted_final_degC": n.predicted - ZERO_CELSIUS,
+                    "fused_final_degC": n.fused - ZERO_CELSIUS, "fused_final_std_K": n.fused_std, "sensor": n.sensor,
+                }
+                for n in self.nodes
+            ],
+            "losses": [{"component": x.component, "soft_sensor_W": x.soft, "free_run_W": x.free} for x in self.losses],
+            "mean_power_W": dict(self.energy),
+        }
+
+
+def level(in_noise: float) -> str:
+    """good, fair or poor for a difference in multiples of noise."""
+    return "good" if in_noise <= FLOOR else "fair" if in_noise <= FAR else "poor"
+
+
+def compare(result: ReplayResult, left_out: Mapping[str, SensorComparison] | None = None) -> Agreement:
+    """All comparisons of a replay.
+
+    Args:
+        left_out: per sensor the comparison of a replay whose fusion was not given that sensor.
+    """
+    from ddh_twin_py.physics.thermal_network import NODES
+
+    sensor_of = {c.node: name for name, c in result.sensors.items()}
+    n = result.time.size
+    nodes = tuple(
+        NodeEstimate(node, *(float(a[-1, i]) for a in (result.free_temperature, result.fused, result.fused_std)),
+                     sensor_of.get(node, ""))
+        for i, node in enumerate(NODES)
+    ) if n else ()
+    return Agreement(
+        signals=tuple(s for signal in (*DRIVE_SIGNALS, *HYDRAULIC_SIGNALS) if (s := _signal(signal, result))),
+        temperatures=tuple(
+            t for name, c in result.sensors.items() if (t := _temperature(name, c, result, (left_out or {}).get(name)))
+        ),
+        nodes=nodes,
+        losses=tuple(
+            Loss(component, component_mean(result.soft, fields), component_mean(result.free, fields))
+            for component, fields in COMPONENTS.items()
+        ),
+        energy={
+            f"{name}_{mode}": _mean(points[name])
+            for name in ("electrical_power", "shaft_power", "hydraulic_power", "mechanical_power")
+            for mode, points in (("soft_sensor", result.soft), ("free_run", result.free))
+        },
+        duration=float(result.time[-1] - result.time[0]) if n > 1 else 0.0,
+        intervals=int(n),
+    )
+
+
+def component_values(points: np.ndarray, fields: tuple[str, ...]) -> np.ndarray:
+    """Loss of one component, W, (n,)."""
+    return np.sum([points[name] for name in fields], axis=0)
+
+
+def component_mean(points: np.ndarray, fields: tuple[str, ...]) -> float:
+    """Mean loss of one component, W."""
+    return _mean(component_values(points, fields))
+
+
+def measured_values(result: ReplayResult, signal: Signal) -> np.ndarray:
+    """A signal's interval means, (n,); NaN where it was not measured."""
+    age = result.measured["drive_age" if signal in DRIVE_SIGNALS else "hydraulic_age"]
+    return np.where(age <= HOLD, result.measured[signal.name], np.nan)
+
+
+def _signal(signal: Signal, result: ReplayResult) -> SignalAgreement | None:
+    if signal.noise_key is None:
+        return None
+    measured = measured_values(result, signal)
+    difference = result.free[signal.name] - measured
+    here = np.isfinite(difference)
+    if not here.any():
+        return None
+    at = int(np.nanargmax(np.abs(difference)))
+    return SignalAgreement(
+        name=signal.name, unit=signal.unit, samples=int(here.sum()),
+        lowest=float(np.nanmin(measured)), highest=float(np.nanmax(measured)), rms_free=_rms(difference),
+        rms_soft=None if signal.name in INPUTS else _rms(result.soft[signal.name] - measured),
+        largest_free=float(abs(difference[at])), largest_at=float(result.time[at]),
+        noise=float(result.rig.sensors[signal.noise_key].noise),
+    )
+
+
+def _temperature(
+    name: str, c: SensorComparison, result: ReplayResult, left_out: SensorComparison | None
+) -> TemperatureAgreement | None:
+    here = np.flatnonzero(np.isfinite(c.measured))
+    if not here.size:
+        return None
+    last = here[-1]
+    met = [i for i in result.innovations if i.sensor == name]
+    normalised = np.array([(i.measured - i.expected) / i.standard_deviation for i in met if i.accepted])
+    return TemperatureAgreement(
+        sensor=name, node=c.node, samples=int(here.size), accepted=sum(i.accepted for i in met), used=c.used,
+        measured=float(c.measured[last]), predicted=float(c.predicted[last]),
+        fused=float(c.fused[last]), fused_std=float(c.fused_std[last]),
+        rms_predicted=_rms(c.predicted - c.measured), rms_fused=_rms(c.fused - c.measured),
+        rms_left_out=None if left_out is None else _rms(left_out.fused - left_out.measured),
+        std_left_out=None if left_out is None else float(left_out.fused_std[last]),
+        noise=float(c.noise), innovation_in_std=_rms(normalised),
+    )
+
+
+def _rms(difference: np.ndarray) -> float:
+    finite = difference[np.isfinite(difference)]
+    return float(np.sqrt(np.mean(finite * finite))) if finite.size else float("nan")
+
+
+def _mean(values: np.ndarray) -> float:
+    finite = values[np.isfinite(values)]
+    return float(finite.mean()) if finite.size else float("nan")

@@ -1,0 +1,121 @@
+"""Interactive time-series charts of a report: data packed for the page, drawn by uPlot.
+
+All charts of a page share zoom, pan and cursor. `assets/charts.js` is the other half.
+"""
+
+from __future__ import annotations
+
+import base64
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from html import escape
+
+import numpy as np
+
+from ddh_twin_py.report.decimate import MOST_POINTS, decimated
+
+ROLES = ("measured", "predicted", "fused", "soft", *(f"c{n}" for n in range(1, 9)))
+"""Colours of the style sheet (`--s-<role>`): what was measured, the free run, the fused estimate, the soft
+sensor, and eight components."""
+
+
+@dataclass(frozen=True)
+class Trace:
+    """One line of a chart.
+
+    Args:
+        label: in the legend. role: one of `ROLES`.
+        values: (n,), in the unit of the chart; NaN is a gap.
+        dots: draw samples and no line. dash: draw a broken line. shown: drawn before anyone clicks.
+        spread: (n,), half height of a band around the values, or None.
+    """
+
+    label: str
+    role: str
+    values: np.ndarray
+    dots: bool = False
+    dash: bool = False
+    shown: bool = True
+    spread: np.ndarray | None = None
+
+
+@dataclass(frozen=True)
+class Chart:
+    """Lines over one time axis.
+
+    Args:
+        title: what is drawn. unit: of the values. time: s, (n,), increasing.
+        digits: decimals of a value under the cursor. height: pixels. wide: over the whole page.
+        zero: the axis holds zero. note: one sentence below.
+        differences: pairs (line, reference) of trace numbers, drawn below as line minus
+            reference, with a band of plus and minus ``floor``.
+    """
+
+    title: str
+    unit: str
+    time: np.ndarray
+    traces: Sequence[Trace]
+    digits: int = 2
+    height: int = 200
+    wide: bool = False
+    zero: bool = False
+    note: str = ""
+    differences: Sequence[tuple[int, int]] = ()
+    floor: float = 0.0
+    most: int = field(default=MOST_POINTS)
+
+    def html(self, domain: tuple[float, float]) -> str:
+        """A figure; ``domain`` is the time span of the page, s."""
+        arrays, lines = [], []
+        differences = [self.traces[a].values - self.traces[b].values for a, b in self.differences]
+        for trace in self.traces:
+            if trace.role not in ROLES:
+                raise ValueError(f"no colour for {trace.role!r}; valid are {', '.join(ROLES)}")
+            line = {"label": trace.label, "role": trace.role}
+            for name in ("dots", "dash"):
+                if getattr(trace, name):
+                    line[name] = True
+            if not trace.shown:
+                line["hidden"] = True
+            lines.append(line)
+            arrays.append(np.asarray(trace.values, dtype=float))
+            if trace.spread is not None:
+                line["band"] = True
+                arrays += [trace.values + trace.spread, trace.values - trace.spread]
+        count = len(arrays)
+        time, arrays = decimated(np.asarray(self.time, dtype=float), [*arrays, *differences], self.most)
+        spec = {
+            "title": self.title, "unit": self.unit, "digits": self.digits, "height": self.height, "zero": self.zero,
+            "domain": [round(float(edge), 3) for edge in domain],
+            "lines": lines, "x": packed(time), "y": [packed(values) for values in arrays[:count]],
+        }
+        if differences:
+            spec |= {"differences": [list(pair) for pair in self.differences], "floor": self.floor}
+        note = f'<p class="note">{escape(self.note)}</p>' if self.note else ""
+        return (
+            f'<figure class="chart{" wide" if self.wide else ""}"><figcaption>{escape(self.title)}'
+            f' <span class="unit">{escape(self.unit)}</span></figcaption><div class="plot" tabindex="0" role="img"'
+            f' aria-label="{escape(self.title)} over time, in {escape(self.unit)}" style="min-height:{self.height}px"></div>'
+            f'{note}<script type="application/json">{script_json(spec)}</script></figure>'
+        )
+
+
+def charts(several: Sequence[Chart], domain: tuple[float, float] | None = None) -> str:
+    """A grid of charts that share one time span, s; where none is given, the widest of their own."""
+    several = [chart for chart in several if chart.time.size]
+    if not several:
+        return ""
+    if domain is None:
+        domain = (min(float(c.time[0]) for c in several), max(float(c.time[-1]) for c in several))
+    return '<div class="charts">' + "".join(chart.html(domain) for chart in several) + "</div>"
+
+
+def packed(values: np.ndarray) -> str:
+    """Little-endian float32 in base64."""
+    return base64.b64encode(np.asarray(values, dtype="<f4").tobytes()).decode("ascii")
+
+
+def script_json(data: object) -> str:
+    """JSON that cannot end the script element around it."""
+    return json.dumps(data, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")

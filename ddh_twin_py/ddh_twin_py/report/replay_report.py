@@ -1,0 +1,284 @@
+"""The report of a replay: the twin beside what was measured."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
+from datetime import UTC, datetime
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ddh_twin_py.report import document as doc
+from ddh_twin_py.report.agreement import COMPONENTS, FLOOR, INPUTS, Agreement, component_values, level, measured_values
+from ddh_twin_py.report.charts import Chart, Trace, charts
+from ddh_twin_py.report.units import ZERO_CELSIUS, celsius, duration, in_unit, number, shown, words
+from ddh_twin_py.telemetry.signals import signal_named
+
+if TYPE_CHECKING:
+    from ddh_twin_py.estimation.replay import ReplayResult
+    from ddh_twin_py.telemetry.recording import Finding
+
+_CHART_ORDER = (
+    "pressure_piston_side", "pressure_rod_side", "torque", "current", "electrical_power", "voltage", "speed",
+    "rod_velocity", "rod_position",
+)
+_MOST_FINDINGS = 60
+DATA_SPLIT = (
+    "Nothing was fitted: the twin uses the rig file as it is, and the whole recording is test data for the free run. "
+    "The fusion takes in the temperature sensors that it is compared with, so its RMS is no test of prediction"
+)
+
+
+def replay_document(
+    result: ReplayResult, agreement: Agreement, how: str = "in one process", extra: Sequence[tuple[str, str]] = (),
+) -> doc.Document:
+    """The page of a replay.
+
+    Args:
+        how: by which path the twin's values came to be. extra: further rows of the end matter.
+    """
+    recording = result.recording
+    rig = recording.rig
+    title = (rig.rig_id if rig is not None else result.rig.rig_id) + ", " + recording.path.rstrip("/").split("/")[-1]
+    rows = [("Recording", f"{recording.path}, {duration(recording.duration)}, "
+             f"{datetime.fromtimestamp(recording.epoch_ns * 1e-9, UTC):%Y-%m-%d %H:%M:%S} UTC, "
+             f"{agreement.intervals} intervals"), ("Way of the data", how)]
+    if result.seconds:
+        parts = ", ".join(f"{words(k)} {v:.2f} s" for k, v in result.seconds.items())
+        rows.append(("Computing time", f"{sum(result.seconds.values()):.2f} s ({parts})"))
+    page = doc.Document(
+        kind="Replay", title=title, verdict=agreement.verdict, level=agreement.level,
+        end=doc.EndMatter(_data_split(agreement), result.rig.file, assumptions(result), (*rows, *extra)),
+    )
+    domain = (float(result.time[0]), float(result.time[-1]))
+    page.add("At a glance", doc.figures(_key_figures(result, agreement)))
+    if recording.findings:
+        page.add("What was found in the input", findings_table(recording.findings))
+    page.add(
+        "Temperatures", _temperature_table(agreement), _temperature_note(agreement),
+        charts(_temperature_charts(result), domain), _node_table(agreement),
+    )
+    page.add("Drive and hydraulics", _signal_table(agreement), charts(_signal_charts(result), domain))
+    page.add("Losses", *_losses(result, agreement, domain))
+    return page
+
+
+def replay_json(result: ReplayResult, agreement: Agreement, how: str = "in one process", extra: Mapping | None = None) -> dict:
+    """The machine-readable twin of the page: every number of its tables, and its end matter."""
+    recording = result.recording
+    return {
+        "report": "replay",
+        "recording": {
+            "path": recording.path, "epoch_ns": recording.epoch_ns, "duration_s": recording.duration,
+            "namespace": recording.namespace, "rig": asdict(recording.rig) if recording.rig is not None else None,
+        },
+        **agreement.as_json(),
+        "findings": [asdict(finding) for finding in recording.findings],
+        **(extra or {}),
+        "end_matter": {
+            "data_split": _data_split(agreement), "way_of_the_data": how, "rig_file": result.rig.file,
+            "rig_id": result.rig.rig_id, "assumptions": assumptions(result), "versions": dict(doc.versions()),
+            "computing_time_s": dict(result.seconds),
+        },
+    }
+
+
+def assumptions(result: ReplayResult) -> list[str]:
+    """What was taken for granted."""
+    recording, step = result.recording, float(np.median(np.diff(result.time))) if result.time.size > 1 else 0.0
+    taken = [
+        f"Values are means over intervals of {step * 1e3:.0f} ms; noise is that of one sample, from the rig file, so a "
+        "model that is right can lie below 1 times noise.",
+        f"Agreement means an RMS within {FLOOR:g} times noise, the floor of the interface for a rig without "
+        "commissioning data.",
+        "The free run is given speed command, payload and ambient; at each standstill its rod is put back to the "
+        "measured position, since position integrates.",
+        "The soft sensor is driven by measured speed, pressures, rod motion and current; these are its inputs and are "
+        "not compared with it.",
+    ]
+    spec = result.rig.sensors.get("temperature")
+    if spec is not None and result.sensors:
+        taken.append(
+            f"Temperature sensors read their node through a lag of {result.rig['sensors.temperature.time_constant']:g} s "
+            f"and may have a zero error of {spec.offset_tolerance:g} K (one sigma) that counts as difference here."
+        )
+    if recording.rig is None:
+        taken.append(f"Payload {result.rig['load.payload_mass']:g} kg is the rig file's: the recording does not tell it.")
+    if "ambient" not in recording.temperatures:
+        taken.append(f"Ambient {result.rig['ambient']:g} °C is the rig file's: the recording has no sensor for it.")
+    return taken
+
+
+def findings_table(findings: Sequence[Finding]) -> doc.Html:
+    """What is wrong with the input: file, topic and value in each message; worst first."""
+    order = {"error": 0, "warning": 1, "info": 2}
+    sign = {"error": "poor", "warning": "fair", "info": "none"}
+    ranked = sorted(findings, key=lambda f: order.get(f.severity, 3))
+    rows = [
+        (doc.mark(sign.get(f.severity, "none"), f.severity), f.message, str(f.count)) for f in ranked[:_MOST_FINDINGS]
+    ]
+    table = doc.table(
+        (doc.Column("Level", number=False), doc.Column("What, where and which value", number=False), doc.Column("Times")), rows
+    )
+    if len(ranked) > _MOST_FINDINGS:
+        table += doc.note(f"{len(ranked) - _MOST_FINDINGS} more are in the JSON file.")
+    return doc.Html(table)
+
+
+def _data_split(agreement: Agreement) -> str:
+    left = [t for t in agreement.temperatures if t.rms_left_out is not None]
+    if left:
+        return f"{DATA_SPLIT}; 'left out' is: {len(left)} further runs, each with one sensor kept from the fusion."
+    return DATA_SPLIT + "."
+
+
+def _key_figures(result: ReplayResult, agreement: Agreement) -> list[doc.Figure]:
+    rig = result.recording.rig
+    figures = [
+        doc.Figure("Rig", rig.rig_id if rig else result.rig.rig_id,
+                   f"{rig.oil_grade}, payload {rig.payload_mass:g} kg" if rig else "not named in the recording"),
+        doc.Figure("Recording", duration(agreement.duration), result.recording.path),
+    ]
+    if agreement.counted:
+        name, rms, _, times = agreement.counted[0]
+        within = sum(row[3] <= FLOOR for row in agreement.counted)
+        figures += [
+            doc.Figure("Within the noise floor", f"{within} of {len(agreement.counted)}", f"free run, {FLOOR:g} × noise"),
+            doc.Figure("Furthest off", f"{number(times, 1)} × noise", f"{name}, RMS {rms}"),
+        ]
+    if agreement.temperatures:
+        worst = max(agreement.temperatures, key=lambda t: t.rms_predicted)
+        figures.append(doc.Figure("Predicted temperatures", f"{number(worst.rms_predicted, 2)} K",
+                                  f"largest RMS, {words(worst.sensor)}"))
+    if agreement.nodes:
+        hottest = max(agreement.nodes, key=lambda n: n.fused)
+        figures.append(doc.Figure("Warmest at the end", f"{celsius(hottest.fused, 1)} °C",
+                                  f"{words(hottest.node)}, ± {number(hottest.fused_std, 2)} K"))
+    losses = sum(x.soft for x in agreement.losses)
+    figures.append(doc.Figure("Mean losses", f"{losses:.0f} W", f"of {agreement.energy['electrical_power_soft_sensor']:.0f} W electrical"))
+    warnings = len(result.recording.warnings)
+    figures.append(doc.Figure("Input", "sound" if not warnings else f"{warnings} warning{'s' * (warnings > 1)}", "see below" if warnings else "nothing found"))
+    return figures
+
+
+def _temperature_table(agreement: Agreement) -> doc.Html:
+    left_out = any(t.rms_left_out is not None for t in agreement.temperatures)
+    if not agreement.temperatures:
+        return doc.paragraph("No temperature sensor was recorded; the fusion rests on the models alone.")
+    columns = [
+        doc.Column("Sensor", number=False), doc.Column("Measured", "°C, last"), doc.Column("Predicted", "°C, free run"),
+        doc.Column("Fused ± σ", "°C"), doc.Column("RMS predicted", "K"), doc.Column("RMS fused", "K, uses sensor"),
+        *((doc.Column("RMS left out", "K, sensor not used"),) if left_out else ()),
+        doc.Column("Noise", "K"), doc.Column("Predicted", "in noise", number=False), doc.Column("Readings", "used of all"),
+    ]
+    rows = []
+    for t in agreement.temperatures:
+        times = t.predicted_in_noise
+        rows.append((
+            words(t.sensor), celsius(t.measured), celsius(t.predicted),
+            f"{celsius(t.fused)} ± {number(t.fused_std, 2)}", number(t.rms_predicted, 3),
+            number(t.rms_fused, 3) + ("" if t.used else " (not used)"),
+            *((f"{number(t.rms_left_out, 3)} (σ {number(t.std_left_out, 2)})",) if left_out else ()),
+            number(t.noise, 2), doc.mark(level(times), f"{number(times, 2)} ×"), f"{t.accepted} of {t.samples}",
+        ))
+    return doc.table(columns, rows)
+
+
+def _temperature_note(agreement: Agreement) -> doc.Html:
+    if not agreement.temperatures:
+        return doc.Html("")
+    return doc.note(
+        "Both lines are seen through the sensor's lag. The fused estimate is of the node itself: it leaves out the "
+        "sensor's own zero error, which the filter estimates beside it. RMS over all readings of the recording. "
+        f"Below each chart: differences from the sensor; the grey band is {FLOOR:g} times its noise."
+    )
+
+
+def _node_table(agreement: Agreement) -> doc.Html:
+    rows = [
+        (words(n.node), celsius(n.predicted), celsius(n.fused), number(n.fused_std, 2), words(n.sensor) or "none")
+        for n in agreement.nodes
+    ]
+    columns = (
+        doc.Column("Thermal node", number=False), doc.Column("Predicted", "°C, free run"), doc.Column("Fused", "°C"),
+        doc.Column("σ", "K"), doc.Column("Sensor", number=False),
+    )
+    return doc.details("All thermal nodes at the end", doc.table(columns, rows))
+
+
+def _signal_table(agreement: Agreement) -> doc.Html:
+    columns = (
+        doc.Column("Signal", number=False), doc.Column("Range measured"), doc.Column("RMS free run"),
+        doc.Column("Free run", "in noise", number=False), doc.Column("RMS soft sensor"),
+        doc.Column("Soft sensor", "in noise", number=False), doc.Column("Noise", "one sample"), doc.Column("Largest, free run", "at"),
+    )
+    rows = []
+    for s in agreement.signals:
+        unit = shown(s.unit)
+        low, high = (number(v * unit.factor, max(0, unit.digits - 1)) for v in (s.lowest, s.highest))
+        soft = (
+            (doc.mark("none", "input"), "") if s.rms_soft is None
+            else (in_unit(s.rms_soft, s.unit), doc.mark(level(s.soft_in_noise), f"{number(s.soft_in_noise, 2)} ×"))
+        )
+        rows.append((
+            words(s.name), f"{low} … {high} {unit.unit}", in_unit(s.rms_free, s.unit),
+            doc.mark(level(s.free_in_noise), f"{number(s.free_in_noise, 2)} ×"), *soft, in_unit(s.noise, s.unit),
+            f"{in_unit(s.largest_free, s.unit)} at {number(s.largest_at, 1)} s",
+        ))
+    return doc.Html(
+        doc.table(columns, rows)
+        + doc.note("RMS of interval means against measurement. Torque is current times a constant and is not counted twice. "
+                   f"Below each chart: differences from measurement; the grey band is {FLOOR:g} times noise.")
+    )
+
+
+def _temperature_charts(result: ReplayResult) -> list[Chart]:
+    several = []
+    for name, c in result.sensors.items():
+        fused = "fused" if c.used else "fused, sensor not used"
+        several.append(Chart(
+            words(name).capitalize(), "°C", c.time,
+            (
+                Trace("measured", "measured", c.measured - ZERO_CELSIUS, dots=True),
+                Trace(f"{fused} ± 2σ", "fused", c.fused - ZERO_CELSIUS, spread=2.0 * c.fused_std),
+                Trace("predicted", "predicted", c.predicted - ZERO_CELSIUS, dash=True),
+            ),
+            height=190, differences=((1, 0), (2, 0)), floor=FLOOR * c.noise,
+        ))
+    return several
+
+
+def _signal_charts(result: ReplayResult) -> list[Chart]:
+    several = []
+    for name in _CHART_ORDER:
+        signal = signal_named(name)
+        measured = measured_values(result, signal)
+        if not np.isfinite(measured).any():
+            continue
+        unit = shown(signal.unit)
+        traces = [Trace("measured", "measured", measured * unit.factor)]
+        if name not in INPUTS:
+            traces.append(Trace("soft sensor", "soft", result.soft[name] * unit.factor))
+        traces.append(Trace("free run", "predicted", result.free[name] * unit.factor, dash=True))
+        wide = name.startswith("pressure")
+        differences = tuple((i, 0) for i in range(1, len(traces)))
+        noise = result.rig.sensors[signal.noise_key].noise * unit.factor
+        several.append(Chart(
+            words(name).capitalize(), unit.unit, result.time, traces, digits=unit.digits, wide=wide,
+            height=210 if wide else 180, differences=differences, floor=FLOOR * noise,
+        ))
+    return several
+
+
+def _losses(result: ReplayResult, agreement: Agreement, domain: tuple[float, float]) -> list[str]:
+    traces = [
+        Trace(name, f"c{i}", component_values(result.soft, fields), shown=bool(np.any(component_values(result.soft, fields) > 0.5)))
+        for i, (name, fields) in enumerate(COMPONENTS.items(), 1)
+    ]
+    return [
+        doc.paragraph("Mean power that each component turns into heat."),
+        doc.legend((("soft", "soft sensor, from measured pressures, speed and current"), ("predicted", "free run"))),
+        doc.bars([(x.component, (("soft", x.soft), ("predicted", x.free))) for x in agreement.losses], "W"),
+        charts([Chart("Losses by component, soft sensor", "W", result.time, traces, digits=1, height=260, wide=True, zero=True)], domain),
+    ]
