@@ -1,20 +1,15 @@
 """Bulk decoding against rosbags' own, message by message."""
 
-from pathlib import Path
-
 import numpy as np
+from ddh_twin_py.bags.reader import read_recording
 from rosbags.highlevel import AnyReader
 
-from ddh_twin_py.bags.reader import read_recording
 
-PAPER = Path(__file__).resolve().parents[2] / "bags" / "paper_cycle"
-
-
-def test_bulk_decoding_is_rosbags_decoding():
-    recording = read_recording(PAPER)
+def test_bulk_decoding_is_rosbags_decoding(paper_cycle_bag):
+    recording = read_recording(paper_cycle_bag)
     streams = dict(recording.streams())
     expected = {}
-    with AnyReader([PAPER]) as reader:
+    with AnyReader([paper_cycle_bag]) as reader:
         for connection, _, raw in reader.messages():
             message = reader.deserialize(raw, connection.msgtype)
             relative = connection.topic.removeprefix("/ddh/")

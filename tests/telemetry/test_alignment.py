@@ -2,11 +2,10 @@
 
 import numpy as np
 import pytest
-from hypothesis import example, given, settings
-from hypothesis import strategies as st
-
 from ddh_twin_py.telemetry.alignment import TickAligner, align, tick_index
 from ddh_twin_py.telemetry.recording import Recording, drive_stream, hydraulic_stream, temperature_stream
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
 
 EPOCH = 1_772_000_000_000_000_000  # a multiple of the tick
 MS = 1_000_000
@@ -16,7 +15,7 @@ WIDTHS = {"drive/telemetry": 6, "hydraulics/telemetry": 4, "temperature/ambient"
 def recording_of(arrivals, epoch=EPOCH):
     """A recording with, per stream, stamps in ns after the epoch in order of arrival."""
     streams = []
-    for (name, width), stamps in zip(WIDTHS.items(), arrivals, strict=True):
+    for width, stamps in zip(WIDTHS.values(), arrivals, strict=True):
         stamps = np.array(stamps, np.int64)
         values = np.arange(stamps.size * width, dtype=float).reshape(-1, width)
         if width == 6:

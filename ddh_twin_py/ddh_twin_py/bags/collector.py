@@ -121,7 +121,7 @@ class Collector:
     def _decode_rig(self, topic: str, message: bytes, rows: Rows) -> None:
         try:
             rig = telemetry_typestore().deserialize_cdr(message, RIG_TYPE)
-        except Exception:  # noqa: BLE001 - rosbags raises many kinds on damaged bytes
+        except Exception:  # rosbags raises many kinds on damaged bytes
             rows.shortest = rows.shortest or len(message)
             rows.unreadable += 1
             return

@@ -21,9 +21,7 @@ def type_problem(channel: Channel, relative_topic: str) -> str:
         return f"has type {channel.message_type!r}, expected {expected!r}"
     if channel.serialization != "cdr":
         return f"is serialised as {channel.serialization!r}, expected 'cdr'"
-    return definition_problem(
-        channel.message_type, channel.definition, channel.definition_encoding, channel.type_hash
-    )
+    return definition_problem(channel.message_type, channel.definition, channel.definition_encoding, channel.type_hash)
 
 
 @lru_cache(maxsize=64)

@@ -85,9 +85,13 @@ def _read_files(folder: BagFolder, collector: Collector, progress) -> tuple[list
             storage = _open(file, Path(scratch))
             share = None
             if progress is not None:
+
                 def share(position, index=index):
                     progress((index + position) / parts)
+
             collector.read(storage, hashes, share)
+            if share is not None:
+                share(1.0)
             damage += storage.damage.notes
             truncated |= storage.damage.truncated
     return damage, truncated
@@ -149,9 +153,7 @@ def _rig(file: str, namespace: str, collector: Collector) -> tuple[RigInfo | Non
         f"{file}: topic {topic} says payload {rigs[0].payload_mass:g} kg and {rigs[0].oil_grade!r} first, "
         f"then {others[0].payload_mass:g} kg and {others[0].oil_grade!r}; the first is used"
     )
-    return rigs[0], [
-        Finding("warning", file, topic, "payload_mass", others[0].payload_mass, len(others), message)
-    ]
+    return rigs[0], [Finding("warning", file, topic, "payload_mass", others[0].payload_mass, len(others), message)]
 
 
 def _damage_findings(folder: BagFolder, collector: Collector, damage: list[str], truncated: bool) -> list[Finding]:

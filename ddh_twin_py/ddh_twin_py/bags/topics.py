@@ -52,9 +52,7 @@ def choose_namespace(path: str, types: dict[str, str], wanted: str | None) -> st
         there = ", ".join(repr(n or "/") for n in candidates) or "none"
         raise BagError(f"{path} has no telemetry in namespace {wanted or '/'!r}; namespaces with telemetry: {there}")
     if not candidates:
-        raise BagError(
-            f"{path} has no telemetry: expected topics such as /ddh/{DRIVE_TOPIC}; it has {_listed(types)}"
-        )
+        raise BagError(f"{path} has no telemetry: expected topics such as /ddh/{DRIVE_TOPIC}; it has {_listed(types)}")
     if len(candidates) > 1:
         names = " and ".join(repr(n or "/") for n in candidates)
         raise BagError(f"{path} holds {len(candidates)} rigs, in the namespaces {names}; choose one by namespace")

@@ -97,9 +97,7 @@ class BagWriter:
                 raise BagError(f"{self.path} cannot be written: {error}") from None
             self.message_count += 1
 
-    def write_message(
-        self, topic: str, message: object, log_time_ns: int, qos: Sequence[Qos] | None = None
-    ) -> None:
+    def write_message(self, topic: str, message: object, log_time_ns: int, qos: Sequence[Qos] | None = None) -> None:
         """Write one message made of the types of `message_types.typestore()`."""
         message_type = message.__msgtype__
         self.write_raw(topic, message_type, qos, log_time_ns, know(message_type).serialize_cdr(message, message_type))

@@ -77,10 +77,10 @@ class Ticks:
     def tick(self, i: int) -> Tick:
         """Tick i, as the live aligner would have given it."""
         end = int(self.end_ns[i])
-        samples = {
-            name: Samples(s.stamp[self.first[name][i] : self.last[name][i]], s.values[self.first[name][i] : self.last[name][i]])
-            for name, s in self.samples.items()
-        }
+        samples = {}
+        for name, all_samples in self.samples.items():
+            part = slice(self.first[name][i], self.last[name][i])
+            samples[name] = Samples(all_samples.stamp[part], all_samples.values[part])
         return Tick(end - self.interval_ns, end, bool(self.restart[i]), samples)
 
     def __iter__(self) -> Iterator[Tick]:

@@ -24,8 +24,6 @@ class Cause(IntFlag):
     GAP = 256
 
 
-REJECTING = (
-    Cause.NOT_A_NUMBER | Cause.INFINITE | Cause.OUT_OF_RANGE | Cause.WRONG_UNIT | Cause.STUCK
-)
+REJECTING = Cause.NOT_A_NUMBER | Cause.INFINITE | Cause.OUT_OF_RANGE | Cause.WRONG_UNIT | Cause.STUCK
 OF_FIELD = (Cause.NOT_A_NUMBER, Cause.INFINITE, Cause.OUT_OF_RANGE, Cause.WRONG_UNIT, Cause.STUCK)
 OF_SAMPLE = (Cause.REPEATED, Cause.OUT_OF_ORDER, Cause.CLOCK_JUMP, Cause.GAP)

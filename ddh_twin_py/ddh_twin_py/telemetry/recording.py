@@ -18,7 +18,7 @@ from .signals import (
     ZERO_CELSIUS,
 )
 
-SEVERITIES = ('info', 'warning', 'error')
+SEVERITIES = ("info", "warning", "error")
 
 
 @dataclass(frozen=True)
@@ -38,10 +38,10 @@ class Finding:
     value: float | str | None
     count: int
     message: str
-    first_time: float = float('nan')
+    first_time: float = float("nan")
 
     def __str__(self) -> str:
-        return f'{self.severity}: {self.message}'
+        return f"{self.severity}: {self.message}"
 
 
 @dataclass(frozen=True)
@@ -70,8 +70,8 @@ class Stream:
     def __post_init__(self) -> None:
         if self.values.ndim != 2 or self.values.shape != (self.time.size, len(self.fields)):
             raise ValueError(
-                f'a stream of {self.time.size} stamps and fields {self.fields} needs values of '
-                f'shape {(self.time.size, len(self.fields))}, not {self.values.shape}'
+                f"a stream of {self.time.size} stamps and fields {self.fields} needs values of "
+                f"shape {(self.time.size, len(self.fields))}, not {self.values.shape}"
             )
 
     def __len__(self) -> int:
@@ -82,7 +82,7 @@ class Stream:
         try:
             return self.values[:, self.fields.index(name)]
         except ValueError:
-            raise KeyError(f'no field {name!r}; valid are {", ".join(self.fields)}') from None
+            raise KeyError(f"no field {name!r}; valid are {', '.join(self.fields)}") from None
 
     def stamps(self, epoch_ns: int) -> np.ndarray:
         """Header stamps, int64[n] ns, exact within 50 days of the epoch."""
@@ -128,7 +128,7 @@ class Recording:
     hydraulic: Stream | None
     temperatures: dict[str, Stream] = field(default_factory=dict)
     findings: list[Finding] = field(default_factory=list)
-    namespace: str = ''
+    namespace: str = ""
 
     def streams(self) -> Iterator[tuple[str, Stream]]:
         """Pairs of relative topic and stream, drive first, sensors in their fixed order."""
@@ -171,28 +171,24 @@ class Recording:
     @property
     def warnings(self) -> list[Finding]:
         """Findings that are more than information."""
-        return [finding for finding in self.findings if finding.severity != 'info']
+        return [finding for finding in self.findings if finding.severity != "info"]
 
     def between(self, start: float, stop: float) -> Recording:
         """The recording from start (included) to stop (excluded), s relative to the epoch.
 
         The epoch stays, so that times keep their meaning.
         """
-        return self.with_streams(
-            {topic: stream.between(start, stop) for topic, stream in self.streams()}
-        )
+        return self.with_streams({topic: stream.between(start, stop) for topic, stream in self.streams()})
 
     def describe(self) -> str:
         """A few lines for people: rig, duration, streams with rates, findings."""
-        lines = [f'{self.path}: {self.duration:.1f} s']
+        lines = [f"{self.path}: {self.duration:.1f} s"]
         if self.rig is not None:
-            lines.append(
-                f'rig {self.rig.rig_id}, {self.rig.oil_grade}, payload {self.rig.payload_mass:g} kg'
-            )
+            lines.append(f"rig {self.rig.rig_id}, {self.rig.oil_grade}, payload {self.rig.payload_mass:g} kg")
         for topic, stream in self.streams():
-            lines.append(f'  {topic}: {len(stream)} samples, {_rate(stream.time):.3g} Hz')
-        lines += [f'  {finding}' for finding in self.findings]
-        return '\n'.join(lines)
+            lines.append(f"  {topic}: {len(stream)} samples, {_rate(stream.time):.3g} Hz")
+        lines += [f"  {finding}" for finding in self.findings]
+        return "\n".join(lines)
 
 
 def _rate(time: np.ndarray) -> float:
@@ -202,13 +198,13 @@ def _rate(time: np.ndarray) -> float:
 
 
 __all__ = [
-    'SEVERITIES',
-    'ZERO_CELSIUS',
-    'Finding',
-    'Recording',
-    'RigInfo',
-    'Stream',
-    'drive_stream',
-    'hydraulic_stream',
-    'temperature_stream',
+    "SEVERITIES",
+    "ZERO_CELSIUS",
+    "Finding",
+    "Recording",
+    "RigInfo",
+    "Stream",
+    "drive_stream",
+    "hydraulic_stream",
+    "temperature_stream",
 ]

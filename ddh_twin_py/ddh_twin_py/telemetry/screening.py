@@ -91,9 +91,25 @@ class StreamScreen:
         values = np.array(values, float, ndmin=2)
         flags = np.empty((stamp.size, len(self.signals)), np.uint16)
         kernel.screen(
-            stamp, values, self._limits, self.noise, self._rules, self._floors, self._mistakes,
-            self._stream, self._ring, self._periods, self._field_state, self._suspect, self._mistaken,
-            self._rule_state, self._counts, self._first, self._first_value, flags, self._window,
+            stamp,
+            values,
+            self._limits,
+            self.noise,
+            self._rules,
+            self._floors,
+            self._mistakes,
+            self._stream,
+            self._ring,
+            self._periods,
+            self._field_state,
+            self._suspect,
+            self._mistaken,
+            self._rule_state,
+            self._counts,
+            self._first,
+            self._first_value,
+            flags,
+            self._window,
         )
         if self._rules.size:
             self._judge_units()
@@ -146,8 +162,17 @@ class StreamScreen:
         Times in the findings are s relative to `epoch_ns`.
         """
         return findings_of(
-            self.signals, file, topic or self.topic, epoch_ns, int(self._stream[kernel.COUNT]),
-            self._counts, self._first, self._first_value, self._mistaken, self.suspicions, self.noise,
+            self.signals,
+            file,
+            topic or self.topic,
+            epoch_ns,
+            int(self._stream[kernel.COUNT]),
+            self._counts,
+            self._first,
+            self._first_value,
+            self._mistaken,
+            self.suspicions,
+            self.noise,
         )
 
 

@@ -148,9 +148,25 @@ def _judge_run(value, field, noise, scale_alive, stamp, field_state):  # pragma:
 
 @kernel
 def screen(
-    stamp, values, limits, noise, rules, floors, mistakes,
-    stream, ring, periods, field_state, suspect, mistaken, rule_state,
-    counts, first, first_value, flags, window,
+    stamp,
+    values,
+    limits,
+    noise,
+    rules,
+    floors,
+    mistakes,
+    stream,
+    ring,
+    periods,
+    field_state,
+    suspect,
+    mistaken,
+    rule_state,
+    counts,
+    first,
+    first_value,
+    flags,
+    window,
 ):  # pragma: no cover - compiled
     """Judge samples in order of arrival; values that are not believed become NaN in place.
 

@@ -9,31 +9,31 @@ from dataclasses import dataclass
 
 ZERO_CELSIUS = 273.15  # K
 
-DRIVE_TOPIC = 'drive/telemetry'
-HYDRAULIC_TOPIC = 'hydraulics/telemetry'
-TEMPERATURE_PREFIX = 'temperature/'
-RIG_TOPIC = 'rig'
+DRIVE_TOPIC = "drive/telemetry"
+HYDRAULIC_TOPIC = "hydraulics/telemetry"
+TEMPERATURE_PREFIX = "temperature/"
+RIG_TOPIC = "rig"
 
-DRIVE_TYPE = 'ddh_msgs/msg/DriveTelemetry'
-HYDRAULIC_TYPE = 'ddh_msgs/msg/HydraulicTelemetry'
-TEMPERATURE_TYPE = 'sensor_msgs/msg/Temperature'
-RIG_TYPE = 'ddh_msgs/msg/RigInfo'
+DRIVE_TYPE = "ddh_msgs/msg/DriveTelemetry"
+HYDRAULIC_TYPE = "ddh_msgs/msg/HydraulicTelemetry"
+TEMPERATURE_TYPE = "sensor_msgs/msg/Temperature"
+RIG_TYPE = "ddh_msgs/msg/RigInfo"
 
-DRIVE_FIELDS = ('speed_command', 'speed', 'torque', 'current', 'voltage', 'electrical_power')
-HYDRAULIC_FIELDS = ('pressure_piston_side', 'pressure_rod_side', 'rod_position', 'rod_velocity')
-TEMPERATURE_FIELDS = ('temperature', 'variance')
+DRIVE_FIELDS = ("speed_command", "speed", "torque", "current", "voltage", "electrical_power")
+HYDRAULIC_FIELDS = ("pressure_piston_side", "pressure_rod_side", "rod_position", "rod_velocity")
+TEMPERATURE_FIELDS = ("temperature", "variance")
 
 TEMPERATURE_SENSORS = (
-    'ambient',
-    'motor_winding',
-    'motor_housing',
-    'pump_1_case',
-    'pump_2_case',
-    'tank_oil',
-    'tank_wall',
-    'cylinder_barrel',
-    'line_a',
-    'line_b',
+    "ambient",
+    "motor_winding",
+    "motor_housing",
+    "pump_1_case",
+    "pump_2_case",
+    "tank_oil",
+    "tank_wall",
+    "cylinder_barrel",
+    "line_a",
+    "line_b",
 )
 
 
@@ -85,56 +85,67 @@ class Signal:
         return value - self.message_offset
 
 
-_RPM = UnitMistake('rpm', 30.0 / math.pi)
+_RPM = UnitMistake("rpm", 30.0 / math.pi)
 _PRESSURE_MISTAKES = (
-    UnitMistake('bar', 1e-5),
-    UnitMistake('MPa', 1e-6),
-    UnitMistake('Pa times 1e5', 1e5),
+    UnitMistake("bar", 1e-5),
+    UnitMistake("MPa", 1e-6),
+    UnitMistake("Pa times 1e5", 1e5),
 )
-_KELVIN = UnitMistake('K', 1.0, ZERO_CELSIUS)
+_KELVIN = UnitMistake("K", 1.0, ZERO_CELSIUS)
 
 
 def _drive(field, unit, limit, noise_key, *mistakes, lowest=None):
     return Signal(
-        DRIVE_TOPIC, DRIVE_TYPE, field, unit, unit,
-        -limit if lowest is None else lowest, limit, noise_key, mistakes,
+        DRIVE_TOPIC,
+        DRIVE_TYPE,
+        field,
+        unit,
+        unit,
+        -limit if lowest is None else lowest,
+        limit,
+        noise_key,
+        mistakes,
     )
 
 
 def _hydraulic(field, unit, lowest, highest, noise_key, *mistakes):
-    return Signal(
-        HYDRAULIC_TOPIC, HYDRAULIC_TYPE, field, unit, unit, lowest, highest, noise_key, mistakes
-    )
+    return Signal(HYDRAULIC_TOPIC, HYDRAULIC_TYPE, field, unit, unit, lowest, highest, noise_key, mistakes)
 
 
 def _temperature(sensor, lowest_celsius, highest_celsius):
     return Signal(
-        TEMPERATURE_PREFIX + sensor, TEMPERATURE_TYPE, 'temperature', 'K', 'degC',
-        lowest_celsius + ZERO_CELSIUS, highest_celsius + ZERO_CELSIUS,
-        'temperature', (_KELVIN,), ZERO_CELSIUS,
+        TEMPERATURE_PREFIX + sensor,
+        TEMPERATURE_TYPE,
+        "temperature",
+        "K",
+        "degC",
+        lowest_celsius + ZERO_CELSIUS,
+        highest_celsius + ZERO_CELSIUS,
+        "temperature",
+        (_KELVIN,),
+        ZERO_CELSIUS,
     )
 
 
 # Limits: motor 3000 rpm and 23.5 A; relief at 160 bar, sensor full scale 400 bar; stroke 0.4 m.
 # Gauge pressure cannot be below -1.0e5 Pa, but a sensor's offset and noise can take it there.
 DRIVE_SIGNALS = (
-    _drive('speed_command', 'rad/s', 450.0, None, _RPM),
-    _drive('speed', 'rad/s', 450.0, 'speed', _RPM),
-    _drive('torque', 'N*m', 120.0, 'torque', UnitMistake('N*mm', 1e3)),
-    _drive('current', 'A', 75.0, 'current', UnitMistake('mA', 1e3)),
-    _drive('voltage', 'V', 1000.0, 'voltage', UnitMistake('mV', 1e3), lowest=-50.0),
-    _drive('electrical_power', 'W', 40000.0, 'electrical_power', UnitMistake('mW', 1e3)),
+    _drive("speed_command", "rad/s", 450.0, None, _RPM),
+    _drive("speed", "rad/s", 450.0, "speed", _RPM),
+    _drive("torque", "N*m", 120.0, "torque", UnitMistake("N*mm", 1e3)),
+    _drive("current", "A", 75.0, "current", UnitMistake("mA", 1e3)),
+    _drive("voltage", "V", 1000.0, "voltage", UnitMistake("mV", 1e3), lowest=-50.0),
+    _drive("electrical_power", "W", 40000.0, "electrical_power", UnitMistake("mW", 1e3)),
 )
 HYDRAULIC_SIGNALS = (
-    _hydraulic('pressure_piston_side', 'Pa', -5e5, 6e7, 'pressure', *_PRESSURE_MISTAKES),
-    _hydraulic('pressure_rod_side', 'Pa', -5e5, 6e7, 'pressure', *_PRESSURE_MISTAKES),
-    _hydraulic('rod_position', 'm', -0.2, 1.0, 'rod_position', UnitMistake('mm', 1e3)),
-    _hydraulic('rod_velocity', 'm/s', -2.0, 2.0, 'rod_velocity', UnitMistake('mm/s', 1e3)),
+    _hydraulic("pressure_piston_side", "Pa", -5e5, 6e7, "pressure", *_PRESSURE_MISTAKES),
+    _hydraulic("pressure_rod_side", "Pa", -5e5, 6e7, "pressure", *_PRESSURE_MISTAKES),
+    _hydraulic("rod_position", "m", -0.2, 1.0, "rod_position", UnitMistake("mm", 1e3)),
+    _hydraulic("rod_velocity", "m/s", -2.0, 2.0, "rod_velocity", UnitMistake("mm/s", 1e3)),
 )
-_CELSIUS_LIMITS = {'ambient': (-50.0, 70.0), 'motor_winding': (-50.0, 230.0)}
+_CELSIUS_LIMITS = {"ambient": (-50.0, 70.0), "motor_winding": (-50.0, 230.0)}
 TEMPERATURE_SIGNALS = tuple(
-    _temperature(sensor, *_CELSIUS_LIMITS.get(sensor, (-50.0, 180.0)))
-    for sensor in TEMPERATURE_SENSORS
+    _temperature(sensor, *_CELSIUS_LIMITS.get(sensor, (-50.0, 180.0))) for sensor in TEMPERATURE_SENSORS
 )
 SIGNALS = DRIVE_SIGNALS + HYDRAULIC_SIGNALS + TEMPERATURE_SIGNALS
 
@@ -153,7 +164,7 @@ def signals_of(topic: str) -> tuple[Signal, ...]:
     """
     found = tuple(signal for signal in SIGNALS if signal.topic == topic)
     if not found:
-        raise KeyError(_unknown('topic', topic, sorted({s.topic for s in SIGNALS})))
+        raise KeyError(_unknown("topic", topic, sorted({s.topic for s in SIGNALS})))
     return found
 
 
@@ -165,9 +176,9 @@ def signal_named(name: str) -> Signal:
     for signal in SIGNALS:
         if signal.name == name:
             return signal
-    raise KeyError(_unknown('signal', name, [s.name for s in SIGNALS]))
+    raise KeyError(_unknown("signal", name, [s.name for s in SIGNALS]))
 
 
 def _unknown(kind: str, given: str, valid: list[str]) -> str:
     nearest = difflib.get_close_matches(given, valid, n=1, cutoff=0.0)
-    return f'no {kind} {given!r}; nearest is {nearest[0]!r}, valid are {", ".join(valid)}'
+    return f"no {kind} {given!r}; nearest is {nearest[0]!r}, valid are {', '.join(valid)}"
