@@ -19,6 +19,8 @@ ROLES = ("measured", "predicted", "fused", "soft", *(f"c{n}" for n in range(1, 9
 """Colours of the style sheet (`--s-<role>`): what was measured, the free run, the fused estimate, the soft
 sensor, and eight components."""
 
+_STEPS = 65534
+
 
 @dataclass(frozen=True)
 class Trace:
@@ -88,15 +90,16 @@ class Chart:
         spec = {
             "title": self.title, "unit": self.unit, "digits": self.digits, "height": self.height, "zero": self.zero,
             "domain": [round(float(edge), 3) for edge in domain],
-            "lines": lines, "x": packed(time), "y": [packed(values) for values in arrays[:count]],
+            "lines": lines, "x": float32(time), "y": [quantised(values) for values in arrays[:count]],
         }
         if differences:
             spec |= {"differences": [list(pair) for pair in self.differences], "floor": self.floor}
         note = f'<p class="note">{escape(self.note)}</p>' if self.note else ""
         return (
             f'<figure class="chart{" wide" if self.wide else ""}"><figcaption>{escape(self.title)}'
-            f' <span class="unit">{escape(self.unit)}</span></figcaption><div class="plot" tabindex="0" role="img"'
-            f' aria-label="{escape(self.title)} over time, in {escape(self.unit)}" style="min-height:{self.height}px"></div>'
+            f' <span class="unit">{escape(self.unit)}</span></figcaption>'
+            f'<div class="plot" tabindex="0" role="img" style="min-height:{self.height}px"'
+            f' aria-label="{escape(self.title)} over time, in {escape(self.unit)}"></div>'
             f'{note}<script type="application/json">{script_json(spec)}</script></figure>'
         )
 
@@ -111,9 +114,24 @@ def charts(several: Sequence[Chart], domain: tuple[float, float] | None = None) 
     return '<div class="charts">' + "".join(chart.html(domain) for chart in several) + "</div>"
 
 
-def packed(values: np.ndarray) -> str:
+def float32(values: np.ndarray) -> str:
     """Little-endian float32 in base64."""
-    return base64.b64encode(np.asarray(values, dtype="<f4").tobytes()).decode("ascii")
+    return _base64(np.asarray(values, dtype="<f4"))
+
+
+def quantised(values: np.ndarray) -> list:
+    """Lowest and highest value and, in base64, each value's place between them in 65,534 steps.
+
+    The extremes are kept as they are; 65535 stands for NaN.
+    """
+    finite = values[np.isfinite(values)]
+    low, high = (float(finite.min()), float(finite.max())) if finite.size else (0.0, 0.0)
+    place = np.rint((values - low) / ((high - low) or 1.0) * _STEPS)
+    return [low, high, _base64(np.where(np.isfinite(values), place, _STEPS + 1).astype("<u2"))]
+
+
+def _base64(array: np.ndarray) -> str:
+    return base64.b64encode(array.tobytes()).decode("ascii")
 
 
 def script_json(data: object) -> str:

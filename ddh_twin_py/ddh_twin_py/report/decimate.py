@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-MOST_POINTS = 9000
+MOST_POINTS = 24000
 """A chart keeps at least every sample up to this many."""
 
 

@@ -144,7 +144,8 @@ def table(columns: Sequence[Column], rows: Iterable[Sequence[object]], caption: 
         body += "".join(f"<td{_numeric(column)}>{text(cell)}</td>" for column, cell in cells[1:]) + "</tr>"
     title = f"<caption>{text(caption)}</caption>" if caption else ""
     return Html(
-        f'<div class="scroll" tabindex="0"><table>{title}<thead><tr>{head}</tr></thead><tbody>{body}</tbody></table></div>'
+        f'<div class="scroll" tabindex="0"><table>{title}<thead><tr>{head}</tr></thead>'
+        f"<tbody>{body}</tbody></table></div>"
     )
 
 
@@ -165,8 +166,8 @@ def bars(rows: Sequence[tuple[str, Sequence[tuple[str, float]]]], unit: str, dig
     body = ""
     for name, pairs in rows:
         lines = "".join(
-            f'<div class="bar"><i style="width:calc((100% - 5.5em) * {abs(v) / largest:.4f});background:var(--s-{role})"></i>'
-            f"<span>{v:.{digits}f} {text(unit)}</span></div>"
+            f'<div class="bar"><i style="width:calc((100% - 5.5em) * {abs(v) / largest:.4f});'
+            f'background:var(--s-{role})"></i><span>{v:.{digits}f} {text(unit)}</span></div>'
             for role, v in pairs
         )
         body += f"<dt>{text(name)}</dt><dd>{lines}</dd>"

@@ -12,6 +12,7 @@ import numpy as np
 from ddh_twin_py.report import document as doc
 from ddh_twin_py.report.agreement import COMPONENTS, FLOOR, INPUTS, Agreement, component_values, level, measured_values
 from ddh_twin_py.report.charts import Chart, Trace, charts
+from ddh_twin_py.report.decimate import MOST_POINTS
 from ddh_twin_py.report.units import ZERO_CELSIUS, celsius, duration, in_unit, number, shown, words
 from ddh_twin_py.telemetry.signals import signal_named
 
@@ -64,7 +65,9 @@ def replay_document(
     return page
 
 
-def replay_json(result: ReplayResult, agreement: Agreement, how: str = "in one process", extra: Mapping | None = None) -> dict:
+def replay_json(
+    result: ReplayResult, agreement: Agreement, how: str = "in one process", extra: Mapping | None = None
+) -> dict:
     """The machine-readable twin of the page: every number of its tables, and its end matter."""
     recording = result.recording
     return {
@@ -100,11 +103,13 @@ def assumptions(result: ReplayResult) -> list[str]:
     spec = result.rig.sensors.get("temperature")
     if spec is not None and result.sensors:
         taken.append(
-            f"Temperature sensors read their node through a lag of {result.rig['sensors.temperature.time_constant']:g} s "
-            f"and may have a zero error of {spec.offset_tolerance:g} K (one sigma) that counts as difference here."
+            "Temperature sensors read their node through a lag of "
+            f"{result.rig['sensors.temperature.time_constant']:g} s and may have a zero error "
+            f"of {spec.offset_tolerance:g} K (one sigma) that counts as difference here."
         )
     if recording.rig is None:
-        taken.append(f"Payload {result.rig['load.payload_mass']:g} kg is the rig file's: the recording does not tell it.")
+        payload = result.rig["load.payload_mass"]
+        taken.append(f"Payload {payload:g} kg is the rig file's: the recording does not tell it.")
     if "ambient" not in recording.temperatures:
         taken.append(f"Ambient {result.rig['ambient']:g} °C is the rig file's: the recording has no sensor for it.")
     return taken
@@ -118,9 +123,10 @@ def findings_table(findings: Sequence[Finding]) -> doc.Html:
     rows = [
         (doc.mark(sign.get(f.severity, "none"), f.severity), f.message, str(f.count)) for f in ranked[:_MOST_FINDINGS]
     ]
-    table = doc.table(
-        (doc.Column("Level", number=False), doc.Column("What, where and which value", number=False), doc.Column("Times")), rows
+    columns = (
+        doc.Column("Level", number=False), doc.Column("What, where and which value", number=False), doc.Column("Times")
     )
+    table = doc.table(columns, rows)
     if len(ranked) > _MOST_FINDINGS:
         table += doc.note(f"{len(ranked) - _MOST_FINDINGS} more are in the JSON file.")
     return doc.Html(table)
@@ -144,7 +150,8 @@ def _key_figures(result: ReplayResult, agreement: Agreement) -> list[doc.Figure]
         name, rms, _, times = agreement.counted[0]
         within = sum(row[3] <= FLOOR for row in agreement.counted)
         figures += [
-            doc.Figure("Within the noise floor", f"{within} of {len(agreement.counted)}", f"free run, {FLOOR:g} × noise"),
+            doc.Figure("Within the noise floor", f"{within} of {len(agreement.counted)}",
+                       f"free run, {FLOOR:g} × noise"),
             doc.Figure("Furthest off", f"{number(times, 1)} × noise", f"{name}, RMS {rms}"),
         ]
     if agreement.temperatures:
@@ -155,11 +162,14 @@ def _key_figures(result: ReplayResult, agreement: Agreement) -> list[doc.Figure]
         hottest = max(agreement.nodes, key=lambda n: n.fused)
         figures.append(doc.Figure("Warmest at the end", f"{celsius(hottest.fused, 1)} °C",
                                   f"{words(hottest.node)}, ± {number(hottest.fused_std, 2)} K"))
-    losses = sum(x.soft for x in agreement.losses)
-    figures.append(doc.Figure("Mean losses", f"{losses:.0f} W", f"of {agreement.energy['electrical_power_soft_sensor']:.0f} W electrical"))
+    losses, electrical = sum(x.soft for x in agreement.losses), agreement.energy["electrical_power_soft_sensor"]
     warnings = len(result.recording.warnings)
-    figures.append(doc.Figure("Input", "sound" if not warnings else f"{warnings} warning{'s' * (warnings > 1)}", "see below" if warnings else "nothing found"))
-    return figures
+    return [
+        *figures,
+        doc.Figure("Mean losses", f"{losses:.0f} W", f"of {electrical:.0f} W electrical"),
+        doc.Figure("Input", f"{warnings} warning{'s' * (warnings > 1)}", "see below") if warnings
+        else doc.Figure("Input", "sound", "nothing found"),
+    ]
 
 
 def _temperature_table(agreement: Agreement) -> doc.Html:
@@ -170,7 +180,8 @@ def _temperature_table(agreement: Agreement) -> doc.Html:
         doc.Column("Sensor", number=False), doc.Column("Measured", "°C, last"), doc.Column("Predicted", "°C, free run"),
         doc.Column("Fused ± σ", "°C"), doc.Column("RMS predicted", "K"), doc.Column("RMS fused", "K, uses sensor"),
         *((doc.Column("RMS left out", "K, sensor not used"),) if left_out else ()),
-        doc.Column("Noise", "K"), doc.Column("Predicted", "in noise", number=False), doc.Column("Readings", "used of all"),
+        doc.Column("Noise", "K"), doc.Column("Predicted", "in noise", number=False),
+        doc.Column("Readings", "used of all"),
     ]
     rows = []
     for t in agreement.temperatures:
@@ -211,7 +222,8 @@ def _signal_table(agreement: Agreement) -> doc.Html:
     columns = (
         doc.Column("Signal", number=False), doc.Column("Range measured"), doc.Column("RMS free run"),
         doc.Column("Free run", "in noise", number=False), doc.Column("RMS soft sensor"),
-        doc.Column("Soft sensor", "in noise", number=False), doc.Column("Noise", "one sample"), doc.Column("Largest, free run", "at"),
+        doc.Column("Soft sensor", "in noise", number=False), doc.Column("Noise", "one sample"),
+        doc.Column("Largest, free run", "at"),
     )
     rows = []
     for s in agreement.signals:
@@ -228,8 +240,8 @@ def _signal_table(agreement: Agreement) -> doc.Html:
         ))
     return doc.Html(
         doc.table(columns, rows)
-        + doc.note("RMS of interval means against measurement. Torque is current times a constant and is not counted twice. "
-                   f"Below each chart: differences from measurement; the grey band is {FLOOR:g} times noise.")
+        + doc.note("RMS of interval means against measurement. Torque is current times a constant and is not counted "
+                   f"twice. Below each chart: differences from measurement; the grey band is {FLOOR:g} times noise.")
     )
 
 
@@ -272,13 +284,17 @@ def _signal_charts(result: ReplayResult) -> list[Chart]:
 
 
 def _losses(result: ReplayResult, agreement: Agreement, domain: tuple[float, float]) -> list[str]:
+    values = {name: component_values(result.soft, fields) for name, fields in COMPONENTS.items()}
     traces = [
-        Trace(name, f"c{i}", component_values(result.soft, fields), shown=bool(np.any(component_values(result.soft, fields) > 0.5)))
-        for i, (name, fields) in enumerate(COMPONENTS.items(), 1)
+        Trace(name, f"c{i}", loss, shown=bool(np.any(loss > 0.5))) for i, (name, loss) in enumerate(values.items(), 1)
     ]
+    chart = Chart(
+        "Losses by component, soft sensor", "W", result.time, traces, digits=1, height=260, wide=True, zero=True,
+        most=MOST_POINTS // 2,
+    )
     return [
         doc.paragraph("Mean power that each component turns into heat."),
         doc.legend((("soft", "soft sensor, from measured pressures, speed and current"), ("predicted", "free run"))),
         doc.bars([(x.component, (("soft", x.soft), ("predicted", x.free))) for x in agreement.losses], "W"),
-        charts([Chart("Losses by component, soft sensor", "W", result.time, traces, digits=1, height=260, wide=True, zero=True)], domain),
+        charts([chart], domain),
     ]

@@ -14,11 +14,20 @@
     return palette[name];
   }
 
-  function unpack(text) {
+  function bytes(text) {
     const raw = atob(text);
-    const bytes = new Uint8Array(raw.length);
-    for (let i = 0; i < raw.length; i++) bytes[i] = raw.charCodeAt(i);
-    return new Float32Array(bytes.buffer);
+    const out = new Uint8Array(raw.length);
+    for (let i = 0; i < raw.length; i++) out[i] = raw.charCodeAt(i);
+    return out.buffer;
+  }
+
+  function unpack(packed) {
+    const [low, high, text] = packed;
+    const place = new Uint16Array(bytes(text));
+    const out = new Float64Array(place.length);
+    const step = (high - low) / 65534;
+    for (let i = 0; i < place.length; i++) out[i] = place[i] === 65535 ? NaN : place[i] === 65534 ? high : low + place[i] * step;
+    return out;
   }
 
   function withGaps(values) {
@@ -126,7 +135,7 @@
     holder.remove();
     domain = domain ? [Math.min(domain[0], spec.domain[0]), Math.max(domain[1], spec.domain[1])] : spec.domain.slice();
     const box = figure.querySelector(".plot");
-    const x = unpack(spec.x);
+    const x = new Float32Array(bytes(spec.x));
     const columns = spec.y.map(unpack);
     const below = spec.differences ? { titled: true, height: 92, digits: spec.digits, floor: spec.floor, lines: [] } : null;
     spec.floor = 0;
@@ -139,7 +148,7 @@
       const rows = spec.differences.map(([a, b]) => {
         const line = spec.lines[a];
         below.lines.push({ label: line.label.split(" \u00b1")[0] + " \u2212 " + spec.lines[b].label, role: line.role, thin: true });
-        const difference = new Float32Array(x.length);
+        const difference = new Float64Array(x.length);
         for (let i = 0; i < x.length; i++) difference[i] = columns[at[a]][i] - columns[at[b]][i];
         return withGaps(difference);
       });

@@ -1,0 +1,63 @@
+"""Numbers of a comparison against differences known beforehand."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from ddh_twin_py.report.agreement import compare
+
+
+def test_known_differences(result):
+    agreement = compare(result)
+    signals = {s.name: s for s in agreement.signals}
+    assert set(signals) >= {"speed", "torque", "pressure_rod_side", "rod_position"} and "speed_command" not in signals
+    assert all(s.free_in_noise == pytest.approx(0.5) for s in signals.values())
+    assert signals["speed"].rms_soft is None and signals["rod_velocity"].rms_soft is None
+    assert signals["torque"].soft_in_noise == pytest.approx(0.25)
+    oil = next(t for t in agreement.temperatures if t.sensor == "tank_oil")
+    assert (oil.rms_predicted, oil.rms_fused) == (pytest.approx(0.05), pytest.approx(0.02))
+    assert oil.predicted == pytest.approx(oil.measured + 0.05)
+    assert (oil.samples, oil.accepted) == (40, 39)
+    assert oil.innovation_in_std == pytest.approx(1.0)
+    assert next(x for x in agreement.losses if x.component == "pump 1").soft == 100.0
+
+
+def test_the_verdict_names_what_is_furthest_off(result):
+    agreement = compare(result)
+    assert agreement.level == "fair"
+    assert "all 8 signals and 1 of 2 temperatures" in agreement.verdict
+    assert "motor winding temperature, RMS 0.30 K or 3.0 times noise" in agreement.verdict
+    assert agreement.verdict.count(".") >= 1 and "\n" not in agreement.verdict
+
+
+def test_all_within_noise_names_no_culprit(result):
+    calm = {n: replace(c, predicted=c.measured + 0.1) for n, c in result.sensors.items()}
+    agreement = compare(replace(result, sensors=calm))
+    assert agreement.level == "good" and "furthest" not in agreement.verdict
+    assert "all 2 temperatures" in agreement.verdict
+
+
+def test_a_held_value_is_no_measurement(result):
+    result.measured["hydraulic_age"][100:] = 0.7
+    result.free["pressure_rod_side"][100:] += 1e7
+    pressure = next(s for s in compare(result).signals if s.name == "pressure_rod_side")
+    assert pressure.samples == 100 and pressure.free_in_noise == pytest.approx(0.5)
+    speed = next(s for s in compare(result).signals if s.name == "speed")
+    assert speed.samples == result.time.size
+
+
+def test_without_pressures_and_temperatures(result):
+    for name in ("pressure_piston_side", "pressure_rod_side", "rod_position", "rod_velocity"):
+        result.measured[name] = np.nan
+    agreement = compare(replace(result, sensors={}, innovations=[]))
+    assert {s.name for s in agreement.signals} == {"speed", "torque", "current", "voltage", "electrical_power"}
+    assert "no temperature sensor" in agreement.verdict
+
+
+def test_left_out_sensors(result):
+    oil = result.sensors["tank_oil"]
+    left_out = {"tank_oil": replace(oil, fused=oil.measured + 0.4, used=False)}
+    oil, winding = compare(result, left_out).temperatures
+    assert oil.rms_left_out == pytest.approx(0.4) and oil.std_left_out == pytest.approx(0.2)
+    assert winding.rms_left_out is None
