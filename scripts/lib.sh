@@ -37,7 +37,7 @@ candidates() { # minor versions, best first
   local minor
   for minor in "$@"; do
     type -aP "python3.$minor" || true
-    ls -d "${HOME:-/root}"/.pyenv/versions/3."$minor"*/bin/python3 2>/dev/null | sort -rV || true
+    ls -d "${PYENV_ROOT:-${HOME:-/root}/.pyenv}"/versions/3."$minor"*/bin/python3 2>/dev/null | sort -rV || true
     type -aP python3 || true
   done
 }
@@ -68,7 +68,7 @@ digest() { cat "$@" | sha256sum | cut -c1-32; }
 # step NAME LABEL INPUTS COMMAND...: skipped while INPUTS are what they were when it last succeeded.
 steps_done=0
 step() {
-  local name=$1 label=$2 inputs=$3 stamp log started=$SECONDS reporter status
+  local name=$1 label=$2 inputs=$3 stamp log started=$SECONDS reporter status stopped=0
   shift 3
   stamp=$state/$name.done
   if [ -f "$stamp" ] && [ "$(cat "$stamp")" = "$inputs" ]; then return; fi
@@ -84,12 +84,18 @@ step() {
   # The command stays in the foreground, so that Ctrl-C reaches it and all that it started.
   # Not in a list with ||, which would switch off the "set -e" of the subshell.
   set +e
+  trap 'stopped=1' INT
   (set -e; "$@") >"$log" 2>&1 </dev/null 9>&-
   status=$?
+  trap - INT
   set -e
   kill "$reporter" 2>/dev/null || true
   wait "$reporter" 2>/dev/null || true
   [ -t 1 ] && printf '\r\033[K'
+  if [ "$stopped" = 1 ]; then
+    echo "setup: stopped; the next make goes on from here" >&2
+    exit 130
+  fi
   if [ "$status" != 0 ]; then
     printf 'setup: %s failed after %s s; the end of %s:\n' "$label" "$((SECONDS - started))" "${log#"$root"/}" >&2
     tail -n 25 "$log" | sed 's/^/  | /' >&2

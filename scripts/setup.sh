@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # Makes .venv and the colcon workspace from what is locked; costs next to nothing when nothing
 # has changed. Called by make; can be run by hand. DDH_PYTHON=python3.11 chooses the Python.
-#   scripts/setup.sh --check    changes nothing, exits 1 and says so where something is to be done
+#   scripts/setup.sh --check       changes nothing, exits 1 and says so where something is to be done
+#   scripts/setup.sh --packages    the environment without the workspace
 set -euo pipefail
 
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd -P)
@@ -11,13 +12,17 @@ logs=$root/out/logs
 cd "$root"
 . scripts/lib.sh
 
-check_only=0
+check_only=0 packages_only=0
 case "${1:-}" in
   "") ;;
   --check) check_only=1 ;;
-  *) echo "setup: unknown argument '$1' (only --check)" >&2; exit 2 ;;
+  --packages) packages_only=1 ;;
+  *) echo "setup: unknown argument '$1' (--check or --packages)" >&2; exit 2 ;;
 esac
 
+case "$root" in
+  *[[:space:]:]*) echo "setup: the path of this checkout ($root) holds a space or a colon, which CMake and colcon cannot take; move it" >&2; exit 1 ;;
+esac
 leave_foreign_ros_alone
 
 # --- prerequisites -----------------------------------------------------------------------------
@@ -70,7 +75,7 @@ make_venv() {
   printf '%s\n' "$root" >"$state/root"
 }
 install_packages() {
-  "$venv/bin/python" -m pip --disable-pip-version-check install --progress-bar off --no-deps --require-hashes -r "$lock"
+  "$venv/bin/python" -m pip --disable-pip-version-check install --no-user --progress-bar off --no-deps --require-hashes -r "$lock"
   "$venv/bin/python" -I scripts/wheel_fixes.py
 }
 build() { # package
@@ -91,6 +96,7 @@ if [ -n "$python" ]; then
 fi
 step packages "packages of $lock" "$(digest "$lock" scripts/wheel_fixes.py)" install_packages
 step environment "activation, ddh-twin command" "$(digest scripts/make_environment.py)$(cat "$state/packages.done")" link_environment
+[ "$packages_only" = 0 ] || exit 0
 step ddh_msgs "colcon build ddh_msgs" \
   "$(digest ddh_msgs/CMakeLists.txt ddh_msgs/package.xml ddh_msgs/msg/* ddh_msgs/srv/*)$(cat "$state/packages.done")" build ddh_msgs
 step ddh_twin_py "colcon build ddh_twin_py" \

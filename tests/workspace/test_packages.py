@@ -65,7 +65,7 @@ def test_licence(repo_root):
 
 def test_no_file_that_users_run_names_a_place_of_this_workplace(repo_root):
     listing = subprocess.run(
-        ["git", "ls-files", "-z", "--cached", "--others", "--exclude-standard"],
+        ["git", "-c", "safe.directory=*", "ls-files", "-z", "--cached", "--others", "--exclude-standard"],
         cwd=repo_root,
         capture_output=True,
         text=True,
