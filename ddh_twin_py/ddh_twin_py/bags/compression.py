@@ -43,6 +43,11 @@ def unpack_chunk(packed: bytes, name: str, size: int, partial: bool = False) -> 
     return raw, len(raw) == size
 
 
+def pack_chunk(raw: bytes) -> bytes:
+    """A chunk packed by zstd, with a checksum, so that flipped bits are noticed."""
+    return zstd.compress(raw, options={zstd.CompressionParameter.checksum_flag: 1})
+
+
 def _piecewise(decompressor, packed: bytes, errors, step: int = 1 << 14) -> bytes:
     parts = []
     try:

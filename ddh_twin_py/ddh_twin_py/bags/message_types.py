@@ -18,7 +18,7 @@ from rosbags.typesys.store import Typestore
 TELEMETRY_DEFINITIONS = {
     "ddh_msgs/msg/DriveTelemetry": """\
 # What the servo drive measures. Stamp: time of measurement.
-std_msgs/Header header
+std_msgs/Header header      # stamp: time of measurement
 float64 speed_command      # rad/s, what the drive was asked for
 float64 speed              # rad/s, measured at the motor shaft
 float64 torque             # N*m, the drive's estimate (torque constant times current)
@@ -28,7 +28,7 @@ float64 electrical_power   # W, drive output, from the same current measurement
 """,
     "ddh_msgs/msg/HydraulicTelemetry": """\
 # What the hydraulic sensors measure. Stamp: time of measurement.
-std_msgs/Header header
+std_msgs/Header header          # stamp: time of measurement
 float64 pressure_piston_side   # Pa gauge, at the cylinder port
 float64 pressure_rod_side      # Pa gauge, at the cylinder port
 float64 rod_position           # m, 0 is fully retracted
@@ -36,8 +36,8 @@ float64 rod_velocity           # m/s
 """,
     "ddh_msgs/msg/RigInfo": """\
 # Which rig the telemetry belongs to. Published once, transient local.
-std_msgs/Header header
-string rig_id
+std_msgs/Header header    # stamp: time of publication
+string rig_id             # which machine, such as its serial number
 string oil_grade          # such as "ISO VG 32"
 float64 payload_mass      # kg, everything that the rod lifts
 """,

@@ -12,6 +12,7 @@ from rosbags.interfaces import Connection, Qos
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer, WriterError
 
 from ddh_twin_py.bags.cdr import encode_stamped_floats
+from ddh_twin_py.bags.compression import pack_chunk
 from ddh_twin_py.bags.errors import BagError
 from ddh_twin_py.bags.message_types import know
 from ddh_twin_py.bags.qos import LATCHED, RELIABLE, SENSOR_DATA
@@ -50,6 +51,7 @@ class BagWriter:
             self._writer = Writer(self.path, version=Writer.VERSION_LATEST, storage_plugin=StoragePlugin.MCAP)
             self._writer.set_compression(CompressionMode.STORAGE, CompressionFormat.ZSTD)
             self._writer.open()
+            self._writer.storage.compressor = pack_chunk
         except (WriterError, OSError) as error:
             raise BagError(f"{self.path} cannot be written: {' '.join(str(error).split())}") from None
         self._flush()  # the header, so that even an empty file says what it is

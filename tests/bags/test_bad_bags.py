@@ -1,0 +1,409 @@
+"""Bags that are not as they should be: each a message that names file, topic and value."""
+
+import shutil
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from ddh_twin_py.bags import damage
+from ddh_twin_py.bags.errors import BagError
+from ddh_twin_py.bags.message_types import telemetry_typestore
+from ddh_twin_py.bags.reader import read_recording
+from ddh_twin_py.bags.writer import BagWriter, write_recording
+from rosbags.highlevel import AnyReader
+from rosbags.rosbag2 import StoragePlugin, Writer
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+
+DRIVE = "/ddh/drive/telemetry"
+
+
+def refusal(path, **options):
+    """The one line with which a bag is refused."""
+    with pytest.raises(BagError) as caught:
+        read_recording(path, **options)
+    message = str(caught.value)
+    assert "\n" not in message
+    assert str(path) in message
+    return message
+
+
+def rewritten(bag, target, types=None, topic=lambda t: t, storage=StoragePlugin.MCAP):
+    """The bag again, with other message types (topic: store and name) or topic names."""
+    with AnyReader([bag]) as reader, Writer(target, version=9, storage_plugin=storage) as writer:
+        ids = {}
+        for c in reader.connections:
+            store, name = (types or {}).get(c.topic, (reader.typestore, c.msgtype))
+            ids[c.id] = writer.add_connection(topic(c.topic), name, typestore=store)
+        for connection, at, raw in reader.messages():
+            writer.write(ids[connection.id], at, raw)
+    return target
+
+
+def type_of(name, text):
+    store = get_typestore(Stores.ROS2_JAZZY)
+    store.register(get_types_from_msg(text, name))
+    return store, name
+
+
+# No bag at all
+
+
+def test_nothing_there(tmp_path):
+    assert "does not exist" in refusal(tmp_path / "absent")
+
+
+def test_a_folder_that_is_no_bag(tmp_path):
+    (tmp_path / "notes.txt").write_text("no bag")
+    assert "is no bag: the folder has no metadata.yaml and no .mcap or .db3 file" in refusal(tmp_path)
+
+
+def test_a_file_that_is_no_bag(tmp_path):
+    path = tmp_path / "data.csv"
+    path.write_text("1,2,3")
+    assert "ends in '.csv', not in .mcap or .db3" in refusal(path)
+
+
+@pytest.mark.parametrize("suffix", ["mcap", "db3"])
+def test_a_file_with_other_contents(tmp_path, suffix):
+    path = tmp_path / f"data.{suffix}"
+    path.write_bytes(b"PK\3\4 this is something else" * 100)
+    message = refusal(path)
+    assert "is no MCAP file: it begins with b'PK" in message or "is no SQLite3 file of rosbag2" in message
+
+
+@pytest.mark.parametrize("suffix", ["mcap", "db3"])
+def test_an_empty_file(tmp_path, suffix):
+    path = tmp_path / f"data.{suffix}"
+    path.touch()
+    assert "is empty: 0 bytes" in refusal(path)
+
+
+def test_a_bag_without_messages(tmp_path):
+    with BagWriter(tmp_path / "empty"):
+        pass
+    assert "holds no messages" in refusal(tmp_path / "empty")
+
+
+def test_a_bag_without_telemetry(tmp_path, bag):
+    other = rewritten(bag, tmp_path / "other", topic=lambda t: t.replace("/ddh/", "/arm/x_"))
+    message = refusal(other)
+    assert "has no telemetry: expected topics such as /ddh/drive/telemetry; it has /arm/x_" in message
+
+
+# metadata.yaml
+
+
+def test_metadata_missing_is_recovered(bag, short):
+    (bag / "metadata.yaml").unlink()
+    read = read_recording(bag)
+    (finding,) = read.findings
+    assert finding.severity == "warning"
+    total = 1 + sum(len(s) for _, s in short.streams())
+    assert f"has no metadata.yaml, the recorder was stopped hard; recovered {total} messages, 12.0 s" in finding.message
+    assert len(read.drive) == len(short.drive)
+
+
+def test_metadata_that_is_no_yaml_is_recovered(bag, short):
+    (bag / "metadata.yaml").write_text("rosbag2_bagfile_information: [")
+    read = read_recording(bag)
+    assert "has a metadata.yaml that cannot be used" in read.findings[0].message
+    assert len(read.drive) == len(short.drive)
+
+
+def test_metadata_without_an_entry_is_recovered(bag):
+    text = (bag / "metadata.yaml").read_text().replace("relative_file_paths", "paths")
+    (bag / "metadata.yaml").write_text(text)
+    assert "no entry 'relative_file_paths'" in read_recording(bag).findings[0].message
+
+
+def test_named_file_missing(bag):
+    (bag / "field.mcap").unlink()
+    assert "has none of the files that its metadata.yaml names: field.mcap" in refusal(bag)
+
+
+def test_renamed_file_is_found(bag, short):
+    (bag / "field.mcap").rename(bag / "renamed.mcap")
+    read = read_recording(bag)
+    assert "lacks the file field.mcap that metadata.yaml names" in read.findings[0].message
+    assert len(read.drive) == len(short.drive)
+
+
+def test_unknown_storage_and_compression(bag):
+    path = bag / "metadata.yaml"
+    good = path.read_text()
+    path.write_text(good.replace("storage_identifier: mcap", "storage_identifier: rosbag_v2"))
+    assert "storage_identifier 'rosbag_v2' cannot be read; known are mcap, sqlite3" in refusal(bag)
+    path.write_text(
+        good.replace("compression_mode: ''", "compression_mode: file").replace(
+            "compression_format: ''", "compression_format: lzo"
+        )
+    )
+    message = refusal(bag)
+    assert "compression_mode 'file' with compression_format 'lzo' cannot be read" in message
+
+
+# Damaged files
+
+
+@pytest.mark.parametrize("share", [0.95, 0.6, 0.2])
+@pytest.mark.parametrize("keep_metadata", [True, False])
+def test_truncated_mcap(tmp_path, paper, share, keep_metadata):
+    long = paper.between(0.0, 60.0)
+    bag = write_recording(tmp_path / "cut", long)
+    damage.truncate(bag, share, keep_metadata)
+    read = read_recording(bag)
+    (finding,) = read.warnings
+    assert finding.severity == "warning"
+    assert "has no end: the last whole record ends at byte" in finding.message
+    messages = 1 + sum(len(s) for _, s in read.streams())
+    assert f"recovered {messages}" in finding.message
+    assert f"messages, {read.duration:.1f}"[:-1] in finding.message
+    assert len(read.drive) > (share - 0.15) * len(long.drive)  # as much as whole blocks of zstd hold
+    np.testing.assert_array_equal(read.drive.values, long.drive.values[: len(read.drive)])
+    if keep_metadata and len(read.drive) < len(long.drive):
+        assert f"of {1 + sum(len(s) for _, s in long.streams())} messages" in finding.message
+
+
+def test_every_cut_is_survived(tmp_path, short):
+    """Wherever the file ends: a recording or a BagError, and nothing else."""
+    bag = write_recording(tmp_path / "cut", short.between(0.0, 1.0))
+    (bag / "metadata.yaml").unlink()
+    file = damage.storage_file(bag)
+    whole = file.read_bytes()
+    kept = set()
+    for end in [*range(200), *range(200, len(whole), max(1, len(whole) // 300))]:
+        file.write_bytes(whole[:end])
+        try:
+            read = read_recording(bag)
+            kept.add(len(read.drive) if read.drive is not None else 0)
+            assert read.warnings
+        except BagError as error:
+            assert str(bag) in str(error)
+    assert max(kept) == len(short.between(0.0, 1.0).drive)
+
+
+def test_damaged_bytes_are_survived(tmp_path, paper):
+    """Flipped bytes anywhere: a recording, or a BagError that names the file."""
+    bag = write_recording(tmp_path / "flipped", paper.between(0.0, 40.0))
+    file = damage.storage_file(bag)
+    whole = bytearray(file.read_bytes())
+    rng = np.random.default_rng(4)
+    for _ in range(60):
+        broken = bytearray(whole)
+        for at in rng.integers(8, len(whole), 3):
+            broken[at] ^= int(rng.integers(1, 256))
+        file.write_bytes(broken)
+        try:
+            read_recording(bag)
+        except BagError as error:
+            assert str(bag) in str(error)
+
+
+def test_damaged_chunk_is_left_out_and_said(tmp_path, paper):
+    long = paper.between(0.0, 120.0)
+    bag = write_recording(tmp_path / "bits", long, flush_interval=1e6)
+    file = damage.storage_file(bag)
+    content = bytearray(file.read_bytes())
+    content[len(content) // 2] ^= 0xFF
+    file.write_bytes(content)
+    read = read_recording(bag)
+    (finding,) = read.warnings
+    assert "has a damaged chunk at byte" in finding.message
+    assert 0.2 * len(long.drive) < len(read.drive) < len(long.drive)
+
+
+def test_tail_of_zeros_after_a_power_cut(tmp_path, short):
+    bag = write_recording(tmp_path / "zeros", short)
+    damage.truncate(bag, 0.9)
+    with damage.storage_file(bag).open("ab") as file:
+        file.write(bytes(100_000))
+    assert "has no end" in read_recording(bag).findings[0].message
+
+
+def test_chunk_compression_that_nobody_knows(bag):
+    file = damage.storage_file(bag)
+    file.write_bytes(file.read_bytes().replace(b"\4\0\0\0zstd", b"\4\0\0\0brot"))
+    assert "compression 'brot' cannot be read; known are '', 'zstd', 'lz4'" in refusal(bag)
+
+
+def test_cut_sqlite_file(tmp_path, bag):
+    target = rewritten(bag, tmp_path / "sql", storage=StoragePlugin.SQLITE3)
+    file = damage.storage_file(target)
+    file.write_bytes(file.read_bytes()[: file.stat().st_size // 2])
+    try:
+        read = read_recording(target)
+    except BagError as error:
+        assert "sql" in str(error)
+    else:
+        assert "is damaged" in read.warnings[0].message
+
+
+def test_packed_file_that_is_damaged(tmp_path, bag):
+    path = tmp_path / "field.mcap.zstd"
+    path.write_bytes(b"this is not zstd")
+    assert "cannot be unpacked" in refusal(path)
+
+
+def test_messages_that_are_too_short(tmp_path, bag):
+    target = tmp_path / "short"
+    with AnyReader([bag]) as reader, Writer(target, version=9, storage_plugin=StoragePlugin.MCAP) as writer:
+        ids = {c.id: writer.add_connection(c.topic, c.msgtype, typestore=reader.typestore) for c in reader.connections}
+        for n, (connection, at, raw) in enumerate(reader.messages()):
+            writer.write(ids[connection.id], at, raw[:30] if connection.topic == DRIVE and n % 10 == 0 else raw)
+    (finding,) = read_recording(target).warnings
+    assert f"messages on {DRIVE} cannot be decoded and are left out, the first has 30 bytes" in finding.message
+    assert finding.count > 50
+
+
+# Types
+
+
+def test_wrong_type_on_a_known_topic(tmp_path, bag):
+    types = {DRIVE: (telemetry_typestore(), "geometry_msgs/msg/TwistStamped")}
+    message = refusal(rewritten(bag, tmp_path / "typed", types))
+    assert f"topic {DRIVE} has type 'geometry_msgs/msg/TwistStamped'" in message
+    assert "expected 'ddh_msgs/msg/DriveTelemetry'" in message
+
+
+def test_unknown_type_on_a_known_topic(tmp_path, bag):
+    types = {DRIVE: type_of("acme_msgs/msg/Drive", "std_msgs/Header header\nfloat64 rpm\n")}
+    assert "has type 'acme_msgs/msg/Drive'" in refusal(rewritten(bag, tmp_path / "typed", types))
+
+
+def test_unknown_type_on_another_topic_is_no_matter(tmp_path, bag):
+    types = {"/ddh/temperature/line_a": type_of("acme_msgs/msg/Other", "float64 x\n")}
+    target = rewritten(bag, tmp_path / "typed", types, topic=lambda t: t.replace("temperature/line_a", "acme"))
+    assert read_recording(target).warnings == []
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("std_msgs/Header header\nfloat64 speed\n", "field 'speed_command' is missing"),
+        ("{all}float64 temperature\n", "unexpected field 'temperature'"),
+        ("{renamed}", "field 'electrical_power' is missing, it has 'electric_power'"),
+        ("{float}", "field 'voltage' is of another type"),
+        ("{swapped}", "fields are in the order"),
+    ],
+)
+def test_another_definition_of_our_type(tmp_path, bag, text, said):
+    fields = ["speed_command", "speed", "torque", "current", "voltage", "electrical_power"]
+    lines = ["std_msgs/Header header", *(f"float64 {name}" for name in fields)]
+    every = "\n".join(lines) + "\n"
+    text = text.replace("{all}", every).replace("{renamed}", every.replace("electrical_", "electric_"))
+    text = text.replace("{float}", every.replace("float64 voltage", "float32 voltage"))
+    text = text.replace("{swapped}", "\n".join([lines[0], lines[2], lines[1], *lines[3:]]) + "\n")
+    types = {DRIVE: type_of("ddh_msgs/msg/DriveTelemetry", text)}
+    message = refusal(rewritten(bag, tmp_path / "typed", types))
+    assert f"topic {DRIVE} has another definition of 'ddh_msgs/msg/DriveTelemetry': {said}" in message
+
+
+def test_type_hash_of_metadata_is_believed(bag):
+    path = bag / "metadata.yaml"
+    path.write_text(path.read_text().replace("RIHS01_fe605f9b", "RIHS01_00000000"))
+    message = refusal(bag)
+    assert f"topic {DRIVE} has another definition" in message
+    assert "type hash RIHS01_00000000" in message
+
+
+# Topics and rigs
+
+
+@pytest.mark.parametrize(
+    ("stream", "said"),
+    [
+        ("drive/telemetry", "the motor's losses and the shaft's speed are not known"),
+        ("hydraulics/telemetry", "pressures and rod motion are not known"),
+        ("temperature/ambient", "the ambient temperature must be assumed"),
+    ],
+)
+def test_missing_topic(tmp_path, short, stream, said):
+    read = read_recording(write_recording(tmp_path / "missing", damage.without_stream(short, stream)))
+    (finding,) = read.findings
+    assert finding.severity == "warning"
+    assert finding.topic == f"/ddh/{stream}"
+    assert f"topic /ddh/{stream} is missing, {said}" in finding.message
+    assert stream not in dict(read.streams())
+
+
+def test_most_sensors_may_be_missing_without_a_word(tmp_path, short):
+    few = replace(short, temperatures={"ambient": short.temperatures["ambient"]})
+    assert read_recording(write_recording(tmp_path / "few", few)).findings == []
+
+
+def test_misspelt_topic_is_pointed_out(tmp_path, bag):
+    target = rewritten(bag, tmp_path / "misspelt", topic=lambda t: t.replace("hydraulics/", "hydraulic/"))
+    read = read_recording(target)
+    assert read.hydraulic is None
+    assert "did /ddh/hydraulic/telemetry mean it?" in read.warnings[0].message
+
+
+def test_unknown_sensor_is_pointed_out(tmp_path, bag):
+    target = rewritten(bag, tmp_path / "sensor", topic=lambda t: t.replace("tank_oil", "oil_tank"))
+    (finding,) = read_recording(target).warnings
+    assert "topic /ddh/temperature/oil_tank is no sensor of the interface and is ignored" in finding.message
+    assert "valid are ambient, motor_winding" in finding.message
+
+
+def test_rig_missing(tmp_path, short):
+    (finding,) = read_recording(write_recording(tmp_path / "norig", replace(short, rig=None))).findings
+    assert "has no message on /ddh/rig: payload and oil grade must come from elsewhere" in finding.message
+
+
+def two_rigs(tmp_path, short):
+    target = tmp_path / "two"
+    with BagWriter(target) as writer:
+        for namespace, rig_id in (("/left", "rig_1"), ("/right", "rig_2")):
+            writer.write_rig(replace(short.rig, rig_id=rig_id), short.epoch_ns, namespace)
+            writer.write_rows(
+                f"{namespace}/drive/telemetry",
+                "ddh_msgs/msg/DriveTelemetry",
+                short.drive.stamps(short.epoch_ns),
+                short.drive.values,
+            )
+    return target
+
+
+def test_two_rigs_must_be_chosen_from(tmp_path, short):
+    target = two_rigs(tmp_path, short)
+    assert "holds 2 rigs, in the namespaces '/left' and '/right'; choose one" in refusal(target)
+    assert read_recording(target, namespace="right").rig.rig_id == "rig_2"
+    assert read_recording(target, namespace="/left/").rig.rig_id == "rig_1"
+    message = refusal(target, namespace="middle")
+    assert "has no telemetry in namespace '/middle'; namespaces with telemetry: '/left', '/right'" in message
+
+
+def test_two_rig_ids_in_one_namespace(tmp_path, short):
+    target = tmp_path / "ids"
+    with BagWriter(target) as writer:
+        for rig_id in ("rig_1", "rig_2"):
+            writer.write_rig(replace(short.rig, rig_id=rig_id), short.epoch_ns)
+        stamps = short.drive.stamps(short.epoch_ns)
+        writer.write_rows(DRIVE, "ddh_msgs/msg/DriveTelemetry", stamps, short.drive.values)
+    assert "topic /ddh/rig names 2 rigs, 'rig_1' and 'rig_2'" in refusal(target)
+
+
+def test_payload_that_changes_is_said(tmp_path, short):
+    target = tmp_path / "payload"
+    with BagWriter(target) as writer:
+        for payload in (149.5, 60.0):
+            writer.write_rig(replace(short.rig, payload_mass=payload), short.epoch_ns)
+        stamps = short.drive.stamps(short.epoch_ns)
+        writer.write_rows(DRIVE, "ddh_msgs/msg/DriveTelemetry", stamps, short.drive.values)
+    read = read_recording(target)
+    assert read.rig.payload_mass == 149.5
+    assert any("says payload 149.5 kg" in f.message and "then 60 kg" in f.message for f in read.warnings)
+
+
+def test_stamps_far_from_the_others_do_not_move_the_epoch(tmp_path, short):
+    time = short.drive.time.copy()
+    time[3] = -short.epoch_ns * 1e-9  # header never filled in
+    odd = short.with_streams({**dict(short.streams()), "drive/telemetry": replace(short.drive, time=time)})
+    read = read_recording(write_recording(tmp_path / "odd", odd))
+    assert abs(read.epoch_ns - short.epoch_ns) < 10**9
+    assert np.median(read.drive.time) < 20
+
+
+def test_copy_of_one_file_of_a_bag_is_enough(tmp_path, bag, short):
+    shutil.copy(bag / "field.mcap", tmp_path / "alone.mcap")
+    assert read_recording(tmp_path / "alone.mcap").findings == []

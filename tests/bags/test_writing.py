@@ -1,0 +1,189 @@
+"""What is written survives: the reader reads it, and the death of the writer."""
+
+import os
+import signal
+import subprocess
+import sys
+import textwrap
+import threading
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from ddh_twin_py.bags.damage import storage_file
+from ddh_twin_py.bags.errors import BagError
+from ddh_twin_py.bags.message_types import typestore
+from ddh_twin_py.bags.qos import LATCHED, SENSOR_DATA, qos_profile
+from ddh_twin_py.bags.reader import read_recording
+from ddh_twin_py.bags.writer import BagWriter, write_recording
+from rosbags.highlevel import AnyReader
+from rosbags.rosbag2 import Reader
+
+
+def test_profiles_and_hashes_are_those_of_the_given_bag(tmp_path, short, paper_cycle_bag):
+    written = write_recording(tmp_path / "field", short)
+    with Reader(paper_cycle_bag) as given, Reader(written) as ours:
+        expected = {c.topic: (c.msgtype, c.digest, c.ext.offered_qos_profiles) for c in given.connections}
+        got = {c.topic: (c.msgtype, c.digest, c.ext.offered_qos_profiles) for c in ours.connections}
+        assert got == expected
+        assert ours.connections[0].msgdef.data
+
+
+def test_rosbags_reads_every_message_and_its_definition(tmp_path, short):
+    written = write_recording(tmp_path / "field", short)
+    with AnyReader([written]) as reader:
+        messages = [reader.deserialize(raw, c.msgtype) for c, _, raw in reader.messages()]
+        assert reader.message_count == len(messages) == 1 + sum(len(s) for _, s in short.streams())
+
+
+def test_the_mcap_library_reads_it(tmp_path, short):
+    make_reader = pytest.importorskip("mcap.reader").make_reader
+    with storage_file(write_recording(tmp_path / "field", short)).open("rb") as file:
+        summary = make_reader(file, validate_crcs=True).get_summary()
+        assert summary.statistics.message_count == 1 + sum(len(s) for _, s in short.streams())
+        assert {c.compression for c in summary.chunk_indexes} == {"zstd"}
+
+
+def test_outputs_and_foreign_types_are_written_with_their_definition(tmp_path):
+    store = typestore()
+    types = store.types
+    header = types["std_msgs/msg/Header"](types["builtin_interfaces/msg/Time"](1, 2), "rig")
+    residual = types["ddh_msgs/msg/Residual"]("speed", "rad/s", 1.0, 0.9, 0.1, 0.15)
+    status = types["diagnostic_msgs/msg/DiagnosticArray"](header, [])
+    with BagWriter(tmp_path / "out") as writer:
+        writer.write_message(
+            "/ddh/residuals", types["ddh_msgs/msg/ResidualArray"](header, "fusion", [residual]), 10, SENSOR_DATA
+        )
+        writer.write_message("/diagnostics", status, 11)
+    with AnyReader([tmp_path / "out"]) as reader:
+        (first, second) = [reader.deserialize(raw, c.msgtype) for c, _, raw in reader.messages()]
+    assert first.residuals[0].signal == "speed"
+    assert second.header.frame_id == "rig"
+
+
+def test_a_type_of_a_sourced_workspace_is_found(tmp_path, monkeypatch):
+    folder = tmp_path / "prefix" / "share" / "acme_msgs" / "msg"
+    folder.mkdir(parents=True)
+    (folder / "Inner.msg").write_text("float64 x\n")
+    (folder / "Outer.msg").write_text("acme_msgs/Inner[] parts\n")
+    monkeypatch.setenv("AMENT_PREFIX_PATH", str(tmp_path / "prefix"))
+    with BagWriter(tmp_path / "acme") as writer:
+        writer.write_raw("/acme", "acme_msgs/msg/Outer", None, 1, b"\0\1\0\0\0\0\0\0")
+    with AnyReader([tmp_path / "acme"]) as reader:
+        ((connection, _, raw),) = reader.messages()
+        assert len(reader.deserialize(raw, connection.msgtype).parts) == 0
+
+
+def test_a_type_that_is_nowhere_is_named(tmp_path):
+    with BagWriter(tmp_path / "x") as writer, pytest.raises(BagError) as caught:
+        writer.write_raw("/acme", "nowhere_msgs/msg/Thing", None, 1, b"\0\1\0\0")
+    assert "topic /acme: no definition of 'nowhere_msgs/msg/Thing'; source the workspace" in str(caught.value)
+
+
+def test_an_existing_folder_is_left_alone(tmp_path):
+    (tmp_path / "there").mkdir()
+    with pytest.raises(BagError, match="there cannot be written: .*exists already"):
+        BagWriter(tmp_path / "there")
+
+
+def test_an_exception_in_the_context_leaves_a_whole_bag(tmp_path, short):
+    with pytest.raises(RuntimeError), BagWriter(tmp_path / "field") as writer:
+        writer.write_rig(short.rig, short.epoch_ns)
+        writer.write_rows(
+            "/ddh/drive/telemetry",
+            "ddh_msgs/msg/DriveTelemetry",
+            short.drive.stamps(short.epoch_ns),
+            short.drive.values,
+        )
+        raise RuntimeError
+    read = read_recording(tmp_path / "field")
+    assert len(read.drive) == len(short.drive)
+    assert (tmp_path / "field" / "metadata.yaml").exists()
+
+
+def test_many_threads_may_write(tmp_path, short):
+    stamps, values = short.drive.stamps(short.epoch_ns), short.drive.values
+    with BagWriter(tmp_path / "field", flush_interval=0.02) as writer:
+        threads = [
+            threading.Thread(
+                target=writer.write_rows,
+                args=(f"/rig_{k}/drive/telemetry", "ddh_msgs/msg/DriveTelemetry", stamps, values),
+            )
+            for k in range(4)
+        ]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+    for k in range(4):
+        np.testing.assert_array_equal(read_recording(tmp_path / "field", f"rig_{k}").drive.values, values)
+
+
+def test_a_full_disk_is_said(tmp_path, short, monkeypatch):
+    writer = BagWriter(tmp_path / "field", flush_interval=0.01)
+    monkeypatch.setattr(os, "fsync", lambda _: (_ for _ in ()).throw(OSError(28, "No space left on device")))
+    with pytest.raises(BagError, match="field cannot be written: .*No space left on device"):
+        for _ in range(200):
+            writer.write_rig(short.rig, short.epoch_ns)
+            time.sleep(0.01)
+    monkeypatch.undo()
+    writer.close()
+
+
+def test_unknown_quality_is_named():
+    with pytest.raises(ValueError, match="no reliability 'besteffort'; nearest is 'best_effort'"):
+        qos_profile("besteffort")
+    assert LATCHED[0].depth == 1
+
+
+WRITE_FOREVER = """
+    import sys, time
+    import numpy as np
+    from ddh_twin_py.bags.writer import BagWriter
+
+    rate = float(sys.argv[2])
+    writer = BagWriter(sys.argv[1])
+    count = 0
+    while True:
+        now = time.time_ns()
+        row = np.full((1, 6), count)
+        writer.write_rows("/ddh/drive/telemetry", "ddh_msgs/msg/DriveTelemetry", np.array([now]), row)
+        count += 1
+        print(now, flush=True)
+        time.sleep(1.0 / rate)
+"""
+
+
+@pytest.mark.parametrize("rate", [200.0, 0.9])
+def test_a_killed_writer_loses_at_most_five_seconds(tmp_path, rate):
+    """A real process, killed without warning: all but the last seconds is read, with a warning."""
+    bag = tmp_path / "killed"
+    script = tmp_path / "write.py"
+    script.write_text(textwrap.dedent(WRITE_FOREVER))
+    package = Path(sys.modules["ddh_twin_py"].__file__).resolve().parents[1]
+    environment = {**os.environ, "PYTHONPATH": f"{package}{os.pathsep}{os.environ.get('PYTHONPATH', '')}"}
+    process = subprocess.Popen(
+        [sys.executable, str(script), str(bag), str(rate)], stdout=subprocess.PIPE, text=True, env=environment
+    )
+    try:
+        written = [int(process.stdout.readline())]
+        while written[-1] - written[0] < 4e9:
+            written.append(int(process.stdout.readline()))
+        time.sleep(0.3 if rate > 1 else 2.5)  # at a low rate no further message pushes the last ones out
+        process.send_signal(signal.SIGKILL)
+    finally:
+        process.kill()
+        rest = process.communicate()[0]
+    written += [int(line) for line in rest.split()]
+    killed = time.time_ns()
+    read = read_recording(bag)
+    (finding,) = [f for f in read.warnings if f.topic == ""]
+    assert "has no metadata.yaml, the recorder was stopped hard; it has no end" in finding.message
+    assert f"recovered {len(read.drive)} messages" in finding.message
+    newest = int(read.drive.stamps(read.epoch_ns)[-1])
+    lost = [stamp for stamp in written if stamp > newest]
+    assert all(killed - stamp < 3.5e9 for stamp in lost)
+    assert not (bag / "metadata.yaml").exists()
+    if rate < 1:
+        assert len(lost) <= 3
