@@ -7,19 +7,24 @@ from collections.abc import Callable, Collection
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.signal import lfilter
 
-from ddh_twin_py.estimation.sensors import NODE_INDEX, NODE_OF_SENSOR
-from ddh_twin_py.estimation.start import spread_start
-from ddh_twin_py.estimation.temperature_fusion import FusionInputs, FusionState, Innovation, Reading, TemperatureFusion
+from ddh_twin_py.estimation.sensors import NODE_INDEX, NODE_OF_SENSOR, SENSORS
+from ddh_twin_py.estimation.start import START, start_temperature
+from ddh_twin_py.estimation.temperature_fusion import FusionInputs, Innovation, Reading, TemperatureFusion
 from ddh_twin_py.physics.balance import OPERATING_DTYPE
 from ddh_twin_py.physics.oil import ZERO_CELSIUS
 from ddh_twin_py.physics.soft_sensor import MEASURED_DTYPE
 from ddh_twin_py.physics.thermal_network import MOTOR_NODES, N
 from ddh_twin_py.rig import Rig
+from ddh_twin_py.telemetry.alignment import Ticks, align
 from ddh_twin_py.telemetry.recording import Recording
-from ddh_twin_py.twin.hydraulic_model import HydraulicModel
+from ddh_twin_py.telemetry.screening import screen_recording
+from ddh_twin_py.telemetry.signals import DRIVE_FIELDS, DRIVE_TOPIC, HYDRAULIC_FIELDS, HYDRAULIC_TOPIC, TEMPERATURE_PREFIX
+from ddh_twin_py.twin.ambient import AmbientTracker
+from ddh_twin_py.twin.hydraulic_model import HydraulicModel, HydraulicResult
 from ddh_twin_py.twin.intervals import INTERVAL, new_carry, reduce_intervals
-from ddh_twin_py.twin.machine_thermal import MachineThermal
+from ddh_twin_py.twin.machine_thermal import MachineThermal, MotorResult
 
 BLOCK = 5.0
 """s of measurement time between two exchanges of temperatures between fusion and hydraulic model."""
@@ -77,159 +82,168 @@ class ReplayResult:
 
 
 def replay(recording: Recording, rig: Rig, interval: float = INTERVAL, without: Collection[str] = (),
-           state: FusionState | None = None, progress: Callable[[float], None] | None = None) -> ReplayResult:
-    """Run models and fusion over a screened recording.
+           progress: Callable[[float], None] | None = None) -> ReplayResult:
+    """Run models and fusion over a recording.
+
+    Screening and cutting into intervals come first. Where the clock jumped back everything
+    starts anew; where it skipped a long time the unit is taken to have rested.
 
     Args:
-        recording: with sorted streams (see `telemetry.screening`). rig: the rig.
-        interval: s of one output. without: sensors that the fusion must not see.
-        state: of the filter at the start, None starts anew. progress: told the share done.
+        recording: as read. rig: the rig. interval: s of one output.
+        without: sensors that the fusion must not see. progress: told the share done.
 
     Raises:
         ReplayError: where there is no drive telemetry.
     """
-    if recording.drive is None or len(recording.drive) == 0:
-        raise ReplayError(f"{recording.path}: drive/telemetry: no message; the twin needs at least the drive's speed and current")
     clock = time.perf_counter()
-    first, edges = _edges(recording, interval)
-    n = edges.size - 1
-    measured, command = _reduce(recording, first, interval, n)
-    air, first_air = _ambient(recording, rig, edges)
-    readings = _readings(recording, edges, without)
-    seconds = {"intervals": time.perf_counter() - clock, "hydraulic_model": 0.0, "machine_thermal": 0.0, "temperature_fusion": 0.0}
-
-    start_temperature = _start_temperature(recording, first_air)
-    payload = recording.rig.payload_mass if recording.rig is not None else None
-    hydraulics = HydraulicModel(rig, start_temperature, payload, interval)
-    motor = MachineThermal(rig, start_temperature, interval)
-    fusion = TemperatureFusion(rig, interval, ambient=first_air if "ambient" in recording.temperatures else None)
-    if state is not None:
-        fusion.state = state
-
-    soft, free = np.zeros(n, OPERATING_DTYPE), np.zeros(n, OPERATING_DTYPE)
-    free_temperature, fused, fused_std = np.empty((n, N)), np.empty((n, N)), np.empty((n, N))
-    free_reading = np.empty((n, len(NODE_OF_SENSOR)))
-    fused_reading = np.empty((n, len(NODE_OF_SENSOR)))
-    innovations: list[Innovation] = []
-    block = max(1, round(BLOCK / interval))
-    at = 0
-    for start in range(0, n, block):
-        rows = slice(start, min(n, start + block))
-        clock = time.perf_counter()
-        result = hydraulics.advance(measured[rows], command[start: rows.stop + 1], air[rows])
-        seconds["hydraulic_model"] += time.perf_counter() - clock
-        clock = time.perf_counter()
-        motor_result = motor.advance(measured[rows], air[rows])
-        seconds["machine_thermal"] += time.perf_counter() - clock
-        clock = time.perf_counter()
-        now = []
-        while at < len(readings) and readings[at].index < rows.stop:
-            now.append(Reading(readings[at].index - start, readings[at].sensor, readings[at].temperature))
-            at += 1
-        estimate = fusion.advance(_inputs(result, motor_result, air[rows]), now)
-        hydraulics.use_temperatures(estimate.temperature[-1])
-        seconds["temperature_fusion"] += time.perf_counter() - clock
-        soft[rows], free[rows] = result.soft, result.free
-        free_temperature[rows] = result.free_temperature
-        fused[rows], fused_std[rows] = estimate.temperature, estimate.standard_deviation
-        fused_reading[rows] = estimate.reading
-        innovations += [Innovation(i.index + start, i.sensor, i.measured, i.expected, i.standard_deviation, i.accepted)
-                        for i in estimate.innovations]
-        if progress is not None:
-            progress(rows.stop / n)
-    lag = rig["sensors.temperature.time_constant"]
-    nodes = list(NODE_INDEX.values())
-    _lagged(free_temperature[:, nodes], start_temperature[nodes], interval, lag, free_reading)
-    time_axis = edges[1:]
-    sensors = {
-        name: _compare(name, stream, time_axis, free_reading[:, i], fused_reading[:, i], fused_std[:, NODE_INDEX[name]], rig, name not in without)
-        for i, name in enumerate(NODE_OF_SENSOR)
-        if (stream := recording.temperatures.get(name)) is not None
-    }
-    return ReplayResult(recording, rig, time_axis, measured, soft, free, free_temperature, fused, fused_std, sensors, innovations, seconds)
+    noise = {name: spec.noise for name, spec in rig.sensors.items()}
+    recording = screen_recording(recording, noise)
+    if recording.drive is None or len(recording.drive) == 0:
+        raise ReplayError(f"{recording.path}: {recording.namespace}/{DRIVE_TOPIC}: no message; the twin needs at least the drive's speed and current")
+    ticks = align(recording, interval)
+    run = _Run(recording, rig, ticks, interval, frozenset(without))
+    run.seconds["screening and intervals"] = time.perf_counter() - clock
+    starts = [0, *np.flatnonzero(ticks.restart), len(ticks)]
+    for start, stop in zip(starts[:-1], starts[1:]):
+        if stop > start:
+            run.segment(start, stop, progress)
+    return run.result()
 
 
-def _inputs(hydraulic, motor, air: np.ndarray) -> FusionInputs:
+class _Run:
+    """The state of one replay: outputs of all intervals, models of the current segment."""
+
+    def __init__(self, recording: Recording, rig: Rig, ticks: Ticks, interval: float, without: frozenset[str]) -> None:
+        n = len(ticks)
+        self.recording, self.rig, self.ticks, self.interval, self.without = recording, rig, ticks, interval, without
+        self.time = (ticks.end_ns - recording.epoch_ns) * 1e-9
+        self.measured = np.zeros(n, MEASURED_DTYPE)
+        self.soft, self.free = np.zeros(n, OPERATING_DTYPE), np.zeros(n, OPERATING_DTYPE)
+        self.free_temperature, self.fused, self.fused_std = np.empty((n, N)), np.empty((n, N)), np.empty((n, N))
+        self.free_reading, self.fused_reading = np.empty((n, len(SENSORS))), np.empty((n, len(SENSORS)))
+        self.innovations: list[Innovation] = []
+        self.seconds = {"hydraulic_model": 0.0, "machine_thermal": 0.0, "temperature_fusion": 0.0}
+        self.fusion = TemperatureFusion(rig, interval)
+
+    def segment(self, start: int, stop: int, progress: Callable[[float], None] | None) -> None:
+        """Run the intervals start..stop, which follow each other without a break."""
+        ticks, rig = self.ticks, self.rig
+        gap = (ticks.end_ns[start] - ticks.end_ns[start - 1]) * 1e-9 if start > 0 else -1.0
+        if gap < 0.0:
+            self.fusion.reset()
+        else:
+            self.fusion.rest(gap)
+        command = self._reduce(start, stop)
+        readings = self._readings(start, stop)
+        air_read = np.full(stop - start, np.nan)
+        for reading in readings:
+            if reading.sensor == "ambient":
+                air_read[reading.index] = reading.temperature
+        air = AmbientTracker(ZERO_CELSIUS + rig["ambient"], self.interval).advance(air_read)
+        first_air = air[min(len(air) - 1, round(START / self.interval))]
+        begin = start_temperature(readings, first_air, self.interval)
+        payload = self.recording.rig.payload_mass if self.recording.rig is not None else None
+        hydraulics = HydraulicModel(rig, begin, payload, self.interval)
+        motor = MachineThermal(rig, begin, self.interval)
+        block = max(1, round(BLOCK / self.interval))
+        at = 0
+        for low in range(start, stop, block):
+            rows, part = slice(low, min(stop, low + block)), slice(low - start, min(stop, low + block) - start)
+            clock = time.perf_counter()
+            result = hydraulics.advance(self.measured[rows], command[part.start: part.stop + 1], air[part])
+            self.seconds["hydraulic_model"] += time.perf_counter() - clock
+            clock = time.perf_counter()
+            motor_result = motor.advance(self.measured[rows], air[part])
+            self.seconds["machine_thermal"] += time.perf_counter() - clock
+            clock = time.perf_counter()
+            now = []
+            while at < len(readings) and readings[at].index < part.stop:
+                now.append(Reading(readings[at].index - part.start, readings[at].sensor, readings[at].temperature))
+                at += 1
+            estimate = self.fusion.advance(fusion_inputs(result, motor_result), now)
+            hydraulics.use_temperatures(estimate.temperature[-1])
+            self.seconds["temperature_fusion"] += time.perf_counter() - clock
+            self.soft[rows], self.free[rows] = result.soft, result.free
+            self.free_temperature[rows] = result.free_temperature
+            self.fused[rows], self.fused_std[rows] = estimate.temperature, estimate.standard_deviation
+            self.fused_reading[rows] = estimate.reading
+            self.innovations += [Innovation(i.index + low, i.sensor, i.measured, i.expected, i.standard_deviation, i.accepted)
+                                 for i in estimate.innovations]
+            if progress is not None:
+                progress(rows.stop / len(self.ticks))
+        nodes = list(NODE_INDEX.values())
+        lag = rig["sensors.temperature.time_constant"]
+        self.free_reading[start:stop] = _lagged(self.free_temperature[start:stop][:, nodes], begin[nodes], self.interval, lag)
+
+    def _reduce(self, start: int, stop: int) -> np.ndarray:
+        """Fill the means of the intervals; the command at their edges, rad/s."""
+        command = np.empty(stop - start + 1)
+        epoch = self.recording.epoch_ns
+
+        def stream(topic: str, width: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+            samples = self.ticks.samples.get(topic)
+            if samples is None:
+                return np.empty(0), np.empty((0, width)), np.zeros(stop - start, dtype=np.int64)
+            first, last = int(self.ticks.first[topic][start]), int(self.ticks.last[topic][stop - 1])
+            chosen = slice(first, last)
+            when = (samples.stamp[chosen] - epoch) * 1e-9
+            return when, np.ascontiguousarray(samples.values[chosen]), self.ticks.last[topic][start:stop] - first
+
+        reduce_intervals(
+            self.time[start] - self.interval, self.interval, *stream(DRIVE_TOPIC, len(DRIVE_FIELDS)),
+            *stream(HYDRAULIC_TOPIC, len(HYDRAULIC_FIELDS)), new_carry(), self.measured[start:stop], command,
+        )
+        return command
+
+    def _readings(self, start: int, stop: int) -> list[Reading]:
+        """Temperature readings of the intervals that the fusion may see, in order."""
+        found = []
+        for topic, samples in self.ticks.samples.items():
+            if not topic.startswith(TEMPERATURE_PREFIX):
+                continue
+            sensor = topic[len(TEMPERATURE_PREFIX):]
+            first, last = int(self.ticks.first[topic][start]), int(self.ticks.last[topic][stop - 1])
+            if sensor in self.without or last <= first:
+                continue
+            index = np.searchsorted(self.ticks.last[topic][start:stop], np.arange(first, last), "right")
+            value = samples.values[first:last, 0]
+            found += [Reading(int(i), sensor, float(v)) for i, v in zip(index, value) if np.isfinite(v)]
+        found.sort(key=lambda reading: reading.index)
+        return found
+
+    def result(self) -> ReplayResult:
+        """All outputs, with each temperature sensor against the twin."""
+        sensors = {}
+        for i, name in enumerate(SENSORS):
+            topic = TEMPERATURE_PREFIX + name
+            if topic not in self.ticks.samples:
+                continue
+            last = self.ticks.last[topic]
+            index = np.searchsorted(last, np.arange(int(last[-1])), "right")
+            samples = self.ticks.samples[topic]
+            sensors[name] = SensorComparison(
+                NODE_OF_SENSOR[name], (samples.stamp[: index.size] - self.recording.epoch_ns) * 1e-9,
+                samples.values[: index.size, 0], self.free_reading[index, i], self.fused_reading[index, i],
+                self.fused_std[index, NODE_INDEX[name]], self.rig.sensors["temperature"].noise, name not in self.without,
+            )
+        return ReplayResult(
+            self.recording, self.rig, self.time, self.measured, self.soft, self.free, self.free_temperature,
+            self.fused, self.fused_std, sensors, self.innovations, self.seconds,
+        )
+
+
+def fusion_inputs(hydraulic: HydraulicResult, motor: MotorResult) -> FusionInputs:
+    """What both models say, as the fusion wants it: motor heat from the motor model, the rest from the hydraulics."""
     heat = hydraulic.soft["heat"].copy()
     heat[:, : len(MOTOR_NODES)] = motor.points["heat"][:, : len(MOTOR_NODES)]
     return FusionInputs(
         heat, motor.points["mean_square_current"].copy(), np.ascontiguousarray(hydraulic.soft["flow"]),
-        hydraulic.soft["rod_position"].copy(), hydraulic.known, motor.known, air,
+        hydraulic.soft["rod_position"].copy(), hydraulic.known, motor.known, np.full(len(heat), np.nan),
     )
 
 
-def _edges(recording: Recording, interval: float) -> tuple[float, np.ndarray]:
-    """Edges of the intervals: whole multiples of the interval in absolute stamp time, s from the epoch."""
-    step = int(round(interval * 1e9))
-    start, stop = recording.span
-    first = (recording.epoch_ns + int(np.floor(start * 1e9)) - 1) // step * step - recording.epoch_ns
-    count = int(np.ceil((stop * 1e9 - first) / step))
-    return first * 1e-9, (first + step * np.arange(count + 1, dtype=np.int64)) * 1e-9
-
-
-def _reduce(recording: Recording, first: float, interval: float, n: int) -> tuple[np.ndarray, np.ndarray]:
-    measured = np.zeros(n, MEASURED_DTYPE)
-    command = np.empty(n + 1)
-    ends = first + interval * np.arange(1, n + 1)
-    drive, hydraulic = recording.drive, recording.hydraulic
-    hydraulic_time = hydraulic.time if hydraulic is not None else np.empty(0)
-    hydraulic_values = hydraulic.values if hydraulic is not None else np.empty((0, 4))
-    reduce_intervals(
-        first, interval, drive.time, np.ascontiguousarray(drive.values), np.searchsorted(drive.time, ends, "right"),
-        hydraulic_time, np.ascontiguousarray(hydraulic_values), np.searchsorted(hydraulic_time, ends, "right"),
-        new_carry(), measured, command,
-    )
-    return measured, command
-
-
-def _ambient(recording: Recording, rig: Rig, edges: np.ndarray) -> tuple[np.ndarray, float]:
-    """Air temperature held from reading to reading, K, per interval, and the first one."""
-    stream = recording.temperatures.get("ambient")
-    good = np.isfinite(stream.column("temperature")) if stream is not None else np.zeros(0, bool)
-    if not good.any():
-        value = ZERO_CELSIUS + rig["ambient"]
-        return np.full(edges.size - 1, value), value
-    when, value = stream.time[good], stream.column("temperature")[good]
-    width = max(1, min(value.size, int(round(10.0 / max(1e-3, float(np.median(np.diff(when))) if when.size > 1 else 10.0)))))
-    smooth = np.convolve(np.pad(value, (width - 1, 0), mode="edge"), np.full(width, 1.0 / width), mode="valid")
-    at = np.clip(np.searchsorted(when, edges[1:], "right") - 1, 0, None)
-    return smooth[at], float(value[:width].mean())
-
-
-def _readings(recording: Recording, edges: np.ndarray, without: Collection[str]) -> list[Reading]:
-    found = []
-    for name, stream in recording.temperatures.items():
-        if name == "ambient" or name in without or name not in NODE_INDEX:
-            continue
-        values = stream.column("temperature")
-        index = np.searchsorted(edges, stream.time, "left") - 1
-        found += [Reading(int(i), name, float(v)) for i, v in zip(index, values) if np.isfinite(v) and i >= 0]
-    found.sort(key=lambda reading: reading.index)
-    return found
-
-
-def _start_temperature(recording: Recording, ambient: float) -> np.ndarray:
-    """Temperatures at the start, K, (N,): the first readings, spread to the nodes beside them; else ambient."""
-    first = {}
-    for name, stream in recording.temperatures.items():
-        values = stream.column("temperature")[:10]
-        values = values[np.isfinite(values)]
-        if name in NODE_INDEX and values.size:
-            first[NODE_OF_SENSOR[name]] = float(values.mean())
-    return spread_start(first, ambient)
-
-
-def _lagged(temperature: np.ndarray, start: np.ndarray, interval: float, lag: float, out: np.ndarray) -> None:
-    from scipy.signal import lfilter
-
+def _lagged(temperature: np.ndarray, start: np.ndarray, interval: float, lag: float) -> np.ndarray:
+    """What sensors with a first-order lag (s) read of temperatures (n, m), which were at ``start`` (m,)."""
     keep = np.exp(-interval / lag)
-    for j in range(temperature.shape[1]):
-        out[:, j], _ = lfilter([1.0 - keep], [1.0, -keep], temperature[:, j], zi=[keep * start[j]])
-
-
-def _compare(name, stream, axis, free, fused, fused_std, rig: Rig, used: bool) -> SensorComparison:
-    measured = stream.column("temperature")
-    return SensorComparison(
-        NODE_OF_SENSOR[name], stream.time, measured, np.interp(stream.time, axis, free), np.interp(stream.time, axis, fused),
-        np.interp(stream.time, axis, fused_std), rig.sensors["temperature"].noise, used,
-    )
+    out, _ = lfilter([1.0 - keep], [1.0, -keep], temperature, axis=0, zi=keep * start[np.newaxis])
+    return out

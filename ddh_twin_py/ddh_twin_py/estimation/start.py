@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 
 import numpy as np
 
+from ddh_twin_py.estimation.sensors import NODE_OF_SENSOR
+from ddh_twin_py.estimation.temperature_fusion import Reading
 from ddh_twin_py.physics.thermal_network import NODES
+
+START = 3.0
+"""s of readings at the beginning that tell where a run starts."""
 
 _NEIGHBOURS = {
     "slot_winding": ("end_winding", "housing"),
@@ -44,3 +49,18 @@ def spread_start(read: Mapping[str, float], ambient: float) -> np.ndarray:
                 start[i] = read[candidate]
                 break
     return start
+
+
+def start_temperature(readings: Iterable[Reading], ambient: float, interval: float) -> np.ndarray:
+    """Temperature of every node at the start, K, (N,): means of the readings of the first `START` seconds.
+
+    Args:
+        readings: in order, index counted from the start. ambient: K. interval: s.
+    """
+    first: dict[str, list[float]] = {}
+    for reading in readings:
+        if reading.index * interval > START:
+            break
+        if reading.sensor in NODE_OF_SENSOR:
+            first.setdefault(NODE_OF_SENSOR[reading.sensor], []).append(reading.temperature)
+    return spread_start({node: float(np.mean(values)) for node, values in first.items()}, ambient)

@@ -18,12 +18,11 @@ from ddh_twin_py.estimation.uncertain_parameters import AMBIENT_AT, N_UNCERTAIN,
 from ddh_twin_py.physics.oil import ZERO_CELSIUS
 from ddh_twin_py.physics.thermal_network import MOTOR_NODES, N, N_FLOWS, NODES
 from ddh_twin_py.rig import Rig
+from ddh_twin_py.twin.ambient import AmbientTracker
 from ddh_twin_py.twin.intervals import INTERVAL
 
 EPOCH = 1.0
 """s between two steps of the covariance."""
-AMBIENT_LAG = 10.0
-"""s over which ambient readings are smoothed."""
 UNKNOWN_AMBIENT = 10.0
 """K, standard deviation of the air where no sensor tells it."""
 _M = len(SENSORS)
@@ -118,7 +117,6 @@ class FusionState:
     covariance: np.ndarray
     ambient: float
     usual_heat: np.ndarray
-    ambient_read: float
     ambient_known: bool = False
     refused: np.ndarray = field(default_factory=lambda: np.zeros(_M, dtype=np.int64))
 
@@ -161,9 +159,17 @@ class TemperatureFusion:
             covariance[N + 2 * _M + AMBIENT_AT, N + 2 * _M + AMBIENT_AT] = UNKNOWN_AMBIENT**2
         self.state = FusionState(
             np.full(N + _M, self._first_air), np.zeros(_M), np.zeros(N_UNCERTAIN), covariance, self._first_air,
-            _UNSEEN_HEAT.copy(), self._first_air, self._first_air_known,
+            _UNSEEN_HEAT.copy(), self._first_air_known,
         )
+        self._air = AmbientTracker(self._first_air, self.interval)
+        self._air.hold(self._first_air, self._first_air_known)
         self._clear_epoch()
+
+    def restore(self, state: FusionState, age: float) -> None:
+        """Go on from an earlier state after ``age`` seconds without the twin; see `rest`."""
+        self.state = state
+        self._air.hold(state.ambient, state.ambient_known)
+        self.rest(age)
 
     def _clear_epoch(self) -> None:
         self._count = 0
@@ -242,30 +248,23 @@ class TemperatureFusion:
         ]
 
     def _ambient(self, inputs: FusionInputs, readings: list[Reading]) -> np.ndarray:
-        """Smoothed air temperature of each interval, K."""
+        """Smoothed air temperature of each interval, K; the first reading ends the doubt about it."""
         read = inputs.ambient.copy()
         for reading in readings:
             if reading.sensor == "ambient" and np.isfinite(reading.temperature):
                 read[reading.index] = reading.temperature
-        state = self.state
-        ambient = np.empty(read.size)
-        known = np.isfinite(read)
-        if not state.ambient_known and known.any():
-            state.ambient = state.ambient_read = float(read[known][0])
-            state.ambient_known = True
-            at = N + 2 * _M + AMBIENT_AT
-            state.covariance[at, :] = 0.0
-            state.covariance[:, at] = 0.0
-            state.covariance[at, at] = self.rig.sensors["temperature"].offset_tolerance ** 2
-        share = 1.0 - np.exp(-self.interval / AMBIENT_LAG)
-        held = state.ambient
-        for i in range(read.size):
-            if known[i]:
-                state.ambient_read = float(read[i])
-            held += share * (state.ambient_read - held)
-            ambient[i] = held
-        state.ambient = held
+        known = self._air.known
+        ambient = self._air.advance(read)
+        if self._air.known and not known:
+            self._trust_ambient()
+        self.state.ambient, self.state.ambient_known = self._air.value, self._air.known
         return ambient
+
+    def _trust_ambient(self) -> None:
+        covariance, at = self.state.covariance, N + 2 * _M + AMBIENT_AT
+        covariance[at, :] = 0.0
+        covariance[:, at] = 0.0
+        covariance[at, at] = self.rig.sensors["temperature"].offset_tolerance ** 2
 
     def _unseen_heat(self, inputs: FusionInputs) -> np.ndarray:
         """Standard deviation of heat that no telemetry tells, W, (n, N)."""

@@ -1,0 +1,153 @@
+"""The fusion: consistent, honest about what it is not told, and the same from run to run."""
+
+import numpy as np
+import pytest
+from support.simulated import simulated
+
+from ddh_twin_py.estimation.replay import ReplayError, replay
+from ddh_twin_py.estimation.sensors import NODE_INDEX, SENSORS
+from ddh_twin_py.estimation.state_file import StateFileError, load_state, save_state
+from ddh_twin_py.estimation.temperature_fusion import FusionInputs, Reading, TemperatureFusion
+from ddh_twin_py.physics.thermal_network import NODES
+from ddh_twin_py.rig import load_rig
+from ddh_twin_py.telemetry.recording import Recording
+
+SEEDS = range(5)
+
+
+@pytest.fixture(scope="module")
+def rig():
+    return load_rig()
+
+
+def test_errors_and_innovations_are_as_large_as_said(rig):
+    """Rigs drawn within tolerance: normalised squares near one, for all nodes and all readings."""
+    errors, squares, count = [], [], 0
+    for seed in SEEDS:
+        recording, truth = simulated(seed)
+        result = replay(recording, rig)
+        errors.append((result.fused[-1] - truth) / result.fused_std[-1])
+        z = [(i.measured - i.expected) / i.standard_deviation for i in result.innovations]
+        squares.append(np.mean(np.square(z)))
+        count += sum(not i.accepted for i in result.innovations)
+    nees = np.mean(np.square(errors))
+    # 19 nodes of 5 rigs, strongly correlated within a rig: a wide band, yet one that a filter
+    # that is 1.5 times too sure of itself, or twice too timid, falls out of
+    assert 0.2 < nees < 2.0, nees
+    assert 0.85 < np.mean(squares) < 1.15, squares
+    assert count == 0
+
+
+@pytest.mark.parametrize("without", [("motor_winding",), ("motor_winding", "pump_1_case", "pump_2_case", "line_a", "line_b")])
+def test_what_is_not_measured_lies_within_its_interval(rig, without):
+    z = []
+    for seed in SEEDS:
+        recording, truth = simulated(seed)
+        result = replay(recording, rig, without=without)
+        hidden = [NODES.index("end_winding"), NODES.index("slot_winding"), NODES.index("pump_1_oil")]
+        z += list((result.fused[-1, hidden] - truth[hidden]) / result.fused_std[-1, hidden])
+    assert np.sqrt(np.mean(np.square(z))) < 1.6
+    assert np.max(np.abs(z)) < 4.0
+
+
+def test_fewer_sensors_never_make_it_surer(rig):
+    recording, _ = simulated(0)
+    full = replay(recording, rig).fused_std[-1]
+    some = replay(recording, rig, without=SENSORS[:4]).fused_std[-1]
+    none = replay(recording, rig, without=SENSORS).fused_std[-1]
+    assert np.all(some >= full - 1e-3) and np.all(none >= some - 1e-3)
+    assert np.all(none > 1.0)
+
+
+def test_replay_is_the_same_to_the_last_bit(rig):
+    recording, _ = simulated(1)
+    first, second = replay(recording, rig), replay(recording, rig)
+    for name in ("fused", "fused_std", "free_temperature", "soft", "free", "measured"):
+        assert getattr(first, name).tobytes() == getattr(second, name).tobytes(), name
+
+
+def test_models_gone_the_uncertainty_grows(rig):
+    fusion = TemperatureFusion(rig, ambient=293.15)
+    recording, _ = simulated(2)
+    base = replay(recording, rig)
+    fusion.state.covariance[:] *= 0.01
+    before = fusion.advance(FusionInputs.unknown(20)).standard_deviation[-1]
+    after = fusion.advance(FusionInputs.unknown(20 * 60)).standard_deviation[-1]
+    assert np.all(after > before)
+    assert after[NODES.index("slot_winding")] > 5.0 > base.fused_std[-1, NODES.index("slot_winding")]
+
+
+def test_sensors_alone_are_followed(rig):
+    fusion = TemperatureFusion(rig, ambient=293.15)
+    for _ in range(120):
+        readings = [Reading(10, "motor_housing", 330.0), Reading(10, "tank_oil", 315.0)]
+        result = fusion.advance(FusionInputs.unknown(20), readings)
+    for node, value in (("housing", 330.0), ("tank_oil", 315.0)):
+        at = NODES.index(node)
+        assert abs(result.temperature[-1, at] - value) < 3 * result.standard_deviation[-1, at] < 3.0
+
+
+def test_a_wild_reading_is_refused_and_a_shifted_sensor_is_lived_with(rig):
+    recording, truth = simulated(3)
+    values = recording.temperatures["tank_oil"].values.copy()
+    values[200, 0] += 40.0
+    values[300:, 0] += 8.0  # the sensor came loose
+    import dataclasses
+    stream = dataclasses.replace(recording.temperatures["tank_oil"], values=values)
+    broken = dataclasses.replace(recording, temperatures={**recording.temperatures, "tank_oil": stream})
+    result = replay(broken, rig)
+    refused = [i for i in result.innovations if not i.accepted]
+    assert {i.sensor for i in refused} == {"tank_oil"} and len(refused) >= 2
+    at = NODES.index("tank_oil")
+    assert abs(result.fused[-1, at] - truth[at]) < 4 * result.fused_std[-1, at]
+    assert result.fused_std[-1, at] > replay(recording, rig).fused_std[-1, at]
+
+
+def test_state_survives_and_ages(rig, tmp_path):
+    recording, _ = simulated(0)
+    fusion = TemperatureFusion(rig, ambient=293.15)
+    fusion.advance(FusionInputs.unknown(40), [Reading(i, s, 330.0) for i in range(0, 40, 10) for s in SENSORS])
+    spread = np.sqrt(np.diagonal(fusion.state.covariance)[: len(NODES)])
+    save_state(tmp_path / "state.npz", fusion.state, "rig_7", 123_000_000_000)
+    again = TemperatureFusion(rig, ambient=293.15)
+    saved = load_state(tmp_path / "state.npz", again.state)
+    assert (saved.rig_id, saved.stamp_ns) == ("rig_7", 123_000_000_000)
+    np.testing.assert_array_equal(saved.state.covariance, fusion.state.covariance)
+    again.restore(saved.state, age=600.0)
+    after = np.sqrt(np.diagonal(again.state.covariance)[: len(NODES)])
+    read = list(NODE_INDEX.values())  # what was known well is known less; what was not may have settled
+    assert np.all(after[read] > spread[read])
+    assert again.state.dynamic[NODES.index("housing")] < fusion.state.dynamic[NODES.index("housing")]  # it cooled
+    assert again.state.dynamic[NODES.index("housing")] > 315.0  # and is not cold
+
+
+def test_state_file_that_is_none(rig, tmp_path):
+    like = TemperatureFusion(rig).state
+    assert load_state(tmp_path / "none.npz", like) is None
+    for name, content in (("text.npz", b"hello"), ("empty.npz", b"")):
+        (tmp_path / name).write_bytes(content)
+        with pytest.raises(StateFileError, match=name):
+            load_state(tmp_path / name, like)
+    broken = TemperatureFusion(rig).state
+    broken.dynamic[0] = np.nan
+    save_state(tmp_path / "nan.npz", broken, "rig", 0)
+    with pytest.raises(StateFileError, match="dynamic"):
+        load_state(tmp_path / "nan.npz", like)
+
+
+def test_without_drive_telemetry_there_is_nothing_to_replay(rig):
+    with pytest.raises(ReplayError, match="drive/telemetry"):
+        replay(Recording("somewhere", 0, None, None, None), rig)
+
+
+def test_paper_cycle_agrees(rig, paper_cycle_bag):
+    """The recording of the nominal rig: temperatures within the noise, the hidden winding within its interval."""
+    from ddh_twin_py.bags.reader import read_recording
+
+    recording = read_recording(paper_cycle_bag)
+    result = replay(recording, rig)
+    for name, sensor in result.sensors.items():
+        assert np.sqrt(np.nanmean((sensor.measured - sensor.predicted) ** 2)) < 0.4, name
+    blind = replay(recording, rig, without=("motor_winding",)).sensors["motor_winding"]
+    error = blind.measured - blind.fused
+    assert np.sqrt(np.nanmean(error**2)) < blind.fused_std[-1]

@@ -1,0 +1,196 @@
+"""The model against limits, closed forms and a second formulation."""
+
+import math
+
+import numpy as np
+import pytest
+from support.cycles import INTERVAL, START, lift_and_lower, run
+from scipy.integrate import solve_ivp
+
+from ddh_twin_py.physics import thermal_network as network
+from ddh_twin_py.physics.hydraulics import POSITION, PRESSURE_B, VELOCITY
+from ddh_twin_py.physics.oil import VAPOUR_PRESSURE, compressibility, dynamic_viscosity
+from ddh_twin_py.rig import load_rig
+
+
+@pytest.fixture(scope="module")
+def rig():
+    return load_rig()
+
+
+def test_lift_meets_the_papers_torque_and_pressure(rig):
+    """Lifting 149.5 kg at 500 rpm: about 16 N*m and 100 bar (paper, section 5)."""
+    points, *_ = run(rig, lift_and_lower(stroke_seconds=5.0))
+    lifting = points[80:100]
+    assert lifting["torque"].mean() == pytest.approx(16.0, abs=1.5)
+    assert lifting["pressure_piston_side"].mean() == pytest.approx(100e5, rel=0.08)
+    assert lifting["pressure_rod_side"].max() > lifting["pressure_piston_side"].max()  # 0.632 against 0.75
+    assert lifting["rod_velocity"].mean() == pytest.approx(22.8e-6 * 500 / 60 / (math.pi / 4 * 0.06**2), rel=0.08)
+
+
+def test_walther_viscosity_of_vg_32(rig):
+    """ISO VG 32 by name: 32 cSt at 40 degC within the grade's 10 %."""
+    p = rig.parameters[0]
+    kinematic = dynamic_viscosity(313.15, p) / (870.0 * (1 - 6.8e-4 * 25)) * 1e6
+    assert kinematic == pytest.approx(32.0, rel=0.1)
+
+
+def test_entrained_air_matters_at_low_pressure_alone(rig):
+    p = rig.parameters[0]
+    assert 1 / compressibility(0.0, p) < 0.02 * p["oil_bulk_modulus"]
+    assert 1 / compressibility(2e7, p) > 0.9 * p["oil_bulk_modulus"]
+
+
+def test_step_size_does_not_matter(rig):
+    """Second order: halving the step quarters the error; temperatures good to 1e-4 of their rise."""
+    command = lift_and_lower(cycles=2)
+    reference = run(rig, command, step=1e-4, start_position=0.08)
+    errors = {}
+    for step in (1e-3, 2e-3):
+        points, temperatures, *_ = run(rig, command, step=step, start_position=0.08)
+        rise = np.ptp(reference[1], axis=0)
+        errors[step] = np.max(np.abs(temperatures - reference[1]).max(axis=0) / rise)
+        assert points["pressure_rod_side"].max() == pytest.approx(reference[0]["pressure_rod_side"].max(), rel=0.01)
+    assert errors[1e-3] < 1e-4
+    assert errors[1e-3] < 0.5 * errors[2e-3]
+
+
+def test_the_piston_sticks(rig):
+    """At rest friction holds any load below its own size: no creep at all."""
+    # 1467 N of load against 4.5e5 Pa on 28.3 cm2 = 1272 N: the rest is within 300 N of friction
+    points, _, before, after, _ = run(rig, np.zeros(4), pressures=(4.5e5, 0.0), start_position=0.2)
+    assert after[VELOCITY] == 0.0
+    np.testing.assert_allclose(points["rod_position"], before[POSITION], rtol=1e-14)
+    assert np.all(points["rod_velocity"] == 0.0)
+
+
+def test_the_load_sinks_once_leakage_has_emptied_the_side(rig):
+    _, _, before, after, _ = run(rig, np.zeros(2000), start_position=0.2)
+    assert after[POSITION] < before[POSITION] - 1e-3
+
+
+def test_pressure_stays_above_vapour(rig):
+    blocked = rig.with_values({"check_valve.conductance": 1e-15})
+    points, _, _, after, _ = run(blocked, lift_and_lower(stroke_seconds=3.0))
+    assert points["pressure_rod_side"].min() >= VAPOUR_PRESSURE
+    assert points["pressure_rod_side"].min() == pytest.approx(VAPOUR_PRESSURE, rel=1e-6)
+
+
+def test_a_void_must_fill_before_pressure_rises(rig):
+    """Lowering without check valves leaves a void of the missing oil; lifting again gives it back."""
+    blocked = rig.with_values({"check_valve.conductance": 1e-15})
+    lower = np.concatenate([np.interp(np.arange(0, 3, INTERVAL), [0, 0.4, 2.6, 3.0], [0, -40, -40, 0]), np.zeros(20)])
+    _, _, _, emptied, _ = run(blocked, lower, start_position=0.3)
+    assert emptied[PRESSURE_B] < VAPOUR_PRESSURE  # the state counts the void
+
+
+def test_end_stop_holds(rig):
+    points, _, _, after, _ = run(rig, np.concatenate([np.interp(np.arange(0, 4, INTERVAL), [0, 0.2, 4], [0, 30, 30])]), start_position=0.38)
+    assert after[POSITION] < rig["cylinder.stroke"] + 2e-3
+
+
+def test_current_limit_is_kept_and_the_shaft_slows(rig):
+    heavy = rig.with_values({"load.payload_mass": 4000.0})
+    points, *_ = run(heavy, lift_and_lower(stroke_seconds=2.0, speed=100.0), pressures=(1.2e7, 0.0), start_position=0.1)
+    assert points["current"].max() <= rig["motor.current_limit"] * 1.05
+    assert points["current"].max() > rig["motor.current_limit"] * 0.9
+
+
+def test_speed_follows_as_first_order_lag(rig):
+    command = np.zeros(60)
+    command[20:] = 5.0
+    points, *_ = run(rig, command)
+    assert points["speed"][30:].mean() == pytest.approx(5.0, abs=1e-6)
+    # linear ramp over one interval, then exp(-t/tau): mean of the interval after it
+    tau = rig["motor.speed_loop_time_constant"]
+    at_end = 5.0 - 100.0 * tau * (1 - math.exp(-INTERVAL / tau))
+    expected = 5.0 - (5.0 - at_end) * tau / INTERVAL * (1 - math.exp(-INTERVAL / tau))
+    assert points["speed"][20] == pytest.approx(expected, rel=1e-3)
+
+
+def test_warm_oil_leaks_more_and_drags_less(rig):
+    cold = run(rig, lift_and_lower(), temperature=START)[0][60:80]
+    warm = run(rig, lift_and_lower(), temperature=START + 30.0)[0][60:80]
+    assert warm["pressure_rod_side"].mean() < cold["pressure_rod_side"].mean()
+    assert warm["torque"].mean() < cold["torque"].mean()
+
+
+def test_network_at_rest_cools_to_ambient_and_keeps_order(rig):
+    _, temperatures, *_ = run(rig, np.zeros(20 * 3600), temperature=START + 20.0)
+    assert np.all(np.diff(temperatures[:, network.HOUSING]) <= 1e-12)
+    assert np.all(temperatures[-1] > START)
+    assert temperatures[-1, network.END_WINDING] > temperatures[-1, network.HOUSING]
+
+
+def test_network_step_against_lsoda(rig):
+    """One formulation against another: the network under constant load by solve_ivp."""
+    params = rig.parameters
+    edge, wall, surface, capacity = (np.empty(network.N_EDGES), np.empty(network.N_WALLS),
+                                     np.empty((network.N_SURFACES, 3)), np.empty(network.N))
+    network.conductances(params, edge, wall, surface)
+    network.capacities(params, 0.2, capacity)
+    rng = np.random.default_rng(3)
+    heat = rng.uniform(0.0, 40.0, network.N)
+    flow = np.zeros(network.N_FLOWS)
+    flow[[0, 2, 4]] = 1.9e-4
+    flow[[8, 10, 12]] = 1.4e-4
+
+    def rates(_, temperature):
+        out = np.empty(network.N)
+        network.network_rates(params, edge, wall, surface, capacity, temperature, START, heat, 80.0, flow, out)
+        return out
+
+    start = np.full(network.N, START)
+    reference = solve_ivp(rates, (0.0, 300.0), start, method="LSODA", rtol=1e-9, atol=1e-9).y[:, -1]
+    temperature, work = start.copy(), np.empty((network.N + 3, network.N))
+    for _ in range(6000):
+        network.network_step(params, edge, wall, surface, capacity, temperature, START, heat, 80.0, flow, INTERVAL, work)
+    assert np.max(np.abs(temperature - reference) / (reference - START)) < 1e-4
+
+
+def test_network_jacobian_is_the_derivative_of_the_rates(rig):
+    params = rig.parameters
+    edge, wall, surface, capacity = (np.empty(network.N_EDGES), np.empty(network.N_WALLS),
+                                     np.empty((network.N_SURFACES, 3)), np.empty(network.N))
+    network.conductances(params, edge, wall, surface)
+    network.capacities(params, 0.1, capacity)
+    rng = np.random.default_rng(4)
+    temperature = START + rng.uniform(5.0, 40.0, network.N)
+    flow = rng.uniform(0.0, 2e-4, network.N_FLOWS)
+    heat = np.zeros(network.N)
+    jacobian = np.empty((network.N, network.N))
+    network.network_jacobian(params, edge, wall, surface, capacity, temperature, START, 50.0, flow, jacobian)
+
+    def rate(at):
+        out = np.empty(network.N)
+        network.network_rates(params, edge, wall, surface, capacity, at, START, heat, 50.0, flow, out)
+        return out
+
+    numeric = np.column_stack([(rate(temperature + h) - rate(temperature - h)) / 2e-3 for h in 1e-3 * np.eye(network.N)])
+    np.testing.assert_allclose(jacobian, numeric, rtol=1e-5, atol=1e-8)
+
+
+def test_sparse_elimination_solves(rig):
+    rng = np.random.default_rng(5)
+    matrix = np.eye(network.N)
+    for i, j in [(e[1], e[2]) for e in network.EDGES] + [(f[2], f[3]) for f in network.FLOWS]:
+        matrix[i, j] -= rng.uniform(0.0, 0.1)
+        matrix[j, i] -= rng.uniform(0.0, 0.1)
+    b = rng.normal(size=network.N)
+    lu, x = matrix.copy(), b.copy()
+    network.factorise(lu)
+    network.solve(lu, x)
+    np.testing.assert_allclose(matrix @ x, b, rtol=1e-10, atol=1e-12)
+
+
+def test_every_conductance_of_the_tables_reaches_the_kernel(rig):
+    """The tables name the sheet's entries; the kernel must read those very entries."""
+    edge, wall, surface = np.empty(network.N_EDGES), np.empty(network.N_WALLS), np.empty((network.N_SURFACES, 3))
+    network.conductances(rig.parameters, edge, wall, surface)
+    np.testing.assert_array_equal(edge, [rig[e[0]] for e in network.EDGES])
+    np.testing.assert_array_equal(wall, [rig[w[0]] for w in network.WALLS])
+    np.testing.assert_array_equal(surface, [[rig[path] for path in row[:3]] for row in network.SURFACES])
+    capacity = np.empty(network.N)
+    network.capacities(rig.parameters, 0.0, capacity)
+    for path, node in network.CAPACITIES:
+        assert capacity[node] == rig[path]
