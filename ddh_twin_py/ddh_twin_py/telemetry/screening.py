@@ -5,7 +5,7 @@ One implementation for whole recordings and for the few samples that a live node
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping, Sequence, Set
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,7 +17,7 @@ from ddh_twin_py.telemetry.clock import clock_segments, sorted_order
 from ddh_twin_py.telemetry.recording import Finding, Recording, Stream
 from ddh_twin_py.telemetry.screening_report import findings_of
 from ddh_twin_py.telemetry.signals import Signal, signals_of
-from ddh_twin_py.telemetry.unit_rules import UnitSuspicion, judge, rules_of
+from ddh_twin_py.telemetry.unit_rules import EVIDENCE, UnitSuspicion, judge, rules_of
 
 _CAUSES = (*OF_FIELD, *OF_SAMPLE)  # in the order of the kernel's rows of counts
 
@@ -61,6 +61,7 @@ class StreamScreen:
         self._window = to_ns(reorder_window)
         fields = len(self.signals)
         most = max(len(s.mistakes) for s in self.signals)
+        self._raised: Set[tuple[int, ...]] = set()
         self._limits = np.array([(s.lowest, s.highest) for s in self.signals])
         self._mistakes = np.tile((np.nan, np.nan), (fields, most, 1)).astype(float)
         for j, signal in enumerate(self.signals):
@@ -90,41 +91,46 @@ class StreamScreen:
         stamp = np.array(stamp_ns, np.int64, ndmin=1)
         values = np.array(values, float, ndmin=2)
         flags = np.empty((stamp.size, len(self.signals)), np.uint16)
-        kernel.screen(
-            stamp,
-            values,
-            self._limits,
-            self.noise,
-            self._rules,
-            self._floors,
-            self._mistakes,
-            self._stream,
-            self._ring,
-            self._periods,
-            self._field_state,
-            self._suspect,
-            self._mistaken,
-            self._rule_state,
-            self._counts,
-            self._first,
-            self._first_value,
-            flags,
-            self._window,
-        )
-        if self._rules.size:
-            self._judge_units()
+        done = 0
+        while done < stamp.size:
+            done = kernel.screen(
+                stamp,
+                values,
+                self._limits,
+                self.noise,
+                self._rules,
+                self._floors,
+                self._mistakes,
+                self._stream,
+                self._ring,
+                self._periods,
+                self._field_state,
+                self._suspect,
+                self._mistaken,
+                self._rule_state,
+                self._counts,
+                self._first,
+                self._first_value,
+                flags,
+                self._window,
+                done,
+                EVIDENCE,
+            )
+            if self._rules.size and self._rule_state[:, kernel.RULE_COUNT].max() >= EVIDENCE:
+                self._judge_units()
         return Screened(stamp, values, flags)
 
     def _judge_units(self) -> None:
-        verdict = judge(self.topic, self._rule_state)
-        if verdict is None:
-            return
+        """Believe a suspicion that two windows of evidence in a row have raised."""
+        verdict = judge(self.topic, self._rule_state, self.noise)
         self._rule_state[:] = 0.0
+        raised = {s.fields: s for s in verdict}
         self._suspect[:] = False
-        for suspicion in verdict:
-            self._suspect[list(suspicion.fields)] = True
-            if not any(s.fields == suspicion.fields for s in self.suspicions):
-                self.suspicions.append(suspicion)
+        for fields in raised.keys() & self._raised:
+            self._suspect[list(fields)] = True
+            if not any(s.fields == fields for s in self.suspicions):
+                self.suspicions.append(raised[fields])
+        self._raised = raised.keys()
 
     @property
     def segment(self) -> int:
@@ -191,9 +197,11 @@ def screen_recording(
     segments = clock_segments(stamps, to_ns(reorder_window))
     for topic, stream in recording.streams():
         screen = StreamScreen(topic, noise, reorder_window)
-        _, values, _ = screen.screen(stamps[topic], stream.values)
+        _, values, flags = screen.screen(stamps[topic], stream.values)
         for suspicion in screen.suspicions:
-            values[:, list(suspicion.fields)] = np.nan
+            for column in suspicion.fields:
+                suspect = np.flatnonzero(flags[:, column] & Cause.WRONG_UNIT)
+                values[: 1 + suspect.max(initial=-1), column] = np.nan
         order = sorted_order(stamps[topic], segments[topic])
         streams[topic] = Stream(stream.time[order], values[order], stream.fields)
         findings += screen.findings(recording.path, f"{recording.namespace}/{topic}", recording.epoch_ns)

@@ -167,8 +167,13 @@ def screen(
     first_value,
     flags,
     window,
+    begin,
+    needed,
 ):  # pragma: no cover - compiled
     """Judge samples in order of arrival; values that are not believed become NaN in place.
+
+    Begins with sample `begin` and returns where it stopped: at the end, or once a unit rule
+    has the `needed` samples of evidence.
 
     stamp int64[n]; values float64[n, c]; limits float64[m, 2]; noise float64[m] (0: none);
     rules int64[r, 4], floors float64[r]: see `unit_rules`; mistakes float64[m, k, 2]: factor
@@ -177,7 +182,8 @@ def screen(
     counts; flags uint16[n, m] is written.
     """
     fields = limits.shape[0]
-    for i in range(stamp.size):
+    raw = np.empty(fields)
+    for i in range(begin, stamp.size):
         flag, step = _judge_time(stamp[i], stream, ring, periods, window)
         stream[COUNT] += 1
         if flag:
@@ -200,10 +206,9 @@ def screen(
         for j in range(fields):
             if noise[j] > 0.0 and abs(values[i, j]) > ALIVE * noise[j]:
                 alive += 1
-        for r in range(rules.shape[0]):
-            _gather_evidence(values[i], rules[r], floors[r], rule_state[r])
         for j in range(fields):
             value = values[i, j]
+            raw[j] = value
             own = 0
             if value != value:
                 own = NAN
@@ -226,22 +231,28 @@ def screen(
                     others = alive - (1 if abs(value) > ALIVE * noise[j] else 0)
                     if _judge_run(value, j, noise[j], others > 0, stamp[i], field_state):
                         own |= STUCK
+                        raw[j] = np.nan  # no evidence of a unit
                         _note(counts, first, first_value, 4, j, stamp[i], value)
             if own:
                 values[i, j] = np.nan
             flags[i, j] = own | flag
+        complete = False
+        for r in range(rules.shape[0]):
+            _gather_evidence(raw, rules[r], floors[r], rule_state[r])
+            complete |= rule_state[r, RULE_COUNT] >= needed
+        if complete:
+            return i + 1
+    return stamp.size
 
 
 @inlined
 def _gather_evidence(row, rule, floor, state):  # pragma: no cover - compiled
     """Add one sample to the evidence of one unit rule, where its condition holds."""
     a, b, c = rule[1], rule[2], rule[3]
-    if rule[0] == SMALL:  # largest of |a| and |b| while |c| is above the floor
-        if abs(row[c]) > floor:
-            largest = max(abs(row[a]), abs(row[b]))
-            if largest == largest:
-                state[RULE_COUNT] += 1.0
-                state[RULE_A] = max(state[RULE_A], largest)
+    if rule[0] == SMALL:  # largest |a| while |c| is above the floor
+        if abs(row[c]) > floor and abs(row[a]) < np.inf:
+            state[RULE_COUNT] += 1.0
+            state[RULE_A] = max(state[RULE_A], abs(row[a]))
     else:  # mean |a| over mean (b * c), or |b| where there is no c, while that is above the floor
         against = row[b] * row[c] if c >= 0 else abs(row[b])
         if against > floor and abs(row[a]) < np.inf:

@@ -11,7 +11,8 @@ from ddh_twin_py.telemetry.recording import Finding
 from ddh_twin_py.telemetry.signals import Signal, UnitMistake
 from ddh_twin_py.telemetry.unit_rules import UnitSuspicion
 
-_LEAST_FOR_UNIT = 10  # samples out of range before a mistake of unit is named
+_LEAST_FOR_UNIT = 10  # samples out of range before a mistake of unit is named,
+_LEAST_SHARE_FOR_UNIT = 0.2  # and their share of all samples
 
 
 def findings_of(
@@ -68,7 +69,7 @@ def _field_sentence(cause, signal, value, count, samples, at, mistaken, noise) -
         f"{often} are out of range and not used"
     )
     likely = [m for m, still in zip(signal.mistakes, mistaken, strict=False) if still]
-    if likely and count >= _LEAST_FOR_UNIT:
+    if likely and count >= max(_LEAST_FOR_UNIT, _LEAST_SHARE_FOR_UNIT * samples):
         said += f"; it looks as if given in {likely[0].unit} ({_factor(likely[0])}), expected is {unit}"
     return said
 
@@ -102,8 +103,9 @@ def _unit_finding(suspicion, signals, where, file, topic, counts, first, first_v
     value = float(first_value[row, j])
     at = (int(first[row, j]) - epoch_ns) * 1e-9 if count else float("nan")
     unit = signals[j].message_unit
+    looks = "looks" if len(suspicion.fields) == 1 else "look"
     message = (
-        f"{where} {names} looks as if given in {suspicion.unit} (factor {suspicion.factor:.4g}), expected is {unit}: "
+        f"{where} {names} {looks} as if given in {suspicion.unit} (factor {suspicion.factor:.4g}), expected is {unit}: "
         f"{suspicion.reason}; not used"
     )
     return Finding("error", file, topic, signals[j].field, value, count, message, at)

@@ -17,19 +17,19 @@ from ddh_twin_py.telemetry.screening_kernel import RATIO, RULE_A, RULE_B, RULE_C
 from ddh_twin_py.telemetry.signals import DRIVE_TOPIC, HYDRAULIC_TOPIC
 
 RPM = 30.0 / math.pi
+EVIDENCE = 200  # samples of the first rule's condition that make a window
 _LIKELY = 0.15  # relative; how near a ratio must be to a known factor
 
 
 @dataclass(frozen=True)
 class UnitRule:
-    """One relation: `kind`, columns a, b, c (-1: none), the floor of its condition, samples needed."""
+    """One relation: `kind`, columns a, b, c (-1: none) and the floor of its condition."""
 
     kind: int
     a: int
     b: int
     c: int
     floor: float
-    needed: int
 
 
 @dataclass(frozen=True)
@@ -44,11 +44,12 @@ class UnitSuspicion:
 
 # speed, speed_command, torque and power: columns of DRIVE_FIELDS
 _DRIVE_RULES = (
-    UnitRule(RATIO, 1, 0, -1, 5.0, 100),  # |speed| against |speed_command| above 5 rad/s
-    UnitRule(RATIO, 5, 2, 1, 100.0, 100),  # electrical power against shaft power above 100 W
+    UnitRule(RATIO, 1, 0, -1, 5.0),  # |speed| against |speed_command| above 5 rad/s
+    UnitRule(RATIO, 5, 2, 1, 100.0),  # electrical power against shaft power above 100 W
 )
-# both pressures while |rod_velocity| is above 5 mm/s: columns of HYDRAULIC_FIELDS
-_HYDRAULIC_RULES = (UnitRule(SMALL, 0, 1, 3, 0.005, 100),)
+# each pressure while |rod_velocity| is above 5 mm/s: columns of HYDRAULIC_FIELDS
+_HYDRAULIC_RULES = (UnitRule(SMALL, 0, -1, 3, 0.005), UnitRule(SMALL, 1, -1, 3, 0.005))
+_PRESSURES = ("pressure_piston_side", "pressure_rod_side")
 
 
 def rules_of(topic: str) -> tuple[UnitRule, ...]:
@@ -56,21 +57,27 @@ def rules_of(topic: str) -> tuple[UnitRule, ...]:
     return {DRIVE_TOPIC: _DRIVE_RULES, HYDRAULIC_TOPIC: _HYDRAULIC_RULES}.get(topic, ())
 
 
-def judge(topic: str, state: np.ndarray) -> list[UnitSuspicion] | None:
-    """Verdict from the evidence float64[r, 3] of the topic's rules; None while it is too thin."""
-    rules = rules_of(topic)
-    if not rules or state[0, RULE_COUNT] < rules[0].needed:
-        return None
-    if topic == HYDRAULIC_TOPIC:
-        return _judge_pressures(float(state[0, RULE_A]))
-    return _judge_drive(state)
+def judge(topic: str, state: np.ndarray, noise: np.ndarray) -> list[UnitSuspicion]:
+    """Verdict from a window of evidence, float64[r, 3], of the topic's rules.
+
+    `noise` float64[m]: standard deviation of one sample of each field, 0 where unknown.
+    """
+    return _judge_pressures(state, noise) if topic == HYDRAULIC_TOPIC else _judge_drive(state)
 
 
-def _judge_pressures(largest: float) -> list[UnitSuspicion]:
-    if not 0.5 < largest < 1000.0:
+def _judge_pressures(state: np.ndarray, noise: np.ndarray) -> list[UnitSuspicion]:
+    """A pressure in bar stays far below the sensor's own noise in Pa, and far below any load."""
+    seen = state[:, RULE_COUNT] >= EVIDENCE // 2
+    largest = state[:, RULE_A]
+    silent = seen & (largest > 1e-3) & (largest < 0.1 * noise[:2])
+    if (seen & (largest > 1e-3) & (largest < 1000.0)).all():
+        silent[:] = True
+    fields = tuple(int(j) for j in np.flatnonzero(silent))
+    if not fields:
         return []
-    reason = f"both pressures stay below {largest:.4g} while the rod moves"
-    return [UnitSuspicion((0, 1), "bar", 1e-5, reason)]
+    names = " and ".join(_PRESSURES[j] for j in fields)
+    verb = "stay" if len(fields) > 1 else "stays"
+    return [UnitSuspicion(fields, "bar", 1e-5, f"{names} {verb} below {largest[silent].max():.4g} while the rod moves")]
 
 
 def _judge_drive(state: np.ndarray) -> list[UnitSuspicion]:
@@ -79,7 +86,7 @@ def _judge_drive(state: np.ndarray) -> list[UnitSuspicion]:
         return [UnitSuspicion((1,), "rpm", RPM, f"speed is {follow:.3g} times speed_command")]
     if _near(follow, 1.0 / RPM):
         return [UnitSuspicion((0,), "rpm", RPM, f"speed is {follow:.3g} times speed_command")]
-    if state[1, RULE_COUNT] >= _DRIVE_RULES[1].needed:
+    if state[1, RULE_COUNT] >= EVIDENCE // 4:
         share = state[1, RULE_A] / state[1, RULE_B]
         if 0.05 < share < 0.3 and _near(follow, 1.0, 0.5):
             reason = f"electrical power is {share:.2g} times torque times speed while the motor drives"

@@ -1,0 +1,361 @@
+"""Screening: sound sensors pass in silence, each fault is named with file, topic and value."""
+
+import json
+
+import numpy as np
+import pytest
+from ddh_twin_py.bags import damage
+from ddh_twin_py.bags.reader import read_recording
+from ddh_twin_py.telemetry.causes import Cause
+from ddh_twin_py.telemetry.screening import StreamScreen, screen_recording
+from ddh_twin_py.telemetry.signals import SIGNALS, TEMPERATURE_SENSORS
+
+DRIVE, HYDRAULIC = "drive/telemetry", "hydraulics/telemetry"
+
+
+def only(recording, noise):
+    """The one finding of a recording, and the screened recording."""
+    screened = screen_recording(recording, noise)
+    (finding,) = screened.findings
+    assert finding.severity in ("warning", "error")
+    assert recording.path in finding.message
+    assert finding.topic in finding.message
+    if finding.field:
+        assert finding.field in finding.message
+    return finding, screened
+
+
+# Sound recordings
+
+
+def test_paper_cycle_passes_in_silence(paper, noise):
+    screened = screen_recording(paper, noise)
+    assert screened.findings == []
+    for (name, before), (_, after) in zip(paper.streams(), screened.streams(), strict=True):
+        np.testing.assert_array_equal(before.time, after.time, name)
+        np.testing.assert_array_equal(before.values, after.values, name)
+
+
+def test_open_cases_have_no_false_findings(shared_dir, noise):
+    """Imperfect clocks and drop-outs are named, but no sound sensor is called stuck or off."""
+    folders = sorted((shared_dir / "data" / "open_cases").glob("case_*/*"))
+    if not folders:
+        pytest.skip("no open cases")
+    quiet = 0
+    for folder in folders:
+        recording = read_recording(folder)
+        assert recording.findings == [], folder
+        screened = screen_recording(recording, noise)
+        quiet += not screened.findings
+        nans = sum(int(np.isnan(s.values).sum()) for _, s in recording.streams())
+        said = sum(f.count for f in screened.findings if "is NaN in" in f.message)
+        for finding in screened.findings:
+            assert any(w in finding.message for w in ("is NaN in", "repeats a stamp", "out of order")), finding
+        repeated = sum(len(s) for _, s in recording.streams()) - sum(len(s) for _, s in screened.streams())
+        assert repeated == sum(f.count for f in screened.findings if "repeats a stamp" in f.message)
+        assert said <= nans <= said + 6 * repeated  # a repeated message may repeat a NaN
+        for _, stream in screened.streams():
+            assert (np.diff(stream.time) > 0).all()
+    assert quiet >= len(folders) * 0.8
+
+
+@pytest.mark.parametrize("coarse", [0.5, 1.0, 2.0, 4.0])
+def test_coarse_sensors_are_not_stuck(coarse):
+    """A quantised sensor repeats its value legitimately, also at standstill."""
+    noise = 0.1
+    rng = np.random.default_rng(7)
+    kelvin = 296.15 + rng.normal(0.0, noise, 400_000) + rng.uniform(-1, 1) * coarse * noise
+    step = coarse * noise
+    values = np.column_stack([np.round(kelvin / step) * step, np.zeros(kelvin.size)])
+    screen = StreamScreen("temperature/ambient", {"temperature": noise})
+    screen.screen(np.arange(kelvin.size) * 500_000_000, values)
+    assert screen.health()["stuck"] == 0
+
+
+def test_sample_and_hold_is_not_stuck():
+    """A sensor read every 2 s and published at 10 Hz."""
+    rng = np.random.default_rng(8)
+    kelvin = np.repeat(np.round(296.15 + rng.normal(0.0, 0.1, 5000), 2), 20)
+    screen = StreamScreen("temperature/ambient", {"temperature": 0.1})
+    screen.screen(np.arange(kelvin.size) * 100_000_000, np.column_stack([kelvin, kelvin * 0]))
+    assert screen.health()["stuck"] == 0
+
+
+def test_a_drive_that_is_switched_off_is_not_stuck(noise):
+    screen = StreamScreen(DRIVE, noise)
+    values = np.zeros((6000, 6))
+    values[:, 1] = np.random.default_rng(1).normal(0, 0.15, 6000)  # the encoder still sees noise
+    screen.screen(np.arange(6000) * 10_000_000, values)
+    assert screen.health()["stuck"] == 0
+
+
+# Values
+
+
+def test_nan_is_counted_and_said(paper, noise):
+    finding, screened = only(damage.with_value(paper, DRIVE, "torque", np.nan, 12.0, 13.0), noise)
+    assert finding.field == "torque"
+    assert f"/ddh/{DRIVE} torque is NaN in {finding.count} of 32995 samples, first at 12.0" in finding.message
+    assert finding.count == int(np.isnan(screened.drive.column("torque")).sum()) in range(99, 102)
+    assert finding.first_time == pytest.approx(12.0, abs=0.011)
+
+
+def test_infinity_becomes_nan(paper, noise):
+    finding, screened = only(damage.with_value(paper, DRIVE, "current", np.inf, 5.0, 5.05), noise)
+    assert "current is inf in 5 of 32995 samples" in finding.message
+    assert not np.isinf(screened.drive.values).any()
+
+
+@pytest.mark.parametrize(
+    ("stream", "field", "value", "allowed"),
+    [
+        (DRIVE, "current", 812.0, "reads 812 A at 3."),
+        (DRIVE, "voltage", -400.0, "allowed are -50 to 1000 V"),
+        (HYDRAULIC, "pressure_rod_side", 9e7, "allowed are -500000 to 6e+07 Pa"),
+        ("temperature/tank_oil", "temperature", 273.15 + 850.0, "reads 850 degC at 3."),
+    ],
+)
+def test_out_of_range_is_left_out_and_said(paper, noise, stream, field, value, allowed):
+    finding, screened = only(damage.with_value(paper, stream, field, value, 3.0, 3.6), noise)
+    assert allowed in finding.message
+    assert "are out of range and not used" in finding.message
+    assert "looks as if" not in finding.message
+    values = dict(screened.streams())[stream].column(field)
+    assert int(np.isnan(values).sum()) == finding.count > 0
+
+
+# Units
+
+
+@pytest.mark.parametrize("fields", [("pressure_piston_side", "pressure_rod_side")])
+def test_pressures_in_bar(paper, noise, fields):
+    bad = paper
+    for field in fields:
+        bad = damage.with_wrong_unit(bad, HYDRAULIC, field, 1e-5)
+    finding, screened = only(bad, noise)
+    assert finding.severity == "error"
+    assert (
+        "pressure_piston_side and pressure_rod_side look as if given in bar (factor 1e-05), expected is Pa: "
+        "pressure_piston_side and pressure_rod_side stay below 1" in finding.message
+    )
+    assert np.isnan(screened.hydraulic.values[:, :2]).all()
+    assert np.isfinite(screened.hydraulic.values[:, 2:]).all()
+
+
+@pytest.mark.parametrize(
+    ("stream", "field", "factor", "offset", "said"),
+    [
+        (HYDRAULIC, "pressure_piston_side", 1e-5, 0.0, "pressure_piston_side looks as if given in bar (factor 1e-05)"),
+        (HYDRAULIC, "pressure_rod_side", 1e-5, 0.0, "pressure_rod_side stays below"),
+        (HYDRAULIC, "pressure_rod_side", 1e5, 0.0, "looks as if given in Pa times 1e5 (factor 1e+05), expected is Pa"),
+        (HYDRAULIC, "rod_position", 1e3, 0.0, "looks as if given in mm (factor 1000), expected is m"),
+        ("temperature/tank_oil", "temperature", 1.0, 273.15, "looks as if given in K (+273.15), expected is degC"),
+        (
+            "temperature/motor_winding",
+            "temperature",
+            1.0,
+            273.15,
+            "reads 296.",
+        ),
+        (DRIVE, "speed", 30 / np.pi, 0.0, "speed looks as if given in rpm (factor 9.549), expected is rad/s"),
+        (DRIVE, "speed_command", 30 / np.pi, 0.0, "speed_command looks as if given in rpm"),
+    ],
+)
+def test_other_units_are_named(paper, noise, stream, field, factor, offset, said):
+    screened = screen_recording(damage.with_wrong_unit(paper, stream, field, factor, offset), noise)
+    assert {f.field for f in screened.findings} == {field}
+    assert any(said in f.message for f in screened.findings)
+    assert any("looks as if given in" in f.message for f in screened.findings)
+
+
+def test_all_speeds_in_rpm(paper, noise):
+    bad = damage.with_wrong_unit(paper, DRIVE, "speed", 30 / np.pi)
+    bad = damage.with_wrong_unit(bad, DRIVE, "speed_command", 30 / np.pi)
+    screened = screen_recording(bad, noise)
+    assert any("speed_command and speed look as if given in rpm" in f.message for f in screened.findings)
+    assert np.isnan(screened.drive.values[:, :2]).all()
+
+
+def test_pressure_near_zero_at_rest_is_no_wrong_unit(noise):
+    """A machine that stands without pressure, seen by quiet sensors, gives no evidence of bar."""
+    rng = np.random.default_rng(2)
+    values = np.column_stack([rng.normal(0, 50, (5000, 2)), rng.normal(0.2, 2e-4, 5000), rng.normal(0, 1e-3, 5000)])
+    screen = StreamScreen(HYDRAULIC, noise)
+    screen.screen(np.arange(5000) * 10_000_000, values)
+    assert screen.suspicions == []
+
+
+def test_a_unit_put_right_is_believed_again(paper, noise):
+    screen = StreamScreen(HYDRAULIC, noise)
+    half = len(paper.hydraulic) // 2
+    values = paper.hydraulic.values.copy()
+    values[:half, :2] *= 1e-5
+    screened = screen.screen(paper.hydraulic.stamps(paper.epoch_ns)[:half], values[:half])
+    assert np.isnan(screened.values[-1, :2]).all()
+    assert len(screen.suspicions) == 1
+    for i in range(half, len(values), 10):
+        last = screen.screen(paper.hydraulic.stamps(paper.epoch_ns)[i : i + 10], values[i : i + 10])
+    assert np.isfinite(last.values).all()
+
+
+# Stuck
+
+
+@pytest.mark.parametrize(
+    ("stream", "field"),
+    [
+        (DRIVE, "speed"),
+        (DRIVE, "torque"),
+        (DRIVE, "electrical_power"),
+        (HYDRAULIC, "pressure_piston_side"),
+        (HYDRAULIC, "rod_position"),
+        (HYDRAULIC, "rod_velocity"),
+        *((f"temperature/{sensor}", "temperature") for sensor in TEMPERATURE_SENSORS),
+    ],
+)
+def test_stuck_sensor(paper, noise, stream, field):
+    finding, screened = only(damage.with_stuck_sensor(paper, stream, field, 100.0), noise)
+    assert "is stuck: it repeats exactly" in finding.message
+    assert "although noise of" in finding.message
+    assert 100.5 < finding.first_time < 125.0
+    assert finding.first_time < 103.0 or stream.startswith("temperature/")
+    values = dict(screened.streams())[stream].column(field)
+    assert np.isnan(values[-1])
+    assert np.isfinite(values[: int(0.29 * values.size)]).all()
+
+
+def test_sensor_stuck_from_the_beginning(paper, noise):
+    finding, _ = only(damage.with_stuck_sensor(paper, "temperature/tank_oil", "temperature", 0.0), noise)
+    assert "is stuck" in finding.message
+    finding, _ = only(damage.with_stuck_sensor(paper, HYDRAULIC, "pressure_rod_side", 0.0), noise)
+    assert finding.first_time < 15
+
+
+def test_sensor_dead_at_zero_while_the_machine_works(paper, noise):
+    finding, _ = only(damage.with_value(paper, DRIVE, "current", 0.0, 100.0), noise)
+    assert "current is stuck: it repeats exactly 0 A" in finding.message
+
+
+def test_a_sensor_that_comes_loose_again_is_believed(paper, noise):
+    finding, screened = only(damage.with_stuck_sensor(paper, HYDRAULIC, "pressure_rod_side", 50.0, 60.0), noise)
+    late = screened.hydraulic.between(60.1, 1000.0)
+    assert np.isfinite(late.values).all()
+    assert 800 < finding.count < 1000
+
+
+def test_without_noise_nothing_is_stuck(paper):
+    assert screen_recording(damage.with_stuck_sensor(paper, DRIVE, "speed", 50.0), {}).findings == []
+
+
+# Stamps
+
+
+def test_repeated_stamps(paper, noise):
+    finding, screened = only(damage.with_repeated_stamps(paper, HYDRAULIC, every=100), noise)
+    assert f"/ddh/{HYDRAULIC} repeats a stamp in 330 of 33325 messages, first at" in finding.message
+    np.testing.assert_array_equal(screened.hydraulic.time, paper.hydraulic.time)
+
+
+def test_late_repetition_is_a_repetition(paper, noise):
+    stamps = paper.drive.stamps(paper.epoch_ns)[:100].copy()
+    screen = StreamScreen(DRIVE, noise)
+    order = [*range(100), 60, 99]
+    screened = screen.screen(stamps[order], paper.drive.values[order])
+    assert screened.kept.tolist() == [True] * 100 + [False] * 2
+    assert screen.health()["repeated"] == 2
+
+
+def test_out_of_order_is_sorted_in(paper, noise):
+    finding, screened = only(damage.with_shuffled_arrival(paper, DRIVE, 0.4), noise)
+    assert "messages out of order, the first is 0." in finding.message
+    assert "they are sorted in" in finding.message
+    np.testing.assert_array_equal(screened.drive.time, paper.drive.time)
+    np.testing.assert_array_equal(screened.drive.values, paper.drive.values)
+
+
+def test_clock_that_jumps_back(paper, noise):
+    screened = screen_recording(damage.with_clock_jump(paper, 100.0, -30.0), noise)
+    assert len(screened.findings) == 12  # each topic has its own clock
+    for finding in screened.findings:
+        assert "has a clock that jumped back once, first by 29." in finding.message or "by 30." in finding.message
+        assert "all begins anew there" in finding.message
+        assert finding.value == pytest.approx(30.0, abs=0.51)
+    assert len(screened.drive) == len(paper.drive)
+    assert int((np.diff(screened.drive.time) < 0).sum()) == 1
+
+
+def test_clock_that_jumps_forward_is_a_gap(paper, noise):
+    screened = screen_recording(damage.with_clock_jump(paper, 100.0, 3600.0), noise)
+    for finding in screened.findings:
+        assert "stopped once and came back, first after 3600." in finding.message
+
+
+def test_stream_that_stops_and_comes_back(paper, noise):
+    finding, _ = only(damage.without_samples(paper, HYDRAULIC, 50.0, 57.0), noise)
+    assert f"/ddh/{HYDRAULIC} stopped once and came back, first after 7.0" in finding.message
+    assert finding.value == pytest.approx(7.0, abs=0.02)
+
+
+def test_some_lost_messages_are_no_gap(paper, noise):
+    kept = np.random.default_rng(3).random(len(paper.drive)) > 0.3
+    streams = dict(paper.streams())
+    streams[DRIVE] = type(paper.drive)(paper.drive.time[kept], paper.drive.values[kept], paper.drive.fields)
+    assert screen_recording(paper.with_streams(streams), noise).findings == []
+
+
+# One implementation
+
+
+@pytest.mark.parametrize("chunk", [1, 7, 10, 1000])
+def test_chunks_are_judged_like_the_whole(paper, noise, chunk):
+    part = paper.between(0.0, 40.0)
+    bad = damage.with_value(part, DRIVE, "torque", np.nan, 3.0, 3.5)
+    bad = damage.with_stuck_sensor(bad, DRIVE, "speed", 10.0, 14.0)
+    bad = damage.with_repeated_stamps(damage.with_shuffled_arrival(bad, DRIVE, 0.3), DRIVE, 50)
+    stamps, values = bad.drive.stamps(bad.epoch_ns), bad.drive.values
+    whole = StreamScreen(DRIVE, noise)
+    expected = whole.screen(stamps, values)
+    pieces = StreamScreen(DRIVE, noise)
+    got = [pieces.screen(stamps[i : i + chunk], values[i : i + chunk]) for i in range(0, len(stamps), chunk)]
+    np.testing.assert_array_equal(np.concatenate([g.flags for g in got]), expected.flags)
+    np.testing.assert_array_equal(np.concatenate([g.values for g in got]), expected.values)
+    assert pieces.health() == whole.health()
+    assert [str(f) for f in pieces.findings("f")] == [str(f) for f in whole.findings("f")]
+    assert {"not_a_number", "stuck", "repeated", "out_of_order"} <= {k for k, v in whole.health().items() if v}
+
+
+def test_flags_and_counts_agree(paper, noise):
+    bad = damage.with_value(paper.between(0.0, 20.0), HYDRAULIC, "rod_velocity", np.nan, 3.0, 3.5)
+    screen = StreamScreen(HYDRAULIC, noise)
+    _, values, flags = screen.screen(bad.hydraulic.stamps(bad.epoch_ns), bad.hydraulic.values)
+    marked = (flags & Cause.NOT_A_NUMBER) > 0
+    assert marked.sum() == screen.count(Cause.NOT_A_NUMBER) == screen.count(Cause.NOT_A_NUMBER, "rod_velocity")
+    assert screen.count(Cause.NOT_A_NUMBER, "rod_position") == 0
+    np.testing.assert_array_equal(marked, np.isnan(values))
+    assert json.dumps(screen.health())
+    assert screen.period == pytest.approx(0.01, rel=0.05)
+
+
+def test_variance_passes_unchanged(noise):
+    screen = StreamScreen("temperature/ambient", noise)
+    screened = screen.screen([1, 2], [[296.0, 0.04], [296.1, 0.04]])
+    assert screened.values[:, 1].tolist() == [0.04, 0.04]
+    assert screened.flags.shape == (2, 1)
+
+
+def test_input_is_not_changed(noise):
+    values = np.array([[1.0, 2.0, 3.0, 4.0, 5.0, np.inf]])
+    StreamScreen(DRIVE, noise).screen([1], values)
+    assert np.isinf(values[0, 5])
+
+
+def test_unknown_topic_is_named():
+    with pytest.raises(KeyError, match="nearest is 'drive/telemetry'"):
+        StreamScreen("drive/telemetri")
+
+
+def test_every_signal_has_its_place(noise):
+    assert len({s.name for s in SIGNALS}) == len(SIGNALS) == 20
+    for signal in SIGNALS:
+        assert signal.lowest < signal.highest
+        assert signal.noise_key is None or signal.noise_key in noise
