@@ -8,11 +8,11 @@ import numpy as np
 
 from ddh_twin_py.physics.balance import OPERATING_DTYPE
 from ddh_twin_py.physics.free_run import HYDRAULIC_STEP, free_run, settle
-from ddh_twin_py.physics.hydraulics import HYDRAULIC_STATES
+from ddh_twin_py.physics.hydraulics import HYDRAULIC_STATES, POSITION
 from ddh_twin_py.physics.soft_sensor import MEASURED_DTYPE, soft_sensor
 from ddh_twin_py.physics.thermal_network import N
 from ddh_twin_py.rig import Rig
-from ddh_twin_py.twin.intervals import HOLD, INTERVAL, STANDSTILL
+from ddh_twin_py.twin.intervals import INTERVAL, STANDSTILL
 
 RESIDUAL_SIGNALS = (
     ("speed", "speed", "rad/s"),
@@ -26,6 +26,15 @@ RESIDUAL_SIGNALS = (
     ("rod_velocity", "rod_velocity", "m/s"),
 )
 """Signals that telemetry and model both have: name, key of the noise in the sheet, unit."""
+
+_DRIVING = ("speed", "current", "current_square", "pressure_piston_side", "pressure_rod_side", "rod_position", "rod_velocity")
+_FREE_RUN_NAME = {"current_square": "mean_square_current"}
+
+
+def _first(values: np.ndarray, default: float) -> float:
+    """The first finite value, else the default."""
+    finite = values[np.isfinite(values)]
+    return float(finite[0]) if finite.size else default
 
 
 @dataclass(frozen=True)
@@ -69,6 +78,7 @@ class HydraulicModel:
         self._use_better = False
         self._state = np.zeros(len(HYDRAULIC_STATES))
         self._started = False
+        self._placed = False
 
     def use_temperatures(self, temperature: np.ndarray | None) -> None:
         """Take better known temperatures, K (N), for viscosity and resistance of the soft sensor; None: its own."""
@@ -87,11 +97,9 @@ class HydraulicModel:
         free = np.zeros(n, OPERATING_DTYPE)
         soft = np.zeros(n, OPERATING_DTYPE)
         free_temperature, soft_temperature = np.empty((n, N)), np.empty((n, N))
-        if not self._started:
-            self._start(measured)
+        self._place(measured)
         known_command = np.where(np.isfinite(command), command, 0.0)
-        standing = (measured["standstill"] >= STANDSTILL) & (measured["hydraulic_age"] < HOLD)
-        position = np.where(standing, measured["rod_position"], np.nan)
+        position = np.where(measured["standstill"] >= STANDSTILL, measured["rod_position"], np.nan)
         free_run(self._parameters, self._state, self.free_temperature, known_command, ambient, self.interval,
                  self.step, position, free, free_temperature)
         filled, known = self._filled(measured, free)
@@ -99,14 +107,16 @@ class HydraulicModel:
                     ambient, soft, soft_temperature)
         return HydraulicResult(soft, free, soft_temperature, free_temperature, known)
 
-    def _start(self, measured: np.ndarray) -> None:
-        first = [np.flatnonzero(np.isfinite(measured[name])) for name in
-                 ("rod_position", "pressure_piston_side", "pressure_rod_side")]
-        value = [float(measured[name][found[0]]) if found.size else default for name, found, default in zip(
-            ("rod_position", "pressure_piston_side", "pressure_rod_side"), first,
-            (0.5 * self.rig["cylinder.stroke"], self._load_pressure(), 0.0))]
-        settle(self._parameters, self._state, *value)
-        self._started = all(found.size for found in first)
+    def _place(self, measured: np.ndarray) -> None:
+        """Begin at rest at the measured pressures and position; take the position once it is there."""
+        if not self._started:
+            settle(self._parameters, self._state, _first(measured["rod_position"], 0.5 * self.rig["cylinder.stroke"]),
+                   _first(measured["pressure_piston_side"], self._load_pressure()), _first(measured["pressure_rod_side"], 0.0))
+            self._started = True
+            self._placed = bool(np.isfinite(measured["rod_position"]).any())
+        elif not self._placed and np.isfinite(measured["rod_position"]).any():
+            self._state[POSITION] = _first(measured["rod_position"], np.nan)
+            self._placed = True
 
     def _load_pressure(self) -> float:
         record = self._parameters[0]
@@ -115,18 +125,12 @@ class HydraulicModel:
 
     @staticmethod
     def _filled(measured: np.ndarray, free: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Telemetry with what is missing or too old taken from the free run; and where nothing was missing."""
+        """Telemetry with what is missing taken from the free run; and where nothing was missing."""
         filled = measured.copy()
         known = np.ones(measured.shape[0], dtype=bool)
-        for age, names in (("drive_age", ("speed", "torque", "current", "voltage", "electrical_power")),
-                           ("hydraulic_age", ("pressure_piston_side", "pressure_rod_side", "rod_position", "rod_velocity"))):
-            old = measured[age] > HOLD
-            for name in names:
-                missing = old | ~np.isfinite(measured[name])
-                filled[name][missing] = free[name][missing]
-                known &= ~missing
-            if age == "drive_age":
-                missing = old | ~np.isfinite(measured["current_square"])
-                filled["current_square"][missing] = free["mean_square_current"][missing]
+        for name in _DRIVING:
+            missing = ~np.isfinite(measured[name])
+            filled[name][missing] = free[_FREE_RUN_NAME.get(name, name)][missing]
+            known &= ~missing
         filled["acceleration"] = np.where(np.isfinite(filled["acceleration"]), filled["acceleration"], 0.0)
         return filled, known

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ddh_twin_py.physics.compiled import kernel
+from ddh_twin_py.physics.compiled import inlined, kernel
 
 INTERVAL = 0.05
 """s, the tick of the twin: outputs come at 20 Hz of measurement time."""
@@ -14,18 +14,26 @@ STANDSTILL = 0.3
 """s of zero command after which the rod counts as standing."""
 _ZERO_COMMAND = 1e-3  # rad/s
 
-# carry: last value of each column, its age, time at standstill, the newest command sample before the edge
+# carry: last value of each column and its age, time at standstill, the newest command sample before the edge
 _DRIVE, _HYDRAULIC = 6, 4
-CARRY = _DRIVE + _HYDRAULIC + 6
-_DRIVE_AGE, _HYDRAULIC_AGE, _STILL, _COMMAND_TIME, _COMMAND, _EDGE_COMMAND = range(_DRIVE + _HYDRAULIC, CARRY)
+_COLUMNS = _DRIVE + _HYDRAULIC
+_AGE = _COLUMNS
+CARRY = 2 * _COLUMNS + 4
+_STILL, _COMMAND_TIME, _COMMAND, _EDGE_COMMAND = range(2 * _COLUMNS, CARRY)
 
 
 def new_carry() -> np.ndarray:
     """What passes from one call of `reduce_intervals` to the next, before anything was measured; shape (CARRY,)."""
     carry = np.full(CARRY, np.nan)
-    carry[[_DRIVE_AGE, _HYDRAULIC_AGE]] = np.inf
+    carry[_AGE: _AGE + _COLUMNS] = np.inf
     carry[_STILL] = 0.0
     return carry
+
+
+@inlined
+def _held(carry, column):
+    """The last value of a column, NaN once it is older than `HOLD`."""
+    return carry[column] if carry[_AGE + column] <= HOLD else np.nan
 
 
 @kernel
@@ -41,29 +49,30 @@ def reduce_intervals(first_edge, interval, drive_time, drive, drive_stop, hydrau
         hydraulic_time, hydraulic, hydraulic_stop: the same with pressure_piston_side,
             pressure_rod_side, rod_position, rod_velocity.
         carry: in and out, see `new_carry`.
-        measured: out, shape (n,), `soft_sensor.MEASURED_DTYPE`; NaN where never measured.
+        measured: out, shape (n,), `soft_sensor.MEASURED_DTYPE`; NaN where nothing was
+            measured for longer than `HOLD`.
         command: out, rad/s at the edges, shape (n + 1,).
     """
     drive_start, hydraulic_start = 0, 0
-    total = np.empty(_DRIVE + _HYDRAULIC)
-    count = np.empty(_DRIVE + _HYDRAULIC)
+    total = np.empty(_COLUMNS)
+    count = np.empty(_COLUMNS)
     command[0] = carry[_EDGE_COMMAND]
     for k in range(measured.shape[0]):
         end = first_edge + (k + 1) * interval
         total[:] = 0.0
         count[:] = 0.0
         square, square_count = 0.0, 0
-        carry[_DRIVE_AGE] += interval
-        carry[_HYDRAULIC_AGE] += interval
+        for j in range(_COLUMNS):
+            carry[_AGE + j] += interval
         for i in range(drive_start, drive_stop[k]):
             for j in range(_DRIVE):
                 if np.isfinite(drive[i, j]):
                     total[j] += drive[i, j]
                     count[j] += 1.0
+                    carry[_AGE + j] = max(0.0, end - drive_time[i])
             if np.isfinite(drive[i, 3]):
                 square += drive[i, 3] * drive[i, 3]
                 square_count += 1
-                carry[_DRIVE_AGE] = max(0.0, end - drive_time[i])
             if np.isfinite(drive[i, 0]):
                 carry[_COMMAND_TIME] = drive_time[i]
                 carry[_COMMAND] = drive[i, 0]
@@ -72,8 +81,8 @@ def reduce_intervals(first_edge, interval, drive_time, drive, drive_stop, hydrau
                 if np.isfinite(hydraulic[i, j]):
                     total[_DRIVE + j] += hydraulic[i, j]
                     count[_DRIVE + j] += 1.0
-                    carry[_HYDRAULIC_AGE] = max(0.0, end - hydraulic_time[i])
-        for j in range(_DRIVE + _HYDRAULIC):
+                    carry[_AGE + _DRIVE + j] = max(0.0, end - hydraulic_time[i])
+        for j in range(_COLUMNS):
             if count[j] > 0.0:
                 carry[j] = total[j] / count[j]
 
@@ -97,19 +106,19 @@ def reduce_intervals(first_edge, interval, drive_time, drive, drive_stop, hydrau
             carry[_STILL] = 0.0
 
         m = measured[k]
-        m.speed_command = carry[0]
-        m.speed = carry[1]
-        m.torque = carry[2]
-        m.current = carry[3]
-        m.current_square = square / square_count if square_count > 0 else carry[3] * carry[3]
-        m.voltage = carry[4]
-        m.electrical_power = carry[5]
-        m.pressure_piston_side = carry[6]
-        m.pressure_rod_side = carry[7]
-        m.rod_position = carry[8]
-        m.rod_velocity = carry[9]
+        m.speed_command = _held(carry, 0)
+        m.speed = _held(carry, 1)
+        m.torque = _held(carry, 2)
+        m.current = _held(carry, 3)
+        m.current_square = square / square_count if square_count > 0 else m.current * m.current
+        m.voltage = _held(carry, 4)
+        m.electrical_power = _held(carry, 5)
+        m.pressure_piston_side = _held(carry, 6)
+        m.pressure_rod_side = _held(carry, 7)
+        m.rod_position = _held(carry, 8)
+        m.rod_velocity = _held(carry, 9)
         m.acceleration = (edge_command - before) / interval
-        m.drive_age = carry[_DRIVE_AGE]
-        m.hydraulic_age = carry[_HYDRAULIC_AGE]
+        m.drive_age = min(carry[_AGE + 1], carry[_AGE + 3])
+        m.hydraulic_age = np.min(carry[_AGE + _DRIVE: _AGE + _COLUMNS])
         m.standstill = carry[_STILL]
         drive_start, hydraulic_start = drive_stop[k], hydraulic_stop[k]

@@ -10,7 +10,7 @@ from ddh_twin_py.physics.balance import OPERATING_DTYPE
 from ddh_twin_py.physics.motor_only import motor_only
 from ddh_twin_py.physics.thermal_network import MOTOR_NODES, N
 from ddh_twin_py.rig import Rig
-from ddh_twin_py.twin.intervals import HOLD, INTERVAL
+from ddh_twin_py.twin.intervals import INTERVAL
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,7 @@ class MachineThermal:
         A motor whose telemetry stopped is taken as standing and reported as not known.
         """
         n = measured.shape[0]
-        known = (measured["drive_age"] <= HOLD) & np.isfinite(measured["speed"]) & np.isfinite(measured["current_square"])
+        known = np.isfinite(measured["speed"]) & np.isfinite(measured["current_square"])
         speed = np.where(known, measured["speed"], 0.0)
         current = np.where(known, measured["current"], 0.0)
         square = np.where(known, measured["current_square"], 0.0)

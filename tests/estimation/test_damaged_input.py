@@ -1,0 +1,75 @@
+"""Input that is not as it should be: the replay says so, knows less, and never breaks."""
+
+import numpy as np
+import pytest
+
+from ddh_twin_py.bags import damage
+from ddh_twin_py.bags.reader import read_recording
+from ddh_twin_py.estimation.replay import replay
+from ddh_twin_py.physics.thermal_network import NODES
+from ddh_twin_py.rig import load_rig
+
+DRIVE, HYDRAULICS = "drive/telemetry", "hydraulics/telemetry"
+
+
+@pytest.fixture(scope="module")
+def rig():
+    return load_rig()
+
+
+@pytest.fixture(scope="module")
+def sound(paper_cycle_bag):
+    return read_recording(paper_cycle_bag).between(0.0, 70.0)
+
+
+@pytest.fixture(scope="module")
+def healthy(sound, rig):
+    return replay(sound, rig)
+
+
+DAMAGE = {
+    "pressure in bar": (lambda r: damage.with_wrong_unit(damage.with_wrong_unit(r, HYDRAULICS, "pressure_piston_side", 1e-5), HYDRAULICS, "pressure_rod_side", 1e-5), "pressure", "pump_1_oil"),
+    "speed NaN for a while": (lambda r: damage.with_value(r, DRIVE, "speed", np.nan, 20.0, 60.0), "speed", "rotor"),
+    "all of the drive NaN": (lambda r: damage.with_value(damage.with_value(r, DRIVE, "current", np.nan, 30.0), DRIVE, "speed", np.nan, 30.0), "current", "end_winding"),
+    "temperature NaN": (lambda r: damage.with_value(r, "temperature/motor_winding", "temperature", np.nan, 10.0), "motor_winding", "end_winding"),
+    "pressure stuck": (lambda r: damage.with_stuck_sensor(r, HYDRAULICS, "pressure_rod_side", 20.0), "pressure_rod_side", "pump_2_oil"),
+    "winding stuck": (lambda r: damage.with_stuck_sensor(r, "temperature/motor_winding", "temperature", 10.0), "motor_winding", "end_winding"),
+    "drive stops and comes back": (lambda r: damage.without_samples(r, DRIVE, 20.0, 50.0), DRIVE, None),
+    "drive stops for good": (lambda r: damage.without_samples(r, DRIVE, 30.0, 1e9), None, "slot_winding"),
+    "no hydraulics": (lambda r: damage.without_stream(r, HYDRAULICS), None, "pump_1_oil"),
+    "repeated stamps": (lambda r: damage.with_repeated_stamps(r, DRIVE), DRIVE, None),
+    "late arrivals": (lambda r: damage.with_shuffled_arrival(r, HYDRAULICS, 0.4), HYDRAULICS, None),
+    "clock jumps back": (lambda r: damage.with_clock_jump(r, 40.0, -30.0), "back", None),
+    "clock jumps forward": (lambda r: damage.with_clock_jump(r, 40.0, 50.0), None, None),
+    "clock jumps a day forward": (lambda r: damage.with_clock_jump(r, 40.0, 86400.0), None, None),
+}
+
+
+@pytest.mark.parametrize("name", DAMAGE)
+def test_it_says_so_and_goes_on(name, sound, healthy, rig):
+    change, said, node = DAMAGE[name]
+    result = replay(change(sound), rig)
+    for values in (result.fused, result.fused_std, result.free_temperature):
+        assert np.all(np.isfinite(values))
+    assert np.all((result.fused > 250.0) & (result.fused < 400.0))
+    if said is not None:
+        assert any(said in str(finding) for finding in result.recording.warnings), [str(f) for f in result.recording.findings]
+    if node is not None:
+        at = NODES.index(node)
+        # at its worst, once the wide prior of the start has gone
+        n = min(len(result.time), len(healthy.time))
+        assert np.max(result.fused_std[400:n, at] / healthy.fused_std[400:n, at]) > 1.05
+
+
+def test_out_of_order_and_repeated_change_nothing(sound, healthy, rig):
+    for change in (lambda r: damage.with_repeated_stamps(r, DRIVE), lambda r: damage.with_shuffled_arrival(r, HYDRAULICS, 0.4)):
+        result = replay(change(sound), rig)
+        np.testing.assert_array_equal(result.fused, healthy.fused)
+
+
+def test_the_truth_stays_within_the_wider_interval(sound, healthy, rig):
+    """With the drive's telemetry gone the winding may have done anything, and the estimate says so."""
+    result = replay(damage.without_samples(sound, DRIVE, 20.0, 1e9), rig, without=("motor_winding", "motor_housing"))
+    at = NODES.index("end_winding")
+    last = min(len(result.time), len(healthy.time)) - 1
+    assert abs(result.fused[last, at] - healthy.fused[last, at]) < 2.0 * result.fused_std[last, at]
