@@ -1,4 +1,4 @@
-"""Which thermal node each temperature sensor reads."""
+"""Which thermal node each temperature sensor reads; its numbers are frozen into kernels."""
 
 from __future__ import annotations
 

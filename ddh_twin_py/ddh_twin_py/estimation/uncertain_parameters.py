@@ -2,7 +2,7 @@
 
 Each is a relative deviation with the sheet's tolerance as its standard deviation, a constant
 that the filter learns from sensors where they tell it, and else carries into the uncertainty
-of the estimates.
+of the estimates. The indices below are frozen into kernels.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """How kernels are compiled: once per version of the physics, kept in the user's cache.
 
 numba's own cache looks only at the file of a function and not at the functions that it calls.
-The cache folder therefore carries a digest of every source file of the packages that hold
-kernels, so that a changed equation can never meet an old binary.
+The cache folder therefore carries a digest of every source file that holds kernels, or (by its
+own word) numbers frozen into kernels, so that a changed equation can never meet an old binary.
 """
 
 from __future__ import annotations
@@ -14,16 +14,21 @@ from pathlib import Path
 import numba
 import numpy
 
-_ROOMS_WITH_KERNELS = ("rig", "physics", "telemetry", "twin", "estimation")
+_ROOMS_WITH_KERNELS = ("physics", "telemetry", "twin", "estimation", "gap")
+_MARKS = (b"physics.compiled import", b"frozen into kernels")
 
 
 def _cache_directory() -> Path:
     package = Path(__file__).resolve().parent.parent
-    digest = hashlib.sha256()
-    for room in _ROOMS_WITH_KERNELS:
-        for source in sorted((package / room).glob("*.py")) + sorted((package / room).glob("*.yaml")):
-            digest.update(source.name.encode())
+    digest = hashlib.sha256(Path(__file__).read_bytes())
+    for source in sorted((package / "rig").iterdir()):  # the fields of the parameter record
+        if source.suffix in (".py", ".yaml"):
             digest.update(source.read_bytes())
+    for room in _ROOMS_WITH_KERNELS:
+        for source in sorted((package / room).glob("*.py")):
+            content = source.read_bytes()
+            if any(mark in content for mark in _MARKS):
+                digest.update(source.name.encode() + content)
     digest.update(f"{numba.__version__} {numpy.__version__}".encode())
     base = os.environ.get("DDH_TWIN_CACHE") or os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache")
     return Path(base) / "ddh_twin" / "kernels" / digest.hexdigest()[:16]
