@@ -1,0 +1,343 @@
+"""Node: plays a bag into the graph, as fast as the graph takes it, without loss."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from fnmatch import fnmatchcase
+
+import numpy as np
+from rclpy.publisher import Publisher
+from rclpy.serialization import deserialize_message
+
+from ddh_msgs.msg import NodeProgress
+from ddh_msgs.srv import Seek, SetRate
+from ddh_twin_py.bags.topics import split_topic
+from ddh_twin_py.nodes import progress, qos
+from ddh_twin_py.nodes.flow_control import FlowControl
+from ddh_twin_py.nodes.inputs import Inputs
+from ddh_twin_py.nodes.message_classes import message_class
+from ddh_twin_py.nodes.node_base import TwinNode, run
+from ddh_twin_py.nodes.parameters import NodeError, Parameter
+from ddh_twin_py.nodes.wire import stamp_of
+from ddh_twin_py.sources.raw_bag import RawBag, RawBlock
+from ddh_twin_py.telemetry.signals import RIG_TOPIC, TOPIC_TYPES
+from rosgraph_msgs.msg import Clock as ClockMessage
+from std_srvs.srv import SetBool
+
+STEP = 0.005  # s of wall time between two looks at what is due
+_BURST = 250_000_000  # ns of data sent at once
+_SETTLE = 0.3  # s of wall time from the last match to the first message
+_SAY = 2.0  # s of wall time between two lines of progress
+_NOT_PLAYED = ("/clock", "/rosout", "/parameter_events")
+
+
+@dataclass(frozen=True)
+class Channel:
+    """One topic that is played; `stamped`: flow control looks at the header's stamp."""
+
+    publisher: Publisher
+    stamped: bool
+
+
+class BagPlayer(TwinNode):
+    """Publishes what a bag holds, and `/clock` in its time."""
+
+    PARAMETERS = (
+        Parameter("bag", "", "Bag to play: a rosbag2 folder, or one .mcap or .db3 file."),
+        Parameter(
+            "rate", 1.0, "Speed against real time; 0 plays as fast as the graph takes it. See the service set_rate.",
+            "1", 0.0, 10000.0,
+        ),
+        Parameter("start_offset", 0.0, "Where to begin, counted from the start of the bag.", "s", 0.0, 1e9),
+        Parameter("loop", False, "Begin again at the end. The stamps jump back; listeners start anew."),
+        Parameter("paused", False, "Wait for the service pause before the first message."),
+        Parameter("clock_rate", 40.0, "How often /clock is published, in wall time; 0: never.", "Hz", 0.0, 1000.0),
+        Parameter("topics", ("*",), "Patterns of topics to play, relative to the namespace of the bag, such as temperature/*."),
+        Parameter(
+            "wait_for_nodes", ("",),
+            "Names of nodes of this namespace that must listen before the first message is sent.",
+        ),
+        Parameter("wait", 10.0, "Longest wall time to wait for listeners (wait_for_nodes: an error after that).", "s", 0.0, 600.0),
+        Parameter("lead", 1.0, "How far in data time the player may run ahead of the slowest node that tells its progress.", "s", 0.1, 60.0),
+        Parameter("exit_at_end", True, "End the process at the end of the bag, once everything has been taken."),
+    )  # fmt: skip
+
+    def __init__(self) -> None:
+        super().__init__("bag_player")
+        if not self.values["bag"]:
+            raise NodeError("parameter bag is empty; it names the bag to play")
+        self._bag = RawBag(self.values["bag"])
+        for note in self._bag.notes:
+            self.get_logger().warning(f"{self._bag.path} {note}")
+        if self.values["start_offset"] > self._bag.duration:
+            raise NodeError(
+                f"parameter start_offset is {self.values['start_offset']:g} s, {self._bag.path} is {self._bag.duration:.1f} s long"
+            )
+        self._rate = self.values["rate"]
+        self._paused = self.values["paused"]
+        self._flow = FlowControl(self.values["lead"])
+        self._inputs = Inputs(self)
+        self._progress = self._inputs.add(progress.TOPIC, NodeProgress, qos.stream(reliable=True, depth=200))
+        self._channels = self._make_channels()
+        self._clock_publisher = self.create_publisher(ClockMessage, "/clock", 10)
+        self._publish_rig()
+        self.create_service(SetBool, "~/pause", self._on_pause)
+        self.create_service(Seek, "~/seek", self._on_seek)
+        self.create_service(SetRate, "~/set_rate", self._on_set_rate)
+        self.sent = self.loops = 0
+        self._waited_since = self.wall()
+        self._ready_since: float | None = None
+        self._playing = self._ending = False
+        self._said_at = self._clock_at = self._checked_at = 0.0
+        self._held = 0.0  # s of wall time in which the graph was slower than the rate asked for
+        self._begin(self.values["start_offset"])
+        self.get_logger().info(
+            f"{self._bag.path}: {self._bag.duration:.1f} s, {self._bag.count} messages, {len(self._channels)} topics"
+        )
+        self.every(STEP, self._step)
+
+    # --- topics ------------------------------------------------------------------------------
+
+    def _make_channels(self) -> dict[int, Channel]:
+        channels = {}
+        namespaces = {split[0] for topic, _ in self._bag.topics if (split := split_topic(topic))}
+        for number, (topic, type_name) in enumerate(self._bag.topics):
+            relative = _relative(topic, namespaces)
+            if topic in _NOT_PLAYED or not any(fnmatchcase(relative, p) for p in self.values["topics"]):
+                continue
+            kind = message_class(type_name)
+            if kind is None:
+                self.get_logger().warning(f"{self._bag.path}: topic {topic} is of type {type_name}, which is not installed; not played")
+                continue
+            profile = qos.LATCHED if relative == RIG_TOPIC else qos.stream(reliable=True)
+            stamped = relative in TOPIC_TYPES and relative != RIG_TOPIC
+            channels[number] = Channel(self.create_publisher(kind, relative, profile), stamped)
+        if not channels:
+            raise NodeError(f"parameter topics is {self.values['topics']}, no topic of {self._bag.path} is named so")
+        return channels
+
+    def _publish_rig(self) -> None:
+        """What is latched comes first, wherever in the bag playing begins."""
+        wanted = {n for n, c in self._channels.items() if c.publisher.qos_profile.durability == qos.LATCHED.durability}
+        for block in self._bag.blocks():
+            for place in np.flatnonzero(np.isin(block.topic, list(wanted))).tolist():
+                self._channels[int(block.topic[place])].publisher.publish(block.messages[place])
+                wanted.discard(int(block.topic[place]))
+            if not wanted:
+                return
+
+    # --- playing -----------------------------------------------------------------------------
+
+    def _begin(self, offset: float) -> None:
+        """Go on from `offset` s after the start of the bag."""
+        self._start_ns = self._bag.first_ns + round(offset * 1e9)
+        self._blocks: Iterator[RawBlock] = self._bag.blocks(self._start_ns)
+        self._block: RawBlock | None = None
+        self._at = 0
+        self._position_ns = self._start_ns
+        self._flow.jumped()
+        self._anchor()
+        self._ending = False
+
+    def _anchor(self) -> None:
+        """From here and now on the position follows the wall clock at the rate."""
+        self._anchor_wall, self._anchor_ns = self.wall(), self._position_ns
+
+    def _step(self) -> None:
+        wall = self.wall()
+        self._take_progress(wall)
+        if not self._playing:
+            self._wait_for_listeners(wall)
+            return
+        if wall - self._checked_at > 1.0:
+            self._checked_at = wall
+            for reason in self._flow.given_up(wall):
+                self.get_logger().warning(reason)
+        if self._ending:
+            self._end(wall)
+        elif not self._paused:
+            self._advance(wall)
+        if self.values["clock_rate"] and wall - self._clock_at >= 1.0 / self.values["clock_rate"]:
+            self._clock_at = wall
+            self._tell_clock()
+
+    def _advance(self, wall: float) -> None:
+        due = self._position_ns + _BURST
+        if self._rate > 0.0:
+            due = min(due, self._anchor_ns + round((wall - self._anchor_wall) * self._rate * 1e9))
+        limit = self._flow.limit()
+        if limit is not None and limit < due:
+            due = limit
+            self._held += STEP
+            if self._rate > 0.0 and wall - self._anchor_wall > 1.0 and self._anchor_ns + (wall - self._anchor_wall) * self._rate * 1e9 - limit > 1e9:
+                slowest = self._flow.slowest()
+                self.warn_once("slow", f"{slowest.name} cannot take {self._rate:g} times real time; playing as fast as it can")
+                self._position_ns = max(self._position_ns, due)
+                self._anchor()
+        if due > self._position_ns:
+            self._send_until(due)
+        if wall - self._said_at >= _SAY:
+            self._say(wall)
+
+    def _send_until(self, due_ns: int) -> None:
+        """Send what was logged up to `due_ns`."""
+        while True:
+            if self._block is None or self._at >= len(self._block.messages):
+                self._block, self._at = next(self._blocks, None), 0
+                if self._block is None:
+                    self._position_ns = self._bag.last_ns
+                    self._ending, self._ended_at = True, self.wall()
+                    return
+            stop = int(np.searchsorted(self._block.log_time, due_ns, side="right"))
+            if stop <= self._at:
+                break
+            self._send(self._block, self._at, stop)
+            self._at = stop
+            if stop < len(self._block.messages):
+                break
+        self._position_ns = due_ns
+
+    def _send(self, block: RawBlock, start: int, stop: int) -> None:
+        topics, times = block.topic[start:stop].tolist(), block.log_time[start:stop].tolist()
+        for topic, log_time, message in zip(topics, times, block.messages[start:stop], strict=True):
+            channel = self._channels.get(topic)
+            if channel is None:
+                continue
+            if channel.stamped:
+                self._flow.sent(channel.publisher.topic_name, stamp_of(message), log_time)
+            elif channel.publisher.qos_profile.durability == qos.LATCHED.durability:
+                continue  # published at the start
+            channel.publisher.publish(message)
+            self.sent += 1
+
+    def _end(self, wall: float) -> None:
+        """Wait until the last message was taken, then loop, exit, or stay."""
+        if self._flow.slowest() is not None:
+            return
+        if self.values["loop"]:
+            self.loops += 1
+            self.get_logger().info(f"end of the bag, beginning again (round {self.loops + 1}); stamps jump back")
+            self._begin(self.values["start_offset"])
+            return
+        if self._said_at is not None:
+            taken = max(wall - self._began_wall, 1e-9)
+            data = (self._bag.last_ns - self._bag.first_ns) * 1e-9 - self.values["start_offset"]
+            self.get_logger().info(
+                f"end of the bag: {self.sent} messages, {data:.1f} s of data in {taken:.1f} s, {data / taken:.1f} times real time; "
+                f"the graph held the player up for {self._held:.1f} s"
+            )
+            self._said_at = None
+        self.finished = self.values["exit_at_end"]
+
+    def _say(self, wall: float) -> None:
+        self._said_at = wall
+        done = (self._position_ns - self._bag.first_ns) * 1e-9
+        share = 100.0 * done / max(self._bag.duration, 1e-9)
+        data = (self._position_ns - self._begun_ns) * 1e-9
+        speed = data / max(wall - self._began_wall, 1e-9)
+        self.get_logger().info(f"{share:.0f} %, {done:.1f} of {self._bag.duration:.1f} s, {speed:.1f} times real time")
+
+    def _tell_clock(self) -> None:
+        message = ClockMessage()
+        message.clock.sec, message.clock.nanosec = divmod(self._position_ns, 1_000_000_000)
+        self._clock_publisher.publish(message)
+
+    # --- listeners ---------------------------------------------------------------------------
+
+    def _take_progress(self, wall: float) -> None:
+        for data in self._inputs.take(self._progress, wall):
+            message = deserialize_message(data, NodeProgress)
+            self._flow.report(message.node, dict(zip(message.topics, message.newest, strict=False)), wall)
+
+    def _wait_for_listeners(self, wall: float) -> None:
+        if wall - self._checked_at < 0.05:
+            return
+        self._checked_at = wall
+        missing = self._missing()
+        if missing:
+            self._ready_since = None
+            if wall - self._waited_since < self.values["wait"]:
+                return
+            if self._named():
+                raise NodeError(f"waited {self.values['wait']:g} s for {missing}; is it running, in namespace {self.get_namespace()}?")
+            self.get_logger().info(f"nobody listens after {self.values['wait']:g} s, playing all the same")
+        elif self._ready_since is None:
+            self._ready_since = wall
+            return
+        elif wall - self._ready_since < _SETTLE:
+            return
+        self._playing = True
+        self._began_wall, self._begun_ns, self._said_at = wall, self._position_ns, wall
+        self._anchor()
+        names = ", ".join(sorted(self._flow.consumers)) or "nobody that tells its progress"
+        self.get_logger().info(f"playing at {f'{self._rate:g} times real time' if self._rate else 'full speed'}; waiting for {names}")
+
+    def _named(self) -> list[str]:
+        return [name for name in self.values["wait_for_nodes"] if name]
+
+    def _missing(self) -> str:
+        """What is still awaited before the first message, '' when all are there."""
+        named = self._named()
+        if not named:
+            matched = any(channel.publisher.get_subscription_count() for channel in self._channels.values())
+            return "" if matched else "any listener"
+        prefix = self.get_namespace().rstrip("/")
+        for name in named:
+            full = name if name.startswith("/") else f"{prefix}/{name}"
+            consumer = self._flow.consumers.get(full)
+            if consumer is None:
+                return f"node {full}"
+            for channel in self._channels.values():
+                topic = channel.publisher.topic_name
+                if topic in consumer.topics and not self._listens(full, topic, channel.publisher):
+                    return f"node {full} to subscribe to {topic}"
+        return ""
+
+    def _listens(self, node: str, topic: str, publisher: Publisher) -> bool:
+        infos = self.get_subscriptions_info_by_topic(topic)
+        names = {f"{info.node_namespace.rstrip('/')}/{info.node_name}" for info in infos}
+        return node in names and publisher.get_subscription_count() >= len(infos)
+
+    # --- services ----------------------------------------------------------------------------
+
+    def _on_pause(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
+        if not request.data:
+            self._anchor()
+        self._paused = request.data
+        response.success = True
+        response.message = f"{'paused' if self._paused else 'playing'} at {(self._position_ns - self._bag.first_ns) * 1e-9:.3f} s"
+        return response
+
+    def _on_seek(self, request: Seek.Request, response: Seek.Response) -> Seek.Response:
+        if not 0.0 <= request.offset <= self._bag.duration:
+            response.message = f"offset is {request.offset:g} s, allowed are 0 to {self._bag.duration:.3f} s"
+            return response
+        self._begin(request.offset)
+        self.get_logger().info(f"now at {request.offset:g} s")
+        response.success = True
+        return response
+
+    def _on_set_rate(self, request: SetRate.Request, response: SetRate.Response) -> SetRate.Response:
+        if not 0.0 <= request.rate <= 10000.0:
+            response.message = f"rate is {request.rate:g}, allowed are 0 (full speed) to 10000"
+            return response
+        self._rate = request.rate
+        self._anchor()
+        response.success = True
+        return response
+
+    def close(self) -> None:
+        self._bag.close()
+
+
+def _relative(topic: str, namespaces: set[str]) -> str:
+    """Name within the rig's namespace; a topic of another namespace keeps its full name."""
+    for namespace in sorted(namespaces, key=len, reverse=True):
+        if topic.startswith(namespace + "/"):
+            return topic[len(namespace) + 1 :]
+    return topic
+
+
+def main(args: list[str] | None = None) -> int:
+    return run(BagPlayer, args)

@@ -1,0 +1,174 @@
+"""Small judgements composed into `/diagnostics`: one status per concern, value beside limit."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+
+import numpy as np
+
+from ddh_twin_py.nodes import qos
+from ddh_twin_py.nodes.inputs import Input
+from ddh_twin_py.nodes.node_base import TwinNode
+from ddh_twin_py.nodes.telemetry_feed import TelemetryFeed
+from ddh_twin_py.telemetry.causes import Cause
+from ddh_twin_py.telemetry.screening import StreamScreen
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+
+PERIOD = 1.0  # s of wall time
+HOLD = 10.0
+"""s of wall time for which a cause that struck is still shown in the level."""
+TOPIC = "/diagnostics"
+
+_PLAIN = {
+    Cause.NOT_A_NUMBER: "not a number",
+    Cause.INFINITE: "infinite",
+    Cause.OUT_OF_RANGE: "out of range",
+    Cause.WRONG_UNIT: "unit suspect",
+    Cause.STUCK: "stuck",
+    Cause.REPEATED: "repeated",
+    Cause.OUT_OF_ORDER: "out of order",
+    Cause.CLOCK_JUMP: "clock jumped back",
+    Cause.GAP: "stopped and came back",
+}
+_ERRORS = (Cause.WRONG_UNIT,)
+_HARMLESS = (Cause.OUT_OF_ORDER,)
+
+
+class Report:
+    """One status in the making; the worst level wins, messages are joined."""
+
+    def __init__(self, name: str, hardware_id: str) -> None:
+        self.status = DiagnosticStatus(level=DiagnosticStatus.OK, name=name, hardware_id=hardware_id)
+        self._messages: list[str] = []
+
+    def add(self, key: str, value: object, unit: str = "") -> None:
+        """A value, its unit in the key."""
+        if isinstance(value, float):
+            value = f"{value:.6g}"
+        self.status.values.append(KeyValue(key=f"{key} [{unit}]" if unit else key, value=str(value)))
+
+    def warn(self, message: str) -> None:
+        self._raise(DiagnosticStatus.WARN, message)
+
+    def error(self, message: str) -> None:
+        self._raise(DiagnosticStatus.ERROR, message)
+
+    def _raise(self, level: bytes, message: str) -> None:
+        self.status.level = max(self.status.level, level)
+        self._messages.append(message)
+
+    def finished(self, when_well: str) -> DiagnosticStatus:
+        self.status.message = "; ".join(self._messages) or when_well
+        return self.status
+
+
+class Health:
+    """Publishes the judgements of a node once a second of wall time."""
+
+    def __init__(self, node: TwinNode) -> None:
+        self._node = node
+        self._judges: list[tuple[str, Callable[[Report], str]]] = []
+        self._publisher = node.create_publisher(DiagnosticArray, TOPIC, qos.DIAGNOSTICS)
+        self.hardware_id = ""
+        node.every(PERIOD, self.publish)
+
+    def add(self, concern: str, judge: Callable[[Report], str]) -> None:
+        """A judge fills the report and returns what to say when all is well."""
+        self._judges.append((concern, judge))
+
+    def publish(self) -> None:
+        name = self._node.get_fully_qualified_name().lstrip("/")
+        message = DiagnosticArray()
+        message.header.stamp = self._node.get_clock().now().to_msg()
+        for concern, judge in self._judges:
+            report = Report(f"{name}: {concern}", self.hardware_id)
+            message.status.append(report.finished(judge(report)))
+        self._publisher.publish(message)
+
+
+class StreamJudge:
+    """One input stream: age, counts of every cause, last values beside what is allowed.
+
+    `required`: without it the node cannot do its work. `limit`: s of wall time after which it is
+    stale. Each cause is logged once, in a sentence, and counted after that.
+    """
+
+    def __init__(self, node: TwinNode, feed: TelemetryFeed, topic: str, required: bool, limit: float) -> None:
+        self._node, self._feed, self._topic = node, feed, topic
+        self._required, self._limit = required, limit
+        self._screen: StreamScreen = feed.screens[topic]
+        self._before: dict[str, int] = {}
+        self._struck: dict[str, float] = {}
+
+    def __call__(self, report: Report) -> str:
+        entry, screen = self._feed.inputs.all[self._topic], self._screen
+        wall = self._node.wall()
+        limit = max(self._limit, 2.5 * (screen.period or 0.0))
+        judge_age(report, entry, wall, limit, self._required)
+        counts = screen.health()
+        counts["late"] = self._feed.aligner.counts[self._topic, "late"]
+        new = {name for name, count in counts.items() if name != "samples" and count != self._before.get(name, 0)}
+        if new:
+            self._log(entry)
+        self._before = counts
+        self._struck.update(dict.fromkeys(new, wall))
+        report.add("messages", entry.received, "1")
+        report.add("rejected", entry.rejected, "1")
+        for cause, plain in _PLAIN.items():
+            count = counts[cause.name.lower()]
+            report.add(plain, count, "1")
+            if cause not in _HARMLESS and self._recent(cause.name.lower(), wall):
+                (report.error if cause in _ERRORS else report.warn)(f"{plain} ({count} times)")
+        report.add("too late, dropped", counts["late"], "1")
+        if self._recent("late", wall):
+            report.warn(f"too late, dropped ({counts['late']} times)")
+        self._values(report)
+        return "well" if entry.received else "not there, not needed"
+
+    def _recent(self, name: str, wall: float) -> bool:
+        return name in self._struck and wall - self._struck[name] < HOLD
+
+    def _log(self, entry: Input) -> None:
+        for finding in self._screen.findings(topic=entry.name):
+            cause = (finding.topic, finding.field, finding.first_time)
+            self._node.warn_once(cause, finding.message)
+
+    def _values(self, report: Report) -> None:
+        last = self._feed.last.get(self._topic)
+        if last is None:
+            return
+        for signal, value in zip(self._screen.signals, last, strict=False):
+            report.add(signal.field, float(signal.to_message(value)), signal.message_unit)
+            report.add(f"{signal.field} lowest", float(signal.to_message(signal.lowest)), signal.message_unit)
+            report.add(f"{signal.field} highest", float(signal.to_message(signal.highest)), signal.message_unit)
+
+
+def judge_age(report: Report, entry: Input, wall: float, limit: float, required: bool) -> None:
+    """Is the input there, and fresh."""
+    age = np.nan if entry.arrived is None else wall - entry.arrived
+    report.add("age", float(age), "s")
+    report.add("age limit", float(limit), "s")
+    if entry.arrived is None:
+        if required:
+            report.error(f"no message yet on {entry.name}")
+    elif age > limit:
+        (report.error if required else report.warn)(f"stale: {age:.1f} s without a message, limit {limit:g} s")
+
+
+def judge_clock(report: Report, jumps: int, restarts: int) -> str:
+    """Did the data's clock jump back."""
+    report.add("backward jumps", jumps, "1")
+    report.add("backward jumps expected", 0, "1")
+    report.add("model restarts", restarts, "1")
+    if jumps:
+        report.warn(f"jumped back {jumps} times, the state was reset each time")
+    return "runs forward"
+
+
+def add_streams(
+    health: Health, node: TwinNode, feed: TelemetryFeed, required: Iterable[str], limit: float
+) -> None:
+    """A judge for every telemetry stream of a feed."""
+    needed = set(required)
+    for topic in feed.screens:
+        health.add(topic, StreamJudge(node, feed, topic, topic in needed, limit))

@@ -1,0 +1,100 @@
+"""Node: pressures, flows, torque and losses from telemetry, and the free run from the command alone."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ddh_msgs.msg import HydraulicState, ResidualArray, TemperatureEstimateArray
+from ddh_twin_py.nodes import qos
+from ddh_twin_py.nodes.conversion import (
+    FREE_RUN,
+    SOFT_SENSOR,
+    hydraulic_layout,
+    hydraulic_residual_layout,
+    hydraulic_residuals,
+    hydraulic_values,
+    to_kelvin,
+)
+from ddh_twin_py.nodes.health import Report
+from ddh_twin_py.nodes.intervals_feed import Batch
+from ddh_twin_py.nodes.model_node import ModelNode
+from ddh_twin_py.nodes.node_base import run
+from ddh_twin_py.nodes.parameters import Parameter
+from ddh_twin_py.nodes.wire import BulkParser
+from ddh_twin_py.physics.thermal_network import NODES
+from ddh_twin_py.telemetry.signals import DRIVE_TOPIC, HYDRAULIC_TOPIC
+from ddh_twin_py.twin.hydraulic_model import HydraulicModel
+
+FUSED_TOPIC = "temperature/estimates"
+FRESH = 5_000_000_000  # ns of data for which a fused temperature is used
+
+
+class HydraulicModelNode(ModelNode):
+    """Telemetry to `hydraulics/state`, `hydraulics/prediction` and `hydraulics/residuals`."""
+
+    PARAMETERS = (
+        Parameter(
+            "use_fused_temperatures", True,
+            "Take the oil temperatures of temperature_fusion for viscosity where they are fresh; else the model's own.",
+            read_only=False,
+        ),
+    )  # fmt: skip
+
+    def __init__(self) -> None:
+        super().__init__("hydraulic_model", topics=[DRIVE_TOPIC, HYDRAULIC_TOPIC], awaited=[DRIVE_TOPIC, HYDRAULIC_TOPIC])
+        self._soft_layout, self._free_layout = hydraulic_layout(SOFT_SENSOR), hydraulic_layout(FREE_RUN)
+        self._residual_layouts = [hydraulic_residual_layout(source) for source in (SOFT_SENSOR, FREE_RUN)]
+        self._soft = self.create_publisher(HydraulicState, "hydraulics/state", qos.OUTPUT)
+        self._free = self.create_publisher(HydraulicState, "hydraulics/prediction", qos.OUTPUT)
+        self._residuals = self.create_publisher(ResidualArray, "hydraulics/residuals", qos.OUTPUT)
+        self._fused_input = self.feed.inputs.add(FUSED_TOPIC, TemperatureEstimateArray)
+        self._fused_parser = BulkParser(TemperatureEstimateArray)
+        self._fused: tuple[int, np.ndarray] | None = None  # stamp in ns, K (N,)
+        self._fused_used = False
+        self.begin(required=[DRIVE_TOPIC, HYDRAULIC_TOPIC])
+        self.health.add(FUSED_TOPIC, self._judge_fused)
+
+    def take(self, wall: float) -> bool:
+        messages = self.feed.inputs.take(self._fused_input, wall)
+        for example, stamps, values in self._fused_parser.parse(messages[-1:]):
+            places = {estimate.location: i for i, estimate in enumerate(example.estimates)}
+            if all(node in places for node in NODES):
+                order = [places[node] for node in NODES]
+                self._fused = int(stamps[-1]), to_kelvin(values["estimates.temperature"][-1, order])
+                self._fused_input.newest_ns = int(stamps[-1])
+        return super().take(wall)
+
+    def make_model(self, temperature: np.ndarray, payload_mass: float | None) -> HydraulicModel:
+        return HydraulicModel(self.rig, temperature, payload_mass, self.interval)
+
+    def run_model(self, model: HydraulicModel, batch: Batch, air: np.ndarray) -> np.ndarray:
+        model.use_temperatures(self._fresh_temperatures(int(batch.end_ns[0])))
+        result = model.advance(batch.measured, batch.command, air)
+        points = (result.soft, result.free)
+        self._send(self._soft, self._soft_layout, batch, hydraulic_values(result.soft, result.soft_temperature, result.known, self.interval))
+        self._send(self._free, self._free_layout, batch, hydraulic_values(result.free, result.free_temperature, result.known, self.interval))
+        for layout, point in zip(self._residual_layouts, points, strict=True):
+            self._send(self._residuals, layout, batch, hydraulic_residuals(self.rig, batch.measured, point))
+        return result.known
+
+    def _send(self, publisher, layout, batch: Batch, values: dict) -> None:
+        for message in layout.compose(batch.end_ns, values):
+            publisher.publish(message)
+
+    def _fresh_temperatures(self, now_ns: int) -> np.ndarray | None:
+        wanted = self.get_parameter("use_fused_temperatures").value
+        fresh = wanted and self._fused is not None and abs(now_ns - self._fused[0]) < FRESH
+        self._fused_used = bool(fresh)
+        return self._fused[1] if fresh else None
+
+    def _judge_fused(self, report: Report) -> str:
+        age = (self.newest_ns - self._fused[0]) * 1e-9 if self._fused is not None else float("nan")
+        report.add("messages", self._fused_input.received, "1")
+        report.add("age in data", age, "s")
+        report.add("age limit", FRESH * 1e-9, "s")
+        report.add("used", self._fused_used)
+        return "used" if self._fused_used else "not used, the model takes its own temperatures"
+
+
+def main(args: list[str] | None = None) -> int:
+    return run(HydraulicModelNode, args)

@@ -1,0 +1,118 @@
+"""From ticks to the intervals that the models take, in batches."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from ddh_twin_py.estimation.temperature_fusion import Reading
+from ddh_twin_py.physics.soft_sensor import MEASURED_DTYPE
+from ddh_twin_py.telemetry.alignment import Tick
+from ddh_twin_py.telemetry.signals import (
+    DRIVE_FIELDS,
+    DRIVE_TOPIC,
+    HYDRAULIC_FIELDS,
+    HYDRAULIC_TOPIC,
+    TEMPERATURE_PREFIX,
+)
+from ddh_twin_py.twin.intervals import new_carry, reduce_intervals
+
+AMBIENT = "ambient"
+
+
+@dataclass(frozen=True)
+class Batch:
+    """n intervals that follow each other.
+
+    `first`: the model starts anew with them. `end_ns` int64[n]; `measured` `MEASURED_DTYPE` (n,);
+    `command` rad/s at the edges, (n + 1,); `air` K as read in each interval, (n,), NaN where it
+    was not; `readings` of the temperature sensors, index within the batch.
+    """
+
+    first: bool
+    end_ns: np.ndarray
+    measured: np.ndarray
+    command: np.ndarray
+    air: np.ndarray
+    readings: list[Reading]
+
+    def __len__(self) -> int:
+        return self.end_ns.size
+
+
+class IntervalsFeed:
+    """Reduces ticks to intervals.
+
+    Holds back the newest tick, whose samples tell the command at the last edge, and at each
+    start the ticks of `start` seconds, whose readings tell where the models start.
+    """
+
+    def __init__(self, interval: float, start: float) -> None:
+        self._interval = interval
+        self._start_ticks = max(1, round(start / interval) + 1)
+        self._waiting: list[Tick] = []
+        self._begin(None)
+
+    def _begin(self, epoch_ns: int | None) -> None:
+        self._carry = new_carry()
+        self._epoch_ns = epoch_ns
+        self._started = False
+
+    def add(self, ticks: list[Tick], flush: bool = False) -> Iterator[Batch]:
+        """Batches that can be computed now; `flush`: hold nothing back."""
+        for tick in ticks:
+            if tick.restart and self._waiting:
+                yield self._reduce(self._waiting, None)
+                self._waiting = []
+            if tick.restart or self._epoch_ns is None:
+                self._begin(tick.start_ns)
+            self._waiting.append(tick)
+        held = 0 if flush else 1
+        enough = len(self._waiting) > (held if self._started or flush else self._start_ticks)
+        if enough:
+            ready = self._waiting[: len(self._waiting) - held]
+            following = self._waiting[-1] if held else None
+            self._waiting = self._waiting[len(ready) :]
+            yield self._reduce(ready, following)
+
+    def _reduce(self, ticks: list[Tick], following: Tick | None) -> Batch:
+        n = len(ticks)
+        end_ns = np.array([tick.end_ns for tick in ticks], np.int64)
+        measured, command = np.zeros(n, MEASURED_DTYPE), np.empty(n + 1)
+        beyond = [*ticks, following] if following is not None else ticks
+        reduce_intervals(
+            (ticks[0].start_ns - self._epoch_ns) * 1e-9, self._interval,
+            *self._joined(beyond, n, DRIVE_TOPIC, len(DRIVE_FIELDS)),
+            *self._joined(beyond, n, HYDRAULIC_TOPIC, len(HYDRAULIC_FIELDS)),
+            self._carry, measured, command,
+        )  # fmt: skip
+        air, readings = np.full(n, np.nan), []
+        for i, tick in enumerate(ticks):
+            for reading in readings_of(tick, i):
+                readings.append(reading)
+                if reading.sensor == AMBIENT:
+                    air[i] = reading.temperature
+        first, self._started = not self._started, True
+        return Batch(first, end_ns, measured, command, air, readings)
+
+    def _joined(self, ticks: list[Tick], n: int, topic: str, width: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Times in s, samples (m, width) of all ticks, and for the first n where each one ends."""
+        parts = [tick.samples[topic] for tick in ticks if topic in tick.samples]
+        if not parts:
+            return np.empty(0), np.empty((0, width)), np.zeros(n, np.int64)
+        stamps = np.concatenate([part.stamp for part in parts])
+        values = np.ascontiguousarray(np.concatenate([part.values for part in parts]))
+        stop = np.cumsum([len(part) for part in parts[:n]])
+        return (stamps - self._epoch_ns) * 1e-9, values, stop
+
+
+def readings_of(tick: Tick, index: int) -> Iterator[Reading]:
+    """Temperature readings of a tick that are believed, `index` being its place in the batch."""
+    for topic, samples in tick.samples.items():
+        if topic.startswith(TEMPERATURE_PREFIX) and len(samples):
+            sensor = topic.removeprefix(TEMPERATURE_PREFIX)
+            for value in samples.values[:, 0]:
+                if np.isfinite(value):
+                    yield Reading(index, sensor, float(value))

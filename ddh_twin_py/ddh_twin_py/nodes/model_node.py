@@ -1,0 +1,189 @@
+"""What the nodes that run a model on telemetry share."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable
+
+import numpy as np
+
+from ddh_msgs.msg import RigInfo
+from ddh_twin_py.estimation.start import START, start_temperature
+from ddh_twin_py.nodes import qos
+from ddh_twin_py.nodes.health import Health, Report, add_streams, judge_clock
+from ddh_twin_py.nodes.intervals_feed import Batch, IntervalsFeed
+from ddh_twin_py.nodes.node_base import POLL_PERIOD, TwinNode
+from ddh_twin_py.nodes.parameters import Parameter
+from ddh_twin_py.nodes.progress import Progress
+from ddh_twin_py.nodes.telemetry_feed import TelemetryFeed
+from ddh_twin_py.rig import load_rig
+from ddh_twin_py.telemetry.alignment import INTERVAL, REORDER_WINDOW, Tick
+from ddh_twin_py.telemetry.signals import RIG_TOPIC, TEMPERATURE_PREFIX, TEMPERATURE_SENSORS, ZERO_CELSIUS
+from ddh_twin_py.twin.ambient import AmbientTracker
+
+ADAPT_PERIOD = 0.25  # s of wall time
+TEMPERATURE_TOPICS = tuple(TEMPERATURE_PREFIX + sensor for sensor in TEMPERATURE_SENSORS)
+AMBIENT_TOPIC = TEMPERATURE_PREFIX + "ambient"
+
+RIG = Parameter("rig", "", "Rig sheet (YAML); entries left out are those of the reference sheet. Empty: the reference sheet.")
+TWIN_PARAMETERS = (
+    RIG,
+    Parameter("interval", INTERVAL, "Length of one interval of data; outputs come once for each.", "s", 0.01, 1.0),
+    Parameter(
+        "reorder_window", REORDER_WINDOW,
+        "How late a message may be and is still sorted in; outputs lag behind the data by this. "
+        "Stamps that step back further are a clock that jumped.", "s", 0.05, 10.0,
+    ),
+    Parameter("stale_after", 2.0, "Wall time without a message after which an input is called stale.", "s", 0.1, 3600.0),
+    Parameter(
+        "flush_after", 2.0,
+        "Wall time without any message after which the last intervals are worked off without waiting for more.",
+        "s", 0.2, 60.0,
+    ),
+)  # fmt: skip
+MODEL_PARAMETERS = (
+    *TWIN_PARAMETERS,
+    Parameter(
+        "stream_timeout", 2.0,
+        "How much data time an interval waits for a stream that has stopped; after that it is not waited for.",
+        "s", 0.1, 60.0,
+    ),
+    Parameter(
+        "start", START,
+        "Length of data whose temperature readings tell where the model starts; nothing is published before.",
+        "s", 0.0, 60.0,
+    ),
+)  # fmt: skip
+
+
+def rig_path(given: str) -> str | None:
+    """A path, or None for the reference sheet."""
+    return given or None
+
+
+class TelemetryNode(TwinNode):
+    """A node fed with ticks of telemetry; a subclass makes `feed` and does the work in `work`."""
+
+    feed: TelemetryFeed
+
+    def begin(self, required: Collection[str]) -> None:
+        """Start looking at the inputs; to be called at the end of the constructor."""
+        self.health = Health(self)
+        add_streams(self.health, self, self.feed, required, self.values["stale_after"])
+        self.health.add("clock", self._judge_clock)
+        self.progress = Progress(self, self.feed.inputs)
+        self.restarts = 0
+        self.rig_info: RigInfo | None = None
+        self.create_subscription(RigInfo, RIG_TOPIC, self._take_rig, qos.LATCHED)
+        self._last_data: float | None = None
+        self.every(POLL_PERIOD, self.poll)
+        self.every(ADAPT_PERIOD, self.feed.inputs.adapt)
+
+    def poll(self) -> None:
+        """Take in what came, do what can be done, tell how far we are."""
+        wall = self.wall()
+        if self.take(wall):
+            self._last_data = wall
+        ticks = self.feed.ready()
+        flush = self._last_data is not None and wall - self._last_data > self.values["flush_after"]
+        if flush:
+            self._last_data = None
+            ticks += self.feed.flush()
+        for tick in ticks:
+            if tick.restart:
+                self._note_restart(tick)
+        if ticks or flush:
+            self.work(ticks, flush)
+        self.progress.tell(wall)
+
+    def take(self, wall: float) -> bool:
+        """Take in what waits on all inputs; whether there was anything."""
+        return self.feed.take(wall)
+
+    def work(self, ticks: list[Tick], flush: bool) -> None:
+        raise NotImplementedError
+
+    def _note_restart(self, tick: Tick) -> None:
+        self.restarts += 1
+        self.warn_once("restart", f"the stamps do not go on but restart at {tick.start_ns * 1e-9:.3f} s; the model begins anew")
+
+    @property
+    def jumps(self) -> int:
+        """How often the data's clock jumped back."""
+        return sum(count for (_, cause), count in self.feed.aligner.counts.items() if cause == "clock_jump")
+
+    def _judge_clock(self, report: Report) -> str:
+        return judge_clock(report, self.jumps, self.restarts)
+
+    def _take_rig(self, message: RigInfo) -> None:
+        before = self.rig_info
+        self.rig_info = message
+        self.health.hardware_id = message.rig_id
+        if before is None or (before.rig_id, before.payload_mass) != (message.rig_id, message.payload_mass):
+            self.get_logger().info(f"rig {message.rig_id}, {message.oil_grade}, payload {message.payload_mass:g} kg")
+            self.rig_changed()
+
+    def rig_changed(self) -> None:
+        """Called when another rig, or another payload, was announced."""
+
+
+class ModelNode(TelemetryNode):
+    """A model that runs on intervals; a subclass says how it is made and what it publishes."""
+
+    def __init__(self, name: str, topics: Collection[str], awaited: Collection[str], extra: Iterable[Parameter] = ()) -> None:
+        super().__init__(name, (*MODEL_PARAMETERS, *extra))
+        values = self.values
+        self.rig = load_rig(rig_path(values["rig"]))
+        self.interval = values["interval"]
+        self.feed = TelemetryFeed(
+            self, self.rig, (*topics, *TEMPERATURE_TOPICS), awaited, self.interval, values["reorder_window"],
+            values["stream_timeout"],
+        )  # fmt: skip
+        self._intervals = IntervalsFeed(self.interval, values["start"])
+        self._model: object | None = None
+        self.done = 0
+        self.newest_ns = 0
+        self.known_share = 0.0
+
+    def begin(self, required: Collection[str]) -> None:
+        super().begin(required)
+        self.health.add("model", self._judge_model)
+
+    def make_model(self, temperature: np.ndarray, payload_mass: float | None) -> object:
+        """The model at its start: K (N,), kg or None."""
+        raise NotImplementedError
+
+    def run_model(self, model: object, batch: Batch, air: np.ndarray) -> np.ndarray:
+        """Advance over a batch with air in K (n,) and publish; returns bool (n,), whether telemetry was there."""
+        raise NotImplementedError
+
+    def work(self, ticks: list[Tick], flush: bool) -> None:
+        for batch in self._intervals.add(ticks, flush):
+            self._advance(batch)
+
+    def _advance(self, batch: Batch) -> None:
+        if batch.first or self._model is None:
+            self._air = AmbientTracker(ZERO_CELSIUS + self.rig["ambient"], self.interval)
+        air = self._air.advance(batch.air)
+        if batch.first or self._model is None:
+            first_air = air[min(len(batch) - 1, round(START / self.interval))]
+            payload = self.rig_info.payload_mass if self.rig_info is not None else None
+            self._model = self.make_model(start_temperature(batch.readings, first_air, self.interval), payload)
+        known = self.run_model(self._model, batch, air)
+        self.done += len(batch)
+        self.newest_ns = int(batch.end_ns[-1])
+        self.known_share = float(known.mean())
+
+    def rig_changed(self) -> None:
+        if self._model is not None:
+            self.get_logger().warning("the rig was announced while the model ran; the model begins anew")
+            self._model = None
+
+    def _judge_model(self, report: Report) -> str:
+        newest = max((entry.newest_ns for entry in self.feed.inputs.all.values()), default=0)
+        report.add("intervals done", self.done, "1")
+        report.add("behind the newest message", (newest - self.newest_ns) * 1e-9 if self.newest_ns else float("nan"), "s")
+        report.add("behind expected", self.values["reorder_window"] + 2.0 * self.interval, "s")
+        report.add("intervals with telemetry", self.known_share, "1")
+        if self.done and self.known_share < 1.0:
+            report.warn("telemetry is missing, the model goes on without")
+        return "runs" if self.done else "waits for telemetry"

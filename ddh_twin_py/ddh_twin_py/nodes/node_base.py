@@ -1,0 +1,107 @@
+"""What every node of the twin shares: parameters, a clean start, a clean stop."""
+
+from __future__ import annotations
+
+import gc
+import signal
+import sys
+from collections.abc import Callable, Iterable
+
+import rclpy
+from rclpy.clock import Clock, ClockType
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.signals import SignalHandlerOptions
+
+from ddh_twin_py.bags.errors import BagError
+from ddh_twin_py.nodes.parameters import NodeError, Parameter, declare
+from ddh_twin_py.rig import RigError
+
+NAMESPACE = "ddh"
+"""Where a node lives unless it is started with ``-r __ns:=/other``."""
+
+POLL_PERIOD = 0.01
+"""s of wall time between two looks at the inputs."""
+
+
+class TwinNode(Node):
+    """A node in the namespace `ddh`, or in the one it was started with.
+
+    `values` holds its parameters by name. A node that has done its work sets `finished`, and
+    `exit_code` where that is not 0.
+    """
+
+    PARAMETERS: tuple[Parameter, ...] = ()
+
+    def __init__(self, name: str, extra: Iterable[Parameter] = ()) -> None:
+        super().__init__(name, namespace=NAMESPACE)
+        self.finished = False
+        self.exit_code = 0
+        self.wall_clock = Clock(clock_type=ClockType.STEADY_TIME)
+        self.values = declare(self, (*self.PARAMETERS, *extra))
+        self._said: set[object] = set()
+
+    def wall(self) -> float:
+        """Seconds of a clock that never jumps; for waiting and for ages, never for the model."""
+        return self.wall_clock.now().nanoseconds * 1e-9
+
+    def every(self, period: float, callback: Callable[[], None]):
+        """Call back each `period` s of wall time, also where simulated time stands still."""
+        return self.create_timer(period, callback, clock=self.wall_clock)
+
+    def warn_once(self, cause: object, text: str) -> bool:
+        """Log a warning the first time that its cause is met; tells whether it was the first."""
+        if cause in self._said:
+            return False
+        self._said.add(cause)
+        self.get_logger().warning(text)
+        return True
+
+    def close(self) -> None:
+        """Called once before the end, whatever caused it; ROS still works."""
+
+
+class _Stop:
+    """Set by SIGINT and SIGTERM."""
+
+    def __init__(self) -> None:
+        self.asked = False
+        for number in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(number, self._ask)  # also where a shell started us with SIGINT ignored
+
+    def _ask(self, number: int, frame: object) -> None:
+        self.asked = True
+
+
+def run(make: Callable[[], TwinNode], args: list[str] | None = None) -> int:
+    """Spin a node until it is finished, or SIGINT or SIGTERM come; returns the exit code.
+
+    0: stopped or finished; 2: what it was given cannot be used, said in one line.
+    """
+    stop = _Stop()
+    try:
+        rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
+    except RuntimeError as error:  # ROS arguments or a parameter file that cannot be read
+        print(f"error: {str(error).split(', at /')[0]}", file=sys.stderr)
+        return 2
+    node = None
+    try:
+        node = make()
+        executor = SingleThreadedExecutor()
+        executor.add_node(node)
+        gc.collect()
+        gc.freeze()
+        while not stop.asked and not node.finished:
+            executor.spin_once(timeout_sec=1.0)
+        node.close()
+        return node.exit_code
+    except (NodeError, BagError, RigError) as error:
+        if node is None:
+            print(f"error: {error}", file=sys.stderr)
+        else:
+            node.get_logger().fatal(str(error))
+        return 2
+    finally:
+        if node is not None:
+            node.destroy_node()
+        rclpy.try_shutdown()

@@ -1,0 +1,103 @@
+"""Parameters of a node, declared once: name, default, unit, bounds, description."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
+from rclpy.exceptions import (
+    InvalidParameterTypeException,
+    InvalidParameterValueException,
+    ParameterUninitializedException,
+)
+from rclpy.node import Node
+from rclpy.parameter import Parameter as RosParameter
+
+_BOUNDLESS = 1e18
+
+
+class NodeError(Exception):
+    """A node cannot start or go on; the message is one line for people."""
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """One parameter.
+
+    The type is that of `default` (a tuple of strings is a string array). `lowest` and `highest`
+    bound a number, `choices` a string. A parameter that is not `read_only` may change at run time.
+    """
+
+    name: str
+    default: bool | int | float | str | tuple[str, ...]
+    description: str
+    unit: str = ""
+    lowest: float | None = None
+    highest: float | None = None
+    choices: tuple[str, ...] = ()
+    read_only: bool = True
+
+    @property
+    def type_name(self) -> str:
+        """As ROS calls it."""
+        names = {bool: "bool", int: "integer", float: "double", str: "string", tuple: "string array"}
+        return names[type(self.default)]
+
+    def descriptor(self) -> ParameterDescriptor:
+        """What `ros2 param describe` shows."""
+        text = self.description + (f" [{self.unit}]" if self.unit else "")
+        descriptor = ParameterDescriptor(description=text, read_only=self.read_only)
+        if self.choices:
+            descriptor.additional_constraints = "one of " + ", ".join(repr(c) for c in self.choices)
+        lowest = -_BOUNDLESS if self.lowest is None else self.lowest
+        highest = _BOUNDLESS if self.highest is None else self.highest
+        bounded = self.lowest is not None or self.highest is not None
+        if bounded and isinstance(self.default, float):
+            descriptor.floating_point_range = [FloatingPointRange(from_value=float(lowest), to_value=float(highest))]
+        elif bounded:
+            descriptor.integer_range = [IntegerRange(from_value=int(lowest), to_value=int(highest), step=1)]
+        return descriptor
+
+    def bounds(self) -> str:
+        """What is allowed, in words."""
+        if self.choices:
+            return "one of " + ", ".join(repr(choice) for choice in self.choices)
+        if self.lowest is not None and self.highest is not None:
+            return f"{self.lowest:g} to {self.highest:g}"
+        if self.lowest is not None:
+            return f"{self.lowest:g} or more"
+        return f"{self.highest:g} or less" if self.highest is not None else "any"
+
+
+def declare(node: Node, parameters: Iterable[Parameter]) -> dict[str, object]:
+    """Declare all parameters and return their values by name.
+
+    Raises NodeError naming parameter, value given and what is allowed.
+    """
+    values = {}
+    overrides = node._parameter_overrides  # what the command line and parameter files gave
+    for parameter in parameters:
+        default = list(parameter.default) if isinstance(parameter.default, tuple) else parameter.default
+        kind = RosParameter.Type.STRING_ARRAY if isinstance(default, list) else RosParameter.Type.from_parameter_value(default)
+        given = overrides.get(parameter.name)
+        try:
+            node.declare_parameter(parameter.name, default, parameter.descriptor())
+            chosen = node.get_parameter(parameter.name).value
+        except (InvalidParameterTypeException, InvalidParameterValueException, ParameterUninitializedException):
+            shown = given.value if given is not None else None
+            hint = f"; write {float(shown)}" if kind is RosParameter.Type.DOUBLE and type(shown) is int else ""
+            raise NodeError(
+                f"parameter {parameter.name} is {shown!r}, it must be of type {parameter.type_name} and "
+                f"{parameter.bounds()}{hint}"
+            ) from None
+        if parameter.choices and chosen not in parameter.choices:
+            raise NodeError(f"parameter {parameter.name} is {chosen!r}, it must be {parameter.bounds()}")
+        values[parameter.name] = list(chosen) if isinstance(default, list) else chosen
+    for name in overrides:
+        if not node.has_parameter(name) and not name.startswith("qos_overrides."):
+            near = difflib.get_close_matches(name, sorted(values), n=1, cutoff=0.0)
+            said = f"; nearest is {near[0]}" if near else ""
+            node.get_logger().warning(f"there is no parameter {name}, it is ignored{said}")
+    return values

@@ -1,0 +1,102 @@
+"""Telemetry as ticks: subscriptions, decoding, screening and alignment of one node."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+
+import numpy as np
+from rclpy.node import Node
+
+from ddh_msgs.msg import DriveTelemetry, HydraulicTelemetry
+from ddh_twin_py.bags.cdr import stamped_floats
+from ddh_twin_py.nodes.inputs import Input, Inputs
+from ddh_twin_py.rig import Rig
+from ddh_twin_py.telemetry.alignment import Tick, TickAligner
+from ddh_twin_py.telemetry.screening import StreamScreen
+from ddh_twin_py.telemetry.signals import (
+    DRIVE_FIELDS,
+    DRIVE_TOPIC,
+    HYDRAULIC_FIELDS,
+    HYDRAULIC_TOPIC,
+    TEMPERATURE_FIELDS,
+    TEMPERATURE_PREFIX,
+    ZERO_CELSIUS,
+)
+from sensor_msgs.msg import Temperature
+
+
+def field_count(topic: str) -> int:
+    """Numbers in one sample of a telemetry topic."""
+    if topic.startswith(TEMPERATURE_PREFIX):
+        return len(TEMPERATURE_FIELDS)
+    return len({DRIVE_TOPIC: DRIVE_FIELDS, HYDRAULIC_TOPIC: HYDRAULIC_FIELDS}[topic])
+
+
+def message_type(topic: str) -> type:
+    """Message class of a telemetry topic."""
+    return {DRIVE_TOPIC: DriveTelemetry, HYDRAULIC_TOPIC: HydraulicTelemetry}.get(topic, Temperature)
+
+
+class TelemetryFeed:
+    """Subscribes to telemetry topics and cuts what comes into ticks.
+
+    `awaited` names the streams that a tick waits for, see `TickAligner`; `others` maps further
+    streams of the aligner, which the node fills itself through `push`, to their width.
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        rig: Rig,
+        topics: Collection[str],
+        awaited: Collection[str],
+        interval: float,
+        reorder_window: float,
+        timeout: float,
+        others: dict[str, int] | None = None,
+    ) -> None:
+        noise = {name: spec.noise for name, spec in rig.sensors.items()}
+        self.inputs = Inputs(node)
+        self.screens = {topic: StreamScreen(topic, noise, reorder_window) for topic in topics}
+        for topic in topics:
+            self.inputs.add(topic, message_type(topic))
+        widths = {topic: field_count(topic) for topic in topics} | (others or {})
+        self.last: dict[str, np.ndarray] = {}  # newest sample of each stream
+        self.aligner = TickAligner(widths, interval, reorder_window, timeout, list(awaited))
+
+    def take(self, wall: float) -> bool:
+        """Take in all telemetry that waits; whether there was any."""
+        some = False
+        for topic, screen in self.screens.items():
+            entry = self.inputs.all[topic]
+            messages = self.inputs.take(entry, wall)
+            if messages:
+                self._take(entry, screen, messages)
+                some = True
+        return some
+
+    def _take(self, entry: Input, screen: StreamScreen, messages: list[bytes]) -> None:
+        sizes = np.array([len(message) for message in messages], np.int64)
+        data = np.frombuffer(b"".join(messages), np.uint8)
+        stamps, values, sound = stamped_floats(data, np.cumsum(sizes) - sizes, sizes, field_count(entry.topic))
+        if not sound.all():
+            stamps, values = stamps[sound], values[sound]
+        if entry.topic.startswith(TEMPERATURE_PREFIX):
+            values[:, 0] += ZERO_CELSIUS
+        screened = screen.screen(stamps, values)
+        push, topic = self.aligner.push, entry.topic
+        for stamp, row in zip(screened.stamp.tolist(), screened.values, strict=True):
+            push(topic, stamp, row)  # tells repetitions from stragglers itself
+        if len(screened.stamp):
+            self.last[topic] = screened.values[-1]
+        entry.newest_ns = screen.newest_ns or 0
+        lost = int((~sound).sum())
+        entry.rejected += lost + int((~np.isfinite(screened.values[:, : len(screen.signals)])).any(axis=1).sum())
+
+    def ready(self) -> list[Tick]:
+        """Ticks that are complete."""
+        return list(self.aligner.ready())
+
+    def flush(self) -> list[Tick]:
+        """All ticks up to the newest sample, where nothing more comes for now."""
+        return list(self.aligner.flush())
