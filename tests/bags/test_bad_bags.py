@@ -2,6 +2,7 @@
 
 import shutil
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -55,6 +56,24 @@ def test_nothing_there(tmp_path):
 def test_a_folder_that_is_no_bag(tmp_path):
     (tmp_path / "notes.txt").write_text("no bag")
     assert "is no bag: the folder has no metadata.yaml and no .mcap or .db3 file" in refusal(tmp_path)
+
+
+def test_a_case_folder_names_its_bags(tmp_path, short):
+    for name in ("field", "validation"):
+        write_recording(tmp_path / name, short)
+    assert "it holds the bags field, validation, give one of them" in refusal(tmp_path)
+
+
+def test_a_file_that_may_not_be_read(bag, monkeypatch):
+    allowed = Path.open
+
+    def deny(path, *args, **options):
+        if path.suffix == ".mcap":
+            raise PermissionError(13, "Permission denied", str(path))
+        return allowed(path, *args, **options)
+
+    monkeypatch.setattr(Path, "open", deny)
+    assert "field.mcap cannot be read: Permission denied" in refusal(bag)
 
 
 def test_a_file_that_is_no_bag(tmp_path):

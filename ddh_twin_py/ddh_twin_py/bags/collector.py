@@ -39,10 +39,11 @@ class Rows:
     shortest: int = 0  # size in bytes of the first of these
 
     def joined(self) -> tuple[np.ndarray, np.ndarray]:
-        """Stamps int64[n] and values float64[n, m] in order of arrival."""
+        """Stamps int64[n] and values float64[n, m] in order of arrival. The parts are given up."""
         log_time = np.concatenate(self.log_time)
         stamp = np.concatenate(self.stamp)
         values = np.concatenate(self.values)
+        self.log_time, self.stamp, self.values = [], [], []
         if np.any(log_time[1:] < log_time[:-1]):
             order = np.argsort(log_time, kind="stable")
             return stamp[order], values[order]

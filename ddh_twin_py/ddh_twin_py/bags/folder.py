@@ -15,6 +15,7 @@ _PACKED_SUFFIXES = tuple(f"{suffix}.zstd" for suffix in SUFFIXES)
 _IDENTIFIERS = ("mcap", "sqlite3")
 _MODES = ("", "none", "file", "message")
 METADATA = "metadata.yaml"
+_LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
 
 @dataclass(frozen=True)
@@ -57,11 +58,13 @@ def open_folder(path: str | Path) -> BagFolder:
     metadata = path / METADATA
     if not metadata.is_file():
         if not found:
-            raise BagError(f"{path} is no bag: the folder has no {METADATA} and no .mcap or .db3 file")
+            inside = sorted(p.parent.name for p in path.glob(f"*/{METADATA}"))
+            hint = f"; it holds the bags {', '.join(inside)}, give one of them" if inside else ""
+            raise BagError(f"{path} is no bag: the folder has no {METADATA} and no .mcap or .db3 file{hint}")
         note = f"has no {METADATA}, the recorder was stopped hard"
         return BagFolder(path, found, _mode_of(found[0]), notes=[note])
     try:
-        information = yaml.safe_load(metadata.read_text("utf8"))["rosbag2_bagfile_information"]
+        information = yaml.load(metadata.read_text("utf8"), _LOADER)["rosbag2_bagfile_information"]
         folder = BagFolder(path, [], _compression(metadata, information), _topics(information))
         listed = [path / name for name in information["relative_file_paths"]]
     except (yaml.YAMLError, KeyError, TypeError, AttributeError, UnicodeDecodeError) as error:

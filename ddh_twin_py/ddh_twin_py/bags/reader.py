@@ -45,9 +45,12 @@ def read_recording(
     was killed, a missing stream, other topics) is in `findings`.
     Raises BagError, one line naming file, topic and value, when the bag cannot be used.
     """
-    folder = open_folder(path)
-    collector = Collector(folder.compression_mode == "message")
-    damage, truncated = _read_files(folder, collector, progress)
+    try:
+        folder = open_folder(path)
+        collector = Collector(folder.compression_mode == "message")
+        damage = _read_files(folder, collector, progress)
+    except OSError as error:
+        raise BagError(f"{error.filename or path} cannot be read: {error.strerror or error}") from None
     file = str(folder.path)
     total = sum(collector.counts.values())
     if not total:
@@ -56,7 +59,7 @@ def read_recording(
     chosen = choose_namespace(file, collector.types, namespace)
     _refuse_wrong_types(file, chosen, collector)
 
-    findings = _damage_findings(folder, collector, damage, truncated)
+    findings = _damage_findings(folder, collector, damage)
     rows = {
         relative: rows.joined()
         for topic, rows in collector.rows.items()
@@ -74,11 +77,10 @@ def read_recording(
     return Recording(file, epoch, rig, None, None, {}, [], chosen).with_streams(streams, findings)
 
 
-def _read_files(folder: BagFolder, collector: Collector, progress) -> tuple[list[str], bool]:
-    """Read all files; what could not be read, and whether an end is missing."""
+def _read_files(folder: BagFolder, collector: Collector, progress) -> list[str]:
+    """Read all files; what could not be read."""
     hashes = {topic: entry.type_hash for topic, entry in (folder.topics or {}).items()}
     damage: list[str] = []
-    truncated = False
     parts = len(folder.files)
     with tempfile.TemporaryDirectory(prefix="ddh_bag_") as scratch:
         for index, file in enumerate(folder.files):
@@ -92,9 +94,8 @@ def _read_files(folder: BagFolder, collector: Collector, progress) -> tuple[list
             collector.read(storage, hashes, share)
             if share is not None:
                 share(1.0)
-            damage += storage.damage.notes
-            truncated |= storage.damage.truncated
-    return damage, truncated
+            damage += storage.damage
+    return damage
 
 
 def _open(file: Path, scratch: Path) -> Storage:
@@ -156,7 +157,7 @@ def _rig(file: str, namespace: str, collector: Collector) -> tuple[RigInfo | Non
     return rigs[0], [Finding("warning", file, topic, "payload_mass", others[0].payload_mass, len(others), message)]
 
 
-def _damage_findings(folder: BagFolder, collector: Collector, damage: list[str], truncated: bool) -> list[Finding]:
+def _damage_findings(folder: BagFolder, collector: Collector, damage: list[str]) -> list[Finding]:
     file = str(folder.path)
     notes = folder.notes + damage
     total = sum(collector.counts.values())

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
@@ -38,19 +38,14 @@ class Block:
     position: float
 
 
-@dataclass
-class Damage:
-    """What a storage could not read: sentences, one per cause, and whether the end is missing."""
-
-    notes: list[str] = field(default_factory=list)
-    truncated: bool = False
-
-
 class Storage(Protocol):
-    """One opened file of a bag. `channels` grows while `blocks` is consumed."""
+    """One opened file of a bag.
+
+    `channels` and `damage`, sentences on what could not be read, grow while `blocks` is consumed.
+    """
 
     channels: dict[int, Channel]
-    damage: Damage
+    damage: list[str]
 
     def blocks(self) -> Iterator[Block]:
         """Raw messages in the order of the file."""

@@ -322,10 +322,10 @@ def _joined(arrays: list[np.ndarray], dtype) -> np.ndarray:
 
 def _tick_indices(stamps: list[np.ndarray], interval_ns: int, longest: int) -> tuple[np.ndarray, np.ndarray]:
     """Indices of all ticks of one segment, and where one does not follow the one before."""
-    filled = [np.unique(tick_index(s, interval_ns)) for s in stamps if s.size]
+    filled = [_distinct(tick_index(s, interval_ns)) for s in stamps if s.size]
     if not filled:
         return np.empty(0, np.int64), np.empty(0, bool)
-    filled = np.unique(np.concatenate(filled))
+    filled = _distinct(np.sort(np.concatenate(filled)))
     runs = np.split(filled, np.flatnonzero(np.diff(filled) > longest + 1) + 1)
     parts = [np.arange(run[0], run[-1] + 1 + longest) for run in runs]
     parts[-1] = np.arange(runs[-1][0], runs[-1][-1] + 1)
@@ -333,3 +333,7 @@ def _tick_indices(stamps: list[np.ndarray], interval_ns: int, longest: int) -> t
     restart = np.zeros(index.size, bool)
     restart[1:] = np.diff(index) != 1
     return index, restart
+
+
+def _distinct(ascending: np.ndarray) -> np.ndarray:
+    return ascending[np.concatenate(([True], ascending[1:] != ascending[:-1]))]

@@ -31,13 +31,14 @@ def clock_segments(stamps: Mapping[str, np.ndarray], window_ns: int) -> dict[str
     return segments
 
 
-def sorted_order(stamp: np.ndarray, segment: np.ndarray) -> np.ndarray:
+def sorted_order(stamp: np.ndarray, segment: np.ndarray) -> np.ndarray | slice:
     """Indices int64[k] that sort by segment, then stamp, without the repeated stamps.
 
-    Of samples with the same stamp in the same segment the first to arrive stays.
+    Of samples with the same stamp in the same segment the first to arrive stays. Where all are
+    sorted already it is the slice of all, which makes no copy.
     """
     if stamp.size < 2 or (np.all(stamp[1:] > stamp[:-1]) and segment[0] == segment[-1]):
-        return np.arange(stamp.size)
+        return slice(None)
     order = np.lexsort((stamp, segment))
     repeated = np.zeros(stamp.size, bool)
     repeated[1:] = (np.diff(stamp[order]) == 0) & (np.diff(segment[order]) == 0)
