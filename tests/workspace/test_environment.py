@@ -96,7 +96,7 @@ def test_command_works_without_activation_and_shuts_a_foreign_ros_out(repo_root,
         RMW_IMPLEMENTATION="rmw_cyclonedds_cpp",
         ROS_DISTRO="humble",
     )
-    assert "Usage" in run([repo_root / ".venv/bin/ddh-twin", "--help"], foreign)
+    assert "usage: ddh-twin" in run([repo_root / ".venv/bin/ddh-twin", "--help"], foreign)
     inside = run(["sh", "-c", f". {repo_root}/.venv/ddh/env.sh; env"], foreign)
     assert "humble" not in inside
     assert "cyclonedds" not in inside
@@ -164,16 +164,20 @@ def announcements(repo_root: Path, domain: int, profile: Path, seconds: float) -
     return count
 
 
+@pytest.mark.alone
 def test_fast_dds_reads_the_profile(repo_root, ros_domain, tmp_path):
-    """With it a participant announces itself 20 times in its first second, without it some 10 times."""
+    """With it a participant announces itself 20 times in its first second and 4 times in each after that.
+
+    Without it it does so 6 times in 2 s.
+    """
     ours = repo_root / "ddh_twin_py/config/fastdds_profile.xml"
     assert f"={ours}\n" in run(["sh", "-c", f". {repo_root}/.venv/ddh/env.sh; env"], clean_environment())
     neutral = tmp_path / "neutral.xml"
     neutral.write_text(re.sub(r"<discovery_config>.*</discovery_config>", "", ours.read_text(), flags=re.DOTALL))
     ElementTree.parse(neutral)
-    with_it = announcements(repo_root, ros_domain, ours, 1.2)
-    without = announcements(repo_root, ros_domain, neutral, 1.2)
-    assert with_it >= 18
+    with_it = announcements(repo_root, ros_domain, ours, 2.0)
+    without = announcements(repo_root, ros_domain, neutral, 2.0)
+    assert with_it >= 15, with_it
     assert with_it >= without + 8, (with_it, without)
 
 

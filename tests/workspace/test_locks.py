@@ -1,5 +1,6 @@
 """The lock files pin every package, and the environment holds what they say."""
 
+import ast
 import importlib.metadata
 import re
 import sys
@@ -49,6 +50,27 @@ def test_every_line_of_the_twins_requirements_has_a_reason(repo_root):
     for name in ("twin.in", "dev.in"):
         for line in (repo_root / "requirements" / name).read_text().splitlines():
             assert "# " in line, f"{name}: {line}"
+
+
+def test_what_is_asked_for_is_what_is_imported(repo_root):
+    """Each third-party module that the package imports has its line in twin.in, and the other way round."""
+    modules = set()
+    for path in (repo_root / "ddh_twin_py/ddh_twin_py").rglob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text())):
+            if isinstance(node, ast.Import):
+                modules |= {alias.name.split(".")[0] for alias in node.names}
+            elif isinstance(node, ast.ImportFrom) and not node.level:
+                modules.add(node.module.split(".")[0])
+    providers = importlib.metadata.packages_distributions()
+    asked = {canonicalize_name(r.name) for r in asked_for((repo_root / "requirements/twin.in").read_text())}
+    used = set()
+    # "compression" is of the standard library, from Python 3.14 on.
+    for module in modules - set(sys.stdlib_module_names) - {"ddh_twin_py", "ddh_msgs", "compression"}:
+        names = {canonicalize_name(name) for name in providers.get(module, ())}
+        if not any(name.startswith("ros-") for name in names):
+            assert names & asked, f"imported, but not in twin.in: {module} ({names or 'not installed'})"
+            used |= names & asked
+    assert asked == used, f"in twin.in, but not imported: {asked - used}"
 
 
 def test_both_locks_hold_the_same_ros(repo_root):

@@ -13,8 +13,10 @@ KEYS = {
     "numba": "python3-numba",
     "yaml": "python3-yaml",
     "rich": "python3-rich",
-    "typer": "python3-typer",
     "rosbags": "python3-rosbags-pip",
+    "apsw": "python3-rosbags-pip",
+    "lz4": "python3-rosbags-pip",
+    "backports": "python3-rosbags-pip",
 }
 ROS = (
     "rclpy std_msgs sensor_msgs diagnostic_msgs rosgraph_msgs std_srvs lifecycle_msgs ddh_msgs launch launch_ros "
