@@ -17,7 +17,7 @@ import numpy as np
 
 from ddh_twin_py.bags.compression import UnknownCompression, unpack_chunk
 from ddh_twin_py.bags.errors import BagError
-from ddh_twin_py.bags.storage import Block, Channel, Damage
+from ddh_twin_py.bags.storage import Block, Channel
 from ddh_twin_py.physics.compiled import kernel
 
 MAGIC = b"\x89MCAP0\r\n"
@@ -34,7 +34,7 @@ class McapStorage:
     def __init__(self, path: Path) -> None:
         self.path = path
         self.channels: dict[int, Channel] = {}
-        self.damage = Damage()
+        self.damage: list[str] = []
         self._schemas: dict[int, tuple[str, str, str]] = {}
         with path.open("rb") as file:
             magic = file.read(len(MAGIC))
@@ -90,7 +90,7 @@ class McapStorage:
 
     def _cut(self, at: int, total: int, ended: bool) -> None:
         if not ended:
-            self.damage.notes.append(
+            self.damage.append(
                 f"has no end: the last whole record ends at byte {at} of {total}, the recorder was stopped hard"
             )
 
@@ -106,7 +106,7 @@ class McapStorage:
         except UnknownCompression as error:
             raise BagError(f"{self.path}: chunk at byte {at}: {error}") from None
         if len(content) == length and (not whole or (crc and zlib.crc32(raw) != crc)):
-            self.damage.notes.append(
+            self.damage.append(
                 f"has a damaged chunk at byte {at} ({length} bytes): {len(raw)} of {size} bytes could be unpacked"
             )
             if whole:  # sound compression, wrong sum: contents cannot be trusted
@@ -141,7 +141,7 @@ class McapStorage:
                 name, encoding, text = self._schemas.get(schema, ("", "", ""))
                 self.channels[key] = Channel(topic, name, text, encoding, "", serialization)
         except struct.error:
-            self.damage.notes.append(f"has a damaged definition record (opcode {opcode})")
+            self.damage.append(f"has a damaged definition record (opcode {opcode})")
 
 
 def _string(content: bytes, at: int) -> tuple[str, int]:

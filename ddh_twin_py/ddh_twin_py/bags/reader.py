@@ -94,7 +94,7 @@ def _read_files(folder: BagFolder, collector: Collector, progress) -> list[str]:
             collector.read(storage, hashes, share)
             if share is not None:
                 share(1.0)
-            damage += storage.damage.notes
+            damage += storage.damage
     return damage
 
 

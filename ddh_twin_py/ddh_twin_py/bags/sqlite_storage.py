@@ -12,7 +12,7 @@ from rosbags.rosbag2 import ReaderError
 from rosbags.rosbag2.storage_sqlite3 import Sqlite3Reader
 
 from ddh_twin_py.bags.errors import BagError
-from ddh_twin_py.bags.storage import Block, Channel, Damage
+from ddh_twin_py.bags.storage import Block, Channel
 
 _MESSAGES_PER_BLOCK = 20_000
 _ENCODINGS = {MessageDefinitionFormat.MSG: "ros2msg", MessageDefinitionFormat.IDL: "ros2idl"}
@@ -23,7 +23,7 @@ class SqliteStorage:
 
     def __init__(self, path: Path) -> None:
         self.path = path
-        self.damage = Damage()
+        self.damage: list[str] = []
         if path.stat().st_size == 0:
             raise BagError(f"{path} is empty: 0 bytes, an SQLite3 file has at least 512")
         self._reader = Sqlite3Reader(path)
@@ -56,7 +56,7 @@ class SqliteStorage:
                     yield _block(rows, done / total)
                     rows = []
         except (ReaderError, apsw.Error) as error:
-            self.damage.notes.append(f"is damaged: {_line(error)}")
+            self.damage.append(f"is damaged: {_line(error)}")
         finally:
             self._reader.close()
         if rows:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
@@ -38,21 +38,14 @@ class Block:
     position: float
 
 
-@dataclass
-class Damage:
-    """What a storage could not read: `notes`, one clause per cause, such as "has no end: ..."."""
-
-    notes: list[str] = field(default_factory=list)
-
-
 class Storage(Protocol):
     """One opened file of a bag.
 
-    `channels` and `damage` grow while `blocks` is consumed.
+    `channels` and `damage`, sentences on what could not be read, grow while `blocks` is consumed.
     """
 
     channels: dict[int, Channel]
-    damage: Damage
+    damage: list[str]
 
     def blocks(self) -> Iterator[Block]:
         """Raw messages in the order of the file."""
