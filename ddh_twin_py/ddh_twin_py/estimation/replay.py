@@ -23,7 +23,7 @@ from ddh_twin_py.telemetry.screening import screen_recording
 from ddh_twin_py.telemetry.signals import DRIVE_FIELDS, DRIVE_TOPIC, HYDRAULIC_FIELDS, HYDRAULIC_TOPIC, TEMPERATURE_PREFIX
 from ddh_twin_py.twin.ambient import AmbientTracker
 from ddh_twin_py.twin.hydraulic_model import HydraulicModel, HydraulicResult
-from ddh_twin_py.twin.intervals import INTERVAL, new_carry, reduce_intervals
+from ddh_twin_py.twin.intervals import INTERVAL, command_size, new_carry, reduce_intervals
 from ddh_twin_py.twin.machine_thermal import MachineThermal, MotorResult
 
 BLOCK = 5.0
@@ -150,7 +150,7 @@ class _Run:
         for low in range(start, stop, block):
             rows, part = slice(low, min(stop, low + block)), slice(low - start, min(stop, low + block) - start)
             clock = time.perf_counter()
-            result = hydraulics.advance(self.measured[rows], command[part.start: part.stop + 1], air[part])
+            result = hydraulics.advance(self.measured[rows], command[command_size(part.start) - 1: command_size(part.stop)], air[part])
             self.seconds["hydraulic_model"] += time.perf_counter() - clock
             clock = time.perf_counter()
             motor_result = motor.advance(self.measured[rows], air[part])
@@ -176,8 +176,8 @@ class _Run:
         self.free_reading[start:stop] = _lagged(self.free_temperature[start:stop][:, nodes], begin[nodes], self.interval, lag)
 
     def _reduce(self, start: int, stop: int) -> np.ndarray:
-        """Fill the means of the intervals; the command at their edges, rad/s."""
-        command = np.empty(stop - start + 1)
+        """Fill the means of the intervals; the command, rad/s, as `reduce_intervals` gives it."""
+        command = np.empty(command_size(stop - start))
         epoch = self.recording.epoch_ns
 
         def stream(topic: str, width: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

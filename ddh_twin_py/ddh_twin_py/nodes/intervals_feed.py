@@ -17,7 +17,7 @@ from ddh_twin_py.telemetry.signals import (
     HYDRAULIC_TOPIC,
     TEMPERATURE_PREFIX,
 )
-from ddh_twin_py.twin.intervals import new_carry, reduce_intervals
+from ddh_twin_py.twin.intervals import command_size, new_carry, reduce_intervals
 
 AMBIENT = "ambient"
 
@@ -27,7 +27,7 @@ class Batch:
     """n intervals that follow each other.
 
     `first`: the model starts anew with them. `end_ns` int64[n]; `measured` `MEASURED_DTYPE` (n,);
-    `command` rad/s at the edges, (n + 1,); `air` K as read in each interval, (n,), NaN where it
+    `command` rad/s, (`command_size` (n),); `air` K as read in each interval, (n,), NaN where it
     was not; `readings` of the temperature sensors, index within the batch.
     """
 
@@ -80,7 +80,7 @@ class IntervalsFeed:
     def _reduce(self, ticks: list[Tick], following: Tick | None) -> Batch:
         n = len(ticks)
         end_ns = np.array([tick.end_ns for tick in ticks], np.int64)
-        measured, command = np.zeros(n, MEASURED_DTYPE), np.empty(n + 1)
+        measured, command = np.zeros(n, MEASURED_DTYPE), np.empty(command_size(n))
         beyond = [*ticks, following] if following is not None else ticks
         reduce_intervals(
             (ticks[0].start_ns - self._epoch_ns) * 1e-9, self._interval,

@@ -16,6 +16,8 @@ from ddh_twin_py.physics.valves import check_flow, relief_flow
 
 HYDRAULIC_STEP = 1.0e-3
 """s, default step of pressures, piston and shaft while something changes; the thermal network moves once per interval."""
+COMMAND_PARTS = 5
+"""Parts of an interval at whose edges the speed command is given."""
 CALM_AFTER = 0.5
 """s of constant command after which the oil springs have settled and a longer step does."""
 CALM_FACTOR = 4
@@ -38,7 +40,8 @@ def free_run(params, state, temperature, command, ambient, interval, step, measu
 
     Args:
         params: parameters, shape (1,).
-        command: speed command at the n+1 edges of the intervals, rad/s; linear in between.
+        command: speed command at the edges of the `COMMAND_PARTS` parts of each interval, rad/s,
+            shape (n COMMAND_PARTS + 1,); linear in between.
         ambient: K, per interval, shape (n,).
         interval: s. step: s, wanted hydraulic step; a whole number of them fills an interval.
         measured_position: m, per interval; where finite, the rod is put there before the
@@ -52,9 +55,9 @@ def free_run(params, state, temperature, command, ambient, interval, step, measu
     edge, wall, surface = np.empty(N_EDGES), np.empty(N_WALLS), np.empty((N_SURFACES, 3))
     capacity, work = np.empty(N), np.empty((N + 3, N))
     conductances(params, edge, wall, surface)
-    fine = max(1, int(round(interval / step)))
+    fine = max(1, int(round(interval / (COMMAND_PARTS * step))))
     coarse = max(1, int(round(interval / (CALM_FACTOR * step))))
-    fine_decays, coarse_decays = follow_decays(interval / fine, p), follow_decays(interval / coarse, p)
+    fine_decays, coarse_decays = follow_decays(interval / (COMMAND_PARTS * fine), p), follow_decays(interval / coarse, p)
     calm = state[CALM]
     iron = iron_coefficients(p)
     lost = 0.0
@@ -66,22 +69,29 @@ def free_run(params, state, temperature, command, ambient, interval, step, measu
         clear(point)
         c = coefficients(temperature, p)
         resistance = winding_resistance(temperature, p)
-        slope = (command[k + 1] - command[k]) / interval
-        calm = calm + interval if slope == 0.0 else 0.0
+        first = k * COMMAND_PARTS
+        steady = True
+        for j in range(COMMAND_PARTS):
+            steady = steady and command[first + j + 1] == command[first + j]
+        calm = calm + interval if steady else 0.0
         settled = calm > CALM_AFTER
-        count, decays = (coarse, coarse_decays) if settled else (fine, fine_decays)
-        h = interval / count
-        share = 1.0 / count
+        parts, count, decays = (1, coarse, coarse_decays) if settled else (COMMAND_PARTS, fine, fine_decays)
+        span = interval / parts
+        h = span / count
+        share = 1.0 / (parts * count)
         acceleration = 0.0
         if state[SPEED] == state[SPEED_REFERENCE]:
-            acceleration = (command[k] - state[SPEED_REFERENCE]) / p.motor_speed_loop_time_constant
+            acceleration = (command[first] - state[SPEED_REFERENCE]) / p.motor_speed_loop_time_constant
         _add(point, 0.5 * share, state[SPEED], acceleration, max(state[PRESSURE_A], VAPOUR_PRESSURE),
              max(state[PRESSURE_B], VAPOUR_PRESSURE), state[VELOCITY], state[POSITION], resistance, iron, c, p)
-        for m in range(count):
-            speed, acceleration, pressure_a, pressure_b, velocity, position = hydraulic_step(
-                state, command[k] + slope * (m * h), slope, h, decays[0], decays[1], c, p)
-            _add(point, share if m < count - 1 else 0.5 * share, speed, acceleration, pressure_a, pressure_b,
-                 velocity, position, resistance, iron, c, p)
+        for j in range(parts):
+            slope = 0.0 if settled else (command[first + j + 1] - command[first + j]) / span
+            for m in range(count):
+                speed, acceleration, pressure_a, pressure_b, velocity, position = hydraulic_step(
+                    state, command[first + j] + slope * (m * h), slope, h, decays[0], decays[1], c, p)
+                last = j == parts - 1 and m == count - 1
+                _add(point, 0.5 * share if last else share, speed, acceleration, pressure_a, pressure_b,
+                     velocity, position, resistance, iron, c, p)
         capacities(params, 0.5 * (before + state[POSITION]), capacity)
         lost += network_step(
             params, edge, wall, surface, capacity, temperature, ambient[k], point.heat,

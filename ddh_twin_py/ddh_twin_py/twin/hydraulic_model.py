@@ -90,7 +90,8 @@ class HydraulicModel:
         """Run n intervals.
 
         Args:
-            measured: `MEASURED_DTYPE`, (n,). command: rad/s at the edges, (n + 1,).
+            measured: `MEASURED_DTYPE`, (n,). command: rad/s, shape
+                (`intervals.command_size` (n),).
             ambient: K, (n,).
         """
         n = measured.shape[0]

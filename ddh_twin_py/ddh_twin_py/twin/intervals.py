@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ddh_twin_py.physics.compiled import inlined, kernel
+from ddh_twin_py.physics.free_run import COMMAND_PARTS
 
 INTERVAL = 0.05
 """s, the tick of the twin: outputs come at 20 Hz of measurement time."""
@@ -20,6 +21,11 @@ _COLUMNS = _DRIVE + _HYDRAULIC
 _AGE = _COLUMNS
 CARRY = 2 * _COLUMNS + 4
 _STILL, _COMMAND_TIME, _COMMAND, _EDGE_COMMAND = range(2 * _COLUMNS, CARRY)
+
+
+def command_size(n: int) -> int:
+    """How many values of the command belong to n intervals."""
+    return n * COMMAND_PARTS + 1
 
 
 def new_carry() -> np.ndarray:
@@ -51,9 +57,9 @@ def reduce_intervals(first_edge, interval, drive_time, drive, drive_stop, hydrau
         carry: in and out, see `new_carry`.
         measured: out, shape (n,), `soft_sensor.MEASURED_DTYPE`; NaN where nothing was
             measured for longer than `HOLD`.
-        command: out, rad/s at the edges, shape (n + 1,).
+        command: out, rad/s at the edges of the parts of the intervals, shape (`command_size` (n),).
     """
-    drive_start, hydraulic_start = 0, 0
+    drive_start, hydraulic_start, ahead = 0, 0, 0
     total = np.empty(_COLUMNS)
     count = np.empty(_COLUMNS)
     command[0] = carry[_EDGE_COMMAND]
@@ -73,9 +79,6 @@ def reduce_intervals(first_edge, interval, drive_time, drive, drive_stop, hydrau
             if np.isfinite(drive[i, 3]):
                 square += drive[i, 3] * drive[i, 3]
                 square_count += 1
-            if np.isfinite(drive[i, 0]):
-                carry[_COMMAND_TIME] = drive_time[i]
-                carry[_COMMAND] = drive[i, 0]
         for i in range(hydraulic_start, hydraulic_stop[k]):
             for j in range(_HYDRAULIC):
                 if np.isfinite(hydraulic[i, j]):
@@ -86,14 +89,19 @@ def reduce_intervals(first_edge, interval, drive_time, drive, drive_stop, hydrau
             if count[j] > 0.0:
                 carry[j] = total[j] / count[j]
 
-        edge_command = carry[_COMMAND]
-        for i in range(drive_stop[k], drive_time.shape[0]):
-            if np.isfinite(drive[i, 0]):
-                span = drive_time[i] - carry[_COMMAND_TIME]
-                if span > 0.0 and span < HOLD:
-                    edge_command += (drive[i, 0] - carry[_COMMAND]) * (end - carry[_COMMAND_TIME]) / span
-                break
-        command[k + 1] = edge_command
+        for part in range(1, COMMAND_PARTS + 1):
+            edge = end - (COMMAND_PARTS - part) * interval / COMMAND_PARTS
+            while ahead < drive_time.shape[0] and (drive_time[ahead] <= edge or not np.isfinite(drive[ahead, 0])):
+                if np.isfinite(drive[ahead, 0]):
+                    carry[_COMMAND_TIME] = drive_time[ahead]
+                    carry[_COMMAND] = drive[ahead, 0]
+                ahead += 1
+            edge_command = carry[_COMMAND]
+            if ahead < drive_time.shape[0]:
+                span = drive_time[ahead] - carry[_COMMAND_TIME]
+                if 0.0 < span < HOLD:
+                    edge_command += (drive[ahead, 0] - carry[_COMMAND]) * (edge - carry[_COMMAND_TIME]) / span
+            command[k * COMMAND_PARTS + part] = edge_command
         before = carry[_EDGE_COMMAND]
         if not np.isfinite(before):
             before = edge_command

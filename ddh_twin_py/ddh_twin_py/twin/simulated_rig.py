@@ -19,6 +19,7 @@ from ddh_twin_py.physics.thermal_network import N, NODES
 from ddh_twin_py.rig import Rig, load_rig
 from ddh_twin_py.telemetry.recording import Recording, RigInfo, drive_stream, hydraulic_stream, temperature_stream
 from ddh_twin_py.twin.duty import Duty, DutyCommand, load_duty
+from ddh_twin_py.twin.intervals import command_size
 
 CONTROL_PERIOD = 0.01
 """s between two samples of drive and pressures."""
@@ -97,7 +98,7 @@ class SimulatedRig:
                     times.append(now)
                     thermal.append(np.append(reading, air))
                 next_command = program.step(state[5], rod_speed_per_rad, CONTROL_PERIOD)
-                edges = np.full(_SUBINTERVALS + 1, next_command)
+                edges = np.full(command_size(_SUBINTERVALS), next_command)
                 free_run(parameters, state, self._temperature, edges, np.full(_SUBINTERVALS, air),
                          CONTROL_PERIOD / _SUBINTERVALS, _STEP, nowhere, points, temperatures)
                 last = points[-1]
