@@ -1,7 +1,10 @@
 """Bags as they should be, in every form in which they come."""
 
 import shutil
+import struct
+import zlib
 
+import lz4.frame
 import numpy as np
 import pytest
 from ddh_twin_py.bags.cdr import encode_stamped_floats, stamped_floats
@@ -105,28 +108,54 @@ def test_other_topics_are_listed_and_ignored(tmp_path, bag, short):
     assert "line_a" not in read.temperatures
 
 
-def test_mcap_of_another_writer(tmp_path, bag, short):
-    """Written by the mcap library: lz4 chunks with checksums, and without chunks."""
-    mcap = pytest.importorskip("mcap.writer")
-    for name, options in (
-        ("lz4", {"compression": mcap.CompressionType.LZ4, "chunk_size": 50_000}),
-        ("zstd", {"compression": mcap.CompressionType.ZSTD, "chunk_size": 50_000}),
-        ("plain", {"use_chunking": False}),
-    ):
-        target = tmp_path / f"{name}.mcap"
-        with AnyReader([bag]) as reader, target.open("wb") as file:
-            writer = mcap.Writer(file, **options)
-            writer.start(profile="ros2", library="test")
-            channels = {}
-            for c in reader.connections:
-                schema = writer.register_schema(c.msgtype, "ros2msg", c.msgdef.data.encode())
-                channels[c.id] = writer.register_channel(c.topic, "cdr", schema)
-            for connection, at, raw in reader.messages():
-                writer.add_message(channels[connection.id], at, raw, at)
-            writer.finish()
-        read = read_recording(target)
-        assert read.findings == []
-        assert_same(short, read)
+def record(opcode, content):
+    return struct.pack("<BQ", opcode, len(content)) + content
+
+
+def text(string):
+    return struct.pack("<I", len(string)) + string.encode()
+
+
+def foreign_mcap(bag, target, compression):
+    """As other writers do it: chunks with a checksum, or none at all (None); no index at the end."""
+    with AnyReader([bag]) as reader:
+        parts = []
+        for c in reader.connections:
+            content = text(c.msgtype) + text("ros2msg") + text(c.msgdef.data)
+            parts.append(record(3, struct.pack("<H", 40 + c.id) + content))
+            parts.append(record(4, struct.pack("<HH", c.id, 40 + c.id) + text(c.topic) + text("cdr") + text("")))
+        for c, at, raw in reader.messages():
+            parts.append(record(5, struct.pack("<HIQQ", c.id, 0, at, at) + raw))
+    chunks = [b"".join(parts[k : k + 500]) for k in range(0, len(parts), 500)]
+    if compression is not None:
+        pack = {"": bytes, "lz4": lz4.frame.compress}[compression]
+        for k, raw in enumerate(chunks):
+            packed = pack(raw)
+            head = struct.pack("<QQQI", 0, 0, len(raw), zlib.crc32(raw)) + text(compression)
+            chunks[k] = record(6, head + struct.pack("<Q", len(packed)) + packed)
+    magic = b"\x89MCAP0\r\n"
+    header = record(1, text("ros2") + text("another"))
+    footer = record(0x0F, bytes(4)) + record(2, bytes(20))
+    target.write_bytes(magic + header + b"".join(chunks) + record(0x90, b"private") + footer + magic)
+
+
+@pytest.mark.parametrize("compression", [None, "", "lz4"])
+def test_mcap_of_another_writer(tmp_path, bag, short, compression):
+    target = tmp_path / "foreign.mcap"
+    foreign_mcap(bag, target, compression)
+    read = read_recording(target)
+    assert read.findings == []
+    assert_same(short, read)
+
+
+def test_checksum_of_a_chunk_is_believed(tmp_path, bag):
+    target = tmp_path / "foreign.mcap"
+    foreign_mcap(bag, target, "")
+    content = bytearray(target.read_bytes())
+    content[len(content) // 2] ^= 1
+    target.write_bytes(content)
+    (finding,) = [f for f in read_recording(target).findings if not f.topic]
+    assert "has a damaged chunk at byte" in finding.message
 
 
 def test_folder_with_several_files(tmp_path, bag, short):
