@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-
 from ddh_twin_py.estimation.replay import ReplayResult, SensorComparison
 from ddh_twin_py.estimation.temperature_fusion import Innovation
 from ddh_twin_py.physics.balance import OPERATING_DTYPE

@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-
 from ddh_twin_py.report.agreement import compare
 
 

@@ -1,10 +1,9 @@
 """Decimation keeps peaks, gaps and ends."""
 
 import numpy as np
+from ddh_twin_py.report.decimate import decimated, min_max_indices
 from hypothesis import given
 from hypothesis import strategies as st
-
-from ddh_twin_py.report.decimate import decimated, min_max_indices
 
 samples = st.lists(st.floats(-1e6, 1e6) | st.just(float("nan")), min_size=1, max_size=300)
 

@@ -7,7 +7,6 @@ from html.parser import HTMLParser
 
 import numpy as np
 import pytest
-
 from ddh_twin_py.report.agreement import compare
 from ddh_twin_py.report.charts import Chart, Trace, quantised
 from ddh_twin_py.report.document import Column, Document, EndMatter, table
@@ -131,3 +130,14 @@ def test_a_row_that_does_not_fit_is_an_error():
 def test_a_page_without_charts_carries_no_script_library():
     page = Document("Gap", "t", "v.", EndMatter("none", "rig", ()))
     assert "uPlot" not in page.html().replace("uPlot.", "")[:2000] and len(page.html()) < 40_000
+
+
+def test_charts_go_on_where_the_clock_jumps_back(result):
+    from dataclasses import replace
+
+    result.time[200:] -= 8.0
+    page = Page(replay_document(result, compare(result)).html())
+    spec = next(spec for spec in page.specs if spec["title"] == "Speed")
+    x = np.frombuffer(base64.b64decode(spec["x"]), "<f4")
+    assert (np.diff(x) > 0).all() and x[-1] == pytest.approx(20.0)
+    assert compare(replace(result)).duration == pytest.approx(20.0)

@@ -2,11 +2,10 @@
 
 import io
 
-from rich.console import Console
-
 from ddh_twin_py.report.agreement import compare
 from ddh_twin_py.report.replay_report import replay_json
 from ddh_twin_py.report.summary import print_summary
+from rich.console import Console
 
 
 def rendered(agreement, width=80) -> list[str]:

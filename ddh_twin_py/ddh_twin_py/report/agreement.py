@@ -249,7 +249,7 @@ def compare(result: ReplayResult, left_out: Mapping[str, SensorComparison] | Non
             for name in ("electrical_power", "shaft_power", "hydraulic_power", "mechanical_power")
             for mode, points in (("soft_sensor", result.soft), ("free_run", result.free))
         },
-        duration=float(result.time[-1] - result.time[0]) if n > 1 else 0.0,
+        duration=n * float(np.median(np.diff(result.time))) if n > 1 else 0.0,
         intervals=int(n),
     )
 

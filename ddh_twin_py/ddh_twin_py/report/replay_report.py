@@ -52,7 +52,7 @@ def replay_document(
         kind="Replay", title=title, verdict=agreement.verdict, level=agreement.level,
         end=doc.EndMatter(_data_split(agreement), result.rig.file, assumptions(result), (*rows, *extra)),
     )
-    domain = (float(result.time[0]), float(result.time[-1]))
+    domain = tuple(going_on(result.time)[[0, -1]]) if result.time.size else (0.0, 1.0)
     page.add("At a glance", doc.figures(_key_figures(result, agreement)))
     if recording.findings:
         page.add("What was found in the input", findings_table(recording.findings))
@@ -107,6 +107,8 @@ def assumptions(result: ReplayResult) -> list[str]:
             f"{result.rig['sensors.temperature.time_constant']:g} s and may have a zero error "
             f"of {spec.offset_tolerance:g} K (one sigma) that counts as difference here."
         )
+    if (np.diff(result.time) <= 0.0).any():
+        taken.append("The clock of the recording jumped back; everything starts anew there, and the charts go on.")
     if recording.rig is None:
         payload = result.rig["load.payload_mass"]
         taken.append(f"Payload {payload:g} kg is the rig file's: the recording does not tell it.")
@@ -130,6 +132,15 @@ def findings_table(findings: Sequence[Finding]) -> doc.Html:
     if len(ranked) > _MOST_FINDINGS:
         table += doc.note(f"{len(ranked) - _MOST_FINDINGS} more are in the JSON file.")
     return doc.Html(table)
+
+
+def going_on(time: np.ndarray) -> np.ndarray:
+    """Times that always rise, s: where the clock jumped back they go on from where they were."""
+    step = np.diff(time)
+    if (step > 0.0).all():
+        return time
+    usual = float(np.median(step[step > 0.0])) if (step > 0.0).any() else 1.0
+    return np.concatenate([time[:1], time[:1] + np.cumsum(np.where(step > 0.0, step, usual))])
 
 
 def _data_split(agreement: Agreement) -> str:
@@ -250,7 +261,7 @@ def _temperature_charts(result: ReplayResult) -> list[Chart]:
     for name, c in result.sensors.items():
         fused = "fused" if c.used else "fused, sensor not used"
         several.append(Chart(
-            words(name).capitalize(), "°C", c.time,
+            words(name).capitalize(), "°C", going_on(c.time),
             (
                 Trace("measured", "measured", c.measured - ZERO_CELSIUS, dots=True),
                 Trace(f"{fused} ± 2σ", "fused", c.fused - ZERO_CELSIUS, spread=2.0 * c.fused_std),
@@ -277,8 +288,8 @@ def _signal_charts(result: ReplayResult) -> list[Chart]:
         differences = tuple((i, 0) for i in range(1, len(traces)))
         noise = result.rig.sensors[signal.noise_key].noise * unit.factor
         several.append(Chart(
-            words(name).capitalize(), unit.unit, result.time, traces, digits=unit.digits, wide=wide,
-            height=210 if wide else 180, differences=differences, floor=FLOOR * noise,
+            words(name).capitalize(), unit.unit, going_on(result.time), traces, digits=unit.digits,
+            wide=wide, height=210 if wide else 180, differences=differences, floor=FLOOR * noise,
         ))
     return several
 
@@ -289,7 +300,7 @@ def _losses(result: ReplayResult, agreement: Agreement, domain: tuple[float, flo
         Trace(name, f"c{i}", loss, shown=bool(np.any(loss > 0.5))) for i, (name, loss) in enumerate(values.items(), 1)
     ]
     chart = Chart(
-        "Losses by component, soft sensor", "W", result.time, traces, digits=1, height=260, wide=True, zero=True,
+        "Losses by component, soft sensor", "W", going_on(result.time), traces, digits=1, height=260, wide=True, zero=True,
         most=MOST_POINTS // 2,
     )
     return [

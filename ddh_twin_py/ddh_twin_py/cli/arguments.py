@@ -1,0 +1,103 @@
+"""Command line parsing: errors in one line with the nearest valid choice, an example in every help."""
+
+from __future__ import annotations
+
+import argparse
+import difflib
+import os
+import shutil
+from pathlib import Path
+
+
+class InputError(ValueError):
+    """What was given cannot be used; one line for people."""
+
+
+class _Formatter(argparse.RawDescriptionHelpFormatter):
+    def __init__(self, prog: str) -> None:
+        super().__init__(prog, max_help_position=30, width=min(100, shutil.get_terminal_size().columns))
+
+
+class Parser(argparse.ArgumentParser):
+    """A parser whose errors are one line."""
+
+    def __init__(self, *args: object, **kwargs: object) -> None:
+        kwargs.setdefault("formatter_class", _Formatter)
+        kwargs.setdefault("allow_abbrev", False)
+        super().__init__(*args, **kwargs)
+
+    def error(self, message: str) -> None:
+        """Say what is wrong in one line and leave with 2."""
+        self.exit(2, f"{self.prog}: error: {' '.join(message.split())}\n")
+
+    def _check_value(self, action: argparse.Action, value: object) -> None:
+        if action.choices is None or value in action.choices:
+            return
+        what = "verb" if isinstance(action, argparse._SubParsersAction) else action.metavar or action.dest
+        raise argparse.ArgumentError(None, _unknown(what, str(value), [str(c) for c in action.choices]))
+
+    def parse_args(self, args=None, namespace=None) -> argparse.Namespace:
+        """Parse; an option that no parser knows is an error that names the nearest one."""
+        found, extra = self.parse_known_args(args, namespace)
+        if extra:
+            parser = self
+            for action in self._actions:
+                if isinstance(action, argparse._SubParsersAction):
+                    parser = action.choices.get(getattr(found, action.dest, None), self)
+            option = next((given for given in extra if given.startswith("-")), None)
+            if option is None:
+                parser.error(f"argument {extra[0]!r} is one too many")
+            valid = [name for name in parser._option_string_actions if name.startswith("--")]
+            parser.error(_unknown("option", option.split("=")[0], valid))
+        return found
+
+
+def _unknown(kind: str, given: str, valid: list[str]) -> str:
+    nearest = difflib.get_close_matches(given, valid, n=1, cutoff=0.0)[0]
+    return f"no {kind} {given!r}; the nearest is {nearest!r}, valid are {', '.join(valid)}"
+
+
+def add_verb(subparsers, name: str, help: str, description: str, example: str) -> Parser:
+    """A verb's parser with a description and an example below its options."""
+    return subparsers.add_parser(name, help=help, description=description, epilog=f"example:\n{example}")
+
+
+def positive(text: str) -> float:
+    """A number above 0."""
+    try:
+        value = float(text)
+    except ValueError:
+        value = float("nan")
+    if not 0.0 < value < float("inf"):
+        raise argparse.ArgumentTypeError(f"{text!r} is no number above 0")
+    return value
+
+
+def add_rig(parser: Parser) -> None:
+    """The option `--rig`."""
+    parser.add_argument("--rig", metavar="FILE", help="rig file with what differs from the reference sheet")
+
+
+def add_namespace(parser: Parser) -> None:
+    """The option `--namespace`."""
+    parser.add_argument("--namespace", metavar="NS", help="of the rig, where a bag holds more than one")
+
+
+def add_json(parser: Parser) -> None:
+    """The option `--json`."""
+    parser.add_argument("--json", metavar="FILE", help="write the numbers as JSON; - is standard output")
+
+
+def duty_file(given: str) -> Path:
+    """A duty file by path, or one of the project's own by name."""
+    path = Path(given)
+    if path.suffix or path.exists():
+        return path
+    folders = [Path(__file__).resolve().parents[2] / "config" / "duty"]
+    prefixes = os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep)
+    folders += [Path(prefix) / "share/ddh_twin_py/config/duty" for prefix in prefixes if prefix]
+    known = {file.stem: file for folder in reversed(folders) for file in sorted(folder.glob("*.yaml"))}
+    if given not in known:
+        nearest = f", and {_unknown('duty', given, sorted(known))}" if known else ""
+        raise InputError(f"{given}: no such duty file{nearest}")
+    return known[given]

@@ -1,0 +1,53 @@
+"""`ddh-twin bench`: how fast this machine runs the twin."""
+
+from __future__ import annotations
+
+import argparse
+
+from ddh_twin_py.cli.arguments import add_verb
+
+_EXAMPLE = "  ddh-twin bench --quick --json out/bench.json"
+
+
+def add_parser(subparsers) -> None:
+    """Declare the verb."""
+    parser = add_verb(
+        subparsers, "bench", "print speed and memory of replay and of the live graph",
+        "Simulates an hour of 100 Hz telemetry, replays it in a process of its own, and plays a recording through the\n"
+        "live nodes. Each figure stands beside what it is held against; a ratio above 1 is better than that.",
+        _EXAMPLE,
+    )
+    parser.add_argument(
+        "--quick", action="store_true", help="10 minutes of telemetry instead of an hour, live nodes briefly"
+    )
+    parser.add_argument("--no-live", action="store_true", help="leave the live nodes out")
+    parser.add_argument(
+        "--json", metavar="FILE", default="out/bench.json", help="where the rows go (default out/bench.json)"
+    )
+    parser.add_argument("--quiet", action="store_true", help="no progress")
+
+
+def run(args: argparse.Namespace) -> int:
+    """Measure, print, write."""
+    from rich.box import SIMPLE_HEAD
+    from rich.console import Console
+    from rich.table import Table
+
+    from ddh_twin_py.cli.benchmarks import measure
+    from ddh_twin_py.cli.console import put_json
+    from ddh_twin_py.report.document import versions
+
+    figures, machine = measure(quick=args.quick, live=not args.no_live, quiet=args.quiet)
+    rows = [figure.row() for figure in figures]
+    put_json(args.json, {"rows": rows, "machine": machine, "versions": dict(versions()), "quick": args.quick})
+    if args.json != "-":
+        table = Table(box=SIMPLE_HEAD, pad_edge=False, show_edge=False)
+        table.add_column("figure")
+        for column in ("value", "against", "ratio"):
+            table.add_column(column, justify="right", no_wrap=True)
+        table.add_column("held against")
+        for figure in figures:
+            table.add_row(*figure.cells())
+        Console().print(table)
+        Console().print(f"{machine}; rows in {args.json}", soft_wrap=True)
+    return 0

@@ -1,0 +1,163 @@
+"""What `ddh-twin bench` measures."""
+
+from __future__ import annotations
+
+import json
+import os
+import platform
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+import numpy as np
+
+from ddh_twin_py.bags.reader import read_recording
+from ddh_twin_py.bags.writer import write_recording
+from ddh_twin_py.cli.arguments import InputError, duty_file
+from ddh_twin_py.cli.console import stage
+from ddh_twin_py.cli.simulate import START_NS
+from ddh_twin_py.cli.simulated import collect
+from ddh_twin_py.estimation.replay import replay
+from ddh_twin_py.rig import load_rig
+from ddh_twin_py.twin.duty import load_duty
+from ddh_twin_py.twin.simulated_rig import SimulatedRig
+
+
+@dataclass(frozen=True)
+class Figure:
+    """One measured number.
+
+    `against` is a limit of this project or another tool's figure (None: there is none), `source`
+    says which: "limit" is the project's own, the tools are those of the rig's performance notes,
+    measured on another machine of 2 cores. The ratio is above 1 where the value is better;
+    `smaller` tells which way that is.
+    """
+
+    name: str
+    value: float
+    unit: str
+    against: float | None
+    source: str = ""
+    smaller: bool = True
+
+    @property
+    def ratio(self) -> float | None:
+        """How many times better than what it is held against."""
+        if self.against is None or not self.value or not self.against:
+            return None
+        return self.against / self.value if self.smaller else self.value / self.against
+
+    def row(self) -> dict:
+        """As written to the JSON file."""
+        return {key: value for key, value in asdict(self).items() if key != "smaller"} | {"ratio": self.ratio}
+
+    def cells(self) -> tuple[str, ...]:
+        """As printed."""
+        return (
+            self.name, f"{_short(self.value)} {self.unit}", "" if self.against is None else _short(self.against),
+            "" if self.ratio is None else _short(self.ratio), self.source,
+        )
+
+
+def measure(quick: bool = False, live: bool = True, quiet: bool = False) -> tuple[list[Figure], str]:
+    """All figures, and what machine they are of."""
+    duration = 600.0 if quick else 3600.0
+    with tempfile.TemporaryDirectory(prefix="ddh_bench_") as scratch:
+        bag = Path(scratch) / "telemetry"
+        with stage(f"simulating {duration / 60:.0f} min of telemetry", quiet) as progress:
+            simulated = SimulatedRig(load_rig(), load_duty(duty_file("paper_cycle")), seed=1)
+            write_recording(bag, collect(simulated.run(duration), START_NS, duration, progress))
+        with stage("compiling the model, once", quiet):
+            replay(read_recording(bag).between(0.0, 5.0), load_rig())
+        figures = []
+        with stage("replay in a process of its own", quiet):
+            figures += _replay(bag, Path(scratch), duration)
+        with stage("reading", quiet):
+            figures += _decode(bag)
+        with stage("free run and filter", quiet):
+            figures += _kernels(bag, duration)
+        if live:
+            from ddh_twin_py.cli.live_bench import live_figures
+
+            figures += live_figures(Path(scratch), quick, quiet)
+    return figures, _machine()
+
+
+def _replay(bag: Path, scratch: Path, duration: float) -> Iterator[Figure]:
+    """Replay with report and JSON, start of Python included."""
+    out = scratch / "replay.json"
+    command = [sys.executable, "-m", "ddh_twin_py.cli.main", "replay", str(bag), "--quiet", "--json", str(out),
+               "--html", str(scratch / "replay.html")]
+    runs = []
+    for _ in range(2):  # the second finds everything in the file cache, as the first of a user's would
+        started = time.perf_counter()
+        process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
+        _, status, usage = os.wait4(process.pid, 0)
+        elapsed = time.perf_counter() - started
+        if os.waitstatus_to_exitcode(status) != 0:
+            raise InputError(f"replay of {bag} failed: {process.stderr.read().decode(errors='replace').strip()[-300:]}")
+        process.stderr.close()
+        process.returncode = 0
+        seconds = sum(json.loads(out.read_text())["end_matter"]["computing_time_s"].values())
+        runs.append((elapsed, seconds, usage.ru_maxrss / 1024.0))
+    elapsed, seconds, memory = min(runs)
+    label, share = f"replay {duration / 60:.0f} min", duration / 3600.0
+    limit = "limit" if share == 1.0 else "limit of 1 h"
+    yield Figure(f"{label}, computing", seconds, "s", 2.0 * share, "limit" if share == 1.0 else "limit of 1 h, scaled")
+    yield Figure(f"{label}, end to end", elapsed, "s", 8.0, limit)
+    yield Figure(f"{label}, peak memory", memory, "MB", 500.0, limit)
+
+
+def _decode(bag: Path) -> Iterator[Figure]:
+    best, messages = float("inf"), 0
+    for _ in range(3):
+        started = time.perf_counter()
+        recording = read_recording(bag)
+        best = min(best, time.perf_counter() - started)
+        messages = sum(len(stream) for _, stream in recording.streams())
+    yield Figure("reading a bag", messages / best / 1e3, "k messages/s", 60.0, "rosbags", smaller=False)
+
+
+def _kernels(bag: Path, duration: float) -> Iterator[Figure]:
+    from ddh_twin_py.physics.balance import OPERATING_DTYPE
+    from ddh_twin_py.physics.free_run import HYDRAULIC_STEP, free_run, settle
+    from ddh_twin_py.physics.thermal_network import N
+    from ddh_twin_py.twin.intervals import INTERVAL
+
+    rig = load_rig()
+    recording = read_recording(bag)
+    result = replay(recording, rig)
+    n = result.time.size
+    command = np.append(result.measured["speed_command"][:1], result.measured["speed_command"])
+    best = float("inf")
+    for _ in range(3):
+        state, temperature = np.zeros(6), np.full(N, 296.15)
+        settle(rig.parameters, state, float(result.measured["rod_position"][0]), 3e6, 0.0)
+        points, temperatures = np.zeros(n, OPERATING_DTYPE), np.empty((n, N))
+        started = time.perf_counter()
+        free_run(rig.parameters, state, temperature, command, np.full(n, 296.15), INTERVAL, HYDRAULIC_STEP,
+                 np.full(n, np.nan), points, temperatures)
+        best = min(best, time.perf_counter() - started)
+    yield Figure("free run", n * INTERVAL / best, "x real time", 2700.0, "numbalsoda", smaller=False)
+    yield Figure("temperature filter, a tick", result.seconds["temperature_fusion"] / n * 1e6, "µs", 6.5,
+                 "numba, 15 states")
+
+
+def _machine() -> str:
+    name = platform.processor() or platform.machine()
+    try:
+        lines = Path("/proc/cpuinfo").read_text().splitlines()
+        name = next(line.split(":", 1)[1].strip() for line in lines if line.startswith("model name"))
+    except (OSError, StopIteration):
+        pass
+    return f"{os.cpu_count()} cores, {name}, load {os.getloadavg()[0]:.1f}"
+
+
+def _short(value: float) -> str:
+    if value == 0 or abs(value) >= 100:
+        return f"{value:,.0f}"
+    return f"{value:.3g}"

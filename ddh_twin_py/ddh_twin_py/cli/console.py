@@ -1,0 +1,68 @@
+"""What people see while a verb runs: stages with progress and remaining time, warnings."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from ddh_twin_py.telemetry.recording import Finding
+
+_MOST_WARNINGS = 8
+
+
+@contextmanager
+def stage(name: str, quiet: bool = False) -> Iterator[Callable[[float], None]]:
+    """One stage of work; call what it yields with the share done, 0 to 1.
+
+    On a terminal a bar with the remaining time, else one line at the end; all on standard error.
+    """
+    started = time.perf_counter()
+    if quiet:
+        yield lambda share: None
+    elif not sys.stderr.isatty():
+        yield lambda share: None
+        print(f"{name}: {time.perf_counter() - started:.1f} s", file=sys.stderr, flush=True)
+    else:
+        from rich.console import Console
+        from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeRemainingColumn
+
+        columns = (
+            SpinnerColumn(finished_text="✓"), TextColumn("{task.description}"), BarColumn(24), TimeRemainingColumn()
+        )
+        with Progress(*columns, console=Console(stderr=True)) as progress:
+            task = progress.add_task(name, total=None)
+
+            def done(share: float) -> None:
+                progress.update(task, total=1.0, completed=share)
+
+            yield done
+            took = f"{name}, {time.perf_counter() - started:.1f} s"
+            progress.update(task, total=1.0, completed=1.0, description=took)
+
+
+def say(message: str) -> None:
+    """A line on standard error."""
+    print(message, file=sys.stderr, flush=True)
+
+
+def show_findings(findings: Sequence[Finding], where_all: str) -> None:
+    """Warnings about the input on standard error, a few lines at most."""
+    warnings = [finding for finding in findings if finding.severity != "info"]
+    for finding in warnings[:_MOST_WARNINGS]:
+        say(str(finding))
+    if len(warnings) > _MOST_WARNINGS:
+        say(f"{len(warnings) - _MOST_WARNINGS} further warnings are in {where_all}")
+
+
+def put_json(target: str, data: object) -> None:
+    """Write JSON to a file, or to standard output where the target is `-`."""
+    from ddh_twin_py.report.document import json_text, write_json
+
+    if target == "-":
+        print(json_text(data))
+    else:
+        write_json(target, data)

@@ -1,0 +1,105 @@
+"""`ddh-twin info`: what a recording holds and what is wrong with it."""
+
+from __future__ import annotations
+
+import argparse
+from typing import TYPE_CHECKING
+
+from ddh_twin_py.cli.arguments import add_json, add_namespace, add_rig, add_verb
+
+if TYPE_CHECKING:
+    from ddh_twin_py.telemetry.recording import Recording
+
+_EXAMPLE = "  ddh-twin info bags/paper_cycle"
+
+
+def add_parser(subparsers) -> None:
+    """Declare the verb."""
+    parser = add_verb(
+        subparsers, "info", "say what a recording holds and what is wrong with it",
+        "Reads a bag and screens every sample: finite, in range, in order, moving, in the right unit. Each finding\n"
+        "names file, topic and value.",
+        _EXAMPLE,
+    )
+    parser.add_argument("bag", metavar="BAG", help="rosbag2 folder, or one .mcap or .db3 file")
+    add_rig(parser)
+    add_namespace(parser)
+    add_json(parser)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Read, screen, tell."""
+    from ddh_twin_py.bags.reader import read_recording
+    from ddh_twin_py.cli.console import put_json
+    from ddh_twin_py.rig import load_rig
+    from ddh_twin_py.telemetry.screening import screen_recording
+
+    rig = load_rig(args.rig)
+    recording = read_recording(args.bag, args.namespace)
+    screened = screen_recording(recording, {name: spec.noise for name, spec in rig.sensors.items()})
+    if args.json:
+        put_json(args.json, _data(screened))
+    if args.json != "-":
+        _show(screened)
+    return 0
+
+
+def _data(recording: Recording) -> dict:
+    from dataclasses import asdict
+
+    return {
+        "path": recording.path, "namespace": recording.namespace, "epoch_ns": recording.epoch_ns,
+        "duration_s": recording.duration, "rig": asdict(recording.rig) if recording.rig else None,
+        "streams": [
+            {"topic": topic, "samples": len(stream), "rate_Hz": _rate(stream.time), "start_s": float(stream.time.min()),
+             "stop_s": float(stream.time.max()), "fields": list(stream.fields)}
+            for topic, stream in recording.streams() if len(stream)
+        ],
+        "findings": [asdict(finding) for finding in recording.findings],
+    }
+
+
+def _show(recording: Recording) -> None:
+    from datetime import UTC, datetime
+
+    from rich.console import Console
+    from rich.table import Table
+    from rich.text import Text
+
+    from ddh_twin_py.report.units import duration, number
+
+    console = Console()
+    start = datetime.fromtimestamp(recording.epoch_ns * 1e-9, UTC)
+    console.print(Text(recording.path, style="bold"))
+    rig = recording.rig
+    told = f"{rig.rig_id}, {rig.oil_grade}, payload {rig.payload_mass:g} kg" if rig else "not named"
+    namespace = recording.namespace or "/"
+    console.print(f"{duration(recording.duration)} from {start:%Y-%m-%d %H:%M:%S} UTC, namespace {namespace}")
+    console.print(f"rig: {told}")
+    table = Table(box=None, pad_edge=False)
+    table.add_column("topic", no_wrap=True)
+    for column in ("samples", "Hz", "from s", "to s", "rejected"):
+        table.add_column(column, justify="right")
+    for topic, stream in recording.streams():
+        if len(stream):
+            # a variance of 0 or NaN means unknown and is no fault
+            values = stream.values[:, :1] if topic.startswith("temperature/") else stream.values
+            rejected = int((values != values).any(axis=1).sum())
+            table.add_row(
+                topic, str(len(stream)), number(_rate(stream.time), 1), number(float(stream.time.min()), 1),
+                number(float(stream.time.max()), 1), str(rejected) if rejected else "",
+            )
+    console.print(table)
+    if not recording.findings:
+        console.print("nothing wrong was found")
+    style = {"error": "red", "warning": "yellow"}
+    for finding in recording.findings:
+        console.print(Text.assemble((finding.severity, style.get(finding.severity, "")), ": ", finding.message))
+
+
+def _rate(time) -> float:
+    import numpy as np
+
+    steps = np.diff(time)
+    steps = steps[steps > 0.0]
+    return float(1.0 / np.median(steps)) if steps.size else float("nan")

@@ -1,0 +1,77 @@
+"""The command `ddh-twin`."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Sequence
+from importlib import import_module
+from importlib.util import find_spec
+
+from ddh_twin_py.cli.arguments import Parser
+
+VERBS = ("demo", "replay", "info", "simulate", "up", "bench")
+"""Verbs in the order of the help; each is a module of this package."""
+
+_EPILOG = """\
+examples:
+  ddh-twin demo                                   the paper's cycle through the live nodes, with a report
+  ddh-twin replay bags/paper_cycle --html r.html  any recording in one process
+  ddh-twin up --help                              the twin beside a machine
+
+exit codes: 0 done, 2 the input cannot be used (one line on standard error says why), 130 interrupted
+"""
+
+
+def build_parser() -> Parser:
+    """The parser of all verbs."""
+    from ddh_twin_py.cli.arguments import _Formatter
+
+    parser = Parser(
+        prog="ddh-twin",
+        description="Digital twin of a direct driven hydraulic unit: temperatures, pressures and losses from drive and "
+        "pressure telemetry.",
+        epilog=_EPILOG,
+        formatter_class=_Formatter,
+    )
+    parser.add_argument("--version", action="store_true", help="say versions and leave")
+    subparsers = parser.add_subparsers(dest="verb", metavar="VERB", title="verbs", parser_class=Parser)
+    for name in VERBS:
+        if find_spec(f"ddh_twin_py.cli.{name}") is None:
+            continue
+        import_module(f"ddh_twin_py.cli.{name}").add_parser(subparsers)
+    return parser
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run one verb; returns the exit code."""
+    parser = build_parser()
+    args = parser.parse_args(argv)
+    if args.version:
+        from ddh_twin_py.report.document import versions
+
+        print(", ".join(f"{name} {number}" for name, number in versions().items()))
+        return 0
+    if args.verb is None:
+        parser.print_help()
+        return 0
+    try:
+        return import_module(f"ddh_twin_py.cli.{args.verb}").run(args)
+    except KeyboardInterrupt:
+        print(f"ddh-twin {args.verb}: interrupted", file=sys.stderr)
+        return 130
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
+    except (ValueError, OSError) as error:
+        if not isinstance(error, OSError) and not type(error).__module__.startswith("ddh_twin_py."):
+            raise  # a fault of ours and not of the input
+        said = str(error)
+        if isinstance(error, OSError) and error.filename and error.strerror:
+            said = f"{error.filename}: {error.strerror}"
+        print(f"ddh-twin {args.verb}: error: {' '.join(said.split())}", file=sys.stderr)
+        return 2
+
+
+if __name__ == "__main__":
+    sys.exit(main())

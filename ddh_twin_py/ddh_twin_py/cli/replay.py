@@ -1,0 +1,69 @@
+"""`ddh-twin replay`: a recording through the twin in one process."""
+
+from __future__ import annotations
+
+import argparse
+
+from ddh_twin_py.cli.arguments import add_json, add_namespace, add_rig, add_verb, positive
+
+_EXAMPLE = "  ddh-twin replay bags/paper_cycle --html out/report.html --json out/report.json"
+
+
+def add_parser(subparsers) -> None:
+    """Declare the verb."""
+    parser = add_verb(
+        subparsers, "replay", "run a recording through the twin and say how well they agree",
+        "Reads a bag, runs soft sensor, free run and temperature fusion over it in order of time stamps, and\n"
+        "compares them with what was measured. The same bag gives the same numbers every time.",
+        _EXAMPLE,
+    )
+    parser.add_argument("bag", metavar="BAG", help="rosbag2 folder, or one .mcap or .db3 file")
+    add_rig(parser)
+    add_namespace(parser)
+    parser.add_argument("--html", metavar="FILE", help="write the report, one self-contained page")
+    add_json(parser)
+    parser.add_argument("--interval", metavar="S", type=positive, default=None, help="of one output, s (default 0.05)")
+    parser.add_argument(
+        "--leave-one-out", action="store_true",
+        help="estimate each location once more without its own sensor: a test of the fusion (takes longer)",
+    )
+    parser.add_argument("--quiet", action="store_true", help="no progress, no summary")
+
+
+def run(args: argparse.Namespace) -> int:
+    """Replay, write what was asked for, print the summary."""
+    from ddh_twin_py.cli.console import put_json, show_findings, stage
+    from ddh_twin_py.rig import load_rig
+
+    rig = load_rig(args.rig)
+    with stage("loading", args.quiet):
+        from ddh_twin_py.bags.reader import read_recording
+        from ddh_twin_py.estimation.replay import replay
+        from ddh_twin_py.report.agreement import compare
+        from ddh_twin_py.report.replay_report import replay_document, replay_json
+        from ddh_twin_py.report.summary import print_summary
+        from ddh_twin_py.twin.intervals import INTERVAL
+    with stage(f"reading {args.bag}", args.quiet) as progress:
+        recording = read_recording(args.bag, args.namespace, progress)
+    interval = args.interval or INTERVAL
+    with stage("running the twin", args.quiet) as progress:
+        result = replay(recording, rig, interval, progress=progress)
+    left_out = {}
+    if args.leave_one_out:
+        names = [name for name, sensor in result.sensors.items() if sensor.used]
+        with stage("leaving out one sensor at a time", args.quiet) as progress:
+            for k, name in enumerate(names):
+                left_out[name] = replay(
+                    recording, rig, interval, without=(name,),
+                    progress=lambda share, k=k: progress((k + share) / len(names)),
+                ).sensors[name]
+    agreement = compare(result, left_out)
+    if args.html:
+        with stage(f"writing {args.html}", args.quiet):
+            replay_document(result, agreement).write(args.html)
+    if args.json:
+        put_json(args.json, replay_json(result, agreement))
+    show_findings(result.recording.findings, args.html or args.json or "the report (--html FILE)")
+    if not args.quiet and args.json != "-":
+        print_summary(agreement, recording.path)
+    return 0

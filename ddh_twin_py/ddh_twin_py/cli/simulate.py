@@ -1,0 +1,57 @@
+"""`ddh-twin simulate`: a bag from a simulated rig."""
+
+from __future__ import annotations
+
+import argparse
+
+from ddh_twin_py.cli.arguments import InputError, add_rig, add_verb, duty_file, positive
+
+_EXAMPLE = "  ddh-twin simulate paper_cycle -o out/simulated --seed 3 --duration 600"
+START_NS = 1_767_225_600_000_000_000
+"""Stamp of the first sample, 2026-01-01 UTC: the same seed gives the same bag."""
+
+
+def add_parser(subparsers) -> None:
+    """Declare the verb."""
+    parser = add_verb(
+        subparsers, "simulate", "record a simulated rig that does a duty",
+        "Draws a rig within the tolerances of the sheet, lets it do a duty, and writes what its sensors say, with\n"
+        "their noise, as a bag. The twin does not know what was drawn.",
+        _EXAMPLE,
+    )
+    parser.add_argument(
+        "duty", metavar="DUTY", help="duty file, or the name of one of the project's: paper_cycle, mixed"
+    )
+    parser.add_argument("-o", "--output", metavar="BAG", required=True, help="folder to write, must not exist")
+    parser.add_argument("--seed", type=int, default=1, help="of the rig and of its noise (default 1)")
+    add_rig(parser)
+    parser.add_argument("--duration", metavar="S", type=positive, help="stop after so many seconds")
+    parser.add_argument("--quiet", action="store_true", help="no progress")
+
+
+def run(args: argparse.Namespace) -> int:
+    """Simulate and write."""
+    from pathlib import Path
+
+    from ddh_twin_py.cli.console import say, stage
+    from ddh_twin_py.twin.duty import load_duty
+
+    path = duty_file(args.duty)
+    duty = load_duty(path)
+    if duty.repeat == 0 and args.duration is None:
+        raise InputError(f"{path}: repeat is 0, for ever; say with --duration when to stop")
+    if Path(args.output).exists():
+        raise InputError(f"{args.output} exists; nothing is overwritten")
+    with stage("loading", args.quiet):
+        from ddh_twin_py.bags.writer import write_recording
+        from ddh_twin_py.cli.simulated import collect
+        from ddh_twin_py.rig import load_rig
+        from ddh_twin_py.twin.simulated_rig import SimulatedRig
+    rig = SimulatedRig(load_rig(args.rig), duty, args.seed)
+    with stage("simulating", args.quiet) as progress:
+        recording = collect(rig.run(args.duration), START_NS, args.duration, progress)
+    with stage(f"writing {args.output}", args.quiet):
+        write_recording(args.output, recording)
+    if not args.quiet:
+        say(f"{args.output}: {recording.duration:.1f} s of {recording.rig.rig_id}")
+    return 0
