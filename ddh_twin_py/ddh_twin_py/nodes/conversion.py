@@ -22,6 +22,7 @@ from ddh_twin_py.telemetry.signals import ZERO_CELSIUS
 from ddh_twin_py.twin.hydraulic_model import RESIDUAL_SIGNALS, HydraulicResult
 from ddh_twin_py.twin.intervals import HOLD
 from ddh_twin_py.twin.machine_thermal import MotorResult
+from sensor_msgs.msg import Temperature
 
 SOFT_SENSOR, FREE_RUN, FUSION = "soft_sensor", "free_run", "fusion"
 FLOW_PATHS = tuple(f"{flow[0]}>{flow[1]}" for flow in FLOWS)
@@ -143,3 +144,10 @@ def estimate_layout() -> Layout:
     """`TemperatureEstimateArray` of all thermal nodes."""
     return Layout(TemperatureEstimateArray(estimates=[TemperatureEstimate(location=name) for name in NODES]))
 
+
+
+def location_layout(location: str) -> Layout:
+    """`sensor_msgs/Temperature` of one location, named in its frame."""
+    message = Temperature()
+    message.header.frame_id = location
+    return Layout(message)

@@ -61,7 +61,7 @@ class FlowControl:
     on for `patience` seconds although it speaks has lost messages and is not waited for.
     """
 
-    def __init__(self, lead: float, silence: float = 5.0, patience: float = 10.0) -> None:
+    def __init__(self, lead: float, silence: float = 10.0, patience: float = 10.0) -> None:
         self._lead = round(lead * 1e9)
         self._silence, self._patience = silence, patience
         self.consumers: dict[str, Consumer] = {}

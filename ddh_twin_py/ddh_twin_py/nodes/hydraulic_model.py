@@ -67,9 +67,12 @@ class HydraulicModelNode(ModelNode):
     def make_model(self, temperature: np.ndarray, payload_mass: float | None) -> HydraulicModel:
         return HydraulicModel(self.rig, temperature, payload_mass, self.interval)
 
+    def model_inputs(self, batch: Batch, air: np.ndarray) -> tuple:
+        return batch.measured, batch.command, air
+
     def run_model(self, model: HydraulicModel, batch: Batch, air: np.ndarray) -> np.ndarray:
         model.use_temperatures(self._fresh_temperatures(int(batch.end_ns[0])))
-        result = model.advance(batch.measured, batch.command, air)
+        result = model.advance(*self.model_inputs(batch, air))
         points = (result.soft, result.free)
         self._send(self._soft, self._soft_layout, batch, hydraulic_values(result.soft, result.soft_temperature, result.known, self.interval))
         self._send(self._free, self._free_layout, batch, hydraulic_values(result.free, result.free_temperature, result.known, self.interval))

@@ -28,8 +28,11 @@ class MachineThermalNode(ModelNode):
     def make_model(self, temperature: np.ndarray, payload_mass: float | None) -> MachineThermal:
         return MachineThermal(self.rig, temperature, self.interval)
 
+    def model_inputs(self, batch: Batch, air: np.ndarray) -> tuple:
+        return batch.measured, air
+
     def run_model(self, model: MachineThermal, batch: Batch, air: np.ndarray) -> np.ndarray:
-        result = model.advance(batch.measured, air)
+        result = model.advance(*self.model_inputs(batch, air))
         for message in self._layout.compose(batch.end_ns, motor_values(result, self.interval)):
             self._state.publish(message)
         return result.known

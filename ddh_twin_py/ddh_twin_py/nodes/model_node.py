@@ -14,9 +14,10 @@ from ddh_twin_py.nodes.intervals_feed import Batch, IntervalsFeed
 from ddh_twin_py.nodes.node_base import POLL_PERIOD, TwinNode
 from ddh_twin_py.nodes.parameters import Parameter
 from ddh_twin_py.nodes.progress import Progress
-from ddh_twin_py.nodes.telemetry_feed import TelemetryFeed
+from ddh_twin_py.nodes.telemetry_feed import TelemetryFeed, field_count
+from ddh_twin_py.physics.thermal_network import NODES
 from ddh_twin_py.rig import load_rig
-from ddh_twin_py.telemetry.alignment import INTERVAL, REORDER_WINDOW, Tick
+from ddh_twin_py.telemetry.alignment import INTERVAL, REORDER_WINDOW, Samples, Tick
 from ddh_twin_py.telemetry.signals import RIG_TOPIC, TEMPERATURE_PREFIX, TEMPERATURE_SENSORS, ZERO_CELSIUS
 from ddh_twin_py.twin.ambient import AmbientTracker
 
@@ -145,8 +146,22 @@ class ModelNode(TelemetryNode):
         self.known_share = 0.0
 
     def begin(self, required: Collection[str]) -> None:
+        self._warm_up()
         super().begin(required)
         self.health.add("model", self._judge_model)
+
+    def _warm_up(self) -> None:
+        """Load or compile the kernels now, so that the first data does not wait for them."""
+        self.feed.warm_up()
+        empty = {topic: Samples(np.empty(0, np.int64), np.empty((0, field_count(topic)))) for topic in self.feed.screens}
+        tick = Tick(0, round(self.interval * 1e9), False, empty)
+        (batch,) = IntervalsFeed(self.interval, 0.0).add([tick], flush=True)
+        start = np.full(len(NODES), ZERO_CELSIUS + self.rig["ambient"])
+        self.make_model(start, None).advance(*self.model_inputs(batch, start[:1]))
+
+    def model_inputs(self, batch: Batch, air: np.ndarray) -> tuple:
+        """Arguments of the model's `advance`."""
+        raise NotImplementedError
 
     def make_model(self, temperature: np.ndarray, payload_mass: float | None) -> object:
         """The model at its start: K (N,), kg or None."""

@@ -93,6 +93,11 @@ class TelemetryFeed:
         lost = int((~sound).sum())
         entry.rejected += lost + int((~np.isfinite(screened.values[:, : len(screen.signals)])).any(axis=1).sum())
 
+    def warm_up(self) -> None:
+        """Load or compile what judges samples; forgets what it judged."""
+        for topic in self.screens:
+            StreamScreen(topic).screen([0], np.zeros((1, field_count(topic))))
+
     def ready(self) -> list[Tick]:
         """Ticks that are complete."""
         return list(self.aligner.ready())

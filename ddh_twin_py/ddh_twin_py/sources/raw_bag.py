@@ -88,7 +88,7 @@ class RawBag:
                     channel = storage.channels[int(key)]
                     topic[block.channel == key] = self._number_of((channel.topic, channel.message_type))
                 yield topic[known], block.log_time[known], block.start[known], block.size[known], block.data
-            notes += storage.damage.notes
+            notes += storage.damage
 
     def _number_of(self, topic: tuple[str, str]) -> int:
         if topic not in self._number:

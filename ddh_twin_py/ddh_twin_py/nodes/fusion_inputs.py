@@ -1,0 +1,67 @@
+"""What the models say, from their messages to the rows that the fusion aligns with the sensors."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ddh_twin_py.estimation.temperature_fusion import FusionInputs, Reading
+from ddh_twin_py.nodes.conversion import FLOW_PATHS
+from ddh_twin_py.nodes.intervals_feed import readings_of
+from ddh_twin_py.physics.thermal_network import MOTOR_NODES, N, N_FLOWS, NODES
+from ddh_twin_py.telemetry.alignment import Tick
+
+STATE_TOPIC = "hydraulics/state"
+PREDICTION_TOPIC = "hydraulics/prediction"
+MOTOR_TOPIC = "motor/thermal_state"
+
+_MOTOR = len(MOTOR_NODES)
+STATE_WIDTH = 2 + N + N_FLOWS  # known, rod position, heat, flow
+MOTOR_WIDTH = 2 + _MOTOR  # known, mean square current, heat
+
+
+def state_rows(example: object, values: dict[str, np.ndarray]) -> np.ndarray:
+    """Rows (n, STATE_WIDTH) of `HydraulicState`, whatever order its names come in."""
+    heat = _ordered(example.heat_nodes, NODES, values["heat"])
+    flow = _ordered(example.flow_paths, FLOW_PATHS, values["flow"])
+    return np.column_stack([values["telemetry_known"], values["rod_position"], heat, flow])
+
+
+def motor_rows(example: object, values: dict[str, np.ndarray]) -> np.ndarray:
+    """Rows (n, MOTOR_WIDTH) of `MotorThermalState`."""
+    heat = _ordered(example.heat_nodes, MOTOR_NODES, values["heat"])
+    return np.column_stack([values["telemetry_known"], values["mean_square_current"], heat])
+
+
+def node_temperatures(names: Sequence[str], values: np.ndarray) -> np.ndarray:
+    """Temperatures (n, N) in the order of the twin's nodes; NaN for a node that was not named."""
+    return _ordered(names, NODES, values, missing=np.nan)
+
+
+def inputs_of(ticks: Sequence[Tick]) -> tuple[FusionInputs, list[Reading]]:
+    """What the fusion takes for n ticks: the models' rows, and the readings of the sensors."""
+    inputs = FusionInputs.unknown(len(ticks))
+    readings: list[Reading] = []
+    for i, tick in enumerate(ticks):
+        state, motor = tick.samples[STATE_TOPIC], tick.samples[MOTOR_TOPIC]
+        if len(state):
+            row = state.values[-1]
+            inputs.hydraulics_known[i], inputs.rod_position[i] = row[0] > 0.0, row[1]
+            inputs.heat[i, _MOTOR:] = row[2 + _MOTOR : 2 + N]
+            inputs.flow[i] = row[2 + N :]
+        if len(motor):
+            row = motor.values[-1]
+            inputs.motor_known[i], inputs.mean_square_current[i] = row[0] > 0.0, row[1]
+            inputs.heat[i, :_MOTOR] = row[2:]
+        readings += readings_of(tick, i)
+    return inputs, readings
+
+
+def _ordered(names: Sequence[str], wanted: Sequence[str], values: np.ndarray, missing: float = 0.0) -> np.ndarray:
+    place = {name: i for i, name in enumerate(names)}
+    ordered = np.full((len(values), len(wanted)), missing)
+    for j, name in enumerate(wanted):
+        if name in place:
+            ordered[:, j] = values[:, place[name]]
+    return ordered

@@ -1,0 +1,288 @@
+"""Node: temperatures of the whole unit with uncertainty, from both models and whichever sensors there are."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ddh_msgs.msg import HydraulicState, MotorThermalState, ResidualArray, TemperatureEstimateArray
+from ddh_twin_py.estimation.sensors import NODE_INDEX, SENSORS
+from ddh_twin_py.estimation.temperature_fusion import FusionInputs, FusionResult, Reading, TemperatureFusion
+from ddh_twin_py.nodes import qos
+from ddh_twin_py.nodes.conversion import FUSION, estimate_layout, location_layout, residual_layout, to_celsius, to_kelvin
+from ddh_twin_py.nodes.fusion_inputs import (
+    MOTOR_TOPIC,
+    MOTOR_WIDTH,
+    PREDICTION_TOPIC,
+    STATE_TOPIC,
+    STATE_WIDTH,
+    inputs_of,
+    motor_rows,
+    node_temperatures,
+    state_rows,
+)
+from ddh_twin_py.nodes.health import Report, judge_age
+from ddh_twin_py.nodes.model_node import TEMPERATURE_TOPICS, TWIN_PARAMETERS, TelemetryNode, rig_path
+from ddh_twin_py.nodes.node_base import run
+from ddh_twin_py.nodes.parameters import Parameter
+from ddh_twin_py.nodes.state_keeper import StateKeeper
+from ddh_twin_py.nodes.telemetry_feed import TelemetryFeed
+from ddh_twin_py.nodes.wire import BulkParser
+from ddh_twin_py.physics.thermal_network import NODES, N
+from ddh_twin_py.rig import load_rig
+from ddh_twin_py.telemetry.alignment import Tick
+from ddh_twin_py.telemetry.signals import TEMPERATURE_PREFIX
+from sensor_msgs.msg import Temperature
+
+_KEEP_PREDICTIONS = 60_000_000_000  # ns
+
+
+class TemperatureFusionNode(TelemetryNode):
+    """Models and sensors to `temperature/estimates`, `estimate/<location>` and `temperature/residuals`."""
+
+    PARAMETERS = (
+        *TWIN_PARAMETERS,
+        Parameter(
+            "model_timeout", 5.0,
+            "How much data time the estimate waits for a model that has stopped; after that it goes on and knows less. "
+            "Must be longer than the models' own start and the player's lead together.", "s", 0.5, 60.0,
+        ),
+        Parameter("state_file", "", "File in which the estimate survives a restart; empty: none."),
+        Parameter("state_period", 10.0, "Wall time between two writings of the state file.", "s", 1.0, 3600.0),
+    )  # fmt: skip
+
+    def __init__(self) -> None:
+        super().__init__("temperature_fusion")
+        values = self.values
+        self._rig = load_rig(rig_path(values["rig"]))
+        self.feed = TelemetryFeed(
+            self, self._rig, TEMPERATURE_TOPICS, [STATE_TOPIC, MOTOR_TOPIC], values["interval"], values["reorder_window"],
+            values["model_timeout"], {STATE_TOPIC: STATE_WIDTH, MOTOR_TOPIC: MOTOR_WIDTH},
+        )  # fmt: skip
+        self._fusion = TemperatureFusion(self._rig, values["interval"])
+        self._models = {
+            topic: (self.feed.inputs.add(topic, kind), BulkParser(kind))
+            for topic, kind in ((STATE_TOPIC, HydraulicState), (MOTOR_TOPIC, MotorThermalState), (PREDICTION_TOPIC, HydraulicState))
+        }
+        self._predicted: dict[int, np.ndarray] = {}  # K (N,) by stamp in ns
+        self._last_end: int | None = None
+        self._measured, self._measured_at = np.full(N, np.nan), np.full(N, np.nan)  # K, s
+        self._deviation = np.full(N, np.nan)
+        self._refused = dict.fromkeys(SENSORS, 0)
+        self._known = {STATE_TOPIC: 0.0, MOTOR_TOPIC: 0.0}
+        self._done = 0
+        self._make_publishers()
+        self._keeper: StateKeeper | None = None
+        if values["state_file"]:
+            self._keeper = StateKeeper(values["state_file"], self._fusion.state)
+            if self._keeper.note:
+                self.get_logger().warning(self._keeper.note)
+            self.every(values["state_period"], self._keep_state)
+        self._warm_up()
+        self.begin(required=())
+        for topic in (STATE_TOPIC, MOTOR_TOPIC):
+            self.health.add(topic, lambda report, topic=topic: self._judge_model(report, topic))
+        self.health.add("estimate", self._judge_estimate)
+        if self._keeper is not None:
+            self.health.add("state file", self._judge_state_file)
+
+    def _make_publishers(self) -> None:
+        self._estimates = self.create_publisher(TemperatureEstimateArray, "temperature/estimates", qos.OUTPUT)
+        self._residuals = self.create_publisher(ResidualArray, "temperature/residuals", qos.OUTPUT)
+        self._locations = [self.create_publisher(Temperature, f"estimate/{name}", qos.OUTPUT) for name in NODES]
+        self._estimate_layout = estimate_layout()
+        names = [TEMPERATURE_PREFIX + sensor for sensor in SENSORS]
+        self._residual_layout = residual_layout(FUSION, names, ["degC"] * len(names))
+        self._location_layouts = [location_layout(name) for name in NODES]
+
+    def _warm_up(self) -> None:
+        self.feed.warm_up()
+        scratch = TemperatureFusion(self._rig, self.values["interval"])
+        ticks = round(2.0 / self.values["interval"])
+        scratch.advance(FusionInputs.unknown(ticks), [Reading(0, SENSORS[0], float(to_kelvin(23.0)))])
+
+    # --- inputs ------------------------------------------------------------------------------
+
+    def take(self, wall: float) -> bool:
+        """Sensors first: a model's message is never older than what it was computed from."""
+        some = super().take(wall)
+        for topic, (entry, parser) in self._models.items():
+            messages = self.feed.inputs.take(entry, wall)
+            for example, stamps, values in parser.parse(messages):
+                some = True
+                entry.newest_ns = int(stamps[-1])
+                if topic == PREDICTION_TOPIC:
+                    self._keep_predictions(stamps, node_temperatures(example.temperature_nodes, to_kelvin(values["temperature"])))
+                    continue
+                rows = (state_rows if topic == STATE_TOPIC else motor_rows)(example, values)
+                for stamp, row in zip(stamps.tolist(), rows, strict=True):
+                    self.feed.aligner.push(topic, stamp, row)
+        return some
+
+    def _keep_predictions(self, stamps: np.ndarray, temperature: np.ndarray) -> None:
+        self._predicted.update(zip(stamps.tolist(), temperature, strict=True))
+        if len(self._predicted) > 4 * _KEEP_PREDICTIONS * 1e-9 / self.values["interval"]:
+            oldest = int(stamps[-1]) - _KEEP_PREDICTIONS
+            self._predicted = {stamp: row for stamp, row in self._predicted.items() if stamp > oldest}
+
+    # --- work --------------------------------------------------------------------------------
+
+    def work(self, ticks: list[Tick], flush: bool) -> None:
+        start = 0
+        for i, tick in enumerate(ticks):
+            if tick.restart or self._last_end is None and i == 0:
+                self._run(ticks[start:i])
+                start = i
+                self._break(tick)
+        self._run(ticks[start:])
+
+    def _break(self, tick: Tick) -> None:
+        """The clock jumped back, or skipped a long time, or this is the beginning."""
+        gap = None if self._last_end is None else (tick.start_ns - self._last_end) * 1e-9
+        if gap is None:
+            self._restore(tick)
+        elif gap < 0.0:
+            self._fusion.reset()
+            self._predicted.clear()
+            self._measured[:] = self._measured_at[:] = np.nan
+        else:
+            self._fusion.rest(gap)
+        self._last_end = tick.start_ns
+
+    def _restore(self, tick: Tick) -> None:
+        if self._keeper is None or self._keeper.saved is None:
+            return
+        saved = self._keeper.saved
+        age = (tick.start_ns - saved.stamp_ns) * 1e-9
+        refusal = self._keeper.refusal(age, self.rig_info.rig_id if self.rig_info is not None else "")
+        if refusal:
+            self.get_logger().warning(refusal)
+            return
+        self._fusion.restore(saved.state, 0.0)
+        before = self._tank_deviation()
+        self._fusion.restore(saved.state, age)
+        self.get_logger().info(
+            f"{self._keeper.path}: going on from the state of {age:.0f} s before; "
+            f"the tank's oil was known to {before:.2g} K then, to {self._tank_deviation():.2g} K now"
+        )
+
+    def _tank_deviation(self) -> float:
+        return float(np.sqrt(self._fusion.state.covariance[N - 1, N - 1]))
+
+    def _run(self, ticks: list[Tick]) -> None:
+        if not ticks:
+            return
+        inputs, readings = inputs_of(ticks)
+        result = self._fusion.advance(inputs, readings)
+        end_ns = np.array([tick.end_ns for tick in ticks], np.int64)
+        self._publish(end_ns, result)
+        self._last_end = int(end_ns[-1])
+        self._deviation = result.standard_deviation[-1]
+        self._done += len(ticks)
+        self._known = {STATE_TOPIC: float(inputs.hydraulics_known.mean()), MOTOR_TOPIC: float(inputs.motor_known.mean())}
+
+    def _publish(self, end_ns: np.ndarray, result: FusionResult) -> None:
+        celsius, deviation = to_celsius(result.temperature), result.standard_deviation
+        measured, age = self._measured_in(end_ns, result)
+        predicted = np.array([self._predicted.pop(stamp, _UNKNOWN) for stamp in end_ns.tolist()])
+        values = {
+            "ambient": to_celsius(result.ambient),
+            "estimates.temperature": celsius,
+            "estimates.standard_deviation": deviation,
+            "estimates.predicted": to_celsius(predicted),
+            "estimates.measured": to_celsius(measured),
+            "estimates.measured_age": age,
+        }
+        for message in self._estimate_layout.compose(end_ns, values):
+            self._estimates.publish(message)
+        for j, (publisher, layout) in enumerate(zip(self._locations, self._location_layouts, strict=True)):
+            values = {"temperature": celsius[:, j], "variance": deviation[:, j] ** 2}
+            for message in layout.compose(end_ns, values):
+                publisher.publish(message)
+        self._publish_residuals(end_ns, result)
+
+    def _measured_in(self, end_ns: np.ndarray, result: FusionResult) -> tuple[np.ndarray, np.ndarray]:
+        """Last accepted reading of each node, K, and its age in s, (n, N)."""
+        accepted: dict[int, list] = {}
+        for innovation in result.innovations:
+            if innovation.accepted:
+                accepted.setdefault(min(innovation.index, end_ns.size - 1), []).append(innovation)
+        measured, age = np.empty((end_ns.size, N)), np.empty((end_ns.size, N))
+        for i, now in enumerate((end_ns * 1e-9).tolist()):
+            for innovation in accepted.get(i, ()):
+                node = NODE_INDEX[innovation.sensor]
+                self._measured[node], self._measured_at[node] = innovation.measured, now
+            measured[i], age[i] = self._measured, now - self._measured_at
+        return measured, age
+
+    def _publish_residuals(self, end_ns: np.ndarray, result: FusionResult) -> None:
+        rows: dict[int, dict[str, np.ndarray]] = {}
+        for innovation in result.innovations:
+            if not innovation.accepted:
+                self._refused[innovation.sensor] += 1
+                self.warn_once(
+                    ("refused", innovation.sensor),
+                    f"{TEMPERATURE_PREFIX}{innovation.sensor} reads {to_celsius(innovation.measured):.2f} degC, expected were "
+                    f"{to_celsius(innovation.expected):.2f} +- {innovation.standard_deviation:.2f} degC; not used, counted from here on",
+                )
+            row = rows.setdefault(min(innovation.index, end_ns.size - 1), {name: np.full(len(SENSORS), np.nan) for name in _RESIDUAL_FIELDS})
+            at = SENSORS.index(innovation.sensor)
+            row["residuals.measured"][at] = to_celsius(innovation.measured)
+            row["residuals.predicted"][at] = to_celsius(innovation.expected)
+            row["residuals.residual"][at] = innovation.measured - innovation.expected
+            row["residuals.standard_deviation"][at] = innovation.standard_deviation
+        if rows:
+            order = sorted(rows)
+            values = {name: np.array([rows[i][name] for i in order]) for name in _RESIDUAL_FIELDS}
+            for message in self._residual_layout.compose(end_ns[order], values):
+                self._residuals.publish(message)
+
+    # --- state file --------------------------------------------------------------------------
+
+    def _keep_state(self) -> None:
+        if self._last_end is not None and self._done:
+            self._keeper.keep(self._fusion.state, self.rig_info.rig_id if self.rig_info is not None else "", self._last_end)
+
+    def rig_changed(self) -> None:
+        if self._done:
+            self.get_logger().warning("the rig was announced while the estimate ran; it begins anew")
+            self._fusion.reset()
+
+    def close(self) -> None:
+        if self._keeper is not None:
+            self._keep_state()
+            self._keeper.close()
+            if self._keeper.failure:
+                self.get_logger().error(self._keeper.failure)
+
+    # --- health ------------------------------------------------------------------------------
+
+    def _judge_model(self, report: Report, topic: str) -> str:
+        judge_age(report, self._models[topic][0], self.wall(), self.values["stale_after"], required=False)
+        report.add("messages", self._models[topic][0].received, "1")
+        report.add("intervals in which it knew", self._known[topic], "1")
+        if self._done and self._known[topic] < 1.0:
+            report.warn("not known, the uncertainty grows")
+        return "known"
+
+    def _judge_estimate(self, report: Report) -> str:
+        report.add("intervals done", self._done, "1")
+        for node, deviation in zip(NODES, self._deviation, strict=True):
+            report.add(f"standard deviation {node}", float(deviation), "K")
+        for sensor, count in self._refused.items():
+            report.add(f"readings refused {sensor}", count, "1")
+        return "runs" if self._done else "waits for a model or a sensor"
+
+    def _judge_state_file(self, report: Report) -> str:
+        report.add("written", self._keeper.written, "1")
+        if self._keeper.failure:
+            report.error(self._keeper.failure)
+            self.warn_once(self._keeper.failure, self._keeper.failure)
+        return str(self._keeper.path)
+
+
+_UNKNOWN = np.full(N, np.nan)
+_RESIDUAL_FIELDS = ("residuals.measured", "residuals.predicted", "residuals.residual", "residuals.standard_deviation")
+
+
+def main(args: list[str] | None = None) -> int:
+    return run(TemperatureFusionNode, args)
