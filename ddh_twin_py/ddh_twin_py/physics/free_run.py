@@ -26,17 +26,36 @@ CALM_FACTOR = 4
 
 @inlined
 def _add(point, weight, speed, acceleration, pressure_a, pressure_b, velocity, position, resistance, iron, c, p):
-    """Add one instant to the operating point; with half weights at both ends the mean is the trapezoidal rule's."""
+    """Add one instant to the operating point; with half weights at both ends the mean is the trapezoidal rule's.
+
+    Returns:
+        the current of that instant, A.
+    """
     pump_torque = add_hydraulics(
         point, weight, speed, pressure_a, pressure_b, velocity, position,
         check_flow(pressure_a, p), check_flow(pressure_b, p), relief_flow(pressure_b, p), c, p,
     )
-    add_motor(point, weight, speed, motor_current(speed, acceleration, pump_torque, p), resistance, iron, p)
+    current = motor_current(speed, acceleration, pump_torque, p)
+    add_motor(point, weight, speed, current, resistance, iron, p)
+    return current
 
 
 @kernel
 def free_run(params, state, temperature, command, ambient, interval, step, measured_position, points, temperatures):
-    """Run over consecutive intervals, in place on state (7) and temperature (N, K).
+    """Run over consecutive intervals, in place on state (7) and temperature (N, K); see `free_run_sampled`."""
+    nowhen, nothing = np.empty(0), np.empty((0, len(SAMPLED)))
+    return free_run_sampled(params, state, temperature, command, ambient, interval, step, measured_position, points,
+                            temperatures, nowhen, nothing)
+
+
+SAMPLED = ("speed", "current", "pressure_piston_side", "pressure_rod_side", "rod_position", "rod_velocity")
+"""What `free_run_sampled` gives at instants: rad/s, A, Pa, Pa, m, m/s."""
+
+
+@kernel
+def free_run_sampled(params, state, temperature, command, ambient, interval, step, measured_position, points, temperatures,
+                     instants, samples):
+    """Run over consecutive intervals, in place on state (7) and temperature (N, K), and look at single instants.
 
     Args:
         params: parameters, shape (1,).
@@ -48,6 +67,9 @@ def free_run(params, state, temperature, command, ambient, interval, step, measu
             interval (the free run at a standstill); NaN leaves it.
         points: out, operating points, shape (n,), see `balance.OPERATING_DTYPE`.
         temperatures: out, at the end of each interval, K, shape (n, N).
+        instants: s since the start of the run, sorted, shape (m,).
+        samples: out, values at the instants, linear between steps, shape (m, 6), see `SAMPLED`;
+            instants after the end are left alone.
     Returns:
         heat lost to ambient, J.
     """
@@ -61,6 +83,7 @@ def free_run(params, state, temperature, command, ambient, interval, step, measu
     calm = state[CALM]
     iron = iron_coefficients(p)
     lost = 0.0
+    at = 0
     for k in range(points.shape[0]):
         if np.isfinite(measured_position[k]):
             state[POSITION] = measured_position[k]
@@ -82,16 +105,25 @@ def free_run(params, state, temperature, command, ambient, interval, step, measu
         acceleration = 0.0
         if state[SPEED] == state[SPEED_REFERENCE]:
             acceleration = (command[first] - state[SPEED_REFERENCE]) / p.motor_speed_loop_time_constant
-        _add(point, 0.5 * share, state[SPEED], acceleration, max(state[PRESSURE_A], VAPOUR_PRESSURE),
-             max(state[PRESSURE_B], VAPOUR_PRESSURE), state[VELOCITY], state[POSITION], resistance, iron, c, p)
+        current = _add(point, 0.5 * share, state[SPEED], acceleration, max(state[PRESSURE_A], VAPOUR_PRESSURE),
+                       max(state[PRESSURE_B], VAPOUR_PRESSURE), state[VELOCITY], state[POSITION], resistance, iron, c, p)
         for j in range(parts):
             slope = 0.0 if settled else (command[first + j + 1] - command[first + j]) / span
             for m in range(count):
+                earlier = (state[SPEED], current, max(state[PRESSURE_A], VAPOUR_PRESSURE), max(state[PRESSURE_B], VAPOUR_PRESSURE),
+                           state[POSITION], state[VELOCITY])
                 speed, acceleration, pressure_a, pressure_b, velocity, position = hydraulic_step(
                     state, command[first + j] + slope * (m * h), slope, h, decays[0], decays[1], c, p)
                 last = j == parts - 1 and m == count - 1
-                _add(point, 0.5 * share if last else share, speed, acceleration, pressure_a, pressure_b,
-                     velocity, position, resistance, iron, c, p)
+                current = _add(point, 0.5 * share if last else share, speed, acceleration, pressure_a, pressure_b,
+                               velocity, position, resistance, iron, c, p)
+                end = k * interval + j * span + (m + 1) * h
+                while at < instants.shape[0] and instants[at] <= end:
+                    later = (speed, current, pressure_a, pressure_b, position, velocity)
+                    part = 1.0 - (end - instants[at]) / h
+                    for i in range(6):
+                        samples[at, i] = earlier[i] + part * (later[i] - earlier[i])
+                    at += 1
         capacities(params, 0.5 * (before + state[POSITION]), capacity)
         lost += network_step(
             params, edge, wall, surface, capacity, temperature, ambient[k], point.heat,
