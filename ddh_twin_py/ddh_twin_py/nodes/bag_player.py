@@ -29,6 +29,7 @@ STEP = 0.005  # s of wall time between two looks at what is due
 _BURST = 250_000_000  # ns of data sent at once
 _SETTLE = 0.3  # s of wall time from the last match to the first message
 _SAY = 2.0  # s of wall time between two lines of progress
+_NAMED_WAIT = 60.0  # s of wall time; a node that compiles its kernels for the first time takes long
 _NOT_PLAYED = ("/clock", "/rosout", "/parameter_events")
 
 
@@ -58,7 +59,10 @@ class BagPlayer(TwinNode):
             "wait_for_nodes", ("",),
             "Names of nodes of this namespace that must listen before the first message is sent.",
         ),
-        Parameter("wait", 10.0, "Longest wall time to wait for listeners (wait_for_nodes: an error after that).", "s", 0.0, 600.0),
+        Parameter(
+            "wait", 5.0, "Longest wall time to wait for any listener; nodes of wait_for_nodes get 60 s more, then it is an error.",
+            "s", 0.0, 600.0,
+        ),
         Parameter("lead", 1.0, "How far in data time the player may run ahead of the slowest node that tells its progress.", "s", 0.1, 60.0),
         Parameter("exit_at_end", True, "End the process at the end of the bag, once everything has been taken."),
     )  # fmt: skip
@@ -257,11 +261,12 @@ class BagPlayer(TwinNode):
         missing = self._missing()
         if missing:
             self._ready_since = None
-            if wall - self._waited_since < self.values["wait"]:
+            longest = self.values["wait"] + (_NAMED_WAIT if self._named() else 0.0)
+            if wall - self._waited_since < longest:
                 return
             if self._named():
-                raise NodeError(f"waited {self.values['wait']:g} s for {missing}; is it running, in namespace {self.get_namespace()}?")
-            self.get_logger().info(f"nobody listens after {self.values['wait']:g} s, playing all the same")
+                raise NodeError(f"waited {longest:g} s for {missing}; is it running, in namespace {self.get_namespace()}?")
+            self.get_logger().info(f"nobody listens after {longest:g} s, playing all the same")
         elif self._ready_since is None:
             self._ready_since = wall
             return

@@ -30,6 +30,8 @@ _PLAIN = {
     Cause.CLOCK_JUMP: "clock jumped back",
     Cause.GAP: "stopped and came back",
 }
+_RATE_SAMPLES = 20  # expected ones, before a rate is judged
+_RATE_SHARE = 0.8  # of the expected rate, below which messages are missing
 _ERRORS = (Cause.WRONG_UNIT,)
 _HARMLESS = (Cause.OUT_OF_ORDER,)
 
@@ -99,6 +101,8 @@ class StreamJudge:
         self._screen: StreamScreen = feed.screens[topic]
         self._before: dict[str, int] = {}
         self._struck: dict[str, float] = {}
+        self._rate = float("nan")  # 1/s of data
+        self._rate_from = (0, 0)  # samples, newest stamp in ns
 
     def __call__(self, report: Report) -> str:
         entry, screen = self._feed.inputs.all[self._topic], self._screen
@@ -112,6 +116,7 @@ class StreamJudge:
             self._log(entry)
         self._before = counts
         self._struck.update(dict.fromkeys(new, wall))
+        self._judge_rate(report, counts["samples"])
         report.add("messages", entry.received, "1")
         report.add("rejected", entry.rejected, "1")
         for cause, plain in _PLAIN.items():
@@ -124,6 +129,21 @@ class StreamJudge:
             report.warn(f"too late, dropped ({counts['late']} times)")
         self._values(report)
         return "well" if entry.received else "not there, not needed"
+
+    def _judge_rate(self, report: Report, samples: int) -> None:
+        """Messages per second of data against what is usual on this stream."""
+        newest, period = self._screen.newest_ns or 0, self._screen.period
+        span = (newest - self._rate_from[1]) * 1e-9
+        if period is None or span < 0.0 or not self._rate_from[0]:
+            self._rate_from = samples, newest
+        elif span > _RATE_SAMPLES * period:
+            self._rate = (samples - self._rate_from[0]) / span
+            self._rate_from = samples, newest
+        expected = 1.0 / period if period else float("nan")
+        report.add("rate in data time", self._rate, "1/s")
+        report.add("rate expected", expected, "1/s")
+        if self._rate < _RATE_SHARE * expected:
+            report.warn(f"messages are missing: {self._rate:.3g} per second instead of {expected:.3g}")
 
     def _recent(self, name: str, wall: float) -> bool:
         return name in self._struck and wall - self._struck[name] < HOLD

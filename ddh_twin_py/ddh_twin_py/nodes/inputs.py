@@ -7,7 +7,7 @@ milliseconds, takes all that came, and decodes them in bulk: 13 microseconds a m
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 from rclpy.callback_groups import CallbackGroup
 from rclpy.event_handler import SubscriptionEventCallbacks
@@ -17,6 +17,7 @@ from rclpy.subscription import Subscription
 
 from ddh_twin_py.nodes import qos
 
+_JUMP = 500_000_000  # ns
 _QUIET = SubscriptionEventCallbacks(use_default_callbacks=False)
 
 
@@ -50,11 +51,15 @@ class Input:
     rejected: int = 0
     newest_ns: int = 0
     arrived: float | None = None
-    latched: bool = field(default=False)
 
     @property
     def name(self) -> str:
         return self.subscription.topic_name
+
+    def note_stamp(self, newest_ns: int) -> None:
+        """The newest stamp of what just came; one that lies far back is a clock that jumped."""
+        if newest_ns > self.newest_ns or newest_ns < self.newest_ns - _JUMP:
+            self.newest_ns = newest_ns
 
 
 class Inputs:

@@ -1,0 +1,142 @@
+"""Node: records the topics of its namespace into a bag that survives the death of the recorder."""
+
+from __future__ import annotations
+
+from fnmatch import fnmatchcase
+from pathlib import Path
+
+from ddh_twin_py.bags.qos import qos_profile
+from ddh_twin_py.bags.writer import BagWriter
+from ddh_twin_py.nodes import progress, qos
+from ddh_twin_py.nodes.health import Health, Report
+from ddh_twin_py.nodes.inputs import Input, Inputs
+from ddh_twin_py.nodes.message_classes import message_class
+from ddh_twin_py.nodes.node_base import POLL_PERIOD, TwinNode, run
+from ddh_twin_py.nodes.parameters import NodeError, Parameter
+from ddh_twin_py.nodes.wire import stamp_of
+
+_LOOK_PERIOD = 0.2  # s of wall time between two looks for new topics
+
+
+class BagRecorder(TwinNode):
+    """Subscribes to everything that is wanted, as it appears, and writes it down unread."""
+
+    PARAMETERS = (
+        Parameter("bag", "", "Folder to write; it must not exist."),
+        Parameter(
+            "topics", ("*",),
+            "Patterns of topics to record, relative to the namespace (temperature/*) or absolute (/diagnostics).",
+        ),
+        Parameter("exclude", ("progress",), "Patterns of topics to leave out."),
+        Parameter(
+            "log_time", "arrival",
+            "What orders the bag and paces its playing: the node's clock at arrival, or the header's stamp (for "
+            "recording a replay that runs faster than the data; not where stamps jump).",
+            choices=("arrival", "stamp"),
+        ),
+        Parameter(
+            "if_exists", "refuse", "What to do where the folder exists: refuse, or number (write to NAME_2, NAME_3 ...).",
+            choices=("refuse", "number"),
+        ),
+    )  # fmt: skip
+
+    def __init__(self) -> None:
+        super().__init__("bag_recorder")
+        if not self.values["bag"]:
+            raise NodeError("parameter bag is empty; it names the folder to write")
+        self._writer = BagWriter(self._path())
+        self.get_logger().info(f"recording into {self._writer.path}")
+        self._inputs = Inputs(self)
+        self._types: dict[str, str] = {}
+        self._profiles: dict[str, object] = {}  # as offered, by topic
+        self._stamped: set[str] = set()
+        self._counts: dict[str, int] = {}
+        self._progress = progress.Progress(self, self._inputs)
+        self._health = Health(self)
+        self._health.add("recording", self._judge)
+        self._look()
+        self.every(_LOOK_PERIOD, self._look)
+        self.every(POLL_PERIOD, self._poll)
+
+    def _path(self) -> Path:
+        path = Path(self.values["bag"])
+        if self.values["if_exists"] == "number":
+            number = 2
+            while path.exists():
+                path = Path(f"{self.values['bag']}_{number}")
+                number += 1
+        return path
+
+    # --- topics ------------------------------------------------------------------------------
+
+    def _look(self) -> None:
+        """Subscribe to topics that have appeared; follow what their publishers offer."""
+        for topic, types in self.get_topic_names_and_types():
+            if topic not in self._inputs.all and self._wanted(topic):
+                self._subscribe(topic, types)
+        self._inputs.adapt()
+
+    def _wanted(self, topic: str) -> bool:
+        prefix = self.get_namespace().rstrip("/") + "/"
+        relative = topic.removeprefix(prefix) if topic.startswith(prefix) else topic
+        return any(fnmatchcase(relative, p) for p in self.values["topics"] if p.startswith("/") == relative.startswith("/")) and not any(
+            fnmatchcase(relative, p) for p in self.values["exclude"]
+        )
+
+    def _subscribe(self, topic: str, types: list[str]) -> None:
+        publishers = self.get_publishers_info_by_topic(topic)
+        if not publishers:
+            return
+        kind = message_class(types[0])
+        if kind is None or len(types) > 1:
+            why = "its package is not installed" if kind is None else "it is published with several types"
+            self.warn_once(topic, f"topic {topic} of type {' and '.join(types)} is not recorded: {why}")
+            return
+        latched = qos.is_latched(publishers)
+        best_effort = qos.wants_best_effort(publishers)
+        self._types[topic] = types[0]
+        self._profiles[topic] = qos_profile(
+            "best_effort" if best_effort else "reliable", "transient_local" if latched else "volatile", depth=10
+        )
+        if next(iter(kind.get_fields_and_field_types().values()), "") == "std_msgs/Header":
+            self._stamped.add(topic)
+        self._counts[topic] = 0
+        self._inputs.add(topic, kind, qos.LATCHED if latched else None)
+
+    # --- recording ---------------------------------------------------------------------------
+
+    def _poll(self) -> None:
+        wall = self.wall()
+        for entry in self._inputs.all.values():
+            messages = self._inputs.take(entry, wall)
+            if messages:
+                self._write(entry, messages)
+        self._progress.tell(wall)
+
+    def _write(self, entry: Input, messages: list[bytes]) -> None:
+        topic = entry.topic
+        kind, profile, stamped = self._types[topic], self._profiles[topic], topic in self._stamped
+        now = self.get_clock().now().nanoseconds
+        by_stamp = stamped and self.values["log_time"] == "stamp"
+        for message in messages:
+            self._writer.write_raw(topic, kind, profile, stamp_of(message) if by_stamp else now, message)
+        self._counts[topic] += len(messages)
+        if stamped:
+            entry.note_stamp(max(map(stamp_of, messages)))
+
+    def _judge(self, report: Report) -> str:
+        report.add("messages", sum(self._counts.values()), "1")
+        report.add("topics", len(self._counts), "1")
+        if not self._counts:
+            report.warn("nothing to record yet")
+        return str(self._writer.path)
+
+    def close(self) -> None:
+        self._poll()
+        self._writer.close()
+        listed = ", ".join(f"{topic} {count}" for topic, count in sorted(self._counts.items())) or "nothing"
+        self.get_logger().info(f"{self._writer.path}: {sum(self._counts.values())} messages: {listed}")
+
+
+def main(args: list[str] | None = None) -> int:
+    return run(BagRecorder, args)
