@@ -17,7 +17,7 @@ def test_known_differences(result):
     oil = next(t for t in agreement.temperatures if t.sensor == "tank_oil")
     assert (oil.rms_predicted, oil.rms_fused) == (pytest.approx(0.05), pytest.approx(0.02))
     assert oil.predicted == pytest.approx(oil.measured + 0.05)
-    assert (oil.samples, oil.accepted) == (40, 39)
+    assert (oil.samples, oil.refused) == (40, 1)
     assert oil.innovation_in_std == pytest.approx(1.0)
     assert next(x for x in agreement.losses if x.component == "pump 1").soft == 100.0
 

@@ -42,7 +42,7 @@ def run(args: argparse.Namespace) -> int:
     put_json(args.json, {"rows": rows, "machine": machine, "versions": dict(versions()), "quick": args.quick})
     if args.json != "-":
         table = Table(box=SIMPLE_HEAD, pad_edge=False, show_edge=False)
-        table.add_column("figure")
+        table.add_column("figure", no_wrap=True)
         for column in ("value", "against", "ratio"):
             table.add_column(column, justify="right", no_wrap=True)
         table.add_column("held against")

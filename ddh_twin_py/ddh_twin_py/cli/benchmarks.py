@@ -83,7 +83,7 @@ def measure(quick: bool = False, live: bool = True, quiet: bool = False) -> tupl
         if live:
             from ddh_twin_py.cli.live_bench import live_figures
 
-            figures += live_figures(Path(scratch), quick, quiet)
+            figures += live_figures(bag, Path(scratch), quick, quiet)
     return figures, _machine()
 
 
@@ -107,7 +107,7 @@ def _replay(bag: Path, scratch: Path, duration: float) -> Iterator[Figure]:
     elapsed, seconds, memory = min(runs)
     label, share = f"replay {duration / 60:.0f} min", duration / 3600.0
     limit = "limit" if share == 1.0 else "limit of 1 h"
-    yield Figure(f"{label}, computing", seconds, "s", 2.0 * share, "limit" if share == 1.0 else "limit of 1 h, scaled")
+    yield Figure(f"{label}, computing", seconds, "s", 2.0 * share, "limit" if share == 1.0 else "limit, scaled")
     yield Figure(f"{label}, end to end", elapsed, "s", 8.0, limit)
     yield Figure(f"{label}, peak memory", memory, "MB", 500.0, limit)
 

@@ -50,13 +50,8 @@ def run(args: argparse.Namespace) -> int:
         result = replay(recording, rig, interval, progress=progress)
     left_out = {}
     if args.leave_one_out:
-        names = [name for name, sensor in result.sensors.items() if sensor.used]
         with stage("leaving out one sensor at a time", args.quiet) as progress:
-            for k, name in enumerate(names):
-                left_out[name] = replay(
-                    recording, rig, interval, without=(name,),
-                    progress=lambda share, k=k: progress((k + share) / len(names)),
-                ).sensors[name]
+            left_out = leave_one_out(result, recording, interval, progress)
     agreement = compare(result, left_out)
     if args.html:
         with stage(f"writing {args.html}", args.quiet):
@@ -67,3 +62,17 @@ def run(args: argparse.Namespace) -> int:
     if not args.quiet and args.json != "-":
         print_summary(agreement, recording.path)
     return 0
+
+
+def leave_one_out(result, recording, interval: float, progress) -> dict:
+    """Each sensor that the fusion used beside an estimate that was made without it."""
+    from ddh_twin_py.estimation.replay import replay
+
+    names = [name for name, sensor in result.sensors.items() if sensor.used]
+    return {
+        name: replay(
+            recording, result.rig, interval, without=(name,),
+            progress=lambda share, k=k: progress((k + share) / len(names)),
+        ).sensors[name]
+        for k, name in enumerate(names)
+    }

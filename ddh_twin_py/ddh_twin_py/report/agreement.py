@@ -71,13 +71,13 @@ class TemperatureAgreement:
     """One temperature sensor: values at its last reading and RMS over all readings, K.
 
     `used` says whether the fusion was given this sensor; `rms_left_out` and `std_left_out` are of
-    an estimate that was not. `accepted` of `samples` readings passed the filter's gate.
+    an estimate that was not. `refused` readings did not pass the filter's gate.
     """
 
     sensor: str
     node: str
     samples: int
-    accepted: int
+    refused: int
     used: bool
     measured: float
     predicted: float
@@ -187,7 +187,7 @@ class Agreement:
             "noise_floor": FLOOR,
             "temperatures": [
                 {
-                    "sensor": t.sensor, "node": t.node, "samples": t.samples, "accepted": t.accepted, "used": t.used,
+                    "sensor": t.sensor, "node": t.node, "samples": t.samples, "refused": t.refused, "used": t.used,
                     "measured_final_degC": t.measured - ZERO_CELSIUS,
                     "predicted_final_degC": t.predicted - ZERO_CELSIUS,
                     "fused_final_degC": t.fused - ZERO_CELSIUS,
@@ -229,11 +229,12 @@ def compare(result: ReplayResult, left_out: Mapping[str, SensorComparison] | Non
 
     sensor_of = {c.node: name for name, c in result.sensors.items()}
     n = result.time.size
+    known = np.flatnonzero(np.isfinite(result.fused[:, 0]) & np.isfinite(result.free_temperature[:, 0]))
     nodes = tuple(
-        NodeEstimate(node, *(float(a[-1, i]) for a in (result.free_temperature, result.fused, result.fused_std)),
+        NodeEstimate(node, *(float(a[known[-1], i]) for a in (result.free_temperature, result.fused, result.fused_std)),
                      sensor_of.get(node, ""))
         for i, node in enumerate(NODES)
-    ) if n else ()
+    ) if known.size else ()
     return Agreement(
         signals=tuple(s for signal in (*DRIVE_SIGNALS, *HYDRAULIC_SIGNALS) if (s := _signal(signal, result))),
         temperatures=tuple(
@@ -294,11 +295,12 @@ def _temperature(
     here = np.flatnonzero(np.isfinite(c.measured))
     if not here.size:
         return None
-    last = here[-1]
+    whole = here[np.isfinite(c.fused[here]) & np.isfinite(c.predicted[here])]
+    last = whole[-1] if whole.size else here[-1]
     met = [i for i in result.innovations if i.sensor == name]
     normalised = np.array([(i.measured - i.expected) / i.standard_deviation for i in met if i.accepted])
     return TemperatureAgreement(
-        sensor=name, node=c.node, samples=int(here.size), accepted=sum(i.accepted for i in met), used=c.used,
+        sensor=name, node=c.node, samples=int(here.size), refused=sum(not i.accepted for i in met), used=c.used,
         measured=float(c.measured[last]), predicted=float(c.predicted[last]),
         fused=float(c.fused[last]), fused_std=float(c.fused_std[last]),
         rms_predicted=_rms(c.predicted - c.measured), rms_fused=_rms(c.fused - c.measured),

@@ -192,7 +192,7 @@ def _temperature_table(agreement: Agreement) -> doc.Html:
         doc.Column("Fused ± σ", "°C"), doc.Column("RMS predicted", "K"), doc.Column("RMS fused", "K, uses sensor"),
         *((doc.Column("RMS left out", "K, sensor not used"),) if left_out else ()),
         doc.Column("Noise", "K"), doc.Column("Predicted", "in noise", number=False),
-        doc.Column("Readings", "used of all"),
+        doc.Column("Readings"), doc.Column("Refused", "by the filter"),
     ]
     rows = []
     for t in agreement.temperatures:
@@ -202,7 +202,7 @@ def _temperature_table(agreement: Agreement) -> doc.Html:
             f"{celsius(t.fused)} ± {number(t.fused_std, 2)}", number(t.rms_predicted, 3),
             number(t.rms_fused, 3) + ("" if t.used else " (not used)"),
             *((f"{number(t.rms_left_out, 3)} (σ {number(t.std_left_out, 2)})",) if left_out else ()),
-            number(t.noise, 2), doc.mark(level(times), f"{number(times, 2)} ×"), f"{t.accepted} of {t.samples}",
+            number(t.noise, 2), doc.mark(level(times), f"{number(times, 2)} ×"), str(t.samples), str(t.refused),
         ))
     return doc.table(columns, rows)
 
@@ -300,8 +300,8 @@ def _losses(result: ReplayResult, agreement: Agreement, domain: tuple[float, flo
         Trace(name, f"c{i}", loss, shown=bool(np.any(loss > 0.5))) for i, (name, loss) in enumerate(values.items(), 1)
     ]
     chart = Chart(
-        "Losses by component, soft sensor", "W", going_on(result.time), traces, digits=1, height=260, wide=True, zero=True,
-        most=MOST_POINTS // 2,
+        "Losses by component, soft sensor", "W", going_on(result.time), traces, digits=1, height=260, wide=True,
+        zero=True, most=MOST_POINTS // 2,
     )
     return [
         doc.paragraph("Mean power that each component turns into heat."),

@@ -38,8 +38,8 @@ def _table(*columns: str) -> Table:
 
 def _temperatures(agreement: Agreement) -> Table:
     left_out = any(t.rms_left_out is not None for t in agreement.temperatures)
-    table = _table("temperature", "measured", "predicted", "fused ± σ", "RMS pred.", "RMS fused",
-                   *(("RMS without",) if left_out else ()))
+    table = _table("temperature", "measured", "predicted", "fused ± σ", "RMS\npredicted", "RMS\nfused",
+                   *(("RMS\nleft out",) if left_out else ()))
     for t in agreement.temperatures:
         table.add_row(
             words(t.sensor), number(t.measured - ZERO_CELSIUS, 2), number(t.predicted - ZERO_CELSIUS, 2),
@@ -48,7 +48,7 @@ def _temperatures(agreement: Agreement) -> Table:
             *((number(t.rms_left_out, 2),) if left_out else ()),
         )
     table.caption = "degC at the last reading; RMS in K against the sensor" + (
-        "; without: sensor kept from the fusion" if left_out else "")
+        "; left out: sensor not used" if left_out else "")
     table.caption_justify = "left"
     return table
 

@@ -1,0 +1,118 @@
+"""`ddh-twin demo`: a recording through the live node graph, with a report of what came out."""
+
+from __future__ import annotations
+
+import argparse
+
+from ddh_twin_py.cli.arguments import InputError, add_rig, add_verb
+
+_EXAMPLE = "  ddh-twin demo --out out/demo"
+_REPORT, _NUMBERS, _LOG = "report.html", "report.json", "nodes.log"
+
+
+def add_parser(subparsers) -> None:
+    """Declare the verb."""
+    parser = add_verb(
+        subparsers, "demo", "replay the paper's cycle through the live nodes and write a report",
+        "Starts each node as its own process in a ROS 2 domain of its own, plays a bag through them as fast as they\n"
+        "take it, records what they publish, and reports it beside what was measured and beside the replay in one\n"
+        "process. A twin that runs on this machine is not disturbed.",
+        _EXAMPLE,
+    )
+    parser.add_argument("--bag", metavar="BAG", help="another recording than bags/paper_cycle")
+    parser.add_argument("--out", metavar="FOLDER", default="out/demo", help="where the report goes (default out/demo)")
+    add_rig(parser)
+    parser.add_argument("--quiet", action="store_true", help="no progress, no summary")
+
+
+def run(args: argparse.Namespace) -> int:
+    """Compile, play, report."""
+    from dataclasses import asdict
+    from pathlib import Path
+
+    from ddh_twin_py.cli.console import put_json, say, show_findings, stage
+
+    out = Path(args.out)
+    bag = Path(args.bag) if args.bag else _example_bag()
+    with stage("loading", args.quiet):
+        from ddh_twin_py.bags.reader import read_recording
+        from ddh_twin_py.cli.live_play import play
+        from ddh_twin_py.cli.live_result import differences, live_result
+        from ddh_twin_py.cli.replay import leave_one_out
+        from ddh_twin_py.estimation.replay import replay
+        from ddh_twin_py.report.agreement import compare
+        from ddh_twin_py.report.replay_report import replay_document, replay_json
+        from ddh_twin_py.report.summary import print_summary
+        from ddh_twin_py.rig import load_rig
+        from ddh_twin_py.twin.intervals import INTERVAL
+    rig = load_rig(args.rig)
+    recording = read_recording(bag)
+    with stage("compiling the model, once", args.quiet):
+        replay(recording.between(0.0, 5.0), rig)
+    with stage("replaying in one process, to compare with", args.quiet) as progress:
+        offline = replay(recording, rig, progress=progress)
+    with stage("estimating each location without its sensor", args.quiet) as progress:
+        left_out = leave_one_out(offline, recording, INTERVAL, progress)
+    recorded = out / "twin"
+    _remove_old(recorded)
+    played = play(bag, recorded, out / _LOG, rig_file=args.rig, quiet=args.quiet)
+    with stage(f"writing {out / _REPORT}", args.quiet):
+        live, share = live_result(recorded, offline)
+        apart = differences(live, offline)
+        agreement = compare(live, left_out)
+        how = (
+            f"live: bag_player, hydraulic_model, machine_thermal, temperature_fusion and bag_recorder as processes; "
+            f"{played.sent} messages, {played.lost} lost, {played.speed:.1f} times real time, {played.cores:.1f} cores"
+        )
+        rows = [
+            ("Live against one process", _sentence(apart)),
+            ("Intervals that came over the topics", f"{100.0 * share:.2f} % of {live.time.size}"),
+            ("What the nodes said", str(out / _LOG)),
+        ]
+        replay_document(live, agreement, how, rows).write(out / _REPORT)
+        told = {
+            "messages_sent": played.sent, "messages_lost": played.lost, "times_real_time": played.speed,
+            "cores": played.cores, "share_of_intervals": share, "against_one_process": [asdict(d) for d in apart],
+        }
+        put_json(str(out / _NUMBERS), replay_json(live, agreement, how, {"live": told}))
+    show_findings(live.recording.findings, str(out / _REPORT))
+    if not args.quiet:
+        speed = f"live at {played.speed:.1f} times real time, {played.lost} messages lost"
+        print_summary(agreement, f"{recording.path}, {speed}")
+        print(f"live against one process: {_sentence(apart)}")
+        print(f"report: {out / _REPORT}")
+    if played.lost or share < 0.99:
+        came = f"{100.0 * share:.1f} % of the intervals came"
+        say(f"warning: {played.lost} messages were lost and {came}; see {out / _LOG}")
+    return 0
+
+
+def _example_bag():
+    from pathlib import Path
+
+    for root in (Path.cwd(), Path(__file__).resolve().parents[3]):
+        if (root / "bags" / "paper_cycle").is_dir():
+            bag = root / "bags" / "paper_cycle"
+            return bag.relative_to(Path.cwd()) if bag.is_relative_to(Path.cwd()) else bag
+    raise InputError("bags/paper_cycle is not here; name a recording with --bag")
+
+
+def _remove_old(folder) -> None:
+    """Remove the recording of an earlier demo, and nothing else."""
+    import shutil
+
+    if folder.is_dir() and any(folder.iterdir()) and not list(folder.glob("*.mcap")):
+        raise InputError(f"{folder} is in the way and is no recording of a demo")
+    shutil.rmtree(folder, ignore_errors=True)
+
+
+def _sentence(apart) -> str:
+    """The largest differences in one sentence."""
+    by_name = {d.name: d for d in apart}
+    fused, predicted = by_name["fused temperatures"], by_name["predicted temperatures"]
+    signals = [d for d in apart if "," in d.name and d.in_noise is not None]
+    worst = max(signals, key=lambda d: d.in_noise)
+    return (
+        f"largest difference of a fused temperature {fused.largest:.2g} K, "
+        f"of a predicted one {predicted.largest:.2g} K, of a signal {worst.in_noise:.2g} times noise ({worst.name})"
+    )

@@ -1,0 +1,117 @@
+"""The command line: help that costs nothing, errors in one line, exit codes."""
+
+import subprocess
+import sys
+from importlib.util import find_spec
+
+import pytest
+from ddh_twin_py.cli import main as cli
+from ddh_twin_py.cli.main import main
+
+VERBS = tuple(v for v in ("replay", "info", "simulate", "bench", "demo", "up") if find_spec(f"ddh_twin_py.cli.{v}"))
+
+
+def failure(capsys, *argv: str) -> str:
+    """The one line of a run that must leave with 2."""
+    try:
+        code = main(list(argv))
+    except SystemExit as leaving:
+        code = leaving.code
+    assert code == 2
+    lines = capsys.readouterr().err.splitlines()
+    said = [line for line in lines if not line.startswith(("loading", "reading", "running"))]
+    assert len(said) == 1 and "error: " in said[0], said
+    return said[0]
+
+
+@pytest.mark.parametrize("argv", [["--help"], *([verb, "--help"] for verb in VERBS)])
+def test_help_imports_nothing_heavy(argv):
+    code = (
+        "import sys\nfrom ddh_twin_py.cli.main import main\n"
+        f"try: main({argv!r})\nexcept SystemExit as leaving: assert leaving.code == 0\n"
+        "heavy = {'numpy', 'numba', 'scipy', 'rclpy', 'rosbags', 'rich', 'yaml'} & set(sys.modules)\n"
+        "assert not heavy, heavy"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    assert "example" in done.stdout
+    if len(argv) == 1:
+        assert all(f"\n    {verb} " in done.stdout for verb in VERBS)
+        assert "exit codes: 0" in done.stdout
+    else:
+        assert f"  ddh-twin {argv[0]}" in done.stdout  # an example that can be copied
+
+
+def test_unknown_verb_names_the_nearest(capsys):
+    assert "no verb 'reply'; the nearest is 'replay'" in failure(capsys, "reply")
+
+
+def test_unknown_option_names_the_nearest(capsys):
+    assert "no option '--htlm'; the nearest is '--html'" in failure(capsys, "replay", "bag", "--htlm=x")
+    assert "no option '--sed'; the nearest is '--seed'" in failure(capsys, "simulate", "d", "-o", "x", "--sed", "3")
+    assert "no option '--verson'; the nearest is '--version'" in failure(capsys, "--verson")
+
+
+def test_what_is_missing_or_too_much(capsys):
+    assert "BAG" in failure(capsys, "replay")
+    assert "'b' is one too many" in failure(capsys, "info", "a", "b")
+    assert "'-1' is no number above 0" in failure(capsys, "replay", "bag", "--interval=-1")
+
+
+def test_a_bag_that_is_none(capsys, tmp_path):
+    said = failure(capsys, "replay", str(tmp_path / "nowhere"))
+    assert said.startswith("ddh-twin replay: error: ") and "nowhere does not exist" in said
+    assert "is no bag" in failure(capsys, "info", str(tmp_path))
+
+
+def test_a_rig_file_with_a_typing_error(capsys, tmp_path, paper_cycle_bag):
+    rig = tmp_path / "rig.yaml"
+    rig.write_text("pump_1:\n  leakeage: {value: 1.0e-12}\n")
+    said = failure(capsys, "replay", str(paper_cycle_bag), "--rig", str(rig))
+    assert str(rig) in said and "pump_1.leakage" in said
+
+
+def test_an_unknown_duty_names_the_nearest(capsys, tmp_path):
+    assert "the nearest is 'paper_cycle'" in failure(capsys, "simulate", "papercycle", "-o", str(tmp_path / "b"))
+    assert "--duration" in failure(capsys, "simulate", "paper_cycle", "-o", str(tmp_path / "b"))
+    there = failure(capsys, "simulate", "paper_cycle", "-o", str(tmp_path), "--duration", "1")
+    assert "nothing is overwritten" in there
+
+
+def test_a_file_that_cannot_be_written(capsys, paper_cycle_bag, tmp_path):
+    target = tmp_path / "file"
+    target.write_text("")
+    said = failure(capsys, "info", str(paper_cycle_bag), "--json", str(target / "x.json"))
+    assert f"{target}: File exists" in said and "Errno" not in said
+
+
+def test_interrupted(capsys, monkeypatch):
+    def interrupt(args):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("ddh_twin_py.cli.info.run", interrupt)
+    assert main(["info", "bag"]) == 130
+    assert capsys.readouterr().err == "ddh-twin info: interrupted\n"
+
+
+def test_a_fault_of_the_program_is_not_passed_off_as_bad_input(monkeypatch):
+    def fault(args):
+        raise ValueError("shapes do not match")
+
+    monkeypatch.setattr("ddh_twin_py.cli.info.run", fault)
+    with pytest.raises(ValueError, match="shapes"):
+        main(["info", "bag"])
+
+
+def test_version_and_no_verb(capsys):
+    assert main(["--version"]) == 0
+    assert capsys.readouterr().out.startswith("ddh_twin_py ")
+    assert main([]) == 0
+    assert "verbs:" in capsys.readouterr().out
+
+
+def test_every_verb_is_a_module_with_a_docstring():
+    assert set(cli.VERBS) >= set(VERBS)
+    for name in VERBS:
+        module = __import__(f"ddh_twin_py.cli.{name}", fromlist=["run"])
+        assert module.__doc__.startswith(f"`ddh-twin {name}`") and callable(module.run)
