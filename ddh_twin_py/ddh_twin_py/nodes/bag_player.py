@@ -283,26 +283,28 @@ class BagPlayer(TwinNode):
 
     def _missing(self) -> str:
         """What is still awaited before the first message, '' when all are there."""
-        named = self._named()
-        if not named:
-            matched = any(channel.publisher.get_subscription_count() for channel in self._channels.values())
-            return "" if matched else "any listener"
+        listening = {channel: self._listeners(channel) for channel in self._channels.values()}
         prefix = self.get_namespace().rstrip("/")
-        for name in named:
-            full = name if name.startswith("/") else f"{prefix}/{name}"
-            consumer = self._flow.consumers.get(full)
-            if consumer is None:
-                return f"node {full}"
-            for channel in self._channels.values():
+        awaited = [name if name.startswith("/") else f"{prefix}/{name}" for name in self._named()]
+        for name in awaited:
+            if name not in self._flow.consumers:
+                return f"node {name}"
+        for name in awaited or self._flow.consumers:
+            for channel, reliable in listening.items():
                 topic = channel.publisher.topic_name
-                if topic in consumer.topics and not self._listens(full, topic, channel.publisher):
-                    return f"node {full} to subscribe to {topic}"
-        return ""
+                if topic in self._flow.consumers[name].topics and not reliable.get(name, False):
+                    return f"node {name} to listen reliably to {topic}"
+        return "" if awaited or any(listening.values()) else "any listener"
 
-    def _listens(self, node: str, topic: str, publisher: Publisher) -> bool:
-        infos = self.get_subscriptions_info_by_topic(topic)
-        names = {f"{info.node_namespace.rstrip('/')}/{info.node_name}" for info in infos}
-        return node in names and publisher.get_subscription_count() >= len(infos)
+    def _listeners(self, channel: Channel) -> dict[str, bool]:
+        """Nodes that subscribe to a topic and are matched; whether they ask for reliable delivery."""
+        infos = self.get_subscriptions_info_by_topic(channel.publisher.topic_name)
+        if channel.publisher.get_subscription_count() < len(infos):
+            return {}
+        return {
+            f"{info.node_namespace.rstrip('/')}/{info.node_name}": info.qos_profile.reliability == qos.OUTPUT.reliability
+            for info in infos
+        }
 
     # --- services ----------------------------------------------------------------------------
 

@@ -27,7 +27,7 @@ class BagRecorder(TwinNode):
             "topics", ("*",),
             "Patterns of topics to record, relative to the namespace (temperature/*) or absolute (/diagnostics).",
         ),
-        Parameter("exclude", ("progress",), "Patterns of topics to leave out."),
+        Parameter("exclude", ("progress", "*/transition_event"), "Patterns of topics to leave out."),
         Parameter(
             "log_time", "arrival",
             "What orders the bag and paces its playing: the node's clock at arrival, or the header's stamp (for "
@@ -101,7 +101,7 @@ class BagRecorder(TwinNode):
         if next(iter(kind.get_fields_and_field_types().values()), "") == "std_msgs/Header":
             self._stamped.add(topic)
         self._counts[topic] = 0
-        self._inputs.add(topic, kind, qos.LATCHED if latched else None)
+        self._inputs.add(topic, kind, qos.LATCHED if latched else None, reliable=not best_effort)
 
     # --- recording ---------------------------------------------------------------------------
 

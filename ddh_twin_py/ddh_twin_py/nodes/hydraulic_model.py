@@ -47,7 +47,7 @@ class HydraulicModelNode(ModelNode):
         self._soft = self.create_publisher(HydraulicState, "hydraulics/state", qos.OUTPUT)
         self._free = self.create_publisher(HydraulicState, "hydraulics/prediction", qos.OUTPUT)
         self._residuals = self.create_publisher(ResidualArray, "hydraulics/residuals", qos.OUTPUT)
-        self._fused_input = self.feed.inputs.add(FUSED_TOPIC, TemperatureEstimateArray)
+        self._fused_input = self.feed.inputs.add(FUSED_TOPIC, TemperatureEstimateArray, qos.OUTPUT)
         self._fused_parser = BulkParser(TemperatureEstimateArray)
         self._fused: tuple[int, np.ndarray] | None = None  # stamp in ns, K (N,)
         self._fused_used = False

@@ -65,9 +65,9 @@ class Input:
 class Inputs:
     """All polled subscriptions of a node.
 
-    A subscription without a profile of its own asks for reliable delivery, and falls back to best
-    effort where a publisher offers no more; `adapt` looks for that and wants to be called a few
-    times a second.
+    A subscription without a profile of its own begins as best effort, which every publisher can
+    serve, and asks for reliable delivery once all publishers of its topic offer it; `adapt` looks
+    for that and wants to be called a few times a second.
     """
 
     def __init__(self, node: Node) -> None:
@@ -75,9 +75,9 @@ class Inputs:
         self._group = NeverExecuted()
         self.all: dict[str, Input] = {}
 
-    def add(self, topic: str, message_type: type, profile: QoSProfile | None = None) -> Input:
-        """Subscribe to a topic; without `profile` the reliability follows the publishers."""
-        made = self._subscribe(topic, message_type, profile or qos.stream(reliable=True))
+    def add(self, topic: str, message_type: type, profile: QoSProfile | None = None, reliable: bool = False) -> Input:
+        """Subscribe to a topic; without `profile` the reliability follows the publishers, beginning as `reliable` says."""
+        made = self._subscribe(topic, message_type, profile or qos.stream(reliable))
         self.all[topic] = Input(topic, message_type, profile, made)
         return self.all[topic]
 

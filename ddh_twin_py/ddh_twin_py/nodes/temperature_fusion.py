@@ -60,7 +60,7 @@ class TemperatureFusionNode(TelemetryNode):
         )  # fmt: skip
         self._fusion = TemperatureFusion(self._rig, values["interval"])
         self._models = {
-            topic: (self.feed.inputs.add(topic, kind), BulkParser(kind))
+            topic: (self.feed.inputs.add(topic, kind, qos.stream(reliable=True)), BulkParser(kind))
             for topic, kind in ((STATE_TOPIC, HydraulicState), (MOTOR_TOPIC, MotorThermalState), (PREDICTION_TOPIC, HydraulicState))
         }
         self._predicted: dict[int, np.ndarray] = {}  # K (N,) by stamp in ns

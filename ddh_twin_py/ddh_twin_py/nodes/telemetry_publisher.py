@@ -1,0 +1,217 @@
+"""Publishes telemetry of a source at the pace of its stamps; both telemetry nodes are one of these.
+
+Lifecycle: *configure* opens the source, *activate* begins to publish, *deactivate* pauses it. The
+nodes go through both by themselves unless `autostart` is false. The order that matters is between
+the two of them: both count from one start of the record, which drive_telemetry chooses and tells
+in the stamp of `rig`; pressure_telemetry stays inactive until it has heard that.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Mapping
+
+import numpy as np
+from lifecycle_msgs.msg import State
+from rclpy.lifecycle import LifecycleNodeMixin, LifecycleState, TransitionCallbackReturn
+
+from ddh_msgs.msg import RigInfo
+from ddh_twin_py.bags.cdr import encode_stamped_floats
+from ddh_twin_py.nodes import qos
+from ddh_twin_py.nodes.health import Health, Report
+from ddh_twin_py.nodes.node_base import POLL_PERIOD, TwinNode
+from ddh_twin_py.nodes.parameters import NodeError, Parameter
+from ddh_twin_py.nodes.telemetry_feed import message_type
+from ddh_twin_py.sources.protocol import Samples, Source, SourceError
+from ddh_twin_py.sources.registry import open_source, source_modules
+from ddh_twin_py.telemetry.signals import RIG_TOPIC, TEMPERATURE_PREFIX, ZERO_CELSIUS
+
+_BEHIND = 1.0  # s of data; what is older when a node joins is left out
+_BEHIND_LIMIT = 0.5  # s of wall time that publishing may lag before it is said
+
+
+def _parameters() -> tuple[Parameter, ...]:
+    modules = source_modules()
+    own = (
+        Parameter("source", "", "Where telemetry comes from.", choices=("", *modules)),
+        Parameter("rate", 1.0, "Speed against real time.", "1", 0.01, 100.0),
+        Parameter("restamp", True, "Stamps begin now instead of when the source was recorded."),
+        Parameter("reliable", False, "Publish reliably instead of best effort."),
+        Parameter("loop", False, "Begin again at the end of the source; with restamp the stamps go on."),
+        Parameter("autostart", True, "Configure and activate without being told to."),
+    )
+    return own + tuple(
+        Parameter(f"{name}.{option.name}", option.default, option.description, option.unit, option.lowest)
+        for name, module in modules.items()
+        for option in module.OPTIONS
+    )
+
+
+class TelemetryPublisher(LifecycleNodeMixin, TwinNode):
+    """Publishes some topics of a source. `leads`: chooses the start of the record and tells the others."""
+
+    def __init__(self, name: str, topics: Collection[str], leads: bool) -> None:
+        TwinNode.__init__(self, name, _parameters())
+        LifecycleNodeMixin.__init__(self)
+        self._topics, self._leads = tuple(topics), leads
+        self._source: Source | None = None
+        self._epoch_ns: int | None = None  # when the record starts, as stamps are published
+        self._sending = False
+        self._waiting: dict[str, Samples] = {}
+        self._batches: Iterator[Mapping[str, Samples]] = iter(())
+        self._behind = 0.0
+        self.sent = dict.fromkeys(self._topics, 0)
+        self._failure = ""
+        profile = qos.stream(reliable=True, depth=200) if self.values["reliable"] else qos.SENSOR_DATA
+        self._by_topic = {topic: self.create_publisher(message_type(topic), topic, profile) for topic in self._topics}
+        if leads:
+            self._rig_publisher = self.create_publisher(RigInfo, RIG_TOPIC, qos.LATCHED)
+        else:
+            self.create_subscription(RigInfo, RIG_TOPIC, self._take_rig, qos.LATCHED)
+        self.health = Health(self)
+        self.health.add("source", self._judge)
+        self.every(POLL_PERIOD, self._pump)
+        if self.values["autostart"]:
+            self.trigger_configure()
+            if self._source is None:
+                raise NodeError(self._failure)
+            if leads:
+                self.trigger_activate()
+
+    # --- lifecycle ---------------------------------------------------------------------------
+
+    def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
+        name = self.values["source"]
+        options = {key.split(".", 1)[1]: value for key, value in self.values.items() if key.startswith(f"{name}.")}
+        try:
+            if not name:
+                raise SourceError(f"parameter source is empty; valid are {', '.join(source_modules())}")
+            self._source = open_source(name, options)
+        except SourceError as error:
+            self._failure = str(error)
+            self.get_logger().error(self._failure)
+            return TransitionCallbackReturn.FAILURE
+        for note in getattr(self._source, "notes", ()):
+            self.get_logger().warning(note)
+        return TransitionCallbackReturn.SUCCESS
+
+    def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
+        if self._leads:
+            self._start_record(self.get_clock().now().nanoseconds)
+        elif self._epoch_ns is None:
+            self.get_logger().warning(f"waits for {self.resolve_topic_name(RIG_TOPIC)}, whose stamp tells the start of the record")
+        self._sending = True
+        return TransitionCallbackReturn.SUCCESS
+
+    def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
+        self._sending = False
+        return TransitionCallbackReturn.SUCCESS
+
+    def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:
+        self._source, self._epoch_ns, self._waiting = None, None, {}
+        return TransitionCallbackReturn.SUCCESS
+
+    @property
+    def active(self) -> bool:
+        """Whether it publishes."""
+        return self._state_machine.current_state[0] == State.PRIMARY_STATE_ACTIVE
+
+    # --- start of the record -----------------------------------------------------------------
+
+    def _start_record(self, epoch_ns: int) -> None:
+        self._epoch_ns = epoch_ns
+        self._batches = self._source.batches(self._topics)
+        self._waiting = {}
+        self._joining = True
+        if self._leads:
+            self._publish_rig()
+
+    def _publish_rig(self) -> None:
+        message = RigInfo()
+        message.header.stamp.sec, message.header.stamp.nanosec = divmod(self._epoch_ns, 1_000_000_000)
+        rig = self._source.rig
+        if rig is not None:
+            message.rig_id, message.oil_grade, message.payload_mass = rig.rig_id, rig.oil_grade, rig.payload_mass
+        self._rig_publisher.publish(message)
+
+    def _take_rig(self, message: RigInfo) -> None:
+        epoch = message.header.stamp.sec * 1_000_000_000 + message.header.stamp.nanosec
+        if epoch == self._epoch_ns or self._source is None:
+            return
+        if self._epoch_ns is not None:
+            self.get_logger().info("the record was started anew, following")
+        self._start_record(epoch)
+        if self.values["autostart"] and not self.active:
+            self.trigger_activate()
+
+    # --- publishing --------------------------------------------------------------------------
+
+    def _pump(self) -> None:
+        if not self._sending or self._epoch_ns is None or self.finished:
+            return
+        now = (self.get_clock().now().nanoseconds - self._epoch_ns) * 1e-9 * self.values["rate"]
+        started = self.wall()
+        while all(s.due.size == 0 or s.due[-1] <= now for s in self._waiting.values()):
+            self._send(now)
+            batch = next(self._batches, None)
+            if batch is None:
+                self._end(now)
+                return
+            self._waiting = {topic: self._fresh(samples, now) for topic, samples in batch.items()}
+            if self.wall() - started > 10.0 * POLL_PERIOD:
+                break  # a source that computes must not keep the node from listening
+        self._send(now)
+        oldest = min((float(s.due[0]) for s in self._waiting.values() if s.due.size), default=now)
+        self._behind = max(0.0, now - oldest)
+        if self._behind < _BEHIND_LIMIT:
+            self._joining = False
+        elif not self._joining:
+            self.warn_once("behind", f"the source is {self._behind:.1f} s behind {self.values['rate']:g} times real time")
+
+    def _fresh(self, samples: Samples, now: float) -> Samples:
+        """Without what is long past, where this node joins a record that runs already."""
+        if not self._joining or not samples.due.size or samples.due[0] > now - _BEHIND:
+            return samples
+        return _part(samples, int(np.searchsorted(samples.due, now - _BEHIND)), samples.due.size)
+
+    def _send(self, now: float) -> None:
+        for topic, samples in self._waiting.items():
+            count = int(np.searchsorted(samples.due, now, side="right"))
+            if count:
+                self._publish(topic, _part(samples, 0, count))
+                self._waiting[topic] = _part(samples, count, samples.due.size)
+
+    def _publish(self, topic: str, samples: Samples) -> None:
+        stamps, values, frame = samples.stamp, samples.values, "ddh"
+        if self.values["restamp"]:
+            stamps = stamps - self._source.start_ns + self._epoch_ns
+        if topic.startswith(TEMPERATURE_PREFIX):
+            values, frame = values - np.array([ZERO_CELSIUS, 0.0]), topic.removeprefix(TEMPERATURE_PREFIX)
+        publisher = self._by_topic[topic]
+        for message in encode_stamped_floats(stamps, values, frame):
+            publisher.publish(message.tobytes())
+        self.sent[topic] += samples.due.size
+
+    def _end(self, now: float) -> None:
+        if self.values["loop"] and self._source.seekable:
+            duration = self._source.duration or now
+            self.get_logger().info("end of the source, beginning again")
+            leading, self._leads = self._leads, False
+            self._start_record(self._epoch_ns + round(duration * 1e9 / self.values["rate"]))
+            self._leads, self._joining = leading, False
+            return
+        self.get_logger().info(f"end of the source: {sum(self.sent.values())} messages in all")
+        self.finished = True
+
+    def _judge(self, report: Report) -> str:
+        report.add("messages sent", sum(self.sent.values()), "1")
+        report.add("behind", self._behind, "s")
+        report.add("behind limit", _BEHIND_LIMIT, "s")
+        if self._behind > _BEHIND_LIMIT:
+            report.warn(f"{self._behind:.1f} s behind real time")
+        if not self.active:
+            report.warn("inactive" if self._epoch_ns is not None or self._leads else "waits for the start of the record on rig")
+        return f"publishing from {self.values['source']}"
+
+
+def _part(samples: Samples, first: int, last: int) -> Samples:
+    return Samples(samples.due[first:last], samples.stamp[first:last], samples.values[first:last])
