@@ -37,6 +37,13 @@ def test_all_within_noise_names_no_culprit(result):
     assert "all 2 temperatures" in agreement.verdict
 
 
+def test_an_estimate_far_from_its_own_sensor_is_said(result):
+    lost = {n: replace(c, fused=c.measured - 7.0) for n, c in result.sensors.items()}
+    agreement = compare(replace(result, sensors=lost))
+    assert agreement.level == "poor"
+    assert "fused temperature of tank oil lies 7.00 K RMS from the sensor" in agreement.verdict
+
+
 def test_a_held_value_is_no_measurement(result):
     result.measured["hydraulic_age"][100:] = 0.7
     result.free["pressure_rod_side"][100:] += 1e7

@@ -143,8 +143,16 @@ class Agreement:
 
     @property
     def level(self) -> str:
-        """good, fair or poor, by the signal that is furthest off."""
+        """good, fair or poor, by what is furthest off; a fused temperature far from its sensor is poor."""
+        if self._fused_far:
+            return "poor"
         return level(self.counted[0][3]) if self.counted else "fair"
+
+    @property
+    def _fused_far(self) -> TemperatureAgreement | None:
+        """The worst fused temperature that is clearly off the sensor that it uses."""
+        far = [t for t in self.temperatures if t.used and t.rms_fused > FAR * t.noise]
+        return max(far, key=lambda t: t.rms_fused) if far else None
 
     @property
     def verdict(self) -> str:
@@ -168,7 +176,13 @@ class Agreement:
         if times > FLOOR:
             sentence += f"; furthest off is {name}, RMS {rms} or {number(times, 1)} times noise"
         fused = [t for t in self.temperatures if t.used]
-        if fused:
+        far = self._fused_far
+        if far:
+            sentence += (
+                f"; the fused temperature of {words(far.sensor)} lies {number(far.rms_fused, 2)} K RMS from the sensor "
+                "that it uses"
+            )
+        elif fused:
             worst = max(fused, key=lambda t: t.rms_fused)
             sentence += (
                 f"; fused temperatures stay within {number(worst.rms_fused, 2)} K RMS of every sensor that they use"

@@ -174,11 +174,14 @@ def _key_figures(result: ReplayResult, agreement: Agreement) -> list[doc.Figure]
         figures.append(doc.Figure("Warmest at the end", f"{celsius(hottest.fused, 1)} °C",
                                   f"{words(hottest.node)}, ± {number(hottest.fused_std, 2)} K"))
     losses, electrical = sum(x.soft for x in agreement.losses), agreement.energy["electrical_power_soft_sensor"]
-    warnings = len(result.recording.warnings)
+    found = [
+        f"{count} {severity}{'s' * (count > 1)}" for severity in ("error", "warning")
+        if (count := sum(f.severity == severity for f in result.recording.findings))
+    ]
     return [
         *figures,
         doc.Figure("Mean losses", f"{losses:.0f} W", f"of {electrical:.0f} W electrical"),
-        doc.Figure("Input", f"{warnings} warning{'s' * (warnings > 1)}", "see below") if warnings
+        doc.Figure("Input", ", ".join(found), "see below") if found
         else doc.Figure("Input", "sound", "nothing found"),
     ]
 
