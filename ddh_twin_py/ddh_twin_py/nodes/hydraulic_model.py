@@ -74,8 +74,10 @@ class HydraulicModelNode(ModelNode):
         model.use_temperatures(self._fresh_temperatures(int(batch.end_ns[0])))
         result = model.advance(*self.model_inputs(batch, air))
         points = (result.soft, result.free)
-        self._send(self._soft, self._soft_layout, batch, hydraulic_values(result.soft, result.soft_temperature, result.known, self.interval))
-        self._send(self._free, self._free_layout, batch, hydraulic_values(result.free, result.free_temperature, result.known, self.interval))
+        free = hydraulic_values(result.free, result.free_temperature, result.known, self.interval)
+        soft = hydraulic_values(result.soft, result.soft_temperature, result.known, self.interval)
+        self._send(self._free, self._free_layout, batch, free)  # first: the fusion looks for it when the state comes
+        self._send(self._soft, self._soft_layout, batch, soft)
         for layout, point in zip(self._residual_layouts, points, strict=True):
             self._send(self._residuals, layout, batch, hydraulic_residuals(self.rig, batch.measured, point))
         return result.known

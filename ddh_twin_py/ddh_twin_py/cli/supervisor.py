@@ -1,0 +1,235 @@
+"""Keeps processes running: one log, restart with a back-off, nothing left behind."""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import selectors
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from datetime import datetime
+from typing import TextIO
+
+BACK_OFF = (1.0, 2.0, 4.0, 8.0, 16.0, 30.0)
+"""s of waiting before the first, second ... restart in a row."""
+STEADY = 60.0
+"""s of running after which the back-off begins anew."""
+UNUSABLE = 2
+"""Exit code of a node that cannot use what it was given; a restart would not help."""
+_GRACE = ((signal.SIGINT, 8.0), (signal.SIGTERM, 4.0), (signal.SIGKILL, 2.0))
+_PR_SET_PDEATHSIG = 1
+
+
+@dataclass
+class Child:
+    """A process to be kept: its name in the log, its command.
+
+    `source`: may end, and the whole ends when all sources have. `last`: stopped after the others.
+    """
+
+    name: str
+    command: Sequence[str]
+    source: bool = False
+    last: bool = False
+    process: subprocess.Popen | None = None
+    restarts: int = 0
+    in_a_row: int = 0
+    started: float = 0.0
+    again_at: float | None = None
+    rest: bytes = b""
+
+    @property
+    def running(self) -> bool:
+        return self.process is not None and self.process.poll() is None
+
+
+class Supervisor:
+    """Runs children until all that are sources have done their work, or until it is told to stop.
+
+    `log` gets every line of every child as `time name | line`. Must be used from the main
+    thread: children are told by the kernel when the thread that started them dies.
+    """
+
+    def __init__(
+        self, children: Sequence[Child], log: Callable[[str], None], environment: Mapping[str, str], linger: float = 4.0
+    ) -> None:
+        self.children = list(children)
+        self._log, self._environment, self._linger = log, dict(environment), linger
+        self._selector = selectors.DefaultSelector()
+        self._stop = False
+        self._libc = ctypes.CDLL(None, use_errno=True)
+
+    def ask_to_stop(self, *_: object) -> None:
+        """End `run` soon; fit for a signal handler."""
+        self._stop = True
+
+    def run(self) -> int:
+        """Start all, keep them, stop them; returns the exit code."""
+        code = 0
+        try:
+            for child in self.children:
+                self._start(child)
+            done_at = None
+            while not self._stop:
+                self._read(0.2)
+                for child in self.children:
+                    code = self._look_after(child) or code
+                if code:
+                    break
+                sources = [child for child in self.children if child.source]
+                if sources and all(c.process is None and c.again_at is None for c in sources):
+                    done_at = done_at or time.monotonic()
+                    if time.monotonic() - done_at > self._linger:
+                        self.say("the source has come to its end, stopping")
+                        break
+        finally:
+            self.stop()
+        return code
+
+    def say(self, text: str) -> None:
+        """A line of our own in the log."""
+        self._line("up", text)
+
+    # --- one child ---------------------------------------------------------------------------
+
+    def _start(self, child: Child) -> None:
+        parent = os.getpid()
+
+        def die_with_parent() -> None:
+            self._libc.prctl(_PR_SET_PDEATHSIG, signal.SIGTERM)
+            if os.getppid() != parent:
+                os._exit(1)
+
+        child.process = subprocess.Popen(
+            child.command, env=self._environment, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT, start_new_session=True, preexec_fn=die_with_parent,
+        )  # fmt: skip
+        child.started, child.again_at = time.monotonic(), None
+        os.set_blocking(child.process.stdout.fileno(), False)
+        self._selector.register(child.process.stdout, selectors.EVENT_READ, child)
+
+    def _look_after(self, child: Child) -> int:
+        """Notice an end, restart when it is time; the code with which everything must end, else 0."""
+        if child.again_at is not None and time.monotonic() >= child.again_at:
+            child.restarts += 1
+            self._start(child)
+            self._line("up", f"{child.name} started again (restart {child.restarts})")
+            return 0
+        if child.process is None or child.process.poll() is None:
+            return 0
+        code = child.process.returncode
+        self._drain(child)
+        child.process = None
+        if code == 0 and child.source:
+            self._line("up", f"{child.name} has ended")
+            return 0
+        if code == UNUSABLE and not child.restarts:
+            self._line("up", f"{child.name} cannot use what it was given, stopping")
+            return UNUSABLE
+        ran = time.monotonic() - child.started
+        child.in_a_row = 0 if ran > STEADY else child.in_a_row
+        wait = BACK_OFF[min(child.in_a_row, len(BACK_OFF) - 1)]
+        child.in_a_row += 1
+        child.again_at = time.monotonic() + wait
+        self._line("up", f"{child.name} ended ({_reason(code)}) after {ran:.1f} s, starting it again in {wait:g} s")
+        return 0
+
+    def stop(self) -> None:
+        """Stop all that runs, those marked `last` after the others; nothing is left behind."""
+        for child in self.children:
+            child.again_at = None
+        for last in (False, True):
+            group = [child for child in self.children if child.last is last and child.running]
+            for number, grace in _GRACE:
+                still = [child for child in group if child.running]
+                if not still:
+                    break
+                if number != signal.SIGINT:
+                    self._line("up", f"{', '.join(c.name for c in still)} did not stop, sending {number.name}")
+                for child in still:
+                    child.process.send_signal(number)
+                deadline = time.monotonic() + grace
+                while any(child.running for child in group) and time.monotonic() < deadline:
+                    self._read(0.05)
+            for child in group:
+                self._drain(child)
+                if child.process.returncode:
+                    self._line("up", f"{child.name} ended with {_reason(child.process.returncode)}")
+
+    # --- log ---------------------------------------------------------------------------------
+
+    def _read(self, timeout: float) -> None:
+        if not self._selector.get_map():
+            time.sleep(timeout)
+            return
+        for key, _ in self._selector.select(timeout):
+            self._take(key.data)
+
+    def _take(self, child: Child) -> bool:
+        """Log what waits in a child's pipe; False at its end."""
+        pipe = child.process.stdout
+        try:
+            data = os.read(pipe.fileno(), 65536)
+        except BlockingIOError:
+            return True
+        if not data:
+            self._close(child)
+            return False
+        *lines, child.rest = (child.rest + data).split(b"\n")
+        for line in lines:
+            self._line(child.name, line.decode("utf-8", "replace"))
+        return True
+
+    def _drain(self, child: Child) -> None:
+        """Log the last words of a child that has ended."""
+        if child.process is None or child.process.stdout.closed:
+            return
+        os.set_blocking(child.process.stdout.fileno(), False)
+        for _ in range(1000):
+            try:
+                data = os.read(child.process.stdout.fileno(), 65536)
+            except BlockingIOError:
+                break
+            if not data:
+                break
+            child.rest += data
+        for line in child.rest.split(b"\n"):
+            if line:
+                self._line(child.name, line.decode("utf-8", "replace"))
+        child.rest = b""
+        self._close(child)
+
+    def _close(self, child: Child) -> None:
+        pipe = child.process.stdout
+        if not pipe.closed:
+            self._selector.unregister(pipe)
+            pipe.close()
+
+    def _line(self, name: str, text: str) -> None:
+        now = datetime.now()
+        self._log(f"{now:%H:%M:%S}.{now.microsecond // 1000:03d} {name:<18} | {text}")
+
+
+def combined_log(file: TextIO | None, screen: TextIO | None = sys.stdout) -> Callable[[str], None]:
+    """A log that goes to a file, to the screen, or both."""
+
+    def write(line: str) -> None:
+        for target in (file, screen):
+            if target is not None:
+                target.write(line + "\n")
+                target.flush()
+
+    return write
+
+
+def _reason(code: int) -> str:
+    if code >= 0:
+        return f"exit code {code}"
+    try:
+        return f"signal {signal.Signals(-code).name}"
+    except ValueError:
+        return f"signal {-code}"

@@ -1,0 +1,164 @@
+"""`ddh-twin up`: the graph of nodes as processes with one log, kept running until it is stopped."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import signal
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+
+from ddh_twin_py.cli.arguments import InputError, add_rig, add_verb, duty_file
+from ddh_twin_py.cli.supervisor import Child, Supervisor, combined_log
+
+MODELS = ("hydraulic_model", "machine_thermal", "temperature_fusion")
+SOURCES = ("none", "bag", "simulation")
+_FLUSH_AFTER = 1.0  # s; a bag that has ended has ended
+_EXAMPLE = """\
+  ddh-twin up                                          beside a machine that publishes its telemetry
+  ddh-twin up --source bag --bag bags/paper_cycle --rate 0 --record out/live
+  ddh-twin up --source simulation --duty mixed --namespace /rig_7 --state-file out/rig_7.state"""
+
+
+def add_parser(subparsers) -> None:
+    """Declare the verb."""
+    parser = add_verb(
+        subparsers, "up", "run the twin's nodes beside a machine, a bag or a simulated rig",
+        "Starts the nodes as processes, restarts one that crashes (after 1, 2, 4 ... 30 s), and stops all of them on\n"
+        "Ctrl-C, or when the bag or the duty has come to its end. `ros2 launch ddh_twin_py twin.launch.py` does the\n"
+        "same, with the same arguments, where ROS 2 is installed.",
+        _EXAMPLE,
+    )
+    parser.add_argument(
+        "--source", choices=SOURCES, default="none",
+        help="where telemetry comes from: none (default; a machine publishes it), bag (played without loss), simulation",
+    )
+    parser.add_argument("--bag", metavar="BAG", help="bag to play, with --source bag")
+    parser.add_argument("--duty", metavar="FILE", help="duty file, or the name of one of the project's, with --source simulation")
+    parser.add_argument("--seed", type=int, default=1, help="which rig is simulated (default 1)")
+    parser.add_argument(
+        "--rate", type=_rate, default=1.0,
+        help="speed of the source against real time (default 1); 0 plays a bag as fast as the nodes take it",
+    )
+    parser.add_argument("--loop", action="store_true", help="begin again at the end of the bag")
+    add_rig(parser)
+    parser.add_argument("--namespace", metavar="NS", default="/ddh", help="of all topics and nodes (default /ddh)")
+    parser.add_argument("--record", metavar="BAG", help="record everything into this folder, which must not exist")
+    parser.add_argument("--state-file", metavar="FILE", help="where the estimate survives a restart")
+    parser.add_argument("--params", metavar="FILE", help="parameter file (YAML) for all nodes, see config/twin.yaml")
+    parser.add_argument("--log", metavar="FILE", help="write the log of all nodes here too")
+    parser.add_argument("--quiet", action="store_true", help="no log on the screen")
+
+
+def _rate(text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = -1.0
+    if not 0.0 <= value <= 10000.0:
+        raise argparse.ArgumentTypeError(f"{text!r} is no number from 0 to 10000")
+    return value
+
+
+def node_parameters(args: argparse.Namespace) -> dict[str, dict[str, object]]:
+    """Which nodes run, and the parameters of each that follow from the arguments."""
+    rig = {"rig": str(args.rig)} if args.rig else {}
+    played = {"use_sim_time": True, "flush_after": _FLUSH_AFTER} if args.source == "bag" else {}
+    nodes: dict[str, dict[str, object]] = {name: {**rig, **played} for name in MODELS}
+    if args.state_file:
+        nodes["temperature_fusion"]["state_file"] = str(args.state_file)
+    if args.record:
+        nodes["bag_recorder"] = {"bag": str(args.record), "if_exists": "number"}
+        if args.source == "bag":
+            nodes["bag_recorder"] |= {"use_sim_time": True, "log_time": "arrival" if args.loop else "stamp"}
+    if args.source == "bag":
+        nodes["bag_player"] = {
+            "bag": str(args.bag), "rate": args.rate, "loop": args.loop, "wait_for_nodes": list(nodes),
+        }  # fmt: skip
+    if args.source == "simulation":
+        simulated = {"source": "simulation", "rate": args.rate, "simulation.duty": str(args.duty), "simulation.seed": args.seed}
+        if args.rig:
+            simulated["simulation.rig"] = str(args.rig)
+        nodes |= {"drive_telemetry": dict(simulated), "pressure_telemetry": dict(simulated)}
+    return nodes
+
+
+def command(node: str, parameters: Mapping[str, object], namespace: str, file: str | None) -> list[str]:
+    """How one node is started; what the arguments say goes before the parameter file."""
+    line = [*_executable(node), "--ros-args", "-r", f"__ns:={namespace}"]
+    if file:
+        line += ["--params-file", file]
+    for name, value in parameters.items():
+        line += ["-p", f"{name}:={_yaml(value)}"]
+    return line
+
+
+def _executable(node: str) -> list[str]:
+    """Where `ros2 run` finds it; else the module, by this Python."""
+    for prefix in os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep):
+        path = Path(prefix) / "lib" / "ddh_twin_py" / node
+        if prefix and path.is_file():
+            return [str(path)]
+    return [sys.executable, "-c", f"import sys; from ddh_twin_py.nodes.{node} import main; sys.exit(main())"]
+
+
+def _yaml(value: object) -> str:
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, (list, tuple)):
+        return "[" + ", ".join(_yaml(entry) for entry in value) + "]"
+    if isinstance(value, (int, float)):
+        return repr(value)
+    return "'" + str(value).replace("'", "''") + "'"
+
+
+def _check(args: argparse.Namespace) -> None:
+    """What can be known to be wrong before anything is started."""
+    if args.source == "bag" and not args.bag:
+        raise InputError("--source bag needs --bag BAG")
+    if args.source == "simulation" and not args.duty:
+        raise InputError("--source simulation needs --duty FILE")
+    if args.source == "simulation" and not 0.01 <= args.rate <= 100.0:
+        raise InputError(f"--rate is {args.rate:g}, a simulated rig runs at 0.01 to 100 times real time")
+    if args.bag and args.source != "bag" or args.duty and args.source != "simulation":
+        given, wanted = ("--bag", "bag") if args.bag and args.source != "bag" else ("--duty", "simulation")
+        raise InputError(f"{given} was given, but --source is {args.source}; it needs --source {wanted}")
+    if args.record and Path(args.record).exists():
+        raise InputError(f"{args.record} exists; nothing is overwritten")
+    for name in ("rig", "params", "bag"):
+        given = getattr(args, name)
+        if given and not Path(given).exists():
+            raise InputError(f"--{name}: there is no {given}")
+    if args.duty:
+        args.duty = duty_file(args.duty)
+    args.namespace = "/" + args.namespace.strip("/")
+
+
+def run(args: argparse.Namespace) -> int:
+    """Start, keep and stop the graph."""
+    _check(args)
+    nodes = node_parameters(args)
+    children = [
+        Child(
+            name, command(name, parameters, args.namespace, args.params),
+            source=name in ("bag_player", "drive_telemetry", "pressure_telemetry"), last=name == "bag_recorder",
+        )
+        for name, parameters in nodes.items()
+    ]  # fmt: skip
+    file = None
+    if args.log:
+        Path(args.log).parent.mkdir(parents=True, exist_ok=True)
+        file = open(args.log, "a", encoding="utf-8")
+    environment = {**os.environ, "PYTHONUNBUFFERED": "1", "RCUTILS_COLORIZED_OUTPUT": "0"}
+    environment.setdefault("RCUTILS_CONSOLE_OUTPUT_FORMAT", "{severity} {message}")
+    supervisor = Supervisor(children, combined_log(file, None if args.quiet else sys.stdout), environment)
+    before = [(number, signal.signal(number, supervisor.ask_to_stop)) for number in (signal.SIGINT, signal.SIGTERM)]
+    try:
+        supervisor.say(f"starting {', '.join(nodes)} in {args.namespace}; Ctrl-C stops them")
+        return supervisor.run()
+    finally:
+        for number, handler in before:
+            signal.signal(number, handler)
+        if file is not None:
+            file.close()
