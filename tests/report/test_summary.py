@@ -34,4 +34,5 @@ def test_fits_a_terminal(result):
     for agreement in (compare(result), compare(result, left_out=result.sensors)):
         lines = rendered(agreement)
         assert len(lines) <= 40 and max(map(len, lines)) <= 80
+        assert not any("…" in line for line in lines)  # nothing had to be cut off
     assert not any("\x1b" in line for line in lines)

@@ -23,6 +23,7 @@ OUTPUTS = (
 )
 _FLUSH = 1.0  # s without messages after which the nodes work off what they hold
 _START = 60.0  # s that the nodes have to start
+_PLAYING = 0.85  # share of the time until all is recorded
 _PERCENT = re.compile(r"(\d+) %, ")
 _END = re.compile(r"end of the bag: (\d+) messages.*?([\d.]+) times real time")
 
@@ -75,10 +76,11 @@ def play(
             began, before, used = time.monotonic(), graph.processor_seconds(), 0.0
             while graph.alive("bag_player"):
                 graph.check(ended="bag_player")
-                progress(said.get("share", 0.0))
+                progress(_PLAYING * said.get("share", 0.0))
                 used = (graph.processor_seconds() - before) / max(time.monotonic() - began, 0.1)
                 time.sleep(0.1)
             graph.check(ended="bag_player")
+            progress(_PLAYING)
             time.sleep(2.0 * _FLUSH + 0.6)  # first the models work off what they hold, then the fusion
             graph.check(ended="bag_player")
             graph.stop(*MODELS)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING
@@ -18,6 +19,8 @@ FLOOR = 1.6
 """Multiples of a sensor's noise below which model and machine count as agreeing (interface, "Noise floor")."""
 FAR = 5.0
 """Multiples of noise beyond which they clearly differ."""
+LOST = 3.0
+"""Standard deviations of noise and zero error together beyond which an estimate has lost its own sensor."""
 HOLD = 0.5
 """s; an interval whose newest sample is older was not measured."""
 INPUTS = frozenset({"speed", "pressure_piston_side", "pressure_rod_side", "rod_position", "rod_velocity"})
@@ -71,7 +74,8 @@ class TemperatureAgreement:
     """One temperature sensor: values at its last reading and RMS over all readings, K.
 
     `used` says whether the fusion was given this sensor; `rms_left_out` and `std_left_out` are of
-    an estimate that was not. `refused` readings did not pass the filter's gate.
+    an estimate that was not. `refused` readings did not pass the filter's gate. `zero` is the
+    tolerance of the sensor's zero, one sigma.
     """
 
     sensor: str
@@ -88,6 +92,7 @@ class TemperatureAgreement:
     rms_left_out: float | None
     std_left_out: float | None
     noise: float
+    zero: float
     innovation_in_std: float
 
     @property
@@ -151,7 +156,7 @@ class Agreement:
     @property
     def _fused_far(self) -> TemperatureAgreement | None:
         """The worst fused temperature that is clearly off the sensor that it uses."""
-        far = [t for t in self.temperatures if t.used and t.rms_fused > FAR * t.noise]
+        far = [t for t in self.temperatures if t.used and t.rms_fused > LOST * math.hypot(t.noise, t.zero)]
         return max(far, key=lambda t: t.rms_fused) if far else None
 
     @property
@@ -208,7 +213,7 @@ class Agreement:
                     "fused_final_std_K": t.fused_std,
                     "rms_predicted_K": t.rms_predicted, "rms_fused_K": t.rms_fused,
                     "rms_left_out_K": t.rms_left_out, "std_left_out_K": t.std_left_out,
-                    "noise_K": t.noise, "predicted_in_noise": t.predicted_in_noise,
+                    "noise_K": t.noise, "zero_tolerance_K": t.zero, "predicted_in_noise": t.predicted_in_noise,
                     "innovation_in_std": t.innovation_in_std,
                 }
                 for t in self.temperatures
@@ -320,7 +325,8 @@ def _temperature(
         rms_predicted=_rms(c.predicted - c.measured), rms_fused=_rms(c.fused - c.measured),
         rms_left_out=None if left_out is None else _rms(left_out.fused - left_out.measured),
         std_left_out=None if left_out is None else float(left_out.fused_std[last]),
-        noise=float(c.noise), innovation_in_std=_rms(normalised),
+        noise=float(c.noise), zero=float(result.rig.sensors["temperature"].offset_tolerance),
+        innovation_in_std=_rms(normalised),
     )
 
 
