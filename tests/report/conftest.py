@@ -6,7 +6,7 @@ from ddh_twin_py.estimation.replay import ReplayResult, SensorComparison
 from ddh_twin_py.estimation.temperature_fusion import Innovation
 from ddh_twin_py.physics.balance import OPERATING_DTYPE
 from ddh_twin_py.physics.soft_sensor import MEASURED_DTYPE
-from ddh_twin_py.physics.thermal_network import NODES, N
+from ddh_twin_py.physics.thermal_network import N, NODES
 from ddh_twin_py.rig import load_rig
 from ddh_twin_py.telemetry.recording import Finding, Recording, RigInfo, temperature_stream
 

@@ -13,16 +13,22 @@ class InputError(ValueError):
     """What was given cannot be used; one line for people."""
 
 
-class _Formatter(argparse.RawDescriptionHelpFormatter):
+class Formatter(argparse.RawDescriptionHelpFormatter):
+    """Wraps descriptions, leaves examples as they are."""
+
     def __init__(self, prog: str) -> None:
         super().__init__(prog, max_help_position=30, width=min(100, shutil.get_terminal_size().columns))
+
+    def _fill_text(self, text: str, width: int, indent: str) -> str:
+        wrap = argparse.RawDescriptionHelpFormatter if text.startswith("example") else argparse.HelpFormatter
+        return wrap._fill_text(self, text, width, indent)
 
 
 class Parser(argparse.ArgumentParser):
     """A parser whose errors are one line."""
 
     def __init__(self, *args: object, **kwargs: object) -> None:
-        kwargs.setdefault("formatter_class", _Formatter)
+        kwargs.setdefault("formatter_class", Formatter)
         kwargs.setdefault("allow_abbrev", False)
         super().__init__(*args, **kwargs)
 

@@ -6,7 +6,6 @@ import os
 import sys
 from collections.abc import Sequence
 from importlib import import_module
-from importlib.util import find_spec
 
 from ddh_twin_py.cli.arguments import Parser
 
@@ -25,20 +24,15 @@ exit codes: 0 done, 2 the input cannot be used (one line on standard error says 
 
 def build_parser() -> Parser:
     """The parser of all verbs."""
-    from ddh_twin_py.cli.arguments import _Formatter
-
     parser = Parser(
         prog="ddh-twin",
         description="Digital twin of a direct driven hydraulic unit: temperatures, pressures and losses from drive and "
         "pressure telemetry.",
         epilog=_EPILOG,
-        formatter_class=_Formatter,
     )
     parser.add_argument("--version", action="store_true", help="say versions and leave")
     subparsers = parser.add_subparsers(dest="verb", metavar="VERB", title="verbs", parser_class=Parser)
     for name in VERBS:
-        if find_spec(f"ddh_twin_py.cli.{name}") is None:
-            continue
         import_module(f"ddh_twin_py.cli.{name}").add_parser(subparsers)
     return parser
 

@@ -286,7 +286,7 @@ def _signal_charts(result: ReplayResult) -> list[Chart]:
         traces = [Trace("measured", "measured", measured * unit.factor)]
         if name not in INPUTS:
             traces.append(Trace("soft sensor", "soft", result.soft[name] * unit.factor))
-        traces.append(Trace("free run", "predicted", result.free[name] * unit.factor, dash=True))
+        traces.append(Trace("free run", "predicted", result.free[name] * unit.factor))
         wide = name.startswith("pressure")
         differences = tuple((i, 0) for i in range(1, len(traces)))
         noise = result.rig.sensors[signal.noise_key].noise * unit.factor
