@@ -9,11 +9,15 @@ import sys
 from collections.abc import Mapping
 from pathlib import Path
 
-from ddh_twin_py.cli.arguments import InputError, add_rig, add_verb, duty_file
+from ddh_twin_py.cli.arguments import InputError, Parser, add_rig, add_verb, duty_file
 from ddh_twin_py.cli.supervisor import Child, Supervisor, combined_log
+
+__all__ = ["ENDING", "MODELS", "Parser", "add_parser", "check", "environment_additions", "node_parameters", "run"]
 
 MODELS = ("hydraulic_model", "machine_thermal", "temperature_fusion")
 SOURCES = ("none", "bag", "simulation")
+ENDING = ("bag_player", "drive_telemetry", "pressure_telemetry")
+"""Nodes that may come to their end; with them the whole ends."""
 _FLUSH_AFTER = 1.0  # s; a bag that has ended has ended
 _EXAMPLE = """\
   ddh-twin up                                          beside a machine that publishes its telemetry
@@ -41,7 +45,7 @@ def add_parser(subparsers) -> None:
         "--rate", type=_rate, default=1.0,
         help="speed of the source against real time (default 1); 0 plays a bag as fast as the nodes take it",
     )
-    parser.add_argument("--loop", action="store_true", help="begin again at the end of the bag")
+    parser.add_argument("--loop", action="store_true", help="begin again at the end of the bag or the duty")
     add_rig(parser)
     parser.add_argument("--namespace", metavar="NS", default="/ddh", help="of all topics and nodes (default /ddh)")
     parser.add_argument("--record", metavar="BAG", help="record everything into this folder, which must not exist")
@@ -77,7 +81,8 @@ def node_parameters(args: argparse.Namespace) -> dict[str, dict[str, object]]:
             "bag": str(args.bag), "rate": args.rate, "loop": args.loop, "wait_for_nodes": list(nodes),
         }  # fmt: skip
     if args.source == "simulation":
-        simulated = {"source": "simulation", "rate": args.rate, "simulation.duty": str(args.duty), "simulation.seed": args.seed}
+        simulated = {"source": "simulation", "rate": args.rate, "loop": args.loop}
+        simulated |= {"simulation.duty": str(args.duty), "simulation.seed": args.seed}
         if args.rig:
             simulated["simulation.rig"] = str(args.rig)
         nodes |= {"drive_telemetry": dict(simulated), "pressure_telemetry": dict(simulated)}
@@ -113,7 +118,7 @@ def _yaml(value: object) -> str:
     return "'" + str(value).replace("'", "''") + "'"
 
 
-def _check(args: argparse.Namespace) -> None:
+def check(args: argparse.Namespace) -> None:
     """What can be known to be wrong before anything is started."""
     if args.source == "bag" and not args.bag:
         raise InputError("--source bag needs --bag BAG")
@@ -135,14 +140,27 @@ def _check(args: argparse.Namespace) -> None:
     args.namespace = "/" + args.namespace.strip("/")
 
 
+def environment_additions() -> dict[str, str]:
+    """Variables that the nodes need and the user has not set: the profile for Fast DDS."""
+    if os.environ.get("FASTRTPS_DEFAULT_PROFILES_FILE"):
+        return {}
+    folders = [Path(__file__).resolve().parents[2] / "config"]
+    prefixes = os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep)
+    folders += [Path(prefix) / "share" / "ddh_twin_py" / "config" for prefix in prefixes if prefix]
+    for folder in folders:
+        if (folder / "fastdds_profile.xml").is_file():
+            return {"FASTRTPS_DEFAULT_PROFILES_FILE": str(folder / "fastdds_profile.xml")}
+    return {}
+
+
 def run(args: argparse.Namespace) -> int:
     """Start, keep and stop the graph."""
-    _check(args)
+    check(args)
     nodes = node_parameters(args)
     children = [
         Child(
             name, command(name, parameters, args.namespace, args.params),
-            source=name in ("bag_player", "drive_telemetry", "pressure_telemetry"), last=name == "bag_recorder",
+            source=name in ENDING, last=name == "bag_recorder",
         )
         for name, parameters in nodes.items()
     ]  # fmt: skip
@@ -150,7 +168,7 @@ def run(args: argparse.Namespace) -> int:
     if args.log:
         Path(args.log).parent.mkdir(parents=True, exist_ok=True)
         file = open(args.log, "a", encoding="utf-8")
-    environment = {**os.environ, "PYTHONUNBUFFERED": "1", "RCUTILS_COLORIZED_OUTPUT": "0"}
+    environment = {**os.environ, **environment_additions(), "PYTHONUNBUFFERED": "1", "RCUTILS_COLORIZED_OUTPUT": "0"}
     environment.setdefault("RCUTILS_CONSOLE_OUTPUT_FORMAT", "{severity} {message}")
     supervisor = Supervisor(children, combined_log(file, None if args.quiet else sys.stdout), environment)
     before = [(number, signal.signal(number, supervisor.ask_to_stop)) for number in (signal.SIGINT, signal.SIGTERM)]

@@ -96,8 +96,7 @@ def declare(node: Node, parameters: Iterable[Parameter]) -> dict[str, object]:
             raise NodeError(f"parameter {parameter.name} is {chosen!r}, it must be {parameter.bounds()}")
         values[parameter.name] = list(chosen) if isinstance(default, list) else chosen
     for name in overrides:
-        if not node.has_parameter(name) and not name.startswith("qos_overrides."):
-            near = difflib.get_close_matches(name, sorted(values), n=1, cutoff=0.0)
-            said = f"; nearest is {near[0]}" if near else ""
-            node.get_logger().warning(f"there is no parameter {name}, it is ignored{said}")
+        near = difflib.get_close_matches(name, sorted(values), n=1, cutoff=0.75)
+        if near and not node.has_parameter(name):  # one that is nothing like ours may be meant for another node
+            node.get_logger().warning(f"there is no parameter {name}, it is ignored; nearest is {near[0]}")
     return values

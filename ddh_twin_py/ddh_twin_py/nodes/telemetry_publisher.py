@@ -26,6 +26,7 @@ from ddh_twin_py.sources.registry import open_source, source_modules
 from ddh_twin_py.telemetry.signals import RIG_TOPIC, TEMPERATURE_PREFIX, ZERO_CELSIUS
 
 _BEHIND = 1.0  # s of data; what is older when a node joins is left out
+_LOOP_PAUSE = 0.1  # s of data between the last sample of one round and the start of the next
 _BEHIND_LIMIT = 0.5  # s of wall time that publishing may lag before it is said
 
 
@@ -54,7 +55,8 @@ class TelemetryPublisher(LifecycleNodeMixin, TwinNode):
         LifecycleNodeMixin.__init__(self)
         self._topics, self._leads = tuple(topics), leads
         self._source: Source | None = None
-        self._epoch_ns: int | None = None  # when the record starts, as stamps are published
+        self._epoch_ns: int | None = None  # when the record starts: of the node's clock, and as stamps are published
+        self._rounds = 0.0  # s of data in the rounds before this one
         self._sending = False
         self._waiting: dict[str, Samples] = {}
         self._batches: Iterator[Mapping[str, Samples]] = iter(())
@@ -118,7 +120,7 @@ class TelemetryPublisher(LifecycleNodeMixin, TwinNode):
     # --- start of the record -----------------------------------------------------------------
 
     def _start_record(self, epoch_ns: int) -> None:
-        self._epoch_ns = epoch_ns
+        self._epoch_ns, self._rounds = epoch_ns, 0.0
         self._batches = self._source.batches(self._topics)
         self._waiting = {}
         self._joining = True
@@ -148,17 +150,18 @@ class TelemetryPublisher(LifecycleNodeMixin, TwinNode):
     def _pump(self) -> None:
         if not self._sending or self._epoch_ns is None or self.finished:
             return
-        now = (self.get_clock().now().nanoseconds - self._epoch_ns) * 1e-9 * self.values["rate"]
+        now = (self.get_clock().now().nanoseconds - self._epoch_ns) * 1e-9 * self.values["rate"] - self._rounds
         started = self.wall()
         while all(s.due.size == 0 or s.due[-1] <= now for s in self._waiting.values()):
             self._send(now)
             batch = next(self._batches, None)
             if batch is None:
-                self._end(now)
+                self._end()
                 return
             self._waiting = {topic: self._fresh(samples, now) for topic, samples in batch.items()}
-            if self.wall() - started > 10.0 * POLL_PERIOD:
-                break  # a source that computes must not keep the node from listening
+            nothing = not any(s.due.size for s in self._waiting.values())
+            if nothing or self.wall() - started > 10.0 * POLL_PERIOD:
+                break  # a source that waits or computes must not keep the node from listening
         self._send(now)
         oldest = min((float(s.due[0]) for s in self._waiting.values() if s.due.size), default=now)
         self._behind = max(0.0, now - oldest)
@@ -183,7 +186,7 @@ class TelemetryPublisher(LifecycleNodeMixin, TwinNode):
     def _publish(self, topic: str, samples: Samples) -> None:
         stamps, values, frame = samples.stamp, samples.values, "ddh"
         if self.values["restamp"]:
-            stamps = stamps - self._source.start_ns + self._epoch_ns
+            stamps = stamps - self._source.start_ns + self._epoch_ns + round(self._rounds * 1e9)
         if topic.startswith(TEMPERATURE_PREFIX):
             values, frame = values - np.array([ZERO_CELSIUS, 0.0]), topic.removeprefix(TEMPERATURE_PREFIX)
         publisher = self._by_topic[topic]
@@ -191,13 +194,11 @@ class TelemetryPublisher(LifecycleNodeMixin, TwinNode):
             publisher.publish(message.tobytes())
         self.sent[topic] += samples.due.size
 
-    def _end(self, now: float) -> None:
+    def _end(self) -> None:
         if self.values["loop"] and self._source.seekable:
-            duration = self._source.duration or now
             self.get_logger().info("end of the source, beginning again")
-            leading, self._leads = self._leads, False
-            self._start_record(self._epoch_ns + round(duration * 1e9 / self.values["rate"]))
-            self._leads, self._joining = leading, False
+            self._rounds += self._source.duration + _LOOP_PAUSE  # the same in both telemetry nodes
+            self._batches = self._source.batches(self._topics)
             return
         self.get_logger().info(f"end of the source: {sum(self.sent.values())} messages in all")
         self.finished = True

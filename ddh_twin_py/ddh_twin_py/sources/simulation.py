@@ -24,7 +24,7 @@ class SimulationSource:
 
     def __init__(self, rig: str | None, duty: str, seed: int, duration: float | None) -> None:
         self._arguments = rig, duty, seed, duration
-        self.duration = None
+        self.duration = None  # known once the duty has been run to its end
         self.rig = self._first().rig
 
     def _first(self) -> Recording:
@@ -36,12 +36,15 @@ class SimulationSource:
         return simulate(*self._arguments)
 
     def batches(self, topics: Collection[str]) -> Iterator[Mapping[str, Samples]]:
+        end = 0.0
         for chunk in self._run():
+            end = chunk.span[1]
             yield {
                 topic: Samples(stream.time, stream.stamps(0), stream.values)
                 for topic, stream in chunk.streams()
                 if topic in topics
             }
+        self.duration = end
 
 
 def open_source(options: Mapping[str, object]) -> SimulationSource:
