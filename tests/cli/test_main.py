@@ -102,6 +102,14 @@ def test_a_fault_of_the_program_is_not_passed_off_as_bad_input(monkeypatch):
         main(["info", "bag"])
 
 
+def test_without_ros_the_live_verbs_say_what_to_do(capsys, monkeypatch, paper_cycle_bag):
+    def missing(args):
+        raise ModuleNotFoundError("No module named 'rclpy.serialization'", name="rclpy.serialization")
+
+    monkeypatch.setattr("ddh_twin_py.cli.demo.run", missing)
+    assert "source the ROS 2 workspace" in failure(capsys, "demo")
+
+
 def test_version_and_no_verb(capsys):
     assert main(["--version"]) == 0
     assert capsys.readouterr().out.startswith("ddh_twin_py ")

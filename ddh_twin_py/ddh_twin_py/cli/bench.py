@@ -45,7 +45,7 @@ def run(args: argparse.Namespace) -> int:
         table.add_column("figure", no_wrap=True)
         for column in ("value", "against", "ratio"):
             table.add_column(column, justify="right", no_wrap=True)
-        table.add_column("held against")
+        table.add_column("of", no_wrap=True)
         for figure in figures:
             table.add_row(*figure.cells())
         Console().print(table)

@@ -144,7 +144,7 @@ def _kernels(bag: Path, duration: float) -> Iterator[Figure]:
         best = min(best, time.perf_counter() - started)
     yield Figure("free run", n * INTERVAL / best, "x real time", 2700.0, "numbalsoda", smaller=False)
     yield Figure("temperature filter, a tick", result.seconds["temperature_fusion"] / n * 1e6, "µs", 6.5,
-                 "numba, 15 states")
+                 "numba filter")
 
 
 def _machine() -> str:

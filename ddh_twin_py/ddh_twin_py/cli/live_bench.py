@@ -24,7 +24,7 @@ def live_figures(bag: Path, scratch: Path, quick: bool, quiet: bool) -> Iterator
     """
     recording = read_recording(bag)
     for name, rate, duration in (("live at 3 x", _RATE, 60.0 if quick else 180.0),
-                                 ("live, full speed", 0.0, 120.0 if quick else 600.0)):
+                                 ("live, flat out", 0.0, 120.0 if quick else 600.0)):
         part, out = scratch / f"part_{rate:g}", scratch / f"out_{rate:g}"
         write_recording(part, recording.between(0.0, duration))
         played = play(part, out, scratch / "nodes.log", rate=rate, quiet=quiet)

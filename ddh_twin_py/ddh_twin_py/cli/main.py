@@ -12,6 +12,8 @@ from ddh_twin_py.cli.arguments import Parser
 VERBS = ("demo", "replay", "info", "simulate", "up", "bench")
 """Verbs in the order of the help; each is a module of this package."""
 
+_ROS = frozenset({"rclpy", "ddh_msgs", "sensor_msgs", "diagnostic_msgs", "std_srvs", "rosgraph_msgs", "rcl_interfaces"})
+
 _EPILOG = """\
 examples:
   ddh-twin demo                                   the paper's cycle through the live nodes, with a report
@@ -57,6 +59,12 @@ def main(argv: Sequence[str] | None = None) -> int:
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
+    except ModuleNotFoundError as error:
+        if (error.name or "").split(".")[0] not in _ROS:
+            raise
+        said = f"{error.name} is not here: run .venv/bin/ddh-twin, or source the ROS 2 workspace first"
+        print(f"ddh-twin {args.verb}: error: {said}", file=sys.stderr)
+        return 2
     except (ValueError, OSError) as error:
         if not isinstance(error, OSError) and not type(error).__module__.startswith("ddh_twin_py."):
             raise  # a fault of ours and not of the input
