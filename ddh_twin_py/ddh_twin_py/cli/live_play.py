@@ -7,9 +7,7 @@ import time
 from dataclasses import dataclass
 from pathlib import Path
 
-from rclpy.serialization import deserialize_message
-
-from ddh_msgs.msg import NodeProgress
+from ddh_twin_py.bags.message_types import know
 from ddh_twin_py.cli.arguments import InputError
 from ddh_twin_py.cli.console import stage
 from ddh_twin_py.cli.live_graph import LiveGraph
@@ -23,6 +21,7 @@ OUTPUTS = (
 )
 _FLUSH = 1.0  # s without messages after which the nodes work off what they hold
 _START = 60.0  # s that the nodes have to start
+_PROGRESS = "ddh_msgs/msg/NodeProgress"
 _PLAYING = 0.85  # share of the time until all is recorded
 _PERCENT = re.compile(r"(\d+) %, ")
 _END = re.compile(r"end of the bag: (\d+) messages.*?([\d.]+) times real time")
@@ -124,16 +123,17 @@ def _counts(bag: str | Path) -> dict[str, int]:
         raw.close()
 
 
-def _last_progress(recorded: str | Path) -> dict[str, NodeProgress]:
+def _last_progress(recorded: str | Path) -> dict[str, object]:
     """The last message of each node on `progress`."""
     raw = RawBag(recorded)
     try:
-        last: dict[str, NodeProgress] = {}
+        last: dict[str, object] = {}
+        store = know(_PROGRESS)
         chosen = {number for number, (topic, _) in enumerate(raw.topics) if topic.endswith("/progress")}
         for block in raw.blocks():
             for number, message in zip(block.topic.tolist(), block.messages, strict=True):
                 if number in chosen:
-                    told = deserialize_message(message, NodeProgress)
+                    told = store.deserialize_cdr(message, _PROGRESS)
                     last[told.node] = told
         return last
     finally:
