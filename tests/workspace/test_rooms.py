@@ -63,7 +63,7 @@ def violations(package: Path, rooms: list[set[str]]) -> list[str]:
                     wrong.append(f"{where}:{line}: the package itself imports room {other}")
             elif other in height and other != room and height[other] >= height[room]:
                 wrong.append(f"{where}:{line}: {room} imports {other}, which is not below it")
-    return wrong
+    return list(dict.fromkeys(wrong))
 
 
 @pytest.fixture(scope="module")
