@@ -151,3 +151,14 @@ def test_paper_cycle_agrees(rig, paper_cycle_bag):
     blind = replay(recording, rig, without=("motor_winding",)).sensors["motor_winding"]
     error = blind.measured - blind.fused
     assert np.sqrt(np.nanmean(error**2)) < blind.fused_std[-1]
+
+
+def test_it_may_start_on_a_hot_machine(rig, paper_cycle_bag):
+    """From the middle of a recording, winding 25 K above the rest."""
+    from ddh_twin_py.bags.reader import read_recording
+
+    result = replay(read_recording(paper_cycle_bag).between(200.0, 290.0), rig)
+    assert all(i.accepted for i in result.innovations)
+    for name, sensor in result.sensors.items():
+        late = sensor.time > sensor.time[0] + 10.0
+        assert np.sqrt(np.nanmean((sensor.measured - sensor.fused)[late] ** 2)) < 0.5, name

@@ -10,7 +10,7 @@ import numpy as np
 
 from ddh_msgs.msg import HydraulicState, MotorThermalState, ResidualArray, TemperatureEstimateArray
 from ddh_twin_py.cli.arguments import InputError
-from ddh_twin_py.estimation.replay import ReplayResult, _lagged
+from ddh_twin_py.estimation.replay import ReplayResult, lagged
 from ddh_twin_py.estimation.sensors import NODE_INDEX
 from ddh_twin_py.estimation.temperature_filter import GATE
 from ddh_twin_py.estimation.temperature_fusion import Innovation
@@ -195,8 +195,8 @@ def _sensors(offline: ReplayResult, fused: np.ndarray, std: np.ndarray, predicte
         seen = {}
         for key, values in (("predicted", predicted), ("fused", fused)):
             whole = _filled(values[:, node : node + 1])
-            lagged = _lagged(whole, whole[0], interval, lag)[place, 0]
-            seen[key] = np.where(np.isfinite(values[place, node]), lagged, np.nan)
+            reading = lagged(whole, whole[0], interval, lag)[place, 0]
+            seen[key] = np.where(np.isfinite(values[place, node]), reading, np.nan)
         sensors[name] = replace(c, **seen, fused_std=std[place, node])
     return sensors
 

@@ -173,7 +173,7 @@ class _Run:
                 progress(rows.stop / len(self.ticks))
         nodes = list(NODE_INDEX.values())
         lag = rig["sensors.temperature.time_constant"]
-        self.free_reading[start:stop] = _lagged(self.free_temperature[start:stop][:, nodes], begin[nodes], self.interval, lag)
+        self.free_reading[start:stop] = lagged(self.free_temperature[start:stop][:, nodes], begin[nodes], self.interval, lag)
 
     def _reduce(self, start: int, stop: int) -> np.ndarray:
         """Fill the means of the intervals; the command, rad/s, as `reduce_intervals` gives it."""
@@ -242,7 +242,7 @@ def fusion_inputs(hydraulic: HydraulicResult, motor: MotorResult) -> FusionInput
     )
 
 
-def _lagged(temperature: np.ndarray, start: np.ndarray, interval: float, lag: float) -> np.ndarray:
+def lagged(temperature: np.ndarray, start: np.ndarray, interval: float, lag: float) -> np.ndarray:
     """What sensors with a first-order lag (s) read of temperatures (n, m), which were at ``start`` (m,)."""
     keep = np.exp(-interval / lag)
     out, _ = lfilter([1.0 - keep], [1.0, -keep], temperature, axis=0, zi=keep * start[np.newaxis])

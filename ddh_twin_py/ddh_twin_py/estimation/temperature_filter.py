@@ -27,6 +27,8 @@ GATE = 5.0
 """A reading further off than this many standard deviations is not used."""
 PATIENCE = 10
 """After so many refused readings in a row the sensor's offset is taken as unknown again."""
+NEVER_READ = -1
+"""Count of refused readings of a sensor that has not spoken yet; its first reading passes no gate."""
 _UNKNOWN_HEAT_TIME = 60.0  # s, correlation time of heat that no model knows
 _UNKNOWN_HEAT = 0.3  # W per node, standard deviation
 _UNKNOWN_SHARE = 0.03  # of the node's own heat
@@ -215,7 +217,7 @@ def update(dynamic, offset, deviation, covariance, sensor, innovation, noise, re
         innovation: K, reading minus expected reading at the reading's own time, (r,); changed
             to what was left when it was applied.
         noise: K, standard deviation of each reading, (r,).
-        refused: readings refused in a row, per sensor, (m,).
+        refused: readings refused in a row, per sensor, `NEVER_READ` before the first, (m,).
         accepted: out, whether each reading was used, (r,). spread: out, K, its expected deviation.
     """
     m = offset.shape[0]
@@ -232,7 +234,7 @@ def update(dynamic, offset, deviation, covariance, sensor, innovation, noise, re
         left = innovation[r] - moved[reading] - moved[zero]
         innovation[r] = left
         spread[r] = np.sqrt(variance)
-        accepted[r] = left * left <= GATE * GATE * variance
+        accepted[r] = refused[k] == NEVER_READ or left * left <= GATE * GATE * variance
         if not accepted[r]:
             refused[k] += 1
             if refused[k] % PATIENCE == 0:

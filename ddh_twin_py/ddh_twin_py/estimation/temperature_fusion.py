@@ -13,10 +13,10 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ddh_twin_py.estimation.sensors import NODE_INDEX, SENSORS
-from ddh_twin_py.estimation.temperature_filter import advance_mean, predict_covariance, update
+from ddh_twin_py.estimation.temperature_filter import NEVER_READ, advance_mean, predict_covariance, update
 from ddh_twin_py.estimation.uncertain_parameters import AMBIENT_AT, N_UNCERTAIN, uncertain_parameters
 from ddh_twin_py.physics.oil import ZERO_CELSIUS
-from ddh_twin_py.physics.thermal_network import MOTOR_NODES, N, N_FLOWS, NODES
+from ddh_twin_py.physics.thermal_network import HYDRAULIC_NODES, MOTOR_NODES, N, N_FLOWS, NODES
 from ddh_twin_py.rig import Rig
 from ddh_twin_py.twin.ambient import AmbientTracker
 from ddh_twin_py.twin.intervals import INTERVAL
@@ -28,9 +28,16 @@ UNKNOWN_AMBIENT = 10.0
 _M = len(SENSORS)
 _MOTOR = len(MOTOR_NODES)
 
-# K, standard deviations of temperatures before any reading: of the unit as a whole, of motor
-# and hydraulics each, of each node
-_COMMON, _GROUP, _NODE = 8.0, 5.0, 1.5
+# K, what may be unknown of the temperatures before any reading: each row is one common cause
+# (a warm unit, a warm motor, a hot winding, warm oil, warm pumps) and how far it takes each node
+_CAUSES = (
+    dict.fromkeys(NODES, 8.0),
+    dict.fromkeys(MOTOR_NODES, 6.0),
+    {"slot_winding": 25.0, "end_winding": 25.0, "teeth": 10.0, "yoke": 6.0, "rotor": 6.0, "housing": 3.0},
+    dict.fromkeys(HYDRAULIC_NODES, 6.0),
+    {"pump_1_case": 5.0, "pump_2_case": 5.0, "pump_1_oil": 5.0, "pump_2_oil": 5.0},
+)
+_OWN = 2.0  # K, what is each node's own
 # W, heat of a node that may be running unseen before anything is known of its duty
 _UNSEEN_HEAT = np.array([60.0 if "winding" in name else 20.0 if name.endswith("oil") else 10.0 for name in NODES])
 _UNSEEN_SHARE = 0.5
@@ -68,7 +75,7 @@ class FusionInputs:
         return self.heat.shape[0]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Reading:
     """One reading: index of its interval in the call, name of the sensor, K."""
 
@@ -77,7 +84,7 @@ class Reading:
     temperature: float
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Innovation:
     """One reading against what was expected: interval, sensor, both in K, expected deviation, whether it was used."""
 
@@ -118,7 +125,7 @@ class FusionState:
     ambient: float
     usual_heat: np.ndarray
     ambient_known: bool = False
-    refused: np.ndarray = field(default_factory=lambda: np.zeros(_M, dtype=np.int64))
+    refused: np.ndarray = field(default_factory=lambda: np.full(_M, NEVER_READ, dtype=np.int64))
 
 
 class TemperatureFusion:
@@ -145,10 +152,10 @@ class TemperatureFusion:
         """Forget everything: temperatures near ambient, wide uncertainty."""
         size = N + 2 * _M + N_UNCERTAIN
         covariance = np.zeros((size, size))
-        covariance[:N, :N] = _COMMON**2
-        covariance[:_MOTOR, :_MOTOR] += _GROUP**2
-        covariance[_MOTOR:N, _MOTOR:N] += _GROUP**2
-        covariance[:N, :N] += np.diag(np.full(N, _NODE**2))
+        for cause in _CAUSES:
+            reach = np.array([cause.get(node, 0.0) for node in NODES])
+            covariance[:N, :N] += np.outer(reach, reach)
+        covariance[:N, :N] += np.diag(np.full(N, _OWN**2))
         dynamic_rows = np.concatenate([np.arange(N), self._node])
         covariance[: N + _M, : N + _M] = covariance[np.ix_(dynamic_rows, dynamic_rows)]
         offset = self.rig.sensors["temperature"].offset_tolerance
@@ -253,14 +260,17 @@ class TemperatureFusion:
         for reading in readings:
             if reading.sensor == "ambient" and np.isfinite(reading.temperature):
                 read[reading.index] = reading.temperature
-        known = self._air.known
+        assumed, known = self._air.value, self._air.known
         ambient = self._air.advance(read)
         if self._air.known and not known:
-            self._trust_ambient()
+            self._trust_ambient(ambient[np.isfinite(read).argmax()] - assumed)
         self.state.ambient, self.state.ambient_known = self._air.value, self._air.known
         return ambient
 
-    def _trust_ambient(self) -> None:
+    def _trust_ambient(self, warmer: float) -> None:
+        """End the doubt about the air, which is warmer than assumed, K; a unit that no sensor read moves with it."""
+        if np.all(self.state.refused == NEVER_READ):
+            self.state.dynamic += warmer
         covariance, at = self.state.covariance, N + 2 * _M + AMBIENT_AT
         covariance[at, :] = 0.0
         covariance[:, at] = 0.0
