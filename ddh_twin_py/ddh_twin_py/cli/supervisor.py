@@ -170,44 +170,34 @@ class Supervisor:
             self._take(key.data)
 
     def _take(self, child: Child) -> bool:
-        """Log what waits in a child's pipe; False at its end."""
-        pipe = child.process.stdout
+        """Log what waits in a child's pipe; whether there may be more."""
         try:
-            data = os.read(pipe.fileno(), 65536)
+            data = os.read(child.process.stdout.fileno(), 65536)
         except BlockingIOError:
-            return True
-        if not data:
-            self._close(child)
             return False
         *lines, child.rest = (child.rest + data).split(b"\n")
         for line in lines:
             self._line(child.name, line.decode("utf-8", "replace"))
-        return True
+        if not data:
+            self._close(child)
+        return bool(data)
 
     def _drain(self, child: Child) -> None:
-        """Log the last words of a child that has ended."""
-        if child.process is None or child.process.stdout.closed:
-            return
-        os.set_blocking(child.process.stdout.fileno(), False)
-        for _ in range(1000):
-            try:
-                data = os.read(child.process.stdout.fileno(), 65536)
-            except BlockingIOError:
-                break
-            if not data:
-                break
-            child.rest += data
-        for line in child.rest.split(b"\n"):
-            if line:
-                self._line(child.name, line.decode("utf-8", "replace"))
-        child.rest = b""
-        self._close(child)
+        """Log the last words of a child that has ended; what it left running may still hold the pipe."""
+        if not child.process.stdout.closed:
+            while self._take(child):
+                pass
+            self._close(child)
 
     def _close(self, child: Child) -> None:
         pipe = child.process.stdout
-        if not pipe.closed:
-            self._selector.unregister(pipe)
-            pipe.close()
+        if pipe.closed:
+            return
+        if child.rest:
+            self._line(child.name, child.rest.decode("utf-8", "replace"))
+            child.rest = b""
+        self._selector.unregister(pipe)
+        pipe.close()
 
     def _line(self, name: str, text: str) -> None:
         now = datetime.now()

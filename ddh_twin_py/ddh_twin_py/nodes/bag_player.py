@@ -9,6 +9,8 @@ from fnmatch import fnmatchcase
 import numpy as np
 from rclpy.publisher import Publisher
 from rclpy.serialization import deserialize_message
+from rosgraph_msgs.msg import Clock as ClockMessage
+from std_srvs.srv import SetBool
 
 from ddh_msgs.msg import NodeProgress
 from ddh_msgs.srv import Seek, SetRate
@@ -22,11 +24,10 @@ from ddh_twin_py.nodes.parameters import NodeError, Parameter
 from ddh_twin_py.nodes.wire import stamp_of
 from ddh_twin_py.sources.raw_bag import RawBag, RawBlock
 from ddh_twin_py.telemetry.signals import RIG_TOPIC, TOPIC_TYPES
-from rosgraph_msgs.msg import Clock as ClockMessage
-from std_srvs.srv import SetBool
 
 STEP = 0.005  # s of wall time between two looks at what is due
 _BURST = 250_000_000  # ns of data sent at once
+_LAG = 1_000_000_000  # ns of data behind the rate asked for, from which on it is said
 _SETTLE = 0.3  # s of wall time from the last match to the first message
 _SAY = 2.0  # s of wall time between two lines of progress
 _NAMED_WAIT = 60.0  # s of wall time; a node that compiles its kernels for the first time takes long
@@ -63,7 +64,10 @@ class BagPlayer(TwinNode):
             "wait", 5.0, "Longest wall time to wait for any listener; nodes of wait_for_nodes get 60 s more, then it is an error.",
             "s", 0.0, 600.0,
         ),
-        Parameter("lead", 1.0, "How far in data time the player may run ahead of the slowest node that tells its progress.", "s", 0.1, 60.0),
+        Parameter(
+            "lead", 1.0, "How far in data time the player may run ahead of the slowest node that tells its progress.",
+            "s", 0.1, 60.0,
+        ),
         Parameter("exit_at_end", True, "End the process at the end of the bag, once everything has been taken."),
     )  # fmt: skip
 
@@ -174,7 +178,8 @@ class BagPlayer(TwinNode):
         if limit is not None and limit < due:
             due = limit
             self._held += STEP
-            if self._rate > 0.0 and wall - self._anchor_wall > 1.0 and self._anchor_ns + (wall - self._anchor_wall) * self._rate * 1e9 - limit > 1e9:
+            wanted = self._anchor_ns + (wall - self._anchor_wall) * self._rate * 1e9
+            if self._rate > 0.0 and wanted - limit > _LAG:
                 slowest = self._flow.slowest()
                 self.warn_once("slow", f"{slowest.name} cannot take {self._rate:g} times real time; playing as fast as it can")
                 self._position_ns = max(self._position_ns, due)

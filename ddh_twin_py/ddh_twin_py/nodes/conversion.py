@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from sensor_msgs.msg import Temperature
 
 from ddh_msgs.msg import (
     ComponentLoss,
@@ -19,10 +20,8 @@ from ddh_twin_py.nodes.wire import Layout
 from ddh_twin_py.physics.thermal_network import FLOWS, MOTOR_NODES, NODES
 from ddh_twin_py.rig import Rig
 from ddh_twin_py.telemetry.signals import ZERO_CELSIUS
-from ddh_twin_py.twin.hydraulic_model import RESIDUAL_SIGNALS, HydraulicResult
-from ddh_twin_py.twin.intervals import HOLD
+from ddh_twin_py.twin.hydraulic_model import RESIDUAL_SIGNALS
 from ddh_twin_py.twin.machine_thermal import MotorResult
-from sensor_msgs.msg import Temperature
 
 SOFT_SENSOR, FREE_RUN, FUSION = "soft_sensor", "free_run", "fusion"
 FLOW_PATHS = tuple(f"{flow[0]}>{flow[1]}" for flow in FLOWS)
@@ -43,7 +42,6 @@ _POINT_FIELDS = [
     for name, kind in HydraulicState.get_fields_and_field_types().items()
     if kind == "double" and name != "interval"
 ]
-_DRIVE_SIGNALS = ("speed", "torque", "current", "voltage", "electrical_power")
 
 
 def to_kelvin(celsius):
@@ -96,9 +94,6 @@ def hydraulic_residual_layout(source: str) -> Layout:
 def hydraulic_residuals(rig: Rig, measured: np.ndarray, points: np.ndarray) -> dict:
     """Fields of `ResidualArray` for n intervals; NaN where telemetry was not there."""
     read = np.column_stack([measured[name] for name, _, _ in RESIDUAL_SIGNALS])
-    drive = np.array([name in _DRIVE_SIGNALS for name, _, _ in RESIDUAL_SIGNALS])
-    read[np.ix_(measured["drive_age"] > HOLD, drive)] = np.nan
-    read[np.ix_(measured["hydraulic_age"] > HOLD, ~drive)] = np.nan
     noise = [rig.sensors[key].noise if key in rig.sensors else np.nan for _, key, _ in RESIDUAL_SIGNALS]
     return _residuals(read, np.column_stack([points[name] for name, _, _ in RESIDUAL_SIGNALS]), np.array([noise]))
 

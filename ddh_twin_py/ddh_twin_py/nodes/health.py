@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 
 import numpy as np
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 
 from ddh_twin_py.nodes import qos
 from ddh_twin_py.nodes.inputs import Input
@@ -12,7 +13,6 @@ from ddh_twin_py.nodes.node_base import TwinNode
 from ddh_twin_py.nodes.telemetry_feed import TelemetryFeed
 from ddh_twin_py.telemetry.causes import Cause
 from ddh_twin_py.telemetry.screening import StreamScreen
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 
 PERIOD = 1.0  # s of wall time
 HOLD = 10.0
@@ -30,6 +30,7 @@ _PLAIN = {
     Cause.CLOCK_JUMP: "clock jumped back",
     Cause.GAP: "stopped and came back",
 }
+_JUMPED = "has a clock that jumped back"
 _RATE_SAMPLES = 20  # expected ones, before a rate is judged
 _RATE_SHARE = 0.8  # of the expected rate, below which messages are missing
 _ERRORS = (Cause.WRONG_UNIT,)
@@ -150,8 +151,9 @@ class StreamJudge:
 
     def _log(self, entry: Input) -> None:
         for finding in self._screen.findings(topic=entry.name):
-            cause = (finding.topic, finding.field, finding.first_time)
-            self._node.warn_once(cause, finding.message)
+            if _JUMPED not in finding.message:  # said once for all streams, see TelemetryNode
+                cause = (finding.topic, finding.field, finding.first_time)
+                self._node.warn_once(cause, finding.message)
 
     def _values(self, report: Report) -> None:
         last = self._feed.last.get(self._topic)

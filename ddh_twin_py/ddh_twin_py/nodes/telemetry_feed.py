@@ -6,6 +6,7 @@ from collections.abc import Collection
 
 import numpy as np
 from rclpy.node import Node
+from sensor_msgs.msg import Temperature
 
 from ddh_msgs.msg import DriveTelemetry, HydraulicTelemetry
 from ddh_twin_py.bags.cdr import stamped_floats
@@ -22,7 +23,6 @@ from ddh_twin_py.telemetry.signals import (
     TEMPERATURE_PREFIX,
     ZERO_CELSIUS,
 )
-from sensor_msgs.msg import Temperature
 
 
 def field_count(topic: str) -> int:

@@ -30,7 +30,8 @@ _LOOP_PAUSE = 0.1  # s of data between the last sample of one round and the star
 _BEHIND_LIMIT = 0.5  # s of wall time that publishing may lag before it is said
 
 
-def _parameters() -> tuple[Parameter, ...]:
+def parameters() -> tuple[Parameter, ...]:
+    """Own parameters and the options of every source."""
     modules = source_modules()
     own = (
         Parameter("source", "", "Where telemetry comes from.", choices=("", *modules)),
@@ -51,7 +52,7 @@ class TelemetryPublisher(LifecycleNodeMixin, TwinNode):
     """Publishes some topics of a source. `leads`: chooses the start of the record and tells the others."""
 
     def __init__(self, name: str, topics: Collection[str], leads: bool) -> None:
-        TwinNode.__init__(self, name, _parameters())
+        TwinNode.__init__(self, name, parameters())
         LifecycleNodeMixin.__init__(self)
         self._topics, self._leads = tuple(topics), leads
         self._source: Source | None = None

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from sensor_msgs.msg import Temperature
 
 from ddh_msgs.msg import HydraulicState, MotorThermalState, ResidualArray, TemperatureEstimateArray
 from ddh_twin_py.estimation.sensors import NODE_INDEX, SENSORS
@@ -27,11 +28,10 @@ from ddh_twin_py.nodes.parameters import Parameter
 from ddh_twin_py.nodes.state_keeper import StateKeeper
 from ddh_twin_py.nodes.telemetry_feed import TelemetryFeed
 from ddh_twin_py.nodes.wire import BulkParser
-from ddh_twin_py.physics.thermal_network import NODES, N
+from ddh_twin_py.physics.thermal_network import N, NODES
 from ddh_twin_py.rig import load_rig
 from ddh_twin_py.telemetry.alignment import Tick
 from ddh_twin_py.telemetry.signals import TEMPERATURE_PREFIX
-from sensor_msgs.msg import Temperature
 
 _KEEP_PREDICTIONS = 60_000_000_000  # ns
 
@@ -224,7 +224,8 @@ class TemperatureFusionNode(TelemetryNode):
                     f"{TEMPERATURE_PREFIX}{innovation.sensor} reads {to_celsius(innovation.measured):.2f} degC, expected were "
                     f"{to_celsius(innovation.expected):.2f} +- {innovation.standard_deviation:.2f} degC; not used, counted from here on",
                 )
-            row = rows.setdefault(min(innovation.index, end_ns.size - 1), {name: np.full(len(SENSORS), np.nan) for name in _RESIDUAL_FIELDS})
+            empty = {name: np.full(len(SENSORS), np.nan) for name in _RESIDUAL_FIELDS}
+            row = rows.setdefault(min(innovation.index, end_ns.size - 1), empty)
             at = SENSORS.index(innovation.sensor)
             row["residuals.measured"][at] = to_celsius(innovation.measured)
             row["residuals.predicted"][at] = to_celsius(innovation.expected)

@@ -1,0 +1,136 @@
+"""Parameter file, pages and launch file say what the code says."""
+
+import importlib
+import re
+import sys
+import types
+from types import SimpleNamespace
+
+import pytest
+import yaml
+from ddh_twin_py.cli import up
+from ddh_twin_py.nodes import bag_player, bag_recorder, hydraulic_model, model_node, telemetry_publisher, temperature_fusion
+
+PARAMETERS = {
+    "hydraulic_model": (*hydraulic_model.HydraulicModelNode.PARAMETERS, *model_node.MODEL_PARAMETERS),
+    "machine_thermal": model_node.MODEL_PARAMETERS,
+    "temperature_fusion": temperature_fusion.TemperatureFusionNode.PARAMETERS,
+    "drive_telemetry": telemetry_publisher.parameters(),
+    "pressure_telemetry": telemetry_publisher.parameters(),
+    "bag_player": bag_player.BagPlayer.PARAMETERS,
+    "bag_recorder": bag_recorder.BagRecorder.PARAMETERS,
+}
+
+
+@pytest.fixture(scope="module")
+def config(repo_root):
+    return yaml.safe_load((repo_root / "ddh_twin_py" / "config" / "twin.yaml").read_text())
+
+
+@pytest.mark.parametrize("node", PARAMETERS)
+def test_the_parameter_file_holds_all_defaults(node, config):
+    written = config[f"/**/{node}"]["ros__parameters"]
+    declared = {p.name: list(p.default) if isinstance(p.default, tuple) else p.default for p in PARAMETERS[node]}
+    assert written == declared
+    assert {name: type(value) for name, value in written.items()} == {name: type(value) for name, value in declared.items()}
+
+
+@pytest.mark.parametrize("node", PARAMETERS)
+def test_the_page_names_every_parameter_with_its_default(node, repo_root):
+    page = (repo_root / "docs" / "nodes" / f"{node}.md").read_text()
+    rows = {cells[0].strip(" `"): cells[1].strip(" `") for cells in table_rows(page) if len(cells) >= 3}
+    for parameter in PARAMETERS[node]:
+        assert parameter.name in rows, f"{node}.md lacks {parameter.name}"
+        assert rows[parameter.name] == shown(parameter.default), parameter.name
+    for heading in ("## Topics", "## Parameters", "## Failure modes"):
+        assert heading in page
+
+
+def table_rows(page):
+    return [line.strip("|").split("|") for line in page.splitlines() if line.startswith("| `")]
+
+
+def shown(default):
+    if isinstance(default, bool):
+        return str(default).lower()
+    if isinstance(default, tuple):
+        return "[" + ", ".join(f'"{entry}"' for entry in default) + "]"
+    return f'"{default}"' if isinstance(default, str) else f"{default:g}"
+
+
+@pytest.mark.parametrize("node", PARAMETERS)
+def test_every_parameter_is_described(node):
+    for parameter in PARAMETERS[node]:
+        assert len(parameter.description) > 10
+        assert parameter.description.endswith("."), parameter.name
+
+
+# --- launch file, with what `launch` and `launch_ros` would be ---------------------------------
+
+
+@pytest.fixture
+def launch_file(repo_root, monkeypatch):
+    """The module of twin.launch.py over stand-ins that keep what they are given."""
+
+    def kept(name):
+        return lambda *args, **kwargs: SimpleNamespace(kind=name, args=args, **kwargs)
+
+    for module, names in {
+        "launch": ["LaunchDescription"],
+        "launch.actions": [
+            "DeclareLaunchArgument", "OpaqueFunction", "RegisterEventHandler", "SetEnvironmentVariable", "Shutdown", "TimerAction",
+        ],
+        "launch.event_handlers": ["OnProcessExit", "OnProcessIO"],
+        "launch_ros": [],
+        "launch_ros.actions": ["Node"],
+    }.items():
+        made = types.ModuleType(module)
+        for name in names:
+            setattr(made, name, kept(name))
+        monkeypatch.setitem(sys.modules, module, made)
+    substitutions = types.ModuleType("launch.substitutions")
+    substitutions.LaunchConfiguration = lambda name: SimpleNamespace(perform=lambda context: context[name])
+    monkeypatch.setitem(sys.modules, "launch.substitutions", substitutions)
+    spec = importlib.util.spec_from_file_location("twin_launch", repo_root / "ddh_twin_py" / "launch" / "twin.launch.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def test_the_launch_file_has_the_arguments_of_up(launch_file):
+    entities = launch_file.generate_launch_description().args[0]
+    declared = {e.args[0]: e for e in entities if e.kind == "DeclareLaunchArgument"}
+    wanted = {action.dest for action in launch_file.parser()._actions} - {"help"}
+    assert set(declared) == wanted
+    assert {"source", "bag", "duty", "rig", "namespace", "record", "rate", "params", "state_file", "log"} <= wanted
+    assert declared["source"].choices == list(up.SOURCES)
+    assert all(e.description for e in declared.values())
+
+
+def started(launch_file, **given):
+    defaults = {name: default for name, default, *_ in launch_file.options()}
+    return [a for a in launch_file.nodes({**defaults, **given}) if a.kind == "Node"]
+
+
+def test_the_launch_file_starts_what_up_starts(launch_file, paper_cycle_bag, tmp_path):
+    nodes = started(launch_file, source="bag", bag=str(paper_cycle_bag), rate="0", record=str(tmp_path / "out"), namespace="rig_b")
+    arguments = launch_file.parser().parse_args(
+        ["--source=bag", f"--bag={paper_cycle_bag}", "--rate=0", f"--record={tmp_path / 'out'}", "--namespace=rig_b"]
+    )
+    assert {n.executable: n.parameters[-1] for n in nodes} == up.node_parameters(arguments)
+    assert {n.namespace for n in nodes} == {"/rig_b"}
+    assert {n.executable for n in nodes if not n.respawn} == {"bag_player"}
+    assert {n.respawn_delay for n in nodes} == {launch_file.RESPAWN_DELAY}
+
+
+def test_flags_and_plain_start_of_the_launch_file(launch_file):
+    assert [n.executable for n in started(launch_file)] == list(up.MODELS)
+    assert {n.output for n in started(launch_file, quiet="true")} == {"log"}
+    assert {n.output for n in started(launch_file, quiet="false")} == {"screen"}
+
+
+def test_a_source_that_failed_stops_the_launch_and_says_so(launch_file):
+    failed = launch_file.end(SimpleNamespace(returncode=2, process_name="bag_player-5"), None)
+    assert re.search("bag_player-5 ended with exit code 2", failed[0].reason)
+    ended = launch_file.end(SimpleNamespace(returncode=0, process_name="bag_player-5"), None)
+    assert ended[0].kind == "TimerAction"

@@ -1,0 +1,104 @@
+"""The player waits for what listeners have not reported, and for nothing else."""
+
+from ddh_twin_py.nodes.flow_control import FlowControl
+
+S = 1_000_000_000
+TOPIC = "/ddh/drive/telemetry"
+
+
+def sent(flow, *seconds, topic=TOPIC):
+    for second in seconds:
+        flow.sent(topic, round(second * S), round(second * S))
+
+
+def flow_with(*names, topics=(TOPIC,)):
+    flow = FlowControl(lead=1.0)
+    for name in names:
+        flow.report(name, dict.fromkeys(topics, 0), 0.0)
+    return flow
+
+
+def test_nobody_known_is_nobody_waited_for():
+    flow = FlowControl(lead=1.0)
+    sent(flow, 1.0, 2.0)
+    assert flow.limit() is None
+
+
+def test_the_slowest_sets_the_limit():
+    flow = flow_with("fast", "slow")
+    sent(flow, 1.0, 1.5, 2.0)
+    flow.report("fast", {TOPIC: 2 * S}, 0.0)
+    assert flow.slowest().name == "slow"
+    assert flow.limit() == 2 * S
+    flow.report("slow", {TOPIC: round(1.5 * S)}, 0.0)
+    assert flow.limit() == 3 * S
+    flow.report("slow", {TOPIC: 2 * S}, 0.0)
+    assert flow.limit() is None
+
+
+def test_each_topic_counts_for_itself():
+    flow = flow_with("node", topics=("a", "b"))
+    sent(flow, 1.0, topic="a")
+    sent(flow, 1.2, topic="b")
+    flow.report("node", {"a": S, "b": 0}, 0.0)
+    assert flow.limit() == round(2.2 * S)
+
+
+def test_a_rare_topic_does_not_stall():
+    flow = flow_with("node", topics=("a", "rare"))
+    sent(flow, 1.0, topic="rare")
+    flow.report("node", {"a": 0, "rare": S}, 0.0)
+    assert flow.limit() is None  # nothing outstanding, however long ago the last one was
+
+
+def test_a_topic_that_a_node_does_not_take_is_not_waited_for():
+    flow = flow_with("node")
+    sent(flow, 1.0, topic="other")
+    assert flow.limit() is None
+
+
+def test_late_stragglers_do_not_hold_up():
+    flow = flow_with("node")
+    sent(flow, 1.0, 1.3, 1.1)
+    flow.report("node", {TOPIC: round(1.3 * S)}, 0.0)
+    assert flow.limit() is None
+
+
+def test_after_a_jump_back_old_reports_do_not_count():
+    flow = flow_with("node")
+    sent(flow, 100.0)
+    flow.report("node", {TOPIC: 100 * S}, 0.0)
+    flow.jumped()
+    sent(flow, 0.0, 0.1)
+    flow.report("node", {TOPIC: 100 * S}, 0.0)  # still on its way from before
+    assert flow.limit() == S
+    flow.report("node", {TOPIC: round(0.1 * S)}, 0.0)
+    assert flow.limit() is None
+
+
+def test_stamps_that_jump_in_the_bag_itself_do_not_stall():
+    flow = flow_with("node")
+    sent(flow, 50.0, 5.0, 5.1)
+    flow.report("node", {TOPIC: round(5.1 * S)}, 0.0)
+    assert flow.limit() is None
+
+
+def test_a_silent_node_is_given_up():
+    flow = flow_with("gone")
+    sent(flow, 1.0)
+    assert flow.given_up(5.0) == []
+    (said,) = flow.given_up(11.0)
+    assert "gone has said nothing" in said
+    assert flow.limit() is None
+
+
+def test_a_node_that_lost_messages_is_not_waited_for_for_ever():
+    flow = flow_with("lossy")
+    sent(flow, 1.0)
+    for second in range(14):
+        flow.report("lossy", {TOPIC: 0}, float(second))
+        said = flow.given_up(float(second))
+    assert flow.limit() is None
+    sent(flow, 2.0)
+    assert flow.limit() == 3 * S  # and counts again afterwards
+    assert isinstance(said, list)

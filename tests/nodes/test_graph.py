@@ -1,0 +1,213 @@
+"""The three nodes of the twin as processes, fed by the player: the whole way, and what may go wrong on it."""
+
+import signal
+import time
+
+import numpy as np
+import pytest
+from ddh_msgs.msg import HydraulicState, MotorThermalState, NodeProgress, ResidualArray, TemperatureEstimateArray
+from ddh_twin_py.bags.damage import with_clock_jump, with_stuck_sensor, with_value, with_wrong_unit
+from ddh_twin_py.bags.writer import write_recording
+from ddh_twin_py.estimation.replay import replay
+from ddh_twin_py.physics.thermal_network import NODES
+from ddh_twin_py.rig import load_rig
+from ddh_twin_py.telemetry.alignment import align
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from nodes.processes import NodeProcess, raw_messages, stamp_ns, wait_for
+from sensor_msgs.msg import Temperature
+
+pytestmark = pytest.mark.live
+MODELS = ("hydraulic_model", "machine_thermal", "temperature_fusion")
+
+
+@pytest.fixture(scope="module")
+def graph():
+    """The twin, running; each test plays something else into it."""
+    nodes = {name: NodeProcess(name, flush_after=0.5) for name in MODELS}
+    yield nodes
+    for node, number in zip(nodes.values(), (signal.SIGINT, signal.SIGTERM, signal.SIGINT), strict=True):
+        with node:
+            node.stop(number)
+
+
+def play(bag, *wait_for_nodes, namespace="/ddh", **parameters):
+    parameters = {"rate": 0.0, "wait_for_nodes": list(wait_for_nodes)} | parameters
+    with NodeProcess("bag_player", namespace, bag=str(bag), **parameters) as player:
+        assert player.ends() == 0, player.text
+        assert "Traceback" not in player.text
+        return player.text
+
+
+@pytest.fixture(scope="module")
+def recorded(graph, short_bag, tmp_path_factory):
+    """The short bag, played as fast as it goes, everything recorded."""
+    path = tmp_path_factory.mktemp("recorded") / "bag"
+    with NodeProcess("bag_recorder", bag=str(path), topics=["*", "/diagnostics"], exclude=["none"], log_time="stamp") as recorder:
+        play(short_bag, *MODELS, "bag_recorder")
+        wait_for_quiet()
+        recorder.stop(signal.SIGINT)
+        assert "messages: " in recorder.text
+    return path
+
+
+def wait_for_quiet():
+    """The models work off what they hold half a second after the last message, the fusion half a second after them."""
+    time.sleep(1.5)
+
+
+def diagnostics(messages, name):
+    """Newest status of that name."""
+    for message in reversed(messages):
+        for status in message.status:
+            if status.name == name:
+                return status
+    return None
+
+
+def value(status, key):
+    return next(entry.value for entry in status.values if entry.key == key)
+
+
+def test_no_message_is_lost(recorded, short_recording):
+    last = {message.node: message for message in raw_messages(recorded, NodeProgress, "/ddh/progress")}
+    for node in MODELS:
+        received = dict(zip(last[f"/ddh/{node}"].topics, last[f"/ddh/{node}"].received, strict=True))
+        for relative, stream in short_recording.streams():
+            if f"/ddh/{relative}" in received:
+                assert received[f"/ddh/{relative}"] == len(stream), (node, relative)
+    assert len(raw_messages(recorded, Temperature, "/ddh/temperature/tank_oil")) == len(short_recording.temperatures["tank_oil"])
+
+
+def test_outputs_come_at_20_hz_without_a_gap(recorded, short_recording):
+    ticks = len(align(short_recording))
+    for message_type, topic in (
+        (HydraulicState, "hydraulics/state"), (HydraulicState, "hydraulics/prediction"), (MotorThermalState, "motor/thermal_state"),
+        (TemperatureEstimateArray, "temperature/estimates"), (Temperature, "estimate/end_winding"),
+    ):
+        stamps = np.array([stamp_ns(m) for m in raw_messages(recorded, message_type, f"/ddh/{topic}")])
+        assert set(np.diff(stamps)) == {50_000_000}, topic
+        assert stamps.size == ticks and stamps[0] % 50_000_000 == 0, topic
+
+
+def test_the_live_graph_agrees_with_replay(recorded, short_recording):
+    result = replay(short_recording, load_rig())
+    ends = np.rint(result.time * 1e9).astype(np.int64) + short_recording.epoch_ns
+    messages = raw_messages(recorded, TemperatureEstimateArray, "/ddh/temperature/estimates")
+    assert [e.location for e in messages[0].estimates] == list(NODES)
+    place = np.searchsorted(ends, [stamp_ns(m) for m in messages])
+    fused = np.array([[e.temperature for e in m.estimates] for m in messages]) + 273.15
+    predicted = np.array([[e.predicted for e in m.estimates] for m in messages]) + 273.15
+    assert np.abs(fused - result.fused[place]).max() < 0.1  # K; the soft sensor gets the fused temperatures a little later
+    assert np.abs(predicted - result.free_temperature[place]).max() < 1e-6
+    states = raw_messages(recorded, HydraulicState, "/ddh/hydraulics/prediction")
+    place = np.searchsorted(ends, [stamp_ns(m) for m in states])
+    assert np.abs(np.array([m.pressure_piston_side for m in states]) - result.free["pressure_piston_side"][place]).max() < 1.0  # Pa
+
+
+def test_messages_hold_together(recorded):
+    state = raw_messages(recorded, HydraulicState, "/ddh/hydraulics/state")[200]
+    losses = {loss.component: loss.power for loss in state.losses}
+    heat = dict(zip(state.heat_nodes, state.heat, strict=True))
+    assert losses["pump_1"] == pytest.approx(heat["pump_1_case"] + heat["pump_1_oil"], rel=1e-9)
+    assert state.mode == "soft_sensor" and state.telemetry_known and state.interval == 0.05
+    assert all(flow >= 0.0 for flow in state.flow) and "tank>pump_1" in state.flow_paths
+    motor = raw_messages(recorded, MotorThermalState, "/ddh/motor/thermal_state")[200]
+    assert motor.hot_spot_temperature == max(t for n, t in zip(motor.nodes, motor.temperature, strict=True) if "winding" in n)
+    residuals = raw_messages(recorded, ResidualArray, "/ddh/hydraulics/residuals")
+    assert {m.source for m in residuals} == {"soft_sensor", "free_run"}
+    for row in residuals[200].residuals:
+        assert row.unit and row.residual == pytest.approx(row.measured - row.predicted)
+    estimate = raw_messages(recorded, TemperatureEstimateArray, "/ddh/temperature/estimates")[300].estimates[NODES.index("tank_oil")]
+    location = raw_messages(recorded, Temperature, "/ddh/estimate/tank_oil")[300]
+    assert location.temperature == estimate.temperature and location.header.frame_id == "tank_oil"
+    assert location.variance == pytest.approx(estimate.standard_deviation**2)
+    assert abs(estimate.measured - estimate.temperature) < 1.0 and estimate.measured_age < 2.0
+
+
+def test_all_nodes_report_their_health(recorded):
+    messages = raw_messages(recorded, DiagnosticArray, "/diagnostics")
+    names = {status.name for message in messages for status in message.status}
+    assert {f"ddh/{node}: {concern}" for node in MODELS for concern in ("clock", "temperature/tank_oil")} <= names
+    assert "ddh/bag_recorder: recording" in names
+    keys = {entry.key for entry in diagnostics(messages, "ddh/hydraulic_model: drive/telemetry").values}
+    assert {"age [s]", "age limit [s]", "rate in data time [1/s]", "rate expected [1/s]", "not a number [1]", "stuck [1]"} <= keys
+
+
+def test_the_clock_jumping_back_resets_the_models_and_is_counted(recorded, graph, short_bag, listener):
+    health = listener.collect(DiagnosticArray, "/diagnostics")
+    estimates = listener.collect(TemperatureEstimateArray, "/ddh/temperature/estimates")
+    first = raw_messages(recorded, TemperatureEstimateArray, "/ddh/temperature/estimates")[0]
+    play(short_bag, *MODELS)  # the same stamps again: 20 s back
+    wait_for(lambda: len(estimates) >= 400, 10.0, "estimates of the second round")
+    again = next(m for m in estimates if stamp_ns(m) == stamp_ns(first))
+    assert again.estimates[5].standard_deviation == pytest.approx(first.estimates[5].standard_deviation, rel=0.2)
+    for node in MODELS:
+        status = wait_for(
+            lambda node=node: (s := diagnostics(health, f"ddh/{node}: clock")) and s.level == DiagnosticStatus.WARN and s, 5.0, node
+        )
+        assert int(value(status, "model restarts [1]")) >= 1
+        assert graph[node].text.count("the model begins anew") == 1  # said once
+
+
+def test_without_temperature_sensors_the_models_carry_the_estimate(graph, short_bag, listener):
+    estimates = listener.collect(TemperatureEstimateArray, "/ddh/temperature/estimates")
+    play(short_bag, *MODELS, topics=["drive/*", "hydraulics/*", "rig"])
+    wait_for_quiet()
+    last = estimates[-1]
+    assert stamp_ns(last) - stamp_ns(estimates[0]) > 19e9
+    assert all(np.isnan(e.measured) for e in last.estimates)
+    assert all(0.5 < e.standard_deviation < 30.0 and np.isfinite(e.temperature) for e in last.estimates)
+
+
+def test_with_sensors_alone_the_fusion_still_estimates(short_bag, listener):
+    estimates = listener.collect(TemperatureEstimateArray, "/bare/temperature/estimates")
+    with NodeProcess("temperature_fusion", "/bare", flush_after=0.5) as fusion:
+        play(short_bag, "temperature_fusion", namespace="/bare", topics=["temperature/*"])
+        wait_for(lambda: len(estimates) >= 390, 10.0, "estimates")
+        fusion.stop()
+    tank = estimates[-1].estimates[NODES.index("tank_oil")]
+    assert abs(tank.temperature - tank.measured) < 1.0 and np.isnan(tank.predicted)
+    assert 0.0 < tank.standard_deviation < 1.0
+
+
+def test_bad_input_is_named_in_log_and_diagnostics(graph, short_recording, listener, tmp_path):
+    health = listener.collect(DiagnosticArray, "/diagnostics")
+    estimates = listener.collect(TemperatureEstimateArray, "/ddh/temperature/estimates")
+    bad = with_value(short_recording, "temperature/line_a", "temperature", float("nan"), 5.0, 15.0)
+    bad = with_value(bad, "drive/telemetry", "speed", 1e6, 8.0, 9.0)
+    bad = with_stuck_sensor(bad, "temperature/pump_1_case", "temperature", 2.0)
+    bad = with_wrong_unit(bad, "hydraulics/telemetry", "pressure_piston_side", 1e-5)
+    bad = with_clock_jump(bad, 16.0, -10.0)
+    play(write_recording(tmp_path / "bad", bad), *MODELS)
+    wait_for_quiet()
+    pressure = wait_for(lambda: _with(health, "ddh/hydraulic_model: hydraulics/telemetry", "unit suspect"), 5.0, "unit suspect")
+    assert pressure.level == DiagnosticStatus.ERROR
+    for name, words in (
+        ("ddh/temperature_fusion: temperature/line_a", "not a number"),
+        ("ddh/machine_thermal: drive/telemetry", "out of range"),
+        ("ddh/temperature_fusion: temperature/pump_1_case", "stuck"),
+    ):
+        assert _with(health, name, words), f"{name}: {words}"
+    said = graph["hydraulic_model"].text
+    assert said.count("/ddh/hydraulics/telemetry pressure_piston_side looks as if given in bar") == 1
+    assert "/ddh/drive/telemetry speed reads 1e+06 rad/s" in said
+    assert all(np.isfinite(e.temperature) for m in estimates for e in m.estimates)
+
+
+def _with(messages, name, words):
+    """Newest status of that name whose message holds these words."""
+    for message in reversed(messages):
+        for status in message.status:
+            if status.name == name and words in status.message:
+                return status
+    return None
+
+
+def test_two_rigs_on_one_network_stay_apart(graph, short_bag, listener):
+    ours = listener.collect(MotorThermalState, "/ddh/motor/thermal_state")
+    theirs = listener.collect(MotorThermalState, "/site/rig_b/motor/thermal_state")
+    with NodeProcess("machine_thermal", "/site/rig_b", flush_after=0.5, stale_after=0.5) as other:
+        play(short_bag, "machine_thermal", namespace="/site/rig_b")
+        wait_for(lambda: len(theirs) >= 350, 10.0, "states of the other rig")
+        other.stop()
+    assert not ours
