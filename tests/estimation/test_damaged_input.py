@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-
 from ddh_twin_py.bags import damage
 from ddh_twin_py.bags.reader import read_recording
 from ddh_twin_py.estimation.replay import replay
@@ -27,13 +26,28 @@ def healthy(sound, rig):
     return replay(sound, rig)
 
 
+def in_bar(recording):
+    for field in ("pressure_piston_side", "pressure_rod_side"):
+        recording = damage.with_wrong_unit(recording, HYDRAULICS, field, 1e-5)
+    return recording
+
+
+def drive_nan(recording):
+    for field in ("current", "speed"):
+        recording = damage.with_value(recording, DRIVE, field, np.nan, 30.0)
+    return recording
+
+
+WINDING = "temperature/motor_winding"
+# what happens, what the findings must name, the node that must be known less surely
 DAMAGE = {
-    "pressure in bar": (lambda r: damage.with_wrong_unit(damage.with_wrong_unit(r, HYDRAULICS, "pressure_piston_side", 1e-5), HYDRAULICS, "pressure_rod_side", 1e-5), "pressure", "pump_1_oil"),
+    "pressure in bar": (in_bar, "pressure", "pump_1_oil"),
     "speed NaN for a while": (lambda r: damage.with_value(r, DRIVE, "speed", np.nan, 20.0, 60.0), "speed", "rotor"),
-    "all of the drive NaN": (lambda r: damage.with_value(damage.with_value(r, DRIVE, "current", np.nan, 30.0), DRIVE, "speed", np.nan, 30.0), "current", "end_winding"),
-    "temperature NaN": (lambda r: damage.with_value(r, "temperature/motor_winding", "temperature", np.nan, 10.0), "motor_winding", "end_winding"),
-    "pressure stuck": (lambda r: damage.with_stuck_sensor(r, HYDRAULICS, "pressure_rod_side", 20.0), "pressure_rod_side", "pump_2_oil"),
-    "winding stuck": (lambda r: damage.with_stuck_sensor(r, "temperature/motor_winding", "temperature", 10.0), "motor_winding", "end_winding"),
+    "all of the drive NaN": (drive_nan, "current", "end_winding"),
+    "temperature NaN": (lambda r: damage.with_value(r, WINDING, "temperature", np.nan, 10.0), "motor_winding", "end_winding"),
+    "pressure stuck": (
+        lambda r: damage.with_stuck_sensor(r, HYDRAULICS, "pressure_rod_side", 20.0), "pressure_rod_side", "pump_2_oil"),
+    "winding stuck": (lambda r: damage.with_stuck_sensor(r, WINDING, "temperature", 10.0), "motor_winding", "end_winding"),
     "drive stops and comes back": (lambda r: damage.without_samples(r, DRIVE, 20.0, 50.0), DRIVE, None),
     "drive stops for good": (lambda r: damage.without_samples(r, DRIVE, 30.0, 1e9), None, "slot_winding"),
     "no hydraulics": (lambda r: damage.without_stream(r, HYDRAULICS), None, "pump_1_oil"),

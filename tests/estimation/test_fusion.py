@@ -2,8 +2,6 @@
 
 import numpy as np
 import pytest
-from support.simulated import simulated
-
 from ddh_twin_py.estimation.replay import ReplayError, replay
 from ddh_twin_py.estimation.sensors import NODE_INDEX, SENSORS
 from ddh_twin_py.estimation.state_file import StateFileError, load_state, save_state
@@ -11,6 +9,7 @@ from ddh_twin_py.estimation.temperature_fusion import FusionInputs, Reading, Tem
 from ddh_twin_py.physics.thermal_network import NODES
 from ddh_twin_py.rig import load_rig
 from ddh_twin_py.telemetry.recording import Recording
+from support.simulated import simulated
 
 SEEDS = range(5)
 

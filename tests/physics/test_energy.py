@@ -2,13 +2,12 @@
 
 import numpy as np
 import pytest
-from support.cycles import INTERVAL, START, lift_and_lower, run
-
 from ddh_twin_py.physics.balance import OPERATING_DTYPE
 from ddh_twin_py.physics.hydraulics import POSITION, SPEED, VELOCITY
 from ddh_twin_py.physics.soft_sensor import MEASURED_DTYPE, soft_sensor
 from ddh_twin_py.physics.thermal_network import N, capacities
 from ddh_twin_py.rig import load_rig
+from support.cycles import INTERVAL, START, lift_and_lower, run
 
 LOSSES = [name for name in OPERATING_DTYPE.names if name.startswith("loss_")]
 

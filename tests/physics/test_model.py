@@ -4,13 +4,12 @@ import math
 
 import numpy as np
 import pytest
-from support.cycles import INTERVAL, START, lift_and_lower, run
-from scipy.integrate import solve_ivp
-
 from ddh_twin_py.physics import thermal_network as network
 from ddh_twin_py.physics.hydraulics import POSITION, PRESSURE_B, VELOCITY
 from ddh_twin_py.physics.oil import VAPOUR_PRESSURE, compressibility, dynamic_viscosity
 from ddh_twin_py.rig import load_rig
+from scipy.integrate import solve_ivp
+from support.cycles import INTERVAL, START, lift_and_lower, run
 
 
 @pytest.fixture(scope="module")

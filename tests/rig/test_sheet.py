@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-
 from ddh_twin_py.rig import RigError, load_rig
 
 

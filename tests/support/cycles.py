@@ -1,7 +1,6 @@
 """Runs of the model that several tests look at."""
 
 import numpy as np
-
 from ddh_twin_py.physics.balance import OPERATING_DTYPE
 from ddh_twin_py.physics.free_run import COMMAND_PARTS, free_run, settle
 from ddh_twin_py.physics.hydraulics import HYDRAULIC_STATES

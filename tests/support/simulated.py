@@ -4,7 +4,6 @@ import functools
 from pathlib import Path
 
 import numpy as np
-
 from ddh_twin_py.rig import load_rig
 from ddh_twin_py.telemetry.recording import Recording, Stream
 from ddh_twin_py.twin.duty import load_duty

@@ -165,7 +165,7 @@ class _Problem:
     def predict(self, theta: np.ndarray) -> list[dict[str, np.ndarray]]:
         """Predictions of every recording."""
         parameters = self.rig.parameters
-        offsets = dict(zip(self.offsets, theta[len(self.paths):] * self._offset_std))
+        offsets = dict(zip(self.offsets, theta[len(self.paths):] * self._offset_std, strict=True))
         out = []
         for experiment in self.experiments:
             parameters["load_payload_mass"] = experiment.payload
@@ -179,7 +179,7 @@ class _Problem:
 
     def _pieces(self, predicted):
         """Name and normalised residual of every signal of every recording."""
-        for experiment, used, values in zip(self.experiments, self._used, predicted):
+        for experiment, used, values in zip(self.experiments, self._used, predicted, strict=True):
             for name, signal in experiment.signals.items():
                 chosen = used[name]
                 yield name, (signal.measured[chosen] - values[name][chosen]) / signal.noise
@@ -190,7 +190,7 @@ class _Problem:
 
     def residual(self, predicted, weights: list[float]) -> np.ndarray:
         """Weighted residuals as one vector."""
-        return np.concatenate([-w * r for w, (_, r) in zip(weights, self._pieces(predicted))])
+        return np.concatenate([-w * r for w, (_, r) in zip(weights, self._pieces(predicted), strict=True)])
 
     def rms(self, predicted) -> dict[str, float]:
         """RMS of each signal over its noise, all recordings together."""

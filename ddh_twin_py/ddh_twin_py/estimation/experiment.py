@@ -70,7 +70,8 @@ class Experiment:
         recording = screen_recording(recording, noise)
         for topic, stream in ((DRIVE_TOPIC, recording.drive), (HYDRAULIC_TOPIC, recording.hydraulic)):
             if stream is None or not len(stream):
-                raise ExperimentError(f"{recording.path}: {recording.namespace}/{topic}: no message; a free run cannot be compared without it")
+                raise ExperimentError(
+                    f"{recording.path}: {recording.namespace}/{topic}: no message; a free run cannot be compared without it")
         ticks = align(recording, interval)
         if ticks.restart.any():
             raise ExperimentError(f"{recording.path}: the clock jumps {int(ticks.restart.sum())} times; cut the recording there")
@@ -131,7 +132,8 @@ class Experiment:
         """Length of the run, s."""
         return self._axis[-1]
 
-    def predict(self, parameters: np.ndarray, offsets: dict[str, float] | None = None, step: float = HYDRAULIC_STEP) -> dict[str, np.ndarray]:
+    def predict(self, parameters: np.ndarray, offsets: dict[str, float] | None = None,
+                step: float = HYDRAULIC_STEP) -> dict[str, np.ndarray]:
         """What every sample of `signals` should have read.
 
         Args:

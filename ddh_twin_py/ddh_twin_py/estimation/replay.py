@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Collection
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from scipy.signal import lfilter
@@ -99,12 +100,13 @@ def replay(recording: Recording, rig: Rig, interval: float = INTERVAL, without: 
     noise = {name: spec.noise for name, spec in rig.sensors.items()}
     recording = screen_recording(recording, noise)
     if recording.drive is None or len(recording.drive) == 0:
-        raise ReplayError(f"{recording.path}: {recording.namespace}/{DRIVE_TOPIC}: no message; the twin needs at least the drive's speed and current")
+        raise ReplayError(f"{recording.path}: {recording.namespace}/{DRIVE_TOPIC}: no message; "
+                          "the twin needs at least the drive's speed and current")
     ticks = align(recording, interval)
     run = _Run(recording, rig, ticks, interval, frozenset(without))
     run.seconds["screening and intervals"] = time.perf_counter() - clock
     starts = [0, *np.flatnonzero(ticks.restart), len(ticks)]
-    for start, stop in zip(starts[:-1], starts[1:]):
+    for start, stop in pairwise(starts):
         if stop > start:
             run.segment(start, stop, progress)
     return run.result()
@@ -207,7 +209,7 @@ class _Run:
                 continue
             index = np.searchsorted(self.ticks.last[topic][start:stop], np.arange(first, last), "right")
             value = samples.values[first:last, 0]
-            found += [Reading(int(i), sensor, float(v)) for i, v in zip(index, value) if np.isfinite(v)]
+            found += [Reading(int(i), sensor, float(v)) for i, v in zip(index, value, strict=True) if np.isfinite(v)]
         found.sort(key=lambda reading: reading.index)
         return found
 

@@ -14,13 +14,49 @@ from __future__ import annotations
 import numpy as np
 
 from ddh_twin_py.estimation.uncertain_parameters import (
-    AMBIENT_AT, CAPACITY_AT, CAPACITY_NODES, EDGE_AT, END_SHARE_AT, LAG_AT, N_UNCERTAIN, SURFACE_AT, WALL_AT,
+    AMBIENT_AT,
+    CAPACITY_AT,
+    CAPACITY_NODES,
+    EDGE_AT,
+    END_SHARE_AT,
+    LAG_AT,
+    N_UNCERTAIN,
+    SURFACE_AT,
+    WALL_AT,
 )
 from ddh_twin_py.physics.compiled import kernel
 from ddh_twin_py.physics.thermal_network import (
-    BARREL, CHAMBER_A, CHAMBER_B, EDGES, END_WINDING, HOUSING, LINE_A, LINE_B, N, N_EDGES, N_SURFACES, N_WALLS,
-    PUMP_1_CASE, PUMP_1_OIL, PUMP_2_CASE, PUMP_2_OIL, ROTOR, SLOT_WINDING, SURFACES, TEETH, WALLS, YOKE,
-    capacities, conductances, copper_loss, factorise, network_jacobian, network_rates, network_step, solve, surface_loss,
+    BARREL,
+    CHAMBER_A,
+    CHAMBER_B,
+    EDGES,
+    END_WINDING,
+    HOUSING,
+    LINE_A,
+    LINE_B,
+    N,
+    N_EDGES,
+    N_SURFACES,
+    N_WALLS,
+    PUMP_1_CASE,
+    PUMP_1_OIL,
+    PUMP_2_CASE,
+    PUMP_2_OIL,
+    ROTOR,
+    SLOT_WINDING,
+    SURFACES,
+    TEETH,
+    WALLS,
+    YOKE,
+    capacities,
+    conductances,
+    copper_loss,
+    factorise,
+    network_jacobian,
+    network_rates,
+    network_step,
+    solve,
+    surface_loss,
 )
 
 GATE = 5.0

@@ -66,7 +66,7 @@ class FusionInputs:
     ambient: np.ndarray
 
     @classmethod
-    def unknown(cls, n: int) -> "FusionInputs":
+    def unknown(cls, n: int) -> FusionInputs:
         """Inputs where no model spoke for n intervals."""
         nothing = np.zeros(n, dtype=bool)
         return cls(np.zeros((n, N)), np.zeros(n), np.zeros((n, N_FLOWS)), np.zeros(n), nothing, nothing, np.full(n, np.nan))

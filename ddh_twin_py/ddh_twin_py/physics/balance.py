@@ -14,8 +14,22 @@ from ddh_twin_py.physics import hydraulics, motor
 from ddh_twin_py.physics.compiled import inlined
 from ddh_twin_py.physics.cylinder import coulomb_friction, piston_area, rod_side_area
 from ddh_twin_py.physics.thermal_network import (
-    BARREL, CHAMBER_A, CHAMBER_B, HOUSING, LINE_A, LINE_B, N, N_FLOWS, PUMP_1_CASE, PUMP_1_OIL, PUMP_2_CASE,
-    PUMP_2_OIL, ROTOR, TANK, TEETH, YOKE,
+    BARREL,
+    CHAMBER_A,
+    CHAMBER_B,
+    HOUSING,
+    LINE_A,
+    LINE_B,
+    N,
+    N_FLOWS,
+    PUMP_1_CASE,
+    PUMP_1_OIL,
+    PUMP_2_CASE,
+    PUMP_2_OIL,
+    ROTOR,
+    TANK,
+    TEETH,
+    YOKE,
 )
 
 OPERATING_FIELDS = (

@@ -6,11 +6,29 @@ import numpy as np
 
 from ddh_twin_py.physics.balance import add_hydraulics, add_motor, clear, motor_current
 from ddh_twin_py.physics.compiled import inlined, kernel
-from ddh_twin_py.physics.hydraulics import CALM, POSITION, PRESSURE_A, PRESSURE_B, SPEED, SPEED_REFERENCE, VELOCITY, coefficients, follow_decays, hydraulic_step
+from ddh_twin_py.physics.hydraulics import (
+    CALM,
+    POSITION,
+    PRESSURE_A,
+    PRESSURE_B,
+    SPEED,
+    SPEED_REFERENCE,
+    VELOCITY,
+    coefficients,
+    follow_decays,
+    hydraulic_step,
+)
 from ddh_twin_py.physics.motor import iron_coefficients
 from ddh_twin_py.physics.oil import VAPOUR_PRESSURE
 from ddh_twin_py.physics.thermal_network import (
-    N, N_EDGES, N_SURFACES, N_WALLS, capacities, conductances, network_step, winding_resistance,
+    N,
+    N_EDGES,
+    N_SURFACES,
+    N_WALLS,
+    capacities,
+    conductances,
+    network_step,
+    winding_resistance,
 )
 from ddh_twin_py.physics.valves import check_flow, relief_flow
 

@@ -13,10 +13,14 @@ from __future__ import annotations
 
 import math
 
-from ddh_twin_py.physics import motor, pump
+from ddh_twin_py.physics import pump
 from ddh_twin_py.physics.compiled import inlined
 from ddh_twin_py.physics.cylinder import (
-    END_STOP_STIFFNESS, chamber_volume_piston_side, chamber_volume_rod_side, coulomb_friction, piston_area,
+    END_STOP_STIFFNESS,
+    chamber_volume_piston_side,
+    chamber_volume_rod_side,
+    coulomb_friction,
+    piston_area,
     rod_side_area,
 )
 from ddh_twin_py.physics.oil import VAPOUR_PRESSURE, compressibility, viscosity_ratio

@@ -8,7 +8,15 @@ from ddh_twin_py.physics.balance import add_motor, clear
 from ddh_twin_py.physics.compiled import kernel
 from ddh_twin_py.physics.motor import iron_coefficients
 from ddh_twin_py.physics.thermal_network import (
-    N, N_EDGES, N_FLOWS, N_SURFACES, N_WALLS, capacities, conductances, network_step, winding_resistance,
+    N,
+    N_EDGES,
+    N_FLOWS,
+    N_SURFACES,
+    N_WALLS,
+    capacities,
+    conductances,
+    network_step,
+    winding_resistance,
 )
 
 

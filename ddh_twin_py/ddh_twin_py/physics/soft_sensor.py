@@ -15,7 +15,14 @@ from ddh_twin_py.physics.compiled import inlined, kernel
 from ddh_twin_py.physics.cylinder import piston_area, rod_side_area
 from ddh_twin_py.physics.motor import iron_coefficients
 from ddh_twin_py.physics.thermal_network import (
-    N, N_EDGES, N_SURFACES, N_WALLS, capacities, conductances, network_step, winding_resistance,
+    N,
+    N_EDGES,
+    N_SURFACES,
+    N_WALLS,
+    capacities,
+    conductances,
+    network_step,
+    winding_resistance,
 )
 from ddh_twin_py.physics.valves import relief_flow
 

@@ -8,10 +8,11 @@ at 2.5. A rig file given by a user may name only what differs from the reference
 from __future__ import annotations
 
 import difflib
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from importlib import resources
 from pathlib import Path
-from typing import Any, Mapping
+from typing import Any
 
 import numpy as np
 import yaml
@@ -86,7 +87,7 @@ class Rig:
         record["oil_reference_viscosity"] = _REFERENCE_VISCOSITY
         return record
 
-    def with_values(self, values: Mapping[str, float], source: str = "given") -> "Rig":
+    def with_values(self, values: Mapping[str, float], source: str = "given") -> Rig:
         """The same rig with other values.
 
         Args:
@@ -103,7 +104,7 @@ class Rig:
             quantities[path] = replace(quantities[path], value=float(value), source=source)
         return replace(self, quantities=quantities)
 
-    def draw(self, rng: np.random.Generator) -> "Rig":
+    def draw(self, rng: np.random.Generator) -> Rig:
         """A rig as it might leave the factory: each quantity drawn within its tolerance.
 
         Independent normal distributions cut at 2.5 standard deviations (`CUT`).

@@ -9,7 +9,7 @@ import numpy as np
 from ddh_twin_py.physics.balance import OPERATING_DTYPE
 from ddh_twin_py.physics.free_run import HYDRAULIC_STEP, free_run, settle
 from ddh_twin_py.physics.hydraulics import HYDRAULIC_STATES, POSITION
-from ddh_twin_py.physics.soft_sensor import MEASURED_DTYPE, soft_sensor
+from ddh_twin_py.physics.soft_sensor import soft_sensor
 from ddh_twin_py.physics.thermal_network import N
 from ddh_twin_py.rig import Rig
 from ddh_twin_py.twin.intervals import INTERVAL, STANDSTILL

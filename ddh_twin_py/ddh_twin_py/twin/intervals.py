@@ -43,7 +43,8 @@ def _held(carry, column):
 
 
 @kernel
-def reduce_intervals(first_edge, interval, drive_time, drive, drive_stop, hydraulic_time, hydraulic, hydraulic_stop, carry, measured, command):
+def reduce_intervals(first_edge, interval, drive_time, drive, drive_stop, hydraulic_time, hydraulic, hydraulic_stop, carry,
+                     measured, command):
     """Means of each interval.
 
     Args:

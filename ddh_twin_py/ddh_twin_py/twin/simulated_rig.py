@@ -84,7 +84,7 @@ class SimulatedRig:
         settle(parameters, state, duty.start_position, 0.8 * duty.payload * record["load_gravity"] / area, 0.0)
         points, temperatures = np.zeros(_SUBINTERVALS, OPERATING_DTYPE), np.empty((_SUBINTERVALS, N))
         nowhere = np.full(_SUBINTERVALS, np.nan)
-        program, command, at = DutyCommand(duty), 0.0, 0
+        program, at = DutyCommand(duty), 0
         # sheet values the drive knows: it reports torque as the sheet's constant times current
         torque_constant = self._sheet["motor.torque_constant"]
         lag = self.rig["sensors.temperature.time_constant"]
@@ -102,7 +102,8 @@ class SimulatedRig:
                 free_run(parameters, state, self._temperature, edges, np.full(_SUBINTERVALS, air),
                          CONTROL_PERIOD / _SUBINTERVALS, _STEP, nowhere, points, temperatures)
                 last = points[-1]
-                drive.append((next_command, state[1], torque_constant * last["current"], last["current"], last["voltage"], last["electrical_power"]))
+                drive.append((next_command, state[1], torque_constant * last["current"], last["current"], last["voltage"],
+                              last["electrical_power"]))
                 hydraulic.append((last["pressure_piston_side"], last["pressure_rod_side"], state[5], state[4]))
                 reading += (self._temperature[self._node] - reading) * (1.0 - np.exp(-CONTROL_PERIOD / lag))
                 at += 1
