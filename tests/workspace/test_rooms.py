@@ -73,7 +73,7 @@ def rooms(repo_root):
 
 def test_table_is_read(rooms):
     assert rooms[0] == {"rig"}
-    assert rooms[-1] == {"nodes", "cli"}
+    assert rooms[-2:] == [{"nodes"}, {"cli"}]
     assert len(rooms) >= 8
 
 
@@ -98,7 +98,7 @@ def test_every_room_is_a_package(rooms, repo_root):
         ("rig/__init__.py", "from ..physics import oil", "rig imports physics"),
         ("physics/oil.py", "def late():\n    import ddh_twin_py.twin.duty", "physics imports twin"),
         ("twin/run.py", "import importlib\nimportlib.import_module('ddh_twin_py.nodes.x')", "twin imports nodes"),
-        ("cli/main.py", "from ddh_twin_py import nodes", "cli imports nodes"),
+        ("nodes/bag_player.py", "from ddh_twin_py import cli", "nodes imports cli"),
         ("cli/main.py", "import rclpy.node", "imports rclpy outside nodes"),
         ("__init__.py", "from rclpy import init", "imports rclpy outside nodes"),
         ("attic/old.py", "", "room 'attic' is not in the table"),
