@@ -12,8 +12,8 @@ from scipy.signal import lfilter
 
 from ddh_twin_py.estimation.sensors import NODE_INDEX, NODE_OF_SENSOR, SENSORS
 from ddh_twin_py.estimation.start import START, start_temperature
-from ddh_twin_py.estimation.temperature_fusion import FusionInputs, Innovation, Reading, TemperatureFusion
-from ddh_twin_py.physics.balance import OPERATING_DTYPE
+from ddh_twin_py.estimation.temperature_fusion import FusionInputs, Innovation, Readings, TemperatureFusion
+from ddh_twin_py.physics.balance import SCALAR_DTYPE, scalars
 from ddh_twin_py.physics.oil import ZERO_CELSIUS
 from ddh_twin_py.physics.soft_sensor import MEASURED_DTYPE
 from ddh_twin_py.physics.thermal_network import MOTOR_NODES, N
@@ -62,7 +62,7 @@ class ReplayResult:
 
     Attributes:
         time: s from the recording's epoch, (n,). measured: `MEASURED_DTYPE`, (n,).
-        soft, free: operating points of soft sensor and free run, `OPERATING_DTYPE`, (n,).
+        soft, free: operating points of soft sensor and free run, `balance.SCALAR_DTYPE`, (n,).
         free_temperature, fused, fused_std: K, (n, N), order `thermal_network.NODES`.
         sensors: by name. innovations: every reading that the filter met.
         seconds: computing time of each stage.
@@ -120,7 +120,7 @@ class _Run:
         self.recording, self.rig, self.ticks, self.interval, self.without = recording, rig, ticks, interval, without
         self.time = (ticks.end_ns - recording.epoch_ns) * 1e-9
         self.measured = np.zeros(n, MEASURED_DTYPE)
-        self.soft, self.free = np.zeros(n, OPERATING_DTYPE), np.zeros(n, OPERATING_DTYPE)
+        self.soft, self.free = np.zeros(n, SCALAR_DTYPE), np.zeros(n, SCALAR_DTYPE)
         self.free_temperature, self.fused, self.fused_std = np.empty((n, N)), np.empty((n, N)), np.empty((n, N))
         self.free_reading, self.fused_reading = np.empty((n, len(SENSORS))), np.empty((n, len(SENSORS)))
         self.innovations: list[Innovation] = []
@@ -136,11 +136,7 @@ class _Run:
         else:
             self.fusion.rest(gap)
         command = self._reduce(start, stop)
-        readings = self._readings(start, stop)
-        air_read = np.full(stop - start, np.nan)
-        for reading in readings:
-            if reading.sensor == "ambient":
-                air_read[reading.index] = reading.temperature
+        readings, air_read = self._readings(start, stop)
         air = AmbientTracker(ZERO_CELSIUS + rig["ambient"], self.interval).advance(air_read)
         first_air = air[min(len(air) - 1, round(START / self.interval))]
         begin = start_temperature(readings, first_air, self.interval)
@@ -148,7 +144,6 @@ class _Run:
         hydraulics = HydraulicModel(rig, begin, payload, self.interval)
         motor = MachineThermal(rig, begin, self.interval)
         block = max(1, round(BLOCK / self.interval))
-        at = 0
         for low in range(start, stop, block):
             rows, part = slice(low, min(stop, low + block)), slice(low - start, min(stop, low + block) - start)
             clock = time.perf_counter()
@@ -158,14 +153,11 @@ class _Run:
             motor_result = motor.advance(self.measured[rows], air[part])
             self.seconds["machine_thermal"] += time.perf_counter() - clock
             clock = time.perf_counter()
-            now = []
-            while at < len(readings) and readings[at].index < part.stop:
-                now.append(Reading(readings[at].index - part.start, readings[at].sensor, readings[at].temperature))
-                at += 1
-            estimate = self.fusion.advance(fusion_inputs(result, motor_result), now)
+            inputs = fusion_inputs(result, motor_result, air_read[part])
+            estimate = self.fusion.advance(inputs, readings.between(part.start, part.stop))
             hydraulics.use_temperatures(estimate.temperature[-1])
             self.seconds["temperature_fusion"] += time.perf_counter() - clock
-            self.soft[rows], self.free[rows] = result.soft, result.free
+            self.soft[rows], self.free[rows] = scalars(result.soft), scalars(result.free)
             self.free_temperature[rows] = result.free_temperature
             self.fused[rows], self.fused_std[rows] = estimate.temperature, estimate.standard_deviation
             self.fused_reading[rows] = estimate.reading
@@ -197,21 +189,28 @@ class _Run:
         )
         return command
 
-    def _readings(self, start: int, stop: int) -> list[Reading]:
-        """Temperature readings of the intervals that the fusion may see, in order."""
-        found = []
-        for topic, samples in self.ticks.samples.items():
-            if not topic.startswith(TEMPERATURE_PREFIX):
+    def _readings(self, start: int, stop: int) -> tuple[Readings, np.ndarray]:
+        """Readings of the intervals that the fusion may see, and those of the air by interval, K, NaN where none."""
+        air = np.full(stop - start, np.nan)
+        columns: list[list[np.ndarray]] = [[], [], []]
+        for sensor in ("ambient", *SENSORS):
+            topic = TEMPERATURE_PREFIX + sensor
+            if topic not in self.ticks.samples or sensor in self.without:
                 continue
-            sensor = topic[len(TEMPERATURE_PREFIX):]
             first, last = int(self.ticks.first[topic][start]), int(self.ticks.last[topic][stop - 1])
-            if sensor in self.without or last <= first:
+            value = self.ticks.samples[topic].values[first:last, 0]
+            good = np.flatnonzero(np.isfinite(value))
+            index = np.searchsorted(self.ticks.last[topic][start:stop], first + good, "right")
+            if sensor == "ambient":
+                air[index] = value[good]
                 continue
-            index = np.searchsorted(self.ticks.last[topic][start:stop], np.arange(first, last), "right")
-            value = samples.values[first:last, 0]
-            found += [Reading(int(i), sensor, float(v)) for i, v in zip(index, value, strict=True) if np.isfinite(v)]
-        found.sort(key=lambda reading: reading.index)
-        return found
+            for column, values in zip(columns, (index, np.full(index.size, SENSORS.index(sensor)), value[good]), strict=True):
+                column.append(values)
+        if not columns[0]:
+            return Readings.of(()), air
+        index, sensor, value = (np.concatenate(column) for column in columns)
+        order = np.argsort(index, kind="stable")
+        return Readings(index[order], sensor[order], value[order]), air
 
     def result(self) -> ReplayResult:
         """All outputs, with each temperature sensor against the twin."""
@@ -234,13 +233,14 @@ class _Run:
         )
 
 
-def fusion_inputs(hydraulic: HydraulicResult, motor: MotorResult) -> FusionInputs:
-    """What both models say, as the fusion wants it: motor heat from the motor model, the rest from the hydraulics."""
+def fusion_inputs(hydraulic: HydraulicResult, motor: MotorResult, ambient: np.ndarray) -> FusionInputs:
+    """What both models say, as the fusion wants it: motor heat from the motor model, the rest from the
+    hydraulics; ``ambient`` as read, K, (n,), NaN where not."""
     heat = hydraulic.soft["heat"].copy()
     heat[:, : len(MOTOR_NODES)] = motor.points["heat"][:, : len(MOTOR_NODES)]
     return FusionInputs(
         heat, motor.points["mean_square_current"].copy(), np.ascontiguousarray(hydraulic.soft["flow"]),
-        hydraulic.soft["rod_position"].copy(), hydraulic.known, motor.known, np.full(len(heat), np.nan),
+        hydraulic.soft["rod_position"].copy(), hydraulic.known, motor.known, ambient,
     )
 
 

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from ddh_twin_py.estimation.sensors import NODE_OF_SENSOR
-from ddh_twin_py.estimation.temperature_fusion import Reading
+from ddh_twin_py.estimation.sensors import NODE_OF_SENSOR, SENSORS
+from ddh_twin_py.estimation.temperature_fusion import Reading, Readings
 from ddh_twin_py.physics.thermal_network import NODES
 
 START = 3.0
@@ -51,16 +51,14 @@ def spread_start(read: Mapping[str, float], ambient: float) -> np.ndarray:
     return start
 
 
-def start_temperature(readings: Iterable[Reading], ambient: float, interval: float) -> np.ndarray:
+def start_temperature(readings: Sequence[Reading] | Readings, ambient: float, interval: float) -> np.ndarray:
     """Temperature of every node at the start, K, (N,): means of the readings of the first `START` seconds.
 
     Args:
-        readings: in order, index counted from the start. ambient: K. interval: s.
+        readings: index counted from the start. ambient: K. interval: s.
     """
-    first: dict[str, list[float]] = {}
-    for reading in readings:
-        if reading.index * interval > START:
-            break
-        if reading.sensor in NODE_OF_SENSOR:
-            first.setdefault(NODE_OF_SENSOR[reading.sensor], []).append(reading.temperature)
-    return spread_start({node: float(np.mean(values)) for node, values in first.items()}, ambient)
+    given = readings if isinstance(readings, Readings) else Readings.of(readings)
+    early = given.index * interval <= START
+    read = {NODE_OF_SENSOR[SENSORS[k]]: float(given.temperature[early & (given.sensor == k)].mean())
+            for k in np.unique(given.sensor[early])}
+    return spread_start(read, ambient)

@@ -8,6 +8,7 @@ the sensors with the uncertainty of unknown heat.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -82,6 +83,27 @@ class Reading:
     index: int
     sensor: str
     temperature: float
+
+
+@dataclass(frozen=True)
+class Readings:
+    """Many readings as arrays, in order of their intervals: index (r,), sensor as index into `SENSORS` (r,), K (r,)."""
+
+    index: np.ndarray
+    sensor: np.ndarray
+    temperature: np.ndarray
+
+    @classmethod
+    def of(cls, readings: Sequence[Reading]) -> Readings:
+        """The readings of network nodes among ``readings``; ``ambient``, unknown sensors and NaN are left out."""
+        good = sorted((r for r in readings if r.sensor in NODE_INDEX and np.isfinite(r.temperature)), key=lambda r: r.index)
+        return cls(np.array([r.index for r in good], dtype=np.int64), np.array([SENSORS.index(r.sensor) for r in good], dtype=np.int64),
+                   np.array([r.temperature for r in good], dtype=float))
+
+    def between(self, start: int, stop: int) -> Readings:
+        """Those of the intervals start..stop, counted from start."""
+        rows = slice(*np.searchsorted(self.index, (start, stop)))
+        return Readings(self.index[rows] - start, self.sensor[rows], self.temperature[rows])
 
 
 @dataclass(frozen=True, slots=True)
@@ -185,24 +207,24 @@ class TemperatureFusion:
         self._flow = np.zeros(N_FLOWS)
         self._square = 0.0
         self._position = 0.0
-        self._pending: list[tuple[int, int, float, float]] = []  # index, sensor, measured, expected
+        self._pending: list[tuple[np.ndarray, ...]] = []  # index, sensor, measured, expected
 
-    def advance(self, inputs: FusionInputs, readings: list[Reading] = ()) -> FusionResult:
+    def advance(self, inputs: FusionInputs, readings: Sequence[Reading] | Readings = ()) -> FusionResult:
         """Move over n intervals and take in the readings made in them, at the end of each epoch.
 
         Readings of sensors that the network does not know are passed over, those of ``ambient``
-        set the air.
+        set the air as `FusionInputs.ambient` does.
         """
         n = len(inputs)
         state = self.state
-        ambient = self._ambient(inputs, readings)
+        ambient = self._ambient(inputs, () if isinstance(readings, Readings) else readings)
+        given = readings if isinstance(readings, Readings) else Readings.of(readings)
         temperature, deviation = np.empty((n, N)), np.empty((n, N))
         expected = np.empty((n, _M))
         innovations: list[Innovation] = []
-        waiting = sorted((r for r in readings if r.sensor in NODE_INDEX and np.isfinite(r.temperature)), key=lambda r: r.index)
         heat = np.ascontiguousarray(inputs.heat)
         unknown = self._unseen_heat(inputs)
-        start, at = 0, 0
+        start = 0
         while start < n:
             stop = min(n, start + self._per_epoch - self._count)
             rows = slice(start, stop)
@@ -211,12 +233,10 @@ class TemperatureFusion:
                 inputs.mean_square_current[rows], inputs.flow[rows], inputs.rod_position[rows], ambient[rows],
                 self.interval, temperature[rows], expected[rows],
             )
-            while at < len(waiting) and waiting[at].index < stop:
-                reading = waiting[at]
-                sensor = SENSORS.index(reading.sensor)
-                self._pending.append((reading.index - start, sensor, reading.temperature,
-                                      expected[reading.index, sensor] + state.offset[sensor]))
-                at += 1
+            now = given.between(start, stop)
+            if now.index.size:
+                self._pending.append((now.index, now.sensor, now.temperature,
+                                      expected[now.index + start, now.sensor] + state.offset[now.sensor]))
             length = stop - start
             self._heat += heat[rows].sum(axis=0)
             self._unknown += unknown[rows].sum(axis=0)
@@ -244,17 +264,15 @@ class TemperatureFusion:
         self._clear_epoch()
         if not pending:
             return []
-        sensor = np.array([row[1] for row in pending])
-        innovation = np.array([row[2] - row[3] for row in pending])
-        accepted, spread = np.zeros(len(pending), dtype=np.bool_), np.zeros(len(pending))
+        index, sensor, measured, predicted = (np.concatenate(column) for column in zip(*pending, strict=True))
+        innovation = measured - predicted
+        accepted, spread = np.zeros(index.size, dtype=np.bool_), np.zeros(index.size)
         update(state.dynamic, state.offset, state.deviation, state.covariance, sensor, innovation,
-               np.full(len(pending), self._noise), state.refused, accepted, spread)
-        return [
-            Innovation(max(0, start + row[0]), SENSORS[row[1]], row[2], row[2] - innovation[i], spread[i], bool(accepted[i]))
-            for i, row in enumerate(pending)
-        ]
+               np.full(index.size, self._noise), state.refused, accepted, spread)
+        columns = (index + start, sensor, measured, measured - innovation, spread, accepted)
+        return [Innovation(i, SENSORS[k], m, e, d, a) for i, k, m, e, d, a in zip(*(c.tolist() for c in columns), strict=True)]
 
-    def _ambient(self, inputs: FusionInputs, readings: list[Reading]) -> np.ndarray:
+    def _ambient(self, inputs: FusionInputs, readings: Sequence[Reading]) -> np.ndarray:
         """Smoothed air temperature of each interval, K; the first reading ends the doubt about it."""
         read = inputs.ambient.copy()
         for reading in readings:

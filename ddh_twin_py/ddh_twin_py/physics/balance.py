@@ -49,6 +49,15 @@ OPERATING_DTYPE = np.dtype(
 """An operating point: `OPERATING_FIELDS`, heat into each thermal node (W, copper loss left out) and
 oil flows (m3/s, see `thermal_network.FLOWS`)."""
 
+SCALAR_DTYPE = np.dtype([(name, np.float64) for name in OPERATING_FIELDS])
+"""An operating point without heat and flow: what is kept of a long run."""
+
+
+def scalars(points: np.ndarray) -> np.ndarray:
+    """The `OPERATING_FIELDS` of operating points (n,), as `SCALAR_DTYPE` (n,)."""
+    columns = points.view(np.float64).reshape(points.size, -1)[:, : len(OPERATING_FIELDS)]
+    return np.ascontiguousarray(columns).view(SCALAR_DTYPE)[:, 0]
+
 
 @inlined
 def clear(point):
