@@ -55,7 +55,7 @@ def shown(default):
         return str(default).lower()
     if isinstance(default, tuple):
         return "[" + ", ".join(f'"{entry}"' for entry in default) + "]"
-    return f'"{default}"' if isinstance(default, str) else f"{default:g}"
+    return f'"{default}"' if isinstance(default, str) else repr(default)
 
 
 @pytest.mark.parametrize("node", PARAMETERS)

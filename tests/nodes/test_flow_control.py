@@ -86,8 +86,8 @@ def test_stamps_that_jump_in_the_bag_itself_do_not_stall():
 def test_a_silent_node_is_given_up():
     flow = flow_with("gone")
     sent(flow, 1.0)
-    assert flow.given_up(5.0) == []
-    (said,) = flow.given_up(11.0)
+    assert flow.given_up(3.0) == []
+    (said,) = flow.given_up(8.0)
     assert "gone has said nothing" in said
     assert flow.limit() is None
 
@@ -102,3 +102,18 @@ def test_a_node_that_lost_messages_is_not_waited_for_for_ever():
     sent(flow, 2.0)
     assert flow.limit() == 3 * S  # and counts again afterwards
     assert isinstance(said, list)
+
+
+def test_a_node_started_anew_owes_nothing_of_its_predecessor():
+    flow = flow_with()
+    flow.report("node", {TOPIC: 0}, 0.0, received=50)
+    sent(flow, 1.0)
+    flow.report("node", {TOPIC: 0}, 0.1, received=0)
+    assert flow.limit() is None
+
+
+def test_a_node_that_was_stopped_is_forgotten():
+    flow = flow_with("stays", "stopped")
+    sent(flow, 1.0)
+    flow.keep(["stays", "other"])
+    assert list(flow.consumers) == ["stays"]

@@ -170,6 +170,23 @@ def test_with_sensors_alone_the_fusion_still_estimates(short_bag, listener):
     assert 0.0 < tank.standard_deviation < 1.0
 
 
+def test_the_estimate_survives_a_restart(short_recording, listener, tmp_path):
+    state, said, deviation = tmp_path / "state", [], []
+    for start, stop in ((0.0, 10.0), (10.0, 20.0)):
+        bag = write_recording(tmp_path / f"from_{start:g}", short_recording.between(start, stop))
+        estimates = listener.collect(TemperatureEstimateArray, "/kept/temperature/estimates")
+        with NodeProcess("temperature_fusion", "/kept", flush_after=0.5, model_timeout=0.5, state_file=str(state)) as fusion:
+            play(bag, "temperature_fusion", namespace="/kept", topics=["temperature/*", "rig"])
+            wait_for(lambda e=estimates: len(e) >= 190, 10.0, "estimates")
+            fusion.stop()
+            said.append(fusion.text)
+        tank = NODES.index("tank_oil")
+        deviation += [estimates[0].estimates[tank].standard_deviation, estimates[-1].estimates[tank].standard_deviation]
+    assert "no state yet" in said[0]
+    assert "going on from the state of 0 s before" in said[1]
+    assert deviation[2] < 1.5 * deviation[1] < deviation[0]  # warm start: no wider than it was left, give or take the pause
+
+
 def test_bad_input_is_named_in_log_and_diagnostics(graph, short_recording, listener, tmp_path):
     health = listener.collect(DiagnosticArray, "/diagnostics")
     estimates = listener.collect(TemperatureEstimateArray, "/ddh/temperature/estimates")

@@ -72,14 +72,14 @@ def test_a_child_that_is_killed_is_named_with_its_signal():
 
 
 def test_a_child_that_cannot_use_its_input_ends_all():
-    run = Run(Child("steady", shell("trap 'exit 0' INT; while :; do sleep 0.05; done")), Child("wrong", shell("echo no such bag; exit 2")))
+    run = Run(Child("steady", shell("trap 'exit 0' TERM; while :; do sleep 0.05; done")), Child("wrong", shell("echo no such bag; exit 2")))
     assert run.until(None) == 2
     assert run.said("wrong              | no such bag")
     assert not any(child.running for child in run.supervisor.children)
 
 
 def test_all_stop_when_the_source_has_ended():
-    run = Run(Child("model", shell("trap 'echo bye; exit 0' INT; while :; do sleep 0.05; done")), Child("source", shell("sleep 0.3"), source=True))
+    run = Run(Child("model", shell("trap 'echo bye; exit 0' TERM; while :; do sleep 0.05; done")), Child("source", shell("sleep 0.3"), source=True))
     assert run.until(None) == 0
     assert run.said("the source has come to its end")
     assert run.said("model              | bye")
@@ -92,16 +92,15 @@ def test_a_source_that_crashes_is_no_end():
 
 
 def test_a_child_that_does_not_stop_is_made_to(monkeypatch):
-    monkeypatch.setattr(module, "_GRACE", ((signal.SIGINT, 0.2), (signal.SIGTERM, 0.2), (signal.SIGKILL, 2.0)))
+    monkeypatch.setattr(module, "_GRACE", ((signal.SIGTERM, 0.2), (signal.SIGKILL, 2.0)))
     run = Run(Child("stubborn", shell("trap '' INT TERM; echo here; while :; do sleep 0.05; done")))
     run.until("stubborn           | here")
-    assert run.said("stubborn did not stop, sending SIGTERM")
     assert run.said("stubborn did not stop, sending SIGKILL")
     assert not run.supervisor.children[0].running
 
 
 def test_those_marked_last_are_stopped_last():
-    stopping = "trap 'sleep {}; echo stopped; exit 0' INT; echo here; while :; do sleep 0.05; done"
+    stopping = "trap 'sleep {}; echo stopped; exit 0' TERM; echo here; while :; do sleep 0.05; done"
     run = Run(Child("recorder", shell(stopping.format(0)), last=True), Child("model", shell(stopping.format(0.5))))
     run.until("here")
     order = [line.split("|")[0].split()[-1] for line in run.said("stopped")]

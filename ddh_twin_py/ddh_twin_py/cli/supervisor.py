@@ -20,7 +20,8 @@ STEADY = 60.0
 """s of running after which the back-off begins anew."""
 UNUSABLE = 2
 """Exit code of a node that cannot use what it was given; a restart would not help."""
-_GRACE = ((signal.SIGINT, 8.0), (signal.SIGTERM, 4.0), (signal.SIGKILL, 2.0))
+# Not SIGINT first: a Python that is still importing answers it with a traceback.
+_GRACE = ((signal.SIGTERM, 10.0), (signal.SIGKILL, 2.0))
 _PR_SET_PDEATHSIG = 1
 
 
@@ -148,7 +149,7 @@ class Supervisor:
                 still = [child for child in group if child.running]
                 if not still:
                     break
-                if number != signal.SIGINT:
+                if number == signal.SIGKILL:
                     self._line("up", f"{', '.join(c.name for c in still)} did not stop, sending {number.name}")
                 for child in still:
                     child.process.send_signal(number)
@@ -157,7 +158,7 @@ class Supervisor:
                     self._read(0.05)
             for child in group:
                 self._drain(child)
-                if child.process.returncode:
+                if child.process.returncode not in (0, -signal.SIGTERM):
                     self._line("up", f"{child.name} ended with {_reason(child.process.returncode)}")
 
     # --- log ---------------------------------------------------------------------------------

@@ -137,6 +137,8 @@ def check(args: argparse.Namespace) -> None:
             raise InputError(f"--{name}: there is no {given}")
     if args.duty:
         args.duty = duty_file(args.duty)
+        if not args.duty.exists():
+            raise InputError(f"--duty: there is no {args.duty}")
     args.namespace = "/" + args.namespace.strip("/")
 
 

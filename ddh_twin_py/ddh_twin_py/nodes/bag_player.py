@@ -160,6 +160,8 @@ class BagPlayer(TwinNode):
             return
         if wall - self._checked_at > 1.0:
             self._checked_at = wall
+            names = self.get_node_names_and_namespaces()
+            self._flow.keep([f"{namespace.rstrip('/')}/{name}" for name, namespace in names])
             for reason in self._flow.given_up(wall):
                 self.get_logger().warning(reason)
         if self._ending:
@@ -257,7 +259,8 @@ class BagPlayer(TwinNode):
     def _take_progress(self, wall: float) -> None:
         for data in self._inputs.take(self._progress, wall):
             message = deserialize_message(data, NodeProgress)
-            self._flow.report(message.node, dict(zip(message.topics, message.newest, strict=False)), wall)
+            newest = dict(zip(message.topics, message.newest, strict=False))
+            self._flow.report(message.node, newest, wall, sum(message.received))
 
     def _wait_for_listeners(self, wall: float) -> None:
         if wall - self._checked_at < 0.05:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Collection
 from dataclasses import dataclass, field
 
 JUMP = 500_000_000  # ns; stamps that step back further are another time
@@ -47,6 +48,7 @@ class Consumer:
 
     name: str
     heard: float  # s of wall time
+    received: int = 0  # messages in all; fewer than before is a node that was started anew
     topics: dict[str, Pending] = field(default_factory=dict)
 
     @property
@@ -58,19 +60,23 @@ class FlowControl:
     """Keeps a player within `lead` seconds of the slowest consumer.
 
     A consumer that is silent for `silence` seconds of wall time is gone; one that does not get
-    on for `patience` seconds although it speaks has lost messages and is not waited for.
+    on for `patience` seconds although it speaks has lost messages and is not waited for. One that
+    was started anew is not asked for what its predecessor had not taken.
     """
 
-    def __init__(self, lead: float, silence: float = 10.0, patience: float = 10.0) -> None:
+    def __init__(self, lead: float, silence: float = 4.0, patience: float = 10.0) -> None:
         self._lead = round(lead * 1e9)
         self._silence, self._patience = silence, patience
         self.consumers: dict[str, Consumer] = {}
         self._stuck: dict[str, tuple[int, float]] = {}  # oldest pending, since when
 
-    def report(self, name: str, newest_by_topic: dict[str, int], wall: float) -> None:
-        """A consumer's progress: newest stamp in ns by topic."""
+    def report(self, name: str, newest_by_topic: dict[str, int], wall: float, received: int = 0) -> None:
+        """A consumer's progress: newest stamp in ns by topic, messages in all."""
         consumer = self.consumers.setdefault(name, Consumer(name, wall))
-        consumer.heard = wall
+        if received < consumer.received:
+            for pending in consumer.topics.values():
+                pending.clear()
+        consumer.heard, consumer.received = wall, received
         for topic, newest in newest_by_topic.items():
             consumer.topics.setdefault(topic, Pending()).reported(newest)
 
@@ -96,6 +102,12 @@ class FlowControl:
         """Log time in ns up to which may be sent now, None for any."""
         slowest = self.slowest()
         return None if slowest is None else slowest.oldest + self._lead
+
+    def keep(self, names: Collection[str]) -> None:
+        """Forget the consumers that are not among these nodes: they were stopped."""
+        for name in set(self.consumers) - set(names):
+            del self.consumers[name]
+            self._stuck.pop(name, None)
 
     def given_up(self, wall: float) -> list[str]:
         """Why consumers are no longer waited for; to be called now and then."""

@@ -1,0 +1,50 @@
+"""The recorder as a process."""
+
+import signal
+import time
+
+import pytest
+from ddh_twin_py.bags.reader import read_recording
+from nodes.processes import NodeProcess
+
+pytestmark = pytest.mark.live
+NS = "/kept"
+
+
+@pytest.fixture(scope="module")
+def playing(short_bag):
+    """A bag played in a loop at real time, as a machine would publish."""
+    with NodeProcess("bag_player", NS, bag=str(short_bag), wait=0.5) as player:
+        player.says("playing at")
+        yield player
+        player.stop(signal.SIGINT)
+
+
+def test_patterns_choose_and_nothing_is_overwritten(playing, tmp_path):
+    bag = tmp_path / "chosen"
+    with NodeProcess("bag_recorder", NS, bag=str(bag), topics=["temperature/*"], exclude=["*/ambient"]) as recorder:
+        recorder.says("recording into")
+        with NodeProcess("bag_recorder", NS, bag=str(bag)) as second:
+            assert second.ends() == 2
+            assert "error:" in second.text and str(bag) in second.text
+        time.sleep(1.0)
+        recorder.stop(signal.SIGINT)
+    with NodeProcess("bag_recorder", NS, bag=str(bag), if_exists="number", topics=["rig"]) as third:
+        third.says("chosen_2")
+        third.stop()
+    recording = read_recording(bag)
+    assert recording.drive is None and set(recording.temperatures) >= {"tank_oil"} and "ambient" not in recording.temperatures
+    assert not any("stopped hard" in finding.message for finding in recording.warnings)
+
+
+def test_a_killed_recorder_loses_five_seconds_at_most(playing, tmp_path):
+    with NodeProcess("bag_recorder", NS, bag=str(tmp_path / "bag")) as recorder:
+        recorder.says("recording into")
+        time.sleep(6.5)
+        recorder.process.kill()
+        assert recorder.ends() == -signal.SIGKILL
+    recording = read_recording(tmp_path / "bag")
+    assert any("the recorder was stopped hard" in finding.message for finding in recording.warnings)
+    assert recording.duration > 1.4  # of 6.5 s and less a start
+    assert recording.rig.rig_id == "rig_000"
+    assert {"ambient", "tank_oil"} <= set(recording.temperatures)

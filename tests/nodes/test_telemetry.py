@@ -1,0 +1,125 @@
+"""The telemetry nodes as processes: a simulated rig shared by two of them, and a bag."""
+
+import signal
+
+import numpy as np
+import pytest
+from ddh_msgs.msg import DriveTelemetry, HydraulicTelemetry, RigInfo
+from ddh_twin_py.sources import registry
+from ddh_twin_py.sources.bag import BagSource
+from ddh_twin_py.sources.protocol import SourceError
+from ddh_twin_py.telemetry.recording import RigInfo as Rig
+from ddh_twin_py.twin.simulated_rig import simulate
+from lifecycle_msgs.srv import GetState
+from nodes.processes import NodeProcess, stamp_ns, wait_for
+
+NS = "/machine"
+DUTY = """\
+payload_kg: 120.0
+repeat: 0
+cycle:
+  - lift: {speed_rpm: 500, to_m: 0.39}
+  - lower: {speed_rpm: 500, to_m: 0.01}
+"""
+
+
+@pytest.fixture(scope="module")
+def duty(tmp_path_factory):
+    path = tmp_path_factory.mktemp("duty") / "duty.yaml"
+    path.write_text(DUTY)
+    return path
+
+
+@pytest.mark.live
+def test_two_nodes_publish_one_simulated_rig(listener, duty):
+    drive = listener.collect(DriveTelemetry, f"{NS}/drive/telemetry", reliable=False)
+    pressures = listener.collect(HydraulicTelemetry, f"{NS}/hydraulics/telemetry", reliable=False)
+    rigs = listener.collect(RigInfo, f"{NS}/rig", latched=True)
+    given = {"source": "simulation", "simulation__duty": str(duty), "simulation__seed": 7}
+    with NodeProcess("pressure_telemetry", NS, **given) as hydraulic, NodeProcess("drive_telemetry", NS, **given) as motor:
+        wait_for(lambda: len(drive) > 100 and len(pressures) > 100, 30.0, "telemetry of both")
+        motor.stop(signal.SIGINT)
+        hydraulic.stop(signal.SIGTERM)
+    assert (rigs[0].rig_id, rigs[0].payload_mass) == ("simulated_7", 120.0)
+    epoch = stamp_ns(rigs[0])
+    chunk = next(iter(simulate(None, duty, 7)))
+    for messages, stream, field in ((drive, chunk.drive, "speed"), (pressures, chunk.hydraulic, "pressure_rod_side")):
+        truth = dict(zip((stream.stamps(0) + epoch).tolist(), stream.column(field).tolist(), strict=True))
+        matched = [(getattr(m, field), truth[stamp_ns(m)]) for m in messages if stamp_ns(m) in truth]
+        assert len(matched) > 30
+        assert np.array_equal(*np.array(matched).T)
+
+
+@pytest.mark.live
+def test_pressures_wait_for_the_start_of_the_record_and_follow_a_restart(listener, short_bag):
+    pressures = listener.collect(HydraulicTelemetry, f"{NS}/hydraulics/telemetry", reliable=False)
+    given = {"source": "bag", "bag__path": str(short_bag)}
+    with NodeProcess("pressure_telemetry", NS, **given) as hydraulic:
+        state = listener.call(GetState, f"{NS}/pressure_telemetry/get_state", GetState.Request(), 30.0)
+        assert state.current_state.label == "inactive"
+        assert not pressures
+        with NodeProcess("drive_telemetry", NS, **given) as motor:
+            wait_for(lambda: len(pressures) > 20, 20.0, "pressures")
+            assert listener.call(GetState, f"{NS}/pressure_telemetry/get_state", GetState.Request()).current_state.label == "active"
+            motor.stop()
+        with NodeProcess("drive_telemetry", NS, **given) as motor:
+            hydraulic.says("the record was started anew, following", 20.0)
+            motor.stop()
+        hydraulic.stop()
+    assert all(step > 0 for step in np.diff([stamp_ns(m) for m in pressures]))  # a later epoch: no jump back
+
+
+@pytest.mark.live
+def test_without_a_source_it_says_which_there_are():
+    with NodeProcess("drive_telemetry", NS) as node:
+        assert node.ends() == 2
+        assert "parameter source is empty; valid are bag, simulation" in node.text
+
+
+def test_sources_are_found_by_their_files(tmp_path, monkeypatch):
+    (tmp_path / "fieldbus.py").write_text("NAME = 'fieldbus'\nOPTIONS = ()\ndef open_source(options):\n    return 'opened'\n")
+    monkeypatch.setattr(registry.sources, "__path__", [*registry.sources.__path__, str(tmp_path)])
+    assert list(registry.source_modules()) == ["bag", "fieldbus", "simulation"]
+    assert registry.open_source("fieldbus", {}) == "opened"
+    with pytest.raises(SourceError, match="there is no source 'fieldbas'; nearest is 'fieldbus'"):
+        registry.open_source("fieldbas", {})
+
+
+def test_a_bag_is_due_in_order_of_arrival(short_recording):
+    source = BagSource(short_recording)
+    batches = list(source.batches(["drive/telemetry", "temperature/ambient"]))
+    assert set(batches[0]) == {"drive/telemetry", "temperature/ambient"}
+    due = np.concatenate([batch["drive/telemetry"].due for batch in batches])
+    stamps = np.concatenate([batch["drive/telemetry"].stamp for batch in batches])
+    assert np.array_equal(stamps, short_recording.drive.stamps(short_recording.epoch_ns))
+    assert np.all(np.diff(due) >= 0.0)
+    assert np.all(due >= (stamps - source.start_ns) * 1e-9 - 1e-9)
+
+
+def test_a_bag_whose_clock_jumped_goes_on_without_a_pause(short_recording):
+    from ddh_twin_py.bags.damage import with_clock_jump
+
+    due = BagSource(with_clock_jump(short_recording, 10.0, -500.0))._samples["drive/telemetry"].due
+    assert due[-1] == pytest.approx(20.0, abs=0.1)
+    assert np.diff(due).max() < 0.1
+
+
+@pytest.mark.parametrize(
+    ("name", "options", "words"),
+    [
+        ("bag", {}, "bag.path is empty"),
+        ("bag", {"path": "/nowhere"}, "/nowhere does not exist"),
+        ("simulation", {}, "simulation.duty is empty"),
+        ("simulation", {"duty": "/nowhere.yaml"}, "no such duty file"),
+    ],
+)
+def test_a_source_that_cannot_be_opened_says_why(name, options, words):
+    with pytest.raises(SourceError, match=words):
+        registry.open_source(name, options)
+
+
+def test_a_simulated_rig_names_itself(duty):
+    source = registry.open_source("simulation", {"duty": str(duty), "seed": 3, "duration": 2.0})
+    assert source.rig == Rig("simulated_3", "ISO VG 32", 120.0)
+    assert sum(1 for _ in source.batches(["drive/telemetry"])) == 2
+    assert source.duration == pytest.approx(2.0, abs=0.02)
