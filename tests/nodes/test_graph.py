@@ -5,7 +5,6 @@ import time
 
 import numpy as np
 import pytest
-from ddh_msgs.msg import HydraulicState, MotorThermalState, NodeProgress, ResidualArray, TemperatureEstimateArray
 from ddh_twin_py.bags.damage import with_clock_jump, with_stuck_sensor, with_value, with_wrong_unit
 from ddh_twin_py.bags.writer import write_recording
 from ddh_twin_py.estimation.replay import replay
@@ -15,6 +14,8 @@ from ddh_twin_py.telemetry.alignment import align
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from nodes.processes import NodeProcess, raw_messages, stamp_ns, wait_for
 from sensor_msgs.msg import Temperature
+
+from ddh_msgs.msg import HydraulicState, MotorThermalState, NodeProgress, ResidualArray, TemperatureEstimateArray
 
 pytestmark = pytest.mark.live
 MODELS = ("hydraulic_model", "machine_thermal", "temperature_fusion")

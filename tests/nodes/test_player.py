@@ -4,13 +4,14 @@ import time
 
 import numpy as np
 import pytest
-from ddh_msgs.msg import DriveTelemetry, NodeProgress, RigInfo
-from ddh_msgs.srv import Seek, SetRate
 from ddh_twin_py.bags.damage import truncate
 from ddh_twin_py.bags.writer import write_recording
 from nodes.processes import NodeProcess, stamp_ns, wait_for
 from rosgraph_msgs.msg import Clock
 from std_srvs.srv import SetBool
+
+from ddh_msgs.msg import DriveTelemetry, NodeProgress, RigInfo
+from ddh_msgs.srv import Seek, SetRate
 
 pytestmark = pytest.mark.live
 EPOCH = 1_772_000_000_000_000_000

@@ -79,7 +79,8 @@ def test_a_child_that_cannot_use_its_input_ends_all():
 
 
 def test_all_stop_when_the_source_has_ended():
-    run = Run(Child("model", shell("trap 'echo bye; exit 0' TERM; while :; do sleep 0.05; done")), Child("source", shell("sleep 0.3"), source=True))
+    model = Child("model", shell("trap 'echo bye; exit 0' TERM; while :; do sleep 0.05; done"))
+    run = Run(model, Child("source", shell("sleep 0.3"), source=True))
     assert run.until(None) == 0
     assert run.said("the source has come to its end")
     assert run.said("model              | bye")

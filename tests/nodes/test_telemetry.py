@@ -4,7 +4,6 @@ import signal
 
 import numpy as np
 import pytest
-from ddh_msgs.msg import DriveTelemetry, HydraulicTelemetry, RigInfo
 from ddh_twin_py.sources import registry
 from ddh_twin_py.sources.bag import BagSource
 from ddh_twin_py.sources.protocol import SourceError
@@ -12,6 +11,8 @@ from ddh_twin_py.telemetry.recording import RigInfo as Rig
 from ddh_twin_py.twin.simulated_rig import simulate
 from lifecycle_msgs.srv import GetState
 from nodes.processes import NodeProcess, stamp_ns, wait_for
+
+from ddh_msgs.msg import DriveTelemetry, HydraulicTelemetry, RigInfo
 
 NS = "/machine"
 DUTY = """\

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from ddh_msgs.msg import HydraulicState, MotorThermalState, ResidualArray, RigInfo, TemperatureEstimateArray
 from ddh_twin_py.nodes.conversion import (
     estimate_layout,
     hydraulic_layout,
@@ -13,6 +12,8 @@ from ddh_twin_py.nodes.conversion import (
 from ddh_twin_py.nodes.wire import BulkParser, Layout, stamp_of
 from rclpy.serialization import deserialize_message, serialize_message
 from sensor_msgs.msg import Temperature
+
+from ddh_msgs.msg import HydraulicState, MotorThermalState, ResidualArray, RigInfo, TemperatureEstimateArray
 
 LAYOUTS = {
     HydraulicState: hydraulic_layout("soft_sensor"),
