@@ -26,6 +26,7 @@ from ddh_twin_py.sources.registry import open_source, source_modules
 from ddh_twin_py.telemetry.signals import RIG_TOPIC, TEMPERATURE_PREFIX, ZERO_CELSIUS
 
 _BEHIND = 1.0  # s of data; what is older when a node joins is left out
+_DISCOVERY = 500_000_000  # ns from telling the start of the record to it, so that listeners get the first samples
 _LOOP_PAUSE = 0.1  # s of data between the last sample of one round and the start of the next
 _BEHIND_LIMIT = 0.5  # s of wall time that publishing may lag before it is said
 
@@ -99,7 +100,7 @@ class TelemetryPublisher(LifecycleNodeMixin, TwinNode):
 
     def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
         if self._leads:
-            self._start_record(self.get_clock().now().nanoseconds)
+            self._start_record(self.get_clock().now().nanoseconds + _DISCOVERY)
         elif self._epoch_ns is None:
             self.get_logger().warning(f"waits for {self.resolve_topic_name(RIG_TOPIC)}, whose stamp tells the start of the record")
         self._sending = True
