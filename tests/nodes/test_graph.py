@@ -99,6 +99,7 @@ def test_the_live_graph_agrees_with_replay(recorded, short_recording):
     fused = np.array([[e.temperature for e in m.estimates] for m in messages]) + 273.15
     predicted = np.array([[e.predicted for e in m.estimates] for m in messages]) + 273.15
     assert np.abs(fused - result.fused[place]).max() < 0.1  # K; the soft sensor gets the fused temperatures a little later
+    assert not np.isnan(predicted).any()
     assert np.abs(predicted - result.free_temperature[place]).max() < 1e-6
     states = raw_messages(recorded, HydraulicState, "/ddh/hydraulics/prediction")
     place = np.searchsorted(ends, [stamp_ns(m) for m in states])

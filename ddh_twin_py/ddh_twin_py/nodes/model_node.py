@@ -85,7 +85,7 @@ class TelemetryNode(TwinNode):
         if self.take(wall):
             self._last_data = wall
         ticks = self.feed.ready()
-        flush = self._last_data is not None and wall - self._last_data > self.values["flush_after"]
+        flush = self._last_data is not None and wall - self._last_data > self.flush_wait()
         if flush:
             self._last_data = None
             ticks += self.feed.flush()
@@ -95,6 +95,10 @@ class TelemetryNode(TwinNode):
         if ticks or flush:
             self.work(ticks, flush)
         self.progress.tell(wall)
+
+    def flush_wait(self) -> float:
+        """Wall time without a message after which nothing more is waited for, s."""
+        return self.values["flush_after"]
 
     def take(self, wall: float) -> bool:
         """Take in what waits on all inputs; whether there was anything."""

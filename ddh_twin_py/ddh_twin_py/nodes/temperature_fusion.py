@@ -118,6 +118,15 @@ class TemperatureFusionNode(TelemetryNode):
                     self.feed.aligner.push(topic, stamp, row)
         return some
 
+    def flush_wait(self) -> float:
+        """Longer than the models' own while they have something in hand, short once they have told all."""
+        wait = self.values["flush_after"]
+        told = [entry.newest_ns for topic, (entry, _) in self._models.items() if topic != PREDICTION_TOPIC and entry.received]
+        read = max(self.feed.inputs.all[topic].newest_ns for topic in self.feed.screens)
+        if not told:
+            return wait
+        return 0.3 * wait if min(told) >= read else 2.0 * wait
+
     def _keep_predictions(self, stamps: np.ndarray, temperature: np.ndarray) -> None:
         self._predicted.update(zip(stamps.tolist(), temperature, strict=True))
         if len(self._predicted) > 4 * _KEEP_PREDICTIONS * 1e-9 / self.values["interval"]:
