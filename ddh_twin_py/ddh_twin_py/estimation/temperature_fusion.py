@@ -224,6 +224,8 @@ class TemperatureFusion:
         innovations: list[Innovation] = []
         heat = np.ascontiguousarray(inputs.heat)
         unknown = self._unseen_heat(inputs)
+        # what an earlier call left for this epoch has no interval here; it counts for the first
+        self._pending = [(np.zeros_like(index), *rest) for index, *rest in self._pending]
         start = 0
         while start < n:
             stop = min(n, start + self._per_epoch - self._count)
@@ -235,7 +237,7 @@ class TemperatureFusion:
             )
             now = given.between(start, stop)
             if now.index.size:
-                self._pending.append((now.index, now.sensor, now.temperature,
+                self._pending.append((now.index + start, now.sensor, now.temperature,
                                       expected[now.index + start, now.sensor] + state.offset[now.sensor]))
             length = stop - start
             self._heat += heat[rows].sum(axis=0)
@@ -244,16 +246,21 @@ class TemperatureFusion:
             self._square += inputs.mean_square_current[rows].sum()
             self._position += inputs.rod_position[rows].sum()
             self._count += length
+            deviation[rows] = self._deviation()
             if self._count >= self._per_epoch:
-                innovations += self._close_epoch(ambient[stop - 1], start)
+                innovations += self._close_epoch(ambient[stop - 1])
                 temperature[stop - 1] = state.dynamic[:N]
                 expected[stop - 1] = state.dynamic[N:]
-            deviation[rows] = np.sqrt(np.maximum(np.diagonal(state.covariance)[:N], 0.0))
+                deviation[stop - 1] = self._deviation()
             start = stop
         spread = np.sqrt(np.maximum(np.diagonal(state.covariance)[N: N + _M], 0.0))
         return FusionResult(temperature, deviation, ambient, expected, spread, innovations)
 
-    def _close_epoch(self, ambient: float, start: int) -> list[Innovation]:
+    def _deviation(self) -> np.ndarray:
+        """Standard deviation of the node temperatures now, K, (N,)."""
+        return np.sqrt(np.maximum(np.diagonal(self.state.covariance)[:N], 0.0))
+
+    def _close_epoch(self, ambient: float) -> list[Innovation]:
         state, count = self.state, self._count
         predict_covariance(
             self.parameters, state.dynamic, state.deviation, state.covariance, self._node, self._lag,
@@ -269,7 +276,7 @@ class TemperatureFusion:
         accepted, spread = np.zeros(index.size, dtype=np.bool_), np.zeros(index.size)
         update(state.dynamic, state.offset, state.deviation, state.covariance, sensor, innovation,
                np.full(index.size, self._noise), state.refused, accepted, spread)
-        columns = (index + start, sensor, measured, measured - innovation, spread, accepted)
+        columns = (index, sensor, measured, measured - innovation, spread, accepted)
         return [Innovation(i, SENSORS[k], m, e, d, a) for i, k, m, e, d, a in zip(*(c.tolist() for c in columns), strict=True)]
 
     def _ambient(self, inputs: FusionInputs, readings: Sequence[Reading]) -> np.ndarray:

@@ -162,7 +162,9 @@ class TickAligner:
         line = self._lines[stream]
         stamp = int(stamp_ns)
         if line.newest is not None and stamp < line.newest - self._window:
-            if line.stale:
+            # a stale line joins the new clock, unless that has long gone on and it jumps back by itself
+            joins = self._newest is None or stamp >= self._newest - self._window - self._timeout
+            if line.stale and joins:
                 line.restart()
             else:
                 self._jump(stream)
