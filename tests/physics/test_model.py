@@ -193,3 +193,11 @@ def test_every_conductance_of_the_tables_reaches_the_kernel(rig):
     network.capacities(rig.parameters, 0.0, capacity)
     for path, node in network.CAPACITIES:
         assert capacity[node] == rig[path]
+
+
+def test_a_stalled_drive_does_not_burn_for_ever(rig):
+    """Against the end stop at full current for ten minutes: hot, finite, cut back."""
+    command = np.concatenate([np.interp(np.arange(0.0, 2.0, INTERVAL), [0.0, 0.5, 2.0], [0.0, 52.0, 52.0]), np.full(20 * 600, 52.0)])
+    points, temperatures, *_ = run(rig, command, start_position=0.39)
+    assert 400.0 < temperatures[-1, network.SLOT_WINDING] < 600.0
+    assert points["current"][-1] < points["current"].max()

@@ -18,13 +18,15 @@ from ddh_twin_py.physics.hydraulics import (
     follow_decays,
     hydraulic_step,
 )
-from ddh_twin_py.physics.motor import iron_coefficients
+from ddh_twin_py.physics.motor import available_current, iron_coefficients
 from ddh_twin_py.physics.oil import VAPOUR_PRESSURE
 from ddh_twin_py.physics.thermal_network import (
+    END_WINDING,
     N,
     N_EDGES,
     N_SURFACES,
     N_WALLS,
+    SLOT_WINDING,
     capacities,
     conductances,
     network_step,
@@ -110,6 +112,7 @@ def free_run_sampled(params, state, temperature, command, ambient, interval, ste
         clear(point)
         c = coefficients(temperature, p)
         resistance = winding_resistance(temperature, p)
+        current_limit = available_current(temperature[SLOT_WINDING], temperature[END_WINDING], p)
         first = k * COMMAND_PARTS
         steady = True
         for j in range(COMMAND_PARTS):
@@ -131,7 +134,7 @@ def free_run_sampled(params, state, temperature, command, ambient, interval, ste
                 earlier = (state[SPEED], current, max(state[PRESSURE_A], VAPOUR_PRESSURE), max(state[PRESSURE_B], VAPOUR_PRESSURE),
                            state[POSITION], state[VELOCITY])
                 speed, acceleration, pressure_a, pressure_b, velocity, position = hydraulic_step(
-                    state, command[first + j] + slope * (m * h), slope, h, decays[0], decays[1], c, p)
+                    state, command[first + j] + slope * (m * h), slope, h, decays[0], decays[1], current_limit, c, p)
                 last = j == parts - 1 and m == count - 1
                 current = _add(point, 0.5 * share if last else share, speed, acceleration, pressure_a, pressure_b,
                                velocity, position, resistance, iron, c, p)

@@ -154,13 +154,13 @@ def _sweep(base_a, base_b, base_v, base_x, step, speed, y_a, y_b, v, soft_a, sof
 
 
 @inlined
-def _shaft_step(speed, speed_reference, pressure_a, pressure_b, step, c, p):
+def _shaft_step(speed, speed_reference, pressure_a, pressure_b, step, current_limit, c, p):
     """Speed after a step, rad/s: the reference, or what the current limit allows of it."""
     _, _, port_1, port_2 = pump_flows(speed, pressure_a, pressure_b, c, p)
     wanted_1, wanted_2, _, _ = pump_torques(speed_reference, port_1, port_2, c, p)
     friction = motor_friction_torque(speed_reference, p)
     needed = p.motor_inertia * (speed_reference - speed) / step + wanted_1 + wanted_2 + friction
-    limit = p.motor_torque_constant * p.motor_current_limit
+    limit = p.motor_torque_constant * current_limit
     if abs(needed) <= limit:
         return speed_reference, False
     driving = limit if needed > 0.0 else -limit
@@ -188,10 +188,11 @@ def follow_decays(step, p):
 
 
 @inlined
-def hydraulic_step(state, command, command_slope, step, decay_early, decay_late, c, p):
+def hydraulic_step(state, command, command_slope, step, decay_early, decay_late, current_limit, c, p):
     """Advance the hydraulic state (7) in place by ``step`` seconds; the command is command + slope t, rad/s.
 
-    ``decay_early`` and ``decay_late`` are those of `follow_decays` for this step.
+    ``decay_early`` and ``decay_late`` are those of `follow_decays` for this step;
+    ``current_limit`` in A.
 
     Returns:
         speed, acceleration, p_A, p_B, velocity, position at the end of the step.
@@ -204,7 +205,7 @@ def hydraulic_step(state, command, command_slope, step, decay_early, decay_late,
     early = command + command_slope * (early_time - lag) + (reference - command + command_slope * lag) * decay_early
     late = command + command_slope * (late_time - lag) + (reference - command + command_slope * lag) * decay_late
     pressure_a, pressure_b = max(state[PRESSURE_A], VAPOUR_PRESSURE), max(state[PRESSURE_B], VAPOUR_PRESSURE)
-    speed_late, limited = _shaft_step(start, late, pressure_a, pressure_b, step, c, p)
+    speed_late, limited = _shaft_step(start, late, pressure_a, pressure_b, step, current_limit, c, p)
     if limited or not followed:
         acceleration_late = (speed_late - start) / step
         speed_early = start + _GAMMA * (speed_late - start)

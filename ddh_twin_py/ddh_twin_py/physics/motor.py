@@ -8,6 +8,8 @@ from ddh_twin_py.physics.compiled import inlined
 from ddh_twin_py.physics.oil import ZERO_CELSIUS
 
 RAD_PER_S_OF_RPM = math.pi / 30.0
+CUT_BACK_FROM, CUT_OFF_AT = ZERO_CELSIUS + 250.0, ZERO_CELSIUS + 300.0
+"""K; far above any insulation class: a stalled drive trips at the latest here, and the model stays finite."""
 
 
 @inlined
@@ -23,6 +25,14 @@ def phase_resistance(slot_temperature, end_temperature, p):
     return p.motor_phase_resistance_20C * (
         (1.0 - share) * resistance_factor(slot_temperature, p) + share * resistance_factor(end_temperature, p)
     )
+
+
+@inlined
+def available_current(slot_temperature, end_temperature, p):
+    """Current that the drive still gives, A: all of its limit up to `CUT_BACK_FROM`, none beyond `CUT_OFF_AT`."""
+    hottest = max(slot_temperature, end_temperature)
+    share = (CUT_OFF_AT - hottest) / (CUT_OFF_AT - CUT_BACK_FROM)
+    return p.motor_current_limit * min(max(share, 0.0), 1.0)
 
 
 @inlined

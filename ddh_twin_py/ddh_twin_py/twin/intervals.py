@@ -58,7 +58,8 @@ def reduce_intervals(first_edge, interval, drive_time, drive, drive_stop, hydrau
         carry: in and out, see `new_carry`.
         measured: out, shape (n,), `soft_sensor.MEASURED_DTYPE`; NaN where nothing was
             measured for longer than `HOLD`.
-        command: out, rad/s at the edges of the parts of the intervals, shape (`command_size` (n),).
+        command: out, rad/s at the edges of the parts of the intervals, shape (`command_size` (n),);
+            NaN once the last sample is older than `HOLD`.
     """
     drive_start, hydraulic_start, ahead = 0, 0, 0
     total = np.empty(_COLUMNS)
@@ -97,7 +98,7 @@ def reduce_intervals(first_edge, interval, drive_time, drive, drive_stop, hydrau
                     carry[_COMMAND_TIME] = drive_time[ahead]
                     carry[_COMMAND] = drive[ahead, 0]
                 ahead += 1
-            edge_command = carry[_COMMAND]
+            edge_command = carry[_COMMAND] if edge - carry[_COMMAND_TIME] <= HOLD else np.nan
             if ahead < drive_time.shape[0]:
                 span = drive_time[ahead] - carry[_COMMAND_TIME]
                 if 0.0 < span < HOLD:
