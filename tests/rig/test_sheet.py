@@ -3,6 +3,8 @@
 import numpy as np
 import pytest
 from ddh_twin_py.rig import RigError, load_rig
+from ddh_twin_py.rig.bounds import bound_of, contradiction
+from ddh_twin_py.rig.sheet import BOUNDS
 
 
 def test_reference_has_value_unit_tolerance_and_source():
@@ -31,6 +33,25 @@ def test_a_partial_file_changes_only_what_it_names(tmp_path):
     ("[1, 2]\n", "mapping"),
     ("a: [\n", "is not YAML"),
     ("sensors:\n  presure: {noise: 1.0, unit: Pa}\n", "nearest is 'sensors.pressure'"),
+    ("sensors: [1]\n", "sensors: found [1], a mapping of sensors is needed"),
+    ("sensors: abc\n", "sensors: found 'abc'"),
+    ("sensors:\n  speed: {noise: -0.1}\n", "sensors.speed.noise: value is -0.1 rad/s, allowed are 0.00015 to 150 rad/s"),
+    ("sensors:\n  speed: {noise: 0}\n", "sensors.speed.noise: value is 0"),
+    ("sensors:\n  speed: {noise: 0.1, unit: rpm}\n", "sensors.speed: unit is 'rpm', this sensor is in 'rad/s'"),
+    ("sensors:\n  pressure: {noise: 2.0e+4, offset_tolerance: -1}\n", "sensors.pressure.offset_tolerance: value is -1"),
+    ("sensors:\n  pressure: {noise: 2.0e+4, full_scale: wide}\n", "sensors.pressure.full_scale: value is 'wide'"),
+    ("sensors:\n  pressure: {noise: 2.0e+4, full_scale: -4.0}\n", "sensors.pressure.full_scale: value is -4"),
+    ("sensors:\n  temperature: {noise: 0.1, time_constant: 6}\n", "sensors.temperature.time_constant: found 6"),
+    ("rig_id: [1]\n", "rig_id: found [1], a name is needed"),
+    ("rig_id: yes\n", "rig_id: found True"),
+    ("pump_1:\n  leakage: {value: 1.3e-12, tolerance: -0.1}\n", "pump_1.leakage.tolerance: value is -0.1, allowed are 0 to 1"),
+    ("pump_1:\n  leakage: {value: 1.3e-12, std: -1.0e-13}\n", "pump_1.leakage.std: value is -1e-13"),
+    ("pump_1:\n  leakage: {value: 1" + 400 * "0" + "}\n", "pump_1.leakage: value is 1000"),
+    ("tank:\n  wall_capacity: {value: 0}\n", "tank.wall_capacity: value is 0 J/K, allowed are 23 to 2.3e+05 J/K"),
+    ("cylinder:\n  bore: {value: 60}\n", "cylinder.bore: value is 60 m, allowed are"),
+    ("cylinder:\n  rod: {value: 0.07}\n", "cylinder.rod: value is 0.07 m, with cylinder.bore 0.06 m at most"),
+    ("oil:\n  walther_b: {value: 3.0}\n", "cSt at 23 degC, allowed are 2 to 3000 cSt"),
+    ("tank:\n  emissivity: {value: 1.2}\n", "tank.emissivity: value is 1.2, allowed are 0 to 1"),
 ])
 def test_what_cannot_be_used_is_named(tmp_path, text, expected):
     file = tmp_path / "bad.yaml"
@@ -53,3 +74,45 @@ def test_draws_have_the_sheets_spread_and_cut():
     assert drawn.std() == pytest.approx(0.15, rel=0.15)
     assert np.abs(drawn).max() <= 2.5 * 0.15 + 1e-12
     assert sheet.draw(rng)["cylinder.bore"] == sheet["cylinder.bore"]
+
+
+def test_every_quantity_of_the_reference_sheet_has_a_bound_and_keeps_it():
+    rig = load_rig()
+    assert BOUNDS.keys() == rig.quantities.keys()
+    for path, quantity in rig.quantities.items():
+        bound = BOUNDS[path]
+        assert bound.lowest < bound.highest and bound.holds(quantity.value), path
+        # also at the ends of its tolerance, so that draws are not cut
+        for end in (-2.5, 2.5):
+            assert bound.holds(quantity.value * (1.0 + end * quantity.tolerance)), path
+    assert contradiction({path: q.value for path, q in rig.quantities.items()}) == ""
+    with pytest.raises(KeyError, match="pump_3.bend"):
+        bound_of("pump_3.bend", 1.0)
+
+
+@pytest.mark.parametrize("path", BOUNDS)
+def test_no_quantity_may_be_negative_or_a_billion_times_off(tmp_path, path):
+    reference, file = load_rig().quantities[path], tmp_path / "bad.yaml"
+    for value in (-abs(reference.value) * 20.0 - 1.0, abs(reference.value) * 1e9 + 10.0, 1e300):
+        section, *rest = path.split(".")
+        text = "".join(f"{'  ' * k}{part}:\n" for k, part in enumerate(path.split(".")))
+        text += f"{'  ' * (len(rest) + 1)}{{value: {value!r}}}\n"
+        if section == "sensors":
+            text = text.replace("    time_constant:", "    noise: 0.1\n    time_constant:")
+        file.write_text(text)
+        with pytest.raises(RigError, match="allowed are|finite") as error:
+            load_rig(file)
+        assert str(file) in str(error.value) and path in str(error.value)
+
+
+def test_draws_stay_within_bounds(tmp_path):
+    file = tmp_path / "vague.yaml"
+    file.write_text(
+        "tank:\n  emissivity: {value: 0.95, tolerance: 0.5}\npump_1:\n  leakage: {value: 1.0e-12, tolerance: 1.0}\n"
+        "cylinder:\n  rod: {value: 0.055, tolerance: 0.2}\noil:\n  walther_b: {value: 3.747, tolerance: 0.1}\n"
+    )
+    sheet, rng = load_rig(file), np.random.default_rng(1)
+    for _ in range(200):
+        drawn = sheet.draw(rng)
+        assert all(BOUNDS[path].holds(q.value) for path, q in drawn.quantities.items())
+        assert contradiction({path: q.value for path, q in drawn.quantities.items()}) == ""

@@ -8,6 +8,7 @@ at 2.5. A rig file given by a user may name only what differs from the reference
 from __future__ import annotations
 
 import difflib
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from importlib import resources
@@ -16,6 +17,8 @@ from typing import Any
 
 import numpy as np
 import yaml
+
+from ddh_twin_py.rig.bounds import LARGEST_TOLERANCE, SENSOR_FACTOR, Bound, bound_of, contradiction
 
 CUT = 2.5
 """Tolerances are normal distributions cut at this many standard deviations."""
@@ -107,16 +110,24 @@ class Rig:
     def draw(self, rng: np.random.Generator) -> Rig:
         """A rig as it might leave the factory: each quantity drawn within its tolerance.
 
-        Independent normal distributions cut at 2.5 standard deviations (`CUT`).
+        Independent normal distributions cut at 2.5 standard deviations (`CUT`) and at the bounds
+        that a rig file must keep, where the sheet itself keeps them.
         """
-        values = {}
-        for path, quantity in self.quantities.items():
-            if quantity.tolerance > 0:
-                deviation = rng.standard_normal()
-                while abs(deviation) > CUT:
-                    deviation = rng.standard_normal()
-                values[path] = quantity.value * (1.0 + quantity.tolerance * deviation)
-        return self.with_values(values, source="drawn within tolerance")
+        sound = not contradiction({path: q.value for path, q in self.quantities.items()})
+        while True:
+            values = {path: _drawn(path, q, rng) for path, q in self.quantities.items() if q.tolerance > 0}
+            drawn = self.with_values(values, source="drawn within tolerance")
+            if not sound or not contradiction({path: q.value for path, q in drawn.quantities.items()}):
+                return drawn
+
+
+def _drawn(path: str, quantity: Quantity, rng: np.random.Generator) -> float:
+    bound = BOUNDS[path]
+    while True:
+        deviation = rng.standard_normal()
+        value = quantity.value * (1.0 + quantity.tolerance * deviation)
+        if abs(deviation) <= CUT and (bound.holds(value) or not bound.holds(quantity.value)):
+            return value
 
 
 def load_rig(path: str | Path | None = None) -> Rig:
@@ -126,8 +137,9 @@ def load_rig(path: str | Path | None = None) -> Rig:
         path: YAML file; entries that it leaves out are those of the reference sheet.
 
     Raises:
-        RigError: file missing, not YAML, unknown entry (with the nearest valid one), or a
-            value that is no finite number.
+        RigError: file missing, not YAML, unknown entry (with the nearest valid one), a value
+            that is no finite number or outside its bounds (`bounds`), or values that contradict
+            each other.
     """
     if path is None:
         return _REFERENCE
@@ -154,10 +166,35 @@ def load_rig(path: str | Path | None = None) -> Rig:
                 f"{path}: {name}: unit is {quantity.unit!r}, this entry is in {merged[name].unit!r}"
             )
         merged[name] = replace(quantity, unit=merged[name].unit)
-    for name in sensors:
+        _within(f"{path}: {name}: value", quantity.value, BOUNDS[name], merged[name].unit)
+    for name, spec in sensors.items():
         if name not in _REFERENCE.sensors:
             raise RigError(_unknown(str(path), f"sensors.{name}", [f"sensors.{s}" for s in _REFERENCE.sensors]))
+        _check_sensor(f"{path}: sensors.{name}", spec, _REFERENCE.sensors[name])
+    odd = contradiction({name: quantity.value for name, quantity in merged.items()})
+    if odd:
+        raise RigError(f"{path}: {odd}")
     return Rig(rig_id or _REFERENCE.rig_id, merged, {**_REFERENCE.sensors, **sensors}, str(path))
+
+
+def _within(what: str, value: float, bound: Bound, unit: str) -> None:
+    if not bound.holds(value):
+        unit = "" if unit in ("", "1") else f" {unit}"
+        raise RigError(
+            f"{what} is {value:g}{unit}, allowed are {bound.lowest:.4g} to {bound.highest:.4g}{unit}; "
+            "is it in the right unit?"
+        )
+
+
+def _check_sensor(where: str, spec: SensorSpec, reference: SensorSpec) -> None:
+    if spec.unit and spec.unit != reference.unit:
+        raise RigError(f"{where}: unit is {spec.unit!r}, this sensor is in {reference.unit!r}")
+    noise = Bound(reference.noise / SENSOR_FACTOR, reference.noise * SENSOR_FACTOR)
+    _within(f"{where}.noise: value", spec.noise, noise, reference.unit)
+    zero = Bound(0.0, SENSOR_FACTOR * max(reference.noise, reference.offset_tolerance))
+    _within(f"{where}.offset_tolerance: value", spec.offset_tolerance, zero, reference.unit)
+    if spec.full_scale is not None and spec.full_scale <= 0.0:
+        raise RigError(f"{where}.full_scale: value is {spec.full_scale:g}, it must be above 0")
 
 
 def _unknown(file: str, name: str, valid: Any) -> str:
@@ -166,9 +203,15 @@ def _unknown(file: str, name: str, valid: Any) -> str:
 
 
 def _number(file: str, name: str, value: Any) -> float:
-    if isinstance(value, bool) or not isinstance(value, (int, float)) or not np.isfinite(value):
-        raise RigError(f"{file}: {name}: value is {value!r}, a finite number is needed")
-    return float(value)
+    try:
+        number = math.nan if isinstance(value, bool) or not isinstance(value, (int, float)) else float(value)
+    except OverflowError:
+        number = math.inf
+    if not math.isfinite(number):
+        shown = repr(value)
+        shown = shown if len(shown) <= 40 else shown[:37] + "..."
+        raise RigError(f"{file}: {name}: value is {shown}, a finite number is needed")
+    return number
 
 
 def _parse(tree: dict, file: str) -> tuple[str, dict[str, Quantity], dict[str, SensorSpec]]:
@@ -177,7 +220,10 @@ def _parse(tree: dict, file: str) -> tuple[str, dict[str, Quantity], dict[str, S
 
     def leaf(name: str, node: dict) -> None:
         tolerance = _number(file, f"{name}.tolerance", node.get("tolerance", 0.0))
+        _within(f"{file}: {name}.tolerance: value", tolerance, Bound(0.0, LARGEST_TOLERANCE), "")
         std = node.get("std")
+        if std is not None and _number(file, f"{name}.std", std) < 0.0:
+            raise RigError(f"{file}: {name}.std: value is {std:g}, it must not be negative")
         quantities[name] = Quantity(
             value=_number(file, name, node["value"]),
             unit=str(node.get("unit", "")),
@@ -195,24 +241,30 @@ def _parse(tree: dict, file: str) -> tuple[str, dict[str, Quantity], dict[str, S
         else:
             raise RigError(f"{file}: {prefix}: found {node!r}, expected {{value, unit, tolerance, source}}")
 
+    rig_id = tree.get("rig_id", "")
+    if isinstance(rig_id, bool) or not isinstance(rig_id, (str, int, float)):
+        raise RigError(f"{file}: rig_id: found {rig_id!r}, a name is needed")
     for section, node in tree.items():
         if section == "rig_id":
             continue
         if section != "sensors":
             walk(str(section), node)
             continue
+        if not isinstance(node or {}, dict):
+            raise RigError(f"{file}: sensors: found {node!r}, a mapping of sensors is needed")
         for name, row in (node or {}).items():
             if not isinstance(row, dict) or "noise" not in row:
                 raise RigError(f"{file}: sensors.{name}: found {row!r}, expected {{noise, unit}}")
+            scale = row.get("full_scale")
             sensors[name] = SensorSpec(
                 noise=_number(file, f"sensors.{name}.noise", row["noise"]),
                 unit=str(row.get("unit", "")),
                 offset_tolerance=_number(file, f"sensors.{name}.offset_tolerance", row.get("offset_tolerance", 0.0)),
-                full_scale=row.get("full_scale"),
+                full_scale=None if scale is None else _number(file, f"sensors.{name}.full_scale", scale),
             )
-            if isinstance(row.get("time_constant"), dict):
-                leaf(f"sensors.{name}.time_constant", row["time_constant"])
-    return str(tree.get("rig_id", "")), quantities, sensors
+            if row.get("time_constant") is not None:
+                walk(f"sensors.{name}.time_constant", row["time_constant"])
+    return str(rig_id), quantities, sensors
 
 
 def _field_name(path: str) -> str:
@@ -226,6 +278,9 @@ def _read_reference() -> Rig:
 
 
 _REFERENCE = _read_reference()
+
+BOUNDS: dict[str, Bound] = {path: bound_of(path, q.value) for path, q in _REFERENCE.quantities.items()}
+"""Dotted path of the sheet to what a rig file may say."""
 
 FIELD_OF_PATH: dict[str, str] = {path: _field_name(path) for path in _REFERENCE.quantities}
 """Dotted path of the sheet to the field of the compiled-code record."""
