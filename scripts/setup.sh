@@ -100,5 +100,5 @@ step environment "activation, ddh-twin command" "$(digest scripts/make_environme
 step ddh_msgs "colcon build ddh_msgs" \
   "$(digest ddh_msgs/CMakeLists.txt ddh_msgs/package.xml ddh_msgs/msg/* ddh_msgs/srv/*)$(cat "$state/packages.done")" build ddh_msgs
 step ddh_twin_py "colcon build ddh_twin_py" \
-  "$(digest ddh_twin_py/package.xml ddh_twin_py/setup.*)$(cd ddh_twin_py && find launch config -name '[!.]*' 2>/dev/null | sort)$(cat "$state/ddh_msgs.done")" build ddh_twin_py
+  "$(digest ddh_twin_py/package.xml ddh_twin_py/setup.*)$(cd ddh_twin_py && find launch config -name '[!.]*' -not -path '*__pycache__*' 2>/dev/null | sort)$(cat "$state/ddh_msgs.done")" build ddh_twin_py
 [ "$steps_done" = 0 ] || printf 'setup: ready after %s s. Next: . .venv/bin/activate\n' "$SECONDS"

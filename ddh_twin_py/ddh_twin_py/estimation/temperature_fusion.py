@@ -108,7 +108,10 @@ class Readings:
 
 @dataclass(frozen=True, slots=True)
 class Innovation:
-    """One reading against what was expected: interval, sensor, both in K, expected deviation, whether it was used."""
+    """One reading against what was expected: interval, sensor, both in K, expected deviation, whether it was used.
+
+    The index counts from the start of the call that applied it; a reading of an earlier call has one below 0.
+    """
 
     index: int
     sensor: str
@@ -224,8 +227,6 @@ class TemperatureFusion:
         innovations: list[Innovation] = []
         heat = np.ascontiguousarray(inputs.heat)
         unknown = self._unseen_heat(inputs)
-        # what an earlier call left for this epoch has no interval here; it counts for the first
-        self._pending = [(np.zeros_like(index), *rest) for index, *rest in self._pending]
         start = 0
         while start < n:
             stop = min(n, start + self._per_epoch - self._count)
@@ -253,6 +254,8 @@ class TemperatureFusion:
                 expected[stop - 1] = state.dynamic[N:]
                 deviation[stop - 1] = self._deviation()
             start = stop
+        # counted from the start of the next call, what waits for the end of its epoch lies before it
+        self._pending = [(index - n, *rest) for index, *rest in self._pending]
         spread = np.sqrt(np.maximum(np.diagonal(state.covariance)[N: N + _M], 0.0))
         return FusionResult(temperature, deviation, ambient, expected, spread, innovations)
 

@@ -212,14 +212,15 @@ class TemperatureFusionNode(TelemetryNode):
     def _measured_in(self, end_ns: np.ndarray, result: FusionResult) -> tuple[np.ndarray, np.ndarray]:
         """Last accepted reading of each node, K, and its age in s, (n, N)."""
         accepted: dict[int, list] = {}
+        first, interval = end_ns[0] * 1e-9, self.values["interval"]
         for innovation in result.innovations:
             if innovation.accepted:
-                accepted.setdefault(min(innovation.index, end_ns.size - 1), []).append(innovation)
+                accepted.setdefault(max(innovation.index, 0), []).append(innovation)
         measured, age = np.empty((end_ns.size, N)), np.empty((end_ns.size, N))
         for i, now in enumerate((end_ns * 1e-9).tolist()):
             for innovation in accepted.get(i, ()):
                 node = NODE_INDEX[innovation.sensor]
-                self._measured[node], self._measured_at[node] = innovation.measured, now
+                self._measured[node], self._measured_at[node] = innovation.measured, first + innovation.index * interval
             measured[i], age[i] = self._measured, now - self._measured_at
         return measured, age
 
@@ -234,7 +235,7 @@ class TemperatureFusionNode(TelemetryNode):
                     f"{to_celsius(innovation.expected):.2f} +- {innovation.standard_deviation:.2f} degC; not used, counted from here on",
                 )
             empty = {name: np.full(len(SENSORS), np.nan) for name in _RESIDUAL_FIELDS}
-            row = rows.setdefault(min(innovation.index, end_ns.size - 1), empty)
+            row = rows.setdefault(innovation.index, empty)
             at = SENSORS.index(innovation.sensor)
             row["residuals.measured"][at] = to_celsius(innovation.measured)
             row["residuals.predicted"][at] = to_celsius(innovation.expected)
@@ -243,7 +244,8 @@ class TemperatureFusionNode(TelemetryNode):
         if rows:
             order = sorted(rows)
             values = {name: np.array([rows[i][name] for i in order]) for name in _RESIDUAL_FIELDS}
-            for message in self._residual_layout.compose(end_ns[order], values):
+            stamps = end_ns[0] + np.array(order, np.int64) * round(self.values["interval"] * 1e9)
+            for message in self._residual_layout.compose(stamps, values):
                 self._residuals.publish(message)
 
     # --- state file --------------------------------------------------------------------------
