@@ -93,6 +93,7 @@ def test_loop_begins_again_and_the_rig_is_told_once(short_bag, listener, drive):
     drive.clear()
     with NodeProcess("bag_player", NS, bag=str(short_bag), rate=0.0, loop=True, topics=["drive/*", "rig"]) as player:
         player.says("round 3")
+        wait_for(lambda: (np.diff(seconds(drive)) < -19.0).sum() >= 2, 20.0, "the second step back")
         player.stop()
     steps = np.diff(seconds(drive))
     assert (steps < -19.0).sum() >= 2
