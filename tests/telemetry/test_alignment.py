@@ -209,3 +209,90 @@ def test_two_sources_on_one_topic_are_refused():
 def test_unknown_awaited_stream_is_named():
     with pytest.raises(ValueError, match="'drve' is none of drive/telemetry"):
         TickAligner(WIDTHS, awaited=["drve"])
+
+
+SENSORS = ("temperature/tank_oil", "temperature/line_a", "temperature/ambient")
+MODELS = ("hydraulics/state", "motor/thermal_state")
+
+
+def fed_with_models(step, lags, period, bursts, sensors=SENSORS):
+    """An aligner over 20 s of data, a clock step back, 20 s more; (pushed after the step, delivered after it, aligner).
+
+    Models tell 50 ms steps `lags` s after the fact; `bursts`: all that is left at once when they see the step.
+    """
+    aligner = TickAligner(dict.fromkeys(SENSORS + MODELS, 1), timeout=5.0, awaited=MODELS, followers=MODELS)
+    clock = lambda t: EPOCH + (t if t <= 20_000 * MS else t - step)  # noqa: E731
+    arrivals = [
+        (t, 0, name, clock(t)) for k, name in enumerate(sensors) for t in range((37 * k + 1) * MS, 40_000 * MS, period)
+    ]
+    for name, lag in zip(MODELS, lags, strict=True):
+        for t in range(50 * MS, 40_000 * MS + 1, 50 * MS):
+            told = min(t + lag, 20_000 * MS + 10 * MS) if bursts and t <= 20_000 * MS else t + lag
+            arrivals.append((told, 1, name, clock(t)))
+    arrivals.sort()
+    pushed, delivered = [], []
+    for i, (t, _, name, stamp) in enumerate(arrivals):
+        aligner.push(name, stamp, [float(i)])
+        if t > 20_000 * MS:
+            pushed.append((name, stamp, float(i)))
+        for tick in aligner.ready():
+            delivered += [(name, s, v[0]) for name in tick.samples for s, v in zip(*samples_of(tick, name), strict=True)]
+    for tick in aligner.flush():
+        delivered += [(name, s, v[0]) for name in tick.samples for s, v in zip(*samples_of(tick, name), strict=True)]
+    return pushed, delivered, aligner
+
+
+def samples_of(tick, name):
+    return tick.samples[name].stamp.tolist(), tick.samples[name].values
+
+
+@pytest.mark.parametrize("bursts", [False, True])
+@pytest.mark.parametrize("period", [100 * MS, 500 * MS, 2_000 * MS])
+@pytest.mark.parametrize("step", [0.6, 1.0, 1.5, 2.2, 3.0, 10.0])
+def test_a_clock_step_silences_nobody_where_models_lag(step, period, bursts):
+    for lags in ((0, 0), (0.4, 0), (1.0, 1.2), (1.2, 3.0), (2.0, 2.0), (4.0, 0.5), (4.0, 4.0)):
+        pushed, delivered, aligner = fed_with_models(round(step * 1e9), [round(lag * 1e9) for lag in lags], period, bursts)
+        got = set(delivered)
+        fresh = EPOCH + 20_000 * MS + 2_000 * MS  # 2 s of data after the place where the clock stepped, by either clock
+        lost = [name for name, stamp, number in pushed if stamp > fresh and (name, stamp, number) not in got]
+        assert not lost, (lags, len(lost), aligner.counts)
+        soon = EPOCH + 20_000 * MS - round(step * 1e9) + 3_000 * MS + (0 if step > 3.0 or period < 2_000 * MS else 2_000 * MS)
+        lost = [name for name, stamp, i in pushed if name in SENSORS and stamp > soon and (name, stamp, i) not in got]
+        assert not lost, (lags, len(lost), aligner.counts)
+        assert sum(aligner.counts[name, "clock_jump"] for name in SENSORS + MODELS) <= 1
+
+
+@pytest.mark.parametrize("step", [0.6, 1.0, 3.0, 10.0, 3600.0])
+def test_without_sensors_the_models_lead(step):
+    pushed, delivered, aligner = fed_with_models(round(step * 1e9), (1_000 * MS, 1_200 * MS), 100 * MS, True, sensors=())
+    assert sum(aligner.counts[name, "clock_jump"] for name in MODELS) == 1
+    got = set(delivered)
+    after = [sample for sample in pushed if sample[1] > EPOCH + 20_000 * MS - round(step * 1e9) + 3_000 * MS]
+    new = [sample for sample in after if sample[1] <= EPOCH + 18_000 * MS or step < 10.0 and sample[1] > EPOCH + 22_000 * MS]
+    assert new and all(sample in got for sample in new)
+
+
+def test_a_stream_that_never_goes_back_is_heard_again():
+    aligner = TickAligner(WIDTHS)
+    for k in range(1, 101):
+        aligner.push("drive/telemetry", 10**10 + k * 10 * MS, np.zeros(6))
+        aligner.push("hydraulics/telemetry", 10**10 + k * 10 * MS, np.zeros(4))
+    for k in range(1, 201):
+        aligner.push("drive/telemetry", k * 10 * MS, np.ones(6))
+        aligner.push("hydraulics/telemetry", 10**10 + 1000 * MS + k * 10 * MS, np.ones(4))
+    assert aligner.counts["hydraulics/telemetry", "old_clock"] == 51  # the reorder window, then it is its clock
+
+
+def test_a_sensor_slower_than_the_models_makes_the_jump_known_later():
+    aligner = TickAligner({"temperature/ambient": 1, "hydraulics/state": 1}, awaited=["hydraulics/state"],
+                          timeout=5.0, followers=["hydraulics/state"])  # fmt: skip
+    got = set()
+    for t in range(50 * MS, 40_000 * MS, 50 * MS):
+        stamp = EPOCH + (t if t <= 21_000 * MS else t - 3600 * 10**9)
+        if t % (4_000 * MS) == 0:
+            aligner.push("temperature/ambient", stamp, [0.0])
+        aligner.push("hydraulics/state", stamp, [float(t)])
+        got |= {float(v[0]) for tick in aligner.ready() for v in tick.samples["hydraulics/state"].values}
+    assert aligner.counts["temperature/ambient", "clock_jump"] == 1
+    assert aligner.counts["hydraulics/state", "clock_jump"] == aligner.counts["hydraulics/state", "old_clock"] == 0
+    assert all(float(t) in got for t in range(25_000 * MS, 39_000 * MS, 50 * MS))

@@ -30,6 +30,8 @@ _PLAIN = {
     Cause.CLOCK_JUMP: "clock jumped back",
     Cause.GAP: "stopped and came back",
 }
+DROPPED = {"late": "too late, dropped", "old_clock": "of the time before a clock jump, dropped"}
+"""What the aligner leaves out, by cause."""
 _JUMPED = "has a clock that jumped back"
 _RATE_SAMPLES = 20  # expected ones, before a rate is judged
 _RATE_SHARE = 0.8  # of the expected rate, below which messages are missing
@@ -111,7 +113,7 @@ class StreamJudge:
         limit = max(self._limit, 2.5 * (screen.period or 0.0))
         judge_age(report, entry, wall, limit, self._required)
         counts = screen.health()
-        counts["late"] = self._feed.aligner.counts[self._topic, "late"]
+        counts |= {cause: self._feed.aligner.counts[self._topic, cause] for cause in DROPPED}
         new = {name for name, count in counts.items() if name != "samples" and count != self._before.get(name, 0)}
         if new:
             self._log(entry)
@@ -125,9 +127,10 @@ class StreamJudge:
             report.add(plain, count, "1")
             if cause not in _HARMLESS and self._recent(cause.name.lower(), wall):
                 (report.error if cause in _ERRORS else report.warn)(f"{plain} ({count} times)")
-        report.add("too late, dropped", counts["late"], "1")
-        if self._recent("late", wall):
-            report.warn(f"too late, dropped ({counts['late']} times)")
+        for cause, plain in DROPPED.items():
+            report.add(plain, counts[cause], "1")
+            if self._recent(cause, wall):
+                report.warn(f"{plain} ({counts[cause]} times)")
         self._values(report)
         return "well" if entry.received else "not there, not needed"
 

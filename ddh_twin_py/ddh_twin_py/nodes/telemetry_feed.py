@@ -41,7 +41,8 @@ class TelemetryFeed:
     """Subscribes to telemetry topics and cuts what comes into ticks.
 
     `awaited` names the streams that a tick waits for, see `TickAligner`; `others` maps further
-    streams of the aligner, which the node fills itself through `push`, to their width.
+    streams of the aligner, which the node fills itself through `push` and which are computed from
+    telemetry, to their width.
     """
 
     def __init__(
@@ -62,7 +63,7 @@ class TelemetryFeed:
             self.inputs.add(topic, message_type(topic))
         widths = {topic: field_count(topic) for topic in topics} | (others or {})
         self.last: dict[str, np.ndarray] = {}  # newest sample of each stream
-        self.aligner = TickAligner(widths, interval, reorder_window, timeout, list(awaited))
+        self.aligner = TickAligner(widths, interval, reorder_window, timeout, list(awaited), followers=tuple(others or ()))
 
     def take(self, wall: float) -> bool:
         """Take in all telemetry that waits; whether there was any."""

@@ -21,7 +21,7 @@ from ddh_twin_py.nodes.fusion_inputs import (
     node_temperatures,
     state_rows,
 )
-from ddh_twin_py.nodes.health import Report, judge_age
+from ddh_twin_py.nodes.health import DROPPED, Report, judge_age
 from ddh_twin_py.nodes.model_node import TEMPERATURE_TOPICS, TWIN_PARAMETERS, TelemetryNode, rig_path
 from ddh_twin_py.nodes.node_base import run
 from ddh_twin_py.nodes.parameters import Parameter
@@ -271,6 +271,8 @@ class TemperatureFusionNode(TelemetryNode):
     def _judge_model(self, report: Report, topic: str) -> str:
         judge_age(report, self._models[topic][0], self.wall(), self.values["stale_after"], required=False)
         report.add("messages", self._models[topic][0].received, "1")
+        for cause, plain in DROPPED.items():
+            report.add(plain, self.feed.aligner.counts[topic, cause], "1")
         report.add("intervals in which it knew", self._known[topic], "1")
         if self._done and self._known[topic] < 1.0:
             report.warn("not known, the uncertainty grows")

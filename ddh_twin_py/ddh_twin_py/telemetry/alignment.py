@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from bisect import bisect_right, insort
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,6 +22,10 @@ REORDER_WINDOW = 0.5  # s
 TIMEOUT = 1.0  # s
 LONGEST_GAP = 600.0  # s
 MOST_JUMPS = 1000
+
+
+class AlignmentError(ValueError):
+    """A recording whose stamps cannot be put in order; the message names file and number."""
 
 
 @dataclass(frozen=True)
@@ -101,21 +105,42 @@ def to_ns(seconds: float) -> int:
 
 
 class _Line:
-    """One stream within the live aligner: what is waiting, sorted by stamp."""
+    """One stream within the live aligner: what is waiting, sorted by stamp.
 
-    __slots__ = ("alive", "awaited", "newest", "rows", "stale", "stamps", "width")
+    `owed` counts the clock jumps that others have shown and this stream has not; below 0 it went
+    back by itself. `since` is its first stamp since it owes one, `top` its newest before it went back.
+    """
 
-    def __init__(self, width: int, awaited: bool) -> None:
+    __slots__ = ("alive", "awaited", "follows", "newest", "owed", "rows", "since", "stamps", "top", "width")
+
+    def __init__(self, width: int, awaited: bool, follows: bool) -> None:
         self.width = width
         self.awaited = awaited
+        self.follows = follows
         self.stamps: list[int] = []
         self.rows: dict[int, Sequence[float]] = {}
         self.restart()
 
-    def restart(self, stale: bool = False) -> None:
-        self.newest: int | None = None
+    def restart(self, owed: int = 0, newest: int | None = None) -> None:
+        self.newest, self.owed = newest, owed
         self.alive = self.awaited
-        self.stale = stale  # the clock jumped back on another stream, here not yet seen
+        self.since: int | None = None
+        self.top: int | None = None
+
+    def step_back(self, stamp: int) -> None:
+        """A stream that follows others went back to this stamp; what waits beyond it will come again."""
+        top = self.newest
+        self.restart(self.owed - 1)
+        self.top = top
+        keep = bisect_right(self.stamps, stamp - 1)
+        for again in self.stamps[keep:]:
+            del self.rows[again]
+        del self.stamps[keep:]
+
+    @property
+    def stale(self) -> bool:
+        """Whether its samples are still those from before a jump of the clock."""
+        return self.owed > 0
 
 
 class TickAligner:
@@ -126,6 +151,13 @@ class TickAligner:
     stopped (or never began) holds a tick up by `timeout` once and is not waited for until it
     is back. Streams not named in `awaited` never hold a tick up.
     After `longest_gap` without any sample the time up to the next one is skipped.
+
+    A stamp that lies more than the reorder window behind the newest of its stream is a clock that
+    jumped: all that waits is released and the ticks begin anew. Samples of the other streams are
+    left out until they have gone back too, fit the new time, or have gone on for longer than
+    messages can be under way. `followers` are computed from the other streams and lag behind them:
+    by up to `timeout` they tell the old time after a jump, so that they only restart themselves
+    when they go back; they decide for all only where none of the others speaks.
 
     `streams` maps name to number of fields. `counts` has, by (stream, cause): duplicate, late
     (its tick was released already) and clock_jump; `old_clock` samples still had the time from
@@ -140,6 +172,7 @@ class TickAligner:
         timeout: float = TIMEOUT,
         awaited: Sequence[str] | None = None,
         longest_gap: float = LONGEST_GAP,
+        followers: Collection[str] = (),
     ) -> None:
         self.interval_ns = to_ns(interval)
         self._window = to_ns(reorder_window)
@@ -149,7 +182,7 @@ class TickAligner:
         unknown = sorted(waited - set(streams))
         if unknown:
             raise ValueError(f"awaited stream {unknown[0]!r} is none of {', '.join(streams)}")
-        self._lines = {name: _Line(width, name in waited) for name, width in streams.items()}
+        self._lines = {name: _Line(width, name in waited, name in followers) for name, width in streams.items()}
         self.counts: Counter[tuple[str, str]] = Counter()
         self._done: list[Tick] = []
         self._newest: int | None = None  # over all streams
@@ -162,24 +195,19 @@ class TickAligner:
         line = self._lines[stream]
         stamp = int(stamp_ns)
         if line.newest is not None and stamp < line.newest - self._window:
-            # a stale line joins the new clock, unless that has long gone on and it jumps back by itself
-            joins = self._newest is None or stamp >= self._newest - self._window - self._timeout
-            if line.stale and joins:
-                line.restart()
-            else:
-                self._jump(stream)
-        elif line.stale:
-            if self._newest is not None and stamp > self._newest + self._window:
-                line.newest = stamp if line.newest is None else max(line.newest, stamp)
-                self.counts[stream, "old_clock"] += 1
-                return
-            line.restart()
+            self._went_back(stream, line, stamp)
+        if line.stale and not self._joins(line, stamp):
+            line.newest = stamp if line.newest is None else max(line.newest, stamp)
+            self.counts[stream, "old_clock"] += 1
+            return
         if stamp == line.newest or stamp in line.rows:
             self.counts[stream, "duplicate"] += 1
             return
         if line.newest is None or stamp > line.newest:
             line.newest = stamp
             line.alive = line.awaited
+            if line.top is not None and stamp > line.top:
+                line.owed, line.top = 0, None  # it went back alone and is where it was
         if self._newest is None or stamp > self._newest:
             self._newest = stamp
         if self._last is not None and stamp <= self._last * self.interval_ns:
@@ -251,6 +279,31 @@ class TickAligner:
         values = np.array([line.rows.pop(stamp) for stamp in stamps], float).reshape(count, line.width)
         return Samples(np.array(stamps, np.int64), values)
 
+    def _went_back(self, stream: str, line: _Line, stamp: int) -> None:
+        """The clock jumped back on one stream: follow, or lead all others."""
+        if line.follows and (line.stale or self._led(line)):
+            line.step_back(stamp)
+        elif line.stale and (self._newest is None or stamp >= self._newest - self._window - self._timeout):
+            line.restart()
+        else:
+            self._jump(stream)
+
+    def _led(self, follower: _Line) -> bool:
+        """Whether a stream that this one could be computed from speaks."""
+        oldest = follower.newest - self._window - self._timeout
+        leaders = (line for line in self._lines.values() if not line.follows and not line.stale)
+        return any(line.newest is not None and line.newest >= oldest for line in leaders)
+
+    def _joins(self, line: _Line, stamp: int) -> bool:
+        """Whether a stale stream is of the new clock with this stamp; it is stale no more then."""
+        if line.since is None:
+            line.since = stamp
+        fits = not line.follows and (self._newest is None or stamp <= self._newest + self._window)
+        longest = self._window + (self._timeout if line.follows else 0)
+        if fits or stamp > line.since + longest:
+            line.restart()
+        return not line.stale
+
     def _jump(self, stream: str) -> None:
         """The clock jumped back: everything that waits belongs to the old time."""
         self.counts[stream, "clock_jump"] += 1
@@ -259,10 +312,8 @@ class TickAligner:
         self._newest = self._last = None
         self._empty = 0
         for name, line in self._lines.items():
-            newest = line.newest
-            line.restart(stale=name != stream and newest is not None)
-            if line.stale:
-                line.newest = newest
+            owed = 0 if name == stream or line.newest is None else line.owed + 1 if line.follows else 1
+            line.restart(owed, line.newest if owed > 0 else None)
 
 
 def align(
@@ -275,7 +326,7 @@ def align(
 
     Names of the streams are relative topics. Repeated stamps are dropped (the first arrival
     stays), a backward jump of more than the reorder window begins anew.
-    Raises ValueError when the clock jumped back more than MOST_JUMPS times.
+    Raises AlignmentError when the clock jumped back more than MOST_JUMPS times.
     """
     interval_ns, window = to_ns(interval), to_ns(reorder_window)
     longest = to_ns(longest_gap) // interval_ns
@@ -283,7 +334,7 @@ def align(
     segments = clock_segments(stamps, window)
     count = 1 + max((int(s[-1]) for s in segments.values() if s.size), default=-1)
     if count > MOST_JUMPS + 1:
-        raise ValueError(
+        raise AlignmentError(
             f"{recording.path}: the stamps jump back {count - 1} times, allowed are {MOST_JUMPS}; "
             "do two machines publish on the same topic?"
         )
