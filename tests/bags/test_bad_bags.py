@@ -426,3 +426,40 @@ def test_stamps_far_from_the_others_do_not_move_the_epoch(tmp_path, short):
 def test_copy_of_one_file_of_a_bag_is_enough(tmp_path, bag, short):
     shutil.copy(bag / "field.mcap", tmp_path / "alone.mcap")
     assert read_recording(tmp_path / "alone.mcap").findings == []
+
+
+# What the rig's own message says
+
+
+@pytest.mark.parametrize("payload", [0.0, -3.0, float("nan"), float("inf"), 2.0e5])
+def test_a_payload_that_is_no_mass_is_not_taken(tmp_path, short, payload):
+    bag = write_recording(tmp_path / "odd", replace(short, rig=replace(short.rig, payload_mass=payload)))
+    read = read_recording(bag)
+    (finding,) = read.findings
+    assert (finding.severity, finding.topic, finding.field) == ("warning", "/ddh/rig", "payload_mass")
+    assert f"{bag}: topic /ddh/rig payload_mass is {payload:g} kg, allowed are above 0 to 100000 kg" in finding.message
+    assert "the rig file's payload is taken instead" in finding.message
+    assert np.isnan(read.rig.payload_mass)
+    assert "payload not known" in read.describe()
+
+
+@pytest.mark.parametrize("grade, severity", [("ISO VG 46", "warning"), ("", "info")])
+def test_another_oil_is_said(tmp_path, short, grade, severity):
+    read = read_recording(write_recording(tmp_path / "odd", replace(short, rig=replace(short.rig, oil_grade=grade))))
+    (finding,) = read.findings
+    assert (finding.severity, finding.field) == (severity, "oil_grade")
+    assert "the reference sheet's is 'ISO VG 32'; the oil of the rig file is used" in finding.message
+
+
+def test_the_same_oil_in_another_spelling_is_the_same(tmp_path, short):
+    bag = write_recording(tmp_path / "same", replace(short, rig=replace(short.rig, oil_grade="iso VG32")))
+    assert read_recording(bag).findings == []
+
+
+def test_topics_of_the_twin_itself_are_no_unknown_sensors(tmp_path, bag):
+    names = {"/ddh/temperature/line_a": "/ddh/temperature/estimates", "/ddh/temperature/line_b": "/ddh/temperature/residuals"}
+    target = tmp_path / "own"
+    rewritten(bag, target, topic=lambda t: names.get(t, t))
+    read = read_recording(target)
+    assert read.warnings == []
+    assert "/ddh/temperature/estimates, /ddh/temperature/residuals" in read.findings[0].message

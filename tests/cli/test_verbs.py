@@ -85,3 +85,22 @@ def test_a_ratio_above_one_is_better():
     assert Figure("r", 6.0, "x", 3.0, smaller=False).ratio == 2.0
     assert Figure("t", 1.0, "s", None).ratio is None and Figure("lost", 0, "", 0.0).ratio is None
     assert set(Figure("t", 1.0, "s", 2.0).row()) == {"name", "value", "unit", "against", "ratio", "source"}
+
+
+def test_two_machines_on_one_topic_are_one_line(paper_cycle_bag, tmp_path, capsys):
+    from dataclasses import replace
+
+    from ddh_twin_py.bags.writer import write_recording
+    from ddh_twin_py.telemetry.recording import Stream
+
+    recording = read_recording(paper_cycle_bag).between(0.0, 40.0)
+    drive = recording.drive
+    # as they arrive: one sample of this machine, one of another whose clock is an hour behind
+    time = np.repeat(drive.time, 2)
+    time[1::2] -= 3600.0
+    both = Stream(time, np.repeat(drive.values, 2, axis=0), drive.fields)
+    bag = tmp_path / "two"
+    write_recording(bag, replace(recording, drive=both))
+    assert main(["replay", str(bag), "--quiet"]) == 2
+    err = capsys.readouterr().err
+    assert len(err.splitlines()) == 1 and "do two machines publish on the same topic?" in err and str(bag) in err

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import tempfile
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +17,7 @@ from ddh_twin_py.bags.mcap_storage import McapStorage
 from ddh_twin_py.bags.sqlite_storage import SqliteStorage
 from ddh_twin_py.bags.storage import Storage
 from ddh_twin_py.bags.topics import choose_namespace, nearest_telemetry, split_topic
+from ddh_twin_py.rig import LARGEST_PAYLOAD, OIL_GRADE
 from ddh_twin_py.telemetry.recording import Finding, Recording, RigInfo, Stream
 from ddh_twin_py.telemetry.signals import (
     DRIVE_FIELDS,
@@ -29,6 +31,8 @@ from ddh_twin_py.telemetry.signals import (
     ZERO_CELSIUS,
 )
 
+_OWN_TOPICS = frozenset({"temperature/estimates", "temperature/residuals"})
+"""What the twin itself publishes below the prefix of the sensors."""
 _REACH = 30 * 86400 * 10**9  # ns; a stamp older than the others by more is no time of measurement
 
 
@@ -147,14 +151,36 @@ def _rig(file: str, namespace: str, collector: Collector) -> tuple[RigInfo | Non
     if len(names) > 1:
         listed = " and ".join(repr(n) for n in names)
         raise BagError(f"{file}: topic {topic} names {len(names)} rigs, {listed}; a recording is of one rig")
-    others = [rig for rig in rigs if rig != rigs[0]]
-    if not others:
-        return rigs[0], []
-    message = (
-        f"{file}: topic {topic} says payload {rigs[0].payload_mass:g} kg and {rigs[0].oil_grade!r} first, "
-        f"then {others[0].payload_mass:g} kg and {others[0].oil_grade!r}; the first is used"
-    )
-    return rigs[0], [Finding("warning", file, topic, "payload_mass", others[0].payload_mass, len(others), message)]
+    rig, findings = _usable(file, topic, rigs[0])
+    others = [other for other in rigs if (repr(other), other.oil_grade) != (repr(rigs[0]), rigs[0].oil_grade)]
+    if others:
+        message = (
+            f"{file}: topic {topic} says payload {rigs[0].payload_mass:g} kg and {rigs[0].oil_grade!r} first, "
+            f"then {others[0].payload_mass:g} kg and {others[0].oil_grade!r}; the first is used"
+        )
+        findings.append(Finding("warning", file, topic, "payload_mass", others[0].payload_mass, len(others), message))
+    return rig, findings
+
+
+def _usable(file: str, topic: str, rig: RigInfo) -> tuple[RigInfo, list[Finding]]:
+    """The rig with a payload that is a mass or NaN, and what is said about payload and oil."""
+    findings = []
+    if not 0.0 < rig.payload_mass <= LARGEST_PAYLOAD:
+        message = (
+            f"{file}: topic {topic} payload_mass is {rig.payload_mass:g} kg, allowed are above 0 to {LARGEST_PAYLOAD:g} kg; "
+            "the rig file's payload is taken instead"
+        )
+        findings.append(Finding("warning", file, topic, "payload_mass", rig.payload_mass, 1, message))
+        rig = replace(rig, payload_mass=float("nan"))
+    if "".join(rig.oil_grade.split()).upper() not in ("ISOVG32", "VG32"):
+        given = repr(rig.oil_grade) if rig.oil_grade.strip() else "not told"
+        message = (
+            f"{file}: topic {topic} oil_grade is {given}, the reference sheet's is {OIL_GRADE!r}; the oil of the rig file is "
+            "used (another one: oil.walther_a, oil.walther_b and oil.density_15C in a file for --rig)"
+        )
+        severity = "warning" if rig.oil_grade.strip() else "info"
+        findings.append(Finding(severity, file, topic, "oil_grade", rig.oil_grade, 1, message))
+    return rig, findings
 
 
 def _damage_findings(folder: BagFolder, collector: Collector, damage: list[str]) -> list[Finding]:
@@ -214,7 +240,7 @@ def _other_topics(file: str, namespace: str, collector: Collector) -> list[Findi
     findings = []
     for topic in others:
         relative = topic[len(namespace) + 1 :] if topic.startswith(namespace + "/") else ""
-        if relative.startswith(TEMPERATURE_PREFIX):
+        if relative.startswith(TEMPERATURE_PREFIX) and relative not in _OWN_TOPICS:
             message = (
                 f"{file}: topic {topic} is no sensor of the interface and is ignored; nearest is "
                 f"{nearest_telemetry(topic, namespace)}, valid are {', '.join(TEMPERATURE_SENSORS)}"

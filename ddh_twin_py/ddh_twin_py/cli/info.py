@@ -72,7 +72,7 @@ def _show(recording: Recording) -> None:
     start = datetime.fromtimestamp(recording.epoch_ns * 1e-9, UTC)
     console.print(Text(recording.path, style="bold"))
     rig = recording.rig
-    told = f"{rig.rig_id}, {rig.oil_grade}, payload {rig.payload_mass:g} kg" if rig else "not named"
+    told = str(rig) if rig else "not named"
     namespace = recording.namespace or "/"
     console.print(f"{duration(recording.duration)} from {start:%Y-%m-%d %H:%M:%S} UTC, namespace {namespace}")
     console.print(f"rig: {told}")

@@ -22,6 +22,10 @@ from ddh_twin_py.rig.bounds import LARGEST_TOLERANCE, SENSOR_FACTOR, Bound, boun
 
 CUT = 2.5
 """Tolerances are normal distributions cut at this many standard deviations."""
+OIL_GRADE = "ISO VG 32"
+"""Of the reference sheet's oil."""
+LARGEST_PAYLOAD = 1.0e5
+"""kg; a payload that a recording or a duty gives must be above 0 and not above this."""
 
 
 class RigError(ValueError):

@@ -46,11 +46,15 @@ class Finding:
 
 @dataclass(frozen=True)
 class RigInfo:
-    """Which rig was recorded: `rig_id`, `oil_grade` such as "ISO VG 32", `payload_mass` in kg."""
+    """Which rig was recorded: `rig_id`, `oil_grade` such as "ISO VG 32", `payload_mass` in kg (NaN: not known)."""
 
     rig_id: str
     oil_grade: str
     payload_mass: float
+
+    def __str__(self) -> str:
+        payload = f"payload {self.payload_mass:g} kg" if self.payload_mass == self.payload_mass else "payload not known"
+        return f"{self.rig_id}, {self.oil_grade or 'oil not known'}, {payload}"
 
 
 @dataclass(frozen=True)
@@ -184,7 +188,7 @@ class Recording:
         """A few lines for people: rig, duration, streams with rates, findings."""
         lines = [f"{self.path}: {self.duration:.1f} s"]
         if self.rig is not None:
-            lines.append(f"rig {self.rig.rig_id}, {self.rig.oil_grade}, payload {self.rig.payload_mass:g} kg")
+            lines.append(f"rig {self.rig}")
         for topic, stream in self.streams():
             lines.append(f"  {topic}: {len(stream)} samples, {_rate(stream.time):.3g} Hz")
         lines += [f"  {finding}" for finding in self.findings]

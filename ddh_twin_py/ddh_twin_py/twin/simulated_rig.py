@@ -16,7 +16,7 @@ from ddh_twin_py.physics.balance import OPERATING_DTYPE
 from ddh_twin_py.physics.free_run import free_run, settle
 from ddh_twin_py.physics.hydraulics import HYDRAULIC_STATES
 from ddh_twin_py.physics.thermal_network import N, NODES
-from ddh_twin_py.rig import Rig, load_rig
+from ddh_twin_py.rig import OIL_GRADE, Rig, load_rig
 from ddh_twin_py.telemetry.recording import Recording, RigInfo, drive_stream, hydraulic_stream, temperature_stream
 from ddh_twin_py.twin.duty import Duty, DutyCommand, load_duty
 from ddh_twin_py.twin.intervals import command_size
@@ -59,7 +59,7 @@ class SimulatedRig:
     def __init__(self, sheet: Rig, duty: Duty, seed: int) -> None:
         rng = np.random.default_rng(seed)
         self.rig = sheet.draw(rng).with_values({"load.payload_mass": duty.payload}, source="duty")
-        self.info = RigInfo(f"simulated_{seed}", "ISO VG 32", duty.payload)
+        self.info = RigInfo(f"simulated_{seed}", OIL_GRADE, duty.payload)
         self._duty = duty
         self._rng = rng
         self._sheet = sheet
