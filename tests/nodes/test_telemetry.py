@@ -71,6 +71,27 @@ def test_pressures_wait_for_the_start_of_the_record_and_follow_a_restart(listene
 
 
 @pytest.mark.live
+def test_a_node_that_was_killed_joins_where_the_record_is(listener, duty):
+    namespace = "/joined"
+    drive = listener.collect(DriveTelemetry, f"{namespace}/drive/telemetry", reliable=False)
+    pressures = listener.collect(HydraulicTelemetry, f"{namespace}/hydraulics/telemetry", reliable=False)
+    given = {"source": "simulation", "simulation__duty": str(duty), "simulation__seed": 7, "rate": 3.0}
+    with NodeProcess("drive_telemetry", namespace, **given) as motor:
+        with NodeProcess("pressure_telemetry", namespace, **given) as hydraulic:
+            wait_for(lambda: pressures and stamp_ns(pressures[-1]) - stamp_ns(pressures[0]) > 12e9, 30.0, "pressures")
+            hydraulic.process.send_signal(signal.SIGKILL)
+            hydraulic.ends()
+        before, sent = len(pressures), stamp_ns(drive[-1])
+        with NodeProcess("pressure_telemetry", namespace, **given) as hydraulic:
+            wait_for(lambda: len(pressures) > before + 200, 30.0, "pressures again")
+            hydraulic.stop()
+        motor.stop()
+    stamps = np.array([stamp_ns(m) for m in pressures[before:]])
+    assert stamps.min() > sent
+    assert np.all(np.diff(stamps) > 0)
+
+
+@pytest.mark.live
 def test_without_a_source_it_says_which_there_are():
     with NodeProcess("drive_telemetry", NS) as node:
         assert node.ends() == 2

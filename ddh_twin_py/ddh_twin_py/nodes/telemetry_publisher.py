@@ -59,6 +59,7 @@ class TelemetryPublisher(LifecycleNodeMixin, TwinNode):
         self._source: Source | None = None
         self._epoch_ns: int | None = None  # when the record starts: of the node's clock, and as stamps are published
         self._rounds = 0.0  # s of data in the rounds before this one
+        self._joining = True  # a record that may run already
         self._sending = False
         self._waiting: dict[str, Samples] = {}
         self._batches: Iterator[Mapping[str, Samples]] = iter(())
@@ -165,11 +166,15 @@ class TelemetryPublisher(LifecycleNodeMixin, TwinNode):
             if nothing or self.wall() - started > 10.0 * POLL_PERIOD:
                 break  # a source that waits or computes must not keep the node from listening
         self._send(now)
-        oldest = min((float(s.due[0]) for s in self._waiting.values() if s.due.size), default=now)
-        self._behind = max(0.0, now - oldest)
-        if self._behind < _BEHIND_LIMIT:
-            self._joining = False
-        elif not self._joining:
+        self._judge_pace(now)
+
+    def _judge_pace(self, now: float) -> None:
+        """How far publishing lags; a node has joined once it holds samples that are not long past."""
+        waiting = [float(s.due[0]) for s in self._waiting.values() if s.due.size]
+        self._behind = max(0.0, now - min(waiting)) if waiting else 0.0
+        if self._joining:
+            self._joining = not waiting or self._behind >= _BEHIND_LIMIT
+        elif self._behind >= _BEHIND_LIMIT:
             self.warn_once("behind", f"the source is {self._behind:.1f} s behind {self.values['rate']:g} times real time")
 
     def _fresh(self, samples: Samples, now: float) -> Samples:
