@@ -20,6 +20,13 @@ from ddh_twin_py.telemetry.signals import Signal, signals_of
 from ddh_twin_py.telemetry.unit_rules import EVIDENCE, UnitSuspicion, judge, rules_of
 
 _CAUSES = (*OF_FIELD, *OF_SAMPLE)  # in the order of the kernel's rows of counts
+_STUCK = _CAUSES.index(Cause.STUCK)
+_NOT_IN_RUNS = (
+    Cause.NOT_A_NUMBER | Cause.INFINITE | Cause.OUT_OF_RANGE | Cause.REPEATED | Cause.OUT_OF_ORDER
+)  # what the kernel does not look at when it counts repetitions
+_APART = 1.0  # s between two streams that have nothing in common
+_LEAST_SPAN = 10.0  # s of a stream that must share
+_LEAST_SHARE = 0.5  # of its time with the others
 
 
 @dataclass(frozen=True)
@@ -81,6 +88,7 @@ class StreamScreen:
         self._counts = np.zeros((kernel.CAUSES, fields), np.int64)
         self._first = np.zeros((kernel.CAUSES, fields), np.int64)
         self._first_value = np.full((kernel.CAUSES, fields), np.nan)
+        self._stuck_since = np.zeros(fields, np.int64)  # where the first run of a stuck field began
 
     def screen(self, stamp_ns: np.ndarray | Sequence[int], values: np.ndarray) -> Screened:
         """Judge samples in order of arrival: stamps int64[n] ns, values float64[n, c].
@@ -89,8 +97,9 @@ class StreamScreen:
         (a variance) pass unchanged. The input is not changed.
         """
         stamp = np.array(stamp_ns, np.int64, ndmin=1)
-        values = np.array(values, float, ndmin=2)
+        given, values = values, np.array(values, float, ndmin=2)
         flags = np.empty((stamp.size, len(self.signals)), np.uint16)
+        told, before = self._counts[_STUCK].copy(), self._field_state[:, : kernel.RUN_SINCE + 1].copy()
         done = 0
         while done < stamp.size:
             done = kernel.screen(
@@ -118,7 +127,45 @@ class StreamScreen:
             )
             if self._rules.size and self._rule_state[:, kernel.RULE_COUNT].max() >= EVIDENCE:
                 self._judge_units()
+        for j in np.flatnonzero((told == 0) & (self._counts[_STUCK] > 0)):
+            self._stuck_since[j] = self._run_began(j, stamp, np.array(given, float, ndmin=2)[:, j], flags[:, j], before[j])
         return Screened(stamp, values, flags)
+
+    def _run_began(self, j: int, stamp: np.ndarray, given: np.ndarray, flags: np.ndarray, before: np.ndarray) -> int:
+        """Stamp, ns, of the first repetition of the value that field j was first found stuck at."""
+        found = int(np.argmax(flags & Cause.STUCK > 0))
+        judged = np.flatnonzero((flags[: found + 1] & _NOT_IN_RUNS) == 0)
+        breaks = np.flatnonzero((given[judged] != given[found]) | (flags[judged] & Cause.CLOCK_JUMP > 0))
+        if not breaks.size and before[kernel.LAST] == given[found]:
+            return int(before[kernel.RUN_SINCE])  # it began in an earlier chunk
+        last = breaks[-1] if breaks.size else -1
+        same = last >= 0 and given[judged[last]] == given[found]  # the clock jumped there
+        return int(stamp[judged[last if same else last + 1]])
+
+    def reject_whole_runs(self, given: np.ndarray, screened: Screened) -> None:
+        """Reject what a stuck field repeated before that was noticed, where all its samples are there.
+
+        `given` float64[n, c] are the values before screening, in which a run that is found stuck
+        (`Cause.STUCK`) is followed back to the first repetition; zeros of a machine that is
+        switched off are left. Values, flags and findings are changed.
+        """
+        stamp, values, flags = screened
+        scale = np.abs(given[:, : len(self.signals)]) > kernel.ALIVE * self.noise
+        scale &= self.noise > 0.0
+        for j in np.flatnonzero((flags & Cause.STUCK).any(axis=0)):
+            judged = np.flatnonzero((flags[:, j] & _NOT_IN_RUNS) == 0)
+            value = given[judged, j]
+            new = np.ones(judged.size, bool)
+            new[1:] = (value[1:] != value[:-1]) | (flags[judged[1:], j] & Cause.CLOCK_JUMP > 0)
+            run = np.cumsum(new) - 1
+            stuck = np.zeros(run[-1] + 1, bool)
+            stuck[run[flags[judged, j] & Cause.STUCK > 0]] = True
+            others = scale.sum(axis=1) - scale[:, j] > 0
+            rejected = judged[stuck[run] & ((value != 0.0) | others[judged])]
+            values[rejected, j] = np.nan
+            flags[rejected, j] |= np.uint16(Cause.STUCK)
+            self._counts[_STUCK, j] = rejected.size
+            self._first[_STUCK, j] = self._stuck_since[j] = stamp[rejected[0]]
 
     def _judge_units(self) -> None:
         """Believe a suspicion that two windows of evidence in a row have raised."""
@@ -179,6 +226,7 @@ class StreamScreen:
             self._mistaken,
             self.suspicions,
             self.noise,
+            self._stuck_since,
         )
 
 
@@ -189,7 +237,8 @@ def screen_recording(
 
     Returned streams are sorted by stamp (within the stretches between clock jumps), repeated
     samples are left out, values that are not believed are NaN; findings are appended. A field
-    in a wrong unit is rejected from the beginning, not from where it was noticed.
+    in a wrong unit is rejected from the beginning and one that is stuck from its first
+    repetition, not from where that was noticed.
     """
     streams: dict[str, Stream] = {}
     findings = list(recording.findings)
@@ -197,7 +246,10 @@ def screen_recording(
     segments = clock_segments(stamps, to_ns(reorder_window))
     for topic, stream in recording.streams():
         screen = StreamScreen(topic, noise, reorder_window)
-        _, values, flags = screen.screen(stamps[topic], stream.values)
+        screened = screen.screen(stamps[topic], stream.values)
+        _, values, flags = screened
+        if screen.count(Cause.STUCK):
+            screen.reject_whole_runs(stream.values, screened)
         for suspicion in screen.suspicions:
             for column in suspicion.fields:
                 suspect = np.flatnonzero(flags[:, column] & Cause.WRONG_UNIT)
@@ -205,4 +257,36 @@ def screen_recording(
         order = sorted_order(stamps[topic], segments[topic])
         streams[topic] = Stream(stream.time[order], values[order], stream.fields)
         findings += screen.findings(recording.path, f"{recording.namespace}/{topic}", recording.epoch_ns)
+    findings += _apart(recording)
     return recording.with_streams(streams, findings)
+
+
+def _apart(recording: Recording) -> list[Finding]:
+    """Streams that have no time, or little of theirs, in common with the one that most others go with."""
+    spans = {topic: (float(s.time.min()), float(s.time.max())) for topic, s in recording.streams() if len(s)}
+    common = {topic: {other: _shared(span, spans[other]) for other in spans} for topic, span in spans.items()}
+    if all(share is None for shares in common.values() for share in shares.values()):
+        return []
+    # the first of those with the fewest strangers: the drive, where opinions are equal
+    against = min(spans, key=lambda topic: sum(share is not None for share in common[topic].values()))
+    findings = []
+    for topic, span in spans.items():
+        seconds = common[topic][against]
+        if seconds is None:
+            continue
+        name, other = (f"{recording.namespace}/{t}" for t in (topic, against))
+        overlap = "no time" if seconds <= 0.0 else f"only {seconds:.1f} s"
+        message = (
+            f"{recording.path}: {name} spans {span[0]:.1f} to {span[1]:.1f} s, {other} {spans[against][0]:.1f} to "
+            f"{spans[against][1]:.1f} s: they have {overlap} in common; do their clocks differ?"
+        )
+        findings.append(Finding("warning", recording.path, name, "", span[0], 1, message, span[0]))
+    return findings
+
+
+def _shared(a: tuple[float, float], b: tuple[float, float]) -> float | None:
+    """Seconds that two spans have in common where that is oddly little, else None."""
+    seconds = min(a[1], b[1]) - max(a[0], b[0])
+    shorter = min(a[1] - a[0], b[1] - b[0])
+    odd = seconds < -_APART or (shorter >= _LEAST_SPAN and seconds < _LEAST_SHARE * shorter)
+    return seconds if odd else None

@@ -27,8 +27,9 @@ def findings_of(
     mistaken: np.ndarray,
     suspicions: Sequence[UnitSuspicion],
     noise: np.ndarray,
+    stuck_since: np.ndarray,
 ) -> list[Finding]:
-    """One finding per cause and field from the kernel's counts int64[9, m]."""
+    """One finding per cause and field from the kernel's counts int64[9, m]; `stuck_since` int64[m] in ns."""
     where = f"{file}: {topic}" if file else topic
     causes = (*OF_FIELD, *OF_SAMPLE)
     found = []
@@ -42,7 +43,8 @@ def findings_of(
             if cause in OF_FIELD:
                 shown = signal.to_message(value)
                 subject = f"{where} {signal.field}"
-                said = _field_sentence(cause, signal, shown, count, samples, at, mistaken[j], noise[j])
+                since = (int(stuck_since[j]) - epoch_ns) * 1e-9
+                said = _field_sentence(cause, signal, shown, count, samples, at, mistaken[j], noise[j], since)
                 found.append(Finding("warning", file, topic, signal.field, shown, count, f"{subject} {said}", at))
             else:
                 said = _sample_sentence(cause, value, count, samples, at)
@@ -51,7 +53,7 @@ def findings_of(
     return found
 
 
-def _field_sentence(cause, signal, value, count, samples, at, mistaken, noise) -> str:
+def _field_sentence(cause, signal, value, count, samples, at, mistaken, noise, since) -> str:
     often = f"{count} of {samples} samples"
     unit = signal.message_unit
     if cause is Cause.NOT_A_NUMBER:
@@ -60,7 +62,7 @@ def _field_sentence(cause, signal, value, count, samples, at, mistaken, noise) -
         return f"is {value} in {often}, first at {at:.3f} s; not used"
     if cause is Cause.STUCK:
         return (
-            f"is stuck: it repeats exactly {value:.6g} {unit} although noise of {noise:.3g} {signal.unit} "
+            f"is stuck: it repeats exactly {value:.6g} {unit} since {since:.3f} s although noise of {noise:.3g} {signal.unit} "
             f"is expected; {often} are not used, the first at {at:.3f} s"
         )
     lowest, highest = signal.to_message(signal.lowest), signal.to_message(signal.highest)
