@@ -189,6 +189,41 @@ def test_the_estimate_survives_a_restart(short_recording, listener, tmp_path):
     assert deviation[2] < 1.5 * deviation[1] < deviation[0]  # warm start: no wider than it was left, give or take the pause
 
 
+@pytest.mark.parametrize(("told", "words"), [("rig_000", ""), ("rig_9", "rig 'rig_9' was announced, this was 'rig_000'; it begins anew")])
+def test_a_rig_that_is_told_late_changes_nothing_unless_it_is_another(told, words, short_recording, listener, tmp_path):
+    from ddh_twin_py.estimation.state_file import save_state
+    from ddh_twin_py.estimation.temperature_fusion import TemperatureFusion
+    from rclpy.qos import QoSDurabilityPolicy, QoSProfile
+
+    from ddh_msgs.msg import RigInfo
+
+    warm = TemperatureFusion(load_rig())
+    state = warm.state
+    state.covariance[:] *= 1e-4
+    save_state(tmp_path / "state", state, "rig_000", short_recording.epoch_ns - 1_000_000_000)
+    namespace, tank = f"/late_{told}", NODES.index("tank_oil")
+    estimates = listener.collect(TemperatureEstimateArray, f"{namespace}/temperature/estimates")
+    parts = [write_recording(tmp_path / f"{a:g}", short_recording.between(a, b)) for a, b in ((0.0, 8.0), (8.0, 12.0))]
+    given = {"flush_after": 0.5, "model_timeout": 0.5, "state_file": str(tmp_path / "state")}
+    with NodeProcess("temperature_fusion", namespace, **given) as fusion:
+        play(parts[0], "temperature_fusion", namespace=namespace, topics=["temperature/line_a"])
+        wait_for(lambda: len(estimates) >= 120, 10.0, "estimates")
+        before = estimates[-1].estimates[tank].standard_deviation
+        latched = QoSProfile(depth=1, durability=QoSDurabilityPolicy.TRANSIENT_LOCAL)
+        rig = listener.node.create_publisher(RigInfo, f"{namespace}/rig", latched)
+        rig.publish(RigInfo(rig_id=told, oil_grade="ISO VG 32", payload_mass=149.5))
+        fusion.says(f"rig {told}", 10.0)
+        count = len(estimates)
+        play(parts[1], "temperature_fusion", namespace=namespace, topics=["temperature/line_a"])
+        wait_for(lambda: len(estimates) >= count + 60, 10.0, "further estimates")
+        after = estimates[-1].estimates[tank].standard_deviation
+        listener.node.destroy_publisher(rig)
+        fusion.stop()
+    assert "going on from the state of" in fusion.text
+    assert ("begins anew" in fusion.text) == bool(words) and words in fusion.text
+    assert (after > 3.0 * before) == bool(words), (before, after)
+
+
 def test_bad_input_is_named_in_log_and_diagnostics(graph, short_recording, listener, tmp_path):
     health = listener.collect(DiagnosticArray, "/diagnostics")
     estimates = listener.collect(TemperatureEstimateArray, "/ddh/temperature/estimates")

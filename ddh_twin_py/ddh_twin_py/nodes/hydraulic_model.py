@@ -32,6 +32,7 @@ FRESH = 5_000_000_000  # ns of data for which a fused temperature is used
 class HydraulicModelNode(ModelNode):
     """Telemetry to `hydraulics/state`, `hydraulics/prediction` and `hydraulics/residuals`."""
 
+    payload_matters = True
     PARAMETERS = (
         Parameter(
             "use_fused_temperatures", True,

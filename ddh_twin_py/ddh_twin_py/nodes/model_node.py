@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -61,6 +62,27 @@ def rig_path(given: str) -> str | None:
     return given or None
 
 
+@dataclass(frozen=True)
+class Unit:
+    """What a state belongs to: rig id, '' where that is not known, and payload in kg, NaN where that does not matter."""
+
+    rig_id: str = ""
+    payload_mass: float = np.nan
+
+    def contradiction(self, told: RigInfo) -> str:
+        """What an announcement says that cannot be the same unit, '' if it can."""
+        if self.rig_id and told.rig_id and self.rig_id != told.rig_id:
+            return f"rig {told.rig_id!r} was announced, this was {self.rig_id!r}"
+        if known_payload(told) is not None and known_payload(told) != self.payload_mass and not np.isnan(self.payload_mass):
+            return f"a payload of {told.payload_mass:g} kg was announced, this was {self.payload_mass:g} kg"
+        return ""
+
+
+def known_payload(told: RigInfo | None) -> float | None:
+    """Announced payload in kg, None where none was."""
+    return told.payload_mass if told is not None and 0.0 < told.payload_mass < np.inf else None
+
+
 class TelemetryNode(TwinNode):
     """A node fed with ticks of telemetry; a subclass makes `feed` and does the work in `work`."""
 
@@ -74,6 +96,7 @@ class TelemetryNode(TwinNode):
         self.progress = Progress(self, self.feed.inputs)
         self.restarts = 0
         self.rig_info: RigInfo | None = None
+        self.unit: Unit | None = None  # what the state in hand belongs to, None while there is none
         self.create_subscription(RigInfo, RIG_TOPIC, self._take_rig, qos.LATCHED)
         self._last_data: float | None = None
         self.every(POLL_PERIOD, self.poll)
@@ -125,14 +148,27 @@ class TelemetryNode(TwinNode):
         self.health.hardware_id = message.rig_id
         if before is None or (before.rig_id, before.payload_mass) != (message.rig_id, message.payload_mass):
             self.get_logger().info(f"rig {message.rig_id}, {message.oil_grade}, payload {message.payload_mass:g} kg")
-            self.rig_changed()
+            contradiction = self.unit.contradiction(message) if self.unit is not None else ""
+            if contradiction:
+                self.get_logger().warning(f"{contradiction}; it begins anew")
+                self.unit = None
+                self.begin_anew()
+            elif self.unit is not None and not self.unit.rig_id:
+                self.unit = replace(self.unit, rig_id=message.rig_id)
 
-    def rig_changed(self) -> None:
-        """Called when another rig, or another payload, was announced."""
+    @property
+    def rig_id(self) -> str:
+        """As announced, '' while it was not."""
+        return self.rig_info.rig_id if self.rig_info is not None else ""
+
+    def begin_anew(self) -> None:
+        """Forget the state: another rig, or another payload, was announced."""
 
 
 class ModelNode(TelemetryNode):
     """A model that runs on intervals; a subclass says how it is made and what it publishes."""
+
+    payload_matters = False
 
     def __init__(self, name: str, topics: Collection[str], awaited: Collection[str], extra: Iterable[Parameter] = ()) -> None:
         super().__init__(name, (*MODEL_PARAMETERS, *extra))
@@ -185,17 +221,17 @@ class ModelNode(TelemetryNode):
         air = self._air.advance(batch.air)
         if batch.first or self._model is None:
             first_air = air[min(len(batch) - 1, round(START / self.interval))]
-            payload = self.rig_info.payload_mass if self.rig_info is not None else None
+            payload = known_payload(self.rig_info)
             self._model = self.make_model(start_temperature(batch.readings, first_air, self.interval), payload)
+            taken = payload or self.rig["load.payload_mass"]
+            self.unit = Unit(self.rig_id, taken if self.payload_matters else np.nan)
         known = self.run_model(self._model, batch, air)
         self.done += len(batch)
         self.newest_ns = int(batch.end_ns[-1])
         self.known_share = float(known.mean())
 
-    def rig_changed(self) -> None:
-        if self._model is not None:
-            self.get_logger().warning("the rig was announced while the model ran; the model begins anew")
-            self._model = None
+    def begin_anew(self) -> None:
+        self._model = None
 
     def _judge_model(self, report: Report) -> str:
         newest = max((entry.newest_ns for entry in self.feed.inputs.all.values()), default=0)

@@ -22,7 +22,7 @@ from ddh_twin_py.nodes.fusion_inputs import (
     state_rows,
 )
 from ddh_twin_py.nodes.health import DROPPED, Report, judge_age
-from ddh_twin_py.nodes.model_node import TEMPERATURE_TOPICS, TWIN_PARAMETERS, TelemetryNode, rig_path
+from ddh_twin_py.nodes.model_node import TEMPERATURE_TOPICS, TWIN_PARAMETERS, TelemetryNode, Unit, rig_path
 from ddh_twin_py.nodes.node_base import run
 from ddh_twin_py.nodes.parameters import Parameter
 from ddh_twin_py.nodes.state_keeper import StateKeeper
@@ -148,27 +148,33 @@ class TemperatureFusionNode(TelemetryNode):
         """The clock jumped back, or skipped a long time, or this is the beginning."""
         gap = None if self._last_end is None else (tick.start_ns - self._last_end) * 1e-9
         if gap is None:
+            self.unit = Unit(self.rig_id)
             self._restore(tick)
         elif gap < 0.0:
-            self._fusion.reset()
-            self._predicted.clear()
-            self._measured[:] = self._measured_at[:] = np.nan
+            self.begin_anew()
         else:
             self._fusion.rest(gap)
         self._last_end = tick.start_ns
+
+    def begin_anew(self) -> None:
+        self._fusion.reset()
+        self._predicted.clear()
+        self._measured[:] = self._measured_at[:] = np.nan
+        self.unit = Unit(self.rig_id)
 
     def _restore(self, tick: Tick) -> None:
         if self._keeper is None or self._keeper.saved is None:
             return
         saved = self._keeper.saved
         age = (tick.start_ns - saved.stamp_ns) * 1e-9
-        refusal = self._keeper.refusal(age, self.rig_info.rig_id if self.rig_info is not None else "")
+        refusal = self._keeper.refusal(age, self.rig_id)
         if refusal:
             self.get_logger().warning(refusal)
             return
         self._fusion.restore(saved.state, 0.0)
         before = self._tank_deviation()
         self._fusion.restore(saved.state, age)
+        self.unit = Unit(self.rig_id or saved.rig_id)
         self.get_logger().info(
             f"{self._keeper.path}: going on from the state of {age:.0f} s before; "
             f"the tank's oil was known to {before:.2g} K then, to {self._tank_deviation():.2g} K now"
@@ -252,12 +258,7 @@ class TemperatureFusionNode(TelemetryNode):
 
     def _keep_state(self) -> None:
         if self._last_end is not None and self._done:
-            self._keeper.keep(self._fusion.state, self.rig_info.rig_id if self.rig_info is not None else "", self._last_end)
-
-    def rig_changed(self) -> None:
-        if self._done:
-            self.get_logger().warning("the rig was announced while the estimate ran; it begins anew")
-            self._fusion.reset()
+            self._keeper.keep(self._fusion.state, self.unit.rig_id, self._last_end)
 
     def close(self) -> None:
         if self._keeper is not None:
