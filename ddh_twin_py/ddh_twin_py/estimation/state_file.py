@@ -3,6 +3,10 @@
 from __future__ import annotations
 
 import os
+import struct
+import zipfile
+import zlib
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
@@ -11,6 +15,12 @@ import numpy as np
 from ddh_twin_py.estimation.temperature_fusion import FusionState
 
 _VERSION = 1
+_ROUNDING = 1e-6
+_DAMAGE = (
+    ValueError, TypeError, KeyError, EOFError, AttributeError, MemoryError, OverflowError, NotImplementedError, RuntimeError,
+    SyntaxError, zipfile.BadZipFile, zlib.error, struct.error,
+)
+"""What zip and array readers raise on bytes that are not theirs."""
 OLDEST = 30 * 86400.0
 """s; an older state says nothing any more."""
 
@@ -37,11 +47,15 @@ def save_state(path: str | Path, state: FusionState, rig_id: str, stamp_ns: int)
     path = Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
     partial = path.with_name(f".{path.name}.{os.getpid()}")
-    with open(partial, "wb") as file:
-        np.savez(file, version=_VERSION, rig_id=rig_id, stamp_ns=np.int64(stamp_ns), **asdict(state))
-        file.flush()
-        os.fsync(file.fileno())
-    os.replace(partial, path)
+    try:
+        with open(partial, "wb") as file:
+            np.savez(file, version=_VERSION, rig_id=rig_id, stamp_ns=np.int64(stamp_ns), **asdict(state))
+            file.flush()
+            os.fsync(file.fileno())
+        os.replace(partial, path)
+    except BaseException:
+        partial.unlink(missing_ok=True)
+        raise
 
 
 def load_state(path: str | Path, like: FusionState) -> SavedState | None:
@@ -51,25 +65,74 @@ def load_state(path: str | Path, like: FusionState) -> SavedState | None:
         like: a state of this version of the filter; shapes must agree.
 
     Raises:
-        StateFileError: not a state file, of another version, or with values that are not finite.
+        StateFileError: not a state file, damaged, of another version, or with values that no filter has.
     """
     path = Path(path)
+    wanted = asdict(like)
     try:
-        with np.load(path, allow_pickle=False) as data:
-            arrays = {name: data[name] for name in data.files}
+        arrays = _arrays(path, ("version", "rig_id", "stamp_ns", *wanted))
+        if arrays is None:
+            return None
+        version = _scalar(arrays, "version", "iu")
+        if version != _VERSION:
+            raise StateFileError(f"is of version {version}, this twin reads version {_VERSION}")
+        values = {name: _value(arrays, name, value) for name, value in wanted.items()}
+        _check_covariance(values["covariance"])
+        stamp_ns = int(_scalar(arrays, "stamp_ns", "iu"))
+        return SavedState(FusionState(**values), str(_scalar(arrays, "rig_id", "U")), stamp_ns)
+    except StateFileError as error:
+        raise StateFileError(f"{path}: {error}") from None
+
+
+def _arrays(path: Path, names: Sequence[str]) -> dict[str, np.ndarray] | None:
+    """What is in the file under these names; None where there is no file."""
+    try:
+        with open(path, "rb") as file:
+            if not zipfile.is_zipfile(file):
+                raise StateFileError("is no state file, or was cut short")
+            file.seek(0)
+            with np.load(file, allow_pickle=False) as data:
+                return {name: data[name] for name in names if name in data.files}
     except FileNotFoundError:
         return None
-    except (OSError, ValueError, EOFError, KeyError) as error:
-        raise StateFileError(f"{path}: is no state file: {error}") from None
-    try:
-        if int(arrays["version"]) != _VERSION:
-            raise StateFileError(f"{path}: is of version {int(arrays['version'])}, this twin reads version {_VERSION}")
-        values = {name: arrays[name] for name in asdict(like)}
-        for name, wanted in asdict(like).items():
-            if np.shape(values[name]) != np.shape(wanted) or not np.all(np.isfinite(values[name])):
-                raise StateFileError(f"{path}: {name}: shape {np.shape(values[name])} or a value is not this filter's")
-        values["ambient"] = float(values["ambient"])
-        values["ambient_known"] = bool(values["ambient_known"])
-        return SavedState(FusionState(**values), str(arrays["rig_id"]), int(arrays["stamp_ns"]))
-    except KeyError as error:
-        raise StateFileError(f"{path}: is no state file: {error} is missing") from None
+    except StateFileError:
+        raise
+    except _DAMAGE:
+        raise StateFileError("is no state file, or is damaged") from None
+    except OSError as error:
+        raise StateFileError(f"cannot be read: {error.strerror or 'unknown cause'}") from None
+
+
+def _scalar(arrays: Mapping[str, np.ndarray], name: str, kinds: str):
+    value = _present(arrays, name)
+    if value.shape != () or value.dtype.kind not in kinds:
+        raise StateFileError(f"{name} is of type {value.dtype} and shape {value.shape}, which no state file has")
+    return value.item()
+
+
+def _value(arrays: Mapping[str, np.ndarray], name: str, like: object):
+    """One entry of the state, as it is in `like`."""
+    value, wanted = _present(arrays, name), np.asarray(like)
+    if value.shape != wanted.shape or not np.can_cast(value.dtype, wanted.dtype, "same_kind"):
+        raise StateFileError(
+            f"{name} is of type {value.dtype} and shape {value.shape}, this filter has {wanted.dtype} and {wanted.shape}"
+        )
+    if not np.all(np.isfinite(value)):
+        raise StateFileError(f"{name} has a value that is not finite")
+    return value.astype(wanted.dtype) if wanted.shape else type(like)(value.item())
+
+
+def _present(arrays: Mapping[str, np.ndarray], name: str) -> np.ndarray:
+    if name not in arrays:
+        raise StateFileError(f"is no state file: {name} is missing")
+    return arrays[name]
+
+
+def _check_covariance(covariance: np.ndarray) -> None:
+    variance = np.diag(covariance)
+    if np.any(variance < 0.0):
+        raise StateFileError(f"covariance has a negative variance, {variance.min():.3g}")
+    deviation = np.sqrt(variance)
+    largest = np.outer(deviation, deviation) * (1.0 + _ROUNDING)
+    if np.any(np.abs(covariance) > largest) or np.any(np.abs(covariance - covariance.T) > _ROUNDING * largest):
+        raise StateFileError("covariance is not one: not symmetric, or a correlation beyond 1")
