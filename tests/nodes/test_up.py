@@ -101,6 +101,11 @@ def test_no_node_outlives_a_twin_that_is_killed(tmp_path):
         (["--source", "bag", "--bag", "/nowhere"], "there is no /nowhere"),
         (["--rig", "/nowhere"], "--rig: there is no /nowhere"),
         (["--rate", "fast"], "'fast' is no number"),
+        (["--namespace", "/bad ns!"], "--namespace is '/bad ns!'; allowed are names of letters"),
+        (["--namespace", "/rig//b"], "--namespace is '/rig//b'"),
+        (["--namespace", "/7rig"], "--namespace is '/7rig'"),
+        (["--namespace", "/rig\n"], "--namespace is '/rig\\n'"),
+        (["--namespace", "x" * 400], "--namespace has 401 characters"),
     ],
 )
 def test_arguments_that_cannot_be_used(arguments, words, capsys):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import os
+import re
 import signal
 import sys
 from collections.abc import Mapping
@@ -18,6 +19,8 @@ MODELS = ("hydraulic_model", "machine_thermal", "temperature_fusion")
 SOURCES = ("none", "bag", "simulation")
 ENDING = ("bag_player", "drive_telemetry", "pressure_telemetry")
 """Nodes that may come to their end; with them the whole ends."""
+_NAMESPACE = re.compile(r"(/[A-Za-z_][A-Za-z0-9_]*)+", re.ASCII)
+_LONGEST_NAMESPACE = 180  # of the 245 that ROS has for a namespace, a topic and a node included
 _FLUSH_AFTER = 1.0  # s; a bag that has ended has ended
 _EXAMPLE = """\
   ddh-twin up                                          beside a machine that publishes its telemetry
@@ -139,7 +142,19 @@ def check(args: argparse.Namespace) -> None:
         args.duty = duty_file(args.duty)
         if not args.duty.exists():
             raise InputError(f"--duty: there is no {args.duty}")
-    args.namespace = "/" + args.namespace.strip("/")
+    args.namespace = _namespace(args.namespace)
+
+
+def _namespace(given: str) -> str:
+    """A namespace as ROS wants it; raises InputError where it would not take it."""
+    name = "/" + given.strip("/")
+    if name != "/" and not _NAMESPACE.fullmatch(name):
+        raise InputError(
+            f"--namespace is {given!r}; allowed are names of letters, digits and _, not beginning with a digit, joined by /"
+        )
+    if len(name) > _LONGEST_NAMESPACE:
+        raise InputError(f"--namespace has {len(name)} characters, allowed are {_LONGEST_NAMESPACE}")
+    return name
 
 
 def environment_additions() -> dict[str, str]:
