@@ -77,6 +77,16 @@ def test_an_unknown_duty_names_the_nearest(capsys, tmp_path):
     assert "nothing is overwritten" in there
 
 
+@pytest.mark.parametrize("option, expected", [
+    ("--seed=-1", "argument --seed: '-1' is no whole number from 0 on"),
+    ("--seed=x", "argument --seed: 'x' is no whole number"),
+    ("--duration=0", "argument --duration: '0' is no number above 0"),
+    ("--duration=-5", "argument --duration: '-5' is no number above 0"),
+])
+def test_numbers_that_a_simulation_cannot_use(capsys, tmp_path, option, expected):
+    assert expected in failure(capsys, "simulate", "paper_cycle", "-o", str(tmp_path / "b"), option)
+
+
 def test_a_file_that_cannot_be_written(capsys, paper_cycle_bag, tmp_path):
     target = tmp_path / "file"
     target.write_text("")

@@ -32,6 +32,7 @@ def test_a_partial_file_changes_only_what_it_names(tmp_path):
     ("pump_1: 3\n", "expected {value, unit, tolerance, source}"),
     ("[1, 2]\n", "mapping"),
     ("a: [\n", "is not YAML"),
+    ("rig_id: 2026-13-45\n", "is not YAML: month must be in 1..12"),
     ("sensors:\n  presure: {noise: 1.0, unit: Pa}\n", "nearest is 'sensors.pressure'"),
     ("sensors: [1]\n", "sensors: found [1], a mapping of sensors is needed"),
     ("sensors: abc\n", "sensors: found 'abc'"),

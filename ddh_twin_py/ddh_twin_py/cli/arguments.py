@@ -79,6 +79,13 @@ def positive(text: str) -> float:
     return value
 
 
+def seed(text: str) -> int:
+    """A whole number from 0 on."""
+    if not text.strip().isdecimal():
+        raise argparse.ArgumentTypeError(f"{text!r} is no whole number from 0 on")
+    return int(text)
+
+
 def add_rig(parser: Parser) -> None:
     """The option `--rig`."""
     parser.add_argument("--rig", metavar="FILE", help="rig file with what differs from the reference sheet")

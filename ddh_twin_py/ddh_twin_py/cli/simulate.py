@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from ddh_twin_py.cli.arguments import InputError, add_rig, add_verb, duty_file, positive
+from ddh_twin_py.cli.arguments import InputError, add_rig, add_verb, duty_file, positive, seed
 
 _EXAMPLE = "  ddh-twin simulate paper_cycle -o out/simulated --seed 3 --duration 600"
 START_NS = 1_767_225_600_000_000_000
@@ -23,7 +23,7 @@ def add_parser(subparsers) -> None:
         "duty", metavar="DUTY", help="duty file, or the name of one of the project's: paper_cycle, mixed"
     )
     parser.add_argument("-o", "--output", metavar="BAG", required=True, help="folder to write, must not exist")
-    parser.add_argument("--seed", type=int, default=1, help="of the rig and of its noise (default 1)")
+    parser.add_argument("--seed", type=seed, default=1, help="of the rig and of its noise (default 1)")
     add_rig(parser)
     parser.add_argument("--duration", metavar="S", type=positive, help="stop after so many seconds")
     parser.add_argument("--quiet", action="store_true", help="no progress")

@@ -158,6 +158,8 @@ def load_rig(path: str | Path | None = None) -> Rig:
         where = getattr(error, "problem_mark", None)
         line = f" (line {where.line + 1})" if where else ""
         raise RigError(f"{path}: is not YAML{line}") from None
+    except ValueError as error:  # such as an impossible date
+        raise RigError(f"{path}: is not YAML: {error}") from None
     if not isinstance(tree, dict):
         raise RigError(f"{path}: a rig file is a mapping of sections, found {type(tree).__name__}")
     rig_id, quantities, sensors = _parse(tree, str(path))

@@ -26,6 +26,7 @@ import numpy as np
 import yaml
 
 from ddh_twin_py.physics.motor import RAD_PER_S_OF_RPM
+from ddh_twin_py.rig import LARGEST_PAYLOAD, Rig
 
 _SEGMENTS = {
     "lift": ({"speed_rpm", "to_m"}, {"timeout_s"}),
@@ -36,6 +37,11 @@ _SEGMENTS = {
 }
 _TOP = {"payload_kg", "ambient_degC", "start_position_m", "ramp_rpm_per_s", "repeat", "cycle"}
 _TIMEOUT = 60.0
+_AMBIENT = (-60.0, 80.0)  # degC
+_POSITION = (0.0, 2.0)  # m, of any rig; `check_for_rig` knows the stroke
+_SPEED = 6000.0  # rpm
+_RAMP = (1.0, 1.0e6)  # rpm/s
+_LONGEST = 1.0e7  # s
 
 
 class DutyError(ValueError):
@@ -58,7 +64,7 @@ class Duty:
 
     Attributes:
         payload: kg. ambient: times (s) and temperatures (K), each (k,). start_position: m.
-        ramp: rad/s2. repeat: times, 0 is for ever. cycle: the segments.
+        ramp: rad/s2. repeat: times, 0 is for ever. cycle: the segments. file: where it was read from.
     """
 
     payload: float
@@ -68,6 +74,7 @@ class Duty:
     ramp: float
     repeat: int
     cycle: tuple[Segment, ...]
+    file: str = "duty"
 
 
 def load_duty(path: str | Path) -> Duty:
@@ -84,6 +91,8 @@ def load_duty(path: str | Path) -> Duty:
         raise DutyError(f"{path}: no such duty file") from None
     except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
         raise DutyError(f"{path}: cannot be read as YAML: {str(error).splitlines()[0]}") from None
+    except ValueError as error:  # such as an impossible date
+        raise DutyError(f"{path}: cannot be read as YAML: {error}") from None
     if not isinstance(tree, dict):
         raise DutyError(f"{path}: a duty file is a mapping, found {type(tree).__name__}")
     _known(path, "", tree, _TOP)
@@ -92,23 +101,40 @@ def load_duty(path: str | Path) -> Duty:
         raise DutyError(f"{path}: cycle: found {cycle!r}, a list of segments is needed")
     ambient = tree.get("ambient_degC", 23.0)
     rows = ambient if isinstance(ambient, list) else [[0.0, ambient]]
-    try:
-        table = np.array([[_number(path, "ambient_degC", a) for a in row] for row in rows], dtype=float).reshape(-1, 2)
-    except (TypeError, ValueError) as error:
-        if isinstance(error, DutyError):
-            raise
-        raise DutyError(f"{path}: ambient_degC: found {ambient!r}, a number or a list of [time_s, degC] is needed") from None
+    if not rows or not all(isinstance(row, list) and len(row) == 2 for row in rows):
+        raise DutyError(f"{path}: ambient_degC: found {ambient!r}, a number or a list of [time_s, degC] is needed")
+    table = np.array([
+        (_number(path, "ambient_degC time", when), _between(path, "ambient_degC", degc, *_AMBIENT, "degC")) for when, degc in rows
+    ])
     if np.any(np.diff(table[:, 0]) <= 0.0):
         raise DutyError(f"{path}: ambient_degC: times must rise, found {table[:, 0].tolist()}")
     return Duty(
-        payload=_positive(path, "payload_kg", tree.get("payload_kg", 149.5)),
+        payload=_between(path, "payload_kg", tree.get("payload_kg", 149.5), 1e-3, LARGEST_PAYLOAD, "kg"),
         ambient_time=table[:, 0],
         ambient=table[:, 1] + 273.15,
-        start_position=_number(path, "start_position_m", tree.get("start_position_m", 0.01)),
-        ramp=_positive(path, "ramp_rpm_per_s", tree.get("ramp_rpm_per_s", 1150.0)) * RAD_PER_S_OF_RPM,
-        repeat=int(_number(path, "repeat", tree.get("repeat", 1))),
+        start_position=_between(path, "start_position_m", tree.get("start_position_m", 0.01), *_POSITION, "m"),
+        ramp=_between(path, "ramp_rpm_per_s", tree.get("ramp_rpm_per_s", 1150.0), *_RAMP, "rpm/s") * RAD_PER_S_OF_RPM,
+        repeat=_count(path, "repeat", tree.get("repeat", 1)),
         cycle=tuple(_segment(path, i, row) for i, row in enumerate(cycle)),
+        file=str(path),
     )
+
+
+def check_for_rig(duty: Duty, rig: Rig) -> None:
+    """Whether the rig can do the duty at all.
+
+    Raises:
+        DutyError: for a position that is not within the rig's stroke.
+    """
+    stroke = rig["cylinder.stroke"]
+    wanted = [("start_position_m", duty.start_position)]
+    wanted += [
+        (f"cycle[{i}].{segment.kind}.to_m", segment.goal)
+        for i, segment in enumerate(duty.cycle) if segment.kind not in ("speed", "dwell")
+    ]
+    for name, position in wanted:
+        if not 0.0 <= position <= stroke:
+            raise DutyError(f"{duty.file}: {name}: value is {position:g} m, allowed are 0 to {stroke:g} m, the stroke of {rig.file}")
 
 
 def _known(path: Path, where: str, tree: dict, valid: set[str]) -> None:
@@ -119,16 +145,28 @@ def _known(path: Path, where: str, tree: dict, valid: set[str]) -> None:
 
 
 def _number(path: Path, name: str, value: object) -> float:
-    if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
-        raise DutyError(f"{path}: {name}: value is {value!r}, a finite number is needed")
-    return float(value)
-
-
-def _positive(path: Path, name: str, value: object) -> float:
-    number = _number(path, name, value)
-    if number <= 0.0:
-        raise DutyError(f"{path}: {name}: value is {number:g}, it must be above 0")
+    try:
+        number = math.nan if isinstance(value, bool) or not isinstance(value, (int, float)) else float(value)
+    except OverflowError:
+        number = math.inf
+    if not math.isfinite(number):
+        shown = repr(value)
+        raise DutyError(f"{path}: {name}: value is {shown[:40]}, a finite number is needed")
     return number
+
+
+def _between(path: Path, name: str, value: object, lowest: float, highest: float, unit: str) -> float:
+    number = _number(path, name, value)
+    if not lowest <= number <= highest:
+        raise DutyError(f"{path}: {name}: value is {number:g} {unit}, allowed are {lowest:g} to {highest:g} {unit}")
+    return number
+
+
+def _count(path: Path, name: str, value: object) -> int:
+    number = _number(path, name, value)
+    if number < 0.0 or number != int(number):
+        raise DutyError(f"{path}: {name}: value is {value!r}, a whole number from 0 on is needed (0: for ever)")
+    return int(number)
 
 
 def _segment(path: Path, index: int, row: object) -> Segment:
@@ -144,12 +182,16 @@ def _segment(path: Path, index: int, row: object) -> Segment:
     for name in sorted(needed - set(values)):
         raise DutyError(f"{path}: {where}.{kind}: {name} is missing")
     number = {name: _number(path, f"{where}.{kind}.{name}", value) for name, value in values.items()}
+    if "speed_rpm" in number:
+        _between(path, f"{where}.{kind}.speed_rpm", number["speed_rpm"], -_SPEED, _SPEED, "rpm")
+    if "to_m" in number:
+        _between(path, f"{where}.{kind}.to_m", number["to_m"], *_POSITION, "m")
     speed = number.get("speed_rpm", 0.0) * RAD_PER_S_OF_RPM
     if kind != "speed" and kind != "dwell" and speed <= 0.0:
         raise DutyError(f"{path}: {where}.{kind}.speed_rpm: value is {values['speed_rpm']}, it must be above 0")
     duration = number.get("duration_s", number.get("timeout_s", _TIMEOUT))
-    if duration <= 0.0:
-        raise DutyError(f"{path}: {where}.{kind}: a duration of {duration:g} s; it must be above 0")
+    if not 0.0 < duration <= _LONGEST:
+        raise DutyError(f"{path}: {where}.{kind}: a duration of {duration:g} s; it must be above 0 and at most {_LONGEST:g} s")
     return Segment(kind, speed, number.get("to_m", 0.0), duration)
 
 

@@ -7,6 +7,7 @@ and duty give the same rig and the same samples, in whichever process.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -18,7 +19,7 @@ from ddh_twin_py.physics.hydraulics import HYDRAULIC_STATES
 from ddh_twin_py.physics.thermal_network import N, NODES
 from ddh_twin_py.rig import OIL_GRADE, Rig, load_rig
 from ddh_twin_py.telemetry.recording import Recording, RigInfo, drive_stream, hydraulic_stream, temperature_stream
-from ddh_twin_py.twin.duty import Duty, DutyCommand, load_duty
+from ddh_twin_py.twin.duty import Duty, DutyCommand, DutyError, check_for_rig, load_duty
 from ddh_twin_py.twin.intervals import command_size
 
 CONTROL_PERIOD = 0.01
@@ -46,6 +47,8 @@ def simulate(rig_path: str | Path | None, duty_path: str | Path, seed: int, dura
     Raises:
         RigError, DutyError: for files that cannot be used.
     """
+    if duration is not None and not 0.0 < duration < math.inf:
+        raise DutyError(f"the duration of the simulation is {duration:g} s, it must be above 0")
     return SimulatedRig(load_rig(rig_path), load_duty(duty_path), seed).run(duration)
 
 
@@ -54,9 +57,15 @@ class SimulatedRig:
 
     Attributes:
         rig: the rig as drawn; a test may look, a twin may not.
+
+    Raises:
+        DutyError: for a duty that is not within the rig's stroke, or a negative seed.
     """
 
     def __init__(self, sheet: Rig, duty: Duty, seed: int) -> None:
+        if seed < 0:
+            raise DutyError(f"the seed of the simulated rig is {seed}, a whole number from 0 on is needed")
+        check_for_rig(duty, sheet)
         rng = np.random.default_rng(seed)
         self.rig = sheet.draw(rng).with_values({"load.payload_mass": duty.payload}, source="duty")
         self.info = RigInfo(f"simulated_{seed}", OIL_GRADE, duty.payload)
