@@ -67,3 +67,39 @@ def test_left_out_sensors(result):
     oil, winding = compare(result, left_out).temperatures
     assert oil.rms_left_out == pytest.approx(0.4) and oil.std_left_out == pytest.approx(0.2)
     assert winding.rms_left_out is None
+
+
+def test_numbers_that_are_not_finite_are_said_and_never_praised(result):
+    result.free["pressure_rod_side"][100:] = np.nan
+    agreement = compare(result)
+    assert agreement.not_finite == {"pressure rod side": pytest.approx(0.75)}
+    assert agreement.level == "poor"
+    assert agreement.verdict == (
+        "The twin gave no finite numbers for pressure rod side in 75 % of the comparisons: nothing can be said about "
+        "agreement; look at the rig file and at the findings."
+    )
+    assert agreement.as_json()["not_finite"] == {"pressure rod side": pytest.approx(0.75)}
+
+
+def test_a_twin_that_gave_nothing_at_all(result):
+    for name in result.free.dtype.names:
+        result.free[name] = np.nan
+    nothing = {n: replace(c, predicted=c.measured * np.nan, fused=c.measured * np.inf) for n, c in result.sensors.items()}
+    lost = replace(result, sensors=nothing, fused=result.fused * np.nan, fused_std=result.fused_std * np.nan)
+    agreement = compare(lost)
+    assert agreement.level == "poor"
+    assert agreement.verdict.startswith("The twin gave no finite numbers for speed, torque, current, voltage and ")
+    assert "agrees" not in agreement.verdict and "stay within" not in agreement.verdict
+    assert "fused tank oil temperature" in agreement.not_finite
+
+
+def test_a_fused_temperature_alone_that_is_not_finite(result):
+    odd = dict(result.sensors)
+    odd["tank_oil"] = replace(odd["tank_oil"], fused=odd["tank_oil"].fused * np.nan)
+    verdict = compare(replace(result, sensors=odd)).verdict
+    assert verdict.startswith("The twin gave no finite numbers for fused tank oil temperature: nothing")
+
+
+def test_a_few_intervals_without_output_are_no_lost_twin(result):
+    result.free["speed"][:20] = np.nan
+    assert compare(result).not_finite == {}

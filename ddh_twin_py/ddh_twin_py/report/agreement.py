@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -21,6 +21,9 @@ FAR = 5.0
 """Multiples of noise beyond which they clearly differ."""
 LOST = 3.0
 """Standard deviations of noise and zero error together beyond which an estimate has lost its own sensor."""
+LOST_SHARE = 0.1
+"""Share of the comparisons without a finite number beyond which nothing is said about agreement."""
+_MOST_NAMES = 4
 HOLD = 0.5
 """s; an interval whose newest sample is older was not measured."""
 INPUTS = frozenset({"speed", "pressure_piston_side", "pressure_rod_side", "rod_position", "rod_velocity"})
@@ -123,7 +126,10 @@ class Loss:
 
 @dataclass(frozen=True)
 class Agreement:
-    """All comparisons of one recording."""
+    """All comparisons of one recording.
+
+    `not_finite` maps what the twin gave no finite numbers for to the share of them that is not.
+    """
 
     signals: tuple[SignalAgreement, ...]
     temperatures: tuple[TemperatureAgreement, ...]
@@ -132,6 +138,7 @@ class Agreement:
     energy: Mapping[str, float]
     duration: float
     intervals: int
+    not_finite: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def counted(self) -> tuple[tuple[str, str, float, float], ...]:
@@ -144,12 +151,12 @@ class Agreement:
             (f"{words(t.sensor)} temperature", f"{number(t.rms_predicted, 2)} K", t.rms_predicted, t.predicted_in_noise)
             for t in self.temperatures
         ]
-        return tuple(sorted(rows, key=lambda row: -row[3]))
+        return tuple(sorted(rows, key=lambda row: -row[3] if math.isfinite(row[3]) else -math.inf))
 
     @property
     def level(self) -> str:
         """good, fair or poor, by what is furthest off; a fused temperature far from its sensor is poor."""
-        if self._fused_far:
+        if self.not_finite or self._fused_far:
             return "poor"
         return level(self.counted[0][3]) if self.counted else "fair"
 
@@ -162,6 +169,15 @@ class Agreement:
     @property
     def verdict(self) -> str:
         """One sentence that says how well the twin agrees."""
+        if self.not_finite:
+            names = list(self.not_finite)
+            more = f" and {len(names) - _MOST_NAMES} more" if len(names) > _MOST_NAMES else ""
+            share = max(self.not_finite.values())
+            much = "" if share >= 1.0 else f" in {'up to ' * (len(names) > 1)}{number(100.0 * share, 0)} % of the comparisons"
+            return (
+                f"The twin gave no finite numbers for {', '.join(names[:_MOST_NAMES])}{more}{much}: nothing can be said about "
+                "agreement; look at the rig file and at the findings."
+            )
         if not self.counted:
             return "The recording holds no signal that the twin could be compared with."
         parts = []
@@ -201,6 +217,7 @@ class Agreement:
         return {
             "verdict": self.verdict,
             "level": self.level,
+            "not_finite": dict(self.not_finite),
             "duration_s": self.duration,
             "intervals": self.intervals,
             "noise_floor": FLOOR,
@@ -271,7 +288,32 @@ def compare(result: ReplayResult, left_out: Mapping[str, SensorComparison] | Non
         },
         duration=n * float(np.median(np.diff(result.time))) if n > 1 else 0.0,
         intervals=int(n),
+        not_finite=_not_finite(result),
     )
+
+
+def _not_finite(result: ReplayResult) -> dict[str, float]:
+    """What was measured, or is estimated, and the share of it for which the twin has no finite number."""
+    shares = {}
+    for signal in (*DRIVE_SIGNALS, *HYDRAULIC_SIGNALS):
+        if signal.noise_key is not None:
+            measured = np.isfinite(measured_values(result, signal))
+            shares[words(signal.name)] = _share_lost(result.free[signal.name][measured])
+            if signal.name not in INPUTS:
+                name = f"{words(signal.name)} of the soft sensor"
+                shares[name] = _share_lost(result.soft[signal.name][measured])
+    for name, c in result.sensors.items():
+        here = np.isfinite(c.measured)
+        shares[f"{words(name)} temperature"] = _share_lost(c.predicted[here])
+        shares[f"fused {words(name)} temperature"] = _share_lost(c.fused[here])
+    shares["the free run's temperatures"] = _share_lost(result.free_temperature)
+    shares["the fused temperatures"] = _share_lost(result.fused)
+    shares["the standard deviations of the fused temperatures"] = _share_lost(result.fused_std)
+    return {name: share for name, share in shares.items() if share > LOST_SHARE}
+
+
+def _share_lost(values: np.ndarray) -> float:
+    return 1.0 - float(np.isfinite(values).mean()) if values.size else 0.0
 
 
 def component_values(points: np.ndarray, fields: tuple[str, ...]) -> np.ndarray:
