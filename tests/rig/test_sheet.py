@@ -28,6 +28,7 @@ def test_a_partial_file_changes_only_what_it_names(tmp_path):
     ("pump_1:\n  leekage: {value: 1.0}\n", "pump_1.leekage: no such entry; the nearest is 'pump_1.leakage'"),
     ("pump_1:\n  leakage: {value: lots}\n", "pump_1.leakage: value is 'lots'"),
     ("pump_1:\n  leakage: {value: .nan}\n", "finite number"),
+    ("oil:\n  bulk_modulus: {value: 1e9}\n", "value is '1e9', a finite number is needed; YAML wants a point and a sign"),
     ("pump_1:\n  leakage: {value: 1.0, unit: l/min}\n", "unit is 'l/min'"),
     ("pump_1: 3\n", "expected {value, unit, tolerance, source}"),
     ("[1, 2]\n", "mapping"),

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import difflib
 import math
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from importlib import resources
@@ -20,6 +21,7 @@ import yaml
 
 from ddh_twin_py.rig.bounds import LARGEST_TOLERANCE, SENSOR_FACTOR, Bound, bound_of, contradiction
 
+_EXPONENT = re.compile(r"[-+]?[0-9]*\.?[0-9]+[eE][-+]?[0-9]+")
 CUT = 2.5
 """Tolerances are normal distributions cut at this many standard deviations."""
 OIL_GRADE = "ISO VG 32"
@@ -216,7 +218,8 @@ def _number(file: str, name: str, value: Any) -> float:
     if not math.isfinite(number):
         shown = repr(value)
         shown = shown if len(shown) <= 40 else shown[:37] + "..."
-        raise RigError(f"{file}: {name}: value is {shown}, a finite number is needed")
+        hint = "; YAML wants a point and a sign, as in 1.0e+9" if isinstance(value, str) and _EXPONENT.fullmatch(value) else ""
+        raise RigError(f"{file}: {name}: value is {shown}, a finite number is needed{hint}")
     return number
 
 
