@@ -112,6 +112,7 @@ class StreamJudge:
         wall = self._node.wall()
         limit = max(self._limit, 2.5 * (screen.period or 0.0))
         judge_age(report, entry, wall, limit, self._required)
+        judge_publishers(report, entry, self._node)
         counts = screen.health()
         counts |= {cause: self._feed.aligner.counts[self._topic, cause] for cause in DROPPED}
         new = {name for name, count in counts.items() if name != "samples" and count != self._before.get(name, 0)}
@@ -178,6 +179,15 @@ def judge_age(report: Report, entry: Input, wall: float, limit: float, required:
             report.error(f"no message yet on {entry.name}")
     elif age > limit:
         (report.error if required else report.warn)(f"stale: {age:.1f} s without a message, limit {limit:g} s")
+
+
+def judge_publishers(report: Report, entry: Input, node: TwinNode) -> None:
+    """Does more than one machine, or more than one twin, speak on the topic."""
+    count = node.count_publishers(entry.name)
+    report.add("publishers", count, "1")
+    report.add("publishers highest", 1, "1")
+    if count > 1:
+        report.warn(f"{count} publishers on {entry.name}, their messages are mixed")
 
 
 def judge_clock(report: Report, jumps: int, restarts: int) -> str:

@@ -21,7 +21,7 @@ from ddh_twin_py.nodes.fusion_inputs import (
     node_temperatures,
     state_rows,
 )
-from ddh_twin_py.nodes.health import DROPPED, Report, judge_age
+from ddh_twin_py.nodes.health import DROPPED, Report, judge_age, judge_publishers
 from ddh_twin_py.nodes.model_node import TEMPERATURE_TOPICS, TWIN_PARAMETERS, TelemetryNode, Unit, rig_path
 from ddh_twin_py.nodes.node_base import run
 from ddh_twin_py.nodes.parameters import Parameter
@@ -271,6 +271,7 @@ class TemperatureFusionNode(TelemetryNode):
 
     def _judge_model(self, report: Report, topic: str) -> str:
         judge_age(report, self._models[topic][0], self.wall(), self.values["stale_after"], required=False)
+        judge_publishers(report, self._models[topic][0], self)
         report.add("messages", self._models[topic][0].received, "1")
         for cause, plain in DROPPED.items():
             report.add(plain, self.feed.aligner.counts[topic, cause], "1")
