@@ -296,3 +296,21 @@ def test_a_sensor_slower_than_the_models_makes_the_jump_known_later():
     assert aligner.counts["temperature/ambient", "clock_jump"] == 1
     assert aligner.counts["hydraulics/state", "clock_jump"] == aligner.counts["hydraulics/state", "old_clock"] == 0
     assert all(float(t) in got for t in range(25_000 * MS, 39_000 * MS, 50 * MS))
+
+
+def test_sensors_that_stop_where_the_clock_jumps_cost_nothing():
+    aligner = TickAligner(dict.fromkeys(SENSORS + MODELS, 1), timeout=5.0, awaited=MODELS, followers=MODELS)
+    ticks = []
+    for t in range(50 * MS, 40_000 * MS + 1, 50 * MS):
+        stamp = EPOCH + (t if t <= 20_000 * MS else t - 20_000 * MS)
+        for name in (SENSORS if t <= 20_000 * MS else ()) + MODELS:
+            aligner.push(name, stamp, [float(t)])
+        ticks += aligner.ready()
+    ticks += aligner.flush()
+    assert sum(tick.restart for tick in ticks) == 1
+    for name in MODELS:
+        values = np.concatenate([tick.samples[name].values[:, 0] for tick in ticks])
+        missing = np.setdiff1d(np.arange(50, 40_001, 50) * float(MS), values)
+        assert np.unique(values).size == values.size  # and only the old clock's last reorder window may be missing
+        assert not missing.size or 19_400 * MS < missing.min() and missing.max() <= 20_000 * MS
+    assert sum(aligner.counts[name, "clock_jump"] for name in SENSORS + MODELS) == 1

@@ -108,10 +108,11 @@ class _Line:
     """One stream within the live aligner: what is waiting, sorted by stamp.
 
     `owed` counts the clock jumps that others have shown and this stream has not; below 0 it went
-    back by itself. `since` is its first stamp since it owes one, `top` its newest before it went back.
+    back by itself. `since` is its first stamp since it owes one, `top` its newest before it went back,
+    `held` what came since then.
     """
 
-    __slots__ = ("alive", "awaited", "follows", "newest", "owed", "rows", "since", "stamps", "top", "width")
+    __slots__ = ("alive", "awaited", "follows", "held", "newest", "owed", "rows", "since", "stamps", "top", "width")
 
     def __init__(self, width: int, awaited: bool, follows: bool) -> None:
         self.width = width
@@ -126,12 +127,17 @@ class _Line:
         self.alive = self.awaited
         self.since: int | None = None
         self.top: int | None = None
+        self.held: list[tuple[int, Sequence[float]]] = []
 
     def step_back(self, stamp: int) -> None:
         """A stream that follows others went back to this stamp; what waits beyond it will come again."""
         top = self.newest
         self.restart(self.owed - 1)
         self.top = top
+        self.forget(stamp)
+
+    def forget(self, stamp: int) -> None:
+        """Leave out what waits from this stamp on."""
         keep = bisect_right(self.stamps, stamp - 1)
         for again in self.stamps[keep:]:
             del self.rows[again]
@@ -157,7 +163,8 @@ class TickAligner:
     left out until they have gone back too, fit the new time, or have gone on for longer than
     messages can be under way. `followers` are computed from the other streams and lag behind them:
     by up to `timeout` they tell the old time after a jump, so that they only restart themselves
-    when they go back; they decide for all only where none of the others speaks.
+    when they go back; they decide for all only where none of the others speaks, or says otherwise
+    for `timeout` of data. What they said in the meantime is not lost.
 
     `streams` maps name to number of fields. `counts` has, by (stream, cause): duplicate, late
     (its tick was released already) and clock_jump; `old_clock` samples still had the time from
@@ -200,6 +207,11 @@ class TickAligner:
             line.newest = stamp if line.newest is None else max(line.newest, stamp)
             self.counts[stream, "old_clock"] += 1
             return
+        if line.owed < 0:
+            line.held.append((stamp, row))
+            if stamp > line.held[0][0] + self._window + self._timeout:
+                self._jump(stream)  # none of the streams that lead has said anything else
+                return
         if stamp == line.newest or stamp in line.rows:
             self.counts[stream, "duplicate"] += 1
             return
@@ -207,7 +219,7 @@ class TickAligner:
             line.newest = stamp
             line.alive = line.awaited
             if line.top is not None and stamp > line.top:
-                line.owed, line.top = 0, None  # it went back alone and is where it was
+                line.owed, line.top, line.held = 0, None, []  # it went back alone and is where it was
         if self._newest is None or stamp > self._newest:
             self._newest = stamp
         if self._last is not None and stamp <= self._last * self.interval_ns:
@@ -307,13 +319,20 @@ class TickAligner:
     def _jump(self, stream: str) -> None:
         """The clock jumped back: everything that waits belongs to the old time."""
         self.counts[stream, "clock_jump"] += 1
+        before = {name: line.held for name, line in self._lines.items() if line.owed < 0 and line.held}
+        for name, held in before.items():
+            self._lines[name].forget(held[0][0])
         self._done += self._drain()
         self._restart = self._restart or self._last is not None
         self._newest = self._last = None
         self._empty = 0
         for name, line in self._lines.items():
-            owed = 0 if name == stream or line.newest is None else line.owed + 1 if line.follows else 1
-            line.restart(owed, line.newest if owed > 0 else None)
+            ahead = name == stream or line.newest is None or line.owed < 0
+            owed = 0 if ahead else line.owed + 1 if line.follows else 1
+            line.restart(owed, line.newest if owed else None)
+        for name, held in before.items():  # these had gone back before this stream
+            for stamp, row in held:
+                self.push(name, stamp, row)
 
 
 def align(
