@@ -10,7 +10,7 @@ import sys
 from collections.abc import Mapping
 from pathlib import Path
 
-from ddh_twin_py.cli.arguments import InputError, Parser, add_rig, add_verb, duty_file
+from ddh_twin_py.cli.arguments import InputError, Parser, add_rig, add_verb, duty_file, seed
 from ddh_twin_py.cli.supervisor import Child, Supervisor, combined_log
 
 __all__ = ["ENDING", "MODELS", "Parser", "add_parser", "check", "environment_additions", "node_parameters", "run"]
@@ -43,7 +43,7 @@ def add_parser(subparsers) -> None:
     )
     parser.add_argument("--bag", metavar="BAG", help="bag to play, with --source bag")
     parser.add_argument("--duty", metavar="FILE", help="duty file, or the name of one of the project's, with --source simulation")
-    parser.add_argument("--seed", type=int, default=1, help="which rig is simulated (default 1)")
+    parser.add_argument("--seed", type=seed, default=1, help="which rig is simulated (default 1)")
     parser.add_argument(
         "--rate", type=_rate, default=1.0,
         help="speed of the source against real time (default 1); 0 plays a bag as fast as the nodes take it",

@@ -76,7 +76,8 @@ class Experiment:
         if ticks.restart.any():
             raise ExperimentError(f"{recording.path}: the clock jumps {int(ticks.restart.sum())} times; cut the recording there")
         self.recording, self.interval = recording, interval
-        self.payload = recording.rig.payload_mass if recording.rig is not None else rig["load.payload_mass"]
+        said = recording.rig.payload_mass if recording.rig is not None else np.nan
+        self.payload = said if np.isfinite(said) else rig["load.payload_mass"]
         n = len(ticks)
         begin = (ticks.end_ns[0] - recording.epoch_ns) * 1e-9 - interval
         self._epoch = begin

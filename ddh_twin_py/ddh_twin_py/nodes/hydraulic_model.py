@@ -52,7 +52,7 @@ class HydraulicModelNode(ModelNode):
         self._fused_parser = BulkParser(TemperatureEstimateArray)
         self._fused: tuple[int, np.ndarray] | None = None  # stamp in ns, K (N,)
         self._fused_used = False
-        self.begin(required=[DRIVE_TOPIC, HYDRAULIC_TOPIC])
+        self.begin(required=[DRIVE_TOPIC])
         self.health.add(FUSED_TOPIC, self._judge_fused)
 
     def take(self, wall: float) -> bool:

@@ -34,6 +34,7 @@ from ddh_twin_py.telemetry.alignment import Tick
 from ddh_twin_py.telemetry.signals import TEMPERATURE_PREFIX
 
 _KEEP_PREDICTIONS = 60_000_000_000  # ns
+_SILENT_AFTER = 10.0  # s of wall time without an estimate that are worth a word
 
 
 class TemperatureFusionNode(TelemetryNode):
@@ -70,6 +71,7 @@ class TemperatureFusionNode(TelemetryNode):
         self._refused = dict.fromkeys(SENSORS, 0)
         self._known = {STATE_TOPIC: 0.0, MOTOR_TOPIC: 0.0}
         self._done = 0
+        self._done_at = 0.0  # s, wall clock of the newest estimate
         self._make_publishers()
         self._keeper: StateKeeper | None = None
         if values["state_file"]:
@@ -193,6 +195,7 @@ class TemperatureFusionNode(TelemetryNode):
         self._last_end = int(end_ns[-1])
         self._deviation = result.standard_deviation[-1]
         self._done += len(ticks)
+        self._done_at = self.wall()
         self._known = {STATE_TOPIC: float(inputs.hydraulics_known.mean()), MOTOR_TOPIC: float(inputs.motor_known.mean())}
 
     def _publish(self, end_ns: np.ndarray, result: FusionResult) -> None:
@@ -286,7 +289,14 @@ class TemperatureFusionNode(TelemetryNode):
             report.add(f"standard deviation {node}", float(deviation), "K")
         for sensor, count in self._refused.items():
             report.add(f"readings refused {sensor}", count, "1")
-        return "runs" if self._done else "waits for a model or a sensor"
+        if not self._done:
+            return "waits for a model or a sensor"
+        age, limit = self.wall() - self._done_at, _SILENT_AFTER
+        report.add("age of the newest estimate", float(age), "s")
+        report.add("age limit", limit, "s")
+        if age > limit:
+            report.warn(f"no estimate for {age:.0f} s, neither models nor sensors go on")
+        return "runs"
 
     def _judge_state_file(self, report: Report) -> str:
         report.add("written", self._keeper.written, "1")

@@ -109,9 +109,9 @@ def assumptions(result: ReplayResult) -> list[str]:
         )
     if (np.diff(result.time) <= 0.0).any():
         taken.append("The clock of the recording jumped back; everything starts anew there, and the charts go on.")
-    if recording.rig is None:
+    if recording.rig is None or not np.isfinite(recording.rig.payload_mass):
         payload = result.rig["load.payload_mass"]
-        taken.append(f"Payload {payload:g} kg is the rig file's: the recording does not tell it.")
+        taken.append(f"Payload {payload:g} kg is the rig file's: the recording tells none that can be used.")
     if "ambient" not in recording.temperatures:
         taken.append(f"Ambient {result.rig['ambient']:g} °C is the rig file's: the recording has no sensor for it.")
     return taken
@@ -154,7 +154,7 @@ def _key_figures(result: ReplayResult, agreement: Agreement) -> list[doc.Figure]
     rig = result.recording.rig
     figures = [
         doc.Figure("Rig", rig.rig_id if rig else result.rig.rig_id,
-                   f"{rig.oil_grade}, payload {rig.payload_mass:g} kg" if rig else "not named in the recording"),
+                   f"{rig.oil_grade}, payload {rig.payload_mass:g} kg" if rig and np.isfinite(rig.payload_mass) else rig.oil_grade if rig else "not named in the recording"),
         doc.Figure("Recording", duration(agreement.duration), result.recording.path),
     ]
     if agreement.counted:
