@@ -152,9 +152,9 @@ def _data_split(agreement: Agreement) -> str:
 
 def _key_figures(result: ReplayResult, agreement: Agreement) -> list[doc.Figure]:
     rig = result.recording.rig
+    load = f"{rig.oil_grade}, payload {rig.payload_mass:g} kg" if rig and np.isfinite(rig.payload_mass) else "payload not known"
     figures = [
-        doc.Figure("Rig", rig.rig_id if rig else result.rig.rig_id,
-                   f"{rig.oil_grade}, payload {rig.payload_mass:g} kg" if rig and np.isfinite(rig.payload_mass) else rig.oil_grade if rig else "not named in the recording"),
+        doc.Figure("Rig", rig.rig_id if rig else result.rig.rig_id, load if rig else "not named in the recording"),
         doc.Figure("Recording", duration(agreement.duration), result.recording.path),
     ]
     if agreement.counted:
