@@ -18,6 +18,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from ddh_twin_py.cli.arguments import InputError
+from ddh_twin_py.cli.parameter_yaml import parameter_yaml
 
 _DOMAINS = range(1, 102)
 """Above, the ports of a domain lie in the range that Linux hands out to clients."""
@@ -64,7 +65,7 @@ class LiveGraph:
         code = f"{_DIE_WITH_PARENT}; from ddh_twin_py.nodes.{node} import main; sys.exit(main())"
         command = [sys.executable, "-c", code, "--ros-args", "-r", f"__ns:={self.namespace}"]
         for name, value in (parameters or {}).items():
-            command += ["-p", f"{name}:={_yaml(value)}"]
+            command += ["-p", f"{name}:={parameter_yaml(value)}"]
         environment = {
             **os.environ, "ROS_DOMAIN_ID": str(self.domain), "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
             "PYTHONUNBUFFERED": "1", "RCUTILS_COLORIZED_OUTPUT": "0",
@@ -159,16 +160,6 @@ def free_domain() -> int:
                 continue
         return domain
     raise InputError(f"all ROS 2 domains from {_DOMAINS.start} to {_DOMAINS.stop - 1} are in use on this machine")
-
-
-def _yaml(value: object) -> str:
-    if isinstance(value, bool):
-        return "true" if value else "false"
-    if isinstance(value, (list, tuple)):
-        return "[" + ", ".join(_yaml(entry) for entry in value) + "]"
-    if isinstance(value, (int, float)):
-        return repr(value)
-    return "'" + str(value).replace("'", "''") + "'"
 
 
 def _code(code: int) -> str:

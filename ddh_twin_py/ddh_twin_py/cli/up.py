@@ -11,6 +11,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from ddh_twin_py.cli.arguments import InputError, Parser, add_rig, add_verb, duty_file, seed
+from ddh_twin_py.cli.parameter_yaml import parameter_yaml
 from ddh_twin_py.cli.supervisor import Child, Supervisor, combined_log
 
 __all__ = ["ENDING", "MODELS", "Parser", "add_parser", "check", "environment_additions", "node_parameters", "run"]
@@ -98,7 +99,7 @@ def command(node: str, parameters: Mapping[str, object], namespace: str, file: s
     if file:
         line += ["--params-file", file]
     for name, value in parameters.items():
-        line += ["-p", f"{name}:={_yaml(value)}"]
+        line += ["-p", f"{name}:={parameter_yaml(value)}"]
     return line
 
 
@@ -109,16 +110,6 @@ def _executable(node: str) -> list[str]:
         if prefix and path.is_file():
             return [str(path)]
     return [sys.executable, "-c", f"import sys; from ddh_twin_py.nodes.{node} import main; sys.exit(main())"]
-
-
-def _yaml(value: object) -> str:
-    if isinstance(value, bool):
-        return "true" if value else "false"
-    if isinstance(value, (list, tuple)):
-        return "[" + ", ".join(_yaml(entry) for entry in value) + "]"
-    if isinstance(value, (int, float)):
-        return repr(value)
-    return "'" + str(value).replace("'", "''") + "'"
 
 
 def check(args: argparse.Namespace) -> None:
