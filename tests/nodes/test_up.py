@@ -89,7 +89,7 @@ def test_no_node_outlives_a_twin_that_is_killed(tmp_path):
         assert {"drive_telemetry", "pressure_telemetry"} <= set(nodes) and len(nodes) == 5
         up.process.kill()
         up.process.wait()
-        wait_for(lambda: not any(runs(pid) for pid in nodes.values()), 15.0, "the end of all nodes")
+        wait_for(lambda: not any(runs(pid) for pid in nodes.values()), 30.0, "the end of all nodes")
 
 
 @pytest.mark.parametrize(

@@ -61,6 +61,9 @@ class TwinNode(Node):
         """Called once before the end, whatever caused it; ROS still works."""
 
 
+_LONGEST_END = 12  # s from the signal to the end
+
+
 class _Stop:
     """Set by SIGINT and SIGTERM."""
 
@@ -70,6 +73,8 @@ class _Stop:
             signal.signal(number, self._ask)  # also where a shell started us with SIGINT ignored
 
     def _ask(self, number: int, frame: object) -> None:
+        if not self.asked:
+            signal.alarm(_LONGEST_END)  # whatever hangs on the way out, the process ends
         self.asked = True
 
 
