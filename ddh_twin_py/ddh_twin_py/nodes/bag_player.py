@@ -239,6 +239,8 @@ class BagPlayer(TwinNode):
                 f"the graph held the player up for {self._held:.1f} s"
             )
             self._said_at = None
+            if self.values["clock_rate"]:
+                self._tell_clock()  # whoever follows /clock sees the end, however soon the process ends
         self.finished = self.values["exit_at_end"]
 
     def _say(self, wall: float) -> None:
