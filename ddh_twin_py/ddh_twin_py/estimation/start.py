@@ -23,6 +23,8 @@ _NEIGHBOURS = {
     "line_a_wall": ("tank_oil", "tank_wall"),
     "line_b_wall": ("tank_oil", "tank_wall"),
     "tank_wall": ("tank_oil",),
+    "valve_block": ("tank_oil", "tank_wall"),
+    "valve_oil": ("tank_oil", "tank_wall"),
     "chamber_a_oil": ("cylinder_barrel", "line_a_wall", "tank_oil"),
     "chamber_b_oil": ("cylinder_barrel", "line_b_wall", "tank_oil"),
     "cylinder_barrel": ("tank_oil", "tank_wall"),
@@ -32,6 +34,7 @@ _NEIGHBOURS = {
     "pump_2_case": ("pump_1_case", "tank_oil", "tank_wall"),
     "pump_1_oil": ("pump_1_case", "tank_oil", "tank_wall"),
     "pump_2_oil": ("pump_2_case", "tank_oil", "tank_wall"),
+    "tank_oil_top": ("tank_oil", "tank_wall"),
     "tank_oil": ("tank_wall",),
 }
 

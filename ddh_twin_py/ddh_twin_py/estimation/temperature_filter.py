@@ -22,6 +22,7 @@ from ddh_twin_py.estimation.uncertain_parameters import (
     LAG_AT,
     N_UNCERTAIN,
     SURFACE_AT,
+    TANK_CAPACITY,
     WALL_AT,
 )
 from ddh_twin_py.physics.compiled import kernel
@@ -45,6 +46,7 @@ from ddh_twin_py.physics.thermal_network import (
     ROTOR,
     SLOT_WINDING,
     SURFACES,
+    TANK_TOP,
     TEETH,
     WALLS,
     YOKE,
@@ -105,6 +107,7 @@ def scaled_capacity(params, deviation, position, capacity):
     capacities(params, position, capacity)
     for k in range(CAPACITY_NODES.shape[0]):
         capacity[CAPACITY_NODES[k]] *= 1.0 + deviation[CAPACITY_AT + k]
+    capacity[TANK_TOP] *= 1.0 + deviation[TANK_CAPACITY]
 
 
 @kernel
@@ -190,6 +193,7 @@ def predict_covariance(params, dynamic, deviation, covariance, sensor_node, lag,
     for k in range(CAPACITY_NODES.shape[0]):
         i = CAPACITY_NODES[k]
         gain[i, CAPACITY_AT + k] -= rate[i] / (1.0 + deviation[CAPACITY_AT + k])
+    gain[TANK_TOP, TANK_CAPACITY] -= rate[TANK_TOP] / (1.0 + deviation[TANK_CAPACITY])
     total = slot + end
     gain[END_WINDING, END_SHARE_AT] += p.motor_end_winding_copper_share * total / capacity[END_WINDING]
     gain[SLOT_WINDING, END_SHARE_AT] -= p.motor_end_winding_copper_share * total / capacity[SLOT_WINDING]

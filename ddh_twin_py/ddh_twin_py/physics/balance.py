@@ -12,7 +12,7 @@ import numpy as np
 
 from ddh_twin_py.physics import hydraulics, motor
 from ddh_twin_py.physics.compiled import inlined
-from ddh_twin_py.physics.cylinder import coulomb_friction, piston_area, rod_side_area
+from ddh_twin_py.physics.cylinder import coulomb_friction, load_force, piston_area, rod_side_area
 from ddh_twin_py.physics.thermal_network import (
     BARREL,
     CHAMBER_A,
@@ -28,7 +28,9 @@ from ddh_twin_py.physics.thermal_network import (
     PUMP_2_OIL,
     ROTOR,
     TANK,
+    TANK_WALL,
     TEETH,
+    VALVE_OIL,
     YOKE,
 )
 
@@ -105,35 +107,49 @@ def clear(point):
 
 
 @inlined
-def add_motor(point, weight, speed, current, copper_resistance, iron, p):
+def add_motor(point, weight, speed, current, copper_resistance, magnets, iron, p):
     """Add the motor at an operating point: losses, voltage and power.
 
-    ``copper_resistance`` in ohm per phase, ``iron`` from `motor.iron_coefficients`.
+    ``copper_resistance`` in ohm per phase, ``magnets`` from `motor.magnet_factor`, ``iron`` from
+    `motor.iron_coefficients`. The drive's torque is its current by the sheet's constant.
     """
     copper = 3.0 * copper_resistance * current * current
     teeth, yoke = motor.iron_losses(speed, iron, p)
     friction = motor.friction_loss(speed, p)
+    switching = p.motor_pwm_loss
     point.speed += weight * speed
     point.speed_absolute += weight * abs(speed)
     point.current += weight * current
     point.mean_square_current += weight * current * current
     point.torque += weight * p.motor_torque_constant * current
-    point.voltage += weight * motor.line_voltage(speed, current, copper_resistance, p)
-    point.electrical_power += weight * (p.motor_torque_constant * current * speed + copper + teeth + yoke)
+    point.voltage += weight * motor.line_voltage(speed, current, copper_resistance, magnets, p)
+    point.electrical_power += weight * (
+        magnets * p.motor_torque_constant * current * speed + copper + teeth + yoke + p.motor_pwm_loss_reported * switching
+    )
     point.loss_copper += weight * copper
-    point.loss_iron += weight * (teeth + yoke)
+    point.loss_iron += weight * (teeth + yoke + switching)
     point.loss_motor_friction += weight * friction
-    point.heat[TEETH] += weight * teeth
-    point.heat[YOKE] += weight * yoke
+    point.heat[TEETH] += weight * (teeth + 0.5 * switching)
+    point.heat[YOKE] += weight * (yoke + 0.5 * switching)
     point.heat[ROTOR] += weight * 0.5 * friction
     point.heat[HOUSING] += weight * 0.5 * friction
 
 
 @inlined
-def motor_current(speed, acceleration, pump_torque, p):
+def motor_current(speed, acceleration, pump_torque, torque_constant, p):
     """Current that the motion takes, A: air-gap torque for inertia, pumps and motor friction by the torque constant."""
     torque = p.motor_inertia * acceleration + pump_torque + hydraulics.motor_friction_torque(speed, p)
-    return torque / p.motor_torque_constant
+    return torque / torque_constant
+
+
+@inlined
+def add_surroundings(point, p):
+    """Add what the sun gives to motor housing, tank wall and barrel, by their areas."""
+    if p.surroundings_solar_load != 0.0:
+        total = p.motor_housing_area + p.tank_area + p.cylinder_barrel_area
+        point.heat[HOUSING] += p.surroundings_solar_load * p.motor_housing_area / total
+        point.heat[TANK_WALL] += p.surroundings_solar_load * p.tank_area / total
+        point.heat[BARREL] += p.surroundings_solar_load * p.cylinder_barrel_area / total
 
 
 @inlined
@@ -149,30 +165,40 @@ def add_hydraulics(point, weight, speed, pressure_a, pressure_b, velocity, posit
     area_a, area_b = piston_area(p), rod_side_area(p)
 
     heat_1, heat_2 = lost_1 * speed, lost_2 * speed
+    added_1 = p.pump_1_friction_added * abs(speed)
+    added_2 = p.pump_2_friction_added * abs(speed)
     leak_heat_1, leak_heat_2 = leak_1 * port_1, leak_2 * port_2
     share_1, share_2 = p.pump_1_friction_share_to_case, p.pump_2_friction_share_to_case
-    line_a, line_b = c[2] * flow_1 * flow_1, c[3] * flow_2 * flow_2
+    line_a, line_b = (port_1 - pressure_a) * flow_1, (port_2 - pressure_b) * flow_2
+    cross = p.cylinder_cross_leakage * (pressure_a - pressure_b)
+    cross_heat = cross * (pressure_a - pressure_b)
     dry = coulomb_friction(velocity, pressure_a - pressure_b, p)
     seal = (dry * abs(velocity) + p.cylinder_friction_viscous * velocity * velocity)
     relief_heat = relief * pressure_b
     check_heat = -check_a * pressure_a - check_b * pressure_b
 
-    point.heat[PUMP_1_CASE] += weight * share_1 * heat_1
+    point.heat[PUMP_1_CASE] += weight * (share_1 * heat_1 + added_1)
     point.heat[PUMP_1_OIL] += weight * ((1.0 - share_1) * heat_1 + leak_heat_1)
-    point.heat[PUMP_2_CASE] += weight * share_2 * heat_2
+    point.heat[PUMP_2_CASE] += weight * (share_2 * heat_2 + added_2)
     point.heat[PUMP_2_OIL] += weight * ((1.0 - share_2) * heat_2 + leak_heat_2)
     point.heat[LINE_A] += weight * line_a
     point.heat[LINE_B] += weight * line_b
     point.heat[BARREL] += weight * 0.5 * seal
-    point.heat[CHAMBER_A] += weight * 0.25 * seal
-    point.heat[CHAMBER_B] += weight * 0.25 * seal
-    point.heat[TANK] += weight * (relief_heat + check_heat)
+    point.heat[CHAMBER_A] += weight * (0.25 * seal + 0.5 * cross_heat)
+    point.heat[CHAMBER_B] += weight * (0.25 * seal + 0.5 * cross_heat)
+    point.heat[VALVE_OIL] += weight * relief_heat
+    point.heat[TANK] += weight * check_heat
 
-    chamber_a, chamber_b = area_a * velocity, -area_b * velocity
+    chamber_a, chamber_b = area_a * velocity + cross, -area_b * velocity - cross
     port_a, port_b = chamber_a - check_a, chamber_b - check_b + relief
     _add_side(point.flow, 0, weight, port_a, leak_1, chamber_a, check_a)
     _add_side(point.flow, 7, weight, port_b, leak_2, chamber_b, check_b)
     point.flow[14] += weight * relief
+    point.flow[15] += weight * relief
+    point.flow[16] += weight * max(cross, 0.0)
+    point.flow[17] += weight * max(-cross, 0.0)
+    drawn = max(port_a + max(leak_1, 0.0), 0.0) + max(port_b + max(leak_2, 0.0), 0.0) + check_a + check_b
+    point.flow[18] += weight * drawn
 
     point.pressure_piston_side += weight * pressure_a
     point.pressure_rod_side += weight * pressure_b
@@ -185,7 +211,7 @@ def add_hydraulics(point, weight, speed, pressure_a, pressure_b, velocity, posit
     if velocity != 0.0:
         point.friction_force += weight * (math.copysign(dry, velocity) + p.cylinder_friction_viscous * velocity)
     else:
-        point.friction_force += weight * min(max(force - p.load_payload_mass * p.load_gravity, -dry), dry)
+        point.friction_force += weight * min(max(force - load_force(position, p), -dry), dry)
     point.pump_1_flow += weight * flow_1
     point.pump_2_flow += weight * flow_2
     point.pump_1_leakage += weight * leak_1
@@ -201,11 +227,11 @@ def add_hydraulics(point, weight, speed, pressure_a, pressure_b, velocity, posit
     point.compression_power += weight * (
         pressure_a * (flow_1 + check_a - chamber_a) + pressure_b * (flow_2 + check_b - relief - chamber_b)
     )
-    point.loss_pump_1 += weight * (heat_1 + leak_heat_1)
-    point.loss_pump_2 += weight * (heat_2 + leak_heat_2)
+    point.loss_pump_1 += weight * (heat_1 + added_1 + leak_heat_1)
+    point.loss_pump_2 += weight * (heat_2 + added_2 + leak_heat_2)
     point.loss_line_a += weight * line_a
     point.loss_line_b += weight * line_b
-    point.loss_cylinder += weight * seal
+    point.loss_cylinder += weight * (seal + cross_heat)
     point.loss_relief_valve += weight * relief_heat
     point.loss_check_valve += weight * check_heat
     return torque_1 + torque_2

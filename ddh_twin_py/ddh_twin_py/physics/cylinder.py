@@ -35,6 +35,12 @@ def chamber_volume_rod_side(position, p):
 
 
 @inlined
+def load_force(position, p):
+    """Force of the load against extension, N: m g + s (x - stroke/2)."""
+    return p.load_payload_mass * p.load_gravity + p.load_force_slope * (position - 0.5 * p.cylinder_stroke)
+
+
+@inlined
 def coulomb_friction(velocity, pressure_difference, p):
     """Magnitude of dry friction, N: (F_c + k |p_A - p_B|) (1 + (r_s - 1) exp(-(v/v_s)^2))."""
     ratio = velocity / p.cylinder_stribeck_velocity

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ddh_twin_py.physics.balance import add_hydraulics, add_motor, clear, motor_current
+from ddh_twin_py.physics.balance import add_hydraulics, add_motor, add_surroundings, clear, motor_current
 from ddh_twin_py.physics.compiled import inlined, kernel
 from ddh_twin_py.physics.hydraulics import (
     CALM,
@@ -18,7 +18,7 @@ from ddh_twin_py.physics.hydraulics import (
     follow_decays,
     hydraulic_step,
 )
-from ddh_twin_py.physics.motor import available_current, iron_coefficients
+from ddh_twin_py.physics.motor import available_current, iron_coefficients, magnet_factor
 from ddh_twin_py.physics.oil import VAPOUR_PRESSURE
 from ddh_twin_py.physics.thermal_network import (
     END_WINDING,
@@ -26,6 +26,7 @@ from ddh_twin_py.physics.thermal_network import (
     N_EDGES,
     N_SURFACES,
     N_WALLS,
+    ROTOR,
     SLOT_WINDING,
     capacities,
     conductances,
@@ -45,7 +46,7 @@ CALM_FACTOR = 4
 
 
 @inlined
-def _add(point, weight, speed, acceleration, pressure_a, pressure_b, velocity, position, resistance, iron, c, p):
+def _add(point, weight, speed, acceleration, pressure_a, pressure_b, velocity, position, resistance, magnets, iron, c, p):
     """Add one instant to the operating point; with half weights at both ends the mean is the trapezoidal rule's.
 
     Returns:
@@ -55,8 +56,8 @@ def _add(point, weight, speed, acceleration, pressure_a, pressure_b, velocity, p
         point, weight, speed, pressure_a, pressure_b, velocity, position,
         check_flow(pressure_a, p), check_flow(pressure_b, p), relief_flow(pressure_b, p), c, p,
     )
-    current = motor_current(speed, acceleration, pump_torque, p)
-    add_motor(point, weight, speed, current, resistance, iron, p)
+    current = motor_current(speed, acceleration, pump_torque, magnets * p.motor_torque_constant, p)
+    add_motor(point, weight, speed, current, resistance, magnets, iron, p)
     return current
 
 
@@ -110,9 +111,10 @@ def free_run_sampled(params, state, temperature, command, ambient, interval, ste
         before = state[POSITION]
         point = points[k]
         clear(point)
-        c = coefficients(temperature, p)
+        c = coefficients(temperature, state[PRESSURE_A], state[PRESSURE_B], p)
+        magnets = magnet_factor(temperature[ROTOR], p)
         resistance = winding_resistance(temperature, p)
-        current_limit = available_current(temperature[SLOT_WINDING], temperature[END_WINDING], p)
+        torque_limit = available_current(temperature[SLOT_WINDING], temperature[END_WINDING], p) * magnets * p.motor_torque_constant
         first = k * COMMAND_PARTS
         steady = True
         for j in range(COMMAND_PARTS):
@@ -127,17 +129,17 @@ def free_run_sampled(params, state, temperature, command, ambient, interval, ste
         if state[SPEED] == state[SPEED_REFERENCE]:
             acceleration = (command[first] - state[SPEED_REFERENCE]) / p.motor_speed_loop_time_constant
         current = _add(point, 0.5 * share, state[SPEED], acceleration, max(state[PRESSURE_A], VAPOUR_PRESSURE),
-                       max(state[PRESSURE_B], VAPOUR_PRESSURE), state[VELOCITY], state[POSITION], resistance, iron, c, p)
+                       max(state[PRESSURE_B], VAPOUR_PRESSURE), state[VELOCITY], state[POSITION], resistance, magnets, iron, c, p)
         for j in range(parts):
             slope = 0.0 if settled else (command[first + j + 1] - command[first + j]) / span
             for m in range(count):
                 earlier = (state[SPEED], current, max(state[PRESSURE_A], VAPOUR_PRESSURE), max(state[PRESSURE_B], VAPOUR_PRESSURE),
                            state[POSITION], state[VELOCITY])
                 speed, acceleration, pressure_a, pressure_b, velocity, position = hydraulic_step(
-                    state, command[first + j] + slope * (m * h), slope, h, decays[0], decays[1], current_limit, c, p)
+                    state, command[first + j] + slope * (m * h), slope, h, decays[0], decays[1], torque_limit, c, p)
                 last = j == parts - 1 and m == count - 1
                 current = _add(point, 0.5 * share if last else share, speed, acceleration, pressure_a, pressure_b,
-                               velocity, position, resistance, iron, c, p)
+                               velocity, position, resistance, magnets, iron, c, p)
                 end = k * interval + j * span + (m + 1) * h
                 while at < instants.shape[0] and instants[at] <= end:
                     later = (speed, current, pressure_a, pressure_b, position, velocity)
@@ -145,9 +147,10 @@ def free_run_sampled(params, state, temperature, command, ambient, interval, ste
                     for i in range(6):
                         samples[at, i] = earlier[i] + part * (later[i] - earlier[i])
                     at += 1
+        add_surroundings(point, p)
         capacities(params, 0.5 * (before + state[POSITION]), capacity)
         lost += network_step(
-            params, edge, wall, surface, capacity, temperature, ambient[k], point.heat,
+            params, edge, wall, surface, capacity, temperature, ambient[k] + p.surroundings_enclosure_rise, point.heat,
             point.mean_square_current, point.flow, interval, work,
         )
         temperatures[k] = temperature

@@ -20,12 +20,13 @@ from ddh_twin_py.physics.cylinder import (
     chamber_volume_piston_side,
     chamber_volume_rod_side,
     coulomb_friction,
+    load_force,
     piston_area,
     rod_side_area,
 )
-from ddh_twin_py.physics.oil import VAPOUR_PRESSURE, compressibility, viscosity_ratio
+from ddh_twin_py.physics.oil import VAPOUR_PRESSURE, compressibility, pressure_factor, viscosity_ratio
 from ddh_twin_py.physics.thermal_network import LINE_A, LINE_B, PUMP_1_OIL, PUMP_2_OIL
-from ddh_twin_py.physics.valves import check_flow, relief_flow
+from ddh_twin_py.physics.valves import check_flow, relief_flow, relief_flow_slope
 
 HYDRAULIC_STATES = ("speed_reference", "speed", "pressure_piston_side", "pressure_rod_side", "rod_velocity", "rod_position", "calm")
 """Order of the hydraulic state: rad/s, rad/s, Pa, Pa, m/s, m, and s since the command last changed."""
@@ -35,16 +36,17 @@ _GAMMA = 1.0 - 1.0 / math.sqrt(2.0)
 
 
 @inlined
-def coefficients(temperature, p):
-    """What oil temperature makes of leakage, line drop and viscous friction.
+def coefficients(temperature, pressure_a, pressure_b, p):
+    """What the oil's temperature and pressure make of leakage, line drop and viscous friction.
 
     Returns (leakage 1, leakage 2, line resistance A, B, viscous friction 1, 2) in SI, for
-    temperatures (N) in K.
+    temperatures (N) in K and pressures in Pa gauge.
     """
-    ratio_1 = viscosity_ratio(temperature[PUMP_1_OIL], p)
-    ratio_2 = viscosity_ratio(temperature[PUMP_2_OIL], p)
-    ratio_a = viscosity_ratio(temperature[LINE_A], p)
-    ratio_b = viscosity_ratio(temperature[LINE_B], p)
+    under_a, under_b = pressure_factor(pressure_a, p), pressure_factor(pressure_b, p)
+    ratio_1 = viscosity_ratio(temperature[PUMP_1_OIL], p) * under_a
+    ratio_2 = viscosity_ratio(temperature[PUMP_2_OIL], p) * under_b
+    ratio_a = viscosity_ratio(temperature[LINE_A], p) * under_a
+    ratio_b = viscosity_ratio(temperature[LINE_B], p) * under_b
     return (
         p.pump_1_leakage / ratio_1, p.pump_2_leakage / ratio_2,
         p.line_a_pressure_drop_laminar * ratio_a, p.line_b_pressure_drop_laminar * ratio_b,
@@ -67,19 +69,26 @@ def displacement_2(p):
 @inlined
 def pump_flows(speed, pressure_a, pressure_b, c, p):
     """Port flows of both pumps, m3/s, and their port pressures, Pa."""
-    flow_1 = pump.port_flow(displacement_1(p), c[0], c[2], speed, pressure_a)
-    flow_2 = pump.port_flow(displacement_2(p), c[1], c[3], speed, pressure_b)
-    return flow_1, flow_2, pressure_a + c[2] * flow_1, pressure_b + c[3] * flow_2
+    rough_a, rough_b = p.line_a_pressure_drop_quadratic, p.line_b_pressure_drop_quadratic
+    flow_1 = pump.port_flow(displacement_1(p), c[0], c[2], rough_a, speed, pressure_a)
+    flow_2 = pump.port_flow(displacement_2(p), c[1], c[3], rough_b, speed, pressure_b)
+    port_1 = pressure_a + (c[2] + rough_a * abs(flow_1)) * flow_1
+    port_2 = pressure_b + (c[3] + rough_b * abs(flow_2)) * flow_2
+    return flow_1, flow_2, port_1, port_2
 
 
 @inlined
 def pump_torques(speed, port_1, port_2, c, p):
-    """Torque that the shaft must give to each pump, N*m, and the part of it that is lost."""
+    """Torque that the shaft must give to each pump, N*m, and the part of it that is lost.
+
+    The loss that a rig file adds comes on top of both and is not in the parts.
+    """
     direction = pump.smooth_sign(speed)
     d1, d2 = displacement_1(p), displacement_2(p)
     lost_1 = direction * pump.friction_magnitude(p.pump_1_friction_pressure, p.pump_1_friction_constant, d1, port_1) + c[4] * speed
     lost_2 = direction * pump.friction_magnitude(p.pump_2_friction_pressure, p.pump_2_friction_constant, d2, port_2) + c[5] * speed
-    return d1 * port_1 + lost_1, d2 * port_2 + lost_2, lost_1, lost_2
+    return (d1 * port_1 + lost_1 + direction * p.pump_1_friction_added, d2 * port_2 + lost_2 + direction * p.pump_2_friction_added,
+            lost_1, lost_2)
 
 
 @inlined
@@ -89,7 +98,7 @@ def motor_friction_torque(speed, p):
 
 
 @inlined
-def _sweep(base_a, base_b, base_v, base_x, step, speed, y_a, y_b, v, soft_a, soft_b, gravity_force, c, p):
+def _sweep(base_a, base_b, base_v, base_x, step, speed, y_a, y_b, v, soft_a, soft_b, c, p):
     """One Newton sweep of y = base + step f(y) about (y_a, y_b, v), where 1/bulk modulus is soft_a, soft_b.
 
     Pressures are eliminated, what is left is one piecewise linear equation in the velocity.
@@ -101,23 +110,25 @@ def _sweep(base_a, base_b, base_v, base_x, step, speed, y_a, y_b, v, soft_a, sof
     middle = 0.5 * p.cylinder_stroke
     pressure_a, pressure_b = max(y_a, VAPOUR_PRESSURE), max(y_b, VAPOUR_PRESSURE)
 
-    q_a = pump.port_flow(displacement_1(p), c[0], c[2], speed, pressure_a) + check_flow(pressure_a, p)
-    slope_a = pump.port_flow_slope(c[0], c[2])
+    cross = p.cylinder_cross_leakage
+    through = cross * (pressure_a - pressure_b)
+    q_a = pump.port_flow(displacement_1(p), c[0], c[2], p.line_a_pressure_drop_quadratic, speed, pressure_a)
+    q_a += check_flow(pressure_a, p) - through
+    slope_a = pump.port_flow_slope(c[0], c[2]) - cross
     if -pressure_a > p.check_valve_cracking_pressure:
         slope_a -= p.check_valve_conductance
-    q_b = pump.port_flow(displacement_2(p), c[1], c[3], speed, pressure_b) + check_flow(pressure_b, p) - relief_flow(pressure_b, p)
-    slope_b = pump.port_flow_slope(c[1], c[3])
+    q_b = pump.port_flow(displacement_2(p), c[1], c[3], p.line_b_pressure_drop_quadratic, speed, pressure_b)
+    q_b += check_flow(pressure_b, p) - relief_flow(pressure_b, p) + through
+    slope_b = pump.port_flow_slope(c[1], c[3]) - cross - relief_flow_slope(pressure_b, p)
     if -pressure_b > p.check_valve_cracking_pressure:
         slope_b -= p.check_valve_conductance
-    if pressure_b > p.relief_valve_opening_pressure:
-        slope_b -= p.relief_valve_slope
     full_a, full_b = y_a > VAPOUR_PRESSURE, y_b > VAPOUR_PRESSURE
     if not full_a:
         slope_a = 0.0
     if not full_b:
         slope_b = 0.0
     gain_a = step / (soft_a * (p.line_a_volume + chamber_volume_piston_side(within if full_a else middle, p)))
-    gain_b = step / (soft_b * (p.line_b_volume + chamber_volume_rod_side(within if full_b else middle, p)))
+    gain_b = step / (soft_b * (p.line_b_volume + chamber_volume_rod_side(within if full_b else middle, p)) + p.line_b_compliance)
     share_a = 1.0 / (1.0 - gain_a * slope_a)
     share_b = 1.0 / (1.0 - gain_b * slope_b)
     rest_a = (base_a + gain_a * (q_a - slope_a * y_a)) * share_a  # pressure at zero velocity
@@ -125,8 +136,8 @@ def _sweep(base_a, base_b, base_v, base_x, step, speed, y_a, y_b, v, soft_a, sof
     fall_a = gain_a * share_a * area_a  # pressure lost per velocity
     rise_b = gain_b * share_b * area_b
 
-    force = p.load_payload_mass / step * base_v - gravity_force
-    resistance = p.load_payload_mass / step + p.cylinder_friction_viscous
+    force = p.load_payload_mass / step * base_v - load_force(base_x, p)
+    resistance = p.load_payload_mass / step + p.cylinder_friction_viscous + p.load_force_slope * step
     if full_a:
         force += rest_a * area_a
         resistance += fall_a * area_a
@@ -154,21 +165,20 @@ def _sweep(base_a, base_b, base_v, base_x, step, speed, y_a, y_b, v, soft_a, sof
 
 
 @inlined
-def _shaft_step(speed, speed_reference, pressure_a, pressure_b, step, current_limit, c, p):
+def _shaft_step(speed, speed_reference, pressure_a, pressure_b, step, torque_limit, c, p):
     """Speed after a step, rad/s: the reference, or what the current limit allows of it."""
     _, _, port_1, port_2 = pump_flows(speed, pressure_a, pressure_b, c, p)
     wanted_1, wanted_2, _, _ = pump_torques(speed_reference, port_1, port_2, c, p)
     friction = motor_friction_torque(speed_reference, p)
     needed = p.motor_inertia * (speed_reference - speed) / step + wanted_1 + wanted_2 + friction
-    limit = p.motor_torque_constant * current_limit
-    if abs(needed) <= limit:
+    if abs(needed) <= torque_limit:
         return speed_reference, False
-    driving = limit if needed > 0.0 else -limit
+    driving = torque_limit if needed > 0.0 else -torque_limit
     d1, d2 = displacement_1(p), displacement_2(p)
     dry = (
         pump.friction_magnitude(p.pump_1_friction_pressure, p.pump_1_friction_constant, d1, port_1)
         + pump.friction_magnitude(p.pump_2_friction_pressure, p.pump_2_friction_constant, d2, port_2)
-        + p.motor_friction_coulomb
+        + p.motor_friction_coulomb + p.pump_1_friction_added + p.pump_2_friction_added
     )
     viscous = c[4] + c[5] + p.motor_friction_viscous
     torque = p.motor_inertia * speed / step + driving - d1 * port_1 - d2 * port_2
@@ -188,11 +198,11 @@ def follow_decays(step, p):
 
 
 @inlined
-def hydraulic_step(state, command, command_slope, step, decay_early, decay_late, current_limit, c, p):
+def hydraulic_step(state, command, command_slope, step, decay_early, decay_late, torque_limit, c, p):
     """Advance the hydraulic state (7) in place by ``step`` seconds; the command is command + slope t, rad/s.
 
     ``decay_early`` and ``decay_late`` are those of `follow_decays` for this step;
-    ``current_limit`` in A.
+    ``torque_limit`` in N*m.
 
     Returns:
         speed, acceleration, p_A, p_B, velocity, position at the end of the step.
@@ -205,7 +215,7 @@ def hydraulic_step(state, command, command_slope, step, decay_early, decay_late,
     early = command + command_slope * (early_time - lag) + (reference - command + command_slope * lag) * decay_early
     late = command + command_slope * (late_time - lag) + (reference - command + command_slope * lag) * decay_late
     pressure_a, pressure_b = max(state[PRESSURE_A], VAPOUR_PRESSURE), max(state[PRESSURE_B], VAPOUR_PRESSURE)
-    speed_late, limited = _shaft_step(start, late, pressure_a, pressure_b, step, current_limit, c, p)
+    speed_late, limited = _shaft_step(start, late, pressure_a, pressure_b, step, torque_limit, c, p)
     if limited or not followed:
         acceleration_late = (speed_late - start) / step
         speed_early = start + _GAMMA * (speed_late - start)
@@ -213,18 +223,17 @@ def hydraulic_step(state, command, command_slope, step, decay_early, decay_late,
         speed_early = early
         acceleration_late = (command + command_slope * late_time - late) / lag
 
-    weight = p.load_payload_mass * p.load_gravity
     a0, b0, v0, x0 = state[PRESSURE_A], state[PRESSURE_B], state[VELOCITY], state[POSITION]
     sub = _GAMMA * step
     soft_a, soft_b = compressibility(a0, p), compressibility(b0, p)
-    a1, b1, v1 = _sweep(a0, b0, v0, x0, sub, speed_early, a0, b0, v0, soft_a, soft_b, weight, c, p)
+    a1, b1, v1 = _sweep(a0, b0, v0, x0, sub, speed_early, a0, b0, v0, soft_a, soft_b, c, p)
     soft_a, soft_b = compressibility(a1, p), compressibility(b1, p)
-    a1, b1, v1 = _sweep(a0, b0, v0, x0, sub, speed_early, a1, b1, v1, soft_a, soft_b, weight, c, p)
+    a1, b1, v1 = _sweep(a0, b0, v0, x0, sub, speed_early, a1, b1, v1, soft_a, soft_b, c, p)
     ratio = (1.0 - _GAMMA) / _GAMMA
     base_a, base_b, base_v, base_x = a0 + ratio * (a1 - a0), b0 + ratio * (b1 - b0), v0 + ratio * (v1 - v0), x0 + ratio * sub * v1
-    a2, b2, v2 = _sweep(base_a, base_b, base_v, base_x, sub, speed_late, a1, b1, v1, soft_a, soft_b, weight, c, p)
+    a2, b2, v2 = _sweep(base_a, base_b, base_v, base_x, sub, speed_late, a1, b1, v1, soft_a, soft_b, c, p)
     soft_a, soft_b = compressibility(a2, p), compressibility(b2, p)
-    a2, b2, v2 = _sweep(base_a, base_b, base_v, base_x, sub, speed_late, a2, b2, v2, soft_a, soft_b, weight, c, p)
+    a2, b2, v2 = _sweep(base_a, base_b, base_v, base_x, sub, speed_late, a2, b2, v2, soft_a, soft_b, c, p)
     x2 = base_x + sub * v2
     state[SPEED_REFERENCE] = late
     state[SPEED] = speed_late

@@ -8,6 +8,8 @@ from ddh_twin_py.physics.compiled import inlined
 from ddh_twin_py.physics.oil import ZERO_CELSIUS
 
 RAD_PER_S_OF_RPM = math.pi / 30.0
+EXCESS_SPEED = 500.0 * RAD_PER_S_OF_RPM
+"""rad/s, where the ratio of the excess iron loss is stated."""
 CUT_BACK_FROM, CUT_OFF_AT = ZERO_CELSIUS + 250.0, ZERO_CELSIUS + 300.0
 """K; far above any insulation class: a stalled drive trips at the latest here, and the model stays finite."""
 
@@ -36,18 +38,39 @@ def available_current(slot_temperature, end_temperature, p):
 
 
 @inlined
+def torque_constant(rotor_temperature, p):
+    """Torque per current, N*m/A, with magnets at a temperature in K: K_t (1 + s (T - 23 degC))."""
+    return p.motor_torque_constant * magnet_factor(rotor_temperature, p)
+
+
+@inlined
+def magnet_factor(rotor_temperature, p):
+    """Flux of the magnets over that at 23 degC; torque and voltage constant follow it."""
+    return 1.0 + p.motor_torque_constant_slope * (rotor_temperature - ZERO_CELSIUS - 23.0)
+
+
+@inlined
 def iron_coefficients(p):
     """What speed does not change of the iron loss (paper, eq. 3): k_h f^alpha B^beta + k_e (f B)^2 per kg.
 
-    Returns (hysteresis of teeth, of yoke, W/Hz^alpha; eddy of teeth, of yoke, W/Hz^2).
+    Beyond it an excess, (r - 1) P(f_r) (f/f_r)^n at the frequency f_r of 500 rpm, shared out like
+    the rest; r is 1 unless a rig file says otherwise.
+
+    Returns (hysteresis of teeth, of yoke, W/Hz^alpha; eddy of teeth, of yoke, W/Hz^2; excess of
+    teeth, of yoke, W/Hz^n).
     """
     teeth, yoke = p.motor_iron_tooth_flux_density, p.motor_iron_yoke_flux_density
     hysteresis, eddy = p.motor_iron_hysteresis_coefficient, p.motor_iron_eddy_coefficient
+    hysteresis_teeth = p.motor_iron_tooth_mass * hysteresis * teeth**p.motor_iron_beta
+    hysteresis_yoke = p.motor_iron_yoke_mass * hysteresis * yoke**p.motor_iron_beta
+    eddy_teeth = p.motor_iron_tooth_mass * eddy * teeth * teeth
+    eddy_yoke = p.motor_iron_yoke_mass * eddy * yoke * yoke
+    rated = p.motor_pole_pairs * EXCESS_SPEED / (2.0 * math.pi)
+    more = (p.motor_iron_loss_ratio - 1.0) / rated**p.motor_iron_excess_exponent
+    power, square = rated**p.motor_iron_alpha, rated * rated
     return (
-        p.motor_iron_tooth_mass * hysteresis * teeth**p.motor_iron_beta,
-        p.motor_iron_yoke_mass * hysteresis * yoke**p.motor_iron_beta,
-        p.motor_iron_tooth_mass * eddy * teeth * teeth,
-        p.motor_iron_yoke_mass * eddy * yoke * yoke,
+        hysteresis_teeth, hysteresis_yoke, eddy_teeth, eddy_yoke,
+        more * (hysteresis_teeth * power + eddy_teeth * square), more * (hysteresis_yoke * power + eddy_yoke * square),
     )
 
 
@@ -59,7 +82,12 @@ def iron_losses(speed, iron, p):
         return 0.0, 0.0
     power = frequency if p.motor_iron_alpha == 1.0 else frequency**p.motor_iron_alpha
     square = frequency * frequency
-    return iron[0] * power + iron[2] * square, iron[1] * power + iron[3] * square
+    teeth, yoke = iron[0] * power + iron[2] * square, iron[1] * power + iron[3] * square
+    if iron[4] != 0.0 or iron[5] != 0.0:
+        excess = frequency**p.motor_iron_excess_exponent
+        teeth += iron[4] * excess
+        yoke += iron[5] * excess
+    return teeth, yoke
 
 
 @inlined
@@ -69,6 +97,9 @@ def friction_loss(speed, p):
 
 
 @inlined
-def line_voltage(speed, current, resistance, p):
-    """Line-to-line voltage, V rms: |K_v n + sqrt(3) R i|; the inductive part is not in the sheet."""
-    return abs(p.motor_voltage_constant * speed / RAD_PER_S_OF_RPM + math.sqrt(3.0) * resistance * current)
+def line_voltage(speed, current, resistance, magnets, p):
+    """Line-to-line voltage, V rms: |K_v n + sqrt(3) R i|; the inductive part is not in the sheet.
+
+    ``magnets`` from `magnet_factor`.
+    """
+    return abs(magnets * p.motor_voltage_constant * speed / RAD_PER_S_OF_RPM + math.sqrt(3.0) * resistance * current)

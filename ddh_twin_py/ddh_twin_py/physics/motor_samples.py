@@ -7,12 +7,14 @@ from ddh_twin_py.physics.compiled import kernel
 
 
 @kernel
-def electrical_samples(params, speed, current, slot_temperature, end_temperature, voltage, power):
+def electrical_samples(params, speed, current, slot_temperature, end_temperature, rotor_temperature, voltage, power):
     """Fill voltage (V) and electrical power (W) of instants, all arrays (n,); temperatures in K."""
     p = params[0]
     iron = motor.iron_coefficients(p)
     for i in range(speed.shape[0]):
         resistance = motor.phase_resistance(slot_temperature[i], end_temperature[i], p)
         teeth, yoke = motor.iron_losses(speed[i], iron, p)
-        voltage[i] = motor.line_voltage(speed[i], current[i], resistance, p)
-        power[i] = p.motor_torque_constant * current[i] * speed[i] + 3.0 * resistance * current[i] ** 2 + teeth + yoke
+        magnets = motor.magnet_factor(rotor_temperature[i], p)
+        voltage[i] = motor.line_voltage(speed[i], current[i], resistance, magnets, p)
+        power[i] = (magnets * p.motor_torque_constant * current[i] * speed[i] + 3.0 * resistance * current[i] ** 2 + teeth + yoke
+                    + p.motor_pwm_loss_reported * p.motor_pwm_loss)

@@ -13,6 +13,8 @@ VAPOUR_PRESSURE = -0.96e5
 POLYTROPIC_EXPONENT = 1.4
 """Entrained air is compressed isentropically."""
 ZERO_CELSIUS = 273.15
+STATED_FROM, STATED_TO = ZERO_CELSIUS - 20.0, ZERO_CELSIUS + 100.0
+"""K, range of the Walther law."""
 _LN10 = math.log(10.0)
 
 
@@ -26,7 +28,7 @@ def density(temperature, p):
 def dynamic_viscosity(temperature, p):
     """Dynamic viscosity, Pa*s, by Walther (ASTM D341): log10 log10(nu/cSt + 0.7) = A - B log10(T/K).
 
-    Stated for -20 to 100 degC; outside it is extrapolated.
+    Stated for `STATED_FROM` to `STATED_TO`; outside it is extrapolated.
     """
     exponent = p.oil_walther_a - p.oil_walther_b * math.log(temperature) / _LN10
     kinematic = math.exp(_LN10 * math.exp(_LN10 * exponent)) - 0.7
@@ -37,6 +39,13 @@ def dynamic_viscosity(temperature, p):
 def viscosity_ratio(temperature, p):
     """mu(T)/mu_0, where mu_0 belongs to the nominal oil at 23 degC."""
     return dynamic_viscosity(temperature, p) / p.oil_reference_viscosity
+
+
+@inlined
+def pressure_factor(pressure, p):
+    """Viscosity under pressure over that at none (Barus), exp(a p); pressure in Pa gauge."""
+    a = p.oil_viscosity_pressure_coefficient
+    return 1.0 if a == 0.0 else math.exp(a * max(pressure, 0.0))
 
 
 @inlined

@@ -10,15 +10,16 @@ from __future__ import annotations
 import numpy as np
 
 from ddh_twin_py.physics import hydraulics
-from ddh_twin_py.physics.balance import add_hydraulics, add_motor, clear, motor_current
+from ddh_twin_py.physics.balance import add_hydraulics, add_motor, add_surroundings, clear, motor_current
 from ddh_twin_py.physics.compiled import inlined, kernel
 from ddh_twin_py.physics.cylinder import piston_area, rod_side_area
-from ddh_twin_py.physics.motor import iron_coefficients
+from ddh_twin_py.physics.motor import iron_coefficients, magnet_factor
 from ddh_twin_py.physics.thermal_network import (
     N,
     N_EDGES,
     N_SURFACES,
     N_WALLS,
+    ROTOR,
     capacities,
     conductances,
     network_step,
@@ -52,7 +53,8 @@ def operating_point(point, m, temperature, iron, p):
     speed; the copper loss is that of the measured current.
     """
     clear(point)
-    c = hydraulics.coefficients(temperature, p)
+    c = hydraulics.coefficients(temperature, m.pressure_piston_side, m.pressure_rod_side, p)
+    magnets = magnet_factor(temperature[ROTOR], p)
     resistance = winding_resistance(temperature, p)
     flow_1, flow_2, _, _ = hydraulics.pump_flows(m.speed, m.pressure_piston_side, m.pressure_rod_side, c, p)
     pump_torque = add_hydraulics(
@@ -61,7 +63,9 @@ def operating_point(point, m, temperature, iron, p):
         make_up_flow(m.pressure_rod_side, -rod_side_area(p) * m.rod_velocity, flow_2),
         relief_flow(m.pressure_rod_side, p), c, p,
     )
-    add_motor(point, 1.0, m.speed, motor_current(m.speed, m.acceleration, pump_torque, p), resistance, iron, p)
+    current = motor_current(m.speed, m.acceleration, pump_torque, magnets * p.motor_torque_constant, p)
+    add_motor(point, 1.0, m.speed, current, resistance, magnets, iron, p)
+    add_surroundings(point, p)
     point.mean_square_current = m.current_square
     point.loss_copper = 3.0 * resistance * m.current_square
 
@@ -91,7 +95,7 @@ def soft_sensor(params, measured, better_temperature, use_better, interval, temp
         operating_point(points[k], m, better_temperature if use_better else temperature, iron, p)
         capacities(params, m.rod_position, capacity)
         lost += network_step(
-            params, edge, wall, surface, capacity, temperature, ambient[k], points[k].heat,
+            params, edge, wall, surface, capacity, temperature, ambient[k] + p.surroundings_enclosure_rise, points[k].heat,
             points[k].mean_square_current, points[k].flow, interval, work,
         )
         temperatures[k] = temperature

@@ -22,17 +22,18 @@ STEFAN_BOLTZMANN = 5.670374419e-8
 
 NODES = (
     "slot_winding", "end_winding", "teeth", "rotor", "yoke", "housing",
-    "line_a_wall", "line_b_wall", "tank_wall",
+    "line_a_wall", "line_b_wall", "tank_wall", "valve_block", "valve_oil",
     "chamber_a_oil", "chamber_b_oil", "cylinder_barrel", "line_a_oil", "line_b_oil",
-    "pump_1_case", "pump_2_case", "pump_1_oil", "pump_2_oil", "tank_oil",
+    "pump_1_case", "pump_2_case", "pump_1_oil", "pump_2_oil", "tank_oil_top", "tank_oil",
 )
 """Thermal nodes in the order of every temperature array; leaves first, so that elimination fills little."""
 
 N = len(NODES)
 (SLOT_WINDING, END_WINDING, TEETH, ROTOR, YOKE, HOUSING,
- LINE_A_WALL, LINE_B_WALL, TANK_WALL,
+ LINE_A_WALL, LINE_B_WALL, TANK_WALL, VALVE_BLOCK, VALVE_OIL,
  CHAMBER_A, CHAMBER_B, BARREL, LINE_A, LINE_B,
- PUMP_1_CASE, PUMP_2_CASE, PUMP_1_OIL, PUMP_2_OIL, TANK) = range(N)
+ PUMP_1_CASE, PUMP_2_CASE, PUMP_1_OIL, PUMP_2_OIL, TANK_TOP, TANK) = range(N)
+"""Oil returns into the tank's upper layer and is drawn from the lower, which is `TANK`."""
 
 MOTOR_NODES = NODES[:6]
 HYDRAULIC_NODES = NODES[6:]
@@ -53,8 +54,13 @@ EDGES = (
     ("cylinder.oil_to_barrel_piston_side", CHAMBER_A, BARREL),
     ("cylinder.oil_to_barrel_rod_side", CHAMBER_B, BARREL),
     ("tank.oil_to_wall", TANK, TANK_WALL),
+    ("tank.oil_to_wall", TANK_TOP, TANK_WALL),
+    ("tank.mixing_conductance", TANK_TOP, TANK),
+    ("valve_block.oil_to_block", VALVE_OIL, VALVE_BLOCK),
+    ("motor.flange_conductance", HOUSING, PUMP_1_CASE),
 )
-"""Conducting edges: path of the conductance in the sheet (W/K), and the two nodes."""
+"""Conducting edges: path of the conductance in the sheet (W/K), and the two nodes. The tank's
+layers share the wall by their volumes."""
 
 SURFACES = (
     ("motor.thermal.housing_area", "motor.thermal.housing_convection", "motor.thermal.housing_emissivity", HOUSING),
@@ -65,7 +71,12 @@ SURFACES = (
 )
 """Surfaces in natural convection and radiation: area (m2), convection (W/(m2 K^1.25)), emissivity, node."""
 
-WALLS = (("line_a.wall_to_ambient", LINE_A_WALL), ("line_b.wall_to_ambient", LINE_B_WALL))
+WALLS = (
+    ("line_a.wall_to_ambient", LINE_A_WALL),
+    ("line_b.wall_to_ambient", LINE_B_WALL),
+    ("valve_block.block_to_ambient", VALVE_BLOCK),
+    ("tank.mount_conductance", TANK_WALL),
+)
 """Nodes that lose heat to ambient by a fixed conductance (W/K)."""
 
 CAPACITIES = (
@@ -81,19 +92,22 @@ CAPACITIES = (
     ("cylinder.barrel_capacity", BARREL),
     ("pump_1.case_capacity", PUMP_1_CASE),
     ("pump_2.case_capacity", PUMP_2_CASE),
+    ("valve_block.capacity", VALVE_BLOCK),
 )
 """Heat capacities of the solids, J/K."""
 
 FLOWS = (
-    ("tank", "pump_1", TANK, PUMP_1_OIL), ("pump_1", "tank", PUMP_1_OIL, TANK),
+    ("tank", "pump_1", TANK, PUMP_1_OIL), ("pump_1", "tank", PUMP_1_OIL, TANK_TOP),
     ("pump_1", "line_a", PUMP_1_OIL, LINE_A), ("line_a", "pump_1", LINE_A, PUMP_1_OIL),
     ("line_a", "chamber_a", LINE_A, CHAMBER_A), ("chamber_a", "line_a", CHAMBER_A, LINE_A),
     ("tank", "line_a", TANK, LINE_A),
-    ("tank", "pump_2", TANK, PUMP_2_OIL), ("pump_2", "tank", PUMP_2_OIL, TANK),
+    ("tank", "pump_2", TANK, PUMP_2_OIL), ("pump_2", "tank", PUMP_2_OIL, TANK_TOP),
     ("pump_2", "line_b", PUMP_2_OIL, LINE_B), ("line_b", "pump_2", LINE_B, PUMP_2_OIL),
     ("line_b", "chamber_b", LINE_B, CHAMBER_B), ("chamber_b", "line_b", CHAMBER_B, LINE_B),
     ("tank", "line_b", TANK, LINE_B),
-    ("line_b", "tank", LINE_B, TANK),
+    ("line_b", "valve", LINE_B, VALVE_OIL), ("valve", "tank", VALVE_OIL, TANK_TOP),
+    ("chamber_a", "chamber_b", CHAMBER_A, CHAMBER_B), ("chamber_b", "chamber_a", CHAMBER_B, CHAMBER_A),
+    ("tank_top", "tank", TANK_TOP, TANK),
 )
 """Oil flows between control volumes, each counted in its own direction, m3/s, not below zero."""
 
@@ -126,9 +140,15 @@ def conductances(params, edge, wall, surface):
     edge[11] = p.line_b_oil_to_wall
     edge[12] = p.cylinder_oil_to_barrel_piston_side
     edge[13] = p.cylinder_oil_to_barrel_rod_side
-    edge[14] = p.tank_oil_to_wall
+    edge[14] = p.tank_oil_to_wall * (1.0 - p.tank_top_share)
+    edge[15] = p.tank_oil_to_wall * p.tank_top_share
+    edge[16] = p.tank_mixing_conductance
+    edge[17] = p.valve_block_oil_to_block
+    edge[18] = p.motor_flange_conductance
     wall[0] = p.line_a_wall_to_ambient
     wall[1] = p.line_b_wall_to_ambient
+    wall[2] = p.valve_block_block_to_ambient
+    wall[3] = p.tank_mount_conductance
     surface[0, 0], surface[0, 1], surface[0, 2] = p.motor_housing_area, p.motor_housing_convection, p.motor_housing_emissivity
     surface[1, 0], surface[1, 1], surface[1, 2] = p.pump_1_case_area, p.pump_1_convection, p.pump_1_emissivity
     surface[2, 0], surface[2, 1], surface[2, 2] = p.pump_2_case_area, p.pump_2_convection, p.pump_2_emissivity
@@ -153,6 +173,7 @@ def capacities(params, position, capacity):
     capacity[BARREL] = p.cylinder_barrel_capacity
     capacity[PUMP_1_CASE] = p.pump_1_case_capacity
     capacity[PUMP_2_CASE] = p.pump_2_case_capacity
+    capacity[VALVE_BLOCK] = p.valve_block_capacity
     within = min(max(position, 0.0), p.cylinder_stroke)
     capacity[CHAMBER_A] = rho_c * cylinder.chamber_volume_piston_side(within, p)
     capacity[CHAMBER_B] = rho_c * cylinder.chamber_volume_rod_side(within, p)
@@ -161,7 +182,9 @@ def capacities(params, position, capacity):
     capacity[PUMP_1_OIL] = rho_c * p.pump_1_oil_volume
     capacity[PUMP_2_OIL] = rho_c * p.pump_2_oil_volume
     drawn = (cylinder.piston_area(p) - cylinder.rod_side_area(p)) * within
-    capacity[TANK] = rho_c * (p.tank_oil_volume - drawn)
+    capacity[TANK_TOP] = rho_c * p.tank_top_share * (p.tank_oil_volume - drawn)
+    capacity[TANK] = rho_c * (1.0 - p.tank_top_share) * (p.tank_oil_volume - drawn)
+    capacity[VALVE_OIL] = rho_c * p.valve_block_oil_volume
 
 
 @inlined

@@ -7,8 +7,15 @@ from ddh_twin_py.physics.compiled import inlined
 
 @inlined
 def relief_flow(pressure, p):
-    """Flow of the rod-side relief valve to tank, m3/s: slope max(0, p - p_open)."""
-    return p.relief_valve_slope * max(0.0, pressure - p.relief_valve_opening_pressure)
+    """Flow of the rod-side relief valve to tank, m3/s: slope max(0, p - p_open) + G_seat max(0, p)."""
+    return p.relief_valve_slope * max(0.0, pressure - p.relief_valve_opening_pressure) + p.relief_valve_seat_leakage * max(0.0, pressure)
+
+
+@inlined
+def relief_flow_slope(pressure, p):
+    """dQ/dp of `relief_flow`, m3/(s*Pa)."""
+    slope = p.relief_valve_seat_leakage if pressure > 0.0 else 0.0
+    return slope + p.relief_valve_slope if pressure > p.relief_valve_opening_pressure else slope
 
 
 @inlined

@@ -281,9 +281,10 @@ def _field_name(path: str) -> str:
 
 
 def _read_reference() -> Rig:
-    source = resources.files("ddh_twin_py.rig").joinpath("ddh_rig.yaml")
-    rig_id, quantities, sensors = _parse(yaml.safe_load(source.read_text()), "ddh_rig.yaml")
-    return Rig(rig_id, quantities, sensors, "ddh_rig.yaml")
+    folder = resources.files("ddh_twin_py.rig")
+    rig_id, quantities, sensors = _parse(yaml.safe_load(folder.joinpath("ddh_rig.yaml").read_text()), "ddh_rig.yaml")
+    _, further, _ = _parse(yaml.safe_load(folder.joinpath("extensions.yaml").read_text()), "extensions.yaml")
+    return Rig(rig_id, {**quantities, **further}, sensors, "ddh_rig.yaml")
 
 
 _REFERENCE = _read_reference()
