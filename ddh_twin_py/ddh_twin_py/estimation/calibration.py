@@ -1,14 +1,12 @@
 """Fit a rig's uncertain parameters to recordings: maximum a posteriori, with an honest covariance.
 
-    minimise  sum_s w_s^2 sum_i ((y_si - f_si(theta)) / sigma_s)^2 + |theta|^2
+The unknowns are deviations in units of the sheet's tolerance (and of the sensors' offset
+tolerance), so that the prior is N(0, I); beside them stand the allowances of `comparison` for
+what no parameter of the model can mend. Sensitivities are differences of whole free runs, whose
+fixed steps make them smooth; Gauss-Newton keeps them while it converges with them (chord steps)
+and takes new ones when it does not.
 
-theta are deviations in units of the sheet's tolerance (and of the sensors' offset tolerance), so
-the second term is the prior. The weight of a signal, w_s = 1 / (rms_s sqrt(tau_s)), takes account
-of what the model leaves: residuals larger than noise (rms_s > 1) and correlated over tau_s
-samples carry as little information as that many independent ones. Gauss-Newton with a line
-search; sensitivities by forward differences of the free run, whose fixed steps make it smooth.
-
-Tarantola, Inverse Problem Theory, SIAM 2005, chapter 3, for the posterior (J^T J + I)^-1.
+Tarantola, Inverse Problem Theory, SIAM 2005, chapter 3, for the posterior covariance.
 """
 
 from __future__ import annotations
@@ -19,18 +17,24 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.linalg import solve_triangular
+from scipy.optimize import lsq_linear
 
-from ddh_twin_py.estimation.experiment import PRESSURES, STROKE, Experiment
+from ddh_twin_py.estimation.allowances import Sums, sums_of
+from ddh_twin_py.estimation.comparison import Comparison, Discrepancy
+from ddh_twin_py.estimation.experiment import PRESSURES, Experiment
+from ddh_twin_py.physics.free_run import HYDRAULIC_STEP
 from ddh_twin_py.rig import Rig
-from ddh_twin_py.rig.sheet import CUT, FIELD_OF_PATH
+from ddh_twin_py.rig.sheet import CUT, FIELD_OF_PATH, Quantity
 
 INFORMED = 0.9
 """A parameter whose standard deviation fell below this share of its prior was informed by the recordings."""
-_DIFFERENCE = 1e-2  # of a tolerance
-_SWEEPS = 12
-_SETTLED = 0.02  # of a posterior standard deviation: no parameter moves further
-_SETTLING = 5.0  # s at the beginning of a run that are left out: what moved before it began is not known
-_LONGEST_CORRELATION = 400  # samples
+_DIFFERENCES = (0.3, 0.1, 0.03)  # of a tolerance, from far to near
+_SWEEPS = 5
+_CHORDS = 4
+_FAR = 4.0  # RMS of a signal's deviations above which it is judged milder
+_SETTLED = 1.0e-3  # share of chi-square that a further step would promise or gain
+_COARSE = 2.0e-3  # s, hydraulic step of the runs that are only compared with each other
 
 
 class CalibrationError(ValueError):
@@ -60,22 +64,22 @@ class Calibration:
     """What a fit found.
 
     Attributes:
-        rig: the rig with fitted values, standard deviations and sources; pressure and
-            temperature offsets in ``offsets``.
-        parameters, offsets: with prior and posterior.
-        correlation: between all of them in that order, (k, k).
+        rig: the rig with fitted values, standard deviations and sources.
+        parameters: with prior and posterior, sensor offsets at the end.
+        correlation: between them in that order, (k, k).
         before, after: RMS of each signal's residual over its noise, sheet and fit.
-        sweeps: Gauss-Newton steps taken. settled: whether the last one was negligible.
+        sweeps: times that sensitivities were taken. settled: whether the last step was negligible.
+        discrepancy: what the model was forgiven, sized by this fit.
     """
 
     rig: Rig
     parameters: list[FittedParameter]
-    offsets: list[FittedParameter]
     correlation: np.ndarray
     before: dict[str, float]
     after: dict[str, float]
     sweeps: int
     settled: bool
+    discrepancy: Discrepancy
 
 
 def uncertain_paths(rig: Rig) -> list[str]:
@@ -83,155 +87,237 @@ def uncertain_paths(rig: Rig) -> list[str]:
     return [path for path, quantity in rig.quantities.items() if quantity.standard_deviation > 0.0]
 
 
+def offset_paths(experiments: Sequence[Experiment]) -> list[str]:
+    """Paths of the zero errors of the pressure and temperature sensors that the recordings have."""
+    signals = dict.fromkeys(name for e in experiments for name in e.signals)
+    names = [name if name in PRESSURES else name.split("/")[1] for name in signals if name in PRESSURES or "/" in name]
+    return [f"measurement.{name}_offset" for name in names]
+
+
+def with_offsets(rig: Rig, paths: Sequence[str]) -> Rig:
+    """The rig with the sheet's tolerance on those zero errors that nothing is known of yet."""
+    quantities = dict(rig.quantities)
+    for path in paths:
+        sensor = rig.sensors["pressure" if path.startswith("measurement.pressure") else "temperature"]
+        if quantities[path].standard_deviation == 0.0:
+            quantities[path] = replace(quantities[path], std=sensor.offset_tolerance, source="the sensor's zero")
+    return replace(rig, quantities=quantities)
+
+
 def calibrate(experiments: Sequence[Experiment], rig: Rig, only: Sequence[str] = (), threads: int = 2,
-              progress: Callable[[float], None] | None = None) -> Calibration:
+              discrepancy: Discrepancy | None = None, progress: Callable[[float], None] | None = None) -> Calibration:
     """Fit the rig to recordings of it.
 
     Args:
         experiments: recordings of one rig. rig: its sheet; values and tolerances are the prior.
-        only: paths to fit; empty fits all that have a tolerance.
-        threads: free runs side by side. progress: told the share done.
+        only: paths to fit; empty fits all that have a tolerance. Sensor offsets are always fitted.
+        threads: free runs side by side. discrepancy: what the model is forgiven.
+        progress: told the share done.
 
     Raises:
         CalibrationError: no recording, or a path that the sheet does not have or holds exact.
     """
     if not experiments:
         raise CalibrationError("no recording was given")
-    problem = _Problem(experiments, rig, list(only) or uncertain_paths(rig))
-    theta = np.zeros(problem.size)
-    predicted = problem.predict(theta)
-    before = problem.rms(predicted)
-    settled, sweep = False, 0
+    offsets = offset_paths(experiments)
+    rig = with_offsets(rig, offsets)
+    wanted = list(only) or [path for path in uncertain_paths(rig) if not path.startswith("measurement.")]
+    problem = Problem(experiments, rig, _checked(rig, wanted) + [path for path in offsets if path not in wanted],
+                      discrepancy or Discrepancy())
     with ThreadPoolExecutor(max_workers=threads) as pool:
-        for sweep in range(1, _SWEEPS + 1):
-            weights = problem.weights(predicted)
-            residual = problem.residual(predicted, weights)
-
-            def column(i: int, theta=theta, weights=weights, residual=residual) -> np.ndarray:
-                moved = theta.copy()
-                moved[i] += _DIFFERENCE
-                return (problem.residual(problem.predict(moved), weights) - residual) / _DIFFERENCE
-
-            jacobian = np.empty((residual.size, problem.size))
-            for i, values in enumerate(pool.map(column, range(problem.size))):
-                jacobian[:, i] = values
-                if progress is not None:
-                    progress((sweep - 1 + (i + 1) / problem.size) / _SWEEPS)
-            information = jacobian.T @ jacobian + np.eye(problem.size)
-            step = -np.linalg.solve(information, jacobian.T @ residual + theta)
-            theta, predicted, taken = _line_search(problem, theta, step, weights, residual)
-            spread = np.sqrt(np.diagonal(np.linalg.inv(information)))
-            if np.max(np.abs(taken) / spread) < _SETTLED or not taken.any():
-                settled = bool(np.max(np.abs(step) / spread) < 10 * _SETTLED)
-                break
-    covariance = np.linalg.inv(information)
+        fit = problem.fit(pool, progress)
     if progress is not None:
         progress(1.0)
-    return problem.result(theta, covariance, before, problem.rms(predicted), sweep, settled)
+    return problem.result(fit)
 
 
-def _line_search(problem: _Problem, theta, step, weights, residual):
-    cost = residual @ residual + theta @ theta
-    for share in (1.0, 0.5, 0.25, 0.1, 0.03):
-        trial = np.clip(theta + share * step, -3.0 * CUT, 3.0 * CUT)
-        predicted = problem.predict(trial)
-        left = problem.residual(predicted, weights)
-        if left @ left + trial @ trial < cost:
-            return trial, predicted, trial - theta
-    return theta, problem.predict(theta), np.zeros_like(theta)
+def _checked(rig: Rig, paths: Sequence[str]) -> list[str]:
+    for path in paths:
+        if path not in rig.quantities:
+            nearest = difflib.get_close_matches(path, list(rig.quantities), 1, 0.0)[0]
+            raise CalibrationError(f"{path}: no such parameter; the nearest is {nearest!r}")
+        if rig.quantities[path].standard_deviation == 0.0:
+            raise CalibrationError(f"{path}: the sheet holds it exact (tolerance 0), there is nothing to fit")
+    return list(paths)
 
 
-class _Problem:
-    """Recordings, parameters and offsets as one vector."""
+@dataclass
+class Fit:
+    """Where a fit stands: deviations (k,), predictions there and at the start, what the recordings say, what was done."""
 
-    def __init__(self, experiments: Sequence[Experiment], rig: Rig, paths: list[str]) -> None:
-        for path in paths:
-            if path not in rig.quantities:
-                nearest = difflib.get_close_matches(path, list(rig.quantities), 1, 0.0)[0]
-                raise CalibrationError(f"{path}: no such parameter; the nearest is {nearest!r}")
-            if rig.quantities[path].standard_deviation == 0.0:
-                raise CalibrationError(f"{path}: the sheet holds it exact (tolerance 0), there is nothing to fit")
-        self.experiments, self.rig, self.paths = experiments, rig, paths
-        self.offsets = [name for name in dict.fromkeys(n for e in experiments for n in e.signals)
-                        if name in PRESSURES or name.startswith("temperature/")]
-        self.size = len(paths) + len(self.offsets)
-        self._offset_std = np.array([self._sensor(name).offset_tolerance for name in self.offsets])
-        self._used = [{name: np.isfinite(signal.measured) & ((signal.time > _SETTLING) | (name == STROKE))
-                       for name, signal in e.signals.items()} for e in experiments]
+    theta: np.ndarray
+    predictions: list[dict[str, np.ndarray]]
+    first: list[dict[str, np.ndarray]]
+    information: np.ndarray
+    covariance: np.ndarray
+    allowances: dict[tuple, tuple[float, float]]
+    sweeps: int
+    settled: bool
 
-    def _sensor(self, name: str):
-        return self.rig.sensors["pressure" if name in PRESSURES else "temperature"]
 
-    def predict(self, theta: np.ndarray) -> list[dict[str, np.ndarray]]:
-        """Predictions of every recording."""
-        parameters = self.rig.parameters
-        offsets = dict(zip(self.offsets, theta[len(self.paths):] * self._offset_std, strict=True))
-        out = []
-        for experiment in self.experiments:
-            parameters["load_payload_mass"] = experiment.payload
-            own = parameters.copy()
-            for i, path in enumerate(self.paths):
-                quantity = self.rig.quantities[path]
-                scale = own["load_payload_mass"] / quantity.value if path == "load.payload_mass" else 1.0
-                own[FIELD_OF_PATH[path]] += theta[i] * quantity.standard_deviation * scale
-            out.append(experiment.predict(own, offsets))
+@dataclass(frozen=True)
+class _Stand:
+    """Cost at a place, what the recordings say of the parameters there, and the sums behind it."""
+
+    cost: float
+    information: np.ndarray
+    score: np.ndarray
+    sums: Sums
+
+
+def _tempers(comparison: Comparison, prediction) -> dict[str, float]:
+    """Signal to how much milder it is judged while it is far off."""
+    residual = comparison.residual(prediction)
+    return {b.signal: max(1.0, float(np.sqrt(np.mean(residual[b.rows] ** 2))) / _FAR) for b in comparison.blocks}
+
+
+def _within(matrix: np.ndarray, slope: np.ndarray, theta: np.ndarray) -> np.ndarray:
+    """Step to the lowest place of the quadratic with no deviation beyond `CUT`, where tolerances end."""
+    factor = np.linalg.cholesky(matrix)
+    target = solve_triangular(factor, slope, lower=True, check_finite=False)
+    return lsq_linear(factor.T, target, bounds=(-CUT - 1e-9 - theta, CUT + 1e-9 - theta), method="bvls").x
+
+
+def _broyden(jacobians, comparisons, before, after, move) -> None:
+    """Let sensitivities learn from a step that was taken (Broyden 1965), in place."""
+    length = float(move @ move)
+    if length == 0.0:
+        return
+    for jacobian, comparison, old, new in zip(jacobians, comparisons, before, after, strict=True):
+        missed = comparison.features(new) - comparison.features(old) - jacobian @ move
+        jacobian += np.outer(missed, move / length)
+
+
+class Problem:
+    """Recordings of one rig and its uncertain parameters as one vector of deviations."""
+
+    def __init__(self, experiments: Sequence[Experiment], rig: Rig, paths: list[str], discrepancy: Discrepancy) -> None:
+        self.experiments, self.rig, self.paths, self.discrepancy = list(experiments), rig, paths, discrepancy
+        self.scale = np.array([rig.quantities[path].standard_deviation for path in paths])
+        self.size = len(paths)
+        self._base = [e.parameters(rig) for e in self.experiments]
+
+    def record(self, number: int, theta: np.ndarray) -> np.ndarray:
+        """Parameters (1,) of recording ``number`` at deviations (k,)."""
+        own = self._base[number].copy()
+        for path, deviation, scale in zip(self.paths, theta, self.scale, strict=True):
+            field = FIELD_OF_PATH[path]
+            if path == "load.payload_mass":
+                own[field] *= 1.0 + deviation * scale / self.rig[path]
+            else:
+                own[field] += deviation * scale
+        return own
+
+    def predict(self, theta: np.ndarray, step: float = HYDRAULIC_STEP) -> list[dict[str, np.ndarray]]:
+        """Predictions of every recording; ``step`` (s) of the hydraulics."""
+        return [e.predict(self.record(i, theta), step) for i, e in enumerate(self.experiments)]
+
+    def fit(self, pool: ThreadPoolExecutor, progress=None, start: np.ndarray | None = None) -> Fit:
+        """Gauss-Newton from the sheet (or ``start``) on; far from the answer, what is far off counts less."""
+        theta = np.zeros(self.size) if start is None else start.copy()
+        first = predictions = self.predict(theta)
+        settled, sweep = False, 0
+        for sweep in range(1, _SWEEPS + 1):
+            told = None if progress is None else (lambda done, sweep=sweep: progress((sweep - 1 + 0.9 * done) / _SWEEPS))
+            comparisons = [Comparison(e.signals, p, self.discrepancy) for e, p in zip(self.experiments, predictions, strict=True)]
+            jacobians = self.jacobians(pool, theta, comparisons, _DIFFERENCES[min(sweep, len(_DIFFERENCES)) - 1], told)
+            temper = [_tempers(c, p) for c, p in zip(comparisons, predictions, strict=True)]
+            state = self._stand(comparisons, jacobians, predictions, theta, temper)
+            for _ in range(_CHORDS):
+                move = _within(state.information + np.eye(self.size), state.score - theta, theta)
+                promised = float(move @ (state.information + np.eye(self.size)) @ move)
+                settled = promised < _SETTLED * state.cost and max(max(t.values()) for t in temper) <= 1.0
+                if promised < _SETTLED * state.cost:
+                    break
+                share, better = 1.0, None
+                while share > 0.1:
+                    trial = theta + share * move
+                    tried = self.predict(trial)
+                    if sweep == 1:
+                        _broyden(jacobians, comparisons, predictions, tried, trial - theta)
+                    better = self._stand(comparisons, jacobians, tried, trial, temper)
+                    if better.cost < state.cost - 0.1:
+                        break
+                    share *= 0.4
+                    better = None
+                if better is None:
+                    break
+                gained = state.cost - better.cost
+                theta, predictions, state = trial, tried, better
+                if gained < _SETTLED * state.cost:
+                    break
+            if settled:
+                break
+        plain = [dict.fromkeys(t, 1.0) for t in temper]
+        state = self._stand(comparisons, jacobians, predictions, theta, plain)
+        covariance = np.linalg.inv(state.information + np.eye(self.size))
+        return Fit(theta, predictions, first, state.information, covariance, state.sums.classes(np.zeros(self.size)), sweep, settled)
+
+    def jacobians(self, pool, theta, comparisons, difference: float, progress=None) -> list[np.ndarray]:
+        """Sensitivities of every recording's features by every deviation, (rows, k) each; ``difference`` of a tolerance."""
+        step = self._steps(theta, difference)
+
+        def column(i: int) -> list[np.ndarray]:
+            moved = theta.copy()
+            moved[i] += step[i]
+            return [c.features(p) for c, p in zip(comparisons, self.predict(moved, _COARSE), strict=True)]
+
+        base = [c.features(p) for c, p in zip(comparisons, self.predict(theta, _COARSE), strict=True)]
+        out = [np.empty((c.size, self.size)) for c in comparisons]
+        for i, columns in enumerate(pool.map(column, range(self.size))):
+            for jacobian, moved, at in zip(out, columns, base, strict=True):
+                jacobian[:, i] = (moved - at) / step[i]
+            if progress is not None:
+                progress((i + 1) / self.size)
         return out
 
-    def _pieces(self, predicted):
-        """Name and normalised residual of every signal of every recording."""
-        for experiment, used, values in zip(self.experiments, self._used, predicted, strict=True):
-            for name, signal in experiment.signals.items():
-                chosen = used[name]
-                yield name, (signal.measured[chosen] - values[name][chosen]) / signal.noise
+    def _stand(self, comparisons, jacobians, predictions, theta, temper) -> _Stand:
+        residuals = [c.residual(p) for c, p in zip(comparisons, predictions, strict=True)]
+        sums = sums_of(comparisons, jacobians, residuals, temper)
+        gram, _ = sums.gram()
+        return _Stand(gram.yy + float(theta @ theta), gram.xx, gram.xy, sums)
 
-    def weights(self, predicted) -> list[float]:
-        """w_s of every signal of every recording."""
-        return [1.0 / np.sqrt(max(1.0, np.mean(r * r)) * correlation_length(r)) if r.size else 0.0 for _, r in self._pieces(predicted)]
+    def _steps(self, theta: np.ndarray, difference: float) -> np.ndarray:
+        """Step of each difference, towards the sheet's value."""
+        return np.where(theta > 0.0, -difference, difference)
 
-    def residual(self, predicted, weights: list[float]) -> np.ndarray:
-        """Weighted residuals as one vector."""
-        return np.concatenate([-w * r for w, (_, r) in zip(weights, self._pieces(predicted), strict=True)])
-
-    def rms(self, predicted) -> dict[str, float]:
-        """RMS of each signal over its noise, all recordings together."""
+    def rms(self, predictions) -> dict[str, float]:
+        """RMS of each signal over its noise, sample by sample, all recordings together."""
         squares: dict[str, list[np.ndarray]] = {}
-        for name, r in self._pieces(predicted):
-            squares.setdefault(name, []).append(r * r)
+        for experiment, predicted in zip(self.experiments, predictions, strict=True):
+            for name, signal in experiment.signals.items():
+                used = signal.binning.bin >= 0
+                squares.setdefault(name, []).append(((signal.measured - predicted[name])[used] / signal.noise) ** 2)
         return {name: float(np.sqrt(np.mean(np.concatenate(parts)))) for name, parts in squares.items() if sum(p.size for p in parts)}
 
-    def result(self, theta, covariance, before, after, sweeps, settled) -> Calibration:
+    def result(self, fit: Fit) -> Calibration:
         """Values in their units, and the rig that holds them."""
-        spread = np.sqrt(np.diagonal(covariance))
+        spread = np.sqrt(np.diagonal(fit.covariance))
         names = ", ".join(e.recording.path for e in self.experiments)
         parameters, quantities = [], dict(self.rig.quantities)
-        for i, path in enumerate(self.paths):
+        for path, deviation, share, scale in zip(self.paths, fit.theta, spread, self.scale, strict=True):
             quantity = self.rig.quantities[path]
-            scale = quantity.standard_deviation
-            fitted = FittedParameter(path, quantity.unit, quantity.value, scale, quantity.value + theta[i] * scale,
-                                     spread[i] * scale, bool(spread[i] < INFORMED))
+            fitted = FittedParameter(path, quantity.unit, quantity.value, scale, quantity.value + deviation * scale,
+                                     share * scale, bool(share < INFORMED))
             parameters.append(fitted)
-            source = f"fitted to {names}" if fitted.informed else f"{quantity.source}; not informed by {names}"
-            quantities[path] = replace(quantity, value=fitted.value, std=fitted.std, source=source,
-                                       tolerance=fitted.std / abs(fitted.value) if fitted.value else 0.0)
-        offsets = []
-        for j, name in enumerate(self.offsets):
-            i, scale = len(self.paths) + j, self._offset_std[j]
-            offsets.append(FittedParameter(name, "Pa" if name in PRESSURES else "K", 0.0, scale, theta[i] * scale,
-                                           spread[i] * scale, bool(spread[i] < INFORMED)))
+            quantities[path] = _fitted_quantity(quantity, fitted, names)
         rig_id = next((e.recording.rig.rig_id for e in self.experiments if e.recording.rig is not None), self.rig.rig_id)
-        return Calibration(replace(self.rig, rig_id=rig_id, quantities=quantities), parameters, offsets,
-                           covariance / np.outer(spread, spread), before, after, sweeps, settled)
+        return Calibration(replace(self.rig, rig_id=rig_id, quantities=quantities), parameters,
+                           fit.covariance / np.outer(spread, spread), self.rms(fit.first), self.rms(fit.predictions),
+                           fit.sweeps, fit.settled, sized(self.discrepancy, fit.allowances))
 
 
-def correlation_length(residual: np.ndarray) -> float:
-    """Samples over which a residual repeats itself: 1 + 2 sum of its autocorrelation up to the first that is below 0.05."""
-    n = residual.size
-    power = float(np.mean(residual * residual)) if n else 0.0
-    if n < 16 or power == 0.0:
-        return 1.0
-    most = min(_LONGEST_CORRELATION, n // 4)
-    size = 1 << int(np.ceil(np.log2(n + most)))
-    spectrum = np.fft.rfft(residual, size)
-    autocorrelation = np.fft.irfft(spectrum * np.conj(spectrum), size)[:most] / (n * power)
-    below = np.flatnonzero(autocorrelation < 0.05)
-    return float(1.0 + 2.0 * autocorrelation[1: below[0] if below.size else most].sum())
+def _fitted_quantity(quantity: Quantity, fitted: FittedParameter, names: str) -> Quantity:
+    source = f"fitted to {names}" if fitted.informed else f"{quantity.source}; not informed by {names}"
+    return replace(quantity, value=fitted.value, std=fitted.std, source=source,
+                   tolerance=fitted.std / abs(fitted.value) if fitted.value else 0.0)
+
+
+def sized(discrepancy: Discrepancy, allowances: dict[tuple, tuple[float, float]]) -> Discrepancy:
+    """The same allowances with the size that a fit found them to have (one step of expectation maximisation), not below a third."""
+    groups: dict[tuple[str, str], list[float]] = {}
+    for name, (value, variance) in allowances.items():
+        if name[1] in discrepancy.scale:
+            groups.setdefault((name[0], name[1]), []).append(value * value + variance)
+    own = {key: discrepancy.of(*key) * max(1.0 / 3.0, float(np.sqrt(np.mean(squares)))) for key, squares in groups.items()}
+    return replace(discrepancy, own={**discrepancy.own, **own})

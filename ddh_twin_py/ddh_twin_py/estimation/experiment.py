@@ -13,16 +13,18 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.signal import lfilter
 
+from ddh_twin_py.estimation.binning import Binning, by_cycle, by_time, cycle_of, one_by_one
 from ddh_twin_py.estimation.sensors import NODE_INDEX, NODE_OF_SENSOR
 from ddh_twin_py.estimation.start import START, spread_start
 from ddh_twin_py.physics.balance import OPERATING_DTYPE
-from ddh_twin_py.physics.free_run import HYDRAULIC_STEP, SAMPLED, free_run_sampled, settle
+from ddh_twin_py.physics.free_run import COMMAND_PARTS, HYDRAULIC_STEP, SAMPLED, free_run_sampled, settle
 from ddh_twin_py.physics.hydraulics import HYDRAULIC_STATES
 from ddh_twin_py.physics.motor_samples import electrical_samples
 from ddh_twin_py.physics.oil import ZERO_CELSIUS
 from ddh_twin_py.physics.soft_sensor import MEASURED_DTYPE
-from ddh_twin_py.physics.thermal_network import END_WINDING, N, SLOT_WINDING
+from ddh_twin_py.physics.thermal_network import END_WINDING, N, ROTOR, SLOT_WINDING, TANK_TOP
 from ddh_twin_py.rig import Rig
+from ddh_twin_py.rig.sheet import SensorSpec
 from ddh_twin_py.telemetry.alignment import align
 from ddh_twin_py.telemetry.recording import Recording
 from ddh_twin_py.telemetry.screening import screen_recording
@@ -33,6 +35,12 @@ from ddh_twin_py.twin.intervals import INTERVAL, STANDSTILL, command_size, new_c
 DRIVE_SIGNALS = ("speed", "current", "voltage", "electrical_power")
 HYDRAULIC_SIGNALS = ("pressure_piston_side", "pressure_rod_side", "rod_velocity")
 STROKE = "rod_position"
+INNER_SENSORS = ("motor_winding", "tank_oil")
+"""Temperature sensors that do not lie on a surface."""
+SETTLING = 5.0
+"""s at the beginning of a run that are left out of the fast signals: what moved before it began is not known."""
+_REST = 0.5  # s of a standstill to either side over which positions are averaged
+_SLOW_BIN = 20.0  # s, of temperatures
 PRESSURES = ("pressure_piston_side", "pressure_rod_side")
 
 
@@ -42,11 +50,13 @@ class ExperimentError(ValueError):
 
 @dataclass(frozen=True)
 class Signal:
-    """Samples of one signal: s since the start of the run, values in SI, noise of one sample."""
+    """Samples of one signal: s since the start of the run, values in SI, noise of one sample, unit, bins."""
 
     time: np.ndarray
     measured: np.ndarray
     noise: float
+    unit: str
+    binning: Binning
 
 
 class Experiment:
@@ -54,7 +64,7 @@ class Experiment:
 
     Args:
         recording: as read. rig: gives noise and what is not measured. interval: s.
-        start, stop: s from the recording's epoch, a part of it.
+        used: share of the recording, from its begin, that is gathered into bins; the rest is held out.
 
     Attributes:
         signals: by name; temperatures as ``temperature/<sensor>``, the error of each stroke as
@@ -65,7 +75,8 @@ class Experiment:
         ExperimentError: no drive or hydraulic telemetry, or a clock that jumped.
     """
 
-    def __init__(self, recording: Recording, rig: Rig, interval: float = INTERVAL) -> None:
+    def __init__(self, recording: Recording, rig: Rig, interval: float = INTERVAL, used: float = 1.0) -> None:
+        self._used_share = used
         noise = {name: spec.noise for name, spec in rig.sensors.items()}
         recording = screen_recording(recording, noise)
         for topic, stream in ((DRIVE_TOPIC, recording.drive), (HYDRAULIC_TOPIC, recording.hydraulic)):
@@ -77,7 +88,8 @@ class Experiment:
             raise ExperimentError(f"{recording.path}: the clock jumps {int(ticks.restart.sum())} times; cut the recording there")
         self.recording, self.interval = recording, interval
         said = recording.rig.payload_mass if recording.rig is not None else np.nan
-        self.payload = said if np.isfinite(said) else rig["load.payload_mass"]
+        self._sheet_payload = rig["load.payload_mass"]
+        self.payload = said if np.isfinite(said) else self._sheet_payload
         n = len(ticks)
         begin = (ticks.end_ns[0] - recording.epoch_ns) * 1e-9 - interval
         self._epoch = begin
@@ -90,34 +102,47 @@ class Experiment:
                          new_carry(), measured, self._command)
         self._command = np.where(np.isfinite(self._command), self._command, 0.0)
         standing = (measured["standstill"] >= STANDSTILL) & np.isfinite(measured["rod_position"])
-        self._put_back = np.where(standing, measured["rod_position"], np.nan)
+        self._put_back = _smoothed(np.where(standing, measured["rod_position"], np.nan), round(_REST / interval))
         self._stroke_ends = np.flatnonzero(standing[1:] & ~standing[:-1]) + 1
         self._stroke_ends = self._stroke_ends[self._stroke_ends * interval > 1.0]
         self._air = self._ambient(ticks, rig, n)
         self._start = {name: _first_finite(measured[name]) for name in (*PRESSURES, "rod_position")}
-        self._instants = np.sort(np.concatenate([drive_time, hydraulic_time]))
-        self._at_drive = np.searchsorted(self._instants, drive_time)
-        self._at_hydraulic = np.searchsorted(self._instants, hydraulic_time)
+        self._drive_time, self._hydraulic_time = drive_time, hydraulic_time
+        self._merged = _merge(drive_time, hydraulic_time)
         self._axis = interval * np.arange(1, n + 1)
-
+        self.cycle = cycle_of(self._command, interval / COMMAND_PARTS)
         self.signals: dict[str, Signal] = {}
         for name in DRIVE_SIGNALS:
-            self.signals[name] = Signal(drive_time, drive.values[:, DRIVE_FIELDS.index(name)], noise[name])
+            self._add(name, rig.sensors[name], drive_time, drive.values[:, DRIVE_FIELDS.index(name)], self._fast)
         for name in HYDRAULIC_SIGNALS:
             kind = "pressure" if name in PRESSURES else name
-            self.signals[name] = Signal(hydraulic_time, hydraulic.values[:, HYDRAULIC_FIELDS.index(name)], noise[kind])
-        self.signals[STROKE] = Signal(self._axis[self._stroke_ends], self._put_back[self._stroke_ends], noise[STROKE])
+            self._add(name, rig.sensors[kind], hydraulic_time, hydraulic.values[:, HYDRAULIC_FIELDS.index(name)], self._fast)
+        self._add(STROKE, rig.sensors[STROKE], self._axis[self._stroke_ends], self._put_back[self._stroke_ends], self._strokes)
         self.sensors = []
         for name in NODE_OF_SENSOR:
             samples = ticks.samples.get(f"temperature/{name}")
             if samples is not None and len(samples) and np.isfinite(samples.values[:, 0]).any():
                 when = (samples.stamp - recording.epoch_ns) * 1e-9 - begin
-                self.signals[f"temperature/{name}"] = Signal(when, samples.values[:, 0], noise["temperature"])
+                self._add(f"temperature/{name}", rig.sensors["temperature"], when, samples.values[:, 0], _slow)
                 self.sensors.append(name)
         self._first_readings = {
             name: float(np.nanmean(s.measured[s.time <= START])) for name in self.sensors
             if np.isfinite((s := self.signals[f"temperature/{name}"]).measured[s.time <= START]).any()
         }
+
+    def _add(self, name: str, sensor: SensorSpec, time: np.ndarray, measured: np.ndarray, binning) -> None:
+        """Take up a signal of which there is at least one number."""
+        usable = np.isfinite(measured) & (time <= self.used_until)
+        if usable.any():
+            self.signals[name] = Signal(time, measured, sensor.noise, sensor.unit, binning(time, usable))
+
+    def _fast(self, time: np.ndarray, usable: np.ndarray) -> Binning:
+        return by_cycle(self.cycle, time, usable, SETTLING)
+
+    def _strokes(self, time: np.ndarray, usable: np.ndarray) -> Binning:
+        """Each stroke by itself; upward and downward ones are two classes."""
+        way = np.diff(self._put_back[np.concatenate([[0], self._stroke_ends])]) if usable.size else np.zeros(0)
+        return one_by_one(time, usable & (time > SETTLING), np.sign(np.nan_to_num(way)).astype(np.int64) + 1)
 
     def _ambient(self, ticks, rig: Rig, n: int) -> np.ndarray:
         samples = ticks.samples.get("temperature/ambient")
@@ -129,57 +154,97 @@ class Experiment:
         return AmbientTracker(ZERO_CELSIUS + rig["ambient"], self.interval).advance(read)
 
     @property
+    def used_until(self) -> float:
+        """s since the start of the run up to which samples are gathered into bins."""
+        return self._used_share * self.duration
+
+    @property
     def duration(self) -> float:
         """Length of the run, s."""
         return self._axis[-1]
 
-    def predict(self, parameters: np.ndarray, offsets: dict[str, float] | None = None,
-                step: float = HYDRAULIC_STEP) -> dict[str, np.ndarray]:
+    def parameters(self, rig: Rig) -> np.ndarray:
+        """The record of a rig for this recording: the payload is the recording's, scaled as the rig's is from its declared one."""
+        record = rig.parameters
+        record["load_payload_mass"] *= self.payload / self._sheet_payload
+        return record
+
+    def predict(self, parameters: np.ndarray, step: float = HYDRAULIC_STEP) -> dict[str, np.ndarray]:
         """What every sample of `signals` should have read.
 
         Args:
-            parameters: the rig's parameters, shape (1,); the payload is the recording's unless
-                its ``load_payload_mass`` differs from the sheet's by a fit.
-            offsets: zero errors of pressure sensors (Pa) and temperature sensors (K), by signal.
+            parameters: shape (1,), see `parameters`; its ``measurement_*`` say how the sensors err.
             step: s, hydraulic step.
         """
-        offsets = offsets or {}
         p = parameters[0]
         state = np.zeros(len(HYDRAULIC_STATES))
-        settle(parameters, state, self._start["rod_position"], self._start[PRESSURES[0]] - offsets.get(PRESSURES[0], 0.0),
-               self._start[PRESSURES[1]] - offsets.get(PRESSURES[1], 0.0))
-        first = {NODE_OF_SENSOR[name]: value - offsets.get(f"temperature/{name}", 0.0) for name, value in self._first_readings.items()}
-        temperature = spread_start(first, self._air[min(self._air.size - 1, round(START / self.interval))])
+        settle(parameters, state, self._start["rod_position"] / p["measurement_rod_position_scale"],
+               self._start[PRESSURES[0]] - p["measurement_pressure_piston_side_offset"],
+               (self._start[PRESSURES[1]] - p["measurement_pressure_rod_side_offset"]) / p["measurement_pressure_rod_side_gain"])
+        air = self._air + p["surroundings_enclosure_rise"]
+        surface, contact = p["measurement_surface_lag_ratio"], p["measurement_surface_contact"]
+        at_start = air[min(air.size - 1, round(START / self.interval))]
+        first = {}
+        for name, value in self._first_readings.items():
+            value = value - p[f"measurement_{name}_offset"]
+            first[NODE_OF_SENSOR[name]] = value if name in INNER_SENSORS else (value - contact * at_start) / (1.0 - contact)
+        temperature = spread_start(first, at_start)
         begin = temperature.copy()
         n = self._axis.size
         points, temperatures = np.zeros(n, OPERATING_DTYPE), np.empty((n, N))
-        samples = np.full((self._instants.size, len(SAMPLED)), np.nan)
-        free_run_sampled(parameters, state, temperature, self._command, self._air, self.interval, step, self._put_back,
-                         points, temperatures, self._instants, samples)
-        at_drive, at_hydraulic = samples[self._at_drive], samples[self._at_hydraulic]
-        speed, current = at_drive[:, 0], at_drive[:, 1]
-        slot = np.interp(self.signals["speed"].time, self._axis, temperatures[:, SLOT_WINDING])
-        end = np.interp(self.signals["speed"].time, self._axis, temperatures[:, END_WINDING])
-        electrical = _electrical(parameters, speed, current, slot, end)
-        out = {"speed": speed, "current": current, "voltage": electrical[0], "electrical_power": electrical[1]}
+        skew = p["measurement_time_skew"]
+        instants, at_drive, at_hydraulic = self._merged if skew == 0.0 else _merge(self._drive_time, self._hydraulic_time - skew)
+        samples = np.full((instants.size, len(SAMPLED)), np.nan)
+        free_run_sampled(parameters, state, temperature, self._command, self._air, self.interval, step,
+                         self._put_back / p["measurement_rod_position_scale"], points, temperatures, instants, samples)
+        of_drive, of_hydraulic = samples[at_drive], samples[at_hydraulic]
+        speed, current = of_drive[:, 0], of_drive[:, 1]
+        slot, end, rotor = (np.interp(self._drive_time, self._axis, temperatures[:, node]) for node in (SLOT_WINDING, END_WINDING, ROTOR))
+        voltage, power = np.empty(speed.size), np.empty(speed.size)
+        electrical_samples(parameters, speed, current, slot, end, rotor, voltage, power)
+        gain = p["measurement_current_gain"]
+        out = {"speed": speed, "current": gain * current, "voltage": voltage, "electrical_power": gain * power}
         for name in HYDRAULIC_SIGNALS:
-            out[name] = at_hydraulic[:, SAMPLED.index(name)] + offsets.get(name, 0.0)
-        out[STROKE] = points["rod_position"][self._stroke_ends - 1]
-        lag = p["sensors_temperature_time_constant"]
-        keep = np.exp(-self.interval / lag)
+            out[name] = of_hydraulic[:, SAMPLED.index(name)]
+        out[PRESSURES[0]] = out[PRESSURES[0]] + p["measurement_pressure_piston_side_offset"]
+        out[PRESSURES[1]] = p["measurement_pressure_rod_side_gain"] * out[PRESSURES[1]] + p["measurement_pressure_rod_side_offset"]
+        out["rod_velocity"] = p["measurement_rod_position_scale"] * out["rod_velocity"]
+        out[STROKE] = p["measurement_rod_position_scale"] * points["rod_position"][self._stroke_ends - 1]
         for name in self.sensors:
             node = temperatures[:, NODE_INDEX[name]]
+            if name == "tank_oil":
+                node = (1.0 - p["tank_top_share"]) * node + p["tank_top_share"] * temperatures[:, TANK_TOP]
+            inner = name in INNER_SENSORS
+            lag = p["sensors_temperature_time_constant"] * (1.0 if inner else surface)
+            keep = np.exp(-self.interval / lag)
             reading, _ = lfilter([1.0 - keep], [1.0, -keep], node, zi=[keep * begin[NODE_INDEX[name]]])
+            if not inner:
+                reading = (1.0 - contact) * reading + contact * air
             signal = self.signals[f"temperature/{name}"]
-            out[f"temperature/{name}"] = np.interp(signal.time, self._axis, reading) + offsets.get(f"temperature/{name}", 0.0)
-        return out
+            out[f"temperature/{name}"] = np.interp(signal.time, self._axis, reading) + p[f"measurement_{name}_offset"]
+        return {name: out[name] for name in self.signals}
 
 
-def _electrical(parameters, speed, current, slot, end) -> tuple[np.ndarray, np.ndarray]:
-    """Voltage (V) and power (W) of samples; see `physics.motor`."""
-    voltage, power = np.empty(speed.size), np.empty(speed.size)
-    electrical_samples(parameters, speed, current, slot, end, voltage, power)
-    return voltage, power
+def _merge(drive_time: np.ndarray, hydraulic_time: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Both streams' instants in order, and where in it those of each are."""
+    instants = np.sort(np.concatenate([drive_time, hydraulic_time]))
+    return instants, np.searchsorted(instants, drive_time), np.searchsorted(instants, hydraulic_time)
+
+
+def _smoothed(position: np.ndarray, reach: int) -> np.ndarray:
+    """Mean of each standstill's positions over ``reach`` intervals to either side, NaN where it moves."""
+    known = np.isfinite(position)
+    total = np.concatenate([[0.0], np.cumsum(np.where(known, position, 0.0))])
+    index = np.arange(position.size)
+    begun = np.maximum.accumulate(np.where(known, 0, index + 1))
+    ended = np.minimum.accumulate(np.where(known, position.size, index)[::-1])[::-1]
+    first, last = np.maximum(begun, index - reach), np.minimum(ended, index + reach + 1)
+    with np.errstate(invalid="ignore"):
+        return np.where(known, (total[last] - total[first]) / np.maximum(last - first, 1), np.nan)
+
+
+def _slow(time: np.ndarray, usable: np.ndarray) -> Binning:
+    return by_time(time, usable, _SLOW_BIN)
 
 
 def _first_finite(values: np.ndarray) -> float:

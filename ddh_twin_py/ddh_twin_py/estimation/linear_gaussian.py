@@ -1,0 +1,76 @@
+"""Gaussian unknowns in a linear model: sums that recordings add to, estimates, evidence.
+
+    y = X u + e,  e ~ N(0, I),  u ~ N(0, I)
+
+All that is needed of any number of recordings is the Gram matrix of their columns [X y], so that
+recordings and hypotheses are compared on sums of the size of the unknowns.
+
+Rasmussen & Williams, Gaussian Processes for Machine Learning (2006), section 2.7; Tarantola,
+Inverse Problem Theory (2005), chapter 3.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import cho_factor, cho_solve
+
+
+@dataclass(frozen=True)
+class Gram:
+    """Sums over rows: X'X (q, q), X'y (q,), y'y, and how many rows."""
+
+    xx: np.ndarray
+    xy: np.ndarray
+    yy: float
+    rows: int
+
+    @staticmethod
+    def of(x: np.ndarray, y: np.ndarray) -> Gram:
+        """From columns (n, q) and values (n,)."""
+        return Gram(x.T @ x, x.T @ y, float(y @ y), y.size)
+
+
+class Marginal:
+    """The same sums with some unknowns integrated out.
+
+    Args:
+        gram: of all columns. nuisance: indices of the unknowns to integrate out, (k,).
+    """
+
+    def __init__(self, gram: Gram, nuisance: np.ndarray) -> None:
+        inner = gram.xx[np.ix_(nuisance, nuisance)] + np.eye(nuisance.size)
+        self._nuisance, self._gram = nuisance, gram
+        self._factor = cho_factor(inner, lower=True, check_finite=False)
+        self.log_determinant = 2.0 * float(np.sum(np.log(np.diagonal(self._factor[0]))))
+        self.solved_y = cho_solve(self._factor, gram.xy[nuisance], check_finite=False)
+        self.chi_square = gram.yy - float(gram.xy[nuisance] @ self.solved_y)
+        self.log_evidence = -0.5 * (self.chi_square + self.log_determinant)
+
+    def project(self, columns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """X'PX (k, k) and X'Py (k,) of other columns, P what is left after the nuisance."""
+        cross = self._gram.xx[np.ix_(self._nuisance, columns)]
+        solved = cho_solve(self._factor, cross, check_finite=False)
+        return self._gram.xx[np.ix_(columns, columns)] - cross.T @ solved, self._gram.xy[columns] - cross.T @ self.solved_y
+
+    def covariance(self) -> np.ndarray:
+        """Posterior covariance of the nuisance, (k, k)."""
+        return cho_solve(self._factor, np.eye(self._nuisance.size), check_finite=False)
+
+
+def gain(information: np.ndarray, score: np.ndarray, prior: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
+    """What further unknowns add to the log evidence.
+
+    Args:
+        information, score: X'PX (k, k) and X'Py (k,) of `Marginal.project`. prior: standard deviations, (k,).
+
+    Returns:
+        log evidence gained, estimate (k,), covariance (k, k), in the units of the columns.
+    """
+    scaled = information * np.outer(prior, prior) + np.eye(prior.size)
+    factor = cho_factor(scaled, lower=True, check_finite=False)
+    estimate = cho_solve(factor, prior * score, check_finite=False)
+    log = 0.5 * float(prior * score @ estimate) - float(np.sum(np.log(np.diagonal(factor[0]))))
+    covariance = cho_solve(factor, np.eye(prior.size), check_finite=False) * np.outer(prior, prior)
+    return log, prior * estimate, covariance
