@@ -20,6 +20,7 @@ from ddh_twin_py.estimation.binning import TRANSIENT, Binning
 CLOCK_JITTER = 1.0e-3
 """s, standard deviation of a stamp; a steep signal is less certain by it."""
 _START_DECAYS = np.array([120.0, 900.0])  # s
+_START_ERROR = 0.35  # of a reading's noise, what the mean of the first ones leaves
 STEADY, MOVING, SMOOTH, STROKES = "steady", "transient", "smooth", "stroke"
 
 
@@ -134,5 +135,5 @@ def _curves(name: str, signal, spread: np.ndarray, discrepancy: Discrepancy) -> 
     time = signal.binning.time
     knots = np.arange(0.0, (time[-1] if time.size else 0.0) + discrepancy.knots, discrepancy.knots)
     hats = np.maximum(0.0, 1.0 - np.abs(time[:, None] - knots) / discrepancy.knots) * discrepancy.of(name, SMOOTH)
-    starts = np.exp(-time[:, None] / _START_DECAYS)
+    starts = _START_ERROR * np.exp(-time[:, None] / _START_DECAYS)
     return np.hstack([hats, starts]) * (signal.noise / spread[:, None])
