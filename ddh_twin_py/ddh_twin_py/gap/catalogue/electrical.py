@@ -1,0 +1,76 @@
+"""Motor and drive."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ddh_twin_py.gap.effect import Effect, added, fixed, scaled, value_of
+
+
+def _iron(exponent: float):
+    def apply(record: np.ndarray, x: float) -> None:
+        record["motor_iron_loss_ratio"] += x
+        record["motor_iron_excess_exponent"] = exponent
+
+    return apply
+
+
+def _switching(reported: float):
+    def apply(record: np.ndarray, x: float) -> None:
+        record["motor_pwm_loss"] += x
+        record["motor_pwm_loss_reported"] = reported
+
+    return apply
+
+
+EFFECTS = (
+    Effect(
+        id="motor.copper_resistance", component="motor", domain="electrical", parameter="resistance_ratio", unit="1",
+        reference=fixed(1.0), laws=(scaled("motor_phase_resistance_20C"),), step=0.05, lowest=-0.5, highest=5.0,
+        about="The winding's resistance at 20 degC is not the sheet's.",
+        law="P_cu = 3 r R_20 (1 + alpha (T - 20)) i^2",
+        signature="Voltage and power at the same current; winding and housing warmer.",
+        check="Measure the cold resistance between two terminals.",
+    ),
+    Effect(
+        id="motor.iron_loss", component="motor", domain="electrical", parameter="loss_ratio", unit="1",
+        reference=fixed(1.0), laws=(_iron(2.0), _iron(1.5)), step=0.5, lowest=0.0, highest=60.0,
+        about="Iron loss beyond the Steinmetz term of the sheet (eddy and excess loss, growing faster than speed).",
+        law="P_fe += (r - 1) P_fe(500 rpm) (f/f_500)^n, n between 1.5 and 2",
+        signature="Power grows with speed at the same torque; housing and winding warmer on fast duties.",
+        check="Spin the uncoupled motor at several speeds and measure its power.",
+    ),
+    Effect(
+        id="motor.pwm_loss", component="motor", domain="electrical", parameter="power", unit="W",
+        reference=fixed(0.0), laws=(_switching(0.0), _switching(1.0)), step=10.0, lowest=0.0, highest=500.0,
+        about="Switching harmonics heat the stator whenever the drive is enabled, at standstill too.",
+        law="heat P into teeth and yoke at all times",
+        signature="Motor warms at rest; power at standstill where the drive counts it.",
+        check="Leave the drive enabled at rest for half an hour and watch the housing.",
+    ),
+    Effect(
+        id="motor.demagnetisation", component="motor", domain="electrical", parameter="torque_constant_slope", unit="1/K",
+        reference=fixed(0.0), laws=(added("motor_torque_constant_slope"),), step=-1e-3, lowest=-8e-3, highest=0.0,
+        about="The torque constant falls as the magnets warm up; the drive's torque estimate does not know it.",
+        law="K_t = K_t0 (1 + s (T_rotor - 23 degC))",
+        signature="Current and estimated torque rise with the motor's temperature at the same pressures; voltage falls.",
+        check="Compare the back-EMF of the cold and of the warm motor.",
+    ),
+    Effect(
+        id="drive.torque_estimate", component="drive", domain="measurement", parameter="gain", unit="1",
+        reference=fixed(1.0), laws=(scaled("measurement_current_gain"),), step=0.03, lowest=-0.5, highest=1.0,
+        about="The drive's current measurement, and so its torque and power, is scaled wrongly.",
+        law="i_read = g i",
+        signature="Current, torque and power are off by one factor; no temperature changes.",
+        check="Compare with a current clamp.",
+    ),
+    Effect(
+        id="drive.speed_lag", component="drive", domain="electrical", parameter="time_constant", unit="s",
+        reference=value_of("motor_speed_loop_time_constant"), laws=(added("motor_speed_loop_time_constant"),), step=0.005,
+        lowest=-0.012, highest=0.3,
+        about="The speed loop follows its command more slowly than the sheet says.",
+        law="tau dw/dt = w_command - w",
+        signature="Speed trails its command at every change, and all that moves with it.",
+        check="Record speed and command of one step at 1 kHz.",
+    ),
+)

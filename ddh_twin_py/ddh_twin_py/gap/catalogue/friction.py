@@ -1,0 +1,51 @@
+"""Rubbing in pumps, motor and cylinder."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ddh_twin_py.gap.effect import Effect, added, fixed, value_of
+
+
+def _pump(number: int) -> Effect:
+    return Effect(
+        id=f"pump_{number}.friction", component=f"pump_{number}", domain="mechanical", parameter="torque", unit="N*m",
+        reference=fixed(0.0), laws=(added(f"pump_{number}_friction_added"),), step=0.2, lowest=0.0, highest=20.0,
+        about=f"Added hydromechanical torque loss of pump {number}, heating its case.",
+        law="T = T_added sign(omega), heat T omega into the case",
+        signature=f"Current and torque shift with the direction of turning; case of pump {number} warmer.",
+        check="Measure the no-load torque with the lines open, and the case's temperature after an hour.",
+    )
+
+
+def _seals(record: np.ndarray, x: float) -> None:
+    record["cylinder_friction_coulomb"] += x
+
+
+def _seals_with_stribeck(record: np.ndarray, x: float) -> None:
+    """The rise at low speed doubles with the friction."""
+    share = x / (record["cylinder_friction_coulomb"] + abs(x))
+    record["cylinder_friction_coulomb"] += x
+    record["cylinder_stribeck_ratio"] += 0.3 * share
+
+
+EFFECTS = (
+    _pump(1),
+    _pump(2),
+    Effect(
+        id="motor.bearing_friction", component="motor", domain="mechanical", parameter="torque", unit="N*m",
+        reference=fixed(0.0), laws=(added("motor_friction_coulomb"),), step=0.2, lowest=0.0, highest=20.0,
+        about="Added torque loss in the motor's bearings, heating the motor.",
+        law="T = T_added sign(omega), heat T omega into rotor and housing",
+        signature="Current and torque shift with the direction of turning; housing warmer, pump cases not.",
+        check="Turn the uncoupled motor and measure its current.",
+    ),
+    Effect(
+        id="cylinder.seal_friction", component="cylinder", domain="mechanical", parameter="force", unit="N",
+        reference=value_of("cylinder_friction_coulomb"), laws=(_seals, _seals_with_stribeck), step=60.0, lowest=-280.0, highest=2e4,
+        about="Piston and rod seals rub harder than the sheet says, with a Stribeck rise at low speed.",
+        law="F = sign(v) (F_c + k |dp|) (1 + (r_s - 1) exp(-(v/v_s)^2)) + b v",
+        signature="Pressure difference between lifting and lowering grows; jumps where motion begins; barrel warmer.",
+        check="Move the rod slowly both ways without load and read both pressures.",
+    ),
+)

@@ -1,0 +1,31 @@
+"""Hoses and fittings."""
+
+from __future__ import annotations
+
+from ddh_twin_py.gap.effect import Effect, added, fixed
+
+
+def _drop(side: str, name: str) -> Effect:
+    return Effect(
+        id=f"line_{side}.pressure_drop", component=f"line_{side}", domain="hydraulic", parameter="quadratic_coefficient",
+        unit="Pa*s2/m6", reference=fixed(0.0), laws=(added(f"line_{side}_pressure_drop_quadratic"),), step=5e12, lowest=0.0,
+        highest=1e15,
+        about=f"Fittings and hose of the {name} side throttle the flow.",
+        law="dp = S Q |Q| between pump port and cylinder",
+        signature="Torque and current grow with the square of speed while the cylinder's pressures stay.",
+        check="Put a gauge at the pump's port and compare with the cylinder's while moving fast.",
+    )
+
+
+EFFECTS = (
+    _drop("a", "piston"),
+    _drop("b", "rod"),
+    Effect(
+        id="line_b.compliance", component="line_b", domain="hydraulic", parameter="volume_expansion", unit="m3/Pa",
+        reference=fixed(0.0), laws=(added("line_b_compliance"),), step=1e-13, lowest=0.0, highest=1e-11,
+        about="The rod-side hose swells with pressure.",
+        law="dp_B/dt = (Q_B + A_B v)/(V_B/K + C)",
+        signature="Rod-side pressure rises and falls more slowly; nothing when steady.",
+        check="Measure the hose's diameter at two pressures, or replace it.",
+    ),
+)

@@ -1,0 +1,31 @@
+"""What the rod carries."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ddh_twin_py.gap.effect import Effect, added, fixed, value_of
+
+
+def _mass(record: np.ndarray, x: float) -> None:
+    record["load_payload_mass"] += x
+
+
+EFFECTS = (
+    Effect(
+        id="load.mass", component="load", domain="mechanical", parameter="mass", unit="kg",
+        reference=value_of("load_payload_mass"), laws=(_mass,), step=3.0, lowest=-2000.0, highest=20000.0,
+        about="The payload is not what was declared.",
+        law="m dv/dt = p_A A_A - p_B A_B - m g - F_f",
+        signature="Piston-side pressure shifts alike in lifting, lowering and rest.",
+        check="Weigh the load.",
+    ),
+    Effect(
+        id="load.geometry", component="load", domain="mechanical", parameter="force_slope", unit="N/m",
+        reference=fixed(0.0), laws=(added("load_force_slope"),), step=300.0, lowest=-2e4, highest=2e4,
+        about="The load force changes along the stroke (a boom, a linkage); zero at mid-stroke.",
+        law="F = s (x - stroke/2)",
+        signature="Piston-side pressure changes with the rod's position, in rest and in motion.",
+        check="Stop at both ends of the stroke and compare the pressures.",
+    ),
+)

@@ -1,0 +1,67 @@
+"""Sensors that do not read what is there."""
+
+from __future__ import annotations
+
+from ddh_twin_py.gap.effect import Effect, added, fixed, scaled, value_of
+
+
+def _offset(side: str) -> Effect:
+    return Effect(
+        id=f"sensor.pressure_{side}_side_offset", component="sensor", domain="measurement", parameter="offset", unit="Pa",
+        reference=fixed(0.0), laws=(added(f"measurement_pressure_{side}_side_offset"),), step=5e4, lowest=-2e7, highest=2e7,
+        about=f"Zero error of the {side}-side pressure transducer.",
+        law="p_read = p + offset",
+        signature=f"{side.capitalize()}-side pressure is off by the same in all phases; current and temperatures are not.",
+        check="Read it with the line open to air.",
+    )
+
+
+EFFECTS = (
+    _offset("piston"),
+    _offset("rod"),
+    Effect(
+        id="sensor.pressure_rod_side_gain", component="sensor", domain="measurement", parameter="gain", unit="1",
+        reference=fixed(1.0), laws=(scaled("measurement_pressure_rod_side_gain"),), step=0.02, lowest=-0.5, highest=1.0,
+        about="Span error of the rod-side pressure transducer.",
+        law="p_read = g p",
+        signature="Rod-side pressure is off in proportion to itself; current does not follow.",
+        check="Compare with a gauge at high pressure.",
+    ),
+    Effect(
+        id="sensor.rod_position_scale", component="sensor", domain="measurement", parameter="gain", unit="1",
+        reference=fixed(1.0), laws=(scaled("measurement_rod_position_scale"),), step=0.01, lowest=-0.3, highest=0.5,
+        about="The wire encoder's scale is off (position and velocity alike).",
+        law="x_read = g x",
+        signature="Strokes and velocity are off by one factor; pressures are not.",
+        check="Measure a stroke with a tape.",
+    ),
+    Effect(
+        id="sensor.temperature_lag", component="sensor", domain="measurement", parameter="time_constant", unit="s",
+        reference=lambda record: float(record["sensors_temperature_time_constant"][0] * record["measurement_surface_lag_ratio"][0]),
+        laws=(lambda record, x: _lag(record, x),), step=10.0, lowest=-5.0, highest=1000.0,
+        about="The surface sensors follow slowly.",
+        law="tau dT_read/dt = T - T_read",
+        signature="Surface temperatures trail while they change and agree when steady.",
+        check="Warm a sensor by hand and time it.",
+    ),
+    Effect(
+        id="sensor.surface_contact", component="sensor", domain="measurement", parameter="ambient_fraction", unit="1",
+        reference=fixed(0.0), laws=(added("measurement_surface_contact"),), step=0.05, lowest=0.0, highest=0.9,
+        about="The surface sensors read between surface and air.",
+        law="T_read = (1 - f) T + f T_ambient",
+        signature="All surface temperatures read low in proportion to their rise; oil and winding do not.",
+        check="Press a second sensor with paste beside one of them.",
+    ),
+    Effect(
+        id="sensor.time_skew", component="sensor", domain="measurement", parameter="delay", unit="s",
+        reference=value_of("measurement_time_skew"), laws=(added("measurement_time_skew"),), step=0.01, lowest=-0.5, highest=0.5,
+        about="The hydraulic stream is stamped later than the drive stream for the same instant.",
+        law="t_stamp = t + delay",
+        signature="Pressures and velocity trail speed and current at every change, by the same time.",
+        check="Compare both clocks, or record one signal in both streams.",
+    ),
+)
+
+
+def _lag(record, x: float) -> None:
+    record["measurement_surface_lag_ratio"] += x / record["sensors_temperature_time_constant"]

@@ -1,0 +1,56 @@
+"""Ways of heat."""
+
+from __future__ import annotations
+
+from ddh_twin_py.gap.effect import Effect, added, divided, fixed, scaled
+
+
+def _cooling(name: str, component: str, what: str, *fields: str) -> Effect:
+    return Effect(
+        id=name, component=component, domain="thermal", parameter="convection_ratio", unit="1",
+        reference=fixed(1.0), laws=(scaled(*fields),), step=0.3, lowest=-0.98, highest=30.0,
+        about=f"The convection of {what} differs (dust, a cover, a fan, wind).",
+        law="q = A r C |dT|^1.25",
+        signature=f"Temperature of {what} drifts from the twin's as the unit warms, in all phases alike.",
+        check="Clean or shield the surface and repeat.",
+    )
+
+
+EFFECTS = (
+    Effect(
+        id="motor.contact_resistance", component="motor", domain="thermal", parameter="resistance_ratio", unit="1",
+        reference=fixed(1.0), laws=(divided("motor_yoke_to_housing"),), step=1.0, lowest=-0.9, highest=500.0,
+        about="Heat passes worse from stator to housing (interface gap).",
+        law="G = G_0/r between yoke and housing",
+        signature="Winding warmer while the housing trails behind and is cooler.",
+        check="Compare winding and housing some minutes after a hard duty.",
+    ),
+    _cooling("motor.cooling", "motor", "the motor's housing", "motor_housing_convection"),
+    Effect(
+        id="motor.flange_conduction", component="motor", domain="thermal", parameter="conductance", unit="W/K",
+        reference=fixed(0.0), laws=(added("motor_flange_conductance"),), step=0.5, lowest=0.0, highest=200.0,
+        about="Heat flows between motor and pump 1 through flange and shaft.",
+        law="q = G (T_housing - T_pump_1_case)",
+        signature="Housing and case of pump 1 come closer to each other.",
+        check="Put a temperature sensor on the flange.",
+    ),
+    _cooling("pump_1.cooling", "pump_1", "both pump cases", "pump_1_convection", "pump_2_convection"),
+    _cooling("tank.cooling", "tank", "the tank", "tank_convection"),
+    Effect(
+        id="tank.oil_level", component="tank", domain="thermal", parameter="volume_ratio", unit="1",
+        reference=fixed(1.0), laws=(scaled("tank_oil_volume"),), step=-0.1, lowest=-0.7, highest=1.5,
+        about="There is less (or more) oil in the tank than the sheet says.",
+        law="C = rho c r V",
+        signature="Tank oil warms faster (or slower), steady temperatures alike.",
+        check="Read the level.",
+    ),
+    Effect(
+        id="tank.mount_conduction", component="tank", domain="thermal", parameter="conductance", unit="W/K",
+        reference=fixed(0.0), laws=(added("tank_mount_conductance"),), step=1.0, lowest=0.0, highest=500.0,
+        about="The tank loses heat through its mounts into the machine's frame.",
+        law="q = G (T_wall - T_ambient)",
+        signature="Tank wall and oil cooler in proportion to their rise, where convection would grow faster.",
+        check="Measure the mounts' temperature.",
+    ),
+    _cooling("cylinder.cooling", "cylinder", "the barrel", "cylinder_convection"),
+)

@@ -1,0 +1,34 @@
+"""Relief and check valves."""
+
+from __future__ import annotations
+
+from ddh_twin_py.gap.effect import Effect, added, fixed, value_of
+
+EFFECTS = (
+    Effect(
+        id="relief_valve.setting", component="relief_valve", domain="hydraulic", parameter="opening_pressure", unit="Pa",
+        reference=value_of("relief_valve_opening_pressure"), laws=(added("relief_valve_opening_pressure"),), step=5e5,
+        lowest=-1.2e7, highest=2e7,
+        about="The rod-side relief valve opens at another pressure than its plate says.",
+        law="Q = s max(0, p_B - p_open)",
+        signature="Rod-side pressure of the lift is cut at another level; nothing while it stays below.",
+        check="Lift against a closed line and read the pressure at which flow to tank begins.",
+    ),
+    Effect(
+        id="relief_valve.seat_leakage", component="relief_valve", domain="hydraulic", parameter="conductance", unit="m3/(s*Pa)",
+        reference=fixed(0.0), laws=(added("relief_valve_seat_leakage"),), step=2e-13, lowest=0.0, highest=1e-10,
+        about="The rod-side relief valve leaks to tank below its opening pressure.",
+        law="Q = G max(0, p_B) to tank",
+        signature="Rod-side pressure falls in the lift and at rest; the heat appears in tank and valve, not in pump 2.",
+        check="Feel or measure the valve's tank line while the rod side is under pressure.",
+    ),
+    Effect(
+        id="check_valve.cracking", component="check_valve", domain="hydraulic", parameter="cracking_pressure", unit="Pa",
+        reference=value_of("check_valve_cracking_pressure"), laws=(added("check_valve_cracking_pressure"),), step=1e4,
+        lowest=-3e4, highest=9e4,
+        about="The anti-cavitation check valve opens late, the rod side runs at a vacuum when lowering.",
+        law="Q = G max(0, -p - p_crack)",
+        signature="Rod-side pressure while lowering lies further below tank pressure.",
+        check="Read the rod-side pressure while lowering slowly.",
+    ),
+)

@@ -1,0 +1,93 @@
+"""An effect that a rig may have and the twin's baseline has not."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+DOMAINS = ("electrical", "mechanical", "hydraulic", "thermal", "measurement")
+Apply = Callable[[np.ndarray, float], None]
+
+
+@dataclass(frozen=True)
+class Effect:
+    """An extension of the one model with a neutral value.
+
+    Attributes:
+        id: name in the catalogue, such as ``pump_1.leakage``. component, domain: where it acts.
+        parameter, unit: the quantity to report.
+        reference: value of that quantity without the effect, from the parameter record (1,).
+        laws: ways in which the effect may act; each changes a parameter record (1,) in place,
+            given the quantity's departure x from ``reference``. At x = 0 none changes anything.
+        step: a departure to begin with when the sensitivity is not known.
+        lowest, highest: allowed departures.
+        about: what happens, in one sentence. law: the equation. signature: what it shows in the
+            signals. check: how to see it on the machine.
+    """
+
+    id: str
+    component: str
+    domain: str
+    parameter: str
+    unit: str
+    reference: Callable[[np.ndarray], float]
+    laws: tuple[Apply, ...]
+    step: float
+    lowest: float = -math.inf
+    highest: float = math.inf
+    about: str = ""
+    law: str = ""
+    signature: str = ""
+    check: str = ""
+
+    @property
+    def directions(self) -> tuple[float, ...]:
+        """Signs that the departure may have."""
+        return tuple(sign for sign in (1.0, -1.0) if (self.highest if sign > 0.0 else -self.lowest) > 0.0)
+
+    def limit(self, x: float) -> float:
+        """The departure, brought within what is allowed."""
+        return min(max(x, self.lowest), self.highest)
+
+
+def added(*fields: str) -> Apply:
+    """A law that adds the departure to fields of the record."""
+
+    def apply(record: np.ndarray, x: float) -> None:
+        for field in fields:
+            record[field] += x
+
+    return apply
+
+
+def scaled(*fields: str) -> Apply:
+    """A law that multiplies fields of the record by 1 + departure."""
+
+    def apply(record: np.ndarray, x: float) -> None:
+        for field in fields:
+            record[field] *= 1.0 + x
+
+    return apply
+
+
+def divided(*fields: str) -> Apply:
+    """A law that divides fields of the record by 1 + departure: a resistance given as a conductance."""
+
+    def apply(record: np.ndarray, x: float) -> None:
+        for field in fields:
+            record[field] /= 1.0 + x
+
+    return apply
+
+
+def value_of(field: str) -> Callable[[np.ndarray], float]:
+    """Reference that is a field of the record."""
+    return lambda record: float(record[field][0])
+
+
+def fixed(value: float) -> Callable[[np.ndarray], float]:
+    """Reference that is a constant: 1 of a ratio, 0 of what is added."""
+    return lambda record: value
