@@ -119,9 +119,9 @@ class Network:
         area = _end_winding_area(m, d)
         inside = 0.5 * (m["stator.slot_depth"] - m["stator.tooth_tip_height"])
         inside /= 3.0 * winding_conductivity(m, d, temperature[ends[0]])[0]
-        for i in ends:
+        for i, share in zip(ends, _end_shares(ends.size), strict=True):
             pairs.append((i, air_node))
-            values.append(area / ends.size / (1.0 / end + inside))
+            values.append(area * share / (1.0 / end + inside))
         for i, face in self.mesh.end_faces:
             pairs.append((i, air_node))
             values.append(end * face)
@@ -255,7 +255,8 @@ def motor_network(machine: Machine, rig: Rig, layers: int = 8) -> Network:
     m, d = machine, design(machine, rig["motor.pole_pairs"])
     gas_temperature = ZERO_CELSIUS + m["reference.ambient"] + m["reference.housing_rise"]
     mesh = slot_mesh(m, d, layers, gas_temperature)
-    cells = divisions(layers).end_cells
+    cells = divisions(layers).end_cells + 1
+    end_share = _end_shares(cells)
     parts = [*mesh.region, *["end_winding"] * cells, *EXTRA[1:]]
     part = np.array(parts)
     base = len(mesh.region)
@@ -270,16 +271,16 @@ def motor_network(machine: Machine, rig: Rig, layers: int = 8) -> Network:
     inside = 0.25 * pi * m["stator.outer_diameter"] ** 2 * (m["housing.body_length"] - length)
     gas = surface_heat.air(gas_temperature)
     capacity = np.array([
-        *mesh.capacity, *[end_capacity / cells] * cells,
+        *mesh.capacity, *(end_capacity * end_share),
         d.magnet_mass * m["materials.magnet_heat"], d.core_mass * m["materials.steel_heat"],
         d.housing_mass * m["materials.housing_heat"], d.flange_mass * m["materials.housing_heat"],
         0.5 * inside * gas.density * surface_heat.AIR_HEAT,
     ])
 
     edges = list(mesh.faces) + [(i, housing, g) for i, g in mesh.to_housing]
-    k_copper, along = m["materials.copper_conductivity"], 0.5 * d.end_turn_length / cells
+    k_copper, along = m["materials.copper_conductivity"], 0.5 * d.end_turn_length / (cells - 1)
     for i, area, half in mesh.end_plane:
-        edges.append((i, ends[0], k_copper * area / (half + 0.5 * along)))
+        edges.append((i, ends[0], k_copper * area / half))
     whole = sum(area for _, area, _ in mesh.end_plane)
     edges += [(a, b, k_copper * whole / along) for a, b in zip(ends[:-1], ends[1:], strict=True)]
     edges += _rotor_edges(m, magnets, core, housing, flange, gas.conductivity)
@@ -292,7 +293,7 @@ def motor_network(machine: Machine, rig: Rig, layers: int = 8) -> Network:
     per_square = 3.0 * d.resistance_20C
     slot = np.array(mesh.copper)
     copper[:base] = per_square * (1.0 - d.end_share) * slot / slot.sum()
-    copper[list(ends)] = per_square * d.end_share / cells
+    copper[list(ends)] = per_square * d.end_share * end_share
     share = np.zeros((2, part.size))
     volume = np.array(mesh.volume)
     for row, name in enumerate(("teeth", "yoke")):
@@ -317,6 +318,16 @@ def _rotor_edges(m: Machine, magnets: int, core: int, housing: int, flange: int,
     bearing = m["bearings.equivalent_gap"] / (gas * pi * middle * m["bearings.width"])
     side = 1.0 / (shaft + bearing)
     return [(magnets, core, 1.0 / to_core), (core, housing, side), (core, flange, side)]
+
+
+def _end_shares(nodes: int) -> np.ndarray:
+    """Share of the end winding that each node along its wire stands for, the first where the wires leave the core.
+
+    There, where the wires of a coil cross, they have one temperature: the end winding is a chain.
+    """
+    share = np.ones(nodes)
+    share[0] = share[-1] = 0.5
+    return share / share.sum()
 
 
 def _end_winding_area(m: Machine, d: Design) -> float:
