@@ -114,7 +114,8 @@ def condense(network: Network) -> Condensed:
 def _surface(network: Network, load: Load, share: float) -> dict[str, float]:
     """Area, convection and emissivity of the sheet's surface law that lose the same heat at the reference rise.
 
-    Area is what air touches, times `share` (the housing lump is not evenly warm: its flange is cooler); the mount's conductance counts as convection; emissivity is the hull's over that area.
+    Area is what air touches, times `share` (the housing lump is not evenly warm: its flange is cooler); the
+    mount's conductance counts as convection; emissivity is the hull's over that area.
     """
     rise = network.machine["reference.housing_rise"]
     area = natural = radiating = 0.0

@@ -53,7 +53,7 @@ class Network:
         part: of each node, (n,). capacity: J/K, (n,).
         pairs: (k, 2) nodes, fixed: their conductances at the reference temperature, W/K, (k,).
         copper: copper loss of each node at 20 degC for 1 A rms, W/A^2, (n,), slot and end winding.
-        iron_share: of the iron loss in teeth, and in yoke, (2, n).
+        iron_share: of the iron loss in teeth, and in yoke, (2, n). mesh_layers: of the slot.
     """
 
     machine: Machine
@@ -66,6 +66,7 @@ class Network:
     fixed: np.ndarray
     copper: np.ndarray
     iron_share: np.ndarray
+    mesh_layers: int
 
     @property
     def size(self) -> int:
@@ -163,6 +164,7 @@ class Network:
         frequency = rig["motor.pole_pairs"] * abs(speed) / (2.0 * pi)
         if frequency == 0.0:
             return 0.0, 0.0
+
         def loss(mass: float, flux: float) -> float:
             hysteresis = rig["motor.iron.hysteresis_coefficient"] * frequency ** rig["motor.iron.alpha"]
             return mass * (hysteresis * flux ** rig["motor.iron.beta"] + rig["motor.iron.eddy_coefficient"] * (frequency * flux) ** 2)
@@ -300,7 +302,8 @@ def motor_network(machine: Machine, rig: Rig, layers: int = 8) -> Network:
         chosen = part[:base] == name
         share[row, :base][chosen] = volume[chosen] / volume[chosen].sum()
     return Network(
-        m, rig, d, mesh, part, capacity, np.array([edge[:2] for edge in edges]), np.array([edge[2] for edge in edges]), copper, share
+        m, rig, d, mesh, part, capacity, np.array([edge[:2] for edge in edges]), np.array([edge[2] for edge in edges]), copper, share,
+        layers,
     )
 
 
