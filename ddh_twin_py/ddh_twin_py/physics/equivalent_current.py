@@ -62,15 +62,14 @@ class Comparison:
     mean_loss: float
 
 
-def compare(network: Network, amplitude: float, period: float, load: Load, steps: int = 80, cycles: int = 3) -> Comparison:
+def compare(network: Network, amplitude: float, period: float, load: Load, steps: int = 64, cycles: int = 2) -> Comparison:
     """Run cosine cycles to their repeating state and compare with the constant equivalent current.
 
-    The run starts from the equivalent current's steady state; slow drifts of the iron are then a matter of the
-    difference in mean loss only, and are let out by moving all nodes by the mean difference once per round.
+    The run starts from the equivalent current's steady state; what is left of slow drifts is taken out by `repeating`.
 
     Args:
         network: of the motor. amplitude: largest rms phase current, A. period: s.
-        load: speed and ambient. steps: per period. cycles: per round.
+        load: speed and ambient. steps: per period. cycles: per round of `repeating`.
     """
     constant = Load(equivalent_current(amplitude), load.speed, load.ambient)
     steady = network.steady(constant)
@@ -89,7 +88,10 @@ def compare(network: Network, amplitude: float, period: float, load: Load, steps
 def repeating(
     network: Network, load: Callable[[float], Load], period: float, start: np.ndarray, steps: int, cycles: int, rounds: int = 12
 ) -> np.ndarray:
-    """Temperatures over one period, (steps + 1, n), K, once they repeat to 1 mK: Anderson-accelerated fixed point.
+    """Temperatures over one period, (steps + 1, n), K, once they repeat to 1 mK.
+
+    A round is the map of a temperature field to the one some cycles later; its fixed point is found with Anderson's
+    acceleration (J. ACM 12 (1965) 547), since the housing alone would take hours of cycles to settle.
 
     Raises:
         ArithmeticError: where they do not repeat after `rounds`.

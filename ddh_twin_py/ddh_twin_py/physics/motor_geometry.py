@@ -97,42 +97,41 @@ class Network:
     def _fixed_matrix(self) -> csc_matrix:
         return _laplacian(self.size, self.pairs, self.fixed)
 
-    def variable(self, temperature: np.ndarray, load: Load) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Pairs (k, 2) of nodes, their conductances (k,) and those to ambient (n,), W/K, at temperatures and speed."""
-        m, d = self.machine, self.sizes
-        rim = load.speed * (0.5 * m["stator.bore"] - m["rotor.air_gap"])
-        end = surface_heat.end_space(
-            rim, m["end_space.still_coefficient"], m["end_space.speed_coefficient"], m["end_space.speed_exponent"]
-        )
-        magnets, core, housing, flange, air_node = (
+    @cached_property
+    def _air_pairs(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """Pairs joined by air (k, 2): gap, end winding, core's end faces, discs; and the areas of each kind, m2."""
+        m = self.machine
+        magnets, core, housing, flange, end_air = (
             self.node(name) for name in ("magnets", "rotor_core", "housing", "flange", "end_air")
         )
-        pairs, values = [], []
-        radius = 0.5 * m["stator.bore"] - 0.5 * m["rotor.air_gap"]
-        teeth = float(temperature[[i for i, _ in self.mesh.to_gap]].mean())
-        across = surface_heat.air_gap(
-            load.speed, radius, m["rotor.air_gap"], 0.5 * (teeth + temperature[magnets]), m["materials.inner_emissivity"]
-        )
-        for i, area in self.mesh.to_gap:
-            pairs.append((i, magnets))
-            values.append(across * area * radius / (0.5 * m["stator.bore"]))
         ends = np.flatnonzero(self.part == "end_winding")
-        area = _end_winding_area(m, d)
-        inside = 0.5 * (m["stator.slot_depth"] - m["stator.tooth_tip_height"])
-        inside /= 3.0 * winding_conductivity(m, d, temperature[ends[0]])[0]
-        for i, share in zip(ends, _end_shares(ends.size), strict=True):
-            pairs.append((i, air_node))
-            values.append(area * share / (1.0 / end + inside))
-        for i, face in self.mesh.end_faces:
-            pairs.append((i, air_node))
-            values.append(end * face)
-        rotor = 2.0 * pi * (0.5 * m["stator.bore"] - m["rotor.air_gap"]) ** 2
+        radius = 0.5 * m["stator.bore"]
+        gap = np.array([area for _, area in self.mesh.to_gap]) * (1.0 - 0.5 * m["rotor.air_gap"] / radius)
+        winding = _end_winding_area(m, self.sizes) * _end_shares(ends.size)
         disc = 0.25 * pi * m["stator.outer_diameter"] ** 2
         ring = pi * m["stator.outer_diameter"] * (m["housing.body_length"] - m["stator.stack_length"])
-        for node, surface in ((core, rotor), (housing, disc + ring), (flange, disc)):
-            pairs.append((node, air_node))
-            values.append(end * surface)
-        return np.array(pairs), np.array(values), self.to_ambient(temperature, load.ambient)
+        rotor = 2.0 * pi * (radius - m["rotor.air_gap"]) ** 2
+        faces = np.array([*(area for _, area in self.mesh.end_faces), rotor, disc + ring, disc])
+        nodes = [*(i for i, _ in self.mesh.end_faces), core, housing, flange]
+        pairs = [*((i, magnets) for i, _ in self.mesh.to_gap), *((i, end_air) for i in ends), *((i, end_air) for i in nodes)]
+        return np.array(pairs), gap, winding, faces
+
+    def variable(self, temperature: np.ndarray, load: Load) -> np.ndarray:
+        """Conductances of the pairs that air joins, W/K, (k,), at temperatures and speed."""
+        m = self.machine
+        pairs, gap, winding, faces = self._air_pairs
+        outer = 0.5 * m["stator.bore"] - m["rotor.air_gap"]
+        end = surface_heat.end_space(
+            load.speed * outer, m["end_space.still_coefficient"], m["end_space.speed_coefficient"], m["end_space.speed_exponent"]
+        )
+        between = 0.5 * float(temperature[pairs[: gap.size, 0]].mean() + temperature[pairs[0, 1]])
+        across = surface_heat.air_gap(
+            load.speed, outer + 0.5 * m["rotor.air_gap"], m["rotor.air_gap"], between, m["materials.inner_emissivity"]
+        )
+        first = pairs[gap.size, 0]
+        inside = (m["stator.slot_depth"] - m["stator.tooth_tip_height"]) / 6.0
+        inside /= winding_conductivity(m, self.sizes, temperature[first])[0]
+        return np.concatenate([across * gap, winding / (1.0 / end + inside), end * faces])
 
     def to_ambient(self, temperature: np.ndarray, ambient: float) -> np.ndarray:
         """Conductance of each node to ambient, W/K, (n,): Churchill-Chu and radiation of housing and flange, the mount."""
@@ -155,8 +154,18 @@ class Network:
 
     def matrix(self, temperature: np.ndarray, load: Load) -> tuple[csc_matrix, np.ndarray]:
         """Conductance matrix K (n, n), W/K, ambient on its diagonal, and the conductances to ambient (n,)."""
-        pairs, values, ground = self.variable(temperature, load)
-        return self._fixed_matrix + _laplacian(self.size, pairs, values) + diags(ground, format="csc"), ground
+        ground = self.to_ambient(temperature, load.ambient)
+        values = self.variable(temperature, load)
+        return self._fixed_matrix + _laplacian(self.size, self._air_pairs[0], values, ground), ground
+
+    def flow(self, temperature: np.ndarray, load: Load) -> np.ndarray:
+        """Heat that each node keeps, W, (n,): made in it, less what it passes on; C dT/dt."""
+        heat, slope = self.heat(load)
+        pairs = self._air_pairs[0]
+        passed = self.variable(temperature, load) * (temperature[pairs[:, 0]] - temperature[pairs[:, 1]])
+        kept = heat + slope * (temperature - ZERO_CELSIUS - 20.0) - self._fixed_matrix @ temperature
+        kept -= np.bincount(pairs[:, 0], passed, self.size) - np.bincount(pairs[:, 1], passed, self.size)
+        return kept - self.to_ambient(temperature, load.ambient) * (temperature - load.ambient)
 
     def iron_losses(self, speed: float) -> tuple[float, float]:
         """Iron loss of teeth and of yoke, W (paper, eq. 3, coefficients of the rig's sheet; B and masses of the geometry)."""
@@ -212,22 +221,12 @@ class Network:
         """
         out = np.empty((len(time), self.size))
         out[0] = temperature = np.array(start, dtype=float)
-
-        def rate(t: float, state: np.ndarray):
-            now = load(t)
-            heat, slope = self.heat(now)
-            k, ground = self.matrix(state, now)
-            flow = heat + slope * (state - ZERO_CELSIUS - 20.0) - k @ state + ground * now.ambient
-            return flow / self.capacity, k, slope
-
         for n in range(1, len(time)):
-            step = time[n] - time[n - 1]
-            first, k, slope = rate(time[n - 1], temperature)
-            matrix = diags(self.capacity, format="csc") + _GAMMA * step * (k - diags(slope, format="csc"))
-            lu = splu(matrix.tocsc())
-            first = lu.solve(self.capacity * first)
-            second = rate(time[n], temperature + step * first)[0]
-            second = lu.solve(self.capacity * (second - 2.0 * first))
+            step, now = time[n] - time[n - 1], load(time[n - 1])
+            k = self.matrix(temperature, now)[0] - diags(self.heat(now)[1], format="csc")
+            lu = splu((diags(self.capacity, format="csc") + _GAMMA * step * k).tocsc())
+            first = lu.solve(self.flow(temperature, now))
+            second = lu.solve(self.flow(temperature + step * first, load(time[n])) - 2.0 * self.capacity * first)
             temperature = temperature + step * (1.5 * first + 0.5 * second)
             out[n] = temperature
         return out
@@ -340,7 +339,11 @@ def _end_winding_area(m: Machine, d: Design) -> float:
     return 2.0 * around * (2.0 * m["winding.end_winding_overhang"] + height)
 
 
-def _laplacian(size: int, pairs: np.ndarray, values: np.ndarray) -> csc_matrix:
+def _laplacian(size: int, pairs: np.ndarray, values: np.ndarray, ground: np.ndarray | None = None) -> csc_matrix:
     i, j = pairs[:, 0], pairs[:, 1]
-    rows, columns = np.concatenate([i, j, i, j]), np.concatenate([i, j, j, i])
-    return coo_matrix((np.concatenate([values, values, -values, -values]), (rows, columns)), shape=(size, size)).tocsc()
+    diagonal = np.bincount(i, values, size) + np.bincount(j, values, size)
+    if ground is not None:
+        diagonal += ground
+    every = np.arange(size)
+    rows, columns = np.concatenate([every, i, j]), np.concatenate([every, j, i])
+    return coo_matrix((np.concatenate([diagonal, -values, -values]), (rows, columns)), shape=(size, size)).tocsc()
