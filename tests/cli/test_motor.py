@@ -1,0 +1,45 @@
+"""`ddh-twin motor`: files that it writes, what it says."""
+
+import json
+
+from ddh_twin_py.cli.main import main
+from ddh_twin_py.rig import load_rig
+
+
+def test_everything_that_it_writes(capsys, tmp_path):
+    html, numbers, rig = tmp_path / "m.html", tmp_path / "m.json", tmp_path / "rig.yaml"
+    assert main(["motor", "--layers", "4", "--html", str(html), "--json", str(numbers), "-o", str(rig)]) == 0
+    said = capsys.readouterr().out
+    assert "slot_to_end_winding" in said and "order of convergence" in said
+    data = json.loads(numbers.read_text())
+    assert abs(data["rated"]["heat_W"] - data["rated"]["lost_W"]) < 1e-3
+    assert [s["layers"] for s in data["convergence"]] == [1, 2, 4, 8]
+    assert data["rated"]["hot_spot_degC"] > data["rated"]["means_degC"]["slot_winding"]
+    generated = {row["path"]: row["generated"] for row in data["quantities"]}
+    loaded = load_rig(rig)
+    assert all(abs(loaded[path] / value - 1.0) < 1e-4 for path, value in generated.items())
+    page = html.read_text()
+    assert page.count("<polygon") == 2 * (1 + 4 * 3 + 2 * 3)  # tip, four rows of three, two rows of yoke; mirrored
+    assert all(path in page for path in generated)
+
+
+def test_a_description_of_another_machine(capsys, tmp_path):
+    file = tmp_path / "mine.yaml"
+    file.write_text("machine_id: mine\nwinding:\n  impregnation: {value: 0.2}\n")
+    assert main(["motor", "--layers", "2", "--description", str(file), "--quiet", "--json", "-"]) == 0
+    data = json.loads(capsys.readouterr().out)
+    assert data["machine"] == "mine" and data["description"] == str(file)
+    assert not any(row["note"] for row in data["quantities"])  # notes speak of the machine that they stand with
+
+
+def test_errors_are_one_line(capsys, tmp_path):
+    file = tmp_path / "odd.yaml"
+    file.write_text("stator:\n  bore: {value: 58}\n")
+    assert main(["motor", "--description", str(file)]) == 2
+    assert "stator.bore: value is 58 m" in capsys.readouterr().err
+    for given, expected in (("0", "no whole number from 1 to 32"), ("x", "no whole number")):
+        try:
+            main(["motor", "--layers", given])
+        except SystemExit as leaving:
+            assert leaving.code == 2
+        assert expected in capsys.readouterr().err
