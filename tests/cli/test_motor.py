@@ -26,10 +26,12 @@ def test_everything_that_it_writes(capsys, tmp_path):
 def test_a_description_of_another_machine(capsys, tmp_path):
     file = tmp_path / "mine.yaml"
     file.write_text("machine_id: mine\nwinding:\n  impregnation: {value: 0.2}\n")
-    assert main(["motor", "--layers", "2", "--description", str(file), "--quiet", "--json", "-"]) == 0
-    data = json.loads(capsys.readouterr().out)
-    assert data["machine"] == "mine" and data["description"] == str(file)
-    assert not any(row["note"] for row in data["quantities"])  # notes speak of the machine that they stand with
+    output = tmp_path / "rig.yaml"
+    assert main(["motor", "--layers", "2", "--description", str(file), "-o", str(output)]) == 0
+    said = capsys.readouterr().out
+    assert said.startswith("mine: ") and "(0 of them explained)" in said
+    assert "The description gives no explanation." in said  # notes speak of the machine that they stand with
+    assert f"generated from mine with 2 layers ({file})" in load_rig(output).quantities["motor.thermal.slot_to_teeth"].source
 
 
 def test_errors_are_one_line(capsys, tmp_path):

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from ddh_twin_py.bags.reader import read_recording
 from ddh_twin_py.physics.equivalent_current import compare, equivalent_current, mean_square, mean_square_of, ripple
 from ddh_twin_py.physics.motor_condensed import condense
 from ddh_twin_py.physics.motor_geometry import motor_network, reference_load
@@ -47,6 +48,15 @@ def test_a_current_that_is_no_cosine_around_zero_is_not_met():
     assert mean_square_of(time, held) > 0.95 * mean_square(9.3)
     switched = np.where(time < 3.5, 9.3, -9.3)
     assert mean_square_of(time, switched) == pytest.approx(2.0 * mean_square(9.3), rel=1e-3)
+
+
+def test_on_the_paper_s_cycle_the_largest_current_overstates_the_heat(paper_cycle_bag):
+    """A recording and no cosine: the mean of the square is measured, eq. 6 with the largest current is two thirds above."""
+    drive = next(stream for topic, stream in read_recording(paper_cycle_bag, None).streams() if "drive" in topic)
+    current = np.abs(drive.column("current"))
+    measured, largest = mean_square_of(np.asarray(drive.time), current), float(np.percentile(current, 99.5))
+    assert measured == pytest.approx(31.9, rel=0.01)
+    assert mean_square(largest) == pytest.approx(54.0, rel=0.02)
 
 
 def test_it_holds_for_a_cycle_that_is_short_against_the_winding(network):

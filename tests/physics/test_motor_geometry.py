@@ -287,3 +287,14 @@ def test_speed_helps_across_the_air_gap(small):
     slow, fast = reference_load(MACHINE, 5.0), replace(reference_load(MACHINE, 5.0), speed=628.0)
     start = np.linspace(300.0, 400.0, small.size)
     assert small.variable(start, fast).sum() > small.variable(start, slow).sum()
+
+
+def test_the_table_of_the_documentation_is_what_comes_out(repo_root):
+    text = (repo_root / "docs/motor_network.md").read_text(encoding="utf-8")
+    rows_ = [line.strip("| ").split("|") for line in text.splitlines() if line.startswith("| `motor.")]
+    documented = {row[0].strip("` "): (float(row[1]), float(row[-1])) for row in rows_}
+    table = {row.path: row for row in rows(condense(motor_network(MACHINE, RIG, 12)), MACHINE, RIG)}
+    assert set(documented) == set(table)
+    for path, (value, deviations) in documented.items():
+        assert table[path].generated == pytest.approx(value, rel=2e-3), path
+        assert table[path].deviations == pytest.approx(deviations, abs=0.06), path
