@@ -43,7 +43,7 @@ def motor_document(
     level = "poor" if any(row.verdict == "outside" and not row.note for row in rows) else "fair" if outside else "good"
     end = EndMatter(
         "none: nothing was fitted; every value follows from the description", rig.file,
-        [f"{path}: {entry.value:g} {entry.unit} – {entry.source}" for path, entry in m.entries.items() if "assumption" in entry.source],
+        [f"{path}: {entry.value:g}{_space(entry.unit)} – {entry.source}" for path, entry in m.entries.items() if "assumption" in entry.source],
         [("Description", m.file), ("Mesh", f"{network.mesh_layers} layers, {network.size} nodes")],
     )
     page = Document("Motor from its geometry", m.machine_id, verdict(rows), end, level)
@@ -150,7 +150,7 @@ def _runs(runs: Sequence[Comparison]) -> str:
     ]
     return table(columns, [
         (f"{c.period:g}", f"{c.steady - ZERO_CELSIUS:.2f}", f"{c.mean - ZERO_CELSIUS:.2f}", f"{c.largest - ZERO_CELSIUS:.2f}",
-         f"{c.largest - c.steady:.2f}", f"{c.mean_loss / c.steady_loss - 1.0:+.2%}") for c in runs
+         f"{c.largest - c.steady:.2f}", f"{100.0 * (c.mean_loss / c.steady_loss - 1.0):z.2f} %") for c in runs
     ])
 
 
@@ -164,6 +164,10 @@ def _deviation(row: Row) -> str:
 
 def _unit(unit: str) -> str:
     return "" if unit == "1" else unit
+
+
+def _space(unit: str) -> str:
+    return f" {_unit(unit)}" if _unit(unit) else ""
 
 
 def _degC(kelvin: float) -> str:
