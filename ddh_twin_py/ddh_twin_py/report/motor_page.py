@@ -43,7 +43,10 @@ def motor_document(
     level = "poor" if any(row.verdict == "outside" and not row.note for row in rows) else "fair" if outside else "good"
     end = EndMatter(
         "none: nothing was fitted; every value follows from the description", rig.file,
-        [f"{path}: {entry.value:g}{_space(entry.unit)} – {entry.source}" for path, entry in m.entries.items() if "assumption" in entry.source],
+        [
+            f"{path}: {entry.value:g}{_space(entry.unit)} – {entry.source}"
+            for path, entry in m.entries.items() if "assumption" in entry.source
+        ],
         [("Description", m.file), ("Mesh", f"{network.mesh_layers} layers, {network.size} nodes")],
     )
     page = Document("Motor from its geometry", m.machine_id, verdict(rows), end, level)
