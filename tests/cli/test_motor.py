@@ -39,7 +39,7 @@ def test_errors_are_one_line(capsys, tmp_path):
     file.write_text("stator:\n  bore: {value: 58}\n")
     assert main(["motor", "--description", str(file)]) == 2
     assert "stator.bore: value is 58 m" in capsys.readouterr().err
-    for given, expected in (("0", "no whole number from 1 to 32"), ("x", "no whole number")):
+    for given, expected in (("0", "no whole number from 1 to 24"), ("x", "no whole number")):
         try:
             main(["motor", "--layers", given])
         except SystemExit as leaving:

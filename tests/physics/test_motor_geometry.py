@@ -114,12 +114,13 @@ def test_copper_loss_is_the_paper_s_equation_2(network):
     assert slope.sum() == pytest.approx(expected * RIG["motor.copper_temperature_coefficient"])
 
 
-def test_iron_loss_is_that_of_the_twin_s_own_equation(network, generated):
-    """The live model's kernel with the generated masses and flux densities."""
-    from ddh_twin_py.physics.motor import iron_coefficients, iron_losses
-
-    p = generated.parameters.view(np.recarray)[0]
-    np.testing.assert_allclose(network.iron_losses(157.0), iron_losses.py_func(157.0, iron_coefficients.py_func(p), p), rtol=1e-4)
+def test_iron_loss_is_the_paper_s_equation_3(network):
+    """Table 1: 0.039 f B^1.6886 W/kg, f = 3 x 25 Hz at 1500 rpm, with this geometry's masses and flux densities."""
+    d = network.sizes
+    expected = [mass * 0.039 * 75.0 * flux**1.6886 for mass, flux in
+                ((d.tooth_mass, d.tooth_flux_density), (d.yoke_mass, d.yoke_flux_density))]
+    assert network.iron_losses(50.0 * math.pi) == pytest.approx(expected, rel=1e-9)
+    assert network.iron_losses(0.0) == (0.0, 0.0)
 
 
 # Mesh

@@ -21,7 +21,7 @@ def add_parser(subparsers) -> None:
         _EXAMPLE,
     )
     parser.add_argument("--description", metavar="FILE", help="machine description with what differs from the 115U2C")
-    parser.add_argument("--layers", metavar="N", type=layers, default=12, help="of the slot along its depth, 1 to 32 (default 12)")
+    parser.add_argument("--layers", metavar="N", type=layers, default=12, help="of the slot along its depth, 1 to 24 (default 12)")
     add_rig(parser)
     parser.add_argument("-o", "--output", metavar="RIG.yaml", help="write a rig file with the generated quantities")
     parser.add_argument("--html", metavar="FILE", help="write the report, one self-contained page")
@@ -30,9 +30,9 @@ def add_parser(subparsers) -> None:
 
 
 def layers(text: str) -> int:
-    """A whole number from 1 to 32."""
-    if not text.strip().isdecimal() or not 1 <= int(text) <= 32:
-        raise argparse.ArgumentTypeError(f"{text!r} is no whole number from 1 to 32")
+    """A whole number from 1 to 24."""
+    if not text.strip().isdecimal() or not 1 <= int(text) <= 24:
+        raise argparse.ArgumentTypeError(f"{text!r} is no whole number from 1 to 24")
     return int(text)
 
 

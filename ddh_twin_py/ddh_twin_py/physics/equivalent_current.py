@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ddh_twin_py.physics.motor_geometry import Load, Network
+from ddh_twin_py.physics.motor_geometry import ZERO_CELSIUS, Load, Network
 
 
 def mean_square(amplitude: float) -> float:
@@ -124,5 +124,5 @@ def _weights(network: Network) -> np.ndarray:
 
 
 def _copper(network: Network, temperature: np.ndarray, square: float) -> float:
-    factor = 1.0 + network.rig["motor.copper_temperature_coefficient"] * (temperature - 293.15)
+    factor = 1.0 + network.rig["motor.copper_temperature_coefficient"] * (temperature - ZERO_CELSIUS - 20.0)
     return float(square * (network.copper @ factor))

@@ -19,8 +19,9 @@ import numpy as np
 from scipy.sparse import coo_matrix, csc_matrix, diags
 from scipy.sparse.linalg import splu
 
-from ddh_twin_py.physics import surface_heat
+from ddh_twin_py.physics import motor, surface_heat
 from ddh_twin_py.physics.machine_design import Design, body_perimeters, body_section, design, housing_areas
+from ddh_twin_py.physics.oil import ZERO_CELSIUS
 from ddh_twin_py.physics.slot_mesh import SlotMesh, divisions, slot_mesh, winding_conductivity
 from ddh_twin_py.rig import Rig
 from ddh_twin_py.rig.machine import Machine
@@ -31,7 +32,6 @@ EXTRA = ("end_winding", "magnets", "rotor_core", "housing", "flange", "end_air")
 """Parts of the network besides the slot mesh."""
 LUMP_OF = {"magnets": "rotor", "rotor_core": "rotor", "flange": "housing"}
 """Parts that the sheet counts into another of its lumps; the end-space air is in none."""
-ZERO_CELSIUS = 273.15
 _GAMMA = 1.0 - 1.0 / math.sqrt(2.0)
 
 
@@ -167,24 +167,28 @@ class Network:
         kept -= np.bincount(pairs[:, 0], passed, self.size) - np.bincount(pairs[:, 1], passed, self.size)
         return kept - self.to_ambient(temperature, load.ambient) * (temperature - load.ambient)
 
-    def iron_losses(self, speed: float) -> tuple[float, float]:
-        """Iron loss of teeth and of yoke, W (paper, eq. 3, coefficients of the rig's sheet; B and masses of the geometry)."""
-        rig, d = self.rig, self.sizes
-        frequency = rig["motor.pole_pairs"] * abs(speed) / (2.0 * pi)
-        if frequency == 0.0:
-            return 0.0, 0.0
+    @cached_property
+    def _record(self) -> np.record:
+        """The rig's parameters with this machine's iron and friction: what the live model's equations take."""
+        d = self.sizes
+        rig = self.rig.with_values({
+            "motor.iron.tooth_mass": d.tooth_mass, "motor.iron.yoke_mass": d.yoke_mass,
+            "motor.iron.tooth_flux_density": d.tooth_flux_density, "motor.iron.yoke_flux_density": d.yoke_flux_density,
+            "motor.friction_coulomb": d.friction_coulomb, "motor.friction_viscous": d.friction_viscous,
+        })
+        return rig.parameters.view(np.recarray)[0]
 
-        def loss(mass: float, flux: float) -> float:
-            hysteresis = rig["motor.iron.hysteresis_coefficient"] * frequency ** rig["motor.iron.alpha"]
-            return mass * (hysteresis * flux ** rig["motor.iron.beta"] + rig["motor.iron.eddy_coefficient"] * (frequency * flux) ** 2)
-        return loss(d.tooth_mass, d.tooth_flux_density), loss(d.yoke_mass, d.yoke_flux_density)
+    def iron_losses(self, speed: float) -> tuple[float, float]:
+        """Iron loss of teeth and of yoke, W: the live model's equation (paper, eq. 3) with B and masses of the geometry."""
+        # The plain Python of the equations: a few calls do not pay for compiling.
+        return motor.iron_losses.py_func(speed, motor.iron_coefficients.py_func(self._record), self._record)
 
     def heat(self, load: Load) -> tuple[np.ndarray, np.ndarray]:
         """Heat into each node at 20 degC, W, and its rise with the node's temperature, W/K, each (n,)."""
         copper = self.copper * load.current**2
         teeth, yoke = self.iron_losses(load.speed)
         heat = copper + self.iron_share[0] * teeth + self.iron_share[1] * yoke
-        friction = abs(load.speed) * (self.sizes.friction_coulomb + self.sizes.friction_viscous * abs(load.speed))
+        friction = motor.friction_loss.py_func(load.speed, self._record)
         heat[self.node("rotor_core")] += 0.5 * friction
         heat[self.node("housing")] += 0.25 * friction
         heat[self.node("flange")] += 0.25 * friction
@@ -243,7 +247,7 @@ class Network:
 
 def reference_load(machine: Machine, current: float = 0.0) -> Load:
     """The description's reference speed and ambient with a current, A rms."""
-    return Load(current, surface_heat.shaft_speed(machine["reference.speed"]), ZERO_CELSIUS + machine["reference.ambient"])
+    return Load(current, machine["reference.speed"] * motor.RAD_PER_S_OF_RPM, ZERO_CELSIUS + machine["reference.ambient"])
 
 
 def motor_network(machine: Machine, rig: Rig, layers: int = 8) -> Network:

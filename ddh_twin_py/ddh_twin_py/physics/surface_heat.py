@@ -6,11 +6,10 @@ gaps in m, coefficients in W/(m2*K). `in_range` says of a set of numbers whether
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
-STEFAN_BOLTZMANN = 5.670374419e-8
-"""W/(m2*K^4)"""
+from ddh_twin_py.physics.thermal_network import STEFAN_BOLTZMANN
+
 GRAVITY = 9.81
 """m/s2"""
 PRESSURE, GAS_CONSTANT, AIR_HEAT = 101325.0, 287.05, 1006.0
@@ -111,8 +110,3 @@ def in_range(rayleigh_number: float, taylor: float, rim_speed: float) -> list[st
     if abs(rim_speed) > 15.0:
         said.append(f"rim speed {rim_speed:.3g} m/s, end-space correlations were measured up to 15 m/s")
     return said
-
-
-def shaft_speed(rpm: float) -> float:
-    """rad/s of 1/min."""
-    return rpm * math.pi / 30.0

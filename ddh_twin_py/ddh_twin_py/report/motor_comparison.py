@@ -10,6 +10,7 @@ import yaml
 
 from ddh_twin_py.physics import surface_heat
 from ddh_twin_py.physics.equivalent_current import Comparison, compare, equivalent_current
+from ddh_twin_py.physics.motor import RAD_PER_S_OF_RPM
 from ddh_twin_py.physics.motor_condensed import Condensed, condense
 from ddh_twin_py.physics.motor_geometry import ZERO_CELSIUS, Load, Network, motor_network, reference_load
 from ddh_twin_py.rig import Rig
@@ -30,6 +31,8 @@ SENSITIVE = (
 """Meaning and other values of assumptions that carry the differences."""
 PERIODS = (2.0, 20.0, 60.0, 300.0, 1200.0, 3600.0)
 """Of the cycles on which the equivalent current is tried, s."""
+FINEST = 24
+"""Layers of the finest mesh: 6570 nodes, a few seconds."""
 CYCLE_LAYERS = 4
 """Layers of the mesh on which cycles are run."""
 
@@ -96,8 +99,10 @@ def step(network: Network, condensed: Condensed | None = None) -> Step:
 
 
 def convergence(machine: Machine, rig: Rig, layers: int, progress=lambda share: None) -> list[Step]:
-    """Figures with a quarter, half, all and twice the layers."""
-    several = sorted({max(1, layers // 4), max(1, layers // 2), layers, 2 * layers})
+    """Figures of meshes each twice as fine as the one before: down from twice the layers, where that is not too fine."""
+    several = [2 * layers if 2 * layers <= FINEST else layers]
+    while len(several) < 4 and several[0] % 2 == 0:
+        several.insert(0, several[0] // 2)
     found = []
     for done, n in enumerate(several):
         found.append(step(motor_network(machine, rig, n)))
@@ -152,7 +157,7 @@ def out_of_range(network: Network) -> list[str]:
     m = network.machine
     load = rated_load(m, network.rig)
     housing = network.means(network.steady(load))["housing"]
-    speed = surface_heat.shaft_speed(network.rig["motor.maximum_speed"])
+    speed = network.rig["motor.maximum_speed"] * RAD_PER_S_OF_RPM
     radius = 0.5 * m["stator.bore"] - m["rotor.air_gap"]
     return surface_heat.in_range(
         surface_heat.rayleigh(housing, load.ambient, network.surfaces()[0][3]),

@@ -9,6 +9,7 @@ from rich.console import Console
 from rich.table import Table
 
 from ddh_twin_py.physics.equivalent_current import Comparison
+from ddh_twin_py.physics.motor import RAD_PER_S_OF_RPM
 from ddh_twin_py.physics.motor_condensed import Condensed
 from ddh_twin_py.physics.motor_geometry import ZERO_CELSIUS, Network
 from ddh_twin_py.report.document import Column, Document, EndMatter, Figure, figures, mark, note, paragraph, table
@@ -56,7 +57,10 @@ def motor_document(
             Figure("hot spot of the slot", _degC(hot), f"{hot - means['slot_winding']:.1f} K above the slot's mean"),
             Figure("end winding", _degC(means["end_winding"]), "mean"),
             Figure("housing", _degC(means["housing"]), f"ambient {_degC(load.ambient)}"),
-            Figure("heat", f"{network.made(temperature, load):.0f} W", f"{load.current:.2f} A rms, {load.speed * 9.5493:.0f} rpm"),
+            Figure(
+                "heat", f"{network.made(temperature, load):.0f} W",
+                f"{load.current:.2f} A rms, {load.speed / RAD_PER_S_OF_RPM:.0f} rpm",
+            ),
         ]),
         slot_picture(network, temperature),
         note(
