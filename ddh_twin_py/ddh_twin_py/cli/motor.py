@@ -54,8 +54,12 @@ def run(args: argparse.Namespace) -> int:
         condensed = condense(network)
     rows = comparison.rows(condensed, machine, rig)
     if args.output:
-        write_text(args.output, comparison.overlay(condensed, network))
-        load_rig(args.output)  # says what is wrong where a description leads out of a rig file's bounds
+        written = write_text(args.output, comparison.overlay(condensed, network))
+        try:
+            load_rig(written)
+        except ValueError:  # a description that leads out of a rig file's bounds: said, and no file left behind
+            written.unlink()
+            raise
     with stage("refining the mesh", args.quiet) as progress:
         steps = comparison.convergence(machine, rig, args.layers, progress)
     runs = []

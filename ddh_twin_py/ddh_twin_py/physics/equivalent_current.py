@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ddh_twin_py.physics.motor_geometry import ZERO_CELSIUS, Load, Network
+from ddh_twin_py.physics.motor_geometry import ZERO_CELSIUS, Load, Network, NoSteadyState
 
 
 def mean_square(amplitude: float) -> float:
@@ -94,7 +94,7 @@ def repeating(
     acceleration (J. ACM 12 (1965) 547), since the housing alone would take hours of cycles to settle.
 
     Raises:
-        ArithmeticError: where they do not repeat after `rounds`.
+        NoSteadyState: where they do not repeat after `rounds`.
     """
     time = np.linspace(0.0, period, steps + 1)
     states, results = [], []
@@ -115,7 +115,7 @@ def repeating(
             state = end - weights @ change
         else:
             state = end
-    raise ArithmeticError(f"temperatures of a cycle of {period:g} s do not repeat after {rounds} rounds")
+    raise NoSteadyState(f"temperatures of a cycle of {period:g} s do not repeat after {rounds} rounds")
 
 
 def _weights(network: Network) -> np.ndarray:

@@ -35,6 +35,10 @@ LUMP_OF = {"magnets": "rotor", "rotor_core": "rotor", "flange": "housing"}
 _GAMMA = 1.0 - 1.0 / math.sqrt(2.0)
 
 
+class NoSteadyState(ValueError):
+    """A load that the machine cannot carry for ever, or a cycle that does not settle."""
+
+
 @dataclass(frozen=True)
 class Load:
     """What the motor does: rms phase current A, shaft speed rad/s, ambient K."""
@@ -198,7 +202,7 @@ class Network:
         """Temperatures (n,), K, at which all heat that is made is lost; conductances and losses at them.
 
         Raises:
-            ArithmeticError: where copper loss grows faster with temperature than the surface can lose it.
+            NoSteadyState: where copper loss grows faster with temperature than the surface can lose it.
         """
         heat, slope = self.heat(load)
         temperature = np.full(self.size, load.ambient + 20.0)
@@ -212,7 +216,10 @@ class Network:
             temperature = new
             if step < tolerance:
                 return temperature
-        raise ArithmeticError(f"no steady state at {load.current:g} A: the copper's loss runs away")
+        raise NoSteadyState(
+            f"{self.machine.file}: no steady state at {load.current:.3g} A: "
+            "copper loss grows faster with temperature than the surface loses it"
+        )
 
     def transient(self, time: np.ndarray, load, start: np.ndarray) -> np.ndarray:
         """Temperatures (len(time), n), K, over increasing times, s.

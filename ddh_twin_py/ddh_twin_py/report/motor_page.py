@@ -111,9 +111,9 @@ def print_motor(network: Network, condensed: Condensed, rows: Sequence[Row], ste
         if row.verdict == "outside":
             console.print(f"[bold]{row.path}[/bold]: {row.note or _SILENT}")
     if steps:
-        order = observed_order(steps) if len(steps) > 2 else float("nan")
         told = ", ".join(f"{s.layers} layers {s.slot_over_teeth:.2f} K" for s in steps)
-        console.print(f"Mesh, slot above teeth at rated current: {told}; order of convergence {order:.1f}")
+        order = f"; order of convergence {observed_order(steps):.1f}" if len(steps) > 2 else ""
+        console.print(f"Mesh, slot above teeth at rated current: {told}{order}")
     console.print(f"Sheet's network against the fine one: {100 * condensed.misfit:.1f} % at most")
 
 
