@@ -1,0 +1,77 @@
+"""`ddh-twin motor`: a motor's thermal network from its machine description."""
+
+from __future__ import annotations
+
+import argparse
+
+from ddh_twin_py.cli.arguments import add_json, add_rig, add_verb
+
+_EXAMPLE = """\
+  ddh-twin motor --html out/motor.html
+  ddh-twin motor --description my_motor.yaml -o my_rig.yaml"""
+
+
+def add_parser(subparsers) -> None:
+    """Declare the verb."""
+    parser = add_verb(
+        subparsers, "motor", "generate a motor's thermal network from its geometry and compare it with the sheet",
+        "Reads slots, dimensions, materials and gaps, meshes one slot, and says what each motor quantity of the data\n"
+        "sheet comes to, with the reason where it differs. The twin itself goes on using the sheet unless the rig file\n"
+        "that -o writes is given to it.",
+        _EXAMPLE,
+    )
+    parser.add_argument("--description", metavar="FILE", help="machine description with what differs from the 115U2C")
+    parser.add_argument("--layers", metavar="N", type=layers, default=12, help="of the slot along its depth, 1 to 24 (default 12)")
+    add_rig(parser)
+    parser.add_argument("-o", "--output", metavar="RIG.yaml", help="write a rig file with the generated quantities")
+    parser.add_argument("--html", metavar="FILE", help="write the report, one self-contained page")
+    add_json(parser)
+    parser.add_argument("--quiet", action="store_true", help="no progress, no table")
+
+
+def layers(text: str) -> int:
+    """A whole number from 1 to 24."""
+    if not text.strip().isdecimal() or not 1 <= int(text) <= 24:
+        raise argparse.ArgumentTypeError(f"{text!r} is no whole number from 1 to 24")
+    return int(text)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Generate, compare, write what was asked for."""
+    from ddh_twin_py.cli.console import put_json, stage
+    from ddh_twin_py.rig import load_rig
+    from ddh_twin_py.rig.machine import load_machine
+
+    machine, rig = load_machine(args.description), load_rig(args.rig)
+    with stage("loading", args.quiet):
+        from ddh_twin_py.physics.motor_condensed import condense
+        from ddh_twin_py.physics.motor_geometry import motor_network
+        from ddh_twin_py.report import motor_comparison as comparison
+        from ddh_twin_py.report.document import write_text
+        from ddh_twin_py.report.motor_page import motor_document, print_motor
+    with stage(f"meshing with {args.layers} layers", args.quiet):
+        network = motor_network(machine, rig, args.layers)
+        condensed = condense(network)
+    rows = comparison.rows(condensed, machine, rig)
+    if args.output:
+        written = write_text(args.output, comparison.overlay(condensed, network))
+        try:
+            load_rig(written)
+        except ValueError:  # a description that leads out of a rig file's bounds: said, and no file left behind
+            written.unlink()
+            raise
+    with stage("refining the mesh", args.quiet) as progress:
+        steps = comparison.convergence(machine, rig, args.layers, progress)
+    runs = []
+    if args.html or args.json:
+        with stage("running cycles", args.quiet) as progress:
+            runs = comparison.cycles(machine, rig, progress)
+    if args.html:
+        with stage(f"writing {args.html}", args.quiet):
+            sensitive = comparison.sensitivities(machine, rig, min(args.layers, 8))
+            motor_document(network, condensed, rows, steps, sensitive, runs).write(args.html)
+    if args.json:
+        put_json(args.json, comparison.as_json(network, condensed, rows, steps, runs))
+    if not args.quiet and args.json != "-":
+        print_motor(network, condensed, rows, steps)
+    return 0
