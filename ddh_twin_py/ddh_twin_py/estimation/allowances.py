@@ -21,7 +21,7 @@ from scipy.sparse import csr_matrix
 from ddh_twin_py.estimation.comparison import Block, Comparison
 from ddh_twin_py.estimation.linear_gaussian import Gram
 
-VARIANT = 0.3
+VARIANT = 1.0
 """Size of what a recording has for itself in a shared class, over what is shared."""
 
 

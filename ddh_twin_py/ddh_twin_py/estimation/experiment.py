@@ -30,6 +30,7 @@ from ddh_twin_py.telemetry.recording import Recording
 from ddh_twin_py.telemetry.screening import screen_recording
 from ddh_twin_py.telemetry.signals import DRIVE_FIELDS, DRIVE_TOPIC, HYDRAULIC_FIELDS, HYDRAULIC_TOPIC
 from ddh_twin_py.twin.ambient import AmbientTracker
+from ddh_twin_py.twin.command import command_at
 from ddh_twin_py.twin.intervals import INTERVAL, STANDSTILL, command_size, new_carry, reduce_intervals
 
 DRIVE_SIGNALS = ("speed", "current", "voltage", "electrical_power")
@@ -100,7 +101,8 @@ class Experiment:
         reduce_intervals(0.0, interval, drive_time, np.ascontiguousarray(drive.values), ticks.last[DRIVE_TOPIC],
                          hydraulic_time, np.ascontiguousarray(hydraulic.values), ticks.last[HYDRAULIC_TOPIC],
                          new_carry(), measured, self._command)
-        self._command = np.where(np.isfinite(self._command), self._command, 0.0)
+        edges = interval / COMMAND_PARTS * np.arange(self._command.size)
+        self._command = command_at(drive_time, drive.values[:, DRIVE_FIELDS.index("speed_command")], edges)
         standing = (measured["standstill"] >= STANDSTILL) & np.isfinite(measured["rod_position"])
         self._put_back = _smoothed(np.where(standing, measured["rod_position"], np.nan), round(_REST / interval))
         self._stroke_ends = np.flatnonzero(standing[1:] & ~standing[:-1]) + 1

@@ -1,0 +1,95 @@
+"""How every signal answers to every effect: one column per way in which an effect may act.
+
+An effect's column is a secant, taken at a size that moves the worst signal by about five times
+its noise: what is asked is how the effect looks when it matters, and many laws bend on the way.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+
+import numpy as np
+
+from ddh_twin_py.estimation.comparison import Comparison
+from ddh_twin_py.gap.effect import Effect
+
+TYPICAL = 5.0
+"""Rise of the worst signal, in multiples of its noise, at which a column is taken."""
+_FARTHEST = 300.0  # how much larger than the first guess a departure may become
+_NOTICEABLE = 0.05  # of the noise: an effect that moves no signal further is not seen at all
+
+
+@dataclass(frozen=True)
+class Column:
+    """One way of one effect.
+
+    Attributes:
+        effect: the effect. law: index into its laws. x: departure at which it was taken.
+        rise: of the worst signal there, in multiples of its noise. worst: that signal.
+        change: of the features of each recording for the departure x, list of (rows,).
+    """
+
+    effect: Effect
+    law: int
+    x: float
+    rise: float
+    worst: str
+    change: list[np.ndarray]
+
+
+Predict = Callable[[Effect | None, int, float], list[dict[str, np.ndarray]]]
+
+
+def rise_of(signals: Sequence[dict], with_effect: Sequence[dict], without: Sequence[dict]) -> tuple[float, str]:
+    """RMS change of the worst signal over its noise, and which it is."""
+    worst, name_of_worst = 0.0, ""
+    for own, changed, base in zip(signals, with_effect, without, strict=True):
+        for name, signal in own.items():
+            if not np.isfinite(signal.noise) or signal.binning.count.size == 0:
+                continue
+            used = signal.binning.bin >= 0
+            rise = float(np.sqrt(np.mean((changed[name] - base[name])[used] ** 2))) / signal.noise
+            if rise > worst:
+                worst, name_of_worst = rise, name
+    return worst, name_of_worst
+
+
+def columns_of(effects: Sequence[Effect], predict: Predict, base: list[dict[str, np.ndarray]], signals: Sequence[dict],
+               comparisons: Sequence[Comparison], pool: ThreadPoolExecutor,
+               progress: Callable[[float], None] | None = None) -> list[Column]:
+    """Columns of all effects in every law and direction; those that move nothing are left out.
+
+    Args:
+        predict: predictions of the recordings with one effect at a departure. base: without any.
+        signals, comparisons: of the recordings.
+    """
+    features = [c.features(b) for c, b in zip(comparisons, base, strict=True)]
+    tasks = [(effect, law, sign) for effect in effects for law in range(len(effect.laws)) for sign in effect.directions]
+
+    def column(task: tuple[Effect, int, float]) -> Column | None:
+        effect, law, sign = task
+        x = effect.limit(sign * abs(effect.step))
+        for attempt in range(3):
+            predicted = predict(effect, law, x)
+            rise, worst = rise_of(signals, predicted, base)
+            if not np.isfinite(rise) or 0.4 * TYPICAL <= rise <= 2.5 * TYPICAL or attempt == 2:
+                break
+            factor = min(TYPICAL / max(rise, 1e-3), _FARTHEST ** (0.5 * (attempt + 1)))
+            further = effect.limit(x * factor)
+            if further == x:
+                break
+            x = further
+        if not np.isfinite(rise) or rise < _NOTICEABLE:
+            return None
+        return Column(effect, law, x, rise, worst,
+                      [c.features(p) - f for c, p, f in zip(comparisons, predicted, features, strict=True)])
+
+    out = []
+    for i, found in enumerate(pool.map(column, tasks)):
+        if found is not None:
+            out.append(found)
+        if progress is not None:
+            progress((i + 1) / len(tasks))
+    return out
