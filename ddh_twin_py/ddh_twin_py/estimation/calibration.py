@@ -21,7 +21,7 @@ from scipy.linalg import solve_triangular
 from scipy.optimize import lsq_linear
 
 from ddh_twin_py.estimation.allowances import Sums, sums_of
-from ddh_twin_py.estimation.comparison import Comparison, Discrepancy
+from ddh_twin_py.estimation.comparison import Comparison, Discrepancy, scatter_of
 from ddh_twin_py.estimation.experiment import PRESSURES, Experiment
 from ddh_twin_py.physics.free_run import HYDRAULIC_STEP
 from ddh_twin_py.rig import Rig
@@ -31,6 +31,7 @@ INFORMED = 0.9
 """A parameter whose standard deviation fell below this share of its prior was informed by the recordings."""
 _DIFFERENCES = (0.3, 0.1, 0.03)  # of a tolerance, from far to near
 _SWEEPS = 5
+_SCATTER_FROM = 2  # sweeps, before which all is far off
 _CHORDS = 4
 _FAR = 4.0  # RMS of a signal's deviations above which it is judged milder
 _SETTLED = 1.0e-3  # share of chi-square that a further step would promise or gain
@@ -248,10 +249,22 @@ class Problem:
                     break
             if settled:
                 break
+            if sweep >= _SCATTER_FROM:
+                self._learn_scatter(predictions)
         plain = [dict.fromkeys(t, 1.0) for t in temper]
         state = self._stand(comparisons, jacobians, predictions, theta, plain)
         covariance = np.linalg.inv(state.information + np.eye(self.size))
         return Fit(theta, predictions, first, state.information, covariance, state.sums.classes(np.zeros(self.size)), sweep, settled)
+
+    def _learn_scatter(self, predictions) -> None:
+        """Let classes be as uncertain as their bins scatter at this place."""
+        plain = replace(self.discrepancy, scatter={})
+        scatter: dict[tuple, float] = {}
+        for e, p in zip(self.experiments, predictions, strict=True):
+            comparison = Comparison(e.signals, p, plain)
+            for name, factor in scatter_of(comparison, comparison.residual(p)).items():
+                scatter[name] = max(factor, scatter.get(name, 1.0))
+        self.discrepancy = replace(plain, scatter=scatter)
 
     def jacobians(self, pool, theta, comparisons, difference: float, progress=None) -> list[np.ndarray]:
         """Sensitivities of every recording's features by every deviation, (rows, k) each; ``difference`` of a tolerance."""

@@ -21,6 +21,7 @@ CLOCK_JITTER = 1.0e-3
 """s, standard deviation of a stamp; a steep signal is less certain by it."""
 _START_DECAYS = np.array([120.0, 900.0])  # s
 _START_ERROR = 0.35  # of a reading's noise, what the mean of the first ones leaves
+_SCATTER_PRIOR = 4.0  # bins
 STEADY, MOVING, SMOOTH, STROKES = "steady", "transient", "smooth", "stroke"
 
 
@@ -31,11 +32,14 @@ class Discrepancy:
     Attributes:
         scale: regime (`STEADY`, `MOVING`, `SMOOTH`, `STROKES`) to standard deviation of a class.
         own: (signal, regime) to the same where a fit found a signal's own.
+        scatter: class (signal, regime, kind) to how much more its bins scatter than their noise
+            says; beside the mean of a class, single events of it may go otherwise.
         knots: s between the knots of a temperature's smooth curve.
     """
 
     scale: Mapping[str, float] = field(default_factory=lambda: {STEADY: 0.5, MOVING: 1.5, SMOOTH: 0.25, STROKES: 0.3})
     own: Mapping[tuple[str, str], float] = field(default_factory=dict)
+    scatter: Mapping[tuple, float] = field(default_factory=dict)
     knots: float = 150.0
 
     def of(self, signal: str, regime: str) -> float:
@@ -95,11 +99,15 @@ class Comparison:
                 variance = variance + CLOCK_JITTER**2 * binning.mean(np.where(np.isfinite(slope), slope, 0.0) ** 2) / binning.count
             spread = np.sqrt(variance)
             rows = slice(self.size, self.size + b)
+            if not name.startswith("temperature/"):
+                which, names = _classes(name, signal)
+                spread = spread * np.array([discrepancy.scatter.get(n, 1.0) for n in names])[which]
             if name.startswith("temperature/"):
                 nothing = np.zeros(0)
                 self.blocks.append(Block(name, rows, binning, spread, nothing, nothing, [], _curves(name, signal, spread, discrepancy)))
             else:
-                self.blocks.append(Block(name, rows, binning, spread, *_classes(name, signal, spread, discrepancy)))
+                scale = np.array([discrepancy.of(name, own) for _, own, _ in names])
+                self.blocks.append(Block(name, rows, binning, spread, which, scale[which] * signal.noise / spread, names))
             parts.append(binning.mean(np.where(np.isfinite(signal.measured), signal.measured, 0.0)) / spread)
             self.size += b
         self.measured = np.concatenate(parts) if parts else np.zeros(0)
@@ -116,18 +124,37 @@ class Comparison:
         return self.measured - self.features(prediction)
 
 
+def scatter_of(comparison: Comparison, residual: np.ndarray) -> dict[tuple, float]:
+    """How much each class scatters about its own mean, over what its deviations say, not below 1.
+
+    Args:
+        residual: of the comparison, (size,).
+    """
+    found: dict[tuple, float] = {}
+    for block in comparison.blocks:
+        if block.curves is not None:
+            continue
+        own = residual[block.rows]
+        count = np.bincount(block.kind)
+        mean = np.bincount(block.kind, own) / count
+        square = np.bincount(block.kind, (own - mean[block.kind]) ** 2)
+        degrees = np.maximum(count - 1, 1) + _SCATTER_PRIOR  # a few bins say little: drawn towards 1
+        factor = np.sqrt((square + _SCATTER_PRIOR) / degrees)
+        found.update({name: float(max(1.0, f)) for name, f in zip(block.names, factor, strict=True)})
+    return found
+
+
 def _regime(name: str, phase: np.ndarray) -> np.ndarray:
     if name == "rod_position":
         return np.full(phase.size, STROKES, dtype=object)
     return np.where(phase == TRANSIENT, MOVING, STEADY).astype(object)
 
 
-def _classes(name: str, signal, spread: np.ndarray, discrepancy: Discrepancy) -> tuple[np.ndarray, np.ndarray, list[tuple]]:
+def _classes(name: str, signal) -> tuple[np.ndarray, list[tuple]]:
+    """Index of the class of each bin, (b,), and the classes' names."""
     regime = _regime(name, signal.binning.phase)
     kinds, first, which = np.unique(signal.binning.kind, return_index=True, return_inverse=True)
-    names = [(name, regime[k], int(kind)) for kind, k in zip(kinds, first, strict=True)]
-    scale = np.array([discrepancy.of(name, own) for _, own, _ in names])
-    return which, scale[which] * signal.noise / spread, names
+    return which, [(name, regime[k], int(kind)) for kind, k in zip(kinds, first, strict=True)]
 
 
 def _curves(name: str, signal, spread: np.ndarray, discrepancy: Discrepancy) -> np.ndarray:
