@@ -17,6 +17,7 @@ from ddh_twin_py.physics.hydraulics import (
     coefficients,
     follow_decays,
     hydraulic_step,
+    softness,
 )
 from ddh_twin_py.physics.motor import available_current, iron_coefficients, magnet_factor
 from ddh_twin_py.physics.oil import VAPOUR_PRESSURE
@@ -125,6 +126,7 @@ def free_run_sampled(params, state, temperature, command, ambient, interval, ste
         span = interval / parts
         h = span / count
         share = 1.0 / (parts * count)
+        soft = softness(state, p)
         acceleration = 0.0
         if state[SPEED] == state[SPEED_REFERENCE]:
             acceleration = (command[first] - state[SPEED_REFERENCE]) / p.motor_speed_loop_time_constant
@@ -135,8 +137,8 @@ def free_run_sampled(params, state, temperature, command, ambient, interval, ste
             for m in range(count):
                 earlier = (state[SPEED], current, max(state[PRESSURE_A], VAPOUR_PRESSURE), max(state[PRESSURE_B], VAPOUR_PRESSURE),
                            state[POSITION], state[VELOCITY])
-                speed, acceleration, pressure_a, pressure_b, velocity, position = hydraulic_step(
-                    state, command[first + j] + slope * (m * h), slope, h, decays[0], decays[1], torque_limit, c, p)
+                speed, acceleration, pressure_a, pressure_b, velocity, position, soft = hydraulic_step(
+                    state, command[first + j] + slope * (m * h), slope, h, decays[0], decays[1], torque_limit, soft, c, p)
                 last = j == parts - 1 and m == count - 1
                 current = _add(point, 0.5 * share if last else share, speed, acceleration, pressure_a, pressure_b,
                                velocity, position, resistance, magnets, iron, c, p)
