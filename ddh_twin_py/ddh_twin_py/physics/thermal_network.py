@@ -321,9 +321,13 @@ _LATER, _LATER_COUNT = _elimination_plan()
 
 @kernel
 def factorise(matrix):
-    """LU of a matrix with the network's pattern (N, N), in place, without pivoting (it is diagonally dominant)."""
+    """LU of a matrix with the network's pattern (N, N), in place, without pivoting (it is diagonally dominant).
+
+    The diagonal holds the inverse pivots.
+    """
     for k in range(N):
         inverse = 1.0 / matrix[k, k]
+        matrix[k, k] = inverse
         for a in range(_LATER_COUNT[k]):
             i = _LATER[k, a]
             factor = matrix[i, k] * inverse
@@ -346,7 +350,7 @@ def solve(lu, x):
         for a in range(_LATER_COUNT[k]):
             j = _LATER[k, a]
             value -= lu[k, j] * x[j]
-        x[k] = value / lu[k, k]
+        x[k] = value * lu[k, k]
 
 
 @kernel
