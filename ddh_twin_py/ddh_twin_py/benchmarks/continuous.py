@@ -14,9 +14,6 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import types
-from numba.core import cgutils
-from numba.extending import intrinsic
 
 from ddh_twin_py.physics.balance import OPERATING_DTYPE, add_hydraulics, add_motor, add_surroundings, clear, motor_current
 from ddh_twin_py.physics.compiled import inlined, kernel
@@ -110,16 +107,6 @@ def derivatives(y, start, command, command_rate, ambient, params, point, edge, w
                   point.mean_square_current, point.flow, rate)
     for i in range(N):
         out[5 + i] = rate[i]
-
-
-@intrinsic
-def _pointer(typingctx, address):
-    """The memory at an address, for `numba.carray`."""
-
-    def codegen(context, builder, signature, arguments):
-        return builder.inttoptr(arguments[0], cgutils.voidptr_t)
-
-    return types.voidptr(types.int64), codegen
 
 
 WORK = N_EDGES + N_WALLS + 3 * N_SURFACES + 3 * N
