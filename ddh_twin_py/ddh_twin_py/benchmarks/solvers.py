@@ -92,24 +92,28 @@ def _pointer_to(kind):
 def casadi_cvodes(problem: Problem) -> Runner:
     """CVODES of CasADi on the symbolic right-hand side, checked before against the compiled one."""
     casadi = tool("casadi")
-    y, command, slope = casadi.SX.sym("y", STATES), casadi.SX.sym("command"), casadi.SX.sym("slope")
-    out = symbolic_rates(casadi, y, command, slope, problem)
-    # The command is a state whose rate is constant between the command's own edges.
-    dae = {"x": casadi.vertcat(y, command), "u": slope, "ode": casadi.vertcat(out, slope)}
-    slopes = np.diff(problem.command)[None, :] / problem.period
-    initial = np.append(problem.initial, problem.command[0])
+    y, begin, slope, t = casadi.SX.sym("y", STATES), casadi.SX.sym("begin"), casadi.SX.sym("slope"), casadi.SX.sym("t")
+    dae = {"x": y, "t": t, "p": casadi.vertcat(begin, slope), "ode": symbolic_rates(casadi, y, begin + slope * t, slope, problem)}
+    slopes = np.diff(problem.command) / problem.period
+    # Restarted where the command has a corner, which a multistep method cannot step over with its history.
+    corners = [0, *(np.flatnonzero(np.abs(np.diff(slopes)) > 1e-6) + 1).tolist(), slopes.size]
 
     def run(tolerance: float) -> tuple[np.ndarray, float]:
-        solver = casadi.integrator("run", "cvodes", dae, 0.0, problem.times[1:].tolist(),
-                                   {"reltol": tolerance, "abstol": tolerance, "max_num_steps": 10_000_000})
+        options = {"reltol": tolerance, "abstol": tolerance, "max_num_steps": 10_000_000}
+        solvers = {
+            length: casadi.integrator("run", "cvodes", dae, 0.0, (np.arange(1, length + 1) * problem.period).tolist(), options)
+            for length in set(np.diff(corners).tolist())
+        }
+        states = np.empty((problem.times.size, STATES))
+        states[0] = problem.initial
         started = time.perf_counter()
-        try:
-            solution = solver(x0=initial, u=slopes)
-        except RuntimeError as error:
-            raise NotThere(f"CVODES of CasADi stopped: {str(error).strip().splitlines()[-1]}") from None
-        elapsed = time.perf_counter() - started
-        states = np.vstack([initial[None, :], np.array(solution["xf"]).T])[:, :STATES]
-        return states, elapsed
+        for first, last in zip(corners[:-1], corners[1:], strict=True):
+            try:
+                solution = solvers[last - first](x0=states[first], p=[problem.command[first], slopes[first]])
+            except RuntimeError as error:
+                raise NotThere(f"CVODES of CasADi stopped: {str(error).strip().splitlines()[-1]}") from None
+            states[first + 1:last + 1] = np.array(solution["xf"]).T
+        return states, time.perf_counter() - started
 
     return run
 
