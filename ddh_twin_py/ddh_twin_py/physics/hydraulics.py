@@ -28,9 +28,15 @@ from ddh_twin_py.physics.oil import VAPOUR_PRESSURE, compressibility, pressure_f
 from ddh_twin_py.physics.thermal_network import LINE_A, LINE_B, PUMP_1_OIL, PUMP_2_OIL
 from ddh_twin_py.physics.valves import check_flow, relief_flow, relief_flow_slope
 
-HYDRAULIC_STATES = ("speed_reference", "speed", "pressure_piston_side", "pressure_rod_side", "rod_velocity", "rod_position", "calm")
-"""Order of the hydraulic state: rad/s, rad/s, Pa, Pa, m/s, m, and s since the command last changed."""
+HYDRAULIC_STATES = ("speed_reference", "speed", "pressure_piston_side", "pressure_rod_side", "rod_velocity", "rod_position", "calm",
+                    "warming_pump_1_oil", "warming_pump_2_oil", "warming_line_a_oil", "warming_line_b_oil")
+"""Order of the hydraulic state: rad/s, rad/s, Pa, Pa, m/s, m, s since the command last changed, and K/s of the oil whose
+viscosity counts, over the interval before."""
 SPEED_REFERENCE, SPEED, PRESSURE_A, PRESSURE_B, VELOCITY, POSITION, CALM = range(7)
+WARMING = 7
+"""First of the states of warming, in the order of `VISCOUS_NODES`."""
+VISCOUS_NODES = (PUMP_1_OIL, PUMP_2_OIL, LINE_A, LINE_B)
+"""Nodes whose oil leaks, rubs and flows through the lines."""
 
 _GAMMA = 1.0 - 1.0 / math.sqrt(2.0)
 
@@ -205,7 +211,7 @@ def softness(state, p):
 
 @inlined
 def hydraulic_step(state, command, command_slope, step, decay_early, decay_late, torque_limit, soft, c, p):
-    """Advance the hydraulic state (7) in place by ``step`` seconds; the command is command + slope t, rad/s.
+    """Advance the hydraulic state in place by ``step`` seconds; the command is command + slope t, rad/s.
 
     ``decay_early`` and ``decay_late`` are those of `follow_decays` for this step;
     ``torque_limit`` in N*m; ``soft``: 1/bulk modulus of both sides about which the first sweep
