@@ -47,9 +47,10 @@ def _with_blas(x, covariance, transition, input_matrix, process, reading_matrix,
         x = transition @ x + input_matrix @ control[k]
         covariance = transition @ covariance @ transition.T + process
         crossed = covariance @ reading_matrix.T
-        gain = np.linalg.solve(reading_matrix @ crossed + spread, crossed.T).T
+        gain = np.linalg.solve(reading_matrix @ crossed + spread, np.ascontiguousarray(crossed.T)).T
         x = x + gain @ (readings[k] - reading_matrix @ x)
         covariance = (identity - gain @ reading_matrix) @ covariance
+        covariance = 0.5 * (covariance + covariance.T)  # without it the filter drifts off within 300 steps
     return x, covariance
 
 

@@ -65,7 +65,8 @@ def numbalsoda_lsoda(problem: Problem) -> Runner:
 
     def run(tolerance: float) -> tuple[np.ndarray, float]:
         started = time.perf_counter()
-        states, success = package.lsoda(address, problem.initial, problem.times, data=data, rtol=tolerance, atol=tolerance, mxstep=1_000_000)
+        states, success = package.lsoda(address, problem.initial, problem.times, data=data, rtol=tolerance, atol=tolerance,
+                                       mxstep=1_000_000)
         elapsed = time.perf_counter() - started
         if not success:
             raise NotThere("LSODA of numbalsoda stopped")
@@ -132,7 +133,8 @@ def compare_symbolic(problem: Problem, count: int, seed: int) -> float:
     rng = np.random.default_rng(seed)
     compiled, traced = np.empty((count, STATES)), np.empty((count, STATES))
     for i in range(count):
-        state = np.concatenate([rng.uniform([-0.2, -0.2, -2.0, -0.01, -1.5], [15.0, 15.0, 2.0, 4.01, 1.5]), rng.uniform(-20.0, 60.0, STATES - 5)])
+        mechanical = rng.uniform([-0.2, -0.2, -2.0, -0.01, -1.5], [15.0, 15.0, 2.0, 4.01, 1.5])
+        state = np.concatenate([mechanical, rng.uniform(-20.0, 60.0, STATES - 5)])
         state[2:5] *= rng.choice([0.0, 1e-6, 1e-3, 1.0], 3) if i % 3 else 1.0
         t = rng.uniform(0.0, problem.times[-1])
         at = min(int(t / problem.period), problem.command.size - 2)

@@ -88,7 +88,7 @@ def symbolic_rates(casadi: ModuleType, y, command, slope, problem: Problem):
     """dy/dt as an expression of y (STATES), command (rad/s) and its slope (rad/s2), with the problem's parameters."""
     record = problem.params[0]
     p = SimpleNamespace(**{name: float(record[name]) for name in record.dtype.names})
-    point = SimpleNamespace(**{name: 0.0 for name in OPERATING_DTYPE.names})
+    point = SimpleNamespace(**dict.fromkeys(OPERATING_DTYPE.names, 0.0))
     point.heat, point.flow = _Zeros([0.0] * N), _Zeros([0.0] * OPERATING_DTYPE["flow"].shape[0])
     second, third = N_EDGES + N_WALLS, N_EDGES + N_WALLS + 3 * N_SURFACES
     edge, wall = problem.work[:N_EDGES].tolist(), problem.work[N_EDGES:second].tolist()

@@ -14,7 +14,8 @@ def add_parser(subparsers) -> None:
     parser = add_verb(
         subparsers, "bench", "print speed and memory of replay and of the live graph",
         "Simulates an hour of 100 Hz telemetry, replays it in a process of its own, and plays a recording through the\n"
-        "live nodes, and times the free run and the Kalman filter beside other tools. Each figure stands beside what it is held against; a ratio above 1 is better than that.",
+        "live nodes, and times the free run and the Kalman filter beside other tools where these are installed.\n"
+        "Each figure stands beside what it is held against; a ratio above 1 is better than that.",
         _EXAMPLE,
     )
     parser.add_argument(

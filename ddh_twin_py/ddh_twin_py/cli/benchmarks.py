@@ -29,9 +29,17 @@ from ddh_twin_py.twin.duty import load_duty
 from ddh_twin_py.twin.simulated_rig import SimulatedRig
 
 
+def _solvers(quick: bool) -> tuple[list[Figure], list[str]]:
+    return compare_solvers(load_rig(), load_duty(duty_file("paper_cycle")), 60.0 if quick else 300.0)
+
+
+def _filters(quick: bool) -> tuple[list[Figure], list[str]]:
+    return compare_filters(500 if quick else 5000)
+
+
 COMPARISONS: tuple[tuple[str, Callable[[bool], tuple[list[Figure], list[str]]]], ...] = (
-    ("free run beside general solvers", lambda quick: compare_solvers(load_rig(), load_duty(duty_file("paper_cycle")), 60.0 if quick else 300.0)),
-    ("Kalman filter beside others", lambda quick: compare_filters(500 if quick else 5000)),
+    ("free run beside general solvers", _solvers),
+    ("Kalman filter beside others", _filters),
 )
 """Comparisons in one run: what the progress says, and a function of ``quick`` that gives figures and
 what was left out, each with its reason. A further benchmark is one more row."""
@@ -104,6 +112,7 @@ def _decode(bag: Path) -> Iterator[Figure]:
 def _kernels(bag: Path, duration: float) -> Iterator[Figure]:
     from ddh_twin_py.physics.balance import OPERATING_DTYPE
     from ddh_twin_py.physics.free_run import HYDRAULIC_STEP, free_run, settle
+    from ddh_twin_py.physics.hydraulics import HYDRAULIC_STATES
     from ddh_twin_py.physics.thermal_network import N
     from ddh_twin_py.twin.intervals import INTERVAL
 
@@ -114,7 +123,7 @@ def _kernels(bag: Path, duration: float) -> Iterator[Figure]:
     command = np.append(result.measured["speed_command"][:1], result.measured["speed_command"])
     best = float("inf")
     for _ in range(3):
-        state, temperature = np.zeros(6), np.full(N, 296.15)
+        state, temperature = np.zeros(len(HYDRAULIC_STATES)), np.full(N, 296.15)
         settle(rig.parameters, state, float(result.measured["rod_position"][0]), 3e6, 0.0)
         points, temperatures = np.zeros(n, OPERATING_DTYPE), np.empty((n, N))
         started = time.perf_counter()
