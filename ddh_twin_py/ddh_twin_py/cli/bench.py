@@ -42,10 +42,10 @@ def run(args: argparse.Namespace) -> int:
     put_json(args.json, rows)
     if args.json != "-":
         table = Table(box=SIMPLE_HEAD, pad_edge=False, show_edge=False)
-        table.add_column("figure", no_wrap=True)
+        table.add_column("figure", overflow="fold")
         for column in ("value", "against", "ratio"):
             table.add_column(column, justify="right", no_wrap=True)
-        table.add_column("of", no_wrap=True)
+        table.add_column("of", overflow="fold")
         for figure in figures:
             table.add_row(*figure.cells())
         Console().print(table)
