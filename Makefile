@@ -14,7 +14,8 @@ demo: setup ## replay bags/paper_cycle through the live nodes, write out/demo/re
 test: setup ## all tests; a selection with ARGS="-k oil"
 	@scripts/test.sh $(ARGS)
 
-bench: setup ## print speed and memory of replay and of the live graph
+bench: setup ## print speed and memory, also beside other tools, and write out/bench.json
+	@scripts/bench_tools.sh
 	@.venv/bin/ddh-twin bench
 
 lint: setup ## ruff

@@ -46,8 +46,22 @@ def test_lock_pins_everything(version, repo_root):
             assert requirement.specifier.contains(pin[0]), f"{requirement} but {pin[0]} in lock-{version}.txt"
 
 
+@pytest.mark.parametrize("version", VERSIONS)
+def test_bench_lock_pins_its_tools_and_agrees_with_the_twins(version, repo_root):
+    """The tools of the benchmark are used with the twin's own numpy, scipy and numba."""
+    bench = locked((repo_root / f"requirements/lock-bench-{version}.txt").read_text())
+    twin = locked((repo_root / f"requirements/lock-{version}.txt").read_text())
+    assert all(hashes >= 1 for _, hashes in bench.values())
+    for requirement in asked_for((repo_root / "requirements/bench.in").read_text()):
+        assert requirement.specifier.contains(bench[canonicalize_name(requirement.name)][0])
+        assert canonicalize_name(requirement.name) not in twin
+    both = bench.keys() & twin.keys()
+    assert {"numpy", "scipy", "numba"} <= both
+    assert {name: bench[name][0] for name in both} == {name: twin[name][0] for name in both}
+
+
 def test_every_line_of_the_twins_requirements_has_a_reason(repo_root):
-    for name in ("twin.in", "dev.in"):
+    for name in ("twin.in", "dev.in", "bench.in"):
         for line in (repo_root / "requirements" / name).read_text().splitlines():
             assert "# " in line, f"{name}: {line}"
 

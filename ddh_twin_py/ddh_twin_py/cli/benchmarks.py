@@ -9,14 +9,16 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Iterator
-from dataclasses import asdict, dataclass
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
 
 from ddh_twin_py.bags.reader import read_recording
 from ddh_twin_py.bags.writer import write_recording
+from ddh_twin_py.benchmarks.figure import Figure
+from ddh_twin_py.benchmarks.filters import compare_filters
+from ddh_twin_py.benchmarks.free_run_speed import compare_solvers
 from ddh_twin_py.cli.arguments import InputError, duty_file
 from ddh_twin_py.cli.console import stage
 from ddh_twin_py.cli.simulate import START_NS
@@ -27,44 +29,24 @@ from ddh_twin_py.twin.duty import load_duty
 from ddh_twin_py.twin.simulated_rig import SimulatedRig
 
 
-@dataclass(frozen=True)
-class Figure:
-    """One measured number.
-
-    `against` is a limit of this project or another tool's figure (None: there is none), `source`
-    says which: "limit" is the project's own, the tools are those of the rig's performance notes,
-    measured on another machine of 2 cores. The ratio is above 1 where the value is better;
-    `smaller` tells which way that is.
-    """
-
-    name: str
-    value: float
-    unit: str
-    against: float | None
-    source: str = ""
-    smaller: bool = True
-
-    @property
-    def ratio(self) -> float | None:
-        """How many times better than what it is held against."""
-        if self.against is None or not self.value or not self.against:
-            return None
-        return self.against / self.value if self.smaller else self.value / self.against
-
-    def row(self) -> dict:
-        """As written to the JSON file."""
-        return {key: value for key, value in asdict(self).items() if key != "smaller"} | {"ratio": self.ratio}
-
-    def cells(self) -> tuple[str, ...]:
-        """As printed."""
-        return (
-            self.name, f"{_short(self.value)} {self.unit}", "" if self.against is None else _short(self.against),
-            "" if self.ratio is None else _short(self.ratio), self.source,
-        )
+def _solvers(quick: bool) -> tuple[list[Figure], list[str]]:
+    return compare_solvers(load_rig(), load_duty(duty_file("paper_cycle")), 60.0 if quick else 300.0)
 
 
-def measure(quick: bool = False, live: bool = True, quiet: bool = False) -> tuple[list[Figure], str]:
-    """All figures, and what machine they are of."""
+def _filters(quick: bool) -> tuple[list[Figure], list[str]]:
+    return compare_filters(500 if quick else 5000)
+
+
+COMPARISONS: tuple[tuple[str, Callable[[bool], tuple[list[Figure], list[str]]]], ...] = (
+    ("free run beside general solvers", _solvers),
+    ("Kalman filter beside others", _filters),
+)
+"""Comparisons in one run: what the progress says, and a function of ``quick`` that gives figures and
+what was left out, each with its reason. A further benchmark is one more row."""
+
+
+def measure(quick: bool = False, live: bool = True, quiet: bool = False) -> tuple[list[Figure], list[str], str]:
+    """All figures, what was left out and why, and what machine they are of."""
     duration = 600.0 if quick else 3600.0
     with tempfile.TemporaryDirectory(prefix="ddh_bench_") as scratch:
         bag = Path(scratch) / "telemetry"
@@ -73,18 +55,23 @@ def measure(quick: bool = False, live: bool = True, quiet: bool = False) -> tupl
             write_recording(bag, collect(simulated.run(duration), START_NS, duration, progress))
         with stage("compiling the model, once", quiet):
             replay(read_recording(bag).between(0.0, 5.0), load_rig())
-        figures = []
+        figures, left_out = [], []
         with stage("replay in a process of its own", quiet):
             figures += _replay(bag, Path(scratch), duration)
         with stage("reading", quiet):
             figures += _decode(bag)
         with stage("free run and filter", quiet):
             figures += _kernels(bag, duration)
+        for label, benchmark in COMPARISONS:
+            with stage(label, quiet):
+                found, reasons = benchmark(quick)
+            figures += found
+            left_out += reasons
         if live:
             from ddh_twin_py.cli.live_bench import live_figures
 
             figures += live_figures(bag, Path(scratch), quick, quiet)
-    return figures, _machine()
+    return figures, left_out, _machine()
 
 
 def _replay(bag: Path, scratch: Path, duration: float) -> Iterator[Figure]:
@@ -125,6 +112,7 @@ def _decode(bag: Path) -> Iterator[Figure]:
 def _kernels(bag: Path, duration: float) -> Iterator[Figure]:
     from ddh_twin_py.physics.balance import OPERATING_DTYPE
     from ddh_twin_py.physics.free_run import HYDRAULIC_STEP, free_run, settle
+    from ddh_twin_py.physics.hydraulics import HYDRAULIC_STATES
     from ddh_twin_py.physics.thermal_network import N
     from ddh_twin_py.twin.intervals import INTERVAL
 
@@ -135,14 +123,14 @@ def _kernels(bag: Path, duration: float) -> Iterator[Figure]:
     command = np.append(result.measured["speed_command"][:1], result.measured["speed_command"])
     best = float("inf")
     for _ in range(3):
-        state, temperature = np.zeros(6), np.full(N, 296.15)
+        state, temperature = np.zeros(len(HYDRAULIC_STATES)), np.full(N, 296.15)
         settle(rig.parameters, state, float(result.measured["rod_position"][0]), 3e6, 0.0)
         points, temperatures = np.zeros(n, OPERATING_DTYPE), np.empty((n, N))
         started = time.perf_counter()
         free_run(rig.parameters, state, temperature, command, np.full(n, 296.15), INTERVAL, HYDRAULIC_STEP,
                  np.full(n, np.nan), points, temperatures)
         best = min(best, time.perf_counter() - started)
-    yield Figure("free run", n * INTERVAL / best, "x real time", 2700.0, "numbalsoda", smaller=False)
+    yield Figure("free run on recorded commands", n * INTERVAL / best, "x real time", 10000.0, "aim", smaller=False)
     yield Figure("temperature filter, a tick", result.seconds["temperature_fusion"] / n * 1e6, "µs", 6.5,
                  "numba filter")
 
@@ -155,9 +143,3 @@ def _machine() -> str:
     except (OSError, StopIteration):
         pass
     return f"{os.cpu_count()} cores, {name}, load {os.getloadavg()[0]:.1f}"
-
-
-def _short(value: float) -> str:
-    if value == 0 or abs(value) >= 100:
-        return f"{value:,.0f}"
-    return f"{value:.3g}"

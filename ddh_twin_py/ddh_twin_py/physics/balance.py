@@ -208,10 +208,7 @@ def add_hydraulics(point, weight, speed, pressure_a, pressure_b, velocity, posit
     point.rod_velocity += weight * velocity
     force = pressure_a * area_a - pressure_b * area_b
     point.cylinder_force += weight * force
-    if velocity != 0.0:
-        point.friction_force += weight * (math.copysign(dry, velocity) + p.cylinder_friction_viscous * velocity)
-    else:
-        point.friction_force += weight * min(max(force - load_force(position, p), -dry), dry)
+    point.friction_force += weight * _friction_force(velocity, dry, force - load_force(position, p), p)
     point.pump_1_flow += weight * flow_1
     point.pump_2_flow += weight * flow_2
     point.pump_1_leakage += weight * leak_1
@@ -235,6 +232,14 @@ def add_hydraulics(point, weight, speed, pressure_a, pressure_b, velocity, posit
     point.loss_relief_valve += weight * relief_heat
     point.loss_check_valve += weight * check_heat
     return torque_1 + torque_2
+
+
+@inlined
+def _friction_force(velocity, dry, drive, p):
+    """Friction of the piston, N: against its motion, or at rest against the force (N) that would drive it."""
+    if velocity != 0.0:
+        return math.copysign(dry, velocity) + p.cylinder_friction_viscous * velocity
+    return min(max(drive, -dry), dry)
 
 
 @inlined

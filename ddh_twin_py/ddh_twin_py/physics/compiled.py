@@ -14,7 +14,7 @@ from pathlib import Path
 import numba
 import numpy
 
-_ROOMS_WITH_KERNELS = ("physics", "telemetry", "twin", "estimation", "gap")
+_ROOMS_WITH_KERNELS = ("physics", "telemetry", "twin", "estimation", "gap", "benchmarks")
 _MARKS = (b"physics.compiled import", b"frozen into kernels")
 
 

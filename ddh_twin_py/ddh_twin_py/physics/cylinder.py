@@ -45,6 +45,9 @@ def coulomb_friction(velocity, pressure_difference, p):
     """Magnitude of dry friction, N: (F_c + k |p_A - p_B|) (1 + (r_s - 1) exp(-(v/v_s)^2))."""
     ratio = velocity / p.cylinder_stribeck_velocity
     stribeck = 1.0
-    if abs(ratio) < 6.5:  # beyond it the exponential is below the last bit
-        stribeck += (p.cylinder_stribeck_ratio - 1.0) * math.exp(-ratio * ratio)
+    square = ratio * ratio
+    if square < 1e-16:  # the exponential is 1 to the last bit
+        stribeck = p.cylinder_stribeck_ratio
+    elif square < 42.25:  # beyond it the exponential is below the last bit
+        stribeck += (p.cylinder_stribeck_ratio - 1.0) * math.exp(-square)
     return (p.cylinder_friction_coulomb + p.cylinder_friction_pressure * abs(pressure_difference)) * stribeck

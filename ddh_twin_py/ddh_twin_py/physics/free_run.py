@@ -14,9 +14,12 @@ from ddh_twin_py.physics.hydraulics import (
     SPEED,
     SPEED_REFERENCE,
     VELOCITY,
+    VISCOUS_NODES,
+    WARMING,
     coefficients,
     follow_decays,
     hydraulic_step,
+    softness,
 )
 from ddh_twin_py.physics.motor import available_current, iron_coefficients, magnet_factor
 from ddh_twin_py.physics.oil import VAPOUR_PRESSURE
@@ -63,7 +66,7 @@ def _add(point, weight, speed, acceleration, pressure_a, pressure_b, velocity, p
 
 @kernel
 def free_run(params, state, temperature, command, ambient, interval, step, measured_position, points, temperatures):
-    """Run over consecutive intervals, in place on state (7) and temperature (N, K); see `free_run_sampled`."""
+    """Run over consecutive intervals, in place on state (`HYDRAULIC_STATES`) and temperature (N, K); see `free_run_sampled`."""
     nowhen, nothing = np.empty(0), np.empty((0, len(SAMPLED)))
     return free_run_sampled(params, state, temperature, command, ambient, interval, step, measured_position, points,
                             temperatures, nowhen, nothing)
@@ -76,7 +79,7 @@ SAMPLED = ("speed", "current", "pressure_piston_side", "pressure_rod_side", "rod
 @kernel
 def free_run_sampled(params, state, temperature, command, ambient, interval, step, measured_position, points, temperatures,
                      instants, samples):
-    """Run over consecutive intervals, in place on state (7) and temperature (N, K), and look at single instants.
+    """Run over consecutive intervals, in place on state (`HYDRAULIC_STATES`) and temperature (N, K), and look at single instants.
 
     Args:
         params: parameters, shape (1,).
@@ -97,6 +100,7 @@ def free_run_sampled(params, state, temperature, command, ambient, interval, ste
     p = params[0]
     edge, wall, surface = np.empty(N_EDGES), np.empty(N_WALLS), np.empty((N_SURFACES, 3))
     capacity, work = np.empty(N), np.empty((N + 3, N))
+    middle = temperature.copy()
     conductances(params, edge, wall, surface)
     fine = max(1, int(round(interval / (COMMAND_PARTS * step))))
     coarse = max(1, int(round(interval / (CALM_FACTOR * step))))
@@ -111,7 +115,10 @@ def free_run_sampled(params, state, temperature, command, ambient, interval, ste
         before = state[POSITION]
         point = points[k]
         clear(point)
-        c = coefficients(temperature, state[PRESSURE_A], state[PRESSURE_B], p)
+        for i in range(len(VISCOUS_NODES)):  # the middle of the interval, as it went on before
+            node = VISCOUS_NODES[i]
+            middle[node] = temperature[node] + 0.5 * interval * state[WARMING + i]
+        c = coefficients(middle, state[PRESSURE_A], state[PRESSURE_B], p)
         magnets = magnet_factor(temperature[ROTOR], p)
         resistance = winding_resistance(temperature, p)
         torque_limit = available_current(temperature[SLOT_WINDING], temperature[END_WINDING], p) * magnets * p.motor_torque_constant
@@ -125,6 +132,7 @@ def free_run_sampled(params, state, temperature, command, ambient, interval, ste
         span = interval / parts
         h = span / count
         share = 1.0 / (parts * count)
+        soft = softness(state, p)
         acceleration = 0.0
         if state[SPEED] == state[SPEED_REFERENCE]:
             acceleration = (command[first] - state[SPEED_REFERENCE]) / p.motor_speed_loop_time_constant
@@ -135,8 +143,8 @@ def free_run_sampled(params, state, temperature, command, ambient, interval, ste
             for m in range(count):
                 earlier = (state[SPEED], current, max(state[PRESSURE_A], VAPOUR_PRESSURE), max(state[PRESSURE_B], VAPOUR_PRESSURE),
                            state[POSITION], state[VELOCITY])
-                speed, acceleration, pressure_a, pressure_b, velocity, position = hydraulic_step(
-                    state, command[first + j] + slope * (m * h), slope, h, decays[0], decays[1], torque_limit, c, p)
+                speed, acceleration, pressure_a, pressure_b, velocity, position, soft = hydraulic_step(
+                    state, command[first + j] + slope * (m * h), slope, h, decays[0], decays[1], torque_limit, soft, c, p)
                 last = j == parts - 1 and m == count - 1
                 current = _add(point, 0.5 * share if last else share, speed, acceleration, pressure_a, pressure_b,
                                velocity, position, resistance, magnets, iron, c, p)
@@ -148,11 +156,15 @@ def free_run_sampled(params, state, temperature, command, ambient, interval, ste
                         samples[at, i] = earlier[i] + part * (later[i] - earlier[i])
                     at += 1
         add_surroundings(point, p)
+        for i in range(len(VISCOUS_NODES)):
+            state[WARMING + i] = -temperature[VISCOUS_NODES[i]] / interval
         capacities(params, 0.5 * (before + state[POSITION]), capacity)
         lost += network_step(
             params, edge, wall, surface, capacity, temperature, ambient[k] + p.surroundings_enclosure_rise, point.heat,
             point.mean_square_current, point.flow, interval, work,
         )
+        for i in range(len(VISCOUS_NODES)):
+            state[WARMING + i] += temperature[VISCOUS_NODES[i]] / interval
         temperatures[k] = temperature
     state[CALM] = calm
     return lost
@@ -160,7 +172,7 @@ def free_run_sampled(params, state, temperature, command, ambient, interval, ste
 
 @kernel
 def settle(params, state, position, pressure_a, pressure_b):
-    """Set the hydraulic state (7) to rest at measured pressures (Pa) and position (m)."""
+    """Set the hydraulic state (`HYDRAULIC_STATES`) to rest at measured pressures (Pa) and position (m)."""
     state[SPEED_REFERENCE] = 0.0
     state[SPEED] = 0.0
     state[PRESSURE_A] = pressure_a
@@ -168,3 +180,5 @@ def settle(params, state, position, pressure_a, pressure_b):
     state[VELOCITY] = 0.0
     state[POSITION] = position
     state[CALM] = 0.0
+    for i in range(len(VISCOUS_NODES)):
+        state[WARMING + i] = 0.0

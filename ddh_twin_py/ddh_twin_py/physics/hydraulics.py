@@ -28,9 +28,15 @@ from ddh_twin_py.physics.oil import VAPOUR_PRESSURE, compressibility, pressure_f
 from ddh_twin_py.physics.thermal_network import LINE_A, LINE_B, PUMP_1_OIL, PUMP_2_OIL
 from ddh_twin_py.physics.valves import check_flow, relief_flow, relief_flow_slope
 
-HYDRAULIC_STATES = ("speed_reference", "speed", "pressure_piston_side", "pressure_rod_side", "rod_velocity", "rod_position", "calm")
-"""Order of the hydraulic state: rad/s, rad/s, Pa, Pa, m/s, m, and s since the command last changed."""
+HYDRAULIC_STATES = ("speed_reference", "speed", "pressure_piston_side", "pressure_rod_side", "rod_velocity", "rod_position", "calm",
+                    "warming_pump_1_oil", "warming_pump_2_oil", "warming_line_a_oil", "warming_line_b_oil")
+"""Order of the hydraulic state: rad/s, rad/s, Pa, Pa, m/s, m, s since the command last changed, and K/s of the oil whose
+viscosity counts, over the interval before."""
 SPEED_REFERENCE, SPEED, PRESSURE_A, PRESSURE_B, VELOCITY, POSITION, CALM = range(7)
+WARMING = 7
+"""First of the states of warming, in the order of `VISCOUS_NODES`."""
+VISCOUS_NODES = (PUMP_1_OIL, PUMP_2_OIL, LINE_A, LINE_B)
+"""Nodes whose oil leaks, rubs and flows through the lines."""
 
 _GAMMA = 1.0 - 1.0 / math.sqrt(2.0)
 
@@ -198,14 +204,21 @@ def follow_decays(step, p):
 
 
 @inlined
-def hydraulic_step(state, command, command_slope, step, decay_early, decay_late, torque_limit, c, p):
-    """Advance the hydraulic state (7) in place by ``step`` seconds; the command is command + slope t, rad/s.
+def softness(state, p):
+    """1/bulk modulus of both sides at the state's pressures, 1/Pa."""
+    return compressibility(state[PRESSURE_A], p), compressibility(state[PRESSURE_B], p)
+
+
+@inlined
+def hydraulic_step(state, command, command_slope, step, decay_early, decay_late, torque_limit, soft, c, p):
+    """Advance the hydraulic state in place by ``step`` seconds; the command is command + slope t, rad/s.
 
     ``decay_early`` and ``decay_late`` are those of `follow_decays` for this step;
-    ``torque_limit`` in N*m.
+    ``torque_limit`` in N*m; ``soft``: 1/bulk modulus of both sides about which the first sweep
+    is linear, 1/Pa, from the step before or from `softness`.
 
     Returns:
-        speed, acceleration, p_A, p_B, velocity, position at the end of the step.
+        speed, acceleration, p_A, p_B, velocity, position at the end of the step, and `soft` for the next.
     """
     lag = p.motor_speed_loop_time_constant
     reference = state[SPEED_REFERENCE]
@@ -225,8 +238,7 @@ def hydraulic_step(state, command, command_slope, step, decay_early, decay_late,
 
     a0, b0, v0, x0 = state[PRESSURE_A], state[PRESSURE_B], state[VELOCITY], state[POSITION]
     sub = _GAMMA * step
-    soft_a, soft_b = compressibility(a0, p), compressibility(b0, p)
-    a1, b1, v1 = _sweep(a0, b0, v0, x0, sub, speed_early, a0, b0, v0, soft_a, soft_b, c, p)
+    a1, b1, v1 = _sweep(a0, b0, v0, x0, sub, speed_early, a0, b0, v0, soft[0], soft[1], c, p)
     soft_a, soft_b = compressibility(a1, p), compressibility(b1, p)
     a1, b1, v1 = _sweep(a0, b0, v0, x0, sub, speed_early, a1, b1, v1, soft_a, soft_b, c, p)
     ratio = (1.0 - _GAMMA) / _GAMMA
@@ -238,4 +250,4 @@ def hydraulic_step(state, command, command_slope, step, decay_early, decay_late,
     state[SPEED_REFERENCE] = late
     state[SPEED] = speed_late
     state[PRESSURE_A], state[PRESSURE_B], state[VELOCITY], state[POSITION] = a2, b2, v2, x2
-    return speed_late, acceleration_late, max(a2, VAPOUR_PRESSURE), max(b2, VAPOUR_PRESSURE), v2, x2
+    return speed_late, acceleration_late, max(a2, VAPOUR_PRESSURE), max(b2, VAPOUR_PRESSURE), v2, x2, (soft_a, soft_b)

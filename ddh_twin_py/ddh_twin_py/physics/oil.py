@@ -55,9 +55,9 @@ def compressibility(pressure, p):
     1/K = 1/K_liquid + (phi/(n p_abs)) (p_0/p_abs)^(1/n), phi the air fraction at p_0. ``pressure``
     in Pa gauge, taken not below the vapour pressure.
     """
-    absolute = max(pressure, VAPOUR_PRESSURE) + ATMOSPHERE
-    air = p.oil_air_fraction * math.exp(math.log(ATMOSPHERE / absolute) / POLYTROPIC_EXPONENT)
-    return 1.0 / p.oil_bulk_modulus + air / (POLYTROPIC_EXPONENT * absolute)
+    ratio = ATMOSPHERE / (max(pressure, VAPOUR_PRESSURE) + ATMOSPHERE)
+    air = p.oil_air_fraction * (ratio * math.exp(math.log(ratio) * (1.0 / POLYTROPIC_EXPONENT)))
+    return 1.0 / p.oil_bulk_modulus + air * (1.0 / (POLYTROPIC_EXPONENT * ATMOSPHERE))
 
 
 @inlined

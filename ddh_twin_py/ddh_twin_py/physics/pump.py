@@ -36,6 +36,8 @@ def smooth_sign(speed):
     ratio = speed / SIGN_WIDTH
     if abs(ratio) > 20.0:  # tanh is 1 to the last bit
         return math.copysign(1.0, ratio)
+    if abs(ratio) < 1e-4:  # its series to the last bit
+        return ratio * (1.0 - ratio * ratio * (1.0 / 3.0))
     return math.tanh(ratio)
 
 

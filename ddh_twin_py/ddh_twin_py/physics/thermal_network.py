@@ -10,6 +10,8 @@ C_i dT_i/dt = heat_i + sum_j G_ij (T_j - T_i) + rho c sum_(flows k to i) Q_k (T_
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from ddh_twin_py.physics import cylinder
@@ -207,7 +209,7 @@ def winding_resistance(temperature, p):
 def surface_loss(temperature, ambient, area, convection, emissivity):
     """Heat from a surface to ambient, W: A (C |dT|^1.25 sign(dT) + eps sigma (T^4 - T_a^4))."""
     difference = temperature - ambient
-    natural = convection * difference * abs(difference) ** 0.25
+    natural = convection * difference * math.sqrt(math.sqrt(abs(difference)))
     return area * (natural + emissivity * STEFAN_BOLTZMANN * (temperature**4 - ambient**4))
 
 
@@ -226,6 +228,15 @@ def network_rates(params, edge, wall, surface, capacity, temperature, ambient, h
     Returns:
         heat lost to ambient, W.
     """
+    lost = _powers(params, edge, wall, surface, temperature, ambient, heat, mean_square_current, flow, rate)
+    for i in range(N):
+        rate[i] /= capacity[i]
+    return lost
+
+
+@inlined
+def _powers(params, edge, wall, surface, temperature, ambient, heat, mean_square_current, flow, rate):
+    """What each node takes up, W, into rate (N); see `network_rates`."""
     p = params[0]
     for i in range(N):
         rate[i] = heat[i]
@@ -249,40 +260,44 @@ def network_rates(params, edge, wall, surface, capacity, temperature, ambient, h
         q = surface_loss(temperature[i], ambient, surface[k, 0], surface[k, 1], surface[k, 2])
         rate[i] -= q
         lost += q
-    for i in range(N):
-        rate[i] /= capacity[i]
     return lost
 
 
 @kernel
 def network_jacobian(params, edge, wall, surface, capacity, temperature, ambient, mean_square_current, flow, jacobian):
     """Fill jacobian (N, N), 1/s: derivative of `network_rates` by temperature."""
+    _power_slopes(params, edge, wall, surface, temperature, ambient, mean_square_current, flow, 1.0, jacobian)
+    for i in range(N):
+        for j in range(N):
+            jacobian[i, j] /= capacity[i]
+
+
+@inlined
+def _power_slopes(params, edge, wall, surface, temperature, ambient, mean_square_current, flow, factor, jacobian):
+    """Fill jacobian (N, N): derivative of `_powers` by temperature, W/K, times a factor."""
     p = params[0]
     jacobian[:, :] = 0.0
-    total = 3.0 * p.motor_phase_resistance_20C * mean_square_current * p.motor_copper_temperature_coefficient
+    total = factor * 3.0 * p.motor_phase_resistance_20C * mean_square_current * p.motor_copper_temperature_coefficient
     jacobian[SLOT_WINDING, SLOT_WINDING] += (1.0 - p.motor_end_winding_copper_share) * total
     jacobian[END_WINDING, END_WINDING] += p.motor_end_winding_copper_share * total
     for k in range(N_EDGES):
-        i, j, g = _EDGE_I[k], _EDGE_J[k], edge[k]
+        i, j, g = _EDGE_I[k], _EDGE_J[k], factor * edge[k]
         jacobian[i, i] -= g
         jacobian[i, j] += g
         jacobian[j, j] -= g
         jacobian[j, i] += g
-    rho_c = volumetric_heat_capacity(p)
+    rho_c = factor * volumetric_heat_capacity(p)
     for k in range(N_FLOWS):
         g = rho_c * flow[k]
         jacobian[_FLOW_TO[k], _FLOW_FROM[k]] += g
         jacobian[_FLOW_TO[k], _FLOW_TO[k]] -= g
     for k in range(N_WALLS):
-        jacobian[_WALL_NODE[k], _WALL_NODE[k]] -= wall[k]
+        jacobian[_WALL_NODE[k], _WALL_NODE[k]] -= factor * wall[k]
     for k in range(N_SURFACES):
         i = _SURFACE_NODE[k]
-        natural = 1.25 * surface[k, 1] * abs(temperature[i] - ambient) ** 0.25
+        natural = 1.25 * surface[k, 1] * math.sqrt(math.sqrt(abs(temperature[i] - ambient)))
         radiation = 4.0 * surface[k, 2] * STEFAN_BOLTZMANN * temperature[i] ** 3
-        jacobian[i, i] -= surface[k, 0] * (natural + radiation)
-    for i in range(N):
-        for j in range(N):
-            jacobian[i, j] /= capacity[i]
+        jacobian[i, i] -= factor * surface[k, 0] * (natural + radiation)
 
 
 def _elimination_plan() -> tuple[np.ndarray, np.ndarray]:
@@ -306,9 +321,13 @@ _LATER, _LATER_COUNT = _elimination_plan()
 
 @kernel
 def factorise(matrix):
-    """LU of a matrix with the network's pattern (N, N), in place, without pivoting (it is diagonally dominant)."""
+    """LU of a matrix with the network's pattern (N, N), in place, without pivoting (it is diagonally dominant).
+
+    The diagonal holds the inverse pivots.
+    """
     for k in range(N):
         inverse = 1.0 / matrix[k, k]
+        matrix[k, k] = inverse
         for a in range(_LATER_COUNT[k]):
             i = _LATER[k, a]
             factor = matrix[i, k] * inverse
@@ -331,7 +350,7 @@ def solve(lu, x):
         for a in range(_LATER_COUNT[k]):
             j = _LATER[k, a]
             value -= lu[k, j] * x[j]
-        x[k] = value / lu[k, k]
+        x[k] = value * lu[k, k]
 
 
 @kernel
@@ -344,20 +363,19 @@ def network_step(params, edge, wall, surface, capacity, temperature, ambient, he
     Returns:
         heat lost to ambient over the step, J.
     """
+    # The equations are kept as (C - gamma h dP/dT) k = P, so that nothing is divided by the capacities.
     matrix, first, second, trial = work[:N], work[N], work[N + 1], work[N + 2]
-    network_jacobian(params, edge, wall, surface, capacity, temperature, ambient, mean_square_current, flow, matrix)
+    _power_slopes(params, edge, wall, surface, temperature, ambient, mean_square_current, flow, -_GAMMA * step, matrix)
     for i in range(N):
-        for j in range(N):
-            matrix[i, j] *= -_GAMMA * step
-        matrix[i, i] += 1.0
+        matrix[i, i] += capacity[i]
     factorise(matrix)
-    lost = network_rates(params, edge, wall, surface, capacity, temperature, ambient, heat, mean_square_current, flow, first)
+    lost = _powers(params, edge, wall, surface, temperature, ambient, heat, mean_square_current, flow, first)
     solve(matrix, first)
     for i in range(N):
         trial[i] = temperature[i] + step * first[i]
-    lost += network_rates(params, edge, wall, surface, capacity, trial, ambient, heat, mean_square_current, flow, second)
+    lost += _powers(params, edge, wall, surface, trial, ambient, heat, mean_square_current, flow, second)
     for i in range(N):
-        second[i] -= 2.0 * first[i]
+        second[i] -= 2.0 * capacity[i] * first[i]
     solve(matrix, second)
     for i in range(N):
         temperature[i] += step * (1.5 * first[i] + 0.5 * second[i])

@@ -1,0 +1,1 @@
+"""What the twin is timed against: the same model in general solvers, and other Kalman filters."""
