@@ -32,12 +32,14 @@ _LOWEST, _HIGHEST, _TRIES = -1.0e7, 2.0e8, 100  # Pa
 
 @inlined
 def _piston_side(speed, pressure_b, velocity, c, p):
-    """p_A at which the piston side's flows balance, Pa: Q_1 + Q_check,A - Q_cross = A_A v, by bisection and secant."""
+    """p_A at which the piston side's flows balance, Pa: Q_1 + Q_check,A - Q_cross = A_A v, by secant and bisection."""
     low, high = _LOWEST, _HIGHEST
     f_low, f_high = _piston_flow(speed, low, pressure_b, velocity, c, p), _piston_flow(speed, high, pressure_b, velocity, c, p)
     side = 0
-    for _ in range(_TRIES):
+    for k in range(_TRIES):
         middle = (low * f_high - high * f_low) / (f_high - f_low)
+        if k % 3 == 2:
+            middle = 0.5 * (low + high)
         f = _piston_flow(speed, middle, pressure_b, velocity, c, p)
         if abs(f) < 1e-12 or high - low < 1.0:
             return middle
@@ -98,8 +100,10 @@ def steady_operation(params, temperature, speed, position, out):
         f_low, _, _ = _force(speed, low, known_a, position, c, p)
         f_high, _, _ = _force(speed, high, known_a, position, c, p)
         side = 0
-        for _ in range(_TRIES):
+        for k in range(_TRIES):
             pressure_b = (low * f_high - high * f_low) / (f_high - f_low)
+            if k % 3 == 2:
+                pressure_b = 0.5 * (low + high)
             f, pressure_a, velocity = _force(speed, pressure_b, known_a, position, c, p)
             if abs(f) < 1e-3 or high - low < 1.0:
                 break
