@@ -68,7 +68,7 @@ def assumptions(rig: Rig, outcomes: Sequence[cold.Outcome], hours: float) -> lis
     """What was taken for granted."""
     outside = sorted({o.case.ambient for o in outcomes if o.extrapolated})
     thick = sorted({o.case.grade for o in outcomes if o.case.ambient < oil_grade(o.case.grade).pour_point})
-    dips = max((o.cavitating for o in outcomes), default=0.0)
+    dips = max((o.cavitating for o in outcomes if not tripped(o)), default=0.0)
     taken = [
         f"Everything starts at ambient; the unit does its duty for {hours:g} h. 'At the end' is after that time; a run whose winding "
         f"passes {CUT_BACK_FROM - ZERO_CELSIUS:g} degC ends there, since the drive trips, and has no steady temperatures.",
@@ -79,7 +79,7 @@ def assumptions(rig: Rig, outcomes: Sequence[cold.Outcome], hours: float) -> lis
         f"Overheats: slot or end winding above {rig['motor.thermal.winding_limit']:g} degC at any time. The full speed may have been "
         "reached "
         "all the same; the table says so.",
-        f"At the start of a stroke a pressure can dip to the vapour pressure before it settles: at most {100 * dips:.1f} % of a cycle "
+        f"At the start of a stroke a pressure can dip to the vapour pressure before it settles: at most {100 * dips:.1f} % of a "
         "here.",
         "The model has no suction line between tank and pumps, so that the pumps' own suction from a cold tank is not judged.",
         "Leakage, viscous friction and line drop go with viscosity as the data sheet says; at hundreds of times the viscosity that they "
@@ -166,7 +166,8 @@ def tripped(o: cold.Outcome) -> bool:
 
 def _table(outcomes: Sequence[cold.Outcome]) -> doc.Html:
     columns = [
-        doc.Column("Duty", number=False), doc.Column("Oil", number=False), doc.Column("Ambient", "degC"), doc.Column("Viscosity", "mm2/s at the start"),
+        doc.Column("Duty", number=False), doc.Column("Oil", number=False), doc.Column("Ambient", "degC"),
+        doc.Column("Viscosity", "mm2/s at the start"),
         doc.Column("Verdict", number=False), doc.Column("Allowed up", "% at the start"), doc.Column("Allowed down", "% at the start"),
         doc.Column("Limit", "at the start", number=False), doc.Column("Full speed", "min"), doc.Column("Over limit", "min"),
         doc.Column("Tank oil", "degC, end"), doc.Column("Pump oil", "degC, end"), doc.Column("Winding", "degC, "

@@ -38,18 +38,22 @@ def heatmap(columns: Sequence[str], rows: Sequence[str], cells: Sequence[Sequenc
             x = _LEFT + _CELL * j
             parts.append(
                 f'<g><title>{escape(cell.title)}</title><rect x="{x}" y="{y}" width="{_CELL}" height="{_ROW}" fill="{cell.fill}"/>'
-                f'<text x="{x + _CELL / 2}" y="{y + _ROW / 2 + 4}" text-anchor="middle" fill="{ink_on(cell.fill)}">{escape(cell.label)}</text></g>'
+                f'<text x="{x + _CELL / 2}" y="{y + _ROW / 2 + 4}" text-anchor="middle"'
+                f' fill="{ink_on(cell.fill)}">{escape(cell.label)}</text></g>'
             )
     for j, name in enumerate(columns):
         parts.append(f'<text x="{_LEFT + _CELL * (j + 0.5)}" y="{_TOP + _ROW * len(rows) + 17}" text-anchor="middle" class="axis">'
                      f"{escape(name)}</text>")
-    parts.append(f'<text x="{_LEFT + _CELL * len(columns) / 2}" y="{height - 6}" text-anchor="middle" class="axis">{escape(x_title)}</text>')
+    parts.append(
+        f'<text x="{_LEFT + _CELL * len(columns) / 2}" y="{height - 6}" text-anchor="middle"'
+        f' class="axis">{escape(x_title)}</text>'
+    )
     edges = "".join(_edges(cells))
     parts.append(f'<path d="{edges}" class="flip-under"/><path d="{edges}" class="flip"/>')
     return Html(
-        f'<figure class="map"><figcaption>{escape(caption)}</figcaption><div class="scroll" tabindex="0">'
+        f'<div class="map"><p class="caption">{escape(caption)}</p><div class="scroll" tabindex="0">'
         f'<svg viewBox="0 0 {width} {height}" width="{width}" height="{height}" role="img" aria-label="{escape(caption)}">'
-        f"{''.join(parts)}</svg></div></figure>"
+        f"{''.join(parts)}</svg></div></div>"
     )
 
 

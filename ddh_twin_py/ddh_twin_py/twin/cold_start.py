@@ -5,7 +5,8 @@ Controller rule: before each cycle the highest speed that the drive can hold in 
 
 Two rates: one cycle by the full free run (`cycle`) gives mean heats, flows and square of the
 current; with these the thermal network alone goes on (`advance`) until an oil that decides
-viscosity has changed by `OIL_BOUND`, or `LONGEST_STEP` has gone by; then the next cycle.
+viscosity has changed by `OIL_BOUND`, or `LONGEST_STEP` has gone by; then the next cycle. The means
+are extrapolated to the middle of what is to come from the two cycles before (Adams-Bashforth).
 """
 
 from __future__ import annotations
@@ -70,7 +71,7 @@ VERDICTS = ("full at once", "reaches full speed", "stays slow", "stuck", "overhe
 
 
 @kernel
-def advance(params, began, average, temperature, ambient, heat, square, flow, position, duration, bound, longest, step):
+def advance(params, began, average, temperature, ambient, heat, square, flow, ahead, position, duration, bound, longest, step):
     """Go on from one simulated cycle with the thermal network alone; in place on ``temperature``.
 
     The network runs from the cycle's mean temperatures under its mean heats and flows, with what
@@ -81,7 +82,8 @@ def advance(params, began, average, temperature, ambient, heat, square, flow, po
     Args:
         began, average, temperature: at the start of the cycle, its mean, at its end, K, (N,).
         ambient: K. heat: W per node without copper, (N,). square: mean square of the current, A^2.
-        flow: m3/s. position: m, mean of the rod. duration: s, of the cycle.
+        flow: m3/s. ahead: heat, flow and square that are expected in the time to come, one after the other.
+        position: m, mean of the rod. duration: s, of the cycle.
         bound: K per node, (N,), by which it may change. longest: s. step: s.
     Returns:
         s gone by, at least one step.
@@ -93,13 +95,14 @@ def advance(params, began, average, temperature, ambient, heat, square, flow, po
     capacities(params, position, capacity)
     air = ambient + p.surroundings_enclosure_rise
     network_rates(params, edge, wall, surface, capacity, average, air, heat, square, flow, rate)
-    whole = heat + capacity * ((temperature - began) / duration - rate)
+    whole = ahead[:N] + capacity * ((temperature - began) / duration - rate)
+    flow_ahead, square_ahead = ahead[N:-1], ahead[-1]
     moved = average.copy()
     count = max(1, int(np.ceil(longest / step)))
     step = longest / count
     gone = 0.0
     for _ in range(count):
-        network_step(params, edge, wall, surface, capacity, moved, air, whole, square, flow, step, work)
+        network_step(params, edge, wall, surface, capacity, moved, air, whole, square_ahead, flow_ahead, step, work)
         gone += step
         far = False
         for i in range(N):
@@ -220,7 +223,7 @@ def start(rig: Rig, duty: Duty, case: Case, hours: float, oil_bound: float = OIL
     bound[[PUMP_1_OIL, PUMP_2_OIL, LINE_A, LINE_B]] = oil_bound
     bound[[SLOT_WINDING, END_WINDING]] = WINDING_BOUND
     horizon = 3600.0 * hours
-    now, cycles = 0.0, 0
+    now, cycles, before, last_step = 0.0, 0, None, 0.0
     time, share, history = [0.0], [], [run.temperature.copy()]
     time_to_full, over, peak, cavitating = np.nan, np.nan, -np.inf, 0.0
     shares, limits = rule.shares(run.temperature)
@@ -242,10 +245,15 @@ def start(rig: Rig, duty: Duty, case: Case, hours: float, oil_bound: float = OIL
         ahead = min(LONGEST_STEP, horizon - now, GROWTH * now)
         if ahead > 0.0:
             at_end = run.temperature[[SLOT_WINDING, END_WINDING]].max()
-            now += advance(
+            means = np.concatenate([mean["heat"], mean["flow"], [mean["mean_square_current"]]])
+            middle = now - 0.5 * one.duration
+            used = means if before is None else _extrapolated(means, middle, *before, min(ahead, last_step))
+            last_step = advance(
                 run.parameters, began, one.average, run.temperature, ambient, mean["heat"], mean["mean_square_current"],
-                mean["flow"], mean["rod_position"], one.duration, bound, ahead, min(_NETWORK_STEP, ahead),
+                mean["flow"], used, mean["rod_position"], one.duration, bound, ahead, min(_NETWORK_STEP, ahead),
             )
+            now += last_step
+            before = (means, middle)
             top += max(0.0, float(run.temperature[[SLOT_WINDING, END_WINDING]].max() - at_end))
         if np.isnan(over) and top > limit:
             over = _passing(time[-1], now, max(peak, ambient), top, limit)
@@ -285,6 +293,12 @@ def sweep(rig: Rig, duties: dict[str, Duty], cases: Sequence[Case], hours: float
             pool.shutdown(cancel_futures=True)
             raise
     return outcomes
+
+
+def _extrapolated(means: np.ndarray, middle: float, earlier: np.ndarray, earlier_middle: float, ahead: float) -> np.ndarray:
+    """Means in the middle of the step to come, linear through the last two cycles; none changes its sign or more than doubles."""
+    change = (means - earlier) * (0.5 * ahead / (middle - earlier_middle))
+    return np.where(means >= 0.0, np.clip(means + change, 0.0, 2.0 * means), np.clip(means + change, 2.0 * means, 0.0))
 
 
 def _crossing(time: Sequence[float], before: float, now: float) -> float:

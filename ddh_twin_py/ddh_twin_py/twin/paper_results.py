@@ -17,7 +17,7 @@ from ddh_twin_py.physics.balance import OPERATING_DTYPE
 from ddh_twin_py.physics.motor import RAD_PER_S_OF_RPM
 from ddh_twin_py.physics.motor_only import motor_only
 from ddh_twin_py.physics.oil import ZERO_CELSIUS
-from ddh_twin_py.physics.thermal_network import MOTOR_NODES, NODES, N
+from ddh_twin_py.physics.thermal_network import MOTOR_NODES, N, NODES
 from ddh_twin_py.rig import Rig
 from ddh_twin_py.twin.cycle import DutyRun
 from ddh_twin_py.twin.duty import Duty, Segment
@@ -29,7 +29,7 @@ AMBIENT, CHAMBER = 23.0, 10.0
 CYCLES = 20
 DWELL, MARGIN, RAMP_RPM = 1.5, 0.01, 1150.0
 """s at each end, m kept from the end stops, rpm/s: not in the paper, as in the project's own recording of its cycle."""
-SHOWN_CYCLES = 3
+SHOWN_CYCLES = 4
 PERIOD = 0.01
 
 
@@ -286,7 +286,8 @@ def _rows(r: PaperResults, area_ratio: float, fast_rpm: float) -> list[Row]:
             f"hydraulics is the {second[0]} with "
             f"{second[1]:.1f} degC. The winding leads because the current of the lift is "
             f"{current * rig['motor.torque_constant'] / rig['motor.rated_torque']:.1f} times that "
-            "of the rated torque; the duty decides: by the other reading it is the {_warmest(fast)[0]} with {_warmest(fast)[1]:.1f} degC."),
+            f"of the rated torque; the duty decides: by the other reading it is the {_warmest(fast)[0]} "
+            f"with {_warmest(fast)[1]:.1f} degC."),
         Row("Surfaces against simulated oil", "surfaces warmer", f"{len(warm_surfaces)} of {len(solids)} surfaces warmer", "",
             f"Held against the mean of pump and tank oil, {mean_oil:.1f} degC after {CYCLES} cycles; warmer: "
             f"{', '.join(node.replace('_', ' ') for node in warm_surfaces) or 'none'}. All else in the model is heated by the oil and "
