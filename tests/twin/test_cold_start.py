@@ -35,7 +35,8 @@ def test_what_a_speed_settles_to_is_where_the_free_run_goes(rig, celsius, speed)
         ("oil_volume",))})  # oil that hardly warms, so that its viscosity stays
     steady = steady_state(stays.parameters, temperature, speed)
     state = np.zeros(7)
-    settle(stays.parameters, state, 0.1 if speed > 0.0 else 0.3, max(steady["pressure_piston_side"], 0.0), max(steady["pressure_rod_side"], 0.0))
+    pressures = [max(steady[f"pressure_{side}_side"], 0.0) for side in ("piston", "rod")]
+    settle(stays.parameters, state, 0.1 if speed > 0.0 else 0.3, *pressures)
     n = 60
     command = np.minimum(np.arange(command_size(n)) * 2.0, abs(speed)) * np.sign(speed)
     points, temperatures = np.zeros(n, OPERATING_DTYPE), np.empty((n, N))

@@ -73,14 +73,14 @@ def run(args: argparse.Namespace) -> int:
 
     rig = load_rig(args.rig)
     grades = list(dict.fromkeys(oil_grade(name).name for name in args.grades or oil_grades()))
+    paths = [duty_file(given) for given in args.duty]
     with stage("loading", args.quiet):
         from ddh_twin_py.report.cold_start_report import as_csv, as_json, cold_start_document
         from ddh_twin_py.report.document import write_text
         from ddh_twin_py.twin.cold_start import Case, sweep
         from ddh_twin_py.twin.duty import check_for_rig, load_duty
     duties = {}
-    for given in args.duty:
-        path = duty_file(given)
+    for path in paths:
         duties[path.stem] = load_duty(path)
         check_for_rig(duties[path.stem], rig)
     cases = [Case(ambient, grade, duty) for duty in duties for grade in grades for ambient in args.ambient]

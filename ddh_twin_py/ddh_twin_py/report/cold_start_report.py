@@ -80,7 +80,7 @@ def assumptions(rig: Rig, outcomes: Sequence[cold.Outcome], hours: float) -> lis
         "reached "
         "all the same; the table says so.",
         f"At the start of a stroke a pressure can dip to the vapour pressure before it settles: at most {100 * dips:.1f} % of a "
-        "here.",
+        "cycle in runs that do not trip.",
         "The model has no suction line between tank and pumps, so that the pumps' own suction from a cold tank is not judged.",
         "Leakage, viscous friction and line drop go with viscosity as the data sheet says; at hundreds of times the viscosity that they "
         "were stated "
