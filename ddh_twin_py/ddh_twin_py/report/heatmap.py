@@ -10,7 +10,7 @@ from ddh_twin_py.report.document import Html
 
 CIVIDIS = ("#00224e", "#35456c", "#666970", "#948e77", "#c8b866", "#fee838")
 """Dark to light, read alike with and without colour vision (Nunez et al. 2018)."""
-_CELL, _ROW, _LEFT, _TOP, _BOTTOM = 58, 34, 92, 8, 44
+_CELL, _ROW, _LEFT, _TOP, _BOTTOM = 66, 34, 92, 8, 44
 
 
 @dataclass(frozen=True)
