@@ -55,7 +55,7 @@ def paper_document(results: PaperResults) -> doc.Document:
         doc.Column("Unit", number=False), doc.Column("Explanation", number=False),
     )
     rows = [
-        (row.result, cell(row.paper), cell(row.twin), cell(row.difference), row.unit.replace("*", "·"), row.explanation)
+        (row.result, cell(row.paper), cell(row.twin), cell(row.difference), row.unit.replace("*", "·"), row.explanation.replace("N*m", "N·m"))
         for row in results.rows
     ]
     page.add("Paper and twin", _wrapping(doc.table(columns, rows)))
@@ -114,8 +114,8 @@ def _figure_4(slow: Reading) -> list[str]:
                   [Trace("position", "predicted", slow.points["rod_position"] * 1e3)], height=150, wide=True),
             Chart("Oil", "°C", slow.time, oils, wide=True, height=230),
         ]),
-        doc.note("Where it differs: pump oil does not stay flat in lowering, it comes back most of the way to the temperature of tank and "
-                 "chambers, since the pumps hold little oil and fresh oil runs through them; the tank only ever rises."),
+        doc.note("Where it differs: at the reversal pump oil drops, since the pumps hold little oil and other oil runs through "
+                 "them, and only then is it flat; the paper names no drop."),
     ]
 
 
@@ -141,10 +141,12 @@ def _figure_5(r: PaperResults) -> list[str]:
             "rpm "
                       "and 0.2 m/s; both readings are drawn."),
         set_of(slow),
-        doc.note("Reading 500 rpm: torque and pressure are the paper's, the rod is three times slower than its text."),
+        doc.note("Reading 500 rpm: torque and pressure are near the paper's, the rod moves at "
+                 f"{slow.points['rod_velocity'][slow.lift()].mean():.3f} m/s instead of the text's 0.2 m/s."),
         set_of(fast),
-        doc.note("Reading 0.2 m/s: the rod is as fast as the text says, torque and pressure are above the paper's and the relief valve "
-            "opens."),
+        doc.note("Reading 0.2 m/s: the rod is about as fast as the text says; the lift takes up to "
+                 f"{fast.points['torque'][fast.lift()].max():.1f} N·m and "
+                 f"{fast.points['pressure_piston_side'][fast.lift()].max() * 1e-5:.0f} bar at the piston side."),
     ]
 
 

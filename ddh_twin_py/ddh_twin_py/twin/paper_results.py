@@ -206,6 +206,9 @@ def _rows(r: PaperResults, area_ratio: float, fast_rpm: float) -> list[Row]:
         (node, part): slow.change(node, slow.lift(True) if part == "lift" else slow.lower(True), last=True)
         for node in ("pump_1_oil", "pump_2_oil", "tank_oil") for part in ("lift", "lower")
     }
+    whole = slow.lower(True)
+    late = slice((whole.start + whole.stop) // 2, whole.stop)
+    flat = {node: slow.change(node, late, last=True) for node in ("pump_1_oil", "pump_2_oil")}
     solids = ("housing", "pump_1_case", "pump_2_case", "cylinder_barrel", "tank_wall", "line_a_wall", "line_b_wall")
     at_end = {node: float(slow.ends[-1, NODES.index(node)] - ZERO_CELSIUS) for node in NODES}
     mean_oil = float(np.mean([at_end[node] for node in ("pump_1_oil", "pump_2_oil", "tank_oil")]))
@@ -274,11 +277,11 @@ def _rows(r: PaperResults, area_ratio: float, fast_rpm: float) -> list[Row]:
         *(Row(f"{name} oil over the lift, cycle {CYCLES}", "rises", oil[node, "lift"], "K", why) for node, name, why in (
             ("pump_1_oil", "Pump 1", "Friction, leakage and the work against the rod-side pressure turn to heat in the lift."),
             ("pump_2_oil", "Pump 2", f"It takes oil from the rod side at up to {side_b[slow.name]:.0f} bar, whose leakage heats it."))),
-        *(Row(f"{name} oil over lowering, cycle {CYCLES}", "flat", oil[node, "lower"], "K",
-              f"Not rising: it falls by {abs(oil[node, 'lower'] / oil[node, 'lift']):.2f} times what the lift gave. Without pressure "
-              "there is hardly any loss, "
-              "and the oil comes back to that of tank and chambers.") for node, name in (("pump_1_oil", "Pump 1"), ("pump_2_oil", "Pump "
-              "2"))),
+        *(Row(f"{name} oil over the second half of lowering, cycle {CYCLES}", "flat", flat[node], "K",
+              f"{abs(flat[node] / oil[node, 'lift']):.2f} times the change of the lift: without pressure there is hardly any loss. "
+              f"Over the whole of lowering it changes by {oil[node, 'lower']:+.2f} K, most of it at the reversal, when other oil runs "
+              "through the pump.")
+          for node, name in (("pump_1_oil", "Pump 1"), ("pump_2_oil", "Pump 2"))),
         Row(f"Tank oil over a whole cycle, cycle {CYCLES}", "rises "
             "slowly", float(slow.ends[-1, NODES.index("tank_oil")] - slow.ends[-2, NODES.index("tank_oil")]), "K",
             f"The tank holds {rig['tank.oil_volume'] * 1e3:g} L: the oil that returns mixes with it."),
