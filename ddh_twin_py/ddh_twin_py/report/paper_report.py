@@ -55,7 +55,8 @@ def paper_document(results: PaperResults) -> doc.Document:
         doc.Column("Unit", number=False), doc.Column("Explanation", number=False),
     )
     rows = [
-        (row.result, cell(row.paper), cell(row.twin), cell(row.difference), row.unit.replace("*", "·"), row.explanation.replace("N*m", "N·m"))
+        (row.result, cell(row.paper), cell(row.twin), cell(row.difference), row.unit.replace("*", "·"),
+         row.explanation.replace("N*m", "N·m"))
         for row in results.rows
     ]
     page.add("Paper and twin", _wrapping(doc.table(columns, rows)))
