@@ -45,21 +45,28 @@ def run(args: argparse.Namespace) -> int:
 
 
 def print_table(rows) -> None:
-    """Results with their explanations, on standard output."""
+    """Results with their explanations, on standard output; explanations stand below where the terminal is narrow."""
     from rich.box import SIMPLE_HEAD
     from rich.console import Console
     from rich.table import Table
 
     from ddh_twin_py.report.paper_report import cell, verdict
 
-    table = Table(box=SIMPLE_HEAD, pad_edge=False, show_edge=False, show_lines=False)
+    console = Console()
+    wide = console.width >= 130
+    table = Table(box=SIMPLE_HEAD, pad_edge=False, show_edge=False)
+    table.add_column("", justify="right")
     table.add_column("result", ratio=3)
     for name in ("paper", "twin", "difference"):
-        table.add_column(name, justify="right")
+        table.add_column(name, justify="right", ratio=1)
     table.add_column("unit", no_wrap=True)
-    table.add_column("explanation", ratio=6)
-    for row in rows:
-        table.add_row(row.result, cell(row.paper), cell(row.twin), cell(row.difference), row.unit, row.explanation)
-    console = Console()
+    if wide:
+        table.add_column("explanation", ratio=6)
+    for k, row in enumerate(rows, 1):
+        cells = (str(k), row.result, cell(row.paper), cell(row.twin), cell(row.difference), row.unit)
+        table.add_row(*cells, *((row.explanation,) if wide else ()))
     console.print(verdict(rows))
     console.print(table)
+    if not wide:  # no room beside the numbers
+        for k, row in enumerate(rows, 1):
+            console.print(f"{k:2d}  {row.explanation}", highlight=False, markup=False)
