@@ -27,6 +27,7 @@ import yaml
 
 from ddh_twin_py.physics.motor import RAD_PER_S_OF_RPM
 from ddh_twin_py.rig import LARGEST_PAYLOAD, Rig
+from ddh_twin_py.twin.duty_program import COMMAND, CYCLES, KINDS, new_program, next_command
 
 _SEGMENTS = {
     "lift": ({"speed_rpm", "to_m"}, {"timeout_s"}),
@@ -195,16 +196,24 @@ def _segment(path: Path, index: int, row: object) -> Segment:
     return Segment(kind, speed, number.get("to_m", 0.0), duration)
 
 
+def segment_table(duty: Duty) -> np.ndarray:
+    """The cycle as `duty_program.next_command` takes it, shape (k, 4)."""
+    return np.array([(KINDS.index(s.kind), s.speed, s.goal, s.duration) for s in duty.cycle])
+
+
 class DutyCommand:
     """Turns a duty into a speed command, given where the rod is."""
 
     def __init__(self, duty: Duty) -> None:
         self._duty = duty
-        self._segment = 0
-        self._elapsed = 0.0
-        self._cycle = 0
-        self.command = 0.0
+        self._segments = segment_table(duty)
+        self._program = new_program()
         self.finished = False
+
+    @property
+    def command(self) -> float:
+        """rad/s, now."""
+        return float(self._program[COMMAND])
 
     def step(self, position: float, rod_speed_per_rad: float, period: float) -> float:
         """Command for the next control period, rad/s.
@@ -213,35 +222,10 @@ class DutyCommand:
             position: m. rod_speed_per_rad: m of rod per rad of shaft, to brake in time.
             period: s.
         """
+        ramp = self._duty.ramp
         if self.finished:
-            return self._ramp(0.0, period)
-        segment = self._duty.cycle[self._segment]
-        self._elapsed += period
-        target, done = self._target(segment, position, rod_speed_per_rad)
-        if done or self._elapsed >= segment.duration - 1e-9:
-            self._next()
-        return self._ramp(target, period)
-
-    def _target(self, segment: Segment, position: float, rod_speed_per_rad: float) -> tuple[float, bool]:
-        if segment.kind in ("speed", "dwell"):
-            return segment.speed, False
-        distance = segment.goal - position
-        if segment.kind == "lift" and distance <= 0.0 or segment.kind == "lower" and distance >= 0.0:
-            return 0.0, abs(self.command) < 1e-9
-        braking = 0.5 * self.command**2 / self._duty.ramp * rod_speed_per_rad
-        if abs(distance) <= braking + 5e-4:
-            return 0.0, abs(self.command) < 1e-9
-        return math.copysign(segment.speed, distance), False
-
-    def _ramp(self, target: float, period: float) -> float:
-        most = self._duty.ramp * period
-        self.command += min(max(target - self.command, -most), most)
-        return self.command
-
-    def _next(self) -> None:
-        self._elapsed = 0.0
-        self._segment += 1
-        if self._segment == len(self._duty.cycle):
-            self._segment = 0
-            self._cycle += 1
-            self.finished = self._duty.repeat > 0 and self._cycle >= self._duty.repeat
+            self._program[COMMAND] -= min(max(self.command, -ramp * period), ramp * period)
+            return self.command
+        command = next_command(self._segments, ramp, -np.inf, np.inf, self._program, position, rod_speed_per_rad, period)
+        self.finished = 0 < self._duty.repeat <= self._program[CYCLES]
+        return float(command)

@@ -1,0 +1,72 @@
+"""`ddh-twin paper`: what the paper states beside what the twin makes of it."""
+
+from __future__ import annotations
+
+import argparse
+
+from ddh_twin_py.cli.arguments import add_json, add_rig, add_verb
+
+_EXAMPLE = "  ddh-twin paper --html out/paper.html --json out/paper.json"
+
+
+def add_parser(subparsers) -> None:
+    """Declare the verb."""
+    parser = add_verb(
+        subparsers, "paper", "reproduce the paper's results and explain each difference",
+        "Runs the paper's cycle with the model in both readings of its text, 500 rpm and 0.2 m/s, and sets every result\n"
+        "that the paper states beside the twin's: paper, twin, difference, explanation.",
+        _EXAMPLE,
+    )
+    add_rig(parser)
+    parser.add_argument("--html", metavar="FILE", help="write the page with pictures that correspond to figures 3 to 6")
+    add_json(parser)
+    parser.add_argument("--quiet", action="store_true", help="no progress, no table")
+
+
+def run(args: argparse.Namespace) -> int:
+    """Compute, write what was asked for, print the table."""
+    from ddh_twin_py.cli.console import put_json, stage
+    from ddh_twin_py.rig import load_rig
+
+    rig = load_rig(args.rig)
+    with stage("loading", args.quiet):
+        from ddh_twin_py.report.paper_report import paper_document
+        from ddh_twin_py.twin.paper_results import paper_results
+    with stage("running the paper's cycle in both readings", args.quiet) as progress:
+        results = paper_results(rig, progress)
+    if args.html:
+        with stage(f"writing {args.html}", args.quiet):
+            paper_document(results).write(args.html)
+    if args.json:
+        put_json(args.json, [row.as_json() for row in results.rows])
+    if not args.quiet and args.json != "-":
+        print_table(results.rows)
+    return 0
+
+
+def print_table(rows) -> None:
+    """Results with their explanations, on standard output; explanations stand below where the terminal is narrow."""
+    from rich.box import SIMPLE_HEAD
+    from rich.console import Console
+    from rich.table import Table
+
+    from ddh_twin_py.report.paper_report import cell, verdict
+
+    console = Console()
+    wide = console.width >= 130
+    table = Table(box=SIMPLE_HEAD, pad_edge=False, show_edge=False)
+    table.add_column("", justify="right")
+    table.add_column("result", ratio=3)
+    for name in ("paper", "twin", "difference"):
+        table.add_column(name, justify="right", ratio=1)
+    table.add_column("unit", no_wrap=True)
+    if wide:
+        table.add_column("explanation", ratio=6)
+    for k, row in enumerate(rows, 1):
+        cells = (str(k), row.result, cell(row.paper), cell(row.twin), cell(row.difference), row.unit)
+        table.add_row(*cells, *((row.explanation,) if wide else ()))
+    console.print(verdict(rows))
+    console.print(table)
+    if not wide:  # no room beside the numbers
+        for k, row in enumerate(rows, 1):
+            console.print(f"{k:2d}  {row.explanation}", highlight=False, markup=False)

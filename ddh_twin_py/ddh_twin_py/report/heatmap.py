@@ -1,0 +1,85 @@
+"""A map as inline SVG: coloured cells with what they hold, and lines where the answer changes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from html import escape
+
+from ddh_twin_py.report.document import Html
+
+CIVIDIS = ("#00224e", "#35456c", "#666970", "#948e77", "#c8b866", "#fee838")
+"""Dark to light, read alike with and without colour vision (Nunez et al. 2018)."""
+_CELL, _ROW, _LEFT, _TOP, _BOTTOM = 66, 34, 92, 8, 44
+
+
+@dataclass(frozen=True)
+class Cell:
+    """One cell: fill as #rrggbb, words in it, what is said when the pointer rests on it, and the group it belongs to."""
+
+    fill: str
+    label: str
+    title: str
+    group: str
+
+
+def heatmap(columns: Sequence[str], rows: Sequence[str], cells: Sequence[Sequence[Cell]], x_title: str, caption: str) -> Html:
+    """A figure: one cell per row and column, a line between neighbours of different groups.
+
+    Args:
+        columns, rows: names along the axes. cells: by row, then column.
+    """
+    width, height = _LEFT + _CELL * len(columns) + 6, _TOP + _ROW * len(rows) + _BOTTOM
+    parts = []
+    for i, row in enumerate(cells):
+        y = _TOP + _ROW * i
+        parts.append(f'<text x="{_LEFT - 8}" y="{y + _ROW / 2 + 4}" text-anchor="end" class="axis">{escape(rows[i])}</text>')
+        for j, cell in enumerate(row):
+            x = _LEFT + _CELL * j
+            parts.append(
+                f'<g><title>{escape(cell.title)}</title><rect x="{x}" y="{y}" width="{_CELL}" height="{_ROW}" fill="{cell.fill}"/>'
+                f'<text x="{x + _CELL / 2}" y="{y + _ROW / 2 + 4}" text-anchor="middle"'
+                f' fill="{ink_on(cell.fill)}">{escape(cell.label)}</text></g>'
+            )
+    for j, name in enumerate(columns):
+        parts.append(f'<text x="{_LEFT + _CELL * (j + 0.5)}" y="{_TOP + _ROW * len(rows) + 17}" text-anchor="middle" class="axis">'
+                     f"{escape(name)}</text>")
+    parts.append(
+        f'<text x="{_LEFT + _CELL * len(columns) / 2}" y="{height - 6}" text-anchor="middle"'
+        f' class="axis">{escape(x_title)}</text>'
+    )
+    edges = "".join(_edges(cells))
+    parts.append(f'<path d="{edges}" class="flip-under"/><path d="{edges}" class="flip"/>')
+    return Html(
+        f'<div class="map"><p class="caption">{escape(caption)}</p><div class="scroll" tabindex="0">'
+        f'<svg viewBox="0 0 {width} {height}" width="{width}" height="{height}" role="img" aria-label="{escape(caption)}">'
+        f"{''.join(parts)}</svg></div></div>"
+    )
+
+
+def _edges(cells: Sequence[Sequence[Cell]]) -> list[str]:
+    lines = []
+    for i, row in enumerate(cells):
+        for j, cell in enumerate(row):
+            x, y = _LEFT + _CELL * j, _TOP + _ROW * i
+            if j + 1 < len(row) and row[j + 1].group != cell.group:
+                lines.append(f"M{x + _CELL} {y}v{_ROW}")
+            if i + 1 < len(cells) and cells[i + 1][j].group != cell.group:
+                lines.append(f"M{x} {y + _ROW}h{_CELL}")
+    return lines
+
+
+def on_scale(value: float, low: float, high: float) -> str:
+    """Colour of a value between low and high on `CIVIDIS`, as #rrggbb."""
+    place = min(max((value - low) / ((high - low) or 1.0), 0.0), 1.0) * (len(CIVIDIS) - 1)
+    k = min(int(place), len(CIVIDIS) - 2)
+    a, b = (tuple(int(colour[n:n + 2], 16) for n in (1, 3, 5)) for colour in CIVIDIS[k:k + 2])
+    return "#" + "".join(f"{round(p + (q - p) * (place - k)):02x}" for p, q in zip(a, b, strict=True))
+
+
+def ink_on(fill: str) -> str:
+    """Black or white, whichever stands out more on a fill (relative luminance of WCAG 2)."""
+    red, green, blue = (int(fill[n:n + 2], 16) / 255.0 for n in (1, 3, 5))
+    light = sum(w * (c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4)
+                for w, c in zip((0.2126, 0.7152, 0.0722), (red, green, blue), strict=True))
+    return "#000000" if light > 0.18 else "#ffffff"
