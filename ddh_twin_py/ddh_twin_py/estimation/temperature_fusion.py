@@ -14,6 +14,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ddh_twin_py.estimation.sensors import NODE_INDEX, SENSORS
+from ddh_twin_py.estimation.smoother import SMOOTHED_EVERY, Trace
 from ddh_twin_py.estimation.temperature_filter import NEVER_READ, advance_mean, predict_covariance, update
 from ddh_twin_py.estimation.uncertain_parameters import AMBIENT_AT, N_UNCERTAIN, uncertain_parameters
 from ddh_twin_py.physics.oil import ZERO_CELSIUS
@@ -159,9 +160,14 @@ class TemperatureFusion:
     Args:
         rig: the rig, its tolerances are the filter's priors. interval: s. epoch: s between
             covariance steps. ambient: K at the start, None takes the sheet's.
+
+    Attributes:
+        state: all that it knows. trace: where its steps are written for a smoother, None: nowhere.
     """
 
     def __init__(self, rig: Rig, interval: float = INTERVAL, epoch: float = EPOCH, ambient: float | None = None) -> None:
+        self.trace: Trace | None = None
+        self._row = 0  # intervals since the trace was begun
         self.rig = rig
         self.interval = interval
         self.parameters = rig.parameters
@@ -171,7 +177,13 @@ class TemperatureFusion:
         self._noise = rig.sensors["temperature"].noise
         self._first_air = ZERO_CELSIUS + rig["ambient"] if ambient is None else ambient
         self._first_air_known = ambient is not None
+        self._transition = np.empty((N + _M, N + _M + N_UNCERTAIN))
         self.reset()
+
+    def begin_trace(self) -> Trace:
+        """Write all steps from here on into a new trace, whose rows count the intervals from here on."""
+        self.trace, self._row = Trace(round(SMOOTHED_EVERY / (self._per_epoch * self.interval))), 0
+        return self.trace
 
     def reset(self) -> None:
         """Forget everything: temperatures near ambient, wide uncertainty."""
@@ -253,7 +265,10 @@ class TemperatureFusion:
                 temperature[stop - 1] = state.dynamic[:N]
                 expected[stop - 1] = state.dynamic[N:]
                 deviation[stop - 1] = self._deviation()
+                if self.trace is not None:
+                    self.trace.estimated(self._row + stop - 1, state.dynamic, state.covariance)
             start = stop
+        self._row += n
         # counted from the start of the next call, what waits for the end of its epoch lies before it
         self._pending = [(index - n, *rest) for index, *rest in self._pending]
         spread = np.sqrt(np.maximum(np.diagonal(state.covariance)[N: N + _M], 0.0))
@@ -268,8 +283,10 @@ class TemperatureFusion:
         predict_covariance(
             self.parameters, state.dynamic, state.deviation, state.covariance, self._node, self._lag,
             self._heat / count, self._unknown / count, self._square / count, self._flow / count,
-            self._position / count, ambient, count * self.interval,
+            self._position / count, ambient, count * self.interval, self._transition,
         )
+        if self.trace is not None:
+            self.trace.moved(count * self.interval, self._transition)
         pending = self._pending
         self._clear_epoch()
         if not pending:
@@ -277,8 +294,11 @@ class TemperatureFusion:
         index, sensor, measured, predicted = (np.concatenate(column) for column in zip(*pending, strict=True))
         innovation = measured - predicted
         accepted, spread = np.zeros(index.size, dtype=np.bool_), np.zeros(index.size)
+        gains = np.empty((index.size, state.covariance.shape[0]))
         update(state.dynamic, state.offset, state.deviation, state.covariance, sensor, innovation,
-               np.full(index.size, self._noise), state.refused, accepted, spread)
+               np.full(index.size, self._noise), state.refused, accepted, spread, gains)
+        if self.trace is not None:
+            self.trace.read(gains[accepted], sensor[accepted], innovation[accepted], spread[accepted])
         columns = (index, sensor, measured, measured - innovation, spread, accepted)
         return [Innovation(i, SENSORS[k], m, e, d, a) for i, k, m, e, d, a in zip(*(c.tolist() for c in columns), strict=True)]
 
@@ -300,6 +320,8 @@ class TemperatureFusion:
         if np.all(self.state.refused == NEVER_READ):
             self.state.dynamic += warmer
         covariance, at = self.state.covariance, N + 2 * _M + AMBIENT_AT
+        if self.trace is not None:
+            self.trace.forget(at)
         covariance[at, :] = 0.0
         covariance[:, at] = 0.0
         covariance[at, at] = self.rig.sensors["temperature"].offset_tolerance ** 2
@@ -333,8 +355,10 @@ class TemperatureFusion:
                          np.zeros((1, N_FLOWS)), np.zeros(1), np.full(1, state.ambient), span, temperature, expected)
             predict_covariance(
                 self.parameters, state.dynamic, state.deviation, state.covariance, self._node, self._lag, zero[0],
-                np.maximum(state.usual_heat, 5.0), 0.0, np.zeros(N_FLOWS), 0.0, state.ambient, span,
+                np.maximum(state.usual_heat, 5.0), 0.0, np.zeros(N_FLOWS), 0.0, state.ambient, span, self._transition,
             )
+            if self.trace is not None:
+                self.trace.moved(span, self._transition)
             at = N + 2 * _M + AMBIENT_AT
             state.covariance[at, at] += 2.0 * _REST_AMBIENT_DRIFT**2 * span / _REST_AMBIENT_TIME * np.exp(-age / _REST_AMBIENT_TIME)
         self._clear_epoch()
