@@ -68,6 +68,7 @@ class ReplayResult:
         seconds: computing time of each stage.
         smoothed_row: intervals of the smoothed temperatures, (k,), none unless asked for.
         smoothed, smoothed_std: K, from the readings before and after, (k, N).
+        covariance: K^2, of the fused temperatures at ``smoothed_row``, (k, N, N), none unless asked for.
     """
 
     recording: Recording
@@ -85,10 +86,12 @@ class ReplayResult:
     smoothed_row: np.ndarray = field(default_factory=lambda: np.empty(0, np.int64))
     smoothed: np.ndarray = field(default_factory=lambda: np.empty((0, N)))
     smoothed_std: np.ndarray = field(default_factory=lambda: np.empty((0, N)))
+    covariance: np.ndarray = field(default_factory=lambda: np.empty((0, N, N)))
 
 
 def replay(recording: Recording, rig: Rig, interval: float = INTERVAL, without: Collection[str] = (),
-           progress: Callable[[float], None] | None = None, smooth: bool = False) -> ReplayResult:
+           progress: Callable[[float], None] | None = None, smooth: bool = False,
+           covariances: bool = False) -> ReplayResult:
     """Run models and fusion over a recording.
 
     Screening and cutting into intervals come first. Where the clock jumped back everything
@@ -98,6 +101,7 @@ def replay(recording: Recording, rig: Rig, interval: float = INTERVAL, without: 
         recording: as read. rig: the rig. interval: s of one output.
         without: sensors that the fusion must not see. progress: told the share done.
         smooth: whether the recording is smoothed as well; takes about 25 kB of memory per second of data.
+        covariances: whether the covariances of the fused temperatures are kept, with ``smooth``.
 
     Raises:
         ReplayError: where there is no drive telemetry.
@@ -110,7 +114,7 @@ def replay(recording: Recording, rig: Rig, interval: float = INTERVAL, without: 
                           "the twin needs at least the drive's speed and current")
     ticks = align(recording, interval)
     run = _Run(recording, rig, ticks, interval, frozenset(without))
-    run.smoothing = smooth
+    run.smoothing, run.keeping = smooth, covariances
     run.seconds["screening and intervals"] = time.perf_counter() - clock
     starts = [0, *np.flatnonzero(ticks.restart), len(ticks)]
     for start, stop in pairwise(starts):
@@ -134,7 +138,7 @@ class _Run:
         self.innovations: list[Innovation] = []
         self.seconds = {"hydraulic_model": 0.0, "machine_thermal": 0.0, "temperature_fusion": 0.0}
         self.fusion = TemperatureFusion(rig, interval)
-        self.smoothing = False
+        self.smoothing = self.keeping = False
         self._trace_start = 0
         self._smoothed: list[tuple[np.ndarray, ...]] = []
 
@@ -190,7 +194,8 @@ class _Run:
             return
         clock = time.perf_counter()
         rows, temperature, deviation = self.fusion.trace.smooth()
-        self._smoothed.append((rows + self._trace_start, temperature, deviation))
+        kept = (self.fusion.trace.covariances()[1],) if self.keeping else ()
+        self._smoothed.append((rows + self._trace_start, temperature, deviation, *kept))
         self.fusion.trace = None
         self.seconds["smoother"] = self.seconds.get("smoother", 0.0) + time.perf_counter() - clock
 

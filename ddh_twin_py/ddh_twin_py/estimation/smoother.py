@@ -86,6 +86,11 @@ class Trace:
             step, self._since = self._steps[-1], 0
             step.row, step.temperature, step.covariance = row, dynamic[:N].copy(), covariance[:N].copy()
 
+    def covariances(self) -> tuple[np.ndarray, np.ndarray]:
+        """Intervals (k,) of the estimates kept, and the filter's covariances of their temperatures, K^2, (k, N, N)."""
+        kept = [step for step in self._steps if step.covariance is not None]
+        return np.array([step.row for step in kept]), np.array([step.covariance[:, :N] for step in kept]).reshape(-1, N, N)
+
     def smooth(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Intervals (k,), smoothed temperatures and their standard deviations, K, (k, N); in order of time."""
         if not self._steps:

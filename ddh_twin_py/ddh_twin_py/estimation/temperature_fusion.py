@@ -154,6 +154,15 @@ class FusionState:
     refused: np.ndarray = field(default_factory=lambda: np.full(_M, NEVER_READ, dtype=np.int64))
 
 
+def start_covariance() -> np.ndarray:
+    """Covariance of the node temperatures before anything is known, K^2, (N, N)."""
+    covariance = np.diag(np.full(N, _OWN**2))
+    for cause in _CAUSES:
+        reach = np.array([cause.get(node, 0.0) for node in NODES])
+        covariance += np.outer(reach, reach)
+    return covariance
+
+
 class TemperatureFusion:
     """The filter with its bookkeeping.
 
@@ -189,10 +198,7 @@ class TemperatureFusion:
         """Forget everything: temperatures near ambient, wide uncertainty."""
         size = N + 2 * _M + N_UNCERTAIN
         covariance = np.zeros((size, size))
-        for cause in _CAUSES:
-            reach = np.array([cause.get(node, 0.0) for node in NODES])
-            covariance[:N, :N] += np.outer(reach, reach)
-        covariance[:N, :N] += np.diag(np.full(N, _OWN**2))
+        covariance[:N, :N] = start_covariance()
         dynamic_rows = np.concatenate([np.arange(N), self._node])
         covariance[: N + _M, : N + _M] = covariance[np.ix_(dynamic_rows, dynamic_rows)]
         offset = self.rig.sensors["temperature"].offset_tolerance
