@@ -74,8 +74,10 @@ PATIENCE = 10
 NEVER_READ = -1
 """Count of refused readings of a sensor that has not spoken yet; its first reading passes no gate."""
 _UNKNOWN_HEAT_TIME = 60.0  # s, correlation time of what is not a state: heat while telemetry is missing, errors of the node's own heat
-_UNKNOWN_HEAT = 0.3  # W per node, standard deviation
-_UNKNOWN_SHARE = 0.03  # of the node's own heat
+_UNKNOWN_HEAT = 0.1  # W per node, standard deviation
+_UNKNOWN_SHARE = 0.01  # of the node's own heat
+_BILINEAR_TIME = 10.0  # s, how long the product of an uncertain conductance and an uncertain difference keeps its size
+_MIXING = 0.006  # K per square root of s, oil of the small volumes: means over a stroke are not the strokes
 _OFFSET_DRIFT = 1.0e-4  # K per square root of s
 
 _EDGE_I = np.array([edge[1] for edge in EDGES])
@@ -87,6 +89,7 @@ _HEAT_NODES = (
     np.array([PUMP_1_OIL, PUMP_1_CASE]), np.array([PUMP_2_OIL, PUMP_2_CASE]),
     np.array([BARREL, CHAMBER_A, CHAMBER_B]), np.array([LINE_A, LINE_B]),
 )
+_SMALL_OIL = np.array([CHAMBER_A, CHAMBER_B, LINE_A, LINE_B, PUMP_1_OIL, PUMP_2_OIL])
 _GROUP_OF_NODE = np.full(N, -1)
 for _group, _nodes in enumerate(_HEAT_NODES):
     _GROUP_OF_NODE[_nodes] = _group
@@ -216,6 +219,18 @@ def predict_covariance(params, dynamic, deviation, covariance, sensor_node, lag,
     gain[END_WINDING, END_SHARE_AT] += p.motor_end_winding_copper_share * total / capacity[END_WINDING]
     gain[SLOT_WINDING, END_SHARE_AT] -= p.motor_end_winding_copper_share * total / capacity[SLOT_WINDING]
 
+    # second-order terms: what a conductance and a temperature difference, both uncertain, make together
+    bilinear = np.empty(N_EDGES)
+    for k in range(N_EDGES):
+        i, j, at = _EDGE_I[k], _EDGE_J[k], first_parameter + EDGE_AT + k
+        difference = covariance[i, i] + covariance[j, j] - 2.0 * covariance[i, j]
+        nominal = edge[k] / (1.0 + deviation[EDGE_AT + k])
+        bilinear[k] = nominal * nominal * covariance[at, at] * max(difference, 0.0)
+    lagging = np.empty(m)
+    for k in range(m):
+        i, j, at = sensor_node[k], N + k, first_parameter + LAG_AT + k
+        lagging[k] = covariance[at, at] * max(covariance[i, i] + covariance[j, j] - 2.0 * covariance[i, j], 0.0)
+
     # transition of the dynamic part, implicit so that fast oil volumes settle and never ring
     transition[:, :] = 0.0
     for i in range(N):
@@ -271,7 +286,18 @@ def predict_covariance(params, dynamic, deviation, covariance, sensor_node, lag,
         own = _UNKNOWN_SHARE * (heat[i] + (slot if i == SLOT_WINDING else end if i == END_WINDING else 0.0))
         power = unknown[i] * unknown[i] + _UNKNOWN_HEAT * _UNKNOWN_HEAT + own * own
         covariance[i, i] += 2.0 * _UNKNOWN_HEAT_TIME * elapsed * power / (capacity[i] * capacity[i]) * transition[i, i] ** 2
+    for k in range(_SMALL_OIL.shape[0]):
+        covariance[_SMALL_OIL[k], _SMALL_OIL[k]] += _MIXING * _MIXING * elapsed
+    for k in range(N_EDGES):
+        i, j = _EDGE_I[k], _EDGE_J[k]
+        power = 2.0 * _BILINEAR_TIME * elapsed * bilinear[k]
+        at_i, at_j = transition[i, i] / capacity[i], transition[j, j] / capacity[j]
+        covariance[i, i] += power * at_i * at_i
+        covariance[j, j] += power * at_j * at_j
+        covariance[i, j] -= power * at_i * at_j
+        covariance[j, i] -= power * at_i * at_j
     for k in range(m):
+        covariance[N + k, N + k] += 0.3 * elapsed / (lag * (1.0 + deviation[LAG_AT + k])) * lagging[k]
         covariance[d + k, d + k] += _OFFSET_DRIFT * _OFFSET_DRIFT * elapsed
 
 

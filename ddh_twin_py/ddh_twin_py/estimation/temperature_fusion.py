@@ -44,6 +44,8 @@ _OWN = 2.0  # K, what is each node's own
 _UNSEEN_HEAT = np.array([60.0 if "winding" in name else 20.0 if name.endswith("oil") else 10.0 for name in NODES])
 _UNSEEN_SHARE = 0.5
 _DUTY_MEMORY = 600.0  # s over which the usual heat of a node is remembered
+LONGEST_DELAY = 60.0
+"""s by which a reading may come late and is still used."""
 _REST_STEP = 60.0  # s
 _REST_AMBIENT_DRIFT, _REST_AMBIENT_TIME = 6.0, 6.0 * 3600.0  # K, s: how far the air may move in a day part
 
@@ -79,7 +81,7 @@ class FusionInputs:
 
 @dataclass(frozen=True, slots=True)
 class Reading:
-    """One reading: index of its interval in the call, name of the sensor, K."""
+    """One reading: index of its interval in the call, below 0 for one that comes late, name of the sensor, K."""
 
     index: int
     sensor: str
@@ -196,6 +198,7 @@ class TemperatureFusion:
 
     def reset(self) -> None:
         """Forget everything: temperatures near ambient, wide uncertainty."""
+        self._past = np.empty((0, _M))  # K, lagged readings of the last intervals as they are believed now
         size = N + 2 * _M + N_UNCERTAIN
         covariance = np.zeros((size, size))
         covariance[:N, :N] = start_covariance()
@@ -228,13 +231,14 @@ class TemperatureFusion:
         self._flow = np.zeros(N_FLOWS)
         self._square = 0.0
         self._position = 0.0
-        self._pending: list[tuple[np.ndarray, ...]] = []  # index, sensor, measured, expected
+        self._pending: list[tuple[np.ndarray, ...]] = []  # index, sensor, measured, expected, noise
 
     def advance(self, inputs: FusionInputs, readings: Sequence[Reading] | Readings = ()) -> FusionResult:
         """Move over n intervals and take in the readings made in them, at the end of each epoch.
 
         Readings of sensors that the network does not know are passed over, those of ``ambient``
-        set the air as `FusionInputs.ambient` does.
+        set the air as `FusionInputs.ambient` does. A reading of an earlier interval (index below 0) is
+        compared with what was expected then, corrected by what was learned since, and its age adds to its noise.
         """
         n = len(inputs)
         state = self.state
@@ -245,6 +249,7 @@ class TemperatureFusion:
         innovations: list[Innovation] = []
         heat = np.ascontiguousarray(inputs.heat)
         unknown = self._unseen_heat(inputs)
+        self._take_late(given)
         start = 0
         while start < n:
             stop = min(n, start + self._per_epoch - self._count)
@@ -257,7 +262,8 @@ class TemperatureFusion:
             now = given.between(start, stop)
             if now.index.size:
                 self._pending.append((now.index + start, now.sensor, now.temperature,
-                                      expected[now.index + start, now.sensor] + state.offset[now.sensor]))
+                                      expected[now.index + start, now.sensor] + state.offset[now.sensor],
+                                      np.full(now.index.size, self._noise)))
             length = stop - start
             self._heat += heat[rows].sum(axis=0)
             self._unknown += unknown[rows].sum(axis=0)
@@ -266,6 +272,7 @@ class TemperatureFusion:
             self._position += inputs.rod_position[rows].sum()
             self._count += length
             deviation[rows] = self._deviation()
+            self._past = np.concatenate([self._past, expected[rows]])[-round(LONGEST_DELAY / self.interval):]
             if self._count >= self._per_epoch:
                 innovations += self._close_epoch(ambient[stop - 1])
                 temperature[stop - 1] = state.dynamic[:N]
@@ -279,6 +286,20 @@ class TemperatureFusion:
         self._pending = [(index - n, *rest) for index, *rest in self._pending]
         spread = np.sqrt(np.maximum(np.diagonal(state.covariance)[N: N + _M], 0.0))
         return FusionResult(temperature, deviation, ambient, expected, spread, innovations)
+
+    def _take_late(self, given: Readings) -> None:
+        """Readings of intervals before this call: what was expected then, noise that grows with their age.
+
+        The error of a lagged reading changes at the rate (error of node - error of reading) / lag.
+        """
+        late = np.flatnonzero((given.index < 0) & (given.index >= -len(self._past)))
+        if not late.size:
+            return
+        index, sensor, covariance = given.index[late], given.sensor[late], self.state.covariance
+        node, reading = self._node[sensor], N + sensor
+        rate = np.sqrt(np.maximum(covariance[node, node] + covariance[reading, reading] - 2.0 * covariance[node, reading], 0.0)) / self._lag
+        self._pending.append((index, sensor, given.temperature[late], self._past[index, sensor] + self.state.offset[sensor],
+                              np.hypot(self._noise, rate * -index * self.interval)))
 
     def _deviation(self) -> np.ndarray:
         """Standard deviation of the node temperatures now, K, (N,)."""
@@ -297,12 +318,14 @@ class TemperatureFusion:
         self._clear_epoch()
         if not pending:
             return []
-        index, sensor, measured, predicted = (np.concatenate(column) for column in zip(*pending, strict=True))
+        index, sensor, measured, predicted, noise = (np.concatenate(column) for column in zip(*pending, strict=True))
         innovation = measured - predicted
         accepted, spread = np.zeros(index.size, dtype=np.bool_), np.zeros(index.size)
         gains = np.empty((index.size, state.covariance.shape[0]))
+        before = state.dynamic[N:].copy()
         update(state.dynamic, state.offset, state.deviation, state.covariance, sensor, innovation,
-               np.full(index.size, self._noise), state.refused, accepted, spread, gains)
+               noise, state.refused, accepted, spread, gains)
+        self._past += state.dynamic[N:] - before
         if self.trace is not None:
             self.trace.read(gains[accepted], sensor[accepted], innovation[accepted], spread[accepted])
         columns = (index, sensor, measured, measured - innovation, spread, accepted)
@@ -312,7 +335,7 @@ class TemperatureFusion:
         """Smoothed air temperature of each interval, K; the first reading ends the doubt about it."""
         read = inputs.ambient.copy()
         for reading in readings:
-            if reading.sensor == "ambient" and np.isfinite(reading.temperature):
+            if reading.sensor == "ambient" and reading.index >= 0 and np.isfinite(reading.temperature):
                 read[reading.index] = reading.temperature
         assumed, known = self._air.value, self._air.known
         ambient = self._air.advance(read)
@@ -367,4 +390,5 @@ class TemperatureFusion:
                 self.trace.moved(span, self._transition)
             at = N + 2 * _M + AMBIENT_AT
             state.covariance[at, at] += 2.0 * _REST_AMBIENT_DRIFT**2 * span / _REST_AMBIENT_TIME * np.exp(-age / _REST_AMBIENT_TIME)
+        self._past = np.empty((0, _M))
         self._clear_epoch()
