@@ -18,11 +18,12 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import chi2
 
+from ddh_twin_py.estimation.look_ahead import HOT_SPOT_SHARE, HOT_SPOT_SPREAD, hot_spot, with_hot_spot
 from ddh_twin_py.estimation.replay import replay
 from ddh_twin_py.estimation.sensors import SENSORS
 from ddh_twin_py.estimation.temperature_fusion import start_covariance
 from ddh_twin_py.estimation.uncertain_parameters import N_UNKNOWN_HEATS, UNKNOWN_HEAT_SHARE, UNKNOWN_HEAT_STD, UNKNOWN_HEAT_TIME
-from ddh_twin_py.physics.thermal_network import N, NODES
+from ddh_twin_py.physics.thermal_network import N
 from ddh_twin_py.rig import Rig
 from ddh_twin_py.telemetry.recording import Recording, Stream
 from ddh_twin_py.twin.duty import Duty
@@ -30,8 +31,7 @@ from ddh_twin_py.twin.simulated_rig import CHUNK, SimulatedRig, Surroundings
 
 LEVEL = 0.95
 HIDDEN = "motor_winding"
-"""The sensor that is withheld in the second run of each seed; its node and its neighbour in the slot are judged."""
-_WINDINGS = [i for i, name in enumerate(NODES) if "winding" in name]
+"""The sensor that is withheld in the second run of each seed; the winding's hot spot is judged then."""
 
 
 @dataclass(frozen=True)
@@ -40,8 +40,8 @@ class SeedErrors:
 
     Attributes:
         time: s, (k,). nees: of the N nodes, (k,). nis, readings: sum and number of readings since the instant before, (k,).
-        winding: error over standard deviation of the winding nodes without the winding's sensor, (k, 2).
-        winding_std: K, (k, 2). smoothed_nees, smoothed_time: the same of the smoother, (j,).
+        hot_spot: error over standard deviation of the winding's hottest point, its sensor withheld, (k,).
+        hot_spot_std: K, (k,). smoothed_square: mean squared error over standard deviation of the nodes, smoothed, (j,).
         squared, smoothed_squared: K^2, mean squared error over nodes and instants, filtered and smoothed.
     """
 
@@ -49,9 +49,9 @@ class SeedErrors:
     nees: np.ndarray
     nis: np.ndarray
     readings: np.ndarray
-    winding: np.ndarray
-    winding_std: np.ndarray
-    smoothed_nees: np.ndarray
+    hot_spot: np.ndarray
+    hot_spot_std: np.ndarray
+    smoothed_square: np.ndarray
     squared: float
     smoothed_squared: float
 
@@ -87,16 +87,16 @@ def drawn_surroundings(rig: Rig, seed: int) -> Surroundings:
 def simulate_truth(rig: Rig, duty: Duty, seed: int, duration: float) -> tuple[Recording, np.ndarray]:
     """A recording of ``duration`` s, and the true temperatures at the end of each `CHUNK`, K, (k, N)."""
     simulated = SimulatedRig(rig, duty, seed, drawn_surroundings(rig, seed))
-    truth, chunks = [], []
+    recordings, truth = [], []
     for chunk in simulated.run(duration):
-        chunks.append(dict(chunk.streams()))
+        recordings.append(chunk)
         truth.append(simulated.truth())
-        first = chunk if len(truth) == 1 else first
+    chunks = [dict(chunk.streams()) for chunk in recordings]
     joined = {
         topic: Stream(np.concatenate([c[topic].time for c in chunks]), np.concatenate([c[topic].values for c in chunks]), stream.fields)
         for topic, stream in chunks[0].items()
     }
-    return first.with_streams(joined), np.array(truth)
+    return recordings[0].with_streams(joined), np.array(truth)
 
 
 def one_seed(rig: Rig, duty: Duty, seed: int, duration: float, every: float = 10.0) -> SeedErrors:
@@ -120,9 +120,10 @@ def one_seed(rig: Rig, duty: Duty, seed: int, duration: float, every: float = 10
     within = slot < len(rows)
     nis = np.bincount(slot[within], square[within], len(rows))
     readings = np.bincount(slot[within], minlength=len(rows))
-    std = blind.fused_std[rows][:, _WINDINGS]
-    winding = (blind.fused[rows][:, _WINDINGS] - truth[at][:, _WINDINGS]) / std
-    return SeedErrors(result.time[rows], np.array(nees), nis, readings, winding, std, smoothed_z,
+    share = HOT_SPOT_SHARE + HOT_SPOT_SPREAD * float(np.clip(np.random.default_rng([seed, 2]).standard_normal(), -1.9, 2.5))
+    told, std = hot_spot(blind.fused[rows], blind.fused_std[rows], duty.ambient[0])
+    true = with_hot_spot(truth[at], duty.ambient[0], share)[:, -1]
+    return SeedErrors(result.time[rows], np.array(nees), nis, readings, (told - true) / std, std, smoothed_z,
                       float(np.mean(filtered_error**2)), float(np.mean(smoothed_error**2)))
 
 
@@ -153,7 +154,7 @@ def nis_band(errors: list[SeedErrors]) -> Band:
                 float(np.mean((total >= lower) & (total <= upper))), total.size)
 
 
-def winding_inside(errors: list[SeedErrors]) -> float:
-    """Share of seeds and instants in which both hidden winding nodes lie within their 95 % interval, node by node."""
-    return float(np.mean([np.abs(e.winding) <= 1.96 for e in errors]))
+def hot_spot_inside(errors: list[SeedErrors]) -> float:
+    """Share of seeds and instants in which the winding's hottest point lies within its 95 % interval, its sensor withheld."""
+    return float(np.mean([np.abs(e.hot_spot) <= 1.96 for e in errors]))
 

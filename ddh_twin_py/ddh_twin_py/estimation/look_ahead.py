@@ -29,9 +29,9 @@ from ddh_twin_py.estimation.uncertain_parameters import (
     UNKNOWN_HEAT_TIME,
 )
 from ddh_twin_py.physics.compiled import kernel
-from ddh_twin_py.physics.motor import CUT_OFF_AT, available_current
+from ddh_twin_py.physics.motor import CUT_BACK_FROM, CUT_OFF_AT, available_current
 from ddh_twin_py.physics.oil import ZERO_CELSIUS
-from ddh_twin_py.physics.thermal_network import END_WINDING, NODES, SLOT_WINDING, N
+from ddh_twin_py.physics.thermal_network import END_WINDING, N, NODES, SLOT_WINDING
 from ddh_twin_py.rig import Rig
 from ddh_twin_py.twin.operating_point import OperatingPoint, ScaledDuty
 
@@ -43,7 +43,6 @@ _HOTTEST = CUT_OFF_AT + 100.0
 SETTLED = 10 * 86400.0
 """s after which a unit counts as settled."""
 _FIRST_STEP = 1.0  # s
-_LAST = 4
 _M = len(SENSORS)
 _WINDINGS = np.array([i for i, name in enumerate(NODES) if "winding" in name])
 
@@ -123,13 +122,6 @@ class LookAhead:
         half = rng.standard_normal((DRAWS // 2, STEPS, N_UNKNOWN_HEATS))
         self._wander = np.concatenate([half, -half])
 
-    def hot_spot(self, state: FusionState) -> tuple[float, float]:
-        """The winding's hottest point now and its standard deviation, K."""
-        hottest = _WINDINGS[np.argmax(state.dynamic[_WINDINGS])]
-        rise = max(0.0, state.dynamic[hottest] - state.ambient)
-        spread = np.hypot((1.0 + HOT_SPOT_SHARE) * np.sqrt(state.covariance[hottest, hottest]), HOT_SPOT_SPREAD * rise)
-        return float(state.dynamic[hottest] + HOT_SPOT_SHARE * rise), float(spread)
-
     def forecast(self, state: FusionState, schedule: Sequence[Span], horizon: float, scaled: ScaledDuty | None = None) -> Forecast:
         """Under a schedule of duties (the last one goes on) over ``horizon`` s; ``scaled`` is the duty at other speeds."""
         times = step_times(horizon)
@@ -148,7 +140,8 @@ class LookAhead:
             reached = np.sort([crossing(times, p, limit) for p in paths])
             now, deviation = float(path[0]), float(np.std(paths[:, 0]))
             if location == HOT_SPOT:
-                now, deviation = self.hot_spot(state)
+                told = hot_spot(state.dynamic[None, :N], np.sqrt(np.diagonal(state.covariance)[None, :N]), state.ambient)
+                now, deviation = float(told[0][0]), float(told[1][0])
             rows.append(LimitForecast(
                 location, limit, now, deviation, float(path[-1]), crossing(times, path, limit),
                 float(reached[round(0.16 * (DRAWS - 1))]), float(reached[round(0.84 * (DRAWS - 1))]),
@@ -191,8 +184,9 @@ class LookAhead:
     def _settled(self, state: FusionState, point: OperatingPoint, at: np.ndarray) -> float:
         """Hottest of the nodes once settled, K; unknown heats are forgotten by then."""
         path = self._run(state, [Span(SETTLED, point)], _SETTLING)
-        # the last steps: a winding that the drive cuts off swings about the cut-off
-        return float(with_hot_spot(path[-_LAST:], state.ambient, HOT_SPOT_SHARE)[:, at].max())
+        hottest = with_hot_spot(path, state.ambient, HOT_SPOT_SHARE)[:, at].max(axis=1)
+        # where the drive cuts back there is nothing to settle at, the copper loss runs away
+        return float(hottest.max() if hottest.max() >= CUT_BACK_FROM > hottest[0] else hottest[-1])
 
     def _allowed_current(self, state: FusionState, point: OperatingPoint, at: np.ndarray, limit: float) -> float:
         return largest(lambda rms: self._settled(state, point.with_current(rms), at) - limit, self._current_limit)
@@ -215,6 +209,15 @@ def step_times(horizon: float) -> np.ndarray:
 
 
 _SETTLING = step_times(SETTLED)
+
+
+def hot_spot(temperature: np.ndarray, deviation: np.ndarray, ambient: float) -> tuple[np.ndarray, np.ndarray]:
+    """The winding's hottest point and its standard deviation, K, (n,), from the nodes' (n, N)."""
+    hottest = _WINDINGS[np.argmax(temperature[:, _WINDINGS], axis=1)]
+    row = np.arange(len(temperature))
+    rise = np.maximum(temperature[row, hottest] - ambient, 0.0)
+    spread = np.hypot((1.0 + HOT_SPOT_SHARE) * deviation[row, hottest], HOT_SPOT_SPREAD * rise)
+    return temperature[row, hottest] + HOT_SPOT_SHARE * rise, spread
 
 
 def with_hot_spot(temperature: np.ndarray, ambient: float, share: float | np.ndarray) -> np.ndarray:

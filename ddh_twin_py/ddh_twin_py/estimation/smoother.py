@@ -70,8 +70,8 @@ class Trace:
     def moved(self, elapsed: float, transition: np.ndarray) -> None:
         """The filter moved by ``elapsed`` seconds."""
         size = transition.shape[1] + transition.shape[0] - N  # the offsets, one per sensor, do not move the rest
-        none = np.empty(0)
-        self._steps.append(_Step(elapsed, transition.astype(np.float32), np.empty((0, size), np.float32), none.astype(np.int64), none, none))
+        none, gains = np.empty(0), np.empty((0, size), np.float32)
+        self._steps.append(_Step(elapsed, transition.astype(np.float32), gains, none.astype(np.int64), none, none))
 
     def read(self, gains: np.ndarray, sensor: np.ndarray, innovation: np.ndarray, spread: np.ndarray) -> None:
         """Readings were applied after the last movement, in this order."""

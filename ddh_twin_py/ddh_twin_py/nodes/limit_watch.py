@@ -128,7 +128,7 @@ class LimitWatch:
                 raise DutyError("mean_absolute_speed: the unit has stood still, there is no duty to scale")
             highest = scaled.at(scaled.largest).speed
             if speed > highest:
-                raise DutyError(f"mean_absolute_speed: value is {speed:g} rad/s, the present duty can be scaled to {highest:.3g} rad/s at most")
+                raise DutyError(f"mean_absolute_speed: value is {speed:g} rad/s, the duty can be scaled to {highest:.3g} rad/s at most")
             point = scaled.at(speed / point.speed)
         if current > 0.0:
             point = point.with_current(current)
