@@ -8,6 +8,7 @@ from ddh_twin_py.cli import main as cli
 from ddh_twin_py.cli.main import main
 
 VERBS = ("replay", "info", "simulate", "bench", "demo", "up", "motor")
+VERBS = ("replay", "info", "simulate", "bench", "consistency", "demo", "up")
 
 
 def failure(capsys, *argv: str) -> str:

@@ -16,10 +16,10 @@ from ddh_twin_py.nodes.conversion import to_celsius, to_kelvin
 from ddh_twin_py.nodes.health import Report
 from ddh_twin_py.nodes.node_base import TwinNode
 from ddh_twin_py.nodes.parameters import Parameter
-from ddh_twin_py.physics.thermal_network import NODES
+from ddh_twin_py.physics.thermal_network import N, N_FLOWS, NODES
 from ddh_twin_py.rig import Rig
 from ddh_twin_py.twin.duty import Duty, DutyError, check_for_rig, parse_duty
-from ddh_twin_py.twin.operating_point import OperatingPoint, PresentDuty, ScaledDuty, duty_point, scaled_duty
+from ddh_twin_py.twin.operating_point import OperatingPoint, PresentDuty, ScaledDuty, duty_point, measured_rows, scaled_duty
 
 PERIOD = 1.0  # s of wall time
 LONGEST_HORIZON = 604800.0  # s
@@ -56,8 +56,13 @@ class LimitWatch:
         node.every(PERIOD, self.look)
 
     def warm_up(self, state: FusionState) -> None:
-        """Compile now."""
-        self._ahead.forecast(state, [Span(60.0, OperatingPoint.rest())], 60.0)
+        """Load or compile now what a look needs, so that no estimate waits for it."""
+        present = PresentDuty(self._rig, self._node.values["interval"])
+        one = np.ones(1)
+        rows = measured_rows({"speed": one, "current": one, "pressure_piston_side": 1e6 * one}, 1)
+        present.add(np.zeros((1, N)), np.zeros((1, N_FLOWS)), one, rows)
+        scaled = present.scaled(np.ascontiguousarray(state.dynamic[:N]))
+        self._ahead.forecast(state, [Span(60.0, present.point())], 60.0, scaled)
 
     def look(self) -> None:
         """Publish how the limits stand, where there is a new estimate."""

@@ -73,7 +73,7 @@ def smoothed_charts(result: ReplayResult, time: np.ndarray) -> list[Chart]:
             words(NODES[i]).capitalize(), "°C", time[rows],
             (
                 Trace("fused ± 2σ", "fused", result.fused[rows, i] - ZERO_CELSIUS, spread=2.0 * result.fused_std[rows, i]),
-                Trace("smoothed ± 2σ", "soft", result.smoothed[:, i] - ZERO_CELSIUS, spread=2.0 * result.smoothed_std[:, i]),
+                Trace("smoothed ± 2σ", "c2", result.smoothed[:, i] - ZERO_CELSIUS, spread=2.0 * result.smoothed_std[:, i]),
             ),
             height=190,
         )
