@@ -9,6 +9,7 @@ from ddh_twin_py.cli.main import main
 
 VERBS = ("replay", "info", "simulate", "bench", "demo", "up", "motor")
 VERBS = ("replay", "info", "simulate", "bench", "consistency", "demo", "up")
+VERBS = ("replay", "info", "simulate", "bench", "verify", "demo", "up")
 
 
 def failure(capsys, *argv: str) -> str:

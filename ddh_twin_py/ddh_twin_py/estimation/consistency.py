@@ -143,7 +143,8 @@ def nees_band(errors: list[SeedErrors]) -> Band:
     total = np.sum([e.nees for e in errors], axis=0)
     lower, upper = chi2.ppf([0.5 - 0.5 * LEVEL, 0.5 + 0.5 * LEVEL], len(errors) * N)
     dof = len(errors) * N
-    return Band(float(total.mean() / dof), float(lower / dof), float(upper / dof), float(np.mean((total >= lower) & (total <= upper))), total.size)
+    inside = float(np.mean((total >= lower) & (total <= upper)))
+    return Band(float(total.mean() / dof), float(lower / dof), float(upper / dof), inside, total.size)
 
 
 def nis_band(errors: list[SeedErrors]) -> Band:

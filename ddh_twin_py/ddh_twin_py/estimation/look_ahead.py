@@ -36,8 +36,9 @@ from ddh_twin_py.rig import Rig
 from ddh_twin_py.twin.operating_point import OperatingPoint, ScaledDuty
 
 HOT_SPOT_SHARE, HOT_SPOT_SPREAD = 0.095, 0.05
-DRAWS = 64
-STEPS = 60
+DRAWS = 48
+STEPS = 48
+_SETTLING_STEPS = 28
 _HOTTEST = CUT_OFF_AT + 100.0
 """K; the drive gives no current to a winding beyond `CUT_OFF_AT`, so that hotter ones are those of a step too long."""
 SETTLED = 10 * 86400.0
@@ -161,8 +162,7 @@ class LookAhead:
     def _drawn(self, state: FusionState, schedule: Sequence[Span], times: np.ndarray) -> np.ndarray:
         d = N + _M
         index = np.concatenate([np.arange(d), np.arange(d + _M, d + _M + N_UNCERTAIN)])
-        value, vector = np.linalg.eigh(state.covariance[np.ix_(index, index)])
-        moved = self._normal[:, :-1] @ (vector * np.sqrt(np.maximum(value, 0.0))).T
+        moved = self._normal[:, :-1] @ square_root(state.covariance[np.ix_(index, index)]).T
         dynamic = state.dynamic + moved[:, :d]
         deviation = state.deviation + moved[:, d:]
         relative = np.r_[0: UNKNOWN_HEAT_AT]
@@ -197,18 +197,30 @@ class LookAhead:
         return scaled.at(largest(lambda scale: self._settled(state, scaled.at(scale), at) - limit, scaled.largest)).speed
 
 
-def step_times(horizon: float) -> np.ndarray:
-    """0 and the ends of `STEPS` growing steps up to ``horizon``, s, (STEPS + 1,)."""
-    even = np.linspace(0.0, 1.0, STEPS + 1)
-    if horizon <= STEPS * _FIRST_STEP:
+def square_root(covariance: np.ndarray) -> np.ndarray:
+    """A matrix R with R R^T = covariance (n, n), which may be singular."""
+    scale = np.sqrt(np.maximum(np.diagonal(covariance), 0.0))
+    scale[scale == 0.0] = 1.0
+    correlation = covariance / np.outer(scale, scale)
+    try:
+        return scale[:, None] * np.linalg.cholesky(correlation + 1e-9 * np.eye(len(scale)))
+    except np.linalg.LinAlgError:
+        value, vector = np.linalg.eigh(correlation)
+        return scale[:, None] * vector * np.sqrt(np.maximum(value, 0.0))
+
+
+def step_times(horizon: float, steps: int = STEPS) -> np.ndarray:
+    """0 and the ends of growing steps up to ``horizon``, s, (steps + 1,)."""
+    even = np.linspace(0.0, 1.0, steps + 1)
+    if horizon <= steps * _FIRST_STEP:
         return horizon * even
-    growth = brentq(lambda g: _FIRST_STEP * np.expm1(STEPS * np.log1p(g)) / g - horizon, 1e-9, 10.0)
-    times = _FIRST_STEP * np.expm1(np.arange(STEPS + 1) * np.log1p(growth)) / growth
+    growth = brentq(lambda g: _FIRST_STEP * np.expm1(steps * np.log1p(g)) / g - horizon, 1e-9, 10.0)
+    times = _FIRST_STEP * np.expm1(np.arange(steps + 1) * np.log1p(growth)) / growth
     times[-1] = horizon
     return times
 
 
-_SETTLING = step_times(SETTLED)
+_SETTLING = step_times(SETTLED, _SETTLING_STEPS)
 
 
 def hot_spot(temperature: np.ndarray, deviation: np.ndarray, ambient: float) -> tuple[np.ndarray, np.ndarray]:
@@ -243,7 +255,7 @@ def largest(excess: Callable[[float], float], most: float) -> float:
         return most
     if excess(0.0) >= 0.0:
         return 0.0
-    return float(brentq(excess, 0.0, most, xtol=1e-3 * most))
+    return float(brentq(excess, 0.0, most, xtol=2e-3 * most))
 
 
 def default_limits(rig: Rig) -> dict[str, float]:

@@ -1,4 +1,4 @@
-"""`ddh-twin consistency`: whether the estimate is as wrong as it says, on simulated rigs."""
+"""`ddh-twin verify`: whether the estimate is as wrong as it says, on simulated rigs."""
 
 from __future__ import annotations
 
@@ -6,13 +6,13 @@ import argparse
 
 from ddh_twin_py.cli.arguments import InputError, add_json, add_rig, add_verb, duty_file, positive
 
-_EXAMPLE = "  ddh-twin consistency --seeds 40 --duration 600 --json out/consistency.json"
+_EXAMPLE = "  ddh-twin verify --seeds 40 --duration 600 --json out/consistency.json"
 
 
 def add_parser(subparsers) -> None:
     """Declare the verb."""
     parser = add_verb(
-        subparsers, "consistency", "hold the estimate's errors against its own uncertainty, on simulated rigs",
+        subparsers, "verify", "hold the estimate's errors against its own uncertainty, on simulated rigs",
         "Draws rigs within the sheet's tolerances, with starts, unknown heats, sensor lags and offsets of their own, and\n"
         "estimates each with all sensors and without the winding's. Errors of all nodes (whitened with their whole\n"
         "covariance) and innovations are averaged over the rigs and held against the 95 % band of their chi-square\n"
