@@ -2,7 +2,8 @@
 
 import numpy as np
 import pytest
-from ddh_twin_py.estimation.consistency import one_seed, simulate_truth
+from ddh_twin_py.estimation import smoother
+from ddh_twin_py.estimation.consistency import one_seed
 from ddh_twin_py.estimation.replay import replay
 from ddh_twin_py.estimation.smoother import Trace, back
 from ddh_twin_py.estimation.uncertain_parameters import N_UNCERTAIN, UNKNOWN_HEAT_AT, UNKNOWN_HEAT_TIME
@@ -97,15 +98,12 @@ def test_it_agrees_with_rauch_tung_and_striebel():
     assert back.signatures  # it ran compiled
 
 
-def test_an_hour_stays_small(rig):
-    recording, _ = simulate_truth(rig, load_duty(DUTY / "mixed.yaml"), 0, 20.0)
-    from ddh_twin_py.estimation import replay as module
-
-    kept = []
-    smooth = Trace.smooth
-    try:
-        Trace.smooth = lambda trace: kept.append(trace.nbytes / len(trace)) or smooth(trace)
-        module.replay(recording, rig, smooth=True)
-    finally:
-        Trace.smooth = smooth
-    assert kept and 3600 * kept[0] < 200e6  # bytes for an hour at the usual rate of readings
+def test_what_is_on_disk_is_smoothed_alike_and_memory_stays_bounded(smoothed, rig, monkeypatch):
+    monkeypatch.setattr(smoother, "_BLOCK", 16)
+    kept, smooth = [], Trace.smooth
+    monkeypatch.setattr(Trace, "smooth", lambda trace: kept.append((len(trace), *trace.nbytes)) or smooth(trace))
+    again = replay(simulated(0)[0], rig, smooth=True)
+    assert again.smoothed.tobytes() == smoothed.smoothed.tobytes() and again.smoothed_std.tobytes() == smoothed.smoothed_std.tobytes()
+    (steps, memory, file), = kept
+    assert steps == 240 and memory < 16 * 60e3 and file > 5 * memory
+    assert 3600 * file / steps < 150e6  # bytes on disk for an hour

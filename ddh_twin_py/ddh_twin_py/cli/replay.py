@@ -27,7 +27,9 @@ def add_parser(subparsers) -> None:
         "--leave-one-out", action="store_true",
         help="estimate each location once more without its own sensor: a test of the fusion (takes longer)",
     )
-    parser.add_argument("--no-smoothing", action="store_true", help="leave the smoothed temperatures out (saves about 90 MB per hour)")
+    parser.add_argument(
+        "--no-smoothing", action="store_true", help="leave the smoothed temperatures out (90 MB of temporary file an hour)",
+    )
     parser.add_argument("--quiet", action="store_true", help="no progress, no summary")
 
 

@@ -100,7 +100,7 @@ def replay(recording: Recording, rig: Rig, interval: float = INTERVAL, without: 
     Args:
         recording: as read. rig: the rig. interval: s of one output.
         without: sensors that the fusion must not see. progress: told the share done.
-        smooth: whether the recording is smoothed as well; takes about 25 kB of memory per second of data.
+        smooth: whether the recording is smoothed as well; takes about 25 kB per second of data in a temporary file.
         covariances: whether the covariances of the fused temperatures are kept, with ``smooth``.
 
     Raises:

@@ -15,6 +15,9 @@ Bierman, Fixed interval smoothing with discrete measurements, Int. J. Control 18
 
 from __future__ import annotations
 
+import pickle
+import tempfile
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -23,6 +26,7 @@ from ddh_twin_py.estimation.uncertain_parameters import N_UNKNOWN_HEATS, UNKNOWN
 from ddh_twin_py.physics.compiled import kernel
 from ddh_twin_py.physics.thermal_network import N
 
+_BLOCK = 256  # steps that are kept in memory
 SMOOTHED_EVERY = 2.0
 """s between two smoothed temperatures; the filter's readings are all used."""
 
@@ -43,7 +47,7 @@ class _Step:
 
 
 class Trace:
-    """What the smoother needs of a filter's run; about 25 kB per second of data.
+    """What the smoother needs of a filter's run: about 25 kB per second of data, in a temporary file but for the last minutes.
 
     Args:
         every: filter epochs between two smoothed temperatures.
@@ -51,25 +55,40 @@ class Trace:
 
     def __init__(self, every: int = 1) -> None:
         self.every = max(1, every)
-        self._steps: list[_Step] = []
+        self._steps: list[_Step] = []  # the last ones
+        self._file = tempfile.TemporaryFile(prefix="ddh_twin_trace_")
+        self._places: list[int] = []  # where each block of `_BLOCK` steps before them lies
+        self._size = 0
         self._forgotten: dict[int, list[int]] = {}
         self._since = 0
 
     def __len__(self) -> int:
-        return len(self._steps)
+        return len(self._places) * _BLOCK + len(self._steps)
 
     @property
-    def nbytes(self) -> int:
-        """Bytes of the arrays held."""
-        return sum(a.nbytes for s in self._steps for a in (s.transition, s.gains, s.temperature, s.covariance) if a is not None)
+    def nbytes(self) -> tuple[int, int]:
+        """Bytes of the arrays in memory, and of the file."""
+        arrays = (a for s in self._steps for a in (s.transition, s.gains, s.temperature, s.covariance) if a is not None)
+        return sum(a.nbytes for a in arrays), self._file.seek(0, 2)
+
+    def _backward(self) -> Iterator[tuple[int, _Step]]:
+        """All steps with their numbers, the last one first."""
+        yield from reversed(list(enumerate(self._steps, len(self._places) * _BLOCK)))
+        for block in range(len(self._places) - 1, -1, -1):
+            self._file.seek(self._places[block])
+            yield from reversed(list(enumerate(pickle.load(self._file), block * _BLOCK)))
 
     def forget(self, state: int) -> None:
         """A state was replaced by one that has nothing to do with it."""
-        self._forgotten.setdefault(len(self._steps), []).append(state)
+        self._forgotten.setdefault(len(self), []).append(state)
 
     def moved(self, elapsed: float, transition: np.ndarray) -> None:
         """The filter moved by ``elapsed`` seconds."""
-        size = transition.shape[1] + transition.shape[0] - N  # the offsets, one per sensor, do not move the rest
+        if len(self._steps) == _BLOCK:
+            self._places.append(self._file.seek(0, 2))
+            pickle.dump(self._steps, self._file, pickle.HIGHEST_PROTOCOL)
+            self._steps = []
+        self._size = size = transition.shape[1] + transition.shape[0] - N  # the offsets, one per sensor, do not move the rest
         none, gains = np.empty(0), np.empty((0, size), np.float32)
         self._steps.append(_Step(elapsed, transition.astype(np.float32), gains, none.astype(np.int64), none, none))
 
@@ -88,22 +107,20 @@ class Trace:
 
     def covariances(self) -> tuple[np.ndarray, np.ndarray]:
         """Intervals (k,) of the estimates kept, and the filter's covariances of their temperatures, K^2, (k, N, N)."""
-        kept = [step for step in self._steps if step.covariance is not None]
+        kept = [step for _, step in self._backward() if step.covariance is not None][::-1]
         return np.array([step.row for step in kept]), np.array([step.covariance[:, :N] for step in kept]).reshape(-1, N, N)
 
     def smooth(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Intervals (k,), smoothed temperatures and their standard deviations, K, (k, N); in order of time."""
-        if not self._steps:
+        if not len(self):
             return np.empty(0, np.int64), np.empty((0, N)), np.empty((0, N))
-        size = self._steps[0].gains.shape[1]
-        first, second = np.zeros(size), np.zeros((size, size))
+        first, second = np.zeros(self._size), np.zeros((self._size, self._size))
         rows: list[int] = []
         temperatures: list[np.ndarray] = []
         deviations: list[np.ndarray] = []
-        for k in range(len(self._steps) - 1, -1, -1):
+        for k, step in self._backward():
             for state in self._forgotten.get(k + 1, ()):
                 first[state] = second[state, :] = second[:, state] = 0.0
-            step = self._steps[k]
             if step.temperature is not None:
                 rows.append(step.row)
                 temperatures.append(step.temperature - step.covariance @ first)

@@ -63,7 +63,7 @@ def smoothed_table(result: ReplayResult) -> doc.Html:
 
 
 def smoothed_charts(result: ReplayResult, time: np.ndarray) -> list[Chart]:
-    """Nodes that no sensor of the recording reads and that are known least: fused and smoothed with their bands."""
+    """Nodes that no sensor of the recording reads and that are known least: the fused estimate with its band, and the smoothed one."""
     read = {c.node for c in result.sensors.values() if c.used}
     hidden = [i for i, node in enumerate(NODES) if node not in read]
     hidden.sort(key=lambda i: -result.fused_std[result.smoothed_row, i].mean())
@@ -73,7 +73,7 @@ def smoothed_charts(result: ReplayResult, time: np.ndarray) -> list[Chart]:
             words(NODES[i]).capitalize(), "°C", time[rows],
             (
                 Trace("fused ± 2σ", "fused", result.fused[rows, i] - ZERO_CELSIUS, spread=2.0 * result.fused_std[rows, i]),
-                Trace("smoothed ± 2σ", "c2", result.smoothed[:, i] - ZERO_CELSIUS, spread=2.0 * result.smoothed_std[:, i]),
+                Trace("smoothed", "c2", result.smoothed[:, i] - ZERO_CELSIUS),
             ),
             height=190,
         )
