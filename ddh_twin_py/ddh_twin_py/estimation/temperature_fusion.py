@@ -8,6 +8,7 @@ the sensors with the uncertainty of unknown heat.
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
@@ -188,6 +189,7 @@ class TemperatureFusion:
         self._noise = rig.sensors["temperature"].noise
         self._first_air = ZERO_CELSIUS + rig["ambient"] if ambient is None else ambient
         self._first_air_known = ambient is not None
+        self._longest_delay = round(LONGEST_DELAY / interval)
         self._transition = np.empty((N + _M, N + _M + N_UNCERTAIN))
         self.reset()
 
@@ -198,7 +200,7 @@ class TemperatureFusion:
 
     def reset(self) -> None:
         """Forget everything: temperatures near ambient, wide uncertainty."""
-        self._past = np.empty((0, _M))  # K, lagged readings of the last intervals as they are believed now
+        self._forget_past()
         size = N + 2 * _M + N_UNCERTAIN
         covariance = np.zeros((size, size))
         covariance[:N, :N] = start_covariance()
@@ -217,6 +219,11 @@ class TemperatureFusion:
         self._air = AmbientTracker(self._first_air, self.interval)
         self._air.hold(self._first_air, self._first_air_known)
         self._clear_epoch()
+
+    def _forget_past(self) -> None:
+        """Lagged readings of the last intervals, K, each less what had been learned of them by then, `_learned`, (m,)."""
+        self._past: deque[tuple[int, np.ndarray]] = deque()
+        self._past_length, self._learned = 0, np.zeros(_M)
 
     def restore(self, state: FusionState, age: float) -> None:
         """Go on from an earlier state after ``age`` seconds without the twin; see `rest`."""
@@ -272,7 +279,10 @@ class TemperatureFusion:
             self._position += inputs.rod_position[rows].sum()
             self._count += length
             deviation[rows] = self._deviation()
-            self._past = np.concatenate([self._past, expected[rows]])[-round(LONGEST_DELAY / self.interval):]
+            self._past.append((stop - start, expected[rows] - self._learned))
+            self._past_length += stop - start
+            if self._past_length - self._past[0][0] >= self._longest_delay:
+                self._past_length -= self._past.popleft()[0]
             if self._count >= self._per_epoch:
                 innovations += self._close_epoch(ambient[stop - 1])
                 temperature[stop - 1] = state.dynamic[:N]
@@ -292,13 +302,14 @@ class TemperatureFusion:
 
         The error of a lagged reading changes at the rate (error of node - error of reading) / lag.
         """
-        late = np.flatnonzero((given.index < 0) & (given.index >= -len(self._past)))
+        late = np.flatnonzero((given.index < 0) & (given.index >= -self._past_length))
         if not late.size:
             return
+        past = np.concatenate([rows for _, rows in self._past]) + self._learned
         index, sensor, covariance = given.index[late], given.sensor[late], self.state.covariance
         node, reading = self._node[sensor], N + sensor
         rate = np.sqrt(np.maximum(covariance[node, node] + covariance[reading, reading] - 2.0 * covariance[node, reading], 0.0)) / self._lag
-        self._pending.append((index, sensor, given.temperature[late], self._past[index, sensor] + self.state.offset[sensor],
+        self._pending.append((index, sensor, given.temperature[late], past[index, sensor] + self.state.offset[sensor],
                               np.hypot(self._noise, rate * -index * self.interval)))
 
     def _deviation(self) -> np.ndarray:
@@ -325,7 +336,7 @@ class TemperatureFusion:
         before = state.dynamic[N:].copy()
         update(state.dynamic, state.offset, state.deviation, state.covariance, sensor, innovation,
                noise, state.refused, accepted, spread, gains)
-        self._past += state.dynamic[N:] - before
+        self._learned += state.dynamic[N:] - before
         if self.trace is not None:
             self.trace.read(gains[accepted], sensor[accepted], innovation[accepted], spread[accepted])
         columns = (index, sensor, measured, measured - innovation, spread, accepted)
@@ -390,5 +401,5 @@ class TemperatureFusion:
                 self.trace.moved(span, self._transition)
             at = N + 2 * _M + AMBIENT_AT
             state.covariance[at, at] += 2.0 * _REST_AMBIENT_DRIFT**2 * span / _REST_AMBIENT_TIME * np.exp(-age / _REST_AMBIENT_TIME)
-        self._past = np.empty((0, _M))
+        self._forget_past()
         self._clear_epoch()
