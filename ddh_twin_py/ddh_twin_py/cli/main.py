@@ -9,9 +9,7 @@ from importlib import import_module
 
 from ddh_twin_py.cli.arguments import Parser
 
-VERBS = ("demo", "replay", "info", "simulate", "up", "bench", "motor")
-VERBS = ("demo", "replay", "info", "simulate", "up", "bench", "consistency")
-VERBS = ("demo", "replay", "info", "simulate", "up", "bench", "verify")
+VERBS = ("demo", "replay", "info", "simulate", "up", "bench", "verify", "motor")
 """Verbs in the order of the help; each is a module of this package."""
 
 _ROS = frozenset({"rclpy", "ddh_msgs", "sensor_msgs", "diagnostic_msgs", "std_srvs", "rosgraph_msgs", "rcl_interfaces"})
