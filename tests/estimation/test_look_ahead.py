@@ -17,7 +17,7 @@ from ddh_twin_py.estimation.look_ahead import (
 from ddh_twin_py.estimation.sensors import SENSORS
 from ddh_twin_py.estimation.temperature_fusion import FusionInputs, Reading, TemperatureFusion
 from ddh_twin_py.physics.oil import ZERO_CELSIUS
-from ddh_twin_py.physics.thermal_network import N, NODES
+from ddh_twin_py.physics.thermal_network import N, N_FLOWS, NODES
 from ddh_twin_py.rig import load_rig
 from ddh_twin_py.twin.duty import DutyError, load_duty
 from ddh_twin_py.twin.operating_point import OperatingPoint, PresentDuty, duty_point, measured_rows, scaled_duty
@@ -148,7 +148,7 @@ def test_the_present_duty_is_the_mean_of_the_window(rig):
     measured = measured_rows(values, n)
     for k in range(0, n, 100):
         rows = slice(k, k + 100)
-        present.add(np.full((100, N), 3.0), np.zeros((100, 15)), np.full(100, 25.0), measured[rows])
+        present.add(np.full((100, N), 3.0), np.zeros((100, N_FLOWS)), np.full(100, 25.0), measured[rows])
     point = present.point()
     assert point.speed == 50.0 and point.mean_square_current == 25.0 and point.heat[0] == 3.0
     scaled = present.scaled(np.full(N, 300.0))
@@ -180,7 +180,7 @@ def test_a_late_reading_is_used_at_its_time(rig):
         late.advance(FusionInputs.unknown(20), [Reading(10 - 100, "tank_oil", rising - 0.25)] if k >= 6 else [])
     tank = NODES.index("tank_oil")
     first, second = (np.sqrt(f.state.covariance[tank, tank]) for f in (in_time, late))
-    assert first <= second < 1.5 and late.state.refused[SENSORS.index("tank_oil")] == 0
+    assert 0.95 * first < second < 1.5 and late.state.refused[SENSORS.index("tank_oil")] == 0
     assert abs(late.state.dynamic[tank] - in_time.state.dynamic[tank]) < 0.5
 
 

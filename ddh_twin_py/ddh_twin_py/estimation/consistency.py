@@ -4,7 +4,7 @@ Each seed is a rig drawn within the sheet's tolerances, at a start, with unknown
 offsets and noise drawn as the filter believes them. Two statistics, each averaged over the seeds
 at one instant and held against the central 95 % band of its chi-square distribution over S seeds:
 
-    NEES = e^T P^-1 e     all N node temperatures with their whole covariance block, dof S N
+    NEES = e^T P^-1 e     all node temperatures with their whole covariance block, dof S times their number
     NIS  = r^2 / s        each reading in the sequence in which it is applied, dof: their number
 
 Bar-Shalom, Li, Kirubarajan, Estimation with applications to tracking and navigation (2001), 5.4.
@@ -23,13 +23,15 @@ from ddh_twin_py.estimation.replay import replay
 from ddh_twin_py.estimation.sensors import SENSORS
 from ddh_twin_py.estimation.temperature_fusion import start_covariance
 from ddh_twin_py.estimation.uncertain_parameters import N_UNKNOWN_HEATS, UNKNOWN_HEAT_SHARE, UNKNOWN_HEAT_STD, UNKNOWN_HEAT_TIME
-from ddh_twin_py.physics.thermal_network import N
+from ddh_twin_py.physics.thermal_network import N, NODES
 from ddh_twin_py.rig import Rig
 from ddh_twin_py.telemetry.recording import Recording, Stream
 from ddh_twin_py.twin.duty import Duty
 from ddh_twin_py.twin.simulated_rig import CHUNK, SimulatedRig, Surroundings
 
 LEVEL = 0.95
+JUDGED = np.array([i for i, node in enumerate(NODES) if not node.startswith("valve_")])
+"""Nodes in NEES: all but the valve block's, which on the reference sheet has neither heat nor flow."""
 HIDDEN = "motor_winding"
 """The sensor that is withheld in the second run of each seed; the winding's hot spot is judged then."""
 
@@ -39,7 +41,7 @@ class SeedErrors:
     """One seed: at k instants.
 
     Attributes:
-        time: s, (k,). nees: of the N nodes, (k,). nis, readings: sum and number of readings since the instant before, (k,).
+        time: s, (k,). nees: of the nodes `JUDGED`, (k,). nis, readings: sum and number of readings since the instant before, (k,).
         hot_spot: error over standard deviation of the winding's hottest point, its sensor withheld, (k,).
         hot_spot_std: K, (k,). smoothed_square: mean squared error over standard deviation of the nodes, smoothed, (j,).
         squared, smoothed_squared: K^2, mean squared error over nodes and instants, filtered and smoothed.
@@ -108,8 +110,8 @@ def one_seed(rig: Rig, duty: Duty, seed: int, duration: float, every: float = 10
     at = np.round(result.time[rows] / CHUNK).astype(int) - 1
     chosen = np.flatnonzero((at >= 0) & (at < len(truth)) & (np.round(result.time[rows], 3) % every == 0.0))
     rows, at = rows[chosen], at[chosen]
-    error = result.fused[rows] - truth[at]
-    nees = [float(e @ np.linalg.solve(p, e)) for e, p in zip(error, result.covariance[chosen], strict=True)]
+    error = (result.fused[rows] - truth[at])[:, JUDGED]
+    nees = [float(e @ np.linalg.solve(p, e)) for e, p in zip(error, result.covariance[chosen][:, JUDGED[:, None], JUDGED], strict=True)]
     smoothed_at = np.round(result.time[result.smoothed_row] / CHUNK).astype(int) - 1
     smoothed_error = result.smoothed - truth[np.minimum(smoothed_at, len(truth) - 1)]
     smoothed_z = np.mean(np.square(smoothed_error / result.smoothed_std), axis=1)
@@ -141,8 +143,8 @@ def many_seeds(rig: Rig, duty: Duty, seeds: Collection[int], duration: float, ev
 def nees_band(errors: list[SeedErrors]) -> Band:
     """NEES per node, averaged over the seeds."""
     total = np.sum([e.nees for e in errors], axis=0)
-    lower, upper = chi2.ppf([0.5 - 0.5 * LEVEL, 0.5 + 0.5 * LEVEL], len(errors) * N)
-    dof = len(errors) * N
+    lower, upper = chi2.ppf([0.5 - 0.5 * LEVEL, 0.5 + 0.5 * LEVEL], len(errors) * JUDGED.size)
+    dof = len(errors) * JUDGED.size
     inside = float(np.mean((total >= lower) & (total <= upper)))
     return Band(float(total.mean() / dof), float(lower / dof), float(upper / dof), inside, total.size)
 
