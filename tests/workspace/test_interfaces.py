@@ -28,6 +28,7 @@ UNITS = (
     "K",
     "times real time",
     "in the unit above",
+    "1",
 )
 
 

@@ -9,7 +9,7 @@ from importlib import import_module
 
 from ddh_twin_py.cli.arguments import Parser
 
-VERBS = ("demo", "replay", "info", "simulate", "up", "paper", "study", "motor", "bench")
+VERBS = ("demo", "replay", "info", "simulate", "up", "paper", "study", "motor", "verify", "bench")
 """Verbs in the order of the help; each is a module of this package."""
 
 _ROS = frozenset({"rclpy", "ddh_msgs", "sensor_msgs", "diagnostic_msgs", "std_srvs", "rosgraph_msgs", "rcl_interfaces"})

@@ -27,6 +27,9 @@ def add_parser(subparsers) -> None:
         "--leave-one-out", action="store_true",
         help="estimate each location once more without its own sensor: a test of the fusion (takes longer)",
     )
+    parser.add_argument(
+        "--no-smoothing", action="store_true", help="leave the smoothed temperatures out (90 MB of temporary file an hour)",
+    )
     parser.add_argument("--quiet", action="store_true", help="no progress, no summary")
 
 
@@ -47,7 +50,7 @@ def run(args: argparse.Namespace) -> int:
         recording = read_recording(args.bag, args.namespace, progress)
     interval = args.interval or INTERVAL
     with stage("running the twin", args.quiet) as progress:
-        result = replay(recording, rig, interval, progress=progress)
+        result = replay(recording, rig, interval, progress=progress, smooth=not args.no_smoothing)
     left_out = {}
     if args.leave_one_out:
         with stage("leaving out one sensor at a time", args.quiet) as progress:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Collection
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import pairwise
 
 import numpy as np
@@ -66,6 +66,9 @@ class ReplayResult:
         free_temperature, fused, fused_std: K, (n, N), order `thermal_network.NODES`.
         sensors: by name. innovations: every reading that the filter met.
         seconds: computing time of each stage.
+        smoothed_row: intervals of the smoothed temperatures, (k,), none unless asked for.
+        smoothed, smoothed_std: K, from the readings before and after, (k, N).
+        covariance: K^2, of the fused temperatures at ``smoothed_row``, (k, N, N), none unless asked for.
     """
 
     recording: Recording
@@ -80,10 +83,15 @@ class ReplayResult:
     sensors: dict[str, SensorComparison]
     innovations: list[Innovation]
     seconds: dict[str, float]
+    smoothed_row: np.ndarray = field(default_factory=lambda: np.empty(0, np.int64))
+    smoothed: np.ndarray = field(default_factory=lambda: np.empty((0, N)))
+    smoothed_std: np.ndarray = field(default_factory=lambda: np.empty((0, N)))
+    covariance: np.ndarray = field(default_factory=lambda: np.empty((0, N, N)))
 
 
 def replay(recording: Recording, rig: Rig, interval: float = INTERVAL, without: Collection[str] = (),
-           progress: Callable[[float], None] | None = None) -> ReplayResult:
+           progress: Callable[[float], None] | None = None, smooth: bool = False,
+           covariances: bool = False) -> ReplayResult:
     """Run models and fusion over a recording.
 
     Screening and cutting into intervals come first. Where the clock jumped back everything
@@ -92,6 +100,8 @@ def replay(recording: Recording, rig: Rig, interval: float = INTERVAL, without: 
     Args:
         recording: as read. rig: the rig. interval: s of one output.
         without: sensors that the fusion must not see. progress: told the share done.
+        smooth: whether the recording is smoothed as well; takes about 25 kB per second of data in a temporary file.
+        covariances: whether the covariances of the fused temperatures are kept, with ``smooth``.
 
     Raises:
         ReplayError: where there is no drive telemetry.
@@ -104,11 +114,13 @@ def replay(recording: Recording, rig: Rig, interval: float = INTERVAL, without: 
                           "the twin needs at least the drive's speed and current")
     ticks = align(recording, interval)
     run = _Run(recording, rig, ticks, interval, frozenset(without))
+    run.smoothing, run.keeping = smooth, covariances
     run.seconds["screening and intervals"] = time.perf_counter() - clock
     starts = [0, *np.flatnonzero(ticks.restart), len(ticks)]
     for start, stop in pairwise(starts):
         if stop > start:
             run.segment(start, stop, progress)
+    run.smooth()
     return run.result()
 
 
@@ -126,13 +138,20 @@ class _Run:
         self.innovations: list[Innovation] = []
         self.seconds = {"hydraulic_model": 0.0, "machine_thermal": 0.0, "temperature_fusion": 0.0}
         self.fusion = TemperatureFusion(rig, interval)
+        self.smoothing = self.keeping = False
+        self._trace_start = 0
+        self._smoothed: list[tuple[np.ndarray, ...]] = []
 
     def segment(self, start: int, stop: int, progress: Callable[[float], None] | None) -> None:
         """Run the intervals start..stop, which follow each other without a break."""
         ticks, rig = self.ticks, self.rig
         gap = (ticks.end_ns[start] - ticks.end_ns[start - 1]) * 1e-9 if start > 0 else -1.0
         if gap < 0.0:
+            self.smooth()
             self.fusion.reset()
+            self._trace_start = start
+            if self.smoothing:
+                self.fusion.begin_trace()
         else:
             self.fusion.rest(gap)
         command = self._reduce(start, stop)
@@ -168,6 +187,17 @@ class _Run:
         nodes = list(NODE_INDEX.values())
         lag = rig["sensors.temperature.time_constant"]
         self.free_reading[start:stop] = lagged(self.free_temperature[start:stop][:, nodes], begin[nodes], self.interval, lag)
+
+    def smooth(self) -> None:
+        """Smooth what the fusion has done since it began anew."""
+        if self.fusion.trace is None:
+            return
+        clock = time.perf_counter()
+        rows, temperature, deviation = self.fusion.trace.smooth()
+        kept = (self.fusion.trace.covariances()[1],) if self.keeping else ()
+        self._smoothed.append((rows + self._trace_start, temperature, deviation, *kept))
+        self.fusion.trace = None
+        self.seconds["smoother"] = self.seconds.get("smoother", 0.0) + time.perf_counter() - clock
 
     def _reduce(self, start: int, stop: int) -> np.ndarray:
         """Fill the means of the intervals; the command, rad/s, as `reduce_intervals` gives it."""
@@ -230,6 +260,7 @@ class _Run:
         return ReplayResult(
             self.recording, self.rig, self.time, self.measured, self.soft, self.free, self.free_temperature,
             self.fused, self.fused_std, sensors, self.innovations, self.seconds,
+            *(np.concatenate(column) for column in zip(*self._smoothed, strict=True)),
         )
 
 

@@ -1,7 +1,8 @@
 """Extended Kalman filter on the thermal network: compiled prediction and update.
 
 State: temperatures of the N nodes and, per sensor, the lagged reading (dynamic); per sensor a
-constant offset, and the uncertain parameters of `uncertain_parameters` (static). The mean moves
+constant offset, and the uncertain parameters of `uncertain_parameters` (static, but for the unknown
+heats, which decay with their time constant and are driven by white noise). The mean moves
 with the network at every interval; the covariance moves once per epoch with the network's
 Jacobian, P_dd <- [Phi Psi] P [Phi Psi]^T + Q, where Phi = (I - h A)^-1 and Psi = Phi h B. Readings are
 compared with the mean at their own interval and applied at the end of the epoch.
@@ -21,8 +22,13 @@ from ddh_twin_py.estimation.uncertain_parameters import (
     END_SHARE_AT,
     LAG_AT,
     N_UNCERTAIN,
+    N_UNKNOWN_HEATS,
     SURFACE_AT,
     TANK_CAPACITY,
+    UNKNOWN_HEAT_AT,
+    UNKNOWN_HEAT_SHARE,
+    UNKNOWN_HEAT_STD,
+    UNKNOWN_HEAT_TIME,
     WALL_AT,
 )
 from ddh_twin_py.physics.compiled import kernel
@@ -67,9 +73,12 @@ PATIENCE = 10
 """After so many refused readings in a row the sensor's offset is taken as unknown again."""
 NEVER_READ = -1
 """Count of refused readings of a sensor that has not spoken yet; its first reading passes no gate."""
-_UNKNOWN_HEAT_TIME = 60.0  # s, correlation time of heat that no model knows
+_UNKNOWN_HEAT_TIME = 60.0  # s, correlation time of what is not a state: heat while telemetry is missing, errors of the node's own heat
 _UNKNOWN_HEAT = 0.3  # W per node, standard deviation
 _UNKNOWN_SHARE = 0.03  # of the node's own heat
+_LAG_SHARE = 0.5  # of the whole second-order term of an uncertain lag: readings do not rise for ever
+_BILINEAR_TIME = 15.0  # s, how long the product of an uncertain conductance and an uncertain difference keeps its size
+_MIXING = 0.005  # K per square root of s, oil of the small volumes: means over a stroke are not the strokes
 _OFFSET_DRIFT = 1.0e-4  # K per square root of s
 
 _EDGE_I = np.array([edge[1] for edge in EDGES])
@@ -81,6 +90,7 @@ _HEAT_NODES = (
     np.array([PUMP_1_OIL, PUMP_1_CASE]), np.array([PUMP_2_OIL, PUMP_2_CASE]),
     np.array([BARREL, CHAMBER_A, CHAMBER_B]), np.array([LINE_A, LINE_B]),
 )
+_SMALL_OIL = np.array([CHAMBER_A, CHAMBER_B, LINE_A, LINE_B, PUMP_1_OIL, PUMP_2_OIL])
 _GROUP_OF_NODE = np.full(N, -1)
 for _group, _nodes in enumerate(_HEAT_NODES):
     _GROUP_OF_NODE[_nodes] = _group
@@ -112,16 +122,19 @@ def scaled_capacity(params, deviation, position, capacity):
 
 @kernel
 def scaled_heat(deviation, heat, out):
-    """Heat into the nodes with the filter's deviations applied; motor friction warms rotor and housing alike."""
+    """Heat into the nodes with the filter's deviations and unknown heats; motor friction warms rotor and housing alike."""
     for i in range(N):
         group = _GROUP_OF_NODE[i]
         out[i] = heat[i] * (1.0 + deviation[group]) if group >= 0 else heat[i]
     out[HOUSING] = heat[HOUSING] * (1.0 + deviation[2])
+    for k in range(N_UNKNOWN_HEATS):
+        for i in range(N):
+            out[i] += UNKNOWN_HEAT_SHARE[k, i] * deviation[UNKNOWN_HEAT_AT + k]
 
 
 @kernel
 def predict_mean(params, dynamic, deviation, sensor_node, lag, heat, square, flow, position, ambient, interval, work):
-    """Move temperatures and lagged readings (N + m) over one interval, in place."""
+    """Move temperatures and lagged readings (N + m) and the unknown heats in ``deviation`` over one interval, in place."""
     edge, wall, surface = np.empty(N_EDGES), np.empty(N_WALLS), np.empty((N_SURFACES, 3))
     capacity, scaled = np.empty(N), np.empty(N)
     scaled_network(params, deviation, edge, wall, surface)
@@ -137,16 +150,22 @@ def predict_mean(params, dynamic, deviation, sensor_node, lag, heat, square, flo
         decay = np.exp(-interval / (lag * (1.0 + deviation[LAG_AT + k])))
         middle = 0.5 * (before[sensor_node[k]] + temperature[sensor_node[k]])
         dynamic[N + k] = middle + (dynamic[N + k] - middle) * decay
+    kept = np.exp(-interval / UNKNOWN_HEAT_TIME)
+    for k in range(N_UNKNOWN_HEATS):
+        deviation[UNKNOWN_HEAT_AT + k] *= kept
 
 
 @kernel
-def predict_covariance(params, dynamic, deviation, covariance, sensor_node, lag, heat, unknown, square, flow, position, ambient, elapsed):
+def predict_covariance(params, dynamic, deviation, covariance, sensor_node, lag, heat, unknown, square, flow, position, ambient, elapsed,
+                       transition):
     """Move the covariance over ``elapsed`` seconds with mean inputs, in place.
 
     Args:
         covariance: (N + m + m + N_UNCERTAIN) square: temperatures, readings, offsets, parameters.
         heat: W, mean, (N,). unknown: W, standard deviation of heat that no model knows, (N,).
         square: A^2. flow: m3/s, (N_FLOWS,). position: m. ambient: K.
+        transition: out, derivative of the dynamic part after ``elapsed`` by dynamic part and parameters
+            before, (N + m, N + m + N_UNCERTAIN); what a smoother needs.
     """
     m = sensor_node.shape[0]
     d = N + m
@@ -194,12 +213,27 @@ def predict_covariance(params, dynamic, deviation, covariance, sensor_node, lag,
         i = CAPACITY_NODES[k]
         gain[i, CAPACITY_AT + k] -= rate[i] / (1.0 + deviation[CAPACITY_AT + k])
     gain[TANK_TOP, TANK_CAPACITY] -= rate[TANK_TOP] / (1.0 + deviation[TANK_CAPACITY])
+    for k in range(N_UNKNOWN_HEATS):
+        for i in range(N):
+            gain[i, UNKNOWN_HEAT_AT + k] = UNKNOWN_HEAT_SHARE[k, i] / capacity[i]
     total = slot + end
     gain[END_WINDING, END_SHARE_AT] += p.motor_end_winding_copper_share * total / capacity[END_WINDING]
     gain[SLOT_WINDING, END_SHARE_AT] -= p.motor_end_winding_copper_share * total / capacity[SLOT_WINDING]
 
+    # second-order terms: what a conductance and a temperature difference, both uncertain, make together
+    bilinear = np.empty(N_EDGES)
+    for k in range(N_EDGES):
+        i, j, at = _EDGE_I[k], _EDGE_J[k], first_parameter + EDGE_AT + k
+        difference = covariance[i, i] + covariance[j, j] - 2.0 * covariance[i, j]
+        nominal = edge[k] / (1.0 + deviation[EDGE_AT + k])
+        bilinear[k] = nominal * nominal * covariance[at, at] * max(difference, 0.0)
+    lagging = np.empty(m)
+    for k in range(m):
+        i, j, at = sensor_node[k], N + k, first_parameter + LAG_AT + k
+        lagging[k] = covariance[at, at] * max(covariance[i, i] + covariance[j, j] - 2.0 * covariance[i, j], 0.0)
+
     # transition of the dynamic part, implicit so that fast oil volumes settle and never ring
-    transition = np.zeros((d, d + N_UNCERTAIN))
+    transition[:, :] = 0.0
     for i in range(N):
         for j in range(N):
             jacobian[i, j] *= -elapsed
@@ -240,16 +274,36 @@ def predict_covariance(params, dynamic, deviation, covariance, sensor_node, lag,
         for j in range(d, size):
             covariance[i, j] = moved[i, j]
             covariance[j, i] = moved[i, j]
+    kept = np.exp(-elapsed / UNKNOWN_HEAT_TIME)
+    for k in range(first_parameter + UNKNOWN_HEAT_AT, first_parameter + UNKNOWN_HEAT_AT + N_UNKNOWN_HEATS):
+        for j in range(size):
+            covariance[k, j] *= kept
+        for j in range(size):
+            covariance[j, k] *= kept
+    for k in range(N_UNKNOWN_HEATS):
+        at = first_parameter + UNKNOWN_HEAT_AT + k
+        covariance[at, at] += (1.0 - kept * kept) * UNKNOWN_HEAT_STD[k] ** 2
     for i in range(N):
         own = _UNKNOWN_SHARE * (heat[i] + (slot if i == SLOT_WINDING else end if i == END_WINDING else 0.0))
         power = unknown[i] * unknown[i] + _UNKNOWN_HEAT * _UNKNOWN_HEAT + own * own
         covariance[i, i] += 2.0 * _UNKNOWN_HEAT_TIME * elapsed * power / (capacity[i] * capacity[i]) * transition[i, i] ** 2
+    for k in range(_SMALL_OIL.shape[0]):
+        covariance[_SMALL_OIL[k], _SMALL_OIL[k]] += _MIXING * _MIXING * elapsed
+    for k in range(N_EDGES):
+        i, j = _EDGE_I[k], _EDGE_J[k]
+        power = 2.0 * _BILINEAR_TIME * elapsed * bilinear[k]
+        at_i, at_j = transition[i, i] / capacity[i], transition[j, j] / capacity[j]
+        covariance[i, i] += power * at_i * at_i
+        covariance[j, j] += power * at_j * at_j
+        covariance[i, j] -= power * at_i * at_j
+        covariance[j, i] -= power * at_i * at_j
     for k in range(m):
+        covariance[N + k, N + k] += _LAG_SHARE * elapsed / (lag * (1.0 + deviation[LAG_AT + k])) * lagging[k]
         covariance[d + k, d + k] += _OFFSET_DRIFT * _OFFSET_DRIFT * elapsed
 
 
 @kernel
-def update(dynamic, offset, deviation, covariance, sensor, innovation, noise, refused, accepted, spread):
+def update(dynamic, offset, deviation, covariance, sensor, innovation, noise, refused, accepted, spread, gains):
     """Apply readings one after the other, in place.
 
     Args:
@@ -259,15 +313,16 @@ def update(dynamic, offset, deviation, covariance, sensor, innovation, noise, re
         noise: K, standard deviation of each reading, (r,).
         refused: readings refused in a row, per sensor, `NEVER_READ` before the first, (m,).
         accepted: out, whether each reading was used, (r,). spread: out, K, its expected deviation.
+        gains: out, covariance of the state with each reading when it was applied, (r, size of the covariance).
     """
     m = offset.shape[0]
     d = dynamic.shape[0]
     size = covariance.shape[0]
-    gain = np.empty(size)
     moved = np.zeros(size)  # what the readings before this one changed in the state
     for r in range(sensor.shape[0]):
         k = sensor[r]
         reading, zero = N + k, d + k
+        gain = gains[r]
         for i in range(size):
             gain[i] = covariance[i, reading] + covariance[i, zero]
         variance = gain[reading] + gain[zero] + noise[r] * noise[r]
@@ -298,7 +353,9 @@ def update(dynamic, offset, deviation, covariance, sensor, innovation, noise, re
     for k in range(m):
         offset[k] += moved[d + k]
     for j in range(N_UNCERTAIN):
-        deviation[j] = min(max(deviation[j] + moved[d + m + j], -0.9), 3.0) if j != AMBIENT_AT else deviation[j] + moved[d + m + j]
+        deviation[j] += moved[d + m + j]
+        if j != AMBIENT_AT and j < UNKNOWN_HEAT_AT:
+            deviation[j] = min(max(deviation[j], -0.9), 3.0)
 
 
 @kernel

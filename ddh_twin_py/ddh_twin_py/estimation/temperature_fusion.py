@@ -8,12 +8,14 @@ the sensors with the uncertainty of unknown heat.
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from ddh_twin_py.estimation.sensors import NODE_INDEX, SENSORS
+from ddh_twin_py.estimation.smoother import SMOOTHED_EVERY, Trace
 from ddh_twin_py.estimation.temperature_filter import NEVER_READ, advance_mean, predict_covariance, update
 from ddh_twin_py.estimation.uncertain_parameters import AMBIENT_AT, N_UNCERTAIN, uncertain_parameters
 from ddh_twin_py.physics.oil import ZERO_CELSIUS
@@ -43,6 +45,8 @@ _OWN = 2.0  # K, what is each node's own
 _UNSEEN_HEAT = np.array([60.0 if "winding" in name else 20.0 if name.endswith("oil") else 10.0 for name in NODES])
 _UNSEEN_SHARE = 0.5
 _DUTY_MEMORY = 600.0  # s over which the usual heat of a node is remembered
+LONGEST_DELAY = 60.0
+"""s by which a reading may come late and is still used."""
 _REST_STEP = 60.0  # s
 _REST_AMBIENT_DRIFT, _REST_AMBIENT_TIME = 6.0, 6.0 * 3600.0  # K, s: how far the air may move in a day part
 
@@ -78,7 +82,7 @@ class FusionInputs:
 
 @dataclass(frozen=True, slots=True)
 class Reading:
-    """One reading: index of its interval in the call, name of the sensor, K."""
+    """One reading: index of its interval in the call, below 0 for one that comes late, name of the sensor, K."""
 
     index: int
     sensor: str
@@ -153,15 +157,29 @@ class FusionState:
     refused: np.ndarray = field(default_factory=lambda: np.full(_M, NEVER_READ, dtype=np.int64))
 
 
+def start_covariance() -> np.ndarray:
+    """Covariance of the node temperatures before anything is known, K^2, (N, N)."""
+    covariance = np.diag(np.full(N, _OWN**2))
+    for cause in _CAUSES:
+        reach = np.array([cause.get(node, 0.0) for node in NODES])
+        covariance += np.outer(reach, reach)
+    return covariance
+
+
 class TemperatureFusion:
     """The filter with its bookkeeping.
 
     Args:
         rig: the rig, its tolerances are the filter's priors. interval: s. epoch: s between
             covariance steps. ambient: K at the start, None takes the sheet's.
+
+    Attributes:
+        state: all that it knows. trace: where its steps are written for a smoother, None: nowhere.
     """
 
     def __init__(self, rig: Rig, interval: float = INTERVAL, epoch: float = EPOCH, ambient: float | None = None) -> None:
+        self.trace: Trace | None = None
+        self._row = 0  # intervals since the trace was begun
         self.rig = rig
         self.interval = interval
         self.parameters = rig.parameters
@@ -171,16 +189,21 @@ class TemperatureFusion:
         self._noise = rig.sensors["temperature"].noise
         self._first_air = ZERO_CELSIUS + rig["ambient"] if ambient is None else ambient
         self._first_air_known = ambient is not None
+        self._longest_delay = round(LONGEST_DELAY / interval)
+        self._transition = np.empty((N + _M, N + _M + N_UNCERTAIN))
         self.reset()
+
+    def begin_trace(self) -> Trace:
+        """Write all steps from here on into a new trace, whose rows count the intervals from here on."""
+        self.trace, self._row = Trace(round(SMOOTHED_EVERY / (self._per_epoch * self.interval))), 0
+        return self.trace
 
     def reset(self) -> None:
         """Forget everything: temperatures near ambient, wide uncertainty."""
+        self._forget_past()
         size = N + 2 * _M + N_UNCERTAIN
         covariance = np.zeros((size, size))
-        for cause in _CAUSES:
-            reach = np.array([cause.get(node, 0.0) for node in NODES])
-            covariance[:N, :N] += np.outer(reach, reach)
-        covariance[:N, :N] += np.diag(np.full(N, _OWN**2))
+        covariance[:N, :N] = start_covariance()
         dynamic_rows = np.concatenate([np.arange(N), self._node])
         covariance[: N + _M, : N + _M] = covariance[np.ix_(dynamic_rows, dynamic_rows)]
         offset = self.rig.sensors["temperature"].offset_tolerance
@@ -197,6 +220,11 @@ class TemperatureFusion:
         self._air.hold(self._first_air, self._first_air_known)
         self._clear_epoch()
 
+    def _forget_past(self) -> None:
+        """Lagged readings of the last intervals, K, each less what had been learned of them by then, `_learned`, (m,)."""
+        self._past: deque[tuple[int, np.ndarray]] = deque()
+        self._past_length, self._learned = 0, np.zeros(_M)
+
     def restore(self, state: FusionState, age: float) -> None:
         """Go on from an earlier state after ``age`` seconds without the twin; see `rest`."""
         self.state = state
@@ -210,13 +238,14 @@ class TemperatureFusion:
         self._flow = np.zeros(N_FLOWS)
         self._square = 0.0
         self._position = 0.0
-        self._pending: list[tuple[np.ndarray, ...]] = []  # index, sensor, measured, expected
+        self._pending: list[tuple[np.ndarray, ...]] = []  # index, sensor, measured, expected, noise
 
     def advance(self, inputs: FusionInputs, readings: Sequence[Reading] | Readings = ()) -> FusionResult:
         """Move over n intervals and take in the readings made in them, at the end of each epoch.
 
         Readings of sensors that the network does not know are passed over, those of ``ambient``
-        set the air as `FusionInputs.ambient` does.
+        set the air as `FusionInputs.ambient` does. A reading of an earlier interval (index below 0) is
+        compared with what was expected then, corrected by what was learned since, and its age adds to its noise.
         """
         n = len(inputs)
         state = self.state
@@ -227,6 +256,7 @@ class TemperatureFusion:
         innovations: list[Innovation] = []
         heat = np.ascontiguousarray(inputs.heat)
         unknown = self._unseen_heat(inputs)
+        self._take_late(given)
         start = 0
         while start < n:
             stop = min(n, start + self._per_epoch - self._count)
@@ -239,7 +269,8 @@ class TemperatureFusion:
             now = given.between(start, stop)
             if now.index.size:
                 self._pending.append((now.index + start, now.sensor, now.temperature,
-                                      expected[now.index + start, now.sensor] + state.offset[now.sensor]))
+                                      expected[now.index + start, now.sensor] + state.offset[now.sensor],
+                                      np.full(now.index.size, self._noise)))
             length = stop - start
             self._heat += heat[rows].sum(axis=0)
             self._unknown += unknown[rows].sum(axis=0)
@@ -248,16 +279,38 @@ class TemperatureFusion:
             self._position += inputs.rod_position[rows].sum()
             self._count += length
             deviation[rows] = self._deviation()
+            self._past.append((stop - start, expected[rows] - self._learned))
+            self._past_length += stop - start
+            if self._past_length - self._past[0][0] >= self._longest_delay:
+                self._past_length -= self._past.popleft()[0]
             if self._count >= self._per_epoch:
                 innovations += self._close_epoch(ambient[stop - 1])
                 temperature[stop - 1] = state.dynamic[:N]
                 expected[stop - 1] = state.dynamic[N:]
                 deviation[stop - 1] = self._deviation()
+                if self.trace is not None:
+                    self.trace.estimated(self._row + stop - 1, state.dynamic, state.covariance)
             start = stop
+        self._row += n
         # counted from the start of the next call, what waits for the end of its epoch lies before it
         self._pending = [(index - n, *rest) for index, *rest in self._pending]
         spread = np.sqrt(np.maximum(np.diagonal(state.covariance)[N: N + _M], 0.0))
         return FusionResult(temperature, deviation, ambient, expected, spread, innovations)
+
+    def _take_late(self, given: Readings) -> None:
+        """Readings of intervals before this call: what was expected then, noise that grows with their age.
+
+        The error of a lagged reading changes at the rate (error of node - error of reading) / lag.
+        """
+        late = np.flatnonzero((given.index < 0) & (given.index >= -self._past_length))
+        if not late.size:
+            return
+        past = np.concatenate([rows for _, rows in self._past]) + self._learned
+        index, sensor, covariance = given.index[late], given.sensor[late], self.state.covariance
+        node, reading = self._node[sensor], N + sensor
+        rate = np.sqrt(np.maximum(covariance[node, node] + covariance[reading, reading] - 2.0 * covariance[node, reading], 0.0)) / self._lag
+        self._pending.append((index, sensor, given.temperature[late], past[index, sensor] + self.state.offset[sensor],
+                              np.hypot(self._noise, rate * -index * self.interval)))
 
     def _deviation(self) -> np.ndarray:
         """Standard deviation of the node temperatures now, K, (N,)."""
@@ -268,17 +321,24 @@ class TemperatureFusion:
         predict_covariance(
             self.parameters, state.dynamic, state.deviation, state.covariance, self._node, self._lag,
             self._heat / count, self._unknown / count, self._square / count, self._flow / count,
-            self._position / count, ambient, count * self.interval,
+            self._position / count, ambient, count * self.interval, self._transition,
         )
+        if self.trace is not None:
+            self.trace.moved(count * self.interval, self._transition)
         pending = self._pending
         self._clear_epoch()
         if not pending:
             return []
-        index, sensor, measured, predicted = (np.concatenate(column) for column in zip(*pending, strict=True))
+        index, sensor, measured, predicted, noise = (np.concatenate(column) for column in zip(*pending, strict=True))
         innovation = measured - predicted
         accepted, spread = np.zeros(index.size, dtype=np.bool_), np.zeros(index.size)
+        gains = np.empty((index.size, state.covariance.shape[0]))
+        before = state.dynamic[N:].copy()
         update(state.dynamic, state.offset, state.deviation, state.covariance, sensor, innovation,
-               np.full(index.size, self._noise), state.refused, accepted, spread)
+               noise, state.refused, accepted, spread, gains)
+        self._learned += state.dynamic[N:] - before
+        if self.trace is not None:
+            self.trace.read(gains[accepted], sensor[accepted], innovation[accepted], spread[accepted])
         columns = (index, sensor, measured, measured - innovation, spread, accepted)
         return [Innovation(i, SENSORS[k], m, e, d, a) for i, k, m, e, d, a in zip(*(c.tolist() for c in columns), strict=True)]
 
@@ -286,7 +346,7 @@ class TemperatureFusion:
         """Smoothed air temperature of each interval, K; the first reading ends the doubt about it."""
         read = inputs.ambient.copy()
         for reading in readings:
-            if reading.sensor == "ambient" and np.isfinite(reading.temperature):
+            if reading.sensor == "ambient" and reading.index >= 0 and np.isfinite(reading.temperature):
                 read[reading.index] = reading.temperature
         assumed, known = self._air.value, self._air.known
         ambient = self._air.advance(read)
@@ -300,6 +360,8 @@ class TemperatureFusion:
         if np.all(self.state.refused == NEVER_READ):
             self.state.dynamic += warmer
         covariance, at = self.state.covariance, N + 2 * _M + AMBIENT_AT
+        if self.trace is not None:
+            self.trace.forget(at)
         covariance[at, :] = 0.0
         covariance[:, at] = 0.0
         covariance[at, at] = self.rig.sensors["temperature"].offset_tolerance ** 2
@@ -333,8 +395,11 @@ class TemperatureFusion:
                          np.zeros((1, N_FLOWS)), np.zeros(1), np.full(1, state.ambient), span, temperature, expected)
             predict_covariance(
                 self.parameters, state.dynamic, state.deviation, state.covariance, self._node, self._lag, zero[0],
-                np.maximum(state.usual_heat, 5.0), 0.0, np.zeros(N_FLOWS), 0.0, state.ambient, span,
+                np.maximum(state.usual_heat, 5.0), 0.0, np.zeros(N_FLOWS), 0.0, state.ambient, span, self._transition,
             )
+            if self.trace is not None:
+                self.trace.moved(span, self._transition)
             at = N + 2 * _M + AMBIENT_AT
             state.covariance[at, at] += 2.0 * _REST_AMBIENT_DRIFT**2 * span / _REST_AMBIENT_TIME * np.exp(-age / _REST_AMBIENT_TIME)
+        self._forget_past()
         self._clear_epoch()

@@ -2,7 +2,7 @@
 
 Each is a relative deviation with the sheet's tolerance as its standard deviation, a constant
 that the filter learns from sensors where they tell it, and else carries into the uncertainty
-of the estimates. The indices below are frozen into kernels.
+of the estimates. Unknown heats come last: they wander and are forgotten with a time constant. The indices below are frozen into kernels.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ddh_twin_py.estimation.sensors import SENSORS
-from ddh_twin_py.physics.thermal_network import CAPACITIES, EDGES, SURFACES, TANK, WALLS
+from ddh_twin_py.physics.thermal_network import CAPACITIES, EDGES, N, NODES, SURFACES, TANK, WALLS
 from ddh_twin_py.rig import Rig
 
 HEAT_GROUPS = ("copper", "iron", "motor_friction", "pump_1_loss", "pump_2_loss", "seal_friction", "line_loss")
@@ -39,12 +39,31 @@ TANK_CAPACITY = CAPACITY_AT + len(CAPACITIES)
 END_SHARE_AT = CAPACITY_AT + len(CAPACITY_NODES)
 AMBIENT_AT = END_SHARE_AT + 1
 LAG_AT = AMBIENT_AT + 1
-N_UNCERTAIN = LAG_AT + len(SENSORS)
+
+UNKNOWN_HEATS = (
+    ("motor_winding", 2.0, ("slot_winding", "end_winding")),
+    ("motor_housing", 5.0, ("housing",)),
+    ("pump_1", 3.0, ("pump_1_case",)),
+    ("pump_2", 3.0, ("pump_2_case",)),
+    ("cylinder", 3.0, ("cylinder_barrel",)),
+    ("tank", 5.0, ("tank_oil",)),
+)
+"""Heat that no model knows (sun, draught, a warm neighbour): name, standard deviation in W (an estimate), nodes that share it alike."""
+UNKNOWN_HEAT_TIME = 900.0
+"""s, correlation time of these heats, first-order Gauss-Markov: dq/dt = -q / tau + white noise. An estimate."""
+N_UNKNOWN_HEATS = len(UNKNOWN_HEATS)
+UNKNOWN_HEAT_STD = np.array([deviation for _, deviation, _ in UNKNOWN_HEATS])
+UNKNOWN_HEAT_SHARE = np.zeros((N_UNKNOWN_HEATS, N))
+"""Share of each unknown heat that enters each node, 1."""
+for _row, (_, _, _where) in zip(UNKNOWN_HEAT_SHARE, UNKNOWN_HEATS, strict=True):
+    _row[[NODES.index(node) for node in _where]] = 1.0 / len(_where)
+UNKNOWN_HEAT_AT = LAG_AT + len(SENSORS)
+N_UNCERTAIN = UNKNOWN_HEAT_AT + N_UNKNOWN_HEATS
 
 
 @dataclass(frozen=True)
 class UncertainParameters:
-    """Names and prior standard deviations, shape (N_UNCERTAIN,): relative, and K for the ambient sensor's offset."""
+    """Names and prior standard deviations, shape (N_UNCERTAIN,): relative; K for the ambient sensor's offset, W for unknown heats."""
 
     names: tuple[str, ...]
     prior: np.ndarray
@@ -52,7 +71,7 @@ class UncertainParameters:
 
 def uncertain_parameters(rig: Rig) -> UncertainParameters:
     """The uncertain numbers of a rig: heats, conductances, surfaces, capacities, copper share, ambient
-    offset, the lag of each sensor."""
+    offset, the lag of each sensor, unknown heats."""
 
     def relative(*paths: str) -> float:
         spread = [rig.quantities[path].standard_deviation / abs(rig[path]) if rig[path] else 0.0 for path in paths]
@@ -81,4 +100,7 @@ def uncertain_parameters(rig: Rig) -> UncertainParameters:
     for sensor in SENSORS:
         names.append(f"sensors.{sensor}.time_constant")
         prior.append(relative("sensors.temperature.time_constant"))
+    for name, deviation, _ in UNKNOWN_HEATS:
+        names.append(f"unknown_heat.{name}")
+        prior.append(deviation)
     return UncertainParameters(tuple(names), np.array(prior))

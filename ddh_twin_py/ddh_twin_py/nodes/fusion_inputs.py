@@ -10,14 +10,17 @@ from ddh_twin_py.estimation.temperature_fusion import FusionInputs, Reading
 from ddh_twin_py.nodes.conversion import FLOW_PATHS
 from ddh_twin_py.nodes.intervals_feed import readings_of
 from ddh_twin_py.physics.thermal_network import MOTOR_NODES, N, N_FLOWS, NODES
-from ddh_twin_py.telemetry.alignment import Tick
+from ddh_twin_py.telemetry.alignment import Tick, tick_index
+from ddh_twin_py.telemetry.signals import TEMPERATURE_PREFIX
+from ddh_twin_py.twin.operating_point import PresentDuty, measured_rows
 
 STATE_TOPIC = "hydraulics/state"
 PREDICTION_TOPIC = "hydraulics/prediction"
 MOTOR_TOPIC = "motor/thermal_state"
 
 _MOTOR = len(MOTOR_NODES)
-STATE_WIDTH = 2 + N + N_FLOWS  # known, rod position, heat, flow
+_DUTY = ("speed", "pressure_piston_side", "pressure_rod_side", "rod_velocity")
+STATE_WIDTH = 2 + N + N_FLOWS + len(_DUTY)  # known, rod position, heat, flow, what a duty is made of
 MOTOR_WIDTH = 2 + _MOTOR  # known, mean square current, heat
 
 
@@ -25,7 +28,7 @@ def state_rows(example: object, values: dict[str, np.ndarray]) -> np.ndarray:
     """Rows (n, STATE_WIDTH) of `HydraulicState`, whatever order its names come in."""
     heat = _ordered(example.heat_nodes, NODES, values["heat"])
     flow = _ordered(example.flow_paths, FLOW_PATHS, values["flow"])
-    return np.column_stack([values["telemetry_known"], values["rod_position"], heat, flow])
+    return np.column_stack([values["telemetry_known"], values["rod_position"], heat, flow, *(values[name] for name in _DUTY)])
 
 
 def motor_rows(example: object, values: dict[str, np.ndarray]) -> np.ndarray:
@@ -49,13 +52,33 @@ def inputs_of(ticks: Sequence[Tick]) -> tuple[FusionInputs, list[Reading]]:
             row = state.values[-1]
             inputs.hydraulics_known[i], inputs.rod_position[i] = row[0] > 0.0, row[1]
             inputs.heat[i, _MOTOR:] = row[2 + _MOTOR : 2 + N]
-            inputs.flow[i] = row[2 + N :]
+            inputs.flow[i] = row[2 + N : 2 + N + N_FLOWS]
         if len(motor):
             row = motor.values[-1]
             inputs.motor_known[i], inputs.mean_square_current[i] = row[0] > 0.0, row[1]
             inputs.heat[i, :_MOTOR] = row[2:]
         readings += readings_of(tick, i)
     return inputs, readings
+
+
+def add_duty(present: PresentDuty, ticks: Sequence[Tick], inputs: FusionInputs) -> None:
+    """Tell the present duty of the ticks in which both models knew their telemetry."""
+    known = np.flatnonzero(inputs.hydraulics_known & inputs.motor_known)
+    if known.size:
+        rows = np.array([ticks[i].samples[STATE_TOPIC].values[-1][2 + N + N_FLOWS :] for i in known])
+        values = dict(zip(_DUTY, rows.T, strict=True)) | {
+            "rod_position": inputs.rod_position[known], "current_square": inputs.mean_square_current[known],
+            "current": np.sqrt(inputs.mean_square_current[known]),
+        }
+        present.add(inputs.heat[known], inputs.flow[known], inputs.mean_square_current[known], measured_rows(values, known.size))
+
+
+def late_readings(late: Sequence[tuple[str, int, Sequence[float]]], start_ns: int, interval_ns: int) -> list[Reading]:
+    """Temperature samples of intervals that were done before the one that starts at ``start_ns``: indices below 0."""
+    return [
+        Reading(tick_index(stamp, interval_ns) - 1 - start_ns // interval_ns, topic.removeprefix(TEMPERATURE_PREFIX), float(row[0]))
+        for topic, stamp, row in late
+    ]
 
 
 def _ordered(names: Sequence[str], wanted: Sequence[str], values: np.ndarray, missing: float = 0.0) -> np.ndarray:

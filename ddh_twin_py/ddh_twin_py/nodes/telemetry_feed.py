@@ -42,7 +42,7 @@ class TelemetryFeed:
 
     `awaited` names the streams that a tick waits for, see `TickAligner`; `others` maps further
     streams of the aligner, which the node fills itself through `push` and which are computed from
-    telemetry, to their width.
+    telemetry, to their width; `keep_late` are streams whose late samples the node uses.
     """
 
     def __init__(
@@ -55,6 +55,7 @@ class TelemetryFeed:
         reorder_window: float,
         timeout: float,
         others: dict[str, int] | None = None,
+        keep_late: Collection[str] = (),
     ) -> None:
         noise = {name: spec.noise for name, spec in rig.sensors.items()}
         self.inputs = Inputs(node)
@@ -63,7 +64,8 @@ class TelemetryFeed:
             self.inputs.add(topic, message_type(topic))
         widths = {topic: field_count(topic) for topic in topics} | (others or {})
         self.last: dict[str, np.ndarray] = {}  # newest sample of each stream
-        self.aligner = TickAligner(widths, interval, reorder_window, timeout, list(awaited), followers=tuple(others or ()))
+        self.aligner = TickAligner(widths, interval, reorder_window, timeout, list(awaited), followers=tuple(others or ()),
+                                   keep_late=keep_late)
 
     def take(self, wall: float) -> bool:
         """Take in all telemetry that waits; whether there was any."""

@@ -16,12 +16,15 @@ from ddh_twin_py.nodes.fusion_inputs import (
     PREDICTION_TOPIC,
     STATE_TOPIC,
     STATE_WIDTH,
+    add_duty,
     inputs_of,
+    late_readings,
     motor_rows,
     node_temperatures,
     state_rows,
 )
 from ddh_twin_py.nodes.health import DROPPED, Report, judge_age, judge_publishers
+from ddh_twin_py.nodes.limit_watch import LIMIT_PARAMETERS, LimitWatch
 from ddh_twin_py.nodes.model_node import TEMPERATURE_TOPICS, TWIN_PARAMETERS, TelemetryNode, Unit, rig_path
 from ddh_twin_py.nodes.node_base import run
 from ddh_twin_py.nodes.parameters import Parameter
@@ -47,6 +50,7 @@ class TemperatureFusionNode(TelemetryNode):
             "How much data time the estimate waits for a model that has stopped; after that it goes on and knows less. "
             "Must be longer than the models' own start and the player's lead together.", "s", 0.5, 60.0,
         ),
+        *LIMIT_PARAMETERS,
         Parameter("state_file", "", "File in which the estimate survives a restart; empty: none."),
         Parameter("state_period", 10.0, "Wall time between two writings of the state file.", "s", 1.0, 3600.0),
     )  # fmt: skip
@@ -57,7 +61,7 @@ class TemperatureFusionNode(TelemetryNode):
         self._rig = load_rig(rig_path(values["rig"]))
         self.feed = TelemetryFeed(
             self, self._rig, TEMPERATURE_TOPICS, [STATE_TOPIC, MOTOR_TOPIC], values["interval"], values["reorder_window"],
-            values["model_timeout"], {STATE_TOPIC: STATE_WIDTH, MOTOR_TOPIC: MOTOR_WIDTH},
+            values["model_timeout"], {STATE_TOPIC: STATE_WIDTH, MOTOR_TOPIC: MOTOR_WIDTH}, keep_late=TEMPERATURE_TOPICS,
         )  # fmt: skip
         self._fusion = TemperatureFusion(self._rig, values["interval"])
         self._models = {
@@ -71,6 +75,7 @@ class TemperatureFusionNode(TelemetryNode):
         self._refused = dict.fromkeys(SENSORS, 0)
         self._known = {STATE_TOPIC: 0.0, MOTOR_TOPIC: 0.0}
         self._done = 0
+        self._late = 0
         self._done_at = 0.0  # s, wall clock of the newest estimate
         self._make_publishers()
         self._keeper: StateKeeper | None = None
@@ -79,11 +84,13 @@ class TemperatureFusionNode(TelemetryNode):
             if self._keeper.note:
                 self.get_logger().warning(self._keeper.note)
             self.every(values["state_period"], self._keep_state)
+        self._limits = LimitWatch(self, self._rig, lambda: self._fusion.state if self._done else None, lambda: self._last_end or 0)
         self._warm_up()
         self.begin(required=())
         for topic in (STATE_TOPIC, MOTOR_TOPIC):
             self.health.add(topic, lambda report, topic=topic: self._judge_model(report, topic))
         self.health.add("estimate", self._judge_estimate)
+        self.health.add("limits", self._limits.judge)
         if self._keeper is not None:
             self.health.add("state file", self._judge_state_file)
 
@@ -101,6 +108,7 @@ class TemperatureFusionNode(TelemetryNode):
         scratch = TemperatureFusion(self._rig, self.values["interval"])
         ticks = round(2.0 / self.values["interval"])
         scratch.advance(FusionInputs.unknown(ticks), [Reading(0, SENSORS[0], float(to_kelvin(23.0)))])
+        self._limits.warm_up(scratch.state)
 
     # --- inputs ------------------------------------------------------------------------------
 
@@ -160,6 +168,7 @@ class TemperatureFusionNode(TelemetryNode):
 
     def begin_anew(self) -> None:
         self._fusion.reset()
+        self._limits.present.clear()
         self._predicted.clear()
         self._measured[:] = self._measured_at[:] = np.nan
         self.unit = Unit(self.rig_id)
@@ -189,6 +198,11 @@ class TemperatureFusionNode(TelemetryNode):
         if not ticks:
             return
         inputs, readings = inputs_of(ticks)
+        late, self.feed.aligner.late = self.feed.aligner.late, []
+        if late:
+            self._late += len(late)
+            readings += late_readings(late, ticks[0].start_ns, self.feed.aligner.interval_ns)
+        add_duty(self._limits.present, ticks, inputs)
         result = self._fusion.advance(inputs, readings)
         end_ns = np.array([tick.end_ns for tick in ticks], np.int64)
         self._publish(end_ns, result)
@@ -285,6 +299,7 @@ class TemperatureFusionNode(TelemetryNode):
 
     def _judge_estimate(self, report: Report) -> str:
         report.add("intervals done", self._done, "1")
+        report.add("readings that came late and were used at their time", self._late, "1")
         for node, deviation in zip(NODES, self._deviation, strict=True):
             report.add(f"standard deviation {node}", float(deviation), "K")
         for sensor, count in self._refused.items():

@@ -13,6 +13,8 @@ from ddh_twin_py.report import document as doc
 from ddh_twin_py.report.agreement import COMPONENTS, FLOOR, INPUTS, Agreement, component_values, level, measured_values
 from ddh_twin_py.report.charts import Chart, Trace, charts
 from ddh_twin_py.report.decimate import MOST_POINTS
+from ddh_twin_py.report.smoothed import NOTE as SMOOTHED_NOTE
+from ddh_twin_py.report.smoothed import smoothed_charts, smoothed_json, smoothed_table
 from ddh_twin_py.report.units import ZERO_CELSIUS, celsius, duration, in_unit, number, shown, words
 from ddh_twin_py.telemetry.signals import signal_named
 
@@ -60,6 +62,9 @@ def replay_document(
         "Temperatures", _temperature_table(agreement), _temperature_note(agreement),
         charts(_temperature_charts(result), domain), _node_table(agreement),
     )
+    if result.smoothed_row.size:
+        page.add("Smoothed temperatures", doc.note(SMOOTHED_NOTE), smoothed_table(result),
+                 charts(smoothed_charts(result, going_on(result.time)), domain))
     page.add("Drive and hydraulics", _signal_table(agreement), charts(_signal_charts(result), domain))
     page.add("Losses", *_losses(result, agreement, domain))
     return page
@@ -77,6 +82,7 @@ def replay_json(
             "namespace": recording.namespace, "rig": asdict(recording.rig) if recording.rig is not None else None,
         },
         **agreement.as_json(),
+        "smoothed": smoothed_json(result),
         "findings": [asdict(finding) for finding in recording.findings],
         **(extra or {}),
         "end_matter": {

@@ -166,6 +166,9 @@ class TickAligner:
     when they go back; they decide for all only where none of the others speaks, or says otherwise
     for `timeout` of data. What they said in the meantime is not lost.
 
+    Samples of the streams `keep_late` whose tick was released already are put into `late` (stream,
+    stamp in ns, row) for a listener that can use them; it empties the list.
+
     `streams` maps name to number of fields. `counts` has, by (stream, cause): duplicate, late
     (its tick was released already) and clock_jump; `old_clock` samples still had the time from
     before another stream's jump.
@@ -180,6 +183,7 @@ class TickAligner:
         awaited: Sequence[str] | None = None,
         longest_gap: float = LONGEST_GAP,
         followers: Collection[str] = (),
+        keep_late: Collection[str] = (),
     ) -> None:
         self.interval_ns = to_ns(interval)
         self._window = to_ns(reorder_window)
@@ -191,6 +195,8 @@ class TickAligner:
             raise ValueError(f"awaited stream {unknown[0]!r} is none of {', '.join(streams)}")
         self._lines = {name: _Line(width, name in waited, name in followers) for name, width in streams.items()}
         self.counts: Counter[tuple[str, str]] = Counter()
+        self.late: list[tuple[str, int, Sequence[float]]] = []
+        self._keep_late = frozenset(keep_late)
         self._done: list[Tick] = []
         self._newest: int | None = None  # over all streams
         self._last: int | None = None  # index of the tick released last
@@ -223,7 +229,10 @@ class TickAligner:
         if self._newest is None or stamp > self._newest:
             self._newest = stamp
         if self._last is not None and stamp <= self._last * self.interval_ns:
-            self.counts[stream, "late"] += 1
+            if stream in self._keep_late:
+                self.late.append((stream, stamp, row))
+            else:
+                self.counts[stream, "late"] += 1
             return
         line.rows[stamp] = row
         if line.stamps and stamp < line.stamps[-1]:
@@ -324,6 +333,7 @@ class TickAligner:
             self._lines[name].forget(held[0][0])
         self._done += self._drain()
         self._restart = self._restart or self._last is not None
+        self.late.clear()
         self._newest = self._last = None
         self._empty = 0
         for name, line in self._lines.items():

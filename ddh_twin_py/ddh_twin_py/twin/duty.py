@@ -94,6 +94,24 @@ def load_duty(path: str | Path) -> Duty:
         raise DutyError(f"{path}: cannot be read as YAML: {str(error).splitlines()[0]}") from None
     except ValueError as error:  # such as an impossible date
         raise DutyError(f"{path}: cannot be read as YAML: {error}") from None
+    return duty_of(tree, path)
+
+
+def parse_duty(text: str, name: str = "duty") -> Duty:
+    """A duty from the text of a duty file; see `load_duty`."""
+    try:
+        tree = yaml.safe_load(text)
+    except (yaml.YAMLError, ValueError) as error:
+        raise DutyError(f"{name}: cannot be read as YAML: {str(error).splitlines()[0]}") from None
+    return duty_of(tree, Path(name))
+
+
+def duty_of(tree: object, path: Path) -> Duty:
+    """The duty that a parsed file holds; ``path`` names it in errors.
+
+    Raises:
+        DutyError: see `load_duty`.
+    """
     if not isinstance(tree, dict):
         raise DutyError(f"{path}: a duty file is a mapping, found {type(tree).__name__}")
     _known(path, "", tree, _TOP)

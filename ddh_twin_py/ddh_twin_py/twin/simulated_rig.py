@@ -8,7 +8,8 @@ and duty give the same rig and the same samples, in whichever process.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +17,7 @@ import numpy as np
 from ddh_twin_py.physics.balance import OPERATING_DTYPE
 from ddh_twin_py.physics.free_run import free_run, settle
 from ddh_twin_py.physics.hydraulics import HYDRAULIC_STATES
-from ddh_twin_py.physics.thermal_network import N, NODES
+from ddh_twin_py.physics.thermal_network import N, NODES, capacities
 from ddh_twin_py.rig import OIL_GRADE, Rig, load_rig
 from ddh_twin_py.telemetry.recording import Recording, RigInfo, drive_stream, hydraulic_stream, temperature_stream
 from ddh_twin_py.twin.duty import Duty, DutyCommand, DutyError, check_for_rig, load_duty
@@ -52,6 +53,20 @@ def simulate(rig_path: str | Path | None, duty_path: str | Path, seed: int, dura
     return SimulatedRig(load_rig(rig_path), load_duty(duty_path), seed).run(duration)
 
 
+@dataclass(frozen=True)
+class Surroundings:
+    """What a simulated rig meets that no duty tells.
+
+    Attributes:
+        start: K above ambient at the beginning, (N,). heat: W into each node, (N,), at a time in s.
+        lags: s, of each temperature sensor in the order of `_READS`; None: the drawn rig's for all.
+    """
+
+    start: np.ndarray
+    heat: Callable[[float], np.ndarray]
+    lags: np.ndarray | None = None
+
+
 class SimulatedRig:
     """One rig drawn from a sheet, doing a duty.
 
@@ -62,7 +77,7 @@ class SimulatedRig:
         DutyError: for a duty that is not within the rig's stroke, or a negative seed.
     """
 
-    def __init__(self, sheet: Rig, duty: Duty, seed: int) -> None:
+    def __init__(self, sheet: Rig, duty: Duty, seed: int, surroundings: Surroundings | None = None) -> None:
         if seed < 0:
             raise DutyError(f"the seed of the simulated rig is {seed}, a whole number from 0 on is needed")
         check_for_rig(duty, sheet)
@@ -71,6 +86,7 @@ class SimulatedRig:
         self.info = RigInfo(f"simulated_{seed}", OIL_GRADE, duty.payload)
         self._duty = duty
         self._rng = rng
+        self._surroundings = surroundings
         self._sheet = sheet
         pressure, temperature = sheet.sensors["pressure"], sheet.sensors["temperature"]
         self._pressure_offset = rng.normal(0.0, pressure.offset_tolerance, 2)
@@ -88,6 +104,9 @@ class SimulatedRig:
         area = 0.25 * np.pi * record["cylinder_bore"] ** 2
         rod_speed_per_rad = record["pump_1_displacement"] / (2.0 * np.pi) / area
         self._temperature = np.full(N, duty.ambient[0])
+        met, capacity = self._surroundings, np.empty(N)
+        if met is not None:
+            self._temperature += met.start
         reading = self._temperature[self._node].copy()
         state = np.zeros(len(HYDRAULIC_STATES))
         settle(parameters, state, duty.start_position, 0.8 * duty.payload * record["load_gravity"] / area, 0.0)
@@ -96,10 +115,11 @@ class SimulatedRig:
         program, at = DutyCommand(duty), 0
         # sheet values the drive knows: it reports torque as the sheet's constant times current
         torque_constant = self._sheet["motor.torque_constant"]
-        lag = self.rig["sensors.temperature.time_constant"]
+        lag = self.rig["sensors.temperature.time_constant"] if met is None or met.lags is None else met.lags
         per_chunk, per_temperature = round(CHUNK / CONTROL_PERIOD), round(TEMPERATURE_PERIOD / CONTROL_PERIOD)
         while not program.finished and (duration is None or at * CONTROL_PERIOD < duration):
             drive, hydraulic, thermal, times = [], [], [], []
+            added = met.heat(at * CONTROL_PERIOD) if met is not None else None
             for _ in range(per_chunk):
                 now = at * CONTROL_PERIOD
                 air = float(np.interp(now, duty.ambient_time, duty.ambient))
@@ -110,6 +130,9 @@ class SimulatedRig:
                 edges = np.full(command_size(_SUBINTERVALS), next_command)
                 free_run(parameters, state, self._temperature, edges, np.full(_SUBINTERVALS, air),
                          CONTROL_PERIOD / _SUBINTERVALS, _STEP, nowhere, points, temperatures)
+                if added is not None:
+                    capacities(parameters, state[5], capacity)
+                    self._temperature += CONTROL_PERIOD * added / capacity
                 last = points[-1]
                 drive.append((next_command, state[1], torque_constant * last["current"], last["current"], last["voltage"],
                               last["electrical_power"]))
