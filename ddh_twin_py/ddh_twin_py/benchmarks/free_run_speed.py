@@ -31,10 +31,12 @@ PEAK_ERROR = 0.01
 """Of the largest pressure."""
 TOLERANCES = (1e-4, 3e-5, 1e-5, 3e-6, 1e-6, 3e-7, 1e-7)
 REFERENCE_TOLERANCE = 1e-9
-CHOICES = ((1, 2.0e-3), (1, 1.0e-3), (2, 2.5e-3), (2, 1.67e-3), (2, 1.0e-3), (4, 1.0e-3), (4, 5.0e-4))
+CHOICES = ((1, 2.5e-3), (1, 2.0e-3), (1.25, 2.67e-3), (1.25, 2.0e-3), (1.25, 1.6e-3), (1, 1.0e-3), (2, 2.5e-3), (2, 1.67e-3), (2, 1.0e-3), (4, 1.0e-3), (4, 5.0e-4))
 """Parts of `INTERVAL` at which the network moves, and hydraulic steps in s: the kernel's choices, fastest first."""
 REFERENCE_REFINEMENT = 10
 """By how much intervals are shorter for the kernel's reference; its steps are this times four shorter."""
+GRID = 0.2
+"""s between the instants at which temperatures are compared; every choice has the end of an interval there."""
 PERIOD = INTERVAL / COMMAND_PARTS
 _WANTED = {"numbalsoda": 5.0, "CasADi": 10.0, "scipy": 30.0}
 
@@ -70,20 +72,21 @@ class Cycle:
         settle(self.params, state, self._position, self._pressure, 0.0)
         return state
 
-    def run(self, step: float, refinement: int = 1) -> tuple[np.ndarray, np.ndarray]:
-        """Pressures at the command's edges, Pa, (n, 2), and temperature rises at the ends of intervals, K, (k, N)."""
-        intervals = round(self.duration / INTERVAL) * refinement
+    def run(self, step: float, refinement: float = 1) -> tuple[np.ndarray, np.ndarray]:
+        """Pressures at the command's edges, Pa, (n, 2), and temperature rises on the grid, K, (k, N)."""
+        intervals = round(self.duration / INTERVAL * refinement)
         edges = np.interp(np.arange(intervals * COMMAND_PARTS + 1) / refinement, np.arange(self.command.size), self.command)
         nodes, points, temperatures = np.full(N, self.start), np.zeros(intervals, OPERATING_DTYPE), np.empty((intervals, N))
         instants = np.arange(1, self.command.size - 1) * PERIOD
+        every = round(GRID / INTERVAL * refinement)
         samples = np.empty((instants.size, len(SAMPLED)))
         free_run_sampled(self.params, self.state(), nodes, edges, np.full(intervals, self.start), INTERVAL / refinement, step,
                          np.full(intervals, np.nan), points, temperatures, instants, samples)
-        return samples[:, 2:4], temperatures[refinement - 1::refinement] - self.start
+        return samples[:, 2:4], temperatures[every - 1::every] - self.start
 
-    def seconds(self, step: float, refinement: int = 1, threads: int = 1, repeats: int = 7) -> float:
+    def seconds(self, step: float, refinement: float = 1, threads: int = 1, repeats: int = 7) -> float:
         """Shortest wall time of a run in each of some threads, s."""
-        intervals = round(self.duration / INTERVAL) * refinement
+        intervals = round(self.duration / INTERVAL * refinement)
         edges = np.interp(np.arange(intervals * COMMAND_PARTS + 1) / refinement, np.arange(self.command.size), self.command)
         ambient, nowhere = np.full(intervals, self.start), np.full(intervals, np.nan)
         kept = [(np.zeros(intervals, OPERATING_DTYPE), np.empty((intervals, N))) for _ in range(threads)]
@@ -119,7 +122,7 @@ def errors(pressures: np.ndarray, rises: np.ndarray, reference: tuple[np.ndarray
 
 def seen(states: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """What `errors` looks at, of a solver's states at the problem's times."""
-    return states[1:-1, :2] * np.array(SCALE[:2]), states[COMMAND_PARTS::COMMAND_PARTS, 5:]
+    return states[1:-1, :2] * np.array(SCALE[:2]), states[round(GRID / PERIOD)::round(GRID / PERIOD), 5:]
 
 
 def meets(error: tuple[float, float]) -> bool:
