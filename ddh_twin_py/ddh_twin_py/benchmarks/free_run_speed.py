@@ -31,7 +31,8 @@ PEAK_ERROR = 0.01
 """Of the largest pressure."""
 TOLERANCES = (1e-4, 3e-5, 1e-5, 3e-6, 1e-6, 3e-7, 1e-7)
 REFERENCE_TOLERANCE = 1e-9
-CHOICES = ((1, 2.5e-3), (1, 2.0e-3), (1.25, 2.67e-3), (1.25, 2.0e-3), (1.25, 1.6e-3), (1, 1.0e-3), (2, 2.5e-3), (2, 1.67e-3), (2, 1.0e-3), (4, 1.0e-3), (4, 5.0e-4))
+CHOICES = ((1, 2.5e-3), (1, 2.0e-3), (1.25, 2.67e-3), (1.25, 2.0e-3), (1.25, 1.6e-3), (1, 1.0e-3), (2, 2.5e-3), (2, 1.67e-3),
+           (2, 1.0e-3), (4, 1.0e-3), (4, 5.0e-4))
 """Parts of `INTERVAL` at which the network moves, and hydraulic steps in s: the kernel's choices, fastest first."""
 REFERENCE_REFINEMENT = 10
 """By how much intervals are shorter for the kernel's reference; its steps are this times four shorter."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Collection
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
 import numpy as np
@@ -17,9 +17,10 @@ from ddh_twin_py.physics.balance import SCALAR_DTYPE, scalars
 from ddh_twin_py.physics.oil import ZERO_CELSIUS
 from ddh_twin_py.physics.soft_sensor import MEASURED_DTYPE
 from ddh_twin_py.physics.thermal_network import MOTOR_NODES, N
+from ddh_twin_py.physics.validity import outside_stated
 from ddh_twin_py.rig import Rig
 from ddh_twin_py.telemetry.alignment import Ticks, align
-from ddh_twin_py.telemetry.recording import Recording
+from ddh_twin_py.telemetry.recording import Finding, Recording
 from ddh_twin_py.telemetry.screening import screen_recording
 from ddh_twin_py.telemetry.signals import DRIVE_FIELDS, DRIVE_TOPIC, HYDRAULIC_FIELDS, HYDRAULIC_TOPIC, TEMPERATURE_PREFIX
 from ddh_twin_py.twin.ambient import AmbientTracker
@@ -242,6 +243,14 @@ class _Run:
         order = np.argsort(index, kind="stable")
         return Readings(index[order], sensor[order], value[order]), air
 
+    def _told(self) -> Recording:
+        """The recording, with what is extrapolated among its findings."""
+        outside = outside_stated(self.fused) if len(self.ticks) else ""
+        if not outside:
+            return self.recording
+        finding = Finding("warning", self.recording.path, "", "", None, 1, f"{self.recording.path}: {outside}")
+        return replace(self.recording, findings=[*self.recording.findings, finding])
+
     def result(self) -> ReplayResult:
         """All outputs, with each temperature sensor against the twin."""
         sensors = {}
@@ -258,7 +267,7 @@ class _Run:
                 self.fused_std[index, NODE_INDEX[name]], self.rig.sensors["temperature"].noise, name not in self.without,
             )
         return ReplayResult(
-            self.recording, self.rig, self.time, self.measured, self.soft, self.free, self.free_temperature,
+            self._told(), self.rig, self.time, self.measured, self.soft, self.free, self.free_temperature,
             self.fused, self.fused_std, sensors, self.innovations, self.seconds,
             *(np.concatenate(column) for column in zip(*self._smoothed, strict=True)),
         )

@@ -52,8 +52,10 @@ from ddh_twin_py.physics.thermal_network import (
     ROTOR,
     SLOT_WINDING,
     SURFACES,
+    TANK,
     TANK_TOP,
     TEETH,
+    VALVE_OIL,
     WALLS,
     YOKE,
     capacities,
@@ -148,7 +150,10 @@ def predict_mean(params, dynamic, deviation, sensor_node, lag, heat, square, flo
     )
     for k in range(sensor_node.shape[0]):
         decay = np.exp(-interval / (lag * (1.0 + deviation[LAG_AT + k])))
-        middle = 0.5 * (before[sensor_node[k]] + temperature[sensor_node[k]])
+        node, beside, share = sensor_node[k], sensor_node[k], 0.0
+        if node == TANK:  # this sensor reads the mean of both layers
+            beside, share = TANK_TOP, params[0].tank_top_share
+        middle = 0.5 * ((1.0 - share) * (before[node] + temperature[node]) + share * (before[beside] + temperature[beside]))
         dynamic[N + k] = middle + (dynamic[N + k] - middle) * decay
     kept = np.exp(-interval / UNKNOWN_HEAT_TIME)
     for k in range(N_UNKNOWN_HEATS):
@@ -253,12 +258,16 @@ def predict_covariance(params, dynamic, deviation, covariance, sensor_node, lag,
     for k in range(m):
         share = 1.0 + deviation[LAG_AT + k]
         decay = 1.0 / (1.0 + elapsed / (lag * share))
+        node, beside, top = sensor_node[k], sensor_node[k], 0.0
+        if node == TANK:
+            beside, top = TANK_TOP, p.tank_top_share
         transition[N + k, N + k] = decay
         for j in range(N):
-            transition[N + k, j] = (1.0 - decay) * transition[sensor_node[k], j]
+            transition[N + k, j] = (1.0 - decay) * ((1.0 - top) * transition[node, j] + top * transition[beside, j])
         for j in range(N_UNCERTAIN):
-            transition[N + k, d + j] = (1.0 - decay) * transition[sensor_node[k], d + j]
-        transition[N + k, d + LAG_AT + k] -= (1.0 - decay) * (temperature[sensor_node[k]] - dynamic[N + k]) / share
+            transition[N + k, d + j] = (1.0 - decay) * ((1.0 - top) * transition[node, d + j] + top * transition[beside, d + j])
+        reads = (1.0 - top) * temperature[node] + top * temperature[beside]
+        transition[N + k, d + LAG_AT + k] -= (1.0 - decay) * (reads - dynamic[N + k]) / share
 
     rows = np.empty((d + N_UNCERTAIN, size))
     rows[:d] = covariance[:d]
@@ -285,6 +294,8 @@ def predict_covariance(params, dynamic, deviation, covariance, sensor_node, lag,
         covariance[at, at] += (1.0 - kept * kept) * UNKNOWN_HEAT_STD[k] ** 2
     for i in range(N):
         own = _UNKNOWN_SHARE * (heat[i] + (slot if i == SLOT_WINDING else end if i == END_WINDING else 0.0))
+        if i == VALVE_OIL:
+            own = heat[i]  # the opening pressure's tolerance decides over all of it
         power = unknown[i] * unknown[i] + _UNKNOWN_HEAT * _UNKNOWN_HEAT + own * own
         covariance[i, i] += 2.0 * _UNKNOWN_HEAT_TIME * elapsed * power / (capacity[i] * capacity[i]) * transition[i, i] ** 2
     for k in range(_SMALL_OIL.shape[0]):

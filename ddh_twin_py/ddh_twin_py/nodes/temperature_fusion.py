@@ -32,6 +32,7 @@ from ddh_twin_py.nodes.state_keeper import StateKeeper
 from ddh_twin_py.nodes.telemetry_feed import TelemetryFeed
 from ddh_twin_py.nodes.wire import BulkParser
 from ddh_twin_py.physics.thermal_network import N, NODES
+from ddh_twin_py.physics.validity import outside_stated
 from ddh_twin_py.rig import load_rig
 from ddh_twin_py.telemetry.alignment import Tick
 from ddh_twin_py.telemetry.signals import TEMPERATURE_PREFIX
@@ -71,7 +72,7 @@ class TemperatureFusionNode(TelemetryNode):
         self._predicted: dict[int, np.ndarray] = {}  # K (N,) by stamp in ns
         self._last_end: int | None = None
         self._measured, self._measured_at = np.full(N, np.nan), np.full(N, np.nan)  # K, s
-        self._deviation = np.full(N, np.nan)
+        self._deviation = self._newest = np.full(N, np.nan)
         self._refused = dict.fromkeys(SENSORS, 0)
         self._known = {STATE_TOPIC: 0.0, MOTOR_TOPIC: 0.0}
         self._done = 0
@@ -208,6 +209,7 @@ class TemperatureFusionNode(TelemetryNode):
         self._publish(end_ns, result)
         self._last_end = int(end_ns[-1])
         self._deviation = result.standard_deviation[-1]
+        self._newest = result.temperature[-1]
         self._done += len(ticks)
         self._done_at = self.wall()
         self._known = {STATE_TOPIC: float(inputs.hydraulics_known.mean()), MOTOR_TOPIC: float(inputs.motor_known.mean())}
@@ -311,6 +313,9 @@ class TemperatureFusionNode(TelemetryNode):
         report.add("age limit", limit, "s")
         if age > limit:
             report.warn(f"no estimate for {age:.0f} s, neither models nor sensors go on")
+        outside = outside_stated(self._newest)
+        if outside:
+            report.warn(outside)
         return "runs"
 
     def _judge_state_file(self, report: Report) -> str:

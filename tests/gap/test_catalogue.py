@@ -1,0 +1,32 @@
+"""The catalogue: names by the contract, neutral values exact, every effect seen somewhere."""
+
+import numpy as np
+import pytest
+import yaml
+from ddh_twin_py.gap.catalogue import EFFECTS
+from ddh_twin_py.gap.effect import DOMAINS
+from ddh_twin_py.rig import load_rig
+
+
+def test_names_parameters_and_units_are_those_of_the_contract(shared_dir):
+    contract = yaml.safe_load((shared_dir / "effects.yaml").read_text())
+    assert set(EFFECTS) == set(contract["effects"])
+    for name, row in contract["effects"].items():
+        assert (EFFECTS[name].parameter, EFFECTS[name].unit) == (row["parameter"], row["unit"])
+        assert EFFECTS[name].component in contract["components"]
+        if row["nominal"] != "rig":
+            assert EFFECTS[name].reference(load_rig().parameters) == row["nominal"]
+
+
+@pytest.mark.parametrize("name", EFFECTS)
+def test_nothing_changes_at_the_neutral_value_and_something_beyond(name):
+    effect = EFFECTS[name]
+    assert effect.domain in DOMAINS and effect.directions
+    for law in effect.laws:
+        record = load_rig().parameters
+        law(record, 0.0)
+        laws_own = [f for f in record.dtype.names if record[f] != load_rig().parameters[f]]
+        assert all("exponent" in f or "reported" in f for f in laws_own)  # which way, of a loss that is zero
+        law(record, effect.limit(effect.step))
+        assert any(record[f] != load_rig().parameters[f] for f in record.dtype.names if f not in laws_own)
+        assert all(np.isfinite(record[f]) for f in record.dtype.names)
