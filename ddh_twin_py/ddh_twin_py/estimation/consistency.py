@@ -44,7 +44,7 @@ class SeedErrors:
         time: s, (k,). nees: of the nodes `JUDGED`, (k,). nis, readings: sum and number of readings since the instant before, (k,).
         hot_spot: error over standard deviation of the winding's hottest point, its sensor withheld, (k,).
         hot_spot_std: K, (k,). smoothed_square: mean squared error over standard deviation of the nodes, smoothed, (j,).
-        squared, smoothed_squared: K^2, mean squared error over nodes and instants, filtered and smoothed.
+        squared, smoothed_squared: K^2, mean squared error over the nodes `JUDGED` and instants, filtered and smoothed.
     """
 
     time: np.ndarray
@@ -114,7 +114,7 @@ def one_seed(rig: Rig, duty: Duty, seed: int, duration: float, every: float = 10
     nees = [float(e @ np.linalg.solve(p, e)) for e, p in zip(error, result.covariance[chosen][:, JUDGED[:, None], JUDGED], strict=True)]
     smoothed_at = np.round(result.time[result.smoothed_row] / CHUNK).astype(int) - 1
     smoothed_error = result.smoothed - truth[np.minimum(smoothed_at, len(truth) - 1)]
-    smoothed_z = np.mean(np.square(smoothed_error / result.smoothed_std), axis=1)
+    smoothed_z = np.mean(np.square(smoothed_error / result.smoothed_std)[:, JUDGED], axis=1)
     filtered_error = result.fused[result.smoothed_row] - truth[np.minimum(smoothed_at, len(truth) - 1)]
     index = np.array([i.index for i in result.innovations])
     square = np.array([((i.measured - i.expected) / i.standard_deviation) ** 2 for i in result.innovations])
@@ -126,7 +126,7 @@ def one_seed(rig: Rig, duty: Duty, seed: int, duration: float, every: float = 10
     told, std = hot_spot(blind.fused[rows], blind.fused_std[rows], duty.ambient[0])
     true = with_hot_spot(truth[at], duty.ambient[0], share)[:, -1]
     return SeedErrors(result.time[rows], np.array(nees), nis, readings, (told - true) / std, std, smoothed_z,
-                      float(np.mean(filtered_error**2)), float(np.mean(smoothed_error**2)))
+                      float(np.mean(filtered_error[:, JUDGED] ** 2)), float(np.mean(smoothed_error[:, JUDGED] ** 2)))
 
 
 def many_seeds(rig: Rig, duty: Duty, seeds: Collection[int], duration: float, every: float = 10.0,
