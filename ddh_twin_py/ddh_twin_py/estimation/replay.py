@@ -27,6 +27,7 @@ from ddh_twin_py.twin.ambient import AmbientTracker
 from ddh_twin_py.twin.hydraulic_model import HydraulicModel, HydraulicResult
 from ddh_twin_py.twin.intervals import INTERVAL, command_size, new_carry, reduce_intervals
 from ddh_twin_py.twin.machine_thermal import MachineThermal, MotorResult
+from ddh_twin_py.twin.zero_errors import take_off_zero_errors, temperature_zero_errors
 
 BLOCK = 5.0
 """s of measurement time between two exchanges of temperatures between fusion and hydraulic model."""
@@ -142,6 +143,7 @@ class _Run:
         self.smoothing = self.keeping = False
         self._trace_start = 0
         self._smoothed: list[tuple[np.ndarray, ...]] = []
+        self.zero = temperature_zero_errors(rig, SENSORS)
 
     def segment(self, start: int, stop: int, progress: Callable[[float], None] | None) -> None:
         """Run the intervals start..stop, which follow each other without a break."""
@@ -159,7 +161,7 @@ class _Run:
         readings, air_read = self._readings(start, stop)
         air = AmbientTracker(ZERO_CELSIUS + rig["ambient"], self.interval).advance(air_read)
         first_air = air[min(len(air) - 1, round(START / self.interval))]
-        begin = start_temperature(readings, first_air, self.interval)
+        begin = start_temperature(readings, first_air, self.interval, self.zero)
         payload = self.recording.rig.payload_mass if self.recording.rig is not None else None
         hydraulics = HydraulicModel(rig, begin, payload, self.interval)
         motor = MachineThermal(rig, begin, self.interval)
@@ -180,14 +182,14 @@ class _Run:
             self.soft[rows], self.free[rows] = scalars(result.soft), scalars(result.free)
             self.free_temperature[rows] = result.free_temperature
             self.fused[rows], self.fused_std[rows] = estimate.temperature, estimate.standard_deviation
-            self.fused_reading[rows] = estimate.reading
+            self.fused_reading[rows] = estimate.reading + self.zero
             self.innovations += [Innovation(i.index + low, i.sensor, i.measured, i.expected, i.standard_deviation, i.accepted)
                                  for i in estimate.innovations]
             if progress is not None:
                 progress(rows.stop / len(self.ticks))
         nodes = list(NODE_INDEX.values())
         lag = rig["sensors.temperature.time_constant"]
-        self.free_reading[start:stop] = lagged(self.free_temperature[start:stop][:, nodes], begin[nodes], self.interval, lag)
+        self.free_reading[start:stop] = lagged(self.free_temperature[start:stop][:, nodes], begin[nodes], self.interval, lag) + self.zero
 
     def smooth(self) -> None:
         """Smooth what the fusion has done since it began anew."""
@@ -218,6 +220,7 @@ class _Run:
             self.time[start] - self.interval, self.interval, *stream(DRIVE_TOPIC, len(DRIVE_FIELDS)),
             *stream(HYDRAULIC_TOPIC, len(HYDRAULIC_FIELDS)), new_carry(), self.measured[start:stop], command,
         )
+        take_off_zero_errors(self.measured[start:stop], self.rig)
         return command
 
     def _readings(self, start: int, stop: int) -> tuple[Readings, np.ndarray]:

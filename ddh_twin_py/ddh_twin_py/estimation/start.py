@@ -54,14 +54,17 @@ def spread_start(read: Mapping[str, float], ambient: float) -> np.ndarray:
     return start
 
 
-def start_temperature(readings: Sequence[Reading] | Readings, ambient: float, interval: float) -> np.ndarray:
+def start_temperature(readings: Sequence[Reading] | Readings, ambient: float, interval: float,
+                      zero: np.ndarray | None = None) -> np.ndarray:
     """Temperature of every node at the start, K, (N,): means of the readings of the first `START` seconds.
 
     Args:
-        readings: index counted from the start. ambient: K. interval: s.
+        readings: index counted from the start. ambient: K. interval: s. zero: K, what is known of
+            each of `SENSORS`' zero errors, taken off; None: nothing.
     """
     given = readings if isinstance(readings, Readings) else Readings.of(readings)
     early = given.index * interval <= START
-    read = {NODE_OF_SENSOR[SENSORS[k]]: float(given.temperature[early & (given.sensor == k)].mean())
+    known = np.zeros(len(SENSORS)) if zero is None else zero
+    read = {NODE_OF_SENSOR[SENSORS[k]]: float(given.temperature[early & (given.sensor == k)].mean() - known[k])
             for k in np.unique(given.sensor[early])}
     return spread_start(read, ambient)

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ddh_msgs.msg import RigInfo
+from ddh_twin_py.estimation.sensors import SENSORS
 from ddh_twin_py.estimation.start import START, start_temperature
 from ddh_twin_py.nodes import qos
 from ddh_twin_py.nodes.health import Health, Report, add_streams, judge_clock
@@ -21,6 +22,7 @@ from ddh_twin_py.rig import load_rig
 from ddh_twin_py.telemetry.alignment import INTERVAL, REORDER_WINDOW, Samples, Tick
 from ddh_twin_py.telemetry.signals import RIG_TOPIC, TEMPERATURE_PREFIX, TEMPERATURE_SENSORS, ZERO_CELSIUS
 from ddh_twin_py.twin.ambient import AmbientTracker
+from ddh_twin_py.twin.zero_errors import take_off_zero_errors, temperature_zero_errors
 
 ADAPT_PERIOD = 0.25  # s of wall time
 TEMPERATURE_TOPICS = tuple(TEMPERATURE_PREFIX + sensor for sensor in TEMPERATURE_SENSORS)
@@ -215,14 +217,18 @@ class ModelNode(TelemetryNode):
         for batch in self._intervals.add(ticks, flush):
             self._advance(batch)
 
+    def _first_temperature(self, batch: Batch, air: float) -> np.ndarray:
+        return start_temperature(batch.readings, air, self.interval, temperature_zero_errors(self.rig, SENSORS))
+
     def _advance(self, batch: Batch) -> None:
+        take_off_zero_errors(batch.measured, self.rig)
         if batch.first or self._model is None:
             self._air = AmbientTracker(ZERO_CELSIUS + self.rig["ambient"], self.interval)
         air = self._air.advance(batch.air)
         if batch.first or self._model is None:
             first_air = air[min(len(batch) - 1, round(START / self.interval))]
             payload = known_payload(self.rig_info)
-            self._model = self.make_model(start_temperature(batch.readings, first_air, self.interval), payload)
+            self._model = self.make_model(self._first_temperature(batch, first_air), payload)
             taken = payload or self.rig["load.payload_mass"]
             self.unit = Unit(self.rig_id, taken if self.payload_matters else np.nan)
         known = self.run_model(self._model, batch, air)

@@ -8,8 +8,6 @@ at 2.5. A rig file given by a user may name only what differs from the reference
 from __future__ import annotations
 
 import difflib
-import math
-import re
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from importlib import resources
@@ -20,8 +18,8 @@ import numpy as np
 import yaml
 
 from ddh_twin_py.rig.bounds import LARGEST_TOLERANCE, SENSOR_FACTOR, Bound, bound_of, contradiction
+from ddh_twin_py.rig.numbers import finite_number
 
-_EXPONENT = re.compile(r"[-+]?[0-9]*\.?[0-9]+[eE][-+]?[0-9]+")
 CUT = 2.5
 """Tolerances are normal distributions cut at this many standard deviations."""
 OIL_GRADE = "ISO VG 32"
@@ -113,15 +111,28 @@ class Rig:
             quantities[path] = replace(quantities[path], value=float(value), source=source)
         return replace(self, quantities=quantities)
 
+    def zero_error(self, sensor: str) -> tuple[float, float]:
+        """Mean and standard deviation of a sensor's zero error, in its unit.
+
+        Args:
+            sensor: ``pressure_piston_side``, ``pressure_rod_side`` or a temperature sensor's name; one
+                that has no entry ``measurement.<sensor>_offset`` has the sheet's tolerance around 0.
+        """
+        spec = self.sensors["pressure" if sensor.startswith("pressure_") else "temperature"]
+        known = self.quantities.get(f"measurement.{sensor}_offset")
+        if known is None:
+            return 0.0, spec.offset_tolerance
+        return known.value, known.standard_deviation or spec.offset_tolerance
+
     def draw(self, rng: np.random.Generator) -> Rig:
-        """A rig as it might leave the factory: each quantity drawn within its tolerance.
+        """A rig as it might leave the factory: each quantity drawn within its tolerance, or its fitted deviation.
 
         Independent normal distributions cut at 2.5 standard deviations (`CUT`) and at the bounds
         that a rig file must keep, where the sheet itself keeps them.
         """
         sound = not contradiction({path: q.value for path, q in self.quantities.items()})
         while True:
-            values = {path: _drawn(path, q, rng) for path, q in self.quantities.items() if q.tolerance > 0}
+            values = {path: _drawn(path, q, rng) for path, q in self.quantities.items() if q.standard_deviation > 0.0}
             drawn = self.with_values(values, source="drawn within tolerance")
             if not sound or not contradiction({path: q.value for path, q in drawn.quantities.items()}):
                 return drawn
@@ -131,7 +142,10 @@ def _drawn(path: str, quantity: Quantity, rng: np.random.Generator) -> float:
     bound = BOUNDS[path]
     while True:
         deviation = rng.standard_normal()
-        value = quantity.value * (1.0 + quantity.tolerance * deviation)
+        if quantity.std is None:
+            value = quantity.value * (1.0 + quantity.tolerance * deviation)
+        else:
+            value = quantity.value + quantity.std * deviation
         if abs(deviation) <= CUT and (bound.holds(value) or not bound.holds(quantity.value)):
             return value
 
@@ -211,16 +225,7 @@ def _unknown(file: str, name: str, valid: Any) -> str:
 
 
 def _number(file: str, name: str, value: Any) -> float:
-    try:
-        number = math.nan if isinstance(value, bool) or not isinstance(value, (int, float)) else float(value)
-    except OverflowError:
-        number = math.inf
-    if not math.isfinite(number):
-        shown = repr(value)
-        shown = shown if len(shown) <= 40 else shown[:37] + "..."
-        hint = "; YAML wants a point and a sign, as in 1.0e+9" if isinstance(value, str) and _EXPONENT.fullmatch(value) else ""
-        raise RigError(f"{file}: {name}: value is {shown}, a finite number is needed{hint}")
-    return number
+    return finite_number(f"{file}: {name}", value, RigError)
 
 
 def _parse(tree: dict, file: str) -> tuple[str, dict[str, Quantity], dict[str, SensorSpec]]:

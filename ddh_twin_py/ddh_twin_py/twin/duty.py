@@ -27,6 +27,7 @@ import yaml
 
 from ddh_twin_py.physics.motor import RAD_PER_S_OF_RPM
 from ddh_twin_py.rig import LARGEST_PAYLOAD, Rig
+from ddh_twin_py.rig.numbers import finite_number
 from ddh_twin_py.twin.duty_program import COMMAND, CYCLES, KINDS, new_program, next_command
 
 _SEGMENTS = {
@@ -164,14 +165,7 @@ def _known(path: Path, where: str, tree: dict, valid: set[str]) -> None:
 
 
 def _number(path: Path, name: str, value: object) -> float:
-    try:
-        number = math.nan if isinstance(value, bool) or not isinstance(value, (int, float)) else float(value)
-    except OverflowError:
-        number = math.inf
-    if not math.isfinite(number):
-        shown = repr(value)
-        raise DutyError(f"{path}: {name}: value is {shown[:40]}, a finite number is needed")
-    return number
+    return finite_number(f"{path}: {name}", value, DutyError)
 
 
 def _between(path: Path, name: str, value: object, lowest: float, highest: float, unit: str) -> float:

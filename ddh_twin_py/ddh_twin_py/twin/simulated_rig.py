@@ -31,6 +31,7 @@ CHUNK = 1.0
 """s of telemetry handed over at a time."""
 _SUBINTERVALS = 4
 _STEP = 2.5e-4  # s, finer than the twin's own
+_PRESSURES = ("pressure_piston_side", "pressure_rod_side")
 _READS = {
     "motor_winding": "end_winding", "motor_housing": "housing", "pump_1_case": "pump_1_case",
     "pump_2_case": "pump_2_case", "tank_oil": "tank_oil", "tank_wall": "tank_wall",
@@ -91,6 +92,11 @@ class SimulatedRig:
         pressure, temperature = sheet.sensors["pressure"], sheet.sensors["temperature"]
         self._pressure_offset = rng.normal(0.0, pressure.offset_tolerance, 2)
         self._temperature_offset = rng.normal(0.0, temperature.offset_tolerance, len(_READS) + 1)
+        for offsets, sensors in ((self._pressure_offset, _PRESSURES), (self._temperature_offset, _READS)):
+            for i, name in enumerate(sensors):
+                known = sheet.quantities[f"measurement.{name}_offset"]
+                if known.value or known.standard_deviation:  # of a fitted sheet; drawn with the rest
+                    offsets[i] = self.rig[f"measurement.{name}_offset"]
         self._node = [NODES.index(node) for node in _READS.values()]
 
     def truth(self) -> np.ndarray:
