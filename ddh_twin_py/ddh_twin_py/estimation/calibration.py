@@ -21,12 +21,15 @@ from scipy.linalg import solve_triangular
 from scipy.optimize import lsq_linear
 
 from ddh_twin_py.estimation.allowances import Sums, sums_of
-from ddh_twin_py.estimation.comparison import Comparison, Discrepancy, scatter_of
+from ddh_twin_py.estimation.comparison import CLOCK_JITTER, Comparison, Discrepancy, scatter_of
 from ddh_twin_py.estimation.experiment import PRESSURES, Experiment
-from ddh_twin_py.physics.free_run import HYDRAULIC_STEP
 from ddh_twin_py.rig import Rig
 from ddh_twin_py.rig.sheet import CUT, FIELD_OF_PATH, Quantity
 
+AIR = "surroundings.enclosure_rise"
+"""What the ambient sensor's zero error comes to: the air is warmer than it reads."""
+SKEW = "measurement.time_skew"
+"""How much later hydraulic samples are stamped than the drive's; unknown by `CLOCK_JITTER`."""
 INFORMED = 0.9
 """A parameter whose standard deviation fell below this share of its prior was informed by the recordings."""
 _DIFFERENCES = (0.3, 0.1, 0.03)  # of a tolerance, from far to near
@@ -35,7 +38,9 @@ _SCATTER_FROM = 2  # sweeps, before which all is far off
 _CHORDS = 4
 _FAR = 4.0  # RMS of a signal's deviations above which it is judged milder
 _SETTLED = 1.0e-3  # share of chi-square that a further step would promise or gain
-_COARSE = 2.0e-3  # s, hydraulic step of the runs that are only compared with each other
+_SETTLED_EACH = 0.1  # the same in squared posterior deviations per unknown, which is less where unknowns are few
+_STEP = 2.0e-3  # s, hydraulic step of the runs of a fit; its error is below 1e-4 of a rise of temperature
+_COARSE = 4.0e-3  # s, of the runs for the first sensitivities
 
 
 class CalibrationError(ValueError):
@@ -92,7 +97,13 @@ def offset_paths(experiments: Sequence[Experiment]) -> list[str]:
     """Paths of the zero errors of the pressure and temperature sensors that the recordings have."""
     signals = dict.fromkeys(name for e in experiments for name in e.signals)
     names = [name if name in PRESSURES else name.split("/")[1] for name in signals if name in PRESSURES or "/" in name]
-    return [f"measurement.{name}_offset" for name in names]
+    air = any("ambient" in e.recording.temperatures for e in experiments)
+    return [f"measurement.{name}_offset" for name in names] + [AIR] * air + [SKEW]
+
+
+def _is_zero_error(path: str) -> bool:
+    """Whether a path is a sensor's zero error, of which every reading is a linear function."""
+    return path == AIR or (path.startswith("measurement.") and path.endswith("_offset"))
 
 
 def with_offsets(rig: Rig, paths: Sequence[str]) -> Rig:
@@ -101,7 +112,8 @@ def with_offsets(rig: Rig, paths: Sequence[str]) -> Rig:
     for path in paths:
         sensor = rig.sensors["pressure" if path.startswith("measurement.pressure") else "temperature"]
         if quantities[path].standard_deviation == 0.0:
-            quantities[path] = replace(quantities[path], std=sensor.offset_tolerance, source="the sensor's zero")
+            std, source = (CLOCK_JITTER, "clocks of drive and pressures") if path == SKEW else (sensor.offset_tolerance, "the sensor's zero")
+            quantities[path] = replace(quantities[path], std=std, source=source)
     return replace(rig, quantities=quantities)
 
 
@@ -209,7 +221,7 @@ class Problem:
                 own[field] += deviation * scale
         return own
 
-    def predict(self, theta: np.ndarray, step: float = HYDRAULIC_STEP) -> list[dict[str, np.ndarray]]:
+    def predict(self, theta: np.ndarray, step: float = _STEP) -> list[dict[str, np.ndarray]]:
         """Predictions of every recording; ``step`` (s) of the hydraulics."""
         return [e.predict(self.record(i, theta), step) for i, e in enumerate(self.experiments)]
 
@@ -217,18 +229,23 @@ class Problem:
         """Gauss-Newton from the sheet (or ``start``) on; far from the answer, what is far off counts less."""
         theta = np.zeros(self.size) if start is None else start.copy()
         first = predictions = self.predict(theta)
-        settled, sweep = False, 0
+        settled, sweep, comparisons, fresh = False, 0, [], []
         for sweep in range(1, _SWEEPS + 1):
             told = None if progress is None else (lambda done, sweep=sweep: progress((sweep - 1 + 0.9 * done) / _SWEEPS))
+            before, known = comparisons, fresh
             comparisons = [Comparison(e.signals, p, self.discrepancy) for e, p in zip(self.experiments, predictions, strict=True)]
-            jacobians = self.jacobians(pool, theta, comparisons, _DIFFERENCES[min(sweep, len(_DIFFERENCES)) - 1], told)
+            known = [] if sweep == 1 else [k * (b.spread / c.spread)[:, None] for k, b, c in zip(known, before, comparisons, strict=True)]
+            base = None if sweep == 1 else predictions
+            jacobians = self.jacobians(pool, theta, comparisons, _DIFFERENCES[min(sweep, len(_DIFFERENCES)) - 1], told, base, known)
+            fresh = [jacobian.copy() for jacobian in jacobians]  # as taken, before Broyden's updates
             temper = [_tempers(c, p) for c, p in zip(comparisons, predictions, strict=True)]
             state = self._stand(comparisons, jacobians, predictions, theta, temper)
             for _ in range(_CHORDS):
                 move = _within(state.information + np.eye(self.size), state.score - theta, theta)
                 promised = float(move @ (state.information + np.eye(self.size)) @ move)
-                settled = promised < _SETTLED * state.cost and max(max(t.values()) for t in temper) <= 1.0
-                if promised < _SETTLED * state.cost:
+                little = min(_SETTLED * state.cost, _SETTLED_EACH * self.size)
+                settled = promised < little and max(max(t.values()) for t in temper) <= 1.0
+                if promised < little:
                     break
                 share, better = 1.0, None
                 while share > 0.1:
@@ -237,7 +254,7 @@ class Problem:
                     if sweep == 1:
                         _broyden(jacobians, comparisons, predictions, tried, trial - theta)
                     better = self._stand(comparisons, jacobians, tried, trial, temper)
-                    if better.cost < state.cost - 0.1:
+                    if better.cost < state.cost - min(0.1, 0.1 * little):
                         break
                     share *= 0.4
                     better = None
@@ -245,7 +262,7 @@ class Problem:
                     break
                 gained = state.cost - better.cost
                 theta, predictions, state = trial, tried, better
-                if gained < _SETTLED * state.cost:
+                if gained < little:
                     break
             if settled:
                 break
@@ -266,22 +283,31 @@ class Problem:
                 scatter[name] = max(factor, scatter.get(name, 1.0))
         self.discrepancy = replace(plain, scatter=scatter)
 
-    def jacobians(self, pool, theta, comparisons, difference: float, progress=None) -> list[np.ndarray]:
-        """Sensitivities of every recording's features by every deviation, (rows, k) each; ``difference`` of a tolerance."""
+    def jacobians(self, pool, theta, comparisons, difference: float, progress=None, predictions=None, known=()) -> list[np.ndarray]:
+        """Sensitivities of every recording's features by every deviation, (rows, k) each.
+
+        Args:
+            difference: of a tolerance. progress: told the share done.
+            predictions: at ``theta`` with the step of `predict`; None takes a coarser one for base and differences.
+            known: sensitivities from another place; those of zero errors, which are the same everywhere, are kept.
+        """
         step = self._steps(theta, difference)
+        size = _COARSE if predictions is None else _STEP
 
         def column(i: int) -> list[np.ndarray]:
             moved = theta.copy()
             moved[i] += step[i]
-            return [c.features(p) for c, p in zip(comparisons, self.predict(moved, _COARSE), strict=True)]
+            return [c.features(p) for c, p in zip(comparisons, self.predict(moved, size), strict=True)]
 
-        base = [c.features(p) for c, p in zip(comparisons, self.predict(theta, _COARSE), strict=True)]
-        out = [np.empty((c.size, self.size)) for c in comparisons]
-        for i, columns in enumerate(pool.map(column, range(self.size))):
+        wanted = [i for i, path in enumerate(self.paths) if not (known and _is_zero_error(path))]
+        at_theta = self.predict(theta, size) if predictions is None else predictions
+        base = [c.features(p) for c, p in zip(comparisons, at_theta, strict=True)]
+        out = [k.copy() for k in known] or [np.empty((c.size, self.size)) for c in comparisons]
+        for done, (i, columns) in enumerate(zip(wanted, pool.map(column, wanted), strict=True), 1):
             for jacobian, moved, at in zip(out, columns, base, strict=True):
                 jacobian[:, i] = (moved - at) / step[i]
             if progress is not None:
-                progress((i + 1) / self.size)
+                progress(done / len(wanted))
         return out
 
     def _stand(self, comparisons, jacobians, predictions, theta, temper) -> _Stand:
@@ -322,8 +348,7 @@ class Problem:
 
 def _fitted_quantity(quantity: Quantity, fitted: FittedParameter, names: str) -> Quantity:
     source = f"fitted to {names}" if fitted.informed else f"{quantity.source}; not informed by {names}"
-    return replace(quantity, value=fitted.value, std=fitted.std, source=source,
-                   tolerance=fitted.std / abs(fitted.value) if fitted.value else 0.0)
+    return replace(quantity, value=fitted.value, std=fitted.std, source=source)
 
 
 def sized(discrepancy: Discrepancy, allowances: dict[tuple, tuple[float, float]]) -> Discrepancy:

@@ -81,6 +81,7 @@ class Comparison:
 
     Attributes:
         blocks: one per signal. size: rows in all. measured: what was measured, over its deviation, (size,).
+        spread: that deviation in the signal's unit, (size,).
     """
 
     def __init__(self, signals: Mapping, reference: Mapping[str, np.ndarray], discrepancy: Discrepancy) -> None:
@@ -111,6 +112,7 @@ class Comparison:
             parts.append(binning.mean(np.where(np.isfinite(signal.measured), signal.measured, 0.0)) / spread)
             self.size += b
         self.measured = np.concatenate(parts) if parts else np.zeros(0)
+        self.spread = np.concatenate([block.spread for block in self.blocks]) if parts else np.zeros(0)
 
     def features(self, prediction: Mapping[str, np.ndarray]) -> np.ndarray:
         """A prediction as the numbers that it is compared by, (size,)."""

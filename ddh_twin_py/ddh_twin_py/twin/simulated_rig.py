@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from ddh_twin_py.physics.balance import OPERATING_DTYPE
-from ddh_twin_py.physics.free_run import free_run, settle
+from ddh_twin_py.physics.free_run import SAMPLED, free_run_sampled, settle
 from ddh_twin_py.physics.hydraulics import HYDRAULIC_STATES
 from ddh_twin_py.physics.thermal_network import N, NODES, capacities
 from ddh_twin_py.rig import OIL_GRADE, Rig, load_rig
@@ -118,7 +118,8 @@ class SimulatedRig:
         settle(parameters, state, duty.start_position, 0.8 * duty.payload * record["load_gravity"] / area, 0.0)
         points, temperatures = np.zeros(_SUBINTERVALS, OPERATING_DTYPE), np.empty((_SUBINTERVALS, N))
         nowhere = np.full(_SUBINTERVALS, np.nan)
-        program, at = DutyCommand(duty), 0
+        end, sample = np.array([CONTROL_PERIOD - 1e-9]), np.zeros((1, len(SAMPLED)))
+        program, at, command = DutyCommand(duty), 0, 0.0
         # sheet values the drive knows: it reports torque as the sheet's constant times current
         torque_constant = self._sheet["motor.torque_constant"]
         lag = self.rig["sensors.temperature.time_constant"] if met is None or met.lags is None else met.lags
@@ -133,16 +134,17 @@ class SimulatedRig:
                     times.append(now)
                     thermal.append(np.append(reading, air))
                 next_command = program.step(state[5], rod_speed_per_rad, CONTROL_PERIOD)
-                edges = np.full(command_size(_SUBINTERVALS), next_command)
-                free_run(parameters, state, self._temperature, edges, np.full(_SUBINTERVALS, air),
-                         CONTROL_PERIOD / _SUBINTERVALS, _STEP, nowhere, points, temperatures)
+                edges = np.linspace(command, next_command, command_size(_SUBINTERVALS))
+                command = next_command
+                free_run_sampled(parameters, state, self._temperature, edges, np.full(_SUBINTERVALS, air),
+                                 CONTROL_PERIOD / _SUBINTERVALS, _STEP, nowhere, points, temperatures, end, sample)
                 if added is not None:
                     capacities(parameters, state[5], capacity)
                     self._temperature += CONTROL_PERIOD * added / capacity
                 last = points[-1]
-                drive.append((next_command, state[1], torque_constant * last["current"], last["current"], last["voltage"],
-                              last["electrical_power"]))
-                hydraulic.append((last["pressure_piston_side"], last["pressure_rod_side"], state[5], state[4]))
+                speed, current, piston_side, rod_side, position, velocity = sample[0]
+                drive.append((next_command, speed, torque_constant * current, current, last["voltage"], last["electrical_power"]))
+                hydraulic.append((piston_side, rod_side, position, velocity))
                 reading += (self._temperature[self._node] - reading) * (1.0 - np.exp(-CONTROL_PERIOD / lag))
                 at += 1
             yield self._measure(np.array(drive), np.array(hydraulic), np.array(thermal), np.array(times), at)
