@@ -32,7 +32,7 @@ SKEW = "measurement.time_skew"
 """How much later hydraulic samples are stamped than the drive's; unknown by `CLOCK_JITTER`."""
 INFORMED = 0.9
 """A parameter whose standard deviation fell below this share of its prior was informed by the recordings."""
-_DIFFERENCES = (0.3, 0.1, 0.03)  # of a tolerance, from far to near
+_DIFFERENCES = (0.1, 0.01, 0.003)  # of a tolerance, from far to near; pressures hang on leakage with a curve
 _SWEEPS = 5
 _SCATTER_FROM = 2  # sweeps, before which all is far off
 _CHORDS = 4
@@ -101,9 +101,9 @@ def offset_paths(experiments: Sequence[Experiment]) -> list[str]:
     return [f"measurement.{name}_offset" for name in names] + [AIR] * air + [SKEW]
 
 
-def _is_zero_error(path: str) -> bool:
-    """Whether a path is a sensor's zero error, of which every reading is a linear function."""
-    return path == AIR or (path.startswith("measurement.") and path.endswith("_offset"))
+def _same_everywhere(path: str) -> bool:
+    """Whether every reading is a linear function of a zero error, whatever else is fitted: those that do not reach the oil."""
+    return path.startswith(("measurement.pressure_", "measurement.motor_")) and path.endswith("_offset")
 
 
 def with_offsets(rig: Rig, paths: Sequence[str]) -> Rig:
@@ -251,8 +251,7 @@ class Problem:
                 while share > 0.1:
                     trial = theta + share * move
                     tried = self.predict(trial)
-                    if sweep == 1:
-                        _broyden(jacobians, comparisons, predictions, tried, trial - theta)
+                    _broyden(jacobians, comparisons, predictions, tried, trial - theta)
                     better = self._stand(comparisons, jacobians, tried, trial, temper)
                     if better.cost < state.cost - min(0.1, 0.1 * little):
                         break
@@ -289,7 +288,7 @@ class Problem:
         Args:
             difference: of a tolerance. progress: told the share done.
             predictions: at ``theta`` with the step of `predict`; None takes a coarser one for base and differences.
-            known: sensitivities from another place; those of zero errors, which are the same everywhere, are kept.
+            known: sensitivities from another place; those that are the same everywhere are kept.
         """
         step = self._steps(theta, difference)
         size = _COARSE if predictions is None else _STEP
@@ -299,7 +298,7 @@ class Problem:
             moved[i] += step[i]
             return [c.features(p) for c, p in zip(comparisons, self.predict(moved, size), strict=True)]
 
-        wanted = [i for i, path in enumerate(self.paths) if not (known and _is_zero_error(path))]
+        wanted = [i for i, path in enumerate(self.paths) if not (known and _same_everywhere(path))]
         at_theta = self.predict(theta, size) if predictions is None else predictions
         base = [c.features(p) for c, p in zip(comparisons, at_theta, strict=True)]
         out = [k.copy() for k in known] or [np.empty((c.size, self.size)) for c in comparisons]
