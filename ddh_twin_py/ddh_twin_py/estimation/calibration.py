@@ -244,7 +244,7 @@ class Problem:
                 move = _within(state.information + np.eye(self.size), state.score - theta, theta)
                 promised = float(move @ (state.information + np.eye(self.size)) @ move)
                 little = min(_SETTLED * state.cost, _SETTLED_EACH * self.size)
-                settled = promised < little and max(max(t.values()) for t in temper) <= 1.0
+                settled = promised < little and sweep > 1
                 if promised < little:
                     break
                 share, better = 1.0, None
@@ -260,7 +260,9 @@ class Problem:
                 if better is None:
                     break
                 gained = state.cost - better.cost
-                theta, predictions, state = trial, tried, better
+                theta, predictions = trial, tried
+                temper = [_tempers(c, p) for c, p in zip(comparisons, predictions, strict=True)]
+                state = self._stand(comparisons, jacobians, predictions, theta, temper)
                 if gained < little:
                     break
             if settled:
