@@ -9,7 +9,7 @@ from importlib import import_module
 
 from ddh_twin_py.cli.arguments import Parser
 
-VERBS = ("demo", "replay", "info", "simulate", "up", "paper", "study", "motor", "verify", "bench")
+VERBS = ("demo", "replay", "calibrate", "info", "simulate", "up", "paper", "study", "motor", "verify", "bench")
 """Verbs in the order of the help; each is a module of this package."""
 
 _ROS = frozenset({"rclpy", "ddh_msgs", "sensor_msgs", "diagnostic_msgs", "std_srvs", "rosgraph_msgs", "rcl_interfaces"})
@@ -20,7 +20,7 @@ examples:
   ddh-twin replay bags/paper_cycle --html r.html  any recording in one process
   ddh-twin up --help                              the twin beside a machine
 
-exit codes: 0 done, 2 the input cannot be used (one line on standard error says why), 130 interrupted
+exit codes: 0 done, 1 nothing that was asked for can be found out (calibrate), 2 the input cannot be used (one line on standard error says why), 130 interrupted
 """
 
 

@@ -60,6 +60,11 @@ class FittedParameter:
     informed: bool
 
     @property
+    def share(self) -> float:
+        """Standard deviation after over before; 1 is nothing learnt."""
+        return self.std / self.prior_std
+
+    @property
     def moved(self) -> float:
         """How far it moved, in prior standard deviations."""
         return (self.value - self.prior) / self.prior_std
@@ -76,6 +81,8 @@ class Calibration:
         before, after: RMS of each signal's residual over its noise, sheet and fit.
         sweeps: times that sensitivities were taken. settled: whether the last step was negligible.
         discrepancy: what the model was forgiven, sized by this fit.
+        refused: parameters that were asked for and that the recordings cannot identify; the rig keeps
+            their prior. asked: whether only some were asked for; all others were held exact.
     """
 
     rig: Rig
@@ -86,6 +93,15 @@ class Calibration:
     sweeps: int
     settled: bool
     discrepancy: Discrepancy
+    refused: tuple[FittedParameter, ...] = ()
+    asked: bool = False
+
+    def together(self, least: float = 0.95) -> list[tuple[str, str, float]]:
+        """Pairs of which only a combination is informed: names and correlation, |r| above ``least``, closest first."""
+        names = [parameter.name for parameter in self.parameters]
+        rows, columns = np.nonzero(np.triu(np.abs(self.correlation) > least, 1))
+        pairs = [(names[i], names[j], float(self.correlation[i, j])) for i, j in zip(rows, columns, strict=True)]
+        return sorted(pairs, key=lambda pair: -abs(pair[2]))
 
 
 def uncertain_paths(rig: Rig) -> list[str]:
@@ -112,8 +128,8 @@ def with_offsets(rig: Rig, paths: Sequence[str]) -> Rig:
     for path in paths:
         sensor = rig.sensors["pressure" if path.startswith("measurement.pressure") else "temperature"]
         if quantities[path].standard_deviation == 0.0:
-            std, source = (CLOCK_JITTER, "clocks of drive and pressures") if path == SKEW else (sensor.offset_tolerance, "the sensor's zero")
-            quantities[path] = replace(quantities[path], std=std, source=source)
+            std, what = (CLOCK_JITTER, "clocks of drive and pressures") if path == SKEW else (sensor.offset_tolerance, "the sensor's zero")
+            quantities[path] = replace(quantities[path], std=std, source=what)
     return replace(rig, quantities=quantities)
 
 
@@ -135,16 +151,21 @@ def calibrate(experiments: Sequence[Experiment], rig: Rig, only: Sequence[str] =
     offsets = offset_paths(experiments)
     rig = with_offsets(rig, offsets)
     wanted = list(only) or [path for path in uncertain_paths(rig) if not path.startswith("measurement.")]
-    problem = Problem(experiments, rig, _checked(rig, wanted) + [path for path in offsets if path not in wanted],
+    problem = Problem(experiments, rig, check_paths(rig, wanted) + [path for path in offsets if path not in wanted],
                       discrepancy or Discrepancy())
     with ThreadPoolExecutor(max_workers=threads) as pool:
         fit = problem.fit(pool, progress)
     if progress is not None:
         progress(1.0)
-    return problem.result(fit)
+    return problem.result(fit, tuple(only))
 
 
-def _checked(rig: Rig, paths: Sequence[str]) -> list[str]:
+def check_paths(rig: Rig, paths: Sequence[str]) -> list[str]:
+    """The paths, where all can be fitted.
+
+    Raises:
+        CalibrationError: unknown path (with the nearest valid one), or one that the sheet holds exact.
+    """
     for path in paths:
         if path not in rig.quantities:
             nearest = difflib.get_close_matches(path, list(rig.quantities), 1, 0.0)[0]
@@ -230,13 +251,14 @@ class Problem:
         theta = np.zeros(self.size) if start is None else start.copy()
         first = predictions = self.predict(theta)
         settled, sweep, comparisons, fresh = False, 0, [], []
+        keep = False  # of the sensitivities, where only the deviations of the bins changed
         for sweep in range(1, _SWEEPS + 1):
             told = None if progress is None else (lambda done, sweep=sweep: progress((sweep - 1 + 0.9 * done) / _SWEEPS))
             before, known = comparisons, fresh
             comparisons = [Comparison(e.signals, p, self.discrepancy) for e, p in zip(self.experiments, predictions, strict=True)]
             known = [] if sweep == 1 else [k * (b.spread / c.spread)[:, None] for k, b, c in zip(known, before, comparisons, strict=True)]
             base = None if sweep == 1 else predictions
-            jacobians = self.jacobians(pool, theta, comparisons, _DIFFERENCES[min(sweep, len(_DIFFERENCES)) - 1], told, base, known)
+            jacobians = self.jacobians(pool, theta, comparisons, _DIFFERENCES[min(sweep, len(_DIFFERENCES)) - 1], told, base, known, keep)
             fresh = [jacobian.copy() for jacobian in jacobians]  # as taken, before Broyden's updates
             temper = [_tempers(c, p) for c, p in zip(comparisons, predictions, strict=True)]
             state = self._stand(comparisons, jacobians, predictions, theta, temper)
@@ -265,10 +287,11 @@ class Problem:
                 state = self._stand(comparisons, jacobians, predictions, theta, temper)
                 if gained < little:
                     break
-            if settled:
+            if settled and self.discrepancy.scatter:
                 break
-            if sweep >= _SCATTER_FROM:
+            if settled or sweep >= _SCATTER_FROM:
                 self._learn_scatter(predictions)
+                keep = settled
         plain = [dict.fromkeys(t, 1.0) for t in temper]
         state = self._stand(comparisons, jacobians, predictions, theta, plain)
         covariance = np.linalg.inv(state.information + np.eye(self.size))
@@ -284,13 +307,15 @@ class Problem:
                 scatter[name] = max(factor, scatter.get(name, 1.0))
         self.discrepancy = replace(plain, scatter=scatter)
 
-    def jacobians(self, pool, theta, comparisons, difference: float, progress=None, predictions=None, known=()) -> list[np.ndarray]:
+    def jacobians(self, pool, theta, comparisons, difference: float, progress=None, predictions=None, known=(),
+                  keep: bool = False) -> list[np.ndarray]:
         """Sensitivities of every recording's features by every deviation, (rows, k) each.
 
         Args:
             difference: of a tolerance. progress: told the share done.
             predictions: at ``theta`` with the step of `predict`; None takes a coarser one for base and differences.
-            known: sensitivities from another place; those that are the same everywhere are kept.
+            known: sensitivities from another place; those that are the same everywhere are kept,
+                or with ``keep`` all.
         """
         step = self._steps(theta, difference)
         size = _COARSE if predictions is None else _STEP
@@ -300,7 +325,7 @@ class Problem:
             moved[i] += step[i]
             return [c.features(p) for c, p in zip(comparisons, self.predict(moved, size), strict=True)]
 
-        wanted = [i for i, path in enumerate(self.paths) if not (known and _same_everywhere(path))]
+        wanted = [i for i, path in enumerate(self.paths) if not (known and (keep or _same_everywhere(path)))]
         at_theta = self.predict(theta, size) if predictions is None else predictions
         base = [c.features(p) for c, p in zip(comparisons, at_theta, strict=True)]
         out = [k.copy() for k in known] or [np.empty((c.size, self.size)) for c in comparisons]
@@ -330,21 +355,37 @@ class Problem:
                 squares.setdefault(name, []).append(((signal.measured - predicted[name])[used] / signal.noise) ** 2)
         return {name: float(np.sqrt(np.mean(np.concatenate(parts)))) for name, parts in squares.items() if sum(p.size for p in parts)}
 
-    def result(self, fit: Fit) -> Calibration:
-        """Values in their units, and the rig that holds them."""
+    def _without(self, fit: Fit, refused: list[int]) -> Fit:
+        """The fit with some unknowns put back to their prior mean, the others where they then fit best (Gaussian conditional).
+
+        Standard deviations stay those with everything unknown, since what is put back is no better known.
+        """
+        cross = fit.covariance[:, refused] @ np.linalg.inv(fit.covariance[np.ix_(refused, refused)])
+        theta = fit.theta - cross @ fit.theta[refused]
+        theta[refused] = 0.0
+        return replace(fit, theta=theta, predictions=self.predict(theta))
+
+    def result(self, fit: Fit, asked: tuple[str, ...] = ()) -> Calibration:
+        """Values in their units, and the rig that holds them; what was asked for and not informed keeps its prior."""
         spread = np.sqrt(np.diagonal(fit.covariance))
+        back = [i for i, path in enumerate(self.paths) if path in asked and spread[i] > INFORMED]
+        if back:
+            fit = self._without(fit, back)
         names = ", ".join(e.recording.path for e in self.experiments)
+        refused = {self.paths[i] for i in back}
         parameters, quantities = [], dict(self.rig.quantities)
         for path, deviation, share, scale in zip(self.paths, fit.theta, spread, self.scale, strict=True):
             quantity = self.rig.quantities[path]
             fitted = FittedParameter(path, quantity.unit, quantity.value, scale, quantity.value + deviation * scale,
                                      share * scale, bool(share < INFORMED))
             parameters.append(fitted)
-            quantities[path] = _fitted_quantity(quantity, fitted, names)
+            if path not in refused:
+                quantities[path] = _fitted_quantity(quantity, fitted, names)
         rig_id = next((e.recording.rig.rig_id for e in self.experiments if e.recording.rig is not None), self.rig.rig_id)
         return Calibration(replace(self.rig, rig_id=rig_id, quantities=quantities), parameters,
                            fit.covariance / np.outer(spread, spread), self.rms(fit.first), self.rms(fit.predictions),
-                           fit.sweeps, fit.settled, sized(self.discrepancy, fit.allowances))
+                           fit.sweeps, fit.settled, sized(self.discrepancy, fit.allowances),
+                           tuple(p for p in parameters if p.name in refused), bool(asked))
 
 
 def _fitted_quantity(quantity: Quantity, fitted: FittedParameter, names: str) -> Quantity:

@@ -10,7 +10,8 @@ from rich.text import Text
 from ddh_twin_py.report.agreement import Agreement, level
 from ddh_twin_py.report.units import ZERO_CELSIUS, in_unit, number, words
 
-_STYLE = {"good": "green", "fair": "yellow", "poor": "red"}
+STYLE = {"good": "green", "fair": "yellow", "poor": "red"}
+"""Colour of a level."""
 
 
 def summary(agreement: Agreement, title: str) -> Group:
@@ -28,7 +29,8 @@ def print_summary(agreement: Agreement, title: str, console: Console | None = No
     (console or Console()).print(summary(agreement, title), soft_wrap=False)
 
 
-def _table(*columns: str) -> Table:
+def plain_table(*columns: str) -> Table:
+    """A table without frame; the first column is text, the others are numbers."""
     table = Table(box=SIMPLE_HEAD, pad_edge=False, show_edge=False, padding=(0, 1, 0, 0))
     table.add_column(columns[0], no_wrap=True)
     for column in columns[1:]:
@@ -38,13 +40,13 @@ def _table(*columns: str) -> Table:
 
 def _temperatures(agreement: Agreement) -> Table:
     left_out = any(t.rms_left_out is not None for t in agreement.temperatures)
-    table = _table("temperature", "measured", "predicted", "fused ± σ", "RMS\npredicted", "RMS\nfused",
+    table = plain_table("temperature", "measured", "predicted", "fused ± σ", "RMS\npredicted", "RMS\nfused",
                    *(("RMS\nleft out",) if left_out else ()))
     for t in agreement.temperatures:
         table.add_row(
             words(t.sensor), number(t.measured - ZERO_CELSIUS, 2), number(t.predicted - ZERO_CELSIUS, 2),
             f"{number(t.fused - ZERO_CELSIUS, 2)} ± {number(t.fused_std, 2)}",
-            Text(number(t.rms_predicted, 2), style=_STYLE[level(t.predicted_in_noise)]), number(t.rms_fused, 2),
+            Text(number(t.rms_predicted, 2), style=STYLE[level(t.predicted_in_noise)]), number(t.rms_fused, 2),
             *((number(t.rms_left_out, 2),) if left_out else ()),
         )
     table.caption = "degC at the last reading; RMS in K against the sensor" + (
@@ -54,11 +56,11 @@ def _temperatures(agreement: Agreement) -> Table:
 
 
 def _signals(agreement: Agreement) -> Table:
-    table = _table("signal", "RMS free run", "× noise", "RMS soft sensor", "× noise")
+    table = plain_table("signal", "RMS free run", "× noise", "RMS soft sensor", "× noise")
     for s in agreement.signals:
         soft = ("input", "") if s.rms_soft is None else (in_unit(s.rms_soft, s.unit), number(s.soft_in_noise, 2))
         table.add_row(
             words(s.name), in_unit(s.rms_free, s.unit),
-            Text(number(s.free_in_noise, 2), style=_STYLE[level(s.free_in_noise)]), *soft,
+            Text(number(s.free_in_noise, 2), style=STYLE[level(s.free_in_noise)]), *soft,
         )
     return table

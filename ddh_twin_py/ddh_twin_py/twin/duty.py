@@ -18,7 +18,6 @@ A duty file is YAML:
 from __future__ import annotations
 
 import difflib
-import math
 from dataclasses import dataclass
 from pathlib import Path
 

@@ -1,0 +1,96 @@
+"""`ddh-twin calibrate`: fit a rig's uncertain parameters to recordings of it."""
+
+from __future__ import annotations
+
+import argparse
+import os
+
+from ddh_twin_py.cli.arguments import add_json, add_namespace, add_rig, add_verb
+
+_EXAMPLE = "  ddh-twin calibrate bags/paper_cycle --held-out 0.3 -o out/rig.yaml --html out/calibration.html"
+
+
+def _share(text: str) -> float:
+    """A share from 0 to 0.9."""
+    try:
+        value = float(text)
+    except ValueError:
+        value = -1.0
+    if not 0.0 <= value <= 0.9:
+        raise argparse.ArgumentTypeError(f"{text!r} is no share from 0 to 0.9")
+    return value
+
+
+def add_parser(subparsers) -> None:
+    """Declare the verb."""
+    parser = add_verb(
+        subparsers, "calibrate", "fit a rig's uncertain parameters to recordings of it",
+        "Fits what the rig file gives a tolerance to commissioning recordings of one rig, with the tolerances as prior, and\n"
+        "says which parameters the recordings inform. The rig file that it writes is taken by every --rig.\n"
+        "Exit code 1: nothing that --only asked for can be identified; no rig file is written then.",
+        _EXAMPLE,
+    )
+    parser.add_argument("bags", metavar="BAG", nargs="+", help="rosbag2 folders, or .mcap or .db3 files, of one rig")
+    parser.add_argument("-o", "--output", metavar="FILE", help="rig file to write")
+    add_rig(parser)
+    add_namespace(parser)
+    parser.add_argument("--only", metavar="PATH", nargs="+", default=[],
+                        help="fit these alone (such as pump_1.leakage) and zero errors; all else is held exact")
+    parser.add_argument("--held-out", metavar="SHARE", type=_share, default=0.0,
+                        help="share at the end of each recording that is only predicted (default 0)")
+    parser.add_argument("--html", metavar="FILE", help="write the report, one self-contained page")
+    add_json(parser)
+    parser.add_argument("--quiet", action="store_true", help="no progress, no summary")
+
+
+def run(args: argparse.Namespace) -> int:
+    """Fit, write what was asked for, print the summary."""
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # small matrices; the free runs use the cores
+    import time
+
+    from ddh_twin_py.cli.console import put_json, say, show_findings, stage
+    from ddh_twin_py.rig import load_rig
+
+    rig = load_rig(args.rig)
+    with stage("loading", args.quiet):
+        from ddh_twin_py.bags.reader import read_recording
+        from ddh_twin_py.estimation.calibration import calibrate, check_paths
+        from ddh_twin_py.estimation.experiment import Experiment
+        from ddh_twin_py.estimation.held_out import held_out
+        from ddh_twin_py.report.calibration_groups import signal_fits, verdict
+        from ddh_twin_py.report.calibration_report import calibration_document, calibration_json
+        from ddh_twin_py.report.calibration_summary import print_calibration
+        from ddh_twin_py.rig.writer import write_rig
+    check_paths(rig, args.only)
+    experiments = []
+    for bag in args.bags:
+        with stage(f"reading {bag}", args.quiet) as progress:
+            experiments.append(Experiment(read_recording(bag, args.namespace, progress), rig, used=1.0 - args.held_out))
+    started = time.perf_counter()
+    with stage("fitting", args.quiet) as progress:
+        fit = calibrate(experiments, rig, tuple(dict.fromkeys(args.only)), progress=progress)
+    seconds = time.perf_counter() - started
+    signals = signal_fits(fit, held_out(experiments, fit.rig) if args.held_out else {})
+    said, mood = verdict(fit, signals, args.held_out)
+    if args.html:
+        with stage(f"writing {args.html}", args.quiet):
+            calibration_document(fit, experiments, signals, args.held_out, said, mood, rig.file, seconds).write(args.html)
+    if args.json:
+        put_json(args.json, calibration_json(fit, experiments, signals, args.held_out, said, seconds))
+    for experiment in experiments:
+        show_findings(experiment.recording.findings, "what `ddh-twin info` tells of the bag")
+    if not args.quiet and args.json != "-":
+        print_calibration(fit, signals, said)
+    for p in fit.refused:
+        say(f"ddh-twin calibrate: {p.name} refused: the recordings leave {100 * p.share:.0f} % of its prior deviation; it keeps its prior")
+    if args.only and len(fit.refused) == len(set(args.only)):
+        say("ddh-twin calibrate: error: nothing that was asked for can be identified from these recordings; no rig file was written")
+        return 1
+    if args.output:
+        heading = "Fitted by ddh-twin calibrate to " + ", ".join(str(bag) for bag in args.bags)
+        heading += f"\npriors: {rig.file}\nEntries that are not named here are the reference sheet's.\n"
+        heading += "std: one standard deviation; correlations between fitted values are not kept here."
+        write_rig(args.output, fit.rig, heading)
+        if not args.quiet:
+            say(f"{args.output}: rig {fit.rig.rig_id}")
+    return 0

@@ -1,0 +1,159 @@
+"""The report of a calibration: what the recordings say about the rig, and how well the fit predicts."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ddh_twin_py.report import document as doc
+from ddh_twin_py.report.agreement import FLOOR, level
+from ddh_twin_py.report.calibration_groups import BARELY, GROUPS, WELL, SignalFit, group_of, grouped
+from ddh_twin_py.report.charts import Chart, Trace, charts
+from ddh_twin_py.report.units import duration, number, shown, words
+
+if TYPE_CHECKING:
+    from ddh_twin_py.estimation.calibration import Calibration
+    from ddh_twin_py.estimation.experiment import Experiment
+
+_MARK = {"informed": "good", "partly informed": "fair", "stays at prior": "none", "refused": "poor"}
+_ROLE = {"informed": "c1", "partly informed": "c2", "stays at prior": "c3", "refused": "c4"}
+_MEANING = {
+    "informed": f"standard deviation below {100 * WELL:.0f} % of the prior's",
+    "partly informed": f"{100 * WELL:.0f} to {100 * BARELY:.0f} %",
+    "stays at prior": f"above {100 * BARELY:.0f} %: the recordings say next to nothing",
+    "refused": "asked for, but the recordings cannot identify it; the rig file keeps its prior",
+}
+
+
+def assumptions(fit: Calibration) -> list[str]:
+    """What was taken for granted."""
+    held = ["All parameters that were not asked for are held exact, at the rig file's values; the standard deviations do not "
+            "count their tolerance."] if fit.asked else []
+    return [
+        *held,
+        "Priors are independent normal distributions with the rig file's tolerances, cut at 2.5; sensors' zero errors have "
+        "the tolerance of their data sheet, the clocks of drive and pressures 1 ms.",
+        "Noise is white and of the size that the rig file says. The model may be off by a class of bins (the same place in "
+        "the cycle) and by slow curves of temperature; what these can explain counts for nothing.",
+        "The covariance is that of a model linear around the fit (Laplace). The rig file keeps each standard deviation but "
+        "not the correlations between them.",
+        "The free run is given speed command, payload and ambient; at each standstill its rod is put back to the measured "
+        "position, and the error of the stroke before is what 'rod position' compares.",
+    ]
+
+
+def data_split(share: float) -> str:
+    """What was fitted and what was held out."""
+    if share:
+        return f"Fitted to the first {100 * (1 - share):.0f} % of each recording; the last {100 * share:.0f} % were held out and only predicted."
+    return "Fitted to the whole of each recording; nothing was held out, so the RMS is no test of prediction."
+
+
+def calibration_json(fit: Calibration, experiments: Sequence[Experiment], signals: Sequence[SignalFit], share: float, said: str,
+                     seconds: float) -> dict:
+    """Every number of the page."""
+    return {
+        "report": "calibration", "verdict": said,
+        "recordings": [{"path": e.recording.path, "duration_s": e.duration, "fitted_until_s": e.used_until} for e in experiments],
+        "signals": [{"name": s.name, "before_in_noise": s.before, "fitted_in_noise": s.after, "held_out_in_noise": s.held_out,
+                     "held_out_samples": s.samples_held_out} for s in signals],
+        "parameters": [{
+            "name": p.name, "unit": p.unit, "prior": p.prior, "prior_std": p.prior_std, "value": p.value, "std": p.std,
+            "std_share": p.share, "moved_in_prior_std": p.moved, "group": group_of(p, fit),
+        } for p in fit.parameters],
+        "only_together": [{"a": a, "b": b, "correlation": r} for a, b, r in fit.together()],
+        "refused": [p.name for p in fit.refused],
+        "correlation": fit.correlation.tolist(),
+        "settled": fit.settled, "sweeps": fit.sweeps,
+        "end_matter": {"data_split": data_split(share), "assumptions": assumptions(fit), "versions": dict(doc.versions()),
+                       "rig_id": fit.rig.rig_id, "computing_time_s": seconds},
+    }
+
+
+def calibration_document(fit: Calibration, experiments: Sequence[Experiment], signals: Sequence[SignalFit], share: float, said: str,
+                         mood: str, given: str, seconds: float) -> doc.Document:
+    """The page.
+
+    Args:
+        share: held out. said, mood: verdict and its level. given: rig file of the priors. seconds: what the fit took.
+    """
+    rows = [("Recordings", "; ".join(f"{e.recording.path} ({duration(e.duration)})" for e in experiments)),
+            ("Computing time", f"{seconds:.1f} s, {fit.sweeps} times sensitivities, " + ("settled" if fit.settled else "not settled"))]
+    page = doc.Document(kind="Calibration", title=fit.rig.rig_id, verdict=said, level=mood,
+                        end=doc.EndMatter(data_split(share), given, assumptions(fit), rows))
+    groups = grouped(fit)
+    worst = max(signals, key=lambda s: s.judged)
+    page.add("At a glance", doc.figures([
+        doc.Figure("Parameters fitted", str(len(fit.parameters)), "zero errors of sensors among them"),
+        *(doc.Figure(group.capitalize(), str(len(groups[group])), _MEANING[group]) for group in GROUPS if groups[group]),
+        doc.Figure("Furthest off", f"{number(worst.judged, 2)} × noise", words(worst.name) + (", held out" if share else "")),
+    ]))
+    page.add("Signals", _signals(signals), *(charts(_residuals(e, fit, share), (0.0, e.duration)) for e in experiments))
+    page.add("What the recordings inform", _legend(groups), _bars(groups), _table(fit))
+    page.add("Only together", _together(fit))
+    return page
+
+
+def _signals(signals: Sequence[SignalFit]) -> doc.Html:
+    columns = (doc.Column("Signal", number=False), doc.Column("As given", "× noise"), doc.Column("Fitted", "× noise"),
+               doc.Column("Held out", "× noise", number=False), doc.Column("Samples", "held out"))
+    rows = [(words(s.name), number(s.before, 2), number(s.after, 2),
+             doc.mark("none", "–") if s.held_out is None else doc.mark(level(s.held_out), f"{number(s.held_out, 2)} ×"),
+             str(s.samples_held_out or "–")) for s in signals]
+    return doc.Html(doc.table(columns, rows) + doc.note("RMS of the free run over the noise of one sample."))
+
+
+def _residuals(experiment: Experiment, fit: Calibration, share: float) -> list[Chart]:
+    """Measured less predicted, each signal over time, in the unit that people read."""
+    predicted = experiment.predict(experiment.parameters(fit.rig))
+    several = []
+    for name, signal in experiment.signals.items():
+        unit = shown(signal.unit)
+        off = (signal.measured - predicted[name]) * unit.factor
+        fitted = signal.time <= experiment.used_until
+        # the band of the noise floor has the width of the allowed RMS; single samples of white noise leave it
+        traces = [Trace("fitted part", "measured", np.where(fitted, off, np.nan), dots=True)]
+        if share:
+            traces.append(Trace("held out", "predicted", np.where(fitted, np.nan, off), dots=True))
+        band = np.full(off.size, FLOOR * signal.noise * unit.factor)
+        traces.append(Trace(f"{FLOOR:g} × noise", "fused", np.zeros(off.size), spread=band))
+        several.append(Chart(words(name).capitalize() + ", measured less predicted", unit.unit, signal.time, traces,
+                             digits=unit.digits, height=150, most=1500))
+    return several
+
+
+def _legend(groups) -> doc.Html:
+    return doc.legend((_ROLE[group], f"{group}: {_MEANING[group]}") for group in GROUPS if groups[group])
+
+
+def _bars(groups) -> doc.Html:
+    rows = [(p.name, ((_ROLE[group], 100.0 * p.share),)) for group in GROUPS for p in groups[group]]
+    return doc.details("Standard deviation left of the prior's, every parameter", doc.bars(rows, "%", 0))
+
+
+def _table(fit: Calibration) -> doc.Html:
+    columns = (doc.Column("Parameter", number=False), doc.Column("Unit", number=False), doc.Column("Prior"), doc.Column("σ prior"),
+               doc.Column("Fitted"), doc.Column("σ fitted"), doc.Column("Moved", "σ prior"), doc.Column("σ left", "%"),
+               doc.Column("Recordings", number=False))
+    rows = [(p.name, _unit(p.unit), *_in(p), number(p.moved, 2), number(100.0 * p.share, 0), doc.mark(_MARK[group], group))
+            for group, members in grouped(fit).items() for p in members]
+    return doc.table(columns, rows)
+
+
+def _unit(unit: str) -> str:
+    return "" if unit == "1" else unit
+
+
+def _in(p) -> tuple[str, str, str, str]:
+    return f"{p.prior:.4g}", f"{p.prior_std:.2g}", f"{p.value:.4g}", f"{p.std:.2g}"
+
+
+def _together(fit: Calibration) -> doc.Html:
+    pairs = fit.together()
+    if not pairs:
+        return doc.paragraph("No pair of parameters has a posterior correlation beyond 0.95.")
+    columns = (doc.Column("Parameter", number=False), doc.Column("and", number=False), doc.Column("Correlation"))
+    return doc.Html(doc.note("Of these pairs the recordings tell a combination far better than either alone.")
+                    + doc.table(columns, [(a, b, f"{r:+.3f}") for a, b, r in pairs]))

@@ -1,0 +1,47 @@
+"""The short summary of a calibration for a terminal; the same numbers as its report."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from rich.console import Console
+from rich.text import Text
+
+from ddh_twin_py.report.agreement import level
+from ddh_twin_py.report.calibration_groups import SignalFit, grouped
+from ddh_twin_py.report.summary import STYLE, plain_table
+from ddh_twin_py.report.units import number, words
+
+if TYPE_CHECKING:
+    from ddh_twin_py.estimation.calibration import Calibration
+
+_MOST_PAIRS = 12
+
+
+def print_calibration(fit: Calibration, signals: Sequence[SignalFit], said: str, console: Console | None = None) -> None:
+    """Print signals, parameters by group, pairs of which only a combination is informed, and the verdict."""
+    console = console or Console()
+    table = plain_table("signal", "as given", "fitted", "held out")
+    for s in signals:
+        held = Text("–") if s.held_out is None else Text(number(s.held_out, 2), style=STYLE[level(s.held_out)])
+        table.add_row(words(s.name), number(s.before, 2), Text(number(s.after, 2), style=STYLE[level(s.after)]), held)
+    table.caption, table.caption_justify = "RMS of the free run over the noise of one sample", "left"
+    console.print(table)
+    groups = grouped(fit)
+    for group in ("informed", "partly informed"):
+        if not groups[group]:
+            continue
+        table = plain_table(group, "value ± σ", "unit", "moved", "σ left")
+        for p in groups[group]:
+            table.add_row(p.name, f"{p.value:.4g} ± {p.std:.1g}", p.unit, f"{p.moved:+.1f} σ", f"{100 * p.share:.0f} %")
+        console.print(table)
+    for group in ("stays at prior", "refused"):
+        if groups[group]:
+            console.print(f"{group} ({len(groups[group])}): " + ", ".join(p.name for p in groups[group]), highlight=False)
+    pairs = fit.together()
+    for a, b, r in pairs[:_MOST_PAIRS]:
+        console.print(f"only together: {a} and {b} (correlation {r:+.3f})", highlight=False)
+    if len(pairs) > _MOST_PAIRS:
+        console.print(f"and {len(pairs) - _MOST_PAIRS} further pairs, see the report")
+    console.print(said, highlight=False)
