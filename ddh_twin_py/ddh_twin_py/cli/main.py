@@ -20,7 +20,7 @@ examples:
   ddh-twin replay bags/paper_cycle --html r.html  any recording in one process
   ddh-twin up --help                              the twin beside a machine
 
-exit codes: 0 done, 1 nothing that was asked for can be found out (calibrate), 2 the input cannot be used (one line on standard error says why), 130 interrupted
+exit codes: 0 done, 1 the answer is no (calibrate), 2 the input cannot be used (one line on standard error says why), 130 interrupted
 """
 
 

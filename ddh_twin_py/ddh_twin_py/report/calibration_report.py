@@ -47,7 +47,8 @@ def assumptions(fit: Calibration) -> list[str]:
 def data_split(share: float) -> str:
     """What was fitted and what was held out."""
     if share:
-        return f"Fitted to the first {100 * (1 - share):.0f} % of each recording; the last {100 * share:.0f} % were held out and only predicted."
+        return (f"Fitted to the first {100 * (1 - share):.0f} % of each recording; the last {100 * share:.0f} % were held out "
+                "and only predicted.")
     return "Fitted to the whole of each recording; nothing was held out, so the RMS is no test of prediction."
 
 

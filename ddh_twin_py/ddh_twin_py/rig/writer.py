@@ -64,9 +64,9 @@ class _Leaf(dict):
 
 
 def _entry(quantity: Quantity) -> dict:
-    entry: dict = {"value": quantity.value, "unit": quantity.unit}
+    entry: dict = {"value": float(quantity.value), "unit": quantity.unit}
     if quantity.std is not None:
-        entry["std"] = quantity.std
+        entry["std"] = float(quantity.std)
     return {**entry, "tolerance": quantity.tolerance, "source": quantity.source}
 
 
