@@ -206,16 +206,17 @@ class TemperatureFusion:
         covariance[:N, :N] = start_covariance()
         dynamic_rows = np.concatenate([np.arange(N), self._node])
         covariance[: N + _M, : N + _M] = covariance[np.ix_(dynamic_rows, dynamic_rows)]
-        offset = self.rig.sensors["temperature"].offset_tolerance
-        covariance[N + _M: N + 2 * _M, N + _M: N + 2 * _M] = np.diag(np.full(_M, offset**2))
+        offset, spread = np.array([self.rig.zero_error(sensor) for sensor in SENSORS]).T
+        covariance[N + _M: N + 2 * _M, N + _M: N + 2 * _M] = np.diag(spread**2)
         prior = uncertain_parameters(self.rig).prior
         covariance[N + 2 * _M:, N + 2 * _M:] = np.diag(prior**2)
         if not self._first_air_known:
             covariance[N + 2 * _M + AMBIENT_AT, N + 2 * _M + AMBIENT_AT] = UNKNOWN_AMBIENT**2
         self.state = FusionState(
-            np.full(N + _M, self._first_air), np.zeros(_M), np.zeros(N_UNCERTAIN), covariance, self._first_air,
+            np.full(N + _M, self._first_air), offset.copy(), np.zeros(N_UNCERTAIN), covariance, self._first_air,
             _UNSEEN_HEAT.copy(), self._first_air_known,
         )
+        self.state.deviation[AMBIENT_AT] = self.rig["surroundings.enclosure_rise"]
         self._air = AmbientTracker(self._first_air, self.interval)
         self._air.hold(self._first_air, self._first_air_known)
         self._clear_epoch()
@@ -364,7 +365,7 @@ class TemperatureFusion:
             self.trace.forget(at)
         covariance[at, :] = 0.0
         covariance[:, at] = 0.0
-        covariance[at, at] = self.rig.sensors["temperature"].offset_tolerance ** 2
+        covariance[at, at] = uncertain_parameters(self.rig).prior[AMBIENT_AT] ** 2
 
     def _unseen_heat(self, inputs: FusionInputs) -> np.ndarray:
         """Standard deviation of heat that no telemetry tells, W, (n, N)."""

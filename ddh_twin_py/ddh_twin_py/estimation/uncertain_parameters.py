@@ -96,7 +96,7 @@ def uncertain_parameters(rig: Rig) -> UncertainParameters:
     names.append("motor.thermal.end_winding_copper_share")
     prior.append(relative("motor.thermal.end_winding_copper_share"))
     names.append("ambient_offset")
-    prior.append(rig.sensors["temperature"].offset_tolerance)
+    prior.append(rig.quantities["surroundings.enclosure_rise"].standard_deviation or rig.sensors["temperature"].offset_tolerance)
     for sensor in SENSORS:
         names.append(f"sensors.{sensor}.time_constant")
         prior.append(relative("sensors.temperature.time_constant"))
