@@ -1,0 +1,93 @@
+"""The verb calibrate: what it writes, says and returns; the rig file in other verbs."""
+
+import json
+
+import pytest
+from ddh_twin_py.bags.reader import read_recording
+from ddh_twin_py.bags.writer import write_recording
+from ddh_twin_py.cli.main import main
+from ddh_twin_py.rig import load_rig
+
+
+@pytest.fixture(scope="module")
+def bag(repo_root, tmp_path_factory):
+    """The first minutes of the paper's cycle."""
+    path = tmp_path_factory.mktemp("bag") / "short"
+    write_recording(path, read_recording(repo_root / "bags" / "paper_cycle").between(0.0, 120.0))
+    return path
+
+
+@pytest.fixture(scope="module")
+def fitted(bag, tmp_path_factory):
+    out = tmp_path_factory.mktemp("fit")
+    code = main(["calibrate", str(bag), "--only", "pump_1.leakage", "tank.emissivity", "--held-out", "0.3", "-o", str(out / "rig.yaml"),
+                 "--json", str(out / "fit.json"), "--html", str(out / "fit.html")])
+    return code, out
+
+
+def test_rig_file_page_and_json_agree(fitted):
+    code, out = fitted
+    data = json.loads((out / "fit.json").read_text())
+    rig, page = load_rig(out / "rig.yaml"), (out / "fit.html").read_text()
+    assert code == 0
+    assert data["verdict"] in page and "http" not in page.split("<main>")[1].split("<script>")[0]
+    groups = {p["name"]: p["group"] for p in data["parameters"]}
+    assert groups["pump_1.leakage"] == "informed" and groups["tank.emissivity"] == "refused"
+    assert data["refused"] == ["tank.emissivity"]
+    for row in data["parameters"]:
+        quantity = rig.quantities[row["name"]]
+        if row["name"] in data["refused"]:
+            assert quantity == load_rig().quantities[row["name"]]
+        else:
+            assert (quantity.value, quantity.std) == (row["value"], row["std"]) and quantity.source
+        assert row["name"] in page
+    assert len(data["signals"]) == 17 and all(s["held_out_samples"] > 0 for s in data["signals"])
+
+
+def test_the_rig_file_is_taken_by_other_verbs(fitted, bag, tmp_path, capsys):
+    _, out = fitted
+    assert main(["replay", str(bag), "--rig", str(out / "rig.yaml"), "--json", "-", "--quiet"]) == 0
+    assert json.loads(capsys.readouterr().out)["end_matter"]["rig_file"] == str(out / "rig.yaml")
+    assert main(["simulate", "paper_cycle", "--rig", str(out / "rig.yaml"), "--duration", "5", "-o", str(tmp_path / "sim"), "--quiet"]) == 0
+
+
+def test_known_zero_errors_are_taken_off(bag, tmp_path, capsys):
+    shifted = read_recording(bag).between(0.0, 60.0)
+    shifted.hydraulic.values[:, 1] += 2.0e5
+    shifted.temperatures["tank_oil"].values[:, 0] += 1.0
+    write_recording(tmp_path / "shifted", shifted)
+    file = tmp_path / "rig.yaml"
+    file.write_text("measurement:\n  pressure_rod_side_offset: {value: 2.0e+5, unit: Pa, std: 1.0e+3}\n"
+                    "  tank_oil_offset: {value: 1.0, unit: K, std: 0.02}\n")
+    rows = []
+    for options in ([], ["--rig", str(file)]):
+        assert main(["replay", str(tmp_path / "shifted"), "--json", "-", "--quiet", *options]) == 0
+        data = json.loads(capsys.readouterr().out)
+        signals = {s["name"]: s["free_in_noise"] for s in data["signals"]}
+        tank = next(t for t in data["temperatures"] if t["sensor"] == "tank_oil")
+        rows.append((signals["pressure_rod_side"], tank["fused_final_K"] if "fused_final_K" in tank else tank["fused_final_degC"]))
+    assert rows[0][0] > 8.0 and rows[1][0] < 4.0
+    assert rows[0][1] - rows[1][1] > 0.7
+
+
+def test_nothing_identified_is_exit_1(bag, tmp_path, capsys):
+    assert main(["calibrate", str(bag), "--only", "tank.emissivity", "-o", str(tmp_path / "rig.yaml"), "--quiet"]) == 1
+    assert "tank.emissivity refused" in capsys.readouterr().err
+    assert not (tmp_path / "rig.yaml").exists()
+
+
+@pytest.mark.parametrize("options, said", [
+    (["--only", "pump_1.leekage"], "the nearest is 'pump_1.leakage'"),
+    (["--rig", "no.yaml"], "no.yaml: no such rig file"),
+])
+def test_errors_are_one_line(bag, options, said, capsys):
+    assert main(["calibrate", str(bag), "--quiet", *options]) == 2
+    error = capsys.readouterr().err.strip()
+    assert said in error and "\n" not in error
+
+
+@pytest.mark.parametrize("share", ["-0.1", "1", "half"])
+def test_a_share_that_is_none_is_refused(bag, share, capsys):
+    with pytest.raises(SystemExit) as left:
+        main(["calibrate", str(bag), "--held-out", share])
+    assert left.value.code == 2 and "share from 0 to 0.9" in capsys.readouterr().err
