@@ -16,6 +16,7 @@ import numpy as np
 
 from ddh_twin_py.bags.reader import read_recording
 from ddh_twin_py.bags.writer import write_recording
+from ddh_twin_py.benchmarks.calibration_speed import time_calibration
 from ddh_twin_py.benchmarks.figure import Figure
 from ddh_twin_py.benchmarks.filters import compare_filters
 from ddh_twin_py.benchmarks.free_run_speed import compare_solvers
@@ -37,9 +38,14 @@ def _filters(quick: bool) -> tuple[list[Figure], list[str]]:
     return compare_filters(500 if quick else 5000)
 
 
+def _calibration(quick: bool) -> tuple[list[Figure], list[str]]:
+    return time_calibration(load_rig(), load_duty(duty_file("mixed")), 120.0 if quick else 600.0), []
+
+
 COMPARISONS: tuple[tuple[str, Callable[[bool], tuple[list[Figure], list[str]]]], ...] = (
     ("free run beside general solvers", _solvers),
     ("Kalman filter beside others", _filters),
+    ("calibration of six parameters", _calibration),
 )
 """Comparisons in one run: what the progress says, and a function of ``quick`` that gives figures and
 what was left out, each with its reason. A further benchmark is one more row."""

@@ -220,7 +220,8 @@ def _temperature_note(agreement: Agreement) -> doc.Html:
     if not agreement.temperatures:
         return doc.Html("")
     return doc.note(
-        "Both lines are seen through the sensor's lag. The fused estimate is of the node itself: it leaves out the "
+        "Both lines are seen through the sensor's lag. The fused estimate is of the node itself: apart from what the rig file "
+        "knows of it, it leaves out the "
         "sensor's own zero error, which the filter estimates beside it. RMS over all readings of the recording. "
         f"Below each chart: differences from the sensor; the grey band is {FLOOR:g} times its noise."
     )
