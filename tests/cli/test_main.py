@@ -7,7 +7,7 @@ import pytest
 from ddh_twin_py.cli import main as cli
 from ddh_twin_py.cli.main import main
 
-VERBS = ("replay", "info", "simulate", "bench", "verify", "demo", "up", "motor", "paper", "study")
+VERBS = ("replay", "calibrate", "info", "simulate", "bench", "verify", "demo", "up", "motor", "paper", "study")
 
 
 def failure(capsys, *argv: str) -> str:
