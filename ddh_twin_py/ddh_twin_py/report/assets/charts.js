@@ -185,7 +185,7 @@
         dash: line.dash ? [6, 3] : undefined,
         show: !line.hidden,
         paths: line.dots ? () => null : undefined,
-        points: line.dots ? { show: true, size: 3.5, width: 0, fill: () => colour("--s-measured-line"), stroke: () => "transparent" } : { show: false },
+        points: line.dots ? { show: true, size: 3.5, width: 0, fill: () => colour(line.role === "measured" ? "--s-measured-line" : "--s-" + line.role), stroke: () => "transparent" } : { show: false },
         value: line.band
           ? (u, v, i, at) => (v == null || at == null ? "\u2013" : format(v) + " \u00b1 " + (data[own + 1][at] - v).toFixed(spec.digits))
           : (u, v) => format(v),
