@@ -76,7 +76,10 @@ class NodeProcess:
 
     def ends(self, seconds=60.0):
         """Wait for the end; the exit code."""
-        code = self.process.wait(seconds)
+        try:
+            code = self.process.wait(seconds)
+        except subprocess.TimeoutExpired:
+            raise AssertionError(f"{self.name} has not ended within {seconds:g} s:\n{self.text}") from None
         self._reader.join(5.0)
         return code
 
