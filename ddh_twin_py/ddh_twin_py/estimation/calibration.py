@@ -33,8 +33,9 @@ SKEW = "measurement.time_skew"
 INFORMED = 0.9
 """A parameter whose standard deviation fell below this share of its prior was informed by the recordings."""
 _DIFFERENCES = (0.1, 0.01, 0.003)  # of a tolerance, from far to near; pressures hang on leakage with a curve
-_SWEEPS = 5
+_SWEEPS = 10
 _SCATTER_FROM = 2  # sweeps, before which all is far off
+_FIRST_DAMPING, _DAMPED_OUT = 1.0e-3, 1.0e3
 _CHORDS = 4
 _FAR = 4.0  # RMS of a signal's deviations above which it is judged milder
 _SETTLED = 1.0e-3  # share of chi-square that a further step would promise or gain
@@ -251,6 +252,7 @@ class Problem:
         theta = np.zeros(self.size) if start is None else start.copy()
         first = predictions = self.predict(theta)
         settled, sweep, comparisons, fresh = False, 0, [], []
+        damping = 0.0  # Levenberg and Marquardt's: shorter steps along what bends
         keep = False  # of the sensitivities, where only the deviations of the bins changed
         for sweep in range(1, _SWEEPS + 1):
             told = None if progress is None else (lambda done, sweep=sweep: progress((sweep - 1 + 0.9 * done) / _SWEEPS))
@@ -263,24 +265,32 @@ class Problem:
             temper = [_tempers(c, p) for c, p in zip(comparisons, predictions, strict=True)]
             state = self._stand(comparisons, jacobians, predictions, theta, temper)
             for _ in range(_CHORDS):
-                move = _within(state.information + np.eye(self.size), state.score - theta, theta)
-                promised = float(move @ (state.information + np.eye(self.size)) @ move)
+                matrix = state.information + np.eye(self.size)
+                move = _within(matrix, state.score - theta, theta)
+                promised = float(2.0 * move @ (state.score - theta) - move @ matrix @ move)
                 little = min(_SETTLED * state.cost, _SETTLED_EACH * self.size)
                 settled = promised < little and sweep > 1
                 if promised < little:
                     break
-                share, better = 1.0, None
-                while share > 0.1:
-                    trial = theta + share * move
+                if damping > 0.0:
+                    move = _within(matrix + damping * np.diag(np.diagonal(state.information)), state.score - theta, theta)
+                    promised = float(2.0 * move @ (state.score - theta) - move @ matrix @ move)
+                better = None
+                while damping < _DAMPED_OUT:
+                    trial = theta + move
                     tried = self.predict(trial)
-                    _broyden(jacobians, comparisons, predictions, tried, trial - theta)
                     better = self._stand(comparisons, jacobians, tried, trial, temper)
-                    if better.cost < state.cost - min(0.1, 0.1 * little):
+                    if better.cost < state.cost - max(0.1 * promised, min(0.1, 0.1 * little)):
                         break
-                    share *= 0.4
-                    better = None
+                    better, damping = None, max(10.0 * damping, _FIRST_DAMPING)
+                    matrix = state.information + np.eye(self.size) + damping * np.diag(np.diagonal(state.information))
+                    move = _within(matrix, state.score - theta, theta)
+                    promised = float(2.0 * move @ (state.score - theta) - move @ (state.information + np.eye(self.size)) @ move)
                 if better is None:
                     break
+                damping = 0.0 if damping <= _FIRST_DAMPING else 0.1 * damping
+                _broyden(jacobians, comparisons, predictions, tried, move)
+                better = self._stand(comparisons, jacobians, tried, trial, temper)
                 gained = state.cost - better.cost
                 theta, predictions = trial, tried
                 temper = [_tempers(c, p) for c, p in zip(comparisons, predictions, strict=True)]
