@@ -188,7 +188,8 @@ def test_every_conductance_of_the_tables_reaches_the_kernel(rig):
     network.conductances(rig.parameters, edge, wall, surface)
     upper = rig["tank.top_share"]  # the layers of the tank share its wall
     layer = {("tank.oil_to_wall", network.TANK): 1.0 - upper, ("tank.oil_to_wall", network.TANK_TOP): upper}
-    np.testing.assert_array_equal(edge, [rig[e[0]] * layer.get(e[:2], 1.0) for e in network.EDGES])
+    mixed = {"tank.mixing_resistance": 1.0 / network.MIXED}
+    np.testing.assert_array_equal(edge, [mixed.get(e[0], rig[e[0]] * layer.get(e[:2], 1.0)) for e in network.EDGES])
     np.testing.assert_array_equal(wall, [rig[w[0]] for w in network.WALLS])
     np.testing.assert_array_equal(surface, [[rig[path] for path in row[:3]] for row in network.SURFACES])
     capacity = np.empty(network.N)
@@ -209,12 +210,14 @@ def test_a_stratified_tank_is_warmer_on_top_and_ends_alike(rig):
     """Warm oil returns on top; poor mixing keeps it there, and the heat in the tank is the same."""
     command = lift_and_lower(cycles=4)
     mixed = run(rig, command, start_position=0.08)[1][-1]
-    layered = run(rig.with_values({"tank.mixing_conductance": 1.0}), command, start_position=0.08)[1][-1]
+    layered = run(rig.with_values({"tank.mixing_resistance": 1.0, "tank.suction_from_top": 0.0}), command, start_position=0.08)[1][-1]
+    circling = run(rig.with_values({"tank.mixing_resistance": 1.0}), command, start_position=0.08)[1][-1]
     share = rig["tank.top_share"]
     assert abs(mixed[network.TANK_TOP] - mixed[network.TANK]) < 0.01
     assert layered[network.TANK_TOP] - layered[network.TANK] > 0.05
     mean = share * layered[network.TANK_TOP] + (1.0 - share) * layered[network.TANK]
     assert mean == pytest.approx(mixed[network.TANK], abs=0.02)
+    assert circling[network.PUMP_1_OIL] > mixed[network.PUMP_1_OIL] + 0.01  # the same oil goes round and stays warmer
 
 
 def test_oil_under_pressure_is_thicker_where_a_rig_says_so(rig):

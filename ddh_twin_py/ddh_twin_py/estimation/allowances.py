@@ -2,9 +2,9 @@
 
 Every row belongs to at most one class that may be off, or to a signal with a few smooth curves,
 so that they are integrated out exactly without ever standing in a matrix. Classes that several
-recordings share are one flaw of the model, of which each recording may show a variant.
+recordings share are one flaw of the model, of which each stretch of a recording may show a variant.
 
-With a the loads of a class in recording r, s_r = a'a, V_r = a'X and variants of relative size w:
+With a the loads of a class in stretch r, s_r = a'a, V_r = a'X and variants of relative size w:
     P X'X -= w^2/(1 + w^2 s_r) V_r V_r'   for the variant,
     then   -= (sum_r u_r V_r)(sum_r u_r V_r)' / (1 + sum_r u_r s_r)   for what is shared, u_r = 1/(1 + w^2 s_r)
 which is the matrix inversion lemma, twice.
@@ -22,7 +22,9 @@ from ddh_twin_py.estimation.comparison import Block, Comparison
 from ddh_twin_py.estimation.linear_gaussian import Gram
 
 VARIANT = 1.0
-"""Size of what a recording has for itself in a shared class, over what is shared."""
+"""Size of what a stretch of a recording has for itself in a shared class, over what is shared."""
+STRETCH = 120.0
+"""s; oil warms, and with it what the model's laws are off by."""
 
 
 class Sums:
@@ -59,13 +61,15 @@ class Sums:
 
     def _add_classes(self, block: Block, rows: np.ndarray) -> None:
         count = len(block.names)
-        loads = csr_matrix((block.load, (block.kind, np.arange(block.kind.size))), shape=(count, block.kind.size))
+        groups, group = np.unique(block.kind + count * (block.binning.time / STRETCH).astype(np.int64), return_inverse=True)
+        loads = csr_matrix((block.load, (group, np.arange(group.size))), shape=(groups.size, group.size))
         cross = loads @ rows
-        size = np.bincount(block.kind, block.load**2, count)
+        size = np.bincount(group, block.load**2, groups.size)
         share = 1.0 / (1.0 + VARIANT**2 * size)
         self._products -= cross.T @ (cross * (VARIANT**2 * share)[:, None])
         self._log_determinant -= float(np.sum(np.log(share)))
-        for name, row, own in zip(block.names, cross * share[:, None], size * share, strict=True):
+        kinds = csr_matrix((share, (groups % count, np.arange(groups.size))), shape=(count, groups.size))
+        for name, row, own in zip(block.names, kinds @ cross, kinds @ size, strict=True):
             before = self._shared.get(name)
             self._shared[name] = (row, own) if before is None else (before[0] + row, before[1] + own)
 

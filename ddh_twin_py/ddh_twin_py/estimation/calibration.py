@@ -24,12 +24,14 @@ from ddh_twin_py.estimation.allowances import Sums, sums_of
 from ddh_twin_py.estimation.comparison import CLOCK_JITTER, Comparison, Discrepancy, scatter_of
 from ddh_twin_py.estimation.experiment import PRESSURES, Experiment
 from ddh_twin_py.rig import Rig
-from ddh_twin_py.rig.sheet import CUT, FIELD_OF_PATH, Quantity
+from ddh_twin_py.rig.sheet import BOUNDS, CUT, FIELD_OF_PATH, Quantity
 
 AIR = "surroundings.enclosure_rise"
 """What the ambient sensor's zero error comes to: the air is warmer than it reads."""
 SKEW = "measurement.time_skew"
 """How much later hydraulic samples are stamped than the drive's; unknown by `CLOCK_JITTER`."""
+_ALLOWED = {SKEW: (CLOCK_JITTER, "clocks of drive and pressures")}
+"""Standard deviation of what else no sheet lists, and why."""
 INFORMED = 0.9
 """A parameter whose standard deviation fell below this share of its prior was informed by the recordings."""
 _DIFFERENCES = (0.1, 0.01, 0.003)  # of a tolerance, from far to near; pressures hang on leakage with a curve
@@ -111,7 +113,7 @@ def uncertain_paths(rig: Rig) -> list[str]:
 
 
 def offset_paths(experiments: Sequence[Experiment]) -> list[str]:
-    """Paths of the zero errors of the pressure and temperature sensors that the recordings have."""
+    """Paths of what no sheet lists and every fit needs: zero errors of the sensors that the recordings have, clocks."""
     signals = dict.fromkeys(name for e in experiments for name in e.signals)
     names = [name if name in PRESSURES else name.split("/")[1] for name in signals if name in PRESSURES or "/" in name]
     air = any("ambient" in e.recording.temperatures for e in experiments)
@@ -129,7 +131,7 @@ def with_offsets(rig: Rig, paths: Sequence[str]) -> Rig:
     for path in paths:
         sensor = rig.sensors["pressure" if path.startswith("measurement.pressure") else "temperature"]
         if quantities[path].standard_deviation == 0.0:
-            std, what = (CLOCK_JITTER, "clocks of drive and pressures") if path == SKEW else (sensor.offset_tolerance, "the sensor's zero")
+            std, what = _ALLOWED.get(path, (sensor.offset_tolerance, "the sensor's zero"))
             quantities[path] = replace(quantities[path], std=std, source=what)
     return replace(rig, quantities=quantities)
 
@@ -206,11 +208,11 @@ def _tempers(comparison: Comparison, prediction) -> dict[str, float]:
     return {b.signal: max(1.0, float(np.sqrt(np.mean(residual[b.rows] ** 2))) / _FAR) for b in comparison.blocks}
 
 
-def _within(matrix: np.ndarray, slope: np.ndarray, theta: np.ndarray) -> np.ndarray:
-    """Step to the lowest place of the quadratic with no deviation beyond `CUT`, where tolerances end."""
+def _within(matrix: np.ndarray, slope: np.ndarray, theta: np.ndarray, lowest: np.ndarray) -> np.ndarray:
+    """Step to the lowest place of the quadratic with no deviation below ``lowest`` or beyond `CUT`, where tolerances end."""
     factor = np.linalg.cholesky(matrix)
     target = solve_triangular(factor, slope, lower=True, check_finite=False)
-    return lsq_linear(factor.T, target, bounds=(-CUT - 1e-9 - theta, CUT + 1e-9 - theta), method="bvls").x
+    return lsq_linear(factor.T, target, bounds=(lowest - 1e-9 - theta, CUT + 1e-9 - theta), method="bvls").x
 
 
 def _broyden(jacobians, comparisons, before, after, move) -> None:
@@ -230,6 +232,8 @@ class Problem:
         self.experiments, self.rig, self.paths, self.discrepancy = list(experiments), rig, paths, discrepancy
         self.scale = np.array([rig.quantities[path].standard_deviation for path in paths])
         self.size = len(paths)
+        room = np.array([(rig[path] - BOUNDS[path].lowest) for path in paths]) / self.scale
+        self.lowest = -np.minimum(CUT, np.maximum(room, 0.0))  # what cannot be negative is not
         self._base = [e.parameters(rig) for e in self.experiments]
 
     def record(self, number: int, theta: np.ndarray) -> np.ndarray:
@@ -266,14 +270,14 @@ class Problem:
             state = self._stand(comparisons, jacobians, predictions, theta, temper)
             for _ in range(_CHORDS):
                 matrix = state.information + np.eye(self.size)
-                move = _within(matrix, state.score - theta, theta)
+                move = _within(matrix, state.score - theta, theta, self.lowest)
                 promised = float(2.0 * move @ (state.score - theta) - move @ matrix @ move)
                 little = min(_SETTLED * state.cost, _SETTLED_EACH * self.size)
                 settled = promised < little and sweep > 1
                 if promised < little:
                     break
                 if damping > 0.0:
-                    move = _within(matrix + damping * np.diag(np.diagonal(state.information)), state.score - theta, theta)
+                    move = _within(matrix + damping * np.diag(np.diagonal(state.information)), state.score - theta, theta, self.lowest)
                     promised = float(2.0 * move @ (state.score - theta) - move @ matrix @ move)
                 better = None
                 while damping < _DAMPED_OUT:
@@ -284,7 +288,7 @@ class Problem:
                         break
                     better, damping = None, max(10.0 * damping, _FIRST_DAMPING)
                     matrix = state.information + np.eye(self.size) + damping * np.diag(np.diagonal(state.information))
-                    move = _within(matrix, state.score - theta, theta)
+                    move = _within(matrix, state.score - theta, theta, self.lowest)
                     promised = float(2.0 * move @ (state.score - theta) - move @ (state.information + np.eye(self.size)) @ move)
                 if better is None:
                     break

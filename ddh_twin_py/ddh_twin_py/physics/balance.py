@@ -191,14 +191,16 @@ def add_hydraulics(point, weight, speed, pressure_a, pressure_b, velocity, posit
 
     chamber_a, chamber_b = area_a * velocity + cross, -area_b * velocity - cross
     port_a, port_b = chamber_a - check_a, chamber_b - check_b + relief
-    _add_side(point.flow, 0, weight, port_a, leak_1, chamber_a, check_a)
-    _add_side(point.flow, 7, weight, port_b, leak_2, chamber_b, check_b)
+    low = 1.0 - p.tank_suction_from_top
+    drawn_1 = _add_side(point.flow, 0, weight, port_a, leak_1, chamber_a, check_a, low)
+    drawn_2 = _add_side(point.flow, 7, weight, port_b, leak_2, chamber_b, check_b, low)
     point.flow[14] += weight * relief
     point.flow[15] += weight * relief
     point.flow[16] += weight * max(cross, 0.0)
     point.flow[17] += weight * max(-cross, 0.0)
-    drawn = max(port_a + max(leak_1, 0.0), 0.0) + max(port_b + max(leak_2, 0.0), 0.0) + check_a + check_b
-    point.flow[18] += weight * drawn
+    point.flow[18] += weight * (low * (drawn_1 + drawn_2) + check_a + check_b)
+    point.flow[19] += weight * (1.0 - low) * drawn_1
+    point.flow[20] += weight * (1.0 - low) * drawn_2
 
     point.pressure_piston_side += weight * pressure_a
     point.pressure_rod_side += weight * pressure_b
@@ -243,14 +245,22 @@ def _friction_force(velocity, dry, drive, p):
 
 
 @inlined
-def _add_side(flow, first, weight, port, leak, chamber, check):
-    """Add the flows of one side: tank, pump, line, chamber, each in its own direction, m3/s."""
+def _add_side(flow, first, weight, port, leak, chamber, check, low):
+    """Add the flows of one side: tank, pump, line, chamber, each in its own direction, m3/s.
+
+    ``low`` is the share of the suction from the tank's lower layer.
+
+    Returns:
+        what the pump draws from the tank, m3/s.
+    """
     leak = max(leak, 0.0)
     displaced = port + leak
-    flow[first] += weight * max(displaced, 0.0)
+    drawn = max(displaced, 0.0)
+    flow[first] += weight * low * drawn
     flow[first + 1] += weight * (leak + max(-displaced, 0.0))
     flow[first + 2] += weight * max(port, 0.0)
     flow[first + 3] += weight * max(-port, 0.0)
     flow[first + 4] += weight * max(chamber, 0.0)
     flow[first + 5] += weight * max(-chamber, 0.0)
     flow[first + 6] += weight * check
+    return drawn

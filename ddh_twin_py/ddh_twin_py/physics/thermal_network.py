@@ -19,6 +19,8 @@ from ddh_twin_py.physics.compiled import inlined, kernel
 from ddh_twin_py.physics.motor import phase_resistance, resistance_factor
 from ddh_twin_py.physics.oil import volumetric_heat_capacity
 
+MIXED = 1.0e-5
+"""K/W between the layers of a tank that is mixed."""
 STEFAN_BOLTZMANN = 5.670374419e-8
 """W/(m2*K^4)"""
 
@@ -57,12 +59,12 @@ EDGES = (
     ("cylinder.oil_to_barrel_rod_side", CHAMBER_B, BARREL),
     ("tank.oil_to_wall", TANK, TANK_WALL),
     ("tank.oil_to_wall", TANK_TOP, TANK_WALL),
-    ("tank.mixing_conductance", TANK_TOP, TANK),
+    ("tank.mixing_resistance", TANK_TOP, TANK),
     ("valve_block.oil_to_block", VALVE_OIL, VALVE_BLOCK),
     ("motor.flange_conductance", HOUSING, PUMP_1_CASE),
 )
 """Conducting edges: path of the conductance in the sheet (W/K), and the two nodes. The tank's
-layers share the wall by their volumes."""
+layers share the wall by their volumes and are tied by the inverse of their resistance."""
 
 SURFACES = (
     ("motor.thermal.housing_area", "motor.thermal.housing_convection", "motor.thermal.housing_emissivity", HOUSING),
@@ -110,6 +112,7 @@ FLOWS = (
     ("line_b", "valve", LINE_B, VALVE_OIL), ("valve", "tank", VALVE_OIL, TANK_TOP),
     ("chamber_a", "chamber_b", CHAMBER_A, CHAMBER_B), ("chamber_b", "chamber_a", CHAMBER_B, CHAMBER_A),
     ("tank_top", "tank", TANK_TOP, TANK),
+    ("tank_top", "pump_1", TANK_TOP, PUMP_1_OIL), ("tank_top", "pump_2", TANK_TOP, PUMP_2_OIL),
 )
 """Oil flows between control volumes, each counted in its own direction, m3/s, not below zero."""
 
@@ -144,7 +147,7 @@ def conductances(params, edge, wall, surface):
     edge[13] = p.cylinder_oil_to_barrel_rod_side
     edge[14] = p.tank_oil_to_wall * (1.0 - p.tank_top_share)
     edge[15] = p.tank_oil_to_wall * p.tank_top_share
-    edge[16] = p.tank_mixing_conductance
+    edge[16] = 1.0 / (p.tank_mixing_resistance + MIXED)
     edge[17] = p.valve_block_oil_to_block
     edge[18] = p.motor_flange_conductance
     wall[0] = p.line_a_wall_to_ambient
