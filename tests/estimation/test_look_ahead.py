@@ -190,3 +190,20 @@ def test_a_reading_older_than_what_is_remembered_is_left_out(rig):
     before = fusion.state.covariance.copy()
     told = fusion.advance(FusionInputs.unknown(20), [Reading(-5000, "tank_oil", 330.0)])
     assert told.innovations == [] and before.shape == fusion.state.covariance.shape
+
+
+@pytest.mark.parametrize("rms", [9.0, 12.0, 20.0, 23.5, 60.0])
+def test_currents_that_trip_the_drive_stay_finite_and_never_cool(ahead, state, point, rms):
+    """Copper loss grows with its own heat: whatever the steps, hotter with more current, up to the drive's cut-back."""
+    forecast = ahead.forecast(state, [Span(3600.0, point.with_current(rms))], 3600.0)
+    winding = forecast.temperature[:, NODES.index("end_winding")]
+    assert np.isfinite(forecast.temperature).all() and np.isfinite(forecast.standard_deviation).all()
+    assert np.all(np.diff(winding) > -0.5) and winding.max() < ZERO_CELSIUS + 262.0
+    milder = ahead.forecast(state, [Span(3600.0, point.with_current(0.9 * rms))], 3600.0)
+    assert row(milder).time >= row(forecast).time
+    assert np.isfinite(row(forecast).allowed_current)
+
+
+def test_what_cannot_be_computed_allows_nothing():
+    assert largest(lambda value: float("nan"), 10.0) == 0.0
+    assert largest(lambda value: value - 4.0 if value < 6.0 else float("nan"), 10.0) == pytest.approx(4.0, abs=0.05)

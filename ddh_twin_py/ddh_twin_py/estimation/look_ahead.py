@@ -16,7 +16,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import brentq
+from scipy.optimize import bisect, brentq
 
 from ddh_twin_py.estimation.sensors import NODE_INDEX, SENSORS
 from ddh_twin_py.estimation.temperature_filter import predict_mean
@@ -29,9 +29,9 @@ from ddh_twin_py.estimation.uncertain_parameters import (
     UNKNOWN_HEAT_TIME,
 )
 from ddh_twin_py.physics.compiled import kernel
-from ddh_twin_py.physics.motor import CUT_BACK_FROM, CUT_OFF_AT, available_current
+from ddh_twin_py.physics.motor import CUT_BACK_FROM, CUT_OFF_AT
 from ddh_twin_py.physics.oil import ZERO_CELSIUS
-from ddh_twin_py.physics.thermal_network import END_WINDING, N, NODES, SLOT_WINDING
+from ddh_twin_py.physics.thermal_network import END_WINDING, N, NODES, SLOT_WINDING, copper_loss
 from ddh_twin_py.rig import Rig
 from ddh_twin_py.twin.operating_point import OperatingPoint, ScaledDuty
 
@@ -44,6 +44,7 @@ _HOTTEST = CUT_OFF_AT + 100.0
 SETTLED = 10 * 86400.0
 """s after which a unit counts as settled."""
 _FIRST_STEP = 1.0  # s
+_SHORTEST, _LEAP = 0.2, 5.0  # s; K by which one step may leap over the cut-back
 _M = len(SENSORS)
 _WINDINGS = np.array([i for i, name in enumerate(NODES) if "winding" in name])
 
@@ -251,11 +252,16 @@ def crossing(times: np.ndarray, path: np.ndarray, limit: float) -> float:
 
 def largest(excess: Callable[[float], float], most: float) -> float:
     """Largest value up to ``most`` whose excess is not above 0, excess rising with it; 0 where none is."""
-    if excess(most) <= 0.0:
+
+    def known(value: float) -> float:
+        found = excess(value)
+        return found if np.isfinite(found) else float("inf")
+
+    if known(most) <= 0.0:
         return most
-    if excess(0.0) >= 0.0:
+    if not known(0.0) < 0.0:
         return 0.0
-    return float(brentq(excess, 0.0, most, xtol=2e-3 * most))
+    return float(bisect(lambda value: min(known(value), 1e6), 0.0, most, xtol=2e-3 * most))
 
 
 def default_limits(rig: Rig) -> dict[str, float]:
@@ -265,21 +271,44 @@ def default_limits(rig: Rig) -> dict[str, float]:
 
 
 @kernel
+def _longest_step(params, dynamic, square):
+    """s over which the copper's loss, which grows with its own heat, may be taken in one step and not leap over the cut-back."""
+    p = params[0]
+    share = p.motor_end_winding_copper_share
+    slot, end = copper_loss(dynamic[:N], square, p)
+    rate = max(slot / p.motor_slot_winding_capacity, end / p.motor_end_winding_capacity)
+    growth = 3.0 * p.motor_phase_resistance_20C * square * p.motor_copper_temperature_coefficient * max(
+        (1.0 - share) / p.motor_slot_winding_capacity, share / p.motor_end_winding_capacity)
+    room = max(CUT_BACK_FROM - max(dynamic[SLOT_WINDING], dynamic[END_WINDING]), 0.0) + _LEAP
+    return max(_SHORTEST, min(room / max(rate, 1e-9), 0.5 / max(growth, 1e-12)))
+
+
+@kernel
 def run_ahead(params, dynamic, deviation, node, lag, heat, square, flow, position, which, ambient, times, wander, out):
     """Run draws (n, N + m), (n, N_UNCERTAIN) ahead, in place; fill temperatures (n, k, N) at ``times`` (k,).
 
     Args:
         heat (p, N), square (p,), flow (p, N_FLOWS), position (p,): of the duties. which: duty of each step, (k - 1,).
+        A draw whose winding reaches the drive's cut-back stays as it is from there on.
         wander: standard normal, drives the unknown heats, (n, k - 1 or more, N_UNKNOWN_HEATS); zeros let them decay.
     """
     work = np.empty((N + 3, N))
     for r in range(dynamic.shape[0]):
         out[r, 0] = dynamic[r, :N]
+        tripped = False
         for k in range(times.shape[0] - 1):
             step, d = times[k + 1] - times[k], which[k]
-            given = available_current(dynamic[r, SLOT_WINDING], dynamic[r, END_WINDING], params[0]) / params[0].motor_current_limit
-            predict_mean(params, dynamic[r], deviation[r], node, lag, heat[d], square[d] * given * given, flow[d], position[d], ambient,
-                         step, work)
+            left = step
+            while left > 0.0 and not tripped:
+                part = min(left, _longest_step(params, dynamic[r], square[d]))
+                predict_mean(params, dynamic[r], deviation[r], node, lag, heat[d], square[d], flow[d], position[d], ambient, part, work)
+                left -= part
+                tripped = not max(dynamic[r, SLOT_WINDING], dynamic[r, END_WINDING]) < CUT_BACK_FROM
+            if tripped:  # the drive takes the current back from here on, the duty cannot go on
+                for i in range(N):
+                    dynamic[r, i] = min(dynamic[r, i], _HOTTEST) if dynamic[r, i] == dynamic[r, i] else out[r, k, i]
+                    out[r, k + 1:, i] = dynamic[r, i]
+                break
             fresh = np.sqrt(1.0 - np.exp(-2.0 * step / UNKNOWN_HEAT_TIME))
             for j in range(N_UNKNOWN_HEATS):
                 deviation[r, UNKNOWN_HEAT_AT + j] += fresh * UNKNOWN_HEAT_STD[j] * wander[r, k, j]

@@ -71,7 +71,11 @@ class LimitWatch:
             return
         self._looked_at = stamp
         point = self.present.point()
-        self.newest = self._ahead.forecast(state, [Span(self._horizon, point)], self._horizon, self._scaled(state))
+        try:
+            self.newest = self._ahead.forecast(state, [Span(self._horizon, point)], self._horizon, self._scaled(state))
+        except (ValueError, ArithmeticError, np.linalg.LinAlgError) as error:  # the estimate goes on without it
+            self._node.warn_once("look ahead", f"the look ahead could not be computed: {error}")
+            return
         message = LimitPrediction(
             horizon=self._horizon, ambient=float(to_celsius(state.ambient)), rms_current=math.sqrt(point.mean_square_current),
             mean_absolute_speed=point.speed, duty_known=self.present.known, limits=[_row(limit) for limit in self.newest.limits],
