@@ -110,6 +110,7 @@ def test_a_bag_given_twice_is_refused(bag, capsys):
     assert "are the same bag" in error_of([bag, bag.parent / "." / ".." / bag.parent.name / bag.name], capsys)
 
 
+@pytest.mark.filterwarnings("error::RuntimeWarning")
 def test_a_recording_without_speed_command_or_signals_is_refused(bag, tmp_path, capsys):
     recording = read_recording(bag).between(0.0, 20.0)
     recording.drive.values[:, recording.drive.fields.index("speed_command")] = float("nan")
