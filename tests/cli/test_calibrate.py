@@ -1,7 +1,9 @@
 """The verb calibrate: what it writes, says and returns; the rig file in other verbs."""
 
 import json
+from dataclasses import replace
 
+import ddh_twin_py.estimation.calibration as calibration
 import pytest
 from ddh_twin_py.bags.reader import read_recording
 from ddh_twin_py.bags.writer import write_recording
@@ -87,6 +89,52 @@ def test_errors_are_one_line(bag, options, said, capsys):
     assert main(["calibrate", str(bag), "--quiet", *options]) == 2
     error = capsys.readouterr().err.strip()
     assert said in error and "\n" not in error
+
+
+def error_of(options, capsys):
+    assert main(["calibrate", "--quiet", *map(str, options)]) == 2
+    error = capsys.readouterr().err.strip()
+    assert "\n" not in error
+    return error
+
+
+def test_recordings_of_two_rigs_are_refused(bag, tmp_path, capsys):
+    other = read_recording(bag).between(0.0, 20.0)
+    write_recording(tmp_path / "other", replace(other, rig=replace(other.rig, rig_id="rig_b")))
+    error = error_of([bag, tmp_path / "other"], capsys)
+    assert str(bag) in error and str(tmp_path / "other") in error
+    assert repr(other.rig.rig_id) in error and "'rig_b'" in error
+
+
+def test_a_bag_given_twice_is_refused(bag, capsys):
+    assert "are the same bag" in error_of([bag, bag.parent / "." / ".." / bag.parent.name / bag.name], capsys)
+
+
+@pytest.mark.filterwarnings("error::RuntimeWarning")
+def test_a_recording_without_speed_command_or_signals_is_refused(bag, tmp_path, capsys):
+    recording = read_recording(bag).between(0.0, 20.0)
+    recording.drive.values[:, recording.drive.fields.index("speed_command")] = float("nan")
+    write_recording(tmp_path / "a", recording)
+    assert f"{tmp_path / 'a'}: no usable speed_command; a free run needs it" in error_of([tmp_path / "a"], capsys)
+    write_recording(tmp_path / "b", read_recording(bag).between(0.0, 1.0).with_streams(
+        dict(pair for pair in read_recording(bag).between(0.0, 1.0).streams() if not pair[0].startswith("temperature"))))
+    assert f"{tmp_path / 'b'}: no usable sample of any signal" in error_of([tmp_path / "b"], capsys)
+
+
+def test_an_empty_name_is_refused_and_one_given_twice_counts_once(bag, capsys):
+    with pytest.raises(SystemExit) as left:
+        main(["calibrate", str(bag), "--only", ""])
+    assert left.value.code == 2 and "--only: an empty name" in capsys.readouterr().err
+
+
+def test_a_fit_that_had_not_settled_says_so_at_the_end(bag, tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr(calibration, "_SWEEPS", 1)
+    file, numbers = tmp_path / "rig.yaml", tmp_path / "fit.json"
+    assert main(["calibrate", str(bag), "--only", "pump_1.leakage", "pump_1.leakage", "-o", str(file), "--json", str(numbers)]) == 0
+    assert capsys.readouterr().err.strip().endswith("warning: the fit was stopped before it had settled")
+    data = json.loads(numbers.read_text())
+    assert data["settled"] is False and "before it had settled" in data["verdict"] and file.exists()
+    assert [p["name"] for p in data["parameters"]].count("pump_1.leakage") == 1
 
 
 @pytest.mark.parametrize("share", ["-0.1", "1", "half"])

@@ -54,6 +54,14 @@ def test_a_partial_file_changes_only_what_it_names(tmp_path):
     ("cylinder:\n  rod: {value: 0.07}\n", "cylinder.rod: value is 0.07 m, with cylinder.bore 0.06 m at most"),
     ("oil:\n  walther_b: {value: 3.0}\n", "cSt at 23 degC, allowed are 2 to 3000 cSt"),
     ("tank:\n  emissivity: {value: 1.2}\n", "tank.emissivity: value is 1.2, allowed are 0 to 1"),
+    ("tank:\n  emissivity: {value: 0.9, sigma: 3}\n", "tank.emissivity.sigma: an entry has no such key; the nearest is"),
+    ("tank:\n  emissivity: {value: 0.9, toleranc: 3}\n", "tank.emissivity.toleranc: an entry has no such key; the nearest is 'tolerance'"),
+    ("tank:\n  emissivity: {value: 0.9, 7: 3}\n", "tank.emissivity.7: an entry has no such key"),
+    ("tank:\n  emissivity: {value: 0.9, source: 2024}\n", "tank.emissivity.source: value is 2024, a text is needed"),
+    ("tank:\n  emissivity: {value: 0.9, value: 0.8}\n", "tank.emissivity.value: given twice, in lines 2 and 2"),
+    ("tank:\n  emissivity: {value: 0.9}\nambient: {value: 20}\ntank:\n  area: {value: 1}\n", "tank: given twice, in lines 1 and 4"),
+    ("measurement:\n  pressure_rod_side_offset: {value: 0, std: 1.0e+9}\n", "_offset.std: value is 1e+09 Pa, allowed are 0 to 2e+07 Pa"),
+    ("pump_1:\n  leakage: {value: 2.0e-12, std: 3.0e-12}\n", "pump_1.leakage.std: value is 3e-12 m3/(s*Pa), allowed are 0 to 2e-12"),
 ])
 def test_what_cannot_be_used_is_named(tmp_path, text, expected):
     file = tmp_path / "bad.yaml"
@@ -62,6 +70,19 @@ def test_what_cannot_be_used_is_named(tmp_path, text, expected):
         load_rig(file)
     assert str(file) in str(error.value) and expected in str(error.value)
     assert "\n" not in str(error.value)
+
+
+def test_a_fitted_value_near_0_may_keep_its_priors_deviation(tmp_path):
+    file = tmp_path / "fitted.yaml"
+    file.write_text("pump_1:\n  leakage: {value: 0.0, unit: m3/(s*Pa), std: 1.0e-13}\n")
+    assert load_rig(file).quantities["pump_1.leakage"].standard_deviation == 1.0e-13
+
+
+def test_an_alias_and_a_merge_are_no_duplicates(tmp_path):
+    file = tmp_path / "merged.yaml"
+    file.write_text("pump_1:\n  leakage: &a {value: 2.0e-12, source: bench}\npump_2:\n  leakage: {<<: *a, value: 1.0e-12}\n")
+    rig = load_rig(file)
+    assert (rig["pump_1.leakage"], rig["pump_2.leakage"], rig.quantities["pump_2.leakage"].source) == (2.0e-12, 1.0e-12, "bench")
 
 
 def test_missing_file_is_named():

@@ -25,7 +25,7 @@ def test_deviations_sources_zero_errors_and_sensors_are_read_back_exactly(tmp_pa
     quantities = dict(rig.quantities)
     odd = 'fitted to "a: b", {c} # d, lifted – ° \'e\''
     quantities["pump_1.leakage"] = replace(quantities["pump_1.leakage"], value=1.0e-12 / 3.0, std=1.0e-14 / 7.0, source=odd)
-    quantities["oil.bulk_modulus"] = replace(quantities["oil.bulk_modulus"], value=1e9, std=1e16)
+    quantities["oil.bulk_modulus"] = replace(quantities["oil.bulk_modulus"], value=1e9, std=1e-5)
     for path, unit, value in (("measurement.pressure_rod_side_offset", "Pa", -31234.5), ("measurement.tank_oil_offset", "K", 0.123)):
         quantities[path] = Quantity(value, unit, 0.0, "fitted", abs(value) * 3.0)
     lag = "sensors.temperature.time_constant"

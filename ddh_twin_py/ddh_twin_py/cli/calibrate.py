@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import argparse
 import os
+from collections.abc import Sequence
+from pathlib import Path
 
 from ddh_twin_py.cli.arguments import add_json, add_namespace, add_rig, add_verb
 
@@ -21,6 +23,24 @@ def _share(text: str) -> float:
     return value
 
 
+def _name(text: str) -> str:
+    """A name that is not empty."""
+    if not text.strip():
+        raise argparse.ArgumentTypeError("an empty name")
+    return text
+
+
+def _given_twice(bags: Sequence[str]) -> tuple[str, str] | None:
+    """Two arguments that are the same bag, None where there are none."""
+    seen: dict[Path, str] = {}
+    for bag in bags:
+        path = Path(bag).resolve()
+        if path in seen:
+            return seen[path], bag
+        seen[path] = bag
+    return None
+
+
 def add_parser(subparsers) -> None:
     """Declare the verb."""
     parser = add_verb(
@@ -34,8 +54,9 @@ def add_parser(subparsers) -> None:
     parser.add_argument("-o", "--output", metavar="FILE", help="rig file to write")
     add_rig(parser)
     add_namespace(parser)
-    parser.add_argument("--only", metavar="PATH", nargs="+", default=[],
-                        help="fit these alone (such as pump_1.leakage) and zero errors; all else is held exact")
+    parser.add_argument("--only", metavar="PATH", nargs="+", default=[], type=_name,
+                        help="fit these alone (such as pump_1.leakage) and zero errors; all else is held exact; "
+                             "one given twice counts once")
     parser.add_argument("--held-out", metavar="SHARE", type=_share, default=0.0,
                         help="share at the end of each recording that is only predicted (default 0)")
     parser.add_argument("--html", metavar="FILE", help="write the report, one self-contained page")
@@ -54,14 +75,16 @@ def run(args: argparse.Namespace) -> int:
     rig = load_rig(args.rig)
     with stage("loading", args.quiet):
         from ddh_twin_py.bags.reader import read_recording
-        from ddh_twin_py.estimation.calibration import calibrate, check_paths
+        from ddh_twin_py.estimation.calibration import CalibrationError, calibrate, check_paths
         from ddh_twin_py.estimation.experiment import Experiment
         from ddh_twin_py.estimation.held_out import held_out
         from ddh_twin_py.report.calibration_groups import signal_fits, verdict
         from ddh_twin_py.report.calibration_report import calibration_document, calibration_json
         from ddh_twin_py.report.calibration_summary import print_calibration
-        from ddh_twin_py.rig.writer import write_rig
     check_paths(rig, args.only)
+    twice = _given_twice(args.bags)
+    if twice:
+        raise CalibrationError(f"BAG: {twice[0]} and {twice[1]} are the same bag; its samples would count twice")
     experiments = []
     for bag in args.bags:
         with stage(f"reading {bag}", args.quiet) as progress:
@@ -81,6 +104,17 @@ def run(args: argparse.Namespace) -> int:
         show_findings(experiment.recording.findings, "what `ddh-twin info` tells of the bag")
     if not args.quiet and args.json != "-":
         print_calibration(fit, signals, said)
+    code = _finish(args, fit, rig)
+    if not fit.settled:
+        say("ddh-twin calibrate: warning: the fit was stopped before it had settled")
+    return code
+
+
+def _finish(args: argparse.Namespace, fit, rig) -> int:
+    """Say what was refused and write the rig file; the exit code."""
+    from ddh_twin_py.cli.console import say
+    from ddh_twin_py.rig.writer import write_rig
+
     for p in fit.refused:
         say(f"ddh-twin calibrate: {p.name} refused: the recordings leave {100 * p.share:.0f} % of its prior deviation; it keeps its prior")
     if args.only and len(fit.refused) == len(set(args.only)):

@@ -147,10 +147,12 @@ def calibrate(experiments: Sequence[Experiment], rig: Rig, only: Sequence[str] =
         progress: told the share done.
 
     Raises:
-        CalibrationError: no recording, or a path that the sheet does not have or holds exact.
+        CalibrationError: no recording, recordings of several rigs or with nothing to fit, or a path that
+            the sheet does not have or holds exact.
     """
     if not experiments:
         raise CalibrationError("no recording was given")
+    _check_recordings(experiments)
     offsets = offset_paths(experiments)
     rig = with_offsets(rig, offsets)
     wanted = list(only) or [path for path in uncertain_paths(rig) if not path.startswith("measurement.")]
@@ -161,6 +163,20 @@ def calibrate(experiments: Sequence[Experiment], rig: Rig, only: Sequence[str] =
     if progress is not None:
         progress(1.0)
     return problem.result(fit, tuple(only))
+
+
+def _check_recordings(experiments: Sequence[Experiment]) -> None:
+    """Refuse recordings of several rigs, and those that no free run can be made of or compared with."""
+    for e in experiments:
+        if not np.isfinite(e.recording.drive.column("speed_command")).any():
+            raise CalibrationError(f"{e.recording.path}: no usable speed_command; a free run needs it")
+        if not any((signal.binning.bin >= 0).any() for signal in e.signals.values()):
+            raise CalibrationError(f"{e.recording.path}: no usable sample of any signal; there is nothing to fit to")
+    named = [e.recording for e in experiments if e.recording.rig is not None and e.recording.rig.rig_id]
+    for other in named[1:]:
+        if other.rig.rig_id != named[0].rig.rig_id:
+            raise CalibrationError(f"{named[0].path} is of rig {named[0].rig.rig_id!r} and {other.path} of rig {other.rig.rig_id!r}; "
+                                   "a fit takes recordings of one rig")
 
 
 def check_paths(rig: Rig, paths: Sequence[str]) -> list[str]:

@@ -19,11 +19,14 @@ import yaml
 
 from ddh_twin_py.rig.bounds import LARGEST_TOLERANCE, SENSOR_FACTOR, Bound, bound_of, contradiction
 from ddh_twin_py.rig.numbers import finite_number
+from ddh_twin_py.rig.unique_keys import DuplicateKeyError, read_unique
 
 CUT = 2.5
 """Tolerances are normal distributions cut at this many standard deviations."""
 OIL_GRADE = "ISO VG 32"
 """Of the reference sheet's oil."""
+LEAF = ("value", "unit", "tolerance", "std", "source")
+"""What an entry may say."""
 LARGEST_PAYLOAD = 1.0e5
 """kg; a payload that a recording or a duty gives must be above 0 and not above this."""
 
@@ -157,15 +160,15 @@ def load_rig(path: str | Path | None = None) -> Rig:
         path: YAML file; entries that it leaves out are those of the reference sheet.
 
     Raises:
-        RigError: file missing, not YAML, unknown entry (with the nearest valid one), a value
-            that is no finite number or outside its bounds (`bounds`), or values that contradict
-            each other.
+        RigError: file missing, not YAML, an entry given twice or unknown (with the nearest valid
+            one), a value that is no finite number or outside its bounds (`bounds`), or values that
+            contradict each other.
     """
     if path is None:
         return _REFERENCE
     path = Path(path)
     try:
-        tree = yaml.safe_load(path.read_text())
+        tree = read_unique(path.read_text())
     except FileNotFoundError:
         raise RigError(f"{path}: no such rig file") from None
     except (OSError, UnicodeDecodeError) as error:
@@ -174,6 +177,8 @@ def load_rig(path: str | Path | None = None) -> Rig:
         where = getattr(error, "problem_mark", None)
         line = f" (line {where.line + 1})" if where else ""
         raise RigError(f"{path}: is not YAML{line}") from None
+    except DuplicateKeyError as error:
+        raise RigError(f"{path}: {error}") from None
     except ValueError as error:  # such as an impossible date
         raise RigError(f"{path}: is not YAML: {error}") from None
     if not isinstance(tree, dict):
@@ -189,6 +194,9 @@ def load_rig(path: str | Path | None = None) -> Rig:
             )
         merged[name] = replace(quantity, unit=merged[name].unit)
         _within(f"{path}: {name}: value", quantity.value, BOUNDS[name], merged[name].unit)
+        if quantity.std is not None:
+            allowed = Bound(0.0, _largest_std(name, quantity.value))
+            _within(f"{path}: {name}.std: value", quantity.std, allowed, merged[name].unit)
     for name, spec in sensors.items():
         if name not in _REFERENCE.sensors:
             raise RigError(_unknown(str(path), f"sensors.{name}", [f"sensors.{s}" for s in _REFERENCE.sensors]))
@@ -206,6 +214,15 @@ def _within(what: str, value: float, bound: Bound, unit: str) -> None:
             f"{what} is {value:g}{unit}, allowed are {bound.lowest:.4g} to {bound.highest:.4g}{unit}; "
             "is it in the right unit?"
         )
+
+
+def _largest_std(name: str, value: float) -> float:
+    """Largest standard deviation of an entry, in its unit: of its value or the reference's, or its bounds' width where that is 0."""
+    reference, bound = _REFERENCE.quantities[name].value, BOUNDS[name]
+    if reference == 0.0:
+        return bound.highest - bound.lowest
+    # a fit may leave a value near 0 with the deviation of its prior
+    return LARGEST_TOLERANCE * max(abs(value), abs(reference)) * (1.0 + 1e-9)
 
 
 def _check_sensor(where: str, spec: SensorSpec, reference: SensorSpec) -> None:
@@ -233,6 +250,13 @@ def _parse(tree: dict, file: str) -> tuple[str, dict[str, Quantity], dict[str, S
     sensors: dict[str, SensorSpec] = {}
 
     def leaf(name: str, node: dict) -> None:
+        for key in node:
+            if key not in LEAF:
+                nearest = (difflib.get_close_matches(str(key), LEAF, 1, 0.0) or LEAF)[0]
+                raise RigError(f"{file}: {name}.{key}: an entry has no such key; the nearest is {nearest!r} of {', '.join(LEAF)}")
+        source = node.get("source", "")
+        if not isinstance(source, str):
+            raise RigError(f"{file}: {name}.source: value is {source!r}, a text is needed; put it in quotes")
         tolerance = _number(file, f"{name}.tolerance", node.get("tolerance", 0.0))
         _within(f"{file}: {name}.tolerance: value", tolerance, Bound(0.0, LARGEST_TOLERANCE), "")
         std = node.get("std")
@@ -242,7 +266,7 @@ def _parse(tree: dict, file: str) -> tuple[str, dict[str, Quantity], dict[str, S
             value=_number(file, name, node["value"]),
             unit=str(node.get("unit", "")),
             tolerance=tolerance,
-            source=str(node.get("source", "")),
+            source=source,
             std=None if std is None else _number(file, f"{name}.std", std),
         )
 

@@ -81,7 +81,7 @@ def _judge_pressures(state: np.ndarray, noise: np.ndarray) -> list[UnitSuspicion
 
 
 def _judge_drive(state: np.ndarray) -> list[UnitSuspicion]:
-    follow = state[0, RULE_A] / state[0, RULE_B]
+    follow = state[0, RULE_A] / state[0, RULE_B] if state[0, RULE_B] else np.nan  # nothing was commanded
     if _near(follow, RPM):
         return [UnitSuspicion((1,), "rpm", RPM, f"speed is {follow:.3g} times speed_command")]
     if _near(follow, 1.0 / RPM):
