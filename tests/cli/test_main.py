@@ -6,6 +6,7 @@ import sys
 import pytest
 from ddh_twin_py.cli import main as cli
 from ddh_twin_py.cli.main import main
+from ddh_twin_py.rig.files import write_whole
 
 VERBS = ("replay", "calibrate", "info", "simulate", "bench", "verify", "demo", "up", "motor", "paper", "study")
 
@@ -91,7 +92,34 @@ def test_a_file_that_cannot_be_written(capsys, paper_cycle_bag, tmp_path):
     target = tmp_path / "file"
     target.write_text("")
     said = failure(capsys, "info", str(paper_cycle_bag), "--json", str(target / "x.json"))
-    assert f"{target}: File exists" in said and "Errno" not in said
+    assert f"argument --json: '{target}/x.json' cannot be written: {target} is no folder" in said
+
+
+@pytest.mark.parametrize("verb, option", [
+    *((verb, "--json") for verb in ("study", "paper", "calibrate", "motor", "verify", "bench")),
+    *((verb, "--html") for verb in ("study", "paper", "calibrate", "motor")), ("study", "--csv"), ("calibrate", "-o"), ("motor", "-o"),
+])
+def test_an_output_that_is_a_folder_is_refused_before_the_run(capsys, tmp_path, verb, option):
+    more = {"study": ["cold-start"], "calibrate": ["bag"]}.get(verb, [])
+    said = failure(capsys, verb, *more, option, str(tmp_path))
+    assert f"{option}" in said and f"'{tmp_path}' is a folder and no file" in said
+
+
+def test_other_outputs_that_cannot_be_written(capsys, tmp_path):
+    for name, expected in (
+        (f"{tmp_path}/new/", "is a folder"), ("/dev/null", "is no regular file"), ("/proc/x/y.json", "cannot be written: /proc: "),
+        (str(tmp_path / ("x" * 252)), "too long"),
+    ):
+        said = failure(capsys, "paper", "--json", name)
+        assert "argument --json: " + repr(name) in said and expected in said and ".part" not in said
+
+
+def test_a_write_that_fails_leaves_nothing_and_names_what_was_given(tmp_path):
+    target = tmp_path / "x.json"
+    target.mkdir()
+    with pytest.raises(OSError) as said:
+        write_whole(target, "text")
+    assert said.value.filename == str(target) and list(tmp_path.iterdir()) == [target]
 
 
 def test_interrupted(capsys, monkeypatch):
