@@ -7,6 +7,7 @@ import difflib
 import os
 import shutil
 import tempfile
+from collections.abc import Callable
 from pathlib import Path
 
 _LONGEST_NAME = 250  # bytes; what is added to it while it is written has room below 255
@@ -87,6 +88,32 @@ def seed(text: str) -> int:
     if not text.strip().isdecimal():
         raise argparse.ArgumentTypeError(f"{text!r} is no whole number from 0 on")
     return int(text)
+
+
+def whole(lowest: int, highest: int) -> Callable[[str], int]:
+    """A whole number within bounds."""
+
+    def parse(text: str) -> int:
+        if not (text.strip().isdecimal() and len(text.strip()) < 20) or not lowest <= int(text) <= highest:
+            raise argparse.ArgumentTypeError(f"{text!r} is no whole number from {lowest} to {highest}")
+        return int(text)
+
+    return parse
+
+
+def between(lowest: float, highest: float, unit: str) -> Callable[[str], float]:
+    """A number within bounds."""
+
+    def parse(text: str) -> float:
+        try:
+            value = float(text)
+        except ValueError:
+            value = float("nan")
+        if not lowest <= value <= highest:
+            raise argparse.ArgumentTypeError(f"{text!r} is no number from {lowest:g} to {highest:g} {unit}")
+        return value
+
+    return parse
 
 
 def output_file(text: str) -> str:

@@ -53,25 +53,47 @@ def run(args: argparse.Namespace) -> int:
         network = motor_network(machine, rig, args.layers)
         condensed = condense(network)
     rows = comparison.rows(condensed, machine, rig)
-    if args.output:
-        written = write_text(args.output, comparison.overlay(condensed, network))
-        try:
-            load_rig(written)
-        except ValueError:  # a description that leads out of a rig file's bounds: said, and no file left behind
-            written.unlink()
-            raise
+    overlay = comparison.overlay(condensed, network) if args.output else ""
+    if overlay:
+        _check(overlay, args.output)
     with stage("refining the mesh", args.quiet) as progress:
         steps = comparison.convergence(machine, rig, args.layers, progress)
     runs = []
     if args.html or args.json:
         with stage("running cycles", args.quiet) as progress:
             runs = comparison.cycles(machine, rig, progress)
+    page = None
     if args.html:
-        with stage(f"writing {args.html}", args.quiet):
+        with stage("varying the description", args.quiet):
             sensitive = comparison.sensitivities(machine, rig, min(args.layers, 8))
-            motor_document(network, condensed, rows, steps, sensitive, runs).write(args.html)
-    if args.json:
-        put_json(args.json, comparison.as_json(network, condensed, rows, steps, runs))
+            page = motor_document(network, condensed, rows, steps, sensitive, runs).html()
+    numbers = comparison.as_json(network, condensed, rows, steps, runs) if args.json else None
+    if page is not None:  # nothing is written before everything is computed
+        write_text(args.html, page)
+    if numbers is not None:
+        put_json(args.json, numbers)
+    if overlay:
+        write_text(args.output, overlay)
     if not args.quiet and args.json != "-":
         print_motor(network, condensed, rows, steps)
     return 0
+
+
+def _check(overlay: str, output: str) -> None:
+    """A description can lead out of a rig file's bounds: said before anything is written.
+
+    Raises:
+        RigError: with the name of the file that was to be written.
+    """
+    import tempfile
+    from pathlib import Path
+
+    from ddh_twin_py.rig import RigError, load_rig
+
+    with tempfile.TemporaryDirectory(prefix="ddh_motor_") as scratch:
+        trial = Path(scratch) / "rig.yaml"
+        trial.write_text(overlay, encoding="utf-8")
+        try:
+            load_rig(trial)
+        except RigError as error:
+            raise RigError(str(error).replace(str(trial), output)) from None
