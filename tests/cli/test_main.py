@@ -1,11 +1,14 @@
 """The command line: help that costs nothing, errors in one line, exit codes."""
 
+import signal
 import subprocess
 import sys
+import time
 
 import pytest
 from ddh_twin_py.cli import main as cli
 from ddh_twin_py.cli.main import main
+from ddh_twin_py.rig.files import write_whole
 
 VERBS = ("replay", "calibrate", "info", "simulate", "bench", "verify", "demo", "up", "motor", "paper", "study")
 
@@ -70,6 +73,18 @@ def test_a_rig_file_with_a_typing_error(capsys, tmp_path, paper_cycle_bag):
     assert str(rig) in said and "pump_1.leakage" in said
 
 
+@pytest.mark.parametrize("option, expected", [
+    ("--seeds=0", "argument --seeds: '0' is no whole number from 1 to 10000"),
+    ("--seeds=10001", "argument --seeds: '10001' is no whole number"),
+    ("--first=-1", "argument --first: '-1' is no whole number from 0 to 1000000000"),
+    ("--duration=59", "argument --duration: '59' is no number from 60 to 86400 s"),
+    ("--duration=1e9", "argument --duration: '1e9' is no number from 60 to 86400 s"),
+    ("--duration=nan", "argument --duration: 'nan' is no number"),
+])
+def test_numbers_that_a_verification_cannot_use(capsys, option, expected):
+    assert expected in failure(capsys, "verify", option)
+
+
 def test_an_unknown_duty_names_the_nearest(capsys, tmp_path):
     assert "the nearest is 'paper_cycle'" in failure(capsys, "simulate", "papercycle", "-o", str(tmp_path / "b"))
     assert "--duration" in failure(capsys, "simulate", "paper_cycle", "-o", str(tmp_path / "b"))
@@ -91,7 +106,34 @@ def test_a_file_that_cannot_be_written(capsys, paper_cycle_bag, tmp_path):
     target = tmp_path / "file"
     target.write_text("")
     said = failure(capsys, "info", str(paper_cycle_bag), "--json", str(target / "x.json"))
-    assert f"{target}: File exists" in said and "Errno" not in said
+    assert f"argument --json: '{target}/x.json' cannot be written: {target} is no folder" in said
+
+
+@pytest.mark.parametrize("verb, option", [
+    *((verb, "--json") for verb in ("study", "paper", "calibrate", "motor", "verify", "bench")),
+    *((verb, "--html") for verb in ("study", "paper", "calibrate", "motor")), ("study", "--csv"), ("calibrate", "-o"), ("motor", "-o"),
+])
+def test_an_output_that_is_a_folder_is_refused_before_the_run(capsys, tmp_path, verb, option):
+    more = {"study": ["cold-start"], "calibrate": ["bag"]}.get(verb, [])
+    said = failure(capsys, verb, *more, option, str(tmp_path))
+    assert f"{option}" in said and f"'{tmp_path}' is a folder and no file" in said
+
+
+def test_other_outputs_that_cannot_be_written(capsys, tmp_path):
+    for name, expected in (
+        (f"{tmp_path}/new/", "is a folder"), ("/dev/null", "is no regular file"), ("/proc/x/y.json", "cannot be written: /proc: "),
+        (str(tmp_path / ("x" * 252)), "too long"),
+    ):
+        said = failure(capsys, "paper", "--json", name)
+        assert "argument --json: " + repr(name) in said and expected in said and ".part" not in said
+
+
+def test_a_write_that_fails_leaves_nothing_and_names_what_was_given(tmp_path):
+    target = tmp_path / "x.json"
+    target.mkdir()
+    with pytest.raises(OSError) as said:
+        write_whole(target, "text")
+    assert said.value.filename == str(target) and list(tmp_path.iterdir()) == [target]
 
 
 def test_interrupted(capsys, monkeypatch):
@@ -101,6 +143,26 @@ def test_interrupted(capsys, monkeypatch):
     monkeypatch.setattr("ddh_twin_py.cli.info.run", interrupt)
     assert main(["info", "bag"]) == 130
     assert capsys.readouterr().err == "ddh-twin info: interrupted\n"
+
+
+@pytest.mark.parametrize("at_work", [
+    "\n        for _ in range(10**9): pass",
+    "ctypes.CDLL(None).sleep(60)",
+    "\n        for _ in range(1000): ctypes.CFUNCTYPE(None)(lambda: time.sleep(0.05))()",
+    "threading.Thread(target=time.sleep, args=(60,)).start(); time.sleep(60)",
+], ids=["python", "a call that takes long", "a callback that swallows it", "another thread"])
+def test_interrupted_at_anything(at_work):
+    code = (
+        "import ctypes, sys, threading, time\nfrom ddh_twin_py.cli import info, main\n"
+        f"def run(args):\n    print('at work', flush=True)\n    if True: {at_work}\n"
+        "info.run = run\nsys.exit(main.main(['info', 'bag']))"
+    )
+    process = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    assert process.stdout.readline() == "at work\n"
+    time.sleep(0.1)
+    process.send_signal(signal.SIGINT)
+    said = process.communicate(timeout=20)[1]
+    assert process.returncode == 130 and said == "ddh-twin info: interrupted\n"
 
 
 def test_a_fault_of_the_program_is_not_passed_off_as_bad_input(monkeypatch):

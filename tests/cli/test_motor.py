@@ -34,6 +34,17 @@ def test_a_description_of_another_machine(capsys, tmp_path):
     assert f"generated from mine with 2 layers ({file})" in load_rig(output).quantities["motor.thermal.slot_to_teeth"].source
 
 
+def test_interrupted_before_the_end_nothing_is_written(monkeypatch, tmp_path):
+    def interrupt(*given):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("ddh_twin_py.report.motor_comparison.sensitivities", interrupt)
+    out = tmp_path / "out"
+    files = ["--html", str(out / "m.html"), "--json", str(out / "m.json"), "-o", str(out / "rig.yaml")]
+    assert main(["motor", "--layers", "2", "--quiet", *files]) == 130
+    assert not out.exists()
+
+
 def test_errors_are_one_line(capsys, tmp_path):
     file = tmp_path / "odd.yaml"
     file.write_text("stator:\n  bore: {value: 58}\n")
@@ -45,7 +56,7 @@ def test_errors_are_one_line(capsys, tmp_path):
     output = tmp_path / "rig.yaml"
     file.write_text("bearings:\n  seal_torque: {value: 5.0}\n")  # a hundred times the sheet's friction
     assert main(["motor", "--description", str(file), "--layers", "2", "--quiet", "-o", str(output)]) == 2
-    assert "motor.friction_coulomb: value is" in capsys.readouterr().err and not output.exists()
+    assert f"{output}: motor.friction_coulomb: value is" in capsys.readouterr().err and not output.exists()
     for given, expected in (("0", "no whole number from 1 to 24"), ("x", "no whole number")):
         try:
             main(["motor", "--layers", given])

@@ -43,6 +43,7 @@ def test_the_same_sweep_twice_is_the_same(capsys):
     (["study", "cold-start", "--grades", "VG 33"], "no oil grade 'VG 33'; the nearest is 'ISO VG 32'"),
     (["study", "cold-start", "--duty", "paper"], "paper: no such duty file, and no duty 'paper'; the nearest is 'paper_cycle'"),
     (["study", "cold-start", "--hours", "0"], "'0' is no number above 0"),
+    (["study", "cold-start", "--hours", "1e9"], "argument --hours: '1e9' is above 1000 h"),
 ])
 def test_what_cannot_be_used_is_one_line(given, expected, capsys):
     try:

@@ -6,7 +6,11 @@ import argparse
 import difflib
 import os
 import shutil
+import tempfile
+from collections.abc import Callable
 from pathlib import Path
+
+_LONGEST_NAME = 250  # bytes; what is added to it while it is written has room below 255
 
 
 class InputError(ValueError):
@@ -86,6 +90,68 @@ def seed(text: str) -> int:
     return int(text)
 
 
+def whole(lowest: int, highest: int) -> Callable[[str], int]:
+    """A whole number within bounds."""
+
+    def parse(text: str) -> int:
+        if not (text.strip().isdecimal() and len(text.strip()) < 20) or not lowest <= int(text) <= highest:
+            raise argparse.ArgumentTypeError(f"{text!r} is no whole number from {lowest} to {highest}")
+        return int(text)
+
+    return parse
+
+
+def between(lowest: float, highest: float, unit: str) -> Callable[[str], float]:
+    """A number within bounds."""
+
+    def parse(text: str) -> float:
+        try:
+            value = float(text)
+        except ValueError:
+            value = float("nan")
+        if not lowest <= value <= highest:
+            raise argparse.ArgumentTypeError(f"{text!r} is no number from {lowest:g} to {highest:g} {unit}")
+        return value
+
+    return parse
+
+
+def output_file(text: str) -> str:
+    """A file that can be written, looked at before anything is computed; its folder need not exist."""
+    path = Path(text)
+    try:
+        if text.endswith(("/", os.sep)) or path.is_dir():
+            raise argparse.ArgumentTypeError(f"{text!r} is a folder and no file")
+        if path.exists() and not path.is_file():
+            raise argparse.ArgumentTypeError(f"{text!r} is no regular file")
+        if len(os.fsencode(path.name)) > _LONGEST_NAME:
+            raise argparse.ArgumentTypeError(f"{text!r} is too long a name")
+        there = path.absolute().parent
+        while not there.exists():
+            if there.is_symlink():
+                raise argparse.ArgumentTypeError(f"{text!r} cannot be written: {there} points to nothing")
+            there = there.parent
+    except OSError as error:
+        raise argparse.ArgumentTypeError(f"{text!r} cannot be written: {error.strerror}") from None
+    if not there.is_dir():
+        raise argparse.ArgumentTypeError(f"{text!r} cannot be written: {there} is no folder")
+    try:
+        tempfile.TemporaryFile(dir=there).close()  # permissions alone do not tell, least of all those of root
+    except OSError as error:
+        raise argparse.ArgumentTypeError(f"{text!r} cannot be written: {there}: {error.strerror}") from None
+    return text
+
+
+def json_file(text: str) -> str:
+    """The same, or `-` for standard output."""
+    return text if text == "-" else output_file(text)
+
+
+def add_html(parser: Parser, help: str = "write the report, one self-contained page") -> None:
+    """The option `--html`."""
+    parser.add_argument("--html", metavar="FILE", type=output_file, help=help)
+
+
 def add_rig(parser: Parser) -> None:
     """The option `--rig`."""
     parser.add_argument("--rig", metavar="FILE", help="rig file with what differs from the reference sheet")
@@ -98,7 +164,7 @@ def add_namespace(parser: Parser) -> None:
 
 def add_json(parser: Parser) -> None:
     """The option `--json`."""
-    parser.add_argument("--json", metavar="FILE", help="write the numbers as JSON; - is standard output")
+    parser.add_argument("--json", metavar="FILE", type=json_file, help="write the numbers as JSON; - is standard output")
 
 
 def duty_file(given: str) -> Path:

@@ -89,7 +89,11 @@ def _replay(bag: Path, scratch: Path, duration: float) -> Iterator[Figure]:
     for _ in range(2):  # the second finds everything in the file cache, as the first of a user's would
         started = time.perf_counter()
         process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
-        _, status, usage = os.wait4(process.pid, 0)
+        try:
+            _, status, usage = os.wait4(process.pid, 0)
+        except BaseException:  # interrupted: nobody waits for it any more
+            process.kill()
+            raise
         elapsed = time.perf_counter() - started
         if os.waitstatus_to_exitcode(status) != 0:
             raise InputError(f"replay of {bag} failed: {process.stderr.read().decode(errors='replace').strip()[-300:]}")

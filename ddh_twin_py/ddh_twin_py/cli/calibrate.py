@@ -7,7 +7,7 @@ import os
 from collections.abc import Sequence
 from pathlib import Path
 
-from ddh_twin_py.cli.arguments import add_json, add_namespace, add_rig, add_verb
+from ddh_twin_py.cli.arguments import add_html, add_json, add_namespace, add_rig, add_verb, output_file
 
 _EXAMPLE = "  ddh-twin calibrate bags/paper_cycle --held-out 0.3 -o out/rig.yaml --html out/calibration.html"
 
@@ -51,7 +51,7 @@ def add_parser(subparsers) -> None:
         _EXAMPLE,
     )
     parser.add_argument("bags", metavar="BAG", nargs="+", help="rosbag2 folders, or .mcap or .db3 files, of one rig")
-    parser.add_argument("-o", "--output", metavar="FILE", help="rig file to write")
+    parser.add_argument("-o", "--output", metavar="FILE", type=output_file, help="rig file to write")
     add_rig(parser)
     add_namespace(parser)
     parser.add_argument("--only", metavar="PATH", nargs="+", default=[], type=_name,
@@ -59,7 +59,7 @@ def add_parser(subparsers) -> None:
                              "one given twice counts once")
     parser.add_argument("--held-out", metavar="SHARE", type=_share, default=0.0,
                         help="share at the end of each recording that is only predicted (default 0)")
-    parser.add_argument("--html", metavar="FILE", help="write the report, one self-contained page")
+    add_html(parser)
     add_json(parser)
     parser.add_argument("--quiet", action="store_true", help="no progress, no summary")
 

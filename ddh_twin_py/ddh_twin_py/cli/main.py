@@ -8,10 +8,13 @@ from collections.abc import Sequence
 from importlib import import_module
 
 from ddh_twin_py.cli.arguments import Parser
+from ddh_twin_py.cli.interruption import Interruption
 
 VERBS = ("demo", "replay", "calibrate", "info", "simulate", "up", "paper", "study", "motor", "verify", "bench")
 """Verbs in the order of the help; each is a module of this package."""
 
+_WITH_NODES = frozenset({"demo", "up"})
+"""Verbs that take the time that their nodes need to leave."""
 _ROS = frozenset({"rclpy", "ddh_msgs", "sensor_msgs", "diagnostic_msgs", "std_srvs", "rosgraph_msgs", "rcl_interfaces"})
 
 _EPILOG = """\
@@ -41,6 +44,20 @@ def build_parser() -> Parser:
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one verb; returns the exit code."""
+    with Interruption("ddh-twin") as interruption:
+        try:
+            return _run(argv, interruption)
+        except KeyboardInterrupt:
+            interruption.say()
+            return 130
+        except Exception:
+            if not interruption.asked:
+                raise
+            interruption.say()  # what was interrupted made another error of it
+            return 130
+
+
+def _run(argv: Sequence[str] | None, interruption: Interruption) -> int:
     parser = build_parser()
     args = parser.parse_args(argv)
     if args.version:
@@ -51,11 +68,11 @@ def main(argv: Sequence[str] | None = None) -> int:
     if args.verb is None:
         parser.print_help()
         return 0
+    interruption.name = f"ddh-twin {args.verb}"
+    if args.verb in _WITH_NODES:
+        interruption.release()
     try:
         return import_module(f"ddh_twin_py.cli.{args.verb}").run(args)
-    except KeyboardInterrupt:
-        print(f"ddh-twin {args.verb}: interrupted", file=sys.stderr)
-        return 130
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
@@ -66,6 +83,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         print(f"ddh-twin {args.verb}: error: {said}", file=sys.stderr)
         return 2
     except (ValueError, OSError) as error:
+        if interruption.asked:
+            raise
         if not isinstance(error, OSError) and not type(error).__module__.startswith("ddh_twin_py."):
             raise  # a fault of ours and not of the input
         said = str(error)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from ddh_twin_py.cli.arguments import add_json, add_rig, add_verb
+from ddh_twin_py.cli.arguments import add_html, add_json, add_rig, add_verb, output_file
 
 _EXAMPLE = """\
   ddh-twin motor --html out/motor.html
@@ -23,8 +23,8 @@ def add_parser(subparsers) -> None:
     parser.add_argument("--description", metavar="FILE", help="machine description with what differs from the 115U2C")
     parser.add_argument("--layers", metavar="N", type=layers, default=12, help="of the slot along its depth, 1 to 24 (default 12)")
     add_rig(parser)
-    parser.add_argument("-o", "--output", metavar="RIG.yaml", help="write a rig file with the generated quantities")
-    parser.add_argument("--html", metavar="FILE", help="write the report, one self-contained page")
+    parser.add_argument("-o", "--output", metavar="RIG.yaml", type=output_file, help="write a rig file with the generated quantities")
+    add_html(parser)
     add_json(parser)
     parser.add_argument("--quiet", action="store_true", help="no progress, no table")
 
@@ -53,25 +53,47 @@ def run(args: argparse.Namespace) -> int:
         network = motor_network(machine, rig, args.layers)
         condensed = condense(network)
     rows = comparison.rows(condensed, machine, rig)
-    if args.output:
-        written = write_text(args.output, comparison.overlay(condensed, network))
-        try:
-            load_rig(written)
-        except ValueError:  # a description that leads out of a rig file's bounds: said, and no file left behind
-            written.unlink()
-            raise
+    overlay = comparison.overlay(condensed, network) if args.output else ""
+    if overlay:
+        _check(overlay, args.output)
     with stage("refining the mesh", args.quiet) as progress:
         steps = comparison.convergence(machine, rig, args.layers, progress)
     runs = []
     if args.html or args.json:
         with stage("running cycles", args.quiet) as progress:
             runs = comparison.cycles(machine, rig, progress)
+    page = None
     if args.html:
-        with stage(f"writing {args.html}", args.quiet):
+        with stage("varying the description", args.quiet):
             sensitive = comparison.sensitivities(machine, rig, min(args.layers, 8))
-            motor_document(network, condensed, rows, steps, sensitive, runs).write(args.html)
-    if args.json:
-        put_json(args.json, comparison.as_json(network, condensed, rows, steps, runs))
+            page = motor_document(network, condensed, rows, steps, sensitive, runs).html()
+    numbers = comparison.as_json(network, condensed, rows, steps, runs) if args.json else None
+    if page is not None:  # nothing is written before everything is computed
+        write_text(args.html, page)
+    if numbers is not None:
+        put_json(args.json, numbers)
+    if overlay:
+        write_text(args.output, overlay)
     if not args.quiet and args.json != "-":
         print_motor(network, condensed, rows, steps)
     return 0
+
+
+def _check(overlay: str, output: str) -> None:
+    """A description can lead out of a rig file's bounds: said before anything is written.
+
+    Raises:
+        RigError: with the name of the file that was to be written.
+    """
+    import tempfile
+    from pathlib import Path
+
+    from ddh_twin_py.rig import RigError, load_rig
+
+    with tempfile.TemporaryDirectory(prefix="ddh_motor_") as scratch:
+        trial = Path(scratch) / "rig.yaml"
+        trial.write_text(overlay, encoding="utf-8")
+        try:
+            load_rig(trial)
+        except RigError as error:
+            raise RigError(str(error).replace(str(trial), output)) from None

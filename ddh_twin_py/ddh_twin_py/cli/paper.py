@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from ddh_twin_py.cli.arguments import add_json, add_rig, add_verb
+from ddh_twin_py.cli.arguments import add_html, add_json, add_rig, add_verb
 
 _EXAMPLE = "  ddh-twin paper --html out/paper.html --json out/paper.json"
 
@@ -18,7 +18,7 @@ def add_parser(subparsers) -> None:
         _EXAMPLE,
     )
     add_rig(parser)
-    parser.add_argument("--html", metavar="FILE", help="write the page with pictures that correspond to figures 3 to 6")
+    add_html(parser, "write the page with pictures that correspond to figures 3 to 6")
     add_json(parser)
     parser.add_argument("--quiet", action="store_true", help="no progress, no table")
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from ddh_twin_py.cli.arguments import add_json, add_namespace, add_rig, add_verb, positive
+from ddh_twin_py.cli.arguments import add_html, add_json, add_namespace, add_rig, add_verb, positive
 
 _EXAMPLE = "  ddh-twin replay bags/paper_cycle --html out/report.html --json out/report.json"
 
@@ -20,7 +20,7 @@ def add_parser(subparsers) -> None:
     parser.add_argument("bag", metavar="BAG", help="rosbag2 folder, or one .mcap or .db3 file")
     add_rig(parser)
     add_namespace(parser)
-    parser.add_argument("--html", metavar="FILE", help="write the report, one self-contained page")
+    add_html(parser)
     add_json(parser)
     parser.add_argument("--interval", metavar="S", type=positive, default=None, help="of one output, s (default 0.05)")
     parser.add_argument(

@@ -6,11 +6,12 @@ import argparse
 import re
 import time
 
-from ddh_twin_py.cli.arguments import InputError, add_json, add_rig, add_verb, duty_file, positive
+from ddh_twin_py.cli.arguments import InputError, add_html, add_json, add_rig, add_verb, duty_file, output_file, positive
 
 _EXAMPLE = "  ddh-twin study cold-start --ambient -30:40:5 --grades 15,32,68 --duty paper_cycle --html out/cold_start.html"
 DUTIES = "paper_cycle,paper_cycle_each_minute,paper_cycle_fast"
 _MOST = 5000
+_LONGEST = 1000.0
 _RANGE = (-60.0, 80.0)
 
 
@@ -30,6 +31,14 @@ def ambients(text: str) -> list[float]:
         if not _RANGE[0] <= value <= _RANGE[1]:
             raise argparse.ArgumentTypeError(f"an ambient of {value:g} degC, allowed are {_RANGE[0]:g} to {_RANGE[1]:g} degC")
     return sorted(set(found))
+
+
+def hours(text: str) -> float:
+    """Above 0, at most `_LONGEST`."""
+    value = positive(text)
+    if value > _LONGEST:
+        raise argparse.ArgumentTypeError(f"{text!r} is above {_LONGEST:g} h, the longest that a start is run")
+    return value
 
 
 def names(text: str) -> list[str]:
@@ -57,10 +66,10 @@ def add_parser(subparsers) -> None:
         "oil_grades.yaml)")
     parser.add_argument("--duty", metavar="LIST", type=names, default=names(DUTIES), help=f"duty files, or names of the project's "
         f"(default {DUTIES})")
-    parser.add_argument("--hours", metavar="H", type=positive, default=8.0, help="of duty (default 8)")
+    parser.add_argument("--hours", metavar="H", type=hours, default=8.0, help=f"of duty, at most {_LONGEST:g} (default 8)")
     add_rig(parser)
-    parser.add_argument("--html", metavar="FILE", help="write the page with the maps")
-    parser.add_argument("--csv", metavar="FILE", help="write one line per start")
+    add_html(parser, "write the page with the maps")
+    parser.add_argument("--csv", metavar="FILE", type=output_file, help="write one line per start")
     add_json(parser)
     parser.add_argument("--quiet", action="store_true", help="no progress, no table")
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from ddh_twin_py.cli.arguments import InputError, add_json, add_rig, add_verb, duty_file, positive
+from ddh_twin_py.cli.arguments import add_json, add_rig, add_verb, between, duty_file, whole
 
 _EXAMPLE = "  ddh-twin verify --seeds 40 --duration 600 --json out/consistency.json"
 
@@ -20,9 +20,10 @@ def add_parser(subparsers) -> None:
         _EXAMPLE,
     )
     add_rig(parser)
-    parser.add_argument("--seeds", metavar="N", type=int, default=40, help="number of rigs (default 40)")
-    parser.add_argument("--first", metavar="N", type=int, default=0, help="seed of the first rig (default 0)")
-    parser.add_argument("--duration", metavar="S", type=positive, default=600.0, help="of each, s (default 600)")
+    parser.add_argument("--seeds", metavar="N", type=whole(1, 10_000), default=40, help="number of rigs, 1 to 10000 (default 40)")
+    parser.add_argument("--first", metavar="N", type=whole(0, 10**9), default=0, help="seed of the first rig, 0 to 1000000000 (default 0)")
+    parser.add_argument("--duration", metavar="S", type=between(60.0, 86400.0, "s"), default=600.0,
+                        help="of each, 60 to 86400 s (default 600)")
     parser.add_argument("--duty", metavar="FILE", default="mixed", help="duty file, or a name of config/duty (default mixed)")
     add_json(parser)
     parser.add_argument("--quiet", action="store_true", help="no progress, no table")
@@ -38,10 +39,6 @@ def run(args: argparse.Namespace) -> int:
     from ddh_twin_py.rig import load_rig
     from ddh_twin_py.twin.duty import load_duty
 
-    if args.seeds < 1 or args.first < 0:
-        raise InputError(f"--seeds is {args.seeds}, --first is {args.first}; at least 1 rig and a first seed from 0 on are needed")
-    if args.duration < 20.0:
-        raise InputError(f"--duration is {args.duration:g} s, at least 20 s are needed: errors are looked at each 10 s")
     rig, duty = load_rig(args.rig), load_duty(duty_file(args.duty))
     with stage("loading", args.quiet):
         from ddh_twin_py.estimation.consistency import hot_spot_inside, many_seeds, nees_band, nis_band

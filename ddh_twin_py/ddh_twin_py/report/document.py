@@ -12,6 +12,8 @@ from html import escape
 from importlib import metadata, resources
 from pathlib import Path
 
+from ddh_twin_py.rig.files import write_whole
+
 _PACKAGES = ("numpy", "numba", "rosbags")
 
 
@@ -221,12 +223,7 @@ def versions() -> Mapping[str, str]:
 
 def write_text(path: str | Path, content: str) -> Path:
     """Write a file whole or not at all, making its folder where needed."""
-    path = Path(path)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    partial = path.with_name(path.name + ".part")
-    partial.write_text(content, encoding="utf-8")
-    partial.replace(path)
-    return path
+    return write_whole(path, content)
 
 
 def write_json(path: str | Path, data: Mapping) -> Path:

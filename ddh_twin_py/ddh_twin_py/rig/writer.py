@@ -13,18 +13,13 @@ from pathlib import Path
 import yaml
 
 from ddh_twin_py.rig.bounds import contradiction
+from ddh_twin_py.rig.files import write_whole
 from ddh_twin_py.rig.sheet import BOUNDS, Quantity, Rig, RigError, SensorSpec, load_rig
 
 
 def write_rig(path: str | Path, rig: Rig, heading: str = "") -> Path:
     """Write the file whole or not at all, making its folder where needed; see `rig_text`."""
-    path = Path(path)
-    text = rig_text(rig, heading)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    partial = path.with_name(path.name + ".part")
-    partial.write_text(text, encoding="utf-8")
-    partial.replace(path)
-    return path
+    return write_whole(path, rig_text(rig, heading))
 
 
 def rig_text(rig: Rig, heading: str = "") -> str:

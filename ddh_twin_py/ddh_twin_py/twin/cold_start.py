@@ -13,8 +13,9 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor, as_completed
+from concurrent.futures import CancelledError, ThreadPoolExecutor, as_completed
 from dataclasses import dataclass
+from threading import Event
 
 import numpy as np
 
@@ -203,11 +204,12 @@ class AllowedSpeed:
         return -down, up
 
 
-def start(rig: Rig, duty: Duty, case: Case, hours: float, oil_bound: float = OIL_BOUND) -> Outcome:
+def start(rig: Rig, duty: Duty, case: Case, hours: float, oil_bound: float = OIL_BOUND, stop: Event | None = None) -> Outcome:
     """Run one start.
 
     Args:
         rig: its oil is replaced by the case's grade, its payload by the duty's. hours: how long.
+        stop: once set, the run ends after the cycle that it is at and raises CancelledError.
 
     Raises:
         RigError, DutyError: for an oil grade that is not known, a duty beyond the stroke.
@@ -235,6 +237,8 @@ def start(rig: Rig, duty: Duty, case: Case, hours: float, oil_bound: float = OIL
         share.append(min(least, 1.0))
         if least * rule.full < SLOWEST or now >= horizon or peak >= TRIP:
             break
+        if stop is not None and stop.is_set():
+            raise CancelledError
         began = run.temperature.copy()
         one = run.cycle(*rule.caps(shares), longest=LONGEST_CYCLE)
         cycles += 1
@@ -282,14 +286,16 @@ def sweep(rig: Rig, duties: dict[str, Duty], cases: Sequence[Case], hours: float
           progress: Callable[[float], None] | None = None, workers: int | None = None) -> list[Outcome]:
     """Every case, in their order; several at a time, since the compiled parts run beside each other."""
     outcomes: list[Outcome | None] = [None] * len(cases)
+    stop = Event()
     with ThreadPoolExecutor(workers or os.cpu_count() or 1) as pool:
-        waiting = {pool.submit(start, rig, duties[case.duty], case, hours): i for i, case in enumerate(cases)}
+        waiting = {pool.submit(start, rig, duties[case.duty], case, hours, stop=stop): i for i, case in enumerate(cases)}
         try:
             for done, future in enumerate(as_completed(waiting), 1):
                 outcomes[waiting[future]] = future.result()
                 if progress is not None:
                     progress(done / len(cases))
         except BaseException:
+            stop.set()
             pool.shutdown(cancel_futures=True)
             raise
     return outcomes
