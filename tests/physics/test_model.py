@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 from ddh_twin_py.physics import thermal_network as network
+from ddh_twin_py.physics.free_run import settle
 from ddh_twin_py.physics.hydraulics import POSITION, PRESSURE_B, VELOCITY
 from ddh_twin_py.physics.oil import VAPOUR_PRESSURE, compressibility, dynamic_viscosity
 from ddh_twin_py.rig import load_rig
@@ -230,3 +231,8 @@ def test_oil_under_pressure_is_thicker_where_a_rig_says_so(rig):
         pressure = points["pressure_piston_side"][k]
         leaks.append(points["pump_1_leakage"][k] / points["pump_1_port_pressure"][k])
     assert leaks[0] / leaks[1] == pytest.approx(np.exp(2e-8 * pressure), rel=0.02)  # the oil is a little warmer, too
+
+
+def test_a_state_of_the_wrong_length_is_refused(rig):
+    with pytest.raises(ValueError, match="wrong length"):
+        settle(rig.parameters, np.zeros(7), 0.1, 0.0, 0.0)

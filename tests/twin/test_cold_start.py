@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from ddh_twin_py.physics.hydraulics import HYDRAULIC_STATES
 from ddh_twin_py.physics.oil import VAPOUR_PRESSURE, ZERO_CELSIUS
 from ddh_twin_py.physics.thermal_network import END_WINDING, N, NODES, SLOT_WINDING, TANK
 from ddh_twin_py.rig import load_rig
@@ -34,7 +35,7 @@ def test_what_a_speed_settles_to_is_where_the_free_run_goes(rig, celsius, speed)
     stays = rig.with_values({path: 50.0 * rig[path] for path in rig.quantities if path.startswith("pump_") and path.endswith(
         ("oil_volume",))})  # oil that hardly warms, so that its viscosity stays
     steady = steady_state(stays.parameters, temperature, speed)
-    state = np.zeros(7)
+    state = np.zeros(len(HYDRAULIC_STATES))
     pressures = [max(steady[f"pressure_{side}_side"], 0.0) for side in ("piston", "rod")]
     settle(stays.parameters, state, 0.1 if speed > 0.0 else 0.3, *pressures)
     n = 60

@@ -8,6 +8,7 @@ from ddh_twin_py.physics.balance import add_hydraulics, add_motor, add_surroundi
 from ddh_twin_py.physics.compiled import inlined, kernel
 from ddh_twin_py.physics.hydraulics import (
     CALM,
+    HYDRAULIC_STATES,
     POSITION,
     PRESSURE_A,
     PRESSURE_B,
@@ -97,6 +98,8 @@ def free_run_sampled(params, state, temperature, command, ambient, interval, ste
     Returns:
         heat lost to ambient, J.
     """
+    if state.shape[0] != len(HYDRAULIC_STATES) or temperature.shape[0] != N:
+        raise ValueError("state or temperature has the wrong length")  # a kernel would write past its end
     p = params[0]
     edge, wall, surface = np.empty(N_EDGES), np.empty(N_WALLS), np.empty((N_SURFACES, 3))
     capacity, work = np.empty(N), np.empty((N + 3, N))
@@ -173,6 +176,8 @@ def free_run_sampled(params, state, temperature, command, ambient, interval, ste
 @kernel
 def settle(params, state, position, pressure_a, pressure_b):
     """Set the hydraulic state (`HYDRAULIC_STATES`) to rest at measured pressures (Pa) and position (m)."""
+    if state.shape[0] != len(HYDRAULIC_STATES):
+        raise ValueError("state has the wrong length")
     state[SPEED_REFERENCE] = 0.0
     state[SPEED] = 0.0
     state[PRESSURE_A] = pressure_a
