@@ -1,5 +1,8 @@
 """Cold start: the allowed speed, two rates against the full free run, what must be monotonic."""
 
+from concurrent.futures import CancelledError
+from threading import Event
+
 import numpy as np
 import pytest
 from ddh_twin_py.physics.hydraulics import HYDRAULIC_STATES
@@ -160,3 +163,10 @@ def test_one_control_for_duty_and_cycle(rig, duties):
         said.append(command.step(position, per_rad, 0.02))
     assert np.abs(np.array(said) - one.points["speed"]).max() < 6.0  # the shaft's lag of 15 ms at 120 rad/s2, and half a period
     assert one.duration == pytest.approx(15.7, abs=0.6)
+
+
+def test_a_start_can_be_stopped(rig, duties):
+    stop = Event()
+    stop.set()
+    with pytest.raises(CancelledError):
+        start(rig, duties["paper_cycle"], Case(20.0, "ISO VG 32", "paper_cycle"), 1000.0, stop=stop)
