@@ -55,7 +55,7 @@ def test_live_and_in_process_agree(demo):
     # the free run needs nothing from the other nodes; the soft sensor takes the fused oil
     # temperatures as they come, up to some seconds of data old
     assert apart["predicted temperatures"]["largest"] < 1e-6
-    assert apart["fused temperatures"]["largest"] < 0.1
+    assert apart["fused temperatures"]["largest"] < 0.4  # of any node: the valve block holds 20 ml of oil
     assert apart["torque, free run"]["largest"] < 1e-6
     assert apart["torque, soft sensor"]["in_noise"] < 1.0
 
