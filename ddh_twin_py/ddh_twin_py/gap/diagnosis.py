@@ -1,0 +1,118 @@
+"""What a diagnosis says, beside the report that its contract names: all that a page shows."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ddh_twin_py.estimation.calibration import FittedParameter
+from ddh_twin_py.rig import Rig
+
+
+@dataclass(frozen=True)
+class Trace:
+    """One signal over the data that took no part in finding or fitting.
+
+    Attributes:
+        time: s since the start of the recording, (n,). measured, before, after: in ``unit``, (n,);
+            the twin with its parameters fitted, and with the leading hypothesis added.
+        unit: SI; temperatures in K. noise: of one sample. floor: see the gap's contract.
+    """
+
+    time: np.ndarray
+    measured: np.ndarray
+    before: np.ndarray
+    after: np.ndarray
+    unit: str
+    noise: float
+    floor: float
+
+
+@dataclass(frozen=True)
+class Lack:
+    """What the twin lacks at a place.
+
+    Attributes:
+        component, domain, phase: names of the contract. regime: such as ``speed 40 to 80 rad/s``, empty for all.
+        value, std: in ``unit``, mean over the phase or regime. share: of the explained chi-square.
+    """
+
+    component: str
+    domain: str
+    phase: str
+    regime: str
+    value: float
+    std: float
+    unit: str
+    share: float
+
+
+@dataclass(frozen=True)
+class Weighed:
+    """One hypothesis, as an engineer wants to see it weighed.
+
+    Attributes:
+        effects: ids, empty for no effect, ``("unknown",)`` for what is in no catalogue.
+        probability: of the set. gap_after: with it added, in multiples of the floor, None where not tried.
+        values: effect to value, standard deviation, unit and nominal value.
+        gains: signal to chi-square that the set explains there (negative: it fits worse than without).
+        left: signal to RMS over floor with it added.
+    """
+
+    effects: tuple[str, ...]
+    probability: float
+    gap_after: float | None
+    values: Mapping[str, tuple[float, float, str, float | None]]
+    gains: Mapping[str, float]
+    left: Mapping[str, float]
+
+
+@dataclass(frozen=True)
+class Shape:
+    """Drawn shape of what no listed effect explains: a curve over one variable it depends on.
+
+    Attributes:
+        variable: name with unit. at: its values, (k,). value, std: of what is lacking, in ``unit``, (k,).
+    """
+
+    variable: str
+    at: np.ndarray
+    value: np.ndarray
+    std: np.ndarray
+    unit: str
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """A diagnosis of one case.
+
+    Attributes:
+        report: by the contract's schema, ready for JSON.
+        sentence: the verdict with its confidence, one sentence for an engineer.
+        recordings: ``commissioning``, ``field``, ``validation`` to paths.
+        traces: signal to `Trace`, on held-out data. axes: variables against which residuals may be
+            looked at, at the times of each trace: name with unit to (time (m,), values (m,)).
+        lacking: what the twin lacks, by place, phase and regime, given the hypotheses.
+        alone: the same from the data alone, before any effect is assumed.
+        weighed: hypotheses, most probable first. confusable: for each effect of a class, why it cannot be told from the others.
+        parameters: of the rig, fitted, with prior, posterior and source (``rig.quantities[name].source``).
+        shapes: of what is unknown. rig: with parameters fitted and the winning effect written into it.
+        assumptions: texts for the end of the page. seconds: by stage.
+    """
+
+    report: dict
+    sentence: str
+    recordings: Mapping[str, list[str]]
+    traces: Mapping[str, Trace]
+    axes: Mapping[str, tuple[np.ndarray, np.ndarray]]
+    lacking: list[Lack]
+    alone: list[Lack]
+    weighed: list[Weighed]
+    confusable: Mapping[str, str]
+    parameters: list[FittedParameter]
+    shapes: list[Shape]
+    rig: Rig
+    assumptions: list[str] = field(default_factory=list)
+    seconds: Mapping[str, float] = field(default_factory=dict)
