@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 from ddh_twin_py.physics import thermal_network as network
+from ddh_twin_py.physics.cylinder import coulomb_friction
 from ddh_twin_py.physics.free_run import settle
 from ddh_twin_py.physics.hydraulics import POSITION, PRESSURE_B, VELOCITY
 from ddh_twin_py.physics.oil import VAPOUR_PRESSURE, compressibility, dynamic_viscosity
@@ -56,12 +57,23 @@ def test_step_size_does_not_matter(rig):
 
 
 def test_the_piston_sticks(rig):
-    """At rest friction holds any load below its own size: no creep at all."""
+    """At rest friction holds any load below its own size: without creep velocity it does not move at all."""
+    rig = rig.with_values({"cylinder.creep_velocity": 0.0})
     # 1467 N of load against 4.5e5 Pa on 28.3 cm2 = 1272 N: the rest is within 300 N of friction
     points, _, before, after, _ = run(rig, np.zeros(4), pressures=(4.5e5, 0.0), start_position=0.2)
     assert after[VELOCITY] == 0.0
     np.testing.assert_allclose(points["rod_position"], before[POSITION], rtol=1e-14)
     assert np.all(points["rod_velocity"] == 0.0)
+
+
+def test_a_loaded_piston_creeps_in_proportion_to_its_load(rig):
+    """Sealed chambers give way by their softness alone, so that the first moments show the creep."""
+    slow = rig.with_values({"cylinder.creep_velocity": 1.0e-4})
+    points, *_ = run(slow, np.zeros(4), pressures=(4.5e5, 0.0), start_position=0.2)
+    load = 149.5 * 9.81 - 4.5e5 * np.pi / 4 * rig["cylinder.bore"] ** 2
+    share = load / (coulomb_friction(0.0, 4.5e5, slow.parameters[0]) + 1e-4 * rig["cylinder.friction_viscous"])
+    assert points["rod_velocity"][0] == pytest.approx(-1.0e-4 * share, rel=0.1)
+    assert points["friction_force"][0] == pytest.approx(-load, rel=0.1)
 
 
 def test_the_load_sinks_once_leakage_has_emptied_the_side(rig):

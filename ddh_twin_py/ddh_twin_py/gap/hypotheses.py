@@ -7,7 +7,12 @@ effect's size is as likely as its signals: the prior of a departure is the one t
 worst signal by some `sensitivity.TYPICAL` of its noise, the same for all effects, so that no
 effect is preferred for its unit.
 
-MacKay, Information Theory, Inference and Learning Algorithms (2003), chapter 28, for evidence and Occam's factor.
+A model's laws are a little wrong in every direction, those of the effects included. Each effect
+is therefore present under every hypothesis with a departure of `SLACK`, and one that is said to
+act has a departure that stands out from it: a spike and a slab, both of some width.
+
+MacKay, Information Theory, Inference and Learning Algorithms (2003), chapter 28, for evidence and Occam's factor;
+George & McCulloch, Variable selection via Gibbs sampling, J. Am. Stat. Assoc. 88 (1993), for the spike of some width.
 """
 
 from __future__ import annotations
@@ -20,11 +25,16 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import logsumexp, ndtr
 
-from ddh_twin_py.estimation.linear_gaussian import Gram, Marginal, gain
+from ddh_twin_py.estimation.linear_gaussian import gain
+from ddh_twin_py.gap.basis import Sums
 from ddh_twin_py.gap.sensitivity import Column
 
-WIDTH = 2.0
-"""Prior standard deviation of a departure, in multiples of its column's."""
+WIDTH = 1.2
+"""Width of a departure's prior, in multiples of its column; the most likely departure is the square root of two of it."""
+LEAST = 0.2
+"""Departure below which nothing is called an effect, in multiples of its column: the worst signal rises by its noise."""
+SLACK = 0.15
+"""Standard deviation of what the model's laws are off along an effect, in multiples of its column."""
 PRIOR_NONE = 0.3
 """Prior probability that nothing but parameters is off."""
 PRIOR_PAIRS = 0.15
@@ -37,7 +47,7 @@ class Hypothesis:
     """A set of effects and what it gains.
 
     Attributes:
-        columns: indices of the columns, sorted. log_evidence: over that of no effect, prior included.
+        columns: indices of the columns, sorted. log_evidence: over that of no effect on the same sums.
         departure: estimated multiples of each column. spread: their standard deviations.
         chi_square: how much of it the set explains.
     """
@@ -49,32 +59,50 @@ class Hypothesis:
     chi_square: float
 
 
-class Evidence:
-    """Sums over the recordings, parameters marginalised, ready for any set of columns.
+def weigh(information: np.ndarray, score: np.ndarray, room: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
+    """What departures along columns add to the log evidence, each in its own direction and within its bounds alone.
+
+    The prior of a departure x is x^2/w^2 N(x; 0, w^2) beyond `LEAST`, w = `WIDTH`: what is too small to be
+    seen is not asked about (a moment prior, Johnson & Rossell, J. R. Stat. Soc. B 72, 2010).
 
     Args:
-        gram: sums with the parameters' columns first, then the effects'.
-        parameters: how many parameters. theta: where they stand, in prior standard deviations.
+        information, score: X'PX (m, m) and X'Py (m,) with the shared unknowns integrated out.
+        room: largest departures that the laws allow, (m,).
+
+    Returns:
+        log evidence gained, estimate (m,), covariance (m, m), in multiples of the columns.
+    """
+    log, estimate, covariance = gain(information, score, np.full(score.size, WIDTH))
+    spread = np.sqrt(np.diagonal(covariance))
+    within = ndtr((room - estimate) / spread) - ndtr((np.minimum(LEAST, room) - estimate) / spread)
+    log += float(np.sum(np.log(2.0 * np.maximum(within, 1e-300))))
+    estimate = np.minimum(estimate, room)
+    square = estimate**2 + spread**2
+    if square.size == 2:
+        moment = square[0] * square[1] + 2.0 * covariance[0, 1] ** 2 + 4.0 * estimate[0] * estimate[1] * covariance[0, 1]
+    else:
+        moment = float(np.prod(square))
+    log += math.log(max(moment, 1e-300) / WIDTH ** (2 * score.size))
+    return log, estimate, covariance
+
+
+class Evidence:
+    """Hypotheses on sums over the recordings, the shared unknowns integrated out.
+
+    Args:
+        sums: of all columns. columns: what they are.
     """
 
-    def __init__(self, gram: Gram, parameters: int, theta: np.ndarray, columns: Sequence[Column]) -> None:
-        shifted = gram.xy.copy()
-        shifted[:parameters] -= theta  # the prior is centred on the sheet, the linearisation on theta
-        self.columns = list(columns)
-        self._marginal = Marginal(Gram(gram.xx, shifted, gram.yy + float(theta @ theta), gram.rows), np.arange(parameters))
-        self.information, self.score = self._marginal.project(np.arange(parameters, parameters + len(columns)))
-        self.chi_square, self.rows = self._marginal.chi_square, gram.rows
-        self.prior = np.full(len(columns), WIDTH)
+    def __init__(self, sums: Sums, columns: Sequence[Column]) -> None:
+        self.columns, self.sums = list(columns), sums
 
     def of(self, chosen: Sequence[int]) -> Hypothesis:
-        """Gain of a set of columns over none, each departing in its own direction alone."""
+        """Gain of a set of columns over none."""
         index = np.array(chosen, dtype=np.int64)
-        information = self.information[np.ix_(index, index)]
-        log, estimate, covariance = gain(information, self.score[index], self.prior[index])
-        spread = np.sqrt(np.diagonal(covariance))
-        within = float(np.sum(np.log(2.0 * np.maximum(ndtr(estimate / spread), 1e-300))))
-        explained = float(2.0 * estimate @ self.score[index] - estimate @ information @ estimate)
-        return Hypothesis(tuple(int(i) for i in index), log + within, estimate, spread, explained)
+        information, score = self.sums.information[np.ix_(index, index)], self.sums.score[index]
+        log, estimate, covariance = weigh(information, score, np.array([self.columns[i].room for i in index]))
+        explained = float(2.0 * estimate @ score - estimate @ information @ estimate)
+        return Hypothesis(tuple(int(i) for i in index), log, estimate, np.sqrt(np.diagonal(covariance)), explained)
 
     def singles(self) -> list[Hypothesis]:
         """Every column by itself."""
@@ -87,6 +115,12 @@ class Evidence:
         wanted = {tuple(sorted(p)) for p in itertools.combinations(best, 2)}
         wanted |= {tuple(sorted((i, j))) for i in best[:6] for j in range(len(self.columns)) if i != j}
         return [self.of(p) for p in sorted(wanted) if self.columns[p[0]].effect.id != self.columns[p[1]].effect.id]
+
+
+def slack_shares(columns: Sequence[Column]) -> np.ndarray:
+    """Share of each column in its effect's slack, (m,): an effect of several columns is not more wrong for it."""
+    ids = [column.effect.id for column in columns]
+    return np.array([1.0 / math.sqrt(ids.count(own)) for own in ids])
 
 
 def effects_of(hypothesis: Hypothesis, columns: Sequence[Column]) -> tuple[str, ...]:

@@ -14,10 +14,12 @@ import numpy as np
 
 from ddh_twin_py.estimation.comparison import Comparison
 from ddh_twin_py.gap.effect import Effect
+from ddh_twin_py.gap.model import Model
 
 TYPICAL = 5.0
 """Rise of the worst signal, in multiples of its noise, at which a column is taken."""
 _FARTHEST = 300.0  # how much larger than the first guess a departure may become
+_ATTEMPTS = 3  # to meet the typical rise
 _NOTICEABLE = 0.05  # of the noise: an effect that moves no signal further is not seen at all
 
 
@@ -38,8 +40,10 @@ class Column:
     worst: str
     change: list[np.ndarray]
 
-
-Predict = Callable[[Effect | None, int, float], list[dict[str, np.ndarray]]]
+    @property
+    def room(self) -> float:
+        """Largest departure that is allowed in this direction, in multiples of the column."""
+        return (self.effect.highest if self.x > 0.0 else self.effect.lowest) / self.x
 
 
 def rise_of(signals: Sequence[dict], with_effect: Sequence[dict], without: Sequence[dict]) -> tuple[float, str]:
@@ -56,25 +60,27 @@ def rise_of(signals: Sequence[dict], with_effect: Sequence[dict], without: Seque
     return worst, name_of_worst
 
 
-def columns_of(effects: Sequence[Effect], predict: Predict, base: list[dict[str, np.ndarray]], signals: Sequence[dict],
+def columns_of(effects: Sequence[Effect], model: Model, theta: np.ndarray, base: Sequence[dict[str, np.ndarray]],
                comparisons: Sequence[Comparison], pool: ThreadPoolExecutor,
                progress: Callable[[float], None] | None = None) -> list[Column]:
     """Columns of all effects in every law and direction; those that move nothing are left out.
 
     Args:
-        predict: predictions of the recordings with one effect at a departure. base: without any.
-        signals, comparisons: of the recordings.
+        model: of the rig. theta: parameters, in deviations, (k,). base: predictions there without any effect.
+        comparisons: of the recordings.
     """
-    features = [c.features(b) for c, b in zip(comparisons, base, strict=True)]
+    altered = [i for i, acts in enumerate(model.altered) if acts]
+    signals, before = [model.signals[i] for i in altered], [base[i] for i in altered]
+    features = {i: comparisons[i].features(base[i]) for i in altered}
     tasks = [(effect, law, sign) for effect in effects for law in range(len(effect.laws)) for sign in effect.directions]
 
     def column(task: tuple[Effect, int, float]) -> Column | None:
         effect, law, sign = task
         x = effect.limit(sign * abs(effect.step))
-        for attempt in range(3):
-            predicted = predict(effect, law, x)
-            rise, worst = rise_of(signals, predicted, base)
-            if not np.isfinite(rise) or 0.4 * TYPICAL <= rise <= 2.5 * TYPICAL or attempt == 2:
+        for attempt in range(_ATTEMPTS):
+            predicted = [model.run_one(i, theta, [(effect, law, x)]) for i in altered]
+            rise, worst = rise_of(signals, predicted, before)
+            if not np.isfinite(rise) or 0.4 * TYPICAL <= rise <= 2.5 * TYPICAL or attempt == _ATTEMPTS - 1:
                 break
             factor = min(TYPICAL / max(rise, 1e-3), _FARTHEST ** (0.5 * (attempt + 1)))
             further = effect.limit(x * factor)
@@ -83,8 +89,10 @@ def columns_of(effects: Sequence[Effect], predict: Predict, base: list[dict[str,
             x = further
         if not np.isfinite(rise) or rise < _NOTICEABLE:
             return None
-        return Column(effect, law, x, rise, worst,
-                      [c.features(p) - f for c, p, f in zip(comparisons, predicted, features, strict=True)])
+        change = [np.zeros(c.size) for c in comparisons]
+        for i, p in zip(altered, predicted, strict=True):
+            change[i] = comparisons[i].features(p) - features[i]
+        return Column(effect, law, x, rise, worst, change)
 
     out = []
     for i, found in enumerate(pool.map(column, tasks)):

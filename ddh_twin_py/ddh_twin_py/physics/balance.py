@@ -173,7 +173,8 @@ def add_hydraulics(point, weight, speed, pressure_a, pressure_b, velocity, posit
     cross = p.cylinder_cross_leakage * (pressure_a - pressure_b)
     cross_heat = cross * (pressure_a - pressure_b)
     dry = coulomb_friction(velocity, pressure_a - pressure_b, p)
-    seal = (dry * abs(velocity) + p.cylinder_friction_viscous * velocity * velocity)
+    rubbing = min(1.0, abs(velocity) / max(p.cylinder_creep_velocity, 1.0e-12)) * dry
+    seal = rubbing * abs(velocity) + p.cylinder_friction_viscous * velocity * velocity
     relief_heat = relief * pressure_b
     check_heat = -check_a * pressure_a - check_b * pressure_b
 
@@ -238,7 +239,9 @@ def add_hydraulics(point, weight, speed, pressure_a, pressure_b, velocity, posit
 
 @inlined
 def _friction_force(velocity, dry, drive, p):
-    """Friction of the piston, N: against its motion, or at rest against the force (N) that would drive it."""
+    """Friction of the piston, N: against its motion or creep, or at rest against the force (N) that would drive it."""
+    if abs(velocity) < p.cylinder_creep_velocity:
+        return (dry / p.cylinder_creep_velocity + p.cylinder_friction_viscous) * velocity
     if velocity != 0.0:
         return math.copysign(dry, velocity) + p.cylinder_friction_viscous * velocity
     return min(max(drive, -dry), dry)

@@ -3,9 +3,9 @@
 States of one side: pressure, continued below the vapour pressure as a void that must fill
 before pressure rises again. Steps are SDIRK2 (Alexander 1977; gamma = 1 - 1/sqrt(2), second
 order, L-stable), so that the oil springs of the light load are resolved or damped and never
-blow up. Dry friction of the piston is set-valued at rest: each implicit stage is solved for
-the velocity exactly, as the piecewise linear equation that it is, so that the piston truly
-sticks. The servo drive follows its command as a first-order lag with all the torque that this
+blow up. Dry friction of the piston grows over a small creep velocity and is set-valued at rest
+where that is 0: each implicit stage is solved for the velocity exactly, as the piecewise linear
+equation that it is, so that the piston truly sticks or creeps. The servo drive follows its command as a first-order lag with all the torque that this
 takes, up to the current limit; beyond it the shaft goes where that torque lets it.
 """
 
@@ -161,10 +161,14 @@ def _sweep(base_a, base_b, base_v, base_x, step, speed, y_a, y_b, v, soft_a, sof
         force -= END_STOP_STIFFNESS * (base_x - p.cylinder_stroke)
         resistance += END_STOP_STIFFNESS * step
     dry = coulomb_friction(v, pressure_a - pressure_b, p)
-    if force > dry:
+    creep = p.cylinder_creep_velocity
+    breakaway = dry + resistance * creep
+    if force > breakaway:
         v = (force - dry) / resistance
-    elif force < -dry:
+    elif force < -breakaway:
         v = (force + dry) / resistance
+    elif creep > 0.0:
+        v = force / (resistance + dry / creep)
     else:
         v = 0.0
     return rest_a - fall_a * v, rest_b + rise_b * v, v

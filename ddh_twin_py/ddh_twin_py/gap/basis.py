@@ -1,0 +1,79 @@
+"""The unknowns that every hypothesis shares, and sums of anything else with them integrated out.
+
+    y = J theta + S s + C x + e,   theta ~ N(0, I),  s ~ N(0, I),  e ~ N(0, P^-1)
+
+theta are the rig's parameters in deviations of their tolerances, S the slack of the model's laws,
+C the columns of a hypothesis. J and S are sensitivities at one place and stay; y and C change from
+hypothesis to hypothesis and cost a few products.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import cho_factor, cho_solve
+
+from ddh_twin_py.estimation.weighting import Weighting
+
+Rows = Sequence[np.ndarray]
+
+
+@dataclass(frozen=True)
+class Sums:
+    """Sums with the shared unknowns integrated out: X'PX (m, m), X'Py (m,), y'Py."""
+
+    information: np.ndarray
+    score: np.ndarray
+    chi_square: float
+
+
+class Basis:
+    """Parameters and slack of a case at one place.
+
+    Args:
+        weighting: of the recordings. parameters, slack: columns by recording, (rows, k) and (rows, m).
+    """
+
+    def __init__(self, weighting: Weighting, parameters: Rows, slack: Rows) -> None:
+        self.weighting = weighting
+        self.columns = [np.hstack([j, s]) for j, s in zip(parameters, slack, strict=True)]
+        self.parameters = parameters[0].shape[1]
+        self.size = self.columns[0].shape[1]
+        self.information = weighting.products(self.columns, self.columns)
+        self._factor = cho_factor(self.information + np.eye(self.size), lower=True, check_finite=False)
+        own = self.information[self.parameters :, self.parameters :]
+        self._slack = cho_factor(own + np.eye(own.shape[0]), lower=True, check_finite=False)
+
+    def sums(self, columns: Rows, values: Rows) -> Sums:
+        """Sums of a hypothesis.
+
+        Args:
+            columns: by recording, (rows, m). values: by recording, (rows,).
+        """
+        own = [np.column_stack([c, v]) for c, v in zip(columns, values, strict=True)]
+        weighted = self.weighting.applied(own)
+        crossed = sum(f.T @ w for f, w in zip(self.columns, weighted, strict=True))
+        squared = sum(o.T @ w for o, w in zip(own, weighted, strict=True))
+        cross, cross_y = crossed[:, :-1], crossed[:, -1]
+        solved = cho_solve(self._factor, cross, check_finite=False)
+        solved_y = cho_solve(self._factor, cross_y, check_finite=False)
+        return Sums(squared[:-1, :-1] - cross.T @ solved, squared[:-1, -1] - cross.T @ solved_y,
+                    float(squared[-1, -1] - cross_y @ solved_y))
+
+    def shared(self, columns: Rows, values: Rows, x: np.ndarray) -> np.ndarray:
+        """Estimate of parameters and slack, (size,), where the columns depart by x, (m,)."""
+        rest = [v - c @ x for v, c in zip(values, columns, strict=True)]
+        return cho_solve(self._factor, self.weighting.products(self.columns, [r[:, None] for r in rest])[:, 0], check_finite=False)
+
+    def covariance(self) -> np.ndarray:
+        """Posterior covariance of the parameters, (k, k), no effect acting."""
+        return cho_solve(self._factor, np.eye(self.size), check_finite=False)[: self.parameters, : self.parameters]
+
+    def misfit(self, residual: Rows) -> float:
+        """Chi-square of residuals with the slack, but not the parameters, integrated out."""
+        weighted = self.weighting.applied([r[:, None] for r in residual])
+        square = float(sum(r @ w[:, 0] for r, w in zip(residual, weighted, strict=True)))
+        cross = sum(c[:, self.parameters :].T @ w[:, 0] for c, w in zip(self.columns, weighted, strict=True))
+        return square - float(cross @ cho_solve(self._slack, cross, check_finite=False))

@@ -1,0 +1,77 @@
+"""The direct driven hydraulic unit as the diagnosis sees it (`model.Model`)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+
+from ddh_twin_py.estimation.calibration import Problem, offset_paths, uncertain_paths, with_offsets
+from ddh_twin_py.estimation.comparison import Comparison, Discrepancy
+from ddh_twin_py.estimation.experiment import Experiment
+from ddh_twin_py.gap.model import Acting
+from ddh_twin_py.rig import Rig
+from ddh_twin_py.rig.sheet import CUT
+
+STEP = 2.0e-3
+"""s, hydraulic step of a diagnosis's runs."""
+_COARSE = 4.0e-3  # s, of the runs for sensitivities
+_DIFFERENCE = 0.05  # of a tolerance
+
+
+class DirectDrive:
+    """Recordings of one unit and its uncertain parameters; see `model.Model`.
+
+    Args:
+        commissioning: recordings of the unit as built. field: those whose gap is asked about. rig: its sheet.
+    """
+
+    def __init__(self, commissioning: Sequence[Experiment], field: Sequence[Experiment], rig: Rig) -> None:
+        self.experiments = [*commissioning, *field]
+        offsets = offset_paths(self.experiments)
+        self.rig = with_offsets(rig, offsets)
+        self.paths = [path for path in uncertain_paths(self.rig) if not path.startswith("measurement.")] + offsets
+        self.problem = Problem(self.experiments, self.rig, self.paths, Discrepancy())
+        self.size = self.problem.size
+        self.altered = [False] * len(commissioning) + [True] * len(field)
+        self.signals = [e.signals for e in self.experiments]
+
+    def within(self, theta: np.ndarray) -> np.ndarray:
+        """Deviations (k,) within the cut of the tolerances and the laws of nature."""
+        return np.clip(theta, self.problem.lowest, CUT)
+
+    def run(self, theta: np.ndarray, acting: Acting = (), step: float = STEP) -> list[dict[str, np.ndarray]]:
+        """Free run of every recording."""
+        return [self.run_one(number, theta, acting, step) for number in range(len(self.experiments))]
+
+    def run_one(self, number: int, theta: np.ndarray, acting: Acting = (), step: float = STEP) -> dict[str, np.ndarray]:
+        """Free run of one recording; effects act where it is altered."""
+        return self.experiments[number].predict(self.record(number, theta, acting), step)
+
+    def record(self, number: int, theta: np.ndarray, acting: Acting = ()) -> np.ndarray:
+        """Parameter record (1,) of one recording."""
+        record = self.problem.record(number, theta)
+        if self.altered[number]:
+            for effect, law, departure in acting:
+                effect.laws[law](record, departure)
+        return record
+
+    def sensitivities(self, pool: ThreadPoolExecutor, theta: np.ndarray, comparisons: Sequence[Comparison], acting: Acting = (),
+                      progress: Callable[[float], None] | None = None) -> list[np.ndarray]:
+        """Differences of every recording's features by every deviation, (rows, k) each."""
+        base = [c.features(p) for c, p in zip(comparisons, self.run(theta, acting, _COARSE), strict=True)]
+        steps = np.where(theta > 0.0, -_DIFFERENCE, _DIFFERENCE)
+        out = [np.empty((c.size, self.size)) for c in comparisons]
+
+        def column(i: int) -> list[np.ndarray]:
+            moved = theta.copy()
+            moved[i] += steps[i]
+            return [c.features(p) for c, p in zip(comparisons, self.run(moved, acting, _COARSE), strict=True)]
+
+        for i, moved in enumerate(pool.map(column, range(self.size))):
+            for rows, m, b in zip(out, moved, base, strict=True):
+                rows[:, i] = (m - b) / steps[i]
+            if progress is not None:
+                progress((i + 1) / self.size)
+        return out

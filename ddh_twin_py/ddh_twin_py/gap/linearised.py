@@ -1,0 +1,103 @@
+"""A case about one place: what every signal answers to every parameter and effect, computed once."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from ddh_twin_py.estimation.comparison import Comparison, Discrepancy, scatter_of
+from ddh_twin_py.estimation.weighting import Weighting
+from ddh_twin_py.gap.basis import Basis
+from ddh_twin_py.gap.effect import Effect
+from ddh_twin_py.gap.hypotheses import Evidence, Hypothesis, slack_shares
+from ddh_twin_py.gap.model import Model
+from ddh_twin_py.gap.sensitivity import Column, columns_of
+
+
+@dataclass(frozen=True)
+class Linearised:
+    """Sensitivities of a case at one place, without any effect acting.
+
+    Attributes:
+        model: of the rig. theta: parameters there, in deviations, (k,). discrepancy: what the model is forgiven.
+        slack: see `hypotheses.SLACK`. predictions: there, by recording. comparisons: by recording.
+        sensitivities: by recording, (rows, k). columns: of the effects. effects: how many were asked about.
+    """
+
+    model: Model
+    theta: np.ndarray
+    discrepancy: Discrepancy
+    slack: float
+    predictions: list[dict[str, np.ndarray]]
+    comparisons: list[Comparison]
+    sensitivities: list[np.ndarray]
+    columns: list[Column]
+    effects: int
+    basis: Basis = field(init=False, repr=False)
+    evidence: Evidence = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "basis", Basis(Weighting(self.comparisons), self.sensitivities, self.of_slack()))
+        object.__setattr__(self, "evidence", Evidence(self.basis.sums(self.of_columns(), self.values()), self.columns))
+
+    def of_columns(self) -> list[np.ndarray]:
+        """Effects' columns by recording, (rows, m)."""
+        if not self.columns:
+            return [np.zeros((c.size, 0)) for c in self.comparisons]
+        return [np.column_stack([column.change[i] for column in self.columns]) for i in range(len(self.comparisons))]
+
+    def of_slack(self) -> list[np.ndarray]:
+        """The same, as large as the model's laws may be off."""
+        shares = self.slack * slack_shares(self.columns)
+        return [rows * shares for rows in self.of_columns()]
+
+    def values(self) -> list[np.ndarray]:
+        """What parameters and effects have to explain: residuals with the parameters' prior centred on the sheet."""
+        return [c.residual(p) + j @ self.theta for c, p, j in zip(self.comparisons, self.predictions, self.sensitivities, strict=True)]
+
+    def shared(self, hypothesis: Hypothesis | None) -> np.ndarray:
+        """Parameters, in deviations, (k,), where a hypothesis holds, by the linear model."""
+        chosen = list(hypothesis.columns) if hypothesis else []
+        departure = hypothesis.departure if hypothesis else np.zeros(0)
+        return self.basis.shared([rows[:, chosen] for rows in self.of_columns()], self.values(), departure)[: self.theta.size]
+
+    def left(self, hypothesis: Hypothesis | None) -> list[np.ndarray]:
+        """Residuals that a hypothesis leaves, by recording, (rows,)."""
+        theta = self.shared(hypothesis)
+        out = [v - j @ theta for v, j in zip(self.values(), self.sensitivities, strict=True)]
+        if hypothesis:
+            out = [o - rows[:, list(hypothesis.columns)] @ hypothesis.departure for o, rows in zip(out, self.of_columns(), strict=True)]
+        return out
+
+    def with_scatter(self, hypothesis: Hypothesis | None) -> Linearised:
+        """The same with classes as uncertain as their bins scatter under a hypothesis; no run is needed."""
+        scatter = dict(self.discrepancy.scatter)
+        for comparison, left, altered in zip(self.comparisons, self.left(hypothesis), self.model.altered, strict=True):
+            if altered:
+                for name, factor in scatter_of(comparison, left).items():
+                    scatter[name] = max(1.0, scatter.get(name, 1.0) * factor)
+        discrepancy = replace(self.discrepancy, scatter=scatter)
+        comparisons = [Comparison(s, p, discrepancy) for s, p in zip(self.model.signals, self.predictions, strict=True)]
+        ratios = [old.spread / new.spread for old, new in zip(self.comparisons, comparisons, strict=True)]
+        return replace(self, discrepancy=discrepancy, comparisons=comparisons,
+                       sensitivities=[j * r[:, None] for j, r in zip(self.sensitivities, ratios, strict=True)],
+                       columns=[replace(c, change=[h * r for h, r in zip(c.change, ratios, strict=True)]) for c in self.columns])
+
+
+def linearise(model: Model, effects: Sequence[Effect], theta: np.ndarray, discrepancy: Discrepancy, slack: float,
+              pool: ThreadPoolExecutor, progress: Callable[[float], None] | None = None) -> Linearised:
+    """Take all sensitivities at a place.
+
+    Args:
+        effects: that may act. theta: parameters, in deviations, (k,). progress: told the share done.
+    """
+    predictions = model.run(theta, ())
+    comparisons = [Comparison(s, p, discrepancy) for s, p in zip(model.signals, predictions, strict=True)]
+    told = (lambda share: progress(0.6 * share)) if progress else None
+    sensitivities = model.sensitivities(pool, theta, comparisons, (), told)
+    told = (lambda share: progress(0.6 + 0.4 * share)) if progress else None
+    columns = columns_of(effects, model, theta, predictions, comparisons, pool, told)
+    return Linearised(model, theta, discrepancy, slack, predictions, comparisons, sensitivities, columns, len(effects))

@@ -1,0 +1,125 @@
+"""A hypothesis fitted in full: the model runs with its effects, the rig's parameters follow.
+
+Gauss-Newton with the parameters' sensitivities of one place (chord steps); the effects' own
+columns are taken anew at every step. At the end the model is linear about the optimum and its
+evidence is that of `hypotheses.weigh` (Laplace's approximation).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ddh_twin_py.gap.basis import Basis
+from ddh_twin_py.gap.hypotheses import WIDTH, weigh
+from ddh_twin_py.gap.model import Model
+from ddh_twin_py.gap.sensitivity import Column
+
+_STEPS = 4
+_NEAR = 0.05  # of a column: how far the effects' own differences reach
+_SETTLED = 0.05  # of chi-square that a step must gain
+
+
+@dataclass(frozen=True)
+class Refitted:
+    """A hypothesis at its optimum.
+
+    Attributes:
+        columns: the effects' ways. x: departures in the effects' own units, (m,). covariance: of them, (m, m).
+        theta: the rig's parameters, in deviations, (k,). predictions: by recording.
+        log_evidence: to be compared with that of other hypotheses on the same basis.
+        chi_square: misfit at the optimum, slack integrated out, priors left out.
+    """
+
+    columns: tuple[Column, ...]
+    x: np.ndarray
+    covariance: np.ndarray
+    theta: np.ndarray
+    predictions: list[dict[str, np.ndarray]]
+    log_evidence: float
+    chi_square: float
+
+    @property
+    def effects(self) -> tuple[str, ...]:
+        """Ids, sorted."""
+        return tuple(sorted(column.effect.id for column in self.columns))
+
+
+class Refit:
+    """Fits hypotheses of one case.
+
+    Args:
+        model: runs the recordings. comparisons: of the recordings. basis: parameters and slack at one place.
+    """
+
+    def __init__(self, model: Model, comparisons: Sequence, basis: Basis, sensitivities: Sequence[np.ndarray]) -> None:
+        self._model, self._comparisons, self._basis, self._sensitivities = model, comparisons, basis, sensitivities
+
+    def of(self, columns: Sequence[Column], theta: np.ndarray, departure: np.ndarray) -> Refitted:
+        """Fit a hypothesis from a start.
+
+        Args:
+            columns: its effects. theta: parameters, deviations, (k,). departure: multiples of the columns, (m,).
+        """
+        scale, room = np.array([c.x for c in columns]), np.array([c.room for c in columns])
+        x = np.array([c.effect.limit(float(d * s)) for c, d, s in zip(columns, departure, scale, strict=True)])
+        theta = self._model.within(theta)
+        predictions = self._run(columns, theta, x)
+        residual = self._residual(predictions)
+        cost = self._cost(residual, theta, x, scale)
+        for _ in range(_STEPS):
+            local = self._columns(columns, theta, x, scale, predictions)
+            values = self._values(residual, local, theta, x / scale)
+            sums = self._basis.sums(local, values)
+            _, estimate, _ = weigh(sums.information, sums.score, room) if scale.size else (0.0, np.zeros(0), None)
+            shared = self._basis.shared(local, values, estimate)
+            gained = 0.0
+            for share in (1.0, 0.4, 0.1):
+                new_theta = self._model.within(theta + share * (shared[: theta.size] - theta))
+                new_x = np.array([c.effect.limit(float(a)) for c, a in zip(columns, x + share * (estimate * scale - x), strict=True)])
+                tried = self._run(columns, new_theta, new_x)
+                new_residual = self._residual(tried)
+                new_cost = self._cost(new_residual, new_theta, new_x, scale)
+                if new_cost < cost:
+                    gained = cost - new_cost
+                    theta, x, predictions, residual, cost = new_theta, new_x, tried, new_residual, new_cost
+                    break
+            if gained < _SETTLED:
+                break
+        local = self._columns(columns, theta, x, scale, predictions)
+        values = self._values(residual, local, theta, x / scale)
+        sums = self._basis.sums(local, values)
+        log, covariance = 0.0, np.zeros((0, 0))
+        if scale.size:
+            log, _, covariance = weigh(sums.information, sums.score, room)
+        return Refitted(tuple(columns), x, covariance * np.outer(scale, scale), theta, predictions,
+                        log - 0.5 * sums.chi_square, self._basis.misfit(residual))
+
+    def _run(self, columns, theta, x) -> list[dict[str, np.ndarray]]:
+        return self._model.run(theta, [(c.effect, c.law, float(v)) for c, v in zip(columns, x, strict=True)])
+
+    def _residual(self, predictions) -> list[np.ndarray]:
+        return [c.residual(p) for c, p in zip(self._comparisons, predictions, strict=True)]
+
+    def _cost(self, residual, theta, x, scale) -> float:
+        return self._basis.misfit(residual) + float(theta @ theta) + float(np.sum((x / scale / WIDTH) ** 2))
+
+    def _columns(self, columns, theta, x, scale, predictions) -> list[np.ndarray]:
+        """Differences of the features by every departure in multiples of its column, by recording, (rows, m)."""
+        out = [np.zeros((c.size, len(columns))) for c in self._comparisons]
+        features = [c.features(p) for c, p in zip(self._comparisons, predictions, strict=True)]
+        for j, column in enumerate(columns):
+            moved = x.copy()
+            for reach in (_NEAR, -_NEAR):
+                moved[j] = column.effect.limit(float(x[j] + reach * scale[j]))
+                if moved[j] != x[j]:
+                    break
+            tried = self._run(columns, theta, moved)
+            for rows, c, f, p in zip(out, self._comparisons, features, tried, strict=True):
+                rows[:, j] = (c.features(p) - f) * scale[j] / (moved[j] - x[j])
+        return out
+
+    def _values(self, residual, local, theta, departure) -> list[np.ndarray]:
+        return [r + j @ theta + c @ departure for r, j, c in zip(residual, self._sensitivities, local, strict=True)]
