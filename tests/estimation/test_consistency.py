@@ -26,7 +26,7 @@ def test_normalised_innovations_lie_in_their_band(errors):
 
 
 def test_the_hidden_hot_spot_lies_in_its_interval(errors):
-    assert hot_spot_inside(errors) >= 0.8  # one rig of the six is 17 %, and its instants depend on each other
+    assert hot_spot_inside(errors) >= 0.9  # the draws are the same everywhere
     assert 0.5 < np.mean([e.hot_spot_std for e in errors]) < 12.0  # an interval that says something
 
 
