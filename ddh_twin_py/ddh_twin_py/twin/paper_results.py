@@ -14,6 +14,7 @@ from dataclasses import asdict, dataclass
 import numpy as np
 
 from ddh_twin_py.physics.balance import OPERATING_DTYPE
+from ddh_twin_py.physics.equivalent_current import mean_square
 from ddh_twin_py.physics.motor import RAD_PER_S_OF_RPM
 from ddh_twin_py.physics.motor_only import motor_only
 from ddh_twin_py.physics.oil import ZERO_CELSIUS
@@ -172,7 +173,7 @@ def _equivalent_current(rig: Rig, reading: Reading) -> tuple[np.ndarray, np.ndar
     """Motor at the constant current I_M^2/2 (paper, eq. 6), I_M the largest of the lift, over `CYCLES` cycles."""
     step = 0.05
     n = int(round(CYCLES * reading.cycle / step))
-    square = 0.5 * float(np.max(reading.points["current"][reading.lift()])) ** 2
+    square = mean_square(float(np.max(reading.points["current"][reading.lift()])))
     speed = np.full(n, float(np.mean(reading.points["speed_absolute"])))
     points, temperatures = np.zeros(n, OPERATING_DTYPE), np.empty((n, N))
     motor_only(
@@ -200,7 +201,7 @@ def _rows(r: PaperResults, area_ratio: float, fast_rpm: float) -> list[Row]:
     first = {node: float(slow.ends[0, NODES.index(node)] - slow.start) for node in ("end_winding", "housing")}
     capacity = sum(q.value for path, q in rig.quantities.items() if path.startswith("motor.thermal.") and path.endswith("_capacity"))
     current = float(np.max(slow.points["current"][slow.lift()]))
-    copper = 1.5 * rig["motor.phase_resistance_20C"] * current**2 * slow.cycle
+    copper = 3.0 * rig["motor.phase_resistance_20C"] * mean_square(current) * slow.cycle
     rms = rig["motor.torque_constant"] * math.sqrt(float(np.mean(slow.last_points["mean_square_current"])))
     oil = {
         (node, part): slow.change(node, slow.lift(True) if part == "lift" else slow.lower(True), last=True)
