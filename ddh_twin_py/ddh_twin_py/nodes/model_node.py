@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Collection, Iterable
 from dataclasses import dataclass, replace
 
@@ -85,7 +86,7 @@ def known_payload(told: RigInfo | None) -> float | None:
     return told.payload_mass if told is not None and 0.0 < told.payload_mass < np.inf else None
 
 
-class TelemetryNode(TwinNode):
+class TelemetryNode(TwinNode, ABC):
     """A node fed with ticks of telemetry; a subclass makes `feed` and does the work in `work`."""
 
     feed: TelemetryFeed
@@ -129,8 +130,9 @@ class TelemetryNode(TwinNode):
         """Take in what waits on all inputs; whether there was anything."""
         return self.feed.take(wall)
 
+    @abstractmethod
     def work(self, ticks: list[Tick], flush: bool) -> None:
-        raise NotImplementedError
+        """Do what these ticks allow; ``flush``: nothing more comes for now."""
 
     def _note_restart(self, tick: Tick) -> None:
         self.restarts += 1
@@ -201,17 +203,17 @@ class ModelNode(TelemetryNode):
         start = np.full(len(NODES), ZERO_CELSIUS + self.rig["ambient"])
         self.make_model(start, None).advance(*self.model_inputs(batch, start[:1]))
 
+    @abstractmethod
     def model_inputs(self, batch: Batch, air: np.ndarray) -> tuple:
         """Arguments of the model's `advance`."""
-        raise NotImplementedError
 
+    @abstractmethod
     def make_model(self, temperature: np.ndarray, payload_mass: float | None) -> object:
         """The model at its start: K (N,), kg or None."""
-        raise NotImplementedError
 
+    @abstractmethod
     def run_model(self, model: object, batch: Batch, air: np.ndarray) -> np.ndarray:
         """Advance over a batch with air in K (n,) and publish; returns bool (n,), whether telemetry was there."""
-        raise NotImplementedError
 
     def work(self, ticks: list[Tick], flush: bool) -> None:
         for batch in self._intervals.add(ticks, flush):
