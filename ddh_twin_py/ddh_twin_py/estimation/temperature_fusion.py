@@ -73,8 +73,8 @@ class FusionInputs:
     @classmethod
     def unknown(cls, n: int) -> FusionInputs:
         """Inputs where no model spoke for n intervals."""
-        nothing = np.zeros(n, dtype=bool)
-        return cls(np.zeros((n, N)), np.zeros(n), np.zeros((n, N_FLOWS)), np.zeros(n), nothing, nothing, np.full(n, np.nan))
+        return cls(np.zeros((n, N)), np.zeros(n), np.zeros((n, N_FLOWS)), np.zeros(n), np.zeros(n, dtype=bool),
+                   np.zeros(n, dtype=bool), np.full(n, np.nan))
 
     def __len__(self) -> int:
         return self.heat.shape[0]
