@@ -157,6 +157,22 @@ def nis_band(errors: list[SeedErrors]) -> Band:
                 float(np.mean((total >= lower) & (total <= upper))), total.size)
 
 
+def verdict(nees: Band, nis: Band, hot_spot: float) -> str:
+    """One sentence: whether errors, innovations and the hidden hot spot are as large as the filter says.
+
+    A mean below its band says that the filter is more wary than it need be, above it that it is too sure.
+    """
+    told = []
+    for name, band in (("errors of all nodes", nees), ("innovations", nis)):
+        if band.lower < band.mean < band.upper:
+            told.append(f"{name} are as large as said")
+        else:
+            told.append(f"{name} are {'smaller' if band.mean <= band.lower else 'larger'} than said")
+    seen = f"the hidden hot spot lies in its {LEVEL:.0%} interval {hot_spot:.0%} of the time"
+    sound = all("as large" in words for words in told) and hot_spot >= LEVEL - 0.05
+    return f"{'The estimate is as wrong as it says' if sound else 'The estimate is not as wrong as it says'}: {', '.join(told)}, {seen}."
+
+
 def hot_spot_inside(errors: list[SeedErrors]) -> float:
     """Share of seeds and instants in which the winding's hottest point lies within its 95 % interval, its sensor withheld."""
     return float(np.mean([np.abs(e.hot_spot) <= 1.96 for e in errors]))
