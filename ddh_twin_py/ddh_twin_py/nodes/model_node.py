@@ -23,7 +23,7 @@ from ddh_twin_py.rig import load_rig
 from ddh_twin_py.telemetry.alignment import INTERVAL, REORDER_WINDOW, Samples, Tick
 from ddh_twin_py.telemetry.signals import RIG_TOPIC, TEMPERATURE_PREFIX, TEMPERATURE_SENSORS, ZERO_CELSIUS
 from ddh_twin_py.twin.ambient import AmbientTracker
-from ddh_twin_py.twin.zero_errors import take_off_zero_errors, temperature_zero_errors
+from ddh_twin_py.twin.sensor_errors import take_off_sensor_errors, temperature_zero_errors
 
 ADAPT_PERIOD = 0.25  # s of wall time
 TEMPERATURE_TOPICS = tuple(TEMPERATURE_PREFIX + sensor for sensor in TEMPERATURE_SENSORS)
@@ -223,7 +223,7 @@ class ModelNode(TelemetryNode):
         return start_temperature(batch.readings, air, self.interval, temperature_zero_errors(self.rig, SENSORS))
 
     def _advance(self, batch: Batch) -> None:
-        take_off_zero_errors(batch.measured, self.rig)
+        take_off_sensor_errors(batch.measured, self.rig)
         if batch.first or self._model is None:
             self._air = AmbientTracker(ZERO_CELSIUS + self.rig["ambient"], self.interval)
         air = self._air.advance(batch.air)
