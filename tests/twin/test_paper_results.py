@@ -71,7 +71,7 @@ def test_inputs_and_what_the_sheet_was_derived_from_do_not_count_as_met(rows):
         "Torque in the lift, 149.5 kg, 500 rpm", "Highest pressure in the lift at 500 rpm",
     ]
     said = verdict(list(rows.values()))
-    assert said.startswith("2 of the 12 numbers that the twin computes are within 10 %") and "derived from these; 6 rows are inputs" in said
+    assert said.startswith("2 of the 12 numbers that the twin computes are within 10 %") and "derived from these; 6 more are inputs" in said
 
 
 def test_every_row_says_why(rows):

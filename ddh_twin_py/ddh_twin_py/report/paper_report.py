@@ -27,11 +27,11 @@ def verdict(rows: list[Row]) -> str:
     numbers = [row for row in rows if row.difference is not None and row.origin != INPUT]
     near = [row for row in numbers if abs(row.difference) <= 0.1 * abs(row.paper)]
     fitted = sum(row.origin == FITTED for row in near)
-    given = sum(row.origin == INPUT for row in rows)
+    given = sum(row.origin == INPUT and row.difference is not None for row in rows)
     from_them = f", and the data sheet was derived from {'these' if fitted == len(near) else fitted}" if fitted else ""
     return (
-        f"{len(near)} of the {len(numbers)} numbers that the twin computes are within 10 % of the paper's{from_them}; {given} rows are "
-        "inputs and not counted; the others, and what the paper states in words, are explained row by row."
+        f"{len(near)} of the {len(numbers)} numbers that the twin computes are within 10 % of the paper's{from_them}; {given} more "
+        "are inputs and not counted; the others, and what the paper states in words, are explained row by row."
     )
 
 

@@ -36,7 +36,7 @@ PERIOD = 0.01
 
 COMPUTED, FITTED, INPUT = ORIGINS = ("computed", "fitted", "input")
 """The twin computes it; it computes it with a quantity of the data sheet that was derived from the paper's number; one of
-the two numbers is an input of the twin, so that nothing is tested."""
+the two is an input of the twin, so that nothing is tested."""
 
 
 @dataclass(frozen=True)
@@ -323,9 +323,9 @@ def _rows(r: PaperResults, area_ratio: float, fast_rpm: float) -> list[Row]:
         Row("Equations 4 and 5", "thermal resistances", "conductances", "",
             "C_t s/L is in W/K, with s as area and L as length, and so is h s L if s is there the length around a surface: both the "
             "inverse of a resistance. "
-            "The twin takes conductances."),
+            "The twin takes conductances.", origin=INPUT),
         Row("Unit of resistivity in equation 1", "S/m", "ohm*m", "", "S/m is a conductivity; the law itself is the usual one and is "
-            "used as printed."),
+            "used as printed.", origin=INPUT),
     ]
 
 
