@@ -18,7 +18,7 @@ def errors():
 def test_normalised_errors_of_all_nodes_lie_in_their_band(errors):
     band = nees_band(errors)
     assert band.lower < band.mean < band.upper, band
-    assert verdict(band, nis_band(errors), hot_spot_inside(errors)).startswith("The estimate is as wrong as it says: ")
+    assert verdict(band, nis_band(errors), hot_spot_inside(errors), len(SEEDS)).startswith("The estimate is as wrong as it says: ")
 
 
 def test_normalised_innovations_lie_in_their_band(errors):
@@ -42,6 +42,7 @@ def test_a_filter_that_is_too_sure_falls_out():
             nees, count = (z**2).sum(axis=1), np.full(20, 18)
             made.append(SeedErrors(np.arange(20.0), nees, square, count, z[:, 0], np.ones(20), np.ones(1), 1.0, 1.0))
         for band in (nees_band(made), nis_band(made)):
-            said = verdict(nees_band(made), nis_band(made), 0.95)
+            said = verdict(nees_band(made), nis_band(made), 0.95, 10)
             assert ("The estimate is as wrong as it says" in said) is holds and ("larger than said" in said) is (factor > 1.0), said
+            assert verdict(nees_band(made), nis_band(made), 0.5, 10).startswith("The estimate is not as wrong as it says")
             assert (band.inside > 0.8) is holds and bool(band.lower < band.mean < band.upper) is holds

@@ -47,7 +47,7 @@ def run(args: argparse.Namespace) -> int:
     nees, nis, inside = nees_band(errors), nis_band(errors), hot_spot_inside(errors)
     squares = [float(np.mean([getattr(e, name) for e in errors])) for name in ("squared", "smoothed_squared")]
     spread = float(np.mean([e.hot_spot_std for e in errors]))
-    said = verdict(nees, nis, inside)
+    said = verdict(nees, nis, inside, args.seeds)
     if args.json:
         put_json(args.json, {
             "verdict": said,
