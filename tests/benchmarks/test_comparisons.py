@@ -1,6 +1,7 @@
 """What the benchmark compares is the same problem, and the accuracy that it claims is there."""
 
 import json
+from itertools import islice
 
 import numpy as np
 import pytest
@@ -10,9 +11,11 @@ from ddh_twin_py.benchmarks.figure import Figure
 from ddh_twin_py.benchmarks.free_run_speed import Cycle, errors, loosest, meets, seen
 from ddh_twin_py.benchmarks.solvers import compare_symbolic, scipy_lsoda
 from ddh_twin_py.benchmarks.tools import NotThere
-from ddh_twin_py.cli import benchmarks
-from ddh_twin_py.cli.arguments import duty_file
+from ddh_twin_py.cli import benchmarks, live_bench
+from ddh_twin_py.cli.arguments import InputError, duty_file
 from ddh_twin_py.cli.main import main
+from ddh_twin_py.cli.simulate import START_NS
+from ddh_twin_py.cli.simulated import collect
 from ddh_twin_py.physics.free_run import HYDRAULIC_STEP
 from ddh_twin_py.rig import load_rig
 from ddh_twin_py.twin.duty import load_duty
@@ -116,6 +119,22 @@ def test_bench_json_is_a_list_of_rows(tmp_path, monkeypatch):
         assert {"name", "value", "unit", "against", "ratio"} <= set(row)
         assert isinstance(row["value"], float) and row["value"] > 0.0
     assert rows[0]["ratio"] == pytest.approx(rows[0]["against"] / rows[0]["value"])
+
+
+def test_what_was_measured_is_kept_where_the_live_nodes_fail(tmp_path, monkeypatch, capsys):
+    def failing(*given):
+        yield Figure("live at 3 x, speed", 3.0, "x real time", 3.0, "limit", smaller=False)
+        raise InputError("node bag_player ended with signal SIGKILL: it said nothing; see nodes.log")
+
+    monkeypatch.setattr(live_bench, "live_figures", failing)
+    monkeypatch.setattr(benchmarks, "COMPARISONS", ())
+    for part in ("_replay", "_decode", "_kernels"):
+        monkeypatch.setattr(benchmarks, part, lambda *given: [Figure("before", 1.0, "s", 2.0)])
+    monkeypatch.setattr(benchmarks, "collect", lambda chunks, *given: collect(islice(chunks, 3), START_NS))
+    out = tmp_path / "bench.json"
+    assert main(["bench", "--quick", "--quiet", "--json", str(out)]) == 2
+    assert [row["name"] for row in json.loads(out.read_text())] == ["before"] * 3 + ["live at 3 x, speed"]
+    assert "error: the live nodes failed: node bag_player ended with signal SIGKILL" in capsys.readouterr().err
 
 
 def test_ratio_is_above_one_where_better():

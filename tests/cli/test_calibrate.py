@@ -1,6 +1,7 @@
 """The verb calibrate: what it writes, says and returns; the rig file in other verbs."""
 
 import json
+import re
 from dataclasses import replace
 
 import ddh_twin_py.estimation.calibration as calibration
@@ -108,6 +109,9 @@ def test_recordings_of_two_rigs_are_refused(bag, tmp_path, capsys):
 
 def test_a_bag_given_twice_is_refused(bag, capsys):
     assert "are the same bag" in error_of([bag, bag.parent / "." / ".." / bag.parent.name / bag.name], capsys)
+    (file,) = bag.glob("*.mcap")
+    assert f"BAG: {bag} and {file} are the same bag or share a file of it" in error_of([bag, file], capsys)
+    assert f"BAG: {file} and {bag} are the same bag" in error_of([file, bag], capsys)
 
 
 @pytest.mark.filterwarnings("error::RuntimeWarning")
@@ -129,11 +133,13 @@ def test_an_empty_name_is_refused_and_one_given_twice_counts_once(bag, capsys):
 
 def test_a_fit_that_had_not_settled_says_so_at_the_end(bag, tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(calibration, "_SWEEPS", 1)
-    file, numbers = tmp_path / "rig.yaml", tmp_path / "fit.json"
-    assert main(["calibrate", str(bag), "--only", "pump_1.leakage", "pump_1.leakage", "-o", str(file), "--json", str(numbers)]) == 0
+    file, numbers, page = (tmp_path / name for name in ("rig.yaml", "fit.json", "fit.html"))
+    assert main(["calibrate", str(bag), "--only", "pump_1.leakage", "pump_1.leakage", "-o", str(file), "--json", str(numbers),
+                 "--html", str(page)]) == 0
     assert capsys.readouterr().err.strip().endswith("warning: the fit was stopped before it had settled")
     data = json.loads(numbers.read_text())
     assert data["settled"] is False and "before it had settled" in data["verdict"] and file.exists()
+    assert re.search('class="verdict (fair|poor)"', page.read_text())
     assert [p["name"] for p in data["parameters"]].count("pump_1.leakage") == 1
 
 

@@ -15,6 +15,9 @@ from ddh_twin_py.cli.live_graph import LiveGraph, free_domain
 from ddh_twin_py.cli.main import main
 
 pytestmark = pytest.mark.live
+WITHOUT_FUSED_VISCOSITY = 0.05
+"""K. The soft sensor takes the fused oil temperatures as they come, some seconds of data old: up to 0.03 K in the oil of
+pump 2, which is small, whether they come at once, late or never; the other nodes differ by less than half of it."""
 
 
 @pytest.fixture(scope="module")
@@ -52,10 +55,9 @@ def test_nothing_is_lost_between_the_nodes(demo):
 
 def test_live_and_in_process_agree(demo):
     apart = {d["name"]: d for d in json.loads((demo[0] / "report.json").read_text())["live"]["against_one_process"]}
-    # the free run needs nothing from the other nodes; the soft sensor takes the fused oil
-    # temperatures as they come, up to some seconds of data old
+    # the free run needs nothing from the other nodes
     assert apart["predicted temperatures"]["largest"] < 1e-6
-    assert apart["fused temperatures"]["largest"] < 0.4  # of any node: the valve block holds 20 ml of oil
+    assert apart["fused temperatures"]["largest"] < WITHOUT_FUSED_VISCOSITY
     assert apart["torque, free run"]["largest"] < 1e-6
     assert apart["torque, soft sensor"]["in_noise"] < 1.0
 

@@ -47,14 +47,14 @@ def test_interrupted_before_the_end_nothing_is_written(monkeypatch, tmp_path):
 
 def test_errors_are_one_line(capsys, tmp_path):
     file = tmp_path / "odd.yaml"
-    file.write_text("stator:\n  bore: {value: 58}\n")
+    file.write_text("stator:\n  bore: {value: 58, unit: m}\n")
     assert main(["motor", "--description", str(file)]) == 2
     assert "stator.bore: value is 58 m" in capsys.readouterr().err
     file.write_text("housing:\n  emissivity: {value: 0.0}\n  rib_count: {value: 0}\nwinding:\n  fill: {value: 0.2}\n")
     assert main(["motor", "--description", str(file), "--layers", "2", "--quiet"]) == 2
     assert f"{file}: no steady state at 5.06 A" in capsys.readouterr().err
     output = tmp_path / "rig.yaml"
-    file.write_text("bearings:\n  seal_torque: {value: 5.0}\n")  # a hundred times the sheet's friction
+    file.write_text("bearings:\n  seal_torque: {value: 5.0, unit: N*m}\n")  # a hundred times the sheet's friction
     assert main(["motor", "--description", str(file), "--layers", "2", "--quiet", "-o", str(output)]) == 2
     assert f"{output}: motor.friction_coulomb: value is" in capsys.readouterr().err and not output.exists()
     for given, expected in (("0", "no whole number from 1 to 24"), ("x", "no whole number")):

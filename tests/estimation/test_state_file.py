@@ -5,11 +5,10 @@ from dataclasses import asdict
 
 import numpy as np
 import pytest
-from ddh_twin_py.estimation import state_file
 from ddh_twin_py.estimation.state_file import StateFileError, load_state, save_state
 from ddh_twin_py.estimation.temperature_fusion import TemperatureFusion
 from ddh_twin_py.nodes.state_keeper import StateKeeper
-from ddh_twin_py.rig import load_rig
+from ddh_twin_py.rig import files, load_rig
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -120,7 +119,7 @@ def test_a_full_disk_leaves_the_old_file_and_nothing_else(tmp_path, state, monke
     def full(descriptor):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(state_file.os, "fsync", full)
+    monkeypatch.setattr(files.os, "fsync", full)
     with pytest.raises(OSError, match="No space left"):
         save_state(tmp_path / "state", state, "rig_7", STAMP + 1)
     assert os.listdir(tmp_path) == ["state"]

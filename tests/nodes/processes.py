@@ -34,7 +34,26 @@ def wait_for(condition, seconds, what):
     raise AssertionError(f"{what}: not within {seconds} s")
 
 
-class NodeProcess:
+class HeldProcess:
+    """A process that does not outlive its `with` block; a subclass starts `process` and says what reads its output."""
+
+    process: subprocess.Popen
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        if self.process.poll() is None:
+            self.process.kill()
+        self.process.wait()
+        self.join_readers()
+        self.process.stdout.close()
+
+    def join_readers(self):
+        """Wait for whatever reads its output."""
+
+
+class NodeProcess(HeldProcess):
     """A node as its own process; `text` is what it has said."""
 
     def __init__(self, name, namespace="/ddh", **parameters):
@@ -50,15 +69,8 @@ class NodeProcess:
         self._reader = threading.Thread(target=lambda: self.lines.extend(iter(self.process.stdout.readline, "")), daemon=True)
         self._reader.start()
 
-    def __enter__(self):
-        return self
-
-    def __exit__(self, *_):
-        if self.process.poll() is None:
-            self.process.kill()
-        self.process.wait()
+    def join_readers(self):
         self._reader.join(5.0)
-        self.process.stdout.close()
 
     @property
     def text(self):

@@ -98,7 +98,7 @@ def test_the_live_graph_agrees_with_replay(recorded, short_recording):
     place = np.searchsorted(ends, [stamp_ns(m) for m in messages])
     fused = np.array([[e.temperature for e in m.estimates] for m in messages]) + 273.15
     predicted = np.array([[e.predicted for e in m.estimates] for m in messages]) + 273.15
-    assert np.abs(fused - result.fused[place]).max() < 0.1  # K; the soft sensor gets the fused temperatures a little later
+    assert np.abs(fused - result.fused[place]).max() < 0.05  # K; the soft sensor gets the fused temperatures a little later
     assert not np.isnan(predicted).any()
     assert np.abs(predicted - result.free_temperature[place]).max() < 1e-6
     states = raw_messages(recorded, HydraulicState, "/ddh/hydraulics/prediction")
@@ -228,12 +228,12 @@ def test_two_publishers_on_one_topic_are_named(graph, listener):
     from ddh_msgs.msg import DriveTelemetry
 
     health = listener.collect(DiagnosticArray, "/diagnostics")
-    words = "publishers on /ddh/drive/telemetry, their messages are mixed"  # one that just ended may still be counted
+    words = "2 publishers on /ddh/drive/telemetry, their messages are mixed"  # more while one that just ended is still counted
     made = [listener.node.create_publisher(DriveTelemetry, "/ddh/drive/telemetry", 10) for _ in range(2)]
     try:
         status = wait_for(lambda: _with(health, "ddh/machine_thermal: drive/telemetry", words), 30.0, words)
-        assert status.level in (DiagnosticStatus.WARN, DiagnosticStatus.ERROR) and int(value(status, "publishers [1]")) >= 2
-        wait_for(lambda: _with(health, "ddh/hydraulic_model: drive/telemetry", words), 10.0, words)
+        assert status.level in (DiagnosticStatus.WARN, DiagnosticStatus.ERROR) and value(status, "publishers [1]") == "2"
+        wait_for(lambda: _with(health, "ddh/hydraulic_model: drive/telemetry", words), 30.0, words)
     finally:
         for publisher in made:
             listener.node.destroy_publisher(publisher)

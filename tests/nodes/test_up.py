@@ -7,12 +7,12 @@ import sys
 
 import pytest
 from ddh_twin_py.bags.reader import read_recording
-from nodes.processes import runs, wait_for
+from nodes.processes import HeldProcess, runs, wait_for
 
 pytestmark = pytest.mark.live
 
 
-class Up:
+class Up(HeldProcess):
     """`ddh-twin up` with a log."""
 
     def __init__(self, log, *arguments):
@@ -21,15 +21,6 @@ class Up:
             [sys.executable, "-m", "ddh_twin_py.cli.main", "up", "--log", str(log), "--quiet", *map(str, arguments)],
             stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, env=os.environ,
         )
-
-    def __enter__(self):
-        return self
-
-    def __exit__(self, *_):
-        if self.process.poll() is None:
-            self.process.kill()
-        self.process.wait()
-        self.process.stdout.close()
 
     @property
     def text(self):

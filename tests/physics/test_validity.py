@@ -1,5 +1,7 @@
 """What is said of oil outside the range of its viscosity law."""
 
+from dataclasses import replace
+
 import numpy as np
 from ddh_twin_py.estimation.replay import replay
 from ddh_twin_py.physics.thermal_network import NODES
@@ -28,7 +30,5 @@ def test_a_replay_says_that_it_extrapolates():
         values = stream.values.copy()
         values[:, 0] -= 50.0
         cold[name] = type(stream)(stream.time, values, stream.fields)
-    from dataclasses import replace
-
     told = replay(replace(recording, temperatures=cold), load_rig()).recording.findings
     assert any("extrapolated" in f.message and recording.path in f.message for f in told)

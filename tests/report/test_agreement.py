@@ -44,6 +44,22 @@ def test_an_estimate_far_from_its_own_sensor_is_said(result):
     assert "fused temperature of tank oil lies 7.00 K RMS from the sensor" in agreement.verdict
 
 
+def test_the_start_is_left_out_of_the_rms_of_fused_temperatures(result):
+    """At the beginning and where the clock jumped back; the figure with it is kept beside."""
+    oil = result.sensors["tank_oil"]
+    fused = oil.fused.copy()
+    fused[:10] += 6.0
+    at_start = compare(replace(result, sensors={"tank_oil": replace(oil, fused=fused)})).temperatures[0]
+    assert at_start.rms_fused == pytest.approx(0.02) and at_start.rms_fused_whole > 2.0
+    back = replace(oil, time=np.concatenate([oil.time[:25], oil.time[:15]]), fused=oil.fused.copy())
+    back.fused[25:] += 6.0
+    jumped = compare(replace(result, sensors={"tank_oil": back})).temperatures[0]
+    assert jumped.rms_fused == pytest.approx(0.02) and jumped.rms_fused_whole > 2.0
+    short = replace(oil, **{name: getattr(oil, name)[:10] for name in ("time", "measured", "predicted", "fused", "fused_std")})
+    alone = compare(replace(result, sensors={"tank_oil": short})).temperatures[0]
+    assert alone.rms_fused == alone.rms_fused_whole == pytest.approx(0.02)
+
+
 def test_a_held_value_is_no_measurement(result):
     result.measured["hydraulic_age"][100:] = 0.7
     result.free["pressure_rod_side"][100:] += 1e7

@@ -30,6 +30,8 @@ def test_a_partial_file_changes_only_what_it_names(tmp_path):
     ("pump_1:\n  leakage: {value: .nan}\n", "finite number"),
     ("oil:\n  bulk_modulus: {value: 1e9}\n", "value is '1e9', a finite number is needed; YAML wants a point and a sign"),
     ("pump_1:\n  leakage: {value: 1.0, unit: l/min}\n", "unit is 'l/min'"),
+    ("pump_1:\n  leakage: {value: 1.3e-12}\n", "pump_1.leakage: unit is missing, this entry is in 'm3/(s*Pa)'"),
+    ("sensors:\n  speed: {noise: 0.1}\n", "sensors.speed: unit is missing, this sensor is in 'rad/s'"),
     ("pump_1: 3\n", "expected {value, unit, tolerance, source}"),
     ("[1, 2]\n", "mapping"),
     ("a: [\n", "is not YAML"),
@@ -40,9 +42,9 @@ def test_a_partial_file_changes_only_what_it_names(tmp_path):
     ("sensors:\n  speed: {noise: -0.1}\n", "sensors.speed.noise: value is -0.1 rad/s, allowed are 0.00015 to 150 rad/s"),
     ("sensors:\n  speed: {noise: 0}\n", "sensors.speed.noise: value is 0"),
     ("sensors:\n  speed: {noise: 0.1, unit: rpm}\n", "sensors.speed: unit is 'rpm', this sensor is in 'rad/s'"),
-    ("sensors:\n  pressure: {noise: 2.0e+4, offset_tolerance: -1}\n", "sensors.pressure.offset_tolerance: value is -1"),
+    ("sensors:\n  pressure: {noise: 2.0e+4, unit: Pa, offset_tolerance: -1}\n", "sensors.pressure.offset_tolerance: value is -1"),
     ("sensors:\n  pressure: {noise: 2.0e+4, full_scale: wide}\n", "sensors.pressure.full_scale: value is 'wide'"),
-    ("sensors:\n  pressure: {noise: 2.0e+4, full_scale: -4.0}\n", "sensors.pressure.full_scale: value is -4"),
+    ("sensors:\n  pressure: {noise: 2.0e+4, unit: Pa, full_scale: -4.0}\n", "sensors.pressure.full_scale: value is -4"),
     ("sensors:\n  temperature: {noise: 0.1, time_constant: 6}\n", "sensors.temperature.time_constant: found 6"),
     ("rig_id: [1]\n", "rig_id: found [1], a name is needed"),
     ("rig_id: yes\n", "rig_id: found True"),
@@ -51,7 +53,7 @@ def test_a_partial_file_changes_only_what_it_names(tmp_path):
     ("pump_1:\n  leakage: {value: 1" + 400 * "0" + "}\n", "pump_1.leakage: value is 1000"),
     ("tank:\n  wall_capacity: {value: 0}\n", "tank.wall_capacity: value is 0 J/K, allowed are 23 to 2.3e+05 J/K"),
     ("cylinder:\n  bore: {value: 60}\n", "cylinder.bore: value is 60 m, allowed are"),
-    ("cylinder:\n  rod: {value: 0.07}\n", "cylinder.rod: value is 0.07 m, with cylinder.bore 0.06 m at most"),
+    ("cylinder:\n  rod: {value: 0.07, unit: m}\n", "cylinder.rod: value is 0.07 m, with cylinder.bore 0.06 m at most"),
     ("oil:\n  walther_b: {value: 3.0}\n", "cSt at 23 degC, allowed are 2 to 3000 cSt"),
     ("tank:\n  emissivity: {value: 1.2}\n", "tank.emissivity: value is 1.2, allowed are 0 to 1"),
     ("tank:\n  emissivity: {value: 0.9, sigma: 3}\n", "tank.emissivity.sigma: an entry has no such key; the nearest is"),
@@ -60,8 +62,10 @@ def test_a_partial_file_changes_only_what_it_names(tmp_path):
     ("tank:\n  emissivity: {value: 0.9, source: 2024}\n", "tank.emissivity.source: value is 2024, a text is needed"),
     ("tank:\n  emissivity: {value: 0.9, value: 0.8}\n", "tank.emissivity.value: given twice, in lines 2 and 2"),
     ("tank:\n  emissivity: {value: 0.9}\nambient: {value: 20}\ntank:\n  area: {value: 1}\n", "tank: given twice, in lines 1 and 4"),
-    ("measurement:\n  pressure_rod_side_offset: {value: 0, std: 1.0e+9}\n", "_offset.std: value is 1e+09 Pa, allowed are 0 to 2e+07 Pa"),
-    ("pump_1:\n  leakage: {value: 2.0e-12, std: 3.0e-12}\n", "pump_1.leakage.std: value is 3e-12 m3/(s*Pa), allowed are 0 to 2e-12"),
+    ("measurement:\n  pressure_rod_side_offset: {value: 0, unit: Pa, std: 1.0e+9}\n",
+     "_offset.std: value is 1e+09 Pa, allowed are 0 to 2e+07 Pa"),
+    ("pump_1:\n  leakage: {value: 2.0e-12, unit: m3/(s*Pa), std: 3.0e-12}\n",
+     "pump_1.leakage.std: value is 3e-12 m3/(s*Pa), allowed are 0 to 2e-12"),
 ])
 def test_what_cannot_be_used_is_named(tmp_path, text, expected):
     file = tmp_path / "bad.yaml"
@@ -80,7 +84,8 @@ def test_a_fitted_value_near_0_may_keep_its_priors_deviation(tmp_path):
 
 def test_an_alias_and_a_merge_are_no_duplicates(tmp_path):
     file = tmp_path / "merged.yaml"
-    file.write_text("pump_1:\n  leakage: &a {value: 2.0e-12, source: bench}\npump_2:\n  leakage: {<<: *a, value: 1.0e-12}\n")
+    file.write_text("pump_1:\n  leakage: &a {value: 2.0e-12, unit: m3/(s*Pa), source: bench}\n"
+                    "pump_2:\n  leakage: {<<: *a, value: 1.0e-12}\n")
     rig = load_rig(file)
     assert (rig["pump_1.leakage"], rig["pump_2.leakage"], rig.quantities["pump_2.leakage"].source) == (2.0e-12, 1.0e-12, "bench")
 
@@ -122,7 +127,7 @@ def test_no_quantity_may_be_negative_or_a_billion_times_off(tmp_path, path):
         text = "".join(f"{'  ' * k}{part}:\n" for k, part in enumerate(path.split(".")))
         text += f"{'  ' * (len(rest) + 1)}{{value: {value!r}}}\n"
         if section == "sensors":
-            text = text.replace("    time_constant:", "    noise: 0.1\n    time_constant:")
+            text = text.replace("    time_constant:", "    noise: 0.1\n    unit: K\n    time_constant:")
         file.write_text(text)
         with pytest.raises(RigError, match="allowed are|finite") as error:
             load_rig(file)
@@ -132,8 +137,8 @@ def test_no_quantity_may_be_negative_or_a_billion_times_off(tmp_path, path):
 def test_draws_stay_within_bounds(tmp_path):
     file = tmp_path / "vague.yaml"
     file.write_text(
-        "tank:\n  emissivity: {value: 0.95, tolerance: 0.5}\npump_1:\n  leakage: {value: 1.0e-12, tolerance: 1.0}\n"
-        "cylinder:\n  rod: {value: 0.055, tolerance: 0.2}\noil:\n  walther_b: {value: 3.747, tolerance: 0.1}\n"
+        "tank:\n  emissivity: {value: 0.95, tolerance: 0.5}\npump_1:\n  leakage: {value: 1.0e-12, unit: m3/(s*Pa), tolerance: 1.0}\n"
+        "cylinder:\n  rod: {value: 0.055, unit: m, tolerance: 0.2}\noil:\n  walther_b: {value: 3.747, tolerance: 0.1}\n"
     )
     sheet, rng = load_rig(file), np.random.default_rng(1)
     for _ in range(200):

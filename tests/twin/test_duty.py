@@ -48,8 +48,9 @@ def test_the_projects_own_are_sound(repo_root, name):
     ("ramp_rpm_per_s: 0", "ramp_rpm_per_s: value is 0 rpm/s, allowed are 1 to 1e+06 rpm/s"),
     ("ramp_rpm_per_s: 1.0e+12", "ramp_rpm_per_s: value is 1e+12"),
     ("repeat: -1", "repeat: value is -1, a whole number from 0 on"),
+    ("repeat: 2\nrepeat: 3", "repeat: given twice, in lines 1 and 2"),
     ("repeat: 2.5", "repeat: value is 2.5"),
-    ("repeat: 2026-13-45", "cannot be read as YAML"),
+    ("repeat: 2026-13-45", "is not YAML"),
 ])
 def test_what_cannot_be_used_is_named(duty, entry, expected):
     assert expected in refusal(duty(f"{entry}\n{CYCLE}"))

@@ -1,8 +1,9 @@
 """The paper as a test: its results by the model, both readings."""
 
 import pytest
+from ddh_twin_py.report.paper_report import verdict
 from ddh_twin_py.rig import load_rig
-from ddh_twin_py.twin.paper_results import CYCLES, paper_results
+from ddh_twin_py.twin.paper_results import CYCLES, FITTED, INPUT, paper_results
 
 
 @pytest.fixture(scope="module")
@@ -63,10 +64,20 @@ def test_the_motor_is_warmest_at_both_temperatures_of_the_chamber(rows):
     assert rows["Climate chamber: torque in the lift at 10 degC"].twin > rows["Torque in the lift, 149.5 kg, 500 rpm"].twin
 
 
+def test_inputs_and_what_the_sheet_was_derived_from_do_not_count_as_met(rows):
+    origin = {name: row.origin for name, row in rows.items()}
+    assert origin["Displacement ratio of pump 2 to pump 1"] == origin["Ambient of the simulation"] == INPUT
+    assert [name for name in origin if origin[name] == FITTED] == [
+        "Torque in the lift, 149.5 kg, 500 rpm", "Highest pressure in the lift at 500 rpm",
+    ]
+    said = verdict(list(rows.values()))
+    assert said.startswith("2 of the 12 numbers that the twin computes are within 10 %") and "derived from these; 6 more are inputs" in said
+
+
 def test_every_row_says_why(rows):
     for row in rows.values():
         assert row.result and row.explanation and "{" not in row.explanation
-        assert set(row.as_json()) == {"result", "paper", "twin", "unit", "explanation", "difference"}
+        assert set(row.as_json()) == {"result", "paper", "twin", "unit", "explanation", "difference", "origin"}
 
 
 def test_another_rig_gives_other_results(rows):

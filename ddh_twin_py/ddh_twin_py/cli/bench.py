@@ -34,12 +34,13 @@ def run(args: argparse.Namespace) -> int:
     from rich.console import Console
     from rich.table import Table
 
-    from ddh_twin_py.cli.benchmarks import measure
-    from ddh_twin_py.cli.console import put_json
+    from ddh_twin_py.cli.benchmarks import LIVE_FAILED, measure
+    from ddh_twin_py.cli.console import put_json, say
 
     figures, left_out, machine = measure(quick=args.quick, live=not args.no_live, quiet=args.quiet)
     rows = [figure.row() for figure in figures]
     put_json(args.json, rows)
+    failed = [reason for reason in left_out if reason.startswith(LIVE_FAILED)]
     if args.json != "-":
         table = Table(box=SIMPLE_HEAD, pad_edge=False, show_edge=False)
         table.add_column("figure", overflow="fold")
@@ -49,7 +50,9 @@ def run(args: argparse.Namespace) -> int:
         for figure in figures:
             table.add_row(*figure.cells())
         Console().print(table)
-        for reason in left_out:
+        for reason in (reason for reason in left_out if reason not in failed):
             Console().print(f"left out: {reason}", soft_wrap=True)
         Console().print(f"{machine}; rows in {args.json}", soft_wrap=True)
-    return 0
+    for reason in failed:
+        say(f"ddh-twin bench: error: {reason}")
+    return 2 if failed else 0

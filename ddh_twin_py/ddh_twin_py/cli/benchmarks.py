@@ -51,6 +51,10 @@ COMPARISONS: tuple[tuple[str, Callable[[bool], tuple[list[Figure], list[str]]]],
 what was left out, each with its reason. A further benchmark is one more row."""
 
 
+LIVE_FAILED = "the live nodes failed"
+"""How the reason begins that says so."""
+
+
 def measure(quick: bool = False, live: bool = True, quiet: bool = False) -> tuple[list[Figure], list[str], str]:
     """All figures, what was left out and why, and what machine they are of."""
     duration = 600.0 if quick else 3600.0
@@ -76,7 +80,11 @@ def measure(quick: bool = False, live: bool = True, quiet: bool = False) -> tupl
         if live:
             from ddh_twin_py.cli.live_bench import live_figures
 
-            figures += live_figures(bag, Path(scratch), quick, quiet)
+            try:
+                for figure in live_figures(bag, Path(scratch), quick, quiet):
+                    figures.append(figure)
+            except (ValueError, OSError) as error:  # what was measured before is kept
+                left_out.append(f"{LIVE_FAILED}: {error}")
     return figures, left_out, _machine()
 
 

@@ -31,13 +31,15 @@ def _name(text: str) -> str:
 
 
 def _given_twice(bags: Sequence[str]) -> tuple[str, str] | None:
-    """Two arguments that are the same bag, None where there are none."""
+    """Two arguments that hold the same file of a bag, None where there are none."""
+    from ddh_twin_py.bags.folder import open_folder
+
     seen: dict[Path, str] = {}
     for bag in bags:
-        path = Path(bag).resolve()
-        if path in seen:
-            return seen[path], bag
-        seen[path] = bag
+        for file in open_folder(bag).files:
+            if file.resolve() in seen:
+                return seen[file.resolve()], bag
+        seen |= {file.resolve(): bag for file in open_folder(bag).files}
     return None
 
 
@@ -84,7 +86,7 @@ def run(args: argparse.Namespace) -> int:
     check_paths(rig, args.only)
     twice = _given_twice(args.bags)
     if twice:
-        raise CalibrationError(f"BAG: {twice[0]} and {twice[1]} are the same bag; its samples would count twice")
+        raise CalibrationError(f"BAG: {twice[0]} and {twice[1]} are the same bag or share a file of it; its samples would count twice")
     experiments = []
     for bag in args.bags:
         with stage(f"reading {bag}", args.quiet) as progress:

@@ -60,10 +60,11 @@ def print_table(rows) -> None:
     for name in ("paper", "twin", "difference"):
         table.add_column(name, justify="right", ratio=1)
     table.add_column("unit", no_wrap=True)
+    table.add_column("twin's number", no_wrap=True)
     if wide:
         table.add_column("explanation", ratio=6)
     for k, row in enumerate(rows, 1):
-        cells = (str(k), row.result, cell(row.paper), cell(row.twin), cell(row.difference), row.unit)
+        cells = (str(k), row.result, cell(row.paper), cell(row.twin), cell(row.difference), row.unit, row.origin)
         table.add_row(*cells, *((row.explanation,) if wide else ()))
     console.print(verdict(rows))
     console.print(table)

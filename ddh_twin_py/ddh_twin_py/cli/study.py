@@ -116,8 +116,8 @@ def print_flips(outcomes) -> None:
     from rich.console import Console
     from rich.table import Table
 
+    from ddh_twin_py.physics.oil import STATED_FROM, ZERO_CELSIUS
     from ddh_twin_py.report.cold_start_report import flips, verdict
-    from ddh_twin_py.rig.oil_grades import STATED_FROM
 
     table = Table(box=SIMPLE_HEAD, pad_edge=False, show_edge=False)
     for name in ("duty", "oil", "what happens at which ambient"):
@@ -128,4 +128,4 @@ def print_flips(outcomes) -> None:
     console.print(verdict(outcomes))
     console.print(table)
     if any(o.extrapolated for o in outcomes):
-        console.print(f"Below {STATED_FROM:g} degC the viscosity is extrapolated: the Walther law is stated from there on.")
+        console.print(f"Below {STATED_FROM - ZERO_CELSIUS:g} degC the viscosity is extrapolated: the Walther law is stated from there on.")

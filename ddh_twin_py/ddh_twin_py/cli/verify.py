@@ -41,19 +41,22 @@ def run(args: argparse.Namespace) -> int:
 
     rig, duty = load_rig(args.rig), load_duty(duty_file(args.duty))
     with stage("loading", args.quiet):
-        from ddh_twin_py.estimation.consistency import hot_spot_inside, many_seeds, nees_band, nis_band
+        from ddh_twin_py.estimation.consistency import hot_spot_inside, many_seeds, nees_band, nis_band, verdict
     with stage(f"{args.seeds} rigs", args.quiet) as progress:
         errors = many_seeds(rig, duty, range(args.first, args.first + args.seeds), args.duration, progress=progress)
     nees, nis, inside = nees_band(errors), nis_band(errors), hot_spot_inside(errors)
     squares = [float(np.mean([getattr(e, name) for e in errors])) for name in ("squared", "smoothed_squared")]
     spread = float(np.mean([e.hot_spot_std for e in errors]))
+    said = verdict(nees, nis, inside, args.seeds)
     if args.json:
         put_json(args.json, {
+            "verdict": said,
             "seeds": [args.first, args.first + args.seeds - 1], "duration_s": args.duration, "duty": duty.file, "rig_file": rig.file,
             "nees_per_node": asdict(nees), "nis_per_reading": asdict(nis), "hot_spot_inside_95": inside, "hot_spot_std_mean_K": spread,
             "mean_squared_error_K2": {"filtered": squares[0], "smoothed": squares[1]},
         })
     if not args.quiet and args.json != "-":
+        print(said)
         for name, band in (("errors of all nodes, whitened", nees), ("innovations", nis)):
             print(f"{name}: mean {band.mean:.3f}, band of one instant {band.lower:.3f} to {band.upper:.3f}, "
                   f"{band.inside:.0%} of {band.instants} instants inside")

@@ -16,7 +16,7 @@ from collections.abc import Callable, Collection
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import chi2
+from scipy.stats import binom, chi2
 
 from ddh_twin_py.estimation.look_ahead import HOT_SPOT_SHARE, HOT_SPOT_SPREAD, hot_spot, with_hot_spot
 from ddh_twin_py.estimation.replay import replay
@@ -155,6 +155,24 @@ def nis_band(errors: list[SeedErrors]) -> Band:
     lower, upper = chi2.ppf(0.5 - 0.5 * LEVEL, dof), chi2.ppf(0.5 + 0.5 * LEVEL, dof)
     return Band(float(total.sum() / dof.sum()), float(np.median(lower / dof)), float(np.median(upper / dof)),
                 float(np.mean((total >= lower) & (total <= upper))), total.size)
+
+
+def verdict(nees: Band, nis: Band, hot_spot: float, rigs: int) -> str:
+    """One sentence: whether errors, innovations and the hidden hot spot are as large as the filter says.
+
+    A mean below its band says that the filter is more wary than it need be, above it that it is too sure. Of the
+    ``rigs`` so many must have their hot spot inside as `LEVEL` leaves, but for a chance of 2.5 %: a rig's instants
+    depend on each other and count as one.
+    """
+    told = []
+    for name, band in (("errors of all nodes", nees), ("innovations", nis)):
+        size = "smaller than" if band.mean <= band.lower else "larger than" if band.mean >= band.upper else "as large as"
+        told.append(f"{name} are {size} said")
+    least = float(binom.ppf(0.5 - 0.5 * LEVEL, rigs, LEVEL)) / rigs
+    told.append(f"the hidden hot spot lies in its {LEVEL:.0%} interval {hot_spot:.0%} of the time, at least {least:.0%} are expected "
+                f"of {rigs} rigs")
+    sound = all("as large as" in words for words in told[:2]) and hot_spot >= least
+    return f"The estimate is {'as' if sound else 'not as'} wrong as it says: {'; '.join(told)}."
 
 
 def hot_spot_inside(errors: list[SeedErrors]) -> float:

@@ -27,7 +27,7 @@ from ddh_twin_py.twin.ambient import AmbientTracker
 from ddh_twin_py.twin.hydraulic_model import HydraulicModel, HydraulicResult
 from ddh_twin_py.twin.intervals import INTERVAL, command_size, new_carry, reduce_intervals
 from ddh_twin_py.twin.machine_thermal import MachineThermal, MotorResult
-from ddh_twin_py.twin.zero_errors import take_off_zero_errors, temperature_zero_errors
+from ddh_twin_py.twin.sensor_errors import take_off_delay, take_off_sensor_errors, temperature_zero_errors
 
 BLOCK = 5.0
 """s of measurement time between two exchanges of temperatures between fusion and hydraulic model."""
@@ -114,7 +114,7 @@ def replay(recording: Recording, rig: Rig, interval: float = INTERVAL, without: 
     if recording.drive is None or len(recording.drive) == 0:
         raise ReplayError(f"{recording.path}: {recording.namespace}/{DRIVE_TOPIC}: no message; "
                           "the twin needs at least the drive's speed and current")
-    ticks = align(recording, interval)
+    ticks = align(take_off_delay(recording, rig), interval)
     run = _Run(recording, rig, ticks, interval, frozenset(without))
     run.smoothing, run.keeping = smooth, covariances
     run.seconds["screening and intervals"] = time.perf_counter() - clock
@@ -220,7 +220,7 @@ class _Run:
             self.time[start] - self.interval, self.interval, *stream(DRIVE_TOPIC, len(DRIVE_FIELDS)),
             *stream(HYDRAULIC_TOPIC, len(HYDRAULIC_FIELDS)), new_carry(), self.measured[start:stop], command,
         )
-        take_off_zero_errors(self.measured[start:stop], self.rig)
+        take_off_sensor_errors(self.measured[start:stop], self.rig)
         return command
 
     def _readings(self, start: int, stop: int) -> tuple[Readings, np.ndarray]:

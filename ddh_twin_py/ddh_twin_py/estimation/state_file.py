@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import os
+import io
 import struct
 import zipfile
 import zlib
@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from ddh_twin_py.estimation.temperature_fusion import FusionState
+from ddh_twin_py.rig.files import write_whole
 
 _VERSION = 1
 _ROUNDING = 1e-6
@@ -44,18 +45,9 @@ def save_state(path: str | Path, state: FusionState, rig_id: str, stamp_ns: int)
     Raises:
         OSError: where the folder cannot be written.
     """
-    path = Path(path)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    partial = path.with_name(f".{path.name}.{os.getpid()}")
-    try:
-        with open(partial, "wb") as file:
-            np.savez(file, version=_VERSION, rig_id=rig_id, stamp_ns=np.int64(stamp_ns), **asdict(state))
-            file.flush()
-            os.fsync(file.fileno())
-        os.replace(partial, path)
-    except BaseException:
-        partial.unlink(missing_ok=True)
-        raise
+    content = io.BytesIO()
+    np.savez(content, version=_VERSION, rig_id=rig_id, stamp_ns=np.int64(stamp_ns), **asdict(state))
+    write_whole(path, content.getvalue())
 
 
 def load_state(path: str | Path, like: FusionState) -> SavedState | None:

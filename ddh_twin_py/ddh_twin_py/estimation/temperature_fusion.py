@@ -73,8 +73,8 @@ class FusionInputs:
     @classmethod
     def unknown(cls, n: int) -> FusionInputs:
         """Inputs where no model spoke for n intervals."""
-        nothing = np.zeros(n, dtype=bool)
-        return cls(np.zeros((n, N)), np.zeros(n), np.zeros((n, N_FLOWS)), np.zeros(n), nothing, nothing, np.full(n, np.nan))
+        return cls(np.zeros((n, N)), np.zeros(n), np.zeros((n, N_FLOWS)), np.zeros(n), np.zeros(n, dtype=bool),
+                   np.zeros(n, dtype=bool), np.full(n, np.nan))
 
     def __len__(self) -> int:
         return self.heat.shape[0]
@@ -247,10 +247,12 @@ class TemperatureFusion:
         Readings of sensors that the network does not know are passed over, those of ``ambient``
         set the air as `FusionInputs.ambient` does. A reading of an earlier interval (index below 0) is
         compared with what was expected then, corrected by what was learned since, and its age adds to its noise.
+        How the intervals are dealt out to calls does not matter.
         """
         n = len(inputs)
         state = self.state
-        ambient = self._ambient(inputs, () if isinstance(readings, Readings) else readings)
+        assumed = state.ambient
+        ambient, told = self._ambient(inputs, () if isinstance(readings, Readings) else readings)
         given = readings if isinstance(readings, Readings) else Readings.of(readings)
         temperature, deviation = np.empty((n, N)), np.empty((n, N))
         expected = np.empty((n, _M))
@@ -260,7 +262,9 @@ class TemperatureFusion:
         self._take_late(given)
         start = 0
         while start < n:
-            stop = min(n, start + self._per_epoch - self._count)
+            if start == told:
+                self._trust_ambient(ambient[told] - assumed)
+            stop = min(n, start + self._per_epoch - self._count, told if start < told else n)
             rows = slice(start, stop)
             advance_mean(
                 self.parameters, state.dynamic, state.deviation, self._node, self._lag, heat[rows],
@@ -343,23 +347,25 @@ class TemperatureFusion:
         columns = (index, sensor, measured, measured - innovation, spread, accepted)
         return [Innovation(i, SENSORS[k], m, e, d, a) for i, k, m, e, d, a in zip(*(c.tolist() for c in columns), strict=True)]
 
-    def _ambient(self, inputs: FusionInputs, readings: Sequence[Reading]) -> np.ndarray:
-        """Smoothed air temperature of each interval, K; the first reading ends the doubt about it."""
+    def _ambient(self, inputs: FusionInputs, readings: Sequence[Reading]) -> tuple[np.ndarray, int]:
+        """Smoothed air temperature of each interval, K, and the interval whose reading ends the doubt about it, n where none."""
         read = inputs.ambient.copy()
         for reading in readings:
             if reading.sensor == "ambient" and reading.index >= 0 and np.isfinite(reading.temperature):
                 read[reading.index] = reading.temperature
-        assumed, known = self._air.value, self._air.known
+        known = self._air.known
         ambient = self._air.advance(read)
-        if self._air.known and not known:
-            self._trust_ambient(ambient[np.isfinite(read).argmax()] - assumed)
+        told = int(np.isfinite(read).argmax()) if self._air.known and not known else read.size
         self.state.ambient, self.state.ambient_known = self._air.value, self._air.known
-        return ambient
+        return ambient, told
 
     def _trust_ambient(self, warmer: float) -> None:
         """End the doubt about the air, which is warmer than assumed, K; a unit that no sensor read moves with it."""
         if np.all(self.state.refused == NEVER_READ):
             self.state.dynamic += warmer
+            self._learned += warmer
+            self._pending = [(index, sensor, measured, expected + warmer, noise)
+                             for index, sensor, measured, expected, noise in self._pending]
         covariance, at = self.state.covariance, N + 2 * _M + AMBIENT_AT
         if self.trace is not None:
             self.trace.forget(at)

@@ -63,8 +63,7 @@ def inputs_of(ticks: Sequence[Tick]) -> tuple[FusionInputs, list[Reading]]:
 
 def add_duty(present: PresentDuty, ticks: Sequence[Tick], inputs: FusionInputs) -> None:
     """Tell the present duty of the ticks in which both models knew their telemetry."""
-    told = np.array([len(tick.samples[STATE_TOPIC]) > 0 for tick in ticks], dtype=bool)  # a restart may find a tick without
-    known = np.flatnonzero(inputs.hydraulics_known & inputs.motor_known & told)
+    known = np.flatnonzero(inputs.hydraulics_known & inputs.motor_known)
     if known.size:
         rows = np.array([ticks[i].samples[STATE_TOPIC].values[-1][2 + N + N_FLOWS :] for i in known])
         values = dict(zip(_DUTY, rows.T, strict=True)) | {

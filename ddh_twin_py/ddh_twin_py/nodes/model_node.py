@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Collection, Iterable
 from dataclasses import dataclass, replace
 
@@ -22,7 +23,7 @@ from ddh_twin_py.rig import load_rig
 from ddh_twin_py.telemetry.alignment import INTERVAL, REORDER_WINDOW, Samples, Tick
 from ddh_twin_py.telemetry.signals import RIG_TOPIC, TEMPERATURE_PREFIX, TEMPERATURE_SENSORS, ZERO_CELSIUS
 from ddh_twin_py.twin.ambient import AmbientTracker
-from ddh_twin_py.twin.zero_errors import take_off_zero_errors, temperature_zero_errors
+from ddh_twin_py.twin.sensor_errors import take_off_sensor_errors, temperature_zero_errors
 
 ADAPT_PERIOD = 0.25  # s of wall time
 TEMPERATURE_TOPICS = tuple(TEMPERATURE_PREFIX + sensor for sensor in TEMPERATURE_SENSORS)
@@ -85,7 +86,7 @@ def known_payload(told: RigInfo | None) -> float | None:
     return told.payload_mass if told is not None and 0.0 < told.payload_mass < np.inf else None
 
 
-class TelemetryNode(TwinNode):
+class TelemetryNode(TwinNode, ABC):
     """A node fed with ticks of telemetry; a subclass makes `feed` and does the work in `work`."""
 
     feed: TelemetryFeed
@@ -129,8 +130,9 @@ class TelemetryNode(TwinNode):
         """Take in what waits on all inputs; whether there was anything."""
         return self.feed.take(wall)
 
+    @abstractmethod
     def work(self, ticks: list[Tick], flush: bool) -> None:
-        raise NotImplementedError
+        """Do what these ticks allow; ``flush``: nothing more comes for now."""
 
     def _note_restart(self, tick: Tick) -> None:
         self.restarts += 1
@@ -201,17 +203,17 @@ class ModelNode(TelemetryNode):
         start = np.full(len(NODES), ZERO_CELSIUS + self.rig["ambient"])
         self.make_model(start, None).advance(*self.model_inputs(batch, start[:1]))
 
+    @abstractmethod
     def model_inputs(self, batch: Batch, air: np.ndarray) -> tuple:
         """Arguments of the model's `advance`."""
-        raise NotImplementedError
 
+    @abstractmethod
     def make_model(self, temperature: np.ndarray, payload_mass: float | None) -> object:
         """The model at its start: K (N,), kg or None."""
-        raise NotImplementedError
 
+    @abstractmethod
     def run_model(self, model: object, batch: Batch, air: np.ndarray) -> np.ndarray:
         """Advance over a batch with air in K (n,) and publish; returns bool (n,), whether telemetry was there."""
-        raise NotImplementedError
 
     def work(self, ticks: list[Tick], flush: bool) -> None:
         for batch in self._intervals.add(ticks, flush):
@@ -221,7 +223,7 @@ class ModelNode(TelemetryNode):
         return start_temperature(batch.readings, air, self.interval, temperature_zero_errors(self.rig, SENSORS))
 
     def _advance(self, batch: Batch) -> None:
-        take_off_zero_errors(batch.measured, self.rig)
+        take_off_sensor_errors(batch.measured, self.rig)
         if batch.first or self._model is None:
             self._air = AmbientTracker(ZERO_CELSIUS + self.rig["ambient"], self.interval)
         air = self._air.advance(batch.air)

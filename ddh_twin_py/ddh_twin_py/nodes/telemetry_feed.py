@@ -23,6 +23,7 @@ from ddh_twin_py.telemetry.signals import (
     TEMPERATURE_PREFIX,
     ZERO_CELSIUS,
 )
+from ddh_twin_py.twin.sensor_errors import delay_ns
 
 
 def field_count(topic: str) -> int:
@@ -63,6 +64,7 @@ class TelemetryFeed:
         for topic in topics:
             self.inputs.add(topic, message_type(topic))
         widths = {topic: field_count(topic) for topic in topics} | (others or {})
+        self._delay = {topic: delay_ns(rig, topic) for topic in topics}
         self.last: dict[str, np.ndarray] = {}  # newest sample of each stream
         self.aligner = TickAligner(widths, interval, reorder_window, timeout, list(awaited), followers=tuple(others or ()),
                                    keep_late=keep_late)
@@ -87,9 +89,9 @@ class TelemetryFeed:
         if entry.topic.startswith(TEMPERATURE_PREFIX):
             values[:, 0] += ZERO_CELSIUS
         screened = screen.screen(stamps, values)
-        push, topic = self.aligner.push, entry.topic
+        push, topic, delay = self.aligner.push, entry.topic, self._delay[entry.topic]
         for stamp, row in zip(screened.stamp.tolist(), screened.values, strict=True):
-            push(topic, stamp, row)  # tells repetitions from stragglers itself
+            push(topic, stamp - delay, row)  # tells repetitions from stragglers itself
         if len(screened.stamp):
             self.last[topic] = screened.values[-1]
         entry.newest_ns = screen.newest_ns or 0

@@ -21,6 +21,8 @@ FAR = 5.0
 """Multiples of noise beyond which they clearly differ."""
 LOST = 3.0
 """Standard deviations of noise and zero error together beyond which an estimate has lost its own sensor."""
+SETTLING = 10.0
+"""s after each start in which the filter finds the temperatures; left out of the RMS of fused temperatures."""
 LOST_SHARE = 0.1
 """Share of the comparisons without a finite number beyond which nothing is said about agreement."""
 _MOST_NAMES = 4
@@ -76,6 +78,7 @@ class SignalAgreement:
 class TemperatureAgreement:
     """One temperature sensor: values at its last reading and RMS over all readings, K.
 
+    `rms_fused` and `rms_left_out` leave out `SETTLING` after each start where there is more; `rms_fused_whole` does not.
     `used` says whether the fusion was given this sensor; `rms_left_out` and `std_left_out` are of
     an estimate that was not. `refused` readings did not pass the filter's gate. `zero` is the
     tolerance of the sensor's zero, one sigma.
@@ -92,6 +95,7 @@ class TemperatureAgreement:
     fused_std: float
     rms_predicted: float
     rms_fused: float
+    rms_fused_whole: float
     rms_left_out: float | None
     std_left_out: float | None
     noise: float
@@ -207,6 +211,7 @@ class Agreement:
             worst = max(fused, key=lambda t: t.rms_fused)
             sentence += (
                 f"; fused temperatures stay within {number(worst.rms_fused, 2)} K RMS of every sensor that they use"
+                f"{f', the first {SETTLING:g} s left out' if self.duration > SETTLING else ''}"
             )
         else:
             sentence += "; no temperature sensor told the fusion anything"
@@ -221,6 +226,7 @@ class Agreement:
             "duration_s": self.duration,
             "intervals": self.intervals,
             "noise_floor": FLOOR,
+            "settling_left_out_of_rms_fused_s": SETTLING,
             "temperatures": [
                 {
                     "sensor": t.sensor, "node": t.node, "samples": t.samples, "refused": t.refused, "used": t.used,
@@ -229,6 +235,7 @@ class Agreement:
                     "fused_final_degC": t.fused - ZERO_CELSIUS,
                     "fused_final_std_K": t.fused_std,
                     "rms_predicted_K": t.rms_predicted, "rms_fused_K": t.rms_fused,
+                    "rms_fused_whole_K": t.rms_fused_whole,
                     "rms_left_out_K": t.rms_left_out, "std_left_out_K": t.std_left_out,
                     "noise_K": t.noise, "zero_tolerance_K": t.zero, "predicted_in_noise": t.predicted_in_noise,
                     "innovation_in_std": t.innovation_in_std,
@@ -364,12 +371,26 @@ def _temperature(
         sensor=name, node=c.node, samples=int(here.size), refused=sum(not i.accepted for i in met), used=c.used,
         measured=float(c.measured[last]), predicted=float(c.predicted[last]),
         fused=float(c.fused[last]), fused_std=float(c.fused_std[last]),
-        rms_predicted=_rms(c.predicted - c.measured), rms_fused=_rms(c.fused - c.measured),
-        rms_left_out=None if left_out is None else _rms(left_out.fused - left_out.measured),
+        rms_predicted=_rms(c.predicted - c.measured), rms_fused=_rms((c.fused - c.measured)[_settled(c)]),
+        rms_fused_whole=_rms(c.fused - c.measured),
+        rms_left_out=None if left_out is None else _rms((left_out.fused - left_out.measured)[_settled(left_out)]),
         std_left_out=None if left_out is None else float(left_out.fused_std[last]),
         noise=float(c.noise), zero=float(result.rig.sensors["temperature"].offset_tolerance),
         innovation_in_std=_rms(normalised),
     )
+
+
+def starts(time: np.ndarray) -> np.ndarray:
+    """Indices at which a comparison begins: the first, and each where the clock jumped back."""
+    return np.concatenate([np.zeros(min(1, time.size), np.int64), np.flatnonzero(np.diff(time) <= 0.0) + 1])
+
+
+def _settled(c: SensorComparison) -> np.ndarray:
+    """Readings `SETTLING` after each start and later, (m,); all where there is none."""
+    begun = starts(c.time)
+    since = c.time - c.time[begun[np.searchsorted(begun, np.arange(c.time.size), "right") - 1]] if begun.size else c.time
+    late = since >= SETTLING
+    return late if np.isfinite((c.fused - c.measured)[late]).any() else np.ones(late.size, dtype=bool)
 
 
 def _rms(difference: np.ndarray) -> float:

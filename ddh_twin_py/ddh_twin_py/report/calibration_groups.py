@@ -57,7 +57,7 @@ def grouped(fit: Calibration) -> dict[str, list[FittedParameter]]:
 
 
 def verdict(fit: Calibration, signals: Sequence[SignalFit], share: float) -> tuple[str, str]:
-    """One sentence that says how it came out, and its level (good, fair, poor)."""
+    """One sentence that says how it came out, and its level (good, fair, poor); a fit that has not settled is not good."""
     where = f"on the last {100 * share:.0f} % of the recordings, held out" if share else "on the recordings it was fitted to"
     far = [s for s in sorted(signals, key=lambda s: -s.judged) if s.judged > FLOOR]
     if not far:
@@ -69,5 +69,6 @@ def verdict(fit: Calibration, signals: Sequence[SignalFit], share: float) -> tup
         if fit.asked:
             said += " What was held at the sheet may be the cause; the standard deviations do not count it."
     if not fit.settled:
+        level = "fair" if level == "good" else level
         said += " The fit was stopped before it had settled."
     return said, level

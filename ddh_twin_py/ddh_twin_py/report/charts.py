@@ -50,6 +50,7 @@ class Chart:
         title: what is drawn. unit: of the values. time: s, (n,), increasing.
         digits: decimals of a value under the cursor. height: pixels. wide: over the whole page.
         zero: the axis holds zero. note: one sentence below.
+        unsettled: spans (from, to), s, in which the bands are drawn but do not stretch the axis.
         differences: pairs (line, reference) of trace numbers, drawn below as line minus
             reference, with a band of plus and minus ``floor``.
     """
@@ -65,6 +66,7 @@ class Chart:
     note: str = ""
     differences: Sequence[tuple[int, int]] = ()
     floor: float = 0.0
+    unsettled: Sequence[tuple[float, float]] = ()
     most: int = field(default=MOST_POINTS)
 
     def html(self, domain: tuple[float, float]) -> str:
@@ -92,6 +94,8 @@ class Chart:
             "domain": [round(float(edge), 3) for edge in domain],
             "lines": lines, "x": float32(time), "y": [quantised(values) for values in arrays[:count]],
         }
+        if self.unsettled:
+            spec["unsettled"] = [[float(edge) for edge in span] for span in self.unsettled]
         if differences:
             spec |= {"differences": [list(pair) for pair in self.differences], "floor": self.floor}
         note = f'<p class="note">{escape(self.note)}</p>' if self.note else ""

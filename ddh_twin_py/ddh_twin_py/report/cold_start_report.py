@@ -8,12 +8,12 @@ import math
 from collections.abc import Sequence
 
 from ddh_twin_py.physics.motor import CUT_BACK_FROM
-from ddh_twin_py.physics.oil import ZERO_CELSIUS
+from ddh_twin_py.physics.oil import STATED_FROM, STATED_TO, ZERO_CELSIUS
 from ddh_twin_py.report import document as doc
 from ddh_twin_py.report.heatmap import Cell, heatmap, on_scale
 from ddh_twin_py.report.units import number, words
 from ddh_twin_py.rig import Rig
-from ddh_twin_py.rig.oil_grades import STATED_FROM, STATED_TO, oil_grade
+from ddh_twin_py.rig.oil_grades import oil_grade
 from ddh_twin_py.twin import cold_start as cold
 from ddh_twin_py.twin.possible_speed import CURRENT_SHARE, SUCTION_MARGIN
 
@@ -85,7 +85,7 @@ def assumptions(rig: Rig, outcomes: Sequence[cold.Outcome], hours: float) -> lis
         "Leakage, viscous friction and line drop go with viscosity as the data sheet says; at hundreds of times the viscosity that they "
         "were stated "
         "for this is an extrapolation.",
-        f"The Walther law is stated for {STATED_FROM:g} to {STATED_TO:g} degC."
+        f"The Walther law is stated for {STATED_FROM - ZERO_CELSIUS:g} to {STATED_TO - ZERO_CELSIUS:g} degC."
         + (f" Viscosity is extrapolated for the starts at {', '.join(f'{t:g}' for t in outside)} degC." if outside else ""),
         f"Two rates: whole cycles by the free run, between them the thermal network with their mean heats, until the oil has changed by "
         f"{cold.OIL_BOUND:g} K.",

@@ -9,7 +9,7 @@ from ddh_twin_py.physics.thermal_network import MOTOR_NODES, NODES
 from ddh_twin_py.report import document as doc
 from ddh_twin_py.report.charts import Chart, Trace, charts
 from ddh_twin_py.report.units import number, words
-from ddh_twin_py.twin.paper_results import CYCLES, PaperResults, Reading, Row
+from ddh_twin_py.twin.paper_results import CYCLES, FITTED, INPUT, PaperResults, Reading, Row
 
 TITLE = "A Thermal Analysis of Direct Driven Hydraulics"
 SURFACES = ("housing", "pump_1_case", "pump_2_case", "cylinder_barrel", "tank_wall", "line_a_wall")
@@ -23,12 +23,15 @@ def cell(value: float | str | None) -> str:
 
 
 def verdict(rows: list[Row]) -> str:
-    """One sentence: how many of the paper's numbers the twin meets within 10 %."""
-    numbers = [row for row in rows if row.difference is not None]
+    """One sentence: how many of the paper's numbers the twin meets within 10 %; inputs are not counted."""
+    numbers = [row for row in rows if row.difference is not None and row.origin != INPUT]
     near = [row for row in numbers if abs(row.difference) <= 0.1 * abs(row.paper)]
+    fitted = sum(row.origin == FITTED for row in near)
+    given = sum(row.origin == INPUT and row.difference is not None for row in rows)
+    from_them = f", and the data sheet was derived from {'these' if fitted == len(near) else fitted}" if fitted else ""
     return (
-        f"{len(near)} of the {len(numbers)} numbers are within 10 % of the paper's; the others, and what the paper states in words, "
-        "are explained row by row."
+        f"{len(near)} of the {len(numbers)} numbers that the twin computes are within 10 % of the paper's{from_them}; {given} more "
+        "are inputs and not counted; the others, and what the paper states in words, are explained row by row."
     )
 
 
@@ -52,11 +55,11 @@ def paper_document(results: PaperResults) -> doc.Document:
     )
     columns = (
         doc.Column("Result", number=False), doc.Column("Paper"), doc.Column("Twin"), doc.Column("Difference"),
-        doc.Column("Unit", number=False), doc.Column("Explanation", number=False),
+        doc.Column("Unit", number=False), doc.Column("Twin's number", number=False), doc.Column("Explanation", number=False),
     )
     rows = [
         (row.result, cell(row.paper), cell(row.twin), cell(row.difference), row.unit.replace("*", "·"),
-         row.explanation.replace("N*m", "N·m"))
+         row.origin, row.explanation.replace("N*m", "N·m"))
         for row in results.rows
     ]
     page.add("Paper and twin", _wrapping(doc.table(columns, rows)))

@@ -10,7 +10,17 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ddh_twin_py.report import document as doc
-from ddh_twin_py.report.agreement import COMPONENTS, FLOOR, INPUTS, Agreement, component_values, level, measured_values
+from ddh_twin_py.report.agreement import (
+    COMPONENTS,
+    FLOOR,
+    INPUTS,
+    SETTLING,
+    Agreement,
+    component_values,
+    level,
+    measured_values,
+    starts,
+)
 from ddh_twin_py.report.charts import Chart, Trace, charts
 from ddh_twin_py.report.decimate import MOST_POINTS
 from ddh_twin_py.report.smoothed import NOTE as SMOOTHED_NOTE
@@ -198,7 +208,7 @@ def _temperature_table(agreement: Agreement) -> doc.Html:
         return doc.paragraph("No temperature sensor was recorded; the fusion rests on the models alone.")
     columns = [
         doc.Column("Sensor", number=False), doc.Column("Measured", "°C, last"), doc.Column("Predicted", "°C, free run"),
-        doc.Column("Fused ± σ", "°C"), doc.Column("RMS predicted", "K"), doc.Column("RMS fused", "K, uses sensor"),
+        doc.Column("Fused ± σ", "°C"), doc.Column("RMS predicted", "K"), doc.Column("RMS fused", f"K, uses sensor, from {SETTLING:g} s"),
         *((doc.Column("RMS left out", "K, sensor not used"),) if left_out else ()),
         doc.Column("Noise", "K"), doc.Column("Predicted", "in noise", number=False),
         doc.Column("Readings"), doc.Column("Refused", "by the filter"),
@@ -222,7 +232,9 @@ def _temperature_note(agreement: Agreement) -> doc.Html:
     return doc.note(
         "Both lines are seen through the sensor's lag. The fused estimate is of the node itself: apart from what the rig file "
         "knows of it, it leaves out the "
-        "sensor's own zero error, which the filter estimates beside it. RMS over all readings of the recording. "
+        "sensor's own zero error, which the filter estimates beside it. RMS predicted is over all readings of the recording, RMS fused "
+        f"over those from {SETTLING:g} s after each start, by when the filter has found the temperatures (over all readings: largest "
+        f"{number(max(t.rms_fused_whole for t in agreement.temperatures), 2)} K). Until then its band does not stretch the axis. "
         f"Below each chart: differences from the sensor; the grey band is {FLOOR:g} times its noise."
     )
 
@@ -270,14 +282,16 @@ def _temperature_charts(result: ReplayResult) -> list[Chart]:
     several = []
     for name, c in result.sensors.items():
         fused = "fused" if c.used else "fused, sensor not used"
+        time = going_on(c.time)
         several.append(Chart(
-            words(name).capitalize(), "°C", going_on(c.time),
+            words(name).capitalize(), "°C", time,
             (
                 Trace("measured", "measured", c.measured - ZERO_CELSIUS, dots=True),
                 Trace(f"{fused} ± 2σ", "fused", c.fused - ZERO_CELSIUS, spread=2.0 * c.fused_std),
                 Trace("predicted", "predicted", c.predicted - ZERO_CELSIUS, dash=True),
             ),
             height=190, differences=((1, 0), (2, 0)), floor=FLOOR * c.noise,
+            unsettled=[(time[i], time[i] + SETTLING) for i in starts(c.time)],
         ))
     return several
 

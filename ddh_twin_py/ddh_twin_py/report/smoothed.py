@@ -9,6 +9,7 @@ import numpy as np
 from ddh_twin_py.estimation.sensors import SENSOR_OF_NODE
 from ddh_twin_py.physics.thermal_network import NODES
 from ddh_twin_py.report import document as doc
+from ddh_twin_py.report.agreement import SETTLING, starts
 from ddh_twin_py.report.charts import Chart, Trace
 from ddh_twin_py.report.units import ZERO_CELSIUS, celsius, number, words
 
@@ -75,7 +76,7 @@ def smoothed_charts(result: ReplayResult, time: np.ndarray) -> list[Chart]:
                 Trace("fused ± 2σ", "fused", result.fused[rows, i] - ZERO_CELSIUS, spread=2.0 * result.fused_std[rows, i]),
                 Trace("smoothed", "c2", result.smoothed[:, i] - ZERO_CELSIUS),
             ),
-            height=190,
+            height=190, unsettled=[(time[k], time[k] + SETTLING) for k in starts(result.time)],
         )
         for i in hidden[:_MOST_CHARTS]
     ]

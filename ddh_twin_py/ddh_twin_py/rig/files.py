@@ -2,23 +2,26 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
-SUFFIX = ".part"
-"""Of a file's name while it is written."""
 
+def write_whole(path: str | Path, content: str | bytes) -> Path:
+    """Write a file whole or not at all, making its folder where needed; text is written as UTF-8.
 
-def write_whole(path: str | Path, content: str) -> Path:
-    """Write a file whole or not at all, making its folder where needed.
+    The old file is replaced in one move once the new one is on the disk, so that a crash leaves one of the two.
 
     Raises:
         OSError: with the path that was given; nothing is left behind.
     """
     path = Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
-    partial = path.with_name(path.name + SUFFIX)
+    partial = path.with_name(f"{path.name}.{os.getpid()}")  # two may write the same file
     try:
-        partial.write_text(content, encoding="utf-8")
+        with open(partial, "wb") as file:
+            file.write(content.encode("utf-8") if isinstance(content, str) else content)
+            file.flush()
+            os.fsync(file.fileno())
         partial.replace(path)
     except BaseException as error:
         try:

@@ -16,7 +16,8 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
-import yaml
+from ddh_twin_py.rig.numbers import PURE_NUMBER
+from ddh_twin_py.rig.yaml_file import parse_yaml, read_yaml
 
 
 class MachineError(ValueError):
@@ -50,7 +51,7 @@ class Machine:
         Raises:
             MachineError: unknown entry, value out of bounds, or values that contradict each other.
         """
-        tree = {path: {"value": value} for path, value in values.items()}
+        tree = {path: {"value": value, "unit": self.entries[path].unit if path in self.entries else ""} for path, value in values.items()}
         return _checked(self.machine_id, _merged(self.entries, tree, "given"), self.notes, "given")
 
 
@@ -89,20 +90,12 @@ def load_machine(path: str | Path | None = None) -> Machine:
     """Read a machine description, or that of the 115U2C where ``path`` is None.
 
     Raises:
-        MachineError: file missing, not YAML, unknown entry (with the nearest valid one), wrong unit,
-            a value that is no finite number or out of bounds, or values that contradict each other.
+        MachineError: file missing, not YAML, an entry given twice or unknown (with the nearest valid one),
+            a unit that is missing or another, a value that is no finite number or out of bounds, or values that contradict each other.
     """
     if path is None:
         return _REFERENCE
-    try:
-        tree = yaml.safe_load(Path(path).read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        raise MachineError(f"{path}: no such machine description") from None
-    except (OSError, UnicodeDecodeError) as error:
-        raise MachineError(f"{path}: cannot be read: {error}") from None
-    except (yaml.YAMLError, ValueError) as error:
-        mark = getattr(error, "problem_mark", None)
-        raise MachineError(f"{path}: is not YAML{f' (line {mark.line + 1})' if mark else ''}") from None
+    tree = read_yaml(path, "machine description", MachineError)
     name, leaves, notes = _flat(tree, str(path))
     return _checked(name or _REFERENCE.machine_id, _merged(_REFERENCE.entries, leaves, str(path)), notes, str(path))
 
@@ -134,7 +127,10 @@ def _merged(entries: Mapping[str, Entry], leaves: Mapping[str, dict], file: str)
         if path not in merged:
             nearest = difflib.get_close_matches(path, list(merged), 1, 0.0)[0]
             raise MachineError(f"{file}: {path}: no such entry; the nearest is {nearest!r}")
-        unit = str(leaf.get("unit", "")) or merged[path].unit
+        unit = str(leaf.get("unit", ""))
+        if not unit and merged[path].unit != PURE_NUMBER:
+            raise MachineError(f"{file}: {path}: unit is missing, this entry is in {merged[path].unit!r}")
+        unit = unit or PURE_NUMBER
         if unit != merged[path].unit:
             raise MachineError(f"{file}: {path}: unit is {unit!r}, this entry is in {merged[path].unit!r}")
         merged[path] = Entry(_number(leaf["value"], path, file), unit, str(leaf.get("source", "")) or "given")
@@ -199,7 +195,7 @@ def contradiction(m: Machine) -> str:
 def _read_reference() -> Machine:
     file = "motor_115u2c.yaml"
     text = resources.files("ddh_twin_py.rig").joinpath(file).read_text(encoding="utf-8")
-    name, leaves, notes = _flat(yaml.safe_load(text), file)
+    name, leaves, notes = _flat(parse_yaml(text, file, MachineError), file)
     entries = {
         path: Entry(_number(leaf["value"], path, file), leaf["unit"], leaf["source"]) for path, leaf in leaves.items()
     }

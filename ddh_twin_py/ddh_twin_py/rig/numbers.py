@@ -1,10 +1,12 @@
-"""Numbers of files that people write: finite, or an error that says where and what was found."""
+"""Numbers of files that people write: finite and with a unit, or an error that says where and what was found."""
 
 from __future__ import annotations
 
 import math
 import re
 
+PURE_NUMBER = "1"
+"""Unit of what has none; an entry of such a quantity may leave its unit out."""
 _EXPONENT = re.compile(r"[-+]?[0-9]*\.?[0-9]+[eE][-+]?[0-9]+")
 _LONGEST = 40
 

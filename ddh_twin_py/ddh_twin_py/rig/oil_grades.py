@@ -16,12 +16,8 @@ from dataclasses import dataclass
 from functools import cache
 from importlib import resources
 
-import yaml
-
 from ddh_twin_py.rig.sheet import Rig, RigError
-
-STATED_FROM, STATED_TO = -20.0, 100.0
-"""degC for which the Walther law is stated; outside it is extrapolated."""
+from ddh_twin_py.rig.yaml_file import parse_yaml
 
 _RANGES = (  # up to Y; L = a Y^2 + b Y + c; H = d Y^2 + e Y + f (ASTM D2270, from Y = 2)
     (3.8, 1.14673, 1.7576, -0.109, 0.84155, 1.5521, -0.077),
@@ -101,7 +97,8 @@ def viscosity_at_100(viscosity_40C: float, index: float) -> float:
 @cache
 def oil_grades() -> dict[str, OilGrade]:
     """Name to oil, in the order of `oil_grades.yaml`."""
-    tree = yaml.safe_load(resources.files("ddh_twin_py.rig").joinpath("oil_grades.yaml").read_text())
+    file = "oil_grades.yaml"
+    tree = parse_yaml(resources.files("ddh_twin_py.rig").joinpath(file).read_text(encoding="utf-8"), file, RigError)
     return {
         name: OilGrade(name, **{entry: float(leaf["value"]) for entry, leaf in entries.items()})
         for name, entries in tree.items()

@@ -15,11 +15,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import yaml
 
 from ddh_twin_py.rig.bounds import LARGEST_TOLERANCE, SENSOR_FACTOR, Bound, bound_of, contradiction
-from ddh_twin_py.rig.numbers import finite_number
-from ddh_twin_py.rig.unique_keys import DuplicateKeyError, read_unique
+from ddh_twin_py.rig.numbers import PURE_NUMBER, finite_number
+from ddh_twin_py.rig.yaml_file import parse_yaml, read_yaml
 
 CUT = 2.5
 """Tolerances are normal distributions cut at this many standard deviations."""
@@ -161,26 +160,12 @@ def load_rig(path: str | Path | None = None) -> Rig:
 
     Raises:
         RigError: file missing, not YAML, an entry given twice or unknown (with the nearest valid
-            one), a value that is no finite number or outside its bounds (`bounds`), or values that
-            contradict each other.
+            one), a unit that is missing or another, a value that is no finite number or outside
+            its bounds (`bounds`), or values that contradict each other.
     """
     if path is None:
         return _REFERENCE
-    path = Path(path)
-    try:
-        tree = read_unique(path.read_text())
-    except FileNotFoundError:
-        raise RigError(f"{path}: no such rig file") from None
-    except (OSError, UnicodeDecodeError) as error:
-        raise RigError(f"{path}: cannot be read: {error}") from None
-    except yaml.YAMLError as error:
-        where = getattr(error, "problem_mark", None)
-        line = f" (line {where.line + 1})" if where else ""
-        raise RigError(f"{path}: is not YAML{line}") from None
-    except DuplicateKeyError as error:
-        raise RigError(f"{path}: {error}") from None
-    except ValueError as error:  # such as an impossible date
-        raise RigError(f"{path}: is not YAML: {error}") from None
+    tree = read_yaml(path, "rig file", RigError)
     if not isinstance(tree, dict):
         raise RigError(f"{path}: a rig file is a mapping of sections, found {type(tree).__name__}")
     rig_id, quantities, sensors = _parse(tree, str(path))
@@ -192,8 +177,10 @@ def load_rig(path: str | Path | None = None) -> Rig:
             raise RigError(
                 f"{path}: {name}: unit is {quantity.unit!r}, this entry is in {merged[name].unit!r}"
             )
-        merged[name] = replace(quantity, unit=merged[name].unit)
         _within(f"{path}: {name}: value", quantity.value, BOUNDS[name], merged[name].unit)
+        if not quantity.unit and merged[name].unit != PURE_NUMBER:
+            raise RigError(f"{path}: {name}: unit is missing, this entry is in {merged[name].unit!r}")
+        merged[name] = replace(quantity, unit=merged[name].unit)
         if quantity.std is not None:
             allowed = Bound(0.0, _largest_std(name, quantity.value))
             _within(f"{path}: {name}.std: value", quantity.std, allowed, merged[name].unit)
@@ -230,6 +217,8 @@ def _check_sensor(where: str, spec: SensorSpec, reference: SensorSpec) -> None:
         raise RigError(f"{where}: unit is {spec.unit!r}, this sensor is in {reference.unit!r}")
     noise = Bound(reference.noise / SENSOR_FACTOR, reference.noise * SENSOR_FACTOR)
     _within(f"{where}.noise: value", spec.noise, noise, reference.unit)
+    if not spec.unit and reference.unit != PURE_NUMBER:
+        raise RigError(f"{where}: unit is missing, this sensor is in {reference.unit!r}")
     zero = Bound(0.0, SENSOR_FACTOR * max(reference.noise, reference.offset_tolerance))
     _within(f"{where}.offset_tolerance: value", spec.offset_tolerance, zero, reference.unit)
     if spec.full_scale is not None and spec.full_scale <= 0.0:
@@ -311,8 +300,12 @@ def _field_name(path: str) -> str:
 
 def _read_reference() -> Rig:
     folder = resources.files("ddh_twin_py.rig")
-    rig_id, quantities, sensors = _parse(yaml.safe_load(folder.joinpath("ddh_rig.yaml").read_text()), "ddh_rig.yaml")
-    _, further, _ = _parse(yaml.safe_load(folder.joinpath("extensions.yaml").read_text()), "extensions.yaml")
+
+    def parsed(file: str) -> tuple[str, dict[str, Quantity], dict[str, SensorSpec]]:
+        return _parse(parse_yaml(folder.joinpath(file).read_text(encoding="utf-8"), file, RigError), file)
+
+    rig_id, quantities, sensors = parsed("ddh_rig.yaml")
+    _, further, _ = parsed("extensions.yaml")
     return Rig(rig_id, {**quantities, **further}, sensors, "ddh_rig.yaml")
 
 

@@ -21,7 +21,7 @@ import numpy as np
 
 from ddh_twin_py.physics.compiled import kernel
 from ddh_twin_py.physics.motor import CUT_BACK_FROM, RAD_PER_S_OF_RPM
-from ddh_twin_py.physics.oil import ZERO_CELSIUS
+from ddh_twin_py.physics.oil import STATED_FROM, ZERO_CELSIUS
 from ddh_twin_py.physics.thermal_network import (
     END_WINDING,
     LINE_A,
@@ -41,7 +41,7 @@ from ddh_twin_py.physics.thermal_network import (
     network_step,
 )
 from ddh_twin_py.rig import Rig
-from ddh_twin_py.rig.oil_grades import STATED_FROM, oil_grade, with_oil
+from ddh_twin_py.rig.oil_grades import oil_grade, with_oil
 from ddh_twin_py.twin.cycle import DutyRun
 from ddh_twin_py.twin.duty import Duty, check_for_rig
 from ddh_twin_py.twin.possible_speed import LIMITS, NOTHING, STEADY, highest_speed
@@ -278,7 +278,7 @@ def start(rig: Rig, duty: Duty, case: Case, hours: float, oil_bound: float = OIL
         _binding(shares, limits), float(time_to_full), last[TANK] - ZERO_CELSIUS,
         0.5 * (last[PUMP_1_OIL] + last[PUMP_2_OIL]) - ZERO_CELSIUS, winding - ZERO_CELSIUS,
         max(peak, ambient) - ZERO_CELSIUS, float(over), _settled(time, history), grade.viscosity(case.ambient),
-        case.ambient < STATED_FROM, float(cavitating), cycles, np.array(time), np.array(share), np.array(history),
+        case.ambient + ZERO_CELSIUS < STATED_FROM, float(cavitating), cycles, np.array(time), np.array(share), np.array(history),
     )
 
 

@@ -22,11 +22,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-import yaml
 
 from ddh_twin_py.physics.motor import RAD_PER_S_OF_RPM
 from ddh_twin_py.rig import LARGEST_PAYLOAD, Rig
 from ddh_twin_py.rig.numbers import finite_number
+from ddh_twin_py.rig.yaml_file import parse_yaml, read_yaml
 from ddh_twin_py.twin.duty_program import COMMAND, CYCLES, KINDS, new_program, next_command
 
 _SEGMENTS = {
@@ -82,28 +82,16 @@ def load_duty(path: str | Path) -> Duty:
     """Read a duty file.
 
     Raises:
-        DutyError: file missing or not YAML, an unknown entry (with the nearest valid one), a
+        DutyError: file missing or not YAML, an entry given twice or unknown (with the nearest valid one), a
             value that is no number or out of range.
     """
     path = Path(path)
-    try:
-        tree = yaml.safe_load(path.read_text())
-    except FileNotFoundError:
-        raise DutyError(f"{path}: no such duty file") from None
-    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
-        raise DutyError(f"{path}: cannot be read as YAML: {str(error).splitlines()[0]}") from None
-    except ValueError as error:  # such as an impossible date
-        raise DutyError(f"{path}: cannot be read as YAML: {error}") from None
-    return duty_of(tree, path)
+    return duty_of(read_yaml(path, "duty file", DutyError), path)
 
 
 def parse_duty(text: str, name: str = "duty") -> Duty:
     """A duty from the text of a duty file; see `load_duty`."""
-    try:
-        tree = yaml.safe_load(text)
-    except (yaml.YAMLError, ValueError) as error:
-        raise DutyError(f"{name}: cannot be read as YAML: {str(error).splitlines()[0]}") from None
-    return duty_of(tree, Path(name))
+    return duty_of(parse_yaml(text, name, DutyError), Path(name))
 
 
 def duty_of(tree: object, path: Path) -> Duty:

@@ -14,6 +14,7 @@ from dataclasses import asdict, dataclass
 import numpy as np
 
 from ddh_twin_py.physics.balance import OPERATING_DTYPE
+from ddh_twin_py.physics.equivalent_current import mean_square
 from ddh_twin_py.physics.motor import RAD_PER_S_OF_RPM
 from ddh_twin_py.physics.motor_only import motor_only
 from ddh_twin_py.physics.oil import ZERO_CELSIUS
@@ -33,15 +34,24 @@ SHOWN_CYCLES = 4
 PERIOD = 0.01
 
 
+COMPUTED, FITTED, INPUT = ORIGINS = ("computed", "fitted", "input")
+"""The twin computes it; it computes it with a quantity of the data sheet that was derived from the paper's number; one of
+the two is an input of the twin, so that nothing is tested."""
+
+
 @dataclass(frozen=True)
 class Row:
-    """One result. `paper` and `twin` are numbers in `unit`, or words; `difference` is twin less paper."""
+    """One result. `paper` and `twin` are numbers in `unit`, or words; `difference` is twin less paper.
+
+    `origin`: whether the row tests the model, one of `ORIGINS`.
+    """
 
     result: str
     paper: float | str
     twin: float | str
     unit: str
     explanation: str
+    origin: str = COMPUTED
 
     @property
     def difference(self) -> float | None:
@@ -172,7 +182,7 @@ def _equivalent_current(rig: Rig, reading: Reading) -> tuple[np.ndarray, np.ndar
     """Motor at the constant current I_M^2/2 (paper, eq. 6), I_M the largest of the lift, over `CYCLES` cycles."""
     step = 0.05
     n = int(round(CYCLES * reading.cycle / step))
-    square = 0.5 * float(np.max(reading.points["current"][reading.lift()])) ** 2
+    square = mean_square(float(np.max(reading.points["current"][reading.lift()])))
     speed = np.full(n, float(np.mean(reading.points["speed_absolute"])))
     points, temperatures = np.zeros(n, OPERATING_DTYPE), np.empty((n, N))
     motor_only(
@@ -200,7 +210,7 @@ def _rows(r: PaperResults, area_ratio: float, fast_rpm: float) -> list[Row]:
     first = {node: float(slow.ends[0, NODES.index(node)] - slow.start) for node in ("end_winding", "housing")}
     capacity = sum(q.value for path, q in rig.quantities.items() if path.startswith("motor.thermal.") and path.endswith("_capacity"))
     current = float(np.max(slow.points["current"][slow.lift()]))
-    copper = 1.5 * rig["motor.phase_resistance_20C"] * current**2 * slow.cycle
+    copper = 3.0 * rig["motor.phase_resistance_20C"] * mean_square(current) * slow.cycle
     rms = rig["motor.torque_constant"] * math.sqrt(float(np.mean(slow.last_points["mean_square_current"])))
     oil = {
         (node, part): slow.change(node, slow.lift(True) if part == "lift" else slow.lower(True), last=True)
@@ -222,7 +232,7 @@ def _rows(r: PaperResults, area_ratio: float, fast_rpm: float) -> list[Row]:
             f"grows with the rod-side pressure until the lift ends and falls to "
             f"{float(slow.last_points['torque'][slow.lift(True)].max()):.2f} N*m "
             f"in cycle {CYCLES} as the oil warms. The sheet's pump friction was derived from the paper's number, so that the two agree "
-            "is no test of it."),
+            "is no test of it.", origin=FITTED),
         Row("Torque in the lift at 0.2 m/s", 16.0, torque[fast.name], "N*m",
             f"If 0.2 m/s is meant, {fast_rpm:.0f} rpm are needed: viscous friction and rod-side flow grow with the speed, the relief valve "
             f"({relief:.0f} bar) carries part of the flow and the torque is {torque[fast.name] - torque[slow.name]:.1f} N*m above that "
@@ -230,15 +240,16 @@ def _rows(r: PaperResults, area_ratio: float, fast_rpm: float) -> list[Row]:
             "16 N*m go with 500 rpm."),
         Row("Highest pressure in the lift at 500 rpm", 100.0, side_a[slow.name], "bar",
             f"Piston side. The rod side reaches {side_b[slow.name]:.0f} bar: it has the smaller area. The paper does not say which of its "
-            "two lines it means."),
+            "two lines it means. The sheet's leakage was derived from the paper's number.", origin=FITTED),
         Row("Highest pressure in the lift at 0.2 m/s", 100.0, side_a[fast.name], "bar",
             f"Piston side; the rod side reaches {side_b[fast.name]:.0f} bar against a relief valve that opens at {relief:.0f} bar. "
             "100 bar go with 500 rpm, not with 0.2 m/s."),
-        Row("Displacement ratio of pump 2 to pump 1", 14.4 / 22.8, displacement_ratio, "1", "From the displacements that the paper gives."),
+        Row("Displacement ratio of pump 2 to pump 1", 14.4 / 22.8, displacement_ratio, "1",
+            "From the displacements that the paper gives.", origin=INPUT),
         Row("Area ratio of rod side to piston side", 1.0 - (30.0 / 60.0) ** 2, area_ratio, "1",
             f"From bore and rod. It is above the displacement ratio: at 500 rpm the rod side returns {excess * 6e4:.2f} L/min more than "
             "pump 2 "
-            "takes, which must leave as leakage under pressure."),
+            "takes, which must leave as leakage under pressure.", origin=INPUT),
         Row("Pressure peak of the lift from unequal displacement", "caused by it", side_b[slow.name] - side_b[matched.name], "bar",
             f"Rod-side peak of {side_b[slow.name]:.0f} bar less the {side_b[matched.name]:.0f} bar that remain with a pump 2 of "
             f"{area_ratio * rig['pump_1.displacement'] * 1e6:.1f} cm3/rev, which fits the areas; the torque would be "
@@ -261,7 +272,7 @@ def _rows(r: PaperResults, area_ratio: float, fast_rpm: float) -> list[Row]:
             f"{DWELL:g} s at both ends, which are an assumption; at 0.2 m/s it is {fast.cycle:.1f} s."),
         Row("Height of the lift", HEIGHT, height[slow.name], "m",
             f"The cylinder's whole stroke is {rig['cylinder.stroke']:g} m; the duty stops {MARGIN * 1e3:.0f} mm before each end so that "
-            "no end stop is hit."),
+            "no end stop is hit.", origin=INPUT),
         Row("Winding hot spot, rise per cycle at the equivalent current", 4.0, winding_rise, "K",
             f"End winding over one cycle of {slow.cycle:.1f} s at the constant current I_M/sqrt(2) of eq. 6, I_M = {current:.2f} A; "
             "cycle time decides: "
@@ -296,7 +307,7 @@ def _rows(r: PaperResults, area_ratio: float, fast_rpm: float) -> list[Row]:
             f"{', '.join(node.replace('_', ' ') for node in warm_surfaces) or 'none'}. All else in the model is heated by the oil and "
             "follows it; the paper "
             "compares a measured surface with an oil that its own simulation keeps close to ambient."),
-        Row("Ambient of the simulation", AMBIENT, slow.start - ZERO_CELSIUS, "degC", "Everything starts there."),
+        Row("Ambient of the simulation", AMBIENT, slow.start - ZERO_CELSIUS, "degC", "Everything starts there.", origin=INPUT),
         Row("Climate chamber: torque in the lift at 10 degC", 16.0, torque[cold.name], "N*m",
             f"The thermal image was taken at {CHAMBER:g} degC, the paper gives no torque for it. Colder oil leaks less, so that the rod "
             "side reaches "
@@ -306,15 +317,15 @@ def _rows(r: PaperResults, area_ratio: float, fast_rpm: float) -> list[Row]:
             f"({warmest[1] - AMBIENT:.1f} K at {AMBIENT:g} degC)."),
         Row("RMS torque of the cycle against the rated torque", rig["motor.rated_torque"], rms, "N*m",
             f"16 N*m are {16.0 / rig['motor.rated_torque']:.1f} times the rated torque; what heats is the RMS over the cycle, here "
-            f"{rms / rig['motor.rated_torque']:.2f} times the rating."),
+            f"{rms / rig['motor.rated_torque']:.2f} times the rating.", origin=INPUT),
         Row("Torque constant from the voltage constant", rig["motor.torque_constant"], from_voltage, "N*m/A",
-            "sqrt(3) K_v in SI, for K_v line to line and both rms: the paper's two constants agree."),
+            "sqrt(3) K_v in SI, for K_v line to line and both rms: the paper's two constants agree.", origin=INPUT),
         Row("Equations 4 and 5", "thermal resistances", "conductances", "",
             "C_t s/L is in W/K, with s as area and L as length, and so is h s L if s is there the length around a surface: both the "
             "inverse of a resistance. "
-            "The twin takes conductances."),
+            "The twin takes conductances.", origin=INPUT),
         Row("Unit of resistivity in equation 1", "S/m", "ohm*m", "", "S/m is a conductivity; the law itself is the usual one and is "
-            "used as printed."),
+            "used as printed.", origin=INPUT),
     ]
 
 

@@ -32,28 +32,31 @@ _LOWEST, _HIGHEST, _TRIES = -1.0e7, 2.0e8, 200  # Pa
 
 
 @inlined
+def _next_guess(low, f_low, high, f_high, k):
+    """Where to look for the root at try ``k``: by secant, every third time by bisection."""
+    return 0.5 * (low + high) if k % 3 == 2 else (low * f_high - high * f_low) / (f_high - f_low)
+
+
+@inlined
+def _narrowed(middle, f, low, f_low, high, f_high, side):
+    """The bracket with ``middle`` as its new end; the end that stays a second time counts half (Illinois)."""
+    if f > 0.0:
+        return middle, f, high, 0.5 * f_high if side == 1 else f_high, 1
+    return low, 0.5 * f_low if side == -1 else f_low, middle, f, -1
+
+
+@inlined
 def _piston_side(speed, pressure_b, velocity, c, p):
     """p_A at which the piston side's flows balance, Pa: Q_1 + Q_check,A - Q_cross = A_A v, by secant and bisection."""
     low, high = _LOWEST, _HIGHEST
     f_low, f_high = _piston_flow(speed, low, pressure_b, velocity, c, p), _piston_flow(speed, high, pressure_b, velocity, c, p)
     side = 0
     for k in range(_TRIES):
-        middle = (low * f_high - high * f_low) / (f_high - f_low)
-        if k % 3 == 2:
-            middle = 0.5 * (low + high)
+        middle = _next_guess(low, f_low, high, f_high, k)
         f = _piston_flow(speed, middle, pressure_b, velocity, c, p)
         if abs(f) < 1e-18 or high - low < 1e-4:
             return middle
-        if f > 0.0:
-            low, f_low = middle, f
-            if side == 1:
-                f_high *= 0.5
-            side = 1
-        else:
-            high, f_high = middle, f
-            if side == -1:
-                f_low *= 0.5
-            side = -1
+        low, f_low, high, f_high, side = _narrowed(middle, f, low, f_low, high, f_high, side)
     return 0.5 * (low + high)
 
 
@@ -102,22 +105,11 @@ def steady_operation(params, temperature, speed, position, out):
         f_high, _, _ = _force(speed, high, known_a, position, c, p)
         side = 0
         for k in range(_TRIES):
-            pressure_b = (low * f_high - high * f_low) / (f_high - f_low)
-            if k % 3 == 2:
-                pressure_b = 0.5 * (low + high)
+            pressure_b = _next_guess(low, f_low, high, f_high, k)
             f, pressure_a, velocity = _force(speed, pressure_b, known_a, position, c, p)
             if abs(f) < 1e-2 or high - low < 1e-10:
                 break
-            if f > 0.0:
-                low, f_low = pressure_b, f
-                if side == 1:
-                    f_high *= 0.5
-                side = 1
-            else:
-                high, f_high = pressure_b, f
-                if side == -1:
-                    f_low *= 0.5
-                side = -1
+            low, f_low, high, f_high, side = _narrowed(pressure_b, f, low, f_low, high, f_high, side)
     _, _, port_1, port_2 = pump_flows(speed, pressure_a, pressure_b, c, p)
     torque_1, torque_2, _, _ = pump_torques(speed, port_1, port_2, c, p)
     out[0], out[1], out[2], out[3], out[4] = pressure_a, pressure_b, velocity, port_1, port_2

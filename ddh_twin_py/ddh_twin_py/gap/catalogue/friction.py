@@ -18,10 +18,6 @@ def _pump(number: int) -> Effect:
     )
 
 
-def _seals(record: np.ndarray, x: float) -> None:
-    record["cylinder_friction_coulomb"] += x
-
-
 def _seals_with_stribeck(record: np.ndarray, x: float) -> None:
     """The rise at low speed doubles with the friction."""
     share = x / (record["cylinder_friction_coulomb"] + abs(x))
@@ -42,7 +38,8 @@ EFFECTS = (
     ),
     Effect(
         id="cylinder.seal_friction", component="cylinder", domain="mechanical", parameter="force", unit="N",
-        reference=value_of("cylinder_friction_coulomb"), laws=(_seals, _seals_with_stribeck), step=60.0, lowest=-280.0, highest=2e4,
+        reference=value_of("cylinder_friction_coulomb"), laws=(added("cylinder_friction_coulomb"), _seals_with_stribeck),
+        step=60.0, lowest=-280.0, highest=2e4,
         about="Piston and rod seals rub harder than the sheet says, with a Stribeck rise at low speed.",
         law="F = sign(v) (F_c + k |dp|) (1 + (r_s - 1) exp(-(v/v_s)^2)) + b v",
         signature="Pressure difference between lifting and lowering grows; jumps where motion begins; barrel warmer.",

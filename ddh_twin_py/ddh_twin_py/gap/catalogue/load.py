@@ -2,19 +2,12 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from ddh_twin_py.gap.effect import Effect, added, fixed, value_of
-
-
-def _mass(record: np.ndarray, x: float) -> None:
-    record["load_payload_mass"] += x
-
 
 EFFECTS = (
     Effect(
         id="load.mass", component="load", domain="mechanical", parameter="mass", unit="kg",
-        reference=value_of("load_payload_mass"), laws=(_mass,), step=3.0, lowest=-2000.0, highest=20000.0,
+        reference=value_of("load_payload_mass"), laws=(added("load_payload_mass"),), step=3.0, lowest=-2000.0, highest=20000.0,
         about="The payload is not what was declared.",
         law="m dv/dt = p_A A_A - p_B A_B - m g - F_f",
         signature="Piston-side pressure shifts alike in lifting, lowering and rest.",

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from ddh_twin_py.gap.effect import Effect, added, fixed, scaled, value_of
 
 
@@ -14,6 +16,10 @@ def _offset(side: str) -> Effect:
         signature=f"{side.capitalize()}-side pressure is off by the same in all phases; current and temperatures are not.",
         check="Read it with the line open to air.",
     )
+
+
+def _lag(record: np.ndarray, x: float) -> None:
+    record["measurement_surface_lag_ratio"] += x / record["sensors_temperature_time_constant"]
 
 
 EFFECTS = (
@@ -38,7 +44,7 @@ EFFECTS = (
     Effect(
         id="sensor.temperature_lag", component="sensor", domain="measurement", parameter="time_constant", unit="s",
         reference=lambda record: float(record["sensors_temperature_time_constant"][0] * record["measurement_surface_lag_ratio"][0]),
-        laws=(lambda record, x: _lag(record, x),), step=10.0, lowest=-5.0, highest=1000.0,
+        laws=(_lag,), step=10.0, lowest=-5.0, highest=1000.0,
         about="The surface sensors follow slowly.",
         law="tau dT_read/dt = T - T_read",
         signature="Surface temperatures trail while they change and agree when steady.",
@@ -61,7 +67,3 @@ EFFECTS = (
         check="Compare both clocks, or record one signal in both streams.",
     ),
 )
-
-
-def _lag(record, x: float) -> None:
-    record["measurement_surface_lag_ratio"] += x / record["sensors_temperature_time_constant"]

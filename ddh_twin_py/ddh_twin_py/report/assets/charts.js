@@ -193,9 +193,19 @@
       if (!line.band) continue;
       edges[own] = [own + 1, own + 2];
       for (let k = 0; k < 2; k++) {
-        series.push({ label: "", class: "edge", stroke: "transparent", width: 0, show: !line.hidden, points: { show: false } });
+        series.push({ label: "", class: "edge", stroke: "transparent", width: 0, show: !line.hidden, points: { show: false }, auto: !spec.unsettled });
       }
       bands.push({ series: [own + 1, own + 2], fill: () => colour("--s-" + line.role + "-band") });
+    }
+    if (spec.unsettled) { // where a band is still wide it does not stretch the axis: what counts is a copy of its edges
+      const settled = Array.from(data[0], (t) => !spec.unsettled.some(([from, to]) => t > from - 1e-3 && t < to)); // times are float32
+      for (const own of Object.keys(edges)) {
+        for (const edge of edges[own].slice()) {
+          edges[own].push(series.length);
+          series.push({ label: "", class: "edge", stroke: "transparent", width: 0, show: series[edge].show, points: { show: false } });
+          data = data.concat([Array.from(data[edge], (v, i) => (settled[i] ? v : null))]);
+        }
+      }
     }
     const ink = () => colour("--ink-2");
     const grid = { stroke: () => colour("--grid"), width: 1 };

@@ -1,0 +1,40 @@
+"""YAML files that people write: read with an error of one line that says where and what."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import yaml
+
+from ddh_twin_py.rig.unique_keys import DuplicateKeyError, read_unique
+
+
+def read_yaml(path: str | Path, kind: str, error: type[ValueError]) -> object:
+    """What a file holds.
+
+    Args:
+        path: the file. kind: what it is, such as ``rig file``, for the message. error: what to raise.
+
+    Raises:
+        error: file missing or not readable, not YAML, or a key given twice.
+    """
+    try:
+        text = Path(path).read_text(encoding="utf-8")
+    except FileNotFoundError:
+        raise error(f"{path}: no such {kind}") from None
+    except (OSError, UnicodeDecodeError) as cause:
+        raise error(f"{path}: cannot be read: {cause}") from None
+    return parse_yaml(text, str(path), error)
+
+
+def parse_yaml(text: str, name: str, error: type[ValueError]) -> object:
+    """What a text holds; ``name`` is put before what is wrong, see `read_yaml`."""
+    try:
+        return read_unique(text)
+    except DuplicateKeyError as cause:
+        raise error(f"{name}: {cause}") from None
+    except yaml.YAMLError as cause:
+        mark = getattr(cause, "problem_mark", None)
+        raise error(f"{name}: is not YAML{f' (line {mark.line + 1})' if mark else ''}") from None
+    except ValueError as cause:  # such as an impossible date
+        raise error(f"{name}: is not YAML: {cause}") from None
