@@ -146,8 +146,8 @@
       let column = 0;
       for (const line of spec.lines) { at.push(column); column += line.band ? 3 : 1; }
       const rows = spec.differences.map(([a, b]) => {
-        const line = spec.lines[a];
-        below.lines.push({ label: line.label.split(" \u00b1")[0] + " \u2212 " + spec.lines[b].label, role: line.role, thin: true });
+        const line = spec.lines[spec.lines[a].role === "measured" ? b : a];
+        below.lines.push({ label: spec.lines[a].label.split(" \u00b1")[0] + " \u2212 " + spec.lines[b].label, role: line.role, thin: true });
         const difference = new Float64Array(x.length);
         for (let i = 0; i < x.length; i++) difference[i] = columns[at[a]][i] - columns[at[b]][i];
         return withGaps(difference);

@@ -1,0 +1,94 @@
+"""Where a gap lies: the circuit coloured by what is missing, per phase, and what the twin lacks there in figures."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from ddh_twin_py.gap.diagnosis import Diagnosis, Lack
+from ddh_twin_py.report import document as doc
+from ddh_twin_py.report.circuit_drawing import COMPONENTS, Tint, circuit_drawing, scale, step_of
+from ddh_twin_py.report.gap_words import PHASE_MEANING, PHASES, component_name, percent, regime_name
+from ddh_twin_py.report.units import plus_minus
+
+_WITH_STD = 2.0
+"""Standard deviations from which on a lack is called clear."""
+
+
+def drawings(diagnosis: Diagnosis) -> doc.Html:
+    """One large drawing of the whole, one small per phase; plain where nothing is missing."""
+    rows = [Lack(r["component"], r["domain"], r["phase"], "", r["missing"], r["std"], r["unit"], r["share"])
+            for r in diagnosis.report["where"] if r["component"] in COMPONENTS]
+    if not rows:
+        return doc.Html(
+            doc.paragraph("Nothing is missing anywhere." if diagnosis.report["gap"]["before"] is not None
+                          else "The record does not say where anything is missing.")
+            + f'<div class="phases"><figure class="phase wide">{circuit_drawing({}, "The DDH circuit, nothing is missing")}</figure></div>'
+        )
+    whole = _whole(rows)
+    phases = [p for p in PHASES if p != "all"]
+    figures = [_figure("All phases together", "share of everything that is missing", whole, wide=True)]
+    if any(row.phase != "all" for row in rows):
+        for phase in phases:
+            own = [row for row in rows if row.phase == phase]
+            figures.append(_figure(phase.capitalize(), PHASE_MEANING[phase], _of_phase(own)))
+    if any(row.phase == "all" for row in rows):
+        figures.append(_figure("In no phase more than in another", "what is missing at all times alike", _of_phase(
+            [row for row in rows if row.phase == "all"])))
+    return doc.Html(
+        doc.paragraph("What is missing is what would have to be added at a place of the twin for it to agree with the rig: a flow, a force, "
+                      "a torque, a heat, or a reading. A minus means that the rig has less of it than the twin.")
+        + scale() + f'<div class="phases">{"".join(figures)}</div>'
+    )
+
+
+def lacking_table(rows: Sequence[Lack], caption: str = "") -> doc.Html:
+    """What is missing by place, phase and regime, largest share first within whole and parts; empty where there are none."""
+    if not rows:
+        return doc.Html("")
+    columns = (
+        doc.Column("Place", number=False), doc.Column("Kind", number=False), doc.Column("Phase", number=False),
+        doc.Column("Regime", "range of the variable", number=False), doc.Column("Missing ± std", "mean there"),
+        doc.Column("Share", "of all that is missing"), doc.Column("How sure", number=False),
+    )
+    ordered = sorted(rows, key=lambda r: (bool(r.regime), -r.share))
+    return doc.table(columns, [
+        (component_name(r.component).capitalize() if not r.component.startswith("line") else component_name(r.component), r.domain, r.phase,
+         regime_name(r.regime) or "all", plus_minus(r.value, r.std, r.unit, sign=True), percent(r.share), sureness(r.value, r.std))
+        for r in ordered
+    ], caption)
+
+
+def sureness(value: float, std: float) -> doc.Html:
+    """Whether a value stands out of its uncertainty, as a mark with words."""
+    times = abs(value) / std if std > 0.0 else float("inf")
+    if times >= 2.0 * _WITH_STD:
+        return doc.mark("good", "clear")
+    return doc.mark("fair", "likely") if times >= _WITH_STD else doc.mark("none", "may be chance")
+
+
+def _figure(title: str, words: str, tints: dict[str, Tint], wide: bool = False) -> str:
+    said = "; ".join(t.title for t in tints.values()) or "nothing is missing"
+    below = "" if tints else '<p class="note">Nothing is missing here.</p>'
+    return (
+        f'<figure class="phase{" wide" if wide else ""}"><figcaption>{doc.text(title)} <span class="unit">{doc.text(words)}</span></figcaption>'
+        f'<div class="scroll">{circuit_drawing(tints, f"{title}: {said}")}</div>{below}</figure>'
+    )
+
+
+def _whole(rows: Sequence[Lack]) -> dict[str, Tint]:
+    shares: dict[str, float] = {}
+    for row in rows:
+        shares[row.component] = shares.get(row.component, 0.0) + row.share
+    return {name: Tint(step_of(share), percent(share), f"{component_name(name)}: {percent(share)} of what is missing")
+            for name, share in shares.items() if share > 0.0}
+
+
+def _of_phase(rows: Sequence[Lack]) -> dict[str, Tint]:
+    tints = {}
+    for name in dict.fromkeys(r.component for r in rows):
+        own = sorted((r for r in rows if r.component == name), key=lambda r: -r.share)
+        share = sum(r.share for r in own)
+        label = plus_minus(own[0].value, own[0].std, own[0].unit, sign=True)
+        title = "; ".join(f"{component_name(name)}, {r.domain}: {plus_minus(r.value, r.std, r.unit, sign=True)}, {percent(r.share)}" for r in own)
+        tints[name] = Tint(step_of(share), label + (" …" if len(own) > 1 else ""), title)
+    return tints

@@ -1,0 +1,124 @@
+"""The short summary of a gap diagnosis for a terminal; the same numbers as its page."""
+
+from __future__ import annotations
+
+import textwrap
+from typing import TYPE_CHECKING
+
+from rich.console import Console
+from rich.text import Text
+
+from ddh_twin_py.report.gap_words import NEAR, VERDICTS, component_name, effect_name, percent, set_name, signal_name
+from ddh_twin_py.report.summary import STYLE
+from ddh_twin_py.report.units import in_unit, number, plus_minus
+
+if TYPE_CHECKING:
+    from ddh_twin_py.gap.diagnosis import Diagnosis
+
+LINES, WIDTH = 25, 80
+"""What a summary fits in."""
+_MOST_HYPOTHESES, _MOST_PLACES, _MOST_SIGNALS = 4, 3, 5
+
+
+def gap_summary(diagnosis: Diagnosis) -> list[Text]:
+    """Verdict, gap, causes, places, signals, next test: at most `LINES` lines of `WIDTH` columns."""
+    report = diagnosis.report
+    words, level = VERDICTS[report["verdict"]]
+    lines = [Text(line) for line in _wrapped(f"{words}: {diagnosis.sentence}", 4)]
+    lines[0].stylize(f"bold {STYLE[level]}", 0, len(words))
+    lines += _gap(report)
+    lines += _hypotheses(diagnosis)
+    lines += _places(report)
+    lines += _signals(report)
+    if report["next_test"]:
+        lines += _titled("next test", report["next_test"]["description"], 2)
+    room = LINES - len(lines)
+    if report["notes"] and room > 0:
+        lines += _notes(report["notes"], room)
+    return lines[:LINES]
+
+
+def print_gap(diagnosis: Diagnosis, console: Console | None = None) -> None:
+    """Print the summary."""
+    console = console or Console()
+    for line in gap_summary(diagnosis):
+        console.print(line, no_wrap=True, overflow="ellipsis", highlight=False)
+
+
+def _gap(report: dict) -> list[Text]:
+    gap = report["gap"]
+    if gap["before"] is None:
+        return []
+    closed = "" if gap["closed_fraction"] is None else f" ({percent_closed(gap['closed_fraction'])} closed)"
+    return [Text(f"gap        {number(gap['as_is'], 2)} × floor as given, {number(gap['before'], 2)} fitted, "
+                 f"{number(gap['after'], 2)} explained{closed}")]
+
+
+def percent_closed(fraction: float) -> str:
+    """The share of the gap that was closed; below 0 it grew."""
+    return f"{100.0 * fraction:.0f} %".replace("-", "−")
+
+
+def _hypotheses(diagnosis: Diagnosis) -> list[Text]:
+    shown = [w for w in diagnosis.weighed if w.probability >= 0.005][:_MOST_HYPOTHESES]
+    lines = []
+    for i, w in enumerate(shown):
+        lead = "cause      " if i == 0 else " " * 11
+        values = "; ".join(plus_minus(value, std, unit) for value, std, unit, _ in w.values.values())
+        said = f"{percent(w.probability):>8}  {set_name(w.effects)}"
+        line = Text(lead + said + (f"  {values}" if values and len(lead + said + values) + 2 <= WIDTH else ""))
+        line.truncate(WIDTH, overflow="ellipsis")
+        lines.append(line)
+    for members in diagnosis.report["classes"][:1]:
+        lines += _titled("alike", ", ".join(effect_name(e) for e in members) + " look alike in this record", 2)
+    return lines
+
+
+def _places(report: dict) -> list[Text]:
+    lines = []
+    for i, row in enumerate(report["where"][:_MOST_PLACES]):
+        phase = "all phases" if row["phase"] == "all" else row["phase"]
+        said = (f"{percent(row['share']):>8}  {component_name(row['component'])}, {row['domain']}, {phase}: "
+                f"{plus_minus(row['missing'], row['std'], row['unit'], sign=True)}")
+        line = Text(("where      " if i == 0 else " " * 11) + said)
+        line.truncate(WIDTH, overflow="ellipsis")
+        lines.append(line)
+    return lines
+
+
+def _signals(report: dict) -> list[Text]:
+    worst = sorted(report["shrink"].items(), key=lambda item: -item[1]["before"] / item[1]["noise"])
+    rows = [item for item in worst if item[1]["before"] > NEAR * item[1]["noise"] or item[1]["after"] > NEAR * item[1]["noise"]]
+    if not report["shrink"]:
+        return []
+    if not rows:
+        return [Text(f"signals    all {len(worst)} within {NEAR:g} times their noise floor")]
+    lines = [Text(f"signals    {'RMS of what the twin misses':<32}{'before':>9}{'after':>9}  × floor  → after")]
+    for name, row in rows[:_MOST_SIGNALS]:
+        before, after = row["before"] / row["noise"], row["after"] / row["noise"]
+        line = Text(f"           {signal_name(name):<26}{in_unit(row['before'], row['unit']):>15}{in_unit(row['after'], row['unit'], False):>9}"
+                    f"{number(before, 2):>9}  → {number(after, 2):>5}")
+        line.truncate(WIDTH)
+        if after > NEAR:
+            line.stylize(STYLE["fair"], len(line) - 6)
+        lines.append(line)
+    if len(worst) > len(rows[:_MOST_SIGNALS]):
+        near = sum(row["after"] <= NEAR * row["noise"] for _, row in worst)
+        lines.append(Text(f"           {near} of {len(worst)} signals end within {NEAR:g} times their floor"))
+    return lines
+
+
+def _notes(notes: list[str], room: int) -> list[Text]:
+    lines = _titled("note", notes[0], min(room, 3))
+    if len(notes) > 1 and len(lines) < room:
+        lines.append(Text(f"           and {len(notes) - 1} further notes in the report (--html FILE, --json FILE)"))
+    return lines
+
+
+def _titled(title: str, words: str, most: int) -> list[Text]:
+    cut = _wrapped(words, most, WIDTH - 11)
+    return [Text(f"{title:<11}{cut[0]}"), *(Text(" " * 11 + line) for line in cut[1:])]
+
+
+def _wrapped(words: str, most: int, width: int = WIDTH) -> list[str]:
+    return textwrap.wrap(words, width, max_lines=most, placeholder=" …") or [""]
