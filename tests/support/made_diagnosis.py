@@ -35,7 +35,8 @@ def made_diagnosis(kind="explained", seconds=600.0, interval=0.05, seed=7):
         recordings={"commissioning": ["bags/new"] if kind != "insufficient" else [], "field": ["bags/field <1>"], "validation": []},
         traces=traces,
         axes={} if kind == "insufficient" else {
-            "speed, rad/s": (time, speed), "oil temperature, K": (time[::20], oil[::20]), "rod position, m": (time, 0.2 + 0.1 * np.sin(time / 7)),
+            "speed, rad/s": (time, speed), "oil temperature, K": (time[::20], oil[::20]),
+            "rod position, m": (time, 0.2 + 0.1 * np.sin(time / 7)),
         },
         lacking=_LACKING.get(kind, []), alone=[] if kind in _NO_GAP else _ALONE, weighed=_weighed(kind),
         confusable=_CONFUSABLE if kind == "ambiguous" else {},
@@ -83,9 +84,9 @@ def _report(kind, traces):
     return {
         "verdict": kind, "gap": gap,
         "where": [
-            {"component": l.component, "domain": l.domain, "phase": l.phase, "share": l.share, "missing": l.value, "unit": l.unit,
-             "std": l.std, "share_std": 0.04}
-            for l in _LACKING.get(kind, []) if not l.regime
+            {"component": row.component, "domain": row.domain, "phase": row.phase, "share": row.share, "missing": row.value,
+             "unit": row.unit, "std": row.std, "share_std": 0.04}
+            for row in _LACKING.get(kind, []) if not row.regime
         ],
         "why": [
             {"effect": e, "probability": p, "parameters": parameters} for e, p, parameters in _WHY.get(kind, [])
@@ -122,7 +123,10 @@ _LACKING = {
         Lack("motor", "mechanical", "all", "", 0.41, 0.05, "N*m", 0.7),
         Lack("pump_1", "mechanical", "all", "", 0.33, 0.2, "N*m", 0.3),
     ],
-    "unknown": [Lack("cylinder", "mechanical", "lifting", "", 410.0, 25.0, "N", 0.8), Lack("sensor", "measurement", "all", "", 0.4, 0.1, "K", 0.2)],
+    "unknown": [
+        Lack("cylinder", "mechanical", "lifting", "", 410.0, 25.0, "N", 0.8),
+        Lack("sensor", "measurement", "all", "", 0.4, 0.1, "K", 0.2),
+    ],
 }
 _ALONE = [Lack("pump_1", "hydraulic", "all", "", -6.5e-6, 9e-7, "m3/s", 0.7), Lack("oil", "thermal", "all", "", 25.0, 20.0, "W", 0.3)]
 _WHY = {

@@ -51,7 +51,7 @@ class Chart:
         digits: decimals of a value under the cursor. height: pixels. wide: over the whole page.
         zero: the axis holds zero. note: one sentence below.
         differences: pairs (line, reference) of trace numbers, drawn below as line minus
-            reference, with a band of plus and minus ``floor``.
+            reference, with a band of plus and minus ``floor``. below: height of that part, pixels.
     """
 
     title: str
@@ -65,6 +65,7 @@ class Chart:
     note: str = ""
     differences: Sequence[tuple[int, int]] = ()
     floor: float = 0.0
+    below: int = 92
     most: int = field(default=MOST_POINTS)
 
     def html(self, domain: tuple[float, float]) -> str:
@@ -93,7 +94,7 @@ class Chart:
             "lines": lines, "x": float32(time), "y": [quantised(values) for values in arrays[:count]],
         }
         if differences:
-            spec |= {"differences": [list(pair) for pair in self.differences], "floor": self.floor}
+            spec |= {"differences": [list(pair) for pair in self.differences], "floor": self.floor, "below": self.below}
         note = f'<p class="note">{escape(self.note)}</p>' if self.note else ""
         return (
             f'<figure class="chart{" wide" if self.wide else ""}"><figcaption>{escape(self.title)}'

@@ -20,52 +20,51 @@ COMPONENTS = (
 """Components of the contract, each drawn."""
 STEPS = 6
 """Steps of the colour scale; 0 is nothing."""
-_WIDTH, _HEIGHT = 680, 440
+_WIDTH, _HEIGHT = 780, 460
 
 _SHAPES = {
-    "ambient": '<rect class="air" x="4" y="4" width="672" height="432" rx="14"/>',
-    "tank": '<path d="M232 350h-12v76h440v-76h-12v64h-416z"/>',
-    "oil": '<path d="M232 372q17-6 34 0t34 0 34 0 34 0 34 0 34 0 34 0 34 0 34 0 34 0 34 0 34 0 8 0v42h-416z"/>',
-    "line_a": '<path class="pipe-edge" d="M270 222V80h50"/><path class="pipe" d="M270 222V80h50"/>',
-    "line_b": '<path class="pipe-edge" d="M410 222V170h96V134"/><path class="pipe" d="M410 222V170h96V134"/>',
-    "drive": '<rect x="26" y="230" width="66" height="44" rx="4"/><path class="detail" d="M40 262l14-20 8 20 8-20 8 20"/>',
-    "motor": '<circle cx="160" cy="252" r="36"/><text class="symbol" x="160" y="260">M</text>',
-    "pump_1": '<circle cx="270" cy="252" r="30"/><path class="detail solid" d="M262 223h16l-8 13zM262 281h16l-8-13z"/>',
-    "pump_2": '<circle cx="410" cy="252" r="30"/><path class="detail solid" d="M402 223h16l-8 13zM402 281h16l-8-13z"/>',
+    "ambient": '<rect class="air" x="4" y="4" width="772" height="452" rx="14"/>',
+    "tank": '<path d="M196 350v74h548v-74h-12v62h-524v-62z"/>',
+    "oil": f'<path d="M208 372{"q17-6 34 0t34 0" * 7}h48v40h-524z"/>',
+    "line_a": '<path class="pipe-edge" d="M290 222V80h42"/><path class="pipe" d="M290 222V80h42"/>',
+    "line_b": '<path class="pipe-edge" d="M520 222V160h28V119"/><path class="pipe" d="M520 222V160h28V119"/>',
+    "drive": '<rect x="24" y="230" width="68" height="44" rx="4"/><path class="detail" d="M36 262l10-20 12 20 12-20 10 20"/>',
+    "motor": '<circle cx="164" cy="252" r="36"/><text class="symbol" x="164" y="260">M</text>',
+    "pump_1": '<circle cx="290" cy="252" r="30"/><path class="detail solid" d="M282 223h16l-8 13zM282 281h16l-8-13z"/>',
+    "pump_2": '<circle cx="520" cy="252" r="30"/><path class="detail solid" d="M512 223h16l-8 13zM512 281h16l-8-13z"/>',
     "check_valve": (
-        '<path class="thin" d="M214 372V322M214 292V196h56M470 372V322M470 292V170"/>'
-        '<circle cx="214" cy="307" r="15"/><path class="detail" d="M204 303l10-8 10 8"/><circle class="detail solid" cx="214" cy="309" r="5"/>'
-        '<circle cx="470" cy="307" r="15"/><path class="detail" d="M460 303l10-8 10 8"/><circle class="detail solid" cx="470" cy="309" r="5"/>'
+        '<path class="thin" d="M228 392V328M228 298V186h56M600 392V328M600 298V160"/>'
+        '<circle cx="228" cy="313" r="15"/><path class="detail" d="M218 309l10-8 10 8"/>'
+        '<circle cx="600" cy="313" r="15"/><path class="detail" d="M590 309l10-8 10 8"/>'
+        '<circle class="detail solid" cx="228" cy="315" r="5"/><circle class="detail solid" cx="600" cy="315" r="5"/>'
     ),
     "relief_valve": (
-        '<path class="thin" d="M506 170h54v94M560 300v72"/>'
-        '<rect x="542" y="264" width="36" height="36"/><path class="detail" d="M560 268v26m-5-7l5 7 5-7M580 270l5 6-5 6 5 6-5 6"/>'
+        '<path class="thin" d="M554 160h126v78M680 274v118"/>'
+        '<rect x="662" y="238" width="36" height="36"/><path class="detail" d="M680 242v26m-5-7l5 7 5-7M700 242l6 5-6 6 6 6-6 6 6 5"/>'
     ),
-    "cylinder": '<rect x="300" y="40" width="226" height="80" rx="3"/><path class="detail solid" d="M384 42h14v76h-14z"/>'
-                '<path class="rod" d="M398 74h170v12H398z"/>',
-    "load": '<rect x="568" y="44" width="74" height="72" rx="2"/><path class="detail" d="M588 80h32m-9-7l9 7-9 7"/>',
+    "cylinder": '<rect x="330" y="40" width="236" height="80" rx="3"/><path class="detail solid" d="M420 42h14v76h-14z"/>'
+                '<path class="rod" d="M434 74h198v12H434z"/>',
+    "load": '<rect x="632" y="44" width="76" height="72" rx="2"/><path class="detail" d="M654 80h32m-9-7l9 7-9 7"/>',
     "sensor": "".join(
         f'<circle cx="{x}" cy="{y}" r="11"/><text class="tag" x="{x}" y="{y + 4}">{letter}</text>'
-        for x, y, letter in ((288, 138, "p"), (524, 152, "p"), (548, 56, "x"), (188, 284, "T"), (292, 284, "T"), (630, 394, "T"))
+        for x, y, letter in ((309, 146, "p"), (567, 143, "p"), (592, 56, "x"), (192, 284, "T"), (314, 284, "T"), (714, 394, "T"))
     ),
 }
-_CONNECTIONS = (
-    '<path class="thin" d="M92 252h32"/><path class="shaft" d="M196 252h44M300 252h80"/>'
-    '<path class="thin" d="M270 282v90M410 282v90"/><path class="thin" d="M506 134v-14"/>'
-)
-_LABEL = {  # where name and value stand: x, y, anchor
-    "drive": (59, 296, "middle"), "motor": (160, 206, "middle"), "pump_1": (312, 296, "start"), "pump_2": (406, 306, "end"),
-    "relief_valve": (592, 286, "start"), "check_valve": (194, 322, "end"), "line_a": (258, 128, "end"), "line_b": (400, 196, "end"),
-    "cylinder": (412, 28, "middle"), "load": (605, 134, "middle"), "tank": (440, 436, "middle"), "oil": (344, 400, "middle"),
-    "ambient": (20, 26, "start"), "sensor": (20, 400, "start"),
+_CONNECTIONS = '<path class="shaft" d="M200 252h60M320 252h170"/><path class="thin" d="M92 252h36M290 282v110M520 282v110"/>'
+_LABEL = {  # where name and value stand: x, y, anchor, on one line
+    "drive": (24, 294, "start", False), "motor": (164, 190, "middle", False), "pump_1": (308, 198, "start", False),
+    "pump_2": (510, 308, "end", False), "relief_valve": (680, 298, "middle", False), "check_valve": (206, 344, "end", False),
+    "line_a": (278, 124, "end", False), "line_b": (510, 148, "end", False), "cylinder": (448, 29, "middle", True),
+    "load": (670, 135, "middle", False), "tank": (470, 445, "middle", True), "oil": (470, 402, "middle", True),
+    "ambient": (20, 29, "start", True), "sensor": (20, 412, "start", False),
 }
 _NAME = {
-    "drive": "drive", "motor": "motor", "pump_1": "pump 1", "pump_2": "pump 2", "relief_valve": "relief valve", "check_valve": "check valves",
-    "line_a": "line A", "line_b": "line B", "cylinder": "cylinder", "load": "load", "tank": "tank", "oil": "oil", "ambient": "ambient air",
+    "drive": "drive", "motor": "motor", "pump_1": "pump 1", "pump_2": "pump 2", "relief_valve": "relief valve",
+    "check_valve": "check valves", "line_a": "line A", "line_b": "line B", "cylinder": "cylinder", "load": "load", "tank": "tank", "oil": "oil", "ambient": "ambient air",
     "sensor": "sensors",
 }
-_ORDER = ("ambient", "oil", "tank", "check_valve", "relief_valve", "line_a", "line_b", "cylinder", "load", "drive", "motor", "pump_1", "pump_2", "sensor")
-_ABOVE = ("motor", "cylinder")
+_ORDER = ("ambient", "oil", "tank", "check_valve", "relief_valve", "line_a", "line_b", "cylinder", "load", "drive", "motor",
+          "pump_1", "pump_2", "sensor")
 
 
 @dataclass(frozen=True)
@@ -96,7 +95,7 @@ def circuit_drawing(tints: Mapping[str, Tint], caption: str) -> Html:
     for component in tints:
         if component not in COMPONENTS:
             raise ValueError(f"no component {component!r} in the drawing; valid are {', '.join(COMPONENTS)}")
-    parts = "".join(_component(name, tints.get(name)) + (_CONNECTIONS if name == "ambient" else "") for name in _ORDER)
+    parts = "".join(_component(name, tints.get(name)) + (_CONNECTIONS if name == "tank" else "") for name in _ORDER)
     labels = "".join(_words(name, tints.get(name)) for name in _ORDER)
     return Html(
         f'<svg class="circuit" viewBox="0 0 {_WIDTH} {_HEIGHT}" role="img" aria-label="{text(caption)}">{parts}{labels}</svg>'
@@ -116,15 +115,11 @@ def _component(name: str, tint: Tint | None) -> str:
 
 
 def _words(name: str, tint: Tint | None) -> str:
-    x, y, anchor = _LABEL[name]
+    x, y, anchor, one_line = _LABEL[name]
     said = tint.label if tint else ""
-    inside = ' class="on-oil"' if name == "oil" else ""
-    if not said:
-        return f'<text x="{x}" y="{y}" text-anchor="{anchor}"{inside}>{_NAME[name]}</text>'
-    if name in ("oil", "tank", "ambient", "cylinder"):  # on one line
-        return f'<text x="{x}" y="{y}" text-anchor="{anchor}"{inside}>{_NAME[name]} <tspan class="value">{text(said)}</tspan></text>'
-    first, second = (y - 16, y) if name in _ABOVE else (y, y + 16)
-    return (
-        f'<text x="{x}" y="{first}" text-anchor="{anchor}">{_NAME[name]}</text>'
-        f'<text class="value" x="{x}" y="{second}" text-anchor="{anchor}">{text(said)}</text>'
-    )
+    if not said or one_line:
+        value = f' <tspan class="value">{text(said)}</tspan>' if said else ""
+        down = 16 if name == "motor" else 0  # its words stand above it
+        return f'<text x="{x}" y="{y + down}" text-anchor="{anchor}">{_NAME[name]}{value}</text>'
+    return (f'<text x="{x}" y="{y}" text-anchor="{anchor}">{_NAME[name]}</text>'
+            f'<text class="value" x="{x}" y="{y + 17}" text-anchor="{anchor}">{text(said)}</text>')

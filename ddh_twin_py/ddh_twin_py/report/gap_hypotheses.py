@@ -10,7 +10,9 @@ from ddh_twin_py.report import document as doc
 from ddh_twin_py.report.gap_words import (
     NEAR,
     UNKNOWN,
+    capital,
     effect_name,
+    leaning,
     parameter_of,
     percent,
     set_name,
@@ -43,9 +45,10 @@ def hypotheses(diagnosis: Diagnosis) -> doc.Html:
         *(_card(w, i) for i, w in enumerate(leading, 1)),
     ]
     if rest:
-        columns = (doc.Column("Hypothesis", number=False), doc.Column("Probability"), doc.Column("Gap left", "× floor"), doc.Column("Value", number=False))
-        rows = [(set_name(w.effects), percent(w.probability), number(w.gap_after, 2), _values(w)) for w in rest]
-        blocks.append(doc.details(f"{len(rest)} further, less probable", doc.Html('<div class="wrap-first">' + doc.table(columns, rows) + "</div>")))
+        columns = (doc.Column("Hypothesis", number=False), doc.Column("Probability"), doc.Column("Gap left", "× floor"),
+                   doc.Column("Value", number=False))
+        rows = [(capital(set_name(w.effects)), percent(w.probability), number(w.gap_after, 2), _values(w)) for w in rest]
+        blocks.append(doc.details(f"{len(rest)} further, less probable", _wrapped(doc.table(columns, rows))))
     return doc.Html("".join(blocks))
 
 
@@ -55,11 +58,12 @@ def effects_ranked(diagnosis: Diagnosis) -> doc.Html:
     if not why:
         return doc.Html("")
     rows = [
-        (effect_name(row["effect"]).capitalize(), _bar(row["probability"], f"{percent(row['probability'])}{_parameters(row)}")) for row in why
+        (capital(effect_name(row["effect"])), _bar(row["probability"], f"{percent(row['probability'])}{_parameters(row)}")) for row in why
     ]
     body = "".join(f"<dt>{doc.text(name)}</dt><dd>{bar}</dd>" for name, bar in rows)
     return doc.Html(
-        doc.note("Of each effect, whatever else acts beside it: the sum over all hypotheses that hold it.") + f'<dl class="bars">{body}</dl>'
+        doc.note("Of each effect, whatever else acts beside it: the sum over all hypotheses that hold it.")
+        + f'<dl class="bars">{body}</dl>'
     )
 
 
@@ -69,31 +73,32 @@ def classes(diagnosis: Diagnosis) -> doc.Html:
     blocks = []
     for members in diagnosis.report["classes"]:
         rows = [
-            (effect_name(e).capitalize(), percent(probability[e]) if e in probability else "–",
+            (capital(effect_name(e)), percent(probability[e]) if e in probability else "–",
              diagnosis.confusable.get(e, "its signals are those of the others within the noise"))
             for e in members
         ]
         columns = (doc.Column("Cannot be told apart here", number=False), doc.Column("Probability"), doc.Column("Why not", number=False))
-        blocks.append(doc.Html('<div class="wrap-first">' + doc.table(columns, rows) + "</div>"))
+        blocks.append(_wrapped(doc.table(columns, rows)))
     return doc.Html("".join(blocks))
 
 
 def _card(w: Weighed, place: int) -> doc.Html:
     title = set_name(w.effects)
     blocks = [
-        f'<div class="cause"><h3>{place}. {doc.text(title[0].upper() + title[1:])}</h3><dl class="bars"><dt>Probability</dt>'
+        f'<div class="cause"><h3>{place}. {doc.text(capital(title))}</h3><dl class="bars"><dt>Probability</dt>'
         f"<dd>{_bar(w.probability, percent(w.probability))}</dd></dl>"
     ]
     for effect in w.effects:
         blocks.append(_effect(effect, w))
     if not w.effects:
-        blocks.append(doc.paragraph("The rig's parameters within their tolerances, the sensors' zero errors and noise explain what was recorded."))
+        blocks.append(doc.paragraph("The rig's parameters within their tolerances, the sensors' zero errors and noise explain what was "
+                                    "recorded."))
     if w.effects == (UNKNOWN,):
-        blocks.append(doc.paragraph("Something acts on the rig that is real and that no effect of the catalogue explains; see below for where, how "
-                                    "large and what it depends on."))
+        blocks.append(doc.paragraph("Something acts on the rig that is real and that no effect of the catalogue explains; see below for "
+                                    "where, how large and what it depends on."))
     if w.gap_after is not None:
         blocks.append(doc.paragraph(f"With it the gap is {number(w.gap_after, 2)} times the noise floor."))
-    blocks += [_in_words(w), _evidence(w), "</div>"]
+    blocks += [_in_words(w), _evidence(w, folded=place > 1), "</div>"]
     return doc.Html("".join(blocks))
 
 
@@ -105,7 +110,7 @@ def _effect(effect: str, w: Weighed) -> doc.Html:
         against = "" if nominal is None else f" (without the effect {in_unit(nominal, unit)})" if nominal == 0.0 else (
             f" (without the effect {plain_in(nominal, unit)})")
         name = parameter_of(effect) or effect_name(effect)
-        blocks.append(f'<p class="found">{doc.text(name[0].upper() + name[1:])}: <strong>{doc.text(plus_minus(value, std, unit))}</strong>'
+        blocks.append(f'<p class="found">{doc.text(capital(name))}: <strong>{doc.text(plus_minus(value, std, unit))}</strong>'
                       f"{doc.text(against)}</p>")
     if known is not None:
         blocks.append(doc.paragraph(known.about))
@@ -134,7 +139,7 @@ def _in_words(w: Weighed) -> doc.Html:
     total = sum(g for g in w.gains.values() if g > 0.0) or 1.0
     speaking = sorted(w.gains.items(), key=lambda item: -item[1])
     backing = [f"{signal_name(n)} ({strength(g)}, {percent(g / total)} of the evidence)" for n, g in speaking if g >= 4.0][:_MOST_NAMED]
-    against = [f"{signal_name(n)} fits worse ({strength(g)})" for n, g in reversed(speaking) if g <= -4.0][:_MOST_NAMED]
+    against = [f"{signal_name(n)} fits worse ({strength(g)} evidence)" for n, g in reversed(speaking) if g <= -4.0][:_MOST_NAMED]
     open_ = [f"{signal_name(n)} stays {number(v, 1)} times its floor" for n, v in _sorted(w.left) if v > NEAR][:_MOST_NAMED]
     rows = [("For it", "; ".join(backing) or "no signal speaks for it beyond chance"),
             ("Against it", "; ".join(against + open_) or "no signal speaks against it, none stays beyond its floor")]
@@ -145,7 +150,7 @@ def _sorted(left) -> list[tuple[str, float]]:
     return sorted(left.items(), key=lambda item: -item[1])
 
 
-def _evidence(w: Weighed) -> doc.Html:
+def _evidence(w: Weighed, folded: bool) -> doc.Html:
     names = sorted({*w.gains, *w.left}, key=lambda n: -abs(w.gains.get(n, 0.0)))
     if not names:
         return doc.Html("")
@@ -156,9 +161,12 @@ def _evidence(w: Weighed) -> doc.Html:
     for name in names:
         gain, left = w.gains.get(name), w.left.get(name)
         bar = doc.Html("–") if gain is None else _signed(gain, largest)
-        mark = doc.mark("none", "–") if left is None else doc.mark("good" if left <= NEAR else "fair" if left <= 2.0 else "poor", number(left, 2))
-        rows.append((signal_name(name), bar, "–" if gain is None else strength(gain), mark))
-    return doc.details("Evidence signal by signal", doc.table(columns, rows), doc.note(EVIDENCE))
+        mark = doc.Html("–") if left is None else doc.mark("good" if left <= NEAR else "fair" if left <= 2.0 else "poor", number(left, 2))
+        rows.append((signal_name(name), bar, "–" if gain is None else leaning(gain), mark))
+    caption = "Evidence signal by signal"
+    if folded:
+        return doc.details(caption, doc.table(columns, rows), doc.note(EVIDENCE))
+    return doc.Html(doc.table(columns, rows, caption) + doc.note(EVIDENCE))
 
 
 def _bar(share: float, words: str) -> str:
@@ -169,7 +177,12 @@ def _bar(share: float, words: str) -> str:
 
 def _signed(gain: float, largest: float) -> doc.Html:
     side = "for" if gain >= 0.0 else "against"
-    return doc.Html(f'<div class="signed {side}"><i style="width:{50.0 * abs(gain) / largest:.1f}%"></i><span>{doc.text(plain(gain))}</span></div>')
+    bar = f'<i style="width:{50.0 * abs(gain) / largest:.1f}%"></i>'
+    return doc.Html(f'<div class="signed {side}">{bar}<span>{doc.text(plain(gain))}</span></div>')
+
+
+def _wrapped(table: doc.Html) -> doc.Html:
+    return doc.Html(f'<div class="wrap-first">{table}</div>')
 
 
 def between(effects: Sequence[str]) -> str:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from ddh_twin_py.gap.diagnosis import Diagnosis, Lack
 from ddh_twin_py.report import document as doc
 from ddh_twin_py.report.circuit_drawing import COMPONENTS, Tint, circuit_drawing, scale, step_of
-from ddh_twin_py.report.gap_words import PHASE_MEANING, PHASES, component_name, percent, regime_name
+from ddh_twin_py.report.gap_words import PHASE_MEANING, PHASES, capital, component_name, percent, regime_name
 from ddh_twin_py.report.units import plus_minus
 
 _WITH_STD = 2.0
@@ -35,8 +35,8 @@ def drawings(diagnosis: Diagnosis) -> doc.Html:
         figures.append(_figure("In no phase more than in another", "what is missing at all times alike", _of_phase(
             [row for row in rows if row.phase == "all"])))
     return doc.Html(
-        doc.paragraph("What is missing is what would have to be added at a place of the twin for it to agree with the rig: a flow, a force, "
-                      "a torque, a heat, or a reading. A minus means that the rig has less of it than the twin.")
+        doc.paragraph("What is missing is what would have to be added at a place of the twin for it to agree with the rig: a flow, a "
+                      "force, a torque, a heat, or a reading. A minus means that the rig has less of it than the twin.")
         + scale() + f'<div class="phases">{"".join(figures)}</div>'
     )
 
@@ -52,7 +52,7 @@ def lacking_table(rows: Sequence[Lack], caption: str = "") -> doc.Html:
     )
     ordered = sorted(rows, key=lambda r: (bool(r.regime), -r.share))
     return doc.table(columns, [
-        (component_name(r.component).capitalize() if not r.component.startswith("line") else component_name(r.component), r.domain, r.phase,
+        (capital(component_name(r.component)), r.domain, r.phase,
          regime_name(r.regime) or "all", plus_minus(r.value, r.std, r.unit, sign=True), percent(r.share), sureness(r.value, r.std))
         for r in ordered
     ], caption)
@@ -67,11 +67,11 @@ def sureness(value: float, std: float) -> doc.Html:
 
 
 def _figure(title: str, words: str, tints: dict[str, Tint], wide: bool = False) -> str:
-    said = "; ".join(t.title for t in tints.values()) or "nothing is missing"
-    below = "" if tints else '<p class="note">Nothing is missing here.</p>'
+    said = "; ".join(t.title for t in tints.values()) or "nothing is missing here"
+    head = f'<figcaption>{doc.text(title)} <span class="unit">{doc.text(words)}</span></figcaption>'
     return (
-        f'<figure class="phase{" wide" if wide else ""}"><figcaption>{doc.text(title)} <span class="unit">{doc.text(words)}</span></figcaption>'
-        f'<div class="scroll">{circuit_drawing(tints, f"{title}: {said}")}</div>{below}</figure>'
+        f'<figure class="phase{" wide" if wide else ""}">{head}<div class="scroll">{circuit_drawing(tints, f"{title}: {said}")}</div>'
+        f"{doc.note(capital(said) + '.')}</figure>"
     )
 
 
@@ -89,6 +89,7 @@ def _of_phase(rows: Sequence[Lack]) -> dict[str, Tint]:
         own = sorted((r for r in rows if r.component == name), key=lambda r: -r.share)
         share = sum(r.share for r in own)
         label = plus_minus(own[0].value, own[0].std, own[0].unit, sign=True)
-        title = "; ".join(f"{component_name(name)}, {r.domain}: {plus_minus(r.value, r.std, r.unit, sign=True)}, {percent(r.share)}" for r in own)
+        title = "; ".join(f"{component_name(name)}, {r.domain}: {plus_minus(r.value, r.std, r.unit, sign=True)} ({percent(r.share)} of all)"
+                          for r in own)
         tints[name] = Tint(step_of(share), label + (" …" if len(own) > 1 else ""), title)
     return tints

@@ -11,7 +11,7 @@ from ddh_twin_py.report.gap_hypotheses import between, classes, effects_ranked, 
 from ddh_twin_py.report.gap_parameters import parameters_table
 from ddh_twin_py.report.gap_places import drawings, lacking_table
 from ddh_twin_py.report.gap_rest import shrink_table, unknown
-from ddh_twin_py.report.gap_words import NEAR, VERDICTS, component_name, percent, set_name
+from ddh_twin_py.report.gap_words import NEAR, VERDICTS, capital, closed, component_name, percent, set_name
 from ddh_twin_py.report.residual_charts import residual_sections
 from ddh_twin_py.report.units import number
 
@@ -27,8 +27,9 @@ _FLOOR = (
 def gap_document(diagnosis: Diagnosis) -> doc.Document:
     """The page."""
     report = diagnosis.report
+    notes = _notes(report["notes"])
     page = doc.Document("Gap diagnosis", _title(diagnosis), diagnosis.sentence, _end(diagnosis), VERDICTS[report["verdict"]][1])
-    page.add("In short", doc.figures(_key_figures(diagnosis)), doc.note(_FLOOR), _notes(report["notes"]))
+    page.add("In short", doc.figures(_key_figures(diagnosis)), doc.note(_FLOOR), notes if report["verdict"] == "insufficient" else "")
     page.add("Where", drawings(diagnosis))
     page.add("Why", hypotheses(diagnosis), effects_ranked(diagnosis))
     page.add("What cannot be told apart", classes(diagnosis))
@@ -39,6 +40,8 @@ def gap_document(diagnosis: Diagnosis) -> doc.Document:
     page.add("What the twin lacks", _lacking(diagnosis))
     page.add("The next test", _next_test(report["next_test"]))
     page.add("Parameters of the rig", parameters_table(diagnosis.parameters, diagnosis.rig))
+    if report["verdict"] != "insufficient":
+        page.add("Notes", notes)
     return page
 
 
@@ -57,7 +60,7 @@ def _key_figures(diagnosis: Diagnosis) -> list[doc.Figure]:
             doc.Figure("Gap as given", f"{number(gap['as_is'], 2)} ×", "noise floor; nothing fitted"),
             doc.Figure("Parameters fitted", f"{number(gap['before'], 2)} ×", "noise floor; no effect added"),
             doc.Figure("With the cause added", f"{number(gap['after'], 2)} ×", "noise floor" if gap["closed_fraction"] is None else
-                       f"noise floor; {number(100 * gap['closed_fraction'], 0)} % of the gap closed"),
+                       f"noise floor; {closed(gap['closed_fraction'])} of the gap closed"),
         ]
     if report["where"]:
         first = report["where"][0]
@@ -65,7 +68,7 @@ def _key_figures(diagnosis: Diagnosis) -> list[doc.Figure]:
         for row in report["where"]:
             shares[row["component"]] = shares.get(row["component"], 0.0) + row["share"]
         name = max(shares, key=shares.get)
-        cards.append(doc.Figure("Where", component_name(name).capitalize(), f"{percent(shares[name])} of what is missing; most in "
+        cards.append(doc.Figure("Where", capital(component_name(name)), f"{percent(shares[name])} of what is missing; most in "
                                 f"{'no phase more than in another' if first['phase'] == 'all' else first['phase']}"))
     if report["shrink"]:
         near = sum(row["after"] <= NEAR * row["noise"] for row in report["shrink"].values())
@@ -73,8 +76,10 @@ def _key_figures(diagnosis: Diagnosis) -> list[doc.Figure]:
     count = {kind: len(paths) for kind, paths in diagnosis.recordings.items()}
     cards.append(doc.Figure("Rig as built", "recorded" if count.get("commissioning") else "not recorded",
                             "changes since then" if count.get("commissioning") else "held against the sheet"))
-    cards.append(doc.Figure("Held out", "validation bag" if count.get("validation") else "none" if not diagnosis.traces else "part of the field data",
-                            report["held_out"]))
+    if report["notes"] and report["verdict"] != "insufficient":
+        cards.append(doc.Figure("Notes", str(len(report["notes"])), "what cannot be known from this record; at the end"))
+    held = "validation bag" if count.get("validation") else "part of the field data" if diagnosis.traces else "none"
+    cards.append(doc.Figure("Held out", held, report["held_out"]))
     return cards
 
 
@@ -82,14 +87,14 @@ def _notes(notes: list[str]) -> doc.Html:
     if not notes:
         return doc.Html("")
     rows = "".join(f"<li>{doc.text(n)}</li>" for n in notes)
-    return doc.Html(f'<div class="notes"><h3>What to know about this record</h3><ul>{rows}</ul></div>')
+    return doc.Html(f'<ul class="notes">{rows}</ul>')
 
 
 def _residual_note() -> str:
     return (
-        "Only data that took no part in finding or fitting. Orange: the twin with its parameters fitted; blue: with the leading hypothesis added. "
-        "Grey band: the noise floor; it bounds the usual size, single samples of plain noise leave it now and then. Small plots: the same "
-        "difference against other variables; line: the middle value, band: two thirds of the samples."
+        "Only data that took no part in finding or fitting. Orange: the twin with its parameters fitted; blue: with the leading hypothesis "
+        "added. Grey band: the noise floor; it bounds the usual size, single samples of plain noise leave it now and then. Small plots: "
+        "the same difference against other variables; line: the middle value, band: two thirds of the samples."
     )
 
 
@@ -100,8 +105,8 @@ def _lacking(diagnosis: Diagnosis) -> doc.Html:
     if diagnosis.alone:
         blocks.append(doc.details("From the data alone, before any effect is assumed", lacking_table(diagnosis.alone)))
     if blocks:
-        blocks.append(doc.note("± is one standard deviation: the truth lies within it two times out of three. 'Clear' is beyond four of them, "
-                               "'likely' beyond two."))
+        blocks.append(doc.note("± is one standard deviation: the truth lies within it two times out of three. 'Clear' is beyond four of "
+                               "them, 'likely' beyond two."))
     return doc.Html("".join(blocks))
 
 
@@ -110,12 +115,15 @@ def _next_test(test: dict | None) -> doc.Html:
         return doc.paragraph("Nothing is left to tell apart.")
     told = between(test.get("between") or [])
     size = test["expected_separation"]
-    odds = "more than a million" if size > math.log(1e6) else f"about {math.exp(size):,.0f}".replace(",", " ") if size > 1.0 else "barely more than 1"
+    if size > math.log(1e6):
+        odds = "more than a million times"
+    else:
+        odds = f"about {math.exp(size):,.0f} times".replace(",", " ") if size > 1.0 else "barely more"
     blocks = [f'<p class="found"><strong>{doc.text(test["description"])}</strong></p>']
     if told:
         blocks.append(doc.paragraph(f"It tells {told}."))
-    blocks.append(doc.note(f"Expected separation {number(size, 1)}: after it the right one is expected to be {odds} times as probable, against the "
-                           "other, as before (log Bayes factor: the natural logarithm of that)."))
+    blocks.append(doc.note(f"Expected separation {number(size, 1)}: after it the odds of the right one against the other are expected to be "
+                           f"{odds} as high as before (log Bayes factor: the natural logarithm of that)."))
     return doc.Html("".join(blocks))
 
 

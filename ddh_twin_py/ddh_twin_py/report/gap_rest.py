@@ -7,7 +7,7 @@ import numpy as np
 from ddh_twin_py.gap.diagnosis import Diagnosis, Shape, Trace
 from ddh_twin_py.report import document as doc
 from ddh_twin_py.report.curve_plot import Curve, curve_plot
-from ddh_twin_py.report.gap_words import NEAR, axis_scale, component_name, signal_name
+from ddh_twin_py.report.gap_words import NEAR, axis_scale, capital, component_name, signal_name
 from ddh_twin_py.report.units import in_unit, number, plain, shown
 
 PERSISTENT = 0.5
@@ -56,12 +56,12 @@ def shrink_table(diagnosis: Diagnosis) -> doc.Html:
     rows = []
     for name, row in sorted(shrink.items(), key=lambda item: -item[1]["before"] / item[1]["noise"]):
         before, after = row["before"] / row["noise"], row["after"] / row["noise"]
-        rows.append((signal_name(name).capitalize(), in_unit(row["before"], row["unit"]), in_unit(row["after"], row["unit"]),
+        rows.append((capital(signal_name(name)), in_unit(row["before"], row["unit"]), in_unit(row["after"], row["unit"]),
                      in_unit(row["noise"], row["unit"]), number(before, 2), number(after, 2), judged(after, diagnosis.traces.get(name))))
     return doc.Html(doc.table(columns, rows) + doc.note(
-        "RMS: the usual size of the difference between measured and twin (root of the mean square), on data that took no part in finding or "
-        f"fitting. Up to {NEAR:g} times the floor nothing is left but noise. A pattern is a difference that keeps its sign from one sample to the "
-        "next; scatter does not."))
+        "RMS: the usual size of the difference between measured and twin (root of the mean square), on data that took no part in finding "
+        f"or fitting. Up to {NEAR:g} times the floor nothing is left but noise. A pattern is a difference that keeps its sign from one "
+        "sample to the next; scatter does not."))
 
 
 def unknown(diagnosis: Diagnosis) -> doc.Html:
@@ -70,9 +70,10 @@ def unknown(diagnosis: Diagnosis) -> doc.Html:
     if not found:
         return doc.Html("")
     depends = ", ".join(_variable(name) for name in found["depends_on"])
-    hangs = f" It changes with {depends}, strongest first." if len(found["depends_on"]) > 1 else f" It changes with {depends}." if depends else (
-        " It changes with none of the variables that were looked at.")
-    words = (f"{component_name(found['component']).capitalize()}, {found['domain']}: about {plain_in_unit(found['size'], found['unit'])} "
+    hangs = " It changes with none of the variables that were looked at."
+    if depends:
+        hangs = f" It changes with {depends}" + (", strongest first." if len(found["depends_on"]) > 1 else ".")
+    words = (f"{capital(component_name(found['component']))}, {found['domain']}: about {plain_in_unit(found['size'], found['unit'])} "
              f"that no effect of the catalogue explains.{hangs}")
     return doc.Html(doc.paragraph(words) + shapes(diagnosis.shapes))
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from rich.console import Console
 from rich.text import Text
 
-from ddh_twin_py.report.gap_words import NEAR, VERDICTS, component_name, effect_name, percent, set_name, signal_name
+from ddh_twin_py.report.gap_words import NEAR, VERDICTS, closed, component_name, effect_name, percent, set_name, signal_name
 from ddh_twin_py.report.summary import STYLE
 from ddh_twin_py.report.units import in_unit, number, plus_minus
 
@@ -49,14 +49,9 @@ def _gap(report: dict) -> list[Text]:
     gap = report["gap"]
     if gap["before"] is None:
         return []
-    closed = "" if gap["closed_fraction"] is None else f" ({percent_closed(gap['closed_fraction'])} closed)"
+    said = "" if gap["closed_fraction"] is None else f" ({closed(gap['closed_fraction'])} closed)"
     return [Text(f"gap        {number(gap['as_is'], 2)} × floor as given, {number(gap['before'], 2)} fitted, "
-                 f"{number(gap['after'], 2)} explained{closed}")]
-
-
-def percent_closed(fraction: float) -> str:
-    """The share of the gap that was closed; below 0 it grew."""
-    return f"{100.0 * fraction:.0f} %".replace("-", "−")
+                 f"{number(gap['after'], 2)} explained{said}")]
 
 
 def _hypotheses(diagnosis: Diagnosis) -> list[Text]:
@@ -96,7 +91,8 @@ def _signals(report: dict) -> list[Text]:
     lines = [Text(f"signals    {'RMS of what the twin misses':<32}{'before':>9}{'after':>9}  × floor  → after")]
     for name, row in rows[:_MOST_SIGNALS]:
         before, after = row["before"] / row["noise"], row["after"] / row["noise"]
-        line = Text(f"           {signal_name(name):<26}{in_unit(row['before'], row['unit']):>15}{in_unit(row['after'], row['unit'], False):>9}"
+        unit = row["unit"]
+        line = Text(f"           {signal_name(name):<26}{in_unit(row['before'], unit):>15}{in_unit(row['after'], unit, False):>9}"
                     f"{number(before, 2):>9}  → {number(after, 2):>5}")
         line.truncate(WIDTH)
         if after > NEAR:

@@ -34,7 +34,8 @@ _NAMES = {
     "electrical_power": "electrical power", "pump_1": "pump 1", "pump_2": "pump 2", "line_a": "line A", "line_b": "line B",
 }
 _STRENGTH = ((25.0, "very strong"), (9.0, "strong"), (4.0, "some"))
-_AMOUNT = re.compile(r"(?P<low>[−-]?\d+(?:\.\d+)?(?:e[+-]?\d+)?)(?P<to> to )(?P<high>[−-]?\d+(?:\.\d+)?(?:e[+-]?\d+)?) (?P<unit>rad/s|Pa|m/s|m|K)$")
+_NUMBER = r"[−-]?\d+(?:\.\d+)?(?:e[+-]?\d+)?"
+_AMOUNT = re.compile(rf"(?P<low>{_NUMBER}) to (?P<high>{_NUMBER}) (?P<unit>rad/s|Pa|m/s|m|K)$")
 _AXIS = re.compile(r"^(?P<name>.*?),? *[\[(]?(?P<unit>rad/s|Pa|m/s|m3/s|N\*m|degC|K|m|s|A|W|V)[\])]?$")
 
 
@@ -72,12 +73,27 @@ def percent(probability: float) -> str:
     return f"{100.0 * probability:.0f} %"
 
 
+def closed(fraction: float) -> str:
+    """The share of a gap that was closed; all of it where what is left lies below the floor."""
+    if fraction >= 1.0:
+        return "all"
+    return f"{100.0 * fraction:.0f} %".replace("-", "−")
+
+
 def strength(gain: float) -> str:
-    """How much a chi-square gained by an effect says, in words; below 4 (two standard deviations) it is chance."""
-    for least, word in _STRENGTH:
-        if abs(gain) >= least:
-            return f"{word} {'for' if gain > 0.0 else 'against'}"
-    return "says nothing"
+    """How strong the evidence of a chi-square is, in words; below 4 (two standard deviations) it is chance."""
+    return next((word for least, word in _STRENGTH if abs(gain) >= least), "")
+
+
+def leaning(gain: float) -> str:
+    """The same with its direction, such as `strong, for it`."""
+    word = strength(gain)
+    return f"{word}, {'for' if gain > 0.0 else 'against'} it" if word else "says nothing"
+
+
+def capital(said: str) -> str:
+    """The words with a capital first letter; the others stay."""
+    return said[:1].upper() + said[1:]
 
 
 def regime_name(regime: str) -> str:

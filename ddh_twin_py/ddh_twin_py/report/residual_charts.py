@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,13 +11,16 @@ from ddh_twin_py.gap.diagnosis import Diagnosis, Trace
 from ddh_twin_py.report import charts
 from ddh_twin_py.report import document as doc
 from ddh_twin_py.report.curve_plot import Curve, curve_plot
-from ddh_twin_py.report.gap_words import NEAR, axis_scale, signal_name
+from ddh_twin_py.report.gap_words import NEAR, axis_scale, capital, signal_name
+from ddh_twin_py.report.times import going_on
 from ddh_twin_py.report.units import ZERO_CELSIUS, number, shown
 
 BINS = 16
 """Classes of a variable, of equal width between its 1st and 99th percentile."""
 LEAST = 6
 """Samples that a class needs to be drawn."""
+GAP = 6.0
+"""Usual steps of time above which data were left out between two samples."""
 _MOST_POINTS = 6000
 _OPEN = 4
 """Signals drawn unfolded, those that are furthest off before."""
@@ -57,6 +60,21 @@ def binned(variable: np.ndarray, residual: np.ndarray, bins: int = BINS, least: 
     return Binned(*columns, int(x.size))
 
 
+def broken(time: np.ndarray, series: Sequence[np.ndarray]) -> tuple[np.ndarray, list[np.ndarray]]:
+    """Time that always rises and series with a missing sample wherever data were left out, so that no line crosses the gap.
+
+    Args:
+        time: s, (n,). series: arrays (n,). A gap is a step of more than `GAP` usual ones.
+    """
+    time = going_on(time)
+    step = np.diff(time)
+    if not step.size:
+        return time, list(series)
+    wide = np.flatnonzero(step > GAP * np.median(step))
+    middle = 0.5 * (time[wide] + time[wide + 1])
+    return np.insert(time, wide + 1, middle), [np.insert(np.asarray(s, dtype=float), wide + 1, np.nan) for s in series]
+
+
 def along(trace: Trace, axis: tuple[np.ndarray, np.ndarray]) -> np.ndarray:
     """A variable at the times of a trace, NaN outside of its own span."""
     time, values = axis
@@ -74,17 +92,17 @@ def residual_sections(diagnosis: Diagnosis) -> list[doc.Html]:
     far = [n for n in order if _times(diagnosis, n, "before") > NEAR or _times(diagnosis, n, "after") > NEAR]
     shown_open = far[:_OPEN] or order[:1]
     spans = [t.time for t in diagnosis.traces.values() if t.time.size]
-    domain = (min(float(t[0]) for t in spans), max(float(t[-1]) for t in spans)) if spans else (0.0, 1.0)
+    domain = (min(float(t[0]) for t in spans), max(float(going_on(t)[-1]) for t in spans)) if spans else (0.0, 1.0)
     blocks = []
     for name in order:
         block = _signal(name, diagnosis.traces[name], diagnosis.axes, domain)
         if not block:
             continue
+        title = f"{capital(signal_name(name))}: {_said(diagnosis, name)}"
         if name in shown_open:
-            title = f"{signal_name(name)}: {_said(diagnosis, name)}"
-            blocks.append(doc.Html(f"<h3>{doc.text(title[0].upper() + title[1:])}</h3>{block}"))
+            blocks.append(doc.Html(f"<h3>{doc.text(title)}</h3>{block}"))
         else:
-            blocks.append(doc.details(f"{signal_name(name).capitalize()}: {_said(diagnosis, name)}", block))
+            blocks.append(doc.details(title, block))
     return blocks
 
 
@@ -103,20 +121,21 @@ def _said(diagnosis: Diagnosis, name: str) -> str:
 
 
 def _signal(name: str, trace: Trace, axes: Mapping, domain: tuple[float, float]) -> doc.Html:
+    if not trace.time.size:
+        return doc.Html("")
     unit = shown(trace.unit)
+    time, (measured, before, after) = broken(trace.time, (trace.measured, trace.before, trace.after))
     shift = ZERO_CELSIUS if trace.unit == "K" else 0.0
     label = "°C" if trace.unit == "K" else unit.unit
     lines = [
-        charts.Trace("measured", "measured", (trace.measured - shift) * unit.factor),
-        charts.Trace("before", "predicted", (trace.before - shift) * unit.factor),
-        charts.Trace("after", "fused", (trace.after - shift) * unit.factor),
+        charts.Trace("measured", "measured", (measured - shift) * unit.factor),
+        charts.Trace("before", "predicted", (before - shift) * unit.factor),
+        charts.Trace("after", "fused", (after - shift) * unit.factor),
     ]
     chart = charts.Chart(
-        signal_name(name).capitalize(), label, trace.time, lines, digits=unit.digits, height=190, wide=True,
-        differences=((0, 1), (0, 2)), floor=trace.floor * unit.factor, most=_MOST_POINTS,
+        "Measured and twin, and their difference", label, time, lines, digits=unit.digits, height=170, wide=True,
+        differences=((0, 1), (0, 2)), floor=trace.floor * unit.factor, below=140, most=_MOST_POINTS,
     )
-    if not trace.time.size:
-        return doc.Html("")
     return doc.Html(charts.charts([chart], domain) + _against(trace, axes))
 
 

@@ -137,7 +137,7 @@
     const box = figure.querySelector(".plot");
     const x = new Float32Array(bytes(spec.x));
     const columns = spec.y.map(unpack);
-    const below = spec.differences ? { titled: true, height: 92, digits: spec.digits, floor: spec.floor, lines: [] } : null;
+    const below = spec.differences ? { titled: true, height: spec.below, digits: spec.digits, floor: spec.floor, lines: [] } : null;
     spec.floor = 0;
     const main = plot(box, spec, [x].concat(columns.map(withGaps)), Boolean(below));
     const all = [main];
