@@ -60,8 +60,8 @@ _LABEL = {  # where name and value stand: x, y, anchor, on one line
 }
 _NAME = {
     "drive": "drive", "motor": "motor", "pump_1": "pump 1", "pump_2": "pump 2", "relief_valve": "relief valve",
-    "check_valve": "check valves", "line_a": "line A", "line_b": "line B", "cylinder": "cylinder", "load": "load", "tank": "tank", "oil": "oil", "ambient": "ambient air",
-    "sensor": "sensors",
+    "check_valve": "check valves", "line_a": "line A", "line_b": "line B", "cylinder": "cylinder", "load": "load", "tank": "tank",
+    "oil": "oil", "ambient": "ambient air", "sensor": "sensors",
 }
 _ORDER = ("ambient", "oil", "tank", "check_valve", "relief_valve", "line_a", "line_b", "cylinder", "load", "drive", "motor",
           "pump_1", "pump_2", "sensor")

@@ -122,8 +122,8 @@ def _next_test(test: dict | None) -> doc.Html:
     blocks = [f'<p class="found"><strong>{doc.text(test["description"])}</strong></p>']
     if told:
         blocks.append(doc.paragraph(f"It tells {told}."))
-    blocks.append(doc.note(f"Expected separation {number(size, 1)}: after it the odds of the right one against the other are expected to be "
-                           f"{odds} as high as before (log Bayes factor: the natural logarithm of that)."))
+    blocks.append(doc.note(f"Expected separation {number(size, 1)}: after it the odds of the right one against the other are expected "
+                           f"to be {odds} as high as before (log Bayes factor: the natural logarithm of that)."))
     return doc.Html("".join(blocks))
 
 

@@ -88,15 +88,14 @@ def _signals(report: dict) -> list[Text]:
         return []
     if not rows:
         return [Text(f"signals    all {len(worst)} within {NEAR:g} times their noise floor")]
-    lines = [Text(f"signals    {'RMS of what the twin misses':<32}{'before':>9}{'after':>9}  × floor  → after")]
+    lines = [Text(f"{'signals':<11}{'RMS of what the twin misses':<29}{'before → after':>20}{'× noise floor':>20}")]
     for name, row in rows[:_MOST_SIGNALS]:
-        before, after = row["before"] / row["noise"], row["after"] / row["noise"]
-        unit = row["unit"]
-        line = Text(f"           {signal_name(name):<26}{in_unit(row['before'], unit):>15}{in_unit(row['after'], unit, False):>9}"
-                    f"{number(before, 2):>9}  → {number(after, 2):>5}")
+        before, after, unit = row["before"] / row["noise"], row["after"] / row["noise"], row["unit"]
+        sizes = f"{in_unit(row['before'], unit, False)} → {in_unit(row['after'], unit)}"
+        line = Text(f"{'':<11}{signal_name(name):<27}{sizes:>22}{f'{number(before, 2)} → {number(after, 2)}':>20}")
         line.truncate(WIDTH)
         if after > NEAR:
-            line.stylize(STYLE["fair"], len(line) - 6)
+            line.stylize(STYLE["fair"], len(line) - len(number(after, 2)))
         lines.append(line)
     if len(worst) > len(rows[:_MOST_SIGNALS]):
         near = sum(row["after"] <= NEAR * row["noise"] for _, row in worst)
