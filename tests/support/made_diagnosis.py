@@ -51,7 +51,7 @@ def _traces(kind, time, speed, oil, rng):
         when, drive, warm = (time[::20], speed[::20], oil[::20]) if "/" in name else (time, speed, oil)
         if name == "rod_position":
             when, drive, warm = time[::200], speed[::200], oil[::200]
-        level = {"K": 300.0, "Pa": 6e6}.get(unit, 10.0)
+        level = {"K": 300.0, "Pa": 6e6, "m/s": 0.07, "m": 0.0}.get(unit, 10.0)
         measured = level + 0.02 * level * np.sin(when / 9.0) + 0.6 * floor * rng.normal(size=when.size)
         shape = {"speed": drive / 35.0, "warm": (warm - warm[0]) / max(np.ptp(warm), 1e-9) * 1.7, "none": np.zeros(when.size)}[cause]
         size = 0.0 if kind in _NO_GAP else np.sqrt(max(off**2 - 0.36, 0.0))

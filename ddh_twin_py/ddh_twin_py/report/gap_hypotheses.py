@@ -19,7 +19,7 @@ from ddh_twin_py.report.gap_words import (
     signal_name,
     strength,
 )
-from ddh_twin_py.report.units import in_unit, number, plain, plus_minus
+from ddh_twin_py.report.units import number, plus_minus
 
 _NOTICEABLE = 0.01
 """Probability from which on a hypothesis is shown unfolded."""
@@ -107,8 +107,7 @@ def _effect(effect: str, w: Weighed) -> doc.Html:
     known = EFFECTS.get(effect)
     if effect in w.values:
         value, std, unit, nominal = w.values[effect]
-        against = "" if nominal is None else f" (without the effect {in_unit(nominal, unit)})" if nominal == 0.0 else (
-            f" (without the effect {plain_in(nominal, unit)})")
+        against = "" if nominal is None else f" (without the effect {plus_minus(nominal, None, unit)})"
         name = parameter_of(effect) or effect_name(effect)
         blocks.append(f'<p class="found">{doc.text(capital(name))}: <strong>{doc.text(plus_minus(value, std, unit))}</strong>'
                       f"{doc.text(against)}</p>")
@@ -117,11 +116,6 @@ def _effect(effect: str, w: Weighed) -> doc.Html:
         rows = (("Law", known.law), ("What it shows", known.signature), ("How to check on the machine", known.check))
         blocks.append('<dl class="about">' + "".join(f"<dt>{name}</dt><dd>{doc.text(said)}</dd>" for name, said in rows if said) + "</dl>")
     return doc.Html("".join(blocks))
-
-
-def plain_in(value: float, unit: str) -> str:
-    """A value in the unit that people read, three figures."""
-    return plus_minus(value, None, unit)
 
 
 def _values(w: Weighed) -> str:
@@ -176,9 +170,10 @@ def _bar(share: float, words: str) -> str:
 
 
 def _signed(gain: float, largest: float) -> doc.Html:
+    """A bar to the right of a middle line for what speaks for it, to the left for what speaks against it."""
     side = "for" if gain >= 0.0 else "against"
-    bar = f'<i style="width:{50.0 * abs(gain) / largest:.1f}%"></i>'
-    return doc.Html(f'<div class="signed {side}">{bar}<span>{doc.text(plain(gain))}</span></div>')
+    bar = f'<i class="{side}" style="width:{100.0 * min(1.0, abs(gain) / largest):.1f}%"></i>'
+    return doc.Html(f'<div class="signed">{bar}<span>{doc.text(number(gain, 0 if abs(gain) >= 100.0 else 1))}</span></div>')
 
 
 def _wrapped(table: doc.Html) -> doc.Html:

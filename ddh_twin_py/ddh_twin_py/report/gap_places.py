@@ -24,16 +24,14 @@ def drawings(diagnosis: Diagnosis) -> doc.Html:
                           else "The record does not say where anything is missing.")
             + f'<div class="phases"><figure class="phase wide">{circuit_drawing({}, "The DDH circuit, nothing is missing")}</figure></div>'
         )
-    whole = _whole(rows)
-    phases = [p for p in PHASES if p != "all"]
-    figures = [_figure("All phases together", "share of everything that is missing", whole, wide=True)]
-    if any(row.phase != "all" for row in rows):
-        for phase in phases:
-            own = [row for row in rows if row.phase == phase]
-            figures.append(_figure(phase.capitalize(), PHASE_MEANING[phase], _of_phase(own)))
-    if any(row.phase == "all" for row in rows):
-        figures.append(_figure("In no phase more than in another", "what is missing at all times alike", _of_phase(
-            [row for row in rows if row.phase == "all"])))
+    by_phase = {phase: [row for row in rows if row.phase == phase] for phase in PHASES}
+    if len(by_phase["all"]) == len(rows):
+        figures = [_figure("All phases alike", "what is missing at all times", _of_phase(rows), wide=True)]
+    else:
+        figures = [_figure("All phases together", "share of everything that is missing", _whole(rows), wide=True)]
+        figures += [_figure(p.capitalize(), PHASE_MEANING[p], _of_phase(own)) for p, own in by_phase.items() if p != "all"]
+        if by_phase["all"]:
+            figures.append(_figure("All phases alike", "what is missing at all times", _of_phase(by_phase["all"])))
     return doc.Html(
         doc.paragraph("What is missing is what would have to be added at a place of the twin for it to agree with the rig: a flow, a "
                       "force, a torque, a heat, or a reading. A minus means that the rig has less of it than the twin.")

@@ -68,8 +68,8 @@ def _key_figures(diagnosis: Diagnosis) -> list[doc.Figure]:
         for row in report["where"]:
             shares[row["component"]] = shares.get(row["component"], 0.0) + row["share"]
         name = max(shares, key=shares.get)
-        cards.append(doc.Figure("Where", capital(component_name(name)), f"{percent(shares[name])} of what is missing; most in "
-                                f"{'no phase more than in another' if first['phase'] == 'all' else first['phase']}"))
+        most = "all phases alike" if first["phase"] == "all" else f"most in {first['phase']}"
+        cards.append(doc.Figure("Where", capital(component_name(name)), f"{percent(shares[name])} of what is missing; {most}"))
     if report["shrink"]:
         near = sum(row["after"] <= NEAR * row["noise"] for row in report["shrink"].values())
         cards.append(doc.Figure("Signals explained", f"{near} of {len(report['shrink'])}", f"within {NEAR:g} × floor at the end"))

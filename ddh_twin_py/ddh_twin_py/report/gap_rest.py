@@ -8,7 +8,7 @@ from ddh_twin_py.gap.diagnosis import Diagnosis, Shape, Trace
 from ddh_twin_py.report import document as doc
 from ddh_twin_py.report.curve_plot import Curve, curve_plot
 from ddh_twin_py.report.gap_words import NEAR, axis_scale, capital, component_name, signal_name
-from ddh_twin_py.report.units import in_unit, number, plain, shown
+from ddh_twin_py.report.units import in_unit, number, plus_minus, shown
 
 PERSISTENT = 0.5
 """Correlation of neighbouring samples from which on a residual shows a pattern."""
@@ -73,7 +73,7 @@ def unknown(diagnosis: Diagnosis) -> doc.Html:
     hangs = " It changes with none of the variables that were looked at."
     if depends:
         hangs = f" It changes with {depends}" + (", strongest first." if len(found["depends_on"]) > 1 else ".")
-    words = (f"{capital(component_name(found['component']))}, {found['domain']}: about {plain_in_unit(found['size'], found['unit'])} "
+    words = (f"{capital(component_name(found['component']))}, {found['domain']}: about {plus_minus(found['size'], None, found['unit'])} "
              f"that no effect of the catalogue explains.{hangs}")
     return doc.Html(doc.paragraph(words) + shapes(diagnosis.shapes))
 
@@ -91,12 +91,6 @@ def shapes(several: list[Shape]) -> doc.Html:
         return doc.Html("")
     note = doc.note("Line: what is missing over the variable. Band: two standard deviations, it holds the truth 19 times out of 20.")
     return doc.Html(f'<div class="plots large">{"".join(plots)}</div>{note}')
-
-
-def plain_in_unit(value: float, unit: str) -> str:
-    """Three figures in the unit that people read."""
-    s = shown(unit)
-    return f"{plain(value * s.factor)} {s.unit}".rstrip()
 
 
 def _variable(name: str) -> str:
