@@ -37,8 +37,8 @@ def hypotheses(diagnosis: Diagnosis) -> doc.Html:
     weighed = diagnosis.weighed
     if not weighed:
         return doc.paragraph("No hypothesis could be weighed with this record.")
-    leading = [w for w in weighed if w.probability >= _NOTICEABLE][:_MOST_OPEN] or list(weighed[:1])
-    rest = [w for w in weighed if w not in leading]
+    count = min(_MOST_OPEN, max(1, sum(w.probability >= _NOTICEABLE for w in weighed)))
+    leading, rest = weighed[:count], weighed[count:]
     blocks = [
         doc.paragraph("Each hypothesis is an effect of the catalogue, or two together, added to the twin. Its probability weighs how much "
                       "better the twin then agrees against how freely the hypothesis could have been chosen; all of them sum to 100 %."),
@@ -48,7 +48,8 @@ def hypotheses(diagnosis: Diagnosis) -> doc.Html:
         columns = (doc.Column("Hypothesis", number=False), doc.Column("Probability"), doc.Column("Gap left", "× floor"),
                    doc.Column("Value", number=False))
         rows = [(capital(set_name(w.effects)), percent(w.probability), number(w.gap_after, 2), _values(w)) for w in rest]
-        blocks.append(doc.details(f"{len(rest)} further, less probable", _wrapped(doc.table(columns, rows))))
+        said = "One further hypothesis, less probable" if len(rest) == 1 else f"{len(rest)} further hypotheses, less probable"
+        blocks.append(doc.details(said, _wrapped(doc.table(columns, rows))))
     return doc.Html("".join(blocks))
 
 
@@ -113,7 +114,9 @@ def _effect(effect: str, w: Weighed) -> doc.Html:
                       f"{doc.text(against)}</p>")
     if known is not None:
         blocks.append(doc.paragraph(known.about))
-        rows = (("Law", known.law), ("What it shows", known.signature), ("How to check on the machine", known.check))
+        alike = ", ".join(effect_name(e) for e in known.confused_with)
+        rows = (("Law", known.law), ("What it shows", known.signature), ("Often taken for", alike),
+                ("How to check on the machine", known.check))
         blocks.append('<dl class="about">' + "".join(f"<dt>{name}</dt><dd>{doc.text(said)}</dd>" for name, said in rows if said) + "</dl>")
     return doc.Html("".join(blocks))
 
@@ -159,8 +162,8 @@ def _evidence(w: Weighed, folded: bool) -> doc.Html:
         rows.append((signal_name(name), bar, "–" if gain is None else leaning(gain), mark))
     caption = "Evidence signal by signal"
     if folded:
-        return doc.details(caption, doc.table(columns, rows), doc.note(EVIDENCE))
-    return doc.Html(doc.table(columns, rows, caption) + doc.note(EVIDENCE))
+        return doc.details(caption, _snug(doc.table(columns, rows)), doc.note(EVIDENCE))
+    return doc.Html(_snug(doc.table(columns, rows, caption)) + doc.note(EVIDENCE))
 
 
 def _bar(share: float, words: str) -> str:
@@ -174,6 +177,10 @@ def _signed(gain: float, largest: float) -> doc.Html:
     side = "for" if gain >= 0.0 else "against"
     bar = f'<i class="{side}" style="width:{100.0 * min(1.0, abs(gain) / largest):.1f}%"></i>'
     return doc.Html(f'<div class="signed">{bar}<span>{doc.text(number(gain, 0 if abs(gain) >= 100.0 else 1))}</span></div>')
+
+
+def _snug(table: doc.Html) -> doc.Html:
+    return doc.Html(f'<div class="snug">{table}</div>')
 
 
 def _wrapped(table: doc.Html) -> doc.Html:

@@ -37,11 +37,12 @@ def _table(parameters: Sequence[FittedParameter], rig: Rig) -> doc.Html:
         doc.Column("Parameter", number=False), doc.Column("Unit", number=False), doc.Column("Prior ± std"), doc.Column("Fitted ± std"),
         doc.Column("Moved", "std of prior"), doc.Column("The recordings say", number=False), doc.Column("Source", number=False),
     )
-    return doc.table(columns, [
+    table = doc.table(columns, [
         (p.name, "" if p.unit == "1" else p.unit, f"{p.prior:.4g} ± {p.prior_std:.2g}", f"{p.value:.4g} ± {p.std:.2g}", number(p.moved, 2),
          _said(p.share), rig.quantities[p.name].source if p.name in rig.quantities else "")
         for p in parameters
     ])
+    return doc.Html(f'<div class="wrap-last">{table}</div>')
 
 
 def _said(share: float) -> doc.Html:

@@ -22,7 +22,7 @@ def drawings(diagnosis: Diagnosis) -> doc.Html:
         return doc.Html(
             doc.paragraph("Nothing is missing anywhere." if diagnosis.report["gap"]["before"] is not None
                           else "The record does not say where anything is missing.")
-            + f'<div class="phases"><figure class="phase wide">{circuit_drawing({}, "The DDH circuit, nothing is missing")}</figure></div>'
+            + f'<div class="phases"><div class="phase wide"><div class="scroll">{circuit_drawing({}, "The DDH circuit")}</div></div></div>'
         )
     by_phase = {phase: [row for row in rows if row.phase == phase] for phase in PHASES}
     if len(by_phase["all"]) == len(rows):
@@ -49,11 +49,12 @@ def lacking_table(rows: Sequence[Lack], caption: str = "") -> doc.Html:
         doc.Column("Share", "of all that is missing"), doc.Column("How sure", number=False),
     )
     ordered = sorted(rows, key=lambda r: (bool(r.regime), -r.share))
-    return doc.table(columns, [
+    table = doc.table(columns, [
         (capital(component_name(r.component)), r.domain, r.phase,
          regime_name(r.regime) or "all", plus_minus(r.value, r.std, r.unit, sign=True), percent(r.share), sureness(r.value, r.std))
         for r in ordered
     ], caption)
+    return doc.Html(f'<div class="snug">{table}</div>')
 
 
 def sureness(value: float, std: float) -> doc.Html:
@@ -66,10 +67,10 @@ def sureness(value: float, std: float) -> doc.Html:
 
 def _figure(title: str, words: str, tints: dict[str, Tint], wide: bool = False) -> str:
     said = "; ".join(t.title for t in tints.values()) or "nothing is missing here"
-    head = f'<figcaption>{doc.text(title)} <span class="unit">{doc.text(words)}</span></figcaption>'
+    head = f'<p class="caption">{doc.text(title)} <span class="unit">{doc.text(words)}</span></p>'
     return (
-        f'<figure class="phase{" wide" if wide else ""}">{head}<div class="scroll">{circuit_drawing(tints, f"{title}: {said}")}</div>'
-        f"{doc.note(capital(said) + '.')}</figure>"
+        f'<div class="phase{" wide" if wide else ""}">{head}<div class="scroll">{circuit_drawing(tints, f"{title}: {said}")}</div>'
+        f"{doc.note(capital(said) + '.')}</div>"
     )
 
 

@@ -11,7 +11,7 @@ from ddh_twin_py.report.gap_hypotheses import between, classes, effects_ranked, 
 from ddh_twin_py.report.gap_parameters import parameters_table
 from ddh_twin_py.report.gap_places import drawings, lacking_table
 from ddh_twin_py.report.gap_rest import shrink_table, unknown
-from ddh_twin_py.report.gap_words import NEAR, VERDICTS, capital, closed, component_name, percent, set_name
+from ddh_twin_py.report.gap_words import NEAR, VERDICTS, capital, closed, component_name, percent, set_name, times_floor
 from ddh_twin_py.report.residual_charts import residual_sections
 from ddh_twin_py.report.units import number
 
@@ -31,6 +31,8 @@ def gap_document(diagnosis: Diagnosis) -> doc.Document:
     page = doc.Document("Gap diagnosis", _title(diagnosis), diagnosis.sentence, _end(diagnosis), VERDICTS[report["verdict"]][1])
     page.add("In short", doc.figures(_key_figures(diagnosis)), doc.note(_FLOOR), notes if report["verdict"] == "insufficient" else "")
     page.add("Where", drawings(diagnosis))
+    if report["verdict"] == "insufficient" and not diagnosis.traces:
+        return page
     page.add("Why", hypotheses(diagnosis), effects_ranked(diagnosis))
     page.add("What cannot be told apart", classes(diagnosis))
     if diagnosis.traces:
@@ -59,6 +61,9 @@ def _key_figures(diagnosis: Diagnosis) -> list[doc.Figure]:
         cards += [
             doc.Figure("Gap as given", f"{number(gap['as_is'], 2)} ×", "noise floor; nothing fitted"),
             doc.Figure("Parameters fitted", f"{number(gap['before'], 2)} ×", "noise floor; no effect added"),
+        ]
+    if gap["after"] is not None and leading and leading.effects:
+        cards += [
             doc.Figure("With the cause added", f"{number(gap['after'], 2)} ×", "noise floor" if gap["closed_fraction"] is None else
                        f"noise floor; {closed(gap['closed_fraction'])} of the gap closed"),
         ]
@@ -71,7 +76,7 @@ def _key_figures(diagnosis: Diagnosis) -> list[doc.Figure]:
         most = "all phases alike" if first["phase"] == "all" else f"most in {first['phase']}"
         cards.append(doc.Figure("Where", capital(component_name(name)), f"{percent(shares[name])} of what is missing; {most}"))
     if report["shrink"]:
-        near = sum(row["after"] <= NEAR * row["noise"] for row in report["shrink"].values())
+        near = sum(times_floor(row, "after") <= NEAR for row in report["shrink"].values())
         cards.append(doc.Figure("Signals explained", f"{near} of {len(report['shrink'])}", f"within {NEAR:g} × floor at the end"))
     count = {kind: len(paths) for kind, paths in diagnosis.recordings.items()}
     cards.append(doc.Figure("Rig as built", "recorded" if count.get("commissioning") else "not recorded",

@@ -7,7 +7,7 @@ import numpy as np
 from ddh_twin_py.gap.diagnosis import Diagnosis, Shape, Trace
 from ddh_twin_py.report import document as doc
 from ddh_twin_py.report.curve_plot import Curve, curve_plot
-from ddh_twin_py.report.gap_words import NEAR, axis_scale, capital, component_name, signal_name
+from ddh_twin_py.report.gap_words import NEAR, axis_scale, capital, component_name, signal_name, times_floor
 from ddh_twin_py.report.units import in_unit, number, plus_minus, shown
 
 PERSISTENT = 0.5
@@ -54,8 +54,8 @@ def shrink_table(diagnosis: Diagnosis) -> doc.Html:
         doc.Column("Before", "× floor"), doc.Column("After", "× floor"), doc.Column("What is left", number=False),
     )
     rows = []
-    for name, row in sorted(shrink.items(), key=lambda item: -item[1]["before"] / item[1]["noise"]):
-        before, after = row["before"] / row["noise"], row["after"] / row["noise"]
+    for name, row in sorted(shrink.items(), key=lambda item: -times_floor(item[1], "before")):
+        before, after = times_floor(row, "before"), times_floor(row, "after")
         rows.append((capital(signal_name(name)), in_unit(row["before"], row["unit"]), in_unit(row["after"], row["unit"]),
                      in_unit(row["noise"], row["unit"]), number(before, 2), number(after, 2), judged(after, diagnosis.traces.get(name))))
     return doc.Html(doc.table(columns, rows) + doc.note(

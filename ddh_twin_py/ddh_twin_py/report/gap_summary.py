@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from rich.console import Console
 from rich.text import Text
 
-from ddh_twin_py.report.gap_words import NEAR, VERDICTS, closed, component_name, effect_name, percent, set_name, signal_name
+from ddh_twin_py.report.gap_words import NEAR, VERDICTS, closed, component_name, effect_name, percent, set_name, signal_name, times_floor
 from ddh_twin_py.report.summary import STYLE
 from ddh_twin_py.report.units import in_unit, number, plus_minus
 
@@ -82,15 +82,15 @@ def _places(report: dict) -> list[Text]:
 
 
 def _signals(report: dict) -> list[Text]:
-    worst = sorted(report["shrink"].items(), key=lambda item: -item[1]["before"] / item[1]["noise"])
-    rows = [item for item in worst if item[1]["before"] > NEAR * item[1]["noise"] or item[1]["after"] > NEAR * item[1]["noise"]]
+    worst = sorted(report["shrink"].items(), key=lambda item: -times_floor(item[1], "before"))
+    rows = [item for item in worst if max(times_floor(item[1], "before"), times_floor(item[1], "after")) > NEAR]
     if not report["shrink"]:
         return []
     if not rows:
         return [Text(f"signals    all {len(worst)} within {NEAR:g} times their noise floor")]
     lines = [Text(f"{'signals':<11}{'RMS of what the twin misses':<29}{'before → after':>20}{'× noise floor':>20}")]
     for name, row in rows[:_MOST_SIGNALS]:
-        before, after, unit = row["before"] / row["noise"], row["after"] / row["noise"], row["unit"]
+        before, after, unit = times_floor(row, "before"), times_floor(row, "after"), row["unit"]
         sizes = f"{in_unit(row['before'], unit, False)} → {in_unit(row['after'], unit)}"
         line = Text(f"{'':<11}{signal_name(name):<27}{sizes:>22}{f'{number(before, 2)} → {number(after, 2)}':>20}")
         line.truncate(WIDTH)
@@ -98,7 +98,7 @@ def _signals(report: dict) -> list[Text]:
             line.stylize(STYLE["fair"], len(line) - len(number(after, 2)))
         lines.append(line)
     if len(worst) > len(rows[:_MOST_SIGNALS]):
-        near = sum(row["after"] <= NEAR * row["noise"] for _, row in worst)
+        near = sum(times_floor(row, "after") <= NEAR for _, row in worst)
         lines.append(Text(f"           {near} of {len(worst)} signals end within {NEAR:g} times their floor"))
     return lines
 

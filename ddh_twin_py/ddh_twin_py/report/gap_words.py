@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Mapping
 
 from ddh_twin_py.gap.catalogue import EFFECTS
 from ddh_twin_py.report.units import ZERO_CELSIUS, plain, shown, words
@@ -33,6 +34,16 @@ _NAMES = {
     "pressure_piston_side": "pressure, piston side", "pressure_rod_side": "pressure, rod side", "rod_position": "stroke error",
     "electrical_power": "electrical power", "pump_1": "pump 1", "pump_2": "pump 2", "line_a": "line A", "line_b": "line B",
 }
+_EFFECT_NAMES = {
+    "motor.pwm_loss": "motor: PWM loss", "oil.viscosity_temperature": "oil: viscosity over temperature",
+    "pump_1.cooling": "pumps: cooling of both cases", "relief_valve.setting": "relief valve: opening pressure",
+    "check_valve.cracking": "check valve: cracking pressure",
+    "sensor.pressure_piston_side_offset": "sensor: zero of the piston-side pressure",
+    "sensor.pressure_rod_side_offset": "sensor: zero of the rod-side pressure",
+    "sensor.pressure_rod_side_gain": "sensor: span of the rod-side pressure",
+    "sensor.temperature_lag": "sensor: lag on surfaces", "sensor.surface_contact": "sensor: contact with surfaces",
+    "sensor.time_skew": "sensor: clocks apart",
+}
 _STRENGTH = ((25.0, "very strong"), (9.0, "strong"), (4.0, "some"))
 _NUMBER = r"[−-]?\d+(?:\.\d+)?(?:e[+-]?\d+)?"
 _AMOUNT = re.compile(rf"(?P<low>{_NUMBER}) to (?P<high>{_NUMBER}) (?P<unit>rad/s|Pa|m/s|m|K)$")
@@ -55,6 +66,8 @@ def effect_name(effect: str) -> str:
     """An effect in words, such as `pump 1: leakage`."""
     if effect == UNKNOWN:
         return "a cause outside the catalogue"
+    if effect in _EFFECT_NAMES:
+        return _EFFECT_NAMES[effect]
     component, _, name = effect.partition(".")
     return f"{component_name(component)}: {words(name)}" if name else words(effect)
 
@@ -78,6 +91,11 @@ def closed(fraction: float) -> str:
     if fraction >= 1.0:
         return "all"
     return f"{100.0 * fraction:.0f} %".replace("-", "−")
+
+
+def times_floor(row: Mapping[str, float], when: str) -> float:
+    """RMS of a row of the report's shrink over its noise floor; ``when`` is before or after."""
+    return row[when] / row["noise"] if row["noise"] > 0.0 else math.inf
 
 
 def strength(gain: float) -> str:

@@ -11,7 +11,7 @@ from ddh_twin_py.gap.diagnosis import Diagnosis, Trace
 from ddh_twin_py.report import charts
 from ddh_twin_py.report import document as doc
 from ddh_twin_py.report.curve_plot import Curve, curve_plot
-from ddh_twin_py.report.gap_words import NEAR, axis_scale, capital, signal_name
+from ddh_twin_py.report.gap_words import NEAR, axis_scale, capital, signal_name, times_floor
 from ddh_twin_py.report.times import going_on
 from ddh_twin_py.report.units import ZERO_CELSIUS, number, shown
 
@@ -109,7 +109,7 @@ def residual_sections(diagnosis: Diagnosis) -> list[doc.Html]:
 def _times(diagnosis: Diagnosis, name: str, when: str) -> float:
     row = diagnosis.report["shrink"].get(name)
     if row is not None:
-        return row[when] / row["noise"]
+        return times_floor(row, when)
     trace = diagnosis.traces[name]
     off = trace.measured - getattr(trace, when)
     off = off[np.isfinite(off)]
