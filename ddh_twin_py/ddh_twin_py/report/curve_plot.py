@@ -10,7 +10,8 @@ import numpy as np
 
 from ddh_twin_py.report.document import Html, text
 
-_LEFT, _RIGHT, _TOP, _BOTTOM = 46.0, 10.0, 10.0, 34.0
+_LEFT, _RIGHT, _TOP, _BOTTOM = 46.0, 10.0, 20.0, 34.0
+_PER_TICK = 32.0, 58.0  # pixels down and along
 
 
 @dataclass(frozen=True)
@@ -32,7 +33,7 @@ class Curve:
     band: bool = True
 
 
-def curve_plot(curves: Sequence[Curve], x_title: str, y_title: str, floor: float = 0.0, width: int = 300, height: int = 170) -> Html:
+def curve_plot(curves: Sequence[Curve], x_title: str, y_title: str, floor: float = 0.0, width: int = 300, height: int = 180) -> Html:
     """The plot, zero line included; nothing where no curve has a point.
 
     Args:
@@ -56,14 +57,14 @@ def curve_plot(curves: Sequence[Curve], x_title: str, y_title: str, floor: float
     def py(y):
         return _TOP + (y_high - y) / (y_high - y_low) * (height - _TOP - _BOTTOM)
 
-    parts = []
+    parts = [f'<text x="4" y="11">{text(y_title)}</text>']
     if floor > 0.0:
         parts.append(f'<rect class="floor" x="{_LEFT:.0f}" y="{py(floor):.1f}" width="{width - _LEFT - _RIGHT:.0f}" '
                      f'height="{py(-floor) - py(floor):.1f}"/>')
-    for value in ticks(y_low, y_high, 4):
+    for value in ticks(y_low, y_high, (height - _TOP - _BOTTOM) / _PER_TICK[0]):
         parts.append(f'<path class="grid" d="M{_LEFT:.0f} {py(value):.1f}H{width - _RIGHT:.0f}"/>'
                      f'<text x="{_LEFT - 5:.0f}" y="{py(value) + 4:.1f}" text-anchor="end">{written(value)}</text>')
-    for value in ticks(x_low, x_high, 5):
+    for value in ticks(x_low, x_high, (width - _LEFT - _RIGHT) / _PER_TICK[1]):
         parts.append(f'<text x="{px(value):.1f}" y="{height - _BOTTOM + 14:.0f}" text-anchor="middle">{written(value)}</text>')
     parts.append(f'<path class="zero" d="M{_LEFT:.0f} {py(0.0):.1f}H{width - _RIGHT:.0f}"/>')
     for curve in kept:
@@ -80,7 +81,7 @@ def curve_plot(curves: Sequence[Curve], x_title: str, y_title: str, floor: float
     return Html(f'<svg class="curves" viewBox="0 0 {width} {height}" role="img" aria-label="{text(said)}">{"".join(parts)}</svg>')
 
 
-def ticks(low: float, high: float, about: int) -> list[float]:
+def ticks(low: float, high: float, about: float) -> list[float]:
     """Round values between low and high, roughly that many."""
     span = high - low
     if not span > 0.0 or not math.isfinite(span):

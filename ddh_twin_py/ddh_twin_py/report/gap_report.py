@@ -40,7 +40,7 @@ def gap_document(diagnosis: Diagnosis) -> doc.Document:
     page.add("What is left", shrink_table(diagnosis))
     page.add("What no listed effect explains", unknown(diagnosis))
     page.add("What the twin lacks", _lacking(diagnosis))
-    page.add("The next test", _next_test(report["next_test"]))
+    page.add("The next test", _next_test(report["next_test"], report["verdict"]))
     page.add("Parameters of the rig", parameters_table(diagnosis.parameters, diagnosis.rig))
     if report["verdict"] != "insufficient":
         page.add("Notes", notes)
@@ -115,9 +115,10 @@ def _lacking(diagnosis: Diagnosis) -> doc.Html:
     return doc.Html("".join(blocks))
 
 
-def _next_test(test: dict | None) -> doc.Html:
+def _next_test(test: dict | None, verdict: str) -> doc.Html:
     if not test:
-        return doc.paragraph("Nothing is left to tell apart.")
+        return doc.paragraph("The catalogue does not hold the cause, so no duty is known that would tell more. Look at the machine where "
+                             "the gap lies." if verdict == "unknown" else "Nothing is left to tell apart.")
     told = between(test.get("between") or [])
     size = test["expected_separation"]
     if size > math.log(1e6):

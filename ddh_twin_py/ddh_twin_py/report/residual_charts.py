@@ -22,6 +22,8 @@ LEAST = 6
 GAP = 6.0
 """Usual steps of time above which data were left out between two samples."""
 _MOST_POINTS = 6000
+_MOST_BINNED = 20_000
+"""Samples that are sorted into classes: every second, third or so of a longer trace."""
 _OPEN = 4
 """Signals drawn unfolded, those that are furthest off before."""
 
@@ -52,9 +54,11 @@ def binned(variable: np.ndarray, residual: np.ndarray, bins: int = BINS, least: 
         first, last = float(x.min()), float(x.max())
     span = (last - first) or 1.0
     place = np.clip(((x - first) / span * bins).astype(int), 0, bins - 1)
+    order = np.argsort(place, kind="stable")
+    ends = np.searchsorted(place[order], np.arange(bins + 1))
     rows = [
-        (np.median(x[here]), *np.percentile(y[here], (50.0, 16.0, 84.0)))
-        for k in range(bins) if np.count_nonzero(here := place == k) >= least
+        (np.median(x[order[a:b]]), *np.percentile(y[order[a:b]], (50.0, 16.0, 84.0)))
+        for a, b in zip(ends[:-1], ends[1:], strict=True) if b - a >= least
     ]
     columns = np.array(rows).T if rows else np.zeros((4, 0))
     return Binned(*columns, int(x.size))
@@ -76,12 +80,12 @@ def broken(time: np.ndarray, series: Sequence[np.ndarray]) -> tuple[np.ndarray, 
 
 
 def along(trace: Trace, axis: tuple[np.ndarray, np.ndarray]) -> np.ndarray:
-    """A variable at the times of a trace, NaN outside of its own span."""
+    """A variable at the times of a trace, NaN outside of its own span; NaN alone where its own times do not rise."""
     time, values = axis
     if time.size == trace.time.size and np.array_equal(time, trace.time):
         return np.asarray(values, dtype=float)
     keep = np.isfinite(values)
-    if not keep.any():
+    if not keep.any() or (np.diff(time[keep]) <= 0.0).any():
         return np.full(trace.time.size, np.nan)
     return np.interp(trace.time, time[keep], np.asarray(values, dtype=float)[keep], left=np.nan, right=np.nan)
 
@@ -141,16 +145,19 @@ def _signal(name: str, trace: Trace, axes: Mapping, domain: tuple[float, float])
 
 def _against(trace: Trace, axes: Mapping) -> str:
     unit = shown(trace.unit)
+    every = max(1, -(-trace.time.size // _MOST_BINNED))
+    missing = [(label, role, ((trace.measured - predicted) * unit.factor)[::every])
+               for label, role, predicted in (("before", "predicted", trace.before), ("after", "fused", trace.after))]
     plots = []
     for name, axis in axes.items():
-        variable = along(trace, axis)
+        variable = along(trace, axis)[::every]
         finite = variable[np.isfinite(variable)]
         if not finite.size:
             continue
         said, axis_unit, factor, shift = axis_scale(name, float(finite.min()))
         curves = []
-        for label, role, predicted in (("before", "predicted", trace.before), ("after", "fused", trace.after)):
-            b = binned((variable - shift) * factor, (trace.measured - predicted) * unit.factor)
+        for label, role, residual in missing:
+            b = binned((variable - shift) * factor, residual)
             curves.append(Curve(label, role, b.at, b.median, b.low, b.high))
         if curves[0].at.size > 1:
             x_title = f"{said}, {axis_unit}" if axis_unit else said
