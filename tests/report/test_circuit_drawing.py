@@ -1,5 +1,7 @@
 """The drawing of the circuit: every component of the contract, well-formed, coloured as told."""
 
+import re
+from importlib import resources
 from xml.etree import ElementTree
 
 import pytest
@@ -55,3 +57,21 @@ def test_a_component_that_is_none_is_named():
 def test_steps_rise_with_the_share():
     steps = [step_of(share) for share in (0.0, 1e-6, 0.1, 0.3, 0.5, 1.0)]
     assert steps == [0, 1, 2, 3, 4, 5] and STEPS == 6
+
+
+def luminance(colour):
+    """Relative luminance of WCAG 2 of #rrggbb."""
+    channels = [int(colour[n:n + 2], 16) / 255.0 for n in (1, 3, 5)]
+    return sum(w * (c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4)
+               for w, c in zip((0.2126, 0.7152, 0.0722), channels, strict=True))
+
+
+@pytest.mark.parametrize("theme, sign", [("", -1), ('[data-theme="dark"]', 1)])
+def test_colours_are_told_apart_by_lightness_alone(theme, sign):
+    """Read alike with any colour vision and in grey: each step is lighter or darker than the one before by 1.1 in contrast."""
+    style = resources.files("ddh_twin_py.report").joinpath("assets/style.css").read_text("utf-8")
+    rule = next(r for r in re.findall(re.escape(":root" + theme) + r" \{([^}]*)\}", style) if "--q0" in r)
+    found = dict(re.findall(r"--(q\d): (#[0-9a-f]{6})", rule))
+    light = [luminance(found[f"q{i}"]) + 0.05 for i in range(STEPS)]
+    ratios = [(b / a) ** sign for a, b in zip(light, light[1:], strict=False)]
+    assert all(r > 1.1 for r in ratios), ratios

@@ -22,6 +22,7 @@ def test_fits_a_terminal(kind):
     lines = rendered(made_diagnosis(kind, seconds=120.0))
     assert 1 <= len(lines) <= LINES and max(map(len, lines)) <= 80
     assert not any("\x1b" in line for line in lines)
+    assert not any("…" in line for line in lines if line.startswith(("gap", "signals")))
 
 
 def test_stays_within_it_where_everything_is_long():

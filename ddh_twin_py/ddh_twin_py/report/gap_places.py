@@ -39,6 +39,12 @@ def drawings(diagnosis: Diagnosis) -> doc.Html:
     )
 
 
+def drawing_of(rows: Sequence[Lack], title: str) -> doc.Html:
+    """One drawing of the shares of some rows, those of single regimes left out; empty where there are none."""
+    tints = _whole([row for row in rows if not row.regime and row.component in COMPONENTS])
+    return doc.Html(f'<div class="phases">{_figure(title, "share of what is missing", tints, wide=True)}</div>' if tints else "")
+
+
 def lacking_table(rows: Sequence[Lack], caption: str = "") -> doc.Html:
     """What is missing by place, phase and regime, largest share first within whole and parts; empty where there are none."""
     if not rows:

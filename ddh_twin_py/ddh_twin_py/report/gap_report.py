@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from ddh_twin_py.report import document as doc
 from ddh_twin_py.report.gap_hypotheses import between, classes, effects_ranked, hypotheses
 from ddh_twin_py.report.gap_parameters import parameters_table
-from ddh_twin_py.report.gap_places import drawings, lacking_table
+from ddh_twin_py.report.gap_places import drawing_of, drawings, lacking_table
 from ddh_twin_py.report.gap_rest import shrink_table, unknown
 from ddh_twin_py.report.gap_words import NEAR, VERDICTS, capital, closed, component_name, percent, set_name, times_floor
 from ddh_twin_py.report.residual_charts import residual_sections
@@ -108,7 +108,8 @@ def _lacking(diagnosis: Diagnosis) -> doc.Html:
     if diagnosis.lacking:
         blocks.append(lacking_table(diagnosis.lacking, "Given the hypotheses, each weighed with its probability"))
     if diagnosis.alone:
-        blocks.append(doc.details("From the data alone, before any effect is assumed", lacking_table(diagnosis.alone)))
+        blocks.append(doc.details("From the data alone, before any effect is assumed", drawing_of(diagnosis.alone, "From the data alone"),
+                                  lacking_table(diagnosis.alone)))
     if blocks:
         blocks.append(doc.note("± is one standard deviation: the truth lies within it two times out of three. 'Clear' is beyond four of "
                                "them, 'likely' beyond two."))
