@@ -75,9 +75,10 @@ def test_plots_leave_out_what_is_missing():
     assert same.count("<circle") == 1 and "nan" not in same
 
 
-@pytest.mark.parametrize("low, high", [(0.0, 1.0), (-3e-7, 2e-7), (-1234.0, 999.0), (99.5, 101.0)])
-def test_ticks_are_round_and_inside(low, high):
-    found = ticks(low, high, 4)
-    assert 2 <= len(found) <= 9 and found[0] >= low - 1e-9 * (high - low) and found[-1] <= high + 1e-9 * (high - low)
+@pytest.mark.parametrize("low, high", [(0.0, 1.0), (-3e-7, 2e-7), (-1234.0, 999.0), (99.5, 101.0), (-497.0, 497.0)])
+@pytest.mark.parametrize("about", [1.5, 4])
+def test_ticks_are_round_and_inside(low, high, about):
+    found = ticks(low, high, about)
+    assert 2 <= len(found) <= 2.5 * about + 3 and found[0] >= low - 1e-9 * (high - low) and found[-1] <= high + 1e-9 * (high - low)
     step = found[1] - found[0]
     assert float(f"{step:.0e}") == pytest.approx(step)

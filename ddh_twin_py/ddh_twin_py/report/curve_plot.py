@@ -82,15 +82,19 @@ def curve_plot(curves: Sequence[Curve], x_title: str, y_title: str, floor: float
 
 
 def ticks(low: float, high: float, about: float) -> list[float]:
-    """Round values between low and high, roughly that many."""
+    """Round values between low and high, roughly that many and at least two."""
     span = high - low
     if not span > 0.0 or not math.isfinite(span):
         return [low]
     raw = span / about
     ten = 10.0 ** math.floor(math.log10(raw))
-    step = next(ten * f for f in (1.0, 2.0, 5.0, 10.0) if ten * f >= 0.999 * raw)
-    first = math.ceil(low / step - 1e-9)
-    return [k * step for k in range(first, math.floor(high / step + 1e-9) + 1)]
+    steps = [ten * f for f in (0.2, 0.5, 1.0, 2.0, 5.0, 10.0)]
+    place = next(i for i, step in enumerate(steps) if step >= 0.999 * raw)
+    for step in steps[place::-1]:
+        found = [k * step for k in range(math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9) + 1)]
+        if len(found) >= 2:
+            break
+    return found
 
 
 def written(value: float) -> str:
