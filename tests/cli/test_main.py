@@ -10,7 +10,7 @@ from ddh_twin_py.cli import main as cli
 from ddh_twin_py.cli.main import main
 from ddh_twin_py.rig.files import write_whole
 
-VERBS = ("replay", "calibrate", "info", "simulate", "bench", "verify", "demo", "up", "motor", "paper", "study")
+VERBS = ("replay", "calibrate", "info", "simulate", "bench", "verify", "demo", "up", "motor", "paper", "study", "gap")
 
 
 def failure(capsys, *argv: str) -> str:
@@ -110,11 +110,12 @@ def test_a_file_that_cannot_be_written(capsys, paper_cycle_bag, tmp_path):
 
 
 @pytest.mark.parametrize("verb, option", [
-    *((verb, "--json") for verb in ("study", "paper", "calibrate", "motor", "verify", "bench")),
-    *((verb, "--html") for verb in ("study", "paper", "calibrate", "motor")), ("study", "--csv"), ("calibrate", "-o"), ("motor", "-o"),
+    *((verb, "--json") for verb in ("study", "paper", "calibrate", "motor", "verify", "bench", "gap")),
+    *((verb, "--html") for verb in ("study", "paper", "calibrate", "motor", "gap")),
+    ("study", "--csv"), ("calibrate", "-o"), ("motor", "-o"), ("gap", "-o"),
 ])
 def test_an_output_that_is_a_folder_is_refused_before_the_run(capsys, tmp_path, verb, option):
-    more = {"study": ["cold-start"], "calibrate": ["bag"]}.get(verb, [])
+    more = {"study": ["cold-start"], "calibrate": ["bag"], "gap": ["bag"]}.get(verb, [])
     said = failure(capsys, verb, *more, option, str(tmp_path))
     assert f"{option}" in said and f"'{tmp_path}' is a folder and no file" in said
 

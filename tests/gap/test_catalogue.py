@@ -30,3 +30,11 @@ def test_nothing_changes_at_the_neutral_value_and_something_beyond(name):
         law(record, effect.limit(effect.step))
         assert any(record[f] != load_rig().parameters[f] for f in record.dtype.names if f not in laws_own)
         assert all(np.isfinite(record[f]) for f in record.dtype.names)
+
+
+@pytest.mark.parametrize("name", EFFECTS)
+def test_what_is_confused_goes_both_ways(name):
+    others = EFFECTS[name].confused_with
+    assert others and name not in others and len(set(others)) == len(others)
+    for other in others:
+        assert other in EFFECTS and name in EFFECTS[other].confused_with, (name, other)

@@ -44,7 +44,7 @@ class Parser(argparse.ArgumentParser):
         if action.choices is None or value in action.choices:
             return
         what = "verb" if isinstance(action, argparse._SubParsersAction) else action.metavar or action.dest
-        raise argparse.ArgumentError(None, _unknown(what, str(value), [str(c) for c in action.choices]))
+        raise argparse.ArgumentError(None, nearest_of(what, str(value), [str(c) for c in action.choices]))
 
     def parse_args(self, args=None, namespace=None) -> argparse.Namespace:
         """Parse; an option that no parser knows is an error that names the nearest one."""
@@ -58,11 +58,12 @@ class Parser(argparse.ArgumentParser):
             if option is None:
                 parser.error(f"argument {extra[0]!r} is one too many")
             valid = [name for name in parser._option_string_actions if name.startswith("--")]
-            parser.error(_unknown("option", option.split("=")[0], valid))
+            parser.error(nearest_of("option", option.split("=")[0], valid))
         return found
 
 
-def _unknown(kind: str, given: str, valid: list[str]) -> str:
+def nearest_of(kind: str, given: str, valid: list[str]) -> str:
+    """What to say of a name that is none: the nearest, and all that are valid."""
     nearest = difflib.get_close_matches(given, valid, n=1, cutoff=0.0)[0]
     return f"no {kind} {given!r}; the nearest is {nearest!r}, valid are {', '.join(valid)}"
 
@@ -177,6 +178,6 @@ def duty_file(given: str) -> Path:
     folders += [Path(prefix) / "share/ddh_twin_py/config/duty" for prefix in prefixes if prefix]
     known = {file.stem: file for folder in reversed(folders) for file in sorted(folder.glob("*.yaml"))}
     if given not in known:
-        nearest = f", and {_unknown('duty', given, sorted(known))}" if known else ""
+        nearest = f", and {nearest_of('duty', given, sorted(known))}" if known else ""
         raise InputError(f"{given}: no such duty file{nearest}")
     return known[given]

@@ -26,6 +26,7 @@ class Effect:
         lowest, highest: allowed departures.
         about: what happens, in one sentence. law: the equation. signature: what it shows in the
             signals. check: how to see it on the machine.
+        confused_with: ids of effects that show alike in common duties and sensors.
     """
 
     id: str
@@ -42,6 +43,7 @@ class Effect:
     law: str = ""
     signature: str = ""
     check: str = ""
+    confused_with: tuple[str, ...] = ()
 
     @property
     def directions(self) -> tuple[float, ...]:

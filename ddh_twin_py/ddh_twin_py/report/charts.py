@@ -52,7 +52,7 @@ class Chart:
         zero: the axis holds zero. note: one sentence below.
         unsettled: spans (from, to), s, in which the bands are drawn but do not stretch the axis.
         differences: pairs (line, reference) of trace numbers, drawn below as line minus
-            reference, with a band of plus and minus ``floor``.
+            reference, with a band of plus and minus ``floor``. below: height of that part, pixels.
     """
 
     title: str
@@ -67,6 +67,7 @@ class Chart:
     differences: Sequence[tuple[int, int]] = ()
     floor: float = 0.0
     unsettled: Sequence[tuple[float, float]] = ()
+    below: int = 92
     most: int = field(default=MOST_POINTS)
 
     def html(self, domain: tuple[float, float]) -> str:
@@ -97,7 +98,7 @@ class Chart:
         if self.unsettled:
             spec["unsettled"] = [[float(edge) for edge in span] for span in self.unsettled]
         if differences:
-            spec |= {"differences": [list(pair) for pair in self.differences], "floor": self.floor}
+            spec |= {"differences": [list(pair) for pair in self.differences], "floor": self.floor, "below": self.below}
         note = f'<p class="note">{escape(self.note)}</p>' if self.note else ""
         return (
             f'<figure class="chart{" wide" if self.wide else ""}"><figcaption>{escape(self.title)}'

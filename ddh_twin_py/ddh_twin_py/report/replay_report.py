@@ -25,6 +25,7 @@ from ddh_twin_py.report.charts import Chart, Trace, charts
 from ddh_twin_py.report.decimate import MOST_POINTS
 from ddh_twin_py.report.smoothed import NOTE as SMOOTHED_NOTE
 from ddh_twin_py.report.smoothed import smoothed_charts, smoothed_json, smoothed_table
+from ddh_twin_py.report.times import going_on
 from ddh_twin_py.report.units import ZERO_CELSIUS, celsius, duration, in_unit, number, shown, words
 from ddh_twin_py.telemetry.signals import signal_named
 
@@ -148,15 +149,6 @@ def findings_table(findings: Sequence[Finding]) -> doc.Html:
     if len(ranked) > _MOST_FINDINGS:
         table += doc.note(f"{len(ranked) - _MOST_FINDINGS} more are in the JSON file.")
     return doc.Html(table)
-
-
-def going_on(time: np.ndarray) -> np.ndarray:
-    """Times that always rise, s: where the clock jumped back they go on from where they were."""
-    step = np.diff(time)
-    if (step > 0.0).all():
-        return time
-    usual = float(np.median(step[step > 0.0])) if (step > 0.0).any() else 1.0
-    return np.concatenate([time[:1], time[:1] + np.cumsum(np.where(step > 0.0, step, usual))])
 
 
 def _data_split(agreement: Agreement) -> str:

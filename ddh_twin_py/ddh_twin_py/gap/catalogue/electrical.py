@@ -31,6 +31,7 @@ EFFECTS = (
         law="P_cu = 3 r R_20 (1 + alpha (T - 20)) i^2",
         signature="Voltage and power at the same current; winding and housing warmer.",
         check="Measure the cold resistance between two terminals.",
+        confused_with=("motor.iron_loss", "motor.contact_resistance", "drive.torque_estimate"),
     ),
     Effect(
         id="motor.iron_loss", component="motor", domain="electrical", parameter="loss_ratio", unit="1",
@@ -39,6 +40,7 @@ EFFECTS = (
         law="P_fe += (r - 1) P_fe(500 rpm) (f/f_500)^n, n between 1.5 and 2",
         signature="Power grows with speed at the same torque; housing and winding warmer on fast duties.",
         check="Spin the uncoupled motor at several speeds and measure its power.",
+        confused_with=("motor.bearing_friction", "line_a.pressure_drop", "motor.copper_resistance", "motor.pwm_loss", "motor.cooling"),
     ),
     Effect(
         id="motor.pwm_loss", component="motor", domain="electrical", parameter="power", unit="W",
@@ -47,6 +49,7 @@ EFFECTS = (
         law="heat P into teeth and yoke at all times",
         signature="Motor warms at rest; power at standstill where the drive counts it.",
         check="Leave the drive enabled at rest for half an hour and watch the housing.",
+        confused_with=("motor.iron_loss", "motor.cooling", "ambient.solar_load"),
     ),
     Effect(
         id="motor.demagnetisation", component="motor", domain="electrical", parameter="torque_constant_slope", unit="1/K",
@@ -55,6 +58,7 @@ EFFECTS = (
         law="K_t = K_t0 (1 + s (T_rotor - 23 degC))",
         signature="Current and estimated torque rise with the motor's temperature at the same pressures; voltage falls.",
         check="Compare the back-EMF of the cold and of the warm motor.",
+        confused_with=("motor.bearing_friction", "drive.torque_estimate"),
     ),
     Effect(
         id="drive.torque_estimate", component="drive", domain="measurement", parameter="gain", unit="1",
@@ -63,6 +67,7 @@ EFFECTS = (
         law="i_read = g i",
         signature="Current, torque and power are off by one factor; no temperature changes.",
         check="Compare with a current clamp.",
+        confused_with=("pump_1.friction", "pump_2.friction", "motor.bearing_friction", "motor.copper_resistance", "motor.demagnetisation"),
     ),
     Effect(
         id="drive.speed_lag", component="drive", domain="electrical", parameter="time_constant", unit="s",
@@ -72,5 +77,6 @@ EFFECTS = (
         law="tau dw/dt = w_command - w",
         signature="Speed trails its command at every change, and all that moves with it.",
         check="Record speed and command of one step at 1 kHz.",
+        confused_with=("oil.air_content", "line_b.compliance", "sensor.time_skew"),
     ),
 )

@@ -7,7 +7,7 @@ import numpy as np
 from ddh_twin_py.gap.effect import Effect, added, fixed, value_of
 
 
-def _pump(number: int) -> Effect:
+def _pump(number: int, *confused_with: str) -> Effect:
     return Effect(
         id=f"pump_{number}.friction", component=f"pump_{number}", domain="mechanical", parameter="torque", unit="N*m",
         reference=fixed(0.0), laws=(added(f"pump_{number}_friction_added"),), step=0.2, lowest=0.0, highest=20.0,
@@ -15,6 +15,7 @@ def _pump(number: int) -> Effect:
         law="T = T_added sign(omega), heat T omega into the case",
         signature=f"Current and torque shift with the direction of turning; case of pump {number} warmer.",
         check="Measure the no-load torque with the lines open, and the case's temperature after an hour.",
+        confused_with=confused_with,
     )
 
 
@@ -26,8 +27,10 @@ def _seals_with_stribeck(record: np.ndarray, x: float) -> None:
 
 
 EFFECTS = (
-    _pump(1),
-    _pump(2),
+    _pump(1, "oil.viscosity_temperature", "pump_2.friction", "motor.bearing_friction", "drive.torque_estimate", "line_a.pressure_drop",
+          "motor.flange_conduction", "pump_1.cooling"),
+    _pump(2, "oil.viscosity_temperature", "pump_1.friction", "motor.bearing_friction", "drive.torque_estimate", "line_b.pressure_drop",
+          "pump_1.cooling"),
     Effect(
         id="motor.bearing_friction", component="motor", domain="mechanical", parameter="torque", unit="N*m",
         reference=fixed(0.0), laws=(added("motor_friction_coulomb"),), step=0.2, lowest=0.0, highest=20.0,
@@ -35,6 +38,7 @@ EFFECTS = (
         law="T = T_added sign(omega), heat T omega into rotor and housing",
         signature="Current and torque shift with the direction of turning; housing warmer, pump cases not.",
         check="Turn the uncoupled motor and measure its current.",
+        confused_with=("pump_1.friction", "pump_2.friction", "drive.torque_estimate", "motor.iron_loss", "motor.demagnetisation"),
     ),
     Effect(
         id="cylinder.seal_friction", component="cylinder", domain="mechanical", parameter="force", unit="N",
@@ -44,5 +48,6 @@ EFFECTS = (
         law="F = sign(v) (F_c + k |dp|) (1 + (r_s - 1) exp(-(v/v_s)^2)) + b v",
         signature="Pressure difference between lifting and lowering grows; jumps where motion begins; barrel warmer.",
         check="Move the rod slowly both ways without load and read both pressures.",
+        confused_with=("load.mass", "load.geometry", "sensor.pressure_piston_side_offset", "cylinder.cooling"),
     ),
 )

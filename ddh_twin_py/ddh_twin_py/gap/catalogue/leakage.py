@@ -5,7 +5,7 @@ from __future__ import annotations
 from ddh_twin_py.gap.effect import Effect, added, fixed, scaled
 
 
-def _pump(number: int, side: str) -> Effect:
+def _pump(number: int, side: str, *confused_with: str) -> Effect:
     return Effect(
         id=f"pump_{number}.leakage", component=f"pump_{number}", domain="hydraulic", parameter="leakage_ratio", unit="1",
         reference=fixed(1.0), laws=(scaled(f"pump_{number}_leakage"),), step=0.1, lowest=-0.8, highest=30.0,
@@ -13,12 +13,14 @@ def _pump(number: int, side: str) -> Effect:
         law=f"Q_leak = r L_{number} (mu_0/mu(T)) p_{number}",
         signature=f"Pressure of the {side} side in motion, strokes a little shorter, pump {number} warmer.",
         check="Close the line behind the pump, turn the shaft slowly and measure speed against pressure.",
+        confused_with=confused_with,
     )
 
 
 EFFECTS = (
-    _pump(1, "piston"),
-    _pump(2, "rod"),
+    _pump(1, "piston", "cylinder.cross_leakage", "oil.viscosity_temperature", "oil.air_content", "sensor.rod_position_scale"),
+    _pump(2, "rod", "relief_valve.seat_leakage", "relief_valve.setting", "cylinder.cross_leakage", "oil.viscosity_temperature",
+          "sensor.pressure_rod_side_gain"),
     Effect(
         id="cylinder.cross_leakage", component="cylinder", domain="hydraulic", parameter="conductance", unit="m3/(s*Pa)",
         reference=fixed(0.0), laws=(added("cylinder_cross_leakage"),), step=2e-13, lowest=0.0, highest=1e-10,
@@ -26,5 +28,6 @@ EFFECTS = (
         law="Q = G (p_A - p_B)",
         signature="Pressures of both sides come closer; the rod creeps under load; barrel a little warmer.",
         check="Block both ports under load and watch the rod creep.",
+        confused_with=("pump_1.leakage", "pump_2.leakage", "relief_valve.seat_leakage"),
     ),
 )

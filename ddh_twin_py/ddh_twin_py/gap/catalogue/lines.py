@@ -5,7 +5,7 @@ from __future__ import annotations
 from ddh_twin_py.gap.effect import Effect, added, fixed
 
 
-def _drop(side: str, name: str) -> Effect:
+def _drop(side: str, name: str, *confused_with: str) -> Effect:
     return Effect(
         id=f"line_{side}.pressure_drop", component=f"line_{side}", domain="hydraulic", parameter="quadratic_coefficient",
         unit="Pa*s2/m6", reference=fixed(0.0), laws=(added(f"line_{side}_pressure_drop_quadratic"),), step=5e12, lowest=0.0,
@@ -14,12 +14,13 @@ def _drop(side: str, name: str) -> Effect:
         law="dp = S Q |Q| between pump port and cylinder",
         signature="Torque and current grow with the square of speed while the cylinder's pressures stay.",
         check="Put a gauge at the pump's port and compare with the cylinder's while moving fast.",
+        confused_with=confused_with,
     )
 
 
 EFFECTS = (
-    _drop("a", "piston"),
-    _drop("b", "rod"),
+    _drop("a", "piston", "oil.viscosity_temperature", "pump_1.friction", "line_b.pressure_drop", "motor.iron_loss"),
+    _drop("b", "rod", "oil.viscosity_temperature", "pump_2.friction", "line_a.pressure_drop"),
     Effect(
         id="line_b.compliance", component="line_b", domain="hydraulic", parameter="volume_expansion", unit="m3/Pa",
         reference=fixed(0.0), laws=(added("line_b_compliance"),), step=1e-13, lowest=0.0, highest=1e-11,
@@ -27,5 +28,6 @@ EFFECTS = (
         law="dp_B/dt = (Q_B + A_B v)/(V_B/K + C)",
         signature="Rod-side pressure rises and falls more slowly; nothing when steady.",
         check="Measure the hose's diameter at two pressures, or replace it.",
+        confused_with=("oil.air_content", "drive.speed_lag", "sensor.time_skew"),
     ),
 )

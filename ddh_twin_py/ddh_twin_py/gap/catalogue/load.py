@@ -12,6 +12,7 @@ EFFECTS = (
         law="m dv/dt = p_A A_A - p_B A_B - m g - F_f",
         signature="Piston-side pressure shifts alike in lifting, lowering and rest.",
         check="Weigh the load.",
+        confused_with=("cylinder.seal_friction", "load.geometry", "sensor.pressure_piston_side_offset"),
     ),
     Effect(
         id="load.geometry", component="load", domain="mechanical", parameter="force_slope", unit="N/m",
@@ -20,5 +21,6 @@ EFFECTS = (
         law="F = s (x - stroke/2)",
         signature="Piston-side pressure changes with the rod's position, in rest and in motion.",
         check="Stop at both ends of the stroke and compare the pressures.",
+        confused_with=("cylinder.seal_friction", "load.mass"),
     ),
 )

@@ -7,7 +7,7 @@ import numpy as np
 from ddh_twin_py.gap.effect import Effect, added, fixed, scaled, value_of
 
 
-def _offset(side: str) -> Effect:
+def _offset(side: str, *confused_with: str) -> Effect:
     return Effect(
         id=f"sensor.pressure_{side}_side_offset", component="sensor", domain="measurement", parameter="offset", unit="Pa",
         reference=fixed(0.0), laws=(added(f"measurement_pressure_{side}_side_offset"),), step=5e4, lowest=-2e7, highest=2e7,
@@ -15,6 +15,7 @@ def _offset(side: str) -> Effect:
         law="p_read = p + offset",
         signature=f"{side.capitalize()}-side pressure is off by the same in all phases; current and temperatures are not.",
         check="Read it with the line open to air.",
+        confused_with=confused_with,
     )
 
 
@@ -23,8 +24,8 @@ def _lag(record: np.ndarray, x: float) -> None:
 
 
 EFFECTS = (
-    _offset("piston"),
-    _offset("rod"),
+    _offset("piston", "cylinder.seal_friction", "load.mass"),
+    _offset("rod", "check_valve.cracking", "sensor.pressure_rod_side_gain"),
     Effect(
         id="sensor.pressure_rod_side_gain", component="sensor", domain="measurement", parameter="gain", unit="1",
         reference=fixed(1.0), laws=(scaled("measurement_pressure_rod_side_gain"),), step=0.02, lowest=-0.5, highest=1.0,
@@ -32,6 +33,7 @@ EFFECTS = (
         law="p_read = g p",
         signature="Rod-side pressure is off in proportion to itself; current does not follow.",
         check="Compare with a gauge at high pressure.",
+        confused_with=("pump_2.leakage", "relief_valve.setting", "relief_valve.seat_leakage", "sensor.pressure_rod_side_offset"),
     ),
     Effect(
         id="sensor.rod_position_scale", component="sensor", domain="measurement", parameter="gain", unit="1",
@@ -40,6 +42,7 @@ EFFECTS = (
         law="x_read = g x",
         signature="Strokes and velocity are off by one factor; pressures are not.",
         check="Measure a stroke with a tape.",
+        confused_with=("pump_1.leakage",),
     ),
     Effect(
         id="sensor.temperature_lag", component="sensor", domain="measurement", parameter="time_constant", unit="s",
@@ -49,6 +52,7 @@ EFFECTS = (
         law="tau dT_read/dt = T - T_read",
         signature="Surface temperatures trail while they change and agree when steady.",
         check="Warm a sensor by hand and time it.",
+        confused_with=("tank.oil_level", "sensor.surface_contact"),
     ),
     Effect(
         id="sensor.surface_contact", component="sensor", domain="measurement", parameter="ambient_fraction", unit="1",
@@ -57,6 +61,10 @@ EFFECTS = (
         law="T_read = (1 - f) T + f T_ambient",
         signature="All surface temperatures read low in proportion to their rise; oil and winding do not.",
         check="Press a second sensor with paste beside one of them.",
+        confused_with=(
+            "motor.contact_resistance", "motor.cooling", "pump_1.cooling", "tank.cooling", "tank.mount_conduction", "cylinder.cooling",
+            "ambient.enclosure", "sensor.temperature_lag",
+        ),
     ),
     Effect(
         id="sensor.time_skew", component="sensor", domain="measurement", parameter="delay", unit="s",
@@ -65,5 +73,6 @@ EFFECTS = (
         law="t_stamp = t + delay",
         signature="Pressures and velocity trail speed and current at every change, by the same time.",
         check="Compare both clocks, or record one signal in both streams.",
+        confused_with=("oil.air_content", "line_b.compliance", "drive.speed_lag"),
     ),
 )

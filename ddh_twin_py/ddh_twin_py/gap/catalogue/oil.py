@@ -25,6 +25,9 @@ EFFECTS = (
         law="log10 log10(nu + 0.7) = A - B log10 T, viscosity at 40 degC kept",
         signature="Leakage, viscous friction and line drop change together, and with the oil's temperature.",
         check="Draw a sample and measure its viscosity at two temperatures.",
+        confused_with=(
+            "pump_1.leakage", "pump_2.leakage", "pump_1.friction", "pump_2.friction", "line_a.pressure_drop", "line_b.pressure_drop",
+        ),
     ),
     Effect(
         id="oil.air_content", component="oil", domain="hydraulic", parameter="volume_fraction", unit="1",
@@ -33,5 +36,6 @@ EFFECTS = (
         law="1/K = 1/K_liquid + (phi/(n p)) (p_0/p)^(1/n)",
         signature="Pressure rises later at the start of a stroke; strokes lose a little; nothing when steady.",
         check="Look at the oil in the sight glass; repeat after an hour of rest.",
+        confused_with=("pump_1.leakage", "line_b.compliance", "drive.speed_lag", "sensor.time_skew"),
     ),
 )

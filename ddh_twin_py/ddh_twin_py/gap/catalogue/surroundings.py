@@ -12,6 +12,7 @@ EFFECTS = (
         law="q_i = P A_i / sum(A)",
         signature="Housing, tank wall and barrel rise alike from the first minute, at rest too.",
         check="Shade the unit.",
+        confused_with=("motor.pwm_loss", "motor.cooling", "tank.cooling", "cylinder.cooling", "ambient.enclosure"),
     ),
     Effect(
         id="ambient.enclosure", component="ambient", domain="thermal", parameter="temperature_rise", unit="K",
@@ -20,5 +21,8 @@ EFFECTS = (
         law="T_a = T_read + dT",
         signature="All surfaces drift towards a warmer surrounding, the thin-walled first.",
         check="Hang a second thermometer beside the unit.",
+        confused_with=(
+            "motor.cooling", "pump_1.cooling", "tank.cooling", "cylinder.cooling", "ambient.solar_load", "sensor.surface_contact",
+        ),
     ),
 )

@@ -5,7 +5,7 @@ from __future__ import annotations
 from ddh_twin_py.gap.effect import Effect, added, divided, fixed, scaled
 
 
-def _cooling(name: str, component: str, what: str, *fields: str) -> Effect:
+def _cooling(name: str, component: str, what: str, fields: tuple[str, ...], *confused_with: str) -> Effect:
     return Effect(
         id=name, component=component, domain="thermal", parameter="convection_ratio", unit="1",
         reference=fixed(1.0), laws=(scaled(*fields),), step=0.3, lowest=-0.98, highest=30.0,
@@ -13,6 +13,7 @@ def _cooling(name: str, component: str, what: str, *fields: str) -> Effect:
         law="q = A r C |dT|^1.25",
         signature=f"Temperature of {what} drifts from the twin's as the unit warms, in all phases alike.",
         check="Clean or shield the surface and repeat.",
+        confused_with=confused_with,
     )
 
 
@@ -24,8 +25,11 @@ EFFECTS = (
         law="G = G_0/r between yoke and housing",
         signature="Winding warmer while the housing trails behind and is cooler.",
         check="Compare winding and housing some minutes after a hard duty.",
+        confused_with=("motor.copper_resistance", "motor.cooling", "sensor.surface_contact"),
     ),
-    _cooling("motor.cooling", "motor", "the motor's housing", "motor_housing_convection"),
+    _cooling("motor.cooling", "motor", "the motor's housing", ("motor_housing_convection",),
+             "motor.iron_loss", "motor.pwm_loss", "motor.contact_resistance", "motor.flange_conduction", "ambient.solar_load",
+             "ambient.enclosure", "sensor.surface_contact"),
     Effect(
         id="motor.flange_conduction", component="motor", domain="thermal", parameter="conductance", unit="W/K",
         reference=fixed(0.0), laws=(added("motor_flange_conductance"),), step=0.5, lowest=0.0, highest=200.0,
@@ -33,9 +37,12 @@ EFFECTS = (
         law="q = G (T_housing - T_pump_1_case)",
         signature="Housing and case of pump 1 come closer to each other.",
         check="Put a temperature sensor on the flange.",
+        confused_with=("pump_1.friction", "motor.cooling", "pump_1.cooling"),
     ),
-    _cooling("pump_1.cooling", "pump_1", "both pump cases", "pump_1_convection", "pump_2_convection"),
-    _cooling("tank.cooling", "tank", "the tank", "tank_convection"),
+    _cooling("pump_1.cooling", "pump_1", "both pump cases", ("pump_1_convection", "pump_2_convection"),
+             "pump_1.friction", "pump_2.friction", "motor.flange_conduction", "ambient.enclosure", "sensor.surface_contact"),
+    _cooling("tank.cooling", "tank", "the tank", ("tank_convection",),
+             "tank.mount_conduction", "tank.oil_level", "ambient.solar_load", "ambient.enclosure", "sensor.surface_contact"),
     Effect(
         id="tank.oil_level", component="tank", domain="thermal", parameter="volume_ratio", unit="1",
         reference=fixed(1.0), laws=(scaled("tank_oil_volume"),), step=-0.1, lowest=-0.7, highest=1.5,
@@ -43,6 +50,7 @@ EFFECTS = (
         law="C = rho c r V",
         signature="Tank oil warms faster (or slower), steady temperatures alike.",
         check="Read the level.",
+        confused_with=("tank.cooling", "tank.mount_conduction", "sensor.temperature_lag"),
     ),
     Effect(
         id="tank.mount_conduction", component="tank", domain="thermal", parameter="conductance", unit="W/K",
@@ -51,6 +59,8 @@ EFFECTS = (
         law="q = G (T_wall - T_ambient)",
         signature="Tank wall and oil cooler in proportion to their rise, where convection would grow faster.",
         check="Measure the mounts' temperature.",
+        confused_with=("tank.cooling", "tank.oil_level", "sensor.surface_contact"),
     ),
-    _cooling("cylinder.cooling", "cylinder", "the barrel", "cylinder_convection"),
+    _cooling("cylinder.cooling", "cylinder", "the barrel", ("cylinder_convection",),
+             "cylinder.seal_friction", "ambient.solar_load", "ambient.enclosure", "sensor.surface_contact"),
 )

@@ -13,6 +13,7 @@ EFFECTS = (
         law="Q = s max(0, p_B - p_open)",
         signature="Rod-side pressure of the lift is cut at another level; nothing while it stays below.",
         check="Lift against a closed line and read the pressure at which flow to tank begins.",
+        confused_with=("pump_2.leakage", "relief_valve.seat_leakage", "sensor.pressure_rod_side_gain"),
     ),
     Effect(
         id="relief_valve.seat_leakage", component="relief_valve", domain="hydraulic", parameter="conductance", unit="m3/(s*Pa)",
@@ -21,6 +22,7 @@ EFFECTS = (
         law="Q = G max(0, p_B) to tank",
         signature="Rod-side pressure falls in the lift and at rest; the heat appears in tank and valve, not in pump 2.",
         check="Feel or measure the valve's tank line while the rod side is under pressure.",
+        confused_with=("pump_2.leakage", "cylinder.cross_leakage", "relief_valve.setting", "sensor.pressure_rod_side_gain"),
     ),
     Effect(
         id="check_valve.cracking", component="check_valve", domain="hydraulic", parameter="cracking_pressure", unit="Pa",
@@ -30,5 +32,6 @@ EFFECTS = (
         law="Q = G max(0, -p - p_crack)",
         signature="Rod-side pressure while lowering lies further below tank pressure.",
         check="Read the rod-side pressure while lowering slowly.",
+        confused_with=("sensor.pressure_rod_side_offset",),
     ),
 )

@@ -137,7 +137,7 @@
     const box = figure.querySelector(".plot");
     const x = new Float32Array(bytes(spec.x));
     const columns = spec.y.map(unpack);
-    const below = spec.differences ? { titled: true, height: 92, digits: spec.digits, floor: spec.floor, lines: [] } : null;
+    const below = spec.differences ? { titled: true, height: spec.below, digits: spec.digits, floor: spec.floor, lines: [] } : null;
     spec.floor = 0;
     const main = plot(box, spec, [x].concat(columns.map(withGaps)), Boolean(below));
     const all = [main];
@@ -146,8 +146,8 @@
       let column = 0;
       for (const line of spec.lines) { at.push(column); column += line.band ? 3 : 1; }
       const rows = spec.differences.map(([a, b]) => {
-        const line = spec.lines[a];
-        below.lines.push({ label: line.label.split(" \u00b1")[0] + " \u2212 " + spec.lines[b].label, role: line.role, thin: true });
+        const line = spec.lines[spec.lines[a].role === "measured" ? b : a];
+        below.lines.push({ label: spec.lines[a].label.split(" \u00b1")[0] + " \u2212 " + spec.lines[b].label, role: line.role, thin: true });
         const difference = new Float64Array(x.length);
         for (let i = 0; i < x.length; i++) difference[i] = columns[at[a]][i] - columns[at[b]][i];
         return withGaps(difference);

@@ -1,0 +1,79 @@
+"""A case: up to three bags of one rig, given one by one or as a folder that holds them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from ddh_twin_py.bags.errors import BagError
+from ddh_twin_py.bags.folder import METADATA, SUFFIXES
+
+COMMISSIONING, FIELD, VALIDATION = "commissioning", "field", "validation"
+"""Folders of a case: the rig as built, the rig in question, the same on another duty."""
+
+
+@dataclass(frozen=True)
+class Case:
+    """Bags of one rig; ``field`` has at least one, the others may be None."""
+
+    field: list[Path]
+    commissioning: Path | None = None
+    validation: Path | None = None
+
+
+def case_of(given: Sequence[str | Path], commissioning: str | Path | None = None, validation: str | Path | None = None) -> Case:
+    """The bags of a case.
+
+    Args:
+        given: field bags, or case folders whose ``commissioning``, ``field`` and ``validation`` are found by themselves.
+        commissioning, validation: bags; they stand before what a case folder holds.
+
+    Raises:
+        BagError: no such path, a case folder without ``field``, two case folders with a
+            commissioning or validation bag, or one bag given twice.
+    """
+    field: list[Path] = []
+    found: dict[str, Path | None] = {
+        COMMISSIONING: None if commissioning is None else _there(commissioning),
+        VALIDATION: None if validation is None else _there(validation),
+    }
+    told = {role for role, path in found.items() if path is not None}
+    for path in (_there(p) for p in given):
+        if not _is_case(path):
+            field.append(path)
+            continue
+        if not (path / FIELD).exists():
+            inside = ", ".join(role for role in (COMMISSIONING, VALIDATION) if (path / role).exists())
+            raise BagError(f"{path} is a case folder without {FIELD}: it holds {inside}; a case needs {FIELD}/ with the rig in question")
+        field.append(path / FIELD)
+        for role in (COMMISSIONING, VALIDATION):
+            if role in told or not (path / role).exists():
+                continue
+            if found[role] is not None:
+                raise BagError(f"{path / role}: a second {role} bag beside {found[role]}; name the one to use with --{role}")
+            found[role] = path / role
+    _refuse_twice([*field, *(p for p in found.values() if p is not None)])
+    return Case(field, found[COMMISSIONING], found[VALIDATION])
+
+
+def _there(path: str | Path) -> Path:
+    path = Path(path)
+    if not path.exists():
+        raise BagError(f"{path} does not exist; a bag is a rosbag2 folder or one .mcap or .db3 file")
+    return path
+
+
+def _is_case(path: Path) -> bool:
+    """A folder that is no bag itself and has one of the three folders."""
+    if not path.is_dir() or (path / METADATA).is_file() or any(p.suffix in SUFFIXES for p in path.iterdir()):
+        return False
+    return any((path / role).is_dir() for role in (COMMISSIONING, FIELD, VALIDATION))
+
+
+def _refuse_twice(paths: Sequence[Path]) -> None:
+    seen: dict[Path, Path] = {}
+    for path in paths:
+        same = seen.setdefault(path.resolve(), path)
+        if same is not path:
+            raise BagError(f"{same} and {path} are the same bag; its samples would count twice")

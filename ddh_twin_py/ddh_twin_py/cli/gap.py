@@ -1,0 +1,77 @@
+"""`ddh-twin gap`: why a recorded rig and its twin part."""
+
+from __future__ import annotations
+
+import argparse
+import os
+
+from ddh_twin_py.cli.arguments import InputError, add_html, add_json, add_rig, add_verb, nearest_of, output_file
+
+_EXAMPLE = "  ddh-twin gap bags/press_7 --commissioning bags/press_7_new --html out/gap.html"
+
+
+def add_parser(subparsers) -> None:
+    """Declare the verb."""
+    parser = add_verb(
+        subparsers, "gap", "say why a recorded rig and its twin part",
+        "Runs the twin over recordings of a rig and says what it misses, where, which effects of the catalogue explain it and\n"
+        "how surely, what is left, and which test would tell the rest apart. With a recording of the rig as built, the gap is\n"
+        "what changed since then; without one, the rig is held against its sheet.",
+        _EXAMPLE,
+    )
+    parser.add_argument("field", metavar="FIELD", nargs="+",
+                        help="bags of one rig in one condition, or a folder with field/, commissioning/ and validation/ in it")
+    parser.add_argument("--commissioning", metavar="BAG", help="the rig as built, recorded when it was new")
+    parser.add_argument("--validation", metavar="BAG", help="the same rig in the same condition on another duty; takes no part in finding")
+    add_rig(parser)
+    parser.add_argument("--without", metavar="EFFECT", action="append", default=[],
+                        help="leave this effect out, because the machine was checked for it (may be given several times)")
+    parser.add_argument("-o", "--output", metavar="FILE", type=output_file,
+                        help="rig file to write: parameters fitted, the leading cause in it")
+    add_html(parser)
+    add_json(parser)
+    parser.add_argument("--quiet", action="store_true", help="no progress, no summary")
+
+
+def run(args: argparse.Namespace) -> int:
+    """Diagnose, write what was asked for, print the summary."""
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # small matrices; the free runs use the cores
+    from ddh_twin_py.bags.case import case_of
+    from ddh_twin_py.cli.console import put_json, say, stage
+    from ddh_twin_py.rig import load_rig
+
+    case = case_of(args.field, args.commissioning, args.validation)
+    rig = load_rig(args.rig)
+    with stage("loading", args.quiet):
+        from ddh_twin_py.gap.catalogue import EFFECTS
+        from ddh_twin_py.gap.diagnose import diagnose
+        from ddh_twin_py.report.gap_report import gap_document
+        from ddh_twin_py.report.gap_summary import print_gap
+    for effect in args.without:
+        if effect not in EFFECTS:
+            raise InputError(f"--without: {nearest_of('effect', effect, sorted(EFFECTS))}")
+    with stage("diagnosing", args.quiet) as progress:
+        diagnosis = diagnose(case.field, case.commissioning, case.validation, rig, without=tuple(dict.fromkeys(args.without)),
+                             progress=progress)
+    if args.html:
+        with stage(f"writing {args.html}", args.quiet):
+            gap_document(diagnosis).write(args.html)
+    if args.json:
+        put_json(args.json, diagnosis.report)
+    if not args.quiet and args.json != "-":
+        print_gap(diagnosis)
+    if args.output:
+        from ddh_twin_py.rig.writer import write_rig
+
+        write_rig(args.output, diagnosis.rig, _heading(diagnosis, case, rig.file))
+        if not args.quiet:
+            say(f"{args.output}: rig {diagnosis.rig.rig_id}")
+    return 0
+
+
+def _heading(diagnosis, case, given: str) -> str:
+    """Comment for the top of the rig file."""
+    bags = ", ".join(str(path) for path in (*case.field, case.commissioning) if path is not None)
+    return (f"Written by ddh-twin gap from {bags}\npriors: {given}\n{diagnosis.sentence}\n"
+            "Entries that are not named here are the reference sheet's.\n"
+            "std: one standard deviation; correlations between fitted values are not kept here.")

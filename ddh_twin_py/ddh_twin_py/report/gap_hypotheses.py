@@ -1,0 +1,192 @@
+"""Why a twin and a rig part: hypotheses ranked, with what speaks for and against each."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from ddh_twin_py.gap.catalogue import EFFECTS
+from ddh_twin_py.gap.diagnosis import Diagnosis, Weighed
+from ddh_twin_py.report import document as doc
+from ddh_twin_py.report.gap_words import (
+    NEAR,
+    UNKNOWN,
+    capital,
+    effect_name,
+    leaning,
+    parameter_of,
+    percent,
+    set_name,
+    signal_name,
+    strength,
+)
+from ddh_twin_py.report.units import number, plus_minus
+
+_NOTICEABLE = 0.01
+"""Probability from which on a hypothesis is shown unfolded."""
+_MOST_OPEN = 4
+_MOST_NAMED = 3
+EVIDENCE = (
+    "Evidence is how much of the misfit goes away with the hypothesis: each sample's misfit in multiples of what noise allows, squared and "
+    "summed (a chi-square). Up to 4 is chance, 25 is very strong; below 0 the signal fits worse with it. "
+    "Left is what remains of the signal with it, in multiples of its noise floor; 1 is noise alone."
+)
+
+
+def hypotheses(diagnosis: Diagnosis) -> doc.Html:
+    """The hypotheses, most probable first, those below 1 % folded away."""
+    weighed = diagnosis.weighed
+    if not weighed:
+        return doc.paragraph("No hypothesis could be weighed with this record.")
+    count = min(_MOST_OPEN, max(1, sum(w.probability >= _NOTICEABLE for w in weighed)))
+    leading, rest = weighed[:count], weighed[count:]
+    blocks = [
+        doc.paragraph("Each hypothesis is an effect of the catalogue, or two together, added to the twin. Its probability weighs how much "
+                      "better the twin then agrees against how freely the hypothesis could have been chosen; all of them sum to 100 %."),
+        *(_card(w, i) for i, w in enumerate(leading, 1)),
+    ]
+    if rest:
+        columns = (doc.Column("Hypothesis", number=False), doc.Column("Probability"), doc.Column("Gap left", "× floor"),
+                   doc.Column("Value", number=False))
+        rows = [(capital(set_name(w.effects)), percent(w.probability), number(w.gap_after, 2), _values(w)) for w in rest]
+        said = "One further hypothesis, less probable" if len(rest) == 1 else f"{len(rest)} further hypotheses, less probable"
+        blocks.append(doc.details(said, _wrapped(doc.table(columns, rows))))
+    return doc.Html("".join(blocks))
+
+
+def effects_ranked(diagnosis: Diagnosis) -> doc.Html:
+    """Probability of every effect, whatever else acts beside it, as bars."""
+    why = diagnosis.report["why"]
+    if not why:
+        return doc.Html("")
+    rows = [
+        (capital(effect_name(row["effect"])), _bar(row["probability"], f"{percent(row['probability'])}{_parameters(row)}")) for row in why
+    ]
+    body = "".join(f"<dt>{doc.text(name)}</dt><dd>{bar}</dd>" for name, bar in rows)
+    return doc.Html(
+        doc.note("Of each effect, whatever else acts beside it: the sum over all hypotheses that hold it.")
+        + f'<dl class="bars">{body}</dl>'
+    )
+
+
+def classes(diagnosis: Diagnosis) -> doc.Html:
+    """Effects that the record cannot tell apart, with the reason for each."""
+    probability = {row["effect"]: row["probability"] for row in diagnosis.report["why"]}
+    blocks = []
+    for members in diagnosis.report["classes"]:
+        rows = [
+            (capital(effect_name(e)), percent(probability[e]) if e in probability else "–",
+             diagnosis.confusable.get(e, "its signals are those of the others within the noise"))
+            for e in members
+        ]
+        columns = (doc.Column("Cannot be told apart here", number=False), doc.Column("Probability"), doc.Column("Why not", number=False))
+        blocks.append(_wrapped(doc.table(columns, rows)))
+    return doc.Html("".join(blocks))
+
+
+def _card(w: Weighed, place: int) -> doc.Html:
+    title = set_name(w.effects)
+    blocks = [
+        f'<div class="cause"><h3>{place}. {doc.text(capital(title))}</h3><dl class="bars"><dt>Probability</dt>'
+        f"<dd>{_bar(w.probability, percent(w.probability))}</dd></dl>"
+    ]
+    for effect in w.effects:
+        blocks.append(_effect(effect, w))
+    if not w.effects:
+        blocks.append(doc.paragraph("The rig's parameters within their tolerances, the sensors' zero errors and noise explain what was "
+                                    "recorded."))
+    if w.effects == (UNKNOWN,):
+        blocks.append(doc.paragraph("Something acts on the rig that is real and that no effect of the catalogue explains; see below for "
+                                    "where, how large and what it depends on."))
+    if w.gap_after is not None:
+        blocks.append(doc.paragraph(f"With it the gap is {number(w.gap_after, 2)} times the noise floor."))
+    blocks += [_in_words(w), _evidence(w, folded=place > 1), "</div>"]
+    return doc.Html("".join(blocks))
+
+
+def _effect(effect: str, w: Weighed) -> doc.Html:
+    blocks = []
+    known = EFFECTS.get(effect)
+    if effect in w.values:
+        value, std, unit, nominal = w.values[effect]
+        against = "" if nominal is None else f" (without the effect {plus_minus(nominal, None, unit)})"
+        name = parameter_of(effect) or effect_name(effect)
+        blocks.append(f'<p class="found">{doc.text(capital(name))}: <strong>{doc.text(plus_minus(value, std, unit))}</strong>'
+                      f"{doc.text(against)}</p>")
+    if known is not None:
+        blocks.append(doc.paragraph(known.about))
+        alike = ", ".join(effect_name(e) for e in known.confused_with)
+        rows = (("Law", known.law), ("What it shows", known.signature), ("Often taken for", alike),
+                ("How to check on the machine", known.check))
+        blocks.append('<dl class="about">' + "".join(f"<dt>{name}</dt><dd>{doc.text(said)}</dd>" for name, said in rows if said) + "</dl>")
+    return doc.Html("".join(blocks))
+
+
+def _values(w: Weighed) -> str:
+    return "; ".join(plus_minus(value, std, unit) for value, std, unit, _ in w.values.values())
+
+
+def _parameters(row: dict) -> str:
+    found = [plus_minus(p["value"], p["std"], p["unit"]) for p in row.get("parameters", {}).values()]
+    return f", {'; '.join(found)}" if found else ""
+
+
+def _in_words(w: Weighed) -> doc.Html:
+    if not w.gains:
+        return doc.Html("")
+    total = sum(g for g in w.gains.values() if g > 0.0) or 1.0
+    speaking = sorted(w.gains.items(), key=lambda item: -item[1])
+    backing = [f"{signal_name(n)} ({strength(g)}, {percent(g / total)} of the evidence)" for n, g in speaking if g >= 4.0][:_MOST_NAMED]
+    against = [f"{signal_name(n)} fits worse ({strength(g)} evidence)" for n, g in reversed(speaking) if g <= -4.0][:_MOST_NAMED]
+    open_ = [f"{signal_name(n)} stays {number(v, 1)} times its floor" for n, v in _sorted(w.left) if v > NEAR][:_MOST_NAMED]
+    rows = [("For it", "; ".join(backing) or "no signal speaks for it beyond chance"),
+            ("Against it", "; ".join(against + open_) or "no signal speaks against it, none stays beyond its floor")]
+    return doc.Html('<dl class="about">' + "".join(f"<dt>{name}</dt><dd>{doc.text(said)}</dd>" for name, said in rows) + "</dl>")
+
+
+def _sorted(left) -> list[tuple[str, float]]:
+    return sorted(left.items(), key=lambda item: -item[1])
+
+
+def _evidence(w: Weighed, folded: bool) -> doc.Html:
+    names = sorted({*w.gains, *w.left}, key=lambda n: -abs(w.gains.get(n, 0.0)))
+    if not names:
+        return doc.Html("")
+    largest = max((abs(g) for g in w.gains.values()), default=0.0) or 1.0
+    columns = (doc.Column("Signal", number=False), doc.Column("Evidence", number=False), doc.Column("In words", number=False),
+               doc.Column("Left", "× floor", number=False))
+    rows = []
+    for name in names:
+        gain, left = w.gains.get(name), w.left.get(name)
+        bar = doc.Html("–") if gain is None else _signed(gain, largest)
+        mark = doc.Html("–") if left is None else doc.mark("good" if left <= NEAR else "fair" if left <= 2.0 else "poor", number(left, 2))
+        rows.append((signal_name(name), bar, "–" if gain is None else leaning(gain), mark))
+    caption = "Evidence signal by signal"
+    if folded:
+        return doc.details(caption, _snug(doc.table(columns, rows)), doc.note(EVIDENCE))
+    return doc.Html(_snug(doc.table(columns, rows, caption)) + doc.note(EVIDENCE))
+
+
+def _bar(share: float, words: str) -> str:
+    width = min(max(share, 0.0), 1.0)
+    return (f'<div class="bar"><i style="width:calc((100% - 14em) * {width:.4f});background:var(--accent)"></i>'
+            f"<span>{doc.text(words)}</span></div>")
+
+
+def _signed(gain: float, largest: float) -> doc.Html:
+    """A bar to the right of a middle line for what speaks for it, to the left for what speaks against it."""
+    side = "for" if gain >= 0.0 else "against"
+    bar = f'<i class="{side}" style="width:{100.0 * min(1.0, abs(gain) / largest):.1f}%"></i>'
+    return doc.Html(f'<div class="signed">{bar}<span>{doc.text(number(gain, 0 if abs(gain) >= 100.0 else 1))}</span></div>')
+
+
+def _snug(table: doc.Html) -> doc.Html:
+    return doc.Html(f'<div class="snug">{table}</div>')
+
+
+def _wrapped(table: doc.Html) -> doc.Html:
+    return doc.Html(f'<div class="wrap-first">{table}</div>')
+
+
+def between(effects: Sequence[str]) -> str:
+    """Effects that a test tells apart, in words."""
+    return " from ".join(effect_name(e) for e in effects)

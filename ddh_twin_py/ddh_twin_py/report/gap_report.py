@@ -1,0 +1,141 @@
+"""The page of a gap diagnosis: what the twin misses, where, why, how sure that is, and what to test next."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from ddh_twin_py.report import document as doc
+from ddh_twin_py.report.gap_hypotheses import between, classes, effects_ranked, hypotheses
+from ddh_twin_py.report.gap_parameters import parameters_table
+from ddh_twin_py.report.gap_places import drawing_of, drawings, lacking_table
+from ddh_twin_py.report.gap_rest import shrink_table, unknown
+from ddh_twin_py.report.gap_words import NEAR, VERDICTS, capital, closed, component_name, percent, set_name, times_floor
+from ddh_twin_py.report.residual_charts import residual_sections
+from ddh_twin_py.report.units import number
+
+if TYPE_CHECKING:
+    from ddh_twin_py.gap.diagnosis import Diagnosis
+
+_FLOOR = (
+    "Noise floor: what no twin can do better. It is the sensor's noise together with what the twin leaves when fitted to the rig as it was "
+    "built; without a recording of that, 1.6 times the noise. A gap of 1 is the floor itself."
+)
+
+
+def gap_document(diagnosis: Diagnosis) -> doc.Document:
+    """The page."""
+    report = diagnosis.report
+    notes = _notes(report["notes"])
+    page = doc.Document("Gap diagnosis", _title(diagnosis), diagnosis.sentence, _end(diagnosis), VERDICTS[report["verdict"]][1])
+    page.add("In short", doc.figures(_key_figures(diagnosis)), doc.note(_FLOOR), notes if report["verdict"] == "insufficient" else "")
+    page.add("Where", drawings(diagnosis))
+    if report["verdict"] == "insufficient" and not diagnosis.traces:
+        return page
+    page.add("Why", hypotheses(diagnosis), effects_ranked(diagnosis))
+    page.add("What cannot be told apart", classes(diagnosis))
+    if diagnosis.traces:
+        page.add("Measured less twin, before and after", doc.note(_residual_note()), *residual_sections(diagnosis))
+    page.add("What is left", shrink_table(diagnosis))
+    page.add("What no listed effect explains", unknown(diagnosis))
+    page.add("What the twin lacks", _lacking(diagnosis))
+    page.add("The next test", _next_test(report["next_test"], report["verdict"]))
+    page.add("Parameters of the rig", parameters_table(diagnosis.parameters, diagnosis.rig))
+    if report["verdict"] != "insufficient":
+        page.add("Notes", notes)
+    return page
+
+
+def _title(diagnosis: Diagnosis) -> str:
+    names = [Path(p).name or p for p in diagnosis.recordings.get("field", [])]
+    return f"{diagnosis.rig.rig_id}: {', '.join(names)}" if names else diagnosis.rig.rig_id
+
+
+def _key_figures(diagnosis: Diagnosis) -> list[doc.Figure]:
+    report = diagnosis.report
+    gap, said = report["gap"], VERDICTS[report["verdict"]][0]
+    leading = diagnosis.weighed[0] if diagnosis.weighed else None
+    cards = [doc.Figure("Verdict", said, f"{set_name(leading.effects)}, {percent(leading.probability)}" if leading else "see the notes")]
+    if gap["before"] is not None:
+        cards += [
+            doc.Figure("Gap as given", f"{number(gap['as_is'], 2)} ×", "noise floor; nothing fitted"),
+            doc.Figure("Parameters fitted", f"{number(gap['before'], 2)} ×", "noise floor; no effect added"),
+        ]
+    if gap["after"] is not None and leading and leading.effects:
+        cards += [
+            doc.Figure("With the cause added", f"{number(gap['after'], 2)} ×", "noise floor" if gap["closed_fraction"] is None else
+                       f"noise floor; {closed(gap['closed_fraction'])} of the gap closed"),
+        ]
+    if report["where"]:
+        first = report["where"][0]
+        shares: dict[str, float] = {}
+        for row in report["where"]:
+            shares[row["component"]] = shares.get(row["component"], 0.0) + row["share"]
+        name = max(shares, key=shares.get)
+        most = "all phases alike" if first["phase"] == "all" else f"most in {first['phase']}"
+        cards.append(doc.Figure("Where", capital(component_name(name)), f"{percent(shares[name])} of what is missing; {most}"))
+    if report["shrink"]:
+        near = sum(times_floor(row, "after") <= NEAR for row in report["shrink"].values())
+        cards.append(doc.Figure("Signals explained", f"{near} of {len(report['shrink'])}", f"within {NEAR:g} × floor at the end"))
+    count = {kind: len(paths) for kind, paths in diagnosis.recordings.items()}
+    cards.append(doc.Figure("Rig as built", "recorded" if count.get("commissioning") else "not recorded",
+                            "changes since then" if count.get("commissioning") else "held against the sheet"))
+    if report["notes"] and report["verdict"] != "insufficient":
+        cards.append(doc.Figure("Notes", str(len(report["notes"])), "what cannot be known from this record; at the end"))
+    held = "validation bag" if count.get("validation") else "part of the field data" if diagnosis.traces else "none"
+    cards.append(doc.Figure("Held out", held, report["held_out"]))
+    return cards
+
+
+def _notes(notes: list[str]) -> doc.Html:
+    if not notes:
+        return doc.Html("")
+    rows = "".join(f"<li>{doc.text(n)}</li>" for n in notes)
+    return doc.Html(f'<ul class="notes">{rows}</ul>')
+
+
+def _residual_note() -> str:
+    return (
+        "Only data that took no part in finding or fitting. Orange: the twin with its parameters fitted; blue: with the leading hypothesis "
+        "added. Grey band: the noise floor; it bounds the usual size, single samples of plain noise leave it now and then. Small plots: "
+        "the same difference against other variables; line: the middle value, band: two thirds of the samples."
+    )
+
+
+def _lacking(diagnosis: Diagnosis) -> doc.Html:
+    blocks = []
+    if diagnosis.lacking:
+        blocks.append(lacking_table(diagnosis.lacking, "Given the hypotheses, each weighed with its probability"))
+    if diagnosis.alone:
+        blocks.append(doc.details("From the data alone, before any effect is assumed", drawing_of(diagnosis.alone, "From the data alone"),
+                                  lacking_table(diagnosis.alone)))
+    if blocks:
+        blocks.append(doc.note("± is one standard deviation: the truth lies within it two times out of three. 'Clear' is beyond four of "
+                               "them, 'likely' beyond two."))
+    return doc.Html("".join(blocks))
+
+
+def _next_test(test: dict | None, verdict: str) -> doc.Html:
+    if not test:
+        return doc.paragraph("The catalogue does not hold the cause, so no duty is known that would tell more. Look at the machine where "
+                             "the gap lies." if verdict == "unknown" else "Nothing is left to tell apart.")
+    told = between(test.get("between") or [])
+    size = test["expected_separation"]
+    if size > math.log(1e6):
+        odds = "more than a million times"
+    else:
+        odds = f"about {math.exp(size):,.0f} times".replace(",", " ") if size > 1.0 else "barely more"
+    blocks = [f'<p class="found"><strong>{doc.text(test["description"])}</strong></p>']
+    if told:
+        blocks.append(doc.paragraph(f"It tells {told}."))
+    blocks.append(doc.note(f"Expected separation {number(size, 1)}: after it the odds of the right one against the other are expected "
+                           f"to be {odds} as high as before (log Bayes factor: the natural logarithm of that)."))
+    return doc.Html("".join(blocks))
+
+
+def _end(diagnosis: Diagnosis) -> doc.EndMatter:
+    rows = [(f"Recordings, {kind}", ", ".join(paths) or "none") for kind, paths in diagnosis.recordings.items()]
+    if diagnosis.seconds:
+        rows.append(("Computing time", ", ".join(f"{name} {number(value, 1)} s" for name, value in diagnosis.seconds.items())))
+    return doc.EndMatter(f"Held out: {diagnosis.report['held_out']}.", diagnosis.rig.file, diagnosis.assumptions, rows)

@@ -1,0 +1,97 @@
+"""What is left of a gap: signals before and after, whether the rest is noise, and what no listed effect explains."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ddh_twin_py.gap.diagnosis import Diagnosis, Shape, Trace
+from ddh_twin_py.report import document as doc
+from ddh_twin_py.report.curve_plot import Curve, curve_plot
+from ddh_twin_py.report.gap_words import NEAR, axis_scale, capital, component_name, signal_name, times_floor
+from ddh_twin_py.report.units import in_unit, number, plus_minus, shown
+
+PERSISTENT = 0.5
+"""Correlation of neighbouring samples from which on a residual shows a pattern."""
+
+
+def persistence(residual: np.ndarray) -> float:
+    """Correlation of each sample with the next: 0 is noise, 1 a smooth curve; NaN where fewer than 8 samples follow each other.
+
+    Args:
+        residual: (n,), NaN where missing.
+    """
+    first, second = residual[:-1], residual[1:]
+    both = np.isfinite(first) & np.isfinite(second)
+    if np.count_nonzero(both) < 8:
+        return float("nan")
+    first, second = (x[both] - np.mean(residual[np.isfinite(residual)]) for x in (first, second))
+    power = float(np.sqrt(np.mean(first**2) * np.mean(second**2)))
+    return float(np.mean(first * second)) / power if power > 0.0 else float("nan")
+
+
+def judged(times: float, trace: Trace | None) -> doc.Html:
+    """Whether what is left of a signal is noise, as a mark with words.
+
+    Args:
+        times: RMS of what is left in multiples of the floor. trace: None where there is none.
+    """
+    if times <= NEAR:
+        return doc.mark("good", "noise")
+    level = "fair" if times <= 2.0 else "poor"
+    pattern = float("nan") if trace is None else persistence(trace.measured - trace.after)
+    if np.isnan(pattern):
+        return doc.mark(level, "more than noise")
+    return doc.mark(level, "a pattern remains" if pattern > PERSISTENT else "scatter beyond the noise")
+
+
+def shrink_table(diagnosis: Diagnosis) -> doc.Html:
+    """Per signal the RMS of what the twin misses, before and after, in people's units and in multiples of the floor."""
+    shrink = diagnosis.report["shrink"]
+    if not shrink:
+        return doc.paragraph("No signal could be compared.")
+    columns = (
+        doc.Column("Signal", number=False), doc.Column("Before", "RMS"), doc.Column("After", "RMS"), doc.Column("Noise floor", "RMS"),
+        doc.Column("Before", "× floor"), doc.Column("After", "× floor"), doc.Column("What is left", number=False),
+    )
+    rows = []
+    for name, row in sorted(shrink.items(), key=lambda item: -times_floor(item[1], "before")):
+        before, after = times_floor(row, "before"), times_floor(row, "after")
+        rows.append((capital(signal_name(name)), in_unit(row["before"], row["unit"]), in_unit(row["after"], row["unit"]),
+                     in_unit(row["noise"], row["unit"]), number(before, 2), number(after, 2), judged(after, diagnosis.traces.get(name))))
+    return doc.Html(doc.table(columns, rows) + doc.note(
+        "RMS: the usual size of the difference between measured and twin (root of the mean square), on data that took no part in finding "
+        f"or fitting. Up to {NEAR:g} times the floor nothing is left but noise. A pattern is a difference that keeps its sign from one "
+        "sample to the next; scatter does not."))
+
+
+def unknown(diagnosis: Diagnosis) -> doc.Html:
+    """What no listed effect explains: where, how large, on what it depends, drawn; empty where there is nothing."""
+    found = diagnosis.report["unknown"]
+    if not found:
+        return doc.Html("")
+    depends = ", ".join(_variable(name) for name in found["depends_on"])
+    hangs = " It changes with none of the variables that were looked at."
+    if depends:
+        hangs = f" It changes with {depends}" + (", strongest first." if len(found["depends_on"]) > 1 else ".")
+    words = (f"{capital(component_name(found['component']))}, {found['domain']}: about {plus_minus(found['size'], None, found['unit'])} "
+             f"that no effect of the catalogue explains.{hangs}")
+    return doc.Html(doc.paragraph(words) + shapes(diagnosis.shapes))
+
+
+def shapes(several: list[Shape]) -> doc.Html:
+    """Curves of what is missing over the variables that it depends on, with two standard deviations."""
+    plots = []
+    for shape in several:
+        unit = shown(shape.unit)
+        name, axis_unit, factor, shift = axis_scale(shape.variable, float(np.nanmin(shape.at)) if shape.at.size else 0.0)
+        value, spread = shape.value * unit.factor, 2.0 * shape.std * unit.factor
+        curve = Curve("missing", "fused", (shape.at - shift) * factor, value, value - spread, value + spread)
+        plots.append(curve_plot([curve], f"{name}, {axis_unit}" if axis_unit else name, f"missing, {unit.unit}", width=460, height=240))
+    if not any(plots):
+        return doc.Html("")
+    note = doc.note("Line: what is missing over the variable. Band: two standard deviations, it holds the truth 19 times out of 20.")
+    return doc.Html(f'<div class="plots large">{"".join(plots)}</div>{note}')
+
+
+def _variable(name: str) -> str:
+    return axis_scale(name, float("nan"))[0]

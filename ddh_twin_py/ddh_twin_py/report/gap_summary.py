@@ -1,0 +1,119 @@
+"""The short summary of a gap diagnosis for a terminal; the same numbers as its page."""
+
+from __future__ import annotations
+
+import textwrap
+from typing import TYPE_CHECKING
+
+from rich.console import Console
+from rich.text import Text
+
+from ddh_twin_py.report.gap_words import NEAR, VERDICTS, closed, component_name, effect_name, percent, set_name, signal_name, times_floor
+from ddh_twin_py.report.summary import STYLE
+from ddh_twin_py.report.units import in_unit, number, plus_minus
+
+if TYPE_CHECKING:
+    from ddh_twin_py.gap.diagnosis import Diagnosis
+
+LINES, WIDTH = 25, 80
+"""What a summary fits in."""
+_MOST_HYPOTHESES, _MOST_PLACES, _MOST_SIGNALS = 4, 3, 5
+
+
+def gap_summary(diagnosis: Diagnosis) -> list[Text]:
+    """Verdict, gap, causes, places, signals, next test: at most `LINES` lines of `WIDTH` columns."""
+    report = diagnosis.report
+    words, level = VERDICTS[report["verdict"]]
+    lines = [Text(line) for line in _wrapped(f"{words}: {diagnosis.sentence}", 4)]
+    lines[0].stylize(f"bold {STYLE[level]}", 0, len(words))
+    lines += _gap(report)
+    lines += _hypotheses(diagnosis)
+    lines += _places(report)
+    lines += _signals(report)
+    if report["next_test"]:
+        lines += _titled("next test", report["next_test"]["description"], 2)
+    room = LINES - len(lines)
+    if report["notes"] and room > 0:
+        lines += _notes(report["notes"], room)
+    return lines[:LINES]
+
+
+def print_gap(diagnosis: Diagnosis, console: Console | None = None) -> None:
+    """Print the summary."""
+    console = console or Console()
+    for line in gap_summary(diagnosis):
+        console.print(line, no_wrap=True, overflow="ellipsis", highlight=False)
+
+
+def _gap(report: dict) -> list[Text]:
+    gap = report["gap"]
+    if gap["before"] is None:
+        return []
+    said = "" if gap["closed_fraction"] is None else f" ({closed(gap['closed_fraction'])} closed)"
+    return [Text(f"gap        {number(gap['as_is'], 2)} × floor as given, {number(gap['before'], 2)} fitted, "
+                 f"{number(gap['after'], 2)} with the cause{said}")]
+
+
+def _hypotheses(diagnosis: Diagnosis) -> list[Text]:
+    shown = [w for w in diagnosis.weighed if w.probability >= 0.005][:_MOST_HYPOTHESES]
+    lines = []
+    for i, w in enumerate(shown):
+        lead = "cause      " if i == 0 else " " * 11
+        values = "; ".join(plus_minus(value, std, unit) for value, std, unit, _ in w.values.values())
+        said = f"{percent(w.probability):>8}  {set_name(w.effects)}"
+        line = Text(lead + said + (f"  {values}" if values and len(lead + said + values) + 2 <= WIDTH else ""))
+        line.truncate(WIDTH, overflow="ellipsis")
+        lines.append(line)
+    for members in diagnosis.report["classes"][:1]:
+        lines += _titled("alike", ", ".join(effect_name(e) for e in members) + " look alike in this record", 2)
+    return lines
+
+
+def _places(report: dict) -> list[Text]:
+    lines = []
+    for i, row in enumerate(report["where"][:_MOST_PLACES]):
+        phase = "all phases" if row["phase"] == "all" else row["phase"]
+        said = (f"{percent(row['share']):>8}  {component_name(row['component'])}, {row['domain']}, {phase}: "
+                f"{plus_minus(row['missing'], row['std'], row['unit'], sign=True)}")
+        line = Text(("where      " if i == 0 else " " * 11) + said)
+        line.truncate(WIDTH, overflow="ellipsis")
+        lines.append(line)
+    return lines
+
+
+def _signals(report: dict) -> list[Text]:
+    worst = sorted(report["shrink"].items(), key=lambda item: -times_floor(item[1], "before"))
+    rows = [item for item in worst if max(times_floor(item[1], "before"), times_floor(item[1], "after")) > NEAR]
+    if not report["shrink"]:
+        return []
+    if not rows:
+        return [Text(f"signals    all {len(worst)} within {NEAR:g} times their noise floor")]
+    lines = [Text(f"{'signals':<11}{'RMS of what the twin misses':<29}{'before → after':>20}{'× noise floor':>20}")]
+    for name, row in rows[:_MOST_SIGNALS]:
+        before, after, unit = times_floor(row, "before"), times_floor(row, "after"), row["unit"]
+        sizes = f"{in_unit(row['before'], unit, False)} → {in_unit(row['after'], unit)}"
+        line = Text(f"{'':<11}{signal_name(name):<27}{sizes:>22}{f'{number(before, 2)} → {number(after, 2)}':>20}")
+        line.truncate(WIDTH)
+        if after > NEAR:
+            line.stylize(STYLE["fair"], len(line) - len(number(after, 2)))
+        lines.append(line)
+    if len(worst) > len(rows[:_MOST_SIGNALS]):
+        near = sum(times_floor(row, "after") <= NEAR for _, row in worst)
+        lines.append(Text(f"           {near} of {len(worst)} signals end within {NEAR:g} times their floor"))
+    return lines
+
+
+def _notes(notes: list[str], room: int) -> list[Text]:
+    lines = _titled("note", notes[0], min(room, 3))
+    if len(notes) > 1 and len(lines) < room:
+        lines.append(Text(f"           and {len(notes) - 1} further notes in the report (--html FILE, --json FILE)"))
+    return lines
+
+
+def _titled(title: str, words: str, most: int) -> list[Text]:
+    cut = _wrapped(words, most, WIDTH - 11)
+    return [Text(f"{title:<11}{cut[0]}"), *(Text(" " * 11 + line) for line in cut[1:])]
+
+
+def _wrapped(words: str, most: int, width: int = WIDTH) -> list[str]:
+    return textwrap.wrap(words, width, max_lines=most, placeholder=" …") or [""]

@@ -1,0 +1,150 @@
+"""Names of a gap diagnosis in words of people who know hydraulics and no statistics."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping
+
+from ddh_twin_py.gap.catalogue import EFFECTS
+from ddh_twin_py.report.units import ZERO_CELSIUS, plain, shown, words
+
+UNKNOWN = "unknown"
+"""Id that stands for an effect outside the catalogue."""
+PHASES = ("lifting", "lowering", "holding", "transient", "all")
+"""Phases of the contract in the order of a page."""
+PHASE_MEANING = {
+    "all": "the whole recording",
+    "lifting": "rod going out faster than 2 mm/s",
+    "lowering": "rod coming in faster than 2 mm/s",
+    "holding": "rod at rest",
+    "transient": "within 0.3 s after a step of the speed command",
+}
+VERDICTS = {
+    "no_gap": ("No gap", "good"),
+    "explained": ("Explained", "fair"),
+    "ambiguous": ("Ambiguous", "fair"),
+    "unknown": ("Unknown cause", "poor"),
+    "insufficient": ("Cannot tell", "poor"),
+}
+"""Verdict of the contract to its words and the colour beside them."""
+NEAR = 1.2
+"""Multiples of the noise floor up to which a signal counts as explained."""
+_NAMES = {
+    "pressure_piston_side": "pressure, piston side", "pressure_rod_side": "pressure, rod side", "rod_position": "stroke error",
+    "electrical_power": "electrical power", "pump_1": "pump 1", "pump_2": "pump 2", "line_a": "line A", "line_b": "line B",
+}
+_EFFECT_NAMES = {
+    "motor.pwm_loss": "motor: PWM loss", "oil.viscosity_temperature": "oil: viscosity over temperature",
+    "pump_1.cooling": "pumps: cooling of both cases", "relief_valve.setting": "relief valve: opening pressure",
+    "check_valve.cracking": "check valve: cracking pressure",
+    "sensor.pressure_piston_side_offset": "sensor: zero of the piston-side pressure",
+    "sensor.pressure_rod_side_offset": "sensor: zero of the rod-side pressure",
+    "sensor.pressure_rod_side_gain": "sensor: span of the rod-side pressure",
+    "sensor.temperature_lag": "sensor: lag on surfaces", "sensor.surface_contact": "sensor: contact with surfaces",
+    "sensor.time_skew": "sensor: clocks apart",
+}
+_STRENGTH = ((25.0, "very strong"), (9.0, "strong"), (4.0, "some"))
+_NUMBER = r"[−-]?\d+(?:\.\d+)?(?:e[+-]?\d+)?"
+_AMOUNT = re.compile(rf"(?P<low>{_NUMBER}) to (?P<high>{_NUMBER}) (?P<unit>rad/s|Pa|m/s|m|K)$")
+_AXIS = re.compile(r"^(?P<name>.*?),? *[\[(]?(?P<unit>rad/s|Pa|m/s|m3/s|N\*m|degC|K|m|s|A|W|V)[\])]?$")
+
+
+def component_name(component: str) -> str:
+    """A component in words, such as `line A`."""
+    return _NAMES.get(component, words(component))
+
+
+def signal_name(signal: str) -> str:
+    """A signal in words; temperatures by their place."""
+    if signal.startswith("temperature/"):
+        return f"temperature, {words(signal.split('/', 1)[1])}"
+    return _NAMES.get(signal, words(signal))
+
+
+def effect_name(effect: str) -> str:
+    """An effect in words, such as `pump 1: leakage`."""
+    if effect == UNKNOWN:
+        return "a cause outside the catalogue"
+    if effect in _EFFECT_NAMES:
+        return _EFFECT_NAMES[effect]
+    component, _, name = effect.partition(".")
+    return f"{component_name(component)}: {words(name)}" if name else words(effect)
+
+
+def set_name(effects: tuple[str, ...] | list[str]) -> str:
+    """A set of effects in words."""
+    return " and ".join(effect_name(e) for e in effects) if effects else "no effect: rig and sensors are as known"
+
+
+def percent(probability: float) -> str:
+    """A probability in percent that never says 0 or 100 where it is not."""
+    if 0.0 < probability < 0.005:
+        return "< 0.5 %"
+    if 0.995 < probability < 1.0:
+        return "> 99.5 %"
+    return f"{100.0 * probability:.0f} %"
+
+
+def closed(fraction: float) -> str:
+    """The share of a gap that was closed; all of it where what is left lies below the floor."""
+    if fraction >= 1.0:
+        return "all"
+    return f"{100.0 * fraction:.0f} %".replace("-", "−")
+
+
+def times_floor(row: Mapping[str, float], when: str) -> float:
+    """RMS of a row of the report's shrink over its noise floor; ``when`` is before or after."""
+    return row[when] / row["noise"] if row["noise"] > 0.0 else math.inf
+
+
+def strength(gain: float) -> str:
+    """How strong the evidence of a chi-square is, in words; below 4 (two standard deviations) it is chance."""
+    return next((word for least, word in _STRENGTH if abs(gain) >= least), "")
+
+
+def leaning(gain: float) -> str:
+    """The same with its direction, such as `strong, for it`."""
+    word = strength(gain)
+    return f"{word}, {'for' if gain > 0.0 else 'against'} it" if word else "says nothing"
+
+
+def capital(said: str) -> str:
+    """The words with a capital first letter; the others stay."""
+    return said[:1].upper() + said[1:]
+
+
+def regime_name(regime: str) -> str:
+    """A regime such as `speed 40 to 80 rad/s` in the units that people read."""
+    found = _AMOUNT.search(regime)
+    if not found:
+        return regime
+    unit = shown(found["unit"])
+    low, high = (float(found[edge].replace("−", "-")) for edge in ("low", "high"))
+    name, shift = unit.unit, 0.0
+    if found["unit"] == "K" and low > 200.0:
+        name, shift = "°C", ZERO_CELSIUS
+    low, high = ((v - shift) * unit.factor for v in (low, high))
+    return f"{regime[:found.start()]}{plain(low)} to {plain(high)} {name}"
+
+
+def axis_scale(name: str, lowest: float) -> tuple[str, str, float, float]:
+    """Name, unit that people read, factor and shift of a variable such as `speed, rad/s`: shown = (value - shift) * factor.
+
+    Args:
+        name: with its SI unit. lowest: smallest value; kelvin above 200 are absolute temperatures.
+    """
+    found = _AXIS.match(name.strip())
+    if not found or not found["name"].strip():
+        return words(name), "", 1.0, 0.0
+    said = words(found["name"].strip())
+    if found["unit"] in ("K", "degC"):
+        absolute = found["unit"] == "K" and math.isfinite(lowest) and lowest > 200.0
+        return said, "°C" if absolute or found["unit"] == "degC" else "K", 1.0, ZERO_CELSIUS if absolute else 0.0
+    unit = shown(found["unit"])
+    return said, unit.unit, unit.factor, 0.0
+
+
+def parameter_of(effect: str) -> str:
+    """The quantity that is reported of an effect, in words."""
+    return words(EFFECTS[effect].parameter) if effect in EFFECTS else ""

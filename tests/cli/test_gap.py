@@ -1,0 +1,110 @@
+"""The verb gap around an engine that is given: what it passes on, writes, says and returns."""
+
+import html
+import json
+import sys
+import types
+
+import jsonschema
+import pytest
+from ddh_twin_py.bags.errors import BagError
+from ddh_twin_py.cli.main import main
+from ddh_twin_py.rig import load_rig
+from support.made_diagnosis import KINDS, made_diagnosis
+
+
+@pytest.fixture
+def engine(monkeypatch):
+    """The engine replaced by one that keeps what it was asked and answers with `answer`."""
+    module = types.ModuleType("ddh_twin_py.gap.diagnose")
+    module.asked, module.answer = [], made_diagnosis("explained", seconds=60.0)
+
+    def diagnose(field, commissioning, validation, rig, without=(), only=(), progress=None):
+        module.asked.append((field, commissioning, validation, rig, tuple(without)))
+        if isinstance(module.answer, Exception):
+            raise module.answer
+        progress(0.5)
+        return module.answer
+
+    module.diagnose = diagnose
+    monkeypatch.setitem(sys.modules, "ddh_twin_py.gap.diagnose", module)
+    return module
+
+
+@pytest.fixture
+def case(tmp_path):
+    for role in ("field", "commissioning"):
+        (tmp_path / "case" / role).mkdir(parents=True)
+        (tmp_path / "case" / role / "metadata.yaml").write_text("")
+    return tmp_path / "case"
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_every_verdict_is_written_and_is_a_success(kind, engine, case, tmp_path, shared_dir, capsys):
+    engine.answer = made_diagnosis(kind, seconds=60.0)
+    out = tmp_path / "deep" / "out"
+    assert main(["gap", str(case), "--json", str(out / "g.json"), "--html", str(out / "g.html")]) == 0
+    data = json.loads((out / "g.json").read_text(), parse_constant=pytest.fail)
+    jsonschema.validate(data, json.loads((shared_dir / "gap_report.schema.json").read_text()))
+    assert data == json.loads(json.dumps(engine.answer.report))
+    assert engine.answer.sentence in html.unescape((out / "g.html").read_text())
+    said, _ = capsys.readouterr()
+    assert engine.answer.sentence in " ".join(said.split())
+
+
+def test_a_case_folder_and_a_rig_reach_the_engine(engine, case, tmp_path):
+    rig = tmp_path / "rig.yaml"
+    rig.write_text("rig_id: press_7\n")
+    assert main(["gap", str(case), "--rig", str(rig), "--without", "load.mass", "--without", "pump_1.leakage", "--quiet"]) == 0
+    ((field, commissioning, validation, given, without),) = engine.asked
+    assert (field, commissioning, validation) == ([case / "field"], case / "commissioning", None)
+    assert given.rig_id == "press_7" and without == ("load.mass", "pump_1.leakage")
+
+
+def test_json_to_standard_output_is_alone_there(engine, case, capsys):
+    assert main(["gap", str(case), "--json", "-"]) == 0
+    assert json.loads(capsys.readouterr().out)["verdict"] == "explained"
+    assert main(["gap", str(case), "--quiet"]) == 0
+    assert capsys.readouterr() == ("", "")
+
+
+def test_the_rig_file_is_the_diagnosis_and_can_be_read(engine, case, tmp_path):
+    path = tmp_path / "out.yaml"
+    assert main(["gap", str(case), "-o", str(path), "--quiet"]) == 0
+    assert load_rig(path).quantities == engine.answer.rig.quantities
+    assert engine.answer.sentence in path.read_text()
+
+
+@pytest.mark.parametrize("given, expected", [
+    (["gap"], "FIELD"),
+    (["gap", "nowhere"], "nowhere does not exist"),
+    (["gap", "CASE", "--validation", "nowhere"], "nowhere does not exist"),
+    (["gap", "CASE", "--without", "pump_1.leak"], "no effect 'pump_1.leak'; the nearest is 'pump_1.leakage'"),
+    (["gap", "CASE", "--rig", "no_rig.yaml"], "no_rig.yaml"),
+    (["gap", "CASE", "--html", "CASE"], "is a folder and no file"),
+])
+def test_what_cannot_be_used_is_one_line_before_any_work(given, expected, engine, case, capsys):
+    given = [str(case) if word == "CASE" else word for word in given]
+    try:
+        code = main([*given, "--quiet"])
+    except SystemExit as left:
+        code = left.code
+    assert code == 2 and not engine.asked
+    (line,) = capsys.readouterr().err.strip().splitlines()
+    assert expected in line
+
+
+def test_a_bag_that_the_engine_refuses_is_one_line(engine, case, tmp_path, capsys):
+    engine.answer = BagError(f"{case}/field: topic /ddh/drive/telemetry is missing")
+    assert main(["gap", str(case), "--quiet", "--json", str(tmp_path / "g.json")]) == 2
+    assert capsys.readouterr().err == f"ddh-twin gap: error: {case}/field: topic /ddh/drive/telemetry is missing\n"
+    assert not (tmp_path / "g.json").exists()
+
+
+def test_interrupted_nothing_is_written(engine, case, tmp_path, capsys):
+    def interrupted(*args, **more):
+        raise KeyboardInterrupt
+
+    engine.diagnose = interrupted
+    assert main(["gap", str(case), "--quiet", "--html", str(tmp_path / "g.html")]) == 130
+    assert capsys.readouterr().err == "ddh-twin gap: interrupted\n" and not (tmp_path / "g.html").exists()

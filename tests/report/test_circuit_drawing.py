@@ -1,0 +1,77 @@
+"""The drawing of the circuit: every component of the contract, well-formed, coloured as told."""
+
+import re
+from importlib import resources
+from xml.etree import ElementTree
+
+import pytest
+import yaml
+from ddh_twin_py.report.circuit_drawing import COMPONENTS, STEPS, Tint, circuit_drawing, step_of
+
+
+def groups(svg):
+    return {g.attrib["data-component"]: g for g in ElementTree.fromstring(svg).iter("g")}
+
+
+def test_every_component_of_the_contract_is_drawn(shared_dir):
+    contract = yaml.safe_load((shared_dir / "effects.yaml").read_text())
+    assert set(COMPONENTS) == set(contract["components"])
+    drawn = groups(circuit_drawing({}, "plain"))
+    assert set(drawn) == set(COMPONENTS)
+    assert all(g.attrib["class"] == "q0" and len(list(g)) > 1 for g in drawn.values())
+
+
+def test_colour_and_words_stand_at_their_component():
+    for name in COMPONENTS:
+        svg = circuit_drawing({name: Tint(4, "−1 <L/min>", "said & meant")}, "one")
+        drawn = groups(svg)
+        assert drawn[name].attrib["class"] == "q4"
+        assert [g for g in drawn if drawn[g].attrib["class"] != "q0"] == [name]
+        assert drawn[name].find("title").text == "said & meant"
+        assert sum("−1 <L/min>" in "".join(t.itertext()) for t in ElementTree.fromstring(svg).iter("text")) == 1
+
+
+def test_words_stay_inside_and_apart():
+    """With a value at every component, no two labels overlap and none leaves the drawing (7.6 units a letter of 16)."""
+    svg = ElementTree.fromstring(circuit_drawing({name: Tint(1, "−0.432 ± 0.018 L/min") for name in COMPONENTS}, "all"))
+    _, _, width, height = map(float, svg.attrib["viewBox"].split())
+    boxes = []
+    for words in svg.iter("text"):
+        if words.attrib.get("class") in ("tag", "symbol"):
+            continue
+        said, x, y = "".join(words.itertext()), float(words.attrib["x"]), float(words.attrib["y"])
+        long = 7.6 * len(said)
+        left = {"start": x, "middle": x - long / 2, "end": x - long}[words.attrib["text-anchor"]]
+        assert 0.0 <= left and left + long <= width and 12.0 <= y <= height, said
+        boxes.append((said, left, left + long, y - 11.0, y + 2.0))
+    for i, (a, l1, r1, t1, b1) in enumerate(boxes):
+        for b, l2, r2, t2, b2 in boxes[i + 1:]:
+            assert r1 <= l2 or r2 <= l1 or b1 <= t2 or b2 <= t1, (a, b, l1, l2, t1, t2)
+
+
+def test_a_component_that_is_none_is_named():
+    with pytest.raises(ValueError, match="no component 'pump_3'"):
+        circuit_drawing({"pump_3": Tint(1, "")}, "x")
+
+
+def test_steps_rise_with_the_share():
+    steps = [step_of(share) for share in (0.0, 1e-6, 0.1, 0.3, 0.5, 1.0)]
+    assert steps == [0, 1, 2, 3, 4, 5] and STEPS == 6
+
+
+def luminance(colour):
+    """Relative luminance of WCAG 2 of #rrggbb."""
+    channels = [int(colour[n:n + 2], 16) / 255.0 for n in (1, 3, 5)]
+    return sum(w * (c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4)
+               for w, c in zip((0.2126, 0.7152, 0.0722), channels, strict=True))
+
+
+@pytest.mark.parametrize("theme, sign", [("", -1), ('[data-theme="dark"]', 1)])
+def test_colours_are_told_apart_by_lightness_alone(theme, sign):
+    """Read alike with any colour vision and in grey: each step is lighter or darker than the one before by 1.1 in contrast."""
+    style = resources.files("ddh_twin_py.report").joinpath("assets/style.css").read_text("utf-8")
+    rule = next(r for r in re.findall(re.escape(":root" + theme) + r" \{([^}]*)\}", style) if "--q0" in r)
+    found = dict(re.findall(r"--(q\d): (#[0-9a-f]{6})", rule))
+    light = [luminance(found[f"q{i}"]) + 0.05 for i in range(STEPS)]
+    ratios = [(b / a) ** sign for a, b in zip(light, light[1:], strict=False)]
+    assert all(r > 1.1 for r in ratios), ratios

@@ -1,0 +1,56 @@
+"""The terminal's summary of a gap diagnosis: 25 lines of 80 columns, and the report's numbers."""
+
+import io
+from dataclasses import replace
+
+import pytest
+from ddh_twin_py.gap.catalogue import EFFECTS
+from ddh_twin_py.report.gap_summary import LINES, print_gap
+from ddh_twin_py.report.gap_words import effect_name, signal_name
+from rich.console import Console
+from support.made_diagnosis import KINDS, made_diagnosis
+
+
+def rendered(diagnosis, width=80):
+    out = io.StringIO()
+    print_gap(diagnosis, Console(file=out, width=width))
+    return out.getvalue().splitlines()
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_fits_a_terminal(kind):
+    lines = rendered(made_diagnosis(kind, seconds=120.0))
+    assert 1 <= len(lines) <= LINES and max(map(len, lines)) <= 80
+    assert not any("\x1b" in line for line in lines)
+    assert not any("…" in line for line in lines if line.startswith(("gap", "signals")))
+
+
+def test_stays_within_it_where_everything_is_long():
+    diagnosis = made_diagnosis("ambiguous", seconds=120.0)
+    report = {
+        **diagnosis.report, "notes": ["a long note " * 40] * 9, "classes": [list(EFFECTS)[:12]],
+        "next_test": {"description": "a long test " * 30, "expected_separation": 3.0},
+    }
+    longest = tuple(sorted(EFFECTS, key=len)[-2:])
+    weighed = [replace(w, effects=longest, probability=0.2) for w in diagnosis.weighed * 3]
+    lines = rendered(replace(diagnosis, report=report, weighed=weighed, sentence="a long sentence " * 40))
+    assert len(lines) <= LINES and max(map(len, lines)) <= 80
+
+
+def test_numbers_are_those_of_the_report():
+    diagnosis = made_diagnosis("explained", seconds=300.0)
+    lines = rendered(diagnosis)
+    said = " ".join(" ".join(lines).split())
+    assert diagnosis.sentence in said and f"Explained: {diagnosis.sentence}" in said
+    for key in ("as_is", "before", "after"):
+        assert f"{diagnosis.report['gap'][key]:.2f}" in said
+    assert any(effect_name("pump_1.leakage") in line and "98 %" in line and "1.830 ± 0.040" in line for line in lines)
+    row = diagnosis.report["shrink"]["pressure_piston_side"]
+    line = next(line for line in lines if signal_name("pressure_piston_side") in line)
+    assert f"{row['before'] * 1e-5:.3f} → {row['after'] * 1e-5:.3f} bar" in line
+    assert line.split()[-1] == f"{row['after'] / row['noise']:.2f}"
+
+
+def test_nothing_is_claimed_where_nothing_is_known():
+    said = " ".join(rendered(made_diagnosis("insufficient")))
+    assert said.startswith("Cannot tell") and "12 s of motion" in said and "floor" not in said
