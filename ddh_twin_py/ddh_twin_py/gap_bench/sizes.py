@@ -43,8 +43,7 @@ def sized(fault: Fault, sign: float, level: str, view: Scene, feigned: Feigned |
     size = _solve(measure, target, fault.step, fault.limit(sign))
     if size is None:
         return None
-    needed = max((DEVIATIONS[level] * _own_deviation(fault, view)), 0.0)
-    size = max(size, needed)
+    size = max(size, target * _own_deviation(fault, view))
     if size > fault.limit(sign) or worst(view, fault, sign * size)[1] < RISE["faint"]:
         return None
     return sign * size
@@ -85,5 +84,6 @@ def _solve(measure: Callable[[float], float], target: float, first: float, limit
         if low is not None and high is not None:
             size = math.sqrt(low * high)
         else:
-            size = min(limit, size * min(8.0, max(0.05, 0.97 * target / max(value, 1e-3) if value > target else 1.03 * target / max(value, 1e-3))))
+            wanted = target / max(value, 1e-3) * (0.97 if value > target else 1.03)
+            size = min(limit, size * min(8.0, max(0.05, wanted)))
     return None if high is None else high

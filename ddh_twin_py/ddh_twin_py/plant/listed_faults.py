@@ -74,7 +74,7 @@ LISTED: dict[str, Fault] = {fault.id: fault for fault in (
     _fault("pump_2.leakage", _H, "leakage_ratio", "1", _more("leakage_2"), _one, 0.1, 0.0, 5.0, (("pump_2.leakage", 1.0),), True),
     _fault("cylinder.cross_leakage", _H, "conductance", _G, _more("cross_leakage"), _zero, 1e-13, 0.0, 3e-12),
     _fault("relief_valve.setting", _H, "opening_pressure", "Pa", _sheet_more("relief_valve_opening_pressure"),
-           _of("relief_valve_opening_pressure"), 3e5, -1.2e7, 8e6, (("relief_valve.opening_pressure", 1.0),)),
+           _of("relief_valve_opening_pressure"), 3e5, -7e6, 6e6, (("relief_valve.opening_pressure", 1.0),)),
     _fault("relief_valve.seat_leakage", _H, "conductance", _G, _more("seat_leakage"), _zero, 1e-13, 0.0, 3e-12),
     _fault("check_valve.cracking", _H, "cracking_pressure", "Pa", _sheet_more("check_valve_cracking_pressure"),
            _of("check_valve_cracking_pressure"), 1e4, 0.0, 5.8e4, (("check_valve.cracking_pressure", 1.0),)),

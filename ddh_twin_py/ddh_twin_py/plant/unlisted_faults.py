@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-
-
 from ddh_twin_py.plant.fault import Fault
 from ddh_twin_py.plant.listed_faults import _more, _zero
 
