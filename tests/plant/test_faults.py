@@ -3,17 +3,16 @@
 import numpy as np
 import pytest
 import yaml
-from support.plants import course, exercise, quiet
-
 from ddh_twin_py.plant.condition import NEUTRAL, sound
 from ddh_twin_py.plant.listed_faults import LISTED
 from ddh_twin_py.plant.machine import nominal
 from ddh_twin_py.plant.sensors import ideal
 from ddh_twin_py.plant.unlisted_faults import UNLISTED
 from ddh_twin_py.rig import load_rig
+from support.plants import course, exercise, quiet
 
 FAULTS = {**LISTED, **UNLISTED}
-DURATION = 240.0
+DURATION = 200.0
 
 
 @pytest.fixture(scope="module")
@@ -25,7 +24,7 @@ def sheet():
 def bare(sheet):
     """Readings of the sound rig and the commands that it got: warm, and fast enough to reach the relief valve."""
     what = exercise(DURATION, 240.0, 900.0)
-    what.start[:] += 10.0
+    what.start[:-1] += 10.0  # all but the frame
     done = course(nominal(sheet), what)
     return what, done, _read(sheet, what, done)
 
@@ -79,24 +78,16 @@ def test_a_fault_of_no_size_changes_nothing(sheet, name):
 
 
 @pytest.mark.parametrize("name", sorted(FAULTS))
-def test_a_large_fault_is_seen(sheet, bare, name):
+def test_a_fault_is_seen_and_a_larger_one_better(sheet, bare, name):
     fault = FAULTS[name]
     what, done, _ = bare
-    sign = fault.signs[0]
-    size = sign * min(fault.limit(sign), 12.0 * fault.step)
-    other = course(nominal(sheet), what, [(fault, size)], done)
-    assert np.isfinite(other.drive).all() and np.isfinite(other.hydraulic).all()
-    assert _rise(bare, _read(sheet, what, other), float(other.condition["skew"][0])) > 2.0
-
-
-@pytest.mark.parametrize("name", sorted(FAULTS))
-def test_a_larger_fault_is_seen_better(sheet, bare, name):
-    fault = FAULTS[name]
-    what, done, _ = bare
-    sign = fault.signs[0]
+    sign = fault.signs[-1]
     rises = []
-    for factor in (2.0, 6.0):
+    for factor in (3.0, 12.0):
         size = sign * min(fault.limit(sign), factor * fault.step)
         other = course(nominal(sheet), what, [(fault, size)], done)
+        moving = np.isfinite(other.drive).all() and np.isfinite(other.hydraulic).all()
+        assert moving
         rises.append(_rise(bare, _read(sheet, what, other), float(other.condition["skew"][0])))
     assert rises[1] > rises[0] > 0.0
+    assert rises[1] > 2.0

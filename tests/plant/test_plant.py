@@ -3,17 +3,16 @@
 import ast
 from pathlib import Path
 
+import ddh_twin_py.plant
 import numpy as np
 import pytest
-from support.plants import course, exercise, quiet
-
-import ddh_twin_py.plant
 from ddh_twin_py.plant import heat
 from ddh_twin_py.plant.machine import build, nominal
 from ddh_twin_py.plant.oil import softness, viscosity, vogel, walther
 from ddh_twin_py.plant.run import FAST
 from ddh_twin_py.plant.sensors import SENSORS, measure
 from ddh_twin_py.rig import load_rig
+from support.plants import course, exercise, quiet
 
 
 @pytest.fixture(scope="module")
@@ -55,11 +54,11 @@ def test_heat_is_stored_or_lost(sheet):
     assert stored + done.ledger["lost_heat"] == pytest.approx(done.ledger["given_heat"], rel=0.01)
 
 
-def test_oil_is_the_sheets_within_a_quarter_per_cent(sheet):
+def test_oil_is_the_sheets_within_half_a_per_cent(sheet):
     numbers = [sheet[f"oil.{name}"] for name in ("walther_a", "walther_b", "density_15C", "thermal_expansion")]
     constants = vogel(*numbers)
     for degc in range(5, 66, 5):
-        assert viscosity(273.15 + degc, constants) == pytest.approx(walther(273.15 + degc, *numbers), rel=0.0025)
+        assert viscosity(273.15 + degc, constants) == pytest.approx(walther(273.15 + degc, *numbers), rel=0.005)
 
 
 def test_oil_stiffens_with_pressure():

@@ -3,7 +3,6 @@
 import math
 
 import numpy as np
-
 from ddh_twin_py.plant import heat
 from ddh_twin_py.plant.machine import Course, Exercise, Machine
 from ddh_twin_py.plant.sensors import SENSORS, Instruments

@@ -9,7 +9,7 @@ from multiprocessing import get_context
 from pathlib import Path
 
 from ddh_twin_py.gap_bench.making import make
-from ddh_twin_py.gap_bench.plan import SUITES, Planned, PlanError, plan
+from ddh_twin_py.gap_bench.plan import SUITES, PlanError, Planned, plan
 from ddh_twin_py.gap_bench.running import executor
 from ddh_twin_py.gap_bench.sealing import SEAL, seal
 from ddh_twin_py.rig import load_rig

@@ -11,7 +11,7 @@ import yaml
 
 from ddh_twin_py.bags.writer import write_recording
 from ddh_twin_py.gap_bench.duties import Duty, drawn
-from ddh_twin_py.gap_bench.plan import Planned, PlanError
+from ddh_twin_py.gap_bench.plan import PlanError, Planned
 from ddh_twin_py.gap_bench.recordings import recording_of
 from ddh_twin_py.gap_bench.sizes import sized, worst
 from ddh_twin_py.gap_bench.visibility import Feigned, Scene, scene

@@ -17,7 +17,8 @@ from ddh_twin_py.gap_bench.sealing import truth_of
 BINS = 10
 METRICS = {
     "right": "answered rightly as a whole", "detected": "a gap is found where an effect is hidden",
-    "false_alarm": "a gap is found where none is", "first": "true effect first (of two: among the first two)", "third": "true effect among the first three",
+    "false_alarm": "a gap is found where none is", "first": "true effect first (of two: among the first two)",
+    "third": "true effect among the first three",
     "probability": "mean probability on the true effect", "component": "true component first in 'where'",
     "both": "both of two in the leading hypothesis", "unknown_found": "outside the catalogue: said so",
     "unknown_component": "and at the right component", "false_unknown": "in the catalogue, yet said to be unknown",

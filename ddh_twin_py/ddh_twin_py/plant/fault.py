@@ -48,3 +48,17 @@ class Fault:
     def limit(self, sign: float) -> float:
         """Largest departure in a direction, not signed."""
         return self.highest if sign > 0.0 else -self.lowest
+
+
+def adding(field: str) -> Apply:
+    """A departure that is added to a field of the condition."""
+
+    def apply(params: np.ndarray, condition: np.ndarray, x: float) -> None:
+        condition[field] += x
+
+    return apply
+
+
+def zero(record: np.ndarray) -> float:
+    """Nominal value of what is added."""
+    return 0.0

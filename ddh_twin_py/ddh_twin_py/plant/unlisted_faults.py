@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from ddh_twin_py.plant.fault import Fault
-from ddh_twin_py.plant.listed_faults import _more, _zero
+from ddh_twin_py.plant.fault import Fault, adding, zero
 
 
 def _fault(id: str, domain: str, unit: str, field: str, step: float, highest: float) -> Fault:
-    return Fault(id, id.split(".")[0], domain, field, unit, _more(field), _zero, step, 0.0, highest, listed=False)
+    return Fault(id, id.split(".")[0], domain, field, unit, adding(field), zero, step, 0.0, highest, listed=False)
 
 
 _G = "m3/(s*Pa)"
