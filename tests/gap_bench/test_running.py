@@ -46,6 +46,16 @@ def test_an_unfinished_case_is_run(bench, engine):
     assert asked.read_text() == "case_0004 [] None\n"
 
 
+def test_asked_again(bench, engine):
+    name, asked = engine
+    run_bench(bench, engine=name, oracle=False)
+    asked.unlink()
+    run_bench(bench, engine=name, oracle=False, again="crashed")
+    assert asked.read_text() == "case_0002 [] None\n"
+    run_bench(bench, engine=name, oracle=False, suites=("none",), again="all")
+    assert asked.read_text().splitlines()[1:] == ["case_0004 [] None"]
+
+
 def test_crash_is_kept_with_its_reason(bench, engine):
     run_bench(bench, engine=engine[0], oracle=False)
     kept = json.loads(result_file(bench, "case_0002", "blind").read_text())

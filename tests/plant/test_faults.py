@@ -13,6 +13,7 @@ from support.plants import course, exercise, quiet
 
 FAULTS = {**LISTED, **UNLISTED}
 DURATION = 200.0
+LOWERED = {"relief_valve.setting"}  # what lies above the working pressure is not seen when it rises
 
 
 @pytest.fixture(scope="module")
@@ -81,10 +82,10 @@ def test_a_fault_of_no_size_changes_nothing(sheet, name):
 def test_a_fault_is_seen_and_a_larger_one_better(sheet, bare, name):
     fault = FAULTS[name]
     what, done, _ = bare
-    sign = fault.signs[-1]
+    sign = -1.0 if name in LOWERED else 1.0
     rises = []
-    for factor in (3.0, 12.0):
-        size = sign * min(fault.limit(sign), factor * fault.step)
+    for share in (0.25, 1.0):
+        size = share * sign * min(fault.limit(sign), 12.0 * fault.step)
         other = course(nominal(sheet), what, [(fault, size)], done)
         moving = np.isfinite(other.drive).all() and np.isfinite(other.hydraulic).all()
         assert moving

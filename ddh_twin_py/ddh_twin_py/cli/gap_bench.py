@@ -28,6 +28,8 @@ def add_parser(subparsers) -> None:
         "none, single, two, tolerance, left_out, outside")
     parser.add_argument("--jobs", metavar="N", type=whole(1, 256), default=1, help="processes at once (default 1)")
     parser.add_argument("--cluster", metavar="ADDRESS", help="of a dask scheduler whose workers see OUT under the same path")
+    parser.add_argument("--again", metavar="WHICH", choices=("crashed", "all"), default="", help="crashed or all: run these cases once "
+        "more, as after a change of the diagnosis")
     parser.add_argument("--no-oracle", action="store_true", help="do not ask the diagnosis that is told the effect")
     add_html(parser)
     add_json(parser)
@@ -56,7 +58,8 @@ def run(args: argparse.Namespace) -> int:
         from ddh_twin_py.gap_bench.running import run_bench
 
         with stage("diagnosing", args.quiet) as progress:
-            crashed = run_bench(out, args.jobs, suites, args.cases, oracle=not args.no_oracle, cluster=args.cluster, progress=progress)
+            crashed = run_bench(out, args.jobs, suites, args.cases, oracle=not args.no_oracle, cluster=args.cluster,
+                                again=args.again, progress=progress)
         if crashed:
             say(f"{len(crashed)} cases crashed and count as wrong: {', '.join(crashed)}")
     if "score" in steps:

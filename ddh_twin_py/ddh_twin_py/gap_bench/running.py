@@ -12,6 +12,7 @@ import sys
 import time
 from collections.abc import Callable
 from concurrent.futures import Executor, ThreadPoolExecutor, as_completed
+from importlib.util import find_spec
 from pathlib import Path
 
 from ddh_twin_py.gap_bench.one_case import ENGINE
@@ -90,22 +91,28 @@ def left_out(true: list[str], out: Path, name: str) -> list[str]:
 
 
 def run_bench(out: Path, jobs: int = 1, suites: tuple[str, ...] = (), cases: int | None = None, engine: str = ENGINE,
-              oracle: bool = True, cluster: str | None = None, progress: Callable[[float], None] | None = None) -> list[str]:
+              oracle: bool = True, cluster: str | None = None, again: str = "",
+              progress: Callable[[float], None] | None = None) -> list[str]:
     """Run what is not done yet.
 
     Args:
         out: folder of a sealed bench. jobs: processes at once. suites: only these; () is all. cases: only the first so many.
         engine: ``module:function``. oracle: whether the oracle is asked too. cluster: address of a dask scheduler whose
-            workers see ``out`` under the same path.
+            workers see ``out`` under the same path. again: 'crashed' or 'all': answers that are asked for once more.
         progress: called with the share done.
 
     Returns:
         names of the cases of which a process did not end well.
 
     Raises:
-        SealError: the truth is not what was sealed. BenchError: no such case, or no dask.
+        SealError: the truth is not what was sealed. BenchError: no such case, no such engine, or no dask.
     """
     names = selected(out, suites, cases)
+    module = engine.partition(":")[0]
+    if engine == ENGINE and find_spec(module) is None:
+        raise BenchError(f"{module}: this installation has no gap diagnosis, there is nothing to run")
+    if again:
+        forget(out, names, crashed=again == "crashed")
     crashed = []
     with executor(jobs, cluster) as pool:
         waiting = [pool.submit(run_case, str(out.absolute()), name, engine, oracle) for name in names]
@@ -116,6 +123,15 @@ def run_bench(out: Path, jobs: int = 1, suites: tuple[str, ...] = (), cases: int
             if progress is not None:
                 progress(done / len(waiting))
     return sorted(crashed)
+
+
+def forget(out: Path, names: list[str], crashed: bool) -> None:
+    """Remove the answers of cases, or those of a process that did not end well, with what was built on them."""
+    for name in names:
+        files = sorted((out / "results").glob(f"{name}.*.json"))
+        if not crashed or any("error" in json.loads(file.read_text()) for file in files):
+            for file in files:
+                file.unlink()
 
 
 def selected(out: Path, suites: tuple[str, ...], cases: int | None) -> list[str]:

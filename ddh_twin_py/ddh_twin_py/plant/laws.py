@@ -11,7 +11,7 @@ BRISTLE_STIFFNESS = 6.0e7
 BRISTLE_DAMPING = 3.0e4
 """N*s/m."""
 _TURNING = 0.2  # rad/s over which shaft friction turns
-_LEAK_BEND = 0.002  # rise of the leakage coefficient per 80 bar
+_LEAK_BEND = 0.0015  # rise of the leakage coefficient per 80 bar
 _EDDY_SHARE = 0.12  # of the iron loss at 500 rpm
 F500 = 25.0
 """Hz of the stator at 500 rpm with three pole pairs."""

@@ -1,7 +1,7 @@
 """The plant's oil: Vogel viscosity and a bulk modulus that pressure raises, with air that dissolves.
 
 mu = a exp(b/(T - c)) (Vogel 1921), tied to the sheet's Walther oil at three temperatures.
-Liquid: K = K_0 + 5 (p - 80 bar) (tangent, mineral oil); air: polytropic with exponent 1.3, of which pressure dissolves a part.
+Liquid: K = K_0 + 5 (p - 80 bar) (tangent, mineral oil); air: polytropic with exponent 1.35, of which pressure dissolves a part.
 """
 
 from __future__ import annotations
@@ -17,10 +17,10 @@ ATMOSPHERE = 101325.0
 VAPOUR = -0.96e5
 """Pa gauge."""
 _TIED = (283.15, 305.15, 333.15)  # K
-_EXPONENT = 1.3
+_EXPONENT = 1.35
 _RISE = 5.0
 _MIDDLE = 8.0e6  # Pa
-_DISSOLVING = 4.0e7  # Pa
+_DISSOLVING = 8.0e7  # Pa
 
 
 def walther(temperature: float, a: float, b: float, density_15: float, expansion: float) -> float:
