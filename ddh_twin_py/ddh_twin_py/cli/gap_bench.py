@@ -88,22 +88,30 @@ def _asked(words: list[str]) -> tuple[tuple[str, ...], Path]:
 
 
 def print_scores(scored: dict) -> None:
-    """The table, on standard output."""
+    """Two tables on standard output: every score over all cases, the main ones by suite and level."""
     from rich.box import SIMPLE_HEAD
     from rich.console import Console
     from rich.table import Table
 
     from ddh_twin_py.report.gap_bench_report import shown, verdict
 
-    columns = ("right", "detected", "false_alarm", "first", "third", "component", "unknown_found", "coverage", "seconds")
-    table = Table(box=SIMPLE_HEAD, pad_edge=False, show_edge=False)
-    for name in ("suite", "level", "cases", *columns):
-        table.add_column(name.replace("_", " "))
-    for row in (scored["all"], *scored["by_commissioning"], *scored["suites"]):
-        table.add_row(row["suite"], row["level"], str(row["cases"]), *(shown(name, row["scores"][name]) for name in columns))
     console = Console()
     console.print(verdict(scored))
+    columns = [scored["all"], *scored["by_commissioning"]]
+    table = Table(box=SIMPLE_HEAD, pad_edge=False, show_edge=False)
+    for name in ("score (95 % interval), cases", *(row["suite"] for row in columns)):
+        table.add_column(name)
+    for name, words in scored["metrics"].items():
+        table.add_row(words, *(shown(name, row["scores"][name]) for row in columns))
     console.print(table)
-    console.print("Each with its 95 % interval and number of cases.")
+    table = Table(box=SIMPLE_HEAD, pad_edge=False, show_edge=False)
+    for name in ("suite", "level", "cases", "right", "gap said", "true first", "first three"):
+        table.add_column(name)
+    for row in scored["suites"]:
+        scores = row["scores"]
+        said = "detected" if scores["detected"]["n"] else "false_alarm"
+        table.add_row(row["suite"], row["level"], str(row["cases"]),
+                      *(shown(name, scores[name]).rsplit(",", 1)[0] for name in ("right", said, "first", "third")))
+    console.print(table)
     for row in scored["crashed"]:
         console.print(f"crashed: {row['name']}: {row['why']}", markup=False)

@@ -7,6 +7,7 @@ in; where effects of the catalogue are hidden, the oracle that is told them, to 
 from __future__ import annotations
 
 import json
+import os
 import subprocess
 import sys
 import time
@@ -15,6 +16,7 @@ from concurrent.futures import Executor, ThreadPoolExecutor, as_completed
 from importlib.util import find_spec
 from pathlib import Path
 
+import ddh_twin_py
 from ddh_twin_py.gap_bench.one_case import ENGINE
 from ddh_twin_py.gap_bench.sealing import truth_of, verify
 from ddh_twin_py.rig.files import write_whole
@@ -69,9 +71,10 @@ def _ask(out: Path, name: str, question: str, truth: dict, engine: str, timeout:
         command += ["--without", *left_out(true, out, name)]
     elif question == "oracle":
         command += ["--only", *true]
+    path = os.pathsep.join(filter(None, (str(Path(ddh_twin_py.__file__).resolve().parent.parent), os.environ.get("PYTHONPATH", ""))))
     started = time.perf_counter()
     try:
-        ended = subprocess.run(command, capture_output=True, text=True, timeout=timeout)
+        ended = subprocess.run(command, capture_output=True, text=True, timeout=timeout, env={**os.environ, "PYTHONPATH": path})
         said = (ended.stderr.strip().splitlines() or ["nothing was said"])[-1]
         error = None if ended.returncode == 0 and target.is_file() else f"exit status {ended.returncode}: {said}"
     except subprocess.TimeoutExpired:
