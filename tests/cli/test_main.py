@@ -10,7 +10,7 @@ from ddh_twin_py.cli import main as cli
 from ddh_twin_py.cli.main import main
 from ddh_twin_py.rig.files import write_whole
 
-VERBS = ("replay", "calibrate", "info", "simulate", "bench", "verify", "demo", "up", "motor", "paper", "study", "gap")
+VERBS = ("replay", "calibrate", "info", "simulate", "bench", "verify", "demo", "up", "motor", "paper", "study", "gap", "gap-bench")
 
 
 def failure(capsys, *argv: str) -> str:
@@ -193,5 +193,5 @@ def test_version_and_no_verb(capsys):
 def test_every_verb_is_a_module_with_a_docstring():
     assert set(cli.VERBS) == set(VERBS)
     for name in VERBS:
-        module = __import__(f"ddh_twin_py.cli.{name}", fromlist=["run"])
+        module = __import__(f"ddh_twin_py.cli.{name.replace('-', '_')}", fromlist=["run"])
         assert module.__doc__.startswith(f"`ddh-twin {name}`") and callable(module.run)

@@ -10,7 +10,7 @@ from importlib import import_module
 from ddh_twin_py.cli.arguments import Parser
 from ddh_twin_py.cli.interruption import Interruption
 
-VERBS = ("demo", "replay", "calibrate", "gap", "info", "simulate", "up", "paper", "study", "motor", "verify", "bench")
+VERBS = ("demo", "replay", "calibrate", "gap", "info", "simulate", "up", "paper", "study", "motor", "verify", "bench", "gap-bench")
 """Verbs in the order of the help; each is a module of this package."""
 
 _WITH_NODES = frozenset({"demo", "up"})
@@ -38,8 +38,12 @@ def build_parser() -> Parser:
     parser.add_argument("--version", action="store_true", help="say versions and leave")
     subparsers = parser.add_subparsers(dest="verb", metavar="VERB", title="verbs", parser_class=Parser)
     for name in VERBS:
-        import_module(f"ddh_twin_py.cli.{name}").add_parser(subparsers)
+        import_module(_module(name)).add_parser(subparsers)
     return parser
+
+
+def _module(verb: str) -> str:
+    return f"ddh_twin_py.cli.{verb.replace('-', '_')}"
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -72,7 +76,7 @@ def _run(argv: Sequence[str] | None, interruption: Interruption) -> int:
     if args.verb in _WITH_NODES:
         interruption.release()
     try:
-        return import_module(f"ddh_twin_py.cli.{args.verb}").run(args)
+        return import_module(_module(args.verb)).run(args)
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0

@@ -1,0 +1,117 @@
+"""`ddh-twin gap-bench`: the sealed proof of the gap diagnosis."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from ddh_twin_py.cli.arguments import InputError, add_html, add_json, add_verb, seed, whole
+
+STEPS = ("make", "run", "score")
+_EXAMPLE = "  ddh-twin gap-bench out/bench --cases 60 --jobs 2 --html out/bench.html"
+
+
+def add_parser(subparsers) -> None:
+    """Declare the verb."""
+    parser = add_verb(
+        subparsers, "gap-bench", "hide effects in an independent plant and score the gap diagnosis",
+        "make: recordings of an independent plant with hidden effects, their truth sealed by hashes. run: the diagnosis, one fresh\n"
+        "process per case; finished cases are not run again. score: detection, ranking, probabilities, parameters, unknowns, with\n"
+        "95 % intervals. Without a step all three.",
+        _EXAMPLE,
+    )
+    parser.add_argument("steps", metavar="[make|run|score] OUT", nargs="+", help="one step or all; folder of the bench")
+    parser.add_argument("--cases", metavar="N", type=whole(1, 100_000), default=None, help="how many to make (default 60), or how many of "
+        "them to run and score (default all)")
+    parser.add_argument("--seed", metavar="S", type=seed, default=1, help="of the bench (default 1)")
+    parser.add_argument("--suite", metavar="NAME", action="append", default=None, help="only this suite; may be given more than once: "
+        "none, single, two, tolerance, left_out, outside")
+    parser.add_argument("--jobs", metavar="N", type=whole(1, 256), default=1, help="processes at once (default 1)")
+    parser.add_argument("--cluster", metavar="ADDRESS", help="of a dask scheduler whose workers see OUT under the same path")
+    parser.add_argument("--again", metavar="WHICH", choices=("crashed", "all"), default="", help="crashed or all: run these cases once "
+        "more, as after a change of the diagnosis")
+    parser.add_argument("--no-oracle", action="store_true", help="do not ask the diagnosis that is told the effect")
+    add_html(parser)
+    add_json(parser)
+    parser.add_argument("--quiet", action="store_true", help="no progress, no table")
+
+
+def run(args: argparse.Namespace) -> int:
+    """Make, run and score as asked."""
+    from ddh_twin_py.cli.console import put_json, say, stage
+
+    steps, out = _asked(args.steps)
+    from ddh_twin_py.gap_bench.plan import SUITES
+
+    suites = tuple(dict.fromkeys(args.suite or ()))
+    for suite in suites:
+        if suite not in SUITES:
+            raise InputError(f"--suite: value is {suite!r}, allowed are {', '.join(SUITES)}")
+    if "make" in steps:
+        from ddh_twin_py.gap_bench.bench import make_bench
+
+        with stage("making cases", args.quiet) as progress:
+            failed = make_bench(out, args.cases or 60, args.seed, suites, args.jobs, args.cluster, progress)
+        for line in failed:
+            say(f"not made: {line}")
+    if "run" in steps:
+        from ddh_twin_py.gap_bench.running import run_bench
+
+        with stage("diagnosing", args.quiet) as progress:
+            crashed = run_bench(out, args.jobs, suites, args.cases, oracle=not args.no_oracle, cluster=args.cluster,
+                                again=args.again, progress=progress)
+        if crashed:
+            say(f"{len(crashed)} cases crashed and count as wrong: {', '.join(crashed)}")
+    if "score" in steps:
+        from ddh_twin_py.gap_bench.scoring import answers_of, summary
+        from ddh_twin_py.report.document import write_json
+        from ddh_twin_py.report.gap_bench_report import gap_bench_document
+
+        scored = summary(answers_of(out, suites, args.cases))
+        write_json(out / "scores.json", scored)
+        gap_bench_document(scored, str(out)).write(args.html or out / "scores.html")
+        if args.json:
+            put_json(args.json, scored)
+        if not args.quiet and args.json != "-":
+            print_scores(scored)
+    return 0
+
+
+def _asked(words: list[str]) -> tuple[tuple[str, ...], Path]:
+    if words[0] in STEPS:
+        if len(words) != 2:
+            raise InputError(f"{words[0]}: {len(words) - 1} folders were given, one is needed")
+        return (words[0],), Path(words[1])
+    if len(words) != 1:
+        raise InputError(f"{words[0]!r} is no step, valid are {', '.join(STEPS)}")
+    return STEPS, Path(words[0])
+
+
+def print_scores(scored: dict) -> None:
+    """Two tables on standard output: every score over all cases, the main ones by suite and level."""
+    from rich.box import SIMPLE_HEAD
+    from rich.console import Console
+    from rich.table import Table
+
+    from ddh_twin_py.report.gap_bench_report import shown, verdict
+
+    console = Console()
+    console.print(verdict(scored))
+    columns = [scored["all"], *scored["by_commissioning"]]
+    table = Table(box=SIMPLE_HEAD, pad_edge=False, show_edge=False)
+    for name in ("score (95 % interval), cases", *(row["suite"] for row in columns)):
+        table.add_column(name)
+    for name, words in scored["metrics"].items():
+        table.add_row(words, *(shown(name, row["scores"][name]) for row in columns))
+    console.print(table)
+    table = Table(box=SIMPLE_HEAD, pad_edge=False, show_edge=False)
+    for name in ("suite", "level", "cases", "right", "gap said", "true first", "first three"):
+        table.add_column(name)
+    for row in scored["suites"]:
+        scores = row["scores"]
+        said = "detected" if scores["detected"]["n"] else "false_alarm"
+        table.add_row(row["suite"], row["level"], str(row["cases"]),
+                      *(shown(name, scores[name]).rsplit(",", 1)[0] for name in ("right", said, "first", "third")))
+    console.print(table)
+    for row in scored["crashed"]:
+        console.print(f"crashed: {row['name']}: {row['why']}", markup=False)

@@ -1,0 +1,1 @@
+"""The sealed proof of the gap diagnosis: cases made by the independent plant, run blind, scored."""

@@ -1,0 +1,69 @@
+"""Make a bench: all of its cases, then the seal."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from concurrent.futures import Executor, ProcessPoolExecutor, as_completed
+from multiprocessing import get_context
+from pathlib import Path
+
+from ddh_twin_py.gap_bench.making import make
+from ddh_twin_py.gap_bench.plan import SUITES, PlanError, Planned, plan
+from ddh_twin_py.gap_bench.running import executor
+from ddh_twin_py.gap_bench.sealing import SEAL, seal
+from ddh_twin_py.rig import load_rig
+from ddh_twin_py.rig.files import write_whole
+
+RECIPE = "recipe.json"
+"""What a bench was asked to be."""
+
+
+def make_bench(out: Path, cases: int, seed: int, suites: tuple[str, ...] = (), jobs: int = 1, cluster: str | None = None,
+               progress: Callable[[float], None] | None = None) -> list[str]:
+    """Make the cases that are not there yet and seal them.
+
+    Args:
+        out: folder. cases, seed, suites: see `plan`; () is all suites. jobs: processes at once. cluster: see `running.run_bench`.
+
+    Returns:
+        one line per case that could not be made; it is no part of the sealed bench.
+
+    Raises:
+        PlanError: the folder holds another bench. SealError: see `seal`.
+    """
+    suites = suites or SUITES
+    recipe = {"cases": cases, "seed": seed, "suites": list(suites)}
+    file = out / RECIPE
+    if file.is_file() and (found := json.loads(file.read_text())) != recipe:
+        raise PlanError(f"{file}: holds the bench {found}, asked for is {recipe}; use another folder")
+    if (out / SEAL).is_file():
+        seal(out)
+        return []
+    write_whole(file, json.dumps(recipe))
+    planned = plan(cases, seed, suites)
+    failed = []
+    with _makers(jobs, cluster) as pool:
+        waiting = [pool.submit(_made, one, str(out.absolute())) for one in planned]
+        for done, future in enumerate(as_completed(waiting), 1):
+            if (wrong := future.result()):
+                failed.append(wrong)
+            if progress is not None:
+                progress(done / len(waiting))
+    seal(out)
+    return sorted(failed)
+
+
+def _makers(jobs: int, cluster: str | None) -> Executor:
+    if cluster is not None:
+        return executor(jobs, cluster)
+    return ProcessPoolExecutor(jobs, mp_context=get_context("spawn"))
+
+
+def _made(planned: Planned, out: str) -> str:
+    """'' or why the case could not be made."""
+    try:
+        make(planned, Path(out), load_rig())
+    except PlanError as error:
+        return str(error)
+    return ""

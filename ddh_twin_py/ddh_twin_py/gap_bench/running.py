@@ -1,0 +1,165 @@
+"""Run the diagnosis over a sealed bench: one fresh process per case and question, finished ones are kept.
+
+Per case: the blind diagnosis; where the suite leaves the true effect out, once more without it and the class that it was found
+in; where effects of the catalogue are hidden, the oracle that is told them, to compare how far the gap closes.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from concurrent.futures import Executor, ThreadPoolExecutor, as_completed
+from importlib.util import find_spec
+from pathlib import Path
+
+import ddh_twin_py
+from ddh_twin_py.gap_bench.one_case import ENGINE
+from ddh_twin_py.gap_bench.sealing import truth_of, verify
+from ddh_twin_py.rig.files import write_whole
+
+TIMEOUT = 1800.0
+"""s after which a diagnosis counts as crashed."""
+
+
+class BenchError(ValueError):
+    """A bench that cannot be run; one line for people."""
+
+
+def questions(out: Path, truth: dict, oracle: bool = True) -> list[str]:
+    """What is asked of a case: blind, left_out, oracle."""
+    listed = [e["effect"] for e in truth["effects"] if e["listed"]]
+    asked = ["blind"]
+    if truth["suite"] == "left_out":
+        asked.append("left_out")
+    elif listed and oracle:
+        asked.append("oracle")
+    return asked
+
+
+def result_file(out: Path, name: str, question: str) -> Path:
+    """Where the answer to one question about one case is kept."""
+    return out / "results" / f"{name}.{question}.json"
+
+
+def run_case(out: str, name: str, engine: str = ENGINE, oracle: bool = True, timeout: float = TIMEOUT) -> tuple[str, bool]:
+    """Ask everything about one case that has no answer yet.
+
+    Returns:
+        the case's name, and whether every process ended well.
+    """
+    folder = Path(out)
+    truth = truth_of(folder, name)
+    well = True
+    for question in questions(folder, truth, oracle):
+        target = result_file(folder, name, question)
+        if not target.is_file():
+            _ask(folder, name, question, truth, engine, timeout)
+        well = well and "error" not in json.loads(target.read_text())
+    return name, well
+
+
+def _ask(out: Path, name: str, question: str, truth: dict, engine: str, timeout: float) -> None:
+    true = [e["effect"] for e in truth["effects"] if e["listed"]]
+    target = result_file(out, name, question)
+    target.parent.mkdir(parents=True, exist_ok=True)
+    command = [sys.executable, "-m", "ddh_twin_py.gap_bench.one_case", str(out / "cases" / name), str(target), "--engine", engine]
+    if question == "left_out":
+        command += ["--without", *left_out(true, out, name)]
+    elif question == "oracle":
+        command += ["--only", *true]
+    path = os.pathsep.join(filter(None, (str(Path(ddh_twin_py.__file__).resolve().parent.parent), os.environ.get("PYTHONPATH", ""))))
+    started = time.perf_counter()
+    try:
+        ended = subprocess.run(command, capture_output=True, text=True, timeout=timeout, env={**os.environ, "PYTHONPATH": path})
+        said = (ended.stderr.strip().splitlines() or ["nothing was said"])[-1]
+        error = None if ended.returncode == 0 and target.is_file() else f"exit status {ended.returncode}: {said}"
+    except subprocess.TimeoutExpired:
+        error = f"no answer within {timeout:g} s"
+    if error is not None:
+        write_whole(target, json.dumps({"error": error, "seconds": time.perf_counter() - started}))
+
+
+def left_out(true: list[str], out: Path, name: str) -> list[str]:
+    """The true effects and whatever the blind report could not tell from them."""
+    answer = json.loads(result_file(out, name, "blind").read_text())
+    gone = set(true)
+    for group in answer.get("report", {}).get("classes", []):
+        if gone & set(group):
+            gone |= set(group)
+    return sorted(gone)
+
+
+def run_bench(out: Path, jobs: int = 1, suites: tuple[str, ...] = (), cases: int | None = None, engine: str = ENGINE,
+              oracle: bool = True, cluster: str | None = None, again: str = "",
+              progress: Callable[[float], None] | None = None) -> list[str]:
+    """Run what is not done yet.
+
+    Args:
+        out: folder of a sealed bench. jobs: processes at once. suites: only these; () is all. cases: only the first so many.
+        engine: ``module:function``. oracle: whether the oracle is asked too. cluster: address of a dask scheduler whose
+            workers see ``out`` under the same path. again: 'crashed' or 'all': answers that are asked for once more.
+        progress: called with the share done.
+
+    Returns:
+        names of the cases of which a process did not end well.
+
+    Raises:
+        SealError: the truth is not what was sealed. BenchError: no such case, no such engine, or no dask.
+    """
+    names = selected(out, suites, cases)
+    module = engine.partition(":")[0]
+    if engine == ENGINE and find_spec(module) is None:
+        raise BenchError(f"{module}: this installation has no gap diagnosis, there is nothing to run")
+    if again:
+        forget(out, names, crashed=again == "crashed")
+    crashed = []
+    with executor(jobs, cluster) as pool:
+        waiting = [pool.submit(run_case, str(out.absolute()), name, engine, oracle) for name in names]
+        for done, future in enumerate(as_completed(waiting), 1):
+            name, well = future.result()
+            if not well:
+                crashed.append(name)
+            if progress is not None:
+                progress(done / len(waiting))
+    return sorted(crashed)
+
+
+def forget(out: Path, names: list[str], crashed: bool) -> None:
+    """Remove the answers of cases, or those of a process that did not end well, with what was built on them."""
+    for name in names:
+        files = sorted((out / "results").glob(f"{name}.*.json"))
+        if not crashed or any("error" in json.loads(file.read_text()) for file in files):
+            for file in files:
+                file.unlink()
+
+
+def selected(out: Path, suites: tuple[str, ...], cases: int | None) -> list[str]:
+    """Sealed cases of the suites, the first so many.
+
+    Raises:
+        SealError: see `verify`. BenchError: none is left.
+    """
+    names = [name for name in verify(out) if not suites or truth_of(out, name)["suite"] in suites][:cases]
+    if not names:
+        raise BenchError(f"{out}: no case of suite {', '.join(suites)}")
+    return names
+
+
+def executor(jobs: int, cluster: str | None) -> Executor:
+    """Threads that each wait for one process, or the workers of a dask cluster.
+
+    Raises:
+        BenchError: dask.distributed is not installed.
+    """
+    if cluster is None:
+        return ThreadPoolExecutor(jobs)
+    try:
+        from distributed import Client
+    except ModuleNotFoundError:
+        raise BenchError(
+            "--cluster: dask.distributed is not installed; run pip install distributed on this machine and on the workers") from None
+    return Client(cluster).get_executor()

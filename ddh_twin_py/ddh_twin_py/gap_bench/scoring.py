@@ -1,0 +1,129 @@
+"""Scores of a bench: per suite and level, each with its 95 % interval and number of cases."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections import Counter
+from collections.abc import Sequence
+from pathlib import Path
+
+from ddh_twin_py.gap_bench.answers import Answer, answer_of
+from ddh_twin_py.gap_bench.intervals import Estimate, mean, median, share
+from ddh_twin_py.gap_bench.plan import LEVELS, SUITES
+from ddh_twin_py.gap_bench.running import result_file, selected
+from ddh_twin_py.gap_bench.sealing import truth_of
+
+BINS = 10
+METRICS = {
+    "right": "answered rightly as a whole", "detected": "a gap is found where an effect is hidden",
+    "false_alarm": "a gap is found where none is", "first": "true effect first (of two: among the first two)",
+    "third": "true effect among the first three",
+    "probability": "mean probability on the true effect", "component": "true component first in 'where'",
+    "both": "both of two in the leading hypothesis", "unknown_found": "outside the catalogue: said so",
+    "unknown_component": "and at the right component", "false_unknown": "in the catalogue, yet said to be unknown",
+    "closed": "median of the gap closed, over the oracle's", "parameter_error": "median error of the parameter over the effect's size",
+    "coverage": "truth within the parameter's 95 % interval", "seconds": "median s per case", "megabytes": "median peak MB per case",
+}
+"""What is scored, with what it means."""
+
+
+def answers_of(out: Path, suites: tuple[str, ...] = (), cases: int | None = None) -> list[Answer]:
+    """Every sealed case's answer; one that was not run or crashed is a wrong one.
+
+    Raises:
+        SealError: the truth is not what was sealed. BenchError: no such case.
+    """
+    found = []
+    for name in selected(out, suites, cases):
+        results = {
+            question: json.loads(file.read_text())
+            for question in ("blind", "left_out", "oracle") if (file := result_file(out, name, question)).is_file()
+        }
+        found.append(answer_of(truth_of(out, name), results))
+    return found
+
+
+def score(answers: Sequence[Answer]) -> dict[str, Estimate]:
+    """`METRICS` of some cases."""
+    hidden = [a for a in answers if a.expected != "no_gap"]
+    bare = [a for a in answers if a.expected == "no_gap"]
+    listed = [a for a in answers if a.true]
+    unknown = [a for a in answers if a.expected == "unknown"]
+    two = [a for a in answers if a.both is not None]
+    return {
+        "right": share([a.right for a in answers]),
+        "detected": share([a.detected for a in hidden]),
+        "false_alarm": share([a.detected or bool(a.crashed) for a in bare]),
+        "first": share([a.detected and rank <= len(a.true) for a in listed for rank in a.ranks]),
+        "third": share([a.detected and rank <= 3.0 for a in listed for rank in a.ranks]),
+        "probability": mean([p for a in listed for p in a.probability]),
+        "component": share([bool(a.component_first) for a in hidden]),
+        "both": share([bool(a.both) for a in two]),
+        "unknown_found": share([a.said_unknown for a in unknown]),
+        "unknown_component": share([bool(a.unknown_component) for a in unknown]),
+        "false_unknown": share([a.said_unknown for a in listed]),
+        "closed": median([a.closed for a in listed if a.closed is not None]),
+        "parameter_error": median([e for a in listed for e in a.errors]),
+        "coverage": share([c for a in listed for c in a.covered]),
+        "seconds": median([a.seconds for a in answers]),
+        "megabytes": median([a.megabytes for a in answers]),
+    }
+
+
+def reliability(answers: Sequence[Answer]) -> list[dict]:
+    """Stated probability against how often it was right, in bins of a tenth."""
+    pairs = [pair for a in answers for pair in a.pairs]
+    rows = []
+    for k in range(BINS):
+        inside = [(p, right) for p, right in pairs if min(int(p * BINS), BINS - 1) == k]
+        rows.append({
+            "from": k / BINS, "to": (k + 1) / BINS, "stated": sum(p for p, _ in inside) / len(inside) if inside else None,
+            "right": share([right for _, right in inside]).as_json(),
+        })
+    return rows
+
+
+def confusion(answers: Sequence[Answer]) -> list[dict]:
+    """How often each truth was given each leading answer; 'no_gap' and 'crashed' are answers too."""
+    counted: Counter = Counter()
+    for a in answers:
+        said = "crashed" if a.crashed else a.named or a.verdict
+        for effect in a.true or (("unknown",) if a.expected == "unknown" else ("no_gap",)):
+            counted[effect, effect if said in a.true and effect != said and a.ranks[a.true.index(effect)] <= 2.0 else said] += 1
+    return [{"true": true, "said": said, "cases": n} for (true, said), n in sorted(counted.items())]
+
+
+def summary(answers: Sequence[Answer]) -> dict:
+    """Everything of a bench as plain data: suites and levels, reliability, confusion, cases."""
+    rows = []
+    for suite in SUITES:
+        for level in ("", *LEVELS):
+            chosen = [a for a in answers if a.suite == suite and (a.level == level or not level)]
+            levels = {a.level for a in answers if a.suite == suite}
+            if chosen and (not level or len(levels) > 1):
+                rows.append(_row(suite, level or "all", chosen))
+    return {
+        "report": "gap_bench", "cases": len(answers), "metrics": METRICS, "all": _row("all", "all", answers), "suites": rows,
+        "by_commissioning": [
+            _row("with commissioning" if c else "without commissioning", "all", chosen)
+            for c in (True, False) if (chosen := [a for a in answers if a.commissioning == c])
+        ],
+        "reliability": reliability(answers), "confusion": confusion(answers),
+        "crashed": [{"name": a.name, "why": a.crashed} for a in answers if a.crashed],
+        "answers": [_plain(a) for a in answers],
+    }
+
+
+def _row(suite: str, level: str, answers: Sequence[Answer]) -> dict:
+    return {"suite": suite, "level": level, "cases": len(answers),
+            "scores": {name: estimate.as_json() for name, estimate in score(answers).items()}}
+
+
+def _plain(a: Answer) -> dict:
+    def plain(value):
+        if isinstance(value, float):
+            return value if math.isfinite(value) else None
+        return [plain(v) for v in value] if isinstance(value, tuple) else value
+
+    return {name: plain(value) for name, value in vars(a).items()}

@@ -1,0 +1,279 @@
+"""The plant in time: fixed steps of 0.25 ms for drive, oil and piston, thermal steps of 10 ms.
+
+Semi-implicit: the shaft's friction and the seal's bristles implicitly, velocity before pressure (symplectic), voids as volumes
+that must fill before pressure rises again. The drive is a PI speed loop about a first-order reference, with current limit and
+an integrator that holds while limited.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from ddh_twin_py.plant import heat
+from ddh_twin_py.plant.compiled import kernel
+from ddh_twin_py.plant.laws import BRISTLE_DAMPING, BRISTLE_STIFFNESS, iron, leakage, pump_drag, shaft_sign, sliding, soft_positive
+from ddh_twin_py.plant.oil import VAPOUR, softness, viscosity
+
+STEP = 2.5e-4
+"""s."""
+THERMAL_STEPS = 40
+"""Steps per thermal step."""
+FAST = ("speed_command", "speed", "current", "voltage", "electrical_power", "pressure_piston_side", "pressure_rod_side",
+        "rod_position", "rod_velocity", "slipped")
+"""What is sampled: rad/s, rad/s, A, V, W, Pa, Pa, m, m/s, m (what a slipping encoder has lost)."""
+LEDGER = ("electrical", "mechanical", "stored_oil", "given_heat", "lost_heat")
+"""Energies over a run, J: from the drive, lifted and kinetic, in the springs of the oil, given to the nodes, lost to ambient."""
+(OMEGA, REFERENCE, INTEGRAL, P_A, P_B, VOID_A, VOID_B, V, X, Z) = range(10)
+STATES = 10
+"""Length of the fast state: rad/s, rad/s, N*m, Pa, Pa, m3, m3, m/s, m, m (bristles)."""
+_BANDWIDTH = 900.0  # rad/s of the speed loop about its reference
+_DAMPING = 0.8
+_INDUCTANCE = 8.0e-4  # H per phase
+_STOP_STIFFNESS, _STOP_DAMPING = 4.0e7, 4.0e4  # N/m, N*s/m
+_RPM = 30.0 / math.pi
+_CALM = 4.0  # s over which a swaying load comes to rest
+_FIRST_REST = 3.0  # s
+
+
+@kernel
+def run(params, condition, oil, reference_viscosity, state, t, program, brake, start, replayed, ramp, duration, ambient,
+        instants, samples, temperatures, ledger):
+    """Run one duty in place on state (STATES,) and t (heat.N,), K.
+
+    Args:
+        params: the sheet's record, (1,). condition: `condition.CONDITION_DTYPE`, (1,). oil: `oil.vogel`'s constants.
+        reference_viscosity: Pa*s, to which the sheet's coefficients refer.
+        program: moves, (k, 3): signed speed (rad/s), goal (m), dwell after it (s); a goal of NaN means that the
+            third number is the time of motion. brake: s, when the command began to fall, (k,); start: m, where the rod
+            was when a move began, (k,). Both are written, or followed where ``replayed``: same commands, rod put where it was.
+        ramp: rad/s2. duration: s. ambient: K, once per second, linear between.
+        instants: s, sorted, (m,). samples: out, (m, len(FAST)).
+        temperatures: out, once per 0.1 s, (n, heat.N). ledger: out, (len(LEDGER),).
+    """
+    p, e = params[0], condition[0]
+    area_a = 0.25 * math.pi * p.cylinder_bore**2
+    area_b = area_a - 0.25 * math.pi * p.cylinder_rod**2
+    d1, d2 = p.pump_1_displacement / (2.0 * math.pi), p.pump_2_displacement / (2.0 * math.pi)
+    mass = e.payload if e.payload > 0.0 else p.load_payload_mass
+    weight = mass * p.load_gravity
+    gain, integral_gain = 2.0 * _DAMPING * _BANDWIDTH * p.motor_inertia, _BANDWIDTH**2 * p.motor_inertia
+    lag = p.motor_speed_loop_time_constant
+    m, c, rate = np.zeros(heat.MEANS), np.empty(heat.N), np.empty(heat.N)
+    omega, reference, integral = state[OMEGA], state[REFERENCE], state[INTEGRAL]
+    pa, pb, void_a, void_b = state[P_A], state[P_B], state[VOID_A], state[VOID_B]
+    v, x, z = state[V], state[X], state[Z]
+    command, move, phase, phase_until = 0.0, 0, 0, _FIRST_REST
+    current, activity, slipped, fan, power_mean = 0.0, 0.0, 0.0, 0.0, 0.0
+    middle = 0.5 * p.cylinder_stroke
+    at, h = 0, STEP
+    steps = int(round(duration / h))
+    begun = 0.0
+    potential_0 = weight * x + 0.5 * mass * v * v + 0.5 * p.motor_inertia * omega * omega
+    work_electric, work_stored, given, lost = 0.0, 0.0, 0.0, 0.0
+    for n in range(steps):
+        now = n * h
+        if n % THERMAL_STEPS == 0:
+            tick = n // THERMAL_STEPS
+            if n > 0:
+                for i in range(heat.MEANS):
+                    m[i] /= THERMAL_STEPS
+                m[heat.POSITION] = x
+                second = int(now)
+                part = now - second
+                air = ambient[second] + part * (ambient[min(second + 1, ambient.shape[0] - 1)] - ambient[second])
+                if t[heat.FRONT] > e.thermostat_from:
+                    fan = 1.0
+                elif t[heat.FRONT] < e.thermostat_from - 1.5:
+                    fan = 0.0
+                now_given, now_lost = heat.heat_step(p, e, t, m, air, fan, THERMAL_STEPS * h, c, rate)
+                given += now_given
+                lost += now_lost
+                for i in range(heat.MEANS):
+                    m[i] = 0.0
+            else:
+                air = ambient[0]
+            if tick % 10 == 0 and tick // 10 < temperatures.shape[0]:
+                temperatures[tick // 10] = t
+            mu_1, mu_2 = viscosity(t[heat.P1_OIL], oil) / reference_viscosity, viscosity(t[heat.P2_OIL], oil) / reference_viscosity
+            mu_a = viscosity(0.5 * (t[heat.A_NEAR] + t[heat.A_FAR]), oil) / reference_viscosity
+            mu_b = viscosity(0.5 * (t[heat.B_NEAR] + t[heat.B_FAR]), oil) / reference_viscosity
+            growth = 1.0 + e.clearance_growth * max(0.0, t[heat.P2_OIL] - t[heat.P2_CORE])
+            leak_1, leak_2 = p.pump_1_leakage * e.leakage_1 / mu_1, p.pump_2_leakage * e.leakage_2 * growth / mu_2
+            drop_a, drop_b = p.line_a_pressure_drop_laminar * mu_a, p.line_b_pressure_drop_laminar * mu_b
+            viscous_1 = p.pump_1_friction_viscous * mu_1
+            viscous_2 = p.pump_2_friction_viscous * mu_2
+            flux = math.exp(e.magnet_slope * (t[heat.ROTOR] - 296.15))
+            constant = p.motor_torque_constant * flux
+            alpha = p.motor_copper_temperature_coefficient
+            share = p.motor_end_winding_copper_share
+            resistance = p.motor_phase_resistance_20C * (
+                1.0 + alpha * ((1.0 - share) * (t[heat.SLOT] - 293.15) + share * (t[heat.END] - 293.15)))
+            teeth_w, yoke_w = iron(omega, p, e)
+            brake_drag = e.brake_drag * math.exp(-max(0.0, t[heat.FRONT] - air) / 10.0)
+            stuck = e.hot_valve * max(0.0, t[heat.B_NEAR] - e.hot_valve_from)
+            starve_cold = e.cold_suction * viscosity(t[heat.LOW], oil) / reference_viscosity
+            activity += ((1.0 if abs(omega) > 1.0 else 0.0) - activity) * THERMAL_STEPS * h / _CALM
+        # what is asked: phases 0 dwell, 1 go, 2 brake
+        if phase == 0 and now >= phase_until and move < program.shape[0]:
+            phase, begun = 1, now
+            if replayed:
+                if np.isfinite(start[move]):
+                    x = start[move]
+            else:
+                start[move] = x
+        if phase == 1:
+            target = program[move, 0]
+            command += min(max(target - command, -ramp * h), ramp * h)
+            if replayed:
+                arrived = now >= brake[move]
+            elif math.isnan(program[move, 1]):
+                arrived = now - begun >= 10.0
+            else:
+                way = abs(v) * (0.5 * abs(command) / ramp + lag)
+                arrived = (program[move, 1] - x) * (1.0 if target > 0.0 else -1.0) <= way or now - begun > 60.0
+            if arrived:
+                phase = 2
+                if not replayed:
+                    brake[move] = now
+        elif phase == 2:
+            command -= min(max(command, -ramp * h), ramp * h)
+            if command == 0.0:
+                phase, phase_until = 0, now + program[move, 2]
+                move += 1
+        # drive
+        wanted = command * (1.0 - e.sag * abs(power_mean) * 1e-3)
+        acceleration = (wanted - reference) / lag
+        reference += h * acceleration
+        error = reference - omega
+        asked = p.motor_inertia * acceleration + gain * error + integral
+        limit = p.motor_current_limit * constant
+        torque = min(max(asked, -limit), limit)
+        if torque == asked:
+            integral += integral_gain * error * h
+        current = torque / constant
+        # pumps, lines
+        lost_flow = e.starvation * omega * abs(omega) + starve_cold * d1 * omega * abs(omega) * 0.01 if omega > 0.0 else 0.0
+        q1 = d1 * omega - lost_flow - leakage(pa, leak_1)
+        q2 = -d2 * omega - leakage(pb, leak_2)
+        drop_1 = (drop_a + e.rough_a * math.sqrt(q1 * q1 + 4e-10)) * q1
+        drop_2 = (drop_b + e.rough_b * math.sqrt(q2 * q2 + 4e-10)) * q2
+        port_1, port_2 = pa + drop_1, pb + drop_2
+        out_1, out_2 = leakage(port_1, leak_1), leakage(port_2, leak_2)
+        q1, q2 = d1 * omega - lost_flow - out_1, -d2 * omega - out_2
+        # shaft
+        direction, slope = shaft_sign(omega)
+        drag_1 = pump_drag(port_1, omega, d1, p.pump_1_friction_pressure, p.pump_1_friction_constant, 0.0)
+        drag_2 = pump_drag(port_2, omega, d2, p.pump_2_friction_pressure, p.pump_2_friction_constant, 0.0)
+        mixed = 0.98 + 0.08 * math.exp(-abs(omega) / 20.0)
+        rub_1, rub_2 = e.rubbing_1 * mixed, e.rubbing_2 * mixed
+        bearing = p.motor_friction_coulomb + e.bearing_rubbing * (0.9 + 0.1 * mixed) + brake_drag
+        dry = drag_1 + drag_2 + rub_1 + rub_2 + bearing
+        viscous = viscous_1 + viscous_2 + p.motor_friction_viscous
+        load = d1 * port_1 - d2 * port_2
+        new = (omega * p.motor_inertia / h + torque - load - dry * (direction - slope * omega)) / (
+            p.motor_inertia / h + dry * slope + viscous)
+        mean_omega = 0.5 * (omega + new)
+        omega = new
+        rubbed = abs(mean_omega)
+        # valves and seals
+        check_a = p.check_valve_conductance * soft_positive(-pa - p.check_valve_cracking_pressure, 600.0)
+        check_b = p.check_valve_conductance * soft_positive(-pb - p.check_valve_cracking_pressure, 600.0)
+        relief = p.relief_valve_slope * soft_positive(pb - p.relief_valve_opening_pressure, 2.0e4)
+        relief += e.seat_leakage * pb * (1.05 - 0.1 * min(abs(pb), 2.0e7) / 1.6e7) + stuck * pb
+        difference = pa - pb
+        cross = e.cross_leakage * difference * (1.04 - 0.08 * min(abs(difference), 1.2e7) / 1.0e7)
+        # piston
+        friction = sliding(v, difference, p, e, x)
+        stuck_slope = 1.0 + h * abs(v) * BRISTLE_STIFFNESS / friction
+        z_new = (z + h * v) / stuck_slope
+        bristles = BRISTLE_STIFFNESS * z_new + BRISTLE_DAMPING * (z_new - z) / h
+        z = z_new
+        boom = (x - middle) / middle
+        pull = weight + e.boom_slope * (x - middle) * (1.06 - 0.1 * boom * boom) + e.sway * activity * math.sin(e.sway_rate * now)
+        push = pa * area_a - pb * area_b - pull - bristles
+        if x < 0.0:
+            push += -_STOP_STIFFNESS * x - _STOP_DAMPING * v
+        elif x > p.cylinder_stroke:
+            push += -_STOP_STIFFNESS * (x - p.cylinder_stroke) - _STOP_DAMPING * v
+        v_old = v
+        v = (v + h / mass * push) / (1.0 + h / mass * p.cylinder_friction_viscous)
+        x += h * v
+        slipped += e.slip * v * abs(v) * 10.0 * h
+        # oil
+        within = min(max(x, 0.0), p.cylinder_stroke)
+        volume_a = p.line_a_volume + p.cylinder_dead_volume_piston_side + area_a * within
+        volume_b = p.line_b_volume + p.cylinder_dead_volume_rod_side + area_b * (p.cylinder_stroke - within)
+        net_a = q1 + check_a - cross - area_a * v
+        net_b = q2 + check_b - relief + cross + area_b * v
+        soft_a = softness(pa, p.oil_bulk_modulus, p.oil_air_fraction) * volume_a
+        soft_b = softness(pb, p.oil_bulk_modulus, p.oil_air_fraction) * volume_b
+        soft_b += e.hose_swell * (1.1 - 0.2 * min(max(pb, 0.0), 1.6e7) / 1.6e7)
+        work_stored += (pa * net_a + pb * net_b) * h
+        if void_a > 0.0:
+            void_a = max(0.0, void_a - net_a * h)
+        else:
+            pa += h * net_a / soft_a
+            if pa < VAPOUR:
+                void_a, pa = (VAPOUR - pa) * soft_a, VAPOUR
+        if void_b > 0.0:
+            void_b = max(0.0, void_b - net_b * h)
+        else:
+            pb += h * net_b / soft_b
+            if pb < VAPOUR:
+                void_b, pb = (VAPOUR - pb) * soft_b, VAPOUR
+        # books
+        m[heat.I2] += current * current
+        m[heat.TEETH_W] += teeth_w
+        m[heat.YOKE_W] += yoke_w
+        m[heat.BEARING_W] += (bearing * abs(direction) + p.motor_friction_viscous * rubbed) * rubbed
+        m[heat.DRAG_1] += (drag_1 * abs(direction) + viscous_1 * rubbed) * rubbed + lost_flow * port_1
+        m[heat.DRAG_2] += (drag_2 * abs(direction) + viscous_2 * rubbed) * rubbed
+        m[heat.RUB_1] += rub_1 * rubbed
+        m[heat.RUB_2] += rub_2 * rubbed
+        m[heat.LEAK_W1] += out_1 * port_1
+        m[heat.LEAK_W2] += out_2 * port_2
+        m[heat.LINE_WA] += drop_1 * q1
+        m[heat.LINE_WB] += drop_2 * q2
+        m[heat.SEAL_W] += (bristles + p.cylinder_friction_viscous * v) * v
+        m[heat.CROSS_W] += cross * difference
+        m[heat.RELIEF_W] += relief * pb
+        m[heat.CHECK_W] += -check_a * pa - check_b * pb
+        m[heat.VELOCITY] += v
+        m[heat.CROSS] += cross
+        m[heat.RELIEF] += relief
+        m[heat.CHECK_A] += check_a
+        m[heat.CHECK_B] += check_b
+        m[heat.LEAK_1] += out_1
+        m[heat.LEAK_2] += out_2
+        m[heat.MOVING] += activity
+        copper = 3.0 * resistance * current * current
+        power = torque * omega + copper + teeth_w + yoke_w + e.harmonic_power
+        power_mean += (power - power_mean) * h / 0.05
+        work_electric += (torque * mean_omega + copper + teeth_w + yoke_w + e.harmonic_power) * h
+        end = now + h
+        while at < instants.shape[0] and instants[at] <= end:
+            back = end - instants[at]
+            resistive = p.motor_voltage_constant * flux * omega * _RPM + 1.7320508 * resistance * current
+            inductive = 1.7320508 * p.motor_pole_pairs * omega * _INDUCTANCE * current
+            row = samples[at]
+            row[0] = command
+            row[1] = omega - back / h * 2.0 * (omega - mean_omega)
+            row[2] = current
+            row[3] = math.sqrt(resistive * resistive + inductive * inductive)
+            row[4] = power
+            row[5] = pa - back * net_a / soft_a if void_a == 0.0 else pa
+            row[6] = pb - back * net_b / soft_b if void_b == 0.0 else pb
+            row[7] = x - back * v
+            row[8] = v - back / h * (v - v_old)
+            row[9] = slipped
+            at += 1
+    state[OMEGA], state[REFERENCE], state[INTEGRAL] = omega, reference, integral
+    state[P_A], state[P_B], state[VOID_A], state[VOID_B] = pa, pb, void_a, void_b
+    state[V], state[X], state[Z] = v, x, z
+    ledger[0] = work_electric
+    ledger[1] = weight * x + 0.5 * mass * v * v + 0.5 * p.motor_inertia * omega * omega - potential_0
+    ledger[2] = work_stored
+    ledger[3] = given
+    ledger[4] = lost

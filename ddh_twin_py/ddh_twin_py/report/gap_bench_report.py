@@ -1,0 +1,127 @@
+"""The report of a sealed bench: scores with intervals, reliability, confusion, every case."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from ddh_twin_py.report import document as doc
+from ddh_twin_py.report.document import Html
+
+SHARES = ("right", "detected", "false_alarm", "first", "third", "component", "both", "unknown_found", "unknown_component",
+          "false_unknown", "coverage")
+"""Metrics that are shares."""
+_SIDE, _EDGE = 320, 44
+
+
+def shown(name: str, estimate: Mapping) -> str:
+    """A score with its interval: shares in per cent; '–' where no case says anything."""
+    if estimate["n"] == 0 or estimate["value"] is None:
+        return "–"
+    if name in SHARES:
+        value, low, high = (100 * estimate[k] for k in ("value", "low", "high"))
+        return f"{value:.0f} % ({low:.0f}–{high:.0f}), {estimate['n']}"
+    digits = 0 if name == "megabytes" else 1 if name == "seconds" else 2
+    return f"{estimate['value']:.{digits}f} ({estimate['low']:.{digits}f}–{estimate['high']:.{digits}f}), {estimate['n']}"
+
+
+def verdict(summary: Mapping) -> str:
+    """How it came out, in one sentence."""
+    scores = summary["all"]["scores"]
+    crashed = len(summary["crashed"])
+    return (f"Of {summary['cases']} sealed cases {shown('right', scores['right'])} were answered rightly; true effect first in "
+            f"{shown('first', scores['first'])}, false alarms in {shown('false_alarm', scores['false_alarm'])}"
+            + (f"; {crashed} crashed" if crashed else "") + ".")
+
+
+def gap_bench_document(summary: Mapping, folder: str) -> doc.Document:
+    """The page of `gap_bench.scoring.summary`."""
+    scores = summary["all"]["scores"]
+    first = scores["first"]["value"] or 0.0
+    document = doc.Document(
+        "Gap bench", "Sealed proof of the gap diagnosis", verdict(summary),
+        doc.EndMatter(
+            "Cases were made and their truth was hashed before any diagnosis; nothing was fitted to them.", "reference sheet",
+            ["The plant shares the data sheet with the twin and none of its equations.",
+             "Shares have Wilson's 95 % intervals, means and medians bootstrap ones; the last number is that of cases.",
+             "A class of at most three effects that contains the true one counts as it. A crashed case is a wrong one."],
+            [("Folder", folder)]),
+        "good" if first >= 0.8 else "fair" if first >= 0.5 else "poor",
+    )
+    document.add("Scores", _scores([summary["all"], *summary["by_commissioning"]], summary["metrics"], "Overall"),
+                 _scores(summary["suites"], summary["metrics"], "By suite and level"))
+    document.add("Reliability", reliability_figure(summary["reliability"]), _reliability_table(summary["reliability"]))
+    document.add("Confusion", _confusion(summary["confusion"]))
+    if summary["crashed"]:
+        document.add("Crashed", doc.table([doc.Column("case", number=False), doc.Column("why", number=False)],
+                                          [(row["name"], row["why"]) for row in summary["crashed"]]))
+    document.add("Cases", doc.details(f"All {summary['cases']} cases", _cases(summary["answers"])))
+    return document
+
+
+def _scores(rows: Sequence[Mapping], metrics: Mapping[str, str], caption: str) -> Html:
+    columns = [doc.Column("score", number=False)]
+    columns += [doc.Column(row["suite"], f"{row['level']}, {row['cases']} cases") for row in rows]
+    body = [[words, *(shown(name, row["scores"][name]) for row in rows)] for name, words in metrics.items()]
+    return doc.table(columns, body, caption)
+
+
+def reliability_figure(rows: Sequence[Mapping]) -> Html:
+    """Stated probability against the share that was right, with 95 % intervals, as inline SVG."""
+    def x(value: float) -> float:
+        return _EDGE + _SIDE * value
+
+    def y(value: float) -> float:
+        return 10 + _SIDE * (1.0 - value)
+
+    parts = [f'<rect x="{x(0)}" y="{y(1)}" width="{_SIDE}" height="{_SIDE}" fill="none" stroke="currentColor" opacity=".4"/>',
+             f'<path d="M{x(0)} {y(0)}L{x(1)} {y(1)}" stroke="currentColor" stroke-dasharray="4 4" opacity=".5"/>']
+    for k in range(0, 11, 2):
+        parts.append(f'<text x="{x(k / 10)}" y="{y(0) + 16}" text-anchor="middle" class="axis">{k / 10:g}</text>')
+        parts.append(f'<text x="{x(0) - 6}" y="{y(k / 10) + 4}" text-anchor="end" class="axis">{k / 10:g}</text>')
+    for row in rows:
+        right = row["right"]
+        if not right["n"]:
+            continue
+        at = x(row["stated"])
+        parts.append(
+            f'<g><title>stated {row["stated"]:.2f}, right {right["value"]:.2f} of {right["n"]}</title>'
+            f'<path d="M{at:.1f} {y(right["low"]):.1f}V{y(right["high"]):.1f}" stroke="var(--s-c1)" stroke-width="2"/>'
+            f'<circle cx="{at:.1f}" cy="{y(right["value"]):.1f}" r="4.5" fill="var(--s-c1)"/></g>')
+    parts.append(f'<text x="{x(0.5)}" y="{y(0) + 34}" text-anchor="middle" class="axis">stated probability</text>')
+    parts.append(f'<text x="12" y="{y(0.5)}" text-anchor="middle" class="axis" transform="rotate(-90 12 {y(0.5)})">share right</text>')
+    said = "Stated probability of every named cause against how often it was right; on the line it is calibrated."
+    size = f'width="{_SIDE + _EDGE + 12}" height="{_SIDE + 52}"'
+    return Html(f'<div class="map"><p class="caption">{said}</p><svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 '
+                f'{_SIDE + _EDGE + 12} {_SIDE + 52}" {size} role="img" aria-label="{said}">{"".join(parts)}</svg></div>')
+
+
+def _reliability_table(rows: Sequence[Mapping]) -> Html:
+    columns = [doc.Column("stated"), doc.Column("mean stated"), doc.Column("right", "95 %, causes named")]
+    return doc.table(columns, [
+        (f"{row['from']:.1f}–{row['to']:.1f}", f"{row['stated']:.2f}", shown("right", row["right"])) for row in rows if row["right"]["n"]
+    ])
+
+
+def _confusion(rows: Sequence[Mapping]) -> Html:
+    said: dict[str, list[tuple[str, int]]] = {}
+    for row in rows:
+        said.setdefault(row["true"], []).append((row["said"], row["cases"]))
+    body = []
+    for true, answers in said.items():
+        others = sorted(((s, n) for s, n in answers if s != true), key=lambda pair: (-pair[1], pair[0]))
+        right = sum(n for s, n in answers if s == true)
+        body.append((true, right + sum(n for _, n in others), right, ", ".join(f"{s} {n}" for s, n in others)))
+    columns = [doc.Column("true", number=False), doc.Column("cases"), doc.Column("said so"), doc.Column("said instead", number=False)]
+    return doc.table(columns, body)
+
+
+def _cases(answers: Sequence[Mapping]) -> Html:
+    columns = [doc.Column("case", number=False), doc.Column("suite", number=False), doc.Column("level", number=False),
+               doc.Column("true", number=False), doc.Column("verdict", number=False), doc.Column("leading cause", number=False),
+               doc.Column("right", number=False), doc.Column("seconds"), doc.Column("MB")]
+    return doc.table(columns, [
+        (a["name"], a["suite"], a["level"], ", ".join(a["true"]) or a["expected"], a["verdict"] or "crashed", a["named"],
+         doc.mark("good", "yes") if a["right"] else doc.mark("poor", "no"),
+         "–" if a["seconds"] is None else f"{a['seconds']:.1f}", "–" if a["megabytes"] is None else f"{a['megabytes']:.0f}")
+        for a in answers
+    ])

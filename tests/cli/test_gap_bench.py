@@ -1,0 +1,59 @@
+"""`ddh-twin gap-bench` as people call it."""
+
+import json
+
+import pytest
+import yaml
+from support.gap_reports import report, result, truth
+
+from ddh_twin_py.cli.main import main
+from ddh_twin_py.gap_bench.sealing import seal
+
+
+@pytest.fixture
+def answered(tmp_path):
+    """A sealed bench of three cases, two of them answered."""
+    for folder in ("truth", "results"):
+        (tmp_path / folder).mkdir()
+    rows = [truth("case_0001"), truth("case_0002", "none", "", ()), truth("case_0003", "two", "faint", ("pump_1.leakage", "load.mass"))]
+    for row in rows:
+        (tmp_path / "truth" / f"{row['name']}.yaml").write_text(yaml.safe_dump(row))
+    said = {"case_0001": report(why=[("pump_1.leakage", 0.9)]), "case_0002": report("no_gap", where="")}
+    for name, given in said.items():
+        (tmp_path / "results" / f"{name}.blind.json").write_text(json.dumps(result(given)))
+    seal(tmp_path)
+    return tmp_path
+
+
+def test_score_prints_and_writes(answered, capsys):
+    assert main(["gap-bench", "score", str(answered)]) == 0
+    said = capsys.readouterr().out
+    assert "Of 3 sealed cases 67 %" in said
+    assert "crashed: case_0003: was not run" in said
+    scores = json.loads((answered / "scores.json").read_text())
+    assert scores["all"]["scores"]["right"]["value"] == pytest.approx(2 / 3)
+    page = (answered / "scores.html").read_text()
+    assert "<svg" in page and "case_0003" in page and "stated probability" in page
+
+
+def test_score_of_one_suite_as_json(answered, capsys):
+    assert main(["gap-bench", "score", str(answered), "--suite", "none", "--json", "-", "--quiet"]) == 0
+    assert json.loads(capsys.readouterr().out)["cases"] == 1
+
+
+def test_changed_truth_is_refused_in_one_line(answered, capsys):
+    file = answered / "truth" / "case_0001.yaml"
+    file.write_text(file.read_text().replace("single", "none"))
+    assert main(["gap-bench", "score", str(answered)]) == 2
+    assert capsys.readouterr().err == f"ddh-twin gap-bench: error: {file}: was changed after it was sealed\n"
+
+
+@pytest.mark.parametrize(("words", "said"), [
+    (["frob", "out"], "'frob' is no step, valid are make, run, score"),
+    (["score", "a", "b"], "score: 2 folders were given, one is needed"),
+    (["score", "a", "--suite", "nne"], "--suite: value is 'nne', allowed are none, single, two"),
+    (["score", "nowhere"], "nowhere/plan.sha256: no seal"),
+])
+def test_wrong_words(words, said, capsys):
+    assert main(["gap-bench", *words]) == 2
+    assert said in capsys.readouterr().err

@@ -1,0 +1,89 @@
+"""Processes: one per question, finished ones are kept, a crash loses one case only."""
+
+import json
+import sys
+
+import pytest
+import yaml
+from ddh_twin_py.gap_bench.running import BenchError, executor, result_file, run_bench
+from ddh_twin_py.gap_bench.scoring import answers_of
+from ddh_twin_py.gap_bench.sealing import SealError, seal
+from support.gap_reports import truth
+
+
+@pytest.fixture
+def bench(tmp_path):
+    out = tmp_path / "bench"
+    (out / "truth").mkdir(parents=True)
+    rows = [truth("case_0001"), truth("case_0002"), truth("case_0003", "left_out"), truth("case_0004", "none", "", ())]
+    for row in rows:
+        (out / "truth" / f"{row['name']}.yaml").write_text(yaml.safe_dump(row))
+        (out / "cases" / row["name"] / "field").mkdir(parents=True)
+    seal(out)
+    return out
+
+
+def test_all_questions_are_asked_once(bench, engine):
+    name, asked = engine
+    shares = []
+    assert run_bench(bench, jobs=2, engine=name, progress=shares.append) == ["case_0002"]
+    assert shares[-1] == 1.0 and len(shares) == 4
+    first = sorted(asked.read_text().splitlines())
+    assert first == sorted([
+        "case_0001 [] None", "case_0001 [] ['pump_1.leakage']", "case_0002 [] None", "case_0002 [] ['pump_1.leakage']",
+        "case_0003 [] None", "case_0003 ['pump_1.leakage', 'pump_2.leakage'] None", "case_0004 [] None",
+    ])
+    assert run_bench(bench, engine=name) == ["case_0002"]
+    assert sorted(asked.read_text().splitlines()) == first
+
+
+def test_an_unfinished_case_is_run(bench, engine):
+    name, asked = engine
+    run_bench(bench, engine=name)
+    asked.unlink()
+    result_file(bench, "case_0004", "blind").unlink()
+    run_bench(bench, engine=name)
+    assert asked.read_text() == "case_0004 [] None\n"
+
+
+def test_asked_again(bench, engine):
+    name, asked = engine
+    run_bench(bench, engine=name, oracle=False)
+    asked.unlink()
+    run_bench(bench, engine=name, oracle=False, again="crashed")
+    assert asked.read_text() == "case_0002 [] None\n"
+    run_bench(bench, engine=name, oracle=False, suites=("none",), again="all")
+    assert asked.read_text().splitlines()[1:] == ["case_0004 [] None"]
+
+
+def test_crash_is_kept_with_its_reason(bench, engine):
+    run_bench(bench, engine=engine[0], oracle=False)
+    kept = json.loads(result_file(bench, "case_0002", "blind").read_text())
+    assert kept["error"] == "exit status 1: ValueError: this one breaks"
+    by_name = {a.name: a for a in answers_of(bench)}
+    assert by_name["case_0002"].crashed and not by_name["case_0002"].right
+    assert by_name["case_0001"].right and by_name["case_0001"].megabytes > 10.0
+
+
+def test_suites_and_number_of_cases(bench, engine):
+    name, asked = engine
+    run_bench(bench, suites=("none",), engine=name)
+    assert asked.read_text() == "case_0004 [] None\n"
+    run_bench(bench, cases=1, engine=name, oracle=False)
+    assert asked.read_text().splitlines()[1:] == ["case_0001 [] None"]
+    with pytest.raises(BenchError, match="no case of suite two"):
+        run_bench(bench, suites=("two",), engine=name)
+
+
+def test_changed_truth_is_not_run(bench, engine):
+    file = bench / "truth" / "case_0001.yaml"
+    file.write_text(file.read_text() + "# later\n")
+    with pytest.raises(SealError, match="case_0001"):
+        run_bench(bench, engine=engine[0])
+    assert not engine[1].exists()
+
+
+def test_cluster_without_dask_says_how_to_get_it(monkeypatch):
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    with pytest.raises(BenchError, match="pip install distributed"):
+        executor(1, "tcp://nowhere:8786")

@@ -1,0 +1,137 @@
+"""Scores of reports made by hand."""
+
+import math
+
+import pytest
+from ddh_twin_py.gap_bench.answers import answer_of, groups_of
+from ddh_twin_py.gap_bench.intervals import mean, median, share
+from ddh_twin_py.gap_bench.scoring import confusion, reliability, score, summary
+from support.gap_reports import report, result, truth
+
+P1, P2 = "pump_1.leakage", "pump_2.leakage"
+
+
+def answer(case, blind, **further):
+    return answer_of(case, {"blind": result(blind), **{q: result(r) for q, r in further.items()}})
+
+
+def test_right_effect_first():
+    a = answer(truth(), report(why=[(P1, 0.9), (P2, 0.1)]), oracle=report(closed=1.0))
+    assert (a.right, a.detected, a.ranks, a.named, a.component_first) == (True, True, (1.0,), P1, True)
+    assert a.probability == (0.9,)
+    assert a.closed == pytest.approx(0.9)
+    assert a.errors == (pytest.approx(0.2),) and a.covered == (True,)
+
+
+def test_wrong_effect_first():
+    a = answer(truth(), report(why=[(P2, 0.7), ("oil.air_content", 0.2), (P1, 0.1)], where="pump_2"))
+    assert (a.right, a.ranks, a.component_first) == (False, (3.0,), False)
+    scores = score([a])
+    assert (scores["first"].value, scores["third"].value, scores["detected"].value) == (0.0, 1.0, 1.0)
+
+
+def test_truth_outside_the_interval():
+    assert answer(truth(), report(why=[(P1, 0.9)], value=1.1, std=0.1)).covered == (False,)
+
+
+def test_small_class_counts_and_a_large_one_does_not():
+    why = [(P2, 0.4), (P1, 0.3), ("oil.air_content", 0.2), ("load.mass", 0.1)]
+    small = answer(truth(), report("ambiguous", why, classes=[(P1, P2)]))
+    assert (small.ranks, small.right) == ((1.0,), True)
+    assert small.probability == (pytest.approx(0.7),)
+    large = answer(truth(), report("ambiguous", why, classes=[(P1, P2, "oil.air_content", "load.mass")]))
+    assert (large.ranks, large.right) == ((2.0,), False)
+
+
+def test_a_class_outweighs_a_single_effect():
+    groups = groups_of(report(why=[("load.mass", 0.4), (P1, 0.3), (P2, 0.3)], classes=[(P1, P2)]))
+    assert [g.effects for g in groups] == [(P1, P2), ("load.mass",)]
+
+
+def test_false_alarm_and_silence():
+    quiet = answer(truth(suite="none", level="", effects=()), report("no_gap", where=""))
+    loud = answer(truth(suite="tolerance", level="", effects=()), report("explained", [(P1, 0.8)]))
+    assert (quiet.right, quiet.detected, loud.right, loud.detected) == (True, False, False, True)
+    scores = score([quiet, loud])
+    assert scores["false_alarm"].value == 0.5
+    assert scores["detected"].n == 0 and math.isnan(scores["detected"].value)
+
+
+def test_missed_effect_does_not_count_as_first():
+    a = answer(truth(), report("no_gap", [(P1, 0.2)], where=""))
+    assert not a.right and score([a])["first"].value == 0.0
+
+
+def test_both_of_two():
+    case = truth(suite="two", effects=(P1, "load.mass"))
+    both = answer(case, report(why=[(P1, 0.9), ("load.mass", 0.8)], hypotheses=[{"effects": [P1, "load.mass"], "probability": 0.8}]))
+    one = answer(case, report(why=[(P1, 0.9), (P2, 0.4), ("load.mass", 0.3)]))
+    through_a_class = answer(case, report(why=[(P2, 0.9), ("load.mass", 0.8)], classes=[(P1, P2)],
+                                          hypotheses=[{"effects": [P2, "load.mass"], "probability": 0.8}]))
+    assert (both.both, one.both, through_a_class.both) == (True, False, True)
+    assert score([both])["first"].value == 1.0
+    assert score([one])["first"].value == 0.5
+
+
+def test_unknown_is_found_at_its_component():
+    case = truth(suite="outside", effects=("tank.foam_in_motion",), listed=False)
+    found = answer(case, report("unknown", [("unknown", 0.9)], where="tank", unknown={"component": "tank"}))
+    elsewhere = answer(case, report("unknown", [("unknown", 0.9)], where="pump_1", unknown={"component": "pump_1"}))
+    blamed = answer(case, report(why=[(P1, 0.9)]))
+    assert [(a.right, a.unknown_component) for a in (found, elsewhere, blamed)] == [(True, True), (True, False), (False, False)]
+    assert score([found, elsewhere, blamed])["unknown_found"].value == pytest.approx(2 / 3)
+
+
+def test_left_out_is_scored_by_its_own_report():
+    case = truth(suite="left_out")
+    blind = report(why=[(P1, 0.9)])
+    right = answer(case, blind, left_out=report("unknown", [("unknown", 0.8)], unknown={"component": "pump_1"}))
+    wrong = answer(case, blind, left_out=report(why=[(P2, 0.9)]))
+    assert (right.right, wrong.right) == (True, False)
+    assert right.true == ()
+
+
+def test_false_unknown():
+    a = answer(truth(), report("unknown", [("unknown", 0.7), (P1, 0.3)], unknown={"component": "pump_1"}))
+    assert score([a])["false_unknown"].value == 1.0 and not a.right
+
+
+def test_crash_counts_as_wrong_and_is_listed():
+    fine = answer(truth("case_0001"), report(why=[(P1, 0.9)]))
+    broken = answer_of(truth("case_0002"), {"blind": {"error": "exit status 1: MemoryError", "seconds": 3.0}})
+    missing = answer_of(truth("case_0003", "none", "", ()), {})
+    found = summary([fine, broken, missing])
+    assert found["all"]["scores"]["right"]["value"] == pytest.approx(1 / 3)
+    assert found["all"]["scores"]["false_alarm"]["value"] == 1.0
+    assert [row["name"] for row in found["crashed"]] == ["case_0002", "case_0003"]
+    assert found["crashed"][0]["why"] == "exit status 1: MemoryError"
+
+
+def test_reliability_of_what_was_said():
+    answers = [answer(truth(), report(why=[(P1, 0.85), (P2, 0.15)])) for _ in range(3)]
+    answers.append(answer(truth(), report(why=[(P2, 0.85), (P1, 0.15)])))
+    rows = {row["from"]: row for row in reliability(answers)}
+    assert rows[0.8]["right"]["value"] == 0.75 and rows[0.8]["stated"] == pytest.approx(0.85)
+    assert rows[0.1]["right"]["value"] == 0.25
+    assert rows[0.5]["right"]["n"] == 0
+
+
+def test_confusion_counts_truth_against_answer():
+    rows = confusion([answer(truth(), report(why=[(P2, 0.9)])), answer(truth(), report(why=[(P1, 0.9)])),
+                      answer(truth(suite="none", level="", effects=()), report("no_gap", where=""))])
+    assert {(r["true"], r["said"]): r["cases"] for r in rows} == {(P1, P2): 1, (P1, P1): 1, ("no_gap", "no_gap"): 1}
+
+
+def test_wilson_interval():
+    found = share([True] * 8 + [False] * 2)
+    assert (found.value, found.n) == (0.8, 10)
+    assert found.low == pytest.approx(0.4902, abs=1e-4) and found.high == pytest.approx(0.9433, abs=1e-4)
+    assert share([False] * 5).low == 0.0 and share([True] * 5).high == 1.0
+
+
+def test_bootstrap_interval_holds_the_value():
+    values = [1.0, 2.0, 3.0, 4.0, 100.0, math.nan]
+    found = median(values)
+    assert (found.value, found.n) == (3.0, 5)
+    assert found.low <= 3.0 <= found.high
+    assert mean(values).value == 22.0

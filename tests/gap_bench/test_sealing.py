@@ -1,0 +1,56 @@
+"""The seal: what was written before is what is scored."""
+
+import pytest
+import yaml
+from ddh_twin_py.gap_bench.scoring import answers_of
+from ddh_twin_py.gap_bench.sealing import SEAL, SealError, seal, verify
+from support.gap_reports import truth
+
+
+@pytest.fixture
+def sealed(tmp_path):
+    (tmp_path / "truth").mkdir()
+    for name in ("case_0001", "case_0002"):
+        (tmp_path / "truth" / f"{name}.yaml").write_text(yaml.safe_dump(truth(name)))
+    seal(tmp_path)
+    return tmp_path
+
+
+def test_sealed_cases_are_found(sealed):
+    assert verify(sealed) == ["case_0001", "case_0002"]
+    assert len((sealed / SEAL).read_text().splitlines()) == 2
+    assert seal(sealed) == sealed / SEAL
+
+
+def test_changed_truth_is_refused(sealed):
+    file = sealed / "truth" / "case_0002.yaml"
+    file.write_text(file.read_text().replace("clear", "faint"))
+    for attempt in (verify, seal, answers_of):
+        with pytest.raises(SealError, match=r"case_0002\.yaml: was changed after it was sealed"):
+            attempt(sealed)
+
+
+def test_missing_truth_is_refused(sealed):
+    (sealed / "truth" / "case_0001.yaml").unlink()
+    with pytest.raises(SealError, match=r"case_0001\.yaml: is sealed and missing"):
+        verify(sealed)
+
+
+def test_added_truth_is_refused(sealed):
+    (sealed / "truth" / "case_0003.yaml").write_text("name: case_0003\n")
+    with pytest.raises(SealError, match=r"case_0003\.yaml: was added after"):
+        verify(sealed)
+
+
+def test_no_seal_and_a_broken_one(sealed):
+    (sealed / SEAL).write_text("not a hash\n")
+    with pytest.raises(SealError, match="line 1: found 'not a hash'"):
+        verify(sealed)
+    (sealed / SEAL).unlink()
+    with pytest.raises(SealError, match="no seal"):
+        verify(sealed)
+
+
+def test_nothing_to_seal(tmp_path):
+    with pytest.raises(SealError, match="no case was made"):
+        seal(tmp_path)
