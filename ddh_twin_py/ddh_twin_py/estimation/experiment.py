@@ -3,7 +3,8 @@
 Calibration fits it, and whoever wants to know how far a free run is off asks it. The run starts
 at the measured pressures, position and temperatures and is given speed command, payload and
 ambient; at each standstill the rod is put back to where it was measured, and the error of the
-stroke that ended there counts.
+stroke that ended there counts. It is not put back onto an end stop, which is so stiff that the
+noise of the position would press it with several times the load.
 
 A temperature that starts wrong stays wrong for minutes, and the first readings are few. So a
 first run says how temperatures went on, and the readings of `start.EARLY` seconds say where they began.
@@ -44,6 +45,7 @@ INNER_SENSORS = ("motor_winding", "tank_oil")
 SETTLING = 5.0
 """s at the beginning of a run that are left out of the fast signals: what moved before it began is not known."""
 _REST = 0.5  # s of a standstill to either side over which positions are averaged
+_SURE = 3.0  # standard deviations of that mean, within which an end stop says better where the rod is
 _SLOW_BIN = 20.0  # s, of temperatures
 PRESSURES = ("pressure_piston_side", "pressure_rod_side")
 
@@ -112,6 +114,7 @@ class Experiment:
         self._command = command_at(drive_time, drive.values[:, DRIVE_FIELDS.index("speed_command")], edges)
         standing = (measured["standstill"] >= STANDSTILL) & np.isfinite(measured["rod_position"])
         self._put_back = _smoothed(np.where(standing, measured["rod_position"], np.nan), round(_REST / interval))
+        self._placed = _off_the_stops(self._put_back, rig, rig.sensors[STROKE].noise, 2.0 * _REST * len(hydraulic_time) / (n * interval))
         self._stroke_ends = np.flatnonzero(standing[1:] & ~standing[:-1]) + 1
         self._stroke_ends = self._stroke_ends[self._stroke_ends * interval > 1.0]
         self._air = self._ambient(ticks, rig, n)
@@ -241,7 +244,7 @@ class Experiment:
         instants, at_drive, at_hydraulic = self._merged if skew == 0.0 else _merge(self._drive_time, self._hydraulic_time - skew)
         samples = np.full((instants.size, len(SAMPLED)), np.nan)
         free_run_sampled(parameters, state, temperature, self._command, self._air, self.interval, step,
-                         self._put_back / p["measurement_rod_position_scale"], points, temperatures, instants, samples)
+                         self._placed / p["measurement_rod_position_scale"], points, temperatures, instants, samples)
         return begin, points, temperatures, (samples[at_drive], samples[at_hydraulic])
 
     def _reading(self, name: str, p: np.void, begin: np.ndarray, temperatures: np.ndarray) -> np.ndarray:
@@ -275,6 +278,13 @@ def _smoothed(position: np.ndarray, reach: int) -> np.ndarray:
     first, last = np.maximum(begun, index - reach), np.minimum(ended, index + reach + 1)
     with np.errstate(invalid="ignore"):
         return np.where(known, (total[last] - total[first]) / np.maximum(last - first, 1), np.nan)
+
+
+def _off_the_stops(position: np.ndarray, rig: Rig, noise: float, samples: float) -> np.ndarray:
+    """Positions (m), NaN where an end stop is as near as a mean of so many samples of that noise (m) is sure."""
+    reach = _SURE * noise / np.sqrt(max(samples, 1.0))
+    free = (position > reach) & (position < rig["cylinder.stroke"] - reach)
+    return np.where(free, position, np.nan)
 
 
 def _slow(time: np.ndarray, usable: np.ndarray) -> Binning:
