@@ -3,8 +3,9 @@
 The unknowns are deviations in units of the sheet's tolerance (and of the sensors' offset
 tolerance), so that the prior is N(0, I); beside them stand the allowances of `comparison` for
 what no parameter of the model can mend. Sensitivities are differences of whole free runs, whose
-fixed steps make them smooth; Gauss-Newton keeps them while it converges with them (chord steps)
-and takes new ones when it does not.
+fixed steps make them smooth; Levenberg-Marquardt keeps them while it converges with them (chord
+steps) and takes new ones when it does not. Signals that are far off count for less in the first
+sweeps and fully in the others: a fit that went on so would settle where one signal is given up.
 
 Tarantola, Inverse Problem Theory, SIAM 2005, chapter 3, for the posterior covariance.
 """
@@ -23,6 +24,7 @@ from scipy.optimize import lsq_linear
 from ddh_twin_py.estimation.allowances import Sums, sums_of
 from ddh_twin_py.estimation.comparison import CLOCK_JITTER, Comparison, Discrepancy, scatter_of
 from ddh_twin_py.estimation.experiment import PRESSURES, Experiment
+from ddh_twin_py.estimation.held_out import rms_over_noise
 from ddh_twin_py.rig import Rig
 from ddh_twin_py.rig.sheet import BOUNDS, CUT, FIELD_OF_PATH, Quantity
 
@@ -36,10 +38,9 @@ INFORMED = 0.9
 """A parameter whose standard deviation fell below this share of its prior was informed by the recordings."""
 _DIFFERENCES = (0.1, 0.01, 0.003)  # of a tolerance, from far to near; pressures hang on leakage with a curve
 _SWEEPS = 10
-_SCATTER_FROM = 2  # sweeps, before which all is far off
-_FIRST_DAMPING, _DAMPED_OUT = 1.0e-3, 1.0e3
+_FIRST_DAMPING, _DAMPED_OUT = 1.0, 1.0e6  # in units of the prior's precision, of which each direction has 1
 _CHORDS = 4
-_FAR = 4.0  # RMS of a signal's deviations above which it is judged milder
+_FAR, _MILD_SWEEPS = 4.0, 3  # RMS of a signal's deviations above which it is judged milder, and for how long
 _SETTLED = 1.0e-3  # share of chi-square that a further step would promise or gain
 _SETTLED_EACH = 0.1  # the same in squared posterior deviations per unknown, which is less where unknowns are few
 _STEP = 2.0e-3  # s, hydraulic step of the runs of a fit; its error is below 1e-4 of a rise of temperature
@@ -218,17 +219,19 @@ class _Stand:
     sums: Sums
 
 
-def _tempers(comparison: Comparison, prediction) -> dict[str, float]:
-    """Signal to how much milder it is judged while it is far off."""
+def _tempers(comparison: Comparison, prediction, sweep: int) -> dict[str, float]:
+    """Signal to how much milder it is judged in this sweep."""
+    if sweep > _MILD_SWEEPS:
+        return dict.fromkeys((b.signal for b in comparison.blocks), 1.0)
     residual = comparison.residual(prediction)
     return {b.signal: max(1.0, float(np.sqrt(np.mean(residual[b.rows] ** 2))) / _FAR) for b in comparison.blocks}
 
 
-def _within(matrix: np.ndarray, slope: np.ndarray, theta: np.ndarray, lowest: np.ndarray) -> np.ndarray:
-    """Step to the lowest place of the quadratic with no deviation below ``lowest`` or beyond `CUT`, where tolerances end."""
+def _within(matrix: np.ndarray, slope: np.ndarray, theta: np.ndarray, lowest: np.ndarray, highest: np.ndarray) -> np.ndarray:
+    """Step to the lowest place of the quadratic with no deviation below ``lowest`` or above ``highest``."""
     factor = np.linalg.cholesky(matrix)
     target = solve_triangular(factor, slope, lower=True, check_finite=False)
-    return lsq_linear(factor.T, target, bounds=(lowest - 1e-9 - theta, CUT + 1e-9 - theta), method="bvls").x
+    return lsq_linear(factor.T, target, bounds=(lowest - 1e-9 - theta, highest + 1e-9 - theta), method="bvls").x
 
 
 def _broyden(jacobians, comparisons, before, after, move) -> None:
@@ -248,8 +251,9 @@ class Problem:
         self.experiments, self.rig, self.paths, self.discrepancy = list(experiments), rig, paths, discrepancy
         self.scale = np.array([rig.quantities[path].standard_deviation for path in paths])
         self.size = len(paths)
-        room = np.array([(rig[path] - BOUNDS[path].lowest) for path in paths]) / self.scale
-        self.lowest = -np.minimum(CUT, np.maximum(room, 0.0))  # what cannot be negative is not
+        room = np.array([(rig[path] - BOUNDS[path].lowest, BOUNDS[path].highest - rig[path]) for path in paths]) / self.scale[:, None]
+        below, above = np.clip(room, 0.0, CUT).T  # where tolerances end, and what cannot be negative is not
+        self.lowest, self.highest = -below, above
         self._base = [e.parameters(rig) for e in self.experiments]
 
     def record(self, number: int, theta: np.ndarray) -> np.ndarray:
@@ -268,11 +272,11 @@ class Problem:
         return [e.predict(self.record(i, theta), step) for i, e in enumerate(self.experiments)]
 
     def fit(self, pool: ThreadPoolExecutor, progress=None, start: np.ndarray | None = None) -> Fit:
-        """Gauss-Newton from the sheet (or ``start``) on; far from the answer, what is far off counts less."""
+        """Levenberg-Marquardt from the sheet (or ``start``) on; far from the answer, what is far off counts less."""
         theta = np.zeros(self.size) if start is None else start.copy()
         first = predictions = self.predict(theta)
+        self._learn_scatter(predictions)
         settled, sweep, comparisons, fresh = False, 0, [], []
-        damping = 0.0  # Levenberg and Marquardt's: shorter steps along what bends
         keep = False  # of the sensitivities, where only the deviations of the bins changed
         for sweep in range(1, _SWEEPS + 1):
             told = None if progress is None else (lambda done, sweep=sweep: progress((sweep - 1 + 0.9 * done) / _SWEEPS))
@@ -282,50 +286,48 @@ class Problem:
             base = None if sweep == 1 else predictions
             jacobians = self.jacobians(pool, theta, comparisons, _DIFFERENCES[min(sweep, len(_DIFFERENCES)) - 1], told, base, known, keep)
             fresh = [jacobian.copy() for jacobian in jacobians]  # as taken, before Broyden's updates
-            temper = [_tempers(c, p) for c, p in zip(comparisons, predictions, strict=True)]
+            temper = [_tempers(c, p, sweep) for c, p in zip(comparisons, predictions, strict=True)]
+            full = all(factor == 1.0 for t in temper for factor in t.values())
             state = self._stand(comparisons, jacobians, predictions, theta, temper)
+            damping = 0.0  # shorter steps along what is weakly known, and so goes far and bends
             for _ in range(_CHORDS):
-                matrix = state.information + np.eye(self.size)
-                move = _within(matrix, state.score - theta, theta, self.lowest)
-                promised = float(2.0 * move @ (state.score - theta) - move @ matrix @ move)
+                move, promised = self._step(state, theta, 0.0)
                 little = min(_SETTLED * state.cost, _SETTLED_EACH * self.size)
-                settled = promised < little and sweep > 1
+                settled = promised < little and sweep > 1 and full
                 if promised < little:
                     break
                 if damping > 0.0:
-                    move = _within(matrix + damping * np.diag(np.diagonal(state.information)), state.score - theta, theta, self.lowest)
-                    promised = float(2.0 * move @ (state.score - theta) - move @ matrix @ move)
-                better = None
+                    move, promised = self._step(state, theta, damping)
                 while damping < _DAMPED_OUT:
-                    trial = theta + move
-                    tried = self.predict(trial)
-                    better = self._stand(comparisons, jacobians, tried, trial, temper)
-                    if better.cost < state.cost - max(0.1 * promised, min(0.1, 0.1 * little)):
+                    tried = self.predict(theta + move)
+                    gained = state.cost - self._cost(comparisons, tried, theta + move, temper)
+                    if gained > max(0.1 * promised, min(0.1, 0.1 * little)):
                         break
-                    better, damping = None, max(10.0 * damping, _FIRST_DAMPING)
-                    matrix = state.information + np.eye(self.size) + damping * np.diag(np.diagonal(state.information))
-                    move = _within(matrix, state.score - theta, theta, self.lowest)
-                    promised = float(2.0 * move @ (state.score - theta) - move @ (state.information + np.eye(self.size)) @ move)
-                if better is None:
+                    damping = max(10.0 * damping, _FIRST_DAMPING)
+                    move, promised = self._step(state, theta, damping)
+                else:
                     break
                 damping = 0.0 if damping <= _FIRST_DAMPING else 0.1 * damping
                 _broyden(jacobians, comparisons, predictions, tried, move)
-                better = self._stand(comparisons, jacobians, tried, trial, temper)
-                gained = state.cost - better.cost
-                theta, predictions = trial, tried
-                temper = [_tempers(c, p) for c, p in zip(comparisons, predictions, strict=True)]
+                theta, predictions = theta + move, tried
+                temper = [_tempers(c, p, sweep) for c, p in zip(comparisons, predictions, strict=True)]
                 state = self._stand(comparisons, jacobians, predictions, theta, temper)
                 if gained < little:
                     break
-            if settled and self.discrepancy.scatter:
+            if settled and keep:
                 break
-            if settled or sweep >= _SCATTER_FROM:
-                self._learn_scatter(predictions)
-                keep = settled
+            self._learn_scatter(predictions)
+            keep = settled
         plain = [dict.fromkeys(t, 1.0) for t in temper]
         state = self._stand(comparisons, jacobians, predictions, theta, plain)
         covariance = np.linalg.inv(state.information + np.eye(self.size))
         return Fit(theta, predictions, first, state.information, covariance, state.sums.classes(np.zeros(self.size)), sweep, settled)
+
+    def _step(self, state: _Stand, theta: np.ndarray, damping: float) -> tuple[np.ndarray, float]:
+        """Move within the tolerances' ends, and what it would gain if all were linear."""
+        slope, curvature = state.score - theta, state.information + np.eye(self.size)
+        move = _within(curvature + damping * np.eye(self.size), slope, theta, self.lowest, self.highest)
+        return move, float(2.0 * move @ slope - move @ curvature @ move)
 
     def _learn_scatter(self, predictions) -> None:
         """Let classes be as uncertain as their bins scatter at this place."""
@@ -372,18 +374,21 @@ class Problem:
         gram, _ = sums.gram()
         return _Stand(gram.yy + float(theta @ theta), gram.xx, gram.xy, sums)
 
+    @staticmethod
+    def _cost(comparisons, predictions, theta, temper) -> float:
+        """The cost alone; see `_stand`."""
+        residuals = [c.residual(p) for c, p in zip(comparisons, predictions, strict=True)]
+        gram, _ = sums_of(comparisons, [np.empty((c.size, 0)) for c in comparisons], residuals, temper).gram()
+        return gram.yy + float(theta @ theta)
+
     def _steps(self, theta: np.ndarray, difference: float) -> np.ndarray:
         """Step of each difference, towards the sheet's value."""
         return np.where(theta > 0.0, -difference, difference)
 
     def rms(self, predictions) -> dict[str, float]:
-        """RMS of each signal over its noise, sample by sample, all recordings together."""
-        squares: dict[str, list[np.ndarray]] = {}
-        for experiment, predicted in zip(self.experiments, predictions, strict=True):
-            for name, signal in experiment.signals.items():
-                used = signal.binning.bin >= 0
-                squares.setdefault(name, []).append(((signal.measured - predicted[name])[used] / signal.noise) ** 2)
-        return {name: float(np.sqrt(np.mean(np.concatenate(parts)))) for name, parts in squares.items() if sum(p.size for p in parts)}
+        """RMS of each signal over its noise, of the samples that were used; see `held_out.rms_over_noise`."""
+        found = rms_over_noise(self.experiments, predictions, lambda _, signal: signal.binning.bin >= 0)
+        return {name: rms for name, (rms, _) in found.items()}
 
     def _without(self, fit: Fit, refused: list[int]) -> Fit:
         """The fit with some unknowns put back to their prior mean, the others where they then fit best (Gaussian conditional).

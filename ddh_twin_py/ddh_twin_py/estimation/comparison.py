@@ -20,7 +20,6 @@ from ddh_twin_py.estimation.binning import TRANSIENT, Binning
 CLOCK_JITTER = 1.0e-3
 """s, standard deviation of a stamp; a steep signal is less certain by it."""
 _START_DECAYS = np.array([120.0, 900.0])  # s
-_START_ERROR = 0.35  # of a reading's noise, what the mean of the first ones leaves
 _SCATTER_PRIOR = 4.0  # bins
 STEADY, MOVING, SMOOTH, STROKES = "steady", "transient", "smooth", "stroke"
 
@@ -75,7 +74,7 @@ class Comparison:
     """One recording against predictions of it.
 
     Args:
-        signals: name to signal with ``time``, ``measured``, ``noise``, ``binning``.
+        signals: name to signal with ``time``, ``measured``, ``noise``, ``binning``, ``start_std``.
         reference: a prediction by which steep places are known.
         discrepancy: what the model is forgiven.
 
@@ -100,13 +99,12 @@ class Comparison:
                 variance = variance + CLOCK_JITTER**2 * binning.mean(np.where(np.isfinite(slope), slope, 0.0) ** 2) / binning.count
             spread = np.sqrt(variance)
             rows = slice(self.size, self.size + b)
-            if not name.startswith("temperature/"):
-                which, names = _classes(name, signal)
-                spread = spread * np.array([discrepancy.scatter.get(n, 1.0) for n in names])[which]
             if name.startswith("temperature/"):
                 nothing = np.zeros(0)
                 self.blocks.append(Block(name, rows, binning, spread, nothing, nothing, [], _curves(name, signal, spread, discrepancy)))
             else:
+                which, names = _classes(name, signal)
+                spread = spread * np.array([discrepancy.scatter.get(n, 1.0) for n in names])[which]
                 scale = np.array([discrepancy.of(name, own) for _, own, _ in names])
                 self.blocks.append(Block(name, rows, binning, spread, which, scale[which] * signal.noise / spread, names))
             parts.append(binning.mean(np.where(np.isfinite(signal.measured), signal.measured, 0.0)) / spread)
@@ -164,5 +162,5 @@ def _curves(name: str, signal, spread: np.ndarray, discrepancy: Discrepancy) -> 
     time = signal.binning.time
     knots = np.arange(0.0, (time[-1] if time.size else 0.0) + discrepancy.knots, discrepancy.knots)
     hats = np.maximum(0.0, 1.0 - np.abs(time[:, None] - knots) / discrepancy.knots) * discrepancy.of(name, SMOOTH)
-    starts = _START_ERROR * np.exp(-time[:, None] / _START_DECAYS)
-    return np.hstack([hats, starts]) * (signal.noise / spread[:, None])
+    starts = signal.start_std * np.exp(-time[:, None] / _START_DECAYS)
+    return np.hstack([signal.noise * hats, starts]) / spread[:, None]

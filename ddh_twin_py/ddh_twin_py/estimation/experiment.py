@@ -3,19 +3,23 @@
 Calibration fits it, and whoever wants to know how far a free run is off asks it. The run starts
 at the measured pressures, position and temperatures and is given speed command, payload and
 ambient; at each standstill the rod is put back to where it was measured, and the error of the
-stroke that ended there counts.
+stroke that ended there counts. It is not put back onto an end stop, which is so stiff that the
+noise of the position would press it with several times the load.
+
+A temperature that starts wrong stays wrong for minutes, and the first readings are few. So a
+first run says how temperatures went on, and the readings of `start.EARLY` seconds say where they began.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.signal import lfilter
 
 from ddh_twin_py.estimation.binning import Binning, by_cycle, by_time, cycle_of, one_by_one
 from ddh_twin_py.estimation.sensors import NODE_INDEX, NODE_OF_SENSOR
-from ddh_twin_py.estimation.start import START, spread_start
+from ddh_twin_py.estimation.start import EARLY, START, spread_start, start_error
 from ddh_twin_py.physics.balance import OPERATING_DTYPE
 from ddh_twin_py.physics.free_run import COMMAND_PARTS, HYDRAULIC_STEP, SAMPLED, free_run_sampled, settle
 from ddh_twin_py.physics.hydraulics import HYDRAULIC_STATES
@@ -41,6 +45,7 @@ INNER_SENSORS = ("motor_winding", "tank_oil")
 SETTLING = 5.0
 """s at the beginning of a run that are left out of the fast signals: what moved before it began is not known."""
 _REST = 0.5  # s of a standstill to either side over which positions are averaged
+_SURE = 3.0  # standard deviations of that mean, within which an end stop says better where the rod is
 _SLOW_BIN = 20.0  # s, of temperatures
 PRESSURES = ("pressure_piston_side", "pressure_rod_side")
 
@@ -51,13 +56,17 @@ class ExperimentError(ValueError):
 
 @dataclass(frozen=True)
 class Signal:
-    """Samples of one signal: s since the start of the run, values in SI, noise of one sample, unit, bins."""
+    """Samples of one signal: s since the start of the run, values in SI, noise of one sample, unit, bins.
+
+    ``start_std``: standard deviation of what a run's reading is off by at the start, in its unit.
+    """
 
     time: np.ndarray
     measured: np.ndarray
     noise: float
     unit: str
     binning: Binning
+    start_std: float = 0.0
 
 
 class Experiment:
@@ -105,6 +114,7 @@ class Experiment:
         self._command = command_at(drive_time, drive.values[:, DRIVE_FIELDS.index("speed_command")], edges)
         standing = (measured["standstill"] >= STANDSTILL) & np.isfinite(measured["rod_position"])
         self._put_back = _smoothed(np.where(standing, measured["rod_position"], np.nan), round(_REST / interval))
+        self._placed = _off_the_stops(self._put_back, rig, rig.sensors[STROKE].noise, 2.0 * _REST * len(hydraulic_time) / (n * interval))
         self._stroke_ends = np.flatnonzero(standing[1:] & ~standing[:-1]) + 1
         self._stroke_ends = self._stroke_ends[self._stroke_ends * interval > 1.0]
         self._air = self._ambient(ticks, rig, n)
@@ -131,6 +141,23 @@ class Experiment:
             name: float(np.nanmean(s.measured[s.time <= START])) for name in self.sensors
             if np.isfinite((s := self.signals[f"temperature/{name}"]).measured[s.time <= START]).any()
         }
+        self._first_readings |= self._better_start(rig)
+
+    def _better_start(self, rig: Rig) -> dict[str, float]:
+        """Readings at the start of the run, K, from those of its first `EARLY` seconds; tells the signals how sure they are."""
+        n = max(1, round(min(EARLY, self.used_until) / self.interval))
+        parameters = self.parameters(rig)
+        begin, _, temperatures, _ = self._run(parameters, HYDRAULIC_STEP, n)
+        better = {}
+        for name, crude in self._first_readings.items():
+            signal = self.signals[f"temperature/{name}"]
+            reading = self._reading(name, parameters[0], begin, temperatures)
+            used = np.isfinite(signal.measured) & (signal.time <= self._axis[n - 1])
+            off = signal.measured[used] - np.interp(signal.time[used], self._axis[:n], reading)
+            error, std = start_error(signal.time[used], off, float(reading[-1] - crude) * EARLY / self._axis[n - 1], signal.noise)
+            better[name] = crude + error
+            self.signals[f"temperature/{name}"] = replace(signal, start_std=std)
+        return better
 
     def _add(self, name: str, sensor: SensorSpec, time: np.ndarray, measured: np.ndarray, binning) -> None:
         """Take up a signal of which there is at least one number."""
@@ -179,27 +206,7 @@ class Experiment:
             step: s, hydraulic step.
         """
         p = parameters[0]
-        state = np.zeros(len(HYDRAULIC_STATES))
-        settle(parameters, state, self._start["rod_position"] / p["measurement_rod_position_scale"],
-               self._start[PRESSURES[0]] - p["measurement_pressure_piston_side_offset"],
-               (self._start[PRESSURES[1]] - p["measurement_pressure_rod_side_offset"]) / p["measurement_pressure_rod_side_gain"])
-        air = self._air + p["surroundings_enclosure_rise"]
-        surface, contact = p["measurement_surface_lag_ratio"], p["measurement_surface_contact"]
-        at_start = air[min(air.size - 1, round(START / self.interval))]
-        first = {}
-        for name, value in self._first_readings.items():
-            value = value - p[f"measurement_{name}_offset"]
-            first[NODE_OF_SENSOR[name]] = value if name in INNER_SENSORS else (value - contact * at_start) / (1.0 - contact)
-        temperature = spread_start(first, at_start)
-        begin = temperature.copy()
-        n = self._axis.size
-        points, temperatures = np.zeros(n, OPERATING_DTYPE), np.empty((n, N))
-        skew = p["measurement_time_skew"]
-        instants, at_drive, at_hydraulic = self._merged if skew == 0.0 else _merge(self._drive_time, self._hydraulic_time - skew)
-        samples = np.full((instants.size, len(SAMPLED)), np.nan)
-        free_run_sampled(parameters, state, temperature, self._command, self._air, self.interval, step,
-                         self._put_back / p["measurement_rod_position_scale"], points, temperatures, instants, samples)
-        of_drive, of_hydraulic = samples[at_drive], samples[at_hydraulic]
+        begin, points, temperatures, (of_drive, of_hydraulic) = self._run(parameters, step, self._axis.size)
         speed, current = of_drive[:, 0], of_drive[:, 1]
         slot, end, rotor = (np.interp(self._drive_time, self._axis, temperatures[:, node]) for node in (SLOT_WINDING, END_WINDING, ROTOR))
         voltage, power = np.empty(speed.size), np.empty(speed.size)
@@ -213,18 +220,46 @@ class Experiment:
         out["rod_velocity"] = p["measurement_rod_position_scale"] * out["rod_velocity"]
         out[STROKE] = p["measurement_rod_position_scale"] * points["rod_position"][self._stroke_ends - 1]
         for name in self.sensors:
-            node = temperatures[:, NODE_INDEX[name]]
-            if name == "tank_oil":
-                node = (1.0 - p["tank_top_share"]) * node + p["tank_top_share"] * temperatures[:, TANK_TOP]
-            inner = name in INNER_SENSORS
-            lag = p["sensors_temperature_time_constant"] * (1.0 if inner else surface)
-            keep = np.exp(-self.interval / lag)
-            reading, _ = lfilter([1.0 - keep], [1.0, -keep], node, zi=[keep * begin[NODE_INDEX[name]]])
-            if not inner:
-                reading = (1.0 - contact) * reading + contact * air
-            signal = self.signals[f"temperature/{name}"]
-            out[f"temperature/{name}"] = np.interp(signal.time, self._axis, reading) + p[f"measurement_{name}_offset"]
+            key = f"temperature/{name}"
+            out[key] = np.interp(self.signals[key].time, self._axis, self._reading(name, p, begin, temperatures))
         return {name: out[name] for name in self.signals}
+
+    def _run(self, parameters: np.ndarray, step: float, n: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, tuple[np.ndarray, np.ndarray]]:
+        """The first n intervals: temperatures at the start (N,), operating points (n,), temperatures (n, N), samples of both streams."""
+        p = parameters[0]
+        state = np.zeros(len(HYDRAULIC_STATES))
+        settle(parameters, state, self._start["rod_position"] / p["measurement_rod_position_scale"],
+               self._start[PRESSURES[0]] - p["measurement_pressure_piston_side_offset"],
+               (self._start[PRESSURES[1]] - p["measurement_pressure_rod_side_offset"]) / p["measurement_pressure_rod_side_gain"])
+        at_start = self._air[min(self._air.size - 1, round(START / self.interval))] + p["surroundings_enclosure_rise"]
+        contact = p["measurement_surface_contact"]
+        first = {}
+        for name, value in self._first_readings.items():
+            value = value - p[f"measurement_{name}_offset"]
+            first[NODE_OF_SENSOR[name]] = value if name in INNER_SENSORS else (value - contact * at_start) / (1.0 - contact)
+        temperature = spread_start(first, at_start)
+        begin = temperature.copy()
+        points, temperatures = np.zeros(n, OPERATING_DTYPE), np.empty((n, N))
+        skew = p["measurement_time_skew"]
+        instants, at_drive, at_hydraulic = self._merged if skew == 0.0 else _merge(self._drive_time, self._hydraulic_time - skew)
+        samples = np.full((instants.size, len(SAMPLED)), np.nan)
+        free_run_sampled(parameters, state, temperature, self._command, self._air, self.interval, step,
+                         self._placed / p["measurement_rod_position_scale"], points, temperatures, instants, samples)
+        return begin, points, temperatures, (samples[at_drive], samples[at_hydraulic])
+
+    def _reading(self, name: str, p: np.void, begin: np.ndarray, temperatures: np.ndarray) -> np.ndarray:
+        """What a temperature sensor reads at the end of each interval, K, (n,), of nodes that began at (N,) and went on as (n, N)."""
+        node = temperatures[:, NODE_INDEX[name]]
+        if name == "tank_oil":
+            node = (1.0 - p["tank_top_share"]) * node + p["tank_top_share"] * temperatures[:, TANK_TOP]
+        inner = name in INNER_SENSORS
+        lag = p["sensors_temperature_time_constant"] * (1.0 if inner else p["measurement_surface_lag_ratio"])
+        keep = np.exp(-self.interval / lag)
+        reading, _ = lfilter([1.0 - keep], [1.0, -keep], node, zi=[keep * begin[NODE_INDEX[name]]])
+        if not inner:
+            contact = p["measurement_surface_contact"]
+            reading = (1.0 - contact) * reading + contact * (self._air[: reading.size] + p["surroundings_enclosure_rise"])
+        return reading + p[f"measurement_{name}_offset"]
 
 
 def _merge(drive_time: np.ndarray, hydraulic_time: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -243,6 +278,13 @@ def _smoothed(position: np.ndarray, reach: int) -> np.ndarray:
     first, last = np.maximum(begun, index - reach), np.minimum(ended, index + reach + 1)
     with np.errstate(invalid="ignore"):
         return np.where(known, (total[last] - total[first]) / np.maximum(last - first, 1), np.nan)
+
+
+def _off_the_stops(position: np.ndarray, rig: Rig, noise: float, samples: float) -> np.ndarray:
+    """Positions (m), NaN where an end stop is as near as a mean of so many samples of that noise (m) is sure."""
+    reach = _SURE * noise / np.sqrt(max(samples, 1.0))
+    free = (position > reach) & (position < rig["cylinder.stroke"] - reach)
+    return np.where(free, position, np.nan)
 
 
 def _slow(time: np.ndarray, usable: np.ndarray) -> Binning:

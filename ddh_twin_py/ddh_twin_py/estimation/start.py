@@ -12,6 +12,9 @@ from ddh_twin_py.physics.thermal_network import NODES
 
 START = 3.0
 """s of readings at the beginning that tell where a run starts."""
+EARLY = 60.0
+"""s of readings that tell it better, once a first run says how the temperature went on from there."""
+_RISE_KNOWN = 0.15  # of the first run's own change, how well it knows that over `EARLY`
 
 _NEIGHBOURS = {
     "slot_winding": ("end_winding", "housing"),
@@ -68,3 +71,18 @@ def start_temperature(readings: Sequence[Reading] | Readings, ambient: float, in
     read = {NODE_OF_SENSOR[SENSORS[k]]: float(given.temperature[early & (given.sensor == k)].mean() - known[k])
             for k in np.unique(given.sensor[early])}
     return spread_start(read, ambient)
+
+
+def start_error(time: np.ndarray, off: np.ndarray, change: float, noise: float) -> tuple[float, float]:
+    """How far a run begins below what a sensor read then, and the standard deviation of that, K.
+
+    off = a + b t, where b is what the run's parameters are off by, b ~ N(0, (0.15 change / `EARLY`)^2).
+
+    Args:
+        time: s since the start, (n,), up to `EARLY`. off: readings less those of the run, K, (n,).
+        change: of the run's reading over `EARLY`, K. noise: of one reading, K.
+    """
+    rows = np.column_stack([np.ones(time.size), time / EARLY])
+    prior = np.diag([0.0, noise**2 / max(_RISE_KNOWN * change, 1.0e-6) ** 2])
+    covariance = np.linalg.inv(rows.T @ rows + prior)
+    return float((covariance @ (rows.T @ off))[0]), noise * float(np.sqrt(covariance[0, 0]))

@@ -184,9 +184,11 @@ def add_hydraulics(point, weight, speed, pressure_a, pressure_b, velocity, posit
     point.heat[PUMP_2_OIL] += weight * ((1.0 - share_2) * heat_2 + leak_heat_2)
     point.heat[LINE_A] += weight * line_a
     point.heat[LINE_B] += weight * line_b
-    point.heat[BARREL] += weight * 0.5 * seal
-    point.heat[CHAMBER_A] += weight * (0.25 * seal + 0.5 * cross_heat)
-    point.heat[CHAMBER_B] += weight * (0.25 * seal + 0.5 * cross_heat)
+    to_barrel = p.cylinder_friction_share_to_barrel * seal
+    to_chamber = 0.5 * (seal - to_barrel + cross_heat)
+    point.heat[BARREL] += weight * to_barrel
+    point.heat[CHAMBER_A] += weight * to_chamber
+    point.heat[CHAMBER_B] += weight * to_chamber
     point.heat[VALVE_OIL] += weight * relief_heat
     point.heat[TANK] += weight * check_heat
 

@@ -5,8 +5,9 @@ before pressure rises again. Steps are SDIRK2 (Alexander 1977; gamma = 1 - 1/sqr
 order, L-stable), so that the oil springs of the light load are resolved or damped and never
 blow up. Dry friction of the piston grows over a small creep velocity and is set-valued at rest
 where that is 0: each implicit stage is solved for the velocity exactly, as the piecewise linear
-equation that it is, so that the piston truly sticks or creeps. The servo drive follows its command as a first-order lag with all the torque that this
-takes, up to the current limit; beyond it the shaft goes where that torque lets it.
+equation that it is, so that the piston truly sticks or creeps. The servo drive follows its
+command as a first-order lag with all the torque that this takes, up to the current limit;
+beyond it the shaft goes where that torque lets it.
 """
 
 from __future__ import annotations

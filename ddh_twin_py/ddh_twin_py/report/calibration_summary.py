@@ -32,9 +32,11 @@ def print_calibration(fit: Calibration, signals: Sequence[SignalFit], said: str,
     for group in ("informed", "partly informed"):
         if not groups[group]:
             continue
-        table = plain_table(group, "value ± σ", "unit", "moved", "σ left")
+        table = plain_table(group, "value ± σ", "moved", "left")
+        table.columns[1].justify, table.columns[1].no_wrap = "left", False  # where it is narrow the unit goes below
         for p in groups[group]:
-            table.add_row(p.name, f"{p.value:.4g} ± {p.std:.1g}", p.unit, f"{p.moved:+.1f} σ", f"{100 * p.share:.0f} %")
+            table.add_row(p.name, f"{p.value:.4g} ± {p.std:.1g} {p.unit}", f"{p.moved:+.1f}", f"{100 * p.share:.0f} %")
+        table.caption, table.caption_justify = "moved: in σ of the prior; left: share of the prior's σ", "left"
         console.print(table)
     for group in ("stays at prior", "refused"):
         if groups[group]:

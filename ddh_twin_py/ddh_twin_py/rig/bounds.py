@@ -91,6 +91,7 @@ TABLE: tuple[tuple[str, tuple[str, float, float]], ...] = (
     ("motor.iron.*_flux_density", _between(0.05, 3.0)),
     ("*_share", _between(0.0, 1.0)),
     ("*_share_to_case", _between(0.0, 1.0)),
+    ("*_share_to_barrel", _between(0.0, 1.0)),
     ("*emissivity", _between(0.0, 1.0)),
     ("*convection", _up_to(100.0)),
     ("*_capacity", _near(100.0)),

@@ -1,0 +1,69 @@
+"""Levenberg-Marquardt of the calibration on functions whose lowest place is known otherwise."""
+
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+import pytest
+from ddh_twin_py.estimation.binning import one_by_one
+from ddh_twin_py.estimation.calibration import Problem
+from ddh_twin_py.estimation.comparison import MOVING, SMOOTH, STEADY, STROKES, Discrepancy
+from ddh_twin_py.estimation.experiment import Signal
+from ddh_twin_py.rig import load_rig
+from ddh_twin_py.rig.sheet import FIELD_OF_PATH
+from scipy.optimize import least_squares
+
+PATHS = ["pump_1.leakage", "pump_2.leakage"]
+EXACT = Discrepancy(scale=dict.fromkeys((STEADY, MOVING, SMOOTH, STROKES), 1.0e-6))
+SAMPLES = 25
+
+
+class Curved:
+    """A recording of constant signals, each a function of the two deviations; what was measured is ``aim``."""
+
+    def __init__(self, laws, aim):
+        self.rig, self.laws = load_rig(), laws
+        time = np.arange(SAMPLES, dtype=float)
+        binning = one_by_one(time, np.ones(SAMPLES, dtype=bool))
+        self.signals = {name: Signal(time, np.full(SAMPLES, value), 1.0, "1", binning) for name, value in aim.items()}
+
+    def parameters(self, rig):
+        return rig.parameters
+
+    def predict(self, parameters, step):
+        u = [(parameters[0][FIELD_OF_PATH[p]] - self.rig[p]) / self.rig.quantities[p].standard_deviation for p in PATHS]
+        return {name: np.full(SAMPLES, law(*u)) for name, law in self.laws.items()}
+
+
+def fitted(laws, aim):
+    problem = Problem([Curved(laws, aim)], load_rig(), PATHS, EXACT)
+    with ThreadPoolExecutor(1) as pool:
+        fit = problem.fit(pool)
+
+    def cost(u):
+        return np.append([np.sqrt(SAMPLES) * (aim[name] - law(*u)) for name, law in laws.items()], u)
+
+    return fit, cost
+
+
+@pytest.mark.parametrize("steep", [3.0, 10.0])
+def test_a_narrow_bent_valley_is_followed_to_its_end(steep):
+    laws = {"speed": lambda a, b: steep * (b - a * a), "current": lambda a, b: a}
+    fit, cost = fitted(laws, {"speed": 0.0, "current": 1.4})
+    best = least_squares(cost, fit.theta, xtol=1e-14, ftol=1e-14)
+    assert fit.settled
+    assert np.sum(cost(fit.theta) ** 2) < np.sum(cost(best.x) ** 2) + 0.3
+    np.testing.assert_allclose(fit.theta, best.x, atol=0.1)
+    assert best.x[0] > 1.0
+
+
+def test_a_signal_that_is_far_off_is_not_given_up():
+    """Two signals contradict each other far beyond noise: the optimum lies between them, not where one of them fits."""
+    fit, _ = fitted({"speed": lambda a, b: 10.0 * a, "current": lambda a, b: 10.0 * a + b}, {"speed": 0.0, "current": 20.0})
+    b = 2.5  # where its tolerance ends
+    a = SAMPLES * 10.0 * (20.0 - b) / (SAMPLES * 200.0 + 1.0)
+    np.testing.assert_allclose(fit.theta, [a, b], atol=0.01)
+
+
+def test_steps_end_at_the_bounds():
+    fit, _ = fitted({"speed": lambda a, b: a, "current": lambda a, b: b}, {"speed": 9.0, "current": -9.0})
+    np.testing.assert_allclose(fit.theta, [2.5, -2.5], atol=1e-6)

@@ -1,0 +1,32 @@
+"""The terminal summary of a calibration: readable at 80 columns."""
+
+import io
+
+import numpy as np
+from ddh_twin_py.estimation.calibration import Calibration, FittedParameter, uncertain_paths
+from ddh_twin_py.estimation.comparison import Discrepancy
+from ddh_twin_py.report.calibration_groups import signal_fits
+from ddh_twin_py.report.calibration_summary import print_calibration
+from ddh_twin_py.rig import load_rig
+from rich.console import Console
+
+
+def test_nothing_is_cut_at_80_columns():
+    rig = load_rig()
+    zeros = [path for path in rig.quantities if path.startswith("measurement.") and path.endswith("_offset")]
+    parameters = []
+    for i, path in enumerate([*uncertain_paths(rig), *zeros]):
+        quantity = rig.quantities[path]
+        prior_std = quantity.standard_deviation or 1.0
+        value = quantity.value - 1.2345678 * prior_std
+        parameters.append(FittedParameter(path, quantity.unit, quantity.value, prior_std, value, (0.123, 0.789)[i % 2] * prior_std, True))
+    rms = {"temperature/cylinder_barrel": 123.456, "pressure_piston_side": 1.0}
+    fit = Calibration(rig, parameters, np.eye(len(parameters)), rms, rms, 3, True, Discrepancy())
+    console = Console(width=80, record=True, file=io.StringIO())
+    print_calibration(fit, signal_fits(fit, {}), "said", console)
+    lines = console.export_text().splitlines()
+    assert not any("…" in line or len(line) > 80 for line in lines)
+    first = {line.split()[0]: line for line in lines if line.strip()}
+    for p in parameters:
+        assert p.name in first
+        assert f"{p.value:.4g} ± {p.std:.1g}" in first[p.name] and f"{100 * p.share:.0f} %" in first[p.name]
