@@ -79,6 +79,7 @@ class Experiment:
     Attributes:
         signals: by name; temperatures as ``temperature/<sensor>``, the error of each stroke as
             ``rod_position``.
+        axis: s, end of each interval, (n,). air: K, of each interval, (n,).
         sensors: temperature sensors that are there, ``ambient`` left out.
 
     Raises:
@@ -117,11 +118,11 @@ class Experiment:
         self._placed = _off_the_stops(self._put_back, rig, rig.sensors[STROKE].noise, 2.0 * _REST * len(hydraulic_time) / (n * interval))
         self._stroke_ends = np.flatnonzero(standing[1:] & ~standing[:-1]) + 1
         self._stroke_ends = self._stroke_ends[self._stroke_ends * interval > 1.0]
-        self._air = self._ambient(ticks, rig, n)
+        self.air = self._ambient(ticks, rig, n)
         self._start = {name: _first_finite(measured[name]) for name in (*PRESSURES, "rod_position")}
         self._drive_time, self._hydraulic_time = drive_time, hydraulic_time
         self._merged = _merge(drive_time, hydraulic_time)
-        self._axis = interval * np.arange(1, n + 1)
+        self.axis = interval * np.arange(1, n + 1)
         self.cycle = cycle_of(self._command, interval / COMMAND_PARTS)
         self.signals: dict[str, Signal] = {}
         for name in DRIVE_SIGNALS:
@@ -129,7 +130,7 @@ class Experiment:
         for name in HYDRAULIC_SIGNALS:
             kind = "pressure" if name in PRESSURES else name
             self._add(name, rig.sensors[kind], hydraulic_time, hydraulic.values[:, HYDRAULIC_FIELDS.index(name)], self._fast)
-        self._add(STROKE, rig.sensors[STROKE], self._axis[self._stroke_ends], self._put_back[self._stroke_ends], self._strokes)
+        self._add(STROKE, rig.sensors[STROKE], self.axis[self._stroke_ends], self._put_back[self._stroke_ends], self._strokes)
         self.sensors = []
         for name in NODE_OF_SENSOR:
             samples = ticks.samples.get(f"temperature/{name}")
@@ -152,9 +153,9 @@ class Experiment:
         for name, crude in self._first_readings.items():
             signal = self.signals[f"temperature/{name}"]
             reading = self._reading(name, parameters[0], begin, temperatures)
-            used = np.isfinite(signal.measured) & (signal.time <= self._axis[n - 1])
-            off = signal.measured[used] - np.interp(signal.time[used], self._axis[:n], reading)
-            error, std = start_error(signal.time[used], off, float(reading[-1] - crude) * EARLY / self._axis[n - 1], signal.noise)
+            used = np.isfinite(signal.measured) & (signal.time <= self.axis[n - 1])
+            off = signal.measured[used] - np.interp(signal.time[used], self.axis[:n], reading)
+            error, std = start_error(signal.time[used], off, float(reading[-1] - crude) * EARLY / self.axis[n - 1], signal.noise)
             better[name] = crude + error
             self.signals[f"temperature/{name}"] = replace(signal, start_std=std)
         return better
@@ -190,7 +191,11 @@ class Experiment:
     @property
     def duration(self) -> float:
         """Length of the run, s."""
-        return self._axis[-1]
+        return self.axis[-1]
+
+    def phase_of_intervals(self) -> np.ndarray:
+        """Index into `binning.PHASES` of the middle of each interval, (n,)."""
+        return self.cycle.phase[COMMAND_PARTS // 2 :: COMMAND_PARTS][: self.axis.size]
 
     def parameters(self, rig: Rig) -> np.ndarray:
         """The record of a rig for this recording: the payload is the recording's, scaled as the rig's is from its declared one."""
@@ -206,9 +211,9 @@ class Experiment:
             step: s, hydraulic step.
         """
         p = parameters[0]
-        begin, points, temperatures, (of_drive, of_hydraulic) = self._run(parameters, step, self._axis.size)
+        begin, points, temperatures, (of_drive, of_hydraulic) = self._run(parameters, step, self.axis.size)
         speed, current = of_drive[:, 0], of_drive[:, 1]
-        slot, end, rotor = (np.interp(self._drive_time, self._axis, temperatures[:, node]) for node in (SLOT_WINDING, END_WINDING, ROTOR))
+        slot, end, rotor = (np.interp(self._drive_time, self.axis, temperatures[:, node]) for node in (SLOT_WINDING, END_WINDING, ROTOR))
         voltage, power = np.empty(speed.size), np.empty(speed.size)
         electrical_samples(parameters, speed, current, slot, end, rotor, voltage, power)
         gain = p["measurement_current_gain"]
@@ -221,8 +226,13 @@ class Experiment:
         out[STROKE] = p["measurement_rod_position_scale"] * points["rod_position"][self._stroke_ends - 1]
         for name in self.sensors:
             key = f"temperature/{name}"
-            out[key] = np.interp(self.signals[key].time, self._axis, self._reading(name, p, begin, temperatures))
+            out[key] = np.interp(self.signals[key].time, self.axis, self._reading(name, p, begin, temperatures))
         return {name: out[name] for name in self.signals}
+
+    def operating(self, parameters: np.ndarray, step: float = HYDRAULIC_STEP) -> tuple[np.ndarray, np.ndarray]:
+        """Operating points (n,) and temperatures, K, (n, N), of the free run, interval by interval; see `predict`."""
+        _, points, temperatures, _ = self._run(parameters, step, self.axis.size)
+        return points, temperatures
 
     def _run(self, parameters: np.ndarray, step: float, n: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, tuple[np.ndarray, np.ndarray]]:
         """The first n intervals: temperatures at the start (N,), operating points (n,), temperatures (n, N), samples of both streams."""
@@ -231,7 +241,7 @@ class Experiment:
         settle(parameters, state, self._start["rod_position"] / p["measurement_rod_position_scale"],
                self._start[PRESSURES[0]] - p["measurement_pressure_piston_side_offset"],
                (self._start[PRESSURES[1]] - p["measurement_pressure_rod_side_offset"]) / p["measurement_pressure_rod_side_gain"])
-        at_start = self._air[min(self._air.size - 1, round(START / self.interval))] + p["surroundings_enclosure_rise"]
+        at_start = self.air[min(self.air.size - 1, round(START / self.interval))] + p["surroundings_enclosure_rise"]
         contact = p["measurement_surface_contact"]
         first = {}
         for name, value in self._first_readings.items():
@@ -243,7 +253,7 @@ class Experiment:
         skew = p["measurement_time_skew"]
         instants, at_drive, at_hydraulic = self._merged if skew == 0.0 else _merge(self._drive_time, self._hydraulic_time - skew)
         samples = np.full((instants.size, len(SAMPLED)), np.nan)
-        free_run_sampled(parameters, state, temperature, self._command, self._air, self.interval, step,
+        free_run_sampled(parameters, state, temperature, self._command, self.air, self.interval, step,
                          self._placed / p["measurement_rod_position_scale"], points, temperatures, instants, samples)
         return begin, points, temperatures, (samples[at_drive], samples[at_hydraulic])
 
@@ -258,7 +268,7 @@ class Experiment:
         reading, _ = lfilter([1.0 - keep], [1.0, -keep], node, zi=[keep * begin[NODE_INDEX[name]]])
         if not inner:
             contact = p["measurement_surface_contact"]
-            reading = (1.0 - contact) * reading + contact * (self._air[: reading.size] + p["surroundings_enclosure_rise"])
+            reading = (1.0 - contact) * reading + contact * (self.air[: reading.size] + p["surroundings_enclosure_rise"])
         return reading + p[f"measurement_{name}_offset"]
 
 

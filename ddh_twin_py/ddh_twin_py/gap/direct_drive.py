@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 
 import numpy as np
 
@@ -12,7 +13,7 @@ from ddh_twin_py.estimation.comparison import Comparison, Discrepancy
 from ddh_twin_py.estimation.experiment import Experiment
 from ddh_twin_py.gap.model import Acting
 from ddh_twin_py.rig import Rig
-from ddh_twin_py.rig.sheet import CUT
+from ddh_twin_py.rig.sheet import CUT, FIELD_OF_PATH
 
 STEP = 2.0e-3
 """s, hydraulic step of a diagnosis's runs."""
@@ -25,14 +26,18 @@ class DirectDrive:
 
     Args:
         commissioning: recordings of the unit as built. field: those whose gap is asked about. rig: its sheet.
+        held: recordings in the field's condition that take no part in finding or fitting.
     """
 
-    def __init__(self, commissioning: Sequence[Experiment], field: Sequence[Experiment], rig: Rig) -> None:
+    def __init__(self, commissioning: Sequence[Experiment], field: Sequence[Experiment], rig: Rig,
+                 held: Sequence[Experiment] = ()) -> None:
         self.experiments = [*commissioning, *field]
         offsets = offset_paths(self.experiments)
         self.rig = with_offsets(rig, offsets)
         self.paths = [path for path in uncertain_paths(self.rig) if not path.startswith("measurement.")] + offsets
         self.problem = Problem(self.experiments, self.rig, self.paths, Discrepancy())
+        self.held = list(held)
+        self._held_problem = Problem(self.held, self.rig, self.paths, Discrepancy())
         self.size = self.problem.size
         self.altered = [False] * len(commissioning) + [True] * len(field)
         self.signals = [e.signals for e in self.experiments]
@@ -49,6 +54,13 @@ class DirectDrive:
         """Free run of one recording; effects act where it is altered."""
         return self.experiments[number].predict(self.record(number, theta, acting), step)
 
+    def run_held(self, number: int, theta: np.ndarray, acting: Acting = (), step: float = STEP) -> dict[str, np.ndarray]:
+        """Free run of a recording that took no part, effects acting."""
+        record = self._held_problem.record(number, theta)
+        for effect, law, departure in acting:
+            effect.laws[law](record, departure)
+        return self.held[number].predict(record, step)
+
     def record(self, number: int, theta: np.ndarray, acting: Acting = ()) -> np.ndarray:
         """Parameter record (1,) of one recording."""
         record = self.problem.record(number, theta)
@@ -56,6 +68,24 @@ class DirectDrive:
             for effect, law, departure in acting:
                 effect.laws[law](record, departure)
         return record
+
+    def rig_with(self, theta: np.ndarray, acting: Acting, spread: np.ndarray, source: str) -> Rig:
+        """The rig with fitted parameters and effects written into its quantities.
+
+        Args:
+            theta, spread: parameters and their standard deviations, in deviations, (k,). source: where the values come from.
+        """
+        quantities = dict(self.rig.quantities)
+        for path, deviation, std, scale in zip(self.paths, theta, spread, self.problem.scale, strict=True):
+            quantities[path] = replace(quantities[path], value=quantities[path].value + float(deviation * scale),
+                                       std=float(std * scale), source=source)
+        fitted = replace(self.rig, quantities=quantities)
+        plain, acted = fitted.parameters, fitted.parameters
+        for effect, law, departure in acting:
+            effect.laws[law](acted, departure)
+        values = {path: float(acted[field][0]) for path, field in FIELD_OF_PATH.items() if acted[field][0] != plain[field][0]}
+        named = ", ".join(effect.id for effect, _, _ in acting)
+        return fitted.with_values(values, f"effect {named}, {source}") if values else fitted
 
     def sensitivities(self, pool: ThreadPoolExecutor, theta: np.ndarray, comparisons: Sequence[Comparison], acting: Acting = (),
                       progress: Callable[[float], None] | None = None) -> list[np.ndarray]:

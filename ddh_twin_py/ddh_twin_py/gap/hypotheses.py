@@ -35,6 +35,8 @@ LEAST = 0.2
 """Departure below which nothing is called an effect, in multiples of its column: the worst signal rises by its noise."""
 SLACK = 0.15
 """Standard deviation of what the model's laws are off along an effect, in multiples of its column."""
+SLACK_WITHOUT_COMMISSIONING = 0.32
+"""The same where no commissioning recording has shown how well the laws hold: the floor, 1.6 times the noise."""
 PRIOR_NONE = 0.3
 """Prior probability that nothing but parameters is off."""
 PRIOR_PAIRS = 0.15

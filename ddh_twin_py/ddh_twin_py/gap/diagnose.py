@@ -1,0 +1,100 @@
+"""A diagnosis from recordings to report: fit the rig, search its gap, size it on data that took no part."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Collection, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+
+import numpy as np
+
+from ddh_twin_py.estimation.calibration import Problem, sized
+from ddh_twin_py.estimation.comparison import Discrepancy
+from ddh_twin_py.estimation.experiment import Experiment, ExperimentError
+from ddh_twin_py.gap import answer
+from ddh_twin_py.gap.catalogue import EFFECTS
+from ddh_twin_py.gap.diagnosis import Diagnosis
+from ddh_twin_py.gap.direct_drive import DirectDrive
+from ddh_twin_py.gap.hypotheses import SLACK, SLACK_WITHOUT_COMMISSIONING
+from ddh_twin_py.gap.search import Found, search
+from ddh_twin_py.rig import Rig
+from ddh_twin_py.telemetry.recording import Recording
+
+HELD_SHARE = 0.25
+"""Last share of a field recording that takes no part where there is no validation recording."""
+NEIGHBOURHOOD = 20.0
+"""s after the used part that count nowhere."""
+
+
+@dataclass(frozen=True)
+class Recordings:
+    """Recordings of one rig: in question, as built, and on another duty; the latter two may be missing."""
+
+    field: Sequence[Recording]
+    commissioning: Recording | None = None
+    validation: Recording | None = None
+
+
+def diagnose(recordings: Recordings, rig: Rig, without: Collection[str] = (), only: Collection[str] | None = None,
+             progress: Callable[[float], None] | None = None, threads: int = 2) -> Diagnosis:
+    """Diagnose one case.
+
+    Args:
+        recordings: of one rig. rig: its sheet; values and tolerances are the prior.
+        without: effects that are not asked about. only: ask about these alone; None asks about all.
+        progress: told the share done. threads: free runs side by side.
+
+    Raises:
+        ExperimentError: a recording that no free run can be compared with.
+    """
+    started = time.perf_counter()
+    seconds: dict[str, float] = {}
+
+    def lap(name: str) -> None:
+        seconds[name] = time.perf_counter() - started - sum(seconds.values())
+
+    told = progress or (lambda share: None)
+    share = 1.0 if recordings.validation is not None else 1.0 - HELD_SHARE
+    field = [Experiment(recording, rig, used=share) for recording in recordings.field]
+    commissioning = [] if recordings.commissioning is None else [Experiment(recordings.commissioning, rig)]
+    held = [] if recordings.validation is None else [Experiment(recordings.validation, rig)]
+    _same_rig([*commissioning, *field, *held])
+    reason = _nothing_to_ask(field)
+    model = DirectDrive(commissioning, field, rig, held)
+    lap("reading")
+    effects = [effect for name, effect in EFFECTS.items() if name not in without and (only is None or name in only)]
+    if reason:
+        return answer.insufficient(model, recordings, reason)
+    with ThreadPoolExecutor(max_workers=threads) as pool:
+        problem = Problem(commissioning or field, model.rig, model.paths, Discrepancy())
+        fit = problem.fit(pool, lambda done: told(0.3 * done))
+        discrepancy = sized(problem.discrepancy, fit.allowances) if commissioning else problem.discrepancy
+        lap("fit of the rig")
+        slack = SLACK if commissioning else SLACK_WITHOUT_COMMISSIONING
+        found: Found = search(model, effects, fit.theta, discrepancy, slack, pool, lambda done: told(0.3 + 0.6 * done))
+        lap("search")
+        result = answer.diagnosis(model, recordings, found, fit.theta, effects, seconds)
+    lap("answer")
+    told(1.0)
+    return result
+
+
+def _same_rig(experiments: Sequence[Experiment]) -> None:
+    named = [e.recording for e in experiments if e.recording.rig is not None and e.recording.rig.rig_id]
+    for other in named[1:]:
+        if other.rig.rig_id != named[0].rig.rig_id:
+            raise ExperimentError(f"{other.path}: {other.namespace}/rig: rig_id is {other.rig.rig_id!r}, but {named[0].path} is of rig "
+                                  f"{named[0].rig.rig_id!r}; a case is of one rig")
+
+
+def _nothing_to_ask(field: Sequence[Experiment]) -> str:
+    """Why the recordings allow no answer, empty where they do."""
+    moving = sum(int(np.count_nonzero(e.phase_of_intervals() != 2)) * e.interval for e in field)
+    if not any(np.isfinite(e.recording.drive.column("speed_command")).any() for e in field):
+        return "there is no usable speed_command, and the free run is driven by it"
+    if moving < 10.0:
+        return f"the drive turns for {moving:.0f} s only; at least 10 s of motion are needed to tell effects apart"
+    if not any(name in e.signals for e in field for name in ("pressure_piston_side", "pressure_rod_side", "current")):
+        return "there is neither pressure nor current, by which forces and losses would be known"
+    return ""

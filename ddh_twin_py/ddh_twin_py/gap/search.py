@@ -1,0 +1,119 @@
+"""From a place to the hypotheses that the recordings speak for: linearise, weigh, fit the leaders in full, again from there."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.special import logsumexp
+
+from ddh_twin_py.estimation.comparison import Discrepancy
+from ddh_twin_py.gap.effect import Effect
+from ddh_twin_py.gap.hypotheses import probabilities, weighted
+from ddh_twin_py.gap.linearised import Linearised, linearise
+from ddh_twin_py.gap.model import Model
+from ddh_twin_py.gap.refit import Refit, Refitted
+
+_PASSES = 3
+_LEADERS = 5  # sets fitted in full
+_FAR_BEHIND = 12.0  # log weight behind the best beyond which a set is not fitted in full
+_CLOSE = 3.0  # difference of log evidence between linear and full that needs no further pass
+
+
+@dataclass(frozen=True)
+class Found:
+    """What a search found.
+
+    Attributes:
+        linearised: sensitivities about the leading hypothesis' parameters.
+        probability: sets of effects, most probable first; () is none.
+        fitted: the leaders and () fitted in full.
+    """
+
+    linearised: Linearised
+    probability: dict[tuple[str, ...], float]
+    fitted: dict[tuple[str, ...], Refitted]
+
+    @property
+    def leader(self) -> tuple[str, ...]:
+        """The most probable set."""
+        return next(iter(self.probability))
+
+
+def search(model: Model, effects: Sequence[Effect], theta: np.ndarray, discrepancy: Discrepancy, slack: float,
+           pool: ThreadPoolExecutor, progress: Callable[[float], None] | None = None) -> Found:
+    """Search from parameters ``theta`` (k,), in deviations.
+
+    Args:
+        effects: that may act. discrepancy: what the model is forgiven. slack: see `hypotheses.SLACK`.
+        progress: told the share done.
+    """
+    for number in range(_PASSES):
+        told = (lambda share, n=number: progress((n + 0.8 * share) / _PASSES)) if progress else None
+        linearised = linearise(model, effects, theta, discrepancy, slack, pool, told)
+        weights = _weights(linearised)
+        linearised = linearised.with_scatter(max(weights.values(), key=lambda w: w[0])[1])
+        weights = _weights(linearised)
+        fitted = _fit_leaders(linearised, weights, pool)
+        found = Found(linearised, _probability(weights, fitted), fitted)
+        leader = found.leader if found.leader in fitted else ()
+        apart = _gain(fitted, leader) - weights[leader][0]
+        if abs(apart - _prior(weights, linearised, leader)) < _CLOSE:
+            break
+        theta, discrepancy = fitted[leader].theta, linearised.discrepancy
+    if progress:
+        progress(1.0)
+    return found
+
+
+def _weights(linearised: Linearised) -> dict:
+    evidence = linearised.evidence
+    singles = evidence.singles()
+    return weighted(singles + evidence.pairs(singles), linearised.columns, linearised.effects)
+
+
+def _fit_leaders(linearised: Linearised, weights: dict, pool: ThreadPoolExecutor) -> dict[tuple[str, ...], Refitted]:
+    best = max(w[0] for w in weights.values())
+    ranked = sorted((ids for ids in weights if ids and best - weights[ids][0] < _FAR_BEHIND), key=lambda ids: -weights[ids][0])
+    single = max((ids for ids in weights if len(ids) == 1), key=lambda ids: weights[ids][0], default=())
+    wanted = dict.fromkeys([(), *ranked[:_LEADERS], single])
+    refit = Refit(linearised.model, linearised.comparisons, linearised.basis, linearised.sensitivities)
+
+    def fit(ids: tuple[str, ...]) -> Refitted:
+        hypothesis = weights[ids][1]
+        columns = [linearised.columns[i] for i in hypothesis.columns] if hypothesis else []
+        departure = hypothesis.departure if hypothesis else np.zeros(0)
+        return refit.of(columns, linearised.shared(hypothesis), departure)
+
+    return dict(zip(wanted, pool.map(fit, wanted), strict=True))
+
+
+def _gain(fitted: dict[tuple[str, ...], Refitted], ids: tuple[str, ...]) -> float:
+    return fitted[ids].log_evidence - fitted[()].log_evidence
+
+
+def _prior(weights: dict, linearised: Linearised, ids: tuple[str, ...]) -> float:
+    """Log evidence by the linear model less log weight: what the prior takes off."""
+    hypothesis = weights[ids][1]
+    return (hypothesis.log_evidence if hypothesis else 0.0) - weights[ids][0]
+
+
+def _probability(weights: dict, fitted: dict[tuple[str, ...], Refitted]) -> dict[tuple[str, ...], float]:
+    """Full fits stand before linear ones; what was not fitted moves as the best of its linear rivals did."""
+    out = {}
+    moved = []
+    for ids in fitted:
+        hypothesis = weights[ids][1]
+        linear = hypothesis.log_evidence if hypothesis else 0.0
+        out[ids] = weights[ids][0] - linear + _gain(fitted, ids)
+        if ids:
+            moved.append((weights[ids][0], out[ids] - weights[ids][0]))
+    shift = min(0.0, max(moved)[1]) if moved else 0.0
+    least = min(out.values()) if out else -math.inf
+    for ids, (weight, _) in weights.items():
+        if ids not in out:
+            out[ids] = min(weight + shift, max(least, logsumexp(list(out.values())) - 1.0))
+    return probabilities(out)

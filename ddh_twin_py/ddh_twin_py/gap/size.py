@@ -1,0 +1,73 @@
+"""How large a gap is: residuals of a free run over the floor of each signal."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+
+import numpy as np
+
+WITHOUT_COMMISSIONING = 1.6
+"""Floor of a signal, in multiples of its noise, where no commissioning recording says more."""
+BEGINS = 1.2
+"""Gap, in multiples of the floor, below which no closed fraction is stated."""
+_DRAWS = 200  # of the bootstrap
+_BLOCK = 30.0  # s that stay together in it
+
+Mask = Callable[[object], np.ndarray]
+
+
+def counted(signal) -> np.ndarray:
+    """Samples that count: those gathered into bins, (n,)."""
+    return signal.binning.bin >= 0
+
+
+def ratios(signals: Mapping, predictions: Mapping[str, np.ndarray], mask: Mask = counted) -> dict[str, float]:
+    """RMS of each signal's residual over the noise of one sample; signals without a sample are left out."""
+    out = {}
+    for name, signal in signals.items():
+        off = (signal.measured - predictions[name])[mask(signal)]
+        off = off[np.isfinite(off)]
+        if off.size:
+            out[name] = float(np.sqrt(np.mean(off**2))) / signal.noise
+    return out
+
+
+def floors(commissioning: Sequence[tuple[Mapping, Mapping[str, np.ndarray]]], names: Sequence[str]) -> dict[str, float]:
+    """Floor of each signal in multiples of its noise.
+
+    Args:
+        commissioning: signals and predictions of the twin fitted to them; empty where there is none.
+        names: signals wanted; one that the commissioning lacks has the floor of a rig without it.
+    """
+    found: dict[str, list[float]] = {}
+    for signals, predictions in commissioning:
+        for name, ratio in ratios(signals, predictions).items():
+            found.setdefault(name, []).append(ratio)
+    return {name: max(1.0, float(np.sqrt(np.mean(np.square(found[name]))))) if name in found else WITHOUT_COMMISSIONING for name in names}
+
+
+def gap(ratio: Mapping[str, float], floor: Mapping[str, float]) -> float:
+    """Root mean square over signals of residual over floor."""
+    return float(np.sqrt(np.mean([(ratio[name] / floor[name]) ** 2 for name in ratio])))
+
+
+def closed(before: float, after: float) -> float | None:
+    """Fraction of the gap that is closed, None where there is hardly one."""
+    return None if before < BEGINS else (before - after) / (before - 1.0)
+
+
+def interval(signal, prediction: np.ndarray, mask: Mask = counted) -> tuple[float, float]:
+    """95 % interval of a residual's RMS, in the signal's unit, by a bootstrap of blocks of `_BLOCK` s.
+
+    Künsch, The jackknife and the bootstrap for general stationary observations, Ann. Stat. 17 (1989).
+    """
+    used = mask(signal) & np.isfinite(signal.measured)
+    if not used.any():
+        return float("nan"), float("nan")
+    block = (signal.time[used] / _BLOCK).astype(np.int64)
+    _, which = np.unique(block, return_inverse=True)
+    square, count = np.bincount(which, (signal.measured - prediction)[used] ** 2), np.bincount(which)
+    drawn = np.random.default_rng(0).integers(0, count.size, (_DRAWS, count.size))
+    values = np.sqrt(square[drawn].sum(axis=1) / count[drawn].sum(axis=1))
+    low, high = np.percentile(values, [2.5, 97.5])
+    return float(low), float(high)
