@@ -4,10 +4,9 @@ import json
 
 import pytest
 import yaml
-from support.gap_reports import report, result, truth
-
 from ddh_twin_py.cli.main import main
 from ddh_twin_py.gap_bench.sealing import seal
+from support.gap_reports import report, result, truth
 
 
 @pytest.fixture
