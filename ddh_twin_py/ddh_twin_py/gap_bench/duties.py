@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -25,6 +25,13 @@ class Duty:
     exercise: Exercise
     drive_time: np.ndarray
     hydraulic_time: np.ndarray
+
+    def shortened(self, duration: float) -> Duty:
+        """Its beginning, at most ``duration`` s."""
+        if self.exercise.duration <= duration:
+            return self
+        exercise = replace(self.exercise, duration=duration, ambient=self.exercise.ambient[: int(duration) + 2])
+        return Duty(exercise, self.drive_time[self.drive_time < duration - 0.6], self.hydraulic_time[self.hydraulic_time < duration - 0.6])
 
 
 def drawn(rng: np.random.Generator, duration: float, payload: float, rate: float, warm: bool) -> Duty:

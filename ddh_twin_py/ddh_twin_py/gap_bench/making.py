@@ -27,6 +27,7 @@ PARTS = ("commissioning", "field", "validation")
 _DAY = 86_400 * 10**9
 _FIRST_DAY = 1_767_225_600 * 10**9  # 2026-01-01
 _WIDENED = 1.6
+_LONGEST_FEIGNED = 700.0  # s of a duty on which it is asked what tolerances can feign
 
 
 @dataclass(frozen=True)
@@ -61,7 +62,7 @@ def make(planned: Planned, out: Path, sheet: Rig) -> Path:
         payload[1] = payload[0]
     duties = {
         "commissioning": drawn(rng, 600.0, round(float(rng.uniform(80.0, 250.0)), 1), rate, False),
-        "field": drawn(rng, float(rng.integers(600, 901)), payload[0], rate, bool(rng.random() < 0.5)),
+        "field": drawn(rng, _field_seconds(planned, rng), payload[0], rate, bool(rng.random() < 0.5)),
         "validation": drawn(rng, 540.0, payload[1], rate, bool(rng.random() < 0.6)),
     }
     machine, view, hidden = _hide(planned, machine, instruments, duties["field"], sensors, sheet, rng)
@@ -82,6 +83,13 @@ def make(planned: Planned, out: Path, sheet: Rig) -> Path:
         write_recording(folder / part, recording_of(readings, planned.name, duty.exercise.payload, day + after[part]))
     write_whole(target, yaml.safe_dump(_truth(planned, hidden, sensors, machine, sheet), sort_keys=False, width=120))
     return target
+
+
+def _field_seconds(planned: Planned, rng: np.random.Generator) -> float:
+    """10 to 15 min; up to 30 where a slow effect is wanted first, and now and then for nothing."""
+    slow = any((LISTED.get(name) or UNLISTED[name]).domain == "thermal" for name in planned.effects[: planned.hidden])
+    low, high = (1200, 1801) if slow or rng.random() < 0.15 else (600, 901)
+    return float(rng.integers(low, high))
 
 
 def _sensors(planned: Planned, rng: np.random.Generator) -> tuple[str, ...]:
@@ -111,7 +119,7 @@ def _hide(planned: Planned, machine: Machine, instruments: Instruments, duty: Du
             found = sized(fault, sign, planned.level, view, None)
         else:
             machine = as_sheet(machine, fault, sheet)
-            view = scene(machine, instruments, duty, sensors)
+            view = scene(machine, instruments, duty.shortened(_LONGEST_FEIGNED), sensors)
             feigned = feigned if feigned is not None else Feigned(sheet, view)
             found = sized(fault, sign, planned.level, view, feigned)
         if found is None:
