@@ -43,8 +43,8 @@ def run(args: argparse.Namespace) -> int:
     case = case_of(args.field, args.commissioning, args.validation)
     rig = load_rig(args.rig)
     with stage("loading", args.quiet):
+        from ddh_twin_py.diagnosis.of_bags import diagnose
         from ddh_twin_py.gap.catalogue import EFFECTS
-        from ddh_twin_py.gap.diagnose import diagnose
         from ddh_twin_py.report.gap_report import gap_document
         from ddh_twin_py.report.gap_summary import print_gap
     for effect in args.without:

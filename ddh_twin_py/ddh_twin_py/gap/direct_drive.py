@@ -56,10 +56,14 @@ class DirectDrive:
 
     def run_held(self, number: int, theta: np.ndarray, acting: Acting = (), step: float = STEP) -> dict[str, np.ndarray]:
         """Free run of a recording that took no part, effects acting."""
+        return self.held[number].predict(self.held_record(number, theta, acting), step)
+
+    def held_record(self, number: int, theta: np.ndarray, acting: Acting = ()) -> np.ndarray:
+        """Parameter record (1,) of a recording that took no part, effects acting."""
         record = self._held_problem.record(number, theta)
         for effect, law, departure in acting:
             effect.laws[law](record, departure)
-        return self.held[number].predict(record, step)
+        return record
 
     def record(self, number: int, theta: np.ndarray, acting: Acting = ()) -> np.ndarray:
         """Parameter record (1,) of one recording."""

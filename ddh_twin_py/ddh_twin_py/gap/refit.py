@@ -52,10 +52,12 @@ class Refit:
 
     Args:
         model: runs the recordings. comparisons: of the recordings. basis: parameters and slack at one place.
+        sensitivities: of the parameters there, by recording, (rows, k). place: parameters there, (k,).
     """
 
-    def __init__(self, model: Model, comparisons: Sequence, basis: Basis, sensitivities: Sequence[np.ndarray]) -> None:
+    def __init__(self, model: Model, comparisons: Sequence, basis: Basis, sensitivities: Sequence[np.ndarray], place: np.ndarray) -> None:
         self._model, self._comparisons, self._basis, self._sensitivities = model, comparisons, basis, sensitivities
+        self._place = place
 
     def of(self, columns: Sequence[Column], theta: np.ndarray, departure: np.ndarray) -> Refitted:
         """Fit a hypothesis from a start.
@@ -65,10 +67,12 @@ class Refit:
         """
         scale, room = np.array([c.x for c in columns]), np.array([c.room for c in columns])
         x = np.array([c.effect.limit(float(d * s)) for c, d, s in zip(columns, departure, scale, strict=True)])
-        theta = self._model.within(theta)
-        predictions = self._run(columns, theta, x)
-        residual = self._residual(predictions)
-        cost = self._cost(residual, theta, x, scale)
+        starts = [(self._model.within(theta), x), (self._place, x), (self._place, 0.0 * x)][: 3 if scale.size else 2]
+        runs = [self._run(columns, *start) for start in starts]
+        residuals = [self._residual(run) for run in runs]
+        costs = [self._cost(residual, *start, scale) for residual, start in zip(residuals, starts, strict=True)]
+        nearest = int(np.argmin(costs))
+        (theta, x), predictions, residual, cost = starts[nearest], runs[nearest], residuals[nearest], costs[nearest]
         for _ in range(_STEPS):
             local = self._columns(columns, theta, x, scale, predictions)
             values = self._values(residual, local, theta, x / scale)
@@ -76,7 +80,7 @@ class Refit:
             _, estimate, _ = weigh(sums.information, sums.score, room) if scale.size else (0.0, np.zeros(0), None)
             shared = self._basis.shared(local, values, estimate)
             gained = 0.0
-            for share in (1.0, 0.4, 0.1):
+            for share in (1.0, 0.4, 0.1, 0.02):
                 new_theta = self._model.within(theta + share * (shared[: theta.size] - theta))
                 new_x = np.array([c.effect.limit(float(a)) for c, a in zip(columns, x + share * (estimate * scale - x), strict=True)])
                 tried = self._run(columns, new_theta, new_x)

@@ -80,7 +80,7 @@ def _fit_leaders(linearised: Linearised, weights: dict, pool: ThreadPoolExecutor
     ranked = sorted((ids for ids in weights if ids and best - weights[ids][0] < _FAR_BEHIND), key=lambda ids: -weights[ids][0])
     single = max((ids for ids in weights if len(ids) == 1), key=lambda ids: weights[ids][0], default=())
     wanted = dict.fromkeys([(), *ranked[:_LEADERS], single])
-    refit = Refit(linearised.model, linearised.comparisons, linearised.basis, linearised.sensitivities)
+    refit = Refit(linearised.model, linearised.comparisons, linearised.basis, linearised.sensitivities, linearised.theta)
 
     def fit(ids: tuple[str, ...]) -> Refitted:
         hypothesis = weights[ids][1]

@@ -16,7 +16,7 @@ from pathlib import Path
 from ddh_twin_py.rig import load_rig
 from ddh_twin_py.rig.files import write_whole
 
-ENGINE = "ddh_twin_py.gap.diagnose:diagnose"
+ENGINE = "ddh_twin_py.diagnosis.of_bags:diagnose"
 """Module and name of what is put to the proof."""
 
 

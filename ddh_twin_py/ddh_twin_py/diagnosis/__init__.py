@@ -1,0 +1,1 @@
+"""A diagnosis from bags: the gap engine on files."""

@@ -1,0 +1,25 @@
+"""Diagnose a case given as bags."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Sequence
+from pathlib import Path
+
+from ddh_twin_py.bags.reader import read_recording
+from ddh_twin_py.gap.diagnose import Recordings
+from ddh_twin_py.gap.diagnose import diagnose as diagnose_recordings
+from ddh_twin_py.gap.diagnosis import Diagnosis
+from ddh_twin_py.rig import Rig
+
+
+def diagnose(field: Sequence[Path], commissioning: Path | None, validation: Path | None, rig: Rig, without: Collection[str] = (),
+             only: Collection[str] | None = None, progress: Callable[[float], None] | None = None) -> Diagnosis:
+    """Read the bags and diagnose them; see `gap.diagnose.diagnose`.
+
+    Raises:
+        BagError: a bag that cannot be read.
+        ExperimentError: a recording that no free run can be compared with.
+    """
+    read = [None if path is None else read_recording(path) for path in (commissioning, validation)]
+    recordings = Recordings([read_recording(path) for path in field], *read)
+    return diagnose_recordings(recordings, rig, without, only, progress)

@@ -1,0 +1,228 @@
+"""What a search found, as the answer to a case: verdict, sizes on held-out data, places, parameters, words."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from ddh_twin_py.estimation.calibration import INFORMED, FittedParameter
+from ddh_twin_py.gap import size
+from ddh_twin_py.gap.classes import classes_of
+from ddh_twin_py.gap.diagnosis import Diagnosis, Lack, Weighed
+from ddh_twin_py.gap.direct_drive import STEP, DirectDrive
+from ddh_twin_py.gap.drive_places import course
+from ddh_twin_py.gap.effect import Effect
+from ddh_twin_py.gap.held_data import HeldData
+from ddh_twin_py.gap.lacking import Acting, chi_square_by_phase, lacks
+from ddh_twin_py.gap.refit import Refitted
+from ddh_twin_py.gap.search import Found
+from ddh_twin_py.gap.verdict import Verdict, judge
+from ddh_twin_py.gap.words import sentence
+
+LISTED = 0.01
+"""Probability from which an effect or a set is listed."""
+_MOST = 12  # sets and effects listed
+
+
+def diagnosis(model: DirectDrive, recordings, found: Found, theta: np.ndarray, effects: Sequence[Effect],
+              seconds: Mapping[str, float]) -> Diagnosis:
+    """The whole answer.
+
+    Args:
+        model, found: of the case. theta: parameters fitted to the commissioning recording (or, without one, to the field), (k,).
+        effects: that were asked about. seconds: by stage so far.
+    """
+    verdict = judge(model, found)
+    leader = found.fitted.get(verdict.leader) or found.fitted[()]
+    acting = _acting(leader)
+    held = HeldData.of(model)
+    plain = theta if not all(model.altered) else found.fitted[()].theta
+    sheet_runs, before_runs, after_runs = held.run(np.zeros(model.size), ()), held.run(plain, ()), held.run(leader.theta, acting)
+    signals, mask = held.signals(), held.mask()
+    names = list(dict.fromkeys(name for own in signals for name in own))
+    commissioning = [(s, p) for s, p, altered in zip(model.signals, model.run(plain, ()), model.altered, strict=True) if not altered]
+    floor = size.floors(commissioning, names)
+    as_is, before, after = (_ratios(signals, runs, mask) for runs in (sheet_runs, before_runs, after_runs))
+    gap_before, gap_after = size.gap(before, floor), size.gap(after, floor)
+    classes, confusable = classes_of(found.linearised, verdict.effects)
+    places = _places(model, found, verdict)
+    weighed = [_weighed(found, ids, p, held, floor, before) for ids, p in list(verdict.sets.items())[:_MOST] if p >= LISTED or ids == ()]
+    first = signals[0]
+    report = {
+        "verdict": verdict.word,
+        "gap": {"as_is": size.gap(as_is, floor), "before": gap_before, "after": gap_after,
+                "closed_fraction": size.closed(gap_before, gap_after)},
+        "where": [_place(row) for row in places if row.regime == ""] if verdict.word != "no_gap" else [],
+        "why": _why(model, found, verdict),
+        "classes": classes,
+        "hypotheses": [{"effects": list(w.effects), "probability": w.probability, "gap_after": w.gap_after} for w in weighed],
+        "shrink": {name: {"unit": first[name].unit, "before": before[name] * first[name].noise, "after": after[name] * first[name].noise,
+                          "noise": floor[name] * first[name].noise} for name in names if name in before and name in first},
+        "unknown": verdict.unknown, "next_test": None, "held_out": held.words, "notes": verdict.notes + _notes(model),
+    }
+    parameters, spread = _parameters(model, found, leader)
+    source = "fitted to " + ", ".join(e.recording.path for e in model.experiments)
+    return Diagnosis(
+        report=report, sentence=sentence(report), recordings=_paths(recordings),
+        traces=held.traces(before_runs[0], after_runs[0], floor), axes=held.axes(leader.theta, acting),
+        lacking=places, alone=[], weighed=weighed, confusable=confusable, parameters=parameters, shapes=[],
+        rig=model.rig_with(leader.theta, acting, spread, source), assumptions=_ASSUMPTIONS, seconds=dict(seconds))
+
+
+def insufficient(model: DirectDrive, recordings, reason: str) -> Diagnosis:
+    """The answer where the recordings allow none."""
+    report = {
+        "verdict": "insufficient", "gap": dict.fromkeys(("as_is", "before", "after", "closed_fraction")), "where": [], "why": [],
+        "classes": [], "hypotheses": [], "shrink": {}, "unknown": None, "next_test": None, "held_out": HeldData.of(model).words,
+        "notes": [reason, *_notes(model)],
+    }
+    return Diagnosis(report, sentence(report), _paths(recordings), {}, {}, [], [], [], {}, [], [], model.rig, _ASSUMPTIONS)
+
+
+_ASSUMPTIONS = [
+    "The rig's parameters are independent and normal within the sheet's tolerances, and the same in all recordings.",
+    "With a commissioning recording an effect acts since then; without one the rig is held against its sheet.",
+    "Noise of the sensors is white and as the sheet says; a model's laws are a little wrong in every direction, those of the effects too.",
+    "No more than two effects act at once.",
+]
+
+
+def _acting(fitted: Refitted) -> list[tuple[Effect, int, float]]:
+    return [(c.effect, c.law, float(x)) for c, x in zip(fitted.columns, fitted.x, strict=True)]
+
+
+def _ratios(signals, runs, mask) -> dict[str, float]:
+    """RMS over noise of each signal, all held-out recordings together."""
+    found: dict[str, list[float]] = {}
+    for own, run in zip(signals, runs, strict=True):
+        for name, ratio in size.ratios(own, run, mask).items():
+            found.setdefault(name, []).append(ratio)
+    return {name: float(np.sqrt(np.mean(np.square(values)))) for name, values in found.items()}
+
+
+def _departure(model: DirectDrive, fitted: Refitted, number: int) -> tuple[float, float, str, float | None]:
+    """Value, standard deviation, unit and nominal value of an effect of a hypothesis."""
+    column = fitted.columns[number]
+    effect = column.effect
+    first = model.altered.index(True)
+    record = model.record(first, fitted.theta)
+    nominal = effect.reference(record)
+    std = float(np.sqrt(max(fitted.covariance[number, number], 0.0)))
+    if all(model.altered):  # held against the sheet: what the rig's own parameter took is part of the value
+        sheet = model.record(first, np.zeros(model.size))
+        plain = effect.reference(sheet)
+        ratio = _ratio(effect, column.law, record, sheet) if plain == nominal else 1.0
+        return (nominal + float(fitted.x[number])) * ratio, std * ratio, effect.unit, plain
+    return nominal + float(fitted.x[number]), std, effect.unit, nominal
+
+
+def _ratio(effect: Effect, law: int, record: np.ndarray, sheet: np.ndarray) -> float:
+    """Fitted over sheet value of what the effect scales, 1 where it adds."""
+    moved = record.copy()
+    effect.laws[law](moved, 0.01)
+    for field in record.dtype.names:
+        if moved[field][0] != record[field][0] and sheet[field][0] != 0.0 and effect.reference(record) == 1.0:
+            ratio = float(record[field][0] / sheet[field][0])
+            return ratio if moved[field][0] > record[field][0] else 1.0 / ratio
+    return 1.0
+
+
+def _why(model: DirectDrive, found: Found, verdict: Verdict) -> list[dict]:
+    rows = []
+    for name, probability in list(verdict.effects.items())[:_MOST]:
+        if probability < LISTED:
+            break
+        row: dict = {"effect": name, "probability": probability}
+        fitted = next((f for ids, f in ((ids, found.fitted[ids]) for ids in verdict.sets if ids in found.fitted) if name in ids), None)
+        if fitted is not None:
+            number = [c.effect.id for c in fitted.columns].index(name)
+            value, std, unit, nominal = _departure(model, fitted, number)
+            row["parameters"] = {fitted.columns[number].effect.parameter: {"value": value, "std": std, "unit": unit, "nominal": nominal}}
+        rows.append(row)
+    return rows
+
+
+def _weighed(found: Found, ids, probability: float, held: HeldData, floor, before) -> Weighed:
+    fitted = found.fitted.get(ids)
+    if fitted is None:
+        return Weighed(ids, probability, None, {}, {}, {})
+    ratios = _ratios(held.signals(), held.run(fitted.theta, _acting(fitted)), held.mask())
+    values = {c.effect.id: _departure(held.model, fitted, i) for i, c in enumerate(fitted.columns)}
+    return Weighed(ids, probability, size.gap(ratios, floor), values, _gains(found, fitted),
+                   {name: ratio / floor[name] for name, ratio in ratios.items()})
+
+
+def _gains(found: Found, fitted: Refitted) -> dict[str, float]:
+    """Chi-square that a hypothesis explains in each signal of the recordings in which effects act."""
+    linearised = found.linearised
+    none = found.fitted[()]
+    gains: dict[str, float] = {}
+    for i, (comparison, altered) in enumerate(zip(linearised.comparisons, linearised.model.altered, strict=True)):
+        if altered:
+            was, now = comparison.residual(none.predictions[i]), comparison.residual(fitted.predictions[i])
+            for block in comparison.blocks:
+                gains[block.signal] = gains.get(block.signal, 0.0) + float(np.sum(was[block.rows] ** 2) - np.sum(now[block.rows] ** 2))
+    return gains
+
+
+def _places(model: DirectDrive, found: Found, verdict: Verdict) -> list[Lack]:
+    """What the twin lacks, by the probability of each effect."""
+    number = model.altered.index(True)
+    rows = []
+    for name, probability in verdict.effects.items():
+        fitted = next((found.fitted[ids] for ids in verdict.sets if name in ids and ids in found.fitted), None)
+        if fitted is None or probability < 0.02:
+            continue
+        i = [c.effect.id for c in fitted.columns].index(name)
+        column, x = fitted.columns[i], float(fitted.x[i])
+        if x == 0.0:
+            continue
+        others = [a for j, a in enumerate(_acting(fitted)) if j != i]
+        without, acting = model.record(number, fitted.theta, others), model.record(number, fitted.theta, _acting(fitted))
+        change = [h * x / column.x for h in column.change]
+        weight = probability * float(sum(np.sum(h**2) for h in change))
+        std = float(np.sqrt(max(fitted.covariance[i, i], 0.0))) / abs(x)
+        rows.append(Acting(column.effect, course(column.effect, model.experiments[number], without, acting, STEP), weight,
+                           chi_square_by_phase(change, found.linearised.comparisons), std))
+    total = sum(row.share for row in rows) or 1.0
+    return lacks([Acting(r.effect, r.course, r.share / total, r.by_phase, r.relative) for r in rows])
+
+
+def _place(row: Lack) -> dict:
+    return {"component": row.component, "domain": row.domain, "phase": row.phase, "share": row.share, "missing": row.value,
+            "unit": row.unit, "std": row.std}
+
+
+def _parameters(model: DirectDrive, found: Found, leader: Refitted) -> tuple[list[FittedParameter], np.ndarray]:
+    spread = np.sqrt(np.diagonal(found.linearised.basis.covariance()))
+    out = []
+    for path, deviation, std, scale in zip(model.paths, leader.theta, spread, model.problem.scale, strict=True):
+        q = model.rig.quantities[path]
+        value = q.value + float(deviation * scale)
+        out.append(FittedParameter(path, q.unit, q.value, scale, value, float(std * scale), bool(std < INFORMED)))
+    return out, spread
+
+
+def _paths(recordings) -> dict[str, list[str]]:
+    out = {"field": [r.path for r in recordings.field]}
+    if recordings.commissioning is not None:
+        out["commissioning"] = [recordings.commissioning.path]
+    if recordings.validation is not None:
+        out["validation"] = [recordings.validation.path]
+    return out
+
+
+def _notes(model: DirectDrive) -> list[str]:
+    """What these recordings cannot say, whatever was found."""
+    notes = []
+    field = [e for e, altered in zip(model.experiments, model.altered, strict=True) if altered]
+    there = {name for e in field for name in e.signals}
+    for name in ("pressure_piston_side", "pressure_rod_side", "current", "rod_velocity"):
+        if name not in there:
+            notes.append(f"there is no usable {name}; what shows in it alone cannot be known")
+    if not any(name.startswith("temperature/") for name in there):
+        notes.append("there is no temperature sensor but ambient; thermal effects cannot be known")
+    if all(model.altered):
+        notes.append("there is no commissioning recording: the rig is held against its sheet, and what lies within tolerances is no gap")
+    return notes

@@ -1,0 +1,86 @@
+"""Data that took no part in finding or fitting, and what the twin says of them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from ddh_twin_py.gap.diagnosis import Trace
+from ddh_twin_py.gap.direct_drive import DirectDrive
+from ddh_twin_py.gap.model import Acting
+from ddh_twin_py.gap.size import counted
+from ddh_twin_py.physics.thermal_network import TANK
+
+NEIGHBOURHOOD = 20.0
+"""s after the used part of a recording that count neither here nor there."""
+
+
+@dataclass(frozen=True)
+class HeldData:
+    """Held-out data of a case: the validation recording, or the end of each field recording.
+
+    Attributes:
+        model: of the rig. words: which data these are.
+    """
+
+    model: DirectDrive
+    words: str
+
+    @staticmethod
+    def of(model: DirectDrive) -> HeldData:
+        """The validation recordings where there are any."""
+        if model.held:
+            names = ", ".join(e.recording.path for e in model.held)
+            return HeldData(model, f"{names} (validation, the whole of it)")
+        parts = [f"{e.recording.path} from {e.used_until + NEIGHBOURHOOD:.0f} s to its end at {e.duration:.0f} s" for e in _field(model)]
+        return HeldData(model, "; ".join(parts) + f" (the {NEIGHBOURHOOD:.0f} s before count nowhere)")
+
+    def signals(self) -> list[Mapping]:
+        """Signals by recording."""
+        return [e.signals for e in (self.model.held or _field(self.model))]
+
+    def mask(self) -> Callable[[object], np.ndarray]:
+        """Which samples of a signal count."""
+        if self.model.held:
+            return counted
+        until = _field(self.model)[0].used_until + NEIGHBOURHOOD
+        return lambda signal: np.isfinite(signal.measured) & (signal.time > until)
+
+    def run(self, theta: np.ndarray, acting: Acting) -> list[dict[str, np.ndarray]]:
+        """Free runs, by recording."""
+        if self.model.held:
+            return [self.model.run_held(number, theta, acting) for number in range(len(self.model.held))]
+        first = len(self.model.experiments) - len(_field(self.model))
+        return [self.model.run_one(first + number, theta, acting) for number in range(len(_field(self.model)))]
+
+    def traces(self, before: Mapping[str, np.ndarray], after: Mapping[str, np.ndarray], floor: Mapping[str, float]) -> dict[str, Trace]:
+        """Signals of the first recording with both runs."""
+        mask = self.mask()
+        out = {}
+        for name, signal in self.signals()[0].items():
+            used = mask(signal)
+            if used.any():
+                order = np.flatnonzero(used)[np.argsort(signal.time[used], kind="stable")]
+                out[name] = Trace(signal.time[order], signal.measured[order], before[name][order], after[name][order], signal.unit,
+                                  signal.noise, floor[name] * signal.noise)
+        return out
+
+    def axes(self, theta: np.ndarray, acting: Acting) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+        """Variables on which residuals may depend, from the free run of the first recording."""
+        experiment = (self.model.held or _field(self.model))[0]
+        record = self.model.held_record(0, theta, acting) if self.model.held else self.model.record(
+            len(self.model.experiments) - len(_field(self.model)), theta, acting)
+        points, temperatures = experiment.operating(record)
+        return {
+            "speed, rad/s": (experiment.axis, points["speed"]),
+            "piston-side pressure, Pa": (experiment.axis, points["pressure_piston_side"]),
+            "rod position, m": (experiment.axis, points["rod_position"]),
+            "rod velocity, m/s": (experiment.axis, points["rod_velocity"]),
+            "tank oil temperature, K": (experiment.axis, temperatures[:, TANK]),
+        }
+
+
+def _field(model: DirectDrive) -> list:
+    return [e for e, altered in zip(model.experiments, model.altered, strict=True) if altered]

@@ -1,0 +1,60 @@
+"""From probabilities to one of the contract's verdicts."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from ddh_twin_py.gap.classes import classes_of, marginal
+from ddh_twin_py.gap.direct_drive import DirectDrive
+from ddh_twin_py.gap.search import Found
+
+SURE = 0.7
+"""Probability of a set, with what it cannot be told from, from which it is said to explain the gap."""
+LIKELY = 0.5
+"""Probability of no effect from which there is no gap."""
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """A verdict.
+
+    Attributes:
+        word: of the contract. leader: most probable set. sets: set to probability; ``("unknown",)`` is outside the catalogue.
+        effects: effect to marginal probability, largest first. unknown: what no listed effect explains, or None.
+        notes: what qualifies it.
+    """
+
+    word: str
+    leader: tuple[str, ...]
+    sets: dict[tuple[str, ...], float]
+    effects: dict[str, float]
+    unknown: dict | None = None
+    notes: list[str] = field(default_factory=list)
+
+
+def judge(model: DirectDrive, found: Found) -> Verdict:
+    """Judge what a search found."""
+    sets = found.probability
+    effects = marginal_of(sets)
+    leader = found.leader
+    if sets.get((), 0.0) >= LIKELY:
+        return Verdict("no_gap", (), sets, effects)
+    together = _together(found, sets, effects, leader)
+    return Verdict("explained" if leader and together >= SURE else "ambiguous", leader, sets, effects)
+
+
+def marginal_of(sets: dict[tuple[str, ...], float]) -> dict[str, float]:
+    """Marginal probability of each effect, largest first."""
+    names = dict.fromkeys(name for ids in sets for name in ids)
+    return dict(sorted(marginal(dict(sets), list(names)).items(), key=lambda item: -item[1]))
+
+
+def _together(found: Found, sets, effects, leader: tuple[str, ...]) -> float:
+    """Probability of the leader and of all sets that differ from it by members of one class only."""
+    classes, _ = classes_of(found.linearised, effects)
+    of = {name: number for number, members in enumerate(classes) for name in members}
+
+    def key(ids: tuple[str, ...]) -> tuple:
+        return tuple(sorted(str(of.get(name, name)) for name in ids))
+
+    return sum(p for ids, p in sets.items() if key(ids) == key(leader))

@@ -1,0 +1,68 @@
+"""A verdict in one sentence."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from ddh_twin_py.gap.catalogue import EFFECTS
+
+
+def sentence(report: Mapping) -> str:
+    """One sentence with its confidence, for an engineer who reads nothing else."""
+    return _BY_VERDICT[report["verdict"]](report)
+
+
+def _no_gap(report: Mapping) -> str:
+    as_is, before = report["gap"]["as_is"], report["gap"]["before"]
+    none = next((h["probability"] for h in report["hypotheses"] if not h["effects"]), 0.0)
+    text = f"No gap: with its parameters fitted within tolerance the twin explains the recording to {before:.1f} times its floor"
+    if as_is > 1.2 * before:
+        text += f" (as given it was {as_is:.1f} times; calibration closes that)"
+    return f"{text}; probability of no effect {none:.0%}."
+
+
+def _explained(report: Mapping) -> str:
+    leader = _leader(report)
+    gap = report["gap"]
+    named = " and ".join(_named(report, name) for name in leader)
+    members = [m for c in report["classes"] if c[0] in leader or set(c) & set(leader) for m in c if m not in leader]
+    text = f"The gap is explained by {named}"
+    if members:
+        text += f", which this recording cannot tell from {', '.join(members)}"
+    return f"{text}: it shrinks from {gap['before']:.1f} to {gap['after']:.1f} times the floor on data not used to find it " \
+           f"(probability {_probability(report, leader):.0%})."
+
+
+def _ambiguous(report: Mapping) -> str:
+    sets = [h for h in report["hypotheses"] if h["probability"] >= 0.05][:4]
+    named = "; ".join((" + ".join(h["effects"]) or "no effect") + f" {h['probability']:.0%}" for h in sets)
+    return f"There is a gap of {report['gap']['before']:.1f} times the floor, and these cannot be told apart surely: {named}."
+
+
+def _unknown(report: Mapping) -> str:
+    unknown = report["unknown"] or {}
+    place = f" at {unknown['component']} ({unknown['domain']})" if unknown else ""
+    return f"There is a gap of {report['gap']['before']:.1f} times the floor{place} that no listed effect explains."
+
+
+def _insufficient(report: Mapping) -> str:
+    return f"The recordings allow no answer: {report['notes'][0]}."
+
+
+def _leader(report: Mapping) -> list[str]:
+    return max((h for h in report["hypotheses"] if h["effects"]), key=lambda h: h["probability"])["effects"]
+
+
+def _probability(report: Mapping, leader: list[str]) -> float:
+    return next(h["probability"] for h in report["hypotheses"] if h["effects"] == leader)
+
+
+def _named(report: Mapping, name: str) -> str:
+    row = next((r for r in report["why"] if r["effect"] == name), {})
+    values = [f"{p} {v['value']:.4g} +- {v['std']:.2g} {v['unit'] if v['unit'] != '1' else ''}".rstrip()
+              for p, v in row.get("parameters", {}).items()]
+    about = EFFECTS[name].about.rstrip(".") if name in EFFECTS else ""
+    return f"{name} ({'; '.join(values + [about[:1].lower() + about[1:]] if about else values)})"
+
+
+_BY_VERDICT = {"no_gap": _no_gap, "explained": _explained, "ambiguous": _ambiguous, "unknown": _unknown, "insufficient": _insufficient}
