@@ -129,7 +129,8 @@ class SignalTest:
     def status(self, signal: str, bin_length: float) -> SignalStatus:
         """Where the test stands; bin_length in s."""
         value, opened = max(self._up.value, self._down.value), self._open
-        same = dict(learned=1.0, floor=self.level.floor, statistic=value, threshold=self.threshold, detectable=self.detectable)
+        level = self.level
+        same = {"learned": 1.0, "floor": level.floor, "statistic": value, "threshold": self.threshold, "detectable": self.detectable}
         if opened is None:
             return SignalStatus(signal, **same)
         return SignalStatus(signal, **same, opened=True, since=opened.first * bin_length, size=opened.mean,
