@@ -118,8 +118,8 @@ class SignalTest:
         e = (x - passed * before) * math.sqrt((1.0 - phi**2) / (1.0 - passed**2)) / self.scale
         e = min(max(e, -self.k - _FARTHEST), self.k + _FARTHEST)
         self._last = index, x
-        self._up.step(e - self.k, 2.0 * self.threshold, x, index)
-        self._down.step(-e - self.k, 2.0 * self.threshold, x, index)
+        self._up.step(e - self.k, self.threshold + _FARTHEST, x, index)
+        self._down.step(-e - self.k, self.threshold + _FARTHEST, x, index)
         if self._open is not None and self._open.value <= 0.0:
             self._open = None
         side = max(self._up, self._down, key=lambda s: s.value)
