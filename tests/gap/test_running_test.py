@@ -84,7 +84,7 @@ def made(noise=0.5, **given):
 
 def test_a_step_of_two_floors_is_found_soon_with_its_beginning_and_size():
     rng, scale = np.random.default_rng(5), 0.4
-    for phi, longest in ((0.0, 8), (0.5, 40)):
+    for phi, longest in ((0.0, 12), (0.5, 80)):
         test, delay = made(), None
         x = scale * np.column_stack([autoregressive(rng, 100, phi), autoregressive(rng, 100, phi)]) + [3.0, -1.0]
         feed(test, 101, np.vstack([x, x[:1]]))
