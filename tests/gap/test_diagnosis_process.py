@@ -143,7 +143,10 @@ def test_the_process_calls_the_engine_and_tells_progress_and_report(monkeypatch,
     (tmp_path / "new").mkdir()
     code, told = run_main(monkeypatch, {"field": [str(tmp_path)], "commissioning": str(tmp_path / "new")}, engine)
     assert code == 0 and calls == [([tmp_path], tmp_path / "new", None, 1.6)]
-    assert told == [{"done": 0.5, "stage": ""}, {"done": 0.75, "stage": "weighing"}, {"report": {"verdict": "no_gap"}, "sentence": "No gap."}]
+    assert told == [  # fmt: skip
+        {"done": 0.5, "stage": ""}, {"done": 0.75, "stage": "weighing"},
+        {"report": {"verdict": "no_gap"}, "sentence": "No gap."},
+    ]
 
 
 def test_the_process_tells_an_input_that_cannot_be_used_and_not_a_fault(monkeypatch, tmp_path):

@@ -156,8 +156,6 @@ def test_a_clock_that_jumps_back_resets_the_test_and_keeps_what_is_learned():
     feed(test, 2, rng.standard_normal((2, 2)), 3)
     assert test.resets == 1 and test.levels == levels
     assert not any(s.opened for s in test.status())
-    test.begin_anew()
-    assert not test.levels and [s.learned for s in test.status()] == [0.0, 0.0]
 
 
 def test_a_jump_while_learning_begins_to_learn_anew():

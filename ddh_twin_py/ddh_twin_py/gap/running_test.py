@@ -163,13 +163,8 @@ class RunningTest:
         self._wanted = max(LEAST_BINS, round(learning / bin_length))
         self._steps = between_alarms / bin_length * (among or len(signals))
         self._smallest, self._floor_with_level = smallest, floor_with_level
-        self._known = dict(known or {})
         self.resets = 0
-        self.begin_anew()
-
-    def begin_anew(self) -> None:
-        """Another machine: forget the normal levels too, but those that were given."""
-        self._tests = {name: self._test(self._known[name]) for name in self.signals if name in self._known}
+        self._tests = {name: self._test(known[name]) for name in signals if known and name in known}
         self._learned: dict[str, list[tuple]] = {name: [] for name in self.signals if name not in self._tests}
         self._clear()
 
