@@ -57,7 +57,7 @@ def add_parser(subparsers) -> None:
     parser.add_argument("--record", metavar="BAG", help="record everything into this folder, which must not exist")
     parser.add_argument("--state-file", metavar="FILE", help="where the estimate survives a restart")
     parser.add_argument(
-        "--normal-file", metavar="FILE", help="normal levels of the gap's running test: read where the file exists, else written once learned",
+        "--normal-file", metavar="FILE", help="normal levels of the running test of a gap: read where it exists, else written once learned",
     )
     parser.add_argument("--params", metavar="FILE", help="parameter file (YAML) for all nodes, see config/twin.yaml")
     parser.add_argument("--log", metavar="FILE", help="write the log of all nodes here too")
