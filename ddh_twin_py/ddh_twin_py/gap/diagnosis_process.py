@@ -25,11 +25,15 @@ _PATIENCE = 3.0  # s between asking the process to end and ending it
 
 @dataclass(frozen=True)
 class Outcome:
-    """What came of it: `report` by the contract's schema and its `sentence`, or `error` in one line."""
+    """What came of it: `report` by the contract's schema and its `sentence`, or `error` in one line.
+
+    `answered`: the diagnosis said so itself; it neither crashed nor was stopped.
+    """
 
     report: dict = field(default_factory=dict)
     sentence: str = ""
     error: str = ""
+    answered: bool = False
 
 
 class DiagnosisProcess:
@@ -119,10 +123,10 @@ class DiagnosisProcess:
         if self._stopped:
             return Outcome(error="the diagnosis was stopped")
         if "error" in told:
-            return Outcome(error=" ".join(str(told["error"]).split()))
+            return Outcome(error=" ".join(str(told["error"]).split()), answered=True)
         if isinstance(told.get("report"), dict):
             self.done, self.stage = 1.0, "done"
-            return Outcome(told["report"], str(told.get("sentence", "")))
+            return Outcome(told["report"], str(told.get("sentence", "")), answered=True)
         self._errors.seek(0)
         lines = self._errors.read().decode("utf-8", "replace").strip().splitlines()
         how = f"signal {signal.Signals(-code).name}" if code < 0 else f"exit code {code}"
