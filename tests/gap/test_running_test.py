@@ -165,6 +165,16 @@ def test_a_jump_while_learning_begins_to_learn_anew():
     assert test.resets == 1 and test.status()[0].learned == pytest.approx(0.01)
 
 
+def test_a_reference_that_ends_early_is_taken_as_it_is():
+    rng, test = np.random.default_rng(18), made()
+    feed(test, LEAST_BINS, rng.standard_normal((LEAST_BINS, 2)))
+    test.end_learning()  # one bin is not finished yet
+    assert not test.levels
+    feed(test, 20, np.column_stack([rng.standard_normal(20), np.full(20, np.nan)]), LEAST_BINS)
+    test.end_learning()
+    assert test.levels["p"].bins == LEAST_BINS + 19 and test.levels["q"].bins == LEAST_BINS
+
+
 def test_a_bin_is_the_same_however_it_comes_in():
     rng = np.random.default_rng(12)
     x = rng.standard_normal((140, 2))

@@ -82,7 +82,7 @@ def node_parameters(args: argparse.Namespace) -> dict[str, dict[str, object]]:
     if args.source == "bag":
         del nodes["gap_monitor"]["flush_after"]  # it holds nothing back
     if args.normal_file:
-        nodes["gap_monitor"]["normal_file"] = str(args.normal_file)
+        nodes["gap_monitor"] |= {"normal_file": str(args.normal_file), "learn_until_end": args.source == "bag"}
     if args.state_file:
         nodes["temperature_fusion"]["state_file"] = str(args.state_file)
     if args.record:

@@ -238,14 +238,24 @@ class RunningTest:
             return
         learned = self._learned[name]
         learned.append((self._index, total, square, count))
-        if len(learned) >= self._wanted:
-            bins = Bins(*(np.array(column) for column in zip(*learned, strict=True)))
-            level = normal_level(bins, float(self.noise[s]), self._floor_with_level)
-            if level is not None:
-                self._tests[name] = self._test(level)
-                del self._learned[name]
-            else:
-                learned.pop(0)
+        if len(learned) >= self._wanted and not self._learn(s, name):
+            learned.pop(0)
+
+    def _learn(self, s: int, name: str) -> bool:
+        """Take the bins so far as normal; whether they told enough."""
+        bins = Bins(*(np.array(column) for column in zip(*self._learned[name], strict=True)))
+        level = normal_level(bins, float(self.noise[s]), self._floor_with_level)
+        if level is None:
+            return False
+        self._tests[name] = self._test(level)
+        del self._learned[name]
+        return True
+
+    def end_learning(self) -> None:
+        """Take what was learned so far as normal, for each signal that has `LEAST_BINS` bins: a reference recording has ended."""
+        for s, name in enumerate(self.signals):
+            if len(self._learned.get(name, ())) >= LEAST_BINS:
+                self._learn(s, name)
 
     @property
     def levels(self) -> dict[str, NormalLevel]:

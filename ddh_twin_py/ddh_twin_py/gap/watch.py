@@ -95,6 +95,11 @@ class GapWatch:
         finished = self.temperatures.advance(stamp_ns, measured - predicted, phase, works)
         return _scaled(self.temperatures, stamp_ns, measured, predicted, phase), finished
 
+    def end_learning(self) -> None:
+        """Take what was learned so far as normal; see `RunningTest.end_learning`."""
+        self.hydraulics.end_learning()
+        self.temperatures.end_learning()
+
     @property
     def levels(self) -> dict[str, NormalLevel]:
         """Normal levels that are complete, by signal."""

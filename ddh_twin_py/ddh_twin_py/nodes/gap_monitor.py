@@ -52,6 +52,10 @@ class GapMonitorNode(TwinNode):
             "normal_file", "",
             "File of normal levels: read where it exists (from a commissioning recording, or before a restart), else written once learned.",
         ),
+        Parameter(
+            "learn_until_end", False,
+            "When the node ends, write what it has learned into normal_file also before learning is over: the data was a reference recording.",
+        ),
         STALE_AFTER,
         *DIAGNOSE_PARAMETERS,
     )  # fmt: skip
@@ -152,6 +156,9 @@ class GapMonitorNode(TwinNode):
     def close(self) -> None:
         self._action.close()
         if self._keeper is not None:
+            if self.values["learn_until_end"]:
+                self._watch.end_learning()
+                self._keeper.keep(self._rig_id, self._watch.levels)
             self._keeper.close()
             if self._keeper.failure:
                 self.get_logger().error(self._keeper.failure)
