@@ -54,7 +54,8 @@ class GapMonitorNode(TwinNode):
         ),
         Parameter(
             "learn_until_end", False,
-            "When the node ends, write what it has learned into normal_file also before learning is over: the data was a reference recording.",
+            "When the node ends, write what it has learned into normal_file also before learning is over: "
+            "the data was a reference recording.",
         ),
         STALE_AFTER,
         *DIAGNOSE_PARAMETERS,
