@@ -56,7 +56,7 @@ class Up:
 
 def test_a_crashed_node_is_started_again_and_ctrl_c_stops_all(short_bag, tmp_path):
     with Up(tmp_path / "log", "--source", "bag", "--bag", short_bag, "--namespace", "site/rig_b", "--loop") as up:
-        up.says("bag_player         | INFO playing at 1 times real time; waiting for /site/rig_b/hydraulic_model")
+        up.says("bag_player         | INFO playing at 1 times real time; waiting for /site/rig_b/gap_monitor, /site/rig_b/hydraulic_model")
         nodes = up.nodes()
         assert set(nodes) == {"hydraulic_model", "machine_thermal", "temperature_fusion", "gap_monitor", "bag_player"}
         os.kill(nodes["machine_thermal"], signal.SIGKILL)

@@ -34,7 +34,7 @@ class Settings:
     bin_length: float = 20.0
     learning: float = 3600.0
     between_alarms: float = 1000.0 * 3600.0
-    smallest: float = 1.0
+    smallest: float = 0.5
 
 
 @dataclass(frozen=True)
