@@ -83,6 +83,19 @@ def test_a_rig_that_stands_teaches_nothing_and_is_not_tested(rig):
     assert [status.statistic for status in watch.status()] == before
 
 
+def test_readings_that_come_late_are_left_out_and_no_clock_jump(rig):
+    watch = GapWatch(rig, SETTINGS)
+    machine = Machine(rig, watch)
+    machine.run(100.0)
+    shape = (3, len(TEMPERATURES))
+    shown, finished = watch.take_temperatures(machine.at - np.array([40, 0, -20]) * TICK, np.full(shape, 90.0), np.full(shape, 30.0))
+    assert shown.stamp_ns.size == 0 and finished == 0 and watch.resets == 0
+    later = machine.at + TICK * np.arange(1, 41)
+    watch.take_hydraulics(later, np.zeros((40, len(NAMES))), np.zeros((40, len(NAMES))), np.full(40, 0.05))
+    shown, _ = watch.take_temperatures(later[[19, 9, 39]], np.full(shape, 30.0), np.full(shape, 30.0))
+    assert shown.stamp_ns.tolist() == later[[19, 39]].tolist()
+
+
 def test_the_clock_jumping_back_is_counted_once(rig):
     watch = GapWatch(rig, SETTINGS)
     machine = Machine(rig, watch)

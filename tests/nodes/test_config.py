@@ -124,6 +124,13 @@ def test_the_launch_file_starts_what_up_starts(launch_file, paper_cycle_bag, tmp
     assert {n.respawn_delay for n in nodes} == {launch_file.RESPAWN_DELAY}
 
 
+def test_a_played_bag_is_a_reference_for_the_normal_levels_and_a_machine_is_not(launch_file, paper_cycle_bag):
+    for given, whole in (([], False), (["--source=bag", f"--bag={paper_cycle_bag}"], True)):
+        monitor = up.node_parameters(launch_file.parser().parse_args(["--normal-file=levels.json", *given]))["gap_monitor"]
+        assert (monitor["normal_file"], monitor["learn_until_end"]) == ("levels.json", whole)
+    assert "normal_file" not in up.node_parameters(launch_file.parser().parse_args([]))["gap_monitor"]
+
+
 def test_flags_and_plain_start_of_the_launch_file(launch_file):
     assert [n.executable for n in started(launch_file)] == list(up.TWIN)
     assert {n.output for n in started(launch_file, quiet="true")} == {"log"}

@@ -10,7 +10,7 @@ import pytest
 from ddh_twin_py.estimation.sensors import NODE_OF_SENSOR
 from ddh_twin_py.gap.normal_level import load_levels
 from ddh_twin_py.nodes import qos
-from ddh_twin_py.nodes.conversion import estimate_layout, hydraulic_residual_layout
+from ddh_twin_py.nodes.conversion import estimate_layout, hydraulic_residual_layout, residual_layout
 from ddh_twin_py.physics.thermal_network import NODES
 from ddh_twin_py.rig import load_rig
 from ddh_twin_py.twin.hydraulic_model import RESIDUAL_SIGNALS
@@ -33,13 +33,17 @@ class Models:
     def __init__(self, listener, namespace):
         node, self.rng, self.at = listener.node, np.random.default_rng(4), 0
         self._publishers = [node.create_publisher(kind, f"{namespace}/{topic}", qos.stream(reliable=True)) for kind, topic in
-                            ((ResidualArray, "hydraulics/residuals"), (TemperatureEstimateArray, "temperature/estimates"))]  # fmt: skip
+                            ((ResidualArray, "hydraulics/residuals"), (TemperatureEstimateArray, "temperature/estimates"),
+                             (ResidualArray, "temperature/residuals"))]  # fmt: skip
         self._layouts = [hydraulic_residual_layout("soft_sensor"), hydraulic_residual_layout("free_run")]
         self._estimates = estimate_layout()
+        names = [f"temperature/{sensor}" for sensor in NODE_OF_SENSOR]
+        self._readings = residual_layout("fusion", names, ["degC"] * len(names))
         sensors = load_rig(None).sensors
         self._noise = np.array([sensors[key].noise for _, key, _ in RESIDUAL_SIGNALS])
         for publisher in self._publishers:
             wait_for(publisher.get_subscription_count, 30.0, "the node's subscription")
+        time.sleep(1.0)  # the other side may learn of it a little later
 
     def run(self, seconds, departs=0.0):
         n = round(seconds / 0.05)
@@ -54,12 +58,9 @@ class Models:
         values = {"residuals.measured": measured, "residuals.predicted": predicted, "residuals.residual": measured - predicted}
         for layout, factor in zip(self._layouts, (1e3, 1.0), strict=True):  # the soft sensor's must not be looked at
             self._send(0, layout.compose(stamps, {**values, "residuals.measured": factor * measured}))
-        fresh = (stamps // TICK) % 10 == 0
-        temperature = 40.0 + 0.1 * self.rng.standard_normal((n, len(NODES)))
-        age = np.where(fresh, 0.0, 0.2)[:, None] + np.zeros(len(NODES))
-        self._send(1, self._estimates.compose(stamps, {
-            "estimates.measured": temperature, "estimates.predicted": np.full((n, len(NODES)), 39.0), "estimates.measured_age": age,
-        }))  # fmt: skip
+        self._send(1, self._estimates.compose(stamps, {"estimates.predicted": np.full((n, len(NODES)), 39.0)}))
+        read = stamps[stamps // TICK % 10 == 0]
+        self._send(2, self._readings.compose(read, {"residuals.measured": 40.0 + 0.1 * self.rng.standard_normal((read.size, 9))}))
 
     def _send(self, number, messages):
         for first in range(0, len(messages), 100):

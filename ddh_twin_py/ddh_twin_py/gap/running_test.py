@@ -263,6 +263,11 @@ class RunningTest:
         return {name: test.level for name, test in self._tests.items()}
 
     @property
+    def newest_ns(self) -> int | None:
+        """Stamp of the newest sample, ns; None before the first."""
+        return self._newest
+
+    @property
     def newest_end_ns(self) -> int:
         """Stamp at which the newest finished bin ended, ns; 0 before the first."""
         return 0 if self._index is None else self._index * self._bin_ns

@@ -81,6 +81,7 @@ class GapWatch:
         resets = self.hydraulics.resets
         finished = self.hydraulics.advance(stamp_ns, measured - predicted, phase, phase > 0)
         if self.hydraulics.resets != resets:
+            self.temperatures.reset()
             self._forget_movement()
         self._moved_at = np.concatenate((self._moved_at, stamp_ns))
         self._moved = np.concatenate((self._moved, phase > 0))
@@ -89,7 +90,14 @@ class GapWatch:
         return _scaled(self.hydraulics, stamp_ns, measured, predicted, phase), finished
 
     def take_temperatures(self, stamp_ns: np.ndarray, measured: np.ndarray, predicted: np.ndarray) -> tuple[Scaled, int]:
-        """n instants of the temperatures in the order of `TEMPERATURES`, both in one unit, NaN where nothing was read; (n, S)."""
+        """n readings of the temperatures in the order of `TEMPERATURES`, both in one unit, NaN where nothing was read; (n, S).
+
+        A reading that comes after a newer one, or before the hydraulics of its time, is left out.
+        """
+        newest = self.temperatures.newest_ns
+        before = np.maximum.accumulate(np.concatenate(([-1 if newest is None else newest], stamp_ns[:-1])))
+        used = (stamp_ns > before) & (stamp_ns <= (self._moved_at[-1] if self._moved_at.size else -1))
+        stamp_ns, measured, predicted = stamp_ns[used], measured[used], predicted[used]
         phase = np.zeros(stamp_ns.size, int)
         works = np.isin(stamp_ns, self._moved_at[self._moved])
         finished = self.temperatures.advance(stamp_ns, measured - predicted, phase, works)
@@ -108,7 +116,7 @@ class GapWatch:
     @property
     def resets(self) -> int:
         """How often the clock jumped back."""
-        return max(self.hydraulics.resets, self.temperatures.resets)
+        return self.hydraulics.resets
 
     @property
     def newest_end_ns(self) -> int:

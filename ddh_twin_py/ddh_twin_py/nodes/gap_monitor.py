@@ -14,7 +14,7 @@ from ddh_twin_py.gap.watch import HYDRAULIC, TEMPERATURES, UNITS, GapWatch, Scal
 from ddh_twin_py.nodes import qos
 from ddh_twin_py.nodes.conversion import residual_layout
 from ddh_twin_py.nodes.diagnose_action import DIAGNOSE_PARAMETERS, DiagnoseAction
-from ddh_twin_py.nodes.gap_inputs import ESTIMATE_TOPIC, RESIDUAL_TOPIC, FreeRunResiduals, FreeRunTemperatures
+from ddh_twin_py.nodes.gap_inputs import ESTIMATE_TOPIC, READING_TOPIC, RESIDUAL_TOPIC, FreeRunResiduals, FreeRunTemperatures
 from ddh_twin_py.nodes.health import Health, Report, judge_age, judge_clock, judge_publishers
 from ddh_twin_py.nodes.inputs import Inputs
 from ddh_twin_py.nodes.level_keeper import LevelKeeper
@@ -77,7 +77,9 @@ class GapMonitorNode(TwinNode):
         self._inputs = Inputs(self)
         self._residuals = self._inputs.add(RESIDUAL_TOPIC, ResidualArray, qos.stream(reliable=True))
         self._estimates = self._inputs.add(ESTIMATE_TOPIC, TemperatureEstimateArray, qos.stream(reliable=True))
-        self._parsers = {RESIDUAL_TOPIC: FreeRunResiduals(), ESTIMATE_TOPIC: FreeRunTemperatures()}
+        self._readings = self._inputs.add(READING_TOPIC, ResidualArray, qos.stream(reliable=True))
+        self._free_temperatures = FreeRunTemperatures(self._rig["sensors.temperature.time_constant"])
+        self._parsers = {RESIDUAL_TOPIC: FreeRunResiduals(), READING_TOPIC: self._free_temperatures}
         self._layouts = [residual_layout(_SOURCE, names, ["1"] * len(names))
                          for names in ([name for name, _, _ in HYDRAULIC], TEMPERATURES)]  # fmt: skip
         self._scaled = self.create_publisher(ResidualArray, "gap/residuals", qos.OUTPUT)
@@ -85,7 +87,7 @@ class GapMonitorNode(TwinNode):
         self.create_subscription(RigInfo, RIG_TOPIC, self._take_rig, qos.LATCHED)
         self._action = DiagnoseAction(self)
         self._health = Health(self)
-        for entry in (self._residuals, self._estimates):
+        for entry in (self._residuals, self._estimates, self._readings):
             self._health.add(entry.topic, lambda report, entry=entry: self._judge_input(report, entry))
         self._health.add("clock", lambda report: judge_clock(report, self._watch.resets, self._watch.resets))
         self._health.add("gap", self._judge_gap)
@@ -102,7 +104,9 @@ class GapMonitorNode(TwinNode):
     def _poll(self) -> None:
         wall, finished = self.wall(), 0
         takers = (self._watch.take_hydraulics, self._watch.take_temperatures)
-        for entry, take, layout in zip((self._residuals, self._estimates), takers, self._layouts, strict=True):
+        estimates = self._free_temperatures.take_estimates(self._inputs.take(self._estimates, wall))
+        self._estimates.newest_ns = estimates or self._estimates.newest_ns
+        for entry, take, layout in zip((self._residuals, self._readings), takers, self._layouts, strict=True):
             for stamps, *arrays in self._parsers[entry.topic].parse(self._inputs.take(entry, wall)):
                 entry.newest_ns = int(stamps[-1])
                 resets = self._watch.resets
