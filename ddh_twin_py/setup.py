@@ -11,6 +11,7 @@ NODES = (
     "hydraulic_model",
     "machine_thermal",
     "temperature_fusion",
+    "gap_monitor",
     "bag_player",
     "bag_recorder",
 )

@@ -98,7 +98,7 @@ step packages "packages of $lock" "$(digest "$lock" scripts/wheel_fixes.py)" ins
 step environment "activation, ddh-twin command" "$(digest scripts/make_environment.py)$(cat "$state/packages.done")" link_environment
 [ "$packages_only" = 0 ] || exit 0
 step ddh_msgs "colcon build ddh_msgs" \
-  "$(digest ddh_msgs/CMakeLists.txt ddh_msgs/package.xml ddh_msgs/msg/* ddh_msgs/srv/*)$(cat "$state/packages.done")" build ddh_msgs
+  "$(digest ddh_msgs/CMakeLists.txt ddh_msgs/package.xml ddh_msgs/msg/* ddh_msgs/srv/* ddh_msgs/action/*)$(cat "$state/packages.done")" build ddh_msgs
 step ddh_twin_py "colcon build ddh_twin_py" \
   "$(digest ddh_twin_py/package.xml ddh_twin_py/setup.*)$(cd ddh_twin_py && find launch config -name '[!.]*' -not -path '*__pycache__*' 2>/dev/null | sort)$(cat "$state/ddh_msgs.done")" build ddh_twin_py
 [ "$steps_done" = 0 ] || printf 'setup: ready after %s s. Next: . .venv/bin/activate\n' "$SECONDS"

@@ -9,12 +9,13 @@ from types import SimpleNamespace
 import pytest
 import yaml
 from ddh_twin_py.cli import up
-from ddh_twin_py.nodes import bag_player, bag_recorder, hydraulic_model, model_node, telemetry_publisher, temperature_fusion
+from ddh_twin_py.nodes import bag_player, bag_recorder, gap_monitor, hydraulic_model, model_node, telemetry_publisher, temperature_fusion
 
 PARAMETERS = {
     "hydraulic_model": (*hydraulic_model.HydraulicModelNode.PARAMETERS, *model_node.MODEL_PARAMETERS),
     "machine_thermal": model_node.MODEL_PARAMETERS,
     "temperature_fusion": temperature_fusion.TemperatureFusionNode.PARAMETERS,
+    "gap_monitor": gap_monitor.GapMonitorNode.PARAMETERS,
     "drive_telemetry": telemetry_publisher.parameters(),
     "pressure_telemetry": telemetry_publisher.parameters(),
     "bag_player": bag_player.BagPlayer.PARAMETERS,
@@ -102,7 +103,7 @@ def test_the_launch_file_has_the_arguments_of_up(launch_file):
     declared = {e.args[0]: e for e in entities if e.kind == "DeclareLaunchArgument"}
     wanted = {action.dest for action in launch_file.parser()._actions} - {"help"}
     assert set(declared) == wanted
-    assert {"source", "bag", "duty", "rig", "namespace", "record", "rate", "params", "state_file", "log"} <= wanted
+    assert {"source", "bag", "duty", "rig", "namespace", "record", "rate", "params", "state_file", "normal_file", "log"} <= wanted
     assert declared["source"].choices == list(up.SOURCES)
     assert all(e.description for e in declared.values())
 
@@ -123,8 +124,15 @@ def test_the_launch_file_starts_what_up_starts(launch_file, paper_cycle_bag, tmp
     assert {n.respawn_delay for n in nodes} == {launch_file.RESPAWN_DELAY}
 
 
+def test_a_played_bag_is_a_reference_for_the_normal_levels_and_a_machine_is_not(launch_file, paper_cycle_bag):
+    for given, whole in (([], False), (["--source=bag", f"--bag={paper_cycle_bag}"], True)):
+        monitor = up.node_parameters(launch_file.parser().parse_args(["--normal-file=levels.json", *given]))["gap_monitor"]
+        assert (monitor["normal_file"], monitor["learn_until_end"]) == ("levels.json", whole)
+    assert "normal_file" not in up.node_parameters(launch_file.parser().parse_args([]))["gap_monitor"]
+
+
 def test_flags_and_plain_start_of_the_launch_file(launch_file):
-    assert [n.executable for n in started(launch_file)] == list(up.MODELS)
+    assert [n.executable for n in started(launch_file)] == list(up.TWIN)
     assert {n.output for n in started(launch_file, quiet="true")} == {"log"}
     assert {n.output for n in started(launch_file, quiet="false")} == {"screen"}
 

@@ -47,9 +47,9 @@ class Up(HeldProcess):
 
 def test_a_crashed_node_is_started_again_and_ctrl_c_stops_all(short_bag, tmp_path):
     with Up(tmp_path / "log", "--source", "bag", "--bag", short_bag, "--namespace", "site/rig_b", "--loop") as up:
-        up.says("bag_player         | INFO playing at 1 times real time; waiting for /site/rig_b/hydraulic_model")
+        up.says("bag_player         | INFO playing at 1 times real time; waiting for /site/rig_b/gap_monitor, /site/rig_b/hydraulic_model")
         nodes = up.nodes()
-        assert set(nodes) == {"hydraulic_model", "machine_thermal", "temperature_fusion", "bag_player"}
+        assert set(nodes) == {"hydraulic_model", "machine_thermal", "temperature_fusion", "gap_monitor", "bag_player"}
         os.kill(nodes["machine_thermal"], signal.SIGKILL)
         up.says("machine_thermal ended (signal SIGKILL)")
         up.says("starting it again in 1 s")
@@ -77,7 +77,7 @@ def test_no_node_outlives_a_twin_that_is_killed(tmp_path):
     with Up(tmp_path / "log", "--source", "simulation", "--duty", "mixed") as up:
         up.says("rig simulated_1")
         nodes = up.nodes()
-        assert {"drive_telemetry", "pressure_telemetry"} <= set(nodes) and len(nodes) == 5
+        assert {"drive_telemetry", "pressure_telemetry"} <= set(nodes) and len(nodes) == 6
         up.process.kill()
         up.process.wait()
         wait_for(lambda: not any(runs(pid) for pid in nodes.values()), 30.0, "the end of all nodes")

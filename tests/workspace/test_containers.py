@@ -14,7 +14,7 @@ import subprocess
 import pytest
 from rosbags.highlevel import AnyReader
 
-SERVICES = ("hydraulic_model", "machine_thermal", "temperature_fusion", "bag_recorder", "bag_player")
+SERVICES = ("hydraulic_model", "machine_thermal", "temperature_fusion", "gap_monitor", "bag_recorder", "bag_player")
 UNSHARE = ("unshare", "--net", "--mount", "--ipc", "--pid", "--fork", "--kill-child")
 
 

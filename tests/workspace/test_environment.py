@@ -48,7 +48,7 @@ def entry_points(repo_root, tmp_path_factory):
 
 def test_every_executable_is_where_ros2_run_looks_and_runs_in_the_environment(repo_root, entry_points):
     folder = repo_root / "ros2_ws/install/ddh_twin_py/lib/ddh_twin_py"
-    assert len(entry_points) == 8
+    assert len(entry_points) == 9
     for name in entry_points:
         first = (folder / name).read_text().splitlines()[0]
         assert first == f"#!{repo_root}/.venv/bin/python", name
@@ -66,7 +66,7 @@ def test_activation_is_enough_and_deactivation_puts_everything_back(shell, repo_
         . {repo_root}/.venv/bin/activate
         . {repo_root}/.venv/bin/activate
         command -v ddh-twin > {tmp_path}/command
-        python -c 'import ddh_msgs.msg, ddh_msgs.srv, ddh_twin_py, rclpy; ddh_msgs.msg.RigInfo()' || exit 1
+        python -c 'import ddh_msgs.action, ddh_msgs.msg, ddh_msgs.srv, ddh_twin_py, rclpy; ddh_msgs.msg.RigInfo()' || exit 1
         deactivate
         env | sort > {tmp_path}/after
     """

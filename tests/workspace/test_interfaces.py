@@ -40,6 +40,14 @@ def service_files(repo_root: Path) -> list[Path]:
     return sorted((repo_root / "ddh_msgs/srv").glob("*.srv"))
 
 
+def action_files(repo_root: Path) -> list[Path]:
+    return sorted((repo_root / "ddh_msgs/action").glob("*.action"))
+
+
+def interface_files(repo_root: Path) -> list[Path]:
+    return message_files(repo_root) + service_files(repo_root) + action_files(repo_root)
+
+
 def fields(text: str) -> list[tuple[str, str, str]]:
     """Type, name and comment of each field."""
     found = []
@@ -101,15 +109,15 @@ def test_fields_and_units_are_those_of_the_contract(name, repo_root, shared_dir)
 
 def test_cmake_lists_every_interface(repo_root):
     cmake = (repo_root / "ddh_msgs/CMakeLists.txt").read_text()
-    listed = set(re.findall(r'"((?:msg|srv)/\w+\.(?:msg|srv))"', cmake))
-    there = {f"{p.parent.name}/{p.name}" for p in message_files(repo_root) + service_files(repo_root)}
+    listed = set(re.findall(r'"((?:msg|srv|action)/\w+\.(?:msg|srv|action))"', cmake))
+    there = {f"{p.parent.name}/{p.name}" for p in interface_files(repo_root)}
     assert listed == there
 
 
 def test_every_field_says_its_unit_or_meaning(repo_root):
     unit = re.compile(rf"({'|'.join(map(re.escape, UNITS))})(,|;|$| )")
     silent = []
-    for path in message_files(repo_root) + service_files(repo_root):
+    for path in interface_files(repo_root):
         for kind, name, comment in fields(path.read_text()):
             number = kind.removesuffix("[]") in {"float32", "float64"}
             if not comment or (number and not unit.match(comment)):

@@ -14,9 +14,11 @@ from ddh_twin_py.cli.arguments import InputError, Parser, add_rig, add_verb, dut
 from ddh_twin_py.cli.parameter_yaml import parameter_yaml
 from ddh_twin_py.cli.supervisor import Child, Supervisor, combined_log
 
-__all__ = ["ENDING", "MODELS", "Parser", "add_parser", "check", "environment_additions", "node_parameters", "run"]
+__all__ = ["ENDING", "MODELS", "TWIN", "Parser", "add_parser", "check", "environment_additions", "node_parameters", "run"]
 
 MODELS = ("hydraulic_model", "machine_thermal", "temperature_fusion")
+TWIN = (*MODELS, "gap_monitor")
+"""Nodes that always run."""
 SOURCES = ("none", "bag", "simulation")
 ENDING = ("bag_player", "drive_telemetry", "pressure_telemetry")
 """Nodes that may come to their end; with them the whole ends."""
@@ -54,6 +56,9 @@ def add_parser(subparsers) -> None:
     parser.add_argument("--namespace", metavar="NS", default="/ddh", help="of all topics and nodes (default /ddh)")
     parser.add_argument("--record", metavar="BAG", help="record everything into this folder, which must not exist")
     parser.add_argument("--state-file", metavar="FILE", help="where the estimate survives a restart")
+    parser.add_argument(
+        "--normal-file", metavar="FILE", help="normal levels of the running test of a gap: read where it exists, else written once learned",
+    )
     parser.add_argument("--params", metavar="FILE", help="parameter file (YAML) for all nodes, see config/twin.yaml")
     parser.add_argument("--log", metavar="FILE", help="write the log of all nodes here too")
     parser.add_argument("--quiet", action="store_true", help="no log on the screen")
@@ -73,7 +78,11 @@ def node_parameters(args: argparse.Namespace) -> dict[str, dict[str, object]]:
     """Which nodes run, and the parameters of each that follow from the arguments."""
     rig = {"rig": str(args.rig)} if args.rig else {}
     played = {"use_sim_time": True, "flush_after": _FLUSH_AFTER} if args.source == "bag" else {}
-    nodes: dict[str, dict[str, object]] = {name: {**rig, **played} for name in MODELS}
+    nodes: dict[str, dict[str, object]] = {name: {**rig, **played} for name in TWIN}
+    if args.source == "bag":
+        del nodes["gap_monitor"]["flush_after"]  # it holds nothing back
+    if args.normal_file:
+        nodes["gap_monitor"] |= {"normal_file": str(args.normal_file), "learn_until_end": args.source == "bag"}
     if args.state_file:
         nodes["temperature_fusion"]["state_file"] = str(args.state_file)
     if args.record:

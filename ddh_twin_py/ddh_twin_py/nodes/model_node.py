@@ -30,6 +30,7 @@ TEMPERATURE_TOPICS = tuple(TEMPERATURE_PREFIX + sensor for sensor in TEMPERATURE
 AMBIENT_TOPIC = TEMPERATURE_PREFIX + "ambient"
 
 RIG = Parameter("rig", "", "Rig sheet (YAML); entries left out are those of the reference sheet. Empty: the reference sheet.")
+STALE_AFTER = Parameter("stale_after", 2.0, "Wall time without a message after which an input is called stale.", "s", 0.1, 3600.0)
 TWIN_PARAMETERS = (
     RIG,
     Parameter("interval", INTERVAL, "Length of one interval of data; outputs come once for each.", "s", 0.01, 1.0),
@@ -38,7 +39,7 @@ TWIN_PARAMETERS = (
         "How late a message may be and is still sorted in; outputs lag behind the data by this. "
         "Stamps that step back further are a clock that jumped.", "s", 0.05, 10.0,
     ),
-    Parameter("stale_after", 2.0, "Wall time without a message after which an input is called stale.", "s", 0.1, 3600.0),
+    STALE_AFTER,
     Parameter(
         "flush_after", 2.0,
         "Wall time without any message after which the last intervals are worked off without waiting for more.",

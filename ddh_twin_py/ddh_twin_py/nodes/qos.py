@@ -19,6 +19,9 @@ OUTPUT = QoSProfile(depth=200)
 LATCHED = QoSProfile(depth=1, durability=QoSDurabilityPolicy.TRANSIENT_LOCAL)
 """`rig`: whoever comes later still gets it."""
 
+STATUS = QoSProfile(depth=50, durability=QoSDurabilityPolicy.TRANSIENT_LOCAL)
+"""`gap/status`: whoever comes later gets the last ones."""
+
 DIAGNOSTICS = QoSProfile(depth=10)
 
 
@@ -45,6 +48,7 @@ __all__ = [
     "LATCHED",
     "OUTPUT",
     "SENSOR_DATA",
+    "STATUS",
     "QoSHistoryPolicy",
     "is_latched",
     "stream",

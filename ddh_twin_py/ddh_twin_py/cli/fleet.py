@@ -1,0 +1,79 @@
+"""`ddh-twin fleet`: every recording below a folder diagnosed, one row each."""
+
+from __future__ import annotations
+
+import argparse
+import os
+from pathlib import Path
+
+from ddh_twin_py.cli.arguments import InputError, add_html, add_rig, add_verb, output_file, positive
+
+_EXAMPLE = "  ddh-twin fleet /data/cranes --jobs 4 --html out/fleet.html"
+
+
+def add_parser(subparsers) -> None:
+    """Declare the verb."""
+    parser = add_verb(
+        subparsers, "fleet", "diagnose every recording below a folder, with trends per rig",
+        "Finds case folders (field/, perhaps commissioning/ and validation/) and single bags, diagnoses each in a process of its\n"
+        "own, and writes one row for each. What is finished is kept, so that a run that was cut off goes on where it was; a\n"
+        "recording that changed is diagnosed anew. A recording that cannot be used is a row with the error.",
+        _EXAMPLE,
+    )
+    parser.add_argument("folder", metavar="FOLDER", help="folder with the recordings")
+    parser.add_argument("--out", metavar="FOLDER", default="out/fleet", help="results, one file each, and fleet.csv (default out/fleet)")
+    parser.add_argument("--jobs", metavar="N", type=jobs, default=max(1, (os.cpu_count() or 1) // 2), help="recordings at once (default "
+                        "half of the processors)")
+    parser.add_argument("--cluster", metavar="ADDRESS", default="", help="run on this Dask scheduler (tcp://host:8786), whose workers see "
+                        "the recordings at the same paths; needs dask.distributed")
+    parser.add_argument("--again", action="store_true", help="diagnose also what is finished")
+    parser.add_argument("--longest", metavar="S", type=positive, default=3600.0, help="give a recording up after so many seconds "
+                        "(default 3600)")
+    add_rig(parser)
+    parser.add_argument("--csv", metavar="FILE", type=output_file, help="the table (default fleet.csv in --out)")
+    parser.add_argument("--parquet", metavar="FILE", type=output_file, help="the table as Parquet; needs pyarrow")
+    add_html(parser, "write the page with the trend of each rig")
+    parser.add_argument("--quiet", action="store_true", help="no progress, no summary")
+
+
+def jobs(text: str) -> int:
+    """A whole number from 1 on."""
+    if not text.strip().isdecimal() or int(text) < 1:
+        raise argparse.ArgumentTypeError(f"{text!r} is no whole number from 1 on")
+    return int(text)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Find, diagnose, write the table and the page, print what came of it."""
+    from ddh_twin_py.cli.console import stage
+    from ddh_twin_py.fleet.page import fleet_document, verdict
+    from ddh_twin_py.fleet.parquet import need_pyarrow, write_parquet
+    from ddh_twin_py.fleet.recordings import find_recordings
+    from ddh_twin_py.fleet.results import Results
+    from ddh_twin_py.fleet.row import as_csv
+    from ddh_twin_py.fleet.run import Settings, run_fleet
+    from ddh_twin_py.report.document import write_text
+    from ddh_twin_py.rig import load_rig
+
+    rig = load_rig(args.rig)
+    if args.parquet:
+        need_pyarrow()
+    out = Path(args.out)
+    if out.exists() and not out.is_dir():
+        raise InputError(f"--out: {out} is no folder")
+    found = find_recordings(args.folder, out, Path(args.rig) if args.rig else None)
+    with stage(f"diagnosing {len(found)} recordings", args.quiet) as progress:
+        rows = run_fleet(found, Results(out / "results"), Settings(args.longest), args.jobs, args.cluster, args.again, progress)
+    table = args.csv or str(out / "fleet.csv")
+    write_text(table, as_csv(rows))
+    if args.parquet:
+        write_parquet(args.parquet, rows)
+    if args.html:
+        fleet_document(str(args.folder), rows, rig.file).write(args.html)
+    if not args.quiet:
+        print(verdict(rows))
+        for row in rows:
+            if row.error:
+                print(f"  {row.recording}: {row.error}")
+        print(f"table: {table}" + (f", page: {args.html}" if args.html else ""))
+    return 0

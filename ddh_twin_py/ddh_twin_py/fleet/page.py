@@ -1,0 +1,102 @@
+"""The page of a fleet: how each rig goes over time, and the table of all recordings."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+
+from ddh_twin_py.fleet.row import Row
+from ddh_twin_py.fleet.trend_chart import Line, trend_chart
+from ddh_twin_py.report import document as doc
+
+_VERDICTS = ("no_gap", "explained", "ambiguous", "unknown", "insufficient")
+_MARKS = {"no_gap": "good", "explained": "fair", "ambiguous": "fair", "unknown": "poor", "insufficient": "none", "": "none"}
+
+
+def fleet_document(folder: str, rows: Sequence[Row], rig_file: str) -> doc.Document:
+    """The page."""
+    rigs = sorted({row.rig for row in rows if row.rig})
+    page = doc.Document(
+        kind="Fleet", title=folder, verdict=verdict(rows), level="good" if all(row.verdict == "no_gap" for row in rows) else "fair",
+        end=doc.EndMatter(
+            "Each recording is diagnosed by itself: what its own report says of data split and held-out data holds here.", rig_file,
+            [
+                "Gaps are in multiples of the noise floor, on data that took no part in fitting; 1 is the floor.",
+                "Sizes are those of the most probable effect; bars are two standard deviations. The probability of a class is that of its "
+                "members together.",
+                "A rig's recordings are told by the rig id in the bag; those without one are in the table alone.",
+            ],
+            rows=(("Recordings", str(len(rows))), ("Rigs", str(len(rigs)))),
+        ),
+    )  # fmt: skip
+    counts = Counter(row.verdict for row in rows if not row.error)
+    page.add("Overview", doc.figures([
+        doc.Figure("Recordings", str(len(rows)), f"of {len(rigs)} rigs"),
+        *(doc.Figure(name.replace("_", " "), str(counts[name])) for name in _VERDICTS if counts[name]),
+        doc.Figure("Errors", str(sum(bool(row.error) for row in rows))),
+    ]))  # fmt: skip
+    for rig in rigs:
+        own = [row for row in rows if row.rig == rig]
+        page.add(f"Rig {rig}", _gap_chart(own), *_size_charts(own), _newest(own))
+    page.add("All recordings", _table(rows))
+    return page
+
+
+def verdict(rows: Sequence[Row]) -> str:
+    """One sentence: of how many recordings and rigs, and what is wrong with how many."""
+    rigs = {row.rig for row in rows if row.rig}
+    gaps = [row for row in rows if row.verdict in ("explained", "ambiguous", "unknown")]
+    concerned = {row.rig for row in gaps if row.rig}
+    failed = sum(bool(row.error) for row in rows)
+    said = f"{len(gaps)} of {len(rows)} recordings show a gap, on {len(concerned)} of {len(rigs)} rigs"
+    return said + (f"; {failed} could not be diagnosed." if failed else ".")
+
+
+def _gap_chart(rows: Sequence[Row]) -> doc.Html:
+    def points(key: str) -> list:
+        return [(row.time, getattr(row, key), None, f"{row.recording}: {getattr(row, key):.3g}") for row in rows
+                if row.time and getattr(row, key) is not None]
+
+    lines = [Line("before", "predicted", points("gap_before")), Line("with the leading hypothesis", "fused", points("gap_after"))]
+    return trend_chart("Gap", "multiples of the floor", lines, ("floor", 1.0))
+
+
+def _size_charts(rows: Sequence[Row]) -> list[doc.Html]:
+    kinds: dict[tuple[str, str, str], list[Row]] = {}
+    for row in rows:
+        if row.size is not None and row.time:
+            kinds.setdefault((row.effect, row.parameter, row.unit), []).append(row)
+    charts = []
+    for (effect, parameter, unit), own in sorted(kinds.items()):
+        points = [(row.time, row.size, row.size_std, f"{row.recording}: {row.size:.4g} ± {row.size_std or 0.0:.2g} {unit}") for row in own]
+        nominal = next((row.nominal for row in own if row.nominal is not None), None)
+        line = Line(parameter, "c4", points)
+        charts.append(trend_chart(f"{effect}: {parameter.replace('_', ' ')}", "" if unit == "1" else unit, [line],
+                                  None if nominal is None else ("nominal", nominal)))  # fmt: skip
+    return charts
+
+
+def _newest(rows: Sequence[Row]) -> doc.Html:
+    told = [row for row in sorted(rows, key=lambda row: row.begin) if row.sentence]
+    return doc.note(f"Newest, {told[-1].begin}: {told[-1].sentence}") if told else doc.Html("")
+
+
+def _table(rows: Sequence[Row]) -> doc.Html:
+    columns = (
+        doc.Column("Recording", number=False), doc.Column("Rig", number=False), doc.Column("Begin", "UTC", number=False),
+        doc.Column("Duration", "s"), doc.Column("Verdict", number=False), doc.Column("Effect or class", number=False),
+        doc.Column("Probability"), doc.Column("Size"), doc.Column("Unit", number=False), doc.Column("Gap before", "floors"),
+        doc.Column("Gap after", "floors"), doc.Column("Error", number=False),
+    )  # fmt: skip
+    shown = [
+        (row.recording, row.rig, row.begin.replace("T", " ").removesuffix("Z"), _number(row.duration, ".0f"),
+         doc.mark(_MARKS.get(row.verdict, "none"), row.verdict.replace("_", " ")) if row.verdict else "–", row.effect or "–",
+         _number(row.probability, ".2f"), _number(row.size, ".4g"), row.unit, _number(row.gap_before, ".2f"), _number(row.gap_after, ".2f"),
+         row.error)
+        for row in sorted(rows, key=lambda row: (row.rig, row.begin, row.recording))
+    ]  # fmt: skip
+    return doc.table(columns, shown)
+
+
+def _number(value: float | None, form: str) -> str:
+    return "–" if value is None else format(value, form)

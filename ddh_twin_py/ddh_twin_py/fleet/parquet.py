@@ -1,0 +1,40 @@
+"""A fleet's table as Parquet, where pyarrow is installed."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict
+from pathlib import Path
+
+from ddh_twin_py.fleet.recordings import FleetError
+from ddh_twin_py.fleet.row import COLUMNS, NUMBERS, Row
+from ddh_twin_py.rig.files import SUFFIX
+
+
+def need_pyarrow() -> None:
+    """Raises FleetError where pyarrow is not installed."""
+    try:
+        import pyarrow.parquet  # noqa: F401
+    except ImportError:
+        raise FleetError("--parquet needs pyarrow, which is not installed here: pip install pyarrow") from None
+
+
+def write_parquet(path: str | Path, rows: Sequence[Row]) -> None:
+    """Write the table, whole or not at all; numbers are float64, `begin` is a time in UTC, all else text."""
+    need_pyarrow()
+    import pyarrow
+    import pyarrow.parquet
+
+    columns = {name: [asdict(row)[name] for row in rows] for name in COLUMNS}
+    columns["begin"] = [row.time for row in rows]
+    types = {name: pyarrow.float64() if name in NUMBERS else pyarrow.string() for name in COLUMNS}
+    types["begin"] = pyarrow.timestamp("s", tz="UTC")
+    table = pyarrow.table({name: pyarrow.array(columns[name], types[name]) for name in COLUMNS})
+    path = Path(path)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    partial = path.with_name(path.name + SUFFIX)
+    try:
+        pyarrow.parquet.write_table(table, partial)
+        partial.replace(path)
+    finally:
+        partial.unlink(missing_ok=True)

@@ -1,0 +1,65 @@
+"""Finds the recordings below a folder: cases with field/, and single bags."""
+
+from __future__ import annotations
+
+import os
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+from ddh_twin_py.bags.folder import METADATA, SUFFIXES
+from ddh_twin_py.gap.case_folder import Case, case_of
+
+_ENDINGS = (*SUFFIXES, *(f"{suffix}.zstd" for suffix in SUFFIXES))
+_PART = re.compile(r"_\d+$")
+
+
+class FleetError(ValueError):
+    """A fleet cannot be looked at; one line for people."""
+
+
+@dataclass(frozen=True)
+class Found:
+    """One recording to diagnose: its name, which is its path below the folder, and its case."""
+
+    name: str
+    case: Case
+
+
+def find_recordings(folder: str | Path, leave_out: Path | None = None, rig: Path | None = None) -> list[Found]:
+    """Every recording below a folder, sorted by name.
+
+    A folder that holds field/ is one case, whatever else lies in it; a rosbag2 folder is one recording, as are .mcap and .db3
+    files that belong to no bag. Hidden folders, and `leave_out`, are not looked into.
+
+    Raises:
+        FleetError: there is no such folder, or no recording in it.
+    """
+    folder = Path(folder)
+    if not folder.is_dir():
+        raise FleetError(f"{folder}: there is no such folder")
+    found: list[Found] = []
+    for here, folders, files in os.walk(folder):
+        path = Path(here)
+        if leave_out is not None and path.resolve() == leave_out.resolve():
+            folders.clear()
+            continue
+        paths = [path] if (path / "field").is_dir() else _bags(path, files)
+        found += [Found(p.relative_to(folder).as_posix() if p != folder else folder.resolve().name, case_of([p], rig=rig)) for p in paths]
+        if path in paths:
+            folders.clear()
+        folders[:] = sorted(name for name in folders if not name.startswith("."))
+    if not found:
+        raise FleetError(f"{folder}: holds no recording, neither a folder with field/, nor a rosbag2 folder, nor a .mcap or .db3 file")
+    return sorted(found, key=lambda f: f.name)
+
+
+def _bags(path: Path, files: list[str]) -> list[Path]:
+    """The folder itself where it is a bag, or the bag files that lie in it by themselves."""
+    data = sorted(name for name in files if name.endswith(_ENDINGS))
+    if METADATA in files:
+        return [path]
+    stems = {_PART.sub("", name.split(".")[0]) for name in data}
+    if len(data) > 1 and len(stems) == 1 and all(_PART.search(name.split(".")[0]) for name in data):
+        return [path]  # the parts of one bag whose recorder was stopped hard
+    return [path / name for name in data]

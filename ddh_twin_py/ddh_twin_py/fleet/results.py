@@ -1,0 +1,53 @@
+"""The results of a fleet on disk: one file for each recording, so that a run goes on where it was cut off."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import re
+from dataclasses import asdict
+from pathlib import Path
+
+from ddh_twin_py.fleet.recordings import Found
+from ddh_twin_py.fleet.row import Row
+from ddh_twin_py.rig.files import write_whole
+
+_VERSION = 1
+_UNSAFE = re.compile(r"[^A-Za-z0-9._-]+")
+
+
+class Results:
+    """Files below a folder; each holds the row and the whole report of one recording."""
+
+    def __init__(self, folder: str | Path) -> None:
+        self.folder = Path(folder)
+
+    def path(self, name: str) -> Path:
+        """Of a recording's file: readable, and no two recordings share one."""
+        return self.folder / f"{_UNSAFE.sub('-', name)[:80]}-{hashlib.sha256(name.encode()).hexdigest()[:10]}.json"
+
+    def finished(self, found: Found) -> Row | None:
+        """The row of a recording that was diagnosed as it is now, with its rig file; None where it was not, or the file is damaged."""
+        try:
+            content = json.loads(self.path(found.name).read_text("utf-8"))
+            if content["version"] == _VERSION and content["recording"] == found.name and content["input"] == fingerprint(found):
+                return Row(**content["row"])
+        except (OSError, ValueError, KeyError, TypeError):
+            pass
+        return None
+
+    def keep(self, found: Found, row: Row, report: dict) -> None:
+        """Write a recording's result, whole or not at all. Raises OSError."""
+        content = {"version": _VERSION, "recording": found.name, "input": fingerprint(found), "row": asdict(row), "report": report}
+        write_whole(self.path(found.name), json.dumps(content, indent=1) + "\n")
+
+
+def fingerprint(found: Found) -> str:
+    """Changes with the name, size or time of writing of any file of the case."""
+    case, digest = found.case, hashlib.sha256()
+    for part in (*case.field, case.commissioning, case.validation, case.rig):
+        files = [part] if part is None or part.is_file() else sorted(p for p in part.rglob("*") if p.is_file())
+        for file in files:
+            stat = file.stat() if file is not None else None
+            digest.update(f"{file}\0{(stat.st_size, stat.st_mtime_ns) if stat else None}\n".encode())
+    return digest.hexdigest()

@@ -1,0 +1,99 @@
+"""One line of a fleet's table, from a recording and what its diagnosis says."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, fields
+from datetime import UTC, datetime
+
+from ddh_twin_py.bags.reader import read_recording
+from ddh_twin_py.gap.case_folder import Case
+from ddh_twin_py.gap.diagnosis_process import Outcome
+
+
+@dataclass(frozen=True)
+class Row:
+    """One recording.
+
+    Attributes:
+        recording: path below the folder. rig: as announced in the bag. begin: UTC of the first sample, ISO 8601. duration: s.
+        verdict: by the contract's schema. effect: the most probable one; members of its class joined by " | ".
+        probability: of the effect, or of the class together. size, size_std, nominal: of the effect's parameter, in `unit`.
+        gap_before, gap_after: in multiples of the noise floor. error: in one line, '' where there is a report.
+    """
+
+    recording: str
+    rig: str = ""
+    begin: str = ""
+    duration: float | None = None
+    verdict: str = ""
+    effect: str = ""
+    probability: float | None = None
+    parameter: str = ""
+    size: float | None = None
+    size_std: float | None = None
+    unit: str = ""
+    nominal: float | None = None
+    gap_before: float | None = None
+    gap_after: float | None = None
+    sentence: str = ""
+    error: str = ""
+
+    @property
+    def time(self) -> datetime | None:
+        """`begin` as a time, None where it is not known."""
+        return datetime.fromisoformat(self.begin) if self.begin else None
+
+
+COLUMNS = tuple(f.name for f in fields(Row))
+NUMBERS = tuple(f.name for f in fields(Row) if "float" in str(f.type))
+
+
+def facts(name: str, case: Case) -> dict:
+    """Rig, begin and duration of the first field recording, as fields of `Row`. Raises BagError."""
+    recording = read_recording(case.field[0])
+    begin = datetime.fromtimestamp(round(recording.epoch_ns * 1e-9 + recording.span[0]), UTC)
+    return {
+        "recording": name, "rig": recording.rig.rig_id if recording.rig else "", "begin": f"{begin:%Y-%m-%dT%H:%M:%SZ}",
+        "duration": round(recording.duration, 3),
+    }  # fmt: skip
+
+
+def row_of(known: dict, outcome: Outcome) -> Row:
+    """The row of a recording whose facts are known."""
+    if outcome.error:
+        return Row(**known, error=outcome.error)
+    report = outcome.report
+    gap = report.get("gap") or {}
+    row = {
+        **known, "verdict": report.get("verdict", ""), "gap_before": gap.get("before"), "gap_after": gap.get("after"),
+        "sentence": outcome.sentence,
+    }  # fmt: skip
+    why = report.get("why") or []
+    if row["verdict"] in ("explained", "ambiguous", "unknown") and why:
+        row |= _effect(why, report.get("classes") or [])
+    return Row(**row)
+
+
+def _effect(why: Sequence[dict], classes: Sequence[Sequence[str]]) -> dict:
+    first = why[0]
+    members = next((list(c) for c in classes if first["effect"] in c), [first["effect"]])
+    shares = {entry["effect"]: entry["probability"] for entry in why}
+    together = sum(shares.get(member, 0.0) for member in members)
+    found = {"effect": " | ".join(members), "probability": min(1.0, together)}
+    for name, value in (first.get("parameters") or {}).items():
+        size = {"parameter": name, "size": value["value"], "size_std": value["std"], "unit": value["unit"], "nominal": value.get("nominal")}
+        return found | size
+    return found
+
+
+def as_csv(rows: Sequence[Row]) -> str:
+    """A header and one line for each row; numbers as they are, nothing where there is none."""
+    out = io.StringIO()
+    writer = csv.DictWriter(out, COLUMNS, lineterminator="\n")
+    writer.writeheader()
+    for row in rows:
+        writer.writerow({key: "" if value is None else value for key, value in asdict(row).items()})
+    return out.getvalue()

@@ -1,0 +1,109 @@
+"""Diagnoses a fleet's recordings, each in its own process: here, or on a Dask cluster."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor, as_completed
+from dataclasses import dataclass
+
+from ddh_twin_py.bags.errors import BagError
+from ddh_twin_py.fleet.recordings import FleetError, Found
+from ddh_twin_py.fleet.results import Results
+from ddh_twin_py.fleet.row import Row, facts, row_of
+from ddh_twin_py.gap.diagnosis_process import COMMAND, DiagnosisProcess, Outcome
+
+LONGEST = 3600.0
+"""s after which the diagnosis of one recording is given up."""
+
+
+@dataclass(frozen=True)
+class Settings:
+    """How each recording is diagnosed: `longest` s of wall time; `command` and its protocol as in `DiagnosisProcess`."""
+
+    longest: float = LONGEST
+    command: tuple[str, ...] = COMMAND
+
+
+@dataclass(frozen=True)
+class Diagnosed:
+    """What came of one recording. `final`: an answer that the same recording would get again."""
+
+    row: Row
+    report: dict
+    final: bool
+
+
+def diagnose_recording(found: Found, settings: Settings, stop: threading.Event | None = None) -> Diagnosed:
+    """Diagnose one recording in a process of its own; whatever goes wrong is a row with the error."""
+    known: dict = {"recording": found.name}
+    try:
+        known = facts(found.name, found.case)
+    except (BagError, OSError) as error:
+        return Diagnosed(Row(**known, error=" ".join(str(error).split())), {}, True)
+    except Exception as error:  # one recording of many; a damaged file may raise anything
+        return Diagnosed(Row(**known, error=f"{type(error).__name__}: {' '.join(str(error).split())}"), {}, False)
+    process = DiagnosisProcess(found.case, command=settings.command)
+    outcome, waited = process.wait(0.2), 0.2
+    while outcome is None:
+        if stop is not None and stop.is_set() or waited > settings.longest:
+            process.stop()
+            late = "" if stop is not None and stop.is_set() else f", it took longer than {settings.longest:g} s"
+            return Diagnosed(row_of(known, Outcome(error=f"the diagnosis was stopped{late}")), {}, False)
+        outcome, waited = process.wait(0.2), waited + 0.2
+    return Diagnosed(row_of(known, outcome), outcome.report, outcome.answered)
+
+
+def run_fleet(found: Sequence[Found], results: Results, settings: Settings, jobs: int = 1, cluster: str = "", again: bool = False,
+              progress: Callable[[float], None] | None = None) -> list[Row]:
+    """Rows of all recordings, in their order; those that are finished are taken from their files.
+
+    Args:
+        jobs: how many are diagnosed at once here. cluster: address of a Dask scheduler, '' for none; its workers must see
+            the recordings at the same paths. again: also what is finished. progress: told the share done.
+
+    Raises:
+        FleetError: no cluster there, or dask.distributed is not installed. OSError: a result cannot be written.
+    """
+    rows = {} if again else {f.name: row for f in found if (row := results.finished(f)) is not None}
+    left = [f for f in found if f.name not in rows]
+    for one, diagnosed in (_on_cluster(left, settings, cluster) if cluster else _here(left, settings, jobs)):
+        rows[one.name] = diagnosed.row
+        if diagnosed.final:
+            results.keep(one, diagnosed.row, diagnosed.report)
+        if progress is not None:
+            progress(len(rows) / len(found))
+    return [rows[f.name] for f in found]
+
+
+def _here(left: Sequence[Found], settings: Settings, jobs: int) -> Iterator[tuple[Found, Diagnosed]]:
+    stop = threading.Event()
+    with ThreadPoolExecutor(jobs, thread_name_prefix="fleet") as pool:
+        futures = {pool.submit(diagnose_recording, found, settings, stop): found for found in left}
+        try:
+            for future in as_completed(futures):
+                yield futures[future], future.result()
+        finally:
+            stop.set()
+            pool.shutdown(cancel_futures=True)
+
+
+def _on_cluster(left: Sequence[Found], settings: Settings, address: str) -> Iterator[tuple[Found, Diagnosed]]:
+    try:
+        import distributed
+    except ImportError:
+        raise FleetError("--cluster needs dask.distributed, which is not installed here: pip install distributed") from None
+    try:
+        client = distributed.Client(address, timeout=20)
+    except (OSError, ValueError) as error:
+        raise FleetError(f"--cluster {address}: no scheduler answers ({' '.join(str(error).split())})") from None
+    with client:
+        futures = {client.submit(diagnose_recording, found, settings, pure=False): found for found in left}
+        for future in distributed.as_completed(list(futures)):
+            found = futures[future]
+            error = future.exception()
+            if error is not None:
+                said = f"on the cluster: {type(error).__name__}: {' '.join(str(error).split())}"
+                yield found, Diagnosed(Row(found.name, error=said), {}, False)
+            else:
+                yield found, future.result()

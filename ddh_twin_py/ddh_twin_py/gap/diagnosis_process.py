@@ -1,0 +1,174 @@
+"""A diagnosis in a process of its own, which can be stopped, and whose crash is a result.
+
+`python -m ddh_twin_py.gap.diagnosis_process` reads one line of JSON from standard input: field, commissioning,
+validation, rig, nice. It answers on standard output in lines of JSON: {"done", "stage"} as it goes on, and at the
+end {"report", "sentence"} or {"error"}. It ends when its standard input does, so that no diagnosis outlives who asked.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+import threading
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+from ddh_twin_py.gap.case_folder import Case
+
+COMMAND = (sys.executable, "-m", "ddh_twin_py.gap.diagnosis_process")
+_PATIENCE = 3.0  # s between asking the process to end and ending it
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What came of it: `report` by the contract's schema and its `sentence`, or `error` in one line.
+
+    `answered`: the diagnosis said so itself; it neither crashed nor was stopped.
+    """
+
+    report: dict = field(default_factory=dict)
+    sentence: str = ""
+    error: str = ""
+    answered: bool = False
+
+
+class DiagnosisProcess:
+    """A diagnosis under way: `done` 0 to 1, `stage`, and `outcome` once it has ended, else None.
+
+    Args:
+        case: what to diagnose. nice: how much the process steps back behind others, 0 to 19.
+        command: what to run in place of the project's own; it must keep to the module's protocol.
+    """
+
+    def __init__(self, case: Case, nice: int = 0, command: Sequence[str] = COMMAND) -> None:
+        self.case = case
+        self.done, self.stage = 0.0, "starting"
+        self.outcome: Outcome | None = None
+        self._stopped = False
+        self._errors = tempfile.TemporaryFile()  # a pipe could fill up and hold the process
+        request = {
+            "field": [str(path) for path in case.field], "nice": nice,
+            **{name: str(path) if path else None for name, path in
+               (("commissioning", case.commissioning), ("validation", case.validation), ("rig", case.rig))},
+        }  # fmt: skip
+        try:
+            self._process = subprocess.Popen(
+                list(command), stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=self._errors, text=True, start_new_session=True,
+            )
+        except OSError as error:
+            self.outcome = Outcome(error=f"{command[0]}: cannot be started: {error.strerror or error}")
+            self._errors.close()
+            return
+        self._reader = threading.Thread(target=self._read, args=(json.dumps(request) + "\n",), name="diagnosis", daemon=True)
+        self._reader.start()
+
+    @property
+    def pid(self) -> int:
+        """Of the process; 0 where it could not be started."""
+        return self._process.pid if hasattr(self, "_process") else 0
+
+    def wait(self, timeout: float | None = None) -> Outcome | None:
+        """Wait up to `timeout` s for the end; None where it goes on."""
+        if hasattr(self, "_reader"):
+            self._reader.join(timeout)
+        return self.outcome
+
+    def stop(self) -> None:
+        """End the process and all that it started, now."""
+        if self.outcome is not None:
+            return
+        self._stopped = True
+        self._signal(signal.SIGTERM)
+        self._reader.join(_PATIENCE)
+        self._signal(signal.SIGKILL)
+        self._reader.join(_PATIENCE)
+
+    def _signal(self, number: int) -> None:
+        if self._process.poll() is None:
+            try:
+                os.killpg(self._process.pid, number)
+            except ProcessLookupError:
+                pass
+
+    def _read(self, request: str) -> None:
+        told: dict = {}
+        try:
+            self._process.stdin.write(request)
+            self._process.stdin.flush()
+        except OSError:
+            pass  # it has ended already, and says why below
+        for line in self._process.stdout:
+            try:
+                message = json.loads(line)
+            except ValueError:
+                continue
+            if "report" in message or "error" in message:
+                told = message
+            elif "done" in message:
+                self.done, self.stage = float(message["done"]), str(message.get("stage", ""))
+        code = self._process.wait()
+        for stream in (self._process.stdin, self._process.stdout):
+            try:
+                stream.close()
+            except OSError:
+                pass
+        self.outcome = self._outcome(told, code)
+        self._errors.close()
+
+    def _outcome(self, told: dict, code: int) -> Outcome:
+        if self._stopped:
+            return Outcome(error="the diagnosis was stopped")
+        if "error" in told:
+            return Outcome(error=" ".join(str(told["error"]).split()), answered=True)
+        if isinstance(told.get("report"), dict):
+            self.done, self.stage = 1.0, "done"
+            return Outcome(told["report"], str(told.get("sentence", "")), answered=True)
+        self._errors.seek(0)
+        lines = self._errors.read().decode("utf-8", "replace").strip().splitlines()
+        how = f"signal {signal.Signals(-code).name}" if code < 0 else f"exit code {code}"
+        return Outcome(error=f"the diagnosis ended with {how} and no report" + (f": {lines[-1].strip()}" if lines else ""))
+
+
+def main() -> int:
+    """The process: 0 a report was made, 2 the input cannot be used."""
+    out = os.fdopen(os.dup(1), "w", encoding="utf-8")
+    os.dup2(2, 1)  # whatever else prints must not come between the answers
+
+    def tell(**message: object) -> None:
+        print(json.dumps(message, allow_nan=False), file=out, flush=True)
+
+    request = json.loads(sys.stdin.readline())
+    threading.Thread(target=_end_with_input, daemon=True).start()
+    os.nice(int(request.get("nice") or 0))
+    try:
+        diagnosis = _diagnose(request, lambda done, stage="": tell(done=float(done), stage=str(stage)))
+    except (ValueError, OSError) as error:
+        if not isinstance(error, OSError) and not type(error).__module__.startswith("ddh_twin_py."):
+            raise  # a fault of ours and not of the input
+        said = f"{error.filename}: {error.strerror}" if isinstance(error, OSError) and error.filename else str(error)
+        tell(error=" ".join(said.split()))
+        return 2
+    tell(report=diagnosis.report, sentence=diagnosis.sentence)
+    return 0
+
+
+def _diagnose(request: dict, progress):
+    from ddh_twin_py.gap.case_folder import case_of
+    from ddh_twin_py.gap.diagnose import diagnose
+    from ddh_twin_py.rig import load_rig
+
+    case = case_of(request["field"], request.get("commissioning"), request.get("validation"), request.get("rig"))
+    return diagnose(list(case.field), case.commissioning, case.validation, load_rig(case.rig), progress=progress)
+
+
+def _end_with_input() -> None:
+    sys.stdin.read()
+    os._exit(3)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,49 @@
+"""Keeps the normal levels of the gap's running test on disk, beside the node's own work."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+from ddh_twin_py.gap.normal_level import NormalLevel, load_levels, save_levels
+
+
+class LevelKeeper:
+    """Loads a file of normal levels where there is one, and writes those that are learned.
+
+    `rig_id` is the machine that the file is of, '' while that is not known. Raises NormalLevelError where the file is there and
+    cannot be used.
+    """
+
+    def __init__(self, path: str, bin_length: float) -> None:
+        self.path, self._bin_length = Path(path), bin_length
+        self.rig_id, self._levels = load_levels(self.path, bin_length) if self.path.exists() else ("", {})
+        self.failure = ""
+        self._kept = set(self._levels)
+        self._writer = ThreadPoolExecutor(1, thread_name_prefix="normal levels")
+
+    def of(self, rig_id: str) -> Mapping[str, NormalLevel]:
+        """The levels that were found, none where they are of another machine."""
+        return {} if self._another(rig_id) else self._levels
+
+    def _another(self, rig_id: str) -> bool:
+        return bool(self.rig_id and rig_id and self.rig_id != rig_id)
+
+    def keep(self, rig_id: str, levels: Mapping[str, NormalLevel]) -> None:
+        """Have them written soon, where a signal is among them that was not before; never over those of another machine."""
+        if not set(levels) <= self._kept and not self._another(rig_id):
+            self._kept = set(levels)
+            self.rig_id = self.rig_id or rig_id
+            self._writer.submit(self._write, rig_id, dict(levels))
+
+    def _write(self, rig_id: str, levels: dict[str, NormalLevel]) -> None:
+        try:
+            save_levels(self.path, rig_id, self._bin_length, levels)
+            self.failure = ""
+        except OSError as error:
+            self.failure = f"{self.path}: cannot be written: {error.strerror or error}"
+
+    def close(self) -> None:
+        """Write what waits and end."""
+        self._writer.shutdown()

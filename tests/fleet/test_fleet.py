@@ -1,0 +1,268 @@
+"""A fleet with a stand-in for the diagnosis: what is found, rows, going on after a crash, table, page, cluster."""
+
+import csv
+import json
+import re
+import sys
+import threading
+import types
+from concurrent.futures import Future
+from pathlib import Path
+
+import pytest
+from ddh_twin_py.bags.reader import read_recording
+from ddh_twin_py.bags.writer import write_recording
+from ddh_twin_py.cli.main import main
+from ddh_twin_py.fleet import run as fleet_run
+from ddh_twin_py.fleet.page import fleet_document, verdict
+from ddh_twin_py.fleet.parquet import write_parquet
+from ddh_twin_py.fleet.recordings import FleetError, find_recordings
+from ddh_twin_py.fleet.results import Results
+from ddh_twin_py.fleet.row import COLUMNS, Row, as_csv, row_of
+from ddh_twin_py.fleet.run import Settings, run_fleet
+from ddh_twin_py.gap.diagnosis_process import Outcome
+
+FAKE = (sys.executable, str(Path(__file__).parents[1] / "support" / "fake_diagnosis.py"))
+
+
+@pytest.fixture(scope="module")
+def second(paper_cycle_bag):
+    return read_recording(paper_cycle_bag).between(0.0, 2.0)
+
+
+@pytest.fixture
+def folder(tmp_path, second):
+    """Two cases, a single bag, a case that crashes its diagnosis, one that is refused, and a bag that is none."""
+    place = tmp_path / "cranes"
+    for name in ("a/march/field", "a/march/commissioning", "a/april", "b/crash/field", "b/bad"):
+        write_recording(place / name, second)
+    (place / "b/torn").mkdir()
+    (place / "b/torn/torn.mcap").write_bytes(b"\x00" * 100)
+    (place / ".hidden").mkdir()
+    (place / ".hidden/x.mcap").write_bytes(b"")
+    (place / "notes.txt").write_text("no bag")
+    return place
+
+
+def test_cases_and_single_bags_are_found(folder):
+    found = {f.name: f.case for f in find_recordings(folder)}
+    assert list(found) == ["a/april", "a/march", "b/bad", "b/crash", "b/torn/torn.mcap"]
+    assert found["a/march"].field == (folder / "a/march/field",) and found["a/march"].commissioning == folder / "a/march/commissioning"
+    assert found["a/march"].validation is None and found["a/april"].field == (folder / "a/april",)
+    assert [f.name for f in find_recordings(folder / "a/april")] == ["april"]
+    assert [f.name for f in find_recordings(folder, leave_out=folder / "b")] == ["a/april", "a/march"]
+
+
+def test_parts_of_one_bag_are_one_recording_and_loose_files_are_many(tmp_path):
+    for name in ("cut/x_0.mcap", "cut/x_1.mcap", "loose/x.mcap", "loose/y_1.db3"):
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).write_bytes(b"")
+    assert [f.name for f in find_recordings(tmp_path)] == ["cut", "loose/x.mcap", "loose/y_1.db3"]
+
+
+def test_a_folder_without_recordings_is_an_error(tmp_path):
+    for path, words in ((tmp_path, "holds no recording"), (tmp_path / "none", "there is no such folder")):
+        with pytest.raises(FleetError, match=words):
+            find_recordings(path)
+
+
+def diagnosed(folder, results, **given):
+    calls = []
+    command = FAKE
+    rows = run_fleet(find_recordings(folder), Results(results), Settings(30.0, command), jobs=2, progress=calls.append, **given)
+    return {row.recording: row for row in rows}, calls
+
+
+def test_every_recording_has_a_row_whatever_happens(folder, tmp_path):
+    rows, calls = diagnosed(folder, tmp_path / "results")
+    march = rows["a/march"]
+    assert (march.verdict, march.effect, march.probability, march.size, march.size_std, march.unit) == (
+        "explained", "pump_1.leakage", 0.9, 2.5, 0.1, "1")  # fmt: skip
+    assert (march.gap_before, march.gap_after, march.error) == (3.0, 1.1, "")
+    assert re.fullmatch(r"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\dZ", march.begin) and march.duration == pytest.approx(2.0, abs=0.1)
+    assert march.rig == rows["b/bad"].rig == "rig_000" and march.time.utcoffset().total_seconds() == 0.0
+    assert "drive/telemetry: no message" in rows["b/bad"].error and "SIGKILL" in rows["b/crash"].error
+    assert rows["b/torn/torn.mcap"].error and "\n" not in rows["b/torn/torn.mcap"].error
+    assert calls[-1] == 1.0 and calls == sorted(calls)
+
+
+def test_what_is_finished_is_not_run_again_and_what_crashed_is(folder, tmp_path, monkeypatch):
+    first, _ = diagnosed(folder, tmp_path / "results")
+    ran = []
+    real = fleet_run.diagnose_recording
+
+    def counted(found, *rest):
+        ran.append(found.name)
+        return real(found, *rest)
+
+    monkeypatch.setattr(fleet_run, "diagnose_recording", counted)
+    second, _ = diagnosed(folder, tmp_path / "results")
+    assert ran == ["b/crash"] and second == first
+    ran.clear()
+    files = sorted((tmp_path / "results").iterdir())
+    content = json.loads(files[0].read_text())
+    assert content["report"]["verdict"] == "explained" and content["recording"] == "a/april"
+    files[0].write_text(files[0].read_text()[:50])  # cut off
+    (folder / "a/march/field/metadata.yaml").touch()  # recorded anew
+    assert diagnosed(folder, tmp_path / "results")[0] == first
+    assert sorted(ran) == ["a/april", "a/march", "b/crash"]
+    ran.clear()
+    diagnosed(folder, tmp_path / "results", again=True)
+    assert len(ran) == 5
+
+
+def test_a_diagnosis_that_takes_too_long_is_given_up_and_tried_again(folder, tmp_path, second):
+    write_recording(folder / "slow", second)
+    found = [f for f in find_recordings(folder) if f.name == "slow"]
+    (row,) = run_fleet(found, Results(tmp_path / "results"), Settings(0.5, FAKE))
+    assert "took longer than 0.5 s" in row.error and row.rig == "rig_000"
+    assert Results(tmp_path / "results").finished(found[0]) is None
+
+
+def test_an_interruption_ends_the_processes(folder, tmp_path, second, monkeypatch):
+    write_recording(folder / "slow", second)
+    stopped = []
+    stop = fleet_run.DiagnosisProcess.stop
+    monkeypatch.setattr(fleet_run.DiagnosisProcess, "stop", lambda self: (stop(self), stopped.append(self)))
+    found = [f for f in find_recordings(folder) if f.name in ("a/april", "slow")]
+
+    def interrupt(share):
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        run_fleet(found, Results(tmp_path / "results"), Settings(60.0, FAKE), jobs=2, progress=interrupt)
+    assert len(stopped) == 1 and stopped[0].outcome.error == "the diagnosis was stopped"
+    assert not [t for t in threading.enumerate() if t.name.startswith("fleet")]
+
+
+def report(verdict, why, classes=()):
+    return Outcome({"verdict": verdict, "gap": {"before": 2.0, "after": None}, "why": why, "classes": list(classes)}, "Said.")
+
+
+def test_a_row_names_the_class_and_no_effect_where_there_is_no_gap():
+    shares = {"pump_1.friction": 0.5, "motor.bearing_friction": 0.3, "unknown": 0.1}
+    why = [{"effect": effect, "probability": share} for effect, share in shares.items()]
+    members = ["motor.bearing_friction", "pump_1.friction"]
+    row = row_of({"recording": "x"}, report("ambiguous", why, [["tank.cooling", "tank.oil_level"], members]))
+    assert row.effect == "motor.bearing_friction | pump_1.friction" and row.probability == pytest.approx(0.8) and row.size is None
+    assert row_of({"recording": "x"}, report("no_gap", why)).effect == ""
+    assert row_of({"recording": "x"}, report("unknown", why[2:])).effect == "unknown"
+
+
+def some_rows():
+    leak = {"verdict": "explained", "effect": "pump_1.leakage", "parameter": "leakage_ratio", "size_std": 0.1, "unit": "1", "nominal": 1.0}
+    rows = [
+        Row(f"a/{n}", "rig_<1>", f"2026-0{n}-01T00:00:00Z", 600.0, **leak, probability=0.9, size=1.0 + 0.5 * n, gap_before=2.0 + n,
+            gap_after=1.1, sentence="It leaks.")
+        for n in (1, 2, 3)
+    ]  # fmt: skip
+    well = Row("b/1", "rig_2", "2026-02-01T00:00:00Z", 60.0, "no_gap", gap_before=1.0, gap_after=1.0)
+    return [*rows, well, Row("c", error="torn, <all>")]
+
+
+def test_the_table_as_csv():
+    table = list(csv.DictReader(as_csv(some_rows()).splitlines()))
+    assert tuple(table[0]) == COLUMNS and len(table) == 5
+    assert (float(table[1]["size"]), table[3]["size"], table[4]["error"]) == (2.0, "", "torn, <all>")
+
+
+def test_the_page_shows_each_rig_over_time_and_all_recordings():
+    page = fleet_document("/data/<cranes>", some_rows(), "sheet.yaml").html()
+    assert page.count("<svg") == 3  # gap and leakage of one rig, gap of the other
+    assert page.count("<circle") == 2 * 3 + 3 + 2
+    assert "pump_1.leakage: leakage ratio" in page and "rig_&lt;1&gt;" in page and "<cranes>" not in page and "torn, &lt;all&gt;" in page
+    assert verdict(some_rows()) == "3 of 5 recordings show a gap, on 1 of 2 rigs; 1 could not be diagnosed."
+    xs = [float(x) for x in re.findall(r'<circle cx="([\d.]+)"', page)]
+    assert all(0.0 <= x <= 620.0 for x in xs)
+    assert fleet_document("x", [Row("c", error="torn")], "").html().count("<svg") == 0
+
+
+def test_parquet_or_how_to_install_it(tmp_path, monkeypatch):
+    path = tmp_path / "deep" / "fleet.parquet"
+    try:
+        import pyarrow.parquet
+    except ImportError:
+        pyarrow = None
+    if pyarrow is not None:
+        write_parquet(path, some_rows())
+        table = pyarrow.parquet.read_table(path)
+        assert table.column_names == list(COLUMNS) and table.column("size").to_pylist()[3] is None
+        assert table.column("begin").to_pylist()[0].isoformat() == "2026-01-01T00:00:00+00:00"
+    monkeypatch.setitem(sys.modules, "pyarrow", None)
+    monkeypatch.setitem(sys.modules, "pyarrow.parquet", None)
+    with pytest.raises(FleetError, match="pip install pyarrow"):
+        write_parquet(path, some_rows())
+    assert not list(path.parent.glob("*.part"))
+
+
+class FakeClient:
+    """What is used of distributed.Client; the worker of `b/bad` is lost."""
+
+    def __init__(self, address, timeout):
+        if address != "tcp://here:1":
+            raise OSError("timed out")
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        pass
+
+    def submit(self, function, found, settings, pure):
+        future = Future()
+        if found.name == "b/bad":
+            future.set_exception(RuntimeError("worker lost"))
+        else:
+            future.set_result(function(found, settings))
+        return future
+
+
+def test_on_a_cluster(folder, tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "distributed", types.SimpleNamespace(Client=FakeClient, as_completed=lambda futures: futures))
+    rows, _ = diagnosed(folder, tmp_path / "results", cluster="tcp://here:1")
+    assert rows["a/march"].verdict == "explained" and rows["b/bad"].error == "on the cluster: RuntimeError: worker lost"
+    with pytest.raises(FleetError, match="--cluster tcp://there:1: no scheduler answers"):
+        diagnosed(folder, tmp_path / "other", cluster="tcp://there:1")
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    with pytest.raises(FleetError, match="pip install distributed"):
+        diagnosed(folder, tmp_path / "other", cluster="tcp://here:1")
+
+
+def test_the_verb_writes_table_and_page_and_says_what_failed(folder, tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(fleet_run.Settings, "__init__", _with_fake(fleet_run.Settings.__init__))
+    page = tmp_path / "fleet.html"
+    out = folder / "out"
+    assert main(["fleet", str(folder), "--out", str(out), "--jobs", "2", "--html", str(page)]) == 0
+    said = capsys.readouterr().out
+    assert "2 of 5 recordings show a gap, on 1 of 1 rigs; 3 could not be diagnosed." in said and "b/bad: " in said
+    table = list(csv.DictReader((out / "fleet.csv").read_text().splitlines()))
+    assert [row["recording"] for row in table] == ["a/april", "a/march", "b/bad", "b/crash", "b/torn/torn.mcap"]
+    assert "<svg" in page.read_text()
+    assert main(["fleet", str(folder), "--out", str(out), "--quiet", "--csv", str(tmp_path / "t.csv")]) == 0
+    assert capsys.readouterr().out == "" and (tmp_path / "t.csv").read_text() == (out / "fleet.csv").read_text()
+
+
+def _with_fake(real):
+    def made(self, longest=60.0, command=FAKE):
+        real(self, longest, command)
+
+    return made
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["/nowhere"], "/nowhere: there is no such folder"),
+        ([".", "--jobs", "0"], "'0' is no whole number from 1 on"),
+        ([".", "--rig", "/nowhere.yaml"], "/nowhere.yaml"),
+        ([".", "--out", __file__], "is no folder"),
+    ],
+)
+def test_arguments_that_cannot_be_used(arguments, words, capsys):
+    try:
+        code = main(["fleet", *arguments])
+    except SystemExit as left:
+        code = left.code
+    assert code == 2
+    (line,) = capsys.readouterr().err.strip().splitlines()
+    assert words in line

@@ -1,0 +1,162 @@
+"""A diagnosis in its own process: answer, progress, stop, crash, refusal, and no process that is left behind."""
+
+import io
+import json
+import os
+import subprocess
+import sys
+import time
+import types
+from pathlib import Path
+
+import pytest
+from ddh_twin_py.gap import diagnosis_process
+from ddh_twin_py.gap.case_folder import CaseError, case_of
+from ddh_twin_py.gap.diagnosis_process import DiagnosisProcess
+
+FAKE = (sys.executable, str(Path(__file__).parents[1] / "support" / "fake_diagnosis.py"))
+
+
+def begun(tmp_path, name):
+    path = tmp_path / name
+    path.mkdir()
+    return DiagnosisProcess(case_of([path]), command=FAKE)
+
+
+def until(condition, seconds=20.0):
+    end = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < end
+        time.sleep(0.01)
+
+
+def test_a_report_comes_back_with_what_was_asked(tmp_path):
+    for part in ("field", "validation"):
+        (tmp_path / "case" / part).mkdir(parents=True)
+    process = DiagnosisProcess(case_of([tmp_path / "case"]), nice=3, command=FAKE)
+    outcome = process.wait(20.0)
+    assert not outcome.error and outcome.sentence.startswith("Pump 1") and outcome.report["verdict"] == "explained"
+    case = tmp_path / "case"
+    assert outcome.report["asked"] == {
+        "field": [str(case / "field")], "nice": 3, "commissioning": None, "validation": str(case / "validation"), "rig": None,
+    }  # fmt: skip
+    assert (process.done, process.stage) == (1.0, "done")
+
+
+def test_progress_is_told_and_a_stop_ends_the_process(tmp_path):
+    process = begun(tmp_path, "slow")
+    until(lambda: process.done == 0.5)
+    assert process.stage == "fitting" and process.outcome is None and process.wait(0.0) is None
+    process.stop()
+    assert process.outcome.error == "the diagnosis was stopped"
+    with pytest.raises(ProcessLookupError):
+        os.kill(process.pid, 0)
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("crash", "ended with signal SIGKILL and no report"),
+        ("fault", "ended with exit code 1 and no report: RuntimeError: a fault of ours"),
+        ("bad", "bad: drive/telemetry: no message"),
+    ],
+)
+def test_what_went_wrong_is_one_line(tmp_path, name, words):
+    outcome = begun(tmp_path, name).wait(20.0)
+    assert words in outcome.error and "\n" not in outcome.error and not outcome.report
+
+
+def test_a_command_that_cannot_be_started(tmp_path):
+    process = DiagnosisProcess(case_of([tmp_path]), command=("/nowhere/python",))
+    assert "/nowhere/python: cannot be started" in process.wait(1.0).error
+    process.stop()
+
+
+def test_no_process_outlives_a_parent_that_is_killed(tmp_path):
+    (tmp_path / "slow").mkdir()
+    code = (
+        "import sys, time; from ddh_twin_py.gap.case_folder import case_of; from ddh_twin_py.gap.diagnosis_process import *\n"
+        f"p = DiagnosisProcess(case_of([{str(tmp_path / 'slow')!r}]), command={FAKE!r})\n"
+        "while p.done < 0.5: time.sleep(0.01)\n"
+        "print(p.pid, flush=True); time.sleep(60)"
+    )
+    parent = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True)
+    pid = int(parent.stdout.readline())
+    parent.kill()
+    parent.wait()
+    parent.stdout.close()
+
+    def gone():
+        try:
+            return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] == "Z"
+        except FileNotFoundError:
+            return True
+
+    until(gone)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (([],), "field: value is []"),
+        (([""],), "none empty"),
+        ((["/nowhere"],), "field: there is no /nowhere"),
+        ((["."], "/nowhere"), "commissioning: there is no /nowhere"),
+        ((["."], None, None, "/nowhere.yaml"), "rig: there is no /nowhere.yaml"),
+    ],
+)
+def test_a_case_that_is_none(arguments, words):
+    with pytest.raises(CaseError) as caught:
+        case_of(*arguments)
+    assert words in str(caught.value)
+
+
+def run_main(monkeypatch, request, engine):
+    """The process's own main with an engine in place of the real one; exit code and what it told."""
+    module = types.ModuleType("ddh_twin_py.gap.diagnose")
+    module.diagnose = engine
+    monkeypatch.setitem(sys.modules, "ddh_twin_py.gap.diagnose", module)
+    monkeypatch.setattr(diagnosis_process, "_end_with_input", lambda: None)
+    monkeypatch.setattr(sys, "stdin", io.StringIO(json.dumps(request) + "\n"))
+    read, write = os.pipe()
+    kept = os.dup(1)
+    os.dup2(write, 1)
+    os.close(write)
+    try:
+        code = diagnosis_process.main()
+    finally:
+        os.dup2(kept, 1)
+        os.close(kept)
+    with os.fdopen(read) as told:
+        return code, [json.loads(line) for line in told]
+
+
+def test_the_process_calls_the_engine_and_tells_progress_and_report(monkeypatch, tmp_path):
+    calls = []
+
+    def engine(field, commissioning, validation, rig, progress):
+        calls.append((field, commissioning, validation, rig["motor.torque_constant"]))
+        progress(0.5)
+        progress(0.75, "weighing")
+        return types.SimpleNamespace(report={"verdict": "no_gap"}, sentence="No gap.")
+
+    (tmp_path / "new").mkdir()
+    code, told = run_main(monkeypatch, {"field": [str(tmp_path)], "commissioning": str(tmp_path / "new")}, engine)
+    assert code == 0 and calls == [([tmp_path], tmp_path / "new", None, 1.6)]
+    assert told == [  # fmt: skip
+        {"done": 0.5, "stage": ""}, {"done": 0.75, "stage": "weighing"},
+        {"report": {"verdict": "no_gap"}, "sentence": "No gap."},
+    ]
+
+
+def test_the_process_tells_an_input_that_cannot_be_used_and_not_a_fault(monkeypatch, tmp_path):
+    def refusing(*_, **__):
+        raise CaseError("field.mcap:\n drive/telemetry is empty")
+
+    assert run_main(monkeypatch, {"field": [str(tmp_path)]}, refusing) == (2, [{"error": "field.mcap: drive/telemetry is empty"}])
+
+    def faulty(*_, **__):
+        raise ValueError("shapes do not fit")
+
+    with pytest.raises(ValueError, match="shapes"):
+        run_main(monkeypatch, {"field": [str(tmp_path)]}, faulty)
