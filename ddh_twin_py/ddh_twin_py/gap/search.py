@@ -51,9 +51,10 @@ def search(model: Model, effects: Sequence[Effect], theta: np.ndarray, discrepan
         effects: that may act. discrepancy: what the model is forgiven. slack: see `hypotheses.SLACK`.
         progress: told the share done.
     """
+    linearised = None
     for number in range(_PASSES):
         told = (lambda share, n=number: progress((n + 0.8 * share) / _PASSES)) if progress else None
-        linearised = linearise(model, effects, theta, discrepancy, slack, pool, told)
+        linearised = linearise(model, effects, theta, discrepancy, slack, pool, told, linearised)
         weights = _weights(linearised)
         linearised = linearised.with_scatter(max(weights.values(), key=lambda w: w[0])[1])
         weights = _weights(linearised)
