@@ -43,7 +43,7 @@ def free_forms(linearised: Linearised, fitted: Refitted, variables: list[dict[st
             ``oil temperature`` K, ``speed`` rad/s, both (rows,).
     """
     comparisons, altered = linearised.comparisons, linearised.model.altered
-    own = [column for column in fitted.columns]
+    own = list(fitted.columns)
     lead = [np.column_stack([c.change[i] for c in own]) if own else np.zeros((k.size, 0)) for i, k in enumerate(comparisons)]
     values = [c.residual(p) + j @ fitted.theta for c, p, j in zip(comparisons, fitted.predictions, linearised.sensitivities, strict=True)]
     names = list(dict.fromkeys(b.signal for c, a in zip(comparisons, altered, strict=True) if a for b in c.blocks))
