@@ -80,7 +80,7 @@ def no_answer(field: Sequence[Experiment], validated: bool) -> str:
         return "there is neither pressure nor current, by which forces and losses would be known"
     longest = max(e.duration - e.held_from for e in field)
     if not validated and longest < HELD:
-        return f"the recordings are too short to size the gap on a part held out: it would be {longest:.0f} s, at least {HELD:.0f} s are needed"
+        return f"the recordings are too short to hold a part of them out: {longest:.0f} s of it would count, {HELD:.0f} s are needed"
     return ""
 
 
