@@ -18,6 +18,7 @@ from ddh_twin_py.gap.hypotheses import WIDTH
 from ddh_twin_py.gap.lacking import Acting, chi_square_by_phase, lacks
 from ddh_twin_py.gap.refit import Refitted
 from ddh_twin_py.gap.search import Found
+from ddh_twin_py.gap.tolerance import without_parameters
 from ddh_twin_py.gap.unknown import Unknown, unknown_beside
 from ddh_twin_py.gap.verdict import Verdict, judge
 from ddh_twin_py.gap.words import sentence
@@ -36,6 +37,7 @@ def diagnosis(model: DirectDrive, recordings, found: Found, theta: np.ndarray, e
         model, found: of the case. theta: parameters fitted to the commissioning recording (or, without one, to the field), (k,).
         effects: that were asked about. seconds: by stage so far.
     """
+    found = without_parameters(model, found)
     leader = found.fitted.get(found.leader) or found.fitted[()]
     unknown = unknown_beside(model, found, leader)
     verdict = judge(found, unknown)

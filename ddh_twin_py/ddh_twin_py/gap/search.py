@@ -17,7 +17,7 @@ from ddh_twin_py.gap.linearised import Linearised, linearise
 from ddh_twin_py.gap.model import Model
 from ddh_twin_py.gap.refit import Refit, Refitted
 
-_PASSES = 3
+_PASSES = 2
 _LEADERS = 5  # sets fitted in full
 _FAR_BEHIND = 12.0  # log weight behind the best beyond which a set is not fitted in full
 _CLOSE = 3.0  # difference of log evidence between linear and full that needs no further pass

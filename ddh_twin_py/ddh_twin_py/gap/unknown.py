@@ -17,6 +17,8 @@ from ddh_twin_py.gap.search import Found
 
 NEEDED = 6.0
 """Log evidence that a free form must gain over the best listed hypothesis to be as likely as it."""
+NEEDED_BY = {"temperature/motor_winding": 40.0}
+"""The same for signals that a small flaw of the model moves far: the winding follows the square of every torque."""
 _SOFTNESS = 2.0  # by which log odds are tempered: a free form's gain is no calibrated number
 _POINTS = 12  # of a drawn shape
 
@@ -53,10 +55,10 @@ def unknown_beside(model: DirectDrive, found: Found, fitted: Refitted) -> Unknow
     linearised = found.linearised
     acting = [(c.effect, c.law, float(x)) for c, x in zip(fitted.columns, fitted.x, strict=True)]
     variables = model.variables(linearised.comparisons, fitted.theta, acting)
-    forms = free_forms(linearised, fitted, variables)
-    best = forms[0].gain if forms else -math.inf
-    probability = 1.0 / (1.0 + math.exp(-max(min((best - NEEDED) / _SOFTNESS, 50.0), -50.0)))
-    component, domain = _place(found, fitted)
+    forms = sorted(free_forms(linearised, fitted, variables), key=lambda form: NEEDED_BY.get(form.signal, NEEDED) - form.gain)
+    best = max((form.gain - NEEDED_BY.get(form.signal, NEEDED) for form in forms), default=-math.inf)
+    probability = 1.0 / (1.0 + math.exp(-max(min(best / _SOFTNESS, 50.0), -50.0)))
+    component, domain = _place(found, fitted, forms)
     number = model.altered.index(True)
     noise, unit = 1.0, "1"
     if forms:
@@ -66,12 +68,42 @@ def unknown_beside(model: DirectDrive, found: Found, fitted: Refitted) -> Unknow
     return Unknown(probability, forms, component, domain, forms[0].size * noise if forms else 0.0, unit, shapes)
 
 
-def _place(found: Found, fitted: Refitted) -> tuple[str, str]:
-    """Component and domain of what best resembles the gap, whether or not it explains it."""
+_SENSED = {
+    "motor_housing": "motor", "pump_1_case": "pump_1", "pump_2_case": "pump_2", "tank_oil": "tank", "tank_wall": "tank",
+    "cylinder_barrel": "cylinder", "line_a": "line_a", "line_b": "line_b",
+}
+_ALONE = 0.1  # of the largest gain: what gains less stands aside
+
+
+def _place(found: Found, fitted: Refitted, forms: list[FreeForm]) -> tuple[str, str]:
+    """Component and domain to which the free forms point, else that of the effect which resembles the gap most.
+
+    A temperature that no other follows points to its own component, one pressure alone to its sensor: were it
+    real, current or motion would follow. Piston-side pressure with current is force at the piston; current or power
+    alone is torque or loss of the motor.
+    """
+    signals = {form.signal: form.gain for form in forms if form.gain > max(NEEDED_BY.get(form.signal, NEEDED), _ALONE * forms[0].gain)}
+    leading = next((name for name in signals if name != "temperature/motor_winding"), None)
+    if leading is not None:
+        sensor = leading.removeprefix("temperature/")
+        if sensor in _SENSED:
+            return _SENSED[sensor], "thermal"
+        if leading == "speed":
+            return "drive", "electrical"
+        if leading == "voltage":
+            return "motor", "electrical"
+        if leading.startswith("pressure_") and set(signals) <= {leading, "temperature/motor_winding"}:
+            return "sensor", "measurement"
+        if leading in ("pressure_piston_side", "pressure_rod_side") and signals.keys() & {"current", "electrical_power"}:
+            return "cylinder", "mechanical"
+        if leading in ("current", "electrical_power"):
+            return "motor", "mechanical"
     if fitted.columns:
         sizes = [abs(x / c.x) for c, x in zip(fitted.columns, fitted.x, strict=True)]
         effect = fitted.columns[int(np.argmax(sizes))].effect
         return effect.component, effect.domain
+    if leading is None and signals:
+        return "motor", "thermal"
     sums = found.linearised.evidence.sums
     explained = sums.score**2 / (np.diagonal(sums.information) + WIDTH**-2)
     if not explained.size:
