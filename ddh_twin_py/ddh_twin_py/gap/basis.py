@@ -34,14 +34,15 @@ class Basis:
 
     Args:
         weighting: of the recordings. parameters, slack: columns by recording, (rows, k) and (rows, m).
+        power: to which the likelihood is raised; below 1 where the model's laws are not quite the rig's.
     """
 
-    def __init__(self, weighting: Weighting, parameters: Rows, slack: Rows) -> None:
-        self.weighting = weighting
+    def __init__(self, weighting: Weighting, parameters: Rows, slack: Rows, power: float = 1.0) -> None:
+        self.weighting, self.power = weighting, power
         self.columns = [np.hstack([j, s]) for j, s in zip(parameters, slack, strict=True)]
         self.parameters = parameters[0].shape[1]
         self.size = self.columns[0].shape[1]
-        self.information = weighting.products(self.columns, self.columns)
+        self.information = power * weighting.products(self.columns, self.columns)
         self._factor = cho_factor(self.information + np.eye(self.size), lower=True, check_finite=False)
         own = self.information[self.parameters :, self.parameters :]
         self._slack = cho_factor(own + np.eye(own.shape[0]), lower=True, check_finite=False)
@@ -53,7 +54,7 @@ class Basis:
             columns: by recording, (rows, m). values: by recording, (rows,).
         """
         own = [np.column_stack([c, v]) for c, v in zip(columns, values, strict=True)]
-        weighted = self.weighting.applied(own)
+        weighted = [self.power * w for w in self.weighting.applied(own)]
         crossed = sum(f.T @ w for f, w in zip(self.columns, weighted, strict=True))
         squared = sum(o.T @ w for o, w in zip(own, weighted, strict=True))
         cross, cross_y = crossed[:, :-1], crossed[:, -1]
@@ -65,7 +66,8 @@ class Basis:
     def shared(self, columns: Rows, values: Rows, x: np.ndarray) -> np.ndarray:
         """Estimate of parameters and slack, (size,), where the columns depart by x, (m,)."""
         rest = [v - c @ x for v, c in zip(values, columns, strict=True)]
-        return cho_solve(self._factor, self.weighting.products(self.columns, [r[:, None] for r in rest])[:, 0], check_finite=False)
+        score = self.power * self.weighting.products(self.columns, [r[:, None] for r in rest])[:, 0]
+        return cho_solve(self._factor, score, check_finite=False)
 
     def covariance(self) -> np.ndarray:
         """Posterior covariance of the parameters, (k, k), no effect acting."""
@@ -73,7 +75,7 @@ class Basis:
 
     def misfit(self, residual: Rows) -> float:
         """Chi-square of residuals with the slack, but not the parameters, integrated out."""
-        weighted = self.weighting.applied([r[:, None] for r in residual])
+        weighted = [self.power * w for w in self.weighting.applied([r[:, None] for r in residual])]
         square = float(sum(r @ w[:, 0] for r, w in zip(residual, weighted, strict=True)))
         cross = sum(c[:, self.parameters :].T @ w[:, 0] for c, w in zip(self.columns, weighted, strict=True))
         return square - float(cross @ cho_solve(self._slack, cross, check_finite=False))

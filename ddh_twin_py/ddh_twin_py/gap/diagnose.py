@@ -14,7 +14,7 @@ from ddh_twin_py.gap import answer
 from ddh_twin_py.gap.catalogue import EFFECTS
 from ddh_twin_py.gap.diagnosis import Diagnosis
 from ddh_twin_py.gap.direct_drive import DirectDrive
-from ddh_twin_py.gap.hypotheses import SLACK, SLACK_WITHOUT_COMMISSIONING
+from ddh_twin_py.gap.hypotheses import POWER, POWER_WITHOUT_COMMISSIONING
 from ddh_twin_py.gap.search import Found, search
 from ddh_twin_py.gap.suitability import no_answer, one_rig, refuse_unfit, unseen
 from ddh_twin_py.rig import Rig
@@ -71,8 +71,8 @@ def diagnose(recordings: Recordings, rig: Rig, without: Collection[str] = (), on
         fit = problem.fit(pool, lambda done: told(0.3 * done), sweeps=_SWEEPS)
         discrepancy = sized(problem.discrepancy, fit.allowances) if commissioning else problem.discrepancy
         lap("fit of the rig")
-        slack = SLACK if commissioning else SLACK_WITHOUT_COMMISSIONING
-        found: Found = search(model, effects, fit.theta, discrepancy, slack, pool, lambda done: told(0.3 + 0.6 * done))
+        power = POWER if commissioning else POWER_WITHOUT_COMMISSIONING
+        found: Found = search(model, effects, fit.theta, discrepancy, power, pool, lambda done: told(0.3 + 0.6 * done))
         lap("search")
         result = answer.diagnosis(model, recordings, found, fit.theta, effects, seconds)
     lap("answer")

@@ -23,7 +23,7 @@ class Linearised:
 
     Attributes:
         model: of the rig. theta: parameters there, in deviations, (k,). discrepancy: what the model is forgiven.
-        slack: see `hypotheses.SLACK`. predictions: there, by recording. comparisons: by recording.
+        slack, power: see `hypotheses.SLACK` and `hypotheses.POWER`. predictions: there, by recording. comparisons: by recording.
         sensitivities: by recording, (rows, k). columns: of the effects. effects: how many were asked about.
     """
 
@@ -31,6 +31,7 @@ class Linearised:
     theta: np.ndarray
     discrepancy: Discrepancy
     slack: float
+    power: float
     predictions: list[dict[str, np.ndarray]]
     comparisons: list[Comparison]
     sensitivities: list[np.ndarray]
@@ -40,7 +41,7 @@ class Linearised:
     evidence: Evidence = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "basis", Basis(Weighting(self.comparisons), self.sensitivities, self.of_slack()))
+        object.__setattr__(self, "basis", Basis(Weighting(self.comparisons), self.sensitivities, self.of_slack(), self.power))
         object.__setattr__(self, "evidence", Evidence(self.basis.sums(self.of_columns(), self.values()), self.columns))
 
     def of_columns(self) -> list[np.ndarray]:
@@ -87,7 +88,7 @@ class Linearised:
                        columns=[replace(c, change=[h * r for h, r in zip(c.change, ratios, strict=True)]) for c in self.columns])
 
 
-def linearise(model: Model, effects: Sequence[Effect], theta: np.ndarray, discrepancy: Discrepancy, slack: float,
+def linearise(model: Model, effects: Sequence[Effect], theta: np.ndarray, discrepancy: Discrepancy, slack: float, power: float,
               pool: ThreadPoolExecutor, progress: Callable[[float], None] | None = None, near: Linearised | None = None) -> Linearised:
     """Take all sensitivities at a place.
 
@@ -104,4 +105,4 @@ def linearise(model: Model, effects: Sequence[Effect], theta: np.ndarray, discre
                      for i, c in enumerate(comparisons)]
     told = (lambda share: progress(0.5 + 0.5 * share)) if progress else None
     columns = columns_of(effects, model, theta, comparisons, pool, told, near.columns if near else ())
-    return Linearised(model, theta, discrepancy, slack, predictions, comparisons, sensitivities, columns, len(effects))
+    return Linearised(model, theta, discrepancy, slack, power, predictions, comparisons, sensitivities, columns, len(effects))

@@ -12,7 +12,7 @@ from scipy.special import logsumexp
 
 from ddh_twin_py.estimation.comparison import Discrepancy
 from ddh_twin_py.gap.effect import Effect
-from ddh_twin_py.gap.hypotheses import probabilities, weighted
+from ddh_twin_py.gap.hypotheses import SLACK, probabilities, weighted
 from ddh_twin_py.gap.linearised import Linearised, linearise
 from ddh_twin_py.gap.model import Model
 from ddh_twin_py.gap.refit import Refit, Refitted
@@ -43,18 +43,18 @@ class Found:
         return next(iter(self.probability))
 
 
-def search(model: Model, effects: Sequence[Effect], theta: np.ndarray, discrepancy: Discrepancy, slack: float,
+def search(model: Model, effects: Sequence[Effect], theta: np.ndarray, discrepancy: Discrepancy, power: float,
            pool: ThreadPoolExecutor, progress: Callable[[float], None] | None = None) -> Found:
     """Search from parameters ``theta`` (k,), in deviations.
 
     Args:
-        effects: that may act. discrepancy: what the model is forgiven. slack: see `hypotheses.SLACK`.
+        effects: that may act. discrepancy: what the model is forgiven. power: see `hypotheses.POWER`.
         progress: told the share done.
     """
     linearised = None
     for number in range(_PASSES):
         told = (lambda share, n=number: progress((n + 0.8 * share) / _PASSES)) if progress else None
-        linearised = linearise(model, effects, theta, discrepancy, slack, pool, told, linearised)
+        linearised = linearise(model, effects, theta, discrepancy, SLACK, power, pool, told, linearised)
         weights = _weights(linearised)
         linearised = linearised.with_scatter(max(weights.values(), key=lambda w: w[0])[1])
         weights = _weights(linearised)
@@ -89,7 +89,12 @@ def _fit_leaders(linearised: Linearised, weights: dict, pool: ThreadPoolExecutor
         departure = hypothesis.departure if hypothesis else np.zeros(0)
         return refit.of(columns, linearised.shared(hypothesis), departure)
 
-    return dict(zip(wanted, pool.map(fit, wanted), strict=True))
+    fitted = dict(zip(wanted, pool.map(fit, wanted), strict=True))
+    best = max(fitted.values(), key=lambda f: f.log_evidence)
+    if best.columns:  # no effect may do better from where an effect led the parameters
+        again = refit.of([], best.theta, np.zeros(0))
+        fitted[()] = max(fitted[()], again, key=lambda f: f.log_evidence)
+    return fitted
 
 
 def _gain(fitted: dict[tuple[str, ...], Refitted], ids: tuple[str, ...]) -> float:
