@@ -39,7 +39,7 @@ class Detection:
 
     Attributes:
         effect: id. unit: of the departures.
-        smallest: departure that is detected, None where none that is allowed is.
+        smallest: departure that is detected, None where its bounds allow none.
         rise: of the worst signal there, in multiples of its noise. worst: that signal, empty where the effect moves none.
         gain: size (`SIZES`) to expected log evidence over no effect; None where the effect's bounds do not allow that size.
     """
@@ -105,7 +105,8 @@ def detection(linearised: Linearised, effect: Effect) -> Detection:
     if not ways:
         return Detection(effect.id, effect.unit, None, None, "", dict.fromkeys(SIZES))
     smallest = {i: _smallest(linearised, i) for i in ways}
-    hardest = max(ways, key=lambda i: math.inf if smallest[i] is None else smallest[i] * linearised.columns[i].rise)
+    within = [i for i in ways if smallest[i] is not None] or ways
+    hardest = max(within, key=lambda i: (smallest[i] or 0.0) * linearised.columns[i].rise)
     column, found = linearised.columns[hardest], smallest[hardest]
     gain: dict[str, float | None] = {}
     for name, rise in SIZES.items():
