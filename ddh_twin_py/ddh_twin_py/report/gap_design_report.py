@@ -14,7 +14,7 @@ from ddh_twin_py.rig import Rig
 _FILLS = ((1.0, "#00224e"), (TELLS_APART, "#666970"), (10.0, "#c8b866"))
 """Expected log Bayes factor below which a cell has that colour."""
 _CLEAR, _SAME = "#fee838", "#ffffff"
-_GRID = Grid(cell=30, row=24, left=330)
+_GRID = Grid(cell=22, row=22, left=290)
 _ASSUMPTIONS = [
     "Rehearsed by the twin with the rig as its file says; noise, tolerances and slack of the model's laws are those of a diagnosis.",
     "Expected values: the noise of a real recording scatters the log of the odds by about the square root of twice its value.",
@@ -32,7 +32,7 @@ def design_document(design: Design, rig: Rig, duty: str, seconds: float) -> doc.
     seen = {size: sum(bool(d.detects(size)) for d in design.detections) for size in SIZES}
     page.add("The test", doc.paragraph(setting(design)), doc.figures(
         [doc.Figure(f"{size} effects detected", f"{seen[size]} of {len(design.detections)}", SIZE_WORDS[size]) for size in SIZES]
-        + [doc.Figure("not told apart", str(sum(map(len, design.classes))), f"in {len(design.classes)} classes")]))
+        + [doc.Figure("not told apart", str(sum(map(len, design.classes))), "effects that are detected at a moderate size")]))
     page.add("What cannot be told apart", *_classes(design))
     page.add("Every effect against every other", *_matrix(design))
     page.add("What is detected", _detections(design))
@@ -65,7 +65,7 @@ def _matrix(design: Design) -> list[doc.Html]:
             if i == j:
                 row.append(Cell(_SAME, "", effect_name(one), "told"))
             else:
-                label = number(value, 1) if value < 10.0 else ""
+                label = number(value, 1 if value < TELLS_APART else 0) if value < 10.0 else ""
                 row.append(Cell(_fill(value), label, separation_words(one, other, value), "told" if value >= TELLS_APART else "not"))
         cells.append(row)
     keys = (("#00224e", "below 1: alike"), ("#666970", f"1 to {TELLS_APART:g}: not told apart"),
