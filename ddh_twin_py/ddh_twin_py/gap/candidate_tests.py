@@ -14,7 +14,7 @@ from ddh_twin_py.rig import Rig
 from ddh_twin_py.twin.duty import Duty, Segment
 from ddh_twin_py.twin.possible_speed import highest_speed
 
-LENGTH = 240.0
+LENGTH = 180.0
 """s of one test."""
 SLOWEST, FASTEST = 200.0, 1500.0
 """rpm between which tests drive."""

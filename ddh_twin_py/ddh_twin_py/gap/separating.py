@@ -13,7 +13,7 @@ the test without contradicting the recordings counts for nothing.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -56,45 +56,42 @@ class Believed:
 
 
 class Remaining:
-    """What the recordings have left open, in few unknowns: the parameters, and one slack for each law of each effect.
+    """What the recordings have left open, in few unknowns: the parameters, and one slack for each effect.
+
+    Two laws of one effect cannot act in one run. An effect's slack is taken by the law that a hypothesis has it act by, else by its first.
 
     Args:
-        linearised: of the recordings.
+        linearised: of the recordings. believed: the hypotheses.
 
     Attributes:
-        laws: effect and law of each slack, (g,), each with the departure that it may well have. covariance: of
-            parameters and slacks, the latter in the effects' own units, (k + g, k + g).
+        laws: effect, law and a departure that it may well have, of each slack, (g,). covariance: of parameters and
+            slacks, the latter in the effects' own units, (k + g, k + g).
     """
 
-    def __init__(self, linearised: Linearised) -> None:
+    def __init__(self, linearised: Linearised, believed: Sequence[Believed]) -> None:
         columns, basis = linearised.columns, linearised.basis
         k = basis.parameters
-        groups = {key: number for number, key in enumerate(dict.fromkeys((c.effect.id, c.law) for c in columns))}
+        law = {c.effect.id: c.law for c in reversed([*(c for b in believed for c in b.columns), *columns])}
+        taken = [(i, c) for i, c in enumerate(columns) if c.law == law[c.effect.id]]
+        groups = {name: number for number, name in enumerate(dict.fromkeys(c.effect.id for _, c in taken))}
         share = linearised.slack * slack_shares(columns)
-        first = {key: next(c for c in columns if (c.effect.id, c.law) == key) for key in groups}
         self._to_laws = np.zeros((len(groups), len(columns)))
-        for i, column in enumerate(columns):
-            self._to_laws[groups[column.effect.id, column.law], i] = share[i] * column.x
+        first: dict[str, Column] = {}
+        for i, column in taken:
+            self._to_laws[groups[column.effect.id], i] = share[i] * column.x
+            first.setdefault(column.effect.id, column)
         self.laws = [(c.effect, c.law, linearised.slack * c.x) for c in first.values()]
-        whole = np.eye(k + len(groups), k + len(columns))
+        whole = np.zeros((k + len(groups), k + len(columns)))
+        whole[:k, :k] = np.eye(k)
         whole[k:, k:] = self._to_laws
-        covariance = basis.joint_covariance()
-        self.covariance = whole @ covariance @ whole.T
-        self._of = {key: k + number for key, number in groups.items()}
+        self.covariance = whole @ basis.joint_covariance() @ whole.T
 
-    def slack(self, belief: Believed) -> np.ndarray:
-        """A hypothesis' slack by law, in the effects' own units, (g,)."""
-        return self._to_laws @ belief.slack
-
-    def freedom(self, belief: Believed) -> np.ndarray:
-        """The covariance, with what is open of a hypothesis' own departures, (k + g, k + g)."""
-        out = self.covariance.copy()
-        at = [self._of.get((c.effect.id, c.law)) for c in belief.columns]
-        for i, a in enumerate(at):
-            for j, b in enumerate(at):
-                if a is not None and b is not None:
-                    out[a, b] += belief.covariance[i, j]
-        return out
+    def move_of_slack(self, one: Believed, other: Believed) -> np.ndarray:
+        """By how much two hypotheses' slacks differ, in standard deviations of the unknowns, (k + g, 1)."""
+        k = one.theta.size
+        move = np.zeros((self.covariance.shape[0], 1))
+        move[k:, 0] = self._to_laws @ (one.slack - other.slack) / np.sqrt(np.diagonal(self.covariance)[k:])
+        return move
 
 
 class Trial:
@@ -108,22 +105,24 @@ class Trial:
         added = [path for path in offset_paths([experiment]) if path not in model.paths]
         rig = with_offsets(model.rig, added)
         self.experiment = experiment
-        self._added = len(added)
+        self.added = len(added)
         self._problem = Problem([experiment], rig, model.paths + added, linearised.discrepancy)
         self._discrepancy = linearised.discrepancy
         self._comparison: Comparison | None = None
+        self._weighting: Weighting | None = None
 
-    def predict(self, theta: np.ndarray, acting: Acting) -> dict[str, np.ndarray]:
-        """Free run of the test with parameters (k,), in deviations, and effects."""
+    def features(self, theta: np.ndarray, acting: Acting) -> np.ndarray:
+        """What the test is compared by, (rows,), with parameters, deviations, (k,) or with zeros of added sensors, and effects.
+
+        The first that is asked about tells where signals are steep.
+        """
         record = self._problem.record(0, np.concatenate([theta, np.zeros(self._problem.size - theta.size)]))
         for effect, law, departure in acting:
             effect.laws[law](record, departure)
-        return self.experiment.predict(record, STEP)
-
-    def features(self, predicted: Mapping[str, np.ndarray]) -> np.ndarray:
-        """What a prediction is compared by, (rows,); the first one that is asked about tells where signals are steep."""
+        predicted = self.experiment.predict(record, STEP)
         if self._comparison is None:
             self._comparison = Comparison(self.experiment.signals, predicted, self._discrepancy)
+            self._weighting = Weighting([self._comparison])
         return self._comparison.features(predicted)
 
     def rows(self, sensors: Sequence[str]) -> np.ndarray:
@@ -134,44 +133,82 @@ class Trial:
                 kept[block.rows] = False
         return kept
 
-    def crude(self, difference: np.ndarray, kept: np.ndarray) -> float:
-        """d' P d / 2 of a difference (rows,): what is told where parameters are known."""
-        d = np.where(kept, difference, 0.0)
-        return 0.5 * float(d @ Weighting([self._comparison]).applied([d[:, None]])[0][:, 0])
+    def products(self, columns: np.ndarray, kept: np.ndarray) -> np.ndarray:
+        """X'PX of columns (rows, q) on the rows that there are, (q, q)."""
+        own = columns * kept[:, None]
+        return own.T @ self._weighting.applied([own])[0]
 
-    def sensitivities(self, belief: Believed, remaining: Remaining) -> np.ndarray:
-        """Differences of the features by each unknown of `Remaining`, then by zeros of sensors that the recordings lack, (rows, q)."""
-        base = self.features(self.predict(belief.theta, belief.acting))
+    def of_departures(self, belief: Believed) -> np.ndarray:
+        """What is open of a hypothesis' own departures, as columns of one standard deviation each, (rows, m)."""
+        base = self.features(belief.theta, belief.acting)
+        value, vector = np.linalg.eigh(belief.covariance)
+        out = [np.zeros((base.size, 0))]
+        for j in range(value.size):
+            step = _DIFFERENCE * np.sqrt(max(value[j], 0.0)) * vector[:, j]
+            moved = [(c.effect, c.law, float(c.effect.limit(x + s))) for c, x, s in zip(belief.columns, belief.x, step, strict=True)]
+            out.append((self.features(belief.theta, moved) - base)[:, None] / _DIFFERENCE)
+        return np.hstack(out)
+
+    def sensitivities(self, belief: Believed, remaining: Remaining, wanted: np.ndarray | None = None) -> np.ndarray:
+        """Differences of the features by each unknown, scaled to its standard deviation: `Remaining`'s, then zeros of sensors that
+        the recordings lack, (rows, q).
+
+        Args:
+            wanted: unknowns of `Remaining` that are taken, (k + g,); the others count as known. None takes all.
+        """
+        base = self.features(belief.theta, belief.acting)
+        spread = np.sqrt(np.diagonal(remaining.covariance))
+        k, p = belief.theta.size, remaining.covariance.shape[0]
+        take = np.ones(p, dtype=bool) if wanted is None else wanted
+        out = np.zeros((base.size, p + self.added))
+        whole = np.concatenate([belief.theta, np.zeros(self.added)])
+        for i in range(p + self.added):
+            if i < p and not take[i]:
+                continue
+            if k <= i < p:
+                effect, law, typical = remaining.laws[i - k]
+                step = effect.limit(_DIFFERENCE * np.sign(typical) * spread[i])
+                moved = self.features(belief.theta, [*belief.acting, (effect, law, step)])
+                out[:, i] = (moved - base) * spread[i] / step
+            else:
+                at = i if i < k else i - p + k
+                step = _DIFFERENCE * (spread[i] if i < k else 1.0) * (-1.0 if whole[at] > 0.0 else 1.0)
+                other = whole.copy()
+                other[at] += step
+                out[:, i] = (self.features(other, belief.acting) - base) * (spread[i] if i < k else 1.0) / step
+        return out
+
+    def along(self, belief: Believed, remaining: Remaining, directions: np.ndarray) -> np.ndarray:
+        """The same by moves of all unknowns of `Remaining` at once, in their standard deviations, (p, r); gives (rows, r)."""
+        base = self.features(belief.theta, belief.acting)
         spread = np.sqrt(np.diagonal(remaining.covariance))
         k = belief.theta.size
-        out = []
-        whole = np.concatenate([belief.theta, np.zeros(self._added)])
-        for i in [*range(k), *range(k, k + self._added)]:
-            moved = whole.copy()
-            step = _DIFFERENCE * (spread[i] if i < k else 1.0)
-            moved[i] += -step if moved[i] > 0.0 else step
-            out.append((self.features(self.predict(moved, belief.acting)) - base) / (moved[i] - whole[i]))
-        zeros = out[k:]
-        out = out[:k]
-        for effect, law, typical in remaining.laws:
-            x = effect.limit(typical)
-            out.append((self.features(self.predict(belief.theta, [*belief.acting, (effect, law, x)])) - base) / x)
-        return np.column_stack(out + zeros)
+        out = np.empty((base.size, directions.shape[1]))
+        for j in range(out.shape[1]):
+            step = _DIFFERENCE / max(1.0, float(np.max(np.abs(directions[:, j]))))
+            move = step * spread * directions[:, j]
+            laws = [(effect, law, float(x)) for (effect, law, _), x in zip(remaining.laws, move[k:], strict=True)]
+            out[:, j] = (self.features(belief.theta + move[:k], [*belief.acting, *laws]) - base) / step
+        return np.where(np.isfinite(out), out, 0.0)
 
-    def apart(self, difference: np.ndarray, sensitivities: np.ndarray, covariance: np.ndarray, kept: np.ndarray) -> float:
+    def apart(self, difference: np.ndarray, free: np.ndarray, kept: np.ndarray) -> float:
         """Expected log Bayes factor, see the module.
 
         Args:
-            difference: of two predictions, (rows,). sensitivities: (rows, q). covariance: of the first unknowns, (p, p);
-                the other q - p are zeros of sensors, of variance 1. kept: rows that there are, (rows,).
+            difference: of two predictions, (rows,). free: what is open, as independent columns of one standard deviation
+                each, (rows, q). kept: rows that there are, (rows,).
         """
-        q, p = sensitivities.shape[1], covariance.shape[0]
-        whole = np.eye(q)
-        whole[:p, :p] = covariance
-        value, vector = np.linalg.eigh(whole)
-        root = vector * np.sqrt(np.maximum(value, 0.0))
-        rows = np.column_stack([sensitivities @ root, difference]) * kept[:, None]
-        products = rows.T @ Weighting([self._comparison]).applied([rows])[0]
+        products = self.products(np.column_stack([free, difference]), kept)
         cross = products[:-1, -1]
-        taken = np.linalg.solve(np.eye(q) + products[:-1, :-1], cross)
+        taken = np.linalg.solve(np.eye(cross.size) + products[:-1, :-1], cross)
         return max(0.0, 0.5 * float(products[-1, -1] - cross @ taken))
+
+
+def root_of(remaining: Remaining, added: int) -> np.ndarray:
+    """Root of the correlation of what is open, with ``added`` independent unknowns below, (p + added, p + added)."""
+    spread = np.sqrt(np.diagonal(remaining.covariance))
+    p = spread.size
+    whole = np.eye(p + added)
+    whole[:p, :p] = remaining.covariance / np.outer(spread, spread)
+    value, vector = np.linalg.eigh(whole)
+    return vector * np.sqrt(np.maximum(value, 0.0))

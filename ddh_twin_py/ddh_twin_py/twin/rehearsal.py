@@ -16,8 +16,7 @@ from ddh_twin_py.rig import OIL_GRADE, Rig
 from ddh_twin_py.telemetry.recording import Recording, RigInfo, Stream, drive_stream, hydraulic_stream, temperature_stream
 from ddh_twin_py.telemetry.signals import HYDRAULIC_FIELDS
 from ddh_twin_py.twin.cycle import DutyRun
-from ddh_twin_py.twin.duty import Duty, DutyError, check_for_rig, segment_table
-from ddh_twin_py.twin.duty_program import new_program, next_command
+from ddh_twin_py.twin.duty import Duty, DutyError, check_for_rig
 
 PERIOD = 0.02
 """s between two samples of drive and pressures."""
@@ -51,19 +50,20 @@ def rehearse(rig: Rig, duty: Duty, duration: float | None = None, sensors: Seque
     loaded = rig.with_values({"load.payload_mass": duty.payload}, source="duty")
     run = DutyRun(loaded, duty, duty.ambient[0] if start is None else start, float(duty.ambient[0]), period=PERIOD)
     first = run.temperature[None, :].copy()
-    points, temperatures, done, longest = [], [first], 0, np.inf if duration is None else duration
+    points, commands, temperatures, done, longest = [], [], [first], 0, np.inf if duration is None else duration
     while run.time < longest - 0.5 * PERIOD and (duty.repeat == 0 or done < duty.repeat):
         run.ambient = float(np.interp(run.time, duty.ambient_time, duty.ambient))
         cycle = run.cycle(longest=min(longest - run.time, 3600.0), keep=True)
         points.append(cycle.points)
+        commands.append(cycle.commands)
         temperatures.append(cycle.temperatures)
         done += 1
-    course = np.concatenate(points)
-    return _recording(loaded, duty, course, np.concatenate(temperatures), sensors, pressures, name)
+    course, command, temperature = np.concatenate(points), np.concatenate(commands), np.concatenate(temperatures)
+    return _recording(loaded, duty, course, command, temperature, sensors, pressures, name)
 
 
-def _recording(rig: Rig, duty: Duty, points: np.ndarray, temperatures: np.ndarray, sensors: Sequence[str], pressures: bool,
-               name: str) -> Recording:
+def _recording(rig: Rig, duty: Duty, points: np.ndarray, commands: np.ndarray, temperatures: np.ndarray, sensors: Sequence[str],
+               pressures: bool, name: str) -> Recording:
     rng = np.random.default_rng(0)
     noise = {key: spec.noise for key, spec in rig.sensors.items()}
     n = points.size
@@ -73,7 +73,7 @@ def _recording(rig: Rig, duty: Duty, points: np.ndarray, temperatures: np.ndarra
     def at_edges(field: str) -> np.ndarray:
         return np.interp(edges, middle, points[field])
 
-    drive = np.column_stack([_commands(rig, duty, points["rod_position"]), *(at_edges(field) for field in _DRIVE)])
+    drive = np.column_stack([commands, *(at_edges(field) for field in _DRIVE)])
     current = rng.normal(0.0, noise["current"], n)
     drive[:, 1] += rng.normal(0.0, noise["speed"], n)
     drive[:, 2] = rig["motor.torque_constant"] * (drive[:, 3] + current)
@@ -87,15 +87,6 @@ def _recording(rig: Rig, duty: Duty, points: np.ndarray, temperatures: np.ndarra
         hydraulic[:, :2] = np.nan
     return Recording(name, 0, RigInfo(rig.rig_id, OIL_GRADE, duty.payload), drive_stream(edges, drive), hydraulic_stream(edges, hydraulic),
                      _temperatures(rig, duty, temperatures, sensors, rng))
-
-
-def _commands(rig: Rig, duty: Duty, position: np.ndarray) -> np.ndarray:
-    """Speed command at the end of each period, rad/s, (n,), given the rod's mean positions, m, (n,)."""
-    record = rig.parameters[0]
-    rod_speed_per_rad = record["pump_1_displacement"] / (2.0 * np.pi) / (0.25 * np.pi * record["cylinder_bore"] ** 2)
-    segments, program = segment_table(duty), new_program()
-    begin = np.concatenate([[duty.start_position], 0.5 * (position[1:] + position[:-1])])
-    return np.array([next_command(segments, duty.ramp, -np.inf, np.inf, program, p, rod_speed_per_rad, PERIOD) for p in begin])
 
 
 def _temperatures(rig: Rig, duty: Duty, temperatures: np.ndarray, sensors: Sequence[str], rng) -> dict[str, Stream]:
