@@ -271,15 +271,19 @@ class Problem:
         """Predictions of every recording; ``step`` (s) of the hydraulics."""
         return [e.predict(self.record(i, theta), step) for i, e in enumerate(self.experiments)]
 
-    def fit(self, pool: ThreadPoolExecutor, progress=None, start: np.ndarray | None = None) -> Fit:
-        """Levenberg-Marquardt from the sheet (or ``start``) on; far from the answer, what is far off counts less."""
+    def fit(self, pool: ThreadPoolExecutor, progress=None, start: np.ndarray | None = None, sweeps: int = _SWEEPS) -> Fit:
+        """Levenberg-Marquardt from the sheet (or ``start``) on; far from the answer, what is far off counts less.
+
+        Args:
+            sweeps: most times that sensitivities are taken.
+        """
         theta = np.zeros(self.size) if start is None else start.copy()
         first = predictions = self.predict(theta)
         self._learn_scatter(predictions)
         settled, sweep, comparisons, fresh = False, 0, [], []
         keep = False  # of the sensitivities, where only the deviations of the bins changed
-        for sweep in range(1, _SWEEPS + 1):
-            told = None if progress is None else (lambda done, sweep=sweep: progress((sweep - 1 + 0.9 * done) / _SWEEPS))
+        for sweep in range(1, sweeps + 1):
+            told = None if progress is None else (lambda done, sweep=sweep: progress((sweep - 1 + 0.9 * done) / sweeps))
             before, known = comparisons, fresh
             comparisons = [Comparison(e.signals, p, self.discrepancy) for e, p in zip(self.experiments, predictions, strict=True)]
             known = [] if sweep == 1 else [k * (b.spread / c.spread)[:, None] for k, b, c in zip(known, before, comparisons, strict=True)]

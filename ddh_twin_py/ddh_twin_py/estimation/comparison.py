@@ -112,6 +112,10 @@ class Comparison:
         self.measured = np.concatenate(parts) if parts else np.zeros(0)
         self.spread = np.concatenate([block.spread for block in self.blocks]) if parts else np.zeros(0)
 
+    def noise(self, signal: str) -> float:
+        """Noise of one sample of a signal, in its unit."""
+        return self._signals[signal].noise
+
     def features(self, prediction: Mapping[str, np.ndarray]) -> np.ndarray:
         """A prediction as the numbers that it is compared by, (size,)."""
         out = np.empty(self.size)

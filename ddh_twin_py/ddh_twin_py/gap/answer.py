@@ -14,14 +14,18 @@ from ddh_twin_py.gap.direct_drive import STEP, DirectDrive
 from ddh_twin_py.gap.drive_places import course
 from ddh_twin_py.gap.effect import Effect
 from ddh_twin_py.gap.held_data import HeldData
+from ddh_twin_py.gap.hypotheses import WIDTH
 from ddh_twin_py.gap.lacking import Acting, chi_square_by_phase, lacks
 from ddh_twin_py.gap.refit import Refitted
 from ddh_twin_py.gap.search import Found
+from ddh_twin_py.gap.tolerance import without_parameters
+from ddh_twin_py.gap.unknown import Unknown, unknown_beside
 from ddh_twin_py.gap.verdict import Verdict, judge
 from ddh_twin_py.gap.words import sentence
 
 LISTED = 0.01
 """Probability from which an effect or a set is listed."""
+_PLACES_ALONE = 5
 _MOST = 12  # sets and effects listed
 
 
@@ -33,8 +37,12 @@ def diagnosis(model: DirectDrive, recordings, found: Found, theta: np.ndarray, e
         model, found: of the case. theta: parameters fitted to the commissioning recording (or, without one, to the field), (k,).
         effects: that were asked about. seconds: by stage so far.
     """
-    verdict = judge(model, found)
-    leader = found.fitted.get(verdict.leader) or found.fitted[()]
+    found = without_parameters(model, found)
+    leader = found.fitted.get(found.leader) or found.fitted[()]
+    unknown = unknown_beside(model, found, leader)
+    verdict = judge(found, unknown)
+    if verdict.word == "no_gap":
+        leader = found.fitted[()]
     acting = _acting(leader)
     held = HeldData.of(model)
     plain = theta if not all(model.altered) else found.fitted[()].theta
@@ -47,6 +55,8 @@ def diagnosis(model: DirectDrive, recordings, found: Found, theta: np.ndarray, e
     gap_before, gap_after = size.gap(before, floor), size.gap(after, floor)
     classes, confusable = classes_of(found.linearised, verdict.effects)
     places = _places(model, found, verdict)
+    if verdict.word == "unknown":
+        places = [*_unknown_places(model, found, unknown, leader), *(row for row in places if row.regime)]
     weighed = [_weighed(found, ids, p, held, floor, before) for ids, p in list(verdict.sets.items())[:_MOST] if p >= LISTED or ids == ()]
     first = signals[0]
     report = {
@@ -66,7 +76,7 @@ def diagnosis(model: DirectDrive, recordings, found: Found, theta: np.ndarray, e
     return Diagnosis(
         report=report, sentence=sentence(report), recordings=_paths(recordings),
         traces=held.traces(before_runs[0], after_runs[0], floor), axes=held.axes(leader.theta, acting),
-        lacking=places, alone=[], weighed=weighed, confusable=confusable, parameters=parameters, shapes=[],
+        lacking=places, alone=_alone(model, found), weighed=weighed, confusable=confusable, parameters=parameters, shapes=unknown.shapes,
         rig=model.rig_with(leader.theta, acting, spread, source), assumptions=_ASSUMPTIONS, seconds=dict(seconds))
 
 
@@ -187,6 +197,44 @@ def _places(model: DirectDrive, found: Found, verdict: Verdict) -> list[Lack]:
                            chi_square_by_phase(change, found.linearised.comparisons), std))
     total = sum(row.share for row in rows) or 1.0
     return lacks([Acting(r.effect, r.course, r.share / total, r.by_phase, r.relative) for r in rows])
+
+
+def _alone(model: DirectDrive, found: Found) -> list[Lack]:
+    """What each place would have to add by itself, any of its effects' ways taken as a free input, before one is believed."""
+    sums, columns = found.linearised.evidence.sums, found.linearised.columns
+    number, theta = model.altered.index(True), found.linearised.theta
+    precision = np.diagonal(sums.information) + WIDTH**-2
+    explained = sums.score**2 / precision
+    best: dict[str, int] = {}
+    for i in np.argsort(-explained):
+        if sums.score[i] > 0.0:
+            best.setdefault(columns[i].effect.component, int(i))
+    rows = []
+    for i in list(best.values())[:_PLACES_ALONE]:
+        column, departure = columns[i], float(sums.score[i] / precision[i])
+        x = column.effect.limit(departure * column.x)
+        if x == 0.0:
+            continue
+        without, acting = model.record(number, theta), model.record(number, theta, [(column.effect, column.law, x)])
+        change = [h * x / column.x for h in column.change]
+        rows.append(Acting(column.effect, course(column.effect, model.experiments[number], without, acting, STEP), float(explained[i]),
+                           chi_square_by_phase(change, found.linearised.comparisons), float(1.0 / (departure * np.sqrt(precision[i])))))
+    total = sum(row.share for row in rows) or 1.0
+    return lacks([Acting(r.effect, r.course, r.share / total, r.by_phase, r.relative) for r in rows])
+
+
+def _unknown_places(model: DirectDrive, found: Found, unknown: Unknown, leader: Refitted) -> list[Lack]:
+    """Where something acts that no listed effect explains, by the phases of its signals' chi-square."""
+    number = model.altered.index(True)
+    comparison = found.linearised.comparisons[number]
+    left = [np.zeros(c.size) for c in found.linearised.comparisons]
+    named = {form.signal for form in unknown.forms if form.gain > 0.0}
+    for block in comparison.blocks:
+        if block.signal in named:
+            left[number][block.rows] = comparison.residual(leader.predictions[number])[block.rows]
+    parts = chi_square_by_phase(left, found.linearised.comparisons)
+    return [Lack(unknown.component, unknown.domain, phase, "", unknown.size, 0.3 * unknown.size, unknown.unit, share)
+            for phase, share in parts.items()]
 
 
 def _place(row: Lack) -> dict:

@@ -23,8 +23,7 @@ from ddh_twin_py.telemetry.recording import Recording
 
 HELD_SHARE = 0.25
 """Last share of a field recording that takes no part where there is no validation recording."""
-NEIGHBOURHOOD = 20.0
-"""s after the used part that count nowhere."""
+_SWEEPS = 5  # of the first fit; the search goes on from there
 
 
 @dataclass(frozen=True)
@@ -68,7 +67,7 @@ def diagnose(recordings: Recordings, rig: Rig, without: Collection[str] = (), on
         return answer.insufficient(model, recordings, reason)
     with ThreadPoolExecutor(max_workers=threads) as pool:
         problem = Problem(commissioning or field, model.rig, model.paths, Discrepancy())
-        fit = problem.fit(pool, lambda done: told(0.3 * done))
+        fit = problem.fit(pool, lambda done: told(0.3 * done), sweeps=_SWEEPS)
         discrepancy = sized(problem.discrepancy, fit.allowances) if commissioning else problem.discrepancy
         lap("fit of the rig")
         slack = SLACK if commissioning else SLACK_WITHOUT_COMMISSIONING

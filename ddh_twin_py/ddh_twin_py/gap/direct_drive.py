@@ -12,8 +12,9 @@ from ddh_twin_py.estimation.calibration import Problem, offset_paths, uncertain_
 from ddh_twin_py.estimation.comparison import Comparison, Discrepancy
 from ddh_twin_py.estimation.experiment import Experiment
 from ddh_twin_py.gap.model import Acting
+from ddh_twin_py.physics.thermal_network import TANK
 from ddh_twin_py.rig import Rig
-from ddh_twin_py.rig.sheet import CUT, FIELD_OF_PATH
+from ddh_twin_py.rig.sheet import FIELD_OF_PATH
 
 STEP = 2.0e-3
 """s, hydraulic step of a diagnosis's runs."""
@@ -44,15 +45,15 @@ class DirectDrive:
 
     def within(self, theta: np.ndarray) -> np.ndarray:
         """Deviations (k,) within the cut of the tolerances and the laws of nature."""
-        return np.clip(theta, self.problem.lowest, CUT)
+        return np.clip(theta, self.problem.lowest, self.problem.highest)
 
-    def run(self, theta: np.ndarray, acting: Acting = (), step: float = STEP) -> list[dict[str, np.ndarray]]:
+    def run(self, theta: np.ndarray, acting: Acting = ()) -> list[dict[str, np.ndarray]]:
         """Free run of every recording."""
-        return [self.run_one(number, theta, acting, step) for number in range(len(self.experiments))]
+        return [self.run_one(number, theta, acting) for number in range(len(self.experiments))]
 
-    def run_one(self, number: int, theta: np.ndarray, acting: Acting = (), step: float = STEP) -> dict[str, np.ndarray]:
+    def run_one(self, number: int, theta: np.ndarray, acting: Acting = (), roughly: bool = False) -> dict[str, np.ndarray]:
         """Free run of one recording; effects act where it is altered."""
-        return self.experiments[number].predict(self.record(number, theta, acting), step)
+        return self.experiments[number].predict(self.record(number, theta, acting), _COARSE if roughly else STEP)
 
     def run_held(self, number: int, theta: np.ndarray, acting: Acting = (), step: float = STEP) -> dict[str, np.ndarray]:
         """Free run of a recording that took no part, effects acting."""
@@ -73,6 +74,17 @@ class DirectDrive:
                 effect.laws[law](record, departure)
         return record
 
+    def variables(self, comparisons: Sequence[Comparison], theta: np.ndarray, acting: Acting = ()) -> list[dict[str, np.ndarray]]:
+        """On what a discrepancy may depend, for every bin, by recording: ``oil temperature`` K and ``speed`` rad/s, (rows,)."""
+        out = []
+        for number, comparison in enumerate(comparisons):
+            points, temperatures = self.experiments[number].operating(self.record(number, theta, acting), _COARSE)
+            time = np.concatenate([block.binning.time for block in comparison.blocks])
+            axis = self.experiments[number].axis
+            out.append({"oil temperature": np.interp(time, axis, temperatures[:, TANK]),
+                        "speed": np.interp(time, axis, points["speed_absolute"])})
+        return out
+
     def rig_with(self, theta: np.ndarray, acting: Acting, spread: np.ndarray, source: str) -> Rig:
         """The rig with fitted parameters and effects written into its quantities.
 
@@ -91,18 +103,21 @@ class DirectDrive:
         named = ", ".join(effect.id for effect, _, _ in acting)
         return fitted.with_values(values, f"effect {named}, {source}") if values else fitted
 
-    def sensitivities(self, pool: ThreadPoolExecutor, theta: np.ndarray, comparisons: Sequence[Comparison], acting: Acting = (),
+    def sensitivities(self, pool: ThreadPoolExecutor, theta: np.ndarray, comparisons: Sequence[Comparison], numbers: Sequence[int],
                       progress: Callable[[float], None] | None = None) -> list[np.ndarray]:
-        """Differences of every recording's features by every deviation, (rows, k) each."""
-        base = [c.features(p) for c, p in zip(comparisons, self.run(theta, acting, _COARSE), strict=True)]
+        """Differences of features by every deviation, of the recordings ``numbers``, no effect acting, (rows, k) each."""
         steps = np.where(theta > 0.0, -_DIFFERENCE, _DIFFERENCE)
-        out = [np.empty((c.size, self.size)) for c in comparisons]
+
+        def features(at: np.ndarray) -> list[np.ndarray]:
+            return [comparisons[number].features(self.run_one(number, at, (), roughly=True)) for number in numbers]
 
         def column(i: int) -> list[np.ndarray]:
             moved = theta.copy()
             moved[i] += steps[i]
-            return [c.features(p) for c, p in zip(comparisons, self.run(moved, acting, _COARSE), strict=True)]
+            return features(moved)
 
+        base = features(theta)
+        out = [np.empty((comparisons[number].size, self.size)) for number in numbers]
         for i, moved in enumerate(pool.map(column, range(self.size))):
             for rows, m, b in zip(out, moved, base, strict=True):
                 rows[:, i] = (m - b) / steps[i]

@@ -88,16 +88,20 @@ class Linearised:
 
 
 def linearise(model: Model, effects: Sequence[Effect], theta: np.ndarray, discrepancy: Discrepancy, slack: float,
-              pool: ThreadPoolExecutor, progress: Callable[[float], None] | None = None) -> Linearised:
+              pool: ThreadPoolExecutor, progress: Callable[[float], None] | None = None, near: Linearised | None = None) -> Linearised:
     """Take all sensitivities at a place.
 
     Args:
         effects: that may act. theta: parameters, in deviations, (k,). progress: told the share done.
+        near: taken nearby: its sensitivities of recordings in which no effect acts are kept, and the sizes of its columns.
     """
     predictions = model.run(theta, ())
     comparisons = [Comparison(s, p, discrepancy) for s, p in zip(model.signals, predictions, strict=True)]
-    told = (lambda share: progress(0.6 * share)) if progress else None
-    sensitivities = model.sensitivities(pool, theta, comparisons, (), told)
-    told = (lambda share: progress(0.6 + 0.4 * share)) if progress else None
-    columns = columns_of(effects, model, theta, predictions, comparisons, pool, told)
+    numbers = [i for i, altered in enumerate(model.altered) if altered or near is None]
+    told = (lambda share: progress(0.5 * share)) if progress else None
+    fresh = dict(zip(numbers, model.sensitivities(pool, theta, comparisons, numbers, told), strict=True))
+    sensitivities = [fresh[i] if i in fresh else near.sensitivities[i] * (near.comparisons[i].spread / c.spread)[:, None]
+                     for i, c in enumerate(comparisons)]
+    told = (lambda share: progress(0.5 + 0.5 * share)) if progress else None
+    columns = columns_of(effects, model, theta, comparisons, pool, told, near.columns if near else ())
     return Linearised(model, theta, discrepancy, slack, predictions, comparisons, sensitivities, columns, len(effects))

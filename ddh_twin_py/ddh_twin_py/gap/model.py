@@ -35,11 +35,11 @@ class Model(Protocol):
         """Free run of every recording: signal to predictions at its samples."""
         ...
 
-    def run_one(self, number: int, theta: np.ndarray, acting: Acting) -> dict[str, np.ndarray]:
-        """The same of one recording."""
+    def run_one(self, number: int, theta: np.ndarray, acting: Acting, roughly: bool = False) -> dict[str, np.ndarray]:
+        """The same of one recording; ``roughly`` where only differences between two such runs matter."""
         ...
 
-    def sensitivities(self, pool: ThreadPoolExecutor, theta: np.ndarray, comparisons: Sequence, acting: Acting,
+    def sensitivities(self, pool: ThreadPoolExecutor, theta: np.ndarray, comparisons: Sequence, numbers: Sequence[int],
                       progress=None) -> list[np.ndarray]:
-        """Differences of every recording's features by every deviation, (rows, k) each."""
+        """Differences of features by every deviation, of the recordings ``numbers``, no effect acting, (rows, k) each."""
         ...

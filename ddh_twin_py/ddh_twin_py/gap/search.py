@@ -17,7 +17,7 @@ from ddh_twin_py.gap.linearised import Linearised, linearise
 from ddh_twin_py.gap.model import Model
 from ddh_twin_py.gap.refit import Refit, Refitted
 
-_PASSES = 3
+_PASSES = 2
 _LEADERS = 5  # sets fitted in full
 _FAR_BEHIND = 12.0  # log weight behind the best beyond which a set is not fitted in full
 _CLOSE = 3.0  # difference of log evidence between linear and full that needs no further pass
@@ -51,9 +51,10 @@ def search(model: Model, effects: Sequence[Effect], theta: np.ndarray, discrepan
         effects: that may act. discrepancy: what the model is forgiven. slack: see `hypotheses.SLACK`.
         progress: told the share done.
     """
+    linearised = None
     for number in range(_PASSES):
         told = (lambda share, n=number: progress((n + 0.8 * share) / _PASSES)) if progress else None
-        linearised = linearise(model, effects, theta, discrepancy, slack, pool, told)
+        linearised = linearise(model, effects, theta, discrepancy, slack, pool, told, linearised)
         weights = _weights(linearised)
         linearised = linearised.with_scatter(max(weights.values(), key=lambda w: w[0])[1])
         weights = _weights(linearised)

@@ -54,33 +54,36 @@ def rise_of(signals: Sequence[dict], with_effect: Sequence[dict], without: Seque
             if not np.isfinite(signal.noise) or signal.binning.count.size == 0:
                 continue
             used = signal.binning.bin >= 0
-            rise = float(np.sqrt(np.mean((changed[name] - base[name])[used] ** 2))) / signal.noise
+            with np.errstate(over="ignore"):  # a run that went astray is left out
+                rise = float(np.sqrt(np.mean((changed[name] - base[name])[used] ** 2))) / signal.noise
             if rise > worst:
                 worst, name_of_worst = rise, name
     return worst, name_of_worst
 
 
-def columns_of(effects: Sequence[Effect], model: Model, theta: np.ndarray, base: Sequence[dict[str, np.ndarray]],
-               comparisons: Sequence[Comparison], pool: ThreadPoolExecutor,
-               progress: Callable[[float], None] | None = None) -> list[Column]:
+def columns_of(effects: Sequence[Effect], model: Model, theta: np.ndarray, comparisons: Sequence[Comparison], pool: ThreadPoolExecutor,
+               progress: Callable[[float], None] | None = None, near: Sequence[Column] = ()) -> list[Column]:
     """Columns of all effects in every law and direction; those that move nothing are left out.
 
     Args:
-        model: of the rig. theta: parameters, in deviations, (k,). base: predictions there without any effect.
-        comparisons: of the recordings.
+        model: of the rig. theta: parameters, in deviations, (k,). comparisons: of the recordings.
+        near: columns taken nearby, whose departures are taken again.
     """
     altered = [i for i, acts in enumerate(model.altered) if acts]
-    signals, before = [model.signals[i] for i in altered], [base[i] for i in altered]
-    features = {i: comparisons[i].features(base[i]) for i in altered}
+    signals, base = [model.signals[i] for i in altered], [model.run_one(i, theta, (), roughly=True) for i in altered]
+    features = {i: comparisons[i].features(b) for i, b in zip(altered, base, strict=True)}
+    known = {(c.effect.id, c.law, np.sign(c.x)): c.x for c in near}
     tasks = [(effect, law, sign) for effect in effects for law in range(len(effect.laws)) for sign in effect.directions]
+    if near:
+        tasks = [task for task in tasks if (task[0].id, task[1], task[2]) in known]
 
     def column(task: tuple[Effect, int, float]) -> Column | None:
         effect, law, sign = task
-        x = effect.limit(sign * abs(effect.step))
+        x = known.get((effect.id, law, sign), effect.limit(sign * abs(effect.step)))
         for attempt in range(_ATTEMPTS):
-            predicted = [model.run_one(i, theta, [(effect, law, x)]) for i in altered]
-            rise, worst = rise_of(signals, predicted, before)
-            if not np.isfinite(rise) or 0.4 * TYPICAL <= rise <= 2.5 * TYPICAL or attempt == _ATTEMPTS - 1:
+            predicted = [model.run_one(i, theta, [(effect, law, x)], roughly=True) for i in altered]
+            rise, worst = rise_of(signals, predicted, base)
+            if near or not np.isfinite(rise) or 0.4 * TYPICAL <= rise <= 2.5 * TYPICAL or attempt == _ATTEMPTS - 1:
                 break
             factor = min(TYPICAL / max(rise, 1e-3), _FARTHEST ** (0.5 * (attempt + 1)))
             further = effect.limit(x * factor)

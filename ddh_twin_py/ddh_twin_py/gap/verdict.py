@@ -5,13 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from ddh_twin_py.gap.classes import classes_of, marginal
-from ddh_twin_py.gap.direct_drive import DirectDrive
 from ddh_twin_py.gap.search import Found
+from ddh_twin_py.gap.unknown import Unknown
 
 SURE = 0.7
 """Probability of a set, with what it cannot be told from, from which it is said to explain the gap."""
 LIKELY = 0.5
-"""Probability of no effect from which there is no gap."""
+"""Probability from which there is no gap, or from which its cause is unknown."""
+UNKNOWN = "unknown"
 
 
 @dataclass(frozen=True)
@@ -19,8 +20,8 @@ class Verdict:
     """A verdict.
 
     Attributes:
-        word: of the contract. leader: most probable set. sets: set to probability; ``("unknown",)`` is outside the catalogue.
-        effects: effect to marginal probability, largest first. unknown: what no listed effect explains, or None.
+        word: of the contract. leader: most probable set of listed effects. sets: set to probability; ``("unknown",)`` is
+            outside the catalogue. effects: effect to marginal probability, largest first. unknown: entry of the contract or None.
         notes: what qualifies it.
     """
 
@@ -32,11 +33,15 @@ class Verdict:
     notes: list[str] = field(default_factory=list)
 
 
-def judge(model: DirectDrive, found: Found) -> Verdict:
-    """Judge what a search found."""
-    sets = found.probability
-    effects = marginal_of(sets)
+def judge(found: Found, unknown: Unknown) -> Verdict:
+    """Judge what a search found and what is left beside it."""
     leader = found.leader
+    sets = {ids: (1.0 - unknown.probability) * p for ids, p in found.probability.items()}
+    sets[(UNKNOWN,)] = unknown.probability
+    sets = dict(sorted(sets.items(), key=lambda item: -item[1]))
+    effects = marginal_of(sets)
+    if unknown.probability >= LIKELY:
+        return Verdict("unknown", leader, sets, effects, unknown.entry())
     if sets.get((), 0.0) >= LIKELY:
         return Verdict("no_gap", (), sets, effects)
     together = _together(found, sets, effects, leader)

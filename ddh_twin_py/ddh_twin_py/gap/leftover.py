@@ -1,0 +1,112 @@
+"""What a hypothesis leaves behind: free-form discrepancies of single signals, and how much better they would do.
+
+Every signal may be off by any amount in lifting, lowering and rest, growing with the oil's warmth and with speed; a
+temperature by any slow curve. These columns know no physics. Under the right hypothesis they gain little beyond what the
+model is forgiven anyway; where an effect is in no catalogue, something is left that they take up.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ddh_twin_py.estimation.linear_gaussian import gain
+from ddh_twin_py.gap.hypotheses import WIDTH
+from ddh_twin_py.gap.lacking import PHASES
+from ddh_twin_py.gap.linearised import Linearised
+from ddh_twin_py.gap.refit import Refitted
+from ddh_twin_py.gap.sensitivity import TYPICAL
+
+
+@dataclass(frozen=True)
+class FreeForm:
+    """A free-form discrepancy of one signal.
+
+    Attributes:
+        signal: name. gain: log evidence that it adds. size: RMS of it, in multiples of the signal's noise.
+        depends_on: ``phase``, ``oil temperature``, ``speed``, ``time``, strongest first. phase: where it is largest.
+    """
+
+    signal: str
+    gain: float
+    size: float
+    depends_on: list[str]
+    phase: str
+
+
+def free_forms(linearised: Linearised, fitted: Refitted, variables: list[dict[str, np.ndarray]]) -> list[FreeForm]:
+    """Free-form discrepancies beside a hypothesis, largest gain first.
+
+    Args:
+        fitted: the hypothesis at its optimum. variables: by recording, for every bin of every block in order:
+            ``oil temperature`` K, ``speed`` rad/s, both (rows,).
+    """
+    comparisons, altered = linearised.comparisons, linearised.model.altered
+    own = list(fitted.columns)
+    lead = [np.column_stack([c.change[i] for c in own]) if own else np.zeros((k.size, 0)) for i, k in enumerate(comparisons)]
+    values = [c.residual(p) + j @ fitted.theta for c, p, j in zip(comparisons, fitted.predictions, linearised.sensitivities, strict=True)]
+    names = list(dict.fromkeys(b.signal for c, a in zip(comparisons, altered, strict=True) if a for b in c.blocks))
+    columns: list[list[np.ndarray]] = [[] for _ in comparisons]
+    groups: list[tuple[str, str, str]] = []
+    for name in names:
+        parts = [_of_signal(name, c, v if a else None) for c, v, a in zip(comparisons, variables, altered, strict=True)]
+        kinds = next(kinds for kinds, _ in parts if kinds)
+        for rows, (_, own_columns), comparison in zip(columns, parts, comparisons, strict=True):
+            rows.append(own_columns if own_columns is not None else np.zeros((comparison.size, len(kinds))))
+        groups += [(name, *kind) for kind in kinds]
+    everything = [np.hstack([front, *rows]) for front, rows in zip(lead, columns, strict=True)]
+    sums = linearised.basis.sums(everything, values)
+    k = len(own)
+    inner = np.linalg.inv(sums.information[:k, :k] + np.eye(k) / WIDTH**2) if k else np.zeros((0, 0))
+    cross = sums.information[:k, k:]
+    information = sums.information[k:, k:] - cross.T @ inner @ cross
+    score = sums.score[k:] - cross.T @ inner @ sums.score[:k]
+    out = []
+    for name in names:
+        index = np.array([i for i, group in enumerate(groups) if group[0] == name and information[i, i] > 1e-9])
+        if not index.size:
+            continue
+        log, estimate, _ = gain(information[np.ix_(index, index)], score[index], np.full(index.size, WIDTH))
+        each = {}
+        for i, value in zip(index, estimate, strict=True):
+            each.setdefault(groups[i][2], []).append(abs(float(value)))
+        phases = {groups[i][1]: abs(float(value)) for i, value in zip(index, estimate, strict=True) if groups[i][2] == "phase"}
+        order = sorted(each, key=lambda kind: -float(np.sqrt(np.mean(np.square(each[kind])))))
+        out.append(FreeForm(name, float(log), TYPICAL * float(np.sqrt(np.mean(estimate**2))), order,
+                            max(phases, key=phases.get) if phases else "all"))
+    return sorted(out, key=lambda form: -form.gain)
+
+
+def _of_signal(name: str, comparison, variables) -> tuple[list[tuple[str, str]], np.ndarray | None]:
+    """Kinds (phase, variable) and columns (rows, m) of one signal, each moving it by `TYPICAL` of its noise."""
+    block = next((b for b in comparison.blocks if b.signal == name), None)
+    if block is None or variables is None:
+        return [], None
+    noise = comparison.noise(name)
+    scale = TYPICAL * noise / block.spread
+    kinds, rows = [], []
+    time = block.binning.time
+    if name.startswith("temperature/"):
+        span = max(float(time[-1] - time[0]), 1.0) if time.size else 1.0
+        place = 2.0 * (time - time[0]) / span - 1.0 if time.size else time
+        for degree in range(4):
+            kinds.append(("all", "time" if degree else "phase"))
+            rows.append(np.polynomial.legendre.legval(place, [0.0] * degree + [1.0]))
+    else:
+        warmth, speed = (_centred(variables[key][block.rows]) for key in ("oil temperature", "speed"))
+        for index, phase in enumerate(PHASES[:3]):
+            here = (block.binning.phase == index).astype(float)
+            kinds += [(phase, "phase"), (phase, "oil temperature"), (phase, "speed")]
+            rows += [here, here * warmth, here * speed]
+        if name == "rod_position":
+            kinds, rows = [("all", "phase"), ("all", "oil temperature")], [np.ones(time.size), warmth]
+    out = np.zeros((comparison.size, len(kinds)))
+    out[block.rows] = np.column_stack(rows) * scale[:, None]
+    return kinds, out
+
+
+def _centred(values: np.ndarray) -> np.ndarray:
+    """Values brought to mean 0 and largest size 1."""
+    around = values - values.mean()
+    return around / max(float(np.abs(around).max(initial=0.0)), 1e-9)

@@ -1,0 +1,45 @@
+"""Without a commissioning recording, what lies within the sheet's tolerance is the rig's parameter and no effect."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from ddh_twin_py.gap.direct_drive import DirectDrive
+from ddh_twin_py.gap.refit import Refitted
+from ddh_twin_py.gap.search import Found
+from ddh_twin_py.rig.sheet import FIELD_OF_PATH
+
+BEYOND = 3.0
+"""Standard deviations of the sheet's tolerance from which a quantity that it gives counts as an effect."""
+
+
+def without_parameters(model: DirectDrive, found: Found) -> Found:
+    """The same with the probability of effects that stay within tolerance given to the sets without them."""
+    if not all(model.altered):
+        return found
+    probability: dict[tuple[str, ...], float] = {}
+    for ids, p in found.probability.items():
+        fitted = found.fitted.get(ids)
+        mere = within_tolerance(model, fitted) if fitted else set()
+        kept = tuple(name for name in ids if name not in mere)
+        probability[kept] = probability.get(kept, 0.0) + p
+    return replace(found, probability=dict(sorted(probability.items(), key=lambda item: -item[1])))
+
+
+def within_tolerance(model: DirectDrive, fitted: Refitted) -> set[str]:
+    """Effects of a hypothesis whose quantity stays within `BEYOND` deviations of the sheet's value."""
+    number = model.altered.index(True)
+    sheet = model.record(number, fitted.theta * 0.0)
+    plain = model.record(number, fitted.theta)
+    mere = set()
+    for column, x in zip(fitted.columns, fitted.x, strict=True):
+        acted = model.record(number, fitted.theta, [(column.effect, column.law, float(x))])
+        far = []
+        for path, field in FIELD_OF_PATH.items():
+            if acted[field][0] == plain[field][0]:
+                continue
+            std = model.rig.quantities[path].standard_deviation
+            far.append(abs(float(acted[field][0] - sheet[field][0])) / std if std > 0.0 and not path.startswith("measurement.") else None)
+        if far and None not in far and max(far) < BEYOND:
+            mere.add(column.effect.id)
+    return mere
