@@ -19,10 +19,11 @@ MOST = 4
 def beliefs(found: Found) -> list[tuple[Believed, float]]:
     """The leading sets with their probabilities, most probable first; at most `MOST`, each of at least `WORTH`."""
     leading = [(ids, p) for ids, p in found.probability.items() if p >= WORTH][:MOST]
-    return [(_belief(found, ids), p) for ids, p in leading]
+    return [(belief_in(found, ids), p) for ids, p in leading]
 
 
-def _belief(found: Found, ids: tuple[str, ...]) -> Believed:
+def belief_in(found: Found, ids: tuple[str, ...]) -> Believed:
+    """One set as the search left it."""
     fitted = found.fitted.get(ids)
     if fitted is None:
         return _by_the_linear_model(found.linearised, ids)

@@ -7,7 +7,7 @@ combinations of parameters that showed most there, and the best of them is then 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -26,7 +26,7 @@ JOINED, NO_EFFECT = " + ", "no effect"
 SETTLED = 0.95
 """Probability of the leading set from which nothing is left to tell apart."""
 _ENOUGH = 10.0  # log Bayes factor beyond which more is worth no more
-_DIRECTIONS = 14  # combinations of parameters by which tests are compared at first
+_DIRECTIONS = 10  # combinations of parameters by which tests are compared at first
 _NEGLIGIBLE = 0.02  # of the noise: what an unknown may move in the usual test without counting elsewhere
 _TOO_LITTLE = 0.1  # log Bayes factor below which no test is proposed
 
@@ -164,24 +164,29 @@ def _name(belief: Believed) -> str:
 
 def _looks(model: DirectDrive, found: Found, leader: Believed, rivals: Sequence[Believed], remaining: Remaining,
            told: Callable[[float], None]) -> list[_Look]:
-    """Every candidate, rehearsed and predicted under leader and rivals; the usual one first."""
+    """Every candidate predicted under leader and rivals; the usual one first."""
+    out = []
+    for done, trial, options in trials(model, found, leader):
+        of_leader, *of_rivals = [trial.features(b.theta, b.acting) for b in (leader, *rivals)]
+        of_slack = [trial.along(leader, remaining, remaining.move_of_slack(leader, r))[:, 0] for r in rivals]
+        differences = [of_leader - f + s for f, s in zip(of_rivals, of_slack, strict=True)]
+        out.append(_Look(trial, options, differences, [trial.of_departures(r) for r in rivals]))
+        told(done)
+    return out
+
+
+def trials(model: DirectDrive, found: Found, leader: Believed) -> Iterator[tuple[float, Trial, list[Option]]]:
+    """Every candidate rehearsed, with its options, and which share of them it completes; the usual one, with added sensors, first."""
     number = model.altered.index(True)
     experiment = model.experiments[number]
     sensors = tuple(experiment.sensors)
     pressures = any(name.startswith("pressure_") for name in experiment.signals)
     _, temperatures = experiment.operating(model.record(number, leader.theta, leader.acting), STEP)
     tests = candidate_tests(model.rig, round(float(experiment.payload), 1), float(np.mean(experiment.air)), temperatures[-1])
-    out = []
     for i, test in enumerate(tests):
         options = [Option(test, sensors, "")]
         if i == 0:
             options += [Option(test, (*sensors, name), name) for name in NODE_READ if name not in sensors]
         read = [name for name in NODE_READ if any(name in o.sensors for o in options)]
         recording = rehearse(model.rig, test.duty, LENGTH, read, pressures, test.start, "candidate test")
-        trial = Trial(model, found.linearised, Experiment(recording, model.rig))
-        of_leader, *of_rivals = [trial.features(b.theta, b.acting) for b in (leader, *rivals)]
-        of_slack = [trial.along(leader, remaining, remaining.move_of_slack(leader, r))[:, 0] for r in rivals]
-        differences = [of_leader - f + s for f, s in zip(of_rivals, of_slack, strict=True)]
-        out.append(_Look(trial, options, differences, [trial.of_departures(r) for r in rivals]))
-        told((i + 1) / len(tests))
-    return out
+        yield (i + 1) / len(tests), Trial(model, found.linearised, Experiment(recording, model.rig)), options

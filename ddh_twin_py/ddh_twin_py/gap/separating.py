@@ -99,6 +99,10 @@ class Trial:
 
     Args:
         model, linearised: of the recordings. experiment: the rehearsal.
+
+    Attributes:
+        experiment: the rehearsal. comparison: of it, None until `features` is first asked. added: zeros of sensors that
+            the recordings lack.
     """
 
     def __init__(self, model: DirectDrive, linearised: Linearised, experiment: Experiment) -> None:
@@ -108,7 +112,7 @@ class Trial:
         self.added = len(added)
         self._problem = Problem([experiment], rig, model.paths + added, linearised.discrepancy)
         self._discrepancy = linearised.discrepancy
-        self._comparison: Comparison | None = None
+        self.comparison: Comparison | None = None
         self._weighting: Weighting | None = None
 
     def features(self, theta: np.ndarray, acting: Acting) -> np.ndarray:
@@ -116,19 +120,23 @@ class Trial:
 
         The first that is asked about tells where signals are steep.
         """
+        predicted = self.experiment.predict(self.record(theta, acting), STEP)
+        if self.comparison is None:
+            self.comparison = Comparison(self.experiment.signals, predicted, self._discrepancy)
+            self._weighting = Weighting([self.comparison])
+        return self.comparison.features(predicted)
+
+    def record(self, theta: np.ndarray, acting: Acting) -> np.ndarray:
+        """Parameter record (1,) of the test; see `features`."""
         record = self._problem.record(0, np.concatenate([theta, np.zeros(self._problem.size - theta.size)]))
         for effect, law, departure in acting:
             effect.laws[law](record, departure)
-        predicted = self.experiment.predict(record, STEP)
-        if self._comparison is None:
-            self._comparison = Comparison(self.experiment.signals, predicted, self._discrepancy)
-            self._weighting = Weighting([self._comparison])
-        return self._comparison.features(predicted)
+        return record
 
     def rows(self, sensors: Sequence[str]) -> np.ndarray:
         """Which rows there are with these temperature sensors, (rows,)."""
-        kept = np.ones(self._comparison.size, dtype=bool)
-        for block in self._comparison.blocks:
+        kept = np.ones(self.comparison.size, dtype=bool)
+        for block in self.comparison.blocks:
             if block.signal.startswith("temperature/") and block.signal.split("/", 1)[1] not in sensors:
                 kept[block.rows] = False
         return kept
