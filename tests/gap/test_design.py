@@ -51,18 +51,18 @@ def test_a_larger_effect_gains_more_and_the_smallest_is_just_detected(linearised
 
 
 def test_the_expected_gain_is_the_one_that_a_recording_gives(rig, linearised):
-    gain = 1.03
-    changed = taken(rig, rehearsed(rig, rig.with_values({"measurement.current_gain": gain})), rehearsed(rig))
-    index = next(i for i, c in enumerate(linearised.columns) if c.effect.id == "drive.torque_estimate" and c.x > 0.0)
+    index = next(i for i, c in enumerate(linearised.columns) if c.effect.id == "pump_1.friction")
     column = linearised.columns[index]
-    # the rehearsal's recording knows no wrong gain: put it into what was measured
-    values = changed.values()
-    values[1] = values[1] + linearised.columns[index].change[1] * (gain - 1.0) / column.x
-    sums = linearised.basis.sums([rows[:, [index]] for rows in linearised.of_columns()], values)
-    expected = 0.5 * linearised.evidence.sums.information[index, index] * ((gain - 1.0) / column.x) ** 2
-    found = sums.score[0] ** 2 / (2.0 * sums.information[0, 0])
-    assert found == pytest.approx(expected, abs=5.0 * math.sqrt(2.0 * expected))
+    torque = SIZES["clear"] / column.rise * column.x
+    recorded = taken(rig, rehearsed(rig, rig.with_values({"pump_1.friction_added": torque})), rehearsed(rig))
+    sums = linearised.basis.sums([rows[:, [index]] for rows in linearised.of_columns()], recorded.values())
+    information = linearised.evidence.sums.information[index, index]
+    estimate = sums.score[0] / information * column.x
+    assert estimate == pytest.approx(torque, abs=5.0 * column.x / math.sqrt(information))
+    gain = 0.5 * sums.score[0] ** 2 / information
+    expected = 0.5 * information * (torque / column.x) ** 2
     assert expected > 5.0
+    assert gain == pytest.approx(expected, abs=5.0 * math.sqrt(2.0 * expected))
 
 
 def test_effects_are_told_apart_the_better_the_less_alike_they_are(linearised):

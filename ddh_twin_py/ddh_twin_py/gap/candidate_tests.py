@@ -42,7 +42,8 @@ class CandidateTest:
 
 
 def candidate_tests(rig: Rig, payload: float, ambient: float, warm: np.ndarray) -> list[CandidateTest]:
-    """Tests of `LENGTH` s; the first is the usual one. Those that the drive cannot hold are slower or left out.
+    """Tests of `LENGTH` s; the first is the usual one. Those that the drive cannot hold are slower or left out,
+    and none is left where it can hold none of them.
 
     Args:
         rig: as known. payload: declared, kg. ambient: K. warm: temperatures that the recorded duty ended with, K, (N,).
@@ -65,7 +66,7 @@ def candidate_tests(rig: Rig, payload: float, ambient: float, warm: np.ndarray) 
     ]
     if is_warm:
         wanted += [(payload, 500.0, 500.0, 2.0, _LOW, _HIGH, True), (payload, 500.0, 500.0, 60.0, _LOW, _HIGH, True)]
-    found: list[CandidateTest] = []
+    found: dict[str, CandidateTest] = {}
     for load, up, down, dwell, low, high, begun_warm in wanted:
         start = warm if begun_warm else cold
         loaded = rig.with_values({"load.payload_mass": load}, source="candidate test")
@@ -78,8 +79,8 @@ def candidate_tests(rig: Rig, payload: float, ambient: float, warm: np.ndarray) 
             Segment("dwell", 0.0, 0.0, dwell), Segment("lower", down * RAD_PER_S_OF_RPM, bottom, 60.0)), "candidate test")
         words = (f"{LENGTH / 60.0:g} min of lifting {load:g} kg at {up:g} rpm and lowering it at {down:g} rpm between {bottom:.2f} and "
                  f"{top:.2f} m, with {dwell:g} s of rest at each end, begun {_begun(start, ambient)}")
-        found.append(CandidateTest(duty, start if begun_warm else None, words))
-    return found
+        found.setdefault(words, CandidateTest(duty, start if begun_warm else None, words))
+    return list(found.values())
 
 
 def _begun(start: np.ndarray, ambient: float) -> str:

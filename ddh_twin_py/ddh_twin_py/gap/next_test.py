@@ -115,6 +115,8 @@ def choose(model: DirectDrive, found: Found, progress: Callable[[float], None] |
     weight = np.array([p for _, p in held[1:]]) / sum(p for _, p in held[1:])
     remaining = Remaining(found.linearised, [leader, *rivals])
     looks = _looks(model, found, leader, rivals, remaining, lambda share: told(0.25 * share))
+    if not looks:
+        return None
     usual, *others = looks
     every = usual.trial.sensitivities(leader, remaining)
     root = root_of(remaining, usual.trial.added)

@@ -42,7 +42,7 @@ def next_test_of_unknown(model: DirectDrive, found: Found, ids: tuple[str, ...],
     for done, trial, options in trials(model, found, belief):
         trial.features(belief.theta, belief.acting)
         values = _values(trial.experiment, trial.record(belief.theta, belief.acting), variable)
-        apart = _apart(trial, signal, size, np.clip((values - middle) / reach, -_FARTHEST, _FARTHEST))
+        apart = _apart(trial, trial.rows(options[0].sensors), signal, size, np.clip((values - middle) / reach, -_FARTHEST, _FARTHEST))
         if apart > best:
             best, description, seen = apart, options[0].words, (float(values.min()), float(values.max()))
         if progress:
@@ -69,8 +69,8 @@ def _range(model: DirectDrive, belief, variable: str) -> tuple[float, float]:
     return float(values.mean()), max(float(np.abs(values - values.mean()).max()), 1e-6)
 
 
-def _apart(trial: Trial, signal: str, size: float, share: np.ndarray) -> float:
-    """Expected log Bayes factor where the signal is off by ``size`` times ``share``, (n,), against any constant."""
+def _apart(trial: Trial, kept: np.ndarray, signal: str, size: float, share: np.ndarray) -> float:
+    """Expected log Bayes factor where the signal is off by ``size`` times ``share``, (n,), against any constant, on rows ``kept``."""
     block = next((b for b in trial.comparison.blocks if b.signal == signal), None)
     if block is None:
         return 0.0
@@ -78,7 +78,7 @@ def _apart(trial: Trial, signal: str, size: float, share: np.ndarray) -> float:
     one[block.rows] = trial.comparison.noise(signal) / block.spread
     off = one.copy()
     off[block.rows] *= size * np.interp(block.binning.time, trial.experiment.axis, share)
-    return trial.apart(off, 1e3 * one[:, None], np.ones(one.size, dtype=bool))
+    return trial.apart(off, 1e3 * one[:, None], kept)
 
 
 def _shown(variable: str, seen: tuple[float, float]) -> tuple[float, float, str]:
