@@ -22,7 +22,7 @@ def folder(tmp_path):
 
 def test_a_folder_gives_all_three(folder):
     case = case_of([folder])
-    assert case.field == [folder / "field"]
+    assert case.field == (folder / "field",)
     assert (case.commissioning, case.validation) == (folder / "commissioning", folder / "validation")
 
 
@@ -35,13 +35,21 @@ def test_what_is_named_stands_before_what_is_found(folder, tmp_path):
 def test_bags_one_by_one(tmp_path):
     a, b = bag(tmp_path / "a"), bag(tmp_path / "b")
     case = case_of([str(a), b])
-    assert case.field == [a, b] and case.commissioning is None and case.validation is None
+    assert case.field == (a, b) and case.commissioning is None and case.validation is None
 
 
 def test_a_folder_that_is_a_bag_is_one_whatever_it_holds(tmp_path):
     odd = bag(tmp_path / "odd")
     (odd / "field").mkdir()
-    assert case_of([odd]).field == [odd]
+    assert case_of([odd]).field == (odd,)
+
+
+def test_loose_files_beside_field_are_no_part_of_a_case_and_without_it_they_are_the_bag(folder, tmp_path):
+    (folder / "notes.mcap").write_bytes(b"")
+    assert case_of([folder]).field == (folder / "field",)
+    (tmp_path / "loose" / "validation").mkdir(parents=True)
+    (tmp_path / "loose" / "x.mcap").write_bytes(b"")
+    assert case_of([tmp_path / "loose"]).field == (tmp_path / "loose",)
 
 
 def test_a_case_without_field_says_what_it_holds(tmp_path):
@@ -67,3 +75,14 @@ def test_what_is_not_there_or_given_twice(folder, tmp_path):
         case_of([folder / "field", folder / "field" / ".." / "field"])
     with pytest.raises(BagError, match="are the same bag"):
         case_of([folder / "field"], validation=folder / "field")
+
+
+@pytest.mark.parametrize(("given", "words"), [
+    (([],), "field is []"),
+    (([""],), "none empty"),
+    ((["."], None, None, "/nowhere.yaml"), "rig file /nowhere.yaml does not exist"),
+])
+def test_nothing_given_and_no_rig(given, words):
+    with pytest.raises(BagError) as caught:
+        case_of(*given)
+    assert words in str(caught.value)

@@ -16,7 +16,7 @@ from support.made_diagnosis import KINDS, made_diagnosis
 @pytest.fixture
 def engine(monkeypatch):
     """The engine replaced by one that keeps what it was asked and answers with `answer`."""
-    module = types.ModuleType("ddh_twin_py.gap.diagnose")
+    module = types.ModuleType("ddh_twin_py.diagnosis.of_bags")
     module.asked, module.answer = [], made_diagnosis("explained", seconds=60.0)
 
     def diagnose(field, commissioning, validation, rig, without=(), only=(), progress=None):
@@ -27,7 +27,7 @@ def engine(monkeypatch):
         return module.answer
 
     module.diagnose = diagnose
-    monkeypatch.setitem(sys.modules, "ddh_twin_py.gap.diagnose", module)
+    monkeypatch.setitem(sys.modules, "ddh_twin_py.diagnosis.of_bags", module)
     return module
 
 
@@ -57,7 +57,7 @@ def test_a_case_folder_and_a_rig_reach_the_engine(engine, case, tmp_path):
     rig.write_text("rig_id: press_7\n")
     assert main(["gap", str(case), "--rig", str(rig), "--without", "load.mass", "--without", "pump_1.leakage", "--quiet"]) == 0
     ((field, commissioning, validation, given, without),) = engine.asked
-    assert (field, commissioning, validation) == ([case / "field"], case / "commissioning", None)
+    assert (field, commissioning, validation) == ((case / "field",), case / "commissioning", None)
     assert given.rig_id == "press_7" and without == ("load.mass", "pump_1.leakage")
 
 

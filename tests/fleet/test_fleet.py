@@ -13,6 +13,7 @@ import pytest
 from ddh_twin_py.bags.reader import read_recording
 from ddh_twin_py.bags.writer import write_recording
 from ddh_twin_py.cli.main import main
+from ddh_twin_py.diagnosis.process import Outcome
 from ddh_twin_py.fleet import run as fleet_run
 from ddh_twin_py.fleet.page import fleet_document, verdict
 from ddh_twin_py.fleet.parquet import write_parquet
@@ -20,7 +21,6 @@ from ddh_twin_py.fleet.recordings import FleetError, find_recordings
 from ddh_twin_py.fleet.results import Results
 from ddh_twin_py.fleet.row import COLUMNS, Row, as_csv, row_of
 from ddh_twin_py.fleet.run import Settings, run_fleet
-from ddh_twin_py.gap.diagnosis_process import Outcome
 
 FAKE = (sys.executable, str(Path(__file__).parents[1] / "support" / "fake_diagnosis.py"))
 

@@ -59,7 +59,7 @@ def test_asked_again(bench, engine):
 def test_crash_is_kept_with_its_reason(bench, engine):
     run_bench(bench, engine=engine[0], oracle=False)
     kept = json.loads(result_file(bench, "case_0002", "blind").read_text())
-    assert kept["error"] == "exit status 1: ValueError: this one breaks"
+    assert kept["error"] == "the diagnosis ended with exit code 1 and no report: ValueError: this one breaks"
     by_name = {a.name: a for a in answers_of(bench)}
     assert by_name["case_0002"].crashed and not by_name["case_0002"].right
     assert by_name["case_0001"].right and by_name["case_0001"].megabytes > 10.0

@@ -192,7 +192,7 @@ def test_the_action_diagnoses_cancels_refuses_and_leaves_nothing_behind(listener
         asked = json.loads(result.report)["asked"]
         assert asked["field"] == [str(tmp_path / "well" / "field")] and asked["nice"] == 10 and result.sentence.startswith("Pump 1")
 
-        for name, words in (("bad", "drive/telemetry: no message"), ("crash", "signal SIGKILL"), ("nowhere", "field: there is no ")):
+        for name, words in (("bad", "drive/telemetry: no message"), ("crash", "signal SIGKILL"), ("nowhere", "nowhere does not exist")):
             status, result = client.result(client.send(tmp_path / name))
             assert status == ABORTED and not result.success and words in result.message and result.report == ""
 

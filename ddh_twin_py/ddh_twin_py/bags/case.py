@@ -1,4 +1,4 @@
-"""A case: up to three bags of one rig, given one by one or as a folder that holds them."""
+"""A case: up to three bags of one rig, given one by one or as a folder that holds them, and perhaps the rig's file."""
 
 from __future__ import annotations
 
@@ -15,24 +15,28 @@ COMMISSIONING, FIELD, VALIDATION = "commissioning", "field", "validation"
 
 @dataclass(frozen=True)
 class Case:
-    """Bags of one rig; ``field`` has at least one, the others may be None."""
+    """Bags of one rig; ``field`` has at least one, the others may be None. ``rig``: its file, None is the reference sheet."""
 
-    field: list[Path]
+    field: tuple[Path, ...]
     commissioning: Path | None = None
     validation: Path | None = None
+    rig: Path | None = None
 
 
-def case_of(given: Sequence[str | Path], commissioning: str | Path | None = None, validation: str | Path | None = None) -> Case:
+def case_of(given: Sequence[str | Path], commissioning: str | Path | None = None, validation: str | Path | None = None,
+            rig: str | Path | None = None) -> Case:
     """The bags of a case.
 
     Args:
         given: field bags, or case folders whose ``commissioning``, ``field`` and ``validation`` are found by themselves.
-        commissioning, validation: bags; they stand before what a case folder holds.
+        commissioning, validation: bags; they stand before what a case folder holds. rig: file of the rig.
 
     Raises:
-        BagError: no such path, a case folder without ``field``, two case folders with a
-            commissioning or validation bag, or one bag given twice.
+        BagError: no field recording, no such path, a case folder without ``field``, two case folders
+            with a commissioning or validation bag, or one bag given twice.
     """
+    if not given or not all(str(p) for p in given):
+        raise BagError(f"{FIELD} is {[str(p) for p in given]}; allowed is one or more paths of bags or case folders, none empty")
     field: list[Path] = []
     found: dict[str, Path | None] = {
         COMMISSIONING: None if commissioning is None else _there(commissioning),
@@ -40,7 +44,7 @@ def case_of(given: Sequence[str | Path], commissioning: str | Path | None = None
     }
     told = {role for role, path in found.items() if path is not None}
     for path in (_there(p) for p in given):
-        if not _is_case(path):
+        if not is_case(path):
             field.append(path)
             continue
         if not (path / FIELD).exists():
@@ -54,7 +58,9 @@ def case_of(given: Sequence[str | Path], commissioning: str | Path | None = None
                 raise BagError(f"{path / role}: a second {role} bag beside {found[role]}; name the one to use with --{role}")
             found[role] = path / role
     _refuse_twice([*field, *(p for p in found.values() if p is not None)])
-    return Case(field, found[COMMISSIONING], found[VALIDATION])
+    if rig is not None and not Path(rig).is_file():
+        raise BagError(f"rig file {rig} does not exist")
+    return Case(tuple(field), found[COMMISSIONING], found[VALIDATION], None if rig is None else Path(rig))
 
 
 def _there(path: str | Path) -> Path:
@@ -64,11 +70,13 @@ def _there(path: str | Path) -> Path:
     return path
 
 
-def _is_case(path: Path) -> bool:
-    """A folder that is no bag itself and has one of the three folders."""
-    if not path.is_dir() or (path / METADATA).is_file() or any(p.suffix in SUFFIXES for p in path.iterdir()):
+def is_case(path: Path) -> bool:
+    """Whether a folder is no bag itself and has one of the three folders; loose bag files beside ``field`` are no part of it."""
+    if not path.is_dir() or (path / METADATA).is_file():
         return False
-    return any((path / role).is_dir() for role in (COMMISSIONING, FIELD, VALIDATION))
+    if (path / FIELD).is_dir():
+        return True
+    return any((path / role).is_dir() for role in (COMMISSIONING, VALIDATION)) and not any(p.suffix in SUFFIXES for p in path.iterdir())
 
 
 def _refuse_twice(paths: Sequence[Path]) -> None:

@@ -1,1 +1,1 @@
-"""A diagnosis from bags: the gap engine on files."""
+"""Diagnoses of bags: the gap engine on files, here or in a process of its own."""

@@ -44,6 +44,8 @@ INNER_SENSORS = ("motor_winding", "tank_oil")
 """Temperature sensors that do not lie on a surface."""
 SETTLING = 5.0
 """s at the beginning of a run that are left out of the fast signals: what moved before it began is not known."""
+NEIGHBOURHOOD = 20.0
+"""s after the used part of a recording that count neither here nor there; at most half of what is held out."""
 _REST = 0.5  # s of a standstill to either side over which positions are averaged
 _SURE = 3.0  # standard deviations of that mean, within which an end stop says better where the rod is
 _SLOW_BIN = 20.0  # s, of temperatures
@@ -58,7 +60,8 @@ class ExperimentError(ValueError):
 class Signal:
     """Samples of one signal: s since the start of the run, values in SI, noise of one sample, unit, bins.
 
-    ``start_std``: standard deviation of what a run's reading is off by at the start, in its unit.
+    ``start_std``: standard deviation of what a run's reading is off by at the start, in its unit. ``held_from``: s from
+    which samples count as held out.
     """
 
     time: np.ndarray
@@ -67,6 +70,7 @@ class Signal:
     unit: str
     binning: Binning
     start_std: float = 0.0
+    held_from: float = np.inf
 
 
 class Experiment:
@@ -164,7 +168,7 @@ class Experiment:
         """Take up a signal of which there is at least one number."""
         usable = np.isfinite(measured) & (time <= self.used_until)
         if usable.any():
-            self.signals[name] = Signal(time, measured, sensor.noise, sensor.unit, binning(time, usable))
+            self.signals[name] = Signal(time, measured, sensor.noise, sensor.unit, binning(time, usable), held_from=self.held_from)
 
     def _fast(self, time: np.ndarray, usable: np.ndarray) -> Binning:
         return by_cycle(self.cycle, time, usable, SETTLING)
@@ -187,6 +191,11 @@ class Experiment:
     def used_until(self) -> float:
         """s since the start of the run up to which samples are gathered into bins."""
         return self._used_share * self.duration
+
+    @property
+    def held_from(self) -> float:
+        """s since the start of the run from which samples are held out; between it and `used_until` they count nowhere."""
+        return self.used_until + min(NEIGHBOURHOOD, 0.5 * (self.duration - self.used_until))
 
     @property
     def duration(self) -> float:

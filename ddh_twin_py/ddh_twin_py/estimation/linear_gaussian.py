@@ -32,38 +32,11 @@ class Gram:
         return Gram(x.T @ x, x.T @ y, float(y @ y), y.size)
 
 
-class Marginal:
-    """The same sums with some unknowns integrated out.
-
-    Args:
-        gram: of all columns. nuisance: indices of the unknowns to integrate out, (k,).
-    """
-
-    def __init__(self, gram: Gram, nuisance: np.ndarray) -> None:
-        inner = gram.xx[np.ix_(nuisance, nuisance)] + np.eye(nuisance.size)
-        self._nuisance, self._gram = nuisance, gram
-        self._factor = cho_factor(inner, lower=True, check_finite=False)
-        self.log_determinant = 2.0 * float(np.sum(np.log(np.diagonal(self._factor[0]))))
-        self.solved_y = cho_solve(self._factor, gram.xy[nuisance], check_finite=False)
-        self.chi_square = gram.yy - float(gram.xy[nuisance] @ self.solved_y)
-        self.log_evidence = -0.5 * (self.chi_square + self.log_determinant)
-
-    def project(self, columns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """X'PX (k, k) and X'Py (k,) of other columns, P what is left after the nuisance."""
-        cross = self._gram.xx[np.ix_(self._nuisance, columns)]
-        solved = cho_solve(self._factor, cross, check_finite=False)
-        return self._gram.xx[np.ix_(columns, columns)] - cross.T @ solved, self._gram.xy[columns] - cross.T @ self.solved_y
-
-    def covariance(self) -> np.ndarray:
-        """Posterior covariance of the nuisance, (k, k)."""
-        return cho_solve(self._factor, np.eye(self._nuisance.size), check_finite=False)
-
-
 def gain(information: np.ndarray, score: np.ndarray, prior: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
     """What further unknowns add to the log evidence.
 
     Args:
-        information, score: X'PX (k, k) and X'Py (k,) of `Marginal.project`. prior: standard deviations, (k,).
+        information, score: X'PX (k, k) and X'Py (k,), P what is left after the other unknowns. prior: standard deviations, (k,).
 
     Returns:
         log evidence gained, estimate (k,), covariance (k, k), in the units of the columns.

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import io
 from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 
 from ddh_twin_py.fleet.recordings import FleetError
 from ddh_twin_py.fleet.row import COLUMNS, NUMBERS, Row
-from ddh_twin_py.rig.files import SUFFIX
+from ddh_twin_py.rig.files import write_whole
 
 
 def need_pyarrow() -> None:
@@ -30,11 +31,6 @@ def write_parquet(path: str | Path, rows: Sequence[Row]) -> None:
     types = {name: pyarrow.float64() if name in NUMBERS else pyarrow.string() for name in COLUMNS}
     types["begin"] = pyarrow.timestamp("s", tz="UTC")
     table = pyarrow.table({name: pyarrow.array(columns[name], types[name]) for name in COLUMNS})
-    path = Path(path)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    partial = path.with_name(path.name + SUFFIX)
-    try:
-        pyarrow.parquet.write_table(table, partial)
-        partial.replace(path)
-    finally:
-        partial.unlink(missing_ok=True)
+    content = io.BytesIO()
+    pyarrow.parquet.write_table(table, content)
+    write_whole(path, content.getvalue())

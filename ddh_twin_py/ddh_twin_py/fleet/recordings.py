@@ -7,8 +7,8 @@ import re
 from dataclasses import dataclass
 from pathlib import Path
 
+from ddh_twin_py.bags.case import FIELD, Case, case_of, is_case
 from ddh_twin_py.bags.folder import METADATA, SUFFIXES
-from ddh_twin_py.gap.case_folder import Case, case_of
 
 _ENDINGS = (*SUFFIXES, *(f"{suffix}.zstd" for suffix in SUFFIXES))
 _PART = re.compile(r"_\d+$")
@@ -29,7 +29,7 @@ class Found:
 def find_recordings(folder: str | Path, leave_out: Path | None = None, rig: Path | None = None) -> list[Found]:
     """Every recording below a folder, sorted by name.
 
-    A folder that holds field/ is one case, whatever else lies in it; a rosbag2 folder is one recording, as are .mcap and .db3
+    A folder that holds field/ and is no bag is one case, whatever else lies in it; a rosbag2 folder is one recording, as are .mcap and .db3
     files that belong to no bag. Hidden folders, and `leave_out`, are not looked into.
 
     Raises:
@@ -44,7 +44,7 @@ def find_recordings(folder: str | Path, leave_out: Path | None = None, rig: Path
         if leave_out is not None and path.resolve() == leave_out.resolve():
             folders.clear()
             continue
-        paths = [path] if (path / "field").is_dir() else _bags(path, files)
+        paths = [path] if is_case(path) and (path / FIELD).is_dir() else _bags(path, files)
         found += [Found(p.relative_to(folder).as_posix() if p != folder else folder.resolve().name, case_of([p], rig=rig)) for p in paths]
         if path in paths:
             folders.clear()

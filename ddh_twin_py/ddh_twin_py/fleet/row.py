@@ -8,9 +8,9 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass, fields
 from datetime import UTC, datetime
 
+from ddh_twin_py.bags.case import Case
 from ddh_twin_py.bags.reader import read_recording
-from ddh_twin_py.gap.case_folder import Case
-from ddh_twin_py.gap.diagnosis_process import Outcome
+from ddh_twin_py.diagnosis.process import Outcome
 
 
 @dataclass(frozen=True)

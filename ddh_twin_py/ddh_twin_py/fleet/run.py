@@ -8,10 +8,10 @@ from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass
 
 from ddh_twin_py.bags.errors import BagError
+from ddh_twin_py.diagnosis.process import COMMAND, DiagnosisProcess, Outcome
 from ddh_twin_py.fleet.recordings import FleetError, Found
 from ddh_twin_py.fleet.results import Results
 from ddh_twin_py.fleet.row import Row, facts, row_of
-from ddh_twin_py.gap.diagnosis_process import COMMAND, DiagnosisProcess, Outcome
 
 LONGEST = 3600.0
 """s after which the diagnosis of one recording is given up."""

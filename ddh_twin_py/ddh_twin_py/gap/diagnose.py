@@ -5,19 +5,18 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Collection, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
-
-import numpy as np
+from dataclasses import dataclass, replace
 
 from ddh_twin_py.estimation.calibration import Problem, sized
 from ddh_twin_py.estimation.comparison import Discrepancy
-from ddh_twin_py.estimation.experiment import Experiment, ExperimentError
+from ddh_twin_py.estimation.experiment import Experiment
 from ddh_twin_py.gap import answer
 from ddh_twin_py.gap.catalogue import EFFECTS
 from ddh_twin_py.gap.diagnosis import Diagnosis
 from ddh_twin_py.gap.direct_drive import DirectDrive
 from ddh_twin_py.gap.hypotheses import SLACK, SLACK_WITHOUT_COMMISSIONING
 from ddh_twin_py.gap.search import Found, search
+from ddh_twin_py.gap.suitability import no_answer, one_rig, refuse_unfit, unseen
 from ddh_twin_py.rig import Rig
 from ddh_twin_py.telemetry.recording import Recording
 
@@ -45,7 +44,7 @@ def diagnose(recordings: Recordings, rig: Rig, without: Collection[str] = (), on
         progress: told the share done. threads: free runs side by side.
 
     Raises:
-        ExperimentError: a recording that no free run can be compared with.
+        ExperimentError: a recording that no free run can be compared with, or recordings of several rigs.
     """
     started = time.perf_counter()
     seconds: dict[str, float] = {}
@@ -54,12 +53,14 @@ def diagnose(recordings: Recordings, rig: Rig, without: Collection[str] = (), on
         seconds[name] = time.perf_counter() - started - sum(seconds.values())
 
     told = progress or (lambda share: None)
+    one_rig([r for r in (recordings.commissioning, *recordings.field, recordings.validation) if r is not None])
     share = 1.0 if recordings.validation is not None else 1.0 - HELD_SHARE
     field = [Experiment(recording, rig, used=share) for recording in recordings.field]
     commissioning = [] if recordings.commissioning is None else [Experiment(recordings.commissioning, rig)]
     held = [] if recordings.validation is None else [Experiment(recordings.validation, rig)]
-    _same_rig([*commissioning, *field, *held])
-    reason = _nothing_to_ask(field)
+    for experiment, role in [*((e, "commissioning") for e in commissioning), *((e, "validation") for e in held)]:
+        refuse_unfit(experiment, role)
+    reason = no_answer(field, bool(held))
     model = DirectDrive(commissioning, field, rig, held)
     lap("reading")
     effects = [effect for name, effect in EFFECTS.items() if name not in without and (only is None or name in only)]
@@ -76,24 +77,5 @@ def diagnose(recordings: Recordings, rig: Rig, without: Collection[str] = (), on
         result = answer.diagnosis(model, recordings, found, fit.theta, effects, seconds)
     lap("answer")
     told(1.0)
-    return result
-
-
-def _same_rig(experiments: Sequence[Experiment]) -> None:
-    named = [e.recording for e in experiments if e.recording.rig is not None and e.recording.rig.rig_id]
-    for other in named[1:]:
-        if other.rig.rig_id != named[0].rig.rig_id:
-            raise ExperimentError(f"{other.path}: {other.namespace}/rig: rig_id is {other.rig.rig_id!r}, but {named[0].path} is of rig "
-                                  f"{named[0].rig.rig_id!r}; a case is of one rig")
-
-
-def _nothing_to_ask(field: Sequence[Experiment]) -> str:
-    """Why the recordings allow no answer, empty where they do."""
-    moving = sum(int(np.count_nonzero(e.phase_of_intervals() != 2)) * e.interval for e in field)
-    if not any(np.isfinite(e.recording.drive.column("speed_command")).any() for e in field):
-        return "there is no usable speed_command, and the free run is driven by it"
-    if moving < 10.0:
-        return f"the drive turns for {moving:.0f} s only; at least 10 s of motion are needed to tell effects apart"
-    if not any(name in e.signals for e in field for name in ("pressure_piston_side", "pressure_rod_side", "current")):
-        return "there is neither pressure nor current, by which forces and losses would be known"
-    return ""
+    report = {**result.report, "notes": [*result.report["notes"], *unseen(effects, found.linearised.columns)]}
+    return replace(result, report=report, seconds=seconds)

@@ -88,6 +88,9 @@ class DirectDrive:
     def rig_with(self, theta: np.ndarray, acting: Acting, spread: np.ndarray, source: str) -> Rig:
         """The rig with fitted parameters and effects written into its quantities.
 
+        The record of the first recording in which effects act is that of the rig; an added payload is in proportion to the
+        recording's own, see `Experiment.parameters`.
+
         Args:
             theta, spread: parameters and their standard deviations, in deviations, (k,). source: where the values come from.
         """
@@ -96,10 +99,11 @@ class DirectDrive:
             quantities[path] = replace(quantities[path], value=quantities[path].value + float(deviation * scale),
                                        std=float(std * scale), source=source)
         fitted = replace(self.rig, quantities=quantities)
-        plain, acted = fitted.parameters, fitted.parameters
-        for effect, law, departure in acting:
-            effect.laws[law](acted, departure)
+        number = self.altered.index(True)
+        plain, acted = self.record(number, theta), self.record(number, theta, acting)
         values = {path: float(acted[field][0]) for path, field in FIELD_OF_PATH.items() if acted[field][0] != plain[field][0]}
+        if "load.payload_mass" in values:
+            values["load.payload_mass"] *= float(fitted["load.payload_mass"] / plain["load_payload_mass"][0])
         named = ", ".join(effect.id for effect, _, _ in acting)
         return fitted.with_values(values, f"effect {named}, {source}") if values else fitted
 

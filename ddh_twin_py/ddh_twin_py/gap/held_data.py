@@ -13,9 +13,6 @@ from ddh_twin_py.gap.model import Acting
 from ddh_twin_py.gap.size import counted
 from ddh_twin_py.physics.thermal_network import TANK
 
-NEIGHBOURHOOD = 20.0
-"""s after the used part of a recording that count neither here nor there."""
-
 
 @dataclass(frozen=True)
 class HeldData:
@@ -34,8 +31,9 @@ class HeldData:
         if model.held:
             names = ", ".join(e.recording.path for e in model.held)
             return HeldData(model, f"{names} (validation, the whole of it)")
-        parts = [f"{e.recording.path} from {e.used_until + NEIGHBOURHOOD:.0f} s to its end at {e.duration:.0f} s" for e in _field(model)]
-        return HeldData(model, "; ".join(parts) + f" (the {NEIGHBOURHOOD:.0f} s before count nowhere)")
+        parts = [f"{e.recording.path} from {e.held_from:.0f} s to its end at {e.duration:.0f} s (the {e.held_from - e.used_until:.0f} s "
+                 "before count nowhere)" for e in _field(model)]
+        return HeldData(model, "; ".join(parts))
 
     def signals(self) -> list[Mapping]:
         """Signals by recording."""
@@ -45,8 +43,7 @@ class HeldData:
         """Which samples of a signal count."""
         if self.model.held:
             return counted
-        until = _field(self.model)[0].used_until + NEIGHBOURHOOD
-        return lambda signal: np.isfinite(signal.measured) & (signal.time > until)
+        return lambda signal: np.isfinite(signal.measured) & (signal.time > signal.held_from)
 
     def run(self, theta: np.ndarray, acting: Acting) -> list[dict[str, np.ndarray]]:
         """Free runs, by recording."""

@@ -7,17 +7,16 @@ in; where effects of the catalogue are hidden, the oracle that is told them, to 
 from __future__ import annotations
 
 import json
-import os
-import subprocess
-import sys
 import time
 from collections.abc import Callable
 from concurrent.futures import Executor, ThreadPoolExecutor, as_completed
 from importlib.util import find_spec
 from pathlib import Path
 
-import ddh_twin_py
-from ddh_twin_py.gap_bench.one_case import ENGINE
+from ddh_twin_py.bags.case import case_of
+from ddh_twin_py.bags.errors import BagError
+from ddh_twin_py.diagnosis.child import ENGINE
+from ddh_twin_py.diagnosis.process import DiagnosisProcess
 from ddh_twin_py.gap_bench.sealing import truth_of, verify
 from ddh_twin_py.rig.files import write_whole
 
@@ -66,21 +65,22 @@ def _ask(out: Path, name: str, question: str, truth: dict, engine: str, timeout:
     true = [e["effect"] for e in truth["effects"] if e["listed"]]
     target = result_file(out, name, question)
     target.parent.mkdir(parents=True, exist_ok=True)
-    command = [sys.executable, "-m", "ddh_twin_py.gap_bench.one_case", str(out / "cases" / name), str(target), "--engine", engine]
-    if question == "left_out":
-        command += ["--without", *left_out(true, out, name)]
-    elif question == "oracle":
-        command += ["--only", *true]
-    path = os.pathsep.join(filter(None, (str(Path(ddh_twin_py.__file__).resolve().parent.parent), os.environ.get("PYTHONPATH", ""))))
+    asked: dict = {"without": left_out(true, out, name)} if question == "left_out" else {"only": true} if question == "oracle" else {}
     started = time.perf_counter()
     try:
-        ended = subprocess.run(command, capture_output=True, text=True, timeout=timeout, env={**os.environ, "PYTHONPATH": path})
-        said = (ended.stderr.strip().splitlines() or ["nothing was said"])[-1]
-        error = None if ended.returncode == 0 and target.is_file() else f"exit status {ended.returncode}: {said}"
-    except subprocess.TimeoutExpired:
-        error = f"no answer within {timeout:g} s"
-    if error is not None:
+        case = case_of([out / "cases" / name])
+    except BagError as error:
+        write_whole(target, json.dumps({"error": str(error), "seconds": 0.0}))
+        return
+    process = DiagnosisProcess(case, engine=engine, **asked)
+    outcome = process.wait(timeout)
+    if outcome is None:
+        process.stop()
+    if outcome is None or outcome.error:
+        error = f"no answer within {timeout:g} s" if outcome is None else outcome.error
         write_whole(target, json.dumps({"error": error, "seconds": time.perf_counter() - started}))
+    else:
+        write_whole(target, json.dumps({"report": outcome.report, "seconds": outcome.seconds, "megabytes": outcome.megabytes}))
 
 
 def left_out(true: list[str], out: Path, name: str) -> list[str]:

@@ -9,8 +9,9 @@ from rclpy.action import ActionServer, CancelResponse
 from rclpy.action.server import ServerGoalHandle
 
 from ddh_msgs.action import DiagnoseGap
-from ddh_twin_py.gap.case_folder import CaseError, case_of
-from ddh_twin_py.gap.diagnosis_process import COMMAND, DiagnosisProcess, Outcome
+from ddh_twin_py.bags.case import case_of
+from ddh_twin_py.bags.errors import BagError
+from ddh_twin_py.diagnosis.process import COMMAND, DiagnosisProcess, Outcome
 from ddh_twin_py.nodes.health import Report
 from ddh_twin_py.nodes.node_base import TwinNode
 from ddh_twin_py.nodes.parameters import Parameter
@@ -19,7 +20,7 @@ DIAGNOSE_PARAMETERS = (
     Parameter("diagnosis_nice", 10, "How far the process of a diagnosis steps back behind others.", "1", 0, 19),
     Parameter(
         "diagnosis_command", ("",),
-        "Command that diagnoses in place of the project's own, with the protocol of gap/diagnosis_process.py; empty: the project's own.",
+        "Command that diagnoses in place of the project's own, with the protocol of diagnosis/process.py; empty: the project's own.",
     ),
 )  # fmt: skip
 _LOOK_PERIOD = 0.2  # s of wall time
@@ -53,8 +54,9 @@ class DiagnoseAction:
             return
         request = goal.request
         try:
-            case = case_of(list(request.field), request.commissioning, request.validation, request.rig or self._node.values["rig"])
-        except CaseError as error:
+            case = case_of(list(request.field), request.commissioning or None, request.validation or None,
+                           request.rig or self._node.values["rig"] or None)
+        except BagError as error:
             self._refuse(goal, str(error))
             return
         given = [word for word in self._node.values["diagnosis_command"] if word]

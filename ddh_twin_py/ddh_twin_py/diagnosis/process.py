@@ -1,13 +1,9 @@
-"""A diagnosis in a process of its own, which can be stopped, and whose crash is a result.
-
-`python -m ddh_twin_py.gap.diagnosis_process` reads one line of JSON from standard input: field, commissioning,
-validation, rig, nice. It answers on standard output in lines of JSON: {"done", "stage"} as it goes on, and at the
-end {"report", "sentence"} or {"error"}. It ends when its standard input does, so that no diagnosis outlives who asked.
-"""
+"""A diagnosis in a process of its own, which can be stopped, and whose crash is a result; see `child` for its protocol."""
 
 from __future__ import annotations
 
 import json
+import math
 import os
 import signal
 import subprocess
@@ -16,10 +12,12 @@ import tempfile
 import threading
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 
-from ddh_twin_py.gap.case_folder import Case
+import ddh_twin_py
+from ddh_twin_py.bags.case import Case
 
-COMMAND = (sys.executable, "-m", "ddh_twin_py.gap.diagnosis_process")
+COMMAND = (sys.executable, "-m", "ddh_twin_py.diagnosis.child")
 _PATIENCE = 3.0  # s between asking the process to end and ending it
 
 
@@ -27,13 +25,16 @@ _PATIENCE = 3.0  # s between asking the process to end and ending it
 class Outcome:
     """What came of it: `report` by the contract's schema and its `sentence`, or `error` in one line.
 
-    `answered`: the diagnosis said so itself; it neither crashed nor was stopped.
+    `answered`: the diagnosis said so itself; it neither crashed nor was stopped. `seconds` and `megabytes` (10^6 byte, the
+    most that was resident) are what a report took; NaN where they are not known.
     """
 
     report: dict = field(default_factory=dict)
     sentence: str = ""
     error: str = ""
     answered: bool = False
+    seconds: float = math.nan
+    megabytes: float = math.nan
 
 
 class DiagnosisProcess:
@@ -41,23 +42,28 @@ class DiagnosisProcess:
 
     Args:
         case: what to diagnose. nice: how much the process steps back behind others, 0 to 19.
-        command: what to run in place of the project's own; it must keep to the module's protocol.
+        command: what to run in place of the project's own; it must keep to the protocol of `child`.
+        without, only: effects that are not asked about, or alone asked about; None asks about all.
+        engine: ``module:function`` that diagnoses, '' is the project's own.
     """
 
-    def __init__(self, case: Case, nice: int = 0, command: Sequence[str] = COMMAND) -> None:
+    def __init__(self, case: Case, nice: int = 0, command: Sequence[str] = COMMAND, without: Sequence[str] = (),
+                 only: Sequence[str] | None = None, engine: str = "") -> None:
         self.case = case
         self.done, self.stage = 0.0, "starting"
         self.outcome: Outcome | None = None
         self._stopped = False
         self._errors = tempfile.TemporaryFile()  # a pipe could fill up and hold the process
         request = {
-            "field": [str(path) for path in case.field], "nice": nice,
+            "field": [str(path) for path in case.field], "nice": nice, "without": list(without),
+            "only": None if only is None else list(only), "engine": engine,
             **{name: str(path) if path else None for name, path in
                (("commissioning", case.commissioning), ("validation", case.validation), ("rig", case.rig))},
         }  # fmt: skip
         try:
             self._process = subprocess.Popen(
                 list(command), stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=self._errors, text=True, start_new_session=True,
+                env=_environment(),
             )
         except OSError as error:
             self.outcome = Outcome(error=f"{command[0]}: cannot be started: {error.strerror or error}")
@@ -126,49 +132,16 @@ class DiagnosisProcess:
             return Outcome(error=" ".join(str(told["error"]).split()), answered=True)
         if isinstance(told.get("report"), dict):
             self.done, self.stage = 1.0, "done"
-            return Outcome(told["report"], str(told.get("sentence", "")), answered=True)
+            took = {key: float(told[key]) for key in ("seconds", "megabytes") if told.get(key) is not None}
+            return Outcome(told["report"], str(told.get("sentence", "")), answered=True, **took)
         self._errors.seek(0)
         lines = self._errors.read().decode("utf-8", "replace").strip().splitlines()
         how = f"signal {signal.Signals(-code).name}" if code < 0 else f"exit code {code}"
         return Outcome(error=f"the diagnosis ended with {how} and no report" + (f": {lines[-1].strip()}" if lines else ""))
 
 
-def main() -> int:
-    """The process: 0 a report was made, 2 the input cannot be used."""
-    out = os.fdopen(os.dup(1), "w", encoding="utf-8")
-    os.dup2(2, 1)  # whatever else prints must not come between the answers
-
-    def tell(**message: object) -> None:
-        print(json.dumps(message, allow_nan=False), file=out, flush=True)
-
-    request = json.loads(sys.stdin.readline())
-    threading.Thread(target=_end_with_input, daemon=True).start()
-    os.nice(int(request.get("nice") or 0))
-    try:
-        diagnosis = _diagnose(request, lambda done, stage="": tell(done=float(done), stage=str(stage)))
-    except (ValueError, OSError) as error:
-        if not isinstance(error, OSError) and not type(error).__module__.startswith("ddh_twin_py."):
-            raise  # a fault of ours and not of the input
-        said = f"{error.filename}: {error.strerror}" if isinstance(error, OSError) and error.filename else str(error)
-        tell(error=" ".join(said.split()))
-        return 2
-    tell(report=diagnosis.report, sentence=diagnosis.sentence)
-    return 0
-
-
-def _diagnose(request: dict, progress):
-    from ddh_twin_py.gap.case_folder import case_of
-    from ddh_twin_py.gap.diagnose import diagnose
-    from ddh_twin_py.rig import load_rig
-
-    case = case_of(request["field"], request.get("commissioning"), request.get("validation"), request.get("rig"))
-    return diagnose(list(case.field), case.commissioning, case.validation, load_rig(case.rig), progress=progress)
-
-
-def _end_with_input() -> None:
-    sys.stdin.read()
-    os._exit(3)
-
-
-if __name__ == "__main__":
-    sys.exit(main())
+def _environment() -> dict[str, str]:
+    """Of the process: this installation, and BLAS on one thread, as its matrices are small and the free runs use the cores."""
+    here = str(Path(ddh_twin_py.__file__).resolve().parent.parent)
+    path = os.pathsep.join(filter(None, (here, os.environ.get("PYTHONPATH", ""))))
+    return {"OPENBLAS_NUM_THREADS": "1", **os.environ, "PYTHONPATH": path}

@@ -10,9 +10,10 @@ import types
 from pathlib import Path
 
 import pytest
-from ddh_twin_py.gap import diagnosis_process
-from ddh_twin_py.gap.case_folder import CaseError, case_of
-from ddh_twin_py.gap.diagnosis_process import DiagnosisProcess
+from ddh_twin_py.bags.case import case_of
+from ddh_twin_py.bags.errors import BagError
+from ddh_twin_py.diagnosis import child
+from ddh_twin_py.diagnosis.process import DiagnosisProcess
 
 FAKE = (sys.executable, str(Path(__file__).parents[1] / "support" / "fake_diagnosis.py"))
 
@@ -33,12 +34,13 @@ def until(condition, seconds=20.0):
 def test_a_report_comes_back_with_what_was_asked(tmp_path):
     for part in ("field", "validation"):
         (tmp_path / "case" / part).mkdir(parents=True)
-    process = DiagnosisProcess(case_of([tmp_path / "case"]), nice=3, command=FAKE)
+    process = DiagnosisProcess(case_of([tmp_path / "case"]), nice=3, command=FAKE, without=["load.mass"])
     outcome = process.wait(20.0)
     assert not outcome.error and outcome.sentence.startswith("Pump 1") and outcome.report["verdict"] == "explained"
     case = tmp_path / "case"
     assert outcome.report["asked"] == {
         "field": [str(case / "field")], "nice": 3, "commissioning": None, "validation": str(case / "validation"), "rig": None,
+        "without": ["load.mass"], "only": None, "engine": "",
     }  # fmt: skip
     assert (process.done, process.stage) == (1.0, "done")
 
@@ -75,7 +77,7 @@ def test_a_command_that_cannot_be_started(tmp_path):
 def test_no_process_outlives_a_parent_that_is_killed(tmp_path):
     (tmp_path / "slow").mkdir()
     code = (
-        "import sys, time; from ddh_twin_py.gap.case_folder import case_of; from ddh_twin_py.gap.diagnosis_process import *\n"
+        "import sys, time; from ddh_twin_py.bags.case import case_of; from ddh_twin_py.diagnosis.process import *\n"
         f"p = DiagnosisProcess(case_of([{str(tmp_path / 'slow')!r}]), command={FAKE!r})\n"
         "while p.done < 0.5: time.sleep(0.01)\n"
         "print(p.pid, flush=True); time.sleep(60)"
@@ -95,35 +97,31 @@ def test_no_process_outlives_a_parent_that_is_killed(tmp_path):
     until(gone)
 
 
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        (([],), "field: value is []"),
-        (([""],), "none empty"),
-        ((["/nowhere"],), "field: there is no /nowhere"),
-        ((["."], "/nowhere"), "commissioning: there is no /nowhere"),
-        ((["."], None, None, "/nowhere.yaml"), "rig: there is no /nowhere.yaml"),
-    ],
-)
-def test_a_case_that_is_none(arguments, words):
-    with pytest.raises(CaseError) as caught:
-        case_of(*arguments)
-    assert words in str(caught.value)
+def test_blas_has_one_thread_unless_told_otherwise_and_the_code_is_this_one(tmp_path, monkeypatch):
+    code = ("import json, os, ddh_twin_py; e = os.environ; "
+            "print(json.dumps({'report': {'threads': e['OPENBLAS_NUM_THREADS'], 'code': ddh_twin_py.__file__}}))")
+    monkeypatch.delenv("OPENBLAS_NUM_THREADS", raising=False)
+    monkeypatch.setenv("PYTHONPATH", "/nowhere")
+    report = DiagnosisProcess(case_of([tmp_path]), command=(sys.executable, "-c", code)).wait(20.0).report
+    assert report == {"threads": "1", "code": child.__file__.replace("diagnosis/child", "__init__")}
+    monkeypatch.setenv("OPENBLAS_NUM_THREADS", "3")
+    assert DiagnosisProcess(case_of([tmp_path]), command=(sys.executable, "-c", code)).wait(20.0).report["threads"] == "3"
 
 
 def run_main(monkeypatch, request, engine):
     """The process's own main with an engine in place of the real one; exit code and what it told."""
-    module = types.ModuleType("ddh_twin_py.gap.diagnose")
+    module = types.ModuleType("made_engine")
     module.diagnose = engine
-    monkeypatch.setitem(sys.modules, "ddh_twin_py.gap.diagnose", module)
-    monkeypatch.setattr(diagnosis_process, "_end_with_input", lambda: None)
+    monkeypatch.setitem(sys.modules, "made_engine", module)
+    monkeypatch.setattr(child, "_end_with_input", lambda: None)
+    request = {**request, "engine": "made_engine:diagnose"}
     monkeypatch.setattr(sys, "stdin", io.StringIO(json.dumps(request) + "\n"))
     read, write = os.pipe()
     kept = os.dup(1)
     os.dup2(write, 1)
     os.close(write)
     try:
-        code = diagnosis_process.main()
+        code = child.main()
     finally:
         os.dup2(kept, 1)
         os.close(kept)
@@ -134,24 +132,25 @@ def run_main(monkeypatch, request, engine):
 def test_the_process_calls_the_engine_and_tells_progress_and_report(monkeypatch, tmp_path):
     calls = []
 
-    def engine(field, commissioning, validation, rig, progress):
-        calls.append((field, commissioning, validation, rig["motor.torque_constant"]))
+    def engine(field, commissioning, validation, rig, without, only, progress):
+        calls.append((field, commissioning, validation, rig["motor.torque_constant"], without, only))
         progress(0.5)
         progress(0.75, "weighing")
         return types.SimpleNamespace(report={"verdict": "no_gap"}, sentence="No gap.")
 
-    (tmp_path / "new").mkdir()
-    code, told = run_main(monkeypatch, {"field": [str(tmp_path)], "commissioning": str(tmp_path / "new")}, engine)
-    assert code == 0 and calls == [([tmp_path], tmp_path / "new", None, 1.6)]
-    assert told == [  # fmt: skip
-        {"done": 0.5, "stage": ""}, {"done": 0.75, "stage": "weighing"},
-        {"report": {"verdict": "no_gap"}, "sentence": "No gap."},
-    ]
+    for name in ("old", "new"):
+        (tmp_path / name).mkdir()
+    asked = {"field": [str(tmp_path / "old")], "commissioning": str(tmp_path / "new"), "without": ["load.mass"], "only": None}
+    code, told = run_main(monkeypatch, asked, engine)
+    assert code == 0 and calls == [((tmp_path / "old",), tmp_path / "new", None, 1.6, ("load.mass",), None)]
+    assert told[:2] == [{"done": 0.5, "stage": ""}, {"done": 0.75, "stage": "weighing"}]
+    assert told[2].pop("seconds") >= 0.0 and told[2].pop("megabytes") > 1.0
+    assert told[2:] == [{"report": {"verdict": "no_gap"}, "sentence": "No gap."}]
 
 
 def test_the_process_tells_an_input_that_cannot_be_used_and_not_a_fault(monkeypatch, tmp_path):
     def refusing(*_, **__):
-        raise CaseError("field.mcap:\n drive/telemetry is empty")
+        raise BagError("field.mcap:\n drive/telemetry is empty")
 
     assert run_main(monkeypatch, {"field": [str(tmp_path)]}, refusing) == (2, [{"error": "field.mcap: drive/telemetry is empty"}])
 

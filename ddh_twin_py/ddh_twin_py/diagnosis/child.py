@@ -1,0 +1,74 @@
+"""The process of one diagnosis: `python -m ddh_twin_py.diagnosis.child`; see `process.DiagnosisProcess`.
+
+Reads one line of JSON from standard input: field, commissioning, validation, rig, without, only, engine, nice. Answers on
+standard output in lines of JSON: {"done", "stage"} as it goes on, and at the end {"report", "sentence", "seconds",
+"megabytes"} or {"error"}. It ends when its standard input does, so that no diagnosis outlives who asked.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+import threading
+import time
+from importlib import import_module
+from pathlib import Path
+
+ENGINE = "ddh_twin_py.diagnosis.of_bags:diagnose"
+"""``module:function`` that diagnoses, where the request names no other."""
+
+
+def peak_megabytes() -> float | None:
+    """Largest resident memory of this process so far, MB (10^6 byte); None where the system does not say."""
+    try:
+        for line in Path("/proc/self/status").read_text().splitlines():
+            if line.startswith("VmHWM:"):
+                return float(line.split()[1]) * 1024e-6
+    except OSError:
+        pass
+    return None
+
+
+def main() -> int:
+    """The process: 0 a report was made, 2 the input cannot be used."""
+    out = os.fdopen(os.dup(1), "w", encoding="utf-8")
+    os.dup2(2, 1)  # whatever else prints must not come between the answers
+
+    def tell(**message: object) -> None:
+        print(json.dumps(message, allow_nan=False), file=out, flush=True)
+
+    request = json.loads(sys.stdin.readline())
+    threading.Thread(target=_end_with_input, daemon=True).start()
+    os.nice(int(request.get("nice") or 0))
+    started = time.perf_counter()
+    try:
+        diagnosis = _diagnose(request, lambda done, stage="": tell(done=float(done), stage=str(stage)))
+    except (ValueError, OSError) as error:
+        if not isinstance(error, OSError) and not type(error).__module__.startswith("ddh_twin_py."):
+            raise  # a fault of ours and not of the input
+        said = f"{error.filename}: {error.strerror}" if isinstance(error, OSError) and error.filename else str(error)
+        tell(error=" ".join(said.split()))
+        return 2
+    tell(report=diagnosis.report, sentence=diagnosis.sentence, seconds=time.perf_counter() - started, megabytes=peak_megabytes())
+    return 0
+
+
+def _diagnose(request: dict, progress):
+    from ddh_twin_py.bags.case import case_of
+    from ddh_twin_py.rig import load_rig
+
+    module, _, name = (request.get("engine") or ENGINE).partition(":")
+    engine = getattr(import_module(module), name)
+    case = case_of(request["field"], request.get("commissioning"), request.get("validation"), request.get("rig"))
+    return engine(case.field, case.commissioning, case.validation, load_rig(case.rig), without=tuple(request.get("without") or ()),
+                  only=request.get("only"), progress=progress)
+
+
+def _end_with_input() -> None:
+    sys.stdin.read()
+    os._exit(3)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

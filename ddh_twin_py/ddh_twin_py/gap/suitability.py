@@ -1,0 +1,91 @@
+"""Whether recordings allow a diagnosis, and what they cannot tell whatever is found."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ddh_twin_py.estimation.binning import HOLDING
+from ddh_twin_py.estimation.experiment import Experiment, ExperimentError
+from ddh_twin_py.gap.effect import Effect
+from ddh_twin_py.gap.sensitivity import Column
+from ddh_twin_py.telemetry.recording import Recording
+from ddh_twin_py.telemetry.signals import DRIVE_TOPIC, HYDRAULIC_TOPIC
+
+MOTION = 10.0
+"""s of turning drive that are needed to tell effects apart."""
+HELD = 5.0
+"""s of a field recording's end that are needed to size the gap, where there is no validation recording."""
+_FORCES = ("pressure_piston_side", "pressure_rod_side", "current")
+
+
+def one_rig(recordings: Sequence[Recording]) -> None:
+    """Refuse recordings of several rigs.
+
+    Raises:
+        ExperimentError: two recordings announce different rig_id.
+    """
+    named = [r for r in recordings if r.rig is not None and r.rig.rig_id]
+    for other in named[1:]:
+        if other.rig.rig_id != named[0].rig.rig_id:
+            raise ExperimentError(f"{other.path}: {other.namespace}/rig: rig_id is {other.rig.rig_id!r}, but {named[0].path} is of rig "
+                                  f"{named[0].rig.rig_id!r}; a case is of one rig")
+
+
+def undriven(recording: Recording) -> str:
+    """What a free run over a recording lacks, in one line; empty where it lacks nothing."""
+    for topic, stream, column, why in (
+        (DRIVE_TOPIC, recording.drive, "speed_command", "is driven by it"),
+        (HYDRAULIC_TOPIC, recording.hydraulic, "rod_position", "starts from it"),
+    ):
+        if stream is None or not np.isfinite(stream.column(column)).any():
+            return f"{recording.path}: {recording.namespace}/{topic}: {column} has no usable value, and the free run {why}"
+    ambient = recording.temperatures.get("ambient")
+    if ambient is None or not np.isfinite(ambient.values[:, 0]).any():
+        return f"{recording.path}: {recording.namespace}/temperature/ambient: there is no usable value, and the free run is given it"
+    return ""
+
+
+def refuse_unfit(experiment: Experiment, role: str) -> None:
+    """Refuse a commissioning or validation recording that says nothing.
+
+    Raises:
+        ExperimentError: no free run can be made over it, or the drive hardly turns in it.
+    """
+    lacking = undriven(experiment.recording)
+    if not lacking and turning([experiment]) < MOTION:
+        lacking = f"{experiment.recording.path}: the drive turns for {turning([experiment]):.0f} s only, at least {MOTION:.0f} s are needed"
+    if lacking:
+        raise ExperimentError(f"{lacking}; leave this {role} recording out")
+
+
+def turning(experiments: Sequence[Experiment]) -> float:
+    """s in which the drive is told to turn, all recordings together."""
+    return sum(float(np.count_nonzero(e.phase_of_intervals() != HOLDING)) * e.interval for e in experiments)
+
+
+def no_answer(field: Sequence[Experiment], validated: bool) -> str:
+    """Why the field recordings allow no answer, empty where they do.
+
+    Args:
+        validated: whether a validation recording sizes the gap.
+    """
+    for experiment in field:
+        if lacking := undriven(experiment.recording):
+            return lacking
+    if (moving := turning(field)) < MOTION:
+        return f"the drive turns for {moving:.0f} s only; at least {MOTION:.0f} s of motion are needed to tell effects apart"
+    if not any(name in e.signals for e in field for name in _FORCES):
+        return "there is neither pressure nor current, by which forces and losses would be known"
+    longest = max(e.duration - e.held_from for e in field)
+    if not validated and longest < HELD:
+        return f"the recordings are too short to hold a part of them out: {longest:.0f} s of it would count, {HELD:.0f} s are needed"
+    return ""
+
+
+def unseen(effects: Sequence[Effect], columns: Sequence[Column]) -> list[str]:
+    """A note on effects that no signal would show at any size that is allowed; empty where there are none."""
+    seen = {column.effect.id for column in columns}
+    names = [effect.id for effect in effects if effect.id not in seen]
+    return [f"no signal of these recordings would show {', '.join(names)}; whether they act cannot be known"] if names else []

@@ -1,0 +1,50 @@
+"""Sums of a hypothesis with parameters and slack integrated out, against dense algebra."""
+
+import numpy as np
+import pytest
+from ddh_twin_py.estimation.weighting import Weighting
+from ddh_twin_py.gap.basis import Basis
+from support.made_comparison import comparisons, dense_allowances, split
+
+PARAMETERS, SLACK, COLUMNS = 4, 3, 2
+
+
+@pytest.fixture(scope="module")
+def case():
+    made = comparisons(3)
+    a = dense_allowances(made)
+    covariance = np.eye(a.shape[0]) + a @ a.T
+    rng = np.random.default_rng(4)
+    f, c, y = (rng.normal(size=(a.shape[0], k)) for k in (PARAMETERS + SLACK, COLUMNS, 1))
+    y = y[:, 0] + c @ [2.0, -1.0]
+    basis = Basis(Weighting(made), split(made, f[:, :PARAMETERS]), split(made, f[:, PARAMETERS:]))
+    return basis, made, np.linalg.inv(covariance), f, c, y
+
+
+def test_sums_are_those_of_the_marginal_gaussian(case):
+    basis, made, p, f, c, y = case
+    sums = basis.sums(split(made, c), split(made, y))
+    marginal = np.linalg.inv(np.linalg.inv(p) + f @ f.T)
+    np.testing.assert_allclose(sums.information, c.T @ marginal @ c, atol=1e-8)
+    np.testing.assert_allclose(sums.score, c.T @ marginal @ y, atol=1e-8)
+    assert sums.chi_square == pytest.approx(y @ marginal @ y, abs=1e-8)
+
+
+def test_shared_unknowns_are_the_posterior_mean(case):
+    basis, made, p, f, c, y = case
+    x = np.array([1.5, -0.5])
+    expected = np.linalg.solve(f.T @ p @ f + np.eye(f.shape[1]), f.T @ p @ (y - c @ x))
+    np.testing.assert_allclose(basis.shared(split(made, c), split(made, y), x), expected, atol=1e-9)
+    np.testing.assert_allclose(basis.covariance(), np.linalg.inv(f.T @ p @ f + np.eye(f.shape[1]))[:PARAMETERS, :PARAMETERS], atol=1e-10)
+
+
+def test_misfit_integrates_the_slack_but_not_the_parameters(case):
+    basis, made, p, f, _, y = case
+    slack = f[:, PARAMETERS:]
+    assert basis.misfit(split(made, y)) == pytest.approx(y @ np.linalg.inv(np.linalg.inv(p) + slack @ slack.T) @ y, abs=1e-8)
+
+
+def test_no_columns_at_all(case):
+    basis, made, _, f, _, y = case
+    sums = basis.sums(split(made, np.zeros((y.size, 0))), split(made, y))
+    assert sums.information.shape == (0, 0) and sums.score.shape == (0,) and sums.chi_square > 0.0

@@ -1,0 +1,131 @@
+"""The direct driven unit as the diagnosis sees it, and what is held out of its recordings."""
+
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+import pytest
+from ddh_twin_py.estimation.comparison import Comparison, Discrepancy
+from ddh_twin_py.estimation.experiment import Experiment
+from ddh_twin_py.gap.catalogue import EFFECTS
+from ddh_twin_py.gap.direct_drive import DirectDrive
+from ddh_twin_py.gap.held_data import HeldData
+from ddh_twin_py.rig import load_rig
+from ddh_twin_py.rig.writer import write_rig
+from support.simulated import simulated
+
+LEAK, OFFSET = EFFECTS["pump_1.leakage"], EFFECTS["sensor.pressure_rod_side_offset"]
+CUT = 5.0  # of a deviation, beyond which nothing may go
+
+
+@pytest.fixture(scope="module")
+def recording():
+    return simulated(1, "mixed", 120.0)[0]
+
+
+@pytest.fixture(scope="module")
+def model(recording):
+    """A commissioning recording and two field recordings of unlike length."""
+    sheet = load_rig()
+    new = Experiment(recording.between(0.0, 30.0), sheet)
+    field = [Experiment(recording, sheet, used=0.75), Experiment(recording.between(0.0, 60.0), sheet, used=0.75)]
+    return DirectDrive([new], field, sheet)
+
+
+def test_within_keeps_tolerances_and_laws(model):
+    wild = model.within(np.full(model.size, 100.0))
+    assert (wild <= CUT).all() and (model.within(-wild * 100.0) >= -CUT).all()
+    inside = np.linspace(-0.1, 0.1, model.size)
+    np.testing.assert_array_equal(model.within(inside), inside)
+    for number in range(3):
+        record = model.record(number, model.within(np.full(model.size, -100.0)))
+        assert all(record[f"{part}_leakage"][0] >= 0.0 for part in ("pump_1", "pump_2") if f"{part}_leakage" in record.dtype.names)
+
+
+def test_effects_act_in_the_field_and_not_in_commissioning(model):
+    theta, acting = np.full(model.size, 0.3), [(LEAK, 0, 1.0), (OFFSET, 0, 2e5)]
+    assert model.altered == [False, True, True]
+    assert model.record(0, theta, acting) == model.record(0, theta)
+    for number in (1, 2):
+        assert model.record(number, theta, acting)["measurement_pressure_rod_side_offset"][0] == pytest.approx(
+            2e5 + model.record(number, theta)["measurement_pressure_rod_side_offset"][0])
+    without, with_it = model.run(theta), model.run(theta, [(OFFSET, 0, 2e5)])
+    np.testing.assert_array_equal(without[0]["pressure_rod_side"], with_it[0]["pressure_rod_side"])
+    change = (with_it[1]["pressure_rod_side"] - without[1]["pressure_rod_side"])[model.signals[1]["pressure_rod_side"].binning.bin >= 0]
+    assert np.median(change) == pytest.approx(2e5, rel=0.02)
+
+
+def test_sensitivities_are_those_of_the_run(model):
+    theta = np.zeros(model.size)
+    base = model.run_one(2, theta, (), roughly=True)
+    comparisons = [Comparison(s, p, Discrepancy()) for s, p in zip(model.signals, model.run(theta), strict=True)]
+    with ThreadPoolExecutor(1) as pool:
+        (rows,) = model.sensitivities(pool, theta, comparisons, [2])
+    i = model.paths.index("measurement.pressure_piston_side_offset")
+    moved = theta.copy()
+    moved[i] = 1.0
+    change = comparisons[2].features(model.run_one(2, moved, (), roughly=True)) - comparisons[2].features(base)
+    pressure = next(b.rows for b in comparisons[2].blocks if b.signal == "pressure_piston_side")
+    np.testing.assert_allclose(rows[pressure, i], change[pressure], rtol=0.02)
+    assert np.isfinite(rows).all()
+
+
+@pytest.mark.parametrize("name", EFFECTS)
+def test_a_rig_file_with_the_effect_gives_the_same_record(name, model, tmp_path):
+    """What -o writes is the twin that the diagnosis found, whichever program reads it."""
+    effect = EFFECTS[name]
+    theta, spread = model.within(np.linspace(-0.5, 0.5, model.size)), np.full(model.size, 0.2)
+    for law in range(len(effect.laws)):
+        acting = [(effect, law, effect.limit(effect.directions[0] * abs(effect.step)))]
+        rig = model.rig_with(theta, acting, spread, "fitted to a test")
+        read = load_rig(write_rig(tmp_path / f"{law}.yaml", rig))
+        expected, found = model.record(1, theta, acting), model.experiments[1].parameters(read)
+        apart = {f: (expected[f][0], found[f][0]) for f in expected.dtype.names
+                 if not np.allclose(expected[f], found[f], rtol=1e-9, atol=0.0, equal_nan=True)}
+        assert not apart, (name, law, apart)
+        assert any(expected[f][0] != model.record(1, theta)[f][0] for f in expected.dtype.names)
+
+
+def test_fitted_parameters_carry_their_spread_and_source(model):
+    rig = model.rig_with(np.full(model.size, 0.1), [], np.full(model.size, 0.2), "fitted to a test")
+    path = next(p for p in model.paths if not p.startswith("measurement."))
+    scale = model.problem.scale[model.paths.index(path)]
+    quantity = rig.quantities[path]
+    assert quantity.value == pytest.approx(model.rig[path] + 0.1 * scale) and quantity.std == pytest.approx(0.2 * scale)
+    assert quantity.source == "fitted to a test"
+
+
+def test_held_out_samples_lie_behind_those_that_are_used_in_each_recording(model):
+    held = HeldData.of(model)
+    mask = held.mask()
+    for experiment in model.experiments[1:]:
+        for signal in experiment.signals.values():
+            used, counts = signal.binning.bin >= 0, mask(signal)
+            assert not (used & counts).any()
+            assert not counts.any() or signal.time[counts].min() > experiment.held_from
+            assert not used.any() or signal.time[used].max() <= experiment.used_until
+        assert mask(experiment.signals["speed"]).any()
+        assert experiment.used_until < experiment.held_from < experiment.duration
+        assert f"from {experiment.held_from:.0f} s to its end at {experiment.duration:.0f} s" in held.words
+
+
+def test_held_runs_are_those_of_the_field(model):
+    held, theta = HeldData.of(model), np.zeros(model.size)
+    runs = held.run(theta, [(OFFSET, 0, 1e5)])
+    assert len(runs) == len(held.signals()) == 2
+    traces = held.traces(runs[0], runs[0], dict.fromkeys(held.signals()[0], 1.6))
+    for trace in traces.values():
+        assert (np.diff(trace.time) >= 0.0).all() and trace.time.size == trace.measured.size
+    assert set(held.axes(theta, [])) >= {"speed, rad/s", "tank oil temperature, K"}
+
+
+def test_a_validation_recording_is_held_whole(recording):
+    sheet = load_rig()
+    model = DirectDrive([], [Experiment(recording, sheet)], sheet, [Experiment(recording.between(0.0, 40.0), sheet)])
+    held = HeldData.of(model)
+    (signals,) = held.signals()
+    assert "(validation, the whole of it)" in held.words
+    for signal in signals.values():
+        np.testing.assert_array_equal(held.mask()(signal), signal.binning.bin >= 0)
+    (run,) = held.run(np.zeros(model.size), [(OFFSET, 0, 1e5)])
+    (plain,) = held.run(np.zeros(model.size), [])
+    assert not np.array_equal(run["pressure_rod_side"], plain["pressure_rod_side"])

@@ -1,0 +1,64 @@
+"""The search on a rig that is not the direct driven unit: all it needs of a rig is the protocol `gap.model.Model`."""
+
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+import pytest
+from ddh_twin_py.estimation.comparison import Discrepancy
+from ddh_twin_py.gap.hypotheses import SLACK
+from ddh_twin_py.gap.search import search
+from support.first_order import DEVIATION, EFFECTS, FirstOrder
+
+TRUE = np.array([1.0, -0.8, 0.5])
+
+
+def found(model, effects=EFFECTS, progress=None):
+    with ThreadPoolExecutor(2) as pool:
+        return search(model, effects, np.zeros(3), Discrepancy(), SLACK, pool, progress)
+
+
+@pytest.mark.parametrize("index, departure", [(0, 0.15), (0, -0.15), (1, 0.4), (2, 0.12), (2, -0.12)])
+def test_the_effect_that_acts_is_found_with_its_size(index, departure):
+    result = found(FirstOrder(TRUE, [(EFFECTS[index], 0, departure)], seed=index))
+    assert result.leader == (EFFECTS[index].id,) and result.probability[result.leader] > 0.8
+    fitted = result.fitted[result.leader]
+    std = float(np.sqrt(fitted.covariance[0, 0]))
+    assert abs(fitted.x[0] - departure) < 3.0 * std and std < 0.3 * abs(departure)
+    assert np.abs((fitted.theta - TRUE) * DEVIATION).max() < 0.05
+    assert fitted.chi_square < result.fitted[()].chi_square
+
+
+def test_two_effects_at_once():
+    result = found(FirstOrder(TRUE, [(EFFECTS[1], 0, 0.5), (EFFECTS[2], 0, 0.15)], seed=5))
+    assert result.leader == ("meter.offset", "valve.lag")
+    assert result.fitted[result.leader].effects == result.leader
+
+
+def test_none_is_none():
+    assert [found(FirstOrder(TRUE, seed=seed)).leader for seed in range(4)] == [()] * 4
+
+
+def test_one_that_is_not_asked_about_is_not_named():
+    """The true effect left out: no other one is told with the certainty that the true one has."""
+    model = FirstOrder(TRUE, [(EFFECTS[2], 0, 0.12)], seed=2)
+    with_it, without = found(model), found(model, EFFECTS[:2])
+    assert all("meter.offset" not in ids for ids in without.probability)
+    best = without.fitted[without.leader]
+    assert best.log_evidence < with_it.fitted[with_it.leader].log_evidence - 5.0
+
+
+def test_nothing_to_ask_about():
+    result = found(FirstOrder(TRUE, seed=1), [])
+    assert result.probability == {(): 1.0} and list(result.fitted) == [()]
+
+
+def test_probabilities_sum_to_one_and_progress_ends_at_one():
+    shares = []
+    result = found(FirstOrder(TRUE, [(EFFECTS[0], 0, 0.15)]), progress=shares.append)
+    assert sum(result.probability.values()) == pytest.approx(1.0) and () in result.probability
+    assert shares[-1] == 1.0 and min(shares) >= 0.0 and max(shares) <= 1.0
+
+
+def test_the_same_recordings_twice_give_the_same_answer():
+    model = FirstOrder(TRUE, [(EFFECTS[1], 0, 0.4)], seed=3)
+    assert found(model).probability == found(model).probability
