@@ -10,7 +10,8 @@ from ddh_twin_py.cli import main as cli
 from ddh_twin_py.cli.main import main
 from ddh_twin_py.rig.files import write_whole
 
-VERBS = ("replay", "calibrate", "info", "simulate", "bench", "verify", "demo", "up", "motor", "paper", "study", "gap", "fleet", "gap-bench")
+VERBS = ("replay", "calibrate", "info", "simulate", "bench", "verify", "demo", "up", "motor", "paper", "study", "gap",
+         "gap-design", "fleet", "gap-bench")
 
 
 def failure(capsys, *argv: str) -> str:

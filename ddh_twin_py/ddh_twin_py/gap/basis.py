@@ -73,6 +73,15 @@ class Basis:
         """Posterior covariance of the parameters, (k, k), no effect acting."""
         return cho_solve(self._factor, np.eye(self.size), check_finite=False)[: self.parameters, : self.parameters]
 
+    def joint_covariance(self) -> np.ndarray:
+        """The same of parameters and slack, (size, size)."""
+        return cho_solve(self._factor, np.eye(self.size), check_finite=False)
+
+    def slack(self, residual: Rows) -> np.ndarray:
+        """Estimate of the slack, in its standard deviations, (m,), where residuals, by recording, (rows,), are left."""
+        cross = self.weighting.products(self.columns, [r[:, None] for r in residual])[self.parameters :, 0]
+        return cho_solve(self._slack, cross, check_finite=False)
+
     def misfit(self, residual: Rows) -> float:
         """Chi-square of residuals with the slack, but not the parameters, integrated out."""
         weighted = [self.power * w for w in self.weighting.applied([r[:, None] for r in residual])]

@@ -188,5 +188,5 @@ def _wrapped(table: doc.Html) -> doc.Html:
 
 
 def between(effects: Sequence[str]) -> str:
-    """Effects that a test tells apart, in words."""
-    return " from ".join(effect_name(e) for e in effects)
+    """Effects or sets of them (joined by ` + `) that a test tells apart, in words."""
+    return " from ".join(" and ".join(effect_name(e) for e in one.split(" + ")) for one in effects)

@@ -10,7 +10,16 @@ from ddh_twin_py.report.document import Html
 
 CIVIDIS = ("#00224e", "#35456c", "#666970", "#948e77", "#c8b866", "#fee838")
 """Dark to light, read alike with and without colour vision (Nunez et al. 2018)."""
-_CELL, _ROW, _LEFT, _TOP, _BOTTOM = 66, 34, 92, 8, 44
+_TOP, _BOTTOM = 8, 44
+
+
+@dataclass(frozen=True)
+class Grid:
+    """Sizes in pixels: width and height of a cell, room for the names of the rows."""
+
+    cell: int = 66
+    row: int = 34
+    left: int = 92
 
 
 @dataclass(frozen=True)
@@ -23,32 +32,33 @@ class Cell:
     group: str
 
 
-def heatmap(columns: Sequence[str], rows: Sequence[str], cells: Sequence[Sequence[Cell]], x_title: str, caption: str) -> Html:
+def heatmap(columns: Sequence[str], rows: Sequence[str], cells: Sequence[Sequence[Cell]], x_title: str, caption: str,
+            grid: Grid = Grid()) -> Html:
     """A figure: one cell per row and column, a line between neighbours of different groups.
 
     Args:
-        columns, rows: names along the axes. cells: by row, then column.
+        columns, rows: names along the axes. cells: by row, then column. grid: sizes.
     """
-    width, height = _LEFT + _CELL * len(columns) + 6, _TOP + _ROW * len(rows) + _BOTTOM
+    width, height = grid.left + grid.cell * len(columns) + 6, _TOP + grid.row * len(rows) + _BOTTOM
     parts = []
     for i, row in enumerate(cells):
-        y = _TOP + _ROW * i
-        parts.append(f'<text x="{_LEFT - 8}" y="{y + _ROW / 2 + 4}" text-anchor="end" class="axis">{escape(rows[i])}</text>')
+        y = _TOP + grid.row * i
+        parts.append(f'<text x="{grid.left - 8}" y="{y + grid.row / 2 + 4}" text-anchor="end" class="axis">{escape(rows[i])}</text>')
         for j, cell in enumerate(row):
-            x = _LEFT + _CELL * j
+            x = grid.left + grid.cell * j
             parts.append(
-                f'<g><title>{escape(cell.title)}</title><rect x="{x}" y="{y}" width="{_CELL}" height="{_ROW}" fill="{cell.fill}"/>'
-                f'<text x="{x + _CELL / 2}" y="{y + _ROW / 2 + 4}" text-anchor="middle"'
+                f'<g><title>{escape(cell.title)}</title><rect x="{x}" y="{y}" width="{grid.cell}" height="{grid.row}" fill="{cell.fill}"/>'
+                f'<text x="{x + grid.cell / 2}" y="{y + grid.row / 2 + 4}" text-anchor="middle"'
                 f' fill="{ink_on(cell.fill)}">{escape(cell.label)}</text></g>'
             )
     for j, name in enumerate(columns):
-        parts.append(f'<text x="{_LEFT + _CELL * (j + 0.5)}" y="{_TOP + _ROW * len(rows) + 17}" text-anchor="middle" class="axis">'
-                     f"{escape(name)}</text>")
+        parts.append(f'<text x="{grid.left + grid.cell * (j + 0.5)}" y="{_TOP + grid.row * len(rows) + 17}" text-anchor="middle"'
+                     f' class="axis">{escape(name)}</text>')
     parts.append(
-        f'<text x="{_LEFT + _CELL * len(columns) / 2}" y="{height - 6}" text-anchor="middle"'
+        f'<text x="{grid.left + grid.cell * len(columns) / 2}" y="{height - 6}" text-anchor="middle"'
         f' class="axis">{escape(x_title)}</text>'
     )
-    edges = "".join(_edges(cells))
+    edges = "".join(_edges(cells, grid))
     parts.append(f'<path d="{edges}" class="flip-under"/><path d="{edges}" class="flip"/>')
     return Html(
         f'<div class="map"><p class="caption">{escape(caption)}</p><div class="scroll" tabindex="0">'
@@ -57,15 +67,15 @@ def heatmap(columns: Sequence[str], rows: Sequence[str], cells: Sequence[Sequenc
     )
 
 
-def _edges(cells: Sequence[Sequence[Cell]]) -> list[str]:
+def _edges(cells: Sequence[Sequence[Cell]], grid: Grid) -> list[str]:
     lines = []
     for i, row in enumerate(cells):
         for j, cell in enumerate(row):
-            x, y = _LEFT + _CELL * j, _TOP + _ROW * i
+            x, y = grid.left + grid.cell * j, _TOP + grid.row * i
             if j + 1 < len(row) and row[j + 1].group != cell.group:
-                lines.append(f"M{x + _CELL} {y}v{_ROW}")
+                lines.append(f"M{x + grid.cell} {y}v{grid.row}")
             if i + 1 < len(cells) and cells[i + 1][j].group != cell.group:
-                lines.append(f"M{x} {y + _ROW}h{_CELL}")
+                lines.append(f"M{x} {y + grid.row}h{grid.cell}")
     return lines
 
 

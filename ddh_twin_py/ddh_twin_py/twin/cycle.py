@@ -30,7 +30,7 @@ pressure of a chamber or pump port is at or below the vapour pressure; highest p
 
 @kernel
 def run_cycle(params, state, temperature, segments, ramp, lowest, highest, rod_speed_per_rad, program, ambient, period, step,
-              longest, point, flat, mean, average, extremes, trace, temperatures):
+              longest, point, flat, mean, average, extremes, trace, temperatures, commands):
     """Do the duty until its cycle is over, or for ``longest`` periods, in place on state, temperature and program.
 
     Args:
@@ -40,7 +40,7 @@ def run_cycle(params, state, temperature, segments, ramp, lowest, highest, rod_s
         mean: out, mean operating point as numbers, (columns,). average: out, mean temperatures, K, (N,).
         extremes: out, see `EXTREMES`, (5,).
         trace, temperatures: out, operating points as numbers (k, columns) and temperatures (k, N)
-            of the first k periods.
+            of the first k periods. commands: out, rad/s at the end of each of them, (k,).
     Returns:
         periods that it took; heat lost to ambient, J.
     """
@@ -71,6 +71,7 @@ def run_cycle(params, state, temperature, segments, ramp, lowest, highest, rod_s
         if count < trace.shape[0]:
             trace[count] = flat[0]
             temperatures[count] = temperature
+            commands[count] = following
         count += 1
     mean /= max(count, 1)
     average /= max(count, 1)
@@ -86,6 +87,7 @@ class CycleRun:
         duration: s. mean: operating point, means over the cycle, `OPERATING_DTYPE`, shape (1,).
         average: mean temperatures, K, (N,). extremes: see `EXTREMES`. lost: heat lost to ambient, J.
         points, temperatures: of each period, (n,) and (n, N); empty unless they were asked for.
+        commands: speed command at the end of each period, rad/s, (n,); the same.
     """
 
     duration: float
@@ -95,6 +97,7 @@ class CycleRun:
     lost: float
     points: np.ndarray
     temperatures: np.ndarray
+    commands: np.ndarray
 
 
 class DutyRun:
@@ -134,15 +137,16 @@ class DutyRun:
         """One cycle; no command beyond ``lowest`` and ``highest``, rad/s; cut off after ``longest`` s."""
         most = int(np.ceil(longest / self._period))
         rows = most if keep else 0
-        trace, temperatures = np.empty((rows, _COLUMNS)), np.empty((rows, N))
+        trace, temperatures, commands = np.empty((rows, _COLUMNS)), np.empty((rows, N)), np.empty(rows)
         mean, average, extremes = np.empty(_COLUMNS), np.empty(N), np.empty(len(EXTREMES))
         count, lost = run_cycle(
             self.parameters, self._state, self.temperature, self._segments, self._ramp, lowest, highest, self._rod_speed_per_rad,
             self._program, self.ambient, self._period, HYDRAULIC_STEP, most, self._point, self._flat, mean, average, extremes,
-            trace, temperatures,
+            trace, temperatures, commands,
         )
         self.time += count * self._period
         return CycleRun(
             count * self._period, mean.view(OPERATING_DTYPE), average, dict(zip(EXTREMES, extremes, strict=True)), lost,
             trace[:count].copy().view(OPERATING_DTYPE)[:, 0] if keep else np.zeros(0, OPERATING_DTYPE), temperatures[:count].copy(),
+            commands[:count].copy(),
         )

@@ -1,0 +1,58 @@
+"""A test's design in words: one sentence on how it comes out, and what is said of each effect."""
+
+from __future__ import annotations
+
+from ddh_twin_py.gap.classes import TELLS_APART
+from ddh_twin_py.gap.design import SIZES, Design, Detection
+from ddh_twin_py.report.gap_words import effect_name, signal_name
+from ddh_twin_py.report.units import duration, number, plus_minus, words
+
+
+def verdict(design: Design) -> tuple[str, str]:
+    """How a test comes out in one sentence, and its level: good, fair or poor."""
+    seen = [d for d in design.detections if d.detects("moderate")]
+    alone = len(seen) - sum(len(members) for members in design.classes)
+    said = (f"At a moderate size this test detects {len(seen)} of {len(design.detections)} effects; {alone} of these are told from every "
+            "other one that it detects")
+    if design.classes:
+        said += f", the others form {len(design.classes)} {'class' if len(design.classes) == 1 else 'classes'}"
+    share = alone / len(design.detections)
+    return said + ".", "good" if share > 0.8 else "fair" if share > 0.5 else "poor"
+
+
+def setting(design: Design) -> str:
+    """What is recorded, in words."""
+    sensors = ", ".join(words(s) for s in design.sensors) or "none"
+    before = f"after a commissioning recording of {duration(design.commissioning)}" if design.commissioning else \
+        "without a commissioning recording: the rig is held against its sheet"
+    pressures = "both pressures" if design.pressures else "no pressure transducer"
+    return f"{duration(design.duration)} of the duty {before}; {pressures}; temperature sensors beside ambient: {sensors}."
+
+
+def smallest(d: Detection) -> str:
+    """The smallest departure that is detected, in the unit that people read; a dash where there is none."""
+    return "–" if d.smallest is None else plus_minus(d.smallest, None, d.unit, sign=True)
+
+
+def shows_in(d: Detection) -> str:
+    """The signal that an effect moves most."""
+    return signal_name(d.worst) if d.worst else "no signal"
+
+
+def nearest(design: Design, name: str) -> tuple[str, float] | None:
+    """The effect that another is least told from, and by how much; None where an effect moves no signal."""
+    if name not in design.names or len(design.names) < 2:
+        return None
+    i = design.names.index(name)
+    value, other = min((float(value), other) for j, (value, other) in enumerate(zip(design.separation[i], design.names, strict=True))
+                       if j != i)
+    return other, value
+
+
+def separation_words(one: str, other: str, value: float) -> str:
+    """One cell of the matrix as a sentence."""
+    told = "told apart" if value >= TELLS_APART else "not told apart"
+    return f"{effect_name(one)} against {effect_name(other)}: expected log Bayes factor {number(value, 1)}, {told}"
+
+
+SIZE_WORDS = {name: f"worst signal rises to {rise:g} times its noise" for name, rise in SIZES.items()}

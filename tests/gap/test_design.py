@@ -1,0 +1,96 @@
+"""What a test is expected to tell, against what a diagnosis of its rehearsal then says."""
+
+import math
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+import pytest
+from ddh_twin_py.estimation.comparison import Discrepancy
+from ddh_twin_py.estimation.experiment import Experiment
+from ddh_twin_py.gap.catalogue import EFFECTS
+from ddh_twin_py.gap.design import DETECTED, SIZES, classes, design, detection, separations
+from ddh_twin_py.gap.direct_drive import DirectDrive
+from ddh_twin_py.gap.hypotheses import SLACK
+from ddh_twin_py.gap.linearised import linearise
+from ddh_twin_py.rig import load_rig
+from ddh_twin_py.twin.duty import load_duty
+from ddh_twin_py.twin.rehearsal import rehearse
+from support.simulated import DUTY
+
+NAMES = ("pump_1.friction", "pump_2.friction", "drive.torque_estimate", "load.mass", "cylinder.cooling")
+LENGTH = 60.0
+
+
+@pytest.fixture(scope="module")
+def rig():
+    return load_rig()
+
+
+def rehearsed(rig, of=None, sensors=("motor_housing",)):
+    duty = load_duty(DUTY / "paper_cycle.yaml")
+    return Experiment(rehearse(of or rig, duty, LENGTH, sensors), rig)
+
+
+def taken(rig, field, commissioning=None):
+    model = DirectDrive([] if commissioning is None else [commissioning], [field], rig)
+    with ThreadPoolExecutor(2) as pool:
+        return linearise(model, [EFFECTS[name] for name in NAMES], np.zeros(model.size), Discrepancy(), SLACK, pool)
+
+
+@pytest.fixture(scope="module")
+def linearised(rig):
+    return taken(rig, rehearsed(rig), rehearsed(rig))
+
+
+def test_a_larger_effect_gains_more_and_the_smallest_is_just_detected(linearised):
+    d = detection(linearised, EFFECTS["load.mass"])
+    assert d.gain["faint"] < d.gain["moderate"] < d.gain["clear"]
+    assert 0.5 < d.rise < SIZES["clear"] and d.smallest != 0.0
+    for size, rise in SIZES.items():
+        assert (d.gain[size] >= DETECTED) == (rise >= d.rise), size
+
+
+def test_the_expected_gain_is_the_one_that_a_recording_gives(rig, linearised):
+    index = next(i for i, c in enumerate(linearised.columns) if c.effect.id == "pump_1.friction")
+    column = linearised.columns[index]
+    torque = SIZES["clear"] / column.rise * column.x
+    recorded = taken(rig, rehearsed(rig, rig.with_values({"pump_1.friction_added": torque})), rehearsed(rig))
+    sums = linearised.basis.sums([rows[:, [index]] for rows in linearised.of_columns()], recorded.values())
+    information = linearised.evidence.sums.information[index, index]
+    estimate = sums.score[0] / information * column.x
+    assert estimate == pytest.approx(torque, abs=5.0 * column.x / math.sqrt(information))
+    gain = 0.5 * sums.score[0] ** 2 / information
+    expected = 0.5 * information * (torque / column.x) ** 2
+    assert expected > 5.0
+    assert gain == pytest.approx(expected, abs=5.0 * math.sqrt(2.0 * expected))
+
+
+def test_effects_are_told_apart_the_better_the_less_alike_they_are(linearised):
+    names, apart = separations(linearised)
+    at = {name: i for i, name in enumerate(names)}
+    assert np.all(np.diagonal(apart) == 0.0) and np.all(apart >= 0.0)
+    alike = apart[at["pump_1.friction"], at["pump_2.friction"]]
+    unlike = apart[at["pump_1.friction"], at["load.mass"]]
+    assert alike < unlike
+
+
+def test_without_commissioning_less_is_detected(rig):
+    effects = [EFFECTS[name] for name in NAMES]
+    with ThreadPoolExecutor(2) as pool:
+        without = design(rehearsed(rig), None, rig, effects, pool)
+        beside = design(rehearsed(rig), rehearsed(rig), rig, effects, pool)
+    for one, other in zip(without.detections, beside.detections, strict=True):
+        if one.gain["clear"] is not None:
+            assert one.gain["clear"] < other.gain["clear"], one.effect
+    assert without.commissioning == 0.0 and beside.commissioning == pytest.approx(LENGTH, abs=0.5)
+    assert beside.sensors == ("motor_housing",) and beside.pressures
+
+
+def test_classes_are_those_of_which_no_pair_is_told_apart():
+    apart = np.full((4, 4), 10.0)
+    apart[0, 1] = 1.0  # one way is enough
+    apart[1, 2] = 2.0  # but 0 and 2 are told apart
+    names = ["a", "b", "c", "d"]
+    assert classes(names, apart, set(names)) == [["a", "b"]]
+    assert classes(names, apart, {"b", "c", "d"}) == [["b", "c"]]
+    assert classes(names, np.full((4, 4), 10.0), set(names)) == []
