@@ -60,9 +60,9 @@ def test_pressures_that_are_nan_are_not_seen_and_said(new, drifted):
     assert "there is no usable pressure_rod_side" in notes and "there is no usable pressure_piston_side" in notes
 
 
-def test_without_commissioning_the_sheet_is_what_the_rig_is_held_against(drifted):
-    """A zero error of 2 bar is within three tolerances of the transducer, and so no gap; one of 6 bar is not."""
-    report, notes = answer(drifted)
+def test_without_commissioning_the_sheet_is_what_the_rig_is_held_against():
+    """A zero error of two tolerances of the transducer (0.6 bar) is no gap; one of ten is."""
+    report, notes = answer(recorded(150.0, OFFSET, 1.2e5))
     assert report["verdict"] == "no_gap" and "there is no commissioning recording" in notes
     report, _ = answer(recorded(150.0, OFFSET, 6e5))
     assert report["verdict"] != "no_gap" and report["why"][0]["effect"] == OFFSET
