@@ -33,7 +33,7 @@ WIDTH = 1.2
 """Width of a departure's prior, in multiples of its column; the most likely departure is the square root of two of it."""
 LEAST = 0.2
 """Departure below which nothing is called an effect, in multiples of its column: the worst signal rises by its noise."""
-SLACK = 0.15
+SLACK = 0.12
 """Standard deviation of what the model's laws are off along an effect, in multiples of its column."""
 SLACK_WITHOUT_COMMISSIONING = 0.32
 """The same where no commissioning recording has shown how well the laws hold: the floor, 1.6 times the noise."""
