@@ -19,7 +19,7 @@ from ddh_twin_py.gap.lacking import Acting, chi_square_by_phase, lacks
 from ddh_twin_py.gap.refit import Refitted
 from ddh_twin_py.gap.search import Found
 from ddh_twin_py.gap.tolerance import without_parameters
-from ddh_twin_py.gap.unknown import Unknown, unknown_beside
+from ddh_twin_py.gap.unknown import Unknown, refuted, unknown_beside
 from ddh_twin_py.gap.verdict import Verdict, judge
 from ddh_twin_py.gap.words import sentence
 
@@ -40,6 +40,8 @@ def diagnosis(model: DirectDrive, recordings, found: Found, theta: np.ndarray, e
     found = without_parameters(model, found)
     leader = found.fitted.get(found.leader) or found.fitted[()]
     unknown = unknown_beside(model, found, leader)
+    if leader.columns:
+        unknown = refuted(unknown, _shrinks(model, found, leader))
     verdict = judge(found, unknown)
     if verdict.word == "no_gap":
         leader = found.fitted[()]
@@ -69,7 +71,7 @@ def diagnosis(model: DirectDrive, recordings, found: Found, theta: np.ndarray, e
         "hypotheses": [{"effects": list(w.effects), "probability": w.probability, "gap_after": w.gap_after} for w in weighed],
         "shrink": {name: {"unit": first[name].unit, "before": before[name] * first[name].noise, "after": after[name] * first[name].noise,
                           "noise": floor[name] * first[name].noise} for name in names if name in before and name in first},
-        "unknown": verdict.unknown, "next_test": None, "held_out": held.words, "notes": verdict.notes + _notes(model),
+        "unknown": verdict.unknown, "next_test": None, "held_out": held.words, "notes": [*unknown.notes, *_notes(model)],
     }
     parameters, spread = _parameters(model, found, leader)
     source = "fitted to " + ", ".join(e.recording.path for e in model.experiments)
@@ -78,6 +80,13 @@ def diagnosis(model: DirectDrive, recordings, found: Found, theta: np.ndarray, e
         traces=held.traces(before_runs[0], after_runs[0], floor), axes=held.axes(leader.theta, acting),
         lacking=places, alone=_alone(model, found), weighed=weighed, confusable=confusable, parameters=parameters, shapes=unknown.shapes,
         rig=model.rig_with(leader.theta, acting, spread, source), assumptions=_ASSUMPTIONS, seconds=dict(seconds))
+
+
+def _shrinks(model: DirectDrive, found: Found, leader: Refitted) -> float:
+    """By how much a hypothesis shrinks the gap of held-out data below that of no effect, in multiples of the noise."""
+    held = HeldData.of(model)
+    none, some = (_ratios(held.signals(), held.run(f.theta, _acting(f)), held.mask()) for f in (found.fitted[()], leader))
+    return size.gap(none, dict.fromkeys(none, 1.0)) - size.gap(some, dict.fromkeys(some, 1.0))
 
 
 def insufficient(model: DirectDrive, recordings, reason: str) -> Diagnosis:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -19,6 +19,9 @@ NEEDED = 6.0
 """Log evidence that a free form must gain over the best listed hypothesis to be as likely as it."""
 NEEDED_BY = {"temperature/motor_winding": 40.0}
 """The same for signals that a small flaw of the model moves far: the winding follows the square of every torque."""
+REFUTED = 0.05
+"""Worsening of held-out data, in multiples of the noise, from which a hypothesis is refuted."""
+REFUTED_PROBABILITY = 0.7
 _SOFTNESS = 2.0  # by which log odds are tempered: a free form's gain is no calibrated number
 _POINTS = 12  # of a drawn shape
 
@@ -39,6 +42,7 @@ class Unknown:
     size: float
     unit: str
     shapes: list[Shape] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
 
     def entry(self) -> dict:
         """By the contract's schema."""
@@ -66,6 +70,19 @@ def unknown_beside(model: DirectDrive, found: Found, fitted: Refitted) -> Unknow
         noise, unit = signal.noise, signal.unit
     shapes = _shapes(linearised, fitted, variables, number, forms[0], noise, unit) if forms and probability > 0.5 else []
     return Unknown(probability, forms, component, domain, forms[0].size * noise if forms else 0.0, unit, shapes)
+
+
+def refuted(unknown: Unknown, shrinks: float) -> Unknown:
+    """The same where the best listed hypothesis makes held-out data worse than no effect does: then it is not the cause.
+
+    Args:
+        shrinks: by how much it shrinks their gap, in multiples of the noise.
+    """
+    if shrinks > -REFUTED:
+        return unknown
+    note = ("the best listed hypothesis explains the field recording, but makes the held-out data worse by "
+            f"{-shrinks:.2f} times the noise; it is not believed")
+    return replace(unknown, probability=max(unknown.probability, REFUTED_PROBABILITY), notes=[note])
 
 
 _SENSED = {

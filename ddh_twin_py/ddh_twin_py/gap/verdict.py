@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 from ddh_twin_py.gap.classes import classes_of, marginal
 from ddh_twin_py.gap.search import Found
@@ -22,7 +22,6 @@ class Verdict:
     Attributes:
         word: of the contract. leader: most probable set of listed effects. sets: set to probability; ``("unknown",)`` is
             outside the catalogue. effects: effect to marginal probability, largest first. unknown: entry of the contract or None.
-        notes: what qualifies it.
     """
 
     word: str
@@ -30,7 +29,6 @@ class Verdict:
     sets: dict[tuple[str, ...], float]
     effects: dict[str, float]
     unknown: dict | None = None
-    notes: list[str] = field(default_factory=list)
 
 
 def judge(found: Found, unknown: Unknown) -> Verdict:
