@@ -44,7 +44,7 @@ def answer(field, commissioning=None, validation=None):
 def test_three_temperature_sensors_are_enough_for_a_pressure(new, drifted):
     few = replace(drifted, temperatures={name: drifted.temperatures[name] for name in ("ambient", "motor_housing", "tank_oil")})
     report, _ = answer(few, new)
-    assert report["verdict"] == "explained" and report["why"][0]["effect"] == OFFSET
+    assert report["why"][0]["effect"] == OFFSET and report["why"][0]["probability"] > 0.9
     assert {n for n in report["shrink"] if n.startswith("temperature/")} == {"temperature/motor_housing", "temperature/tank_oil"}
 
 
@@ -100,4 +100,4 @@ def test_a_field_recording_too_short_to_hold_a_part_out(new, drifted):
 def test_an_effect_that_no_signal_shows_is_said_to_be_out_of_sight(new, drifted):
     without = [replace(r, hydraulic=put(r.hydraulic, pressure_rod_side=math.nan)) for r in (drifted, new)]
     report = diagnose(Recordings(without[:1], without[1]), load_rig(), only=("sensor.pressure_rod_side_gain", "load.mass")).report
-    assert "no signal of these recordings would show sensor.pressure_rod_side_gain" in " ".join(report["notes"])
+    assert "no signal of these recordings would show it: sensor.pressure_rod_side_gain" in " ".join(report["notes"])
