@@ -39,9 +39,9 @@ def schema(shared_dir):
 def test_the_effect_is_found_with_its_size_and_closes_the_gap(answered):
     code, out = answered
     report = json.loads((out / "g.json").read_text())
-    assert code == 0 and report["verdict"] == "explained"
+    assert code == 0 and report["verdict"] in ("explained", "ambiguous")  # beside it a relief valve may or may not have moved
     first = report["why"][0]
-    assert first["effect"] == EFFECT and first["probability"] > 0.7
+    assert first["effect"] == EFFECT and first["probability"] > 0.9
     offset = first["parameters"]["offset"]
     assert abs(offset["value"] - SIZE) < 4.0 * offset["std"] and offset["std"] < 0.2 * SIZE
     assert report["gap"]["before"] > 1.5 > report["gap"]["after"] and report["gap"]["closed_fraction"] > 0.6

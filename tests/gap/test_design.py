@@ -10,7 +10,7 @@ from ddh_twin_py.estimation.experiment import Experiment
 from ddh_twin_py.gap.catalogue import EFFECTS
 from ddh_twin_py.gap.design import DETECTED, SIZES, classes, design, detection, separations
 from ddh_twin_py.gap.direct_drive import DirectDrive
-from ddh_twin_py.gap.hypotheses import SLACK
+from ddh_twin_py.gap.hypotheses import POWER, SLACK
 from ddh_twin_py.gap.linearised import linearise
 from ddh_twin_py.rig import load_rig
 from ddh_twin_py.twin.duty import load_duty
@@ -34,7 +34,7 @@ def rehearsed(rig, of=None, sensors=("motor_housing",)):
 def taken(rig, field, commissioning=None):
     model = DirectDrive([] if commissioning is None else [commissioning], [field], rig)
     with ThreadPoolExecutor(2) as pool:
-        return linearise(model, [EFFECTS[name] for name in NAMES], np.zeros(model.size), Discrepancy(), SLACK, pool)
+        return linearise(model, [EFFECTS[name] for name in NAMES], np.zeros(model.size), Discrepancy(), SLACK, POWER, pool)
 
 
 @pytest.fixture(scope="module")

@@ -11,7 +11,7 @@ from ddh_twin_py.gap.beliefs import beliefs
 from ddh_twin_py.gap.candidate_tests import FASTEST, SLOWEST, candidate_tests
 from ddh_twin_py.gap.catalogue import EFFECTS
 from ddh_twin_py.gap.direct_drive import DirectDrive
-from ddh_twin_py.gap.hypotheses import SLACK
+from ddh_twin_py.gap.hypotheses import POWER
 from ddh_twin_py.gap.next_test import next_test, trials
 from ddh_twin_py.gap.next_test_of_unknown import next_test_of_unknown
 from ddh_twin_py.gap.search import search
@@ -35,7 +35,7 @@ def case():
     before, after = (Experiment(rehearse(r, duty, 60.0, ["tank_oil"]), rig) for r in (rig, worn))
     model = DirectDrive([before], [after], rig)
     with ThreadPoolExecutor(2) as pool:
-        found = search(model, [EFFECTS[name] for name in NAMES], np.zeros(model.size), Discrepancy(), SLACK, pool)
+        found = search(model, [EFFECTS[name] for name in NAMES], np.zeros(model.size), Discrepancy(), POWER, pool)
     return model, replace(found, probability={BEARING: 0.6, PUMP: 0.38, (): 0.02})
 
 

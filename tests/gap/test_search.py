@@ -5,7 +5,7 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 import pytest
 from ddh_twin_py.estimation.comparison import Discrepancy
-from ddh_twin_py.gap.hypotheses import SLACK
+from ddh_twin_py.gap.hypotheses import POWER
 from ddh_twin_py.gap.search import search
 from support.first_order import DEVIATION, EFFECTS, FirstOrder
 
@@ -14,7 +14,7 @@ TRUE = np.array([1.0, -0.8, 0.5])
 
 def found(model, effects=EFFECTS, progress=None):
     with ThreadPoolExecutor(2) as pool:
-        return search(model, effects, np.zeros(3), Discrepancy(), SLACK, pool, progress)
+        return search(model, effects, np.zeros(3), Discrepancy(), POWER, pool, progress)
 
 
 @pytest.mark.parametrize("index, departure", [(0, 0.15), (0, -0.15), (1, 0.4), (2, 0.12), (2, -0.12)])

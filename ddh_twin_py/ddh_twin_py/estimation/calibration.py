@@ -271,12 +271,13 @@ class Problem:
         """Predictions of every recording; ``step`` (s) of the hydraulics."""
         return [e.predict(self.record(i, theta), step) for i, e in enumerate(self.experiments)]
 
-    def fit(self, pool: ThreadPoolExecutor, progress=None, start: np.ndarray | None = None, sweeps: int = _SWEEPS) -> Fit:
+    def fit(self, pool: ThreadPoolExecutor, progress=None, start: np.ndarray | None = None, sweeps: int | None = None) -> Fit:
         """Levenberg-Marquardt from the sheet (or ``start``) on; far from the answer, what is far off counts less.
 
         Args:
-            sweeps: most times that sensitivities are taken.
+            sweeps: most times that sensitivities are taken; None is `_SWEEPS`.
         """
+        sweeps = _SWEEPS if sweeps is None else sweeps
         theta = np.zeros(self.size) if start is None else start.copy()
         first = predictions = self.predict(theta)
         self._learn_scatter(predictions)

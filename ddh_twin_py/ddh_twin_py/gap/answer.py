@@ -16,6 +16,8 @@ from ddh_twin_py.gap.effect import Effect
 from ddh_twin_py.gap.held_data import HeldData
 from ddh_twin_py.gap.hypotheses import WIDTH
 from ddh_twin_py.gap.lacking import Acting, chi_square_by_phase, lacks
+from ddh_twin_py.gap.next_test import next_test
+from ddh_twin_py.gap.next_test_of_unknown import next_test_of_unknown
 from ddh_twin_py.gap.refit import Refitted
 from ddh_twin_py.gap.search import Found
 from ddh_twin_py.gap.tolerance import without_parameters
@@ -42,24 +44,29 @@ def diagnosis(model: DirectDrive, recordings, found: Found, theta: np.ndarray, e
     unknown = unknown_beside(model, found, leader)
     if leader.columns:
         unknown = refuted(unknown, _shrinks(model, found, leader))
-    verdict = judge(found, unknown)
-    if verdict.word == "no_gap":
-        leader = found.fitted[()]
-    acting = _acting(leader)
     held = HeldData.of(model)
     plain = theta if not all(model.altered) else found.fitted[()].theta
-    sheet_runs, before_runs, after_runs = held.run(np.zeros(model.size), ()), held.run(plain, ()), held.run(leader.theta, acting)
+    sheet_runs, before_runs = held.run(np.zeros(model.size), ()), held.run(plain, ())
     signals, mask = held.signals(), held.mask()
     names = list(dict.fromkeys(name for own in signals for name in own))
     commissioning = [(s, p) for s, p, altered in zip(model.signals, model.run(plain, ()), model.altered, strict=True) if not altered]
     floor = size.floors(commissioning, names)
-    as_is, before, after = (_ratios(signals, runs, mask) for runs in (sheet_runs, before_runs, after_runs))
-    gap_before, gap_after = size.gap(before, floor), size.gap(after, floor)
+    as_is, before = _ratios(signals, sheet_runs, mask), _ratios(signals, before_runs, mask)
+    gap_before = size.gap(before, floor)
+    verdict = judge(found, unknown, all(model.altered) and gap_before <= 1.0)
+    if verdict.word == "no_gap":
+        leader = found.fitted[()]
+    acting = _acting(leader)
+    after_runs = held.run(leader.theta, acting)
+    after = _ratios(signals, after_runs, mask)
+    gap_after = size.gap(after, floor)
     classes, confusable = classes_of(found.linearised, verdict.effects)
     places = _places(model, found, verdict)
     if verdict.word == "unknown":
         places = [*_unknown_places(model, found, unknown, leader), *(row for row in places if row.regime)]
-    weighed = [_weighed(found, ids, p, held, floor, before) for ids, p in list(verdict.sets.items())[:_MOST] if p >= LISTED or ids == ()]
+    listed = [ids for ids, p in list(verdict.sets.items())[:_MOST] if p >= LISTED and ids]
+    listed = sorted([*listed, ()], key=lambda ids: -verdict.sets.get(ids, 0.0))
+    weighed = [_weighed(found, ids, verdict.sets.get(ids, 0.0), held, floor) for ids in listed]
     first = signals[0]
     report = {
         "verdict": verdict.word,
@@ -71,7 +78,8 @@ def diagnosis(model: DirectDrive, recordings, found: Found, theta: np.ndarray, e
         "hypotheses": [{"effects": list(w.effects), "probability": w.probability, "gap_after": w.gap_after} for w in weighed],
         "shrink": {name: {"unit": first[name].unit, "before": before[name] * first[name].noise, "after": after[name] * first[name].noise,
                           "noise": floor[name] * first[name].noise} for name in names if name in before and name in first},
-        "unknown": verdict.unknown, "next_test": None, "held_out": held.words, "notes": [*unknown.notes, *_notes(model)],
+        "unknown": verdict.unknown, "next_test": _next_test(model, found, verdict, unknown), "held_out": held.words,
+        "notes": [*unknown.notes, *_notes(model)],
     }
     parameters, spread = _parameters(model, found, leader)
     source = "fitted to " + ", ".join(e.recording.path for e in model.experiments)
@@ -80,6 +88,16 @@ def diagnosis(model: DirectDrive, recordings, found: Found, theta: np.ndarray, e
         traces=held.traces(before_runs[0], after_runs[0], floor), axes=held.axes(leader.theta, acting),
         lacking=places, alone=_alone(model, found), weighed=weighed, confusable=confusable, parameters=parameters, shapes=unknown.shapes,
         rig=model.rig_with(leader.theta, acting, spread, source), assumptions=_ASSUMPTIONS, seconds=dict(seconds))
+
+
+def _next_test(model: DirectDrive, found: Found, verdict: Verdict, unknown: Unknown) -> dict | None:
+    """The test that would tell most, None where nothing is left to tell apart."""
+    if verdict.word == "no_gap":
+        return None
+    if verdict.word == "unknown" and unknown.forms:
+        form = unknown.forms[0]
+        return next_test_of_unknown(model, found, verdict.leader, form.signal, form.size, form.depends_on)
+    return next_test(model, found)
 
 
 def _shrinks(model: DirectDrive, found: Found, leader: Refitted) -> float:
@@ -162,7 +180,7 @@ def _why(model: DirectDrive, found: Found, verdict: Verdict) -> list[dict]:
     return rows
 
 
-def _weighed(found: Found, ids, probability: float, held: HeldData, floor, before) -> Weighed:
+def _weighed(found: Found, ids, probability: float, held: HeldData, floor) -> Weighed:
     fitted = found.fitted.get(ids)
     if fitted is None:
         return Weighed(ids, probability, None, {}, {}, {})

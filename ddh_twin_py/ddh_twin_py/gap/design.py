@@ -22,7 +22,7 @@ from ddh_twin_py.estimation.experiment import Experiment
 from ddh_twin_py.gap.classes import TELLS_APART
 from ddh_twin_py.gap.direct_drive import DirectDrive
 from ddh_twin_py.gap.effect import Effect
-from ddh_twin_py.gap.hypotheses import LEAST, SLACK, SLACK_WITHOUT_COMMISSIONING, WIDTH, weigh
+from ddh_twin_py.gap.hypotheses import LEAST, POWER, POWER_WITHOUT_COMMISSIONING, SLACK, WIDTH, weigh
 from ddh_twin_py.gap.linearised import Linearised, linearise
 from ddh_twin_py.rig import Rig
 
@@ -88,8 +88,8 @@ def design(field: Experiment, commissioning: Experiment | None, rig: Rig, effect
         rig: that does both. effects: that might act in the test. progress: told the share done.
     """
     model = DirectDrive([] if commissioning is None else [commissioning], [field], rig)
-    slack = SLACK_WITHOUT_COMMISSIONING if commissioning is None else SLACK
-    linearised = linearise(model, effects, np.zeros(model.size), Discrepancy(), slack, pool, progress)
+    power = POWER_WITHOUT_COMMISSIONING if commissioning is None else POWER
+    linearised = linearise(model, effects, np.zeros(model.size), Discrepancy(), SLACK, power, pool, progress)
     detections = [detection(linearised, effect) for effect in effects]
     names, separation = separations(linearised)
     seen = {d.effect for d in detections if d.detects("moderate")}

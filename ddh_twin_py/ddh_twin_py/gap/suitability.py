@@ -88,4 +88,4 @@ def unseen(effects: Sequence[Effect], columns: Sequence[Column]) -> list[str]:
     """A note on effects that no signal would show at any size that is allowed; empty where there are none."""
     seen = {column.effect.id for column in columns}
     names = [effect.id for effect in effects if effect.id not in seen]
-    return [f"no signal of these recordings would show {', '.join(names)}; whether they act cannot be known"] if names else []
+    return [f"can be neither found nor excluded, as no signal of these recordings would show it: {', '.join(names)}"] if names else []

@@ -31,13 +31,19 @@ class Verdict:
     unknown: dict | None = None
 
 
-def judge(found: Found, unknown: Unknown) -> Verdict:
-    """Judge what a search found and what is left beside it."""
+def judge(found: Found, unknown: Unknown, nothing_beyond: bool = False) -> Verdict:
+    """Judge what a search found and what is left beside it.
+
+    Args:
+        nothing_beyond: whether nothing is beyond the floor, so that there is nothing to explain.
+    """
     leader = found.leader
     sets = {ids: (1.0 - unknown.probability) * p for ids, p in found.probability.items()}
     sets[(UNKNOWN,)] = unknown.probability
     sets = dict(sorted(sets.items(), key=lambda item: -item[1]))
     effects = marginal_of(sets)
+    if nothing_beyond:
+        return Verdict("no_gap", (), sets, effects)
     if unknown.probability >= LIKELY:
         return Verdict("unknown", leader, sets, effects, unknown.entry())
     if sets.get((), 0.0) >= LIKELY:
@@ -53,11 +59,11 @@ def marginal_of(sets: dict[tuple[str, ...], float]) -> dict[str, float]:
 
 
 def _together(found: Found, sets, effects, leader: tuple[str, ...]) -> float:
-    """Probability of the leader and of all sets that differ from it by members of one class only."""
+    """Probability of all sets that hold the leader, members of one class standing for each other."""
     classes, _ = classes_of(found.linearised, effects)
     of = {name: number for number, members in enumerate(classes) for name in members}
 
-    def key(ids: tuple[str, ...]) -> tuple:
-        return tuple(sorted(str(of.get(name, name)) for name in ids))
+    def key(ids: tuple[str, ...]) -> set[str]:
+        return {str(of.get(name, name)) for name in ids}
 
-    return sum(p for ids, p in sets.items() if key(ids) == key(leader))
+    return sum(p for ids, p in sets.items() if key(ids) >= key(leader))
