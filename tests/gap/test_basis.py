@@ -48,3 +48,13 @@ def test_no_columns_at_all(case):
     basis, made, _, f, _, y = case
     sums = basis.sums(split(made, np.zeros((y.size, 0))), split(made, y))
     assert sums.information.shape == (0, 0) and sums.score.shape == (0,) and sums.chi_square > 0.0
+
+
+def test_otherwise_is_what_a_new_basis_would_be(case):
+    _, made, _, f, c, y = case
+    parameters, slack = split(made, f[:, :PARAMETERS]), split(made, f[:, PARAMETERS:])
+    fresh = Basis(Weighting(made), parameters, [3.0 * s for s in slack], 0.2).sums(split(made, c), split(made, y))
+    same = Basis(Weighting(made), parameters, slack, 0.7).otherwise(0.2, 3.0).sums(split(made, c), split(made, y))
+    np.testing.assert_allclose(same.information, fresh.information, atol=1e-9)
+    np.testing.assert_allclose(same.score, fresh.score, atol=1e-9)
+    assert same.chi_square == pytest.approx(fresh.chi_square, abs=1e-9)

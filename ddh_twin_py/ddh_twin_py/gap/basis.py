@@ -10,6 +10,7 @@ hypothesis to hypothesis and cost a few products.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from copy import copy
 from dataclasses import dataclass
 
 import numpy as np
@@ -43,9 +44,22 @@ class Basis:
         self.parameters = parameters[0].shape[1]
         self.size = self.columns[0].shape[1]
         self.information = power * weighting.products(self.columns, self.columns)
+        self._prepare()
+
+    def _prepare(self) -> None:
         self._factor = cho_factor(self.information + np.eye(self.size), lower=True, check_finite=False)
         own = self.information[self.parameters :, self.parameters :]
         self._slack = cho_factor(own + np.eye(own.shape[0]), lower=True, check_finite=False)
+
+    def otherwise(self, power: float, wider: float) -> Basis:
+        """The same with another power of the likelihood and a slack that is ``wider`` times as wide; no product is taken again."""
+        other = copy(self)
+        scale = np.ones(self.size)
+        scale[self.parameters :] = wider
+        other.power, other.columns = power, [c * scale for c in self.columns]
+        other.information = power / self.power * np.outer(scale, scale) * self.information
+        other._prepare()
+        return other
 
     def sums(self, columns: Rows, values: Rows) -> Sums:
         """Sums of a hypothesis.
@@ -79,7 +93,7 @@ class Basis:
 
     def slack(self, residual: Rows) -> np.ndarray:
         """Estimate of the slack, in its standard deviations, (m,), where residuals, by recording, (rows,), are left."""
-        cross = self.weighting.products(self.columns, [r[:, None] for r in residual])[self.parameters :, 0]
+        cross = self.power * self.weighting.products(self.columns, [r[:, None] for r in residual])[self.parameters :, 0]
         return cho_solve(self._slack, cross, check_finite=False)
 
     def misfit(self, residual: Rows) -> float:

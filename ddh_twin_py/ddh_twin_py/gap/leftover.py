@@ -1,8 +1,9 @@
 """What a hypothesis leaves behind: free-form discrepancies of single signals, and how much better they would do.
 
 Every signal may be off by any amount in lifting, lowering and rest, growing with the oil's warmth and with speed; a
-temperature by any slow curve. These columns know no physics. Under the right hypothesis they gain little beyond what the
-model is forgiven anyway; where an effect is in no catalogue, something is left that they take up.
+temperature by any slow curve. These columns know no physics. The likelihood counts in full here, and every effect may be
+present by nearly the noise of its worst signal: under the right hypothesis free forms then gain nothing; where an effect is
+in no catalogue, something is left that they take up.
 """
 
 from __future__ import annotations
@@ -17,6 +18,8 @@ from ddh_twin_py.gap.lacking import PHASES
 from ddh_twin_py.gap.linearised import Linearised
 from ddh_twin_py.gap.refit import Refitted
 from ddh_twin_py.gap.sensitivity import TYPICAL
+
+_SLACK = 0.15  # of the laws, in multiples of an effect's column: what no free form may claim
 
 
 @dataclass(frozen=True)
@@ -56,7 +59,7 @@ def free_forms(linearised: Linearised, fitted: Refitted, variables: list[dict[st
             rows.append(own_columns if own_columns is not None else np.zeros((comparison.size, len(kinds))))
         groups += [(name, *kind) for kind in kinds]
     everything = [np.hstack([front, *rows]) for front, rows in zip(lead, columns, strict=True)]
-    sums = linearised.basis.sums(everything, values)
+    sums = linearised.basis.otherwise(1.0, _SLACK / linearised.slack).sums(everything, values)
     k = len(own)
     inner = np.linalg.inv(sums.information[:k, :k] + np.eye(k) / WIDTH**2) if k else np.zeros((0, 0))
     cross = sums.information[:k, k:]
