@@ -15,9 +15,9 @@ from ddh_twin_py.gap.leftover import FreeForm, free_forms
 from ddh_twin_py.gap.refit import Refitted
 from ddh_twin_py.gap.search import Found
 
-NEEDED = 6.0
+NEEDED = 25.0
 """Log evidence that a free form must gain over the best listed hypothesis to be as likely as it."""
-NEEDED_BY = {"temperature/motor_winding": 40.0}
+NEEDED_BY = {"temperature/motor_winding": 60.0}
 """The same for signals that a small flaw of the model moves far: the winding follows the square of every torque."""
 REFUTED = 0.05
 """Worsening of held-out data, in multiples of the noise, from which a hypothesis is refuted."""
