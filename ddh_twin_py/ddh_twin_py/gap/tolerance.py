@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
+
 from ddh_twin_py.gap.direct_drive import DirectDrive
 from ddh_twin_py.gap.refit import Refitted
 from ddh_twin_py.gap.search import Found
@@ -27,12 +29,15 @@ def without_parameters(model: DirectDrive, found: Found) -> Found:
 
 
 def within_tolerance(model: DirectDrive, fitted: Refitted) -> set[str]:
-    """Effects of a hypothesis whose quantity stays within `BEYOND` deviations of the sheet's value."""
+    """Effects of a hypothesis whose quantity stays within `BEYOND` deviations of the sheet's value, or of what tolerances can feign."""
     number = model.altered.index(True)
     sheet = model.record(number, fitted.theta * 0.0)
     plain = model.record(number, fitted.theta)
     mere = set()
-    for column, x in zip(fitted.columns, fitted.x, strict=True):
+    for column, x, spread in zip(fitted.columns, fitted.x, np.sqrt(np.diagonal(fitted.covariance)), strict=True):
+        if abs(x) < BEYOND * spread:
+            mere.add(column.effect.id)
+            continue
         acted = model.record(number, fitted.theta, [(column.effect, column.law, float(x))])
         far = []
         for path, field in FIELD_OF_PATH.items():
