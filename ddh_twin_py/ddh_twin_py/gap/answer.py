@@ -82,12 +82,13 @@ def diagnosis(model: DirectDrive, recordings, found: Found, theta: np.ndarray, e
         "notes": [*unknown.notes, *_notes(model)],
     }
     parameters, spread = _parameters(model, found, leader)
+    believed = acting if verdict.word in ("explained", "ambiguous") else []
     source = "fitted to " + ", ".join(e.recording.path for e in model.experiments)
     return Diagnosis(
         report=report, sentence=sentence(report), recordings=_paths(recordings),
         traces=held.traces(before_runs[0], after_runs[0], floor), axes=held.axes(leader.theta, acting),
         lacking=places, alone=_alone(model, found), weighed=weighed, confusable=confusable, parameters=parameters, shapes=unknown.shapes,
-        rig=model.rig_with(leader.theta, acting, spread, source), assumptions=_ASSUMPTIONS, seconds=dict(seconds))
+        rig=model.rig_with(leader.theta, believed, spread, source), assumptions=_ASSUMPTIONS, seconds=dict(seconds))
 
 
 def _next_test(model: DirectDrive, found: Found, verdict: Verdict, unknown: Unknown) -> dict | None:

@@ -14,7 +14,7 @@ from ddh_twin_py.estimation.experiment import Experiment
 from ddh_twin_py.gap.model import Acting
 from ddh_twin_py.physics.thermal_network import TANK
 from ddh_twin_py.rig import Rig
-from ddh_twin_py.rig.sheet import FIELD_OF_PATH
+from ddh_twin_py.rig.sheet import BOUNDS, FIELD_OF_PATH
 
 STEP = 2.0e-3
 """s, hydraulic step of a diagnosis's runs."""
@@ -96,8 +96,9 @@ class DirectDrive:
         """
         quantities = dict(self.rig.quantities)
         for path, deviation, std, scale in zip(self.paths, theta, spread, self.problem.scale, strict=True):
-            quantities[path] = replace(quantities[path], value=quantities[path].value + float(deviation * scale),
-                                       std=float(std * scale), source=source)
+            bound = BOUNDS[path]
+            value = min(max(quantities[path].value + float(deviation * scale), bound.lowest), bound.highest)
+            quantities[path] = replace(quantities[path], value=value, std=float(std * scale), source=source)
         fitted = replace(self.rig, quantities=quantities)
         number = self.altered.index(True)
         plain, acted = self.record(number, theta), self.record(number, theta, acting)
