@@ -42,23 +42,23 @@ def diagnosis(model: DirectDrive, recordings, found: Found, theta: np.ndarray, e
     found = without_parameters(model, found)
     leader = found.fitted.get(found.leader) or found.fitted[()]
     unknown = unknown_beside(model, found, leader)
-    if leader.columns:
-        unknown = refuted(unknown, _shrinks(model, found, leader))
     held = HeldData.of(model)
+    if leader.columns:
+        unknown = refuted(unknown, _shrinks(held, found.fitted[()], leader))
     plain = theta if not all(model.altered) else found.fitted[()].theta
     sheet_runs, before_runs = held.run(np.zeros(model.size), ()), held.run(plain, ())
-    signals, mask = held.signals(), held.mask()
+    signals = held.signals()
     names = list(dict.fromkeys(name for own in signals for name in own))
     commissioning = [(s, p) for s, p, altered in zip(model.signals, model.run(plain, ()), model.altered, strict=True) if not altered]
     floor = size.floors(commissioning, names)
-    as_is, before = _ratios(signals, sheet_runs, mask), _ratios(signals, before_runs, mask)
+    as_is, before = _ratios(held, sheet_runs), _ratios(held, before_runs)
     gap_before = size.gap(before, floor)
     verdict = judge(found, unknown, all(model.altered) and gap_before <= 1.0)
     if verdict.word == "no_gap":
         leader = found.fitted[()]
-    acting = _acting(leader)
+    acting = leader.acting
     after_runs = held.run(leader.theta, acting)
-    after = _ratios(signals, after_runs, mask)
+    after = _ratios(held, after_runs)
     gap_after = size.gap(after, floor)
     classes, confusable = classes_of(found.linearised, verdict.effects)
     places = _places(model, found, verdict)
@@ -101,11 +101,10 @@ def _next_test(model: DirectDrive, found: Found, verdict: Verdict, unknown: Unkn
     return next_test(model, found)
 
 
-def _shrinks(model: DirectDrive, found: Found, leader: Refitted) -> float:
+def _shrinks(held: HeldData, none: Refitted, leader: Refitted) -> float:
     """By how much a hypothesis shrinks the gap of held-out data below that of no effect, in multiples of the noise."""
-    held = HeldData.of(model)
-    none, some = (_ratios(held.signals(), held.run(f.theta, _acting(f)), held.mask()) for f in (found.fitted[()], leader))
-    return size.gap(none, dict.fromkeys(none, 1.0)) - size.gap(some, dict.fromkeys(some, 1.0))
+    before, after = (_ratios(held, held.run(f.theta, f.acting)) for f in (none, leader))
+    return size.gap(before, dict.fromkeys(before, 1.0)) - size.gap(after, dict.fromkeys(after, 1.0))
 
 
 def insufficient(model: DirectDrive, recordings, reason: str) -> Diagnosis:
@@ -126,17 +125,9 @@ _ASSUMPTIONS = [
 ]
 
 
-def _acting(fitted: Refitted) -> list[tuple[Effect, int, float]]:
-    return [(c.effect, c.law, float(x)) for c, x in zip(fitted.columns, fitted.x, strict=True)]
-
-
-def _ratios(signals, runs, mask) -> dict[str, float]:
+def _ratios(held: HeldData, runs) -> dict[str, float]:
     """RMS over noise of each signal, all held-out recordings together."""
-    found: dict[str, list[float]] = {}
-    for own, run in zip(signals, runs, strict=True):
-        for name, ratio in size.ratios(own, run, mask).items():
-            found.setdefault(name, []).append(ratio)
-    return {name: float(np.sqrt(np.mean(np.square(values)))) for name, values in found.items()}
+    return size.pooled(list(zip(held.signals(), runs, strict=True)), held.mask())
 
 
 def _departure(model: DirectDrive, fitted: Refitted, number: int) -> tuple[float, float, str, float | None]:
@@ -185,7 +176,7 @@ def _weighed(found: Found, ids, probability: float, held: HeldData, floor) -> We
     fitted = found.fitted.get(ids)
     if fitted is None:
         return Weighed(ids, probability, None, {}, {}, {})
-    ratios = _ratios(held.signals(), held.run(fitted.theta, _acting(fitted)), held.mask())
+    ratios = _ratios(held, held.run(fitted.theta, fitted.acting))
     values = {c.effect.id: _departure(held.model, fitted, i) for i, c in enumerate(fitted.columns)}
     return Weighed(ids, probability, size.gap(ratios, floor), values, _gains(found, fitted),
                    {name: ratio / floor[name] for name, ratio in ratios.items()})
@@ -216,8 +207,8 @@ def _places(model: DirectDrive, found: Found, verdict: Verdict) -> list[Lack]:
         column, x = fitted.columns[i], float(fitted.x[i])
         if x == 0.0:
             continue
-        others = [a for j, a in enumerate(_acting(fitted)) if j != i]
-        without, acting = model.record(number, fitted.theta, others), model.record(number, fitted.theta, _acting(fitted))
+        others = [a for j, a in enumerate(fitted.acting) if j != i]
+        without, acting = model.record(number, fitted.theta, others), model.record(number, fitted.theta, fitted.acting)
         change = [h * x / column.x for h in column.change]
         weight = probability * float(sum(np.sum(h**2) for h in change))
         std = float(np.sqrt(max(fitted.covariance[i, i], 0.0))) / abs(x)

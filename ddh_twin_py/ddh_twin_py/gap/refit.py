@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ddh_twin_py.gap.basis import Basis
+from ddh_twin_py.gap.effect import Effect
 from ddh_twin_py.gap.hypotheses import WIDTH, weigh
 from ddh_twin_py.gap.model import Model
 from ddh_twin_py.gap.sensitivity import Column
@@ -40,6 +41,11 @@ class Refitted:
     predictions: list[dict[str, np.ndarray]]
     log_evidence: float
     chi_square: float
+
+    @property
+    def acting(self) -> list[tuple[Effect, int, float]]:
+        """Its effects as a model runs them; see `model.Acting`."""
+        return [(c.effect, c.law, float(x)) for c, x in zip(self.columns, self.x, strict=True)]
 
     @property
     def effects(self) -> tuple[str, ...]:

@@ -61,8 +61,7 @@ def search(model: Model, effects: Sequence[Effect], theta: np.ndarray, discrepan
         fitted = _fit_leaders(linearised, weights, pool)
         found = Found(linearised, _probability(weights, fitted), fitted)
         leader = found.leader if found.leader in fitted else ()
-        apart = _gain(fitted, leader) - weights[leader][0]
-        if abs(apart - _prior(weights, linearised, leader)) < _CLOSE:
+        if abs(_gain(fitted, leader) - _linear(weights, leader)) < _CLOSE:
             break
         theta, discrepancy = fitted[leader].theta, linearised.discrepancy
     if progress:
@@ -101,10 +100,10 @@ def _gain(fitted: dict[tuple[str, ...], Refitted], ids: tuple[str, ...]) -> floa
     return fitted[ids].log_evidence - fitted[()].log_evidence
 
 
-def _prior(weights: dict, linearised: Linearised, ids: tuple[str, ...]) -> float:
-    """Log evidence by the linear model less log weight: what the prior takes off."""
+def _linear(weights: dict, ids: tuple[str, ...]) -> float:
+    """Log evidence over no effect by the linear model."""
     hypothesis = weights[ids][1]
-    return (hypothesis.log_evidence if hypothesis else 0.0) - weights[ids][0]
+    return hypothesis.log_evidence if hypothesis else 0.0
 
 
 def _probability(weights: dict, fitted: dict[tuple[str, ...], Refitted]) -> dict[tuple[str, ...], float]:
@@ -112,9 +111,7 @@ def _probability(weights: dict, fitted: dict[tuple[str, ...], Refitted]) -> dict
     out = {}
     moved = []
     for ids in fitted:
-        hypothesis = weights[ids][1]
-        linear = hypothesis.log_evidence if hypothesis else 0.0
-        out[ids] = weights[ids][0] - linear + _gain(fitted, ids)
+        out[ids] = weights[ids][0] - _linear(weights, ids) + _gain(fitted, ids)
         if ids:
             moved.append((weights[ids][0], out[ids] - weights[ids][0]))
     shift = min(0.0, max(moved)[1]) if moved else 0.0

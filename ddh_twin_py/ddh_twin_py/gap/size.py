@@ -32,6 +32,15 @@ def ratios(signals: Mapping, predictions: Mapping[str, np.ndarray], mask: Mask =
     return out
 
 
+def pooled(recordings: Sequence[tuple[Mapping, Mapping[str, np.ndarray]]], mask: Mask = counted) -> dict[str, float]:
+    """The same of several recordings, given as signals and predictions: root mean square of theirs."""
+    found: dict[str, list[float]] = {}
+    for signals, predictions in recordings:
+        for name, ratio in ratios(signals, predictions, mask).items():
+            found.setdefault(name, []).append(ratio)
+    return {name: float(np.sqrt(np.mean(np.square(values)))) for name, values in found.items()}
+
+
 def floors(commissioning: Sequence[tuple[Mapping, Mapping[str, np.ndarray]]], names: Sequence[str]) -> dict[str, float]:
     """Floor of each signal in multiples of its noise.
 
@@ -39,11 +48,8 @@ def floors(commissioning: Sequence[tuple[Mapping, Mapping[str, np.ndarray]]], na
         commissioning: signals and predictions of the twin fitted to them; empty where there is none.
         names: signals wanted; one that the commissioning lacks has the floor of a rig without it.
     """
-    found: dict[str, list[float]] = {}
-    for signals, predictions in commissioning:
-        for name, ratio in ratios(signals, predictions).items():
-            found.setdefault(name, []).append(ratio)
-    return {name: max(1.0, float(np.sqrt(np.mean(np.square(found[name]))))) if name in found else WITHOUT_COMMISSIONING for name in names}
+    found = pooled(commissioning)
+    return {name: max(1.0, found[name]) if name in found else WITHOUT_COMMISSIONING for name in names}
 
 
 def gap(ratio: Mapping[str, float], floor: Mapping[str, float]) -> float:

@@ -57,8 +57,7 @@ def unknown_beside(model: DirectDrive, found: Found, fitted: Refitted) -> Unknow
         fitted: the best listed hypothesis, or none, at its optimum.
     """
     linearised = found.linearised
-    acting = [(c.effect, c.law, float(x)) for c, x in zip(fitted.columns, fitted.x, strict=True)]
-    variables = model.variables(linearised.comparisons, fitted.theta, acting)
+    variables = model.variables(linearised.comparisons, fitted.theta, fitted.acting)
     forms = sorted(free_forms(linearised, fitted, variables), key=lambda form: NEEDED_BY.get(form.signal, NEEDED) - form.gain)
     best = max((form.gain - NEEDED_BY.get(form.signal, NEEDED) for form in forms), default=-math.inf)
     probability = 1.0 / (1.0 + math.exp(-max(min(best / _SOFTNESS, 50.0), -50.0)))
