@@ -60,7 +60,7 @@ def diagnosis(model: Diagnosable, found: Found, theta: np.ndarray, seconds: Mapp
         places = [*_unknown_places(model, found, unknown, leader), *(row for row in places if row.regime)]
     listed = [ids for ids, p in list(verdict.sets.items())[:_MOST] if p >= LISTED and ids]
     listed = sorted([*listed, ()], key=lambda ids: -verdict.sets.get(ids, 0.0))
-    weighed = [_weighed(found, ids, verdict.sets.get(ids, 0.0), held, floor) for ids in listed]
+    weighed = [_weighed(model, found, ids, verdict.sets.get(ids, 0.0), held, floor) for ids in listed]
     first = signals[0]
     report = {
         "verdict": verdict.word,
@@ -149,12 +149,12 @@ def _why(model: Diagnosable, found: Found, verdict: Verdict) -> list[dict]:
     return rows
 
 
-def _weighed(found: Found, ids, probability: float, held: Held, floor) -> Weighed:
+def _weighed(model: Diagnosable, found: Found, ids, probability: float, held: Held, floor) -> Weighed:
     fitted = found.fitted.get(ids)
     if fitted is None:
         return Weighed(ids, probability, None, {}, {}, {})
     ratios = _ratios(held, held.run(fitted.theta, fitted.acting))
-    values = {c.effect.id: _departure(held.model, fitted, i) for i, c in enumerate(fitted.columns)}
+    values = {c.effect.id: _departure(model, fitted, i) for i, c in enumerate(fitted.columns)}
     return Weighed(ids, probability, size.gap(ratios, floor), values, _gains(found, fitted),
                    {name: ratio / floor[name] for name, ratio in ratios.items()})
 
