@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from ddh_twin_py.estimation.comparison import Comparison, Discrepancy
 from ddh_twin_py.real_rigs.controls import on_real, on_simulated
-from ddh_twin_py.real_rigs.diagnose import corrected_by, diagnose, rounds
+from ddh_twin_py.real_rigs.diagnose import diagnose, found_by, rounds
 from support.heated_block import DESCRIPTION, block
 
 OFFSET, BEND, DRAUGHT = DESCRIPTION.effects
@@ -17,7 +17,8 @@ def test_what_acts_is_found_and_then_nothing_more(effect, x):
     assert [o.verdict for o in outcomes] == ["explained", "no_gap"] and outcomes[0].believed == (effect.id,)
     gap = outcomes[0].diagnosis.report["gap"]
     assert gap["after"] < gap["before"]
-    model, fitted = corrected_by(outcomes), outcomes[-1].plain
+    model, fitted = outcomes[-1].model, outcomes[-1].plain
+    assert found_by(outcomes) == [effect.id]
     found = next(p for p in model.fitted_parameters(fitted.theta, np.ones(model.size)) if p.name.startswith(effect.id))
     assert abs(found.value - x) < LEFT[effect.id] * abs(x)
     assert on_simulated(model, fitted.theta).passed

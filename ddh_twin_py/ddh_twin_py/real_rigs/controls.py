@@ -49,6 +49,6 @@ def on_real(outcome: Outcome, shrink: Callable[[Outcome], tuple[float, float]]) 
 
 
 def said(outcome: Outcome) -> str:
-    """Verdict with its leading hypothesis."""
-    leading = outcome.diagnosis.report["hypotheses"][0]
-    return f"{outcome.verdict} ({' + '.join(leading['effects']) or 'no effect'}, {leading['probability']:.0%})"
+    """The engine's verdict, and the leading listed set with its probability among listed ones."""
+    leading, p = next(iter(outcome.listed.sets.items()))
+    return f"{outcome.verdict}; of the listed {' + '.join(leading) or 'no effect'} ({p:.0%})"

@@ -1,9 +1,14 @@
-"""A described rig diagnosed, and diagnosed again with what was found built in."""
+"""A described rig diagnosed, and diagnosed again with what was found built in.
+
+No model of a real rig leaves noise alone, so that the engine mostly adds that something acts which no listed effect explains. What
+is believed of the listed effects is therefore judged among them, and built in where it surely shrinks data that took no part; the engine's
+own verdict stands beside it and says what is left.
+"""
 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
@@ -17,6 +22,10 @@ from ddh_twin_py.gap.linearised import linearise
 from ddh_twin_py.gap.refit import Refit, Refitted
 from ddh_twin_py.gap.search import Found, search
 from ddh_twin_py.gap.suitability import unseen
+from ddh_twin_py.gap.tolerance import without_parameters
+from ddh_twin_py.gap.unknown import Unknown
+from ddh_twin_py.gap.verdict import Verdict, judge
+from ddh_twin_py.real_rigs.figures import surely_smaller
 from ddh_twin_py.real_rigs.rig_model import RigModel
 
 ROUNDS = 3
@@ -26,33 +35,50 @@ _PLACES = 12  # from which a fit is linearised again
 _SETTLED = 0.02  # of chi-square that a further place must gain, per row at least 1e-5
 
 
+_NOTHING_ELSE = Unknown(0.0, [], "", "", 0.0, "1")
+
+
 @dataclass(frozen=True)
 class Outcome:
     """What a diagnosis of a model found.
 
     Attributes:
-        model: that was diagnosed. diagnosis: the whole answer. found: what the search left.
-        plain: the model fitted without effects. leader: with the effects that are believed; ``plain`` where there are none.
+        model: that was diagnosed. diagnosis: the engine's whole answer. found: what its search left.
+        listed: its verdict with what no listed effect explains left aside.
+        plain: the model fitted without effects. leader: with those of the most probable listed set.
+        shrinks: whether the leader surely shrinks the residuals of data that took no part, see `figures.surely_smaller`.
     """
 
     model: RigModel
     diagnosis: Diagnosis
     found: Found
+    listed: Verdict
     plain: Refitted
     leader: Refitted
+    shrinks: bool
 
     @property
     def verdict(self) -> str:
-        """Word of the contract."""
+        """The engine's, a word of the contract."""
         return self.diagnosis.report["verdict"]
 
     @property
     def believed(self) -> tuple[str, ...]:
-        """Effects that explain the gap; () where the verdict is another."""
-        return self.leader.effects if self.verdict == "explained" else ()
+        """Listed effects that explain what listed effects can and surely shrink what took no part; () where there are none."""
+        return self.leader.effects if self.listed.word == "explained" and self.shrinks else ()
+
+    @property
+    def probability(self) -> float:
+        """Of the leading listed set, among listed ones."""
+        return self.listed.sets.get(self.leader.effects, 0.0)
+
+    def as_json(self) -> dict:
+        """The engine's report, and what was made of it."""
+        return {"report": self.diagnosis.report, "listed": {" + ".join(ids) or "none": p for ids, p in list(self.listed.sets.items())[:8]},
+                "believed": list(self.believed), "shrinks": self.shrinks}
 
     def corrected(self) -> RigModel:
-        """The model with the believed effects built in."""
+        """The model with the leader's effects built in."""
         spread = np.sqrt(np.diagonal(self.leader.covariance))
         return self.model.with_effects(self.leader.theta, self.leader.acting, spread)
 
@@ -94,34 +120,45 @@ def diagnose(model: RigModel, progress: Callable[[float], None] | None = None, d
         result = answer.diagnosis(model, found, begun.theta, seconds)
     seconds["answer"] = time.perf_counter() - started - sum(seconds.values())
     report = {**result.report, "notes": [*result.report["notes"], *unseen(model.effects, found.linearised.columns)]}
+    kept = without_parameters(model, found)
     plain = found.fitted[()]
-    word = report["verdict"]
-    leading = tuple(report["hypotheses"][0]["effects"]) if word == "explained" else ()
+    leader = found.fitted.get(kept.leader, plain)
     told(1.0)
-    return Outcome(model, replace(result, report=report, seconds=seconds), found, plain, found.fitted.get(leading, plain))
+    listed = judge(kept, _NOTHING_ELSE, report["gap"]["before"] <= 1.0)
+    return Outcome(model, replace(result, report=report, seconds=seconds), found, listed, plain, leader,
+                   bool(leader.columns) and _shrinks(model, plain, leader))
 
 
 def rounds(model: RigModel, progress: Callable[[float], None] | None = None, most: int = ROUNDS,
            discrepancy: Discrepancy | None = None) -> list[Outcome]:
-    """Diagnose; build in what explains the gap; diagnose again, until nothing explains it or held-out data do not shrink.
+    """Diagnose; build in what is believed; diagnose again, until nothing more is.
 
     Returns:
-        outcomes in their order; the last is the one after which nothing more was built in.
+        outcomes in their order; of the last nothing was built in, unless it is number ``most`` + 1.
     """
     told = progress or (lambda share: None)
-    out: list[Outcome] = []
-    for number in range(most):
-        out.append(diagnose(model, lambda done, n=number: told((n + done) / most), discrepancy))
-        gap = out[-1].diagnosis.report["gap"]
-        if not out[-1].believed or not gap["after"] < gap["before"]:
-            break
-        model = out[-1].corrected()
+    out = [diagnose(model, lambda done: told(done / (most + 1)), discrepancy)]
+    while out[-1].believed and len(out) <= most:
+        begun = len(out)
+        out.append(diagnose(out[-1].corrected(), lambda done, n=begun: told((n + done) / (most + 1)), discrepancy))
     told(1.0)
     return out
 
 
-def corrected_by(outcomes: Sequence[Outcome]) -> RigModel:
-    """The model with all that rounds found built in; the last round counts where it was explained and shrank held-out data."""
-    last = outcomes[-1]
-    gap = last.diagnosis.report["gap"]
-    return last.corrected() if last.believed and gap["after"] < gap["before"] else last.model
+def found_by(outcomes: Sequence[Outcome]) -> list[str]:
+    """Effects built in by rounds, in their order."""
+    return [b.effect.id for b in outcomes[-1].model.built_in]
+
+
+def _shrinks(model: RigModel, plain: Refitted, leader: Refitted) -> bool:
+    """Whether residuals of held data surely shrink."""
+    held = model.held_data()
+    mask = held.mask()
+    before, after = (held.run(f.theta, f.acting) for f in (plain, leader))
+    return surely_smaller(*([_residuals(signals, run, mask) for signals, run in zip(held.signals(), runs, strict=True)]
+                            for runs in (before, after)))
+
+
+def _residuals(signals: Mapping, run: Mapping[str, np.ndarray], mask) -> dict[str, np.ndarray]:
+    """By signal, in multiples of its noise."""
+    return {name: ((signal.measured - run[name]) / signal.noise)[mask(signal)] for name, signal in signals.items() if mask(signal).any()}

@@ -19,6 +19,16 @@ def noise_of(values: np.ndarray) -> float:
     return float(1.4826 * np.median(np.abs(np.diff(values, 3))) / np.sqrt(20.0))
 
 
+def noise_of_repeats(values: np.ndarray, period: int) -> float:
+    """Standard deviation of one sample among repeats of the same motion, from a record of at least two periods.
+
+    Args:
+        values: (n,). period: samples after which the input repeats itself.
+    """
+    count = values.size // period
+    return float(np.sqrt(np.mean(values[: count * period].reshape(count, period).var(axis=0, ddof=1))))
+
+
 def binned(time: np.ndarray, width: float, kind: np.ndarray | None = None, used: np.ndarray | None = None) -> Binning:
     """Bins of equal ``width`` (s) that belong to no phase; a bin holds samples of one kind.
 

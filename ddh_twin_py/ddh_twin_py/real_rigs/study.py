@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ddh_twin_py.gap.diagnosis import Diagnosis
+from ddh_twin_py.real_rigs.diagnose import Outcome
 
 
 class RecordingsError(ValueError):
@@ -78,7 +78,7 @@ class Study:
     Attributes:
         rig: name of the package. title: of the rig. source: who measured, where a user gets the recordings.
         splits: (name, which data) in the order of use. sentence: how it came out, one sentence.
-        rounds: diagnoses in their order, each with the effects before it built in.
+        found: effects that were built in. rounds: diagnoses in their order, each with the effects before it built in.
         rows: figures before and after. controls: negative controls. pictures: of held-out data.
         tables: further tables, title to rows of cells, the first row the headings. files: name to text, written beside the report.
         assumptions, notes: texts. seconds: by stage.
@@ -89,7 +89,8 @@ class Study:
     source: str
     splits: Sequence[tuple[str, str]]
     sentence: str
-    rounds: Sequence[Diagnosis]
+    found: Sequence[str]
+    rounds: Sequence[Outcome]
     rows: Sequence[Row]
     controls: Sequence[Control]
     pictures: Sequence[Picture] = ()
@@ -99,18 +100,12 @@ class Study:
     notes: Sequence[str] = ()
     seconds: Mapping[str, float] = field(default_factory=dict)
 
-    @property
-    def found(self) -> list[str]:
-        """Effects that were found, in their order."""
-        return list(dict.fromkeys(name for one in self.rounds if one.report["verdict"] == "explained"
-                                  for name in one.report["hypotheses"][0]["effects"]))
-
     def as_json(self) -> dict:
         """Everything but pictures and files, for JSON."""
         rows = [{"what": r.what, "unit": r.unit, "split": r.split, "samples": r.samples, "before": r.before, "after": r.after,
                  "before_interval": r.before_interval, "after_interval": r.after_interval, "published": r.published} for r in self.rows]
         controls = [{"what": c.what, "expected": c.expected, "found": c.found, "passed": c.passed} for c in self.controls]
         return {"rig": self.rig, "title": self.title, "source": self.source, "splits": dict(self.splits), "sentence": self.sentence,
-                "rounds": [one.report for one in self.rounds], "found": self.found, "rows": rows, "controls": controls,
+                "rounds": [one.as_json() for one in self.rounds], "found": list(self.found), "rows": rows, "controls": controls,
                 "tables": {name: [list(row) for row in rows] for name, rows in self.tables.items()}, "files": sorted(self.files),
                 "notes": list(self.notes), "seconds": dict(self.seconds)}

@@ -18,7 +18,7 @@ from ddh_twin_py.report.residual_charts import residual_sections
 from ddh_twin_py.report.units import number, plain
 
 if TYPE_CHECKING:
-    from ddh_twin_py.gap.diagnosis import Diagnosis
+    from ddh_twin_py.real_rigs.diagnose import Outcome
     from ddh_twin_py.real_rigs.study import Picture, Row, Study
 
 TABLE = ("rig", "found", "figure", "unit", "data", "samples", "before", "after", "published", "negative controls")
@@ -39,8 +39,8 @@ def real_rig_document(study: Study) -> doc.Document:
         head, *body = cells
         page.add(title, doc.table([doc.Column(str(name), number=i > 0) for i, name in enumerate(head)], body))
     page.add("Negative controls", _controls(study))
-    for n, diagnosis in enumerate(study.rounds, 1):
-        page.add(f"Diagnosis {n}", *_diagnosis(diagnosis))
+    for n, outcome in enumerate(study.rounds, 1):
+        page.add(f"Diagnosis {n}", *_diagnosis(outcome))
     page.add("Notes", *(doc.paragraph(said) for said in study.notes))
     return page
 
@@ -102,14 +102,16 @@ def _picture(picture: Picture) -> doc.Html:
                                                 differences=picture.differences, note=picture.note, below=140)]))
 
 
-def _diagnosis(diagnosis: Diagnosis) -> list[doc.Html]:
-    leading = diagnosis.weighed[0] if diagnosis.weighed else None
-    word = VERDICTS[diagnosis.report["verdict"]][0]
-    said = f"{word}: {diagnosis.sentence}"
-    blocks = [doc.Html(f'<p class="found"><strong>{doc.text(said)}</strong></p>')]
-    if leading is not None:
-        blocks.append(doc.note(f"Most probable: {set_name(leading.effects)}, {percent(leading.probability)}. Held out: "
-                               f"{diagnosis.report['held_out']}."))
+def _diagnosis(outcome: Outcome) -> list[doc.Html]:
+    diagnosis = outcome.diagnosis
+    words = f"Built in: {set_name(outcome.believed)}." if outcome.believed else "Nothing is built in."
+    blocks = [
+        doc.Html(f'<p class="found"><strong>{doc.text(words)}</strong></p>'),
+        doc.paragraph(f"The engine: {VERDICTS[outcome.verdict][0].lower()}. {diagnosis.sentence}"),
+        doc.note("Among the listed effects alone: " + "; ".join(f"{set_name(ids)} {percent(p)}" for ids, p in _leading(outcome))
+                 + f". Held-out residuals {'surely shrink' if outcome.shrinks else 'do not surely shrink'} "
+                 f"({diagnosis.report['held_out']})."),
+    ]
     blocks += [effects_ranked(diagnosis), classes(diagnosis), shrink_table(diagnosis), unknown(diagnosis)]
     if diagnosis.lacking:
         blocks.append(doc.details("What the model lacks, by place and regime", lacking_table(diagnosis.lacking)))
@@ -118,3 +120,8 @@ def _diagnosis(diagnosis: Diagnosis) -> list[doc.Html]:
                doc.details("Residuals on held-out data of this diagnosis", *residual_sections(diagnosis))]
     notes = [doc.note(said) for said in diagnosis.report["notes"]]
     return [*blocks, *notes]
+
+
+def _leading(outcome: Outcome) -> list[tuple[tuple[str, ...], float]]:
+    """The leading listed sets, at most four."""
+    return [(ids, p) for ids, p in outcome.listed.sets.items() if p >= 0.005 and ids != ("unknown",)][:4]
