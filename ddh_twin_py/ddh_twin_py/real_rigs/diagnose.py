@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ddh_twin_py.estimation.comparison import Discrepancy
+from ddh_twin_py.estimation.comparison import MOVING, SMOOTH, STEADY, STROKES, Discrepancy
 from ddh_twin_py.gap import answer
 from ddh_twin_py.gap.diagnosis import Diagnosis
 from ddh_twin_py.gap.hypotheses import POWER_WITHOUT_COMMISSIONING, SLACK
@@ -30,6 +30,8 @@ from ddh_twin_py.real_rigs.rig_model import RigModel
 
 ROUNDS = 3
 """Diagnoses of one rig, each with what was found before it built in."""
+LEAST_SQUARES = Discrepancy(dict.fromkeys((STEADY, MOVING, SMOOTH, STROKES), 1e-6))
+"""The model is forgiven nothing: what a fit for figures of root mean squares takes, where a diagnosis forgives classes of bins."""
 _THREADS = 2
 _PLACES = 12  # from which a fit is linearised again
 _SETTLED = 0.02  # of chi-square that a further place must gain, per row at least 1e-5
