@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -72,6 +72,16 @@ def read(data: Path, name: str) -> EmpsRecord:
             raise RecordingsError(f"{path}: {key} has {values[key].size} samples, t has {n}")
         if not np.isfinite(values[key]).all():
             raise RecordingsError(f"{path}: {key} holds a value that is no number")
-    pulses = values.get("pulses_N", np.zeros(n))
-    return EmpsRecord(path, values["t"], values["qg"], values["qm"], values["vir"], pulses, float(values["gtau"][0]),
-                      float(values["kp"][0]), float(values["kv"][0]))
+    record = EmpsRecord(path, values["t"], values["qg"], values["qm"], values["vir"], np.zeros(n), float(values["gtau"][0]),
+                        float(values["kp"][0]), float(values["kv"][0]))
+    return replace(record, pulses=_pulses(record, values["pulses_N"])) if name == PULSES else record
+
+
+def _pulses(record: EmpsRecord, shape: np.ndarray) -> np.ndarray:
+    """Pulses in N: their shape times what the recorded command has beyond the controller's; the set gives them in volts."""
+    position = record.position
+    rate = (position - np.roll(position, 2)) / (2.0 * STEP)
+    told = record.velocity_gain * (record.position_gain * (record.reference - position) - rate)
+    beyond, shape = record.force - record.force_gain * told, np.asarray(shape)
+    inner = slice(2, None)
+    return shape * float(shape[inner] @ beyond[inner]) / max(float(shape[inner] @ shape[inner]), 1e-12)
