@@ -6,6 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from ddh_twin_py.estimation.comparison import Discrepancy
 from ddh_twin_py.real_rigs.diagnose import Outcome, diagnose
 from ddh_twin_py.real_rigs.rig_model import RigModel
 from ddh_twin_py.real_rigs.study import Control
@@ -28,9 +29,9 @@ def simulated(model: RigModel, theta: np.ndarray, seed: int = 0) -> RigModel:
     return model.on([read(run) for run in model.runs], [read(run) for run in model.held])
 
 
-def on_simulated(model: RigModel, theta: np.ndarray, seed: int = 0) -> Control:
-    """Data simulated from the corrected model must come back as no gap; see `simulated`."""
-    outcome = diagnose(simulated(model, theta, seed))
+def on_simulated(model: RigModel, theta: np.ndarray, seed: int = 0, discrepancy: Discrepancy | None = None) -> Control:
+    """Data simulated from the corrected model must come back as no gap; see `simulated` and `diagnose`."""
+    outcome = diagnose(simulated(model, theta, seed), discrepancy=discrepancy)
     return Control(f"data simulated from the corrected model, seed {seed}", "no_gap", said(outcome), outcome.verdict == "no_gap")
 
 

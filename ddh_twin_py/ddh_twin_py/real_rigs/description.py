@@ -16,7 +16,8 @@ class Parameter:
     """A parameter of the model with its prior.
 
     Attributes:
-        name: field of the parameter record. value, std: mean and standard deviation of the prior, in ``unit``.
+        name: field of the parameter record. value, std: mean and standard deviation of the prior, in ``unit``; it is cut at
+            `rig.sheet.CUT` standard deviations.
         source: where the prior comes from. lowest, highest: what laws allow.
     """
 

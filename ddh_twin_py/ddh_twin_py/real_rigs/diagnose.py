@@ -14,27 +14,23 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ddh_twin_py.estimation.comparison import MOVING, SMOOTH, STEADY, STROKES, Discrepancy
+from ddh_twin_py.estimation.comparison import Discrepancy
 from ddh_twin_py.gap import answer
 from ddh_twin_py.gap.diagnosis import Diagnosis
-from ddh_twin_py.gap.hypotheses import POWER_WITHOUT_COMMISSIONING, SLACK
-from ddh_twin_py.gap.linearised import linearise
-from ddh_twin_py.gap.refit import Refit, Refitted
+from ddh_twin_py.gap.hypotheses import POWER_WITHOUT_COMMISSIONING
+from ddh_twin_py.gap.refit import Refitted
 from ddh_twin_py.gap.search import Found, search
 from ddh_twin_py.gap.suitability import unseen
 from ddh_twin_py.gap.tolerance import without_parameters
 from ddh_twin_py.gap.unknown import Unknown
 from ddh_twin_py.gap.verdict import Verdict, judge
 from ddh_twin_py.real_rigs.figures import surely_smaller
+from ddh_twin_py.real_rigs.fit import least_squares
 from ddh_twin_py.real_rigs.rig_model import RigModel
 
 ROUNDS = 3
 """Diagnoses of one rig, each with what was found before it built in."""
-LEAST_SQUARES = Discrepancy(dict.fromkeys((STEADY, MOVING, SMOOTH, STROKES), 1e-6))
-"""The model is forgiven nothing: what a fit for figures of root mean squares takes, where a diagnosis forgives classes of bins."""
 _THREADS = 2
-_PLACES = 12  # from which a fit is linearised again
-_SETTLED = 0.02  # of chi-square that a further place must gain, per row at least 1e-5
 
 
 _NOTHING_ELSE = Unknown(0.0, [], "", "", 0.0, "1")
@@ -85,24 +81,6 @@ class Outcome:
         return self.model.with_effects(self.leader.theta, self.leader.acting, spread)
 
 
-def fit(model: RigModel, pool: ThreadPoolExecutor, theta: np.ndarray | None = None, discrepancy: Discrepancy | None = None) -> Refitted:
-    """The model's parameters where the recordings and their priors put them, no effect acting.
-
-    Args:
-        theta: where to begin, deviations, (k,). discrepancy: what the model is forgiven.
-    """
-    theta = np.zeros(model.size) if theta is None else theta
-    fitted, best = None, np.inf
-    for _ in range(_PLACES):
-        place = linearise(model, (), theta, discrepancy or Discrepancy(), SLACK, POWER_WITHOUT_COMMISSIONING, pool)
-        here = Refit(model, place.comparisons, place.basis, place.sensitivities, theta).of([], place.shared(None), np.zeros(0))
-        cost = here.chi_square + float(here.theta @ here.theta)
-        if fitted is not None and not cost < best - max(_SETTLED, 1e-5 * best):
-            return here if cost < best else fitted
-        fitted, best, theta = here, cost, here.theta
-    return fitted
-
-
 def diagnose(model: RigModel, progress: Callable[[float], None] | None = None, discrepancy: Discrepancy | None = None) -> Outcome:
     """Fit, search, answer.
 
@@ -113,13 +91,13 @@ def diagnose(model: RigModel, progress: Callable[[float], None] | None = None, d
     started = time.perf_counter()
     seconds: dict[str, float] = {}
     with ThreadPoolExecutor(max_workers=_THREADS) as pool:
-        begun = fit(model, pool, discrepancy=discrepancy)
+        begun = least_squares(model)
         seconds["fit of the rig"] = time.perf_counter() - started
         told(0.3)
-        found = search(model, model.effects, begun.theta, discrepancy or Discrepancy(), POWER_WITHOUT_COMMISSIONING, pool,
+        found = search(model, model.effects, begun, discrepancy or Discrepancy(), POWER_WITHOUT_COMMISSIONING, pool,
                        lambda done: told(0.3 + 0.6 * done))
         seconds["search"] = time.perf_counter() - started - sum(seconds.values())
-        result = answer.diagnosis(model, found, begun.theta, seconds)
+        result = answer.diagnosis(model, found, begun, seconds)
     seconds["answer"] = time.perf_counter() - started - sum(seconds.values())
     report = {**result.report, "notes": [*result.report["notes"], *unseen(model.effects, found.linearised.columns)]}
     kept = without_parameters(model, found)

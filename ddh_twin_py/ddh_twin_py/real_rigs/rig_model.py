@@ -20,6 +20,7 @@ from ddh_twin_py.real_rigs.description import Description
 from ddh_twin_py.real_rigs.rig_card import Known, RigCard
 from ddh_twin_py.real_rigs.rig_held import RigHeld
 from ddh_twin_py.real_rigs.run import Run
+from ddh_twin_py.rig.sheet import CUT
 
 _DIFFERENCE = 0.02  # of a prior's standard deviation
 _BUILT_IN_WIDTH = 3.0  # how much wider the prior of a built-in effect is than what was believed of it
@@ -59,8 +60,8 @@ class RigModel:
         self._base = description.record()
         bounds = [(p.lowest, p.value, p.highest, p.std) for p in description.parameters]
         bounds += [(b.effect.lowest, b.x, b.effect.highest, b.std) for b in self.built_in]
-        self._lowest = np.array([(low - value) / std for low, value, _, std in bounds])
-        self._highest = np.array([(high - value) / std for _, value, high, std in bounds])
+        self._lowest = np.array([max((low - value) / std, -CUT) for low, value, _, std in bounds])
+        self._highest = np.array([min((high - value) / std, CUT) for _, value, high, std in bounds])
         self.catalogue: Mapping[str, Effect] = {effect.id: effect for effect in description.effects}
         self.assumptions = [*_ASSUMPTIONS, *description.assumptions]
         kinds = {"field": self.runs, "validation": self.held}
@@ -104,7 +105,7 @@ class RigModel:
         return record
 
     def within(self, theta: np.ndarray) -> np.ndarray:
-        """Deviations (k,) within what laws allow."""
+        """Deviations (k,) within the cut of the priors and what laws allow."""
         return np.clip(theta, self._lowest, self._highest)
 
     def run(self, theta: np.ndarray, acting: Acting = ()) -> list[dict[str, np.ndarray]]:
