@@ -18,14 +18,14 @@ def simulated(model: RigModel, theta: np.ndarray, seed: int = 0) -> RigModel:
         model: with all effects that are believed built in. theta: its parameters, deviations, (k,).
     """
     rng = np.random.default_rng(seed)
-    record = model.record(0, theta)
+    record = model.record(model.first, theta)
 
     def read(run):
         predicted = run.predict(record)
         return run.measuring({name: predicted[name] + rng.normal(0.0, signal.noise, signal.time.size)
                               for name, signal in run.signals.items()})
 
-    return model.on([read(run) for run in model.runs], [read(run) for run in model.held])
+    return model.on([read(run) for run in model.field], [read(run) for run in model.held])
 
 
 def on_simulated(model: RigModel, theta: np.ndarray, seed: int = 0) -> Control:

@@ -17,7 +17,7 @@ import numpy as np
 from ddh_twin_py.estimation.comparison import MOVING, SMOOTH, STEADY, STROKES, Discrepancy
 from ddh_twin_py.gap import answer
 from ddh_twin_py.gap.diagnosis import Diagnosis
-from ddh_twin_py.gap.hypotheses import POWER_WITHOUT_COMMISSIONING, SLACK
+from ddh_twin_py.gap.hypotheses import POWER, POWER_WITHOUT_COMMISSIONING, SLACK
 from ddh_twin_py.gap.linearised import linearise
 from ddh_twin_py.gap.refit import Refit, Refitted
 from ddh_twin_py.gap.search import Found, search
@@ -94,7 +94,7 @@ def fit(model: RigModel, pool: ThreadPoolExecutor, theta: np.ndarray | None = No
     theta = np.zeros(model.size) if theta is None else theta
     fitted, best = None, np.inf
     for _ in range(_PLACES):
-        place = linearise(model, (), theta, discrepancy or Discrepancy(), SLACK, POWER_WITHOUT_COMMISSIONING, pool)
+        place = linearise(model, (), theta, discrepancy or Discrepancy(), SLACK, _power(model), pool)
         here = Refit(model, place.comparisons, place.basis, place.sensitivities, theta).of([], place.shared(None), np.zeros(0))
         cost = here.chi_square + float(here.theta @ here.theta)
         if fitted is not None and not cost < best - max(_SETTLED, 1e-5 * best):
@@ -116,7 +116,7 @@ def diagnose(model: RigModel, progress: Callable[[float], None] | None = None, d
         begun = fit(model, pool, discrepancy=discrepancy)
         seconds["fit of the rig"] = time.perf_counter() - started
         told(0.3)
-        found = search(model, model.effects, begun.theta, discrepancy or Discrepancy(), POWER_WITHOUT_COMMISSIONING, pool,
+        found = search(model, model.effects, begun.theta, discrepancy or Discrepancy(), _power(model), pool,
                        lambda done: told(0.3 + 0.6 * done))
         seconds["search"] = time.perf_counter() - started - sum(seconds.values())
         result = answer.diagnosis(model, found, begun.theta, seconds)
@@ -129,6 +129,10 @@ def diagnose(model: RigModel, progress: Callable[[float], None] | None = None, d
     listed = judge(kept, _NOTHING_ELSE, report["gap"]["before"] <= 1.0)
     return Outcome(model, replace(result, report=report, seconds=seconds), found, listed, plain, leader,
                    bool(leader.columns) and _shrinks(model, plain, leader))
+
+
+def _power(model: RigModel) -> float:
+    return POWER if model.commissioning else POWER_WITHOUT_COMMISSIONING
 
 
 def rounds(model: RigModel, progress: Callable[[float], None] | None = None, most: int = ROUNDS,
