@@ -8,6 +8,7 @@ import numpy as np
 
 from ddh_twin_py.estimation.comparison import Discrepancy
 from ddh_twin_py.real_rigs.diagnose import Outcome, diagnose
+from ddh_twin_py.real_rigs.fit import by_steps
 from ddh_twin_py.real_rigs.rig_model import RigModel
 from ddh_twin_py.real_rigs.study import Control
 
@@ -19,19 +20,20 @@ def simulated(model: RigModel, theta: np.ndarray, seed: int = 0) -> RigModel:
         model: with all effects that are believed built in. theta: its parameters, deviations, (k,).
     """
     rng = np.random.default_rng(seed)
-    record = model.record(0, theta)
+    record = model.record(model.first, theta)
 
     def read(run):
         predicted = run.predict(record)
         return run.measuring({name: predicted[name] + rng.normal(0.0, signal.noise, signal.time.size)
                               for name, signal in run.signals.items()})
 
-    return model.on([read(run) for run in model.runs], [read(run) for run in model.held])
+    return model.on([read(run) for run in model.field], [read(run) for run in model.held])
 
 
-def on_simulated(model: RigModel, theta: np.ndarray, seed: int = 0, discrepancy: Discrepancy | None = None) -> Control:
+def on_simulated(model: RigModel, theta: np.ndarray, seed: int = 0, discrepancy: Discrepancy | None = None,
+                 start: Callable[[RigModel], np.ndarray] = by_steps) -> Control:
     """Data simulated from the corrected model must come back as no gap; see `simulated` and `diagnose`."""
-    outcome = diagnose(simulated(model, theta, seed), discrepancy=discrepancy)
+    outcome = diagnose(simulated(model, theta, seed), discrepancy=discrepancy, start=start)
     return Control(f"data simulated from the corrected model, seed {seed}", "no_gap", said(outcome), outcome.verdict == "no_gap")
 
 

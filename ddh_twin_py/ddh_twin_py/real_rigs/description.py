@@ -16,8 +16,7 @@ class Parameter:
     """A parameter of the model with its prior.
 
     Attributes:
-        name: field of the parameter record. value, std: mean and standard deviation of the prior, in ``unit``; it is cut at
-            `rig.sheet.CUT` standard deviations.
+        name: field of the parameter record. value, std: mean and standard deviation of the prior, in ``unit``.
         source: where the prior comes from. lowest, highest: what laws allow.
     """
 
@@ -39,7 +38,7 @@ class Description:
         parameters: with priors. neutral: fields of the record that effects change, and constants, with the values that they have
             without any effect. effects: catalogue.
         places: signal to component and domain, where a cause that no effect explains is looked for when it shows in that signal.
-        assumptions: texts for the end of the page.
+        assumptions: texts for the end of the page. cut: standard deviations of its prior beyond which no parameter goes.
     """
 
     rig: str
@@ -49,6 +48,7 @@ class Description:
     effects: Sequence[Effect]
     places: Mapping[str, tuple[str, str]] = field(default_factory=dict)
     assumptions: Sequence[str] = ()
+    cut: float = math.inf
 
     def record(self) -> np.ndarray:
         """Parameter record (1,) at the priors' means, no effect acting."""

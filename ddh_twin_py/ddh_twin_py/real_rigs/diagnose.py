@@ -17,7 +17,6 @@ import numpy as np
 from ddh_twin_py.estimation.comparison import Discrepancy
 from ddh_twin_py.gap import answer
 from ddh_twin_py.gap.diagnosis import Diagnosis
-from ddh_twin_py.gap.hypotheses import POWER_WITHOUT_COMMISSIONING
 from ddh_twin_py.gap.refit import Refitted
 from ddh_twin_py.gap.search import Found, search
 from ddh_twin_py.gap.suitability import unseen
@@ -25,7 +24,7 @@ from ddh_twin_py.gap.tolerance import without_parameters
 from ddh_twin_py.gap.unknown import Unknown
 from ddh_twin_py.gap.verdict import Verdict, judge
 from ddh_twin_py.real_rigs.figures import surely_smaller
-from ddh_twin_py.real_rigs.fit import least_squares
+from ddh_twin_py.real_rigs.fit import by_steps, power_of
 from ddh_twin_py.real_rigs.rig_model import RigModel
 
 ROUNDS = 3
@@ -81,20 +80,21 @@ class Outcome:
         return self.model.with_effects(self.leader.theta, self.leader.acting, spread)
 
 
-def diagnose(model: RigModel, progress: Callable[[float], None] | None = None, discrepancy: Discrepancy | None = None) -> Outcome:
+def diagnose(model: RigModel, progress: Callable[[float], None] | None = None, discrepancy: Discrepancy | None = None,
+             start: Callable[[RigModel], np.ndarray] = by_steps) -> Outcome:
     """Fit, search, answer.
 
     Args:
         progress: told the share done. discrepancy: what the model is forgiven; the engine's own where None.
+        start: gives the place at which the search begins, deviations, (k,).
     """
     told = progress or (lambda share: None)
     started = time.perf_counter()
-    seconds: dict[str, float] = {}
+    begun = start(model)
+    seconds = {"fit of the rig": time.perf_counter() - started}
+    told(0.3)
     with ThreadPoolExecutor(max_workers=_THREADS) as pool:
-        begun = least_squares(model)
-        seconds["fit of the rig"] = time.perf_counter() - started
-        told(0.3)
-        found = search(model, model.effects, begun, discrepancy or Discrepancy(), POWER_WITHOUT_COMMISSIONING, pool,
+        found = search(model, model.effects, begun, discrepancy or Discrepancy(), power_of(model), pool,
                        lambda done: told(0.3 + 0.6 * done))
         seconds["search"] = time.perf_counter() - started - sum(seconds.values())
         result = answer.diagnosis(model, found, begun, seconds)
@@ -110,17 +110,17 @@ def diagnose(model: RigModel, progress: Callable[[float], None] | None = None, d
 
 
 def rounds(model: RigModel, progress: Callable[[float], None] | None = None, most: int = ROUNDS,
-           discrepancy: Discrepancy | None = None) -> list[Outcome]:
-    """Diagnose; build in what is believed; diagnose again, until nothing more is.
+           discrepancy: Discrepancy | None = None, start: Callable[[RigModel], np.ndarray] = by_steps) -> list[Outcome]:
+    """Diagnose; build in what is believed; diagnose again, until nothing more is; see `diagnose` for the arguments.
 
     Returns:
         outcomes in their order; of the last nothing was built in, unless it is number ``most`` + 1.
     """
     told = progress or (lambda share: None)
-    out = [diagnose(model, lambda done: told(done / (most + 1)), discrepancy)]
+    out = [diagnose(model, lambda done: told(done / (most + 1)), discrepancy, start)]
     while out[-1].believed and len(out) <= most:
         begun = len(out)
-        out.append(diagnose(out[-1].corrected(), lambda done, n=begun: told((n + done) / (most + 1)), discrepancy))
+        out.append(diagnose(out[-1].corrected(), lambda done, n=begun: told((n + done) / (most + 1)), discrepancy, start))
     told(1.0)
     return out
 

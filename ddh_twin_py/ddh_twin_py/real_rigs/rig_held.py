@@ -16,11 +16,11 @@ if TYPE_CHECKING:
 
 
 class RigHeld:
-    """The held runs of a model, or where it has none the samples of its runs after each signal's ``held_from``."""
+    """The held runs of a model, or where it has none the samples of those in question after each signal's ``held_from``."""
 
     def __init__(self, model: RigModel) -> None:
         self._model = model
-        self._runs = model.held or model.runs
+        self._runs = model.held or model.field
         own = ", ".join(run.name for run in self._runs)
         self.words = own if model.held else f"the end of {own}, {self._spans()}"
 
@@ -41,7 +41,7 @@ class RigHeld:
 
     def run(self, theta: np.ndarray, acting: Acting) -> list[dict[str, np.ndarray]]:
         """Free runs, by recording."""
-        record = self._model.record(0, theta, acting)
+        record = self._model.record(self._model.first, theta, acting)
         return [run.predict(record) for run in self._runs]
 
     def traces(self, before: Mapping[str, np.ndarray], after: Mapping[str, np.ndarray], floor: Mapping[str, float]) -> dict[str, Trace]:
@@ -57,4 +57,4 @@ class RigHeld:
 
     def axes(self, theta: np.ndarray, acting: Acting) -> dict[str, tuple[np.ndarray, np.ndarray]]:
         """Variables on which residuals may depend, of the first recording."""
-        return self._runs[0].variables(self._model.record(0, theta, acting))
+        return self._runs[0].variables(self._model.record(self._model.first, theta, acting))

@@ -20,16 +20,15 @@ from ddh_twin_py.real_rigs.description import Description
 from ddh_twin_py.real_rigs.rig_card import Known, RigCard
 from ddh_twin_py.real_rigs.rig_held import RigHeld
 from ddh_twin_py.real_rigs.run import Run
-from ddh_twin_py.rig.sheet import CUT
 
 _DIFFERENCE = 0.02  # of a prior's standard deviation
 _BUILT_IN_WIDTH = 3.0  # how much wider the prior of a built-in effect is than what was believed of it
 _ASSUMPTIONS = [
     "Parameters are independent and normal with the priors that the rig's description gives, and the same in all recordings.",
-    "There is no recording of the rig as built: it is held against its description, and what lies within priors is no gap.",
     "Noise is white and of the size that the recordings show at their highest frequencies; laws are a little wrong in every direction.",
     "No more than two effects act at once; what a first round finds is built in before a second one is asked.",
 ]
+_UNCOMMISSIONED = "There is no recording of the rig as built: it is held against its description, and what lies within priors is no gap."
 
 
 @dataclass(frozen=True)
@@ -48,25 +47,30 @@ class RigModel:
     The unknowns are deviations of the parameters in standard deviations of their priors, then those of effects built in.
 
     Args:
-        description: of the rig. runs: recordings to find and fit with. held: recordings that take no part in it and may refute; where
-            there are none, samples later than each signal's ``held_from``. built_in: effects that the model has.
+        description: of the rig. runs: recordings whose gap is asked about, to find and fit with. held: recordings that take no part in it
+            and may refute; where there are none, samples later than each signal's ``held_from``. built_in: effects that the model has.
+        commissioning: recordings of the rig as it should be, to fit with; no effect acts there.
     """
 
-    def __init__(self, description: Description, runs: Sequence[Run], held: Sequence[Run] = (), built_in: Sequence[BuiltIn] = ()) -> None:
-        self.description, self.runs, self.held, self.built_in = description, list(runs), list(held), list(built_in)
+    def __init__(self, description: Description, runs: Sequence[Run], held: Sequence[Run] = (), built_in: Sequence[BuiltIn] = (),
+                 commissioning: Sequence[Run] = ()) -> None:
+        self.description, self.field, self.held, self.built_in = description, list(runs), list(held), list(built_in)
+        self.commissioning = list(commissioning)
+        self.runs = [*self.commissioning, *self.field]
         self.signals = [run.signals for run in self.runs]
-        self.altered = [True] * len(self.runs)
+        self.altered = [False] * len(self.commissioning) + [True] * len(self.field)
+        self.first = len(self.commissioning)
         self.size = len(description.parameters) + len(self.built_in)
         self._base = description.record()
         bounds = [(p.lowest, p.value, p.highest, p.std) for p in description.parameters]
         bounds += [(b.effect.lowest, b.x, b.effect.highest, b.std) for b in self.built_in]
-        self._lowest = np.array([max((low - value) / std, -CUT) for low, value, _, std in bounds])
-        self._highest = np.array([min((high - value) / std, CUT) for _, value, high, std in bounds])
+        self._lowest = np.array([max((low - value) / std, -description.cut) for low, value, _, std in bounds])
+        self._highest = np.array([min((high - value) / std, description.cut) for _, value, high, std in bounds])
         self.catalogue: Mapping[str, Effect] = {effect.id: effect for effect in description.effects}
-        self.assumptions = [*_ASSUMPTIONS, *description.assumptions]
-        kinds = {"field": self.runs, "validation": self.held}
+        self.assumptions = [*_ASSUMPTIONS, *([] if commissioning else [_UNCOMMISSIONED]), *description.assumptions]
+        kinds = {"field": self.field, "commissioning": self.commissioning, "validation": self.held}
         self.recordings = {kind: [run.name for run in own] for kind, own in kinds.items() if own}
-        names = self.runs[0].variables(self._base)
+        names = self.field[0].variables(self._base)
         self.variable_units = {_plain(name): name.rpartition(", ")[2] for name in names}
         self.rig = RigCard(description.rig, description.source,
                            {p.name: Known(p.value, p.std, p.unit, p.source) for p in description.parameters})
@@ -86,18 +90,20 @@ class RigModel:
         own = theta[len(self.description.parameters):]
         kept = [replace(b, x=b.effect.limit(b.x + float(d) * b.std)) for b, d in zip(self.built_in, own, strict=True)]
         new = [BuiltIn(effect, law, x, _BUILT_IN_WIDTH * max(s, 1e-3 * abs(x))) for (effect, law, x), s in zip(acting, spread, strict=True)]
-        return RigModel(self.description, self.runs, self.held, kept + new)
+        return RigModel(self.description, self.field, self.held, kept + new, self.commissioning)
 
     def on(self, runs: Sequence[Run], held: Sequence[Run] = ()) -> RigModel:
-        """The same model on other recordings."""
-        return RigModel(self.description, runs, held, self.built_in)
+        """The same model on other recordings in question."""
+        return RigModel(self.description, runs, held, self.built_in, self.commissioning)
 
     def record(self, number: int, theta: np.ndarray, acting: Acting = ()) -> np.ndarray:
-        """Parameter record (1,); the same for every recording ``number``."""
+        """Parameter record (1,) of a recording; effects, built in or acting, act where it is altered."""
         record = self._base.copy()
         own = len(self.description.parameters)
         for parameter, deviation in zip(self.description.parameters, theta[:own], strict=True):
             record[parameter.name] += deviation * parameter.std
+        if not self.altered[number]:
+            return record
         for built, deviation in zip(self.built_in, theta[own:], strict=True):
             built.effect.laws[built.law](record, built.x + float(deviation) * built.std)
         for effect, law, departure in acting:
@@ -110,8 +116,7 @@ class RigModel:
 
     def run(self, theta: np.ndarray, acting: Acting = ()) -> list[dict[str, np.ndarray]]:
         """Free run of every recording."""
-        record = self.record(0, theta, acting)
-        return [run.predict(record) for run in self.runs]
+        return [self.run_one(number, theta, acting) for number in range(len(self.runs))]
 
     def run_one(self, number: int, theta: np.ndarray, acting: Acting = (), roughly: bool = False) -> dict[str, np.ndarray]:
         """Free run of one recording."""
@@ -146,9 +151,9 @@ class RigModel:
 
     def variables(self, comparisons: Sequence[Comparison], theta: np.ndarray, acting: Acting = ()) -> list[dict[str, np.ndarray]]:
         """What a discrepancy may depend on, at every bin, by recording."""
-        record = self.record(0, theta, acting)
         out = []
-        for run, comparison in zip(self.runs, comparisons, strict=True):
+        for number, (run, comparison) in enumerate(zip(self.runs, comparisons, strict=True)):
+            record = self.record(number, theta, acting)
             time = np.concatenate([block.binning.time for block in comparison.blocks])
             out.append({_plain(name): np.interp(time, *axis) for name, axis in run.variables(record).items()})
         return out
@@ -165,8 +170,8 @@ class RigModel:
         return "rig", "mechanical"
 
     def course(self, effect: Effect, without: np.ndarray, acting: np.ndarray) -> Course:
-        """Change of the reading of the first recording that changes most for its noise."""
-        run = self.runs[0]
+        """Change of the reading of the first recording in question that changes most for its noise."""
+        run = self.field[0]
         before, after = run.predict(without), run.predict(acting)
         worst = max(run.signals, key=lambda n: float(np.sqrt(np.mean((after[n] - before[n]) ** 2))) / run.signals[n].noise)
         signal = run.signals[worst]
@@ -190,7 +195,7 @@ class RigModel:
         """Fitted parameters; quantities of effects that act are added by their ids."""
         source = "fitted to " + ", ".join(run.name for run in self.runs)
         known = {p.name: Known(p.value, p.std, p.unit, source) for p in self.fitted_parameters(theta, spread)}
-        record = self.record(0, theta)
+        record = self.record(self.first, theta)
         known |= {effect.id: Known(effect.reference(record) + x, float("nan"), effect.unit, source) for effect, _, x in acting}
         return RigCard(self.description.rig, self.description.source, known)
 

@@ -17,6 +17,7 @@ from ddh_twin_py.real_rigs.cascaded_tanks.recordings import SOURCE, STEP, TankRe
 from ddh_twin_py.real_rigs.description import Description, Parameter
 from ddh_twin_py.real_rigs.run import Run
 from ddh_twin_py.real_rigs.signals import signal
+from ddh_twin_py.rig.sheet import CUT
 
 NOISE = 0.1
 """V: 1 % of the sensor's range, which a free run is not expected to undercut; readings themselves scatter by less."""
@@ -78,7 +79,7 @@ EFFECTS = (
 DESCRIPTION = Description("cascaded tanks", SOURCE, PARAMETERS, NEUTRAL, EFFECTS, {"level": ("lower_tank", "hydraulic")}, (
     "Both records begin at the same unknown levels, as the benchmark says.",
     "A leak of the lower tank cannot be told from a wider outlet and is not listed.",
-))
+), CUT)
 
 
 class Tanks(Run):

@@ -36,12 +36,12 @@ def run(data: Path, progress: Callable[[float], None] | None = None) -> Study:
     begun = time.perf_counter()
     first = read(data, IDENTIFICATION)
     baseline = RigModel(DESCRIPTION, [Tanks(first, HELD_SHARE)])
-    outcomes = rounds(baseline, lambda done: told(0.6 * done), discrepancy=NOTHING_FORGIVEN)
+    outcomes = rounds(baseline, lambda done: told(0.6 * done), discrepancy=NOTHING_FORGIVEN, start=least_squares)
     seconds = {"diagnoses": time.perf_counter() - begun}
     last = outcomes[-1]
     before, after = (_fitted(model, first) for model in (baseline, last.model))
     told(0.7)
-    controls = [on_simulated(last.model, last.plain.theta, seed, NOTHING_FORGIVEN) for seed in _SEEDS]
+    controls = [on_simulated(last.model, last.plain.theta, seed, NOTHING_FORGIVEN, least_squares) for seed in _SEEDS]
     told(0.9)
     test = read(data, TEST)
     controls.append(on_real(last, lambda outcome: _errors(outcome, test)))
