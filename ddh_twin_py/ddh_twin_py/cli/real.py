@@ -8,7 +8,7 @@ from pathlib import Path
 
 from ddh_twin_py.cli.arguments import InputError, add_json, add_verb, nearest_of
 
-_EXAMPLE = "  ddh-twin real emps cascaded_tanks --data ../shared/data/real --out out/real"
+_EXAMPLE = "  ddh-twin real emps cascaded_tanks --data /data/real --out out/real"
 
 
 def add_parser(subparsers) -> None:
