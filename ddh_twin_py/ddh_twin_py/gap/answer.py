@@ -36,7 +36,7 @@ def diagnosis(model: DirectDrive, recordings, found: Found, theta: np.ndarray, e
     """The whole answer.
 
     Args:
-        model, found: of the case. theta: parameters fitted to the commissioning recording (or, without one, to the field), (k,).
+        model, found: of the case. theta: parameters fitted to the commissioning recording, (k,).
         effects: that were asked about. seconds: by stage so far.
     """
     found = without_parameters(model, found)
