@@ -6,7 +6,9 @@ from collections.abc import Callable
 
 import numpy as np
 
+from ddh_twin_py.estimation.comparison import Discrepancy
 from ddh_twin_py.real_rigs.diagnose import Outcome, diagnose
+from ddh_twin_py.real_rigs.fit import by_steps
 from ddh_twin_py.real_rigs.rig_model import RigModel
 from ddh_twin_py.real_rigs.study import Control
 
@@ -29,9 +31,10 @@ def simulated(model: RigModel, theta: np.ndarray, seed: int = 0) -> RigModel:
                     [read(run, model.record(number, theta)) for number, run in enumerate(model.commissioning)])
 
 
-def on_simulated(model: RigModel, theta: np.ndarray, seed: int = 0) -> Control:
-    """Data simulated from the corrected model must come back as no gap; see `simulated`."""
-    outcome = diagnose(simulated(model, theta, seed))
+def on_simulated(model: RigModel, theta: np.ndarray, seed: int = 0, discrepancy: Discrepancy | None = None,
+                 start: Callable[[RigModel], np.ndarray] = by_steps) -> Control:
+    """Data simulated from the corrected model must come back as no gap; see `simulated` and `diagnose`."""
+    outcome = diagnose(simulated(model, theta, seed), discrepancy=discrepancy, start=start)
     return Control(f"data simulated from the corrected model, seed {seed}", "no_gap", said(outcome), outcome.verdict == "no_gap")
 
 

@@ -38,7 +38,7 @@ class Description:
         parameters: with priors. neutral: fields of the record that effects change, and constants, with the values that they have
             without any effect. effects: catalogue.
         places: signal to component and domain, where a cause that no effect explains is looked for when it shows in that signal.
-        assumptions: texts for the end of the page.
+        assumptions: texts for the end of the page. cut: standard deviations of its prior beyond which no parameter goes.
     """
 
     rig: str
@@ -48,6 +48,7 @@ class Description:
     effects: Sequence[Effect]
     places: Mapping[str, tuple[str, str]] = field(default_factory=dict)
     assumptions: Sequence[str] = ()
+    cut: float = math.inf
 
     def record(self) -> np.ndarray:
         """Parameter record (1,) at the priors' means, no effect acting."""

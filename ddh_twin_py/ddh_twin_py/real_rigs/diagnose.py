@@ -14,27 +14,22 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ddh_twin_py.estimation.comparison import MOVING, SMOOTH, STEADY, STROKES, Discrepancy
+from ddh_twin_py.estimation.comparison import Discrepancy
 from ddh_twin_py.gap import answer
 from ddh_twin_py.gap.diagnosis import Diagnosis
-from ddh_twin_py.gap.hypotheses import POWER, POWER_WITHOUT_COMMISSIONING, SLACK
-from ddh_twin_py.gap.linearised import linearise
-from ddh_twin_py.gap.refit import Refit, Refitted
+from ddh_twin_py.gap.refit import Refitted
 from ddh_twin_py.gap.search import Found, search
 from ddh_twin_py.gap.suitability import unseen
 from ddh_twin_py.gap.tolerance import without_parameters
 from ddh_twin_py.gap.unknown import Unknown
 from ddh_twin_py.gap.verdict import Verdict, judge
 from ddh_twin_py.real_rigs.figures import surely_smaller
+from ddh_twin_py.real_rigs.fit import by_steps, power_of
 from ddh_twin_py.real_rigs.rig_model import RigModel
 
 ROUNDS = 3
 """Diagnoses of one rig, each with what was found before it built in."""
-LEAST_SQUARES = Discrepancy(dict.fromkeys((STEADY, MOVING, SMOOTH, STROKES), 1e-6))
-"""The model is forgiven nothing: what a fit for figures of root mean squares takes, where a diagnosis forgives classes of bins."""
 _THREADS = 2
-_PLACES = 12  # from which a fit is linearised again
-_SETTLED = 0.02  # of chi-square that a further place must gain, per row at least 1e-5
 
 
 _NOTHING_ELSE = Unknown(0.0, [], "", "", 0.0, "1")
@@ -85,41 +80,24 @@ class Outcome:
         return self.model.with_effects(self.leader.theta, self.leader.acting, spread)
 
 
-def fit(model: RigModel, pool: ThreadPoolExecutor, theta: np.ndarray | None = None, discrepancy: Discrepancy | None = None) -> Refitted:
-    """The model's parameters where the recordings and their priors put them, no effect acting.
-
-    Args:
-        theta: where to begin, deviations, (k,). discrepancy: what the model is forgiven.
-    """
-    theta = np.zeros(model.size) if theta is None else theta
-    fitted, best = None, np.inf
-    for _ in range(_PLACES):
-        place = linearise(model, (), theta, discrepancy or Discrepancy(), SLACK, _power(model), pool)
-        here = Refit(model, place.comparisons, place.basis, place.sensitivities, theta).of([], place.shared(None), np.zeros(0))
-        cost = here.chi_square + float(here.theta @ here.theta)
-        if fitted is not None and not cost < best - max(_SETTLED, 1e-5 * best):
-            return here if cost < best else fitted
-        fitted, best, theta = here, cost, here.theta
-    return fitted
-
-
-def diagnose(model: RigModel, progress: Callable[[float], None] | None = None, discrepancy: Discrepancy | None = None) -> Outcome:
+def diagnose(model: RigModel, progress: Callable[[float], None] | None = None, discrepancy: Discrepancy | None = None,
+             start: Callable[[RigModel], np.ndarray] = by_steps) -> Outcome:
     """Fit, search, answer.
 
     Args:
         progress: told the share done. discrepancy: what the model is forgiven; the engine's own where None.
+        start: gives the place at which the search begins, deviations, (k,).
     """
     told = progress or (lambda share: None)
     started = time.perf_counter()
-    seconds: dict[str, float] = {}
+    begun = start(model)
+    seconds = {"fit of the rig": time.perf_counter() - started}
+    told(0.3)
     with ThreadPoolExecutor(max_workers=_THREADS) as pool:
-        begun = fit(model, pool, discrepancy=discrepancy)
-        seconds["fit of the rig"] = time.perf_counter() - started
-        told(0.3)
-        found = search(model, model.effects, begun.theta, discrepancy or Discrepancy(), _power(model), pool,
+        found = search(model, model.effects, begun, discrepancy or Discrepancy(), power_of(model), pool,
                        lambda done: told(0.3 + 0.6 * done))
         seconds["search"] = time.perf_counter() - started - sum(seconds.values())
-        result = answer.diagnosis(model, found, begun.theta, seconds)
+        result = answer.diagnosis(model, found, begun, seconds)
     seconds["answer"] = time.perf_counter() - started - sum(seconds.values())
     report = {**result.report, "notes": [*result.report["notes"], *unseen(model.effects, found.linearised.columns)]}
     kept = without_parameters(model, found)
@@ -131,22 +109,18 @@ def diagnose(model: RigModel, progress: Callable[[float], None] | None = None, d
                    bool(leader.columns) and _shrinks(model, plain, leader))
 
 
-def _power(model: RigModel) -> float:
-    return POWER if model.commissioning else POWER_WITHOUT_COMMISSIONING
-
-
 def rounds(model: RigModel, progress: Callable[[float], None] | None = None, most: int = ROUNDS,
-           discrepancy: Discrepancy | None = None) -> list[Outcome]:
-    """Diagnose; build in what is believed; diagnose again, until nothing more is.
+           discrepancy: Discrepancy | None = None, start: Callable[[RigModel], np.ndarray] = by_steps) -> list[Outcome]:
+    """Diagnose; build in what is believed; diagnose again, until nothing more is; see `diagnose` for the arguments.
 
     Returns:
         outcomes in their order; of the last nothing was built in, unless it is number ``most`` + 1.
     """
     told = progress or (lambda share: None)
-    out = [diagnose(model, lambda done: told(done / (most + 1)), discrepancy)]
+    out = [diagnose(model, lambda done: told(done / (most + 1)), discrepancy, start)]
     while out[-1].believed and len(out) <= most:
         begun = len(out)
-        out.append(diagnose(out[-1].corrected(), lambda done, n=begun: told((n + done) / (most + 1)), discrepancy))
+        out.append(diagnose(out[-1].corrected(), lambda done, n=begun: told((n + done) / (most + 1)), discrepancy, start))
     told(1.0)
     return out
 

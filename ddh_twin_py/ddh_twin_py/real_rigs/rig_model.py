@@ -64,8 +64,8 @@ class RigModel:
         self._base = description.record()
         bounds = [(p.lowest, p.value, p.highest, p.std) for p in description.parameters]
         bounds += [(b.effect.lowest, b.x, b.effect.highest, b.std) for b in self.built_in]
-        self._lowest = np.array([(low - value) / std for low, value, _, std in bounds])
-        self._highest = np.array([(high - value) / std for _, value, high, std in bounds])
+        self._lowest = np.array([max((low - value) / std, -description.cut) for low, value, _, std in bounds])
+        self._highest = np.array([min((high - value) / std, description.cut) for _, value, high, std in bounds])
         self.catalogue: Mapping[str, Effect] = {effect.id: effect for effect in description.effects}
         self.assumptions = [*_ASSUMPTIONS, *([] if commissioning else [_UNCOMMISSIONED]), *description.assumptions]
         kinds = {"field": self.field, "commissioning": self.commissioning, "validation": self.held}
@@ -111,7 +111,7 @@ class RigModel:
         return record
 
     def within(self, theta: np.ndarray) -> np.ndarray:
-        """Deviations (k,) within what laws allow."""
+        """Deviations (k,) within the cut of the priors and what laws allow."""
         return np.clip(theta, self._lowest, self._highest)
 
     def run(self, theta: np.ndarray, acting: Acting = ()) -> list[dict[str, np.ndarray]]:

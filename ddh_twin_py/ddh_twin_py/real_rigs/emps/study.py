@@ -4,17 +4,17 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
 
 from ddh_twin_py.real_rigs.controls import on_real, on_simulated
-from ddh_twin_py.real_rigs.diagnose import LEAST_SQUARES, Outcome, fit, found_by, rounds
+from ddh_twin_py.real_rigs.diagnose import Outcome, found_by, rounds
 from ddh_twin_py.real_rigs.emps import inverse
 from ddh_twin_py.real_rigs.emps.model import DESCRIPTION, HELD_SHARE, PERIOD, Axis
 from ddh_twin_py.real_rigs.emps.recordings import IDENTIFICATION, PULSES, SOURCE, EmpsRecord, present, read
 from ddh_twin_py.real_rigs.figures import interval, rms
+from ddh_twin_py.real_rigs.fit import least_squares
 from ddh_twin_py.real_rigs.rig_model import RigModel
 from ddh_twin_py.real_rigs.signals import noise_of_repeats
 from ddh_twin_py.real_rigs.study import Line, Picture, Row, Study
@@ -43,13 +43,12 @@ def run(data: Path, progress: Callable[[float], None] | None = None) -> Study:
     seconds["diagnoses"] = time.perf_counter() - begun
     last = outcomes[-1]
     whole = [Axis(first, noise)]
-    with ThreadPoolExecutor(2) as pool:
-        before, after = (_fitted(model.on(whole), pool) for model in (baseline, last.model))
-        told(0.7)
-        controls = [on_simulated(last.model, last.plain.theta, seed) for seed in _SEEDS]
-        told(0.9)
-        pulses = read(data, PULSES)
-        controls.append(on_real(last, lambda outcome: _position_errors(outcome, pulses, noise, pool)))
+    before, after = (_fitted(model.on(whole)) for model in (baseline, last.model))
+    told(0.7)
+    controls = [on_simulated(last.model, last.plain.theta, seed) for seed in _SEEDS]
+    told(0.9)
+    pulses = read(data, PULSES)
+    controls.append(on_real(last, lambda outcome: _position_errors(outcome, pulses, noise)))
     rows = [*_inverse_rows(first, first, before, after, f"{IDENTIFICATION}, used to find and fit"),
             *_inverse_rows(first, pulses, before, after, f"{PULSES}, held out"),
             *_simulated_rows(pulses, before, after, noise, f"{PULSES}, held out")]
@@ -67,9 +66,9 @@ def run(data: Path, progress: Callable[[float], None] | None = None) -> Study:
                  notes=(f"Noise of the force: {noise:.2f} N, what repeats of the same motion scatter.",), seconds=seconds)
 
 
-def _fitted(model: RigModel, pool: ThreadPoolExecutor) -> np.ndarray:
+def _fitted(model: RigModel) -> np.ndarray:
     """Parameter record (1,) of a model by least squares."""
-    return model.record(0, fit(model, pool, discrepancy=LEAST_SQUARES).theta)
+    return model.record(0, least_squares(model))
 
 
 def _inverse_rows(first: EmpsRecord, record: EmpsRecord, before: np.ndarray, after: np.ndarray, split: str) -> list[Row]:
@@ -96,7 +95,7 @@ def _simulated_rows(record: EmpsRecord, before: np.ndarray, after: np.ndarray, n
             for what, unit, factor, errors in rows]
 
 
-def _position_errors(outcome: Outcome, record: EmpsRecord, noise: float, pool: ThreadPoolExecutor) -> tuple[float, float]:
+def _position_errors(outcome: Outcome, record: EmpsRecord, noise: float) -> tuple[float, float]:
     """RMS error of the simulated position, m, of a record, without and with what an outcome believes."""
     axis = Axis(record, noise)
     return tuple(rms(axis.simulate(outcome.model.record(0, f.theta, f.acting))[0] - record.position)

@@ -12,8 +12,9 @@ import numpy as np
 from scipy.stats import spearmanr
 
 from ddh_twin_py.real_rigs.controls import on_real, on_simulated
-from ddh_twin_py.real_rigs.diagnose import fit, found_by
+from ddh_twin_py.real_rigs.diagnose import found_by
 from ddh_twin_py.real_rigs.figures import interval, rms
+from ddh_twin_py.real_rigs.fit import fit
 from ddh_twin_py.real_rigs.rig_model import RigModel
 from ddh_twin_py.real_rigs.study import Control, Line, Picture, Row, Study
 from ddh_twin_py.real_rigs.zema import conditions as condition
