@@ -11,7 +11,7 @@ from ddh_twin_py.cli.arguments import Parser
 from ddh_twin_py.cli.interruption import Interruption
 
 VERBS = ("demo", "replay", "calibrate", "gap", "gap-design", "fleet", "info", "simulate", "up", "paper", "study", "motor", "verify",
-         "bench", "gap-bench")
+         "bench", "gap-bench", "real")
 """Verbs in the order of the help; each is a module of this package."""
 
 _WITH_NODES = frozenset({"demo", "up"})

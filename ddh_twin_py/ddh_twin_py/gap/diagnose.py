@@ -15,7 +15,7 @@ from ddh_twin_py.estimation.experiment import Experiment
 from ddh_twin_py.gap import answer
 from ddh_twin_py.gap.catalogue import EFFECTS
 from ddh_twin_py.gap.diagnosis import Diagnosis
-from ddh_twin_py.gap.direct_drive import DirectDrive
+from ddh_twin_py.gap.drive_case import DriveCase
 from ddh_twin_py.gap.hypotheses import POWER, POWER_WITHOUT_COMMISSIONING
 from ddh_twin_py.gap.search import Found, search
 from ddh_twin_py.gap.suitability import no_answer, one_rig, refuse_unfit, unseen
@@ -63,11 +63,11 @@ def diagnose(recordings: Recordings, rig: Rig, without: Collection[str] = (), on
     for experiment, role in [*((e, "commissioning") for e in commissioning), *((e, "validation") for e in held)]:
         refuse_unfit(experiment, role)
     reason = no_answer(field, bool(held))
-    model = DirectDrive(commissioning, field, rig, held)
+    model = DriveCase(commissioning, field, rig, held)
     lap("reading")
     effects = [effect for name, effect in EFFECTS.items() if name not in without and (only is None or name in only)]
     if reason:
-        return answer.insufficient(model, recordings, reason)
+        return answer.insufficient(model, reason)
     with ThreadPoolExecutor(max_workers=threads) as pool:
         theta, discrepancy = np.zeros(model.size), Discrepancy()
         if commissioning:
@@ -78,7 +78,7 @@ def diagnose(recordings: Recordings, rig: Rig, without: Collection[str] = (), on
         power = POWER if commissioning else POWER_WITHOUT_COMMISSIONING
         found: Found = search(model, effects, theta, discrepancy, power, pool, lambda done: told(0.3 + 0.6 * done))
         lap("search")
-        result = answer.diagnosis(model, recordings, found, theta, effects, seconds)
+        result = answer.diagnosis(model, found, theta, seconds)
     lap("answer")
     told(1.0)
     report = {**result.report, "notes": [*result.report["notes"], *unseen(effects, found.linearised.columns)]}

@@ -82,7 +82,8 @@ class Linearised:
 
     def standing_out(self) -> Linearised:
         """The same with columns as long as an effect must be to stand out from what the rig's tolerances can feign."""
-        feigned = 1.0 / np.sqrt(np.maximum(np.diagonal(self.basis.otherwise(1.0, 1.0).sums(self.of_columns(), self.values()).information), 1e-12))
+        told = self.basis.otherwise(1.0, 1.0).sums(self.of_columns(), self.values()).information
+        feigned = 1.0 / np.sqrt(np.maximum(np.diagonal(told), 1e-12))
         typical = STANDS_OUT * feigned / (math.sqrt(2.0) * WIDTH)
         return replace(self, columns=[c.longer(max(1.0, float(t))) for c, t in zip(self.columns, typical, strict=True)])
 
