@@ -20,14 +20,15 @@ def simulated(model: RigModel, theta: np.ndarray, seed: int = 0) -> RigModel:
         model: with all effects that are believed built in. theta: its parameters, deviations, (k,).
     """
     rng = np.random.default_rng(seed)
-    record = model.record(model.first, theta)
 
-    def read(run):
+    def read(run, record):
         predicted = run.predict(record)
         return run.measuring({name: predicted[name] + rng.normal(0.0, signal.noise, signal.time.size)
                               for name, signal in run.signals.items()})
 
-    return model.on([read(run) for run in model.field], [read(run) for run in model.held])
+    asked = model.record(model.first, theta)
+    return model.on([read(run, asked) for run in model.field], [read(run, asked) for run in model.held],
+                    [read(run, model.record(number, theta)) for number, run in enumerate(model.commissioning)])
 
 
 def on_simulated(model: RigModel, theta: np.ndarray, seed: int = 0, discrepancy: Discrepancy | None = None,

@@ -92,9 +92,9 @@ class RigModel:
         new = [BuiltIn(effect, law, x, _BUILT_IN_WIDTH * max(s, 1e-3 * abs(x))) for (effect, law, x), s in zip(acting, spread, strict=True)]
         return RigModel(self.description, self.field, self.held, kept + new, self.commissioning)
 
-    def on(self, runs: Sequence[Run], held: Sequence[Run] = ()) -> RigModel:
-        """The same model on other recordings in question."""
-        return RigModel(self.description, runs, held, self.built_in, self.commissioning)
+    def on(self, runs: Sequence[Run], held: Sequence[Run] = (), commissioning: Sequence[Run] | None = None) -> RigModel:
+        """The same model on other recordings; those of commissioning are kept where no others are given."""
+        return RigModel(self.description, runs, held, self.built_in, self.commissioning if commissioning is None else commissioning)
 
     def record(self, number: int, theta: np.ndarray, acting: Acting = ()) -> np.ndarray:
         """Parameter record (1,) of a recording; effects, built in or acting, act where it is altered."""

@@ -7,6 +7,7 @@ These quantities jump where a condition was changed and drift where the network 
 from __future__ import annotations
 
 import math
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
@@ -25,8 +26,13 @@ SIGNS = {"cooler": (-1.0,), "valve": (1.0, -1.0), "pump_leakage": (1.0,), "accum
 _LEAST = {"cooler": 0.02, "valve": 0.003, "pump_leakage": 0.04, "accumulator": 0.04}  # as in `Estimates`
 _DRIFT = {"cooler": 0.003, "valve": 0.0004, "pump_leakage": 0.001, "accumulator": 0.006}  # a cycle, before the known cycles are asked
 _WITH_TEMPERATURE = {"cooler": 0.005, "valve": 0.0003, "pump_leakage": 0.01, "accumulator": 0.002}  # drift for each K that the oil changed
+_THREADS = 2
 _DRIFT_WEIGHT = 2.0  # steps between known blocks that the drift above is worth
-_ABOUT = 4  # cycles before and after a jump of the valve's times
+_ABOUT = 4  # cycles before and after a jump of the valve's times, and about a cycle whose pre-charge lies above the lower loads
+_LOW, _HIGH, _LOWER = [0, 3], [1, 2], [0, 4]  # of `features.STEPS`, between lower and between higher loads; of `features.LOADS`
+_EMPTY = 0.8  # of what the gas law says from the higher steps, below which the lower steps show an accumulator that was empty
+_ONE = 3.0  # of the least distance of levels, within which known blocks count as one level
+_SHOWS = 2.0  # log likelihood of the best level over others where they do; the other way round where they should and do not
 
 
 @dataclass(frozen=True)
@@ -35,12 +41,14 @@ class Estimates:
 
     Attributes:
         cooler: effectiveness. pump_leakage: L/min at 155 bar. accumulator: log of the gas' p_0 V_0 over that of the known cycles.
+        highest: whether the pre-charge shows as the highest (1), does not (-1), or cannot (0).
         switching: s, closing and opening, (n, 2), over those of the known cycles. oil: degC.
     """
 
     cooler: np.ndarray
     pump_leakage: np.ndarray
     accumulator: np.ndarray
+    highest: np.ndarray
     switching: np.ndarray
     oil: np.ndarray
 
@@ -70,20 +78,44 @@ def estimates(f: Features, p: np.void, known: np.ndarray) -> Estimates:
     """
     oil = 0.5 * (f.temperature[:, 0] + f.temperature[:, 1])
     cooler = (f.temperature[:, 2] - f.temperature[:, 3]) / np.maximum(f.temperature[:, 2] - float(p["air"]), 1.0)
-    plain = float(p["pump_flow"]) - network.slip(f.pressure, oil, p) - f.flow
-    leakage = np.mean(plain / np.sqrt(np.maximum(f.pressure, 1.0) / network.AT_LEAK), axis=1)
-    unit = network.stored(f)
-    by_steps = np.sum(f.stored * unit, axis=1) / np.sum(unit**2, axis=1)
+    missing = float(p["pump_flow"]) - network.slip(f.pressure, oil, p) - f.flow
+    leakage = _mean(np.where(f.working, missing / np.sqrt(np.maximum(f.pressure, 1.0) / network.AT_LEAK), np.nan))
     closing = np.stack([f.closing[:, 0], f.closing[:, 1] - float(p["flow_late"])], axis=1).mean(axis=1)
+    gas, highest = _gas(f, closing, p, known)
+    switching = np.stack([closing - np.nanmean(closing[known]), f.opening - np.nanmean(f.opening[known])], axis=1)
+    return Estimates(cooler, leakage, gas, highest, switching, oil)
+
+
+def _gas(f: Features, closing: np.ndarray, p: np.void, known: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Log of p_0 V_0 over that of the known cycles, and whether the pre-charge shows as the highest (1), does not (-1), or cannot (0).
+
+    Gas without oil has a pressure p_0 T/T_0. Where that lies above the lower loads the accumulator is empty there and stores nothing
+    between them, which the highest pre-charge alone reaches; where the oil is as hot and the lower loads as low and it stores as it
+    should, the pre-charge is not the highest. An empty accumulator's gas says nothing of p_0 V_0.
+    """
+    each = f.stored / network.stored(f)
+    low, high = _mean(each[:, _LOW]), _mean(each[:, _HIGH])
+    above = low < _EMPTY * high
     by_rise = (f.rise - closing - float(p["rise_late"])) / (float(p["rise_ratio"]) * network.rise(f))
-    logs = [np.log(np.maximum(gas, 1e-3 * float(p["gas"]))) for gas in (by_steps, by_rise)]
-    gas = np.mean([log - log[known].mean() for log in logs], axis=0)
-    switching = np.stack([closing - closing[known].mean(), f.opening - f.opening[known].mean()], axis=1)
-    return Estimates(cooler, leakage, gas, switching, oil)
+    logs = [np.log(np.maximum(gas, 1e-3 * float(p["gas"]))) for gas in (high, by_rise)]
+    gas = _mean(np.stack([log - np.nanmean(log[known]) for log in logs], axis=1))
+    near = np.convolve(above, np.ones(2 * _ABOUT + 1), "same") > 0
+    lower = f.pressure[:, _LOWER].mean(axis=1)
+    warmth = (273.15 + 0.5 * (f.temperature[:, 0] + f.temperature[:, 1])) / lower  # gas at p_0 T/T_0 against the lower loads
+    enough = above.any() and np.isfinite(low) & (warmth > np.median(warmth[above]))
+    return np.where(near, np.nan, gas), np.where(above, 1.0, np.where(enough & ~near, -1.0, 0.0))
+
+
+def _mean(values: np.ndarray) -> np.ndarray:
+    """Mean of what there is in each row, (n, m) to (n,); NaN where there is nothing."""
+    there = np.isfinite(values)
+    count = there.sum(axis=1)
+    return np.where(count > 0, np.where(there, values, 0.0).sum(axis=1) / np.maximum(count, 1), np.nan)
 
 
 def direction(switching: np.ndarray) -> np.ndarray:
     """In which proportion closing and opening times (n, 2) jump together: main axis of the jumps, (2,), of length 1, sum above 0."""
+    switching = switching[np.isfinite(switching).all(axis=1)]
     n = switching.shape[0]
     jumps = np.array([np.median(switching[t : t + _ABOUT], axis=0) - np.median(switching[t - _ABOUT : t], axis=0)
                       for t in range(_ABOUT, n - _ABOUT + 1)])
@@ -99,12 +131,23 @@ def values_of(est: Estimates, axis: np.ndarray) -> dict[str, np.ndarray]:
 
 
 def series_of(component: str, value: np.ndarray, est: Estimates, known: np.ndarray, p: np.void) -> Series:
-    """Values of a component with their noise and drift as the known cycles show them."""
-    blocks = [block for block in np.split(np.flatnonzero(known), np.flatnonzero(np.diff(np.flatnonzero(known)) > 1) + 1) if block.size > 1]
+    """Values of a component with their noise and drift as the known cycles show them.
+
+    Known cycles whose blocks do not lie at one level are taken as no knowledge of this component.
+    """
+    seen = known & np.isfinite(value)
+    places = np.flatnonzero(seen)
+    blocks = [block for block in np.split(places, np.flatnonzero(np.diff(places) > 1) + 1) if block.size > 1]
     steps = np.concatenate([np.diff(value[block]) for block in blocks])
     noise = max(1.4826 * float(np.median(np.abs(steps))) / math.sqrt(2.0), 0.1 * _LEAST[component])
-    between = [(value[b].mean() - value[a].mean()) ** 2 / (b.mean() - a.mean()) for a, b in zip(blocks[:-1], blocks[1:], strict=True)]
-    drift = math.sqrt((_DRIFT_WEIGHT * _DRIFT[component] ** 2 + sum(between)) / (_DRIFT_WEIGHT + len(between)))
+    means = np.array([value[block].mean() for block in blocks])
+    drift, favour = _DRIFT[component], np.zeros(value.size)
+    if np.ptp(means) < _ONE * _LEAST[component]:
+        between = np.diff(means) ** 2 / np.diff([block.mean() for block in blocks])
+        drift = math.sqrt((_DRIFT_WEIGHT * drift**2 + between.sum()) / (_DRIFT_WEIGHT + between.size))
+        favour = np.where(known, levels.KNOWN, 0.0)
+    if component == "accumulator":
+        favour = favour + _SHOWS * est.highest
     warming = np.abs(np.diff(est.oil, prepend=est.oil[0]))
     warmth = 0.1 * (est.oil - est.oil[known].mean())
     columns, widths = np.zeros((value.size, 0)), np.zeros(0)
@@ -116,7 +159,7 @@ def series_of(component: str, value: np.ndarray, est: Estimates, known: np.ndarr
         columns, widths = np.stack([warmth, warmth**2], axis=1), np.array([0.05, 0.02])  # per 10 K
     elif component == "valve":
         columns, widths = np.stack([warmth, warmth**2], axis=1), np.array([0.005, 0.002])  # s per 10 K
-    return Series(value - value[known].mean(), noise, np.hypot(drift, _WITH_TEMPERATURE[component] * warming), known, columns, widths,
+    return Series(value - value[seen].mean(), noise, np.hypot(drift, _WITH_TEMPERATURE[component] * warming), favour, columns, widths,
                   _LEAST[component])
 
 
@@ -130,11 +173,13 @@ def conditions(f: Features, p: np.void, known: np.ndarray, progress=None) -> Con
     est = estimates(f, p, known)
     axis = direction(est.switching)
     values = values_of(est, axis)
-    found = {}
-    for i, component in enumerate(COMPONENTS):
-        found[component] = levels.find(series_of(component, values[component], est, known, p), COUNTS[component], SIGNS[component])
-        if progress is not None:
-            progress((i + 1) / len(COMPONENTS))
+    found: dict[str, Levels] = {}
+    with ThreadPoolExecutor(_THREADS) as pool:
+        tasks = {c: pool.submit(levels.find, series_of(c, values[c], est, known, p), COUNTS[c], SIGNS[c]) for c in COMPONENTS}
+        for component, task in tasks.items():
+            found[component] = task.result()
+            if progress is not None:
+                progress(len(found) / len(COMPONENTS))
     time = float(axis @ [p["closing"], p["opening"]])
     told = {"cooler": lambda s: est.cooler[known].mean() + s, "valve": lambda s: abs(time) / (abs(time) + np.abs(s)),
             "pump_leakage": lambda s: s, "accumulator": np.exp}

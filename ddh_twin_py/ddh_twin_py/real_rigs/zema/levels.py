@@ -23,14 +23,15 @@ from ddh_twin_py.physics.compiled import kernel
 
 STAY = 0.95
 """Probability that a condition stays from one cycle to the next."""
-KNOWN = 0.999
-"""Probability of the best level in cycles that are known to have it."""
+KNOWN = 7.0
+"""Log likelihood of the best level over any other in cycles that are known to have it."""
 _OUTLIER = 0.01
 _ITERATIONS, _TRIED = 30, 8  # of a promising start, of any
-_PROMISING = 2
+_PROMISING = 3
 _WIDE = 0.15  # noise at the start, of the distance of levels: levels that start in the wrong place find theirs
 _SETTLED = 0.05  # of log likelihood
 _STARTS = (0.15, 0.3, 0.5, 0.75, 1.0, 1.3)  # of the spread of the values, for the farthest level
+_BENDS = (1.0, 1.5, 0.7)  # of the ladder of levels: evenly spaced, wider away from the best, narrower
 _CELLS = 600  # of the grid at most
 _NOTHING = 1e-7
 
@@ -40,15 +41,16 @@ class Series:
     """Values of consecutive cycles.
 
     Attributes:
-        value: (n,). noise: of one value. drift: standard deviation of the base's step into each cycle, (n,).
-        known: whether the best condition is known, (n,). columns, widths: of what the value may depend on besides, (n, m), and the standard
+        value: (n,), NaN where a cycle says nothing. noise: of one value. drift: standard deviation of the base's step into each cycle,
+            (n,). favour: log likelihood of the best level over any other from elsewhere, (n,), 0 where nothing is known.
+        columns, widths: of what the value may depend on besides, (n, m), and the standard
             deviations of their coefficients, (m,). least: distance of two levels below which they are one.
     """
 
     value: np.ndarray
     noise: float
     drift: np.ndarray
-    known: np.ndarray
+    favour: np.ndarray
     columns: np.ndarray
     widths: np.ndarray
     least: float
@@ -121,8 +123,8 @@ def _changed(rows, stay):
 
 
 @kernel
-def _track(value, shift, grid, noise, drift, known, stay, sure, outlier):
-    """Log likelihood; by cycle and level: probability, that of no outlier, and with it the sum and the square of what is left.
+def _track(value, shift, grid, noise, drift, favour, stay, outlier):
+    """Log likelihood; by cycle and level: probability, that of no outlier, with it mean and square of what is left; base.
 
     Cells that hold less than `_NOTHING` of the fullest are dropped on the way forward and never visited on the way back.
     """
@@ -133,10 +135,10 @@ def _track(value, shift, grid, noise, drift, known, stay, sure, outlier):
     flat = outlier / (grid[-1] - grid[0] + shift.max() - shift.min())
     peak = (1.0 - outlier) / (math.sqrt(2.0 * math.pi) * noise)
     weights = np.empty(2 * cells + 1)
+    seen = np.isfinite(value)
     best = np.ones((n, k))
-    for t in range(n):
-        if known[t] and k > 1:
-            best[t, 0], best[t, 1:] = sure, (1.0 - sure) / (k - 1)
+    if k > 1:
+        best[:, 0] = np.exp(favour)
     total = 0.0
     for t in range(n):
         if t > 0:
@@ -152,7 +154,7 @@ def _track(value, shift, grid, noise, drift, known, stay, sure, outlier):
             for c in range(cells):
                 if now[a, c] > 0.0:
                     z = (value[t] - shift[a] - grid[c]) / noise
-                    now[a, c] *= best[t, a] * (peak * math.exp(-0.5 * z * z) + flat)
+                    now[a, c] *= best[t, a] * (peak * math.exp(-0.5 * z * z) + flat if seen[t] else 1.0)
                     mass += now[a, c]
                     fullest = max(fullest, now[a, c])
         total += math.log(mass)
@@ -161,7 +163,7 @@ def _track(value, shift, grid, noise, drift, known, stay, sure, outlier):
                 now[a, c] = now[a, c] / mass if now[a, c] > _NOTHING * fullest else 0.0
                 forward[t, a, c] = now[a, c]
     probability, inlier = np.zeros((n, k)), np.zeros((n, k))
-    first, square = np.zeros((n, k)), np.zeros((n, k))
+    first, square, base = np.zeros((n, k)), np.zeros((n, k)), np.zeros(n)
     behind = np.ones((k, cells))
     for t in range(n - 1, -1, -1):
         mass = 0.0
@@ -172,11 +174,15 @@ def _track(value, shift, grid, noise, drift, known, stay, sure, outlier):
         for a in range(k):
             for c in range(cells):
                 if forward[t, a, c] > 0.0:
+                    share = forward[t, a, c] * behind[a, c] / mass
+                    probability[t, a] += share
+                    base[t] += share * grid[c]
+                    if not seen[t]:
+                        moved[a, c] = behind[a, c] * best[t, a]
+                        continue
                     left = value[t] - shift[a] - grid[c]
                     inside = peak * math.exp(-0.5 * (left / noise) ** 2)
-                    share = forward[t, a, c] * behind[a, c] / mass
                     of_inlier = share * inside / (inside + flat)
-                    probability[t, a] += share
                     inlier[t, a] += of_inlier
                     first[t, a] += of_inlier * left
                     square[t, a] += of_inlier * left * left
@@ -195,7 +201,7 @@ def _track(value, shift, grid, noise, drift, known, stay, sure, outlier):
                         behind[a, c] += weights[half + j] * moved[a, min(max(c + j, 0), cells - 1)]
                     highest = max(highest, behind[a, c])
         behind /= highest
-    return total, probability, inlier, first, square
+    return total, probability, inlier, first, square, base
 
 
 def _maximised(series: Series, shift: np.ndarray, beta: np.ndarray, noise: float, iterations: int) -> Levels:
@@ -205,13 +211,13 @@ def _maximised(series: Series, shift: np.ndarray, beta: np.ndarray, noise: float
     sign = np.sign(shift[-1]) if shift.size > 1 else 1.0
     for _ in range(iterations):
         rest = series.value - series.columns @ beta
-        span = max(float(np.ptp(rest)), 10.0 * noise)
-        step = max(noise / 2.0, span / _CELLS)
-        grid = np.arange(rest.min() - max(shift.max(), 0.0), rest.max() - min(shift.min(), 0.0) + step, step)
+        lowest, highest = np.nanmin(rest), np.nanmax(rest)
+        step = max(noise / 2.0, max(float(highest - lowest), 10.0 * noise) / _CELLS)
+        grid = np.arange(lowest - max(shift.max(), 0.0), highest - min(shift.min(), 0.0) + step, step)
         drift = np.maximum(series.drift, 0.3 * step)
-        total, probability, inlier, mean, square = _track(rest, shift, grid, noise, drift, series.known, STAY, KNOWN, _OUTLIER)
+        total, probability, inlier, mean, square, base = _track(rest, shift, grid, noise, drift, series.favour, STAY, _OUTLIER)
         total -= 0.5 * float(np.sum((beta / series.widths) ** 2))
-        found = Levels(shift.copy(), probability, series.value - probability @ shift - mean.sum(axis=1), beta.copy(), noise, total,
+        found = Levels(shift.copy(), probability, base + series.columns @ beta, beta.copy(), noise, total,
                        2.0 * (2 * shift.size + m) * 0.5 * math.log(n) - 2.0 * total)
         if total - last < _SETTLED:
             break
@@ -239,15 +245,16 @@ def find(series: Series, counts: Sequence[int], signs: Sequence[float]) -> Level
     Args:
         counts: numbers of levels to try beside one, 2 or more. signs: sides of the best level on which worse ones may lie.
     """
-    plain = series.value - np.median(series.value)
-    spread = float(np.subtract(*np.percentile(plain, [98.0, 2.0])))
+    spread = float(np.subtract(*np.nanpercentile(series.value, [98.0, 2.0])))
     nothing = np.zeros(series.columns.shape[1])
     tilts = [nothing] + [sign * series.widths * (np.arange(nothing.size) == 0) for sign in (1.0, -1.0) if nothing.size]
-    best = _maximised(series, np.zeros(1), nothing, series.noise, _ITERATIONS)
+    best = min((_maximised(series, np.zeros(1), tilt, 2.0 * series.noise, _ITERATIONS) for tilt in tilts), key=lambda f: f.criterion)
     for count in counts:
-        starts = [sign * share * spread * np.arange(count) / (count - 1) for sign in signs for share in _STARTS]
+        ladder = np.arange(count) / (count - 1)
+        starts = [(sign * share * spread * ladder**bend, tilt) for sign in signs for share in _STARTS for bend in _BENDS
+                  for tilt in (tilts if bend == 1.0 else tilts[:1])]
         tried = sorted((_maximised(series, start, tilt, max(2.0 * series.noise, _WIDE * abs(start[-1]) / (count - 1)), _TRIED)
-                        for start in starts for tilt in tilts), key=lambda f: f.criterion)
+                        for start, tilt in starts), key=lambda f: f.criterion)
         for found in tried[:_PROMISING]:
             found = _maximised(series, found.shift, found.coefficients, found.noise, _ITERATIONS)
             if _apart(found.shift, series.least) and found.criterion < best.criterion:

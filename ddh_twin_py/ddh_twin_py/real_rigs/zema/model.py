@@ -31,6 +31,8 @@ class Cycles(Run):
         until = SECONDS * (last - first - held) - 0.5 if held else np.inf
         for name, values in measured(self.features).items():
             many = values.reshape(values.shape[0], -1)
+            if not np.isfinite(many).any():
+                continue  # locked throughout
             place = np.array(_PLACE.get(name, (SECONDS // 2,)))
             time = (SECONDS * np.arange(many.shape[0])[:, None] + place).ravel().astype(np.float64)
             kind = np.tile(np.arange(place.size), many.shape[0])
@@ -48,6 +50,7 @@ class Cycles(Run):
 
 
 def measured(f: Features) -> dict[str, np.ndarray]:
-    """What the network predicts, as it was read; shapes as in `network.predict`."""
-    return {**{f"temperature/TS{i + 1}": f.temperature[:, i] for i in range(4)}, "flow": f.flow, "stored": f.stored, "closing": f.closing,
+    """What the network predicts, as it was read; shapes as in `network.predict`, NaN where a load was locked."""
+    flow = np.where(f.working, f.flow, np.nan)
+    return {**{f"temperature/TS{i + 1}": f.temperature[:, i] for i in range(4)}, "flow": flow, "stored": f.stored, "closing": f.closing,
             "opening": f.opening, "rise": f.rise}

@@ -77,7 +77,7 @@ def temperatures(f: Features, p: np.void, effectiveness: np.ndarray | None = Non
     n = f.power.size
     given = np.full(n, float(p["effectiveness"])) if effectiveness is None else np.asarray(effectiveness, dtype=np.float64)
     heat = 1e3 * float(p["heat_capacity"])
-    pump = f.flow.mean(axis=1)
+    pump = f.pump
     return _temperatures(float(f.temperature[0, 0]), float(f.temperature[0, 2]), f.power, np.maximum(pump, 1.0), f.cooling, given,
                          float(p["air"]), 0.4 * heat, 0.6 * heat, float(p["heat_share"]), float(p["pump_heat_share"]),
                          float(p["mixing"]), float(p["wall"]))
