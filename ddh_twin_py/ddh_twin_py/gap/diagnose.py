@@ -69,16 +69,15 @@ def diagnose(recordings: Recordings, rig: Rig, without: Collection[str] = (), on
     if reason:
         return answer.insufficient(model, reason)
     with ThreadPoolExecutor(max_workers=threads) as pool:
-        theta, discrepancy = np.zeros(model.size), Discrepancy()
-        if commissioning:
-            problem = Problem(commissioning, model.rig, model.paths, discrepancy)
-            fit = problem.fit(pool, lambda done: told(0.3 * done), sweeps=_SWEEPS)
-            theta, discrepancy = fit.theta, sized(problem.discrepancy, fit.allowances)
+        problem = Problem(commissioning or field, model.rig, model.paths, Discrepancy())
+        fit = problem.fit(pool, lambda done: told(0.3 * done), sweeps=_SWEEPS)
+        discrepancy = sized(problem.discrepancy, fit.allowances) if commissioning else Discrepancy()
+        sheet = None if commissioning else np.zeros(model.size)  # a fit takes a large effect for parameters
         lap("fit of the rig")
         power = POWER if commissioning else POWER_WITHOUT_COMMISSIONING
-        found: Found = search(model, effects, theta, discrepancy, power, pool, lambda done: told(0.3 + 0.6 * done))
+        found: Found = search(model, effects, fit.theta, discrepancy, power, pool, lambda done: told(0.3 + 0.6 * done), sheet)
         lap("search")
-        result = answer.diagnosis(model, found, theta, seconds)
+        result = answer.diagnosis(model, found, fit.theta, seconds)
     lap("answer")
     told(1.0)
     report = {**result.report, "notes": [*result.report["notes"], *unseen(effects, found.linearised.columns)]}
