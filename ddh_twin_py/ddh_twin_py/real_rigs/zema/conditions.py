@@ -19,6 +19,8 @@ from ddh_twin_py.real_rigs.zema.levels import Levels, Series
 COMPONENTS = ("cooler", "valve", "pump_leakage", "accumulator")
 PRIOR_WORSE = 0.6
 """Probability that a component is not in its best condition where nothing is seen of it."""
+HIGH = [1, 2]
+"""Of `features.STEPS`, between the higher loads."""
 WRONG = 0.02
 """Probability that the levels found are not the component's: then the prior holds."""
 COUNTS = {"cooler": (2, 3), "valve": (2, 3, 4), "pump_leakage": (2, 3), "accumulator": (2, 3, 4)}
@@ -29,7 +31,7 @@ _WITH_TEMPERATURE = {"cooler": 0.005, "valve": 0.0003, "pump_leakage": 0.01, "ac
 _THREADS = 2
 _DRIFT_WEIGHT = 2.0  # steps between known blocks that the drift above is worth
 _ABOUT = 4  # cycles before and after a jump of the valve's times, and about a cycle whose pre-charge lies above the lower loads
-_LOW, _HIGH, _LOWER = [0, 3], [1, 2], [0, 4]  # of `features.STEPS`, between lower and between higher loads; of `features.LOADS`
+_LOW, _LOWER = [0, 3], [0, 4]  # of `features.STEPS`, between the lower loads; those of `features.LOADS`
 _EMPTY = 0.8  # of what the gas law says from the higher steps, below which the lower steps show an accumulator that was empty
 _ONE = 3.0  # of the least distance of levels, within which known blocks count as one level
 _SHOWS = 2.0  # log likelihood of the best level over others where they do; the other way round where they should and do not
@@ -94,7 +96,7 @@ def _gas(f: Features, closing: np.ndarray, p: np.void, known: np.ndarray) -> tup
     should, the pre-charge is not the highest. An empty accumulator's gas says nothing of p_0 V_0.
     """
     each = f.stored / network.stored(f)
-    low, high = _mean(each[:, _LOW]), _mean(each[:, _HIGH])
+    low, high = _mean(each[:, _LOW]), _mean(each[:, HIGH])
     above = low < _EMPTY * high
     by_rise = (f.rise - closing - float(p["rise_late"])) / (float(p["rise_ratio"]) * network.rise(f))
     logs = [np.log(np.maximum(gas, 1e-3 * float(p["gas"]))) for gas in (high, by_rise)]

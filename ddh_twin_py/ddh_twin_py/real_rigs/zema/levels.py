@@ -62,13 +62,14 @@ class Levels:
 
     Attributes:
         shift: of each level from the best, (k,), from 0 away. probability: of each level in each cycle, (n, k).
-        base: drifting base with the columns' part, (n,). coefficients: (m,). noise: of a value.
+        base: drifting base with the columns' part, (n,). explained: the columns' part, (n,). coefficients: (m,). noise: of a value.
         log_likelihood, criterion: the latter BIC, smaller is better.
     """
 
     shift: np.ndarray
     probability: np.ndarray
     base: np.ndarray
+    explained: np.ndarray
     coefficients: np.ndarray
     noise: float
     log_likelihood: float
@@ -217,7 +218,7 @@ def _maximised(series: Series, shift: np.ndarray, beta: np.ndarray, noise: float
         drift = np.maximum(series.drift, 0.3 * step)
         total, probability, inlier, mean, square, base = _track(rest, shift, grid, noise, drift, series.favour, STAY, _OUTLIER)
         total -= 0.5 * float(np.sum((beta / series.widths) ** 2))
-        found = Levels(shift.copy(), probability, base + series.columns @ beta, beta.copy(), noise, total,
+        found = Levels(shift.copy(), probability, base + series.columns @ beta, series.columns @ beta, beta.copy(), noise, total,
                        2.0 * (2 * shift.size + m) * 0.5 * math.log(n) - 2.0 * total)
         if total - last < _SETTLED:
             break
