@@ -7,11 +7,13 @@ These quantities jump where a condition was changed and drift where the network 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
 
+from ddh_twin_py.real_rigs.figures import surely_smaller
 from ddh_twin_py.real_rigs.zema import levels, network
 from ddh_twin_py.real_rigs.zema.features import Features
 from ddh_twin_py.real_rigs.zema.levels import Levels, Series
@@ -21,8 +23,9 @@ PRIOR_WORSE = 0.6
 """Probability that a component is not in its best condition where nothing is seen of it."""
 HIGH = [1, 2]
 """Of `features.STEPS`, between the higher loads."""
-WRONG = 0.02
-"""Probability that the levels found are not the component's: then the prior holds."""
+WRONG, WRONG_UNCONFIRMED = 0.02, 0.3
+"""Probability that the levels found are not the component's, where cycles that took no part confirm them and where they do not: then the
+prior holds."""
 COUNTS = {"cooler": (2, 3), "valve": (2, 3, 4), "pump_leakage": (2, 3), "accumulator": (2, 3, 4)}
 SIGNS = {"cooler": (-1.0,), "valve": (1.0, -1.0), "pump_leakage": (1.0,), "accumulator": (-1.0,)}
 _LEAST = {"cooler": 0.02, "valve": 0.003, "pump_leakage": 0.04, "accumulator": 0.04}  # as in `Estimates`
@@ -62,13 +65,15 @@ class Conditions:
     Attributes:
         estimate: component to estimated condition (n,), larger is better but for ``pump_leakage``; None where it cannot be observed.
         worse: component to probability that it is not in its best condition, (n,). verdict: component or ``none``, (n,).
-        found: component to its levels. direction: of the valve's closing and opening times in its lag.
+        found: component to its levels. confirmed: whether levels surely make cycles better known that took no part.
+        direction: of the valve's closing and opening times in its lag.
     """
 
     estimate: dict[str, np.ndarray | None]
     worse: dict[str, np.ndarray]
     verdict: list[str]
     found: dict[str, Levels]
+    confirmed: dict[str, bool]
     direction: np.ndarray
 
 
@@ -176,10 +181,11 @@ def conditions(f: Features, p: np.void, known: np.ndarray, progress=None) -> Con
     axis = direction(est.switching)
     values = values_of(est, axis)
     found: dict[str, Levels] = {}
+    confirmed: dict[str, bool] = {}
     with ThreadPoolExecutor(_THREADS) as pool:
-        tasks = {c: pool.submit(levels.find, series_of(c, values[c], est, known, p), COUNTS[c], SIGNS[c]) for c in COMPONENTS}
+        tasks = {c: pool.submit(_found, series_of(c, values[c], est, known, p), COUNTS[c], SIGNS[c]) for c in COMPONENTS}
         for component, task in tasks.items():
-            found[component] = task.result()
+            found[component], confirmed[component] = task.result()
             if progress is not None:
                 progress(len(found) / len(COMPONENTS))
     time = float(axis @ [p["closing"], p["opening"]])
@@ -189,8 +195,23 @@ def conditions(f: Features, p: np.void, known: np.ndarray, progress=None) -> Con
     for component, one in found.items():
         seen = one.shift.size > 1
         estimate[component] = told[component](one.expected) if seen else None
-        worse[component] = WRONG * PRIOR_WORSE + (1.0 - WRONG) * one.worse if seen else np.full(est.oil.size, PRIOR_WORSE)
-    return Conditions(estimate, worse, _verdicts(worse, found), found, axis)
+        wrong = WRONG if confirmed[component] else WRONG_UNCONFIRMED
+        worse[component] = wrong * PRIOR_WORSE + (1.0 - wrong) * one.worse if seen else np.full(est.oil.size, PRIOR_WORSE)
+    return Conditions(estimate, worse, _verdicts(worse, found), found, confirmed, axis)
+
+
+def _found(series: Series, counts: Sequence[int], signs: Sequence[float]) -> tuple[Levels, bool]:
+    """Levels, and whether cycles that took no part confirm them."""
+    found = levels.find(series, counts, signs)
+    return found, confirmed_by(series, found)
+
+
+def confirmed_by(series: Series, found: Levels) -> bool:
+    """Whether levels surely make cycles better known that took no part; see `levels.left_out`."""
+    if found.shift.size == 1:
+        return False
+    before, after = levels.left_out(series, found)
+    return surely_smaller([{"value": before}], [{"value": after}])
 
 
 def _verdicts(worse: dict[str, np.ndarray], found: dict[str, Levels]) -> list[str]:

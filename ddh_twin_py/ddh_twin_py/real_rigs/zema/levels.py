@@ -36,6 +36,7 @@ _WIDE = 0.15  # noise at the start, of the distance of levels: levels that start
 _SETTLED = 0.05  # of log likelihood
 _STARTS = (0.15, 0.3, 0.5, 0.75, 1.0, 1.3)  # of the spread of the values, for the farthest level
 _BENDS = (1.0, 1.5, 0.7)  # of the ladder of levels: evenly spaced, wider away from the best, narrower
+_STRETCH, _PARTS = 3, 4  # cycles that are left out together; one stretch of so many is
 _CELLS = 600  # of the grid at most
 _NOTHING = 1e-7
 
@@ -238,6 +239,30 @@ def _apart(shift: np.ndarray, least: float) -> bool:
     return shift.size == 1 or bool(np.min(np.abs(np.diff(np.sort(shift)))) >= least)
 
 
+def _tilts(series: Series) -> list[np.ndarray]:
+    """Coefficients from which to begin, (m,) each."""
+    nothing = np.zeros(series.columns.shape[1])
+    return [nothing] + [sign * series.widths * (np.arange(nothing.size) == 0) for sign in (1.0, -1.0) if nothing.size]
+
+
+def none(series: Series) -> Levels:
+    """One level on the drifting base."""
+    found = (_maximised(series, np.zeros(1), tilt, 2.0 * series.noise, _ITERATIONS) for tilt in _tilts(series))
+    return min(found, key=lambda f: f.criterion)
+
+
+def left_out(series: Series, found: Levels) -> tuple[np.ndarray, np.ndarray]:
+    """What is left of cycles that take no part, in multiples of the noise, (m,) each: on the base alone, and with the levels found.
+
+    One stretch of `_STRETCH` cycles in `_PARTS` takes no part; levels and base there are what the cycles around it say.
+    """
+    away = (np.arange(series.value.size) // _STRETCH) % _PARTS == 0
+    rest = replace(series, value=np.where(away, np.nan, series.value))
+    there = away & np.isfinite(series.value)
+    again = _maximised(rest, found.shift, found.coefficients, found.noise, _ITERATIONS)
+    return tuple((series.value - one.base - one.expected)[there] / series.noise for one in (none(rest), again))
+
+
 def find(series: Series, counts: Sequence[int], signs: Sequence[float]) -> Levels:
     """The levels that the values speak for.
 
@@ -245,9 +270,8 @@ def find(series: Series, counts: Sequence[int], signs: Sequence[float]) -> Level
         counts: numbers of levels to try beside one, 2 or more. signs: sides of the best level on which worse ones may lie.
     """
     spread = float(np.subtract(*np.nanpercentile(series.value, [98.0, 2.0])))
-    nothing = np.zeros(series.columns.shape[1])
-    tilts = [nothing] + [sign * series.widths * (np.arange(nothing.size) == 0) for sign in (1.0, -1.0) if nothing.size]
-    found = [min((_maximised(series, np.zeros(1), tilt, 2.0 * series.noise, _ITERATIONS) for tilt in tilts), key=lambda f: f.criterion)]
+    tilts = _tilts(series)
+    found = [none(series)]
     for count in counts:
         ladder = np.arange(count) / (count - 1)
         starts = [(sign * share * spread * ladder**bend, tilt) for sign in signs for share in _STARTS for bend in _BENDS
