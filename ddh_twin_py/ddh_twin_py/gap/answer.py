@@ -30,7 +30,7 @@ def diagnosis(model: Diagnosable, found: Found, theta: np.ndarray, seconds: Mapp
     """The whole answer.
 
     Args:
-        model, found: of the case. theta: parameters fitted to the commissioning recording (or, without one, to the field), (k,).
+        model, found: of the case. theta: parameters fitted to the commissioning recording, (k,).
         seconds: by stage so far.
     """
     found = without_parameters(model, found)

@@ -7,6 +7,8 @@ from collections.abc import Callable, Collection, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from ddh_twin_py.estimation.calibration import Problem, sized
 from ddh_twin_py.estimation.comparison import Discrepancy
 from ddh_twin_py.estimation.experiment import Experiment
@@ -67,14 +69,16 @@ def diagnose(recordings: Recordings, rig: Rig, without: Collection[str] = (), on
     if reason:
         return answer.insufficient(model, reason)
     with ThreadPoolExecutor(max_workers=threads) as pool:
-        problem = Problem(commissioning or field, model.rig, model.paths, Discrepancy())
-        fit = problem.fit(pool, lambda done: told(0.3 * done), sweeps=_SWEEPS)
-        discrepancy = sized(problem.discrepancy, fit.allowances) if commissioning else problem.discrepancy
+        theta, discrepancy = np.zeros(model.size), Discrepancy()
+        if commissioning:
+            problem = Problem(commissioning, model.rig, model.paths, discrepancy)
+            fit = problem.fit(pool, lambda done: told(0.3 * done), sweeps=_SWEEPS)
+            theta, discrepancy = fit.theta, sized(problem.discrepancy, fit.allowances)
         lap("fit of the rig")
         power = POWER if commissioning else POWER_WITHOUT_COMMISSIONING
-        found: Found = search(model, effects, fit.theta, discrepancy, power, pool, lambda done: told(0.3 + 0.6 * done))
+        found: Found = search(model, effects, theta, discrepancy, power, pool, lambda done: told(0.3 + 0.6 * done))
         lap("search")
-        result = answer.diagnosis(model, found, fit.theta, seconds)
+        result = answer.diagnosis(model, found, theta, seconds)
     lap("answer")
     told(1.0)
     report = {**result.report, "notes": [*result.report["notes"], *unseen(effects, found.linearised.columns)]}

@@ -14,7 +14,7 @@ import numpy as np
 
 from ddh_twin_py.gap.basis import Basis
 from ddh_twin_py.gap.effect import Effect
-from ddh_twin_py.gap.hypotheses import WIDTH, weigh
+from ddh_twin_py.gap.hypotheses import WIDTH, evidence_of
 from ddh_twin_py.gap.model import Model
 from ddh_twin_py.gap.sensitivity import Column
 
@@ -82,12 +82,11 @@ class Refit:
         for _ in range(_STEPS):
             local = self._columns(columns, theta, x, scale, predictions)
             values = self._values(residual, local, theta, x / scale)
-            sums = self._basis.sums(local, values)
-            _, estimate, _ = weigh(sums.information, sums.score, room) if scale.size else (0.0, np.zeros(0), None)
-            shared = self._basis.shared(local, values, estimate)
+            held = self._basis.normal(local, values).held(np.arange(scale.size), room, WIDTH, theta)
+            shared, estimate = held.shared, held.departure
             gained = 0.0
             for share in (1.0, 0.4, 0.1, 0.02):
-                new_theta = self._model.within(theta + share * (shared[: theta.size] - theta))
+                new_theta = self._model.within(theta + share * (shared - theta))
                 new_x = np.array([c.effect.limit(float(a)) for c, a in zip(columns, x + share * (estimate * scale - x), strict=True)])
                 tried = self._run(columns, new_theta, new_x)
                 new_residual = self._residual(tried)
@@ -100,12 +99,10 @@ class Refit:
                 break
         local = self._columns(columns, theta, x, scale, predictions)
         values = self._values(residual, local, theta, x / scale)
-        sums = self._basis.sums(local, values)
-        log, covariance = 0.0, np.zeros((0, 0))
-        if scale.size:
-            log, _, covariance = weigh(sums.information, sums.score, room)
-        return Refitted(tuple(columns), x, covariance * np.outer(scale, scale), theta, predictions,
-                        log - 0.5 * sums.chi_square, self._basis.misfit(residual))
+        held = self._basis.normal(local, values).held(np.arange(scale.size), room, WIDTH, theta)
+        log, _, covariance = evidence_of(held, room)
+        log -= 0.5 * max(0.0, cost - held.lowest)  # what the linear model promises and no step could find
+        return Refitted(tuple(columns), x, covariance * np.outer(scale, scale), theta, predictions, log, self._basis.misfit(residual))
 
     def _run(self, columns, theta, x) -> list[dict[str, np.ndarray]]:
         return self._model.run(theta, [(c.effect, c.law, float(v)) for c, v in zip(columns, x, strict=True)])

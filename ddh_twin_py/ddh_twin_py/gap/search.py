@@ -16,8 +16,11 @@ from ddh_twin_py.gap.hypotheses import SLACK, probabilities, weighted
 from ddh_twin_py.gap.linearised import Linearised, linearise
 from ddh_twin_py.gap.model import Model
 from ddh_twin_py.gap.refit import Refit, Refitted
+from ddh_twin_py.gap.sensitivity import Column
 
 _PASSES = 2
+_PASSES_FROM_SHEET = 3  # where the rig is known by its sheet alone
+_POOR = 1.5  # chi-square per row above which the leading hypothesis explains too little to be the last word
 _LEADERS = 5  # sets fitted in full
 _FAR_BEHIND = 12.0  # log weight behind the best beyond which a set is not fitted in full
 _CLOSE = 3.0  # difference of log evidence between linear and full that needs no further pass
@@ -52,16 +55,19 @@ def search(model: Model, effects: Sequence[Effect], theta: np.ndarray, discrepan
         progress: told the share done.
     """
     linearised = None
-    for number in range(_PASSES):
-        told = (lambda share, n=number: progress((n + 0.8 * share) / _PASSES)) if progress else None
+    passes, fewest = (_PASSES_FROM_SHEET, 2) if all(model.altered) else (_PASSES, 1)
+    for number in range(passes):
+        told = (lambda share, n=number: progress((n + 0.8 * share) / passes)) if progress else None
         linearised = linearise(model, effects, theta, discrepancy, SLACK, power, pool, told, linearised)
         weights = _weights(linearised)
         linearised = linearised.with_scatter(max(weights.values(), key=lambda w: w[0])[1])
         weights = _weights(linearised)
         fitted = _fit_leaders(linearised, weights, pool)
+        if poor := _poor(linearised, fitted):
+            fitted = _fit_every_effect(linearised, weights, fitted, pool)
         found = Found(linearised, _probability(weights, fitted), fitted)
         leader = found.leader if found.leader in fitted else ()
-        if abs(_gain(fitted, leader) - _linear(weights, leader)) < _CLOSE:
+        if number + 1 >= fewest and not poor and abs(_gain(fitted, leader) - _linear(weights, leader)) < _CLOSE:
             break
         theta, discrepancy = fitted[leader].theta, linearised.discrepancy
     if progress:
@@ -80,7 +86,7 @@ def _fit_leaders(linearised: Linearised, weights: dict, pool: ThreadPoolExecutor
     ranked = sorted((ids for ids in weights if ids and best - weights[ids][0] < _FAR_BEHIND), key=lambda ids: -weights[ids][0])
     single = max((ids for ids in weights if len(ids) == 1), key=lambda ids: weights[ids][0], default=())
     wanted = dict.fromkeys([(), *ranked[:_LEADERS], single])
-    refit = Refit(linearised.model, linearised.comparisons, linearised.basis, linearised.sensitivities, linearised.theta)
+    refit = _refit(linearised)
 
     def fit(ids: tuple[str, ...]) -> Refitted:
         hypothesis = weights[ids][1]
@@ -94,6 +100,34 @@ def _fit_leaders(linearised: Linearised, weights: dict, pool: ThreadPoolExecutor
         again = refit.of([], best.theta, np.zeros(0))
         fitted[()] = max(fitted[()], again, key=lambda f: f.log_evidence)
     return fitted
+
+
+def _refit(linearised: Linearised) -> Refit:
+    return Refit(linearised.model, linearised.comparisons, linearised.basis, linearised.sensitivities, linearised.theta)
+
+
+def _poor(linearised: Linearised, fitted: dict[tuple[str, ...], Refitted]) -> bool:
+    rows = sum(c.size for c in linearised.comparisons)
+    best = max(fitted.values(), key=lambda f: f.log_evidence)
+    return best.chi_square > _POOR * linearised.power * rows
+
+
+def _fit_every_effect(linearised: Linearised, weights: dict, fitted: dict[tuple[str, ...], Refitted],
+                      pool: ThreadPoolExecutor) -> dict[tuple[str, ...], Refitted]:
+    """The same with every effect fitted in full, in each of its ways: a large one bends, and no line shows where it leads."""
+    refit = _refit(linearised)
+
+    def fit(column: Column) -> Refitted:
+        hypothesis = weights[(column.effect.id,)][1]
+        departure = [d for i, d in zip(hypothesis.columns, hypothesis.departure, strict=True) if linearised.columns[i] is column]
+        return refit.of([column], linearised.theta, np.array(departure or [1.0]))
+
+    out = dict(fitted)
+    for found in pool.map(fit, linearised.columns):
+        known = out.get(found.effects)
+        if known is None or found.log_evidence > known.log_evidence:
+            out[found.effects] = found
+    return out
 
 
 def _gain(fitted: dict[tuple[str, ...], Refitted], ids: tuple[str, ...]) -> float:
