@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from ddh_twin_py.real_rigs.figures import interval, rms
+from ddh_twin_py.real_rigs.figures import interval, rms, surely_smaller
 from ddh_twin_py.real_rigs.signals import binned, noise_of, signal
 
 
@@ -42,3 +42,15 @@ def test_the_interval_of_a_root_mean_square_holds_it():
         assert low < rms(values) < high
         held += low < 2.0 < high
     assert held > 48
+
+
+def test_surely_smaller_asks_for_more_than_chance():
+    rng = np.random.default_rng(2)
+    noise = rng.normal(0.0, 1.0, 2000)
+    wave = np.sin(np.arange(2000) / 50.0)
+    assert surely_smaller([{"a": noise + wave}], [{"a": noise}])
+    assert not surely_smaller([{"a": noise}], [{"a": noise + wave}])
+    assert not surely_smaller([{"a": noise}], [{"a": noise}])
+    once = noise.copy()
+    once[500:520] += 5.0  # one event of twenty blocks is no evidence
+    assert not surely_smaller([{"a": once}], [{"a": noise}])

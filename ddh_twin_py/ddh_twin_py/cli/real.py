@@ -8,7 +8,7 @@ from pathlib import Path
 
 from ddh_twin_py.cli.arguments import InputError, add_json, add_verb, nearest_of
 
-_EXAMPLE = "  ddh-twin real emps cascaded_tanks --data ../shared/data/real --out out/real"
+_EXAMPLE = "  ddh-twin real emps cascaded_tanks --data /data/real --out out/real"
 
 
 def add_parser(subparsers) -> None:
@@ -71,20 +71,21 @@ def run(args: argparse.Namespace) -> int:
 
 
 def print_table(studies, out: Path) -> None:
-    """The table of all figures, on standard output."""
+    """What was found, and the figures of every study, on standard output."""
     from rich.box import SIMPLE_HEAD
     from rich.console import Console
     from rich.table import Table
 
-    from ddh_twin_py.report.real_rig_report import TABLE, table_of
+    from ddh_twin_py.report.units import plain
 
-    table = Table(box=SIMPLE_HEAD, pad_edge=False, show_edge=False)
-    for name in TABLE:
-        table.add_column(name)
-    for row in table_of(studies):
-        table.add_row(*row)
     console = Console()
     for study in studies:
-        console.print(f"{study.rig}: {study.sentence}", highlight=False)
-    console.print(table)
-    console.print(f"pages and tables: {out}", highlight=False)
+        passed = sum(c.passed for c in study.controls)
+        console.print(f"{study.rig}: {study.sentence} Negative controls: {passed} of {len(study.controls)} passed.", highlight=False)
+        table = Table(box=SIMPLE_HEAD, pad_edge=False, show_edge=False)
+        for name in ("figure", "data", "before", "after", "unit"):
+            table.add_column(name, justify="right" if name in ("before", "after") else "left", no_wrap=name in ("before", "after", "unit"))
+        for row in study.rows:
+            table.add_row(row.what, row.split, plain(row.before), plain(row.after), row.unit)
+        console.print(table)
+    console.print(f"pages and the whole table: {out}", highlight=False)

@@ -16,7 +16,8 @@ import numpy as np
 
 from ddh_twin_py.estimation.comparison import Discrepancy
 from ddh_twin_py.gap import answer
-from ddh_twin_py.gap.diagnosis import Diagnosis
+from ddh_twin_py.gap.diagnosis import Diagnosis, Lack
+from ddh_twin_py.gap.lacking import Acting, lacks
 from ddh_twin_py.gap.refit import Refitted
 from ddh_twin_py.gap.search import Found, search
 from ddh_twin_py.gap.suitability import unseen
@@ -68,6 +69,18 @@ class Outcome:
     def probability(self) -> float:
         """Of the leading listed set, among listed ones."""
         return self.listed.sets.get(self.leader.effects, 0.0)
+
+    def places(self) -> list[Lack]:
+        """What the leader's effects add, each on the whole and by regime, whatever no listed effect explains."""
+        model, number = self.model, self.model.first
+        rows = []
+        for i, (effect, _, x) in enumerate(self.leader.acting):
+            others = [a for j, a in enumerate(self.leader.acting) if j != i]
+            course = model.course(effect, model.record(number, self.leader.theta, others),
+                                  model.record(number, self.leader.theta, self.leader.acting))
+            std = float(np.sqrt(self.leader.covariance[i, i])) / max(abs(x), 1e-300)
+            rows.append(Acting(effect, course, 1.0 / len(self.leader.acting), {"all": 1.0}, std))
+        return lacks(rows)
 
     def as_json(self) -> dict:
         """The engine's report, and what was made of it."""

@@ -113,8 +113,8 @@ def _diagnosis(outcome: Outcome) -> list[doc.Html]:
                  f"({diagnosis.report['held_out']})."),
     ]
     blocks += [effects_ranked(diagnosis), classes(diagnosis), shrink_table(diagnosis), unknown(diagnosis)]
-    if diagnosis.lacking:
-        blocks.append(doc.details("What the model lacks, by place and regime", lacking_table(diagnosis.lacking)))
+    if outcome.leader.columns:
+        blocks.append(doc.details("What the leading effects add, by regime", lacking_table(outcome.places())))
     blocks += [doc.details("Hypotheses", hypotheses(diagnosis)),
                doc.details("Parameters", parameters_table(diagnosis.parameters, diagnosis.rig)),
                doc.details("Residuals on held-out data of this diagnosis", *residual_sections(diagnosis))]

@@ -71,7 +71,7 @@ EFFECTS = (
             value_of("exponent")),
     _effect("pump.curvature", "hydraulic", "curvature", "1/V", (added("curvature"),), 0.02, -0.2, 0.2,
             "The pump's flow grows more or less than in proportion to its voltage.", "flow ~ u (1 + curvature (u - 3 V))"),
-    _effect("pump.threshold", "hydraulic", "threshold", "V", (added("threshold"),), 0.1, 0.0, 3.0,
+    _effect("pump.threshold", "hydraulic", "threshold", "V", (added("threshold"),), 0.1, 0.0, 2.5,
             "The pump delivers nothing below a voltage.", "flow ~ max(u - threshold, 0)"),
     _effect("upper_tank.leak", "hydraulic", "leak", "V^0.5/s", (added("leak"),), 1e-3, 0.0, 0.1,
             "The upper tank loses water that does not reach the lower one.", "leak sqrt(x1)"),

@@ -82,12 +82,10 @@ def _errors(outcome: Outcome, record: TankRecord) -> tuple[float, float]:
 
 def _place(outcomes: Sequence[Outcome]) -> str:
     """Where along the upper level the first effect that was built in adds most."""
-    believed = outcomes[0].believed
-    rows = [row for row in outcomes[0].diagnosis.lacking if row.regime.startswith("upper level") and row.component == "upper_tank"]
-    if not any(name.startswith("upper_tank") for name in believed) or not rows:
+    if "upper_tank.overflow" not in outcomes[0].believed:
         return ""
-    most = max(rows, key=lambda row: abs(row.value))
-    return f" (most at {most.regime})"
+    rows = [row for row in outcomes[0].places() if row.component == "upper_tank" and row.regime.startswith("upper level")]
+    return f" (most at {max(rows, key=lambda row: abs(row.value)).regime})"
 
 
 def _picture(record: TankRecord, before: np.ndarray, after: np.ndarray) -> Picture:

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 from scipy.io import loadmat
+from scipy.io.matlab import MatReadError
 
 from ddh_twin_py.real_rigs.study import RecordingsError
 
@@ -59,7 +60,7 @@ def read(data: Path, name: str) -> EmpsRecord:
     wanted = ("t", "qg", "qm", "vir", "gtau", "kp", "kv", *(("pulses_N",) if name == PULSES else ()))
     try:
         found = loadmat(path, variable_names=wanted)
-    except (ValueError, NotImplementedError, OSError, TypeError) as error:
+    except (ValueError, NotImplementedError, OSError, TypeError, IndexError, MatReadError) as error:
         raise RecordingsError(f"{path}: cannot be read as a MATLAB file: {' '.join(str(error).split())}") from None
     values = {}
     for key in wanted:
