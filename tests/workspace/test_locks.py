@@ -78,8 +78,8 @@ def test_what_is_asked_for_is_what_is_imported(repo_root):
     providers = importlib.metadata.packages_distributions()
     asked = {canonicalize_name(r.name) for r in asked_for((repo_root / "requirements/twin.in").read_text())}
     used = set()
-    # "compression" is of the standard library, from Python 3.14 on; who wants a cluster or Parquet installs what that takes.
-    for module in modules - set(sys.stdlib_module_names) - {"ddh_twin_py", "ddh_msgs", "compression", "distributed", "pyarrow"}:
+    # "compression" is of the standard library, from Python 3.14 on; who wants a cluster installs what that takes.
+    for module in modules - set(sys.stdlib_module_names) - {"ddh_twin_py", "ddh_msgs", "compression", "distributed"}:
         names = {canonicalize_name(name) for name in providers.get(module, ())}
         if not any(name.startswith("ros-") for name in names):
             assert names & asked, f"imported, but not in twin.in: {module} ({names or 'not installed'})"

@@ -143,6 +143,13 @@ def output_file(text: str) -> str:
     return text
 
 
+def new_folder(text: str) -> str:
+    """A folder that does not exist yet and can be made."""
+    if os.path.lexists(text.rstrip(os.sep) or text):
+        raise argparse.ArgumentTypeError(f"{text!r} exists; nothing is overwritten")
+    return output_file(text.rstrip(os.sep))
+
+
 def json_file(text: str) -> str:
     """The same, or `-` for standard output."""
     return text if text == "-" else output_file(text)
@@ -163,9 +170,19 @@ def add_namespace(parser: Parser) -> None:
     parser.add_argument("--namespace", metavar="NS", help="of the rig, where a bag holds more than one")
 
 
-def add_json(parser: Parser) -> None:
+def add_json(parser: Parser, help: str = "write the numbers as JSON; - is standard output") -> None:
     """The option `--json`."""
-    parser.add_argument("--json", metavar="FILE", type=json_file, help="write the numbers as JSON; - is standard output")
+    parser.add_argument("--json", metavar="FILE", type=json_file, help=help)
+
+
+def add_bag(parser: Parser) -> None:
+    """The argument `BAG`."""
+    parser.add_argument("bag", metavar="BAG", help="rosbag2 folder, or one .mcap or .db3 file")
+
+
+def add_quiet(parser: Parser, help: str = "no progress, no summary") -> None:
+    """The option `--quiet`."""
+    parser.add_argument("--quiet", action="store_true", help=help)
 
 
 def duty_file(given: str) -> Path:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import keyword
 import os
 import sys
 from collections.abc import Sequence
@@ -10,8 +11,8 @@ from importlib import import_module
 from ddh_twin_py.cli.arguments import Parser
 from ddh_twin_py.cli.interruption import Interruption
 
-VERBS = ("demo", "replay", "calibrate", "gap", "gap-design", "fleet", "info", "simulate", "up", "paper", "study", "motor", "verify",
-         "bench", "gap-bench")
+VERBS = ("demo", "replay", "calibrate", "gap", "gap-design", "fleet", "info", "export", "import", "simulate", "up", "paper", "study",
+         "motor", "verify", "bench", "gap-bench")
 """Verbs in the order of the help; each is a module of this package."""
 
 _WITH_NODES = frozenset({"demo", "up"})
@@ -44,7 +45,8 @@ def build_parser() -> Parser:
 
 
 def _module(verb: str) -> str:
-    return f"ddh_twin_py.cli.{verb.replace('-', '_')}"
+    name = verb.replace("-", "_")
+    return f"ddh_twin_py.cli.{name}{'_' if keyword.iskeyword(name) else ''}"
 
 
 def main(argv: Sequence[str] | None = None) -> int:
