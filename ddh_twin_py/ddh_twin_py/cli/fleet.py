@@ -31,7 +31,7 @@ def add_parser(subparsers) -> None:
                         "(default 3600)")
     add_rig(parser)
     parser.add_argument("--csv", metavar="FILE", type=output_file, help="the table (default fleet.csv in --out)")
-    parser.add_argument("--parquet", metavar="FILE", type=output_file, help="the table as Parquet; needs pyarrow")
+    parser.add_argument("--parquet", metavar="FILE", type=output_file, help="the table as Parquet")
     add_html(parser, "write the page with the trend of each rig")
     parser.add_argument("--quiet", action="store_true", help="no progress, no summary")
 
@@ -47,7 +47,7 @@ def run(args: argparse.Namespace) -> int:
     """Find, diagnose, write the table and the page, print what came of it."""
     from ddh_twin_py.cli.console import stage
     from ddh_twin_py.fleet.page import fleet_document, verdict
-    from ddh_twin_py.fleet.parquet import need_pyarrow, write_parquet
+    from ddh_twin_py.fleet.parquet import write_parquet
     from ddh_twin_py.fleet.recordings import find_recordings
     from ddh_twin_py.fleet.results import Results
     from ddh_twin_py.fleet.row import as_csv
@@ -56,8 +56,6 @@ def run(args: argparse.Namespace) -> int:
     from ddh_twin_py.rig import load_rig
 
     rig = load_rig(args.rig)
-    if args.parquet:
-        need_pyarrow()
     out = Path(args.out)
     if out.exists() and not out.is_dir():
         raise InputError(f"--out: {out} is no folder")
