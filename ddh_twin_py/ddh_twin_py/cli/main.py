@@ -11,8 +11,8 @@ from importlib import import_module
 from ddh_twin_py.cli.arguments import Parser
 from ddh_twin_py.cli.interruption import Interruption
 
-VERBS = ("demo", "replay", "calibrate", "gap", "gap-design", "fleet", "info", "doctor", "export", "import", "simulate", "up", "paper",
-         "study", "motor", "verify", "bench", "gap-bench")
+VERBS = ("demo", "replay", "calibrate", "gap", "gap-design", "fleet", "info", "doctor", "export", "import", "fmu", "layouts", "simulate",
+         "up", "paper", "study", "motor", "verify", "bench", "gap-bench")
 """Verbs in the order of the help; each is a module of this package."""
 
 _WITH_NODES = frozenset({"demo", "up"})
