@@ -12,7 +12,8 @@ from ddh_twin_py.cli.main import main
 from ddh_twin_py.rig.files import write_whole
 
 VERBS = ("replay", "calibrate", "info", "simulate", "bench", "verify", "demo", "up", "motor", "paper", "study", "gap",
-         "gap-design", "fleet", "gap-bench", "export", "import", "doctor", "fmu", "layouts")
+         "gap-design", "fleet", "gap-bench", "export", "import", "doctor", "fmu", "layouts",
+         "completion")
 
 
 def failure(capsys, *argv: str) -> str:

@@ -60,8 +60,16 @@ def test_bench_lock_pins_its_tools_and_agrees_with_the_twins(version, repo_root)
     assert {name: bench[name][0] for name in both} == {name: twin[name][0] for name in both}
 
 
+@pytest.mark.parametrize("version", VERSIONS)
+def test_tools_lock_pins_everything(version, repo_root):
+    lock = locked((repo_root / f"requirements/lock-tools-{version}.txt").read_text())
+    assert all(hashes >= 1 for _, hashes in lock.values())
+    for requirement in asked_for((repo_root / "requirements/tools.in").read_text()):
+        assert requirement.specifier.contains(lock[canonicalize_name(requirement.name)][0])
+
+
 def test_every_line_of_the_twins_requirements_has_a_reason(repo_root):
-    for name in ("twin.in", "dev.in", "bench.in"):
+    for name in ("twin.in", "dev.in", "bench.in", "tools.in"):
         for line in (repo_root / "requirements" / name).read_text().splitlines():
             assert "# " in line, f"{name}: {line}"
 

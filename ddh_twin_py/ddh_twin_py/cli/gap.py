@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import os
 
-from ddh_twin_py.cli.arguments import InputError, add_html, add_json, add_rig, add_verb, nearest_of, output_file
+from ddh_twin_py.cli.arguments import InputError, add_html, add_json, add_quiet, add_rig, add_verb, nearest_of, output_file
 
 _EXAMPLE = "  ddh-twin gap bags/press_7 --commissioning bags/press_7_new --html out/gap.html"
 
@@ -30,7 +30,7 @@ def add_parser(subparsers) -> None:
                         help="rig file to write: parameters fitted, the leading cause in it")
     add_html(parser)
     add_json(parser)
-    parser.add_argument("--quiet", action="store_true", help="no progress, no summary")
+    add_quiet(parser)
 
 
 def run(args: argparse.Namespace) -> int:

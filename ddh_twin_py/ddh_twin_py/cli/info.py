@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING
 
-from ddh_twin_py.cli.arguments import add_bag, add_json, add_namespace, add_rig, add_verb
+from ddh_twin_py.cli.arguments import add_bag, add_json, add_namespace, add_quiet, add_rig, add_verb
 
 if TYPE_CHECKING:
     from ddh_twin_py.telemetry.recording import Recording
@@ -25,6 +25,7 @@ def add_parser(subparsers) -> None:
     add_rig(parser)
     add_namespace(parser)
     add_json(parser)
+    add_quiet(parser, "no table")
 
 
 def run(args: argparse.Namespace) -> int:
@@ -39,7 +40,7 @@ def run(args: argparse.Namespace) -> int:
     screened = screen_recording(recording, {name: spec.noise for name, spec in rig.sensors.items()})
     if args.json:
         put_json(args.json, recording_json(screened))
-    if args.json != "-":
+    if not args.quiet and args.json != "-":
         _show(screened)
     return 0
 

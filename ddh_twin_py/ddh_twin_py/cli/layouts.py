@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from ddh_twin_py.cli.arguments import InputError, add_quiet, add_verb
+from ddh_twin_py.cli.arguments import InputError, add_json, add_quiet, add_verb
 
 _EXAMPLE = "  ddh-twin layouts out/layouts --namespace /crane_1"
 
@@ -20,6 +20,7 @@ def add_parser(subparsers) -> None:
     )
     parser.add_argument("folder", metavar="FOLDER", help="folder to write into")
     parser.add_argument("--namespace", metavar="NS", default="/ddh", help="of the twin's topics (default /ddh)")
+    add_json(parser, "write the names of the files as JSON; - is standard output")
     add_quiet(parser, "do not list the files")
 
 
@@ -28,14 +29,16 @@ def run(args: argparse.Namespace) -> int:
     from pathlib import Path
 
     from ddh_twin_py.bags.topics import normalised
+    from ddh_twin_py.cli.console import put_json
     from ddh_twin_py.exchange.layouts.files import layout_files
     from ddh_twin_py.rig.files import write_whole
 
     folder = Path(args.folder)
     if folder.exists() and not folder.is_dir():
         raise InputError(f"{folder}: is no folder")
-    for name, content in layout_files(normalised(args.namespace)).items():
-        path = write_whole(folder / name, content)
-        if not args.quiet:
-            print(path)
+    written = [write_whole(folder / name, content) for name, content in layout_files(normalised(args.namespace)).items()]
+    if args.json:
+        put_json(args.json, {"files": [str(path) for path in written]})
+    if not args.quiet and args.json != "-":
+        print(*written, sep="\n")
     return 0

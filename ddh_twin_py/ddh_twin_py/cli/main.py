@@ -9,10 +9,11 @@ from collections.abc import Sequence
 from importlib import import_module
 
 from ddh_twin_py.cli.arguments import Parser
+from ddh_twin_py.cli.exit_codes import EXIT_CODES
 from ddh_twin_py.cli.interruption import Interruption
 
 VERBS = ("demo", "replay", "calibrate", "gap", "gap-design", "fleet", "info", "doctor", "export", "import", "fmu", "layouts", "simulate",
-         "up", "paper", "study", "motor", "verify", "bench", "gap-bench")
+         "up", "paper", "study", "motor", "verify", "bench", "gap-bench", "completion")
 """Verbs in the order of the help; each is a module of this package."""
 
 _WITH_NODES = frozenset({"demo", "up"})
@@ -25,8 +26,7 @@ examples:
   ddh-twin replay bags/paper_cycle --html r.html  any recording in one process
   ddh-twin up --help                              the twin beside a machine
 
-exit codes: 0 done, 1 the answer is no (calibrate), 2 the input cannot be used (one line on standard error says why), 130 interrupted
-"""
+exit codes: """ + "; ".join(f"{code} {about}" for code, about in EXIT_CODES.items()) + "\n"
 
 
 def build_parser() -> Parser:

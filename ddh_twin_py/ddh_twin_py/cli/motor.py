@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from ddh_twin_py.cli.arguments import add_html, add_json, add_rig, add_verb, output_file
+from ddh_twin_py.cli.arguments import add_html, add_json, add_quiet, add_rig, add_verb, output_file
 
 _EXAMPLE = """\
   ddh-twin motor --html out/motor.html
@@ -26,7 +26,7 @@ def add_parser(subparsers) -> None:
     parser.add_argument("-o", "--output", metavar="RIG.yaml", type=output_file, help="write a rig file with the generated quantities")
     add_html(parser)
     add_json(parser)
-    parser.add_argument("--quiet", action="store_true", help="no progress, no table")
+    add_quiet(parser, "no progress, no table")
 
 
 def layers(text: str) -> int:

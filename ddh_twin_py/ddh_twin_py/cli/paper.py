@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from ddh_twin_py.cli.arguments import add_html, add_json, add_rig, add_verb
+from ddh_twin_py.cli.arguments import add_html, add_json, add_quiet, add_rig, add_verb
 
 _EXAMPLE = "  ddh-twin paper --html out/paper.html --json out/paper.json"
 
@@ -20,7 +20,7 @@ def add_parser(subparsers) -> None:
     add_rig(parser)
     add_html(parser, "write the page with pictures that correspond to figures 3 to 6")
     add_json(parser)
-    parser.add_argument("--quiet", action="store_true", help="no progress, no table")
+    add_quiet(parser, "no progress, no table")
 
 
 def run(args: argparse.Namespace) -> int:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from ddh_twin_py.cli.arguments import add_json, add_rig, add_verb, between, duty_file, whole
+from ddh_twin_py.cli.arguments import add_json, add_quiet, add_rig, add_verb, between, duty_file, whole
 
 _EXAMPLE = "  ddh-twin verify --seeds 40 --duration 600 --json out/consistency.json"
 
@@ -26,7 +26,7 @@ def add_parser(subparsers) -> None:
                         help="of each, 60 to 86400 s (default 600)")
     parser.add_argument("--duty", metavar="FILE", default="mixed", help="duty file, or a name of config/duty (default mixed)")
     add_json(parser)
-    parser.add_argument("--quiet", action="store_true", help="no progress, no table")
+    add_quiet(parser, "no progress, no table")
 
 
 def run(args: argparse.Namespace) -> int:

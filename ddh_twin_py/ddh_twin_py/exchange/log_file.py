@@ -14,6 +14,7 @@ import numpy as np
 from ddh_twin_py.exchange.errors import ExchangeError
 from ddh_twin_py.exchange.mapping import ISO, Dialect, TimeRule, iso_to_ns
 from ddh_twin_py.exchange.units import TIME_UNITS
+from ddh_twin_py.rig.files import did_you_mean
 
 _DELIMITERS = ";\t,|"  # in order of preference where two are equally frequent
 _LARGEST_NS = 2**63 - 1
@@ -105,7 +106,7 @@ def read_log(path: str | Path, dialect: Dialect, wanted: Sequence[str]) -> LogFi
                     rows.append(row)
                     lines.append(line)
     except FileNotFoundError:
-        raise ExchangeError(f"{file}: no such file") from None
+        raise ExchangeError(f"{file}: no such file{did_you_mean(file)}") from None
     except UnicodeError as error:
         raise ExchangeError(f"{file}: is not text in {dialect.encoding} ({' '.join(str(error).split())}); say the right one with "
                             "csv.encoding in the mapping, often latin-1 or utf-16") from None
