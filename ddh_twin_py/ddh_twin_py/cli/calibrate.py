@@ -101,7 +101,7 @@ def run(args: argparse.Namespace) -> int:
         with stage(f"writing {args.html}", args.quiet):
             calibration_document(fit, experiments, signals, args.held_out, said, mood, rig.file, seconds).write(args.html)
     if args.json:
-        put_json(args.json, calibration_json(fit, experiments, signals, args.held_out, said, seconds))
+        put_json(args.json, calibration_json(fit, experiments, signals, args.held_out, said, rig.file, seconds))
     for experiment in experiments:
         show_findings(experiment.recording.findings, "what `ddh-twin info` tells of the bag")
     if not args.quiet and args.json != "-":

@@ -49,7 +49,7 @@ def run(args: argparse.Namespace) -> int:
     from dataclasses import asdict
 
     from ddh_twin_py.cli.console import put_json, stage
-    from ddh_twin_py.fleet.page import fleet_document, verdict
+    from ddh_twin_py.fleet.page import fleet_document, fleet_end, verdict
     from ddh_twin_py.fleet.parquet import write_parquet
     from ddh_twin_py.fleet.recordings import find_recordings
     from ddh_twin_py.fleet.results import Results
@@ -70,7 +70,7 @@ def run(args: argparse.Namespace) -> int:
     if args.parquet:
         write_parquet(args.parquet, rows)
     if args.json:
-        told = {"folder": str(args.folder), "rig_file": rig.file, "verdict": verdict(rows)}
+        told = {"folder": str(args.folder), "verdict": verdict(rows), "end_matter": fleet_end(rows, rig.file).as_json()}
         put_json(args.json, {**told, "rows": [asdict(row) for row in rows]})
     if args.html:
         fleet_document(str(args.folder), rows, rig.file).write(args.html)

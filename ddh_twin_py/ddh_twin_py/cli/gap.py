@@ -45,7 +45,7 @@ def run(args: argparse.Namespace) -> int:
     with stage("loading", args.quiet):
         from ddh_twin_py.diagnosis.of_bags import diagnose
         from ddh_twin_py.gap.catalogue import EFFECTS
-        from ddh_twin_py.report.gap_report import gap_document
+        from ddh_twin_py.report.gap_report import gap_document, gap_end
         from ddh_twin_py.report.gap_summary import print_gap
     for effect in args.without:
         if effect not in EFFECTS:
@@ -57,7 +57,7 @@ def run(args: argparse.Namespace) -> int:
         with stage(f"writing {args.html}", args.quiet):
             gap_document(diagnosis).write(args.html)
     if args.json:
-        put_json(args.json, diagnosis.report)
+        put_json(args.json, {**diagnosis.report, "end_matter": gap_end(diagnosis).as_json()})
     if not args.quiet and args.json != "-":
         print_gap(diagnosis)
     if args.output:

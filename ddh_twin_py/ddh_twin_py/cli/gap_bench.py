@@ -65,13 +65,13 @@ def run(args: argparse.Namespace) -> int:
     if "score" in steps:
         from ddh_twin_py.gap_bench.scoring import answers_of, summary
         from ddh_twin_py.report.document import write_json
-        from ddh_twin_py.report.gap_bench_report import gap_bench_document
+        from ddh_twin_py.report.gap_bench_report import gap_bench_document, gap_bench_end
 
         scored = summary(answers_of(out, suites, args.cases))
         write_json(out / "scores.json", scored)
         gap_bench_document(scored, str(out)).write(args.html or out / "scores.html")
         if args.json:
-            put_json(args.json, scored)
+            put_json(args.json, {**scored, "end_matter": gap_bench_end(str(out)).as_json()})
         if not args.quiet and args.json != "-":
             print_scores(scored)
     return 0

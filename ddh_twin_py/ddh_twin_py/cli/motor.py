@@ -48,7 +48,7 @@ def run(args: argparse.Namespace) -> int:
         from ddh_twin_py.physics.motor_geometry import motor_network
         from ddh_twin_py.report import motor_comparison as comparison
         from ddh_twin_py.report.document import write_text
-        from ddh_twin_py.report.motor_page import motor_document, print_motor
+        from ddh_twin_py.report.motor_page import motor_document, motor_end, print_motor
     with stage(f"meshing with {args.layers} layers", args.quiet):
         network = motor_network(machine, rig, args.layers)
         condensed = condense(network)
@@ -67,7 +67,9 @@ def run(args: argparse.Namespace) -> int:
         with stage("varying the description", args.quiet):
             sensitive = comparison.sensitivities(machine, rig, min(args.layers, 8))
             page = motor_document(network, condensed, rows, steps, sensitive, runs).html()
-    numbers = comparison.as_json(network, condensed, rows, steps, runs) if args.json else None
+    numbers = None
+    if args.json:
+        numbers = comparison.as_json(network, condensed, rows, steps, runs) | {"end_matter": motor_end(network).as_json()}
     if page is not None:  # nothing is written before everything is computed
         write_text(args.html, page)
     if numbers is not None:

@@ -106,8 +106,7 @@ def replay_json(
 def end_matter_json(result: ReplayResult) -> dict:
     """What the numbers of a replay rest on."""
     return {
-        "data_split": f"{DATA_SPLIT}.", "rig_file": result.rig.file, "rig_id": result.rig.rig_id, "assumptions": assumptions(result),
-        "versions": dict(doc.versions()),
+        **doc.EndMatter(f"{DATA_SPLIT}.", result.rig.file, assumptions(result)).as_json(), "rig_id": result.rig.rig_id,
     }
 
 
