@@ -10,7 +10,7 @@ import sys
 from collections.abc import Mapping
 from pathlib import Path
 
-from ddh_twin_py.cli.arguments import InputError, Parser, add_rig, add_verb, duty_file, seed
+from ddh_twin_py.cli.arguments import InputError, Parser, add_quiet, add_rig, add_verb, duty_file, seed
 from ddh_twin_py.cli.parameter_yaml import parameter_yaml
 from ddh_twin_py.cli.supervisor import Child, Supervisor, combined_log
 
@@ -61,7 +61,7 @@ def add_parser(subparsers) -> None:
     )
     parser.add_argument("--params", metavar="FILE", help="parameter file (YAML) for all nodes, see config/twin.yaml")
     parser.add_argument("--log", metavar="FILE", help="write the log of all nodes here too")
-    parser.add_argument("--quiet", action="store_true", help="no log on the screen")
+    add_quiet(parser, "no log on the screen")
 
 
 def _rate(text: str) -> float:
