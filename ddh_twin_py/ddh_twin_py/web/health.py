@@ -42,7 +42,7 @@ class Health:
         return [self._node(node, lines, wall) for node, lines in self._lines.items()]
 
     def _node(self, node: str, lines: Mapping[str, Line], wall: float) -> dict:
-        told = {"node": node, "level": SILENT, "lines": [], "said": None}
+        told = {"node": node, "level": SILENT, "lines": []}
         if not lines:
             return told | {"message": "not heard of"}
         age = wall - max(line.at for line in lines.values())
