@@ -95,7 +95,7 @@ class Sensors:
         return [self._row(topic, entry, health, wall, paused) for topic, entry in self._arrivals.items()]
 
     def _row(self, topic: str, entry: _Arrivals, health: Health, wall: float, paused: bool) -> dict:
-        row = {"topic": topic, "name": topic.removeprefix(TEMPERATURE_PREFIX), "rate": None, "age": None}
+        row = {"topic": topic, "name": topic.removeprefix(TEMPERATURE_PREFIX).removesuffix("/telemetry"), "rate": None, "age": None}
         if not entry.at:
             return row | {"state": "absent", "why": "nothing has come yet"}
         row |= {"age": round(wall - entry.at[-1], 1), "rate": self._rate(topic, entry, wall)}

@@ -115,7 +115,6 @@ addEventListener("keydown", (event) => {
 
 await drawing.load();
 for (const name of ["sensors", "gap"]) if (store.documents[name] !== undefined) document_(name, store.documents[name]);
-if (innerWidth <= 620) get("all-temperatures").open = true;
 let painted = 0;
 function picture(now) {
   drawing.move(now);

@@ -6,6 +6,7 @@ const MARKS = { ok: "✓", warn: "▲", error: "✕", stopped: "✕", silent: "�
 const LEVELS = ["ok", "warn", "error", "silent"];
 const COOL = 20; // degC at which a gauge begins
 const SOON = 1800; // s
+const FIRST_SIGNALS = 5;
 
 export function limits(body, data) {
   if (!data) return;
@@ -27,10 +28,10 @@ function margin(row, horizon) {
     element("p", {}, element("span", {}, NAMES[row.location] ?? words(row.location)),
       element("span", { class: "now" }, `${number(row.temperature, 1)} ± ${number(2 * row.standard_deviation, 1)} of ${number(row.limit, 0)} °C`)),
     element("div", { class: "gauge" }, fill, band),
-    element("span", { class: "then" }, sentence(row, horizon, beyond)));
+    element("span", { class: "then" }, sentence(row, horizon, beyond, soon)));
 }
 
-function sentence(row, horizon, beyond) {
+function sentence(row, horizon, beyond, soon) {
   const keeps = row.allowed_current > 0
     ? `${number(row.allowed_current, 1)} A rms${row.allowed_speed === null ? "" : ` or a mean of ${number((row.allowed_speed * 30) / Math.PI, 0)} rpm`} keep it for ever`
     : "no current keeps it";
@@ -41,7 +42,7 @@ function sentence(row, horizon, beyond) {
   }
   const late = row.time_to_limit_84 === null ? `more than ${lasting(horizon)}` : lasting(row.time_to_limit_84);
   const early = row.time_to_limit_16 === null ? late : lasting(row.time_to_limit_16);
-  return `▲ limit in ${lasting(row.time_to_limit)} (${early} to ${late}); ${keeps}`;
+  return `${soon ? "▲ " : ""}limit in ${lasting(row.time_to_limit)} (${early} to ${late}); ${keeps}`;
 }
 
 export function gap(body, line, data) {
@@ -50,19 +51,31 @@ export function gap(body, line, data) {
   if (!data) return;
   const parts = [];
   if (data.state === "open") parts.push(element("p", {}, data.component ? `Points to ${words(data.component)}: ${data.because}` : `Does not point to one component: ${data.because}`));
-  parts.push(element("div", { class: "scroll" }, element("table", {},
-    element("thead", {}, element("tr", {}, element("th", {}, "signal"), element("th", {}, data.state === "learning" ? "learned" : "towards a gap"), element("th", { class: "n" }, "size"))),
-    element("tbody", {}, ...data.signals.map((row) => signal(row, data.state === "learning"))))));
-  parts.push(element("p", { class: "note" }, `Declared: a false alarm in ${plain(data.hours, 2)} h of work. The bar is the test's statistic; a gap opens when it is full.`));
+  const learning = data.state === "learning";
+  const first = Math.max(FIRST_SIGNALS, data.signals.filter((row) => row.opened).length);
+  parts.push(table(data.signals.slice(0, first), learning));
+  if (data.signals.length > first) {
+    const open = body.querySelector("details")?.open;
+    parts.push(element("details", { open }, element("summary", {}, `all ${data.signals.length} signals`), table(data.signals.slice(first), learning)));
+  }
+  parts.push(element("p", { class: "note" }, `A gap opens when a bar, the statistic of its test, is full. Declared: one false alarm in ${plain(data.hours, 2)} h of work.`));
+  const focused = body.contains(document.activeElement);
   body.replaceChildren(...parts);
+  if (focused) body.querySelector("summary")?.focus();
+}
+
+function table(rows, learning) {
+  return element("ul", { class: "signals" }, ...rows.map((row) => signal(row, learning || !row.tested)));
 }
 
 function signal(row, learning) {
   const fill = element("i");
-  fill.style.width = `${Math.min(100, 100 * (learning || !row.tested ? row.learned : row.share))}%`;
-  const size = row.opened ? `${row.size}, ${number(Math.abs(row.floors), 1)} × floor, since ${timeOfDay(row.since)}` : row.floor ? `floor ${row.floor}` : "";
-  return element("tr", { class: row.opened ? "open" : "" }, element("th", { scope: "row" }, row.opened ? `▲ ${row.name}` : row.name),
-    element("td", {}, element("div", { class: `gauge small${learning || !row.tested ? " learn" : ""}` }, fill)), element("td", { class: row.opened ? "" : "n" }, size));
+  fill.style.width = `${Math.min(100, 100 * (learning ? row.learned : row.share))}%`;
+  const size = row.opened ? row.size : row.floor ? `floor ${row.floor}` : "";
+  const more = row.opened ? `${number(Math.abs(row.floors), 1)} × floor, since ${timeOfDay(row.since)}` : learning ? `${number(100 * row.learned, 0)} % learned` : `${number(100 * row.share, 0)} %`;
+  return element("li", { class: row.opened ? "open" : "" },
+    element("p", {}, element("span", {}, row.opened ? `▲ ${row.name}` : row.name), element("span", { class: "now" }, size)),
+    element("p", {}, element("div", { class: `gauge small${learning ? " learn" : ""}` }, fill), element("small", {}, more)));
 }
 
 /* Rows that stay where they are while their words change, so that what is open stays open and the focus is kept. */
