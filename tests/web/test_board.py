@@ -130,3 +130,13 @@ def test_columns_of_a_stream_stand_together():
     for stream in STREAMS:
         first = FIRST[stream.name]
         assert COLUMNS[first : first + len(stream.fields)] == BY_NAME[stream.name].columns
+
+
+def test_a_message_that_holds_some_columns_leaves_the_others(board):
+    width = WIDTHS[NUMBER["temperature_gap"]]
+    first, second = np.full((1, width), np.nan), np.full((1, width), np.nan)
+    first[0, 0], second[0, 1] = 1.0, 2.0
+    for row, values in ((700, first), (710, second)):
+        board.take("temperature_gap", np.array([row]) * GRID_NS, values)
+    names = BY_NAME["temperature_gap"].columns
+    assert [board.latest(name) for name in names[:2]] == [1.0, 2.0] and np.isnan(board.latest(names[2]))

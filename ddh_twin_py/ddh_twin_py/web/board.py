@@ -77,7 +77,8 @@ class Board:
         index, values = index[last], values[last]
         self.history.write(FIRST[stream.name], index, values)
         self._newest[stream.name] = int(index[-1])
-        self._latest[FIRST[stream.name] : FIRST[stream.name] + len(stream.fields)] = values[-1]
+        latest = self._latest[FIRST[stream.name] : FIRST[stream.name] + len(stream.fields)]
+        latest[:] = np.where(np.isnan(values[-1]), latest, values[-1]) if stream.sparse else values[-1]
         self._fresh.setdefault(stream.name, []).append((index, values))
 
     def _jump_back(self, stream: Stream, index: int) -> None:

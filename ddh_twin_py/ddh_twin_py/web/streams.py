@@ -41,12 +41,16 @@ ESTIMATE_PARTS = ("temperature", "standard_deviation", "predicted", "measured")
 
 @dataclass(frozen=True)
 class Stream:
-    """Columns that come together, in messages of one kind. `raw`: samples of a sensor, averaged over a row's time."""
+    """Columns that come together, in messages of one kind.
+
+    `raw`: samples of a sensor, averaged over a row's time. `sparse`: a message holds some of the columns, NaN for the others.
+    """
 
     name: str
     topic: str
     fields: tuple[str, ...]
     raw: bool = False
+    sparse: bool = False
 
     @property
     def columns(self) -> tuple[str, ...]:
@@ -67,9 +71,10 @@ STREAMS: tuple[Stream, ...] = (
     Stream("noise", "hydraulics/residuals", tuple(name for name, _, _ in RESIDUAL_SIGNALS)),
     Stream("motor", "motor/thermal_state", (*MOTOR_FIELDS, *_with("temperature", MOTOR_NODES))),
     Stream("estimate", "temperature/estimates", ("ambient", *(f"{node}.{part}" for node in NODES for part in ESTIMATE_PARTS))),
-    Stream("innovation", "temperature/residuals", tuple(f"{sensor}.{part}" for sensor in SENSORS for part in ("residual", "deviation"))),
+    Stream("innovation", "temperature/residuals", tuple(f"{sensor}.{part}" for sensor in SENSORS for part in ("residual", "deviation")),
+           sparse=True),  # fmt: skip
     Stream("gap", "gap/residuals", tuple(name for name, _, _ in HYDRAULIC)),
-    Stream("temperature_gap", "gap/residuals", TEMPERATURES),
+    Stream("temperature_gap", "gap/residuals", TEMPERATURES, sparse=True),
 )
 BY_NAME = {stream.name: stream for stream in STREAMS}
 NUMBER = {stream.name: number for number, stream in enumerate(STREAMS)}
