@@ -99,7 +99,8 @@ def test_what_cannot_be_served_is_said_in_one_line(page):
     port = int(page.rstrip("/").rpartition(":")[2])
     with NodeProcess("web_view", NS, port=port) as second:
         assert second.ends() == 2
-        assert re.search(rf"error: parameters host and port: the page cannot be served at 127.0.0.1:{port}: .*in use", second.text), second.text
+        words = rf"error: parameters host and port: the page cannot be served at 127.0.0.1:{port}: .*in use"
+        assert re.search(words, second.text), second.text
         assert "Traceback" not in second.text
 
 

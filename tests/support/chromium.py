@@ -168,10 +168,11 @@ class Chromium:
 
     def press(self, key: str) -> None:
         """Press and let go one key."""
-        code, number = KEYS.get(key, (f"Key{key.upper()}" if key.isalpha() else f"Digit{key}", ord(key.upper()) if len(key) == 1 else 0))
+        code, number = KEYS[key] if key in KEYS else (f"Key{key.upper()}" if key.isalpha() else f"Digit{key}", ord(key.upper()))
         more = {"text": key} if len(key) == 1 else {"text": "\r"} if key == "Enter" else {}
         for kind in ("keyDown", "keyUp"):
-            self.call("Input.dispatchKeyEvent", type=kind, key=key, code=code, windowsVirtualKeyCode=number, **(more if kind == "keyDown" else {}))
+            text = more if kind == "keyDown" else {}
+            self.call("Input.dispatchKeyEvent", type=kind, key=key, code=code, windowsVirtualKeyCode=number, **text)
 
     def picture(self, path: str | Path, whole: bool = False) -> Path:
         """A screenshot as PNG, of the whole page or of what the screen holds."""

@@ -6,8 +6,8 @@ from ddh_twin_py.web.access import Access, is_local
 
 @pytest.mark.parametrize(
     ("host", "local"),
-    [("127.0.0.1", True), ("localhost", True), ("::1", True), ("127.3.4.5", True), ("0.0.0.0", False), ("::", False), ("192.168.1.7", False),
-     ("rig.example", False)],
+    [("127.0.0.1", True), ("localhost", True), ("::1", True), ("127.3.4.5", True), ("0.0.0.0", False), ("::", False),
+     ("192.168.1.7", False), ("rig.example", False)],
 )
 def test_beyond_this_machine_there_is_always_a_token(host, local):
     assert is_local(host) is local

@@ -29,7 +29,8 @@ def test_a_node_is_as_bad_as_the_worst_that_it_says(health):
 
 
 def test_a_node_that_has_not_reported_or_does_not_any_more(health):
-    assert node(health, "hydraulic_model", 100.0) == {"node": "ddh/hydraulic_model", "level": SILENT, "lines": [], "message": "not heard of"}
+    never = node(health, "hydraulic_model", 100.0)
+    assert never == {"node": "ddh/hydraulic_model", "level": SILENT, "lines": [], "message": "not heard of"}
     row = node(health, "temperature_fusion", 100.0 + SILENT_AFTER + 1.0)
     assert row["level"] == SILENT and "says nothing any more" in row["message"] and len(row["lines"]) == 2
 

@@ -61,8 +61,9 @@ def test_look_back_of_columns(served):
 @pytest.mark.parametrize(
     ("query", "words"),
     [
-        ("columns=drive.sped", "no column 'drive.sped'"), ("", "allowed are 1 to 64 columns"), ("level=9&columns=drive.speed", "levels 0 to 2"),
-        ("level=x&columns=drive.speed", "level is a whole number"), ("seconds=-1&columns=drive.speed", "allowed are"),
+        ("columns=drive.sped", "no column 'drive.sped'"), ("", "allowed are 1 to 64 columns"),
+        ("level=9&columns=drive.speed", "levels 0 to 2"), ("level=x&columns=drive.speed", "level is a whole number"),
+        ("seconds=-1&columns=drive.speed", "allowed are"),
         ("seconds=nan&columns=drive.speed", "allowed are"),
     ],
 )  # fmt: skip

@@ -33,7 +33,9 @@ def add_parser(subparsers) -> None:
     parser.add_argument("--rate", type=_rate, default=None, help="speed against real time, with BAG (default 1); 0 is as fast as it goes")
     parser.add_argument("--paused", action="store_true", help="wait for somebody to press play, with BAG")
     parser.add_argument("--namespace", metavar="NS", default="/ddh", help="of the rig (default /ddh)")
-    parser.add_argument("--host", metavar="ADDRESS", default="127.0.0.1", help="address to serve at (default 127.0.0.1); 0.0.0.0: all of this machine")
+    parser.add_argument(
+        "--host", metavar="ADDRESS", default="127.0.0.1", help="address to serve at (default 127.0.0.1); 0.0.0.0: all of this machine",
+    )
     parser.add_argument("--port", type=_port, default=8420, help="port (default 8420); 0 takes any that is free")
     parser.add_argument("--token", default="", help="what a browser must know; made up where it is needed and not given")
     add_rig(parser)

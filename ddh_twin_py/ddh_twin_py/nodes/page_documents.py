@@ -44,12 +44,13 @@ def gap_status_document(message: GapStatus) -> dict:
     """The running verdict."""
     signals = [
         SignalNews(
-            row.signal, row.unit, row.tested, row.learned, row.floor, row.statistic, row.threshold, row.opened, _seconds(row.since), row.size,
-            row.size_standard_deviation, row.size_in_floors,
+            row.signal, row.unit, row.tested, row.learned, row.floor, row.statistic, row.threshold, row.opened, _seconds(row.since),
+            row.size, row.size_standard_deviation, row.size_in_floors,
         )  # fmt: skip
         for row in message.signals
     ]
-    return gap_document(message.component, message.because, signals, _seconds(message.header.stamp), message.time_between_false_alarms / 3600.0)
+    hours = message.time_between_false_alarms / 3600.0
+    return gap_document(message.component, message.because, signals, _seconds(message.header.stamp), hours)
 
 
 def player_document(message: PlayerStatus) -> dict:

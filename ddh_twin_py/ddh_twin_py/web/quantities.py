@@ -86,12 +86,14 @@ def _losses() -> Iterator[dict]:
         yield _quantity(f"loss/{name}", f"loss, {words(name)}", "losses", "W", lines)
     for name in MOTOR_FIELDS:
         if name.endswith(("loss", "teeth", "yoke")):
-            yield _quantity(f"motor/{name}", f"motor, {words(name)}", "losses", "W", [_line(f"motor.{name}", "soft", "twin, from current and speed")])
+            lines = [_line(f"motor.{name}", "soft", "twin, from current and speed")]
+            yield _quantity(f"motor/{name}", f"motor, {words(name)}", "losses", "W", lines)
 
 
 def _heat() -> Iterator[dict]:
     for node in NODES:
-        yield _quantity(f"heat/{node}", f"heat into {words(node)}", "heat by node", "W", [_line(f"state.heat.{node}", "soft", "twin, soft sensor")])
+        lines = [_line(f"state.heat.{node}", "soft", "twin, soft sensor")]
+        yield _quantity(f"heat/{node}", f"heat into {words(node)}", "heat by node", "W", lines)
 
 
 def _oil_flows() -> Iterator[dict]:

@@ -32,6 +32,7 @@ export class Player {
     this.held = true;
     await this.wish("seek", Math.min(this.data.duration, Math.max(0, offset)));
     this.held = false;
+    this.show(this.data); // what came meanwhile
   }
 
   step(seconds) {
