@@ -9,7 +9,16 @@ from types import SimpleNamespace
 import pytest
 import yaml
 from ddh_twin_py.cli import up
-from ddh_twin_py.nodes import bag_player, bag_recorder, gap_monitor, hydraulic_model, model_node, telemetry_publisher, temperature_fusion
+from ddh_twin_py.nodes import (
+    bag_player,
+    bag_recorder,
+    gap_monitor,
+    hydraulic_model,
+    model_node,
+    telemetry_publisher,
+    temperature_fusion,
+    web_view,
+)
 
 PARAMETERS = {
     "hydraulic_model": (*hydraulic_model.HydraulicModelNode.PARAMETERS, *model_node.MODEL_PARAMETERS),
@@ -20,6 +29,7 @@ PARAMETERS = {
     "pressure_telemetry": telemetry_publisher.parameters(),
     "bag_player": bag_player.BagPlayer.PARAMETERS,
     "bag_recorder": bag_recorder.BagRecorder.PARAMETERS,
+    "web_view": web_view.WebView.PARAMETERS,
 }
 
 
