@@ -141,6 +141,13 @@ def test_a_played_bag_is_a_reference_for_the_normal_levels_and_a_machine_is_not(
     assert "normal_file" not in up.node_parameters(launch_file.parser().parse_args([]))["gap_monitor"]
 
 
+def test_the_live_page_is_an_option_and_no_player_waits_for_it(launch_file, paper_cycle_bag):
+    nodes = up.node_parameters(launch_file.parser().parse_args(["--view", "--source=bag", f"--bag={paper_cycle_bag}"]))
+    assert nodes["web_view"] == {} and "web_view" not in nodes["bag_player"]["wait_for_nodes"]
+    assert "web_view" in [n.executable for n in started(launch_file, view="true")]
+    assert "web_view" not in [n.executable for n in started(launch_file)]
+
+
 def test_flags_and_plain_start_of_the_launch_file(launch_file):
     assert [n.executable for n in started(launch_file)] == list(up.TWIN)
     assert {n.output for n in started(launch_file, quiet="true")} == {"log"}

@@ -97,10 +97,10 @@ class LiveGraph:
         """Whether the process runs."""
         return self._processes[node].poll() is None
 
-    def processor_seconds(self) -> float:
-        """Processor time that the nodes that run have taken so far, s."""
+    def processor_seconds(self, *nodes: str) -> float:
+        """Processor time that nodes, all where none is named, have taken so far, s; of those that run."""
         total = 0.0
-        for process in self._processes.values():
+        for process in (self._processes[name] for name in nodes or self._processes):
             try:
                 fields = Path(f"/proc/{process.pid}/stat").read_text().rpartition(")")[2].split()
             except OSError:
