@@ -26,6 +26,7 @@ from ddh_twin_py.estimation.comparison import CLOCK_JITTER, Comparison, Discrepa
 from ddh_twin_py.estimation.experiment import PRESSURES, Experiment
 from ddh_twin_py.estimation.held_out import rms_over_noise
 from ddh_twin_py.rig import Rig
+from ddh_twin_py.rig.own_oil import of_own_oil, refer_to_own_oil
 from ddh_twin_py.rig.sheet import BOUNDS, CUT, FIELD_OF_PATH, Quantity
 
 AIR = "surroundings.enclosure_rise"
@@ -265,6 +266,7 @@ class Problem:
                 own[field] *= 1.0 + deviation * scale / self.rig[path]
             else:
                 own[field] += deviation * scale
+        refer_to_own_oil(own, self._base[number])
         return own
 
     def predict(self, theta: np.ndarray, step: float = _STEP) -> list[dict[str, np.ndarray]]:
@@ -422,7 +424,7 @@ class Problem:
             if path not in refused:
                 quantities[path] = _fitted_quantity(quantity, fitted, names)
         rig_id = next((e.recording.rig.rig_id for e in self.experiments if e.recording.rig is not None), self.rig.rig_id)
-        return Calibration(replace(self.rig, rig_id=rig_id, quantities=quantities), parameters,
+        return Calibration(replace(self.rig, rig_id=rig_id, quantities=of_own_oil(quantities, self.rig.quantities)), parameters,
                            fit.covariance / np.outer(spread, spread), self.rms(fit.first), self.rms(fit.predictions),
                            fit.sweeps, fit.settled, sized(self.discrepancy, fit.allowances),
                            tuple(p for p in parameters if p.name in refused), bool(asked))

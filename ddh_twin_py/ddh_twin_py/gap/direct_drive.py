@@ -14,6 +14,7 @@ from ddh_twin_py.estimation.experiment import Experiment
 from ddh_twin_py.gap.model import Acting
 from ddh_twin_py.physics.thermal_network import TANK
 from ddh_twin_py.rig import Rig
+from ddh_twin_py.rig.own_oil import of_own_oil
 from ddh_twin_py.rig.sheet import BOUNDS, FIELD_OF_PATH
 
 STEP = 2.0e-3
@@ -99,7 +100,7 @@ class DirectDrive:
             bound = BOUNDS[path]
             value = min(max(quantities[path].value + float(deviation * scale), bound.lowest), bound.highest)
             quantities[path] = replace(quantities[path], value=value, std=float(std * scale), source=source)
-        fitted = replace(self.rig, quantities=quantities)
+        fitted = replace(self.rig, quantities=of_own_oil(quantities, self.rig.quantities))
         number = self.altered.index(True)
         plain, acted = self.record(number, theta), self.record(number, theta, acting)
         values = {path: float(acted[field][0]) for path, field in FIELD_OF_PATH.items() if acted[field][0] != plain[field][0]}
