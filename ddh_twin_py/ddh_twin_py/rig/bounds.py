@@ -85,6 +85,7 @@ TABLE: tuple[tuple[str, tuple[str, float, float]], ...] = (
     ("motor.copper_temperature_coefficient", _between(0.0, 0.01)),
     ("motor.speed_loop_time_constant", _near(20.0)),
     ("motor.phase_resistance_20C", _near(20.0)),
+    ("motor.phase_inductance", _up_to(100.0)),
     ("motor.friction_*", _up_to(100.0)),
     ("motor.iron.hysteresis_coefficient", _up_to(100.0)),
     ("motor.iron.eddy_coefficient", _between(0.0, 4.0)),
