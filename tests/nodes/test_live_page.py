@@ -206,6 +206,11 @@ SMALLEST = (
     ".map((t) => parseFloat(getComputedStyle(t).fontSize) * t.getScreenCTM().a))"
 )
 OVERLAPS = """(() => {
+  const longest = (what) => /pressure/.test(what.show) ? (what.short ? '158 bar' : '158.8 bar') : /velocity/.test(what.show) ? '−200 mm/s'
+    : /_flow/.test(what.show) ? '−38.8 L/min' : /^state/.test(what.show) ? (what.heat ? 'heat 888 W' : '−2.88 kW') : what.short ? '−18°'
+    : what.spread ? '128.8 ± 12.8 °C' : '128.8 °C';
+  // until it is painted next
+  for (const t of document.querySelectorAll('.circuit .labels [data-show]')) t.textContent = longest(t.dataset);
   const seen = [...document.querySelectorAll('.circuit .labels text, .circuit .rail text, .circuit .inside')]
     .filter((t) => t.textContent.trim() && t.getClientRects().length).map((t) => [t.textContent.trim(), t.getBoundingClientRect()]);
   const found = [];

@@ -43,7 +43,9 @@ function heading() {
   const rig = store.documents.rig?.rig_id || store.page?.rig.rig_id;
   const oil = store.documents.rig?.oil_grade;
   get("title").textContent = rig ? `DDH twin, ${rig}` : "DDH twin";
-  get("subtitle").textContent = [store.page?.namespace, oil, store.documents.player?.bag].filter(Boolean).join(" · ");
+  const bag = store.documents.player?.bag ?? "";
+  get("subtitle").textContent = [store.page?.namespace, oil, bag.split("/").filter(Boolean).pop()].filter(Boolean).join(" · ");
+  get("subtitle").title = bag;
   const open = store.documents.gap?.state === "open";
   document.title = `${open ? "▲ gap, " : ""}${rig ? `${rig}, ` : ""}DDH twin`;
 }
