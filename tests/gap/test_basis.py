@@ -7,6 +7,7 @@ from ddh_twin_py.gap.basis import Basis
 from support.made_comparison import comparisons, dense_allowances, split
 
 PARAMETERS, SLACK, COLUMNS = 4, 3, 2
+ENDS = np.full(PARAMETERS, 100.0)
 
 
 @pytest.fixture(scope="module")
@@ -17,7 +18,7 @@ def case():
     rng = np.random.default_rng(4)
     f, c, y = (rng.normal(size=(a.shape[0], k)) for k in (PARAMETERS + SLACK, COLUMNS, 1))
     y = y[:, 0] + c @ [2.0, -1.0]
-    basis = Basis(Weighting(made), split(made, f[:, :PARAMETERS]), split(made, f[:, PARAMETERS:]))
+    basis = Basis(Weighting(made), split(made, f[:, :PARAMETERS]), split(made, f[:, PARAMETERS:]), -ENDS, ENDS)
     return basis, made, np.linalg.inv(covariance), f, c, y
 
 
@@ -53,8 +54,17 @@ def test_no_columns_at_all(case):
 def test_otherwise_is_what_a_new_basis_would_be(case):
     _, made, _, f, c, y = case
     parameters, slack = split(made, f[:, :PARAMETERS]), split(made, f[:, PARAMETERS:])
-    fresh = Basis(Weighting(made), parameters, [3.0 * s for s in slack], 0.2).sums(split(made, c), split(made, y))
-    same = Basis(Weighting(made), parameters, slack, 0.7).otherwise(0.2, 3.0).sums(split(made, c), split(made, y))
+    fresh = Basis(Weighting(made), parameters, [3.0 * s for s in slack], -ENDS, ENDS, 0.2).sums(split(made, c), split(made, y))
+    same = Basis(Weighting(made), parameters, slack, -ENDS, ENDS, 0.7).otherwise(0.2, 3.0).sums(split(made, c), split(made, y))
     np.testing.assert_allclose(same.information, fresh.information, atol=1e-9)
     np.testing.assert_allclose(same.score, fresh.score, atol=1e-9)
     assert same.chi_square == pytest.approx(fresh.chi_square, abs=1e-9)
+
+
+def test_normal_sums_with_bounds_far_away_are_the_plain_ones(case):
+    basis, made, _, _, c, y = case
+    plain = basis.sums(split(made, c), split(made, y))
+    held = basis.normal(split(made, c), split(made, y)).held(np.arange(COLUMNS), np.full(COLUMNS, np.inf), 1.0)
+    np.testing.assert_allclose(held.information, plain.information, atol=1e-8)
+    np.testing.assert_allclose(held.score, plain.score, atol=1e-8)
+    assert held.chi_square == pytest.approx(plain.chi_square, abs=1e-8)

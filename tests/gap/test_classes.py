@@ -7,6 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from ddh_twin_py.gap.basis import Sums
+from ddh_twin_py.gap.box import Normal
 from ddh_twin_py.gap.catalogue import EFFECTS
 from ddh_twin_py.gap.classes import TELLS_APART, classes_of, marginal, separation
 from ddh_twin_py.gap.hypotheses import WIDTH, Evidence
@@ -26,7 +27,9 @@ def linearised(likeness, size=30.0, laws=1):
     x = math.sqrt(size) * np.column_stack(own)
     y = 2.0 * math.sqrt(size) * q[:, 0]
     columns = [Column(replace(EFFECTS[n], lowest=-math.inf, highest=math.inf), i, 1.0, 5.0, "speed", []) for i, n in enumerate(names)]
-    return SimpleNamespace(columns=columns, evidence=Evidence(Sums(x.T @ x, x.T @ y, float(y @ y)), columns)), x
+    k = x.shape[1]
+    normal = Normal(np.eye(1), np.zeros(1), np.zeros((1, k)), x.T @ x, x.T @ y, float(y @ y), -np.ones(1), np.ones(1))
+    return SimpleNamespace(columns=columns, evidence=Evidence(Sums(x.T @ x, x.T @ y, float(y @ y)), normal, columns)), x
 
 
 def test_look_alikes_are_a_class_and_the_other_is_not():

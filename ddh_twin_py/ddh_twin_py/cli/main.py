@@ -13,7 +13,7 @@ from ddh_twin_py.cli.exit_codes import EXIT_CODES
 from ddh_twin_py.cli.interruption import Interruption
 
 VERBS = ("demo", "replay", "calibrate", "gap", "gap-design", "fleet", "info", "doctor", "export", "import", "fmu", "layouts", "simulate",
-         "up", "paper", "study", "motor", "verify", "bench", "gap-bench", "completion")
+         "up", "paper", "study", "motor", "verify", "bench", "gap-bench", "real", "completion")
 """Verbs in the order of the help; each is a module of this package."""
 
 _WITH_NODES = frozenset({"demo", "up"})

@@ -4,7 +4,9 @@ Calibration fits it, and whoever wants to know how far a free run is off asks it
 at the measured pressures, position and temperatures and is given speed command, payload and
 ambient; at each standstill the rod is put back to where it was measured, and the error of the
 stroke that ended there counts. It is not put back onto an end stop, which is so stiff that the
-noise of the position would press it with several times the load.
+noise of the position would press it with several times the load. An end stop that the measured rod
+never met is taken away: a stroke that is a little too long would else end in a collision, and its
+stalled shaft, emptied chamber and hot winding would hide what made it long.
 
 A temperature that starts wrong stays wrong for minutes, and the first readings are few. So a
 first run says how temperatures went on, and the readings of `start.EARLY` seconds say where they began.
@@ -48,6 +50,8 @@ NEIGHBOURHOOD = 20.0
 """s after the used part of a recording that count neither here nor there; at most half of what is held out."""
 _REST = 0.5  # s of a standstill to either side over which positions are averaged
 _SURE = 3.0  # standard deviations of that mean, within which an end stop says better where the rod is
+_CLEAR = 2.0e-3  # m from an end stop that a rod must keep to have never met it
+_PAST = 1.0  # m that a run may go past such a stop
 _SLOW_BIN = 20.0  # s, of temperatures
 PRESSURES = ("pressure_piston_side", "pressure_rod_side")
 
@@ -123,6 +127,7 @@ class Experiment:
         self._stroke_ends = np.flatnonzero(standing[1:] & ~standing[:-1]) + 1
         self._stroke_ends = self._stroke_ends[self._stroke_ends * interval > 1.0]
         self.air = self._ambient(ticks, rig, n)
+        self._past = _never_met(measured["rod_position"], rig)
         self._start = {name: _first_finite(measured[name]) for name in (*PRESSURES, "rod_position")}
         self._drive_time, self._hydraulic_time = drive_time, hydraulic_time
         self._merged = _merge(drive_time, hydraulic_time)
@@ -210,6 +215,8 @@ class Experiment:
         """The record of a rig for this recording: the payload is the recording's, scaled as the rig's is from its declared one."""
         record = rig.parameters
         record["load_payload_mass"] *= self.payload / self._sheet_payload
+        for end, past in self._past.items():
+            record[f"cylinder_run_past_{end}"] = past
         return record
 
     def predict(self, parameters: np.ndarray, step: float = HYDRAULIC_STEP) -> dict[str, np.ndarray]:
@@ -304,6 +311,14 @@ def _off_the_stops(position: np.ndarray, rig: Rig, noise: float, samples: float)
     reach = _SURE * noise / np.sqrt(max(samples, 1.0))
     free = (position > reach) & (position < rig["cylinder.stroke"] - reach)
     return np.where(free, position, np.nan)
+
+
+def _never_met(position: np.ndarray, rig: Rig) -> dict[str, float]:
+    """How far (m) a run may go past either end, by the mean positions (m) that were measured."""
+    known = position[np.isfinite(position)]
+    if not known.size:
+        return {"retracted": 0.0, "extended": 0.0}
+    return {"retracted": _PAST * (known.min() > _CLEAR), "extended": _PAST * (known.max() < rig["cylinder.stroke"] - _CLEAR)}
 
 
 def _slow(time: np.ndarray, usable: np.ndarray) -> Binning:

@@ -2,22 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 import numpy as np
 
-from ddh_twin_py.estimation.calibration import INFORMED, FittedParameter
 from ddh_twin_py.gap import size
 from ddh_twin_py.gap.classes import classes_of
 from ddh_twin_py.gap.diagnosis import Diagnosis, Lack, Weighed
-from ddh_twin_py.gap.direct_drive import STEP, DirectDrive
-from ddh_twin_py.gap.drive_places import course
 from ddh_twin_py.gap.effect import Effect
-from ddh_twin_py.gap.held_data import HeldData
 from ddh_twin_py.gap.hypotheses import WIDTH
 from ddh_twin_py.gap.lacking import Acting, chi_square_by_phase, lacks
-from ddh_twin_py.gap.next_test import next_test
-from ddh_twin_py.gap.next_test_of_unknown import next_test_of_unknown
+from ddh_twin_py.gap.model import Diagnosable, Held
 from ddh_twin_py.gap.refit import Refitted
 from ddh_twin_py.gap.search import Found
 from ddh_twin_py.gap.tolerance import without_parameters
@@ -25,24 +20,24 @@ from ddh_twin_py.gap.unknown import Unknown, refuted, unknown_beside
 from ddh_twin_py.gap.verdict import Verdict, judge
 from ddh_twin_py.gap.words import sentence
 
+_NEARLY, _SHRINKS = 1.25, 0.97  # without commissioning: a gap so small that no effect shrinks is none
 LISTED = 0.01
 """Probability from which an effect or a set is listed."""
 _PLACES_ALONE = 5
 _MOST = 12  # sets and effects listed
 
 
-def diagnosis(model: DirectDrive, recordings, found: Found, theta: np.ndarray, effects: Sequence[Effect],
-              seconds: Mapping[str, float]) -> Diagnosis:
+def diagnosis(model: Diagnosable, found: Found, theta: np.ndarray, seconds: Mapping[str, float]) -> Diagnosis:
     """The whole answer.
 
     Args:
-        model, found: of the case. theta: parameters fitted to the commissioning recording (or, without one, to the field), (k,).
-        effects: that were asked about. seconds: by stage so far.
+        model, found: of the case. theta: parameters fitted to the commissioning recording, (k,).
+        seconds: by stage so far.
     """
     found = without_parameters(model, found)
     leader = found.fitted.get(found.leader) or found.fitted[()]
     unknown = unknown_beside(model, found, leader)
-    held = HeldData.of(model)
+    held = model.held_data()
     if leader.columns:
         unknown = refuted(unknown, _shrinks(held, found.fitted[()], leader))
     plain = theta if not all(model.altered) else found.fitted[()].theta
@@ -53,7 +48,8 @@ def diagnosis(model: DirectDrive, recordings, found: Found, theta: np.ndarray, e
     floor = size.floors(commissioning, names)
     as_is, before = _ratios(held, sheet_runs), _ratios(held, before_runs)
     gap_before = size.gap(before, floor)
-    verdict = judge(found, unknown, all(model.altered) and gap_before <= 1.0)
+    shrunk = size.gap(_ratios(held, held.run(leader.theta, leader.acting)), floor) if leader.columns else gap_before
+    verdict = judge(found, unknown, all(model.altered) and (gap_before <= 1.0 or (gap_before <= _NEARLY and shrunk > _SHRINKS * gap_before)))
     if verdict.word == "no_gap":
         leader = found.fitted[()]
     acting = leader.acting
@@ -66,7 +62,7 @@ def diagnosis(model: DirectDrive, recordings, found: Found, theta: np.ndarray, e
         places = [*_unknown_places(model, found, unknown, leader), *(row for row in places if row.regime)]
     listed = [ids for ids, p in list(verdict.sets.items())[:_MOST] if p >= LISTED and ids]
     listed = sorted([*listed, ()], key=lambda ids: -verdict.sets.get(ids, 0.0))
-    weighed = [_weighed(found, ids, verdict.sets.get(ids, 0.0), held, floor) for ids in listed]
+    weighed = [_weighed(model, found, ids, verdict.sets.get(ids, 0.0), held, floor) for ids in listed]
     first = signals[0]
     report = {
         "verdict": verdict.word,
@@ -78,59 +74,42 @@ def diagnosis(model: DirectDrive, recordings, found: Found, theta: np.ndarray, e
         "hypotheses": [{"effects": list(w.effects), "probability": w.probability, "gap_after": w.gap_after} for w in weighed],
         "shrink": {name: {"unit": first[name].unit, "before": before[name] * first[name].noise, "after": after[name] * first[name].noise,
                           "noise": floor[name] * first[name].noise} for name in names if name in before and name in first},
-        "unknown": verdict.unknown, "next_test": _next_test(model, found, verdict, unknown), "held_out": held.words,
-        "notes": [*unknown.notes, *_notes(model)],
+        "unknown": verdict.unknown, "next_test": model.next_test(found, verdict, unknown), "held_out": held.words,
+        "notes": [*unknown.notes, *model.notes()],
     }
-    parameters, spread = _parameters(model, found, leader)
+    spread = np.sqrt(np.diagonal(found.linearised.basis.covariance()))
+    parameters = model.fitted_parameters(leader.theta, spread)
     believed = acting if verdict.word in ("explained", "ambiguous") else []
-    source = "fitted to " + ", ".join(e.recording.path for e in model.experiments)
     return Diagnosis(
-        report=report, sentence=sentence(report), recordings=_paths(recordings),
+        report=report, sentence=sentence(report, model.catalogue), recordings=model.recordings,
         traces=held.traces(before_runs[0], after_runs[0], floor), axes=held.axes(leader.theta, acting),
         lacking=places, alone=_alone(model, found), weighed=weighed, confusable=confusable, parameters=parameters, shapes=unknown.shapes,
-        rig=model.rig_with(leader.theta, believed, spread, source), assumptions=_ASSUMPTIONS, seconds=dict(seconds))
+        rig=model.rig_with(leader.theta, believed, spread), assumptions=model.assumptions, seconds=dict(seconds), catalogue=model.catalogue)
 
 
-def _next_test(model: DirectDrive, found: Found, verdict: Verdict, unknown: Unknown) -> dict | None:
-    """The test that would tell most, None where nothing is left to tell apart."""
-    if verdict.word == "no_gap":
-        return None
-    if verdict.word == "unknown" and unknown.forms:
-        form = unknown.forms[0]
-        return next_test_of_unknown(model, found, verdict.leader, form.signal, form.size, form.depends_on)
-    return next_test(model, found)
-
-
-def _shrinks(held: HeldData, none: Refitted, leader: Refitted) -> float:
+def _shrinks(held: Held, none: Refitted, leader: Refitted) -> float:
     """By how much a hypothesis shrinks the gap of held-out data below that of no effect, in multiples of the noise."""
     before, after = (_ratios(held, held.run(f.theta, f.acting)) for f in (none, leader))
     return size.gap(before, dict.fromkeys(before, 1.0)) - size.gap(after, dict.fromkeys(after, 1.0))
 
 
-def insufficient(model: DirectDrive, recordings, reason: str) -> Diagnosis:
+def insufficient(model: Diagnosable, reason: str) -> Diagnosis:
     """The answer where the recordings allow none."""
     report = {
         "verdict": "insufficient", "gap": dict.fromkeys(("as_is", "before", "after", "closed_fraction")), "where": [], "why": [],
-        "classes": [], "hypotheses": [], "shrink": {}, "unknown": None, "next_test": None, "held_out": HeldData.of(model).words,
-        "notes": [reason, *_notes(model)],
+        "classes": [], "hypotheses": [], "shrink": {}, "unknown": None, "next_test": None, "held_out": model.held_data().words,
+        "notes": [reason, *model.notes()],
     }
-    return Diagnosis(report, sentence(report), _paths(recordings), {}, {}, [], [], [], {}, [], [], model.rig, _ASSUMPTIONS)
+    return Diagnosis(report, sentence(report, model.catalogue), model.recordings, {}, {}, [], [], [], {}, [], [],
+                     model.rig, model.assumptions, catalogue=model.catalogue)
 
 
-_ASSUMPTIONS = [
-    "The rig's parameters are independent and normal within the sheet's tolerances, and the same in all recordings.",
-    "With a commissioning recording an effect acts since then; without one the rig is held against its sheet.",
-    "Noise of the sensors is white and as the sheet says; a model's laws are a little wrong in every direction, those of the effects too.",
-    "No more than two effects act at once.",
-]
-
-
-def _ratios(held: HeldData, runs) -> dict[str, float]:
+def _ratios(held: Held, runs) -> dict[str, float]:
     """RMS over noise of each signal, all held-out recordings together."""
     return size.pooled(list(zip(held.signals(), runs, strict=True)), held.mask())
 
 
-def _departure(model: DirectDrive, fitted: Refitted, number: int) -> tuple[float, float, str, float | None]:
+def _departure(model: Diagnosable, fitted: Refitted, number: int) -> tuple[float, float, str, float | None]:
     """Value, standard deviation, unit and nominal value of an effect of a hypothesis."""
     column = fitted.columns[number]
     effect = column.effect
@@ -157,7 +136,7 @@ def _ratio(effect: Effect, law: int, record: np.ndarray, sheet: np.ndarray) -> f
     return 1.0
 
 
-def _why(model: DirectDrive, found: Found, verdict: Verdict) -> list[dict]:
+def _why(model: Diagnosable, found: Found, verdict: Verdict) -> list[dict]:
     rows = []
     for name, probability in list(verdict.effects.items())[:_MOST]:
         if probability < LISTED:
@@ -172,12 +151,12 @@ def _why(model: DirectDrive, found: Found, verdict: Verdict) -> list[dict]:
     return rows
 
 
-def _weighed(found: Found, ids, probability: float, held: HeldData, floor) -> Weighed:
+def _weighed(model: Diagnosable, found: Found, ids, probability: float, held: Held, floor) -> Weighed:
     fitted = found.fitted.get(ids)
     if fitted is None:
         return Weighed(ids, probability, None, {}, {}, {})
     ratios = _ratios(held, held.run(fitted.theta, fitted.acting))
-    values = {c.effect.id: _departure(held.model, fitted, i) for i, c in enumerate(fitted.columns)}
+    values = {c.effect.id: _departure(model, fitted, i) for i, c in enumerate(fitted.columns)}
     return Weighed(ids, probability, size.gap(ratios, floor), values, _gains(found, fitted),
                    {name: ratio / floor[name] for name, ratio in ratios.items()})
 
@@ -195,7 +174,7 @@ def _gains(found: Found, fitted: Refitted) -> dict[str, float]:
     return gains
 
 
-def _places(model: DirectDrive, found: Found, verdict: Verdict) -> list[Lack]:
+def _places(model: Diagnosable, found: Found, verdict: Verdict) -> list[Lack]:
     """What the twin lacks, by the probability of each effect."""
     number = model.altered.index(True)
     rows = []
@@ -212,13 +191,13 @@ def _places(model: DirectDrive, found: Found, verdict: Verdict) -> list[Lack]:
         change = [h * x / column.x for h in column.change]
         weight = probability * float(sum(np.sum(h**2) for h in change))
         std = float(np.sqrt(max(fitted.covariance[i, i], 0.0))) / abs(x)
-        rows.append(Acting(column.effect, course(column.effect, model.experiments[number], without, acting, STEP), weight,
+        rows.append(Acting(column.effect, model.course(column.effect, without, acting), weight,
                            chi_square_by_phase(change, found.linearised.comparisons), std))
     total = sum(row.share for row in rows) or 1.0
     return lacks([Acting(r.effect, r.course, r.share / total, r.by_phase, r.relative) for r in rows])
 
 
-def _alone(model: DirectDrive, found: Found) -> list[Lack]:
+def _alone(model: Diagnosable, found: Found) -> list[Lack]:
     """What each place would have to add by itself, any of its effects' ways taken as a free input, before one is believed."""
     sums, columns = found.linearised.evidence.sums, found.linearised.columns
     number, theta = model.altered.index(True), found.linearised.theta
@@ -236,13 +215,13 @@ def _alone(model: DirectDrive, found: Found) -> list[Lack]:
             continue
         without, acting = model.record(number, theta), model.record(number, theta, [(column.effect, column.law, x)])
         change = [h * x / column.x for h in column.change]
-        rows.append(Acting(column.effect, course(column.effect, model.experiments[number], without, acting, STEP), float(explained[i]),
+        rows.append(Acting(column.effect, model.course(column.effect, without, acting), float(explained[i]),
                            chi_square_by_phase(change, found.linearised.comparisons), float(1.0 / (departure * np.sqrt(precision[i])))))
     total = sum(row.share for row in rows) or 1.0
     return lacks([Acting(r.effect, r.course, r.share / total, r.by_phase, r.relative) for r in rows])
 
 
-def _unknown_places(model: DirectDrive, found: Found, unknown: Unknown, leader: Refitted) -> list[Lack]:
+def _unknown_places(model: Diagnosable, found: Found, unknown: Unknown, leader: Refitted) -> list[Lack]:
     """Where something acts that no listed effect explains, by the phases of its signals' chi-square."""
     number = model.altered.index(True)
     comparison = found.linearised.comparisons[number]
@@ -259,37 +238,3 @@ def _unknown_places(model: DirectDrive, found: Found, unknown: Unknown, leader: 
 def _place(row: Lack) -> dict:
     return {"component": row.component, "domain": row.domain, "phase": row.phase, "share": row.share, "missing": row.value,
             "unit": row.unit, "std": row.std}
-
-
-def _parameters(model: DirectDrive, found: Found, leader: Refitted) -> tuple[list[FittedParameter], np.ndarray]:
-    spread = np.sqrt(np.diagonal(found.linearised.basis.covariance()))
-    out = []
-    for path, deviation, std, scale in zip(model.paths, leader.theta, spread, model.problem.scale, strict=True):
-        q = model.rig.quantities[path]
-        value = q.value + float(deviation * scale)
-        out.append(FittedParameter(path, q.unit, q.value, scale, value, float(std * scale), bool(std < INFORMED)))
-    return out, spread
-
-
-def _paths(recordings) -> dict[str, list[str]]:
-    out = {"field": [r.path for r in recordings.field]}
-    if recordings.commissioning is not None:
-        out["commissioning"] = [recordings.commissioning.path]
-    if recordings.validation is not None:
-        out["validation"] = [recordings.validation.path]
-    return out
-
-
-def _notes(model: DirectDrive) -> list[str]:
-    """What these recordings cannot say, whatever was found."""
-    notes = []
-    field = [e for e, altered in zip(model.experiments, model.altered, strict=True) if altered]
-    there = {name for e in field for name in e.signals}
-    for name in ("pressure_piston_side", "pressure_rod_side", "current", "rod_velocity"):
-        if name not in there:
-            notes.append(f"there is no usable {name}; what shows in it alone cannot be known")
-    if not any(name.startswith("temperature/") for name in there):
-        notes.append("there is no temperature sensor but ambient; thermal effects cannot be known")
-    if all(model.altered):
-        notes.append("there is no commissioning recording: the rig is held against its sheet, and what lies within tolerances is no gap")
-    return notes

@@ -17,6 +17,7 @@ import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 
 from ddh_twin_py.estimation.weighting import Weighting
+from ddh_twin_py.gap.box import Normal
 
 Rows = Sequence[np.ndarray]
 
@@ -35,11 +36,13 @@ class Basis:
 
     Args:
         weighting: of the recordings. parameters, slack: columns by recording, (rows, k) and (rows, m).
+        lowest, highest: bounds of the parameters, in deviations, (k,).
         power: to which the likelihood is raised; below 1 where the model's laws are not quite the rig's.
     """
 
-    def __init__(self, weighting: Weighting, parameters: Rows, slack: Rows, power: float = 1.0) -> None:
-        self.weighting, self.power = weighting, power
+    def __init__(self, weighting: Weighting, parameters: Rows, slack: Rows, lowest: np.ndarray, highest: np.ndarray,
+                 power: float = 1.0) -> None:
+        self.weighting, self.power, self.lowest, self.highest = weighting, power, lowest, highest
         self.columns = [np.hstack([j, s]) for j, s in zip(parameters, slack, strict=True)]
         self.parameters = parameters[0].shape[1]
         self.size = self.columns[0].shape[1]
@@ -67,15 +70,30 @@ class Basis:
         Args:
             columns: by recording, (rows, m). values: by recording, (rows,).
         """
-        own = [np.column_stack([c, v]) for c, v in zip(columns, values, strict=True)]
-        weighted = [self.power * w for w in self.weighting.applied(own)]
-        crossed = sum(f.T @ w for f, w in zip(self.columns, weighted, strict=True))
-        squared = sum(o.T @ w for o, w in zip(own, weighted, strict=True))
+        crossed, squared = self._products(columns, values)
         cross, cross_y = crossed[:, :-1], crossed[:, -1]
         solved = cho_solve(self._factor, cross, check_finite=False)
         solved_y = cho_solve(self._factor, cross_y, check_finite=False)
         return Sums(squared[:-1, :-1] - cross.T @ solved, squared[:-1, -1] - cross.T @ solved_y,
                     float(squared[-1, -1] - cross_y @ solved_y))
+
+    def normal(self, columns: Rows, values: Rows) -> Normal:
+        """The same with the slack integrated out and the parameters within their bounds."""
+        crossed, squared = self._products(columns, values)
+        k = self.parameters
+        mixed = self.information[:k, k:]
+        by_slack = cho_solve(self._slack, np.column_stack([mixed.T, crossed[k:]]), check_finite=False)
+        information = self.information[:k, :k] + np.eye(k) - mixed @ by_slack[:, :k]
+        crossed, squared = crossed[:k] - mixed @ by_slack[:, k:], squared - crossed[k:].T @ by_slack[:, k:]
+        return Normal(information, crossed[:, -1], crossed[:, :-1], squared[:-1, :-1], squared[:-1, -1], float(squared[-1, -1]),
+                      self.lowest, self.highest)
+
+    def _products(self, columns: Rows, values: Rows) -> tuple[np.ndarray, np.ndarray]:
+        """Columns and, last, values: against parameters and slack, (size, m + 1), and against themselves, (m + 1, m + 1)."""
+        own = [np.column_stack([c, v]) for c, v in zip(columns, values, strict=True)]
+        weighted = [self.power * w for w in self.weighting.applied(own)]
+        return (sum(f.T @ w for f, w in zip(self.columns, weighted, strict=True)),
+                sum(o.T @ w for o, w in zip(own, weighted, strict=True)))
 
     def shared(self, columns: Rows, values: Rows, x: np.ndarray) -> np.ndarray:
         """Estimate of parameters and slack, (size,), where the columns depart by x, (m,)."""

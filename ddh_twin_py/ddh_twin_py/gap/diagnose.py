@@ -7,13 +7,15 @@ from collections.abc import Callable, Collection, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from ddh_twin_py.estimation.calibration import Problem, sized
 from ddh_twin_py.estimation.comparison import Discrepancy
 from ddh_twin_py.estimation.experiment import Experiment
 from ddh_twin_py.gap import answer
 from ddh_twin_py.gap.catalogue import EFFECTS
 from ddh_twin_py.gap.diagnosis import Diagnosis
-from ddh_twin_py.gap.direct_drive import DirectDrive
+from ddh_twin_py.gap.drive_case import DriveCase
 from ddh_twin_py.gap.hypotheses import POWER, POWER_WITHOUT_COMMISSIONING
 from ddh_twin_py.gap.search import Found, search
 from ddh_twin_py.gap.suitability import no_answer, one_rig, refuse_unfit, unseen
@@ -61,20 +63,21 @@ def diagnose(recordings: Recordings, rig: Rig, without: Collection[str] = (), on
     for experiment, role in [*((e, "commissioning") for e in commissioning), *((e, "validation") for e in held)]:
         refuse_unfit(experiment, role)
     reason = no_answer(field, bool(held))
-    model = DirectDrive(commissioning, field, rig, held)
+    model = DriveCase(commissioning, field, rig, held)
     lap("reading")
     effects = [effect for name, effect in EFFECTS.items() if name not in without and (only is None or name in only)]
     if reason:
-        return answer.insufficient(model, recordings, reason)
+        return answer.insufficient(model, reason)
     with ThreadPoolExecutor(max_workers=threads) as pool:
         problem = Problem(commissioning or field, model.rig, model.paths, Discrepancy())
         fit = problem.fit(pool, lambda done: told(0.3 * done), sweeps=_SWEEPS)
-        discrepancy = sized(problem.discrepancy, fit.allowances) if commissioning else problem.discrepancy
+        discrepancy = sized(problem.discrepancy, fit.allowances) if commissioning else Discrepancy()
+        sheet = None if commissioning else np.zeros(model.size)  # a fit takes a large effect for parameters
         lap("fit of the rig")
         power = POWER if commissioning else POWER_WITHOUT_COMMISSIONING
-        found: Found = search(model, effects, fit.theta, discrepancy, power, pool, lambda done: told(0.3 + 0.6 * done))
+        found: Found = search(model, effects, fit.theta, discrepancy, power, pool, lambda done: told(0.3 + 0.6 * done), sheet)
         lap("search")
-        result = answer.diagnosis(model, recordings, found, fit.theta, effects, seconds)
+        result = answer.diagnosis(model, found, fit.theta, seconds)
     lap("answer")
     told(1.0)
     report = {**result.report, "notes": [*result.report["notes"], *unseen(effects, found.linearised.columns)]}

@@ -8,6 +8,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ddh_twin_py.estimation.calibration import FittedParameter
+from ddh_twin_py.gap.catalogue import EFFECTS
+from ddh_twin_py.gap.effect import Effect
 from ddh_twin_py.rig import Rig
 
 
@@ -99,7 +101,7 @@ class Diagnosis:
         weighed: hypotheses, most probable first. confusable: for each effect of a class, why it cannot be told from the others.
         parameters: of the rig, fitted, with prior, posterior and source (``rig.quantities[name].source``).
         shapes: of what is unknown. rig: with parameters fitted and the winning effect written into it.
-        assumptions: texts for the end of the page. seconds: by stage.
+        assumptions: texts for the end of the page. seconds: by stage. catalogue: effects by id.
     """
 
     report: dict
@@ -116,3 +118,4 @@ class Diagnosis:
     rig: Rig
     assumptions: list[str] = field(default_factory=list)
     seconds: Mapping[str, float] = field(default_factory=dict)
+    catalogue: Mapping[str, Effect] = field(default_factory=lambda: EFFECTS)

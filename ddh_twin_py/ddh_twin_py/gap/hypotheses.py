@@ -29,6 +29,7 @@ from scipy.special import logsumexp, ndtr
 
 from ddh_twin_py.estimation.linear_gaussian import gain
 from ddh_twin_py.gap.basis import Sums
+from ddh_twin_py.gap.box import Held, Normal
 from ddh_twin_py.gap.sensitivity import Column
 
 WIDTH = 1.2
@@ -39,7 +40,7 @@ SLACK = 0.01
 """Standard deviation of what the model's laws are off along an effect, in multiples of its column."""
 POWER = 0.1
 """Power to which the likelihood is raised: the model's laws are not quite the rig's, so that many rows say the same wrong thing."""
-POWER_WITHOUT_COMMISSIONING = 0.04
+POWER_WITHOUT_COMMISSIONING = 0.06
 """The same where no commissioning recording has shown how well the laws hold: the floor is 1.6 times the noise, its square 2.6."""
 PRIOR_NONE = 0.3
 """Prior probability that nothing but parameters is off."""
@@ -55,14 +56,14 @@ class Hypothesis:
     Attributes:
         columns: indices of the columns, sorted. log_evidence: over that of no effect on the same sums.
         departure: estimated multiples of each column. spread: their standard deviations.
-        chi_square: how much of it the set explains.
+        shared: the rig's parameters beside it, (k,).
     """
 
     columns: tuple[int, ...]
     log_evidence: float
     departure: np.ndarray
     spread: np.ndarray
-    chi_square: float
+    shared: np.ndarray
 
 
 def weigh(information: np.ndarray, score: np.ndarray, room: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
@@ -92,23 +93,38 @@ def weigh(information: np.ndarray, score: np.ndarray, room: np.ndarray) -> tuple
     return log, estimate, covariance
 
 
+def evidence_of(held: Held, room: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
+    """Log evidence of a hypothesis, estimate (m,) and covariance (m, m) of its departures; see `weigh`."""
+    shared = held.log_volume - 0.5 * held.chi_square
+    if not room.size:
+        return shared, np.zeros(0), np.zeros((0, 0))
+    log, estimate, covariance = weigh(held.information, held.score, room)
+    return log + shared, estimate, covariance
+
+
 class Evidence:
-    """Hypotheses on sums over the recordings, the shared unknowns integrated out.
+    """Hypotheses on sums over the recordings.
 
     Args:
-        sums: of all columns. columns: what they are.
+        sums: of all columns, the shared unknowns integrated out without bounds. normal: the same before that.
+        columns: what they are.
+
+    Attributes:
+        none: where no column departs.
     """
 
-    def __init__(self, sums: Sums, columns: Sequence[Column]) -> None:
-        self.columns, self.sums = list(columns), sums
+    def __init__(self, sums: Sums, normal: Normal, columns: Sequence[Column]) -> None:
+        self.columns, self.sums, self._normal = list(columns), sums, normal
+        self.none = normal.held(np.zeros(0, np.int64), np.zeros(0), WIDTH)
+        self._of_none = evidence_of(self.none, np.zeros(0))[0]
 
     def of(self, chosen: Sequence[int]) -> Hypothesis:
         """Gain of a set of columns over none."""
         index = np.array(chosen, dtype=np.int64)
-        information, score = self.sums.information[np.ix_(index, index)], self.sums.score[index]
-        log, estimate, covariance = weigh(information, score, np.array([self.columns[i].room for i in index]))
-        explained = float(2.0 * estimate @ score - estimate @ information @ estimate)
-        return Hypothesis(tuple(int(i) for i in index), log, estimate, np.sqrt(np.diagonal(covariance)), explained)
+        room = np.array([self.columns[i].room for i in index])
+        held = self._normal.held(index, room, WIDTH, self.none.shared)
+        log, estimate, covariance = evidence_of(held, room)
+        return Hypothesis(tuple(int(i) for i in index), log - self._of_none, estimate, np.sqrt(np.diagonal(covariance)), held.shared)
 
     def singles(self) -> list[Hypothesis]:
         """Every column by itself."""

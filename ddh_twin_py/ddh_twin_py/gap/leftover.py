@@ -28,7 +28,7 @@ class FreeForm:
 
     Attributes:
         signal: name. gain: log evidence that it adds. size: RMS of it, in multiples of the signal's noise.
-        depends_on: ``phase``, ``oil temperature``, ``speed``, ``time``, strongest first. phase: where it is largest.
+        depends_on: ``phase``, ``time`` and names of variables, strongest first. phase: where it is largest.
     """
 
     signal: str
@@ -43,7 +43,7 @@ def free_forms(linearised: Linearised, fitted: Refitted, variables: list[dict[st
 
     Args:
         fitted: the hypothesis at its optimum. variables: by recording, for every bin of every block in order:
-            ``oil temperature`` K, ``speed`` rad/s, both (rows,).
+            names of what a discrepancy may grow with, such as ``speed``, to values (rows,).
     """
     comparisons, altered = linearised.comparisons, linearised.model.altered
     own = list(fitted.columns)
@@ -90,20 +90,20 @@ def _of_signal(name: str, comparison, variables) -> tuple[list[tuple[str, str]],
     scale = TYPICAL * noise / block.spread
     kinds, rows = [], []
     time = block.binning.time
-    if name.startswith("temperature/"):
+    if block.curves is not None:
         span = max(float(time[-1] - time[0]), 1.0) if time.size else 1.0
         place = 2.0 * (time - time[0]) / span - 1.0 if time.size else time
         for degree in range(4):
             kinds.append(("all", "time" if degree else "phase"))
             rows.append(np.polynomial.legendre.legval(place, [0.0] * degree + [1.0]))
     else:
-        warmth, speed = (_centred(variables[key][block.rows]) for key in ("oil temperature", "speed"))
-        for index, phase in enumerate(PHASES[:3]):
+        grown = {key: _centred(values[block.rows]) for key, values in variables.items()}
+        for index, phase in (*enumerate(PHASES[:3]), (-1, "all")):
             here = (block.binning.phase == index).astype(float)
-            kinds += [(phase, "phase"), (phase, "oil temperature"), (phase, "speed")]
-            rows += [here, here * warmth, here * speed]
+            kinds += [(phase, "phase"), *((phase, key) for key in grown)]
+            rows += [here, *(here * values for values in grown.values())]
         if name == "rod_position":
-            kinds, rows = [("all", "phase"), ("all", "oil temperature")], [np.ones(time.size), warmth]
+            kinds, rows = [("all", "phase"), ("all", "oil temperature")], [np.ones(time.size), grown["oil temperature"]]
     out = np.zeros((comparison.size, len(kinds)))
     out[block.rows] = np.column_stack(rows) * scale[:, None]
     return kinds, out

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
@@ -12,9 +13,13 @@ from ddh_twin_py.estimation.comparison import Comparison, Discrepancy, scatter_o
 from ddh_twin_py.estimation.weighting import Weighting
 from ddh_twin_py.gap.basis import Basis
 from ddh_twin_py.gap.effect import Effect
-from ddh_twin_py.gap.hypotheses import Evidence, Hypothesis, slack_shares
+from ddh_twin_py.gap.hypotheses import WIDTH, Evidence, Hypothesis, slack_shares
 from ddh_twin_py.gap.model import Model
 from ddh_twin_py.gap.sensitivity import Column, columns_of
+
+STANDS_OUT = 4.5
+"""Standard deviations of what tolerances can feign, by which an effect without a commissioning recording typically stands out."""
+_BEYOND = 1.0e3  # deviations, beyond every bound
 
 
 @dataclass(frozen=True)
@@ -41,8 +46,12 @@ class Linearised:
     evidence: Evidence = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "basis", Basis(Weighting(self.comparisons), self.sensitivities, self.of_slack(), self.power))
-        object.__setattr__(self, "evidence", Evidence(self.basis.sums(self.of_columns(), self.values()), self.columns))
+        ends = np.full(self.theta.size, _BEYOND)
+        basis = Basis(Weighting(self.comparisons), self.sensitivities, self.of_slack(), self.model.within(-ends), self.model.within(ends),
+                      self.power)
+        columns, values = self.of_columns(), self.values()
+        object.__setattr__(self, "basis", basis)
+        object.__setattr__(self, "evidence", Evidence(basis.sums(columns, values), basis.normal(columns, values), self.columns))
 
     def of_columns(self) -> list[np.ndarray]:
         """Effects' columns by recording, (rows, m)."""
@@ -61,9 +70,7 @@ class Linearised:
 
     def shared(self, hypothesis: Hypothesis | None) -> np.ndarray:
         """Parameters, in deviations, (k,), where a hypothesis holds, by the linear model."""
-        chosen = list(hypothesis.columns) if hypothesis else []
-        departure = hypothesis.departure if hypothesis else np.zeros(0)
-        return self.basis.shared([rows[:, chosen] for rows in self.of_columns()], self.values(), departure)[: self.theta.size]
+        return hypothesis.shared if hypothesis else self.evidence.none.shared
 
     def left(self, hypothesis: Hypothesis | None) -> list[np.ndarray]:
         """Residuals that a hypothesis leaves, by recording, (rows,)."""
@@ -72,6 +79,13 @@ class Linearised:
         if hypothesis:
             out = [o - rows[:, list(hypothesis.columns)] @ hypothesis.departure for o, rows in zip(out, self.of_columns(), strict=True)]
         return out
+
+    def standing_out(self) -> Linearised:
+        """The same with columns as long as an effect must be to stand out from what the rig's tolerances can feign."""
+        told = self.basis.otherwise(1.0, 1.0).sums(self.of_columns(), self.values()).information
+        feigned = 1.0 / np.sqrt(np.maximum(np.diagonal(told), 1e-12))
+        typical = STANDS_OUT * feigned / (math.sqrt(2.0) * WIDTH)
+        return replace(self, columns=[c.longer(max(1.0, float(t))) for c, t in zip(self.columns, typical, strict=True)])
 
     def with_scatter(self, hypothesis: Hypothesis | None) -> Linearised:
         """The same with classes as uncertain as their bins scatter under a hypothesis; no run is needed."""
@@ -105,4 +119,5 @@ def linearise(model: Model, effects: Sequence[Effect], theta: np.ndarray, discre
                      for i, c in enumerate(comparisons)]
     told = (lambda share: progress(0.5 + 0.5 * share)) if progress else None
     columns = columns_of(effects, model, theta, comparisons, pool, told, near.columns if near else ())
-    return Linearised(model, theta, discrepancy, slack, power, predictions, comparisons, sensitivities, columns, len(effects))
+    found = Linearised(model, theta, discrepancy, slack, power, predictions, comparisons, sensitivities, columns, len(effects))
+    return found.standing_out() if all(model.altered) else found

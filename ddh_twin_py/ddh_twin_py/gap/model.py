@@ -2,13 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from typing import Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
 from ddh_twin_py.gap.effect import Effect
+
+if TYPE_CHECKING:
+    from ddh_twin_py.estimation.calibration import FittedParameter
+    from ddh_twin_py.gap.diagnosis import Trace
+    from ddh_twin_py.gap.lacking import Course
+    from ddh_twin_py.gap.leftover import FreeForm
+    from ddh_twin_py.gap.refit import Refitted
+    from ddh_twin_py.gap.search import Found
+    from ddh_twin_py.gap.unknown import Unknown
+    from ddh_twin_py.gap.verdict import Verdict
 
 Acting = Sequence[tuple[Effect, int, float]]
 """Effects that act: effect, index of its law, departure."""
@@ -42,4 +52,89 @@ class Model(Protocol):
     def sensitivities(self, pool: ThreadPoolExecutor, theta: np.ndarray, comparisons: Sequence, numbers: Sequence[int],
                       progress=None) -> list[np.ndarray]:
         """Differences of features by every deviation, of the recordings ``numbers``, no effect acting, (rows, k) each."""
+        ...
+
+
+class Held(Protocol):
+    """Data that took no part in finding or fitting.
+
+    Attributes:
+        words: which data these are.
+    """
+
+    words: str
+
+    def signals(self) -> list[Mapping]:
+        """Signals by recording."""
+        ...
+
+    def mask(self) -> Callable[[Any], np.ndarray]:
+        """Which samples of a signal count."""
+        ...
+
+    def run(self, theta: np.ndarray, acting: Acting) -> list[dict[str, np.ndarray]]:
+        """Free runs, by recording."""
+        ...
+
+    def traces(self, before: Mapping[str, np.ndarray], after: Mapping[str, np.ndarray], floor: Mapping[str, float]) -> dict[str, Trace]:
+        """Signals of the first recording with both runs."""
+        ...
+
+    def axes(self, theta: np.ndarray, acting: Acting) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+        """Variables on which residuals may depend, name with unit to times and values."""
+        ...
+
+
+class Diagnosable(Model, Protocol):
+    """A model of which the whole answer can be given: what is the rig's own beside free runs.
+
+    Attributes:
+        catalogue: effects by id. recordings: kind (``field``, ...) to names. assumptions: texts.
+        variable_units: of what `variables` gives. rig: its description as known before; has ``rig_id``, ``file``, ``quantities``.
+    """
+
+    catalogue: Mapping[str, Effect]
+    recordings: Mapping[str, list[str]]
+    assumptions: list[str]
+    variable_units: Mapping[str, str]
+    rig: Any
+
+    def record(self, number: int, theta: np.ndarray, acting: Acting = ()) -> np.ndarray:
+        """Parameter record (1,) of one recording, which effects change."""
+        ...
+
+    def tolerances(self) -> Mapping[str, float | None]:
+        """Standard deviation of every field of the record, None where none is given."""
+        ...
+
+    def variables(self, comparisons: Sequence, theta: np.ndarray, acting: Acting = ()) -> list[dict[str, np.ndarray]]:
+        """On what a discrepancy may depend, for every bin, by recording: name to (rows,)."""
+        ...
+
+    def held_data(self) -> Held:
+        """What took no part."""
+        ...
+
+    def place_of(self, found: Found, fitted: Refitted, forms: list[FreeForm]) -> tuple[str, str]:
+        """Component and domain to which free-form discrepancies point."""
+        ...
+
+    def course(self, effect: Effect, without: np.ndarray, acting: np.ndarray) -> Course:
+        """What an effect adds at its place over the first recording in which effects act; parameter records (1,)."""
+        ...
+
+    def next_test(self, found: Found, verdict: Verdict, unknown: Unknown) -> dict | None:
+        """The test that would tell most, None where nothing is left to tell apart or none is known."""
+        ...
+
+    def fitted_parameters(self, theta: np.ndarray, spread: np.ndarray) -> list[FittedParameter]:
+        """Parameters with prior and posterior; both arguments in deviations, (k,)."""
+        ...
+
+    def rig_with(self, theta: np.ndarray, acting: Acting, spread: np.ndarray) -> Any:
+        """The rig's description with fitted parameters and effects in it."""
+        ...
+
+    def notes(self) -> list[str]:
+        """What these recordings cannot say, whatever was found."""
         ...

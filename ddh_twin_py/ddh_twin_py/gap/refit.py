@@ -14,7 +14,7 @@ import numpy as np
 
 from ddh_twin_py.gap.basis import Basis
 from ddh_twin_py.gap.effect import Effect
-from ddh_twin_py.gap.hypotheses import WIDTH, weigh
+from ddh_twin_py.gap.hypotheses import WIDTH, evidence_of
 from ddh_twin_py.gap.model import Model
 from ddh_twin_py.gap.sensitivity import Column
 
@@ -30,7 +30,7 @@ class Refitted:
     Attributes:
         columns: the effects' ways. x: departures in the effects' own units, (m,). covariance: of them, (m, m).
         theta: the rig's parameters, in deviations, (k,). predictions: by recording.
-        log_evidence: to be compared with that of other hypotheses on the same basis.
+        log_evidence: to be compared with that of other hypotheses on the same basis; minus infinity where every run went astray.
         chi_square: misfit at the optimum, slack integrated out, priors left out.
     """
 
@@ -79,15 +79,16 @@ class Refit:
         costs = [self._cost(residual, *start, scale) for residual, start in zip(residuals, starts, strict=True)]
         nearest = int(np.argmin(costs))
         (theta, x), predictions, residual, cost = starts[nearest], runs[nearest], residuals[nearest], costs[nearest]
+        if not np.isfinite(cost):
+            return Refitted(tuple(columns), x, np.full((x.size, x.size), np.nan), theta, predictions, -np.inf, np.inf)
         for _ in range(_STEPS):
             local = self._columns(columns, theta, x, scale, predictions)
             values = self._values(residual, local, theta, x / scale)
-            sums = self._basis.sums(local, values)
-            _, estimate, _ = weigh(sums.information, sums.score, room) if scale.size else (0.0, np.zeros(0), None)
-            shared = self._basis.shared(local, values, estimate)
+            held = self._basis.normal(local, values).held(np.arange(scale.size), room, WIDTH, theta)
+            shared, estimate = held.shared, held.departure
             gained = 0.0
             for share in (1.0, 0.4, 0.1, 0.02):
-                new_theta = self._model.within(theta + share * (shared[: theta.size] - theta))
+                new_theta = self._model.within(theta + share * (shared - theta))
                 new_x = np.array([c.effect.limit(float(a)) for c, a in zip(columns, x + share * (estimate * scale - x), strict=True)])
                 tried = self._run(columns, new_theta, new_x)
                 new_residual = self._residual(tried)
@@ -100,12 +101,10 @@ class Refit:
                 break
         local = self._columns(columns, theta, x, scale, predictions)
         values = self._values(residual, local, theta, x / scale)
-        sums = self._basis.sums(local, values)
-        log, covariance = 0.0, np.zeros((0, 0))
-        if scale.size:
-            log, _, covariance = weigh(sums.information, sums.score, room)
-        return Refitted(tuple(columns), x, covariance * np.outer(scale, scale), theta, predictions,
-                        log - 0.5 * sums.chi_square, self._basis.misfit(residual))
+        held = self._basis.normal(local, values).held(np.arange(scale.size), room, WIDTH, theta)
+        log, _, covariance = evidence_of(held, room)
+        log -= 0.5 * max(0.0, cost - held.lowest)  # what the linear model promises and no step could find
+        return Refitted(tuple(columns), x, covariance * np.outer(scale, scale), theta, predictions, log, self._basis.misfit(residual))
 
     def _run(self, columns, theta, x) -> list[dict[str, np.ndarray]]:
         return self._model.run(theta, [(c.effect, c.law, float(v)) for c, v in zip(columns, x, strict=True)])
@@ -114,6 +113,9 @@ class Refit:
         return [c.residual(p) for c, p in zip(self._comparisons, predictions, strict=True)]
 
     def _cost(self, residual, theta, x, scale) -> float:
+        """Infinite where a run went astray."""
+        if not all(np.isfinite(r).all() for r in residual):
+            return np.inf
         return self._basis.misfit(residual) + float(theta @ theta) + float(np.sum((x / scale / WIDTH) ** 2))
 
     def _columns(self, columns, theta, x, scale, predictions) -> list[np.ndarray]:
@@ -128,7 +130,8 @@ class Refit:
                     break
             tried = self._run(columns, theta, moved)
             for rows, c, f, p in zip(out, self._comparisons, features, tried, strict=True):
-                rows[:, j] = (c.features(p) - f) * scale[j] / (moved[j] - x[j])
+                change = c.features(p) - f
+                rows[:, j] = change * scale[j] / (moved[j] - x[j]) if np.isfinite(change).all() else 0.0
         return out
 
     def _values(self, residual, local, theta, departure) -> list[np.ndarray]:

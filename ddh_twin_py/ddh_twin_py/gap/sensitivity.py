@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -28,7 +28,7 @@ class Column:
     """One way of one effect.
 
     Attributes:
-        effect: the effect. law: index into its laws. x: departure at which it was taken.
+        effect: the effect. law: index into its laws. x: departure that it stands for. taken: departure at which it was taken.
         rise: of the worst signal there, in multiples of its noise. worst: that signal.
         change: of the features of each recording for the departure x, list of (rows,).
     """
@@ -39,6 +39,16 @@ class Column:
     rise: float
     worst: str
     change: list[np.ndarray]
+    taken: float = 0.0
+
+    def __post_init__(self) -> None:
+        if self.taken == 0.0:
+            object.__setattr__(self, "taken", self.x)
+
+    def longer(self, factor: float) -> Column:
+        """The same way of an effect, so many times as far, but not beyond what its law allows."""
+        factor = min(factor, max(1.0, self.room))
+        return replace(self, x=factor * self.x, rise=factor * self.rise, change=[factor * h for h in self.change])
 
     @property
     def room(self) -> float:
@@ -72,7 +82,7 @@ def columns_of(effects: Sequence[Effect], model: Model, theta: np.ndarray, compa
     altered = [i for i, acts in enumerate(model.altered) if acts]
     signals, base = [model.signals[i] for i in altered], [model.run_one(i, theta, (), roughly=True) for i in altered]
     features = {i: comparisons[i].features(b) for i, b in zip(altered, base, strict=True)}
-    known = {(c.effect.id, c.law, np.sign(c.x)): c.x for c in near}
+    known = {(c.effect.id, c.law, np.sign(c.x)): c.taken for c in near}
     tasks = [(effect, law, sign) for effect in effects for law in range(len(effect.laws)) for sign in effect.directions]
     if near:
         tasks = [task for task in tasks if (task[0].id, task[1], task[2]) in known]

@@ -6,16 +6,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from ddh_twin_py.gap.direct_drive import DirectDrive
+from ddh_twin_py.gap.model import Diagnosable
 from ddh_twin_py.gap.refit import Refitted
 from ddh_twin_py.gap.search import Found
-from ddh_twin_py.rig.sheet import FIELD_OF_PATH
 
-BEYOND = 3.0
+BEYOND = 2.5
 """Standard deviations of the sheet's tolerance from which a quantity that it gives counts as an effect."""
 
 
-def without_parameters(model: DirectDrive, found: Found) -> Found:
+def without_parameters(model: Diagnosable, found: Found) -> Found:
     """The same with the probability of effects that stay within tolerance given to the sets without them."""
     if not all(model.altered):
         return found
@@ -28,11 +27,12 @@ def without_parameters(model: DirectDrive, found: Found) -> Found:
     return replace(found, probability=dict(sorted(probability.items(), key=lambda item: -item[1])))
 
 
-def within_tolerance(model: DirectDrive, fitted: Refitted) -> set[str]:
+def within_tolerance(model: Diagnosable, fitted: Refitted) -> set[str]:
     """Effects of a hypothesis whose quantity stays within `BEYOND` deviations of the sheet's value, or of what tolerances can feign."""
     number = model.altered.index(True)
     sheet = model.record(number, fitted.theta * 0.0)
     plain = model.record(number, fitted.theta)
+    tolerances = model.tolerances()
     mere = set()
     for column, x, spread in zip(fitted.columns, fitted.x, np.sqrt(np.diagonal(fitted.covariance)), strict=True):
         if abs(x) < BEYOND * spread:
@@ -40,12 +40,9 @@ def within_tolerance(model: DirectDrive, fitted: Refitted) -> set[str]:
             continue
         acted = model.record(number, fitted.theta, [(column.effect, column.law, float(x))])
         far = []
-        for path, field in FIELD_OF_PATH.items():
-            if acted[field][0] == plain[field][0]:
-                continue
-            std = model.rig.quantities[path].standard_deviation
-            given = std > 0.0 and (not path.startswith("measurement.") or path.endswith("_offset"))  # zero errors have a tolerance too
-            far.append(abs(float(acted[field][0] - sheet[field][0])) / std if given else None)
+        for field, std in tolerances.items():
+            if acted[field][0] != plain[field][0]:
+                far.append(None if std is None else abs(float(acted[field][0] - sheet[field][0])) / std)
         if far and None not in far and max(far) < BEYOND:
             mere.add(column.effect.id)
     return mere

@@ -8,10 +8,9 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from ddh_twin_py.gap.diagnosis import Shape
-from ddh_twin_py.gap.direct_drive import DirectDrive
-from ddh_twin_py.gap.hypotheses import WIDTH
 from ddh_twin_py.gap.lacking import PHASES
 from ddh_twin_py.gap.leftover import FreeForm, free_forms
+from ddh_twin_py.gap.model import Diagnosable
 from ddh_twin_py.gap.refit import Refitted
 from ddh_twin_py.gap.search import Found
 
@@ -50,7 +49,7 @@ class Unknown:
                 "depends_on": self.forms[0].depends_on if self.forms else []}
 
 
-def unknown_beside(model: DirectDrive, found: Found, fitted: Refitted) -> Unknown:
+def unknown_beside(model: Diagnosable, found: Found, fitted: Refitted) -> Unknown:
     """Judge what a hypothesis leaves behind.
 
     Args:
@@ -61,13 +60,14 @@ def unknown_beside(model: DirectDrive, found: Found, fitted: Refitted) -> Unknow
     forms = sorted(free_forms(linearised, fitted, variables), key=lambda form: NEEDED_BY.get(form.signal, NEEDED) - form.gain)
     best = max((form.gain - NEEDED_BY.get(form.signal, NEEDED) for form in forms), default=-math.inf)
     probability = 1.0 / (1.0 + math.exp(-max(min(best / _SOFTNESS, 50.0), -50.0)))
-    component, domain = _place(found, fitted, forms)
+    component, domain = model.place_of(found, fitted, forms)
     number = model.altered.index(True)
     noise, unit = 1.0, "1"
     if forms:
         signal = model.signals[number][forms[0].signal]
         noise, unit = signal.noise, signal.unit
-    shapes = _shapes(linearised, fitted, variables, number, forms[0], noise, unit) if forms and probability > 0.5 else []
+    named = {f"{name}, {model.variable_units[name]}": values for name, values in variables[number].items()}
+    shapes = _shapes(linearised, fitted, named, number, forms[0], unit) if forms and probability > 0.5 else []
     return Unknown(probability, forms, component, domain, forms[0].size * noise if forms else 0.0, unit, shapes)
 
 
@@ -84,59 +84,14 @@ def refuted(unknown: Unknown, shrinks: float) -> Unknown:
     return replace(unknown, probability=max(unknown.probability, REFUTED_PROBABILITY), notes=[note])
 
 
-_SENSED = {
-    "motor_housing": "motor", "pump_1_case": "pump_1", "pump_2_case": "pump_2", "tank_oil": "tank", "tank_wall": "tank",
-    "cylinder_barrel": "cylinder", "line_a": "line_a", "line_b": "line_b",
-}
-_ALONE = 0.1  # of the largest gain: what gains less stands aside
-
-
-def _place(found: Found, fitted: Refitted, forms: list[FreeForm]) -> tuple[str, str]:
-    """Component and domain to which the free forms point, else that of the effect which resembles the gap most.
-
-    A temperature that no other follows points to its own component, one pressure alone to its sensor: were it
-    real, current or motion would follow. Piston-side pressure with current is force at the piston; current or power
-    alone is torque or loss of the motor.
-    """
-    signals = {form.signal: form.gain for form in forms if form.gain > max(NEEDED_BY.get(form.signal, NEEDED), _ALONE * forms[0].gain)}
-    leading = next((name for name in signals if name != "temperature/motor_winding"), None)
-    if leading is not None:
-        sensor = leading.removeprefix("temperature/")
-        if sensor in _SENSED:
-            return _SENSED[sensor], "thermal"
-        if leading == "speed":
-            return "drive", "electrical"
-        if leading == "voltage":
-            return "motor", "electrical"
-        if leading.startswith("pressure_") and set(signals) <= {leading, "temperature/motor_winding"}:
-            return "sensor", "measurement"
-        if leading in ("pressure_piston_side", "pressure_rod_side") and signals.keys() & {"current", "electrical_power"}:
-            return "cylinder", "mechanical"
-        if leading in ("current", "electrical_power"):
-            return "motor", "mechanical"
-    if fitted.columns:
-        sizes = [abs(x / c.x) for c, x in zip(fitted.columns, fitted.x, strict=True)]
-        effect = fitted.columns[int(np.argmax(sizes))].effect
-        return effect.component, effect.domain
-    if leading is None and signals:
-        return "motor", "thermal"
-    sums = found.linearised.evidence.sums
-    explained = sums.score**2 / (np.diagonal(sums.information) + WIDTH**-2)
-    if not explained.size:
-        return "oil", "hydraulic"
-    effect = found.linearised.columns[int(np.argmax(explained))].effect
-    return effect.component, effect.domain
-
-
-def _shapes(linearised, fitted: Refitted, variables, number: int, form: FreeForm, noise: float, unit: str) -> list[Shape]:
+def _shapes(linearised, fitted: Refitted, variables, number: int, form: FreeForm, unit: str) -> list[Shape]:
     """Residual of the free form's signal over each variable, in bins of equal count."""
     comparison = linearised.comparisons[number]
     block = next(b for b in comparison.blocks if b.signal == form.signal)
     left = comparison.residual(fitted.predictions[number])[block.rows] * block.spread
     here = block.binning.phase != PHASES.index("transient")
     out = []
-    axes = {"oil temperature, K": variables[number]["oil temperature"][block.rows], "speed, rad/s": variables[number]["speed"][block.rows],
-            "time, s": block.binning.time}
+    axes = {**{name: values[block.rows] for name, values in variables.items()}, "time, s": block.binning.time}
     for name, values in axes.items():
         x, y = values[here], left[here]
         edges = np.unique(np.quantile(x, np.linspace(0.0, 1.0, _POINTS + 1))) if x.size else np.zeros(0)

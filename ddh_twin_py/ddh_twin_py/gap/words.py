@@ -4,12 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from ddh_twin_py.gap.catalogue import EFFECTS
+from ddh_twin_py.gap.effect import Effect
 
 
-def sentence(report: Mapping) -> str:
-    """One sentence with its confidence, for an engineer who reads nothing else."""
-    return _BY_VERDICT[report["verdict"]](report)
+def sentence(report: Mapping, catalogue: Mapping[str, Effect]) -> str:
+    """One sentence with its confidence, for an engineer who reads nothing else.
+
+    Args:
+        catalogue: effects that were asked about, by id.
+    """
+    return _explained(report, catalogue) if report["verdict"] == "explained" else _BY_VERDICT[report["verdict"]](report)
 
 
 def _no_gap(report: Mapping) -> str:
@@ -21,10 +25,10 @@ def _no_gap(report: Mapping) -> str:
     return f"{text}; probability of no effect {none:.0%}."
 
 
-def _explained(report: Mapping) -> str:
+def _explained(report: Mapping, catalogue: Mapping[str, Effect]) -> str:
     leader = _leader(report)
     gap = report["gap"]
-    named = " and ".join(_named(report, name) for name in leader)
+    named = " and ".join(_named(report, name, catalogue) for name in leader)
     members = [m for c in report["classes"] if c[0] in leader or set(c) & set(leader) for m in c if m not in leader]
     text = f"The gap is explained by {named}"
     if members:
@@ -57,12 +61,12 @@ def _probability(report: Mapping, leader: list[str]) -> float:
     return next(h["probability"] for h in report["hypotheses"] if h["effects"] == leader)
 
 
-def _named(report: Mapping, name: str) -> str:
+def _named(report: Mapping, name: str, catalogue: Mapping[str, Effect]) -> str:
     row = next((r for r in report["why"] if r["effect"] == name), {})
     values = [f"{p} {v['value']:.4g} +- {v['std']:.2g} {v['unit'] if v['unit'] != '1' else ''}".rstrip()
               for p, v in row.get("parameters", {}).items()]
-    about = EFFECTS[name].about.rstrip(".") if name in EFFECTS else ""
+    about = catalogue[name].about.rstrip(".") if name in catalogue else ""
     return f"{name} ({'; '.join(values + [about[:1].lower() + about[1:]] if about else values)})"
 
 
-_BY_VERDICT = {"no_gap": _no_gap, "explained": _explained, "ambiguous": _ambiguous, "unknown": _unknown, "insufficient": _insufficient}
+_BY_VERDICT = {"no_gap": _no_gap, "ambiguous": _ambiguous, "unknown": _unknown, "insufficient": _insufficient}

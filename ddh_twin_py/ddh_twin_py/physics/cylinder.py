@@ -7,7 +7,7 @@ import math
 from ddh_twin_py.physics.compiled import inlined
 
 END_STOP_STIFFNESS = 5.0e7
-"""N/m of the stops at 0 and at full stroke."""
+"""N/m of the stops at 0 and at full stroke, or as far past them as a run is let (``cylinder.run_past_*``)."""
 
 
 @inlined

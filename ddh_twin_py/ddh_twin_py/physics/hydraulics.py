@@ -155,11 +155,11 @@ def _sweep(base_a, base_b, base_v, base_x, step, speed, y_a, y_b, v, soft_a, sof
         resistance += rise_b * area_b
     else:
         force -= pressure_b * area_b
-    if x < 0.0:
-        force -= END_STOP_STIFFNESS * base_x
+    if x < -p.cylinder_run_past_retracted:
+        force -= END_STOP_STIFFNESS * (base_x + p.cylinder_run_past_retracted)
         resistance += END_STOP_STIFFNESS * step
-    elif x > p.cylinder_stroke:
-        force -= END_STOP_STIFFNESS * (base_x - p.cylinder_stroke)
+    elif x > p.cylinder_stroke + p.cylinder_run_past_extended:
+        force -= END_STOP_STIFFNESS * (base_x - p.cylinder_stroke - p.cylinder_run_past_extended)
         resistance += END_STOP_STIFFNESS * step
     dry = coulomb_friction(v, pressure_a - pressure_b, p)
     creep = p.cylinder_creep_velocity

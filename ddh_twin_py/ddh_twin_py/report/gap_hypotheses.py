@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
-from ddh_twin_py.gap.catalogue import EFFECTS
 from ddh_twin_py.gap.diagnosis import Diagnosis, Weighed
+from ddh_twin_py.gap.effect import Effect
 from ddh_twin_py.report import document as doc
 from ddh_twin_py.report.gap_words import (
     NEAR,
@@ -13,13 +13,12 @@ from ddh_twin_py.report.gap_words import (
     capital,
     effect_name,
     leaning,
-    parameter_of,
     percent,
     set_name,
     signal_name,
     strength,
 )
-from ddh_twin_py.report.units import number, plus_minus
+from ddh_twin_py.report.units import number, plus_minus, words
 
 _NOTICEABLE = 0.01
 """Probability from which on a hypothesis is shown unfolded."""
@@ -42,7 +41,7 @@ def hypotheses(diagnosis: Diagnosis) -> doc.Html:
     blocks = [
         doc.paragraph("Each hypothesis is an effect of the catalogue, or two together, added to the twin. Its probability weighs how much "
                       "better the twin then agrees against how freely the hypothesis could have been chosen; all of them sum to 100 %."),
-        *(_card(w, i) for i, w in enumerate(leading, 1)),
+        *(_card(w, i, diagnosis.catalogue) for i, w in enumerate(leading, 1)),
     ]
     if rest:
         columns = (doc.Column("Hypothesis", number=False), doc.Column("Probability"), doc.Column("Gap left", "× floor"),
@@ -83,14 +82,14 @@ def classes(diagnosis: Diagnosis) -> doc.Html:
     return doc.Html("".join(blocks))
 
 
-def _card(w: Weighed, place: int) -> doc.Html:
+def _card(w: Weighed, place: int, catalogue: Mapping[str, Effect]) -> doc.Html:
     title = set_name(w.effects)
     blocks = [
         f'<div class="cause"><h3>{place}. {doc.text(capital(title))}</h3><dl class="bars"><dt>Probability</dt>'
         f"<dd>{_bar(w.probability, percent(w.probability))}</dd></dl>"
     ]
     for effect in w.effects:
-        blocks.append(_effect(effect, w))
+        blocks.append(_effect(effect, w, catalogue.get(effect)))
     if not w.effects:
         blocks.append(doc.paragraph("The rig's parameters within their tolerances, the sensors' zero errors and noise explain what was "
                                     "recorded."))
@@ -103,13 +102,12 @@ def _card(w: Weighed, place: int) -> doc.Html:
     return doc.Html("".join(blocks))
 
 
-def _effect(effect: str, w: Weighed) -> doc.Html:
+def _effect(effect: str, w: Weighed, known: Effect | None) -> doc.Html:
     blocks = []
-    known = EFFECTS.get(effect)
     if effect in w.values:
         value, std, unit, nominal = w.values[effect]
         against = "" if nominal is None else f" (without the effect {plus_minus(nominal, None, unit)})"
-        name = parameter_of(effect) or effect_name(effect)
+        name = words(known.parameter) if known else effect_name(effect)
         blocks.append(f'<p class="found">{doc.text(capital(name))}: <strong>{doc.text(plus_minus(value, std, unit))}</strong>'
                       f"{doc.text(against)}</p>")
     if known is not None:

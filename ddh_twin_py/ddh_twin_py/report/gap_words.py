@@ -6,7 +6,6 @@ import math
 import re
 from collections.abc import Mapping
 
-from ddh_twin_py.gap.catalogue import EFFECTS
 from ddh_twin_py.report.units import ZERO_CELSIUS, plain, shown, words
 
 UNKNOWN = "unknown"
@@ -143,8 +142,3 @@ def axis_scale(name: str, lowest: float) -> tuple[str, str, float, float]:
         return said, "°C" if absolute or found["unit"] == "degC" else "K", 1.0, ZERO_CELSIUS if absolute else 0.0
     unit = shown(found["unit"])
     return said, unit.unit, unit.factor, 0.0
-
-
-def parameter_of(effect: str) -> str:
-    """The quantity that is reported of an effect, in words."""
-    return words(EFFECTS[effect].parameter) if effect in EFFECTS else ""

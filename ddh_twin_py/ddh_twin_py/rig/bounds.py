@@ -61,6 +61,7 @@ TABLE: tuple[tuple[str, tuple[str, float, float]], ...] = (
     ("line_b.compliance", _between(0.0, 1.0e-10)),
     ("relief_valve.seat_leakage", _between(0.0, 1.0e-9)),
     ("cylinder.creep_velocity", _between(0.0, 1.0e-2)),
+    ("cylinder.run_past_*", _between(0.0, 10.0)),
     ("load.force_slope", _between(-1.0e5, 1.0e5)),
     ("oil.viscosity_pressure_coefficient", _between(0.0, 5.0e-8)),
     ("tank.mount_conductance", _between(0.0, 1000.0)),

@@ -1,0 +1,91 @@
+"""`ddh-twin real`: the gap diagnosis on recordings of real rigs that others measured."""
+
+from __future__ import annotations
+
+import argparse
+import os
+from pathlib import Path
+
+from ddh_twin_py.cli.arguments import InputError, add_json, add_verb, nearest_of
+
+_EXAMPLE = "  ddh-twin real emps cascaded_tanks --data /data/real --out out/real"
+
+
+def add_parser(subparsers) -> None:
+    """Declare the verb."""
+    parser = add_verb(
+        subparsers, "real", "diagnose recordings of real rigs, with figures on data that took no part",
+        "Runs the gap engine on public recordings of rigs that are not direct driven units: finds effects on the identification\n"
+        "data, sizes them on data that took no part, and runs the negative controls. The recordings are not part of the project;\n"
+        "each rig says where to get them.",
+        _EXAMPLE,
+    )
+    parser.add_argument("rigs", metavar="RIG", nargs="*", help="rigs to study (default: all whose recordings are there)")
+    parser.add_argument("--data", metavar="DIR", required=True, help="folder with one folder of recordings for each rig")
+    parser.add_argument("--out", metavar="DIR", default="out/real", help="one page and one JSON for each rig, further files of a study, "
+                        "and real.csv (default out/real)")
+    add_json(parser)
+    parser.add_argument("--quiet", action="store_true", help="no progress, no table")
+
+
+def run(args: argparse.Namespace) -> int:
+    """Study, write pages and table, print the table."""
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    from ddh_twin_py.cli.console import put_json, say, stage
+    from ddh_twin_py.real_rigs.registry import RIGS, study_of
+
+    data, out = Path(args.data), Path(args.out)
+    if not data.is_dir():
+        raise InputError(f"--data: {data} is no folder")
+    if out.exists() and not out.is_dir():
+        raise InputError(f"--out: {out} is no folder")
+    for rig in args.rigs:
+        if rig not in RIGS:
+            raise InputError(nearest_of("rig", rig, list(RIGS)))
+    with stage("loading", args.quiet):
+        from ddh_twin_py.report.document import write_text
+        from ddh_twin_py.report.real_rig_report import as_csv, real_rig_document
+
+        wanted = list(dict.fromkeys(args.rigs)) or [rig for rig in RIGS if study_of(rig).present(data)]
+    if not wanted:
+        raise InputError(f"--data: {data} holds recordings of no rig; looked for {', '.join(RIGS)}")
+    studies = []
+    for rig in wanted:
+        with stage(rig, args.quiet) as progress:
+            study = study_of(rig).run(data, progress)
+        real_rig_document(study).write(out / f"{rig}.html")
+        put_json(str(out / f"{rig}.json"), study.as_json())
+        for name, text in study.files.items():
+            write_text(out / name, text)
+        studies.append(study)
+    write_text(out / "real.csv", as_csv(studies))
+    if args.json:
+        put_json(args.json, [study.as_json() for study in studies])
+    if not args.quiet:
+        for rig in RIGS:
+            if rig not in wanted and not args.rigs:
+                say(f"{rig}: no recordings in {data}")
+        if args.json != "-":
+            print_table(studies, out)
+    return 0
+
+
+def print_table(studies, out: Path) -> None:
+    """What was found, and the figures of every study, on standard output."""
+    from rich.box import SIMPLE_HEAD
+    from rich.console import Console
+    from rich.table import Table
+
+    from ddh_twin_py.report.units import plain
+
+    console = Console()
+    for study in studies:
+        passed = sum(c.passed for c in study.controls)
+        console.print(f"{study.rig}: {study.sentence} Negative controls: {passed} of {len(study.controls)} passed.", highlight=False)
+        table = Table(box=SIMPLE_HEAD, pad_edge=False, show_edge=False)
+        for name in ("figure", "data", "before", "after", "unit"):
+            table.add_column(name, justify="right" if name in ("before", "after") else "left", no_wrap=name in ("before", "after", "unit"))
+        for row in study.rows:
+            table.add_row(row.what, row.split, plain(row.before), plain(row.after), row.unit)
+        console.print(table)
+    console.print(f"pages and the whole table: {out}", highlight=False)

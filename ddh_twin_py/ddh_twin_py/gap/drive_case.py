@@ -1,0 +1,104 @@
+"""What the answer to a case asks of the direct driven unit (`model.Diagnosable`)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from ddh_twin_py.estimation.calibration import INFORMED, FittedParameter
+from ddh_twin_py.estimation.experiment import Experiment
+from ddh_twin_py.gap.catalogue import EFFECTS
+from ddh_twin_py.gap.direct_drive import STEP, DirectDrive
+from ddh_twin_py.gap.drive_places import course
+from ddh_twin_py.gap.drive_unknown import place_of
+from ddh_twin_py.gap.effect import Effect
+from ddh_twin_py.gap.held_data import HeldData
+from ddh_twin_py.gap.lacking import Course
+from ddh_twin_py.gap.leftover import FreeForm
+from ddh_twin_py.gap.model import Acting
+from ddh_twin_py.gap.next_test import next_test
+from ddh_twin_py.gap.next_test_of_unknown import next_test_of_unknown
+from ddh_twin_py.gap.refit import Refitted
+from ddh_twin_py.gap.search import Found
+from ddh_twin_py.gap.unknown import Unknown
+from ddh_twin_py.gap.verdict import Verdict
+from ddh_twin_py.rig import Rig
+from ddh_twin_py.rig.sheet import FIELD_OF_PATH
+
+ASSUMPTIONS = [
+    "The rig's parameters are independent and normal within the sheet's tolerances, and the same in all recordings.",
+    "With a commissioning recording an effect acts since then; without one the rig is held against its sheet.",
+    "Noise of the sensors is white and as the sheet says; a model's laws are a little wrong in every direction, those of the effects too.",
+    "No more than two effects act at once.",
+]
+
+
+class DriveCase(DirectDrive):
+    """Recordings of one unit with all that the answer asks; see `model.Diagnosable` and, for the arguments, `DirectDrive`."""
+
+    catalogue = EFFECTS
+    assumptions = ASSUMPTIONS
+    variable_units: Mapping[str, str] = {"oil temperature": "K", "speed": "rad/s"}
+
+    def __init__(self, commissioning: Sequence[Experiment], field: Sequence[Experiment], rig: Rig, held: Sequence[Experiment] = ()) -> None:
+        super().__init__(commissioning, field, rig, held)
+        kinds = {"field": field, "commissioning": commissioning, "validation": held}
+        self.recordings = {kind: [e.recording.path for e in own] for kind, own in kinds.items() if own}
+
+    def tolerances(self) -> dict[str, float | None]:
+        """Of the sheet, by field of the record; zero errors of sensors have one too."""
+        out: dict[str, float | None] = {}
+        for path, field in FIELD_OF_PATH.items():
+            std = self.rig.quantities[path].standard_deviation
+            out[field] = std if std > 0.0 and (not path.startswith("measurement.") or path.endswith("_offset")) else None
+        return out
+
+    def held_data(self) -> HeldData:
+        """The validation recordings, else the end of each field recording."""
+        return HeldData.of(self)
+
+    def place_of(self, found: Found, fitted: Refitted, forms: list[FreeForm]) -> tuple[str, str]:
+        """Component and domain to which free forms point."""
+        return place_of(found, fitted, forms)
+
+    def course(self, effect: Effect, without: np.ndarray, acting: np.ndarray) -> Course:
+        """What an effect adds over the first field recording."""
+        return course(effect, self.experiments[self.altered.index(True)], without, acting, STEP)
+
+    def next_test(self, found: Found, verdict: Verdict, unknown: Unknown) -> dict | None:
+        """The test that would tell most, None where nothing is left to tell apart."""
+        if verdict.word == "no_gap":
+            return None
+        if verdict.word == "unknown" and unknown.forms:
+            form = unknown.forms[0]
+            return next_test_of_unknown(self, found, verdict.leader, form.signal, form.size, form.depends_on)
+        return next_test(self, found)
+
+    def fitted_parameters(self, theta: np.ndarray, spread: np.ndarray) -> list[FittedParameter]:
+        """Parameters with prior and posterior."""
+        out = []
+        for path, deviation, std, scale in zip(self.paths, theta, spread, self.problem.scale, strict=True):
+            q = self.rig.quantities[path]
+            value = q.value + float(deviation * scale)
+            out.append(FittedParameter(path, q.unit, q.value, scale, value, float(std * scale), bool(std < INFORMED)))
+        return out
+
+    def rig_with(self, theta: np.ndarray, acting: Acting, spread: np.ndarray, source: str = "") -> Rig:
+        """The rig with fitted parameters and effects written into its quantities; ``source`` names the recordings where it is empty."""
+        return super().rig_with(theta, acting, spread, source or "fitted to " + ", ".join(e.recording.path for e in self.experiments))
+
+    def notes(self) -> list[str]:
+        """What these recordings cannot say, whatever was found."""
+        notes = []
+        field = [e for e, altered in zip(self.experiments, self.altered, strict=True) if altered]
+        there = {name for e in field for name in e.signals}
+        for name in ("pressure_piston_side", "pressure_rod_side", "current", "rod_velocity"):
+            if name not in there:
+                notes.append(f"there is no usable {name}; what shows in it alone cannot be known")
+        if not any(name.startswith("temperature/") for name in there):
+            notes.append("there is no temperature sensor but ambient; thermal effects cannot be known")
+        if all(self.altered):
+            notes.append("there is no commissioning recording: the rig is held against its sheet, and what lies within tolerances is "
+                         "no gap")
+        return notes

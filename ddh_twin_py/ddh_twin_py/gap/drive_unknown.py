@@ -1,0 +1,54 @@
+"""Which part of the direct driven unit free-form discrepancies point to."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ddh_twin_py.gap.hypotheses import WIDTH
+from ddh_twin_py.gap.leftover import FreeForm
+from ddh_twin_py.gap.refit import Refitted
+from ddh_twin_py.gap.search import Found
+from ddh_twin_py.gap.unknown import NEEDED, NEEDED_BY
+
+_SENSED = {
+    "motor_housing": "motor", "pump_1_case": "pump_1", "pump_2_case": "pump_2", "tank_oil": "tank", "tank_wall": "tank",
+    "cylinder_barrel": "cylinder", "line_a": "line_a", "line_b": "line_b",
+}
+_ALONE = 0.1  # of the largest gain: what gains less stands aside
+
+
+def place_of(found: Found, fitted: Refitted, forms: list[FreeForm]) -> tuple[str, str]:
+    """Component and domain to which the free forms point, else that of the effect which resembles the gap most.
+
+    A temperature that no other follows points to its own component, one pressure alone to its sensor: were it
+    real, current or motion would follow. Piston-side pressure with current is force at the piston; current or power
+    alone is torque or loss of the motor.
+    """
+    signals = {form.signal: form.gain for form in forms if form.gain > max(NEEDED_BY.get(form.signal, NEEDED), _ALONE * forms[0].gain)}
+    leading = next((name for name in signals if name != "temperature/motor_winding"), None)
+    if leading is not None:
+        sensor = leading.removeprefix("temperature/")
+        if sensor in _SENSED:
+            return _SENSED[sensor], "thermal"
+        if leading == "speed":
+            return "drive", "electrical"
+        if leading == "voltage":
+            return "motor", "electrical"
+        if leading.startswith("pressure_") and set(signals) <= {leading, "temperature/motor_winding"}:
+            return "sensor", "measurement"
+        if leading in ("pressure_piston_side", "pressure_rod_side") and signals.keys() & {"current", "electrical_power"}:
+            return "cylinder", "mechanical"
+        if leading in ("current", "electrical_power"):
+            return "motor", "mechanical"
+    if fitted.columns:
+        sizes = [abs(x / c.x) for c, x in zip(fitted.columns, fitted.x, strict=True)]
+        effect = fitted.columns[int(np.argmax(sizes))].effect
+        return effect.component, effect.domain
+    if leading is None and signals:
+        return "motor", "thermal"
+    sums = found.linearised.evidence.sums
+    explained = sums.score**2 / (np.diagonal(sums.information) + WIDTH**-2)
+    if not explained.size:
+        return "oil", "hydraulic"
+    effect = found.linearised.columns[int(np.argmax(explained))].effect
+    return effect.component, effect.domain

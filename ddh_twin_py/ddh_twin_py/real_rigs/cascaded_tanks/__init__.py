@@ -1,0 +1,1 @@
+"""Two cascaded water tanks, measured by Schoukens and Noël."""

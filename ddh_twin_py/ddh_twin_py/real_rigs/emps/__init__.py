@@ -1,0 +1,1 @@
+"""The electro-mechanical positioning system (EMPS) of Janot, Gautier and Brunot."""

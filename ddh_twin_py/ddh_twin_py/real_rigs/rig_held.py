@@ -1,0 +1,60 @@
+"""Data of a described rig that take no part in finding or fitting (`gap.model.Held`)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ddh_twin_py.gap.diagnosis import Trace
+from ddh_twin_py.gap.model import Acting
+from ddh_twin_py.gap.size import counted
+
+if TYPE_CHECKING:
+    from ddh_twin_py.real_rigs.rig_model import RigModel
+
+
+class RigHeld:
+    """The held runs of a model, or where it has none the samples of those in question after each signal's ``held_from``."""
+
+    def __init__(self, model: RigModel) -> None:
+        self._model = model
+        self._runs = model.held or model.field
+        own = ", ".join(run.name for run in self._runs)
+        self.words = own if model.held else f"the end of {own}, {self._spans()}"
+
+    def _spans(self) -> str:
+        first = min(signal.held_from for run in self._runs for signal in run.signals.values())
+        last = max(float(signal.time[-1]) for run in self._runs for signal in run.signals.values())
+        return f"from {first:.4g} s to {last:.4g} s"
+
+    def signals(self) -> list[Mapping]:
+        """Signals by recording."""
+        return [run.signals for run in self._runs]
+
+    def mask(self) -> Callable[[object], np.ndarray]:
+        """Which samples of a signal count."""
+        if self._model.held:
+            return counted
+        return lambda signal: np.isfinite(signal.measured) & (signal.time > signal.held_from)
+
+    def run(self, theta: np.ndarray, acting: Acting) -> list[dict[str, np.ndarray]]:
+        """Free runs, by recording."""
+        record = self._model.record(self._model.first, theta, acting)
+        return [run.predict(record) for run in self._runs]
+
+    def traces(self, before: Mapping[str, np.ndarray], after: Mapping[str, np.ndarray], floor: Mapping[str, float]) -> dict[str, Trace]:
+        """Signals of the first recording with both runs."""
+        mask = self.mask()
+        out = {}
+        for name, signal in self.signals()[0].items():
+            used = mask(signal)
+            if used.any():
+                out[name] = Trace(signal.time[used], signal.measured[used], before[name][used], after[name][used], signal.unit,
+                                  signal.noise, floor[name] * signal.noise)
+        return out
+
+    def axes(self, theta: np.ndarray, acting: Acting) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+        """Variables on which residuals may depend, of the first recording."""
+        return self._runs[0].variables(self._model.record(self._model.first, theta, acting))

@@ -1,0 +1,1 @@
+"""The hydraulic test rig of ZeMA: four components that degrade."""
