@@ -37,7 +37,7 @@ class DirectDrive:
         self.experiments = [*commissioning, *field]
         offsets = offset_paths(self.experiments)
         self.rig = with_offsets(rig, offsets)
-        self.paths = [path for path in uncertain_paths(self.rig) if not path.startswith("measurement.")] + offsets
+        self.paths = [path for path in uncertain_paths(self.rig) if path not in offsets and not path.startswith("measurement.")] + offsets
         self.problem = Problem(self.experiments, self.rig, self.paths, Discrepancy())
         self.held = list(held)
         self._held_problem = Problem(self.held, self.rig, self.paths, Discrepancy())
