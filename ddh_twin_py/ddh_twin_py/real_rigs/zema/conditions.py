@@ -7,11 +7,13 @@ These quantities jump where a condition was changed and drift where the network 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
 
+from ddh_twin_py.real_rigs.figures import surely_smaller
 from ddh_twin_py.real_rigs.zema import levels, network
 from ddh_twin_py.real_rigs.zema.features import Features
 from ddh_twin_py.real_rigs.zema.levels import Levels, Series
@@ -19,8 +21,11 @@ from ddh_twin_py.real_rigs.zema.levels import Levels, Series
 COMPONENTS = ("cooler", "valve", "pump_leakage", "accumulator")
 PRIOR_WORSE = 0.6
 """Probability that a component is not in its best condition where nothing is seen of it."""
-WRONG = 0.02
-"""Probability that the levels found are not the component's: then the prior holds."""
+HIGH = [1, 2]
+"""Of `features.STEPS`, between the higher loads."""
+WRONG, WRONG_UNCONFIRMED = 0.02, 0.3
+"""Probability that the levels found are not the component's, where cycles that took no part confirm them and where they do not: then the
+prior holds."""
 COUNTS = {"cooler": (2, 3), "valve": (2, 3, 4), "pump_leakage": (2, 3), "accumulator": (2, 3, 4)}
 SIGNS = {"cooler": (-1.0,), "valve": (1.0, -1.0), "pump_leakage": (1.0,), "accumulator": (-1.0,)}
 _LEAST = {"cooler": 0.02, "valve": 0.003, "pump_leakage": 0.04, "accumulator": 0.04}  # as in `Estimates`
@@ -29,7 +34,7 @@ _WITH_TEMPERATURE = {"cooler": 0.005, "valve": 0.0003, "pump_leakage": 0.01, "ac
 _THREADS = 2
 _DRIFT_WEIGHT = 2.0  # steps between known blocks that the drift above is worth
 _ABOUT = 4  # cycles before and after a jump of the valve's times, and about a cycle whose pre-charge lies above the lower loads
-_LOW, _HIGH, _LOWER = [0, 3], [1, 2], [0, 4]  # of `features.STEPS`, between lower and between higher loads; of `features.LOADS`
+_LOW, _LOWER = [0, 3], [0, 4]  # of `features.STEPS`, between the lower loads; those of `features.LOADS`
 _EMPTY = 0.8  # of what the gas law says from the higher steps, below which the lower steps show an accumulator that was empty
 _ONE = 3.0  # of the least distance of levels, within which known blocks count as one level
 _SHOWS = 2.0  # log likelihood of the best level over others where they do; the other way round where they should and do not
@@ -60,13 +65,15 @@ class Conditions:
     Attributes:
         estimate: component to estimated condition (n,), larger is better but for ``pump_leakage``; None where it cannot be observed.
         worse: component to probability that it is not in its best condition, (n,). verdict: component or ``none``, (n,).
-        found: component to its levels. direction: of the valve's closing and opening times in its lag.
+        found: component to its levels. confirmed: whether levels surely make cycles better known that took no part.
+        direction: of the valve's closing and opening times in its lag.
     """
 
     estimate: dict[str, np.ndarray | None]
     worse: dict[str, np.ndarray]
     verdict: list[str]
     found: dict[str, Levels]
+    confirmed: dict[str, bool]
     direction: np.ndarray
 
 
@@ -94,7 +101,7 @@ def _gas(f: Features, closing: np.ndarray, p: np.void, known: np.ndarray) -> tup
     should, the pre-charge is not the highest. An empty accumulator's gas says nothing of p_0 V_0.
     """
     each = f.stored / network.stored(f)
-    low, high = _mean(each[:, _LOW]), _mean(each[:, _HIGH])
+    low, high = _mean(each[:, _LOW]), _mean(each[:, HIGH])
     above = low < _EMPTY * high
     by_rise = (f.rise - closing - float(p["rise_late"])) / (float(p["rise_ratio"]) * network.rise(f))
     logs = [np.log(np.maximum(gas, 1e-3 * float(p["gas"]))) for gas in (high, by_rise)]
@@ -174,10 +181,11 @@ def conditions(f: Features, p: np.void, known: np.ndarray, progress=None) -> Con
     axis = direction(est.switching)
     values = values_of(est, axis)
     found: dict[str, Levels] = {}
+    confirmed: dict[str, bool] = {}
     with ThreadPoolExecutor(_THREADS) as pool:
-        tasks = {c: pool.submit(levels.find, series_of(c, values[c], est, known, p), COUNTS[c], SIGNS[c]) for c in COMPONENTS}
+        tasks = {c: pool.submit(_found, series_of(c, values[c], est, known, p), COUNTS[c], SIGNS[c]) for c in COMPONENTS}
         for component, task in tasks.items():
-            found[component] = task.result()
+            found[component], confirmed[component] = task.result()
             if progress is not None:
                 progress(len(found) / len(COMPONENTS))
     time = float(axis @ [p["closing"], p["opening"]])
@@ -187,8 +195,23 @@ def conditions(f: Features, p: np.void, known: np.ndarray, progress=None) -> Con
     for component, one in found.items():
         seen = one.shift.size > 1
         estimate[component] = told[component](one.expected) if seen else None
-        worse[component] = WRONG * PRIOR_WORSE + (1.0 - WRONG) * one.worse if seen else np.full(est.oil.size, PRIOR_WORSE)
-    return Conditions(estimate, worse, _verdicts(worse, found), found, axis)
+        wrong = WRONG if confirmed[component] else WRONG_UNCONFIRMED
+        worse[component] = wrong * PRIOR_WORSE + (1.0 - wrong) * one.worse if seen else np.full(est.oil.size, PRIOR_WORSE)
+    return Conditions(estimate, worse, _verdicts(worse, found), found, confirmed, axis)
+
+
+def _found(series: Series, counts: Sequence[int], signs: Sequence[float]) -> tuple[Levels, bool]:
+    """Levels, and whether cycles that took no part confirm them."""
+    found = levels.find(series, counts, signs)
+    return found, confirmed_by(series, found)
+
+
+def confirmed_by(series: Series, found: Levels) -> bool:
+    """Whether levels surely make cycles better known that took no part; see `levels.left_out`."""
+    if found.shift.size == 1:
+        return False
+    before, after = levels.left_out(series, found)
+    return surely_smaller([{"value": before}], [{"value": after}])
 
 
 def _verdicts(worse: dict[str, np.ndarray], found: dict[str, Levels]) -> list[str]:

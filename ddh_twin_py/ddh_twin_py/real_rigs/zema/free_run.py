@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from ddh_twin_py.real_rigs.zema import network
-from ddh_twin_py.real_rigs.zema.conditions import Conditions
+from ddh_twin_py.real_rigs.zema.conditions import COMPONENTS, Conditions
 from ddh_twin_py.real_rigs.zema.features import Features
 
 
@@ -15,12 +15,16 @@ def with_conditions(f: Features, p: np.void, conditions: Conditions | None = Non
     """Signals by the network, shapes as in `network.predict`; temperatures run free from the first, hydraulics with the oil as read.
 
     Args:
-        p: parameter record fitted to the known cycles. conditions: expected ones of each cycle; None is the best throughout.
+        p: parameter record fitted to the known cycles. conditions: expected ones of each cycle, with the pump's slip and the accumulator's
+            best level as the record shows them; None is the best throughout.
     """
     n = f.power.size
-    shift = {c: np.zeros(n) if conditions is None else one.expected for c, one in (conditions.found if conditions else
-             dict.fromkeys(("cooler", "valve", "pump_leakage", "accumulator"))).items()}
-    lag = shift["valve"][:, None] * (np.zeros(2) if conditions is None else conditions.direction)
+    shift, lag = {component: np.zeros(n) for component in COMPONENTS}, np.zeros((n, 2))
+    if conditions is not None:
+        shift = {component: one.expected for component, one in conditions.found.items()}
+        shift["pump_leakage"] = shift["pump_leakage"] + conditions.found["pump_leakage"].explained
+        shift["accumulator"] = shift["accumulator"] + np.median(conditions.found["accumulator"].base)
+        lag = shift["valve"][:, None] * conditions.direction
     gas = float(p["gas"]) * np.exp(shift["accumulator"])
     oil = 0.5 * (f.temperature[:, 0] + f.temperature[:, 1])
     leak = shift["pump_leakage"][:, None] * np.sqrt(np.maximum(f.pressure, 0.0) / network.AT_LEAK)

@@ -6,7 +6,9 @@
 
 e is normal, now and then an outlier. Levels and base are tracked together on a grid (a hidden Markov model, forward and backward exact);
 shifts, coefficients and noise by expectation maximisation from several starts. Cycles whose condition is known hold the best level
-there. How many levels there are is taken from the evidence (BIC) among those that lie apart by more than a given least distance.
+there. How many levels there are is taken from the evidence (BIC) among those that lie apart by more than a given least distance; sets of
+levels that explain the values nearly as well are averaged, their likelihood raised to the power that the gap engine takes for laws that
+are a little wrong.
 
 Rabiner, A tutorial on hidden Markov models, Proc. IEEE 77 (1989) 257; Schwarz, Annals of Statistics 6 (1978) 461.
 """
@@ -19,6 +21,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ddh_twin_py.gap.hypotheses import POWER
 from ddh_twin_py.physics.compiled import kernel
 
 STAY = 0.95
@@ -27,11 +30,13 @@ KNOWN = 7.0
 """Log likelihood of the best level over any other in cycles that are known to have it."""
 _OUTLIER = 0.01
 _ITERATIONS, _TRIED = 30, 8  # of a promising start, of any
-_PROMISING = 3
+_PROMISING = 5
+_ALIKE = 0.2  # of the least distance of levels, within which two sets of them are one
 _WIDE = 0.15  # noise at the start, of the distance of levels: levels that start in the wrong place find theirs
 _SETTLED = 0.05  # of log likelihood
 _STARTS = (0.15, 0.3, 0.5, 0.75, 1.0, 1.3)  # of the spread of the values, for the farthest level
 _BENDS = (1.0, 1.5, 0.7)  # of the ladder of levels: evenly spaced, wider away from the best, narrower
+_STRETCH, _PARTS = 3, 4  # cycles that are left out together; one stretch of so many is
 _CELLS = 600  # of the grid at most
 _NOTHING = 1e-7
 
@@ -62,27 +67,22 @@ class Levels:
 
     Attributes:
         shift: of each level from the best, (k,), from 0 away. probability: of each level in each cycle, (n, k).
-        base: drifting base with the columns' part, (n,). coefficients: (m,). noise: of a value.
+        base: drifting base with the columns' part, (n,). explained: the columns' part, (n,). coefficients: (m,). noise: of a value.
         log_likelihood, criterion: the latter BIC, smaller is better.
+        worse, expected: of each cycle, probability that it is not at its best level and expected shift, (n,); where several sets of levels
+            explain the values nearly as well, their average.
     """
 
     shift: np.ndarray
     probability: np.ndarray
     base: np.ndarray
+    explained: np.ndarray
     coefficients: np.ndarray
     noise: float
     log_likelihood: float
     criterion: float
-
-    @property
-    def worse(self) -> np.ndarray:
-        """Probability that a cycle is not at its best level, (n,)."""
-        return 1.0 - self.probability[:, 0]
-
-    @property
-    def expected(self) -> np.ndarray:
-        """Expected shift of each cycle, (n,)."""
-        return self.probability @ self.shift
+    worse: np.ndarray
+    expected: np.ndarray
 
 
 @kernel
@@ -217,8 +217,8 @@ def _maximised(series: Series, shift: np.ndarray, beta: np.ndarray, noise: float
         drift = np.maximum(series.drift, 0.3 * step)
         total, probability, inlier, mean, square, base = _track(rest, shift, grid, noise, drift, series.favour, STAY, _OUTLIER)
         total -= 0.5 * float(np.sum((beta / series.widths) ** 2))
-        found = Levels(shift.copy(), probability, base + series.columns @ beta, beta.copy(), noise, total,
-                       2.0 * (2 * shift.size + m) * 0.5 * math.log(n) - 2.0 * total)
+        found = Levels(shift.copy(), probability, base + series.columns @ beta, series.columns @ beta, beta.copy(), noise, total,
+                       2.0 * (2 * shift.size + m) * 0.5 * math.log(n) - 2.0 * total, 1.0 - probability[:, 0], probability @ shift)
         if total - last < _SETTLED:
             break
         last = total
@@ -239,6 +239,30 @@ def _apart(shift: np.ndarray, least: float) -> bool:
     return shift.size == 1 or bool(np.min(np.abs(np.diff(np.sort(shift)))) >= least)
 
 
+def _tilts(series: Series) -> list[np.ndarray]:
+    """Coefficients from which to begin, (m,) each."""
+    nothing = np.zeros(series.columns.shape[1])
+    return [nothing] + [sign * series.widths * (np.arange(nothing.size) == 0) for sign in (1.0, -1.0) if nothing.size]
+
+
+def none(series: Series) -> Levels:
+    """One level on the drifting base."""
+    found = (_maximised(series, np.zeros(1), tilt, 2.0 * series.noise, _ITERATIONS) for tilt in _tilts(series))
+    return min(found, key=lambda f: f.criterion)
+
+
+def left_out(series: Series, found: Levels) -> tuple[np.ndarray, np.ndarray]:
+    """What is left of cycles that take no part, in multiples of the noise, (m,) each: on the base alone, and with the levels found.
+
+    One stretch of `_STRETCH` cycles in `_PARTS` takes no part; levels and base there are what the cycles around it say.
+    """
+    away = (np.arange(series.value.size) // _STRETCH) % _PARTS == 0
+    rest = replace(series, value=np.where(away, np.nan, series.value))
+    there = away & np.isfinite(series.value)
+    again = _maximised(rest, found.shift, found.coefficients, found.noise, _ITERATIONS)
+    return tuple((series.value - one.base - one.expected)[there] / series.noise for one in (none(rest), again))
+
+
 def find(series: Series, counts: Sequence[int], signs: Sequence[float]) -> Levels:
     """The levels that the values speak for.
 
@@ -246,18 +270,30 @@ def find(series: Series, counts: Sequence[int], signs: Sequence[float]) -> Level
         counts: numbers of levels to try beside one, 2 or more. signs: sides of the best level on which worse ones may lie.
     """
     spread = float(np.subtract(*np.nanpercentile(series.value, [98.0, 2.0])))
-    nothing = np.zeros(series.columns.shape[1])
-    tilts = [nothing] + [sign * series.widths * (np.arange(nothing.size) == 0) for sign in (1.0, -1.0) if nothing.size]
-    best = min((_maximised(series, np.zeros(1), tilt, 2.0 * series.noise, _ITERATIONS) for tilt in tilts), key=lambda f: f.criterion)
+    tilts = _tilts(series)
+    found = [none(series)]
     for count in counts:
         ladder = np.arange(count) / (count - 1)
         starts = [(sign * share * spread * ladder**bend, tilt) for sign in signs for share in _STARTS for bend in _BENDS
                   for tilt in (tilts if bend == 1.0 else tilts[:1])]
         tried = sorted((_maximised(series, start, tilt, max(2.0 * series.noise, _WIDE * abs(start[-1]) / (count - 1)), _TRIED)
                         for start, tilt in starts), key=lambda f: f.criterion)
-        for found in tried[:_PROMISING]:
-            found = _maximised(series, found.shift, found.coefficients, found.noise, _ITERATIONS)
-            if _apart(found.shift, series.least) and found.criterion < best.criterion:
-                best = found
+        refined = (_maximised(series, f.shift, f.coefficients, f.noise, _ITERATIONS) for f in _distinct(tried, series.least)[:_PROMISING])
+        found += [f for f in refined if _apart(f.shift, series.least)]
+    found = _distinct(sorted(found, key=lambda f: f.criterion), series.least)
+    best = found[0]
     order = np.argsort(np.abs(best.shift), kind="stable")
-    return replace(best, shift=best.shift[order], probability=best.probability[:, order])
+    weight = np.exp(-0.5 * POWER * (np.array([f.criterion for f in found]) - best.criterion))
+    weight /= weight.sum()
+    return replace(best, shift=best.shift[order], probability=best.probability[:, order],
+                   worse=sum(w * f.worse for w, f in zip(weight, found, strict=True)),
+                   expected=sum(w * f.expected for w, f in zip(weight, found, strict=True)))
+
+
+def _distinct(found: Sequence[Levels], least: float) -> list[Levels]:
+    """The first of those whose shifts are alike."""
+    out: list[Levels] = []
+    for one in found:
+        if not any(one.shift.size == other.shift.size and np.max(np.abs(one.shift - other.shift)) < _ALIKE * least for other in out):
+            out.append(one)
+    return out
