@@ -49,18 +49,19 @@ def run(args: argparse.Namespace) -> int:
         wanted = list(dict.fromkeys(args.rigs)) or [rig for rig in RIGS if study_of(rig).present(data)]
     if not wanted:
         raise InputError(f"--data: {data} holds recordings of no rig; looked for {', '.join(RIGS)}")
-    studies = []
+    studies, told = [], []
     for rig in wanted:
         with stage(rig, args.quiet) as progress:
             study = study_of(rig).run(data, progress)
         real_rig_document(study).write(out / f"{rig}.html")
-        put_json(str(out / f"{rig}.json"), {**study.as_json(), "end_matter": real_rig_end(study).as_json()})
+        told.append({**study.as_json(), "end_matter": real_rig_end(study).as_json()})
+        put_json(str(out / f"{rig}.json"), told[-1])
         for name, text in study.files.items():
             write_text(out / name, text)
         studies.append(study)
     write_text(out / "real.csv", as_csv(studies))
     if args.json:
-        put_json(args.json, [study.as_json() for study in studies])
+        put_json(args.json, told)
     if not args.quiet:
         for rig in RIGS:
             if rig not in wanted and not args.rigs:
