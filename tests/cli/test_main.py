@@ -185,6 +185,11 @@ def test_without_ros_the_live_verbs_say_what_to_do(capsys, monkeypatch, paper_cy
     assert "source the ROS 2 workspace" in failure(capsys, "demo")
 
 
+def test_what_one_verb_needs_is_named_with_how_to_get_it(capsys, monkeypatch):
+    monkeypatch.setitem(sys.modules, "shtab", None)
+    assert failure(capsys, "completion", "bash").endswith("shtab is not here: run .venv/bin/ddh-twin, or pip install shtab")
+
+
 def test_version_and_no_verb(capsys):
     assert main(["--version"]) == 0
     assert capsys.readouterr().out.startswith("ddh_twin_py ")

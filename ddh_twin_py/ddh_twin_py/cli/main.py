@@ -19,6 +19,8 @@ VERBS = ("demo", "replay", "calibrate", "gap", "gap-design", "fleet", "info", "d
 _WITH_NODES = frozenset({"demo", "up", "view"})
 """Verbs that take the time that their nodes need to leave."""
 _ROS = frozenset({"rclpy", "ddh_msgs", "sensor_msgs", "diagnostic_msgs", "std_srvs", "rosgraph_msgs", "rcl_interfaces"})
+_BESIDE = frozenset({"pyarrow", "shtab", "llvmlite"})
+"""What single verbs need and no package of ROS 2 brings along."""
 
 _EPILOG = """\
 examples:
@@ -84,9 +86,12 @@ def _run(argv: Sequence[str] | None, interruption: Interruption) -> int:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
     except ModuleNotFoundError as error:
-        if (error.name or "").split(".")[0] not in _ROS:
+        package = (error.name or "").split(".")[0]
+        if package not in _ROS | _BESIDE:
             raise
         said = f"{error.name} is not here: run .venv/bin/ddh-twin, or source the ROS 2 workspace first"
+        if package in _BESIDE:
+            said = f"{package} is not here: run .venv/bin/ddh-twin, or pip install {package}"
         print(f"ddh-twin {args.verb}: error: {said}", file=sys.stderr)
         return 2
     except (ValueError, OSError) as error:

@@ -21,8 +21,8 @@ def add_parser(subparsers) -> None:
         _EXAMPLE,
     )
     parser.add_argument("rigs", metavar="RIG", nargs="*", help="rigs to study (default: all whose recordings are there)")
-    parser.add_argument("--data", metavar="DIR", required=True, help="folder with one folder of recordings for each rig")
-    parser.add_argument("--out", metavar="DIR", default="out/real", help="one page and one JSON for each rig, further files of a study, "
+    parser.add_argument("--data", metavar="FOLDER", required=True, help="folder with one folder of recordings for each rig")
+    parser.add_argument("--out", metavar="FOLDER", default="out/real", help="one page and one JSON for each rig, further files of a study, "
                         "and real.csv (default out/real)")
     add_json(parser)
     parser.add_argument("--quiet", action="store_true", help="no progress, no table")
@@ -44,23 +44,24 @@ def run(args: argparse.Namespace) -> int:
             raise InputError(nearest_of("rig", rig, list(RIGS)))
     with stage("loading", args.quiet):
         from ddh_twin_py.report.document import write_text
-        from ddh_twin_py.report.real_rig_report import as_csv, real_rig_document
+        from ddh_twin_py.report.real_rig_report import as_csv, real_rig_document, real_rig_end
 
         wanted = list(dict.fromkeys(args.rigs)) or [rig for rig in RIGS if study_of(rig).present(data)]
     if not wanted:
         raise InputError(f"--data: {data} holds recordings of no rig; looked for {', '.join(RIGS)}")
-    studies = []
+    studies, told = [], []
     for rig in wanted:
         with stage(rig, args.quiet) as progress:
             study = study_of(rig).run(data, progress)
         real_rig_document(study).write(out / f"{rig}.html")
-        put_json(str(out / f"{rig}.json"), study.as_json())
+        told.append({**study.as_json(), "end_matter": real_rig_end(study).as_json()})
+        put_json(str(out / f"{rig}.json"), told[-1])
         for name, text in study.files.items():
             write_text(out / name, text)
         studies.append(study)
     write_text(out / "real.csv", as_csv(studies))
     if args.json:
-        put_json(args.json, [study.as_json() for study in studies])
+        put_json(args.json, told)
     if not args.quiet:
         for rig in RIGS:
             if rig not in wanted and not args.rigs:

@@ -13,7 +13,7 @@ from ddh_twin_py.doctor.check import Check
 
 GROUP = "installation"
 PYTHONS = ((3, 11), (3, 12))
-NEEDED = ("numpy", "scipy", "numba", "rosbags", "apsw", "lz4", "backports.zstd", "PyYAML", "rich", "pyarrow")
+NEEDED = ("numpy", "scipy", "numba", "rosbags", "apsw", "lz4", "backports.zstd", "PyYAML", "rich")
 _LEAST_SPACE = 1e9  # bytes
 _MESSAGES = ("DriveTelemetry", "HydraulicTelemetry", "RigInfo", "TemperatureEstimateArray", "HydraulicState", "GapStatus")
 

@@ -25,14 +25,18 @@ TABLE = ("rig", "found", "figure", "unit", "data", "samples", "before", "after",
 """Columns of the table of several studies."""
 
 
-def real_rig_document(study: Study) -> doc.Document:
-    """The page."""
+def real_rig_end(study: Study) -> doc.EndMatter:
+    """What the numbers rest on."""
     rows = [(name, said) for name, said in study.splits]
     if study.seconds:
         rows.append(("Computing time", ", ".join(f"{name} {number(value, 1)} s" for name, value in study.seconds.items())))
-    end = doc.EndMatter("; ".join(f"{name}: {said}" for name, said in study.splits), study.source, study.assumptions, rows)
+    return doc.EndMatter("; ".join(f"{name}: {said}" for name, said in study.splits), study.source, study.assumptions, rows)
+
+
+def real_rig_document(study: Study) -> doc.Document:
+    """The page."""
     level = "good" if all(c.passed for c in study.controls) and all(r.after < r.before for r in study.rows) else "fair"
-    page = doc.Document("Real rig", study.title, study.sentence, end, level)
+    page = doc.Document("Real rig", study.title, study.sentence, real_rig_end(study), level)
     page.add("In short", doc.figures([*_key_figures(study)]))
     page.add("Before and after", _rows(study.rows), *(_picture(p) for p in study.pictures))
     for title, cells in study.tables.items():
