@@ -132,7 +132,7 @@ def test_an_empty_name_is_refused_and_one_given_twice_counts_once(bag, capsys):
 
 
 def test_a_fit_that_had_not_settled_says_so_at_the_end(bag, tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr(calibration, "_SWEEPS", 1)
+    monkeypatch.setattr(fitting, "_SWEEPS", 1)
     file, numbers, page = (tmp_path / name for name in ("rig.yaml", "fit.json", "fit.html"))
     assert main(["calibrate", str(bag), "--only", "pump_1.leakage", "pump_1.leakage", "-o", str(file), "--json", str(numbers),
                  "--html", str(page)]) == 0

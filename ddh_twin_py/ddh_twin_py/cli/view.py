@@ -14,7 +14,7 @@ from ddh_twin_py.cli.arguments import InputError, add_rig, add_verb, output_file
 _EXAMPLE = """\
   ddh-twin view                                   what runs in the namespace /ddh
   ddh-twin view bags/paper_cycle --rate 5         a recording, played through the twin's nodes
-  ddh-twin view --host 0.0.0.0 --namespace /rig_7 for other machines too, with a token"""
+  ddh-twin view --host 0.0.0.0 --namespace /rig_7  for other machines too, with a token"""
 _PAGE = re.compile(r"page at (\S+)")
 _START = 90.0  # s; kernels that are compiled for the first time take long
 _DISPLAYS = ("DISPLAY", "WAYLAND_DISPLAY")
