@@ -20,6 +20,8 @@ NS = "/looked_at"
 MODELS = ("hydraulic_model", "machine_thermal", "temperature_fusion")
 LOST = 30.0  # s of the recording at which sensors fail
 BADGE = "document.querySelector('[data-sensor=\"temperature/{}\"]').classList.contains('{}')"
+COMES = "['ok', 'warn'].some((state) => document.querySelector('[data-sensor=\"temperature/{}\"]').classList.contains(state))"
+"""A node on a loaded machine may warn of messages that came late to it."""
 LINE = "document.querySelector('[data-topic=\"temperature/{}\"]')?.dataset.state"
 
 
@@ -121,16 +123,16 @@ def test_everything_comes_from_this_server_and_nothing_fails(browser, page):
 
 def test_sensors_that_fail_are_shown_where_they_are(browser):
     seek(browser, 5.0)
-    browser.wait(BADGE.format("line_a", "ok") + " && " + BADGE.format("pump_1_case", "ok"), 30.0)
+    browser.wait(COMES.format("line_a") + " && " + COMES.format("pump_1_case"), 30.0)
     seek(browser, LOST - 3.0)
     browser.wait(LINE.format("line_a") + " === 'stopped'", 30.0)
     browser.wait(BADGE.format("line_a", "stopped") + " && " + BADGE.format("pump_1_case", "error"), 10.0)
     assert re.match(r"no message for \d+ s", browser.text('[data-topic="temperature/line_a"] .why'))
     assert "not a number" in browser.text('[data-topic="temperature/pump_1_case"] .why')
     assert browser.value("getComputedStyle(document.querySelector('[data-sensor=\"temperature/line_a\"] .cross')).display") == "block"
-    assert browser.value(LINE.format("tank_oil")) == "ok"
+    assert browser.value(COMES.format("tank_oil"))
     seek(browser, 5.0)  # and they come back
-    browser.wait(BADGE.format("line_a", "ok"), 30.0)
+    browser.wait(COMES.format("line_a"), 30.0)
 
 
 def test_the_gap_is_told_where_it_opens(browser, listener):
@@ -207,7 +209,8 @@ SMALLEST = (
 )
 OVERLAPS = """(() => {
   const longest = (what) => /pressure/.test(what.show) ? (what.short ? '158 bar' : '158.8 bar') : /velocity/.test(what.show) ? '−200 mm/s'
-    : /_flow/.test(what.show) ? '−38.8 L/min' : /^state/.test(what.show) ? (what.heat ? 'heat 888 W' : '−2.88 kW') : what.short ? '−18°'
+    : /_flow/.test(what.show) ? '−38.8 L/min' : what.heat ? 'heat 888 W'
+    : /^state/.test(what.show) ? (what.short ? '−2.8 kW' : '−2.88 kW') : what.short ? '−18°'
     : what.spread ? '128.8 ± 12.8 °C' : '128.8 °C';
   // until it is painted next
   for (const t of document.querySelectorAll('.circuit .labels [data-show]')) t.textContent = longest(t.dataset);

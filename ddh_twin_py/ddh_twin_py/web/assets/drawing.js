@@ -92,7 +92,7 @@ export class Drawing {
     if (name.startsWith("state.")) {
       const value = store.value(name);
       if (!Number.isFinite(value)) return "";
-      return what.heat ? `heat ${watts(value)}` : watts(value);
+      return what.heat ? `heat ${watts(value)}` : watts(value, what.short ? 1 : 2);
     }
     const value = name === "ambient" ? measured(store, "estimate.ambient", "ambient.reading") : this.temperature(name);
     if (!Number.isFinite(value)) return "";
