@@ -39,13 +39,18 @@ class Page:
 
     def __init__(self, bag):
         self.nodes = [NodeProcess(name, NS, flush_after=0.5) for name in MODELS]
-        self.view = NodeProcess("web_view", NS, port=0)
-        self.url = re.search(r"http://\S+", self.view.says("page at"))[0]
-        self.port = int(self.url.rstrip("/").rpartition(":")[2])
+        self.port = 0
+        self.serve()
         self.player = NodeProcess(
             "bag_player", NS, bag=str(bag), exit_at_end=False, wait_for_nodes=list(MODELS), clock_rate=0.0, wait=60.0, loop=True,
         )  # fmt: skip
         self.browser = Chromium()
+
+    def serve(self):
+        """Start web_view, where it does not run; always at the same port."""
+        self.view = NodeProcess("web_view", NS, port=self.port)
+        self.url = re.search(r"http://\S+", self.view.says("page at"))[0]
+        self.port = int(self.url.rstrip("/").rpartition(":")[2])
 
     def close(self):
         self.browser.__exit__()
@@ -65,11 +70,13 @@ def page(bag):
 def browser(page):
     """The browser at the page, replay under way, 1280 px wide."""
     browser = page.browser
+    if page.view.process.poll() is not None:  # a test before this one has failed half-way
+        page.serve()
     browser.screen(1280, 900)
     if browser.value("location.href") != page.url:
         browser.open(page.url)
     browser.wait("document.querySelector('#play').textContent !== ''", 90.0)
-    if browser.text("#play") == "Play":  # a test before this one has failed half-way
+    if browser.text("#play") == "Play":
         browser.value("document.querySelector('#play').click()")
     browser.wait("document.querySelector('#link').textContent === 'replay'", 90.0)
     browser.wait("document.querySelector('[data-show=end_winding]').textContent.endsWith('°C')", 60.0)
@@ -264,7 +271,7 @@ def test_it_comes_back_when_the_node_was_started_again(browser, page):
     page.view.__exit__()
     lost = "document.querySelector('#link').textContent === 'connection lost, trying again'"
     browser.wait(f"{lost} && document.body.classList.contains('stale')", 20.0)
-    page.view = NodeProcess("web_view", NS, port=page.port)
+    page.serve()
     browser.wait("document.querySelector('#link').textContent === 'replay' && !document.body.classList.contains('stale')", 60.0)
     browser.wait(f"document.querySelector('#clock').textContent !== {before!r}", 20.0)
     assert browser.value("window.marker") == "the same page"
