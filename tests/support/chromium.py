@@ -164,7 +164,8 @@ class Chromium:
             if found := self.value(f"(() => {{ try {{ return {script} }} catch (e) {{ return false }} }})()"):
                 return found
             time.sleep(0.1)
-        raise AssertionError(f"not within {seconds:g} s: {script}\nerrors on the page: {self.errors}")
+        seen = self.value("document.body?.innerText.slice(0, 300)")
+        raise AssertionError(f"not within {seconds:g} s: {script}\nerrors on the page: {self.errors}\nit begins: {seen}")
 
     def press(self, key: str) -> None:
         """Press and let go one key."""

@@ -76,7 +76,7 @@ def test_lines_of_one_chart_are_told_apart(theme, vision):
 
 @pytest.mark.parametrize("vision", VISION)
 def test_cool_and_warm_are_told_apart(vision):
-    stops = re.search(r"const STOPS = (\[\[.*?\]\]);", (ASSETS / "colours.js").read_text())[1]
+    stops = re.search(r"const STOPS = \[(.*?)\];", (ASSETS / "colours.js").read_text(), re.DOTALL)[1]
     scale = [np.array([float(part) for part in stop.split(",")]) / 255.0 for stop in re.findall(r"\[(\d+, \d+, \d+)\]", stops)]
     assert len(scale) == 6
     for one, other in itertools.pairwise(scale):
@@ -86,6 +86,6 @@ def test_cool_and_warm_are_told_apart(vision):
 
 def test_no_state_is_told_by_colour_alone():
     """Every state of a sensor or a node has a mark of its own shape, or is one of failure alike."""
-    marks = dict(re.findall(r'(\w+): "(.)"', re.search(r"const MARKS = \{(.*?)\}", (ASSETS / "panels.js").read_text())[1]))
+    marks = dict(re.findall(r'(\w+): "(.)"', re.search(r"const MARKS = \{(.*?)\}", (ASSETS / "health.js").read_text())[1]))
     assert set(marks) == {"ok", "warn", "error", "stopped", "silent", "absent", "paused"}
     assert len({marks[state] for state in ("ok", "warn", "error", "absent", "paused")}) == 5

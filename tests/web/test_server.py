@@ -182,10 +182,20 @@ def test_an_address_that_is_taken_is_said_in_one_line(served):
         PageServer(served.board, "192.0.2.1", 0, "", lambda name, value: None, lambda name: []).start()
 
 
-def test_stopping_frees_the_port(serve):
+def test_stopping_waits_for_no_browser_and_frees_the_port(serve):
     served = serve()
     port = served.server.access.port
+    lazy = [socket.create_connection(("127.0.0.1", port)) for _ in range(12)]  # each a browser that never answers
+    for connection in lazy:
+        connection.sendall(
+            b"GET /ws HTTP/1.1\r\nHost: 127.0.0.1\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
+            b"Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==\r\n\r\n"
+        )
+        assert connection.recv(12) == b"HTTP/1.1 101"
     served.server.stop()
+    assert not served.server.running
+    for connection in lazy:
+        connection.close()
     with socket.socket() as probe:
         probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         probe.bind(("127.0.0.1", port))

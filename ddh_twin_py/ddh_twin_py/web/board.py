@@ -15,7 +15,7 @@ from ddh_twin_py.web.history import History, row_index
 from ddh_twin_py.web.streams import BY_NAME, COLUMNS, FIRST, NUMBER, PLACE, STREAMS, Stream
 
 STRAGGLE = 10
-"""Rows (0.5 s) that a message may be late; a larger step back is a clock that jumped."""
+"""Rows (0.5 s) that a message of the clock's stream may be late; a larger step back is a clock that jumped."""
 AHEAD = 40
 """Rows (2 s) by which a stream may be ahead of the clock of the page; what is further ahead is of the time before a jump."""
 MOST_ROWS = 8
@@ -60,34 +60,42 @@ class Board:
     def _take_rows(self, stream: Stream, index: np.ndarray, values: np.ndarray) -> None:
         if not index.size:
             return
-        before = np.maximum.accumulate(np.concatenate(([self._newest.get(stream.name, -1)], index[:-1])))
-        back = np.flatnonzero(index < before - STRAGGLE)
-        if back.size:
-            self._take_rows(stream, index[: back[0]], values[: back[0]])
-            self._jump_back(stream, int(index[back[0]]))
-            self._take_rows(stream, index[back[0] :], values[back[0] :])
-            return
+        if self._clock() in (stream.name, None):
+            before = np.maximum.accumulate(np.concatenate(([self._newest.get(stream.name, -1)], index[:-1])))
+            back = np.flatnonzero(index < before - STRAGGLE)
+            if back.size:
+                self._take_rows(stream, index[: back[0]], values[: back[0]])
+                self.jumps += 1
+                self.now = int(index[back[0]])
+                self._forget(stream)
+                self._take_rows(stream, index[back[0] :], values[back[0] :])
+                return
+        elif self._newest.get(stream.name, -1) > self.now + AHEAD:
+            self._forget(stream)
         self._advance_clock(stream, int(index.max()))
-        wanted = (index <= self.now + AHEAD) & (index > self.now - self.history.reach)
-        wanted &= index >= before  # the row of a straggler has been given out
+        wanted = (index <= self.now + AHEAD) & (index > self.now + AHEAD - self.history.reach)
         if not wanted.any():
             return
-        index, values = index[wanted], values[wanted].astype(np.float32)
+        order = np.argsort(index[wanted], kind="stable")
+        index, values = index[wanted][order], values[wanted][order].astype(np.float32)
         last = np.append(index[1:] != index[:-1], True)
-        index, values = index[last], values[last]
+        self._keep(stream, index[last], values[last])
+
+    def _keep(self, stream: Stream, index: np.ndarray, values: np.ndarray) -> None:
+        """Rows in ascending order; what comes late goes to its place and is not the newest."""
         self.history.write(FIRST[stream.name], index, values)
+        self._fresh.setdefault(stream.name, []).append((index, values))
+        if index[-1] < self._newest.get(stream.name, -1):
+            return
         self._newest[stream.name] = int(index[-1])
         latest = self._latest[FIRST[stream.name] : FIRST[stream.name] + len(stream.fields)]
         latest[:] = np.where(np.isnan(values[-1]), latest, values[-1]) if stream.sparse else values[-1]
-        self._fresh.setdefault(stream.name, []).append((index, values))
 
-    def _jump_back(self, stream: Stream, index: int) -> None:
-        self.jumps += 1
-        self.history.forget_from(FIRST[stream.name], len(stream.fields), index)
-        self._newest[stream.name] = index - 1
+    def _forget(self, stream: Stream) -> None:
+        """The clock jumped back to `now`: what this stream said of later times is of another run."""
+        self.history.forget_from(FIRST[stream.name], len(stream.fields), self.now)
+        self._newest[stream.name] = -1
         self._fresh.pop(stream.name, None)
-        if self._clock() in (stream.name, None):
-            self.now = index
 
     def _clock(self) -> str | None:
         return next((name for name in CLOCKS if name in self._newest), None)
@@ -144,6 +152,8 @@ class Board:
         with self._lock:
             blocks = []
             for name, index in self._newest.items():
+                if index < 0:
+                    continue
                 first, width = FIRST[name], len(BY_NAME[name].fields)
                 blocks.append(Block(NUMBER[name], np.array([index]), self._latest[None, first : first + width]))
             return encode(self._frame, self.now, blocks)

@@ -25,6 +25,7 @@ from ddh_twin_py.web.viewers import Viewer, Viewers
 MOST_VIEWERS = 50
 _LONGEST_MESSAGE = 4096  # bytes from a browser
 _HEARTBEAT = 15.0  # s
+_FAREWELL = 1.0  # s that a browser has to answer that the server ends
 _MOST_COLUMNS = 64
 _START = 10.0  # s until the port is bound, or is not
 _ANSWER = 10.0  # s that a command may take
@@ -99,8 +100,7 @@ class PageServer:
         return site._server.sockets[0].getsockname()[1]
 
     async def _unbind(self) -> None:
-        for viewer in list(self._viewers.all):
-            await viewer.leave()
+        await asyncio.gather(*(viewer.leave() for viewer in list(self._viewers.all)), return_exceptions=True)
         await self._runner.cleanup()
 
     def stop(self) -> None:
@@ -108,6 +108,11 @@ class PageServer:
         if self._thread.is_alive():
             self._loop.call_soon_threadsafe(self._loop.stop)
             self._thread.join(5.0)
+
+    @property
+    def running(self) -> bool:
+        """Whether the thread of the server still runs."""
+        return self._thread.is_alive()
 
     @property
     def viewers(self) -> int:
@@ -189,7 +194,7 @@ class PageServer:
     async def _socket(self, request: web.Request) -> web.StreamResponse:
         if self.viewers >= MOST_VIEWERS:
             return web.Response(status=503, text=f"{MOST_VIEWERS} browsers look at the page already\n")
-        socket = web.WebSocketResponse(heartbeat=_HEARTBEAT, compress=False, max_msg_size=_LONGEST_MESSAGE)
+        socket = web.WebSocketResponse(timeout=_FAREWELL, heartbeat=_HEARTBEAT, compress=False, max_msg_size=_LONGEST_MESSAGE)
         await socket.prepare(request)
         viewer = Viewer(_Connection(socket, request), set(self._board.texts()))
         await socket.send_str(json.dumps({"doc": "version", "data": version(self._files)}))

@@ -42,7 +42,10 @@ export class Arrows {
         const at = this.offset + i * SPACING;
         const point = line.points[Math.min(line.points.length - 1, Math.round(at / 2))];
         const fits = at <= line.length;
-        arrow.setAttribute("transform", fits ? `translate(${point[0]} ${point[1]}) rotate(${point[2] + turn}) scale(${this.size.toFixed(2)})` : "translate(-99 -99)");
+        arrow.setAttribute(
+          "transform",
+          fits ? `translate(${point[0]} ${point[1]}) rotate(${point[2] + turn}) scale(${this.size.toFixed(2)})` : "translate(-99 -99)",
+        );
       });
     }
   }

@@ -1,5 +1,12 @@
 /* Temperature to colour: ColorBrewer's RdYlBu, which colour-blind people can read; every colour stands beside its number. */
-const STOPS = [[69, 117, 180], [145, 191, 219], [224, 243, 248], [254, 224, 144], [252, 141, 89], [215, 48, 39]];
+const STOPS = [
+  [69, 117, 180],
+  [145, 191, 219],
+  [224, 243, 248],
+  [254, 224, 144],
+  [252, 141, 89],
+  [215, 48, 39],
+];
 const LEAST = 15; // K that the scale spans at least
 const STEP = 5; // K, to which its ends are rounded
 

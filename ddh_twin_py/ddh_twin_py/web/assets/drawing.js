@@ -8,8 +8,15 @@ const STROKE = 160; // of the drawing's units
 const BORE = [410, 672];
 const PISTON = [446, 462];
 const SENSOR_OF = {
-  end_winding: "motor_winding", housing: "motor_housing", pump_1_case: "pump_1_case", pump_2_case: "pump_2_case", tank_oil: "tank_oil",
-  tank_wall: "tank_wall", cylinder_barrel: "cylinder_barrel", line_a_wall: "line_a", line_b_wall: "line_b",
+  end_winding: "motor_winding",
+  housing: "motor_housing",
+  pump_1_case: "pump_1_case",
+  pump_2_case: "pump_2_case",
+  tank_oil: "tank_oil",
+  tank_wall: "tank_wall",
+  cylinder_barrel: "cylinder_barrel",
+  line_a_wall: "line_a",
+  line_b_wall: "line_b",
 };
 const SHORT_DIGITS = 0;
 
@@ -59,11 +66,17 @@ export class Drawing {
       const value = known.get(part.dataset.node);
       const there = Number.isFinite(value) && this.scale.low !== null;
       const colour = there ? this.scale.css(value) : "";
-      if (part.tagName === "path" && (part.classList.contains("pipe-oil") || part.classList.contains("pipe-wall") || part.classList.contains("port"))) part.style.stroke = colour;
+      if (
+        part.tagName === "path" &&
+        (part.classList.contains("pipe-oil") || part.classList.contains("pipe-wall") || part.classList.contains("port"))
+      )
+        part.style.stroke = colour;
       else part.style.fill = colour;
       part.classList.toggle("unknown", !there);
     }
-    for (const label of this.on) if (Number.isFinite(known.get(label.dataset.on))) for (const text of [label, ...label.children]) text.style.fill = this.scale.ink(known.get(label.dataset.on));
+    for (const label of this.on)
+      if (Number.isFinite(known.get(label.dataset.on)))
+        for (const text of [label, ...label.children]) text.style.fill = this.scale.ink(known.get(label.dataset.on));
     for (const label of this.shown) {
       const text = this.text(label.dataset);
       if (label.textContent !== text) label.textContent = text;
@@ -83,7 +96,8 @@ export class Drawing {
     const name = what.show;
     if (name === "payload") return store.documents.rig ? `${number(store.documents.rig.payload_mass, 1)} kg` : "";
     if (name === "stroke") return `${number(store.page.rig.stroke * 1000, 0)} mm`;
-    if (name.startsWith("pressure_")) return quantity(measured(store, `hydraulics.${name}`, `state.${name}`) * 1e-5, what.short ? 0 : 1, "bar");
+    if (name.startsWith("pressure_"))
+      return quantity(measured(store, `hydraulics.${name}`, `state.${name}`) * 1e-5, what.short ? 0 : 1, "bar");
     if (name === "rod_velocity") return quantity(measured(store, "hydraulics.rod_velocity", "state.rod_velocity") * 1000, 0, "mm/s");
     if (name.endsWith("_flow")) {
       const value = store.value(name) * 6e4;
@@ -92,7 +106,7 @@ export class Drawing {
     if (name.startsWith("state.")) {
       const value = store.value(name);
       if (!Number.isFinite(value)) return "";
-      return what.heat ? `heat ${watts(value)}` : watts(value);
+      return what.heat ? `heat ${watts(value)}` : watts(value, what.short ? 1 : 2);
     }
     const value = name === "ambient" ? measured(store, "estimate.ambient", "ambient.reading") : this.temperature(name);
     if (!Number.isFinite(value)) return "";
@@ -135,7 +149,8 @@ export class Drawing {
     const by = new Map(rows.map((row) => [row.topic, row]));
     for (const badge of this.sensors) {
       const row = by.get(badge.dataset.sensor);
-      for (const state of ["ok", "warn", "error", "stopped", "paused", "absent"]) badge.classList.toggle(state, row ? row.state === state : state === "absent");
+      for (const state of ["ok", "warn", "error", "stopped", "paused", "absent"])
+        badge.classList.toggle(state, row ? row.state === state : state === "absent");
       badge.querySelector("title").textContent = row ? `${words(row.name)}: ${row.why}` : badge.dataset.sensor;
     }
   }
@@ -152,15 +167,22 @@ export class Drawing {
       badge.classList.toggle("gap", Boolean(row));
       badge.querySelector(".gap-size").textContent = row ? `${number(Math.abs(row.floors), 1)} ×` : "";
     }
-    for (const group of this.svg.querySelectorAll("[data-component]")) group.classList.toggle("pointed", Boolean(gap && gap.component && group.dataset.component === gap.component));
+    for (const group of this.svg.querySelectorAll("[data-component]"))
+      group.classList.toggle("pointed", Boolean(gap && gap.component && group.dataset.component === gap.component));
   }
 
   /* Rows of the table of all temperatures. */
   table(body) {
     if (!this.store.page) return;
-    const nodes = this.store.page.quantities.filter((q) => q.group === "temperatures" && this.store.place.has(`estimate.${q.id.slice(12)}.temperature`));
+    const nodes = this.store.page.quantities.filter(
+      (q) => q.group === "temperatures" && this.store.place.has(`estimate.${q.id.slice(12)}.temperature`),
+    );
     if (body.childElementCount !== nodes.length) {
-      body.replaceChildren(...nodes.map((q) => element("tr", {}, element("th", { scope: "row" }, q.label), ...[0, 1, 2].map(() => element("td", { class: "n" })))));
+      body.replaceChildren(
+        ...nodes.map((q) =>
+          element("tr", {}, element("th", { scope: "row" }, q.label), ...[0, 1, 2].map(() => element("td", { class: "n" }))),
+        ),
+      );
     }
     nodes.forEach((q, i) => {
       const node = q.id.slice(12);

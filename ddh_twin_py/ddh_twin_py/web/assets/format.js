@@ -13,8 +13,8 @@ export function plain(value, figures = 3) {
   return number(value, Math.max(0, figures - 1 - Math.floor(Math.log10(Math.abs(value)))));
 }
 
-export function watts(value) {
-  return Math.abs(value) < 999.5 ? number(value, 0) + " W" : number(value / 1000, 2) + " kW";
+export function watts(value, digits = 2) {
+  return Math.abs(value) < 999.5 ? number(value, 0) + " W" : number(value / 1000, digits) + " kW";
 }
 
 export function words(name) {

@@ -67,7 +67,7 @@ export class Link {
       this.tries = 0;
       this.set("live");
     }
-    if (this.last !== 0 && number > this.last + 1 || this.last === 0) for (const listener of this.missed) listener();
+    if ((this.last !== 0 && number > this.last + 1) || this.last === 0) for (const listener of this.missed) listener();
     this.last = number;
     if (++this.unseen < SEEN) return;
     this.socket.send(JSON.stringify({ seen: this.unseen }));

@@ -2,8 +2,10 @@
 import { Charts } from "./charts.js";
 import { Drawing } from "./drawing.js";
 import { dayAndTime, number } from "./format.js";
+import { gap } from "./gap.js";
+import { Nodes, Sensors } from "./health.js";
 import { Link } from "./link.js";
-import * as panels from "./panels.js";
+import { limits } from "./margins.js";
 import { Player } from "./player.js";
 import { Store } from "./store.js";
 
@@ -12,8 +14,8 @@ const root = document.documentElement;
 const store = new Store();
 const drawing = new Drawing(store, get("circuit"));
 const charts = new Charts(store, get("chart-list"), get("windows"));
-const nodes = new panels.Nodes(get("nodes"));
-const sensors = new panels.Sensors(get("sensors"), newest);
+const nodes = new Nodes(get("nodes"));
+const sensors = new Sensors(get("sensors"), newest);
 
 function newest(topic) {
   if (!topic.startsWith("temperature/")) return "";
@@ -27,10 +29,19 @@ function theme(name, keep) {
   root.dataset.theme = name;
   get("theme").textContent = name === "dark" ? "Light" : "Dark";
   charts.repaint();
-  if (keep) try { localStorage.setItem("ddh-twin-theme", name); } catch { /* private windows have no storage */ }
+  if (keep)
+    try {
+      localStorage.setItem("ddh-twin-theme", name);
+    } catch {
+      /* private windows have no storage */
+    }
 }
 function chosen() {
-  try { return localStorage.getItem("ddh-twin-theme"); } catch { return null; }
+  try {
+    return localStorage.getItem("ddh-twin-theme");
+  } catch {
+    return null;
+  }
 }
 const dark = matchMedia("(prefers-color-scheme: dark)");
 theme(chosen() ?? (dark.matches ? "dark" : "light"), false);
@@ -51,9 +62,9 @@ function heading() {
 }
 
 function document_(name, data) {
-  if (name === "limits") panels.limits(get("limits-body"), data);
+  if (name === "limits") limits(get("limits-body"), data);
   else if (name === "gap") {
-    panels.gap(get("gap-body"), get("verdict"), data);
+    gap(get("gap-body"), get("verdict"), data);
     drawing.gapIs(data);
   } else if (name === "health") nodes.show(data);
   else if (name === "sensors") {
@@ -86,7 +97,8 @@ function said() {
 const link = new Link(store, said);
 const player = new Player(link);
 let fetching = null;
-function lookBack() { // more than one reason at a time is one reason; once more when what lags behind has come too
+function lookBack() {
+  // more than one reason at a time is one reason; once more when what lags behind has come too
   clearTimeout(fetching);
   fetching = setTimeout(async () => {
     await charts.fetch();

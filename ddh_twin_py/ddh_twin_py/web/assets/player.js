@@ -16,8 +16,13 @@ export class Player {
     this.play.addEventListener("click", () => this.toggle());
     get("back").addEventListener("click", () => this.step(-10));
     get("on").addEventListener("click", () => this.step(10));
-    this.slider.addEventListener("input", () => { this.held = true; this.place(Number(this.slider.value)); });
-    this.slider.addEventListener("change", () => { this.seek(Number(this.slider.value)); });
+    this.slider.addEventListener("input", () => {
+      this.held = true;
+      this.place(Number(this.slider.value));
+    });
+    this.slider.addEventListener("change", () => {
+      this.seek(Number(this.slider.value));
+    });
     this.rate.addEventListener("change", () => this.wish("rate", Number(this.rate.value)));
   }
 
@@ -68,6 +73,11 @@ export class Player {
       if (![...this.rate.options].some((option) => option.value === text)) this.rate.add(new Option(`${text} ×`, text));
       this.rate.value = text;
     }
-    if (!this.note.textContent.startsWith("✕")) this.note.textContent = data.waiting ? "waits for the nodes" : data.rate === 0 && !data.paused && !data.ended ? `${data.speed.toFixed(1)} × real time` : "";
+    if (!this.note.textContent.startsWith("✕"))
+      this.note.textContent = data.waiting
+        ? "waits for the nodes"
+        : data.rate === 0 && !data.paused && !data.ended
+          ? `${data.speed.toFixed(1)} × real time`
+          : "";
   }
 }

@@ -1,4 +1,7 @@
 /* What has come: the newest value of every column, documents by name, and who wants to know. */
+const AHEAD = 40; // rows that a stream may be ahead of the clock
+const JUMP = 2400; // rows on, from which the charts are fetched anew
+
 export class Store {
   constructor() {
     this.page = null;
@@ -32,7 +35,7 @@ export class Store {
     this.streams = page.streams.map((stream) => {
       const first = at;
       for (const field of stream.fields) this.place.set(`${stream.name}.${field}`, at++);
-      return { name: stream.name, first: first, width: stream.fields.length };
+      return { name: stream.name, first: first, width: stream.fields.length, newest: 0 };
     });
     this.latest = new Float32Array(at).fill(NaN);
     this.tell("ready", page);
@@ -52,19 +55,23 @@ export class Store {
     const size = new DataView(buffer).getUint32(0, true);
     const header = JSON.parse(new TextDecoder().decode(new Uint8Array(buffer, 4, size)));
     if (!this.page) return header.n;
-    const jumped = header.t < this.row - 40 || header.t > this.row + 2400;
+    const jumped = header.t < this.row - AHEAD || header.t > this.row + JUMP;
     if (header.t !== this.row) this.cameAt = performance.now();
     this.row = header.t;
     if (jumped) this.tell("jump");
     let at = 4 + size;
     for (const [number, before] of header.b) {
       const stream = this.streams[number];
+      if (stream.newest > header.t + AHEAD) stream.newest = 0; // of the time before a jump
       for (const behind of before) {
         const values = new Float32Array(buffer, at, stream.width);
+        const row = header.t - behind;
         at += 4 * stream.width;
-        this.tell("rows", header.t - behind, stream, values);
+        this.tell("rows", row, stream, values);
+        if (row < stream.newest) continue; // came late
+        stream.newest = row;
+        this.latest.set(values, stream.first);
       }
-      if (before.length) this.latest.set(new Float32Array(buffer, at - 4 * stream.width, stream.width), stream.first);
     }
     return header.n;
   }
