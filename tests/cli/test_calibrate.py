@@ -1,10 +1,11 @@
 """The verb calibrate: what it writes, says and returns; the rig file in other verbs."""
 
+import html
 import json
 import re
 from dataclasses import replace
 
-import ddh_twin_py.estimation.calibration as calibration
+import ddh_twin_py.estimation.fitting as fitting
 import pytest
 from ddh_twin_py.bags.reader import read_recording
 from ddh_twin_py.bags.writer import write_recording
@@ -33,7 +34,7 @@ def test_rig_file_page_and_json_agree(fitted):
     data = json.loads((out / "fit.json").read_text())
     rig, page = load_rig(out / "rig.yaml"), (out / "fit.html").read_text()
     assert code == 0
-    assert data["verdict"] in page and "http" not in page.split("<main>")[1].split("<script>")[0]
+    assert data["verdict"] in html.unescape(page) and "http" not in page.split("<main>")[1].split("<script>")[0]
     groups = {p["name"]: p["group"] for p in data["parameters"]}
     assert groups["pump_1.leakage"] == "informed" and groups["tank.emissivity"] == "refused"
     assert data["refused"] == ["tank.emissivity"]

@@ -9,7 +9,7 @@ import re
 import threading
 import time
 
-from ddh_twin_py.cli.arguments import InputError, add_rig, add_verb, output_file
+from ddh_twin_py.cli.arguments import InputError, add_quiet, add_rig, add_verb, output_file
 
 _EXAMPLE = """\
   ddh-twin view                                   what runs in the namespace /ddh
@@ -41,6 +41,7 @@ def add_parser(subparsers) -> None:
     add_rig(parser)
     parser.add_argument("--normal-file", metavar="FILE", help="normal levels of the running test of a gap, with BAG; see ddh-twin up")
     parser.add_argument("--no-browser", action="store_true", help="only say where the page is")
+    add_quiet(parser, "the page's address alone")
     parser.add_argument("--log", metavar="FILE", type=output_file, default="out/view.log", help="what the nodes say (default out/view.log)")
 
 
@@ -88,7 +89,8 @@ def run(args: argparse.Namespace) -> int:
             if time.monotonic() - started > _START:
                 raise InputError(f"no page after {_START:g} s; see {args.log}")
         print(f"page: {page[0]}", flush=True)
-        print(f"{_what(args, graph.domain)}; Ctrl-C ends it", flush=True)
+        if not args.quiet:
+            print(f"{_what(args, graph.domain)}; Ctrl-C ends it", flush=True)
         if not args.no_browser:
             _open(page[0])
         while True:

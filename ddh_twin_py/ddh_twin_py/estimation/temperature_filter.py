@@ -325,7 +325,8 @@ def predict_covariance(params, dynamic, deviation, covariance, sensor_node, lag,
         covariance[_SMALL_OIL[k], _SMALL_OIL[k]] += _MIXING * _MIXING * elapsed
     for k in range(N_EDGES):
         i, j = _EDGE_I[k], _EDGE_J[k]
-        power = 2.0 * _BILINEAR_TIME * elapsed * bilinear[k]
+        evens = edge[k] * (1.0 / capacity[i] + 1.0 / capacity[j])  # a difference that goes within seconds is not driven for minutes
+        power = 2.0 * _BILINEAR_TIME / (1.0 + _BILINEAR_TIME * evens) * elapsed * bilinear[k]
         at_i, at_j = transition[i, i] / capacity[i], transition[j, j] / capacity[j]
         covariance[i, i] += power * at_i * at_i
         covariance[j, j] += power * at_j * at_j
