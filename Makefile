@@ -1,6 +1,6 @@
 # Each target sets up what it needs; a set-up that is complete costs nothing.
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test bench lint clean distclean
+.PHONY: help setup demo test bench docs lint clean distclean
 
 help: ## this list
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-10s %s\n", $$1, $$2 }' Makefile
@@ -12,11 +12,17 @@ demo: setup ## replay bags/paper_cycle through the live nodes, write out/demo/re
 	@.venv/bin/ddh-twin demo
 
 test: setup ## all tests; a selection with ARGS="-k oil"
+	@scripts/tools.sh --optional
 	@scripts/test.sh $(ARGS)
 
 bench: setup ## print speed and memory, also beside other tools, and write out/bench.json
 	@scripts/bench_tools.sh
 	@.venv/bin/ddh-twin bench
+
+docs: setup ## the documents as a site, out/site/index.html
+	@scripts/tools.sh
+	@.venv/tools/bin/sphinx-build -W --keep-going -q -b html -d out/doctrees docs out/site
+	@echo "docs: out/site/index.html"
 
 lint: setup ## ruff
 	@.venv/bin/ruff check .

@@ -14,6 +14,7 @@ NODES = (
     "gap_monitor",
     "bag_player",
     "bag_recorder",
+    "web_view",
 )
 
 
@@ -54,7 +55,7 @@ setup(
         ("share/ament_index/resource_index/packages", [f"resource/{NAME}"]),
         (f"share/{NAME}", ["package.xml"]),
         *shared("launch", "*.launch.py"),
-        *shared("config", "*.yaml", "*.xml"),
+        *shared("config", "*.yaml", "*.xml", "*.json"),
     ],
     entry_points={
         "console_scripts": [

@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
-# Writes requirements/lock-py312.txt and lock-py311.txt from the .in files, and lock-bench-py312.txt and
-# lock-bench-py311.txt (what `make bench` compares with) from bench.in, each with the Python that it is for: every package, direct or not, with its version and the hashes of its wheels.
+# Writes requirements/lock-py312.txt and lock-py311.txt from the .in files, lock-bench-py312.txt and lock-bench-py311.txt (what
+# `make bench` compares with) from bench.in, lock-tools-py312.txt and lock-tools-py311.txt (what checks the FMU and builds the
+# site) from tools.in, each with the Python that it is for: every package, direct or not, with its version and hashes.
 # Keeps what is locked where the .in files still allow it; --upgrade takes the newest.
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd -P)
@@ -25,7 +26,10 @@ for minor in 12 11; do
   CUSTOM_COMPILE_COMMAND=scripts/lock.sh "$scratch/$minor/bin/pip-compile" -q "$@" --generate-hashes --allow-unsafe \
     --strip-extras --no-emit-index-url --no-emit-find-links --no-emit-trusted-host \
     -c "lock-py3$minor.txt" -o "lock-bench-py3$minor.txt" bench.in
-  for lock in "lock-py3$minor.txt" "lock-bench-py3$minor.txt"; do
+  CUSTOM_COMPILE_COMMAND=scripts/lock.sh "$scratch/$minor/bin/pip-compile" -q "$@" --generate-hashes --allow-unsafe \
+    --strip-extras --no-emit-index-url --no-emit-find-links --no-emit-trusted-host \
+    -o "lock-tools-py3$minor.txt" tools.in
+  for lock in "lock-py3$minor.txt" "lock-bench-py3$minor.txt" "lock-tools-py3$minor.txt"; do
     grep -c '^[a-zA-Z0-9].*==' "$lock" | sed "s/^/lock: $lock: /; s/\$/ packages/"
   done
 done

@@ -46,6 +46,7 @@ def test_every_verdict_is_written_and_is_a_success(kind, engine, case, tmp_path,
     assert main(["gap", str(case), "--json", str(out / "g.json"), "--html", str(out / "g.html")]) == 0
     data = json.loads((out / "g.json").read_text(), parse_constant=pytest.fail)
     jsonschema.validate(data, json.loads((shared_dir / "gap_report.schema.json").read_text()))
+    assert data.pop("end_matter")["data_split"] == f"Held out: {engine.answer.report['held_out']}."
     assert data == json.loads(json.dumps(engine.answer.report))
     assert engine.answer.sentence in html.unescape((out / "g.html").read_text())
     said, _ = capsys.readouterr()

@@ -50,7 +50,7 @@ def test_changed_truth_is_refused_in_one_line(answered, capsys):
 @pytest.mark.parametrize(("words", "said"), [
     (["frob", "out"], "'frob' is no step, valid are make, run, score"),
     (["score", "a", "b"], "score: 2 folders were given, one is needed"),
-    (["score", "a", "--suite", "nne"], "--suite: value is 'nne', allowed are none, single, two"),
+    (["score", "a", "--suite", "nne"], "--suite: no suite 'nne'; the nearest is 'none', valid are none, single, two"),
     (["score", "nowhere"], "nowhere/plan.sha256: no seal"),
 ])
 def test_wrong_words(words, said, capsys):

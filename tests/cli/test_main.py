@@ -4,6 +4,7 @@ import signal
 import subprocess
 import sys
 import time
+from importlib import import_module
 
 import pytest
 from ddh_twin_py.cli import main as cli
@@ -11,7 +12,7 @@ from ddh_twin_py.cli.main import main
 from ddh_twin_py.rig.files import write_whole
 
 VERBS = ("replay", "calibrate", "info", "simulate", "bench", "verify", "demo", "up", "motor", "paper", "study", "gap",
-         "gap-design", "fleet", "gap-bench", "real")
+         "gap-design", "fleet", "gap-bench", "real", "export", "import", "doctor", "fmu", "layouts", "view", "completion")
 
 
 def failure(capsys, *argv: str) -> str:
@@ -194,5 +195,5 @@ def test_version_and_no_verb(capsys):
 def test_every_verb_is_a_module_with_a_docstring():
     assert set(cli.VERBS) == set(VERBS)
     for name in VERBS:
-        module = __import__(f"ddh_twin_py.cli.{name.replace('-', '_')}", fromlist=["run"])
+        module = import_module(cli._module(name))
         assert module.__doc__.startswith(f"`ddh-twin {name}`") and callable(module.run)

@@ -9,8 +9,8 @@ def test_table_json_and_page_agree(tmp_path, capsys):
     page, numbers = tmp_path / "paper.html", tmp_path / "paper.json"
     assert main(["paper", "--html", str(page), "--json", str(numbers)]) == 0
     out = capsys.readouterr().out
-    rows = json.loads(numbers.read_text())
-    assert isinstance(rows, list) and len(rows) > 20
+    rows = json.loads(numbers.read_text())["rows"]
+    assert len(rows) > 20
     for row in rows:
         assert {"result", "paper", "twin", "unit", "explanation"} <= set(row)
     html = page.read_text()
@@ -23,7 +23,7 @@ def test_table_json_and_page_agree(tmp_path, capsys):
 
 def test_json_to_standard_output_is_alone_there(capsys):
     assert main(["paper", "--json", "-", "--quiet"]) == 0
-    assert len(json.loads(capsys.readouterr().out)) > 20
+    assert len(json.loads(capsys.readouterr().out)["rows"]) > 20
 
 
 def test_a_rig_file_that_is_missing_is_one_line(capsys):

@@ -7,9 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from ddh_twin_py.bags.reader import read_recording
-from ddh_twin_py.estimation.calibration import AIR, INFORMED, SKEW, CalibrationError, calibrate
+from ddh_twin_py.estimation.calibration import INFORMED, CalibrationError, calibrate
 from ddh_twin_py.estimation.experiment import Experiment
 from ddh_twin_py.estimation.held_out import held_out
+from ddh_twin_py.estimation.unknowns import AIR, SKEW
 from ddh_twin_py.rig import load_rig
 from ddh_twin_py.twin.duty import load_duty
 from ddh_twin_py.twin.simulated_rig import SimulatedRig

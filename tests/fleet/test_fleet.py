@@ -9,6 +9,7 @@ import types
 from concurrent.futures import Future
 from pathlib import Path
 
+import pyarrow.parquet
 import pytest
 from ddh_twin_py.bags.reader import read_recording
 from ddh_twin_py.bags.writer import write_recording
@@ -177,22 +178,12 @@ def test_the_page_shows_each_rig_over_time_and_all_recordings():
     assert fleet_document("x", [Row("c", error="torn")], "").html().count("<svg") == 0
 
 
-def test_parquet_or_how_to_install_it(tmp_path, monkeypatch):
+def test_parquet(tmp_path):
     path = tmp_path / "deep" / "fleet.parquet"
-    try:
-        import pyarrow.parquet
-    except ImportError:
-        pyarrow = None
-    if pyarrow is not None:
-        write_parquet(path, some_rows())
-        table = pyarrow.parquet.read_table(path)
-        assert table.column_names == list(COLUMNS) and table.column("size").to_pylist()[3] is None
-        assert table.column("begin").to_pylist()[0].isoformat() == "2026-01-01T00:00:00+00:00"
-    monkeypatch.setitem(sys.modules, "pyarrow", None)
-    monkeypatch.setitem(sys.modules, "pyarrow.parquet", None)
-    with pytest.raises(FleetError, match="pip install pyarrow"):
-        write_parquet(path, some_rows())
-    assert not list(path.parent.glob("*.part"))
+    write_parquet(path, some_rows())
+    table = pyarrow.parquet.read_table(path)
+    assert table.column_names == list(COLUMNS) and table.column("size").to_pylist()[3] is None
+    assert table.column("begin").to_pylist()[0].isoformat() == "2026-01-01T00:00:00+00:00"
 
 
 class FakeClient:

@@ -5,6 +5,7 @@ import time
 
 import numpy as np
 import pytest
+import yaml
 from ddh_twin_py.bags.damage import with_clock_jump, with_stuck_sensor, with_value, with_wrong_unit
 from ddh_twin_py.bags.writer import write_recording
 from ddh_twin_py.estimation.replay import replay
@@ -280,3 +281,21 @@ def test_two_rigs_on_one_network_stay_apart(graph, short_bag, listener):
         wait_for(lambda: len(theirs) >= 350, 10.0, "states of the other rig")
         other.stop()
     assert not ours
+
+
+def test_every_status_has_its_place_in_the_tree_of_rqt(recorded, repo_root):
+    """What no analyzer takes would stand under "Other"."""
+    parameters = yaml.safe_load((repo_root / "ddh_twin_py/config/layouts/diagnostic_aggregator.yaml").read_text())
+
+    def prefixes(node):
+        if isinstance(node, dict):
+            yield from node.get("startswith", ())
+            for child in node.values():
+                yield from prefixes(child)
+
+    begins = tuple(prefixes(parameters))
+    names = {status.name for message in raw_messages(recorded, DiagnosticArray, "/diagnostics") for status in message.status}
+    assert names and not {name for name in names if not name.startswith(begins)}
+    machine = tuple(prefixes(parameters["analyzers"]["ros__parameters"]["machine"]))
+    streams = {name for name in names if name.split(": ")[1].startswith(("drive/", "hydraulics/telemetry"))}
+    assert streams and all(name.startswith(machine) for name in streams)

@@ -37,6 +37,7 @@ def result() -> ReplayResult:
         warm = 300.0 + 0.1 * when
         sensors[name] = SensorComparison(
             node, when, warm, warm + off, warm + 0.02, np.full(40, 0.2), rig.sensors["temperature"].noise, True,
+            np.searchsorted(time, when),
         )
         innovations += [Innovation(i, name, 300.1, 300.0, 0.1, i > 0) for i in range(40)]
     recording = Recording(

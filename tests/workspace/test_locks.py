@@ -60,8 +60,16 @@ def test_bench_lock_pins_its_tools_and_agrees_with_the_twins(version, repo_root)
     assert {name: bench[name][0] for name in both} == {name: twin[name][0] for name in both}
 
 
+@pytest.mark.parametrize("version", VERSIONS)
+def test_tools_lock_pins_everything(version, repo_root):
+    lock = locked((repo_root / f"requirements/lock-tools-{version}.txt").read_text())
+    assert all(hashes >= 1 for _, hashes in lock.values())
+    for requirement in asked_for((repo_root / "requirements/tools.in").read_text()):
+        assert requirement.specifier.contains(lock[canonicalize_name(requirement.name)][0])
+
+
 def test_every_line_of_the_twins_requirements_has_a_reason(repo_root):
-    for name in ("twin.in", "dev.in", "bench.in"):
+    for name in ("twin.in", "dev.in", "bench.in", "tools.in"):
         for line in (repo_root / "requirements" / name).read_text().splitlines():
             assert "# " in line, f"{name}: {line}"
 
@@ -78,8 +86,8 @@ def test_what_is_asked_for_is_what_is_imported(repo_root):
     providers = importlib.metadata.packages_distributions()
     asked = {canonicalize_name(r.name) for r in asked_for((repo_root / "requirements/twin.in").read_text())}
     used = set()
-    # "compression" is of the standard library, from Python 3.14 on; who wants a cluster or Parquet installs what that takes.
-    for module in modules - set(sys.stdlib_module_names) - {"ddh_twin_py", "ddh_msgs", "compression", "distributed", "pyarrow"}:
+    # "compression" is of the standard library, from Python 3.14 on; who wants a cluster installs what that takes.
+    for module in modules - set(sys.stdlib_module_names) - {"ddh_twin_py", "ddh_msgs", "compression", "distributed"}:
         names = {canonicalize_name(name) for name in providers.get(module, ())}
         if not any(name.startswith("ros-") for name in names):
             assert names & asked, f"imported, but not in twin.in: {module} ({names or 'not installed'})"

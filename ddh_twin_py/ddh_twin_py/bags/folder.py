@@ -9,6 +9,7 @@ from typing import Any
 import yaml
 
 from ddh_twin_py.bags.errors import BagError
+from ddh_twin_py.rig.files import did_you_mean
 
 SUFFIXES = (".mcap", ".db3")
 _PACKED_SUFFIXES = tuple(f"{suffix}.zstd" for suffix in SUFFIXES)
@@ -49,7 +50,8 @@ def open_folder(path: str | Path) -> BagFolder:
     """
     path = Path(path)
     if not path.exists():
-        raise BagError(f"{path} does not exist; a bag is a rosbag2 folder or one .mcap or .db3 file")
+        near = did_you_mean(path) or "; a bag is a rosbag2 folder or one .mcap or .db3 file"
+        raise BagError(f"{path} does not exist{near}")
     if path.is_file():
         if not path.name.endswith(SUFFIXES + _PACKED_SUFFIXES):
             raise BagError(f"{path} is no bag: its name ends in {path.suffix!r}, not in .mcap or .db3")

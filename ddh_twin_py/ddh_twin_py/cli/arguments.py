@@ -50,16 +50,35 @@ class Parser(argparse.ArgumentParser):
         """Parse; an option that no parser knows is an error that names the nearest one."""
         found, extra = self.parse_known_args(args, namespace)
         if extra:
-            parser = self
-            for action in self._actions:
-                if isinstance(action, argparse._SubParsersAction):
-                    parser = action.choices.get(getattr(found, action.dest, None), self)
+            parser = self.verb_parser(found)
             option = next((given for given in extra if given.startswith("-")), None)
             if option is None:
                 parser.error(f"argument {extra[0]!r} is one too many")
             valid = [name for name in parser._option_string_actions if name.startswith("--")]
             parser.error(nearest_of("option", option.split("=")[0], valid))
+        verb = self.verb_parser(found)
+        verb.refuse_twice(found)
         return found
+
+    def verb_parser(self, found: argparse.Namespace) -> Parser:
+        """The parser of the verb that was given, this one where there is none."""
+        for action in self._actions:
+            if isinstance(action, argparse._SubParsersAction):
+                return action.choices.get(getattr(found, action.dest, None), self)
+        return self
+
+    def refuse_twice(self, found: argparse.Namespace) -> None:
+        """One path for two outputs is an error: the second would overwrite the first."""
+        taken: dict[str, str] = {}
+        for action in self._actions:
+            given = getattr(found, action.dest, None)
+            if action.type not in OUTPUTS or not isinstance(given, str):
+                continue
+            name = action.option_strings[-1] if action.option_strings else action.metavar
+            path = given if given == "-" else os.path.realpath(given)
+            if path in taken:
+                self.error(f"{taken[path]} and {name} both write to {given!r}; give each a path of its own")
+            taken[path] = name
 
 
 def nearest_of(kind: str, given: str, valid: list[str]) -> str:
@@ -143,9 +162,20 @@ def output_file(text: str) -> str:
     return text
 
 
+def new_folder(text: str) -> str:
+    """A folder that does not exist yet and can be made."""
+    if os.path.lexists(text.rstrip(os.sep) or text):
+        raise argparse.ArgumentTypeError(f"{text!r} exists; nothing is overwritten")
+    return output_file(text.rstrip(os.sep))
+
+
 def json_file(text: str) -> str:
     """The same, or `-` for standard output."""
     return text if text == "-" else output_file(text)
+
+
+OUTPUTS = frozenset({output_file, new_folder, json_file})
+"""Types of arguments that something is written to."""
 
 
 def add_html(parser: Parser, help: str = "write the report, one self-contained page") -> None:
@@ -163,9 +193,19 @@ def add_namespace(parser: Parser) -> None:
     parser.add_argument("--namespace", metavar="NS", help="of the rig, where a bag holds more than one")
 
 
-def add_json(parser: Parser) -> None:
+def add_json(parser: Parser, help: str = "write the numbers as JSON; - is standard output") -> None:
     """The option `--json`."""
-    parser.add_argument("--json", metavar="FILE", type=json_file, help="write the numbers as JSON; - is standard output")
+    parser.add_argument("--json", metavar="FILE", type=json_file, help=help)
+
+
+def add_bag(parser: Parser) -> None:
+    """The argument `BAG`."""
+    parser.add_argument("bag", metavar="BAG", help="rosbag2 folder, or one .mcap or .db3 file")
+
+
+def add_quiet(parser: Parser, help: str = "no progress, no summary") -> None:
+    """The option `--quiet`."""
+    parser.add_argument("--quiet", action="store_true", help=help)
 
 
 def duty_file(given: str) -> Path:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from ddh_twin_py.cli.arguments import add_verb, json_file
+from ddh_twin_py.cli.arguments import add_quiet, add_verb, json_file
 
 _EXAMPLE = "  ddh-twin bench --quick --json out/bench.json"
 
@@ -25,7 +25,7 @@ def add_parser(subparsers) -> None:
     parser.add_argument(
         "--json", metavar="FILE", type=json_file, default="out/bench.json", help="where the rows go (default out/bench.json)"
     )
-    parser.add_argument("--quiet", action="store_true", help="no progress")
+    add_quiet(parser, "no progress")
 
 
 def run(args: argparse.Namespace) -> int:

@@ -7,7 +7,7 @@ import os
 from collections.abc import Sequence
 from pathlib import Path
 
-from ddh_twin_py.cli.arguments import add_html, add_json, add_namespace, add_rig, add_verb, output_file
+from ddh_twin_py.cli.arguments import add_html, add_json, add_namespace, add_quiet, add_rig, add_verb, output_file
 
 _EXAMPLE = "  ddh-twin calibrate bags/paper_cycle --held-out 0.3 -o out/rig.yaml --html out/calibration.html"
 
@@ -63,7 +63,7 @@ def add_parser(subparsers) -> None:
                         help="share at the end of each recording that is only predicted (default 0)")
     add_html(parser)
     add_json(parser)
-    parser.add_argument("--quiet", action="store_true", help="no progress, no summary")
+    add_quiet(parser)
 
 
 def run(args: argparse.Namespace) -> int:
@@ -101,7 +101,7 @@ def run(args: argparse.Namespace) -> int:
         with stage(f"writing {args.html}", args.quiet):
             calibration_document(fit, experiments, signals, args.held_out, said, mood, rig.file, seconds).write(args.html)
     if args.json:
-        put_json(args.json, calibration_json(fit, experiments, signals, args.held_out, said, seconds))
+        put_json(args.json, calibration_json(fit, experiments, signals, args.held_out, said, rig.file, seconds))
     for experiment in experiments:
         show_findings(experiment.recording.findings, "what `ddh-twin info` tells of the bag")
     if not args.quiet and args.json != "-":

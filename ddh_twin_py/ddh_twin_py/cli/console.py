@@ -44,6 +44,13 @@ def stage(name: str, quiet: bool = False) -> Iterator[Callable[[float], None]]:
             progress.update(task, total=1.0, completed=1.0, description=took)
 
 
+def output():
+    """The terminal, or what standard output leads to: no colour unless it is a terminal, none with NO_COLOR."""
+    from rich.console import Console
+
+    return Console()
+
+
 def say(message: str) -> None:
     """A line on standard error."""
     print(message, file=sys.stderr, flush=True)

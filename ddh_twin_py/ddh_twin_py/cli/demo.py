@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from ddh_twin_py.cli.arguments import InputError, add_rig, add_verb
+from ddh_twin_py.cli.arguments import InputError, add_json, add_quiet, add_rig, add_verb
 
 _EXAMPLE = "  ddh-twin demo --out out/demo"
 _REPORT, _NUMBERS, _LOG = "report.html", "report.json", "nodes.log"
@@ -22,7 +22,8 @@ def add_parser(subparsers) -> None:
     parser.add_argument("--bag", metavar="BAG", help="another recording than bags/paper_cycle")
     parser.add_argument("--out", metavar="FOLDER", default="out/demo", help="where the report goes (default out/demo)")
     add_rig(parser)
-    parser.add_argument("--quiet", action="store_true", help="no progress, no summary")
+    add_json(parser, "write the numbers as JSON once more; - is standard output (default report.json in --out)")
+    add_quiet(parser)
 
 
 def run(args: argparse.Namespace) -> int:
@@ -74,9 +75,12 @@ def run(args: argparse.Namespace) -> int:
             "messages_sent": played.sent, "messages_lost": played.lost, "times_real_time": played.speed,
             "cores": played.cores, "share_of_intervals": share, "against_one_process": [asdict(d) for d in apart],
         }
-        put_json(str(out / _NUMBERS), replay_json(live, agreement, how, {"live": told}))
+        numbers = replay_json(live, agreement, how, {"live": told})
+        put_json(str(out / _NUMBERS), numbers)
+    if args.json:
+        put_json(args.json, numbers)
     show_findings(live.recording.findings, str(out / _REPORT))
-    if not args.quiet:
+    if not args.quiet and args.json != "-":
         speed = f"live at {played.speed:.1f} times real time, {played.lost} messages lost"
         print_summary(agreement, f"{recording.path}, {speed}")
         print(f"live against one process: {_sentence(apart)}")

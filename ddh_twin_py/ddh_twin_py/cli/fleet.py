@@ -6,7 +6,7 @@ import argparse
 import os
 from pathlib import Path
 
-from ddh_twin_py.cli.arguments import InputError, add_html, add_rig, add_verb, output_file, positive
+from ddh_twin_py.cli.arguments import InputError, add_html, add_json, add_quiet, add_rig, add_verb, output_file, positive
 
 _EXAMPLE = "  ddh-twin fleet /data/cranes --jobs 4 --html out/fleet.html"
 
@@ -31,9 +31,10 @@ def add_parser(subparsers) -> None:
                         "(default 3600)")
     add_rig(parser)
     parser.add_argument("--csv", metavar="FILE", type=output_file, help="the table (default fleet.csv in --out)")
-    parser.add_argument("--parquet", metavar="FILE", type=output_file, help="the table as Parquet; needs pyarrow")
+    parser.add_argument("--parquet", metavar="FILE", type=output_file, help="the table as Parquet")
     add_html(parser, "write the page with the trend of each rig")
-    parser.add_argument("--quiet", action="store_true", help="no progress, no summary")
+    add_json(parser, "write the rows as JSON; - is standard output")
+    add_quiet(parser)
 
 
 def jobs(text: str) -> int:
@@ -45,9 +46,11 @@ def jobs(text: str) -> int:
 
 def run(args: argparse.Namespace) -> int:
     """Find, diagnose, write the table and the page, print what came of it."""
-    from ddh_twin_py.cli.console import stage
-    from ddh_twin_py.fleet.page import fleet_document, verdict
-    from ddh_twin_py.fleet.parquet import need_pyarrow, write_parquet
+    from dataclasses import asdict
+
+    from ddh_twin_py.cli.console import put_json, stage
+    from ddh_twin_py.fleet.page import fleet_document, fleet_end, verdict
+    from ddh_twin_py.fleet.parquet import write_parquet
     from ddh_twin_py.fleet.recordings import find_recordings
     from ddh_twin_py.fleet.results import Results
     from ddh_twin_py.fleet.row import as_csv
@@ -56,8 +59,6 @@ def run(args: argparse.Namespace) -> int:
     from ddh_twin_py.rig import load_rig
 
     rig = load_rig(args.rig)
-    if args.parquet:
-        need_pyarrow()
     out = Path(args.out)
     if out.exists() and not out.is_dir():
         raise InputError(f"--out: {out} is no folder")
@@ -68,9 +69,12 @@ def run(args: argparse.Namespace) -> int:
     write_text(table, as_csv(rows))
     if args.parquet:
         write_parquet(args.parquet, rows)
+    if args.json:
+        told = {"folder": str(args.folder), "verdict": verdict(rows), "end_matter": fleet_end(rows, rig.file).as_json()}
+        put_json(args.json, {**told, "rows": [asdict(row) for row in rows]})
     if args.html:
         fleet_document(str(args.folder), rows, rig.file).write(args.html)
-    if not args.quiet:
+    if not args.quiet and args.json != "-":
         print(verdict(rows))
         for row in rows:
             if row.error:

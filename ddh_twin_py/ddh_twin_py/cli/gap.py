@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import os
 
-from ddh_twin_py.cli.arguments import InputError, add_html, add_json, add_rig, add_verb, nearest_of, output_file
+from ddh_twin_py.cli.arguments import InputError, add_html, add_json, add_quiet, add_rig, add_verb, nearest_of, output_file
 
 _EXAMPLE = "  ddh-twin gap bags/press_7 --commissioning bags/press_7_new --html out/gap.html"
 
@@ -30,7 +30,7 @@ def add_parser(subparsers) -> None:
                         help="rig file to write: parameters fitted, the leading cause in it")
     add_html(parser)
     add_json(parser)
-    parser.add_argument("--quiet", action="store_true", help="no progress, no summary")
+    add_quiet(parser)
 
 
 def run(args: argparse.Namespace) -> int:
@@ -45,7 +45,7 @@ def run(args: argparse.Namespace) -> int:
     with stage("loading", args.quiet):
         from ddh_twin_py.diagnosis.of_bags import diagnose
         from ddh_twin_py.gap.catalogue import EFFECTS
-        from ddh_twin_py.report.gap_report import gap_document
+        from ddh_twin_py.report.gap_report import gap_document, gap_end
         from ddh_twin_py.report.gap_summary import print_gap
     for effect in args.without:
         if effect not in EFFECTS:
@@ -57,7 +57,7 @@ def run(args: argparse.Namespace) -> int:
         with stage(f"writing {args.html}", args.quiet):
             gap_document(diagnosis).write(args.html)
     if args.json:
-        put_json(args.json, diagnosis.report)
+        put_json(args.json, {**diagnosis.report, "end_matter": gap_end(diagnosis).as_json()})
     if not args.quiet and args.json != "-":
         print_gap(diagnosis)
     if args.output:

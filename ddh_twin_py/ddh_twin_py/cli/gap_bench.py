@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from ddh_twin_py.cli.arguments import InputError, add_html, add_json, add_verb, seed, whole
+from ddh_twin_py.cli.arguments import InputError, add_html, add_json, add_quiet, add_verb, nearest_of, seed, whole
 
 STEPS = ("make", "run", "score")
 _EXAMPLE = "  ddh-twin gap-bench out/bench --cases 60 --jobs 2 --html out/bench.html"
@@ -33,7 +33,7 @@ def add_parser(subparsers) -> None:
     parser.add_argument("--no-oracle", action="store_true", help="do not ask the diagnosis that is told the effect")
     add_html(parser)
     add_json(parser)
-    parser.add_argument("--quiet", action="store_true", help="no progress, no table")
+    add_quiet(parser, "no progress, no table")
 
 
 def run(args: argparse.Namespace) -> int:
@@ -46,7 +46,7 @@ def run(args: argparse.Namespace) -> int:
     suites = tuple(dict.fromkeys(args.suite or ()))
     for suite in suites:
         if suite not in SUITES:
-            raise InputError(f"--suite: value is {suite!r}, allowed are {', '.join(SUITES)}")
+            raise InputError(f"--suite: {nearest_of('suite', suite, list(SUITES))}")
     if "make" in steps:
         from ddh_twin_py.gap_bench.bench import make_bench
 
@@ -65,13 +65,13 @@ def run(args: argparse.Namespace) -> int:
     if "score" in steps:
         from ddh_twin_py.gap_bench.scoring import answers_of, summary
         from ddh_twin_py.report.document import write_json
-        from ddh_twin_py.report.gap_bench_report import gap_bench_document
+        from ddh_twin_py.report.gap_bench_report import gap_bench_document, gap_bench_end
 
         scored = summary(answers_of(out, suites, args.cases))
         write_json(out / "scores.json", scored)
         gap_bench_document(scored, str(out)).write(args.html or out / "scores.html")
         if args.json:
-            put_json(args.json, scored)
+            put_json(args.json, {**scored, "end_matter": gap_bench_end(str(out)).as_json()})
         if not args.quiet and args.json != "-":
             print_scores(scored)
     return 0

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import os
 
-from ddh_twin_py.cli.arguments import InputError, add_html, add_json, add_rig, add_verb, duty_file, nearest_of, positive
+from ddh_twin_py.cli.arguments import InputError, add_html, add_json, add_quiet, add_rig, add_verb, duty_file, nearest_of, positive
 
 _EXAMPLE = "  ddh-twin gap-design paper_cycle --duration 600 --sensors motor_winding,tank_oil --html out/design.html"
 _LONGEST = 3600.0  # s
@@ -44,7 +44,7 @@ def add_parser(subparsers) -> None:
     add_rig(parser)
     add_html(parser)
     add_json(parser)
-    parser.add_argument("--quiet", action="store_true", help="no progress, no table")
+    add_quiet(parser, "no progress, no table")
 
 
 def run(args: argparse.Namespace) -> int:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING
 
-from ddh_twin_py.cli.arguments import add_json, add_namespace, add_rig, add_verb
+from ddh_twin_py.cli.arguments import add_bag, add_json, add_namespace, add_quiet, add_rig, add_verb
 
 if TYPE_CHECKING:
     from ddh_twin_py.telemetry.recording import Recording
@@ -21,10 +21,11 @@ def add_parser(subparsers) -> None:
         "names file, topic and value.",
         _EXAMPLE,
     )
-    parser.add_argument("bag", metavar="BAG", help="rosbag2 folder, or one .mcap or .db3 file")
+    add_bag(parser)
     add_rig(parser)
     add_namespace(parser)
     add_json(parser)
+    add_quiet(parser, "no table")
 
 
 def run(args: argparse.Namespace) -> int:
@@ -38,13 +39,14 @@ def run(args: argparse.Namespace) -> int:
     recording = read_recording(args.bag, args.namespace)
     screened = screen_recording(recording, {name: spec.noise for name, spec in rig.sensors.items()})
     if args.json:
-        put_json(args.json, _data(screened))
-    if args.json != "-":
+        put_json(args.json, recording_json(screened))
+    if not args.quiet and args.json != "-":
         _show(screened)
     return 0
 
 
-def _data(recording: Recording) -> dict:
+def recording_json(recording: Recording) -> dict:
+    """What a recording holds, and its findings, as plain data."""
     from dataclasses import asdict
 
     return {

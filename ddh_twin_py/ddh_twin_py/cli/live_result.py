@@ -14,13 +14,14 @@ from ddh_twin_py.estimation.replay import ReplayResult, lagged
 from ddh_twin_py.estimation.sensors import NODE_INDEX
 from ddh_twin_py.estimation.temperature_filter import GATE
 from ddh_twin_py.estimation.temperature_fusion import Innovation
-from ddh_twin_py.nodes.conversion import FREE_RUN, FUSION, LOSSES, SOFT_SENSOR, to_kelvin
+from ddh_twin_py.nodes.conversion import FREE_RUN, FUSION, SOFT_SENSOR, to_kelvin
 from ddh_twin_py.nodes.wire import BulkParser
 from ddh_twin_py.physics.balance import OPERATING_DTYPE, OPERATING_FIELDS
 from ddh_twin_py.physics.thermal_network import NODES, ROTOR, TEETH, YOKE
 from ddh_twin_py.sources.raw_bag import RawBag
 from ddh_twin_py.telemetry.signals import TEMPERATURE_PREFIX
 from ddh_twin_py.twin.hydraulic_model import RESIDUAL_SIGNALS
+from ddh_twin_py.twin.losses import LOSSES
 
 _TYPES = {
     f"ddh_msgs/msg/{kind.__name__}": kind

@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
+import keyword
 import os
 import sys
 from collections.abc import Sequence
 from importlib import import_module
 
 from ddh_twin_py.cli.arguments import Parser
+from ddh_twin_py.cli.exit_codes import EXIT_CODES
 from ddh_twin_py.cli.interruption import Interruption
 
-VERBS = ("demo", "replay", "calibrate", "gap", "gap-design", "fleet", "info", "simulate", "up", "paper", "study", "motor", "verify",
-         "bench", "gap-bench", "real")
+VERBS = ("demo", "replay", "calibrate", "gap", "gap-design", "fleet", "info", "doctor", "export", "import", "fmu", "layouts", "simulate",
+         "up", "view", "paper", "study", "motor", "verify", "bench", "gap-bench", "real", "completion")
 """Verbs in the order of the help; each is a module of this package."""
 
-_WITH_NODES = frozenset({"demo", "up"})
+_WITH_NODES = frozenset({"demo", "up", "view"})
 """Verbs that take the time that their nodes need to leave."""
 _ROS = frozenset({"rclpy", "ddh_msgs", "sensor_msgs", "diagnostic_msgs", "std_srvs", "rosgraph_msgs", "rcl_interfaces"})
 
@@ -24,8 +26,7 @@ examples:
   ddh-twin replay bags/paper_cycle --html r.html  any recording in one process
   ddh-twin up --help                              the twin beside a machine
 
-exit codes: 0 done, 1 the answer is no (calibrate), 2 the input cannot be used (one line on standard error says why), 130 interrupted
-"""
+exit codes: """ + "; ".join(f"{code} {about}" for code, about in EXIT_CODES.items()) + "\n"
 
 
 def build_parser() -> Parser:
@@ -44,7 +45,8 @@ def build_parser() -> Parser:
 
 
 def _module(verb: str) -> str:
-    return f"ddh_twin_py.cli.{verb.replace('-', '_')}"
+    name = verb.replace("-", "_")
+    return f"ddh_twin_py.cli.{name}{'_' if keyword.iskeyword(name) else ''}"
 
 
 def main(argv: Sequence[str] | None = None) -> int:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from ddh_twin_py.cli.arguments import add_html, add_json, add_rig, add_verb, output_file
+from ddh_twin_py.cli.arguments import add_html, add_json, add_quiet, add_rig, add_verb, output_file
 
 _EXAMPLE = """\
   ddh-twin motor --html out/motor.html
@@ -26,7 +26,7 @@ def add_parser(subparsers) -> None:
     parser.add_argument("-o", "--output", metavar="RIG.yaml", type=output_file, help="write a rig file with the generated quantities")
     add_html(parser)
     add_json(parser)
-    parser.add_argument("--quiet", action="store_true", help="no progress, no table")
+    add_quiet(parser, "no progress, no table")
 
 
 def layers(text: str) -> int:
@@ -48,7 +48,7 @@ def run(args: argparse.Namespace) -> int:
         from ddh_twin_py.physics.motor_geometry import motor_network
         from ddh_twin_py.report import motor_comparison as comparison
         from ddh_twin_py.report.document import write_text
-        from ddh_twin_py.report.motor_page import motor_document, print_motor
+        from ddh_twin_py.report.motor_page import motor_document, motor_end, print_motor
     with stage(f"meshing with {args.layers} layers", args.quiet):
         network = motor_network(machine, rig, args.layers)
         condensed = condense(network)
@@ -67,7 +67,9 @@ def run(args: argparse.Namespace) -> int:
         with stage("varying the description", args.quiet):
             sensitive = comparison.sensitivities(machine, rig, min(args.layers, 8))
             page = motor_document(network, condensed, rows, steps, sensitive, runs).html()
-    numbers = comparison.as_json(network, condensed, rows, steps, runs) if args.json else None
+    numbers = None
+    if args.json:
+        numbers = comparison.as_json(network, condensed, rows, steps, runs) | {"end_matter": motor_end(network).as_json()}
     if page is not None:  # nothing is written before everything is computed
         write_text(args.html, page)
     if numbers is not None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from ddh_twin_py.cli.arguments import add_html, add_json, add_rig, add_verb
+from ddh_twin_py.cli.arguments import add_html, add_json, add_quiet, add_rig, add_verb
 
 _EXAMPLE = "  ddh-twin paper --html out/paper.html --json out/paper.json"
 
@@ -20,7 +20,7 @@ def add_parser(subparsers) -> None:
     add_rig(parser)
     add_html(parser, "write the page with pictures that correspond to figures 3 to 6")
     add_json(parser)
-    parser.add_argument("--quiet", action="store_true", help="no progress, no table")
+    add_quiet(parser, "no progress, no table")
 
 
 def run(args: argparse.Namespace) -> int:
@@ -30,7 +30,7 @@ def run(args: argparse.Namespace) -> int:
 
     rig = load_rig(args.rig)
     with stage("loading", args.quiet):
-        from ddh_twin_py.report.paper_report import paper_document
+        from ddh_twin_py.report.paper_report import paper_document, paper_json
         from ddh_twin_py.twin.paper_results import paper_results
     with stage("running the paper's cycle in both readings", args.quiet) as progress:
         results = paper_results(rig, progress)
@@ -38,7 +38,7 @@ def run(args: argparse.Namespace) -> int:
         with stage(f"writing {args.html}", args.quiet):
             paper_document(results).write(args.html)
     if args.json:
-        put_json(args.json, [row.as_json() for row in results.rows])
+        put_json(args.json, paper_json(results))
     if not args.quiet and args.json != "-":
         print_table(results.rows)
     return 0

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from ddh_twin_py.cli.arguments import add_html, add_json, add_namespace, add_rig, add_verb, positive
+from ddh_twin_py.cli.arguments import add_bag, add_html, add_json, add_namespace, add_quiet, add_rig, add_verb, positive
 
 _EXAMPLE = "  ddh-twin replay bags/paper_cycle --html out/report.html --json out/report.json"
 
@@ -17,7 +17,7 @@ def add_parser(subparsers) -> None:
         "compares them with what was measured. The same bag gives the same numbers every time.",
         _EXAMPLE,
     )
-    parser.add_argument("bag", metavar="BAG", help="rosbag2 folder, or one .mcap or .db3 file")
+    add_bag(parser)
     add_rig(parser)
     add_namespace(parser)
     add_html(parser)
@@ -30,7 +30,7 @@ def add_parser(subparsers) -> None:
     parser.add_argument(
         "--no-smoothing", action="store_true", help="leave the smoothed temperatures out (90 MB of temporary file an hour)",
     )
-    parser.add_argument("--quiet", action="store_true", help="no progress, no summary")
+    add_quiet(parser)
 
 
 def run(args: argparse.Namespace) -> int:

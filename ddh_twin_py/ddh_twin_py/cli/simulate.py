@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from ddh_twin_py.cli.arguments import InputError, add_rig, add_verb, duty_file, positive, seed
+from ddh_twin_py.cli.arguments import InputError, add_json, add_quiet, add_rig, add_verb, duty_file, new_folder, positive, seed
 
 _EXAMPLE = "  ddh-twin simulate paper_cycle -o out/simulated --seed 3 --duration 600"
 START_NS = 1_767_225_600_000_000_000
@@ -22,28 +22,26 @@ def add_parser(subparsers) -> None:
     parser.add_argument(
         "duty", metavar="DUTY", help="duty file, or the name of one of the project's: paper_cycle, mixed"
     )
-    parser.add_argument("-o", "--output", metavar="BAG", required=True, help="folder to write, must not exist")
+    parser.add_argument("-o", "--output", metavar="BAG", type=new_folder, required=True, help="folder to write, must not exist")
     parser.add_argument("--seed", type=seed, default=1, help="of the rig and of its noise (default 1)")
     add_rig(parser)
     parser.add_argument("--duration", metavar="S", type=positive, help="stop after so many seconds")
-    parser.add_argument("--quiet", action="store_true", help="no progress")
+    add_json(parser, "write what the bag holds as JSON; - is standard output")
+    add_quiet(parser, "no progress")
 
 
 def run(args: argparse.Namespace) -> int:
     """Simulate and write."""
-    from pathlib import Path
-
-    from ddh_twin_py.cli.console import say, stage
+    from ddh_twin_py.cli.console import put_json, say, stage
     from ddh_twin_py.twin.duty import load_duty
 
     path = duty_file(args.duty)
     duty = load_duty(path)
     if duty.repeat == 0 and args.duration is None:
         raise InputError(f"{path}: repeat is 0, for ever; say with --duration when to stop")
-    if Path(args.output).exists():
-        raise InputError(f"{args.output} exists; nothing is overwritten")
     with stage("loading", args.quiet):
         from ddh_twin_py.bags.writer import write_recording
+        from ddh_twin_py.cli.info import recording_json
         from ddh_twin_py.cli.simulated import collect
         from ddh_twin_py.rig import load_rig
         from ddh_twin_py.twin.simulated_rig import SimulatedRig
@@ -52,6 +50,8 @@ def run(args: argparse.Namespace) -> int:
         recording = collect(rig.run(args.duration), START_NS, args.duration, progress)
     with stage(f"writing {args.output}", args.quiet):
         write_recording(args.output, recording)
+    if args.json:
+        put_json(args.json, recording_json(recording))
     if not args.quiet:
         say(f"{args.output}: {recording.duration:.1f} s of {recording.rig.rig_id}")
     return 0

@@ -6,7 +6,7 @@ import argparse
 import re
 import time
 
-from ddh_twin_py.cli.arguments import InputError, add_html, add_json, add_rig, add_verb, duty_file, output_file, positive
+from ddh_twin_py.cli.arguments import InputError, add_html, add_json, add_quiet, add_rig, add_verb, duty_file, output_file, positive
 
 _EXAMPLE = "  ddh-twin study cold-start --ambient -30:40:5 --grades 15,32,68 --duty paper_cycle --html out/cold_start.html"
 DUTIES = "paper_cycle,paper_cycle_each_minute,paper_cycle_fast"
@@ -71,7 +71,7 @@ def add_parser(subparsers) -> None:
     add_html(parser, "write the page with the maps")
     parser.add_argument("--csv", metavar="FILE", type=output_file, help="write one line per start")
     add_json(parser)
-    parser.add_argument("--quiet", action="store_true", help="no progress, no table")
+    add_quiet(parser, "no progress, no table")
 
 
 def run(args: argparse.Namespace) -> int:

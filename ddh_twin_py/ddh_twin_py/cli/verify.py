@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from ddh_twin_py.cli.arguments import add_json, add_rig, add_verb, between, duty_file, whole
+from ddh_twin_py.cli.arguments import add_html, add_json, add_quiet, add_rig, add_verb, between, duty_file, whole
 
 _EXAMPLE = "  ddh-twin verify --seeds 40 --duration 600 --json out/consistency.json"
 
@@ -25,41 +25,41 @@ def add_parser(subparsers) -> None:
     parser.add_argument("--duration", metavar="S", type=between(60.0, 86400.0, "s"), default=600.0,
                         help="of each, 60 to 86400 s (default 600)")
     parser.add_argument("--duty", metavar="FILE", default="mixed", help="duty file, or a name of config/duty (default mixed)")
+    add_html(parser)
     add_json(parser)
-    parser.add_argument("--quiet", action="store_true", help="no progress, no table")
+    add_quiet(parser, "no progress, no table")
 
 
 def run(args: argparse.Namespace) -> int:
     """Simulate, estimate, judge."""
-    from dataclasses import asdict
-
-    import numpy as np
-
     from ddh_twin_py.cli.console import put_json, stage
     from ddh_twin_py.rig import load_rig
     from ddh_twin_py.twin.duty import load_duty
 
     rig, duty = load_rig(args.rig), load_duty(duty_file(args.duty))
     with stage("loading", args.quiet):
-        from ddh_twin_py.estimation.consistency import hot_spot_inside, many_seeds, nees_band, nis_band, verdict
+        from ddh_twin_py.estimation.consistency import many_seeds
+        from ddh_twin_py.report.consistency_report import consistency_document, consistency_json
     with stage(f"{args.seeds} rigs", args.quiet) as progress:
         errors = many_seeds(rig, duty, range(args.first, args.first + args.seeds), args.duration, progress=progress)
-    nees, nis, inside = nees_band(errors), nis_band(errors), hot_spot_inside(errors)
-    squares = [float(np.mean([getattr(e, name) for e in errors])) for name in ("squared", "smoothed_squared")]
-    spread = float(np.mean([e.hot_spot_std for e in errors]))
-    said = verdict(nees, nis, inside, args.seeds)
+    told = (rig, errors, args.first, args.duration, duty.file)
+    if args.html:
+        with stage(f"writing {args.html}", args.quiet):
+            consistency_document(*told).write(args.html)
     if args.json:
-        put_json(args.json, {
-            "verdict": said,
-            "seeds": [args.first, args.first + args.seeds - 1], "duration_s": args.duration, "duty": duty.file, "rig_file": rig.file,
-            "nees_per_node": asdict(nees), "nis_per_reading": asdict(nis), "hot_spot_inside_95": inside, "hot_spot_std_mean_K": spread,
-            "mean_squared_error_K2": {"filtered": squares[0], "smoothed": squares[1]},
-        })
+        put_json(args.json, consistency_json(*told))
     if not args.quiet and args.json != "-":
-        print(said)
-        for name, band in (("errors of all nodes, whitened", nees), ("innovations", nis)):
-            print(f"{name}: mean {band.mean:.3f}, band of one instant {band.lower:.3f} to {band.upper:.3f}, "
-                  f"{band.inside:.0%} of {band.instants} instants inside")
-        print(f"winding hot spot without its sensor: {inside:.1%} within the 95 % interval, sigma {spread:.1f} K on average")
-        print(f"mean squared error of all nodes: filtered {squares[0]:.3f} K2, smoothed {squares[1]:.3f} K2")
+        print_consistency(consistency_json(*told))
     return 0
+
+
+def print_consistency(told: dict) -> None:
+    """The verdict and the numbers behind it, on standard output."""
+    print(told["verdict"])
+    for name, band in (("errors of all nodes, whitened", told["nees_per_node"]), ("innovations", told["nis_per_reading"])):
+        print(f"{name}: mean {band['mean']:.3f}, band of one instant {band['lower']:.3f} to {band['upper']:.3f}, "
+              f"{band['inside']:.0%} of {band['instants']} instants inside")
+    print(f"winding hot spot without its sensor: {told['hot_spot_inside_95']:.1%} within the 95 % interval, "
+          f"sigma {told['hot_spot_std_mean_K']:.1f} K on average")
+    square = told["mean_squared_error_K2"]
+    print(f"mean squared error of all nodes: filtered {square['filtered']:.3f} K2, smoothed {square['smoothed']:.3f} K2")

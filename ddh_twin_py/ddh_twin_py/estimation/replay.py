@@ -46,6 +46,7 @@ class SensorComparison:
         predicted: K, the free run seen through the sensor's lag, (m,).
         fused: K, the estimate seen through the lag, (m,). fused_std: K, of the node, (m,).
         noise: K. used: whether the fusion was given this sensor.
+        row: interval of each reading, (m,).
     """
 
     node: str
@@ -56,6 +57,7 @@ class SensorComparison:
     fused_std: np.ndarray
     noise: float
     used: bool
+    row: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -71,6 +73,7 @@ class ReplayResult:
         smoothed_row: intervals of the smoothed temperatures, (k,), none unless asked for.
         smoothed, smoothed_std: K, from the readings before and after, (k, N).
         covariance: K^2, of the fused temperatures at ``smoothed_row``, (k, N, N), none unless asked for.
+        ambient: K, what the models took for the air, (n,); empty where nobody said.
     """
 
     recording: Recording
@@ -89,6 +92,7 @@ class ReplayResult:
     smoothed: np.ndarray = field(default_factory=lambda: np.empty((0, N)))
     smoothed_std: np.ndarray = field(default_factory=lambda: np.empty((0, N)))
     covariance: np.ndarray = field(default_factory=lambda: np.empty((0, N, N)))
+    ambient: np.ndarray = field(default_factory=lambda: np.empty(0))
 
 
 def replay(recording: Recording, rig: Rig, interval: float = INTERVAL, without: Collection[str] = (),
@@ -137,6 +141,7 @@ class _Run:
         self.soft, self.free = np.zeros(n, SCALAR_DTYPE), np.zeros(n, SCALAR_DTYPE)
         self.free_temperature, self.fused, self.fused_std = np.empty((n, N)), np.empty((n, N)), np.empty((n, N))
         self.free_reading, self.fused_reading = np.empty((n, len(SENSORS))), np.empty((n, len(SENSORS)))
+        self.ambient = np.empty(n)
         self.innovations: list[Innovation] = []
         self.seconds = {"hydraulic_model": 0.0, "machine_thermal": 0.0, "temperature_fusion": 0.0}
         self.fusion = TemperatureFusion(rig, interval)
@@ -160,6 +165,7 @@ class _Run:
         command = self._reduce(start, stop)
         readings, air_read = self._readings(start, stop)
         air = AmbientTracker(ZERO_CELSIUS + rig["ambient"], self.interval).advance(air_read)
+        self.ambient[start:stop] = air
         first_air = air[min(len(air) - 1, round(START / self.interval))]
         begin = start_temperature(readings, first_air, self.interval, self.zero)
         payload = self.recording.rig.payload_mass if self.recording.rig is not None else None
@@ -267,12 +273,13 @@ class _Run:
             sensors[name] = SensorComparison(
                 NODE_OF_SENSOR[name], (samples.stamp[: index.size] - self.recording.epoch_ns) * 1e-9,
                 samples.values[: index.size, 0], self.free_reading[index, i], self.fused_reading[index, i],
-                self.fused_std[index, NODE_INDEX[name]], self.rig.sensors["temperature"].noise, name not in self.without,
+                self.fused_std[index, NODE_INDEX[name]], self.rig.sensors["temperature"].noise, name not in self.without, index,
             )
+        smoothed = dict(zip(("smoothed_row", "smoothed", "smoothed_std", "covariance"),
+                            (np.concatenate(column) for column in zip(*self._smoothed, strict=True)), strict=False))
         return ReplayResult(
             self._told(), self.rig, self.time, self.measured, self.soft, self.free, self.free_temperature,
-            self.fused, self.fused_std, sensors, self.innovations, self.seconds,
-            *(np.concatenate(column) for column in zip(*self._smoothed, strict=True)),
+            self.fused, self.fused_std, sensors, self.innovations, self.seconds, **smoothed, ambient=self.ambient,
         )
 
 

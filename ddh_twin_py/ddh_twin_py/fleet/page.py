@@ -18,16 +18,7 @@ def fleet_document(folder: str, rows: Sequence[Row], rig_file: str) -> doc.Docum
     rigs = sorted({row.rig for row in rows if row.rig})
     page = doc.Document(
         kind="Fleet", title=folder, verdict=verdict(rows), level="good" if all(row.verdict == "no_gap" for row in rows) else "fair",
-        end=doc.EndMatter(
-            "Each recording is diagnosed by itself: what its own report says of data split and held-out data holds here.", rig_file,
-            [
-                "Gaps are in multiples of the noise floor, on data that took no part in fitting; 1 is the floor.",
-                "Sizes are those of the most probable effect; bars are two standard deviations. The probability of a class is that of its "
-                "members together.",
-                "A rig's recordings are told by the rig id in the bag; those without one are in the table alone.",
-            ],
-            rows=(("Recordings", str(len(rows))), ("Rigs", str(len(rigs)))),
-        ),
+        end=fleet_end(rows, rig_file),
     )  # fmt: skip
     counts = Counter(row.verdict for row in rows if not row.error)
     page.add("Overview", doc.figures([
@@ -40,6 +31,20 @@ def fleet_document(folder: str, rows: Sequence[Row], rig_file: str) -> doc.Docum
         page.add(f"Rig {rig}", _gap_chart(own), *_size_charts(own), _newest(own))
     page.add("All recordings", _table(rows))
     return page
+
+
+def fleet_end(rows: Sequence[Row], rig_file: str) -> doc.EndMatter:
+    """What the numbers rest on."""
+    return doc.EndMatter(
+        "Each recording is diagnosed by itself: what its own report says of data split and held-out data holds here.", rig_file,
+        [
+            "Gaps are in multiples of the noise floor, on data that took no part in fitting; 1 is the floor.",
+            "Sizes are those of the most probable effect; bars are two standard deviations. The probability of a class is that of its "
+            "members together.",
+            "A rig's recordings are told by the rig id in the bag; those without one are in the table alone.",
+        ],
+        (("Recordings", str(len(rows))), ("Rigs", str(len({row.rig for row in rows if row.rig})))),
+    )
 
 
 def verdict(rows: Sequence[Row]) -> str:

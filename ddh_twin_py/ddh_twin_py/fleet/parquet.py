@@ -1,4 +1,4 @@
-"""A fleet's table as Parquet, where pyarrow is installed."""
+"""A fleet's table as Parquet."""
 
 from __future__ import annotations
 
@@ -7,22 +7,12 @@ from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 
-from ddh_twin_py.fleet.recordings import FleetError
 from ddh_twin_py.fleet.row import COLUMNS, NUMBERS, Row
 from ddh_twin_py.rig.files import write_whole
 
 
-def need_pyarrow() -> None:
-    """Raises FleetError where pyarrow is not installed."""
-    try:
-        import pyarrow.parquet  # noqa: F401
-    except ImportError:
-        raise FleetError("--parquet needs pyarrow, which is not installed here: pip install pyarrow") from None
-
-
 def write_parquet(path: str | Path, rows: Sequence[Row]) -> None:
     """Write the table, whole or not at all; numbers are float64, `begin` is a time in UTC, all else text."""
-    need_pyarrow()
     import pyarrow
     import pyarrow.parquet
 

@@ -126,5 +126,5 @@ class Normal:
         inside = ndtr((self.highest[free] - t[free]) / spread) - ndtr((self.lowest[free] - t[free]) / spread)
         log_volume = (-float(np.sum(np.log(np.diagonal(factor[0])))) + float(np.sum(np.log(np.maximum(inside, 1e-300))))
                       + float(np.sum(np.log(0.5 * erfcx(steep[at_end] / np.sqrt(2.0 * stiff))) - 0.5 * np.log(stiff))))
-        return Held(own - cross[free].T @ by_columns, aside - cross[free].T @ by_score, float(square - score @ by_score), log_volume, t, departure,
-                    value)
+        return Held(own - cross[free].T @ by_columns, aside - cross[free].T @ by_score, float(square - score @ by_score), log_volume, t,
+                    departure, value)

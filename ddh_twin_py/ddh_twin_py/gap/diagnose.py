@@ -9,9 +9,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ddh_twin_py.estimation.calibration import Problem, sized
-from ddh_twin_py.estimation.comparison import Discrepancy
+from ddh_twin_py.estimation.comparison import Discrepancy, sized
 from ddh_twin_py.estimation.experiment import Experiment
+from ddh_twin_py.estimation.fitting import RESTARTS, Problem
 from ddh_twin_py.gap import answer
 from ddh_twin_py.gap.catalogue import EFFECTS
 from ddh_twin_py.gap.diagnosis import Diagnosis
@@ -69,16 +69,15 @@ def diagnose(recordings: Recordings, rig: Rig, without: Collection[str] = (), on
     if reason:
         return answer.insufficient(model, reason)
     with ThreadPoolExecutor(max_workers=threads) as pool:
-        theta, discrepancy = np.zeros(model.size), Discrepancy()
-        if commissioning:
-            problem = Problem(commissioning, model.rig, model.paths, discrepancy)
-            fit = problem.fit(pool, lambda done: told(0.3 * done), sweeps=_SWEEPS)
-            theta, discrepancy = fit.theta, sized(problem.discrepancy, fit.allowances)
+        problem = Problem(commissioning or field, model.rig, model.paths, Discrepancy())
+        fit = problem.fit(pool, lambda done: told(0.3 * done), sweeps=_SWEEPS, restarts=RESTARTS if commissioning else 0)
+        discrepancy = sized(problem.discrepancy, fit.allowances) if commissioning else Discrepancy()
+        sheet = None if commissioning else np.zeros(model.size)  # a fit takes a large effect for parameters
         lap("fit of the rig")
         power = POWER if commissioning else POWER_WITHOUT_COMMISSIONING
-        found: Found = search(model, effects, theta, discrepancy, power, pool, lambda done: told(0.3 + 0.6 * done))
+        found: Found = search(model, effects, fit.theta, discrepancy, power, pool, lambda done: told(0.3 + 0.6 * done), sheet)
         lap("search")
-        result = answer.diagnosis(model, found, theta, seconds)
+        result = answer.diagnosis(model, found, fit.theta, seconds)
     lap("answer")
     told(1.0)
     report = {**result.report, "notes": [*result.report["notes"], *unseen(effects, found.linearised.columns)]}

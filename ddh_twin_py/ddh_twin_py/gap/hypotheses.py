@@ -40,7 +40,7 @@ SLACK = 0.01
 """Standard deviation of what the model's laws are off along an effect, in multiples of its column."""
 POWER = 0.1
 """Power to which the likelihood is raised: the model's laws are not quite the rig's, so that many rows say the same wrong thing."""
-POWER_WITHOUT_COMMISSIONING = 0.04
+POWER_WITHOUT_COMMISSIONING = 0.06
 """The same where no commissioning recording has shown how well the laws hold: the floor is 1.6 times the noise, its square 2.6."""
 PRIOR_NONE = 0.3
 """Prior probability that nothing but parameters is off."""

@@ -30,7 +30,7 @@ class Refitted:
     Attributes:
         columns: the effects' ways. x: departures in the effects' own units, (m,). covariance: of them, (m, m).
         theta: the rig's parameters, in deviations, (k,). predictions: by recording.
-        log_evidence: to be compared with that of other hypotheses on the same basis.
+        log_evidence: to be compared with that of other hypotheses on the same basis; minus infinity where every run went astray.
         chi_square: misfit at the optimum, slack integrated out, priors left out.
     """
 
@@ -79,6 +79,8 @@ class Refit:
         costs = [self._cost(residual, *start, scale) for residual, start in zip(residuals, starts, strict=True)]
         nearest = int(np.argmin(costs))
         (theta, x), predictions, residual, cost = starts[nearest], runs[nearest], residuals[nearest], costs[nearest]
+        if not np.isfinite(cost):
+            return Refitted(tuple(columns), x, np.full((x.size, x.size), np.nan), theta, predictions, -np.inf, np.inf)
         for _ in range(_STEPS):
             local = self._columns(columns, theta, x, scale, predictions)
             values = self._values(residual, local, theta, x / scale)
@@ -111,6 +113,9 @@ class Refit:
         return [c.residual(p) for c, p in zip(self._comparisons, predictions, strict=True)]
 
     def _cost(self, residual, theta, x, scale) -> float:
+        """Infinite where a run went astray."""
+        if not all(np.isfinite(r).all() for r in residual):
+            return np.inf
         return self._basis.misfit(residual) + float(theta @ theta) + float(np.sum((x / scale / WIDTH) ** 2))
 
     def _columns(self, columns, theta, x, scale, predictions) -> list[np.ndarray]:
@@ -125,7 +130,8 @@ class Refit:
                     break
             tried = self._run(columns, theta, moved)
             for rows, c, f, p in zip(out, self._comparisons, features, tried, strict=True):
-                rows[:, j] = (c.features(p) - f) * scale[j] / (moved[j] - x[j])
+                change = c.features(p) - f
+                rows[:, j] = change * scale[j] / (moved[j] - x[j]) if np.isfinite(change).all() else 0.0
         return out
 
     def _values(self, residual, local, theta, departure) -> list[np.ndarray]:

@@ -10,7 +10,7 @@ from ddh_twin_py.gap.model import Diagnosable
 from ddh_twin_py.gap.refit import Refitted
 from ddh_twin_py.gap.search import Found
 
-BEYOND = 3.0
+BEYOND = 2.5
 """Standard deviations of the sheet's tolerance from which a quantity that it gives counts as an effect."""
 
 

@@ -21,21 +21,11 @@ from ddh_twin_py.physics.thermal_network import FLOWS, MOTOR_NODES, NODES
 from ddh_twin_py.rig import Rig
 from ddh_twin_py.telemetry.signals import ZERO_CELSIUS
 from ddh_twin_py.twin.hydraulic_model import RESIDUAL_SIGNALS
+from ddh_twin_py.twin.losses import LOSSES
 from ddh_twin_py.twin.machine_thermal import MotorResult
 
 SOFT_SENSOR, FREE_RUN, FUSION = "soft_sensor", "free_run", "fusion"
 FLOW_PATHS = tuple(f"{flow[0]}>{flow[1]}" for flow in FLOWS)
-LOSSES = {
-    "motor": ("loss_copper", "loss_iron", "loss_motor_friction"),
-    "pump_1": ("loss_pump_1",),
-    "pump_2": ("loss_pump_2",),
-    "line_a": ("loss_line_a",),
-    "line_b": ("loss_line_b",),
-    "cylinder": ("loss_cylinder",),
-    "relief_valve": ("loss_relief_valve",),
-    "check_valve": ("loss_check_valve",),
-}
-"""Component to the fields of an operating point that add up to its loss."""
 
 _POINT_FIELDS = [
     name

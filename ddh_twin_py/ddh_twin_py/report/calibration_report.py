@@ -52,8 +52,15 @@ def data_split(share: float) -> str:
     return "Fitted to the whole of each recording; nothing was held out, so the RMS is no test of prediction."
 
 
+def calibration_end(fit: Calibration, experiments: Sequence[Experiment], share: float, given: str, seconds: float) -> doc.EndMatter:
+    """What the numbers rest on; ``given``: rig file of the priors."""
+    rows = [("Recordings", "; ".join(f"{e.recording.path} ({duration(e.duration)})" for e in experiments)),
+            ("Computing time", f"{seconds:.1f} s, {fit.sweeps} times sensitivities, " + ("settled" if fit.settled else "not settled"))]
+    return doc.EndMatter(data_split(share), given, assumptions(fit), rows)
+
+
 def calibration_json(fit: Calibration, experiments: Sequence[Experiment], signals: Sequence[SignalFit], share: float, said: str,
-                     seconds: float) -> dict:
+                     given: str, seconds: float) -> dict:
     """Every number of the page."""
     return {
         "report": "calibration", "verdict": said,
@@ -68,8 +75,8 @@ def calibration_json(fit: Calibration, experiments: Sequence[Experiment], signal
         "refused": [p.name for p in fit.refused],
         "correlation": fit.correlation.tolist(),
         "settled": fit.settled, "sweeps": fit.sweeps,
-        "end_matter": {"data_split": data_split(share), "assumptions": assumptions(fit), "versions": dict(doc.versions()),
-                       "rig_id": fit.rig.rig_id, "computing_time_s": seconds},
+        "end_matter": calibration_end(fit, experiments, share, given, seconds).as_json() | {
+            "rig_id": fit.rig.rig_id, "computing_time_s": seconds},
     }
 
 
@@ -80,10 +87,8 @@ def calibration_document(fit: Calibration, experiments: Sequence[Experiment], si
     Args:
         share: held out. said, mood: verdict and its level. given: rig file of the priors. seconds: what the fit took.
     """
-    rows = [("Recordings", "; ".join(f"{e.recording.path} ({duration(e.duration)})" for e in experiments)),
-            ("Computing time", f"{seconds:.1f} s, {fit.sweeps} times sensitivities, " + ("settled" if fit.settled else "not settled"))]
     page = doc.Document(kind="Calibration", title=fit.rig.rig_id, verdict=said, level=mood,
-                        end=doc.EndMatter(data_split(share), given, assumptions(fit), rows))
+                        end=calibration_end(fit, experiments, share, given, seconds))
     groups = grouped(fit)
     worst = max(signals, key=lambda s: s.judged)
     page.add("At a glance", doc.figures([

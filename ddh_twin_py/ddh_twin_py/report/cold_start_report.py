@@ -96,12 +96,17 @@ def assumptions(rig: Rig, outcomes: Sequence[cold.Outcome], hours: float) -> lis
     return taken
 
 
+def cold_start_end(rig: Rig, outcomes: Sequence[cold.Outcome], hours: float, seconds: float) -> doc.EndMatter:
+    """What the numbers rest on."""
+    return doc.EndMatter("Nothing was fitted; every number is the model's with the rig file as it is.", rig.file,
+                         assumptions(rig, outcomes, hours), [("Computing time", f"{seconds:.1f} s for {len(outcomes)} starts")])
+
+
 def cold_start_document(rig: Rig, outcomes: Sequence[cold.Outcome], hours: float, seconds: float) -> doc.Document:
     """The page: per duty a map of what happens, of steady tank oil and of steady winding; the table."""
     page = doc.Document(
         kind="Study: cold start", title=f"{rig.rig_id}: can it keep itself warm?", verdict=verdict(outcomes), level="fair",
-        end=doc.EndMatter("Nothing was fitted; every number is the model's with the rig file as it is.", rig.file,
-                          assumptions(rig, outcomes, hours), [("Computing time", f"{seconds:.1f} s for {len(outcomes)} starts")]),
+        end=cold_start_end(rig, outcomes, hours, seconds),
     )
     keys = "".join(f'<li><i style="background:{fill}"></i>{name}: {MEANING[name]}</li>' for name, fill in FILLS.items())
     page.add("How to read the maps", doc.paragraph(
@@ -206,8 +211,8 @@ def as_json(rig: Rig, outcomes: Sequence[cold.Outcome], hours: float, seconds: f
     return {
         "report": "cold_start", "verdict": verdict(outcomes), "rows": [row(o) for o in outcomes],
         "flips": [{"duty": a, "grade": b, "what_happens": c} for a, b, c in flips(outcomes)],
-        "end_matter": {"rig_file": rig.file, "rig_id": rig.rig_id, "hours": hours, "assumptions": assumptions(rig, outcomes, hours),
-                       "computing_time_s": seconds, "versions": dict(doc.versions())},
+        "end_matter": cold_start_end(rig, outcomes, hours, seconds).as_json() | {
+            "rig_id": rig.rig_id, "hours": hours, "computing_time_s": seconds},
     }
 
 

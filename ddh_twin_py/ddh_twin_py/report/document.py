@@ -57,6 +57,13 @@ class EndMatter:
     assumptions: Sequence[str]
     rows: Sequence[tuple[str, str]] = ()
 
+    def as_json(self) -> dict:
+        """The same for a report's machine-readable twin, with the versions."""
+        return {
+            "data_split": self.data_split, "rig_file": self.rig_file, "assumptions": list(self.assumptions), "versions": dict(versions()),
+            **({"further": dict(self.rows)} if self.rows else {}),
+        }
+
 
 @dataclass
 class Document:

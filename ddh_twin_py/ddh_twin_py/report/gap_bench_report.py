@@ -33,18 +33,23 @@ def verdict(summary: Mapping) -> str:
             + (f"; {crashed} crashed" if crashed else "") + ".")
 
 
+def gap_bench_end(folder: str) -> doc.EndMatter:
+    """What the numbers rest on."""
+    return doc.EndMatter(
+        "Cases were made and their truth was hashed before any diagnosis; nothing was fitted to them.", "reference sheet",
+        ["The plant shares the data sheet with the twin and none of its equations.",
+         "Shares have Wilson's 95 % intervals, means and medians bootstrap ones; the last number is that of cases.",
+         "A class of at most three effects that contains the true one counts as it. A crashed case is a wrong one."],
+        [("Folder", folder)])
+
+
 def gap_bench_document(summary: Mapping, folder: str) -> doc.Document:
     """The page of `gap_bench.scoring.summary`."""
     scores = summary["all"]["scores"]
     first = scores["first"]["value"] or 0.0
     document = doc.Document(
         "Gap bench", "Sealed proof of the gap diagnosis", verdict(summary),
-        doc.EndMatter(
-            "Cases were made and their truth was hashed before any diagnosis; nothing was fitted to them.", "reference sheet",
-            ["The plant shares the data sheet with the twin and none of its equations.",
-             "Shares have Wilson's 95 % intervals, means and medians bootstrap ones; the last number is that of cases.",
-             "A class of at most three effects that contains the true one counts as it. A crashed case is a wrong one."],
-            [("Folder", folder)]),
+        gap_bench_end(folder),
         "good" if first >= 0.8 else "fair" if first >= 0.5 else "poor",
     )
     document.add("Scores", _scores([summary["all"], *summary["by_commissioning"]], summary["metrics"], "Overall"),

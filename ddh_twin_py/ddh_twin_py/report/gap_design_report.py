@@ -26,9 +26,7 @@ _ASSUMPTIONS = [
 def design_document(design: Design, rig: Rig, duty: str, seconds: float) -> doc.Document:
     """The page: what is detected, the matrix as a picture, classes."""
     said, level = verdict(design)
-    split = "Nothing was measured; every number is expected of a recording that is still to be made."
-    page = doc.Document("Design of a test", f"{rig.rig_id}: what would {duty} tell?", said, doc.EndMatter(
-        split, rig.file, _ASSUMPTIONS, [("Computing time", f"{seconds:.1f} s")]), level)
+    page = doc.Document("Design of a test", f"{rig.rig_id}: what would {duty} tell?", said, _end(rig, seconds), level)
     seen = {size: sum(bool(d.detects(size)) for d in design.detections) for size in SIZES}
     page.add("The test", doc.paragraph(setting(design)), doc.figures(
         [doc.Figure(f"{size} effects detected", f"{seen[size]} of {len(design.detections)}", SIZE_WORDS[size]) for size in SIZES]
@@ -37,6 +35,11 @@ def design_document(design: Design, rig: Rig, duty: str, seconds: float) -> doc.
     page.add("Every effect against every other", *_matrix(design))
     page.add("What is detected", _detections(design))
     return page
+
+
+def _end(rig: Rig, seconds: float) -> doc.EndMatter:
+    split = "Nothing was measured; every number is expected of a recording that is still to be made."
+    return doc.EndMatter(split, rig.file, _ASSUMPTIONS, [("Computing time", f"{seconds:.1f} s")])
 
 
 def _classes(design: Design) -> list[doc.Html]:
@@ -112,6 +115,6 @@ def design_json(design: Design, rig: Rig, duty: str, seconds: float) -> dict:
         ],
         "separation": {"effects": design.names, "expected_log_bayes_factor": design.separation.tolist()},
         "classes": design.classes,
-        "end_matter": {"rig_file": rig.file, "rig_id": rig.rig_id, "recorded": setting(design), "length": duration(design.duration),
-                       "assumptions": _ASSUMPTIONS, "computing_time_s": seconds, "versions": dict(doc.versions())},
+        "end_matter": _end(rig, seconds).as_json() | {
+            "rig_id": rig.rig_id, "recorded": setting(design), "length": duration(design.duration), "computing_time_s": seconds},
     }

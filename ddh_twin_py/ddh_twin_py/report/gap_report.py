@@ -28,7 +28,7 @@ def gap_document(diagnosis: Diagnosis) -> doc.Document:
     """The page."""
     report = diagnosis.report
     notes = _notes(report["notes"])
-    page = doc.Document("Gap diagnosis", _title(diagnosis), diagnosis.sentence, _end(diagnosis), VERDICTS[report["verdict"]][1])
+    page = doc.Document("Gap diagnosis", _title(diagnosis), diagnosis.sentence, gap_end(diagnosis), VERDICTS[report["verdict"]][1])
     page.add("In short", doc.figures(_key_figures(diagnosis)), doc.note(_FLOOR), notes if report["verdict"] == "insufficient" else "")
     page.add("Where", drawings(diagnosis))
     if report["verdict"] == "insufficient" and not diagnosis.traces:
@@ -134,7 +134,8 @@ def _next_test(test: dict | None, verdict: str) -> doc.Html:
     return doc.Html("".join(blocks))
 
 
-def _end(diagnosis: Diagnosis) -> doc.EndMatter:
+def gap_end(diagnosis: Diagnosis) -> doc.EndMatter:
+    """What the numbers rest on."""
     rows = [(f"Recordings, {kind}", ", ".join(paths) or "none") for kind, paths in diagnosis.recordings.items()]
     if diagnosis.seconds:
         rows.append(("Computing time", ", ".join(f"{name} {number(value, 1)} s" for name, value in diagnosis.seconds.items())))

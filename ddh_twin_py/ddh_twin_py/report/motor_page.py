@@ -31,6 +31,19 @@ def verdict(table_rows: Sequence[Row]) -> str:
     return said + (f" ({explained} of them explained)." if outside else ".")
 
 
+def motor_end(network: Network) -> EndMatter:
+    """What the numbers rest on."""
+    m = network.machine
+    return EndMatter(
+        "none: nothing was fitted; every value follows from the description", network.rig.file,
+        [
+            f"{path}: {entry.value:g}{_space(entry.unit)} – {entry.source}"
+            for path, entry in m.entries.items() if "assumption" in entry.source
+        ],
+        [("Description", m.file), ("Mesh", f"{network.mesh_layers} layers, {network.size} nodes")],
+    )
+
+
 def motor_document(
     network: Network, condensed: Condensed, rows: Sequence[Row], steps: Sequence[Step], sensitive: Sequence[Sensitivity],
     runs: Sequence[Comparison],
@@ -42,15 +55,7 @@ def motor_document(
     means, hot = network.means(temperature), network.hot_spot(temperature)
     outside = any(row.verdict == "outside" for row in rows)
     level = "poor" if any(row.verdict == "outside" and not row.note for row in rows) else "fair" if outside else "good"
-    end = EndMatter(
-        "none: nothing was fitted; every value follows from the description", rig.file,
-        [
-            f"{path}: {entry.value:g}{_space(entry.unit)} – {entry.source}"
-            for path, entry in m.entries.items() if "assumption" in entry.source
-        ],
-        [("Description", m.file), ("Mesh", f"{network.mesh_layers} layers, {network.size} nodes")],
-    )
-    page = Document("Motor from its geometry", m.machine_id, verdict(rows), end, level)
+    page = Document("Motor from its geometry", m.machine_id, verdict(rows), motor_end(network), level)
     page.add(
         "Steady state at rated current",
         figures([

@@ -9,6 +9,7 @@ from ddh_twin_py.physics.thermal_network import MOTOR_NODES, NODES
 from ddh_twin_py.report import document as doc
 from ddh_twin_py.report.charts import Chart, Trace, charts
 from ddh_twin_py.report.units import number, words
+from ddh_twin_py.rig import Rig
 from ddh_twin_py.twin.paper_results import CYCLES, FITTED, INPUT, PaperResults, Reading, Row
 
 TITLE = "A Thermal Analysis of Direct Driven Hydraulics"
@@ -35,23 +36,34 @@ def verdict(rows: list[Row]) -> str:
     )
 
 
+def paper_end(rig: Rig) -> doc.EndMatter:
+    """What the numbers rest on."""
+    return doc.EndMatter(
+        "Nothing was fitted here. Where the data sheet took a number from the paper (torque, leakage), the row says so or its "
+        "source in the rig file does; such a row is no test of the model.",
+        rig.file,
+        [
+            "Minav, Papini, Pietola: the text of the paper; its figures are pictures without printed values, so that they are "
+            "compared in kind and not point by point.",
+            f"Free run of the model from everything at ambient, {CYCLES} cycles; the lift stops short of the end stops, rests and "
+            "ramps are those of the project's recording of the cycle.",
+            "Differences are twin less paper.",
+        ],
+    )
+
+
+def paper_json(results: PaperResults) -> dict:
+    """The machine-readable twin of the page."""
+    return {
+        "report": "paper", "verdict": verdict(results.rows), "rows": [row.as_json() for row in results.rows],
+        "end_matter": paper_end(results.rig).as_json(),
+    }
+
+
 def paper_document(results: PaperResults) -> doc.Document:
     """The page."""
-    rig = results.rig
     page = doc.Document(
-        kind="The paper's results", title=TITLE, verdict=verdict(results.rows), level="fair",
-        end=doc.EndMatter(
-            "Nothing was fitted here. Where the data sheet took a number from the paper (torque, leakage), the row says so or its "
-            "source in the rig file does; such a row is no test of the model.",
-            rig.file,
-            [
-                "Minav, Papini, Pietola: the text of the paper; its figures are pictures without printed values, so that they are "
-                "compared in kind and not point by point.",
-                f"Free run of the model from everything at ambient, {CYCLES} cycles; the lift stops short of the end stops, rests and "
-                "ramps are those of the project's recording of the cycle.",
-                "Differences are twin less paper.",
-            ],
-        ),
+        kind="The paper's results", title=TITLE, verdict=verdict(results.rows), level="fair", end=paper_end(results.rig),
     )
     columns = (
         doc.Column("Result", number=False), doc.Column("Paper"), doc.Column("Twin"), doc.Column("Difference"),

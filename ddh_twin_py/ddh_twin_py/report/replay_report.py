@@ -97,10 +97,16 @@ def replay_json(
         "findings": [asdict(finding) for finding in recording.findings],
         **(extra or {}),
         "end_matter": {
-            "data_split": _data_split(agreement), "way_of_the_data": how, "rig_file": result.rig.file,
-            "rig_id": result.rig.rig_id, "assumptions": assumptions(result), "versions": dict(doc.versions()),
+            **end_matter_json(result), "data_split": _data_split(agreement), "way_of_the_data": how,
             "computing_time_s": dict(result.seconds),
         },
+    }
+
+
+def end_matter_json(result: ReplayResult) -> dict:
+    """What the numbers of a replay rest on."""
+    return {
+        **doc.EndMatter(f"{DATA_SPLIT}.", result.rig.file, assumptions(result)).as_json(), "rig_id": result.rig.rig_id,
     }
 
 

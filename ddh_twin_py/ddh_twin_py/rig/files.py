@@ -1,9 +1,21 @@
-"""Files that people ask for: written whole or not at all."""
+"""Files that people name: written whole or not at all; the nearest of one that is not there."""
 
 from __future__ import annotations
 
+import difflib
 import os
 from pathlib import Path
+
+
+def did_you_mean(path: str | Path) -> str:
+    """What lies beside a path that is not there and has a similar name, as `; the nearest is ...`; '' where nothing has."""
+    path = Path(path)
+    try:
+        names = os.listdir(path.parent)
+    except OSError:
+        return ""
+    near = difflib.get_close_matches(path.name, names, n=1, cutoff=0.7)
+    return f"; the nearest is {path.parent / near[0]}" if near else ""
 
 
 def write_whole(path: str | Path, content: str | bytes) -> Path:

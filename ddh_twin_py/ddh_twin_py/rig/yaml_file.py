@@ -6,6 +6,7 @@ from pathlib import Path
 
 import yaml
 
+from ddh_twin_py.rig.files import did_you_mean
 from ddh_twin_py.rig.unique_keys import DuplicateKeyError, read_unique
 
 
@@ -21,7 +22,7 @@ def read_yaml(path: str | Path, kind: str, error: type[ValueError]) -> object:
     try:
         text = Path(path).read_text(encoding="utf-8")
     except FileNotFoundError:
-        raise error(f"{path}: no such {kind}") from None
+        raise error(f"{path}: no such {kind}{did_you_mean(path)}") from None
     except (OSError, UnicodeDecodeError) as cause:
         raise error(f"{path}: cannot be read: {cause}") from None
     return parse_yaml(text, str(path), error)

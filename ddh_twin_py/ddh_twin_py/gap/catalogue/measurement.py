@@ -47,7 +47,7 @@ EFFECTS = (
     Effect(
         id="sensor.temperature_lag", component="sensor", domain="measurement", parameter="time_constant", unit="s",
         reference=lambda record: float(record["sensors_temperature_time_constant"][0] * record["measurement_surface_lag_ratio"][0]),
-        laws=(_lag,), step=10.0, lowest=-5.0, highest=1000.0,
+        laws=(_lag,), step=10.0, lowest=-4.5, highest=1000.0,
         about="The surface sensors follow slowly.",
         law="tau dT_read/dt = T - T_read",
         signature="Surface temperatures trail while they change and agree when steady.",

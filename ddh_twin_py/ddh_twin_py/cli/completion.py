@@ -1,0 +1,47 @@
+"""`ddh-twin completion`: completion of verbs, options, values and files for a shell."""
+
+from __future__ import annotations
+
+import argparse
+
+from ddh_twin_py.cli.arguments import OUTPUTS, add_verb
+
+_EXAMPLE = """\
+  ddh-twin completion bash > ~/.local/share/bash-completion/completions/ddh-twin
+  ddh-twin completion zsh > ~/.zfunc/_ddh-twin        with fpath+=(~/.zfunc) before compinit in .zshrc"""
+_FILES = ("FILE", "BAG", "FIELD", "LOG", "DUTY", "RIG.yaml")
+_FOLDERS = ("FOLDER",)
+
+
+def add_parser(subparsers) -> None:
+    """Declare the verb."""
+    parser = add_verb(
+        subparsers, "completion", "print what makes a shell complete this command",
+        "Prints a script for bash or zsh. It is complete in itself: the shell does not start Python at each press of the key.",
+        _EXAMPLE,
+    )
+    parser.add_argument("shell", metavar="SHELL", choices=("bash", "zsh"), help="bash or zsh")
+
+
+def run(args: argparse.Namespace) -> int:
+    """Print the script."""
+    import shtab
+
+    from ddh_twin_py.cli.main import build_parser
+
+    parser = build_parser()
+    _mark_paths(parser, shtab)
+    print(shtab.complete(parser, shell=args.shell))
+    return 0
+
+
+def _mark_paths(parser: argparse.ArgumentParser, shtab) -> None:
+    """Tell which arguments are files and which are folders."""
+    for action in parser._actions:
+        if isinstance(action, argparse._SubParsersAction):
+            for child in action.choices.values():
+                _mark_paths(child, shtab)
+        elif action.choices is None and (action.type in OUTPUTS or action.metavar in _FILES):
+            action.complete = shtab.FILE
+        elif action.metavar in _FOLDERS:
+            action.complete = shtab.DIRECTORY

@@ -1,0 +1,17 @@
+"""What `ddh-twin` leaves with."""
+
+from __future__ import annotations
+
+EXIT_CODES = {
+    0: "done",
+    1: "done, and the answer is no",
+    2: "what was given cannot be used, said in one line on standard error",
+    130: "interrupted (Ctrl-C)",
+}
+"""Code to meaning, for every verb."""
+
+NO = {
+    "calibrate": "nothing that --only asked for can be identified; no rig file is written",
+    "doctor": "something does not work",
+}
+"""Verbs that can answer no, and what it means."""

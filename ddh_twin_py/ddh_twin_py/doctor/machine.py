@@ -1,0 +1,190 @@
+"""Does a running machine publish what the interface wants: topics, types, rates, stamps, values."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from ddh_twin_py.bags.cdr import stamped_floats
+from ddh_twin_py.bags.message_types import know
+from ddh_twin_py.bags.topics import nearest_telemetry, split_topic
+from ddh_twin_py.doctor.check import Check
+from ddh_twin_py.doctor.survey import HeardTopic, Survey
+from ddh_twin_py.telemetry.recording import Recording, Stream
+from ddh_twin_py.telemetry.screening import screen_recording
+from ddh_twin_py.telemetry.signals import (
+    DRIVE_FIELDS,
+    DRIVE_TOPIC,
+    HYDRAULIC_FIELDS,
+    HYDRAULIC_TOPIC,
+    RIG_TOPIC,
+    RIG_TYPE,
+    TEMPERATURE_FIELDS,
+    TEMPERATURE_PREFIX,
+    TOPIC_TYPES,
+    ZERO_CELSIUS,
+)
+
+GROUP = "machine"
+RATES = {DRIVE_TOPIC: (50.0, 1000.0), HYDRAULIC_TOPIC: (50.0, 1000.0), TEMPERATURE_PREFIX: (0.1, 10.0)}
+"""1/s, of the interface."""
+_SLACK = 1.05  # of a rate, before it is called too low or too high
+LATEST = 0.5
+"""s between stamp and arrival, and between two streams, up to which the twin sorts messages in."""
+_FEW = 3  # messages that tell a rate
+_FIELDS = {DRIVE_TOPIC: DRIVE_FIELDS, HYDRAULIC_TOPIC: HYDRAULIC_FIELDS}
+_NEED = {
+    DRIVE_TOPIC: ("error", "the twin is driven by it"),
+    HYDRAULIC_TOPIC: ("warning", "the model's own pressures are used instead and the estimate is less sure"),
+    TEMPERATURE_PREFIX + "ambient": ("warning", "the ambient temperature of the rig file is used instead"),
+    RIG_TOPIC: ("warning", "payload and rig id of the rig file are used instead"),
+}
+
+
+def machines(survey: Survey) -> list[str]:
+    """Namespaces in which somebody publishes telemetry, '' is the root."""
+    found = set()
+    for name, heard in survey.topics.items():
+        split = split_topic(name)
+        if split is not None and heard.publishers and split[1] in (DRIVE_TOPIC, HYDRAULIC_TOPIC):
+            found.add(split[0])
+    return sorted(found)
+
+
+def check_machine(survey: Survey, namespace: str, noise: Mapping[str, float]) -> list[Check]:
+    """All judgements of the machine in one namespace ('' or with a leading slash); `noise` by sensor, SI, for the screening."""
+    checks = []
+    streams: dict[str, Stream] = {}
+    offsets: dict[str, float] = {}
+    stamps_of: dict[str, np.ndarray] = {}
+    for relative, expected in TOPIC_TYPES.items():
+        heard = survey.topics.get(f"{namespace}/{relative}")
+        if heard is None or not heard.publishers:
+            if relative in _NEED:
+                checks.append(_missing(survey, namespace, relative))
+            continue
+        wrong = _announced(heard, expected)
+        checks += wrong
+        if any(check.level == "error" for check in wrong):
+            continue
+        if relative == RIG_TOPIC:
+            checks.append(_rig(heard))
+            continue
+        stamps, values, sound = _decoded(heard, relative)
+        checks += _rate(heard, relative, survey.seconds)
+        if not sound:
+            checks.append(Check(GROUP, heard.topic, "error", "messages cannot be decoded", expected, "build ddh_msgs of both sides anew"))
+        if stamps.size:
+            stamps_of[relative], streams[relative] = stamps, values
+            offsets[relative] = float(np.median(heard.arrived[: stamps.size] - stamps)) * 1e-9
+    checks += _clocks(namespace, offsets, stamps_of, survey.clock_published)
+    return checks + _values(namespace, streams, stamps_of, noise)
+
+
+def _missing(survey: Survey, namespace: str, relative: str) -> Check:
+    level, consequence = _NEED[relative]
+    name = f"{namespace}/{relative}"
+    similar = next((other for other in sorted((*survey.other_topics, *survey.topics))
+                    if other != name and f"{namespace}/{nearest_telemetry(other, namespace)}" == name and other not in
+                    {f"{namespace}/{known}" for known in TOPIC_TYPES}), "")
+    advice = f"publish it; {consequence}" + (f"; did {similar} mean it?" if similar else "")
+    return Check(GROUP, name, level, "nobody publishes it", TOPIC_TYPES[relative], advice)
+
+
+def _announced(heard: HeardTopic, expected: str) -> list[Check]:
+    checks = []
+    if set(heard.types) != {expected}:
+        checks.append(Check(GROUP, heard.topic, "error", f"type {' and '.join(heard.types)}", expected,
+                            f"{', '.join(heard.publishers)}: publish {expected}"))
+    if len(heard.publishers) > 1:
+        checks.append(Check(GROUP, heard.topic, "error", f"{len(heard.publishers)} publishers: {', '.join(heard.publishers)}", "1",
+                            "stop all but one: their messages are mixed"))
+    return checks
+
+
+def _decoded(heard: HeardTopic, relative: str) -> tuple[np.ndarray, Stream, bool]:
+    fields = _FIELDS.get(relative, TEMPERATURE_FIELDS)
+    size = np.array([len(message) for message in heard.messages], np.int64)
+    data = np.frombuffer(b"".join(heard.messages), np.uint8)
+    stamps, values, sound = stamped_floats(data, np.cumsum(size) - size, size, len(fields))
+    stamps, values = stamps[sound], values[sound]
+    if relative.startswith(TEMPERATURE_PREFIX):
+        values[:, 0] += ZERO_CELSIUS
+    return stamps, Stream(stamps * 1e-9, values, fields), bool(sound.all())
+
+
+def _rate(heard: HeardTopic, relative: str, seconds: float) -> list[Check]:
+    low, high = RATES[TEMPERATURE_PREFIX if relative.startswith(TEMPERATURE_PREFIX) else relative]
+    right, count = f"{low:g} to {high:g} per second", heard.arrived.size
+    if count < _FEW:
+        enough = seconds * low > _FEW
+        advice = f"{', '.join(heard.publishers)} announces it and sends nothing" if not count else "it comes more seldom than it should"
+        return [Check(GROUP, heard.topic, "error" if enough and relative in _FIELDS else "warning" if enough else "note",
+                      f"{count} messages in {seconds:.0f} s", right, advice if enough else "listen longer: --seconds 60")]
+    rate = (count - 1) / max(1e-9, float(heard.arrived[-1] - heard.arrived[0]) * 1e-9)
+    found = f"{rate:.3g} per second"
+    if rate * _SLACK < low:
+        return [Check(GROUP, heard.topic, "warning", found, right, "publish it more often: what happens between two samples is lost")]
+    if rate > high * _SLACK:
+        return [Check(GROUP, heard.topic, "warning", found, right, "publish it less often: it costs processor time and tells no more")]
+    return [Check(GROUP, heard.topic, "ok", found, right)]
+
+
+def _rig(heard: HeardTopic) -> Check:
+    if not heard.latched:
+        return Check(GROUP, heard.topic, "warning", "not transient local", "transient local, reliable",
+                     "a twin that starts later does not get it: publish with transient local durability")
+    if not heard.messages:
+        return Check(GROUP, heard.topic, "warning", "nothing came", "one message", f"{', '.join(heard.publishers)} must publish it once")
+    message = know(RIG_TYPE).deserialize_cdr(heard.messages[-1], RIG_TYPE)
+    found = f"{message.rig_id or 'no rig_id'}, {message.oil_grade or 'no oil grade'}, payload {message.payload_mass:g} kg"
+    if not message.payload_mass > 0.0:
+        return Check(GROUP, heard.topic, "warning", found, "payload_mass above 0 kg",
+                     "say what the rod lifts; the rig file's is used instead")
+    return Check(GROUP, heard.topic, "ok", found, "rig_id, oil grade, payload above 0 kg")
+
+
+def _clocks(namespace: str, offsets: Mapping[str, float], stamps: Mapping[str, np.ndarray], simulated: bool) -> list[Check]:
+    if not offsets:
+        return []
+    checks = []
+    behind = float(np.median(list(offsets.values())))
+    found, right = f"stamps are {_apart(behind)} this computer's clock", f"0 to {LATEST:g} s behind"
+    if -0.05 <= behind <= LATEST:
+        checks.append(Check(GROUP, "stamps", "ok", found, right))
+    elif simulated:
+        checks.append(Check(GROUP, "stamps", "note", f"{found}; /clock is published", right, "a recording is played: nothing to do"))
+    else:
+        checks.append(Check(GROUP, "stamps", "warning", found, right,
+                            "keep the clocks of both computers in step (chrony, PTP), and stamp with the time of measurement"))
+    first = min(offsets, key=offsets.get)
+    for relative, offset in offsets.items():
+        if offset - offsets[first] > LATEST:
+            checks.append(Check(GROUP, f"{namespace}/{relative}", "warning",
+                                f"its stamps lie {offset - offsets[first]:.2f} s behind those of {first}", f"within {LATEST:g} s",
+                                "the streams must be stamped by one clock; what comes later than that is dropped"))
+    for relative, stamp in stamps.items():
+        back = np.diff(stamp)
+        if (back < -LATEST * 1e9).any():
+            checks.append(Check(GROUP, f"{namespace}/{relative}", "warning",
+                                f"stamps jump back by up to {-back.min() * 1e-9:.1f} s", "never", "the twin starts anew at each jump"))
+    return checks
+
+
+def _apart(seconds: float) -> str:
+    return f"{abs(seconds):.3g} s {'behind' if seconds >= 0.0 else 'ahead of'}"
+
+
+def _values(namespace: str, streams: Mapping[str, Stream], stamps: Mapping[str, np.ndarray], noise: Mapping[str, float]) -> list[Check]:
+    """What the screening of the twin says of the samples."""
+    if not streams:
+        return []
+    epoch = min(int(stamp.min()) for stamp in stamps.values())
+    told = {name: Stream((stamps[name] - epoch) * 1e-9, stream.values, stream.fields) for name, stream in streams.items()}
+    recording = Recording("live", epoch, None, None, None, namespace=namespace).with_streams(told)
+    findings = [finding for finding in screen_recording(recording, noise).findings if finding.severity != "info"]
+    checks = [Check(GROUP, finding.topic or "samples", finding.severity, finding.message.removeprefix("live: "), "",
+                    "the twin leaves such values out; look at sensor, wiring and unit") for finding in findings]
+    count = sum(len(stream) for stream in streams.values())
+    return checks or [Check(GROUP, "samples", "ok", f"{count} samples, all finite, in range, in a likely unit", "")]

@@ -1,0 +1,56 @@
+"""Do the twin's own nodes run beside a machine, and what do they say of themselves."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ddh_twin_py.doctor.check import Check
+from ddh_twin_py.doctor.survey import Survey
+
+GROUP = "twin"
+NODES = ("hydraulic_model", "machine_thermal", "temperature_fusion", "gap_monitor")
+OUTPUTS = {"hydraulics/state": "hydraulic_model", "motor/thermal_state": "machine_thermal", "temperature/estimates": "temperature_fusion"}
+"""Topics that come with each interval, and the node that publishes them."""
+_LEAST_RATE = 10.0  # 1/s of 20, beside a machine in real time
+_LEVELS = {0: "ok", 1: "warning", 2: "error", 3: "error"}
+
+
+def check_twin(survey: Survey, namespace: str) -> list[Check]:
+    """Nodes, their outputs and their own `/diagnostics`, of the twin in one namespace."""
+    running = [name for name in NODES if f"{namespace}/{name}" in survey.nodes]
+    if not running:
+        return [Check(GROUP, f"{namespace}/", "note", "no node of the twin runs", ", ".join(NODES),
+                      f"ddh-twin up --namespace {namespace or '/'} starts them")]
+    checks = []
+    for name in NODES:
+        here = sum(node == f"{namespace}/{name}" for node in survey.nodes)
+        if here == 0:
+            checks.append(Check(GROUP, f"{namespace}/{name}", "warning", "does not run", "runs", "ddh-twin up restarts nodes that crash"))
+        elif here > 1:
+            checks.append(Check(GROUP, f"{namespace}/{name}", "error", f"runs {here} times", "once", "stop all but one"))
+    for topic, node in OUTPUTS.items():
+        heard = survey.topics.get(f"{namespace}/{topic}")
+        if node in running:
+            checks.append(_output(f"{namespace}/{topic}", heard.arrived if heard else np.empty(0), survey.seconds))
+    own = [status for status in survey.health if status.name.split(":")[0] in {f"{namespace}/{name}".lstrip("/") for name in running}]
+    bad = [status for status in own if status.level]
+    checks += [Check(GROUP, status.name, _LEVELS.get(status.level, "error"), status.message, "",
+                     "see its page in docs/nodes, and its values in /diagnostics") for status in bad]
+    if own and not bad:
+        checks.append(Check(GROUP, "/diagnostics", "ok", f"{len(own)} statuses, all well", ""))
+    elif not own:
+        checks.append(Check(GROUP, "/diagnostics", "note", f"nothing in {survey.seconds:.0f} s", "once a second",
+                            "listen longer: --seconds 10"))
+    return checks
+
+
+def _output(topic: str, arrived: np.ndarray, seconds: float) -> Check:
+    right = "20 per second"
+    if arrived.size < 2:
+        return Check(GROUP, topic, "warning", f"{arrived.size} messages in {seconds:.0f} s", right,
+                     "the node waits for telemetry or for other nodes: see its status in /diagnostics")
+    rate = (arrived.size - 1) / max(1e-9, float(arrived[-1] - arrived[0]) * 1e-9)
+    if rate < _LEAST_RATE:
+        return Check(GROUP, topic, "warning", f"{rate:.3g} per second", right,
+                     "the computer is too slow or busy, or a recording is played slowly")
+    return Check(GROUP, topic, "ok", f"{rate:.3g} per second", right)

@@ -1,0 +1,1 @@
+"""Files of other tools: tables, bags with the twin's outputs, logs, FMUs, layouts."""

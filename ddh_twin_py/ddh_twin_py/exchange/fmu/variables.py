@@ -1,0 +1,99 @@
+"""The variables of the FMU: names, units, starts, and their references, which the C code counts in the same way."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ddh_twin_py.physics.balance import OPERATING_FIELDS
+from ddh_twin_py.physics.free_run import HYDRAULIC_STEP
+from ddh_twin_py.physics.thermal_network import NODES
+from ddh_twin_py.rig import Rig
+from ddh_twin_py.rig.sheet import FIELD_OF_PATH, PARAMETER_DTYPE
+from ddh_twin_py.telemetry.signals import ZERO_CELSIUS
+from ddh_twin_py.twin.intervals import INTERVAL
+
+INPUT, SETTING, PARAMETER, OUTPUT, TEMPERATURE = 0, 100, 1000, 2000, 3000
+"""First reference of each group."""
+NOW = ("speed", "pressure_piston_side", "pressure_rod_side", "rod_position", "rod_velocity")
+"""Outputs that hold at the communication point; all other powers, flows and torques are means over the step before it."""
+_PAYLOAD = "load.payload_mass"  # an input, though the sheet has a value of it
+_UNITS = {
+    "speed": "rad/s", "speed_absolute": "rad/s", "current": "A", "mean_square_current": "A2", "torque": "N.m", "voltage": "V",
+    "rod_position": "m", "rod_velocity": "m/s", "cylinder_force": "N", "friction_force": "N",
+}
+_ENDINGS = (("_torque", "N.m"), ("_power", "W"), ("_pressure", "Pa"), ("_side", "Pa"), ("_flow", "m3/s"), ("_leakage", "m3/s"))
+
+
+@dataclass(frozen=True)
+class Variable:
+    """One scalar variable of the FMU, SI, temperatures in K; `group` is one of the numbers above."""
+
+    reference: int
+    name: str
+    unit: str
+    about: str
+    start: float | None = None
+    group: int = OUTPUT
+
+
+def variables(rig: Rig) -> list[Variable]:
+    """All variables: inputs, settings of the run, parameters of the rig, outputs, temperatures of the thermal nodes."""
+    return [*_inputs(rig), *_settings(rig), *_parameters(rig), *_outputs(), *_temperatures()]
+
+
+def _inputs(rig: Rig) -> list[Variable]:
+    air = ZERO_CELSIUS + rig["ambient"]
+    return [
+        Variable(INPUT, "speed_command", "rad/s", "what the drive is asked for; positive raises the load", 0.0, INPUT),
+        Variable(INPUT + 1, "payload_mass", "kg", "everything that the rod lifts", rig[_PAYLOAD], INPUT),
+        Variable(INPUT + 2, "ambient_temperature", "K", "air around the unit", air, INPUT),
+    ]
+
+
+def _settings(rig: Rig) -> list[Variable]:
+    area = 0.25 * np.pi * rig["cylinder.bore"] ** 2
+    rows = (
+        ("start.temperature", "K", "of all nodes at the start", ZERO_CELSIUS + rig["ambient"]),
+        ("start.rod_position", "m", "at the start, 0 is fully retracted", 0.5 * rig["cylinder.stroke"]),
+        ("start.pressure_piston_side", "Pa", "gauge, at the start; its own start holds the payload of the rig file",
+         rig[_PAYLOAD] * rig["load.gravity"] / area),
+        ("start.pressure_rod_side", "Pa", "gauge, at the start", 0.0),
+        ("solver.longest_interval", "s", "a communication step is cut into equal intervals that are not longer", INTERVAL),
+        ("solver.hydraulic_step", "s", "wanted step of pressures, piston and shaft; a whole number fills an interval", HYDRAULIC_STEP),
+    )
+    return [Variable(SETTING + i, name, unit, about, float(start), SETTING) for i, (name, unit, about, start) in enumerate(rows)]
+
+
+def _parameters(rig: Rig) -> list[Variable]:
+    path_of = {field: path for path, field in FIELD_OF_PATH.items()}
+    record, found = rig.parameters[0], []
+    for i, field in enumerate(PARAMETER_DTYPE.names):
+        path = path_of.get(field)
+        if path is None or path == _PAYLOAD:
+            continue
+        quantity = rig.quantities[path]
+        found.append(Variable(PARAMETER + i, path, _modelica(quantity.unit), f"rig file: {quantity.source or 'no source'}",
+                              float(record[field]), PARAMETER))
+    return found
+
+
+def _outputs() -> list[Variable]:
+    found = []
+    for i, name in enumerate(OPERATING_FIELDS):
+        about = "at the communication point" if name in NOW else "mean over the step before the communication point"
+        unit = _UNITS.get(name) or ("W" if name.startswith("loss_") else next(unit for ending, unit in _ENDINGS if name.endswith(ending)))
+        found.append(Variable(OUTPUT + i, name, unit, about))
+    return found
+
+
+def _temperatures() -> list[Variable]:
+    return [
+        Variable(TEMPERATURE + i, f"temperature.{node}", "K", f"thermal node {node}", group=TEMPERATURE) for i, node in enumerate(NODES)
+    ]
+
+
+def _modelica(unit: str) -> str:
+    """A unit of the sheet as FMI wants it (Modelica's way): a dot for a product, nothing for a pure number."""
+    return "" if unit == "1" else unit.replace("*", ".").replace("^", "")

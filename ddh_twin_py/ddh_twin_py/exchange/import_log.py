@@ -1,0 +1,94 @@
+"""CSV logs of a machine as a recording by the interface's contract."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from ddh_twin_py.exchange.errors import ExchangeError
+from ddh_twin_py.exchange.log_file import LogFile, read_log
+from ddh_twin_py.exchange.mapping import ColumnRule, LogMapping
+from ddh_twin_py.exchange.units import unknown
+from ddh_twin_py.telemetry.recording import Recording, Stream, temperature_stream
+from ddh_twin_py.telemetry.signals import DRIVE_FIELDS, DRIVE_TOPIC, HYDRAULIC_FIELDS, HYDRAULIC_TOPIC, TEMPERATURE_PREFIX
+
+_FIELDS = {DRIVE_TOPIC: DRIVE_FIELDS, HYDRAULIC_TOPIC: HYDRAULIC_FIELDS}
+_EARLY = 1.0e-9  # s by which a reading may come before its time
+
+
+def import_logs(paths: Sequence[str | Path], mapping: LogMapping) -> Recording:
+    """Read logs of one machine, such as one with drive and pressures and another with temperatures, or parts that follow each other.
+
+    A signal is taken from every log that has its column. A line in which a stream has no value at all gives no sample; one that
+    has some gives NaN for the others. Temperatures are thinned to one reading in `every_s`.
+
+    Raises:
+        ExchangeError: naming file, line and column where a log cannot be read or a column of the mapping is in none of them.
+    """
+    wanted = [mapping.time.column, *(rule.column for rule in mapping.columns)]
+    logs = [read_log(path, mapping.dialect, wanted) for path in paths]
+    _all_there(logs, mapping)
+    parts: dict[str, list[tuple[np.ndarray, np.ndarray]]] = {}
+    for log in logs:
+        stamps = log.stamps(mapping.time)
+        for topic, stamp, values in _samples(log, stamps, mapping):
+            parts.setdefault(topic, []).append((stamp, values))
+    joined = {
+        topic: (np.concatenate([stamp for stamp, _ in found]), np.concatenate([values for _, values in found]))
+        for topic, found in parts.items()
+    }
+    joined = {topic: pair for topic, pair in joined.items() if pair[0].size}
+    if not joined:
+        raise ExchangeError(f"{paths[0]}: no line has a value in any column of {mapping.file}")
+    epoch = min(int(stamp.min()) for stamp, _ in joined.values())
+    streams = {topic: _stream(topic, (stamp - epoch) * 1e-9, values) for topic, (stamp, values) in joined.items()}
+    return Recording(str(paths[0]), epoch, mapping.rig, None, None).with_streams(streams)
+
+
+def _all_there(logs: Sequence[LogFile], mapping: LogMapping) -> None:
+    for log in logs:
+        if mapping.time.column not in log.cells:
+            raise ExchangeError(f"{log.file}: line {mapping.dialect.header_line}: "
+                                f"{unknown('column', mapping.time.column, list(log.headings))} (time.column of {mapping.file})")
+    headings = list(dict.fromkeys(name for log in logs for name in log.headings))
+    for rule in mapping.columns:
+        if not any(rule.column in log.cells for log in logs):
+            names = ", ".join(log.file for log in logs)
+            raise ExchangeError(f"{names}: line {mapping.dialect.header_line}: {unknown('column', rule.column, headings)} "
+                                f"(columns.{rule.signal.name} of {mapping.file})")
+
+
+def _samples(log: LogFile, stamps: np.ndarray, mapping: LogMapping):
+    """Topic, stamps and values of each stream that the log has a column of."""
+    rules = [rule for rule in mapping.columns if rule.column in log.cells]
+    for topic, fields in _FIELDS.items():
+        own = {rule.signal.field: rule for rule in rules if rule.signal.topic == topic}
+        if own:
+            values = np.full((stamps.size, len(fields)), np.nan)
+            for field, rule in own.items():
+                values[:, fields.index(field)] = rule.inside(log.numbers(rule.column))
+            there = ~np.isnan(values).all(axis=1)
+            yield topic, stamps[there], values[there]
+    for rule in rules:
+        if rule.signal.topic.startswith(TEMPERATURE_PREFIX):
+            kelvin = rule.inside(log.numbers(rule.column))
+            chosen = _thinned(stamps, np.flatnonzero(~np.isnan(kelvin)), rule)
+            yield rule.signal.topic, stamps[chosen], np.column_stack([kelvin[chosen], np.full(chosen.size, rule.variance)])
+
+
+def _thinned(stamps: np.ndarray, rows: np.ndarray, rule: ColumnRule) -> np.ndarray:
+    """Rows that come at least `every` after the one before, or before it."""
+    step = round((rule.every - _EARLY) * 1e9)
+    kept: list[int] = []
+    last = None
+    for row, stamp in zip(rows.tolist(), stamps[rows].tolist(), strict=True):
+        if last is None or stamp - last >= step or stamp < last:
+            kept.append(row)
+            last = stamp
+    return np.array(kept, np.int64)
+
+
+def _stream(topic: str, time: np.ndarray, values: np.ndarray) -> Stream:
+    return temperature_stream(time, values[:, 0], values[:, 1]) if topic not in _FIELDS else Stream(time, values, _FIELDS[topic])

@@ -1,0 +1,161 @@
+"""The hypotheses of one linearisation that are fitted in full, and what that says of those that are not.
+
+The linear model ranks; the full fit decides. Where full fits fall short of what was promised, the next sets by what
+is then to be expected of them are fitted too: a set is expected to fall short as its effects did in other sets.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.special import logsumexp
+
+from ddh_twin_py.gap.hypotheses import Hypothesis, probabilities
+from ddh_twin_py.gap.linearised import Linearised
+from ddh_twin_py.gap.refit import Refit, Refitted
+from ddh_twin_py.gap.sensitivity import Column
+
+Ids = tuple[str, ...]
+
+_AT_ONCE = 5  # sets fitted side by side
+_MOST = 30  # sets fitted in full
+_FAR_BEHIND = 12.0  # log weight behind the best beyond which a set is not fitted in full
+_RIVAL = 2.0  # log weight behind the best fitted within which a set is fitted before it is judged
+_KEPT = 3  # leading sets whose fits the next linearisation begins from
+_POOR = 1.5  # chi-square per row above which the leading hypothesis explains too little to be the last word
+
+
+@dataclass(frozen=True)
+class Start:
+    """Where a fit may begin: parameters (k,), departures of the effects in order of their ids and in their own units (m,)."""
+
+    theta: np.ndarray
+    x: np.ndarray
+
+
+class Fits:
+    """Full fits of one linearisation.
+
+    Args:
+        weights: of every set, by the linear model: log weight and best way; see `hypotheses.weighted`.
+
+    Attributes:
+        fitted: sets fitted in full; () is always among them once `again` or `leaders` was called.
+    """
+
+    def __init__(self, linearised: Linearised, weights: Mapping[Ids, tuple[float, Hypothesis | None]], pool: ThreadPoolExecutor) -> None:
+        self._linearised, self._weights, self._pool = linearised, weights, pool
+        self._refit = Refit(linearised.model, linearised.comparisons, linearised.basis, linearised.sensitivities, linearised.theta)
+        self.fitted: dict[Ids, Refitted] = {}
+
+    def again(self, known: Mapping[Ids, Start]) -> None:
+        """Fit sets from where they stood before."""
+        def fit(item: tuple[Ids, Start]) -> Refitted | None:
+            ids, start = item
+            columns = self._columns(ids)
+            if columns is None or len(columns) != len(ids):
+                return None
+            order = [ids.index(c.effect.id) for c in columns]
+            return self._refit.of(columns, start.theta, np.array([start.x[i] / c.x for i, c in zip(order, columns, strict=True)]))
+
+        self._take(fit, known.items())
+
+    def leaders(self) -> None:
+        """Fit the leading sets, and further ones for as long as one is expected to be as good as the best that was fitted."""
+        best = max(w[0] for w in self._weights.values())
+        ranked = sorted((ids for ids in self._weights if ids and best - self._weights[ids][0] < _FAR_BEHIND),
+                        key=lambda ids: -self._weights[ids][0])
+        single = max((ids for ids in self._weights if len(ids) == 1), key=lambda ids: self._weights[ids][0], default=())
+        self._fit(dict.fromkeys([(), *ranked[:_AT_ONCE], single]))
+        while len(self.fitted) < _MOST:
+            expected = self._expected()
+            least = max(self._full(ids) for ids in self.fitted) - _RIVAL
+            rest = sorted((ids for ids in expected if ids not in self.fitted and expected[ids] > least), key=lambda ids: -expected[ids])
+            if not rest:
+                break
+            self._fit(rest[:_AT_ONCE])
+        best_fit = max(self.fitted.values(), key=lambda f: f.log_evidence)
+        if best_fit.columns:  # no effect may do better from where an effect led the parameters
+            self._take(lambda _: self._refit.of([], best_fit.theta, np.zeros(0)), [None])
+
+    def poor(self) -> bool:
+        """Whether even the best leaves much more than noise."""
+        rows = sum(c.size for c in self._linearised.comparisons)
+        best = max(self.fitted.values(), key=lambda f: f.log_evidence)
+        return best.chi_square > _POOR * self._linearised.power * rows
+
+    def every_effect(self) -> None:
+        """Fit every effect in each of its ways: a large one bends, and no line shows where it leads."""
+        def fit(column: Column) -> Refitted:
+            hypothesis = self._weights[(column.effect.id,)][1]
+            departure = [d for i, d in zip(hypothesis.columns, hypothesis.departure, strict=True) if self._linearised.columns[i] is column]
+            return self._refit.of([column], self._linearised.theta, np.array(departure or [1.0]))
+
+        self._take(fit, self._linearised.columns)
+
+    def gain(self, ids: Ids) -> float:
+        """Log evidence over no effect, in full."""
+        return self.fitted[ids].log_evidence - self.fitted[()].log_evidence
+
+    def linear(self, ids: Ids) -> float:
+        """The same by the linear model."""
+        hypothesis = self._weights[ids][1]
+        return hypothesis.log_evidence if hypothesis else 0.0
+
+    def probability(self) -> dict[Ids, float]:
+        """Full fits stand before linear ones; a set that was not fitted is as good as is expected of it, but not the best."""
+        out = {ids: self._full(ids) for ids in self.fitted if ids in self._weights}
+        highest = max(min(out.values()), logsumexp(list(out.values())) - 1.0)
+        for ids, weight in self._expected().items():
+            out.setdefault(ids, min(weight, highest))
+        return probabilities(out)
+
+    def starts(self, found) -> dict[Ids, Start]:
+        """Where the leading sets stand, for another linearisation."""
+        leading = [ids for ids in found.probability if ids in self.fitted][:_KEPT]
+        out = {}
+        for ids in dict.fromkeys([(), *leading]):
+            fitted = self.fitted[ids]
+            x = dict(zip((c.effect.id for c in fitted.columns), fitted.x, strict=True))
+            out[ids] = Start(fitted.theta, np.array([x[name] for name in ids]))
+        return out
+
+    def _columns(self, ids: Ids) -> list[Column] | None:
+        if not ids:
+            return []
+        entry = self._weights.get(ids)
+        return [self._linearised.columns[i] for i in entry[1].columns] if entry else None
+
+    def _fit(self, wanted: Sequence[Ids]) -> None:
+        def fit(ids: Ids) -> Refitted:
+            hypothesis = self._weights[ids][1]
+            departure = hypothesis.departure if hypothesis else np.zeros(0)
+            return self._refit.of(self._columns(ids), self._linearised.shared(hypothesis), departure)
+
+        self._take(fit, wanted)
+
+    def _take(self, fit: Callable, items) -> None:
+        for found in self._pool.map(fit, items):
+            if found is None or not np.isfinite(found.log_evidence):
+                continue
+            known = self.fitted.get(found.effects)
+            if known is None or found.log_evidence > known.log_evidence:
+                self.fitted[found.effects] = found
+
+    def _full(self, ids: Ids) -> float:
+        """Log weight of a set that was fitted."""
+        return self._weights[ids][0] - self.linear(ids) + self.gain(ids)
+
+    def _expected(self) -> dict[Ids, float]:
+        """Log weight of every set, as far short of the linear one as fitted sets with one of its effects fell at least."""
+        short: dict[str, float] = {}
+        for ids in self.fitted:
+            if ids in self._weights:
+                fell = min(0.0, self._full(ids) - self._weights[ids][0])
+                for name in ids:
+                    short[name] = max(short.get(name, -math.inf), fell)
+        return {ids: weight + min((short.get(name, 0.0) for name in ids), default=0.0) for ids, (weight, _) in self._weights.items()}

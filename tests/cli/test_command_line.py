@@ -1,0 +1,153 @@
+"""What holds for every verb: options, outputs, colours, completion, exit codes, the pages that are made of them."""
+
+import argparse
+import os
+import pty
+import re
+import subprocess
+import sys
+
+import pytest
+from ddh_twin_py.cli.arguments import OUTPUTS, json_file, output_file
+from ddh_twin_py.cli.command_line_page import command_line_page
+from ddh_twin_py.cli.exit_codes import EXIT_CODES, NO
+from ddh_twin_py.cli.main import VERBS, build_parser, main
+from ddh_twin_py.report.message_page import message_page
+from ddh_twin_py.report.rig_sheet_page import rig_sheet_page
+from ddh_twin_py.rig.files import did_you_mean
+
+WITHOUT_NUMBERS = {"up", "completion"}
+"""Verbs that have nothing to write as JSON."""
+
+
+def parsers() -> dict[str, argparse.ArgumentParser]:
+    (action,) = (a for a in build_parser()._actions if isinstance(a, argparse._SubParsersAction))
+    return dict(action.choices)
+
+
+@pytest.mark.parametrize("verb", VERBS)
+def test_options_mean_the_same_in_every_verb(verb):
+    parser = parsers()[verb]
+    options = {name: action for action in parser._actions for name in action.option_strings}
+    assert all(action.help for action in parser._actions), "an argument without help"
+    assert all(re.fullmatch(r"-\w|--[a-z][a-z0-9-]*", name) for name in options), options.keys()
+    assert ("--json" in options) == (verb not in WITHOUT_NUMBERS)
+    if verb != "completion":
+        assert "--quiet" in options
+    for name, kind, metavar in (("--json", json_file, "FILE"), ("--html", output_file, "FILE"), ("--csv", output_file, "FILE")):
+        if name in options:
+            assert options[name].type is kind and options[name].metavar == metavar
+    for name, metavar in (("--rig", "FILE"), ("--namespace", "NS"), ("--out", "FOLDER"), ("--jobs", "N"), ("--duty", None)):
+        if name in options and metavar:
+            assert options[name].metavar == metavar, (verb, name)
+    if "-o" in options:
+        assert options["-o"] is options["--output"] and options["-o"].type in OUTPUTS
+    assert re.search(rf"^  ddh-twin {verb}( |$)", parser.epilog, re.MULTILINE), "no example"
+
+
+def test_the_example_of_each_verb_parses():
+    """Every line of an example that is one command is understood; files need not be there."""
+    parser = build_parser()
+    for verb, child in parsers().items():
+        lines = [line.strip() for line in child.epilog.splitlines() if line.startswith("  ddh-twin ")]
+        for line in lines:
+            words = re.split(r"\s{2,}| > ", line)[0].split()[1:]
+            found, extra = parser.parse_known_args(words)
+            assert found.verb == verb and not extra, line
+
+
+@pytest.mark.parametrize("argv, said", [
+    (["replay", "b", "--html", "r.x", "--json", "r.x"], "--html and --json both write to 'r.x'"),
+    (["replay", "b", "--html", "r.x", "--json", "./r.x"], "--html and --json both write to './r.x'"),
+    (["gap", "b", "--html", "r.x", "-o", "sub/../r.x"], "--output and --html both write to"),
+    (["study", "cold-start", "--csv", "r.x", "--html", "r.x"], "--html and --csv both write to 'r.x'"),
+    (["export", "b", "--csv", "r.x", "--parquet", "r.x"], "--csv and --parquet both write to 'r.x'"),
+    (["fmu", "r.fmu", "--json", "r.fmu"], "FILE and --json both write to 'r.fmu'"),
+])
+def test_one_path_for_two_outputs_is_refused(argv, said, capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(SystemExit) as left:
+        main(argv)
+    err = capsys.readouterr().err
+    assert left.value.code == 2 and said in err and len(err.splitlines()) == 1
+
+
+def test_the_nearest_of_a_file_that_is_not_there(tmp_path, capsys):
+    (tmp_path / "press_7.yaml").write_text("")
+    assert did_you_mean(tmp_path / "pres_7.yaml") == f"; the nearest is {tmp_path / 'press_7.yaml'}"
+    assert did_you_mean(tmp_path / "crane.yaml") == "" and did_you_mean(tmp_path / "no" / "x.yaml") == ""
+    assert main(["info", str(tmp_path / "press_8.yaml")]) == 2
+    assert f"does not exist; the nearest is {tmp_path / 'press_7.yaml'}" in capsys.readouterr().err
+
+
+def on_a_terminal(argv, **environment) -> str:
+    """What a command writes where standard output is a terminal."""
+    leader, follower = pty.openpty()
+    env = {name: value for name, value in os.environ.items() if name not in ("NO_COLOR", "FORCE_COLOR")}
+    process = subprocess.Popen([sys.executable, "-m", "ddh_twin_py.cli.main", *argv], stdout=follower, stderr=subprocess.DEVNULL,
+                               stdin=subprocess.DEVNULL, env={**env, "TERM": "xterm-256color", **environment})
+    os.close(follower)
+    written = b""
+    while True:
+        try:
+            part = os.read(leader, 65536)
+        except OSError:
+            break
+        if not part:
+            break
+        written += part
+    os.close(leader)
+    process.wait()
+    return written.decode()
+
+
+COLOUR = re.compile(r"\x1b\[[0-9;]*3[0-7]m")
+
+
+def test_colours_on_a_terminal_alone_and_never_with_no_color():
+    argv = ["doctor", "--no-graph"]
+    assert COLOUR.search(on_a_terminal(argv))
+    assert not COLOUR.search(on_a_terminal(argv, NO_COLOR="1"))
+    piped = subprocess.run([sys.executable, "-m", "ddh_twin_py.cli.main", *argv], capture_output=True, text=True)
+    assert "installation" in piped.stdout and "\x1b" not in piped.stdout + piped.stderr
+
+
+def complete(script, *words) -> list[str]:
+    """What bash offers for the last word."""
+    line = " ".join(f"'{word}'" for word in ("ddh-twin", *words))
+    code = f"source {script}; COMP_WORDS=({line}); COMP_CWORD={len(words)}; _shtab_ddh_twin; printf '%s\\n' \"${{COMPREPLY[@]}}\""
+    return subprocess.run(["bash", "-c", code], capture_output=True, text=True, check=True).stdout.split()
+
+
+def test_completion(tmp_path, capsys, monkeypatch):
+    assert main(["completion", "bash"]) == 0
+    script = tmp_path / "completion.bash"
+    script.write_text(capsys.readouterr().out)
+    assert complete(script, "rep") == ["replay"]
+    assert set(complete(script, "gap")) == {"gap", "gap-design", "gap-bench"}
+    assert complete(script, "replay", "--leave") == ["--leave-one-out"]
+    assert complete(script, "up", "--source", "sim") == ["simulation"]
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "bag_of_mine").mkdir()
+    assert "bag_of_mine" in complete(script, "info", "bag_")
+    assert main(["completion", "zsh"]) == 0
+    zsh = capsys.readouterr().out
+    assert zsh.startswith("#compdef ddh-twin") and "--leave-one-out" in zsh
+    with pytest.raises(SystemExit):
+        main(["completion", "fish"])
+    assert "no SHELL 'fish'; the nearest is" in capsys.readouterr().err
+
+
+def test_pages_are_up_to_date(repo_root):
+    for name, text in (("command_line.md", command_line_page(build_parser())), ("messages.md", message_page(repo_root / "ddh_msgs")),
+                       ("rig_sheet.md", rig_sheet_page())):
+        assert (repo_root / "docs" / name).read_text() == text, "run scripts/reference_pages.py"
+
+
+def test_every_message_and_verb_has_its_place(repo_root):
+    page = (repo_root / "docs/messages.md").read_text()
+    definitions = [path for folder in ("msg", "srv", "action") for path in (repo_root / "ddh_msgs" / folder).iterdir()]
+    assert len(definitions) > 15 and all(f"\n### {path.stem}\n" in page for path in definitions)
+    line = (repo_root / "docs/command_line.md").read_text()
+    assert all(f"\n## {verb}\n" in line for verb in VERBS) and set(NO) <= set(VERBS)
+    assert all(f"| {code} | " in line for code in EXIT_CODES)

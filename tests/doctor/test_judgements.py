@@ -1,0 +1,172 @@
+"""What is said of a graph that was listened to, made of arrays; of the installation; of the clock."""
+
+import sys
+import time
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from ddh_twin_py.bags.cdr import encode_stamped_floats
+from ddh_twin_py.bags.message_types import know
+from ddh_twin_py.cli.main import main
+from ddh_twin_py.doctor import clock, installation
+from ddh_twin_py.doctor.check import Check, as_json, worst
+from ddh_twin_py.doctor.machine import check_machine, machines
+from ddh_twin_py.doctor.middleware import check_middleware
+from ddh_twin_py.doctor.survey import Health, HeardTopic, Survey
+from ddh_twin_py.doctor.twin import check_twin
+from ddh_twin_py.rig import load_rig
+from ddh_twin_py.telemetry.signals import RIG_TYPE, TOPIC_TYPES
+
+NOW = 1_780_000_000_000_000_000
+SECONDS = 5.0
+NOISE = {name: spec.noise for name, spec in load_rig().sensors.items()}
+
+
+def heard(relative, rate, values, *, namespace="/ddh", delay=0.002, stamp_shift=0.0, **changes):
+    """A topic that comes at a rate (1/s) with noise on its values."""
+    n = round(SECONDS * rate)
+    arrived = NOW + (np.arange(n) / rate * 1e9).astype(np.int64)
+    stamps = arrived - round((delay - stamp_shift) * 1e9)
+    noise = np.random.default_rng(1).normal(0.0, 0.01, (n, len(values)))
+    messages = [bytes(m) for m in encode_stamped_floats(stamps, np.array(values) * (1.0 + noise), "ddh")]
+    topic = HeardTopic(f"{namespace}/{relative}", (TOPIC_TYPES[relative],), ("/machine",), True, False, arrived, messages)
+    return replace(topic, **changes)
+
+
+def rig_message(payload=149.5, latched=True):
+    store = know(RIG_TYPE)
+    header = store.types["std_msgs/msg/Header"](store.types["builtin_interfaces/msg/Time"](1, 0), "")
+    message = store.types[RIG_TYPE](header, "press_7", "ISO VG 32", payload)
+    content = bytes(store.serialize_cdr(message, RIG_TYPE))
+    return HeardTopic("/ddh/rig", (RIG_TYPE,), ("/machine",), False, latched, np.array([NOW]), [content])
+
+
+def graph(*changed, without=()):
+    """A sound machine with the twin beside it; topics given replace those of the same name."""
+    several = [
+        heard("drive/telemetry", 100.0, (52.0, 52.0, 16.0, 9.0, 60.0, 900.0)),
+        heard("hydraulics/telemetry", 100.0, (90e5, 20e5, 0.2, 0.067)),
+        heard("temperature/ambient", 2.0, (23.0, 0.0)), heard("temperature/tank_oil", 2.0, (35.0, 0.0)),
+        rig_message(), *changed,
+    ]
+    topics = {topic.topic: topic for topic in several if topic.topic not in without}
+    nodes = ("/machine", *(f"/ddh/{name}" for name in ("hydraulic_model", "machine_thermal", "temperature_fusion", "gap_monitor")))
+    return Survey(SECONDS, 7, "rmw_fastrtps_cpp", nodes, topics, ("/rosout",), (), False, 0.6)
+
+
+def of(checks, level):
+    return [f"{check.name}: {check.found}" for check in checks if check.level == level]
+
+
+def test_a_sound_machine_has_nothing_wrong():
+    checks = check_machine(graph(), "/ddh", NOISE)
+    assert worst(checks) == "ok", of(checks, "warning") + of(checks, "error")
+    assert {check.name for check in checks} >= {"/ddh/drive/telemetry", "/ddh/rig", "stamps", "samples"}
+    assert "/ddh/drive/telemetry: 100 per second" in of(checks, "ok")
+    assert machines(graph()) == ["/ddh"] and machines(graph(without=["/ddh/drive/telemetry", "/ddh/hydraulics/telemetry"])) == []
+
+
+@pytest.mark.parametrize("changed, level, expected", [
+    (heard("drive/telemetry", 20.0, (52.0, 52.0, 16.0, 9.0, 60.0, 900.0)), "warning", "/ddh/drive/telemetry: 20 per second"),
+    (heard("drive/telemetry", 100.0, (52.0, 52.0, 16.0, 9.0, 60.0, 900.0), types=("std_msgs/msg/Float64",)), "error",
+     "/ddh/drive/telemetry: type std_msgs/msg/Float64"),
+    (heard("drive/telemetry", 100.0, (52.0, 52.0, 16.0, 9.0, 60.0, 900.0), publishers=("/a", "/b")), "error",
+     "/ddh/drive/telemetry: 2 publishers: /a, /b"),
+    (heard("hydraulics/telemetry", 100.0, (90e5, 20e5, 0.2, 0.067), arrived=np.empty(0, np.int64), messages=[]), "error",
+     "/ddh/hydraulics/telemetry: 0 messages in 5 s"),
+    (heard("hydraulics/telemetry", 100.0, (90e5, 20e5, 0.2, 0.067), stamp_shift=-2.0), "warning",
+     "/ddh/hydraulics/telemetry: its stamps lie 2.00 s behind those of drive/telemetry"),
+    (heard("hydraulics/telemetry", 100.0, (90e5, 20e5, 0.2, 0.067), messages=[b"\0\1\0\0torn"] * 500), "error",
+     "/ddh/hydraulics/telemetry: messages cannot be decoded"),
+    (rig_message(payload=0.0), "warning", "/ddh/rig: press_7, ISO VG 32, payload 0 kg"),
+    (rig_message(latched=False), "warning", "/ddh/rig: not transient local"),
+    (heard("temperature/ambient", 0.2, (23.0, 0.0)), "note", "/ddh/temperature/ambient: 1 messages in 5 s"),
+])
+def test_what_is_wrong_is_named(changed, level, expected):
+    checks = check_machine(graph(changed), "/ddh", NOISE)
+    assert expected in of(checks, level), [*of(checks, "warning"), *of(checks, "error")]
+    assert all(check.advice for check in checks if check.level != "ok")
+
+
+def test_a_wrong_unit_is_an_error_or_warning():
+    checks = check_machine(graph(heard("drive/telemetry", 100.0, (52.0, 497.0, 16.0, 9.0, 60.0, 900.0))), "/ddh", NOISE)
+    assert any("rpm" in said for said in of(checks, "error") + of(checks, "warning"))
+
+
+def test_what_is_missing_and_what_may_have_meant_it():
+    survey = replace(graph(without=["/ddh/hydraulics/telemetry", "/ddh/rig"]), other_topics=("/ddh/hydraulic/telemetry",))
+    found = {check.name: check for check in check_machine(survey, "/ddh", NOISE)}
+    assert found["/ddh/hydraulics/telemetry"].level == "warning"
+    assert found["/ddh/hydraulics/telemetry"].advice.endswith("did /ddh/hydraulic/telemetry mean it?")
+    assert found["/ddh/rig"].level == "warning"
+    none = check_machine(graph(without=["/ddh/drive/telemetry"]), "/ddh", NOISE)
+    assert "/ddh/drive/telemetry: nobody publishes it" in of(none, "error")
+
+
+def test_clocks_that_differ_and_a_recording_that_is_played():
+    late = [heard("drive/telemetry", 100.0, (52.0, 52.0, 16.0, 9.0, 60.0, 900.0), delay=3600.0),
+            heard("hydraulics/telemetry", 100.0, (90e5, 20e5, 0.2, 0.067), delay=3600.0),
+            heard("temperature/ambient", 2.0, (23.0, 0.0), delay=3600.0), heard("temperature/tank_oil", 2.0, (35.0, 0.0), delay=3600.0)]
+    stamps = {check.name: check for check in check_machine(graph(*late), "/ddh", NOISE)}["stamps"]
+    assert (stamps.level, stamps.found) == ("warning", "stamps are 3.6e+03 s behind this computer's clock")
+    played = {check.name: check for check in check_machine(replace(graph(*late), clock_published=True), "/ddh", NOISE)}["stamps"]
+    assert played.level == "note"
+
+
+def test_the_twins_own_nodes():
+    survey = graph()
+    silent = check_twin(survey, "/ddh")
+    assert "/ddh/temperature/estimates: 0 messages in 5 s" in of(silent, "warning")
+    bad = replace(survey, health=(Health("ddh/temperature_fusion: estimate", 2, "no estimate"), Health("other: x", 2, "not ours")))
+    assert of(check_twin(bad, "/ddh"), "error") == ["ddh/temperature_fusion: estimate: no estimate"]
+    twice = replace(survey, nodes=(*survey.nodes, "/ddh/gap_monitor"))
+    assert "/ddh/gap_monitor: runs 2 times" in of(check_twin(twice, "/ddh"), "error")
+    (none,) = check_twin(replace(survey, nodes=("/machine",)), "/ddh")
+    assert none.level == "note" and "ddh-twin up --namespace /ddh" in none.advice
+
+
+@pytest.mark.parametrize("changes, level, name", [
+    ({"loop": None}, "error", "between processes"), ({"loop": 4.0}, "warning", "between processes"),
+    ({"middleware": "rmw_cyclonedds_cpp"}, "note", "implementation"),
+    ({"environment": {"ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}}, "note", "reach"),
+    ({"environment": {"FASTRTPS_DEFAULT_PROFILES_FILE": "/nowhere/x.xml"}}, "error", "profile"),
+])
+def test_middleware(changes, level, name):
+    assert any(check.level == level and check.name == name and check.advice for check in check_middleware(replace(graph(), **changes)))
+
+
+def test_installation(monkeypatch, tmp_path):
+    assert worst(installation.check_installation(tmp_path)) in ("ok", "warning")
+    monkeypatch.setattr(installation, "NEEDED", ("numpy", "no-such-package-here"))
+    monkeypatch.setenv("ROS_DISTRO", "humble")
+    monkeypatch.setattr(sys, "version_info", (3, 9, 1))
+    said = {check.name: check for check in installation.check_installation(tmp_path)}
+    assert said["packages"].found == "missing: no-such-package-here" and said["packages"].advice == "run make setup"
+    assert said["Python"].level == "error" and said["ROS 2"].level == "warning"
+
+
+def test_clock(monkeypatch):
+    assert [check.name for check in clock.check_clock()] == ["date", "synchronisation"]
+    assert clock._synchronised(5).level == "note" and clock._synchronised(0).level == "ok" and clock._synchronised(None).level == "note"
+    monkeypatch.setattr(time, "time", lambda: 0.0)
+    (only,) = clock.check_clock()
+    assert (only.level, only.found) == ("error", "1970-01-01 00:00:00 UTC")
+
+
+def test_levels_and_json():
+    checks = [Check("a", "b", "ok", "x"), Check("a", "c", "warning", "y", "z", "do")]
+    assert worst(checks) == "warning" and worst([]) == "ok"
+    data = as_json(checks)
+    assert data["counts"] == {"ok": 1, "note": 0, "warning": 1, "error": 0} and data["checks"][1]["advice"] == "do"
+    with pytest.raises(ValueError, match="'fatal' is no level"):
+        Check("a", "b", "fatal", "x")
+
+
+def test_the_verb_without_a_graph(capsys, tmp_path, monkeypatch):
+    assert main(["doctor", "--no-graph"]) == 0
+    assert "installation" in capsys.readouterr().out
+    monkeypatch.setattr(installation, "NEEDED", ("no-such-package-here",))
+    assert main(["doctor", "--no-graph", "--quiet"]) == 1
+    out = capsys.readouterr().out
+    assert "✗ packages: missing: no-such-package-here" in out and "→ run make setup" in out and "✓" not in out

@@ -1,0 +1,111 @@
+"""The FMU in another tool: valid, and the same numbers as the simulated rig that the twin's own code runs."""
+
+import json
+import subprocess
+import sys
+import zipfile
+from dataclasses import asdict
+
+import numpy as np
+import pytest
+from ddh_twin_py.cli.main import main
+from ddh_twin_py.cli.simulated import collect
+from ddh_twin_py.exchange.errors import ExchangeError
+from ddh_twin_py.exchange.fmu import archive
+from ddh_twin_py.exchange.fmu.variables import variables
+from ddh_twin_py.physics.thermal_network import NODES
+from ddh_twin_py.rig import load_rig
+from ddh_twin_py.rig.sheet import FIELD_OF_PATH
+from ddh_twin_py.twin.duty import load_duty
+from ddh_twin_py.twin.simulated_rig import CONTROL_PERIOD, SimulatedRig
+
+
+@pytest.fixture(scope="module")
+def tools_python(repo_root):
+    python = repo_root / ".venv/tools/bin/python"
+    if not python.exists():
+        pytest.skip("no FMPy here: scripts/tools.sh puts it into .venv/tools")
+    return python
+
+
+@pytest.fixture(scope="module")
+def driven(repo_root):
+    """A simulated rig after 40 s of the paper's cycle, with what it was told and what it measured."""
+    duty = load_duty(repo_root / "ddh_twin_py/config/duty/paper_cycle.yaml")
+    rig = SimulatedRig(load_rig(), duty, 3)
+    return rig, duty, collect(rig.run(40.0), 0)
+
+
+@pytest.fixture(scope="module")
+def fmu(driven, tmp_path_factory):
+    return archive.write_fmu(tmp_path_factory.mktemp("fmu") / "rig.fmu", driven[0].rig)
+
+
+def test_another_tool_gets_the_same_numbers(driven, fmu, tools_python, repo_root):
+    rig, duty, recording = driven
+    area = 0.25 * np.pi * rig.rig["cylinder.bore"] ** 2
+    wanted = {
+        "command": recording.drive.column("speed_command").tolist(), "step": CONTROL_PERIOD,
+        "starts": {
+            "start.temperature": duty.ambient[0], "start.rod_position": duty.start_position, "payload_mass": duty.payload,
+            "start.pressure_piston_side": 0.8 * duty.payload * rig.rig["load.gravity"] / area, "ambient_temperature": duty.ambient[0],
+            "solver.longest_interval": CONTROL_PERIOD / 4, "solver.hydraulic_step": 2.5e-4,  # as the simulated rig has them
+        },
+    }
+    done = subprocess.run([tools_python, "-I", repo_root / "tests/exchange/run_fmu.py", fmu], input=json.dumps(wanted),
+                          capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr[-2000:]
+    told = json.loads(done.stdout[done.stdout.index('{"problems"'):])
+    assert told["problems"] == []
+    outputs = {name: np.array(values) for name, values in told["outputs"].items()}
+    found = np.array([outputs[f"temperature.{node}"][-1] for node in NODES])
+    np.testing.assert_allclose(found, rig.truth(), rtol=0.0, atol=1e-9)  # K; nothing of it is a measurement
+    noise = {name: spec.noise for name, spec in rig.rig.sensors.items()}
+    for name, stream, kind in (
+        ("rod_position", recording.hydraulic, "rod_position"), ("rod_velocity", recording.hydraulic, "rod_velocity"),
+        ("speed", recording.drive, "speed"),
+    ):
+        residual = stream.column(name) - outputs[name][1:]
+        assert abs(residual.mean()) < 5.0 * noise[kind] / np.sqrt(residual.size), name
+        assert residual.std() == pytest.approx(noise[kind], rel=0.1), name
+    for name, value in zip(outputs, told["again"], strict=True):
+        assert value == outputs[name][-1], name  # a state that was kept goes on in the same way
+    assert told["errors"] == ["setting an output", "no payload", "degrees Celsius", "another GUID"]
+    assert told["units"]["temperature.tank_oil"] == "K" and told["units"]["pressure_rod_side"] == "Pa"
+    assert told["plain"]["time"] == pytest.approx(5.0) and told["plain"]["rod_velocity"] > 0.0
+
+
+def test_what_is_inside(driven, fmu):
+    with zipfile.ZipFile(fmu) as content:
+        assert set(content.namelist()) == {
+            "modelDescription.xml", "binaries/linux64/ddh_twin.so", "resources/rig.yaml", "documentation/index.html"}
+        (rig_file,) = [content.read(name).decode() for name in content.namelist() if name.endswith(".yaml")]
+        binary = content.read("binaries/linux64/ddh_twin.so")
+    assert "rig_id" in rig_file and b"libpython" not in binary and len(binary) < 1_000_000
+
+
+def test_every_number_of_the_rig_file_is_a_parameter():
+    rig = load_rig()
+    several = {variable.name: variable for variable in variables(rig)}
+    assert set(FIELD_OF_PATH) - several.keys() == {"load.payload_mass"}  # an input
+    assert several["pump_1.leakage"].start == rig["pump_1.leakage"] and several["payload_mass"].start == rig["load.payload_mass"]
+    assert len({variable.reference for variable in several.values()}) == len(several) == len(variables(rig))
+    assert all(variable.about for variable in several.values())
+
+
+def test_the_verb(tmp_path, capsys, monkeypatch):
+    assert main(["fmu", str(tmp_path / "x.zip")]) == 2
+    assert "the name of an FMU ends in .fmu" in capsys.readouterr().err
+    assert main(["fmu", str(tmp_path / "a.fmu"), "--json", "-", "--quiet"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told["variables"][0] == asdict(variables(load_rig())[0]) and (tmp_path / "a.fmu").stat().st_size > 10_000
+    monkeypatch.setenv("PATH", str(tmp_path))
+    monkeypatch.delenv("CC", raising=False)
+    assert main(["fmu", str(tmp_path / "b.fmu"), "--quiet"]) == 2
+    assert "needs a C compiler" in capsys.readouterr().err and not (tmp_path / "b.fmu").exists()
+
+
+def test_a_compiler_that_fails_is_quoted(tmp_path, monkeypatch):
+    monkeypatch.setenv("CC", f"{sys.executable} -c raise\tSystemExit('no-such-thing:\terror')")
+    with pytest.raises(ExchangeError, match="the FMU's binary cannot be made"):
+        archive.write_fmu(tmp_path / "a.fmu", load_rig())

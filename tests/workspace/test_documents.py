@@ -1,0 +1,116 @@
+"""The documents: every command is understood, and run or said why not; outputs are compared; the site builds and asks for nothing."""
+
+import re
+import runpy
+import subprocess
+
+import pytest
+from ddh_twin_py.cli.main import build_parser
+
+
+@pytest.fixture(scope="module")
+def documents(repo_root):
+    return runpy.run_path(str(repo_root / "scripts/run_documents.py"))
+
+
+@pytest.fixture(scope="module")
+def pages(repo_root):
+    found = {path: path.read_text("utf-8") for path in (repo_root / "README.md", *sorted((repo_root / "docs").rglob("*.md")))}
+    assert len(found) > 60
+    return found
+
+
+def test_every_command_block_is_run_or_says_why_not(documents, pages):
+    missing = []
+    count = {"run": 0, "not run": 0}
+    for path, page in pages.items():
+        for block in documents["blocks_of"](page):
+            if block.kind in ("bash", "sh"):
+                mark = block.mark.split(":")[0]
+                if mark in count:
+                    count[mark] += 1
+                else:
+                    missing.append(f"{path.name}:{block.line}")
+    assert not missing, f"put <!-- run --> or <!-- not run: WHY --> before: {missing}"
+    assert count["run"] >= 10
+
+
+def commands_of(page: str) -> list[str]:
+    """Every whole `ddh-twin` command of the page's blocks, indented ones included."""
+    code = "\n".join(re.findall(r"^ *```(?:bash|sh)\n(.*?)^ *```$", page, re.M | re.S) + re.findall(r"^    (\S.*)$", page, re.M))
+    lines = re.sub(r"\\\n\s*", " ", code).splitlines()
+    return [match[0].strip() for line in lines for match in re.finditer(r"ddh-twin [^|&;>#`]+", line)]
+
+
+def test_every_command_of_the_documents_is_understood(pages, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    parser, seen = build_parser(), set()
+    for path, page in pages.items():
+        for command in commands_of(page):
+            words = re.findall(r'"[^"]*"|\S+', re.sub(r"\b2(?=\s*$)", "", command))[1:]  # 2>&1
+            try:
+                found, extra = parser.parse_known_args([word.strip('"') for word in words])
+            except SystemExit as left:
+                assert left.code == 0, f"{path.name}: {command}"  # --help
+                continue
+            assert not extra and (found.verb or found.version), f"{path.name}: {command}: {extra}"
+            seen.add(found.verb)
+    assert {"gap", "replay", "export", "import", "doctor", "fmu", "up", "fleet", "study"} <= seen
+
+
+@pytest.fixture
+def page(tmp_path):
+    def write(*blocks):
+        path = tmp_path / "page.md"
+        path.write_text("# Page\n\n" + "\n\n".join(blocks) + "\n\nEnd.\n")
+        return path
+    return write
+
+
+RUN = "<!-- run -->\n```bash\n{}\n```"
+OUTPUT = "<!-- output -->\n```text\n{}\n```"
+
+
+def quiet(*_):
+    pass
+
+
+def test_the_runner_runs_compares_and_writes(documents, page):
+    run_page = documents["run_page"]
+    file = "<!-- file: in/a.txt -->\n```text\nseven 7.1\n```"
+    good = page(file, RUN.format("cat in/a.txt; ls bags"), OUTPUT.format("seven 7.2\npaper_cycle"))
+    assert run_page(good, say=quiet) == []  # numbers may differ
+    other = page(RUN.format("echo eight 7"), OUTPUT.format("seven 7"))
+    (wrong,) = run_page(other, say=quiet)
+    assert wrong.startswith("page.md:9: prints other words")
+    assert run_page(other, write=True, say=quiet) == [] and "eight 7\n```\n\nEnd." in other.read_text()
+    assert run_page(other, say=quiet) == []
+    failing = page(RUN.format("echo why >&2; exit 3"), RUN.format("echo never"))
+    assert run_page(failing, say=quiet) == ["page.md:4: exit code 3: why"]
+    assert run_page(page(OUTPUT.format("x")), say=quiet) == ["page.md:4: an output with no command before it"]
+    assert run_page(page("<!-- not run: never -->\n```bash\nfalse\n```"), say=quiet) == []
+
+
+def test_commands_of_a_page_print_what_it_says(documents, repo_root):
+    """One page with every change; all of them by .ci/scheduled."""
+    assert documents["run_page"](repo_root / "docs/other_tools.md", say=quiet) == []
+
+
+def test_the_site_builds_and_asks_for_nothing(repo_root, tmp_path):
+    sphinx = repo_root / ".venv/tools/bin/sphinx-build"
+    if not sphinx.exists():
+        pytest.skip("no Sphinx here: scripts/tools.sh puts it into .venv/tools")
+    command = [sphinx, "-W", "--keep-going", "-q", "-b", "html", "-d", tmp_path / "trees", repo_root / "docs", tmp_path / "site"]
+    done = subprocess.run(command, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr[-2000:]
+    site = tmp_path / "site"
+    sources = {path.relative_to(repo_root / "docs").with_suffix(".html") for path in (repo_root / "docs").rglob("*.md")}
+    assert sources <= {path.relative_to(site) for path in site.rglob("*.html")}
+    asked = re.compile(r"<(?:script|link|img|iframe)[^>]+(?:src|href)=\"(?:https?:)?//[^\"]+\"")
+    for path in site.rglob("*.html"):
+        assert not asked.findall(path.read_text("utf-8")), path
+    styles = "".join(path.read_text("utf-8", "replace") for path in site.rglob("*.css"))
+    assert not re.search(r"@import|url\(['\"]?(?:https?:)?//", styles)
+    index = (site / "index.html").read_text()
+    named = ("tutorial", "howto_machine", "command_line", "messages", "physics", "gap_method")
+    assert all(f'href="{name}.html"' in index for name in named)
