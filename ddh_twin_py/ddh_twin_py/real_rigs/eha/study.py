@@ -125,7 +125,8 @@ def _pictures(runs: Sequence[Stroke], before: np.ndarray, after: np.ndarray) -> 
         if run.record.stroke == recordings.STROKES[-1]:
             said = [run.predict(p) for p in (before, after)]
             for name, (what, unit, factor) in _UNITS.items():
-                lines = [Line("measured", "measured", factor * getattr(run.record, name)), Line("before", "predicted", factor * said[0][name]),
+                lines = [Line("measured", "measured", factor * getattr(run.record, name)),
+                         Line("before", "predicted", factor * said[0][name]),
                          Line("after", "fused", factor * said[1][name])]
                 out.append(Picture(f"{run.name}: {what}", unit, run.record.time, lines, ((0, 1), (0, 2))))
     return out
