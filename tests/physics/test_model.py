@@ -232,7 +232,7 @@ def test_a_stratified_tank_is_warmer_on_top_and_ends_alike(rig):
     assert abs(mixed[network.TANK_TOP] - mixed[network.TANK]) < 0.01
     assert layered[network.TANK_TOP] - layered[network.TANK] > 0.05
     mean = share * layered[network.TANK_TOP] + (1.0 - share) * layered[network.TANK]
-    assert mean == pytest.approx(mixed[network.TANK], abs=0.02)
+    assert mean == pytest.approx(mixed[network.TANK], abs=0.05)
     assert circling[network.PUMP_1_OIL] > mixed[network.PUMP_1_OIL] + 0.01  # the same oil goes round and stays warmer
 
 

@@ -140,9 +140,6 @@ def _header(several: Sequence[Variable], guid: str) -> str:
     for variable in several:
         if variable.group == of.PARAMETER:
             parameters[variable.reference - of.PARAMETER] = variable.start
-    from ddh_twin_py.rig import load_rig
-
-    parameters[PARAMETER_DTYPE.names.index("oil_reference_viscosity")] = float(load_rig().parameters[0]["oil_reference_viscosity"])
     now = ", ".join(f"{{{OPERATING_FIELDS.index(name)}, {HYDRAULIC_STATES.index(name)}}}" for name in NOW)
     defined = {
         "GUID": f'"{guid}"', "PARAMETERS": len(parameters), "STATES": len(HYDRAULIC_STATES), "NODES": N, "OUTPUTS": len(OPERATING_FIELDS),
