@@ -97,7 +97,7 @@ class PageServer:
         await self._runner.setup()
         site = web.TCPSite(self._runner, self._given[0], self._given[1])
         await site.start()
-        return site._server.sockets[0].getsockname()[1]
+        return self._runner.addresses[0][1]
 
     async def _unbind(self) -> None:
         await asyncio.gather(*(viewer.leave() for viewer in list(self._viewers.all)), return_exceptions=True)
