@@ -14,6 +14,7 @@ NODES = (
     "gap_monitor",
     "bag_player",
     "bag_recorder",
+    "web_view",
 )
 
 

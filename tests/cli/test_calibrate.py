@@ -1,10 +1,11 @@
 """The verb calibrate: what it writes, says and returns; the rig file in other verbs."""
 
+import html
 import json
 import re
 from dataclasses import replace
 
-import ddh_twin_py.estimation.calibration as calibration
+import ddh_twin_py.estimation.fitting as fitting
 import pytest
 from ddh_twin_py.bags.reader import read_recording
 from ddh_twin_py.bags.writer import write_recording
@@ -33,7 +34,7 @@ def test_rig_file_page_and_json_agree(fitted):
     data = json.loads((out / "fit.json").read_text())
     rig, page = load_rig(out / "rig.yaml"), (out / "fit.html").read_text()
     assert code == 0
-    assert data["verdict"] in page and "http" not in page.split("<main>")[1].split("<script>")[0]
+    assert data["verdict"] in html.unescape(page) and "http" not in page.split("<main>")[1].split("<script>")[0]
     groups = {p["name"]: p["group"] for p in data["parameters"]}
     assert groups["pump_1.leakage"] == "informed" and groups["tank.emissivity"] == "refused"
     assert data["refused"] == ["tank.emissivity"]
@@ -132,7 +133,7 @@ def test_an_empty_name_is_refused_and_one_given_twice_counts_once(bag, capsys):
 
 
 def test_a_fit_that_had_not_settled_says_so_at_the_end(bag, tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr(calibration, "_SWEEPS", 1)
+    monkeypatch.setattr(fitting, "_SWEEPS", 1)
     file, numbers, page = (tmp_path / name for name in ("rig.yaml", "fit.json", "fit.html"))
     assert main(["calibrate", str(bag), "--only", "pump_1.leakage", "pump_1.leakage", "-o", str(file), "--json", str(numbers),
                  "--html", str(page)]) == 0

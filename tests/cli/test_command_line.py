@@ -16,7 +16,7 @@ from ddh_twin_py.report.message_page import message_page
 from ddh_twin_py.report.rig_sheet_page import rig_sheet_page
 from ddh_twin_py.rig.files import did_you_mean
 
-WITHOUT_NUMBERS = {"up", "completion"}
+WITHOUT_NUMBERS = {"up", "view", "completion"}
 """Verbs that have nothing to write as JSON."""
 
 

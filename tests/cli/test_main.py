@@ -12,7 +12,7 @@ from ddh_twin_py.cli.main import main
 from ddh_twin_py.rig.files import write_whole
 
 VERBS = ("replay", "calibrate", "info", "simulate", "bench", "verify", "demo", "up", "motor", "paper", "study", "gap",
-         "gap-design", "fleet", "gap-bench", "real", "export", "import", "doctor", "fmu", "layouts", "completion")
+         "gap-design", "fleet", "gap-bench", "real", "export", "import", "doctor", "fmu", "layouts", "view", "completion")
 
 
 def failure(capsys, *argv: str) -> str:

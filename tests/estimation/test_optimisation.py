@@ -5,9 +5,9 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 import pytest
 from ddh_twin_py.estimation.binning import one_by_one
-from ddh_twin_py.estimation.calibration import Problem
 from ddh_twin_py.estimation.comparison import MOVING, SMOOTH, STEADY, STROKES, Discrepancy
 from ddh_twin_py.estimation.experiment import Signal
+from ddh_twin_py.estimation.fitting import Problem
 from ddh_twin_py.rig import load_rig
 from ddh_twin_py.rig.sheet import FIELD_OF_PATH
 from scipy.optimize import least_squares
@@ -34,10 +34,10 @@ class Curved:
         return {name: np.full(SAMPLES, law(*u)) for name, law in self.laws.items()}
 
 
-def fitted(laws, aim):
+def fitted(laws, aim, restarts=0):
     problem = Problem([Curved(laws, aim)], load_rig(), PATHS, EXACT)
     with ThreadPoolExecutor(1) as pool:
-        fit = problem.fit(pool)
+        fit = problem.fit(pool, restarts=restarts)
 
     def cost(u):
         return np.append([np.sqrt(SAMPLES) * (aim[name] - law(*u)) for name, law in laws.items()], u)
@@ -67,3 +67,24 @@ def test_a_signal_that_is_far_off_is_not_given_up():
 def test_steps_end_at_the_bounds():
     fit, _ = fitted({"speed": lambda a, b: a, "current": lambda a, b: b}, {"speed": 9.0, "current": -9.0})
     np.testing.assert_allclose(fit.theta, [2.5, -2.5], atol=1e-6)
+
+
+TWO_VALLEYS = {"speed": lambda a, b: (a + 1.0) * (2.7 - a) - 1.5 * (2.0 - b) * a, "current": lambda a, b: 10.0 * b}
+"""While b is unknown the way leads to where a's tolerance ends; with b known a lies at -1."""
+
+
+def test_a_fit_that_ends_where_a_tolerance_ends_is_begun_again_and_the_better_one_counts():
+    aim = {"speed": 0.0, "current": 20.0}
+    once, _ = fitted(TWO_VALLEYS, aim)
+    again, _ = fitted(TWO_VALLEYS, aim, restarts=1)
+    np.testing.assert_allclose(once.theta, [2.5, 2.0], atol=0.05)
+    np.testing.assert_allclose(again.theta, [-1.0, 2.0], atol=0.05)
+    assert again.deviance < once.deviance - 10.0 and again.sweeps > once.sweeps
+
+
+def test_beginning_again_does_not_give_up_the_better_fit():
+    laws, aim = {"speed": lambda a, b: a, "current": lambda a, b: b}, {"speed": 9.0, "current": -1.0}
+    once, _ = fitted(laws, aim)
+    again, _ = fitted(laws, aim, restarts=2)
+    np.testing.assert_allclose(again.theta, once.theta, atol=1e-6)
+    assert again.deviance == pytest.approx(once.deviance)

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from ddh_twin_py.estimation.allowances import sums_of
 from ddh_twin_py.estimation.weighting import Weighting
 from support.made_comparison import comparisons, dense_allowances, split
 
@@ -31,15 +30,23 @@ def test_log_determinant(made, dense):
     assert Weighting(made).log_determinant == pytest.approx(np.linalg.slogdet(dense)[1], abs=1e-9)
 
 
-def test_products_are_the_sums_of_a_fit(made, dense):
+def test_products_are_those_of_dense_algebra(made, dense):
     rng = np.random.default_rng(2)
-    columns, values = rng.normal(size=(dense.shape[0], 4)), rng.normal(size=dense.shape[0])
-    gram, log_determinant = sums_of(made, split(made, columns), split(made, values)).gram()
-    weighting = Weighting(made)
-    np.testing.assert_allclose(gram.xx, weighting.products(split(made, columns), split(made, columns)), atol=1e-9)
-    np.testing.assert_allclose(gram.xy, weighting.products(split(made, columns), split(made, values[:, None]))[:, 0], atol=1e-9)
-    assert gram.yy == pytest.approx(values @ np.linalg.solve(dense, values), abs=1e-9)
-    assert log_determinant == pytest.approx(weighting.log_determinant, abs=1e-9)
+    left, right = rng.normal(size=(dense.shape[0], 4)), rng.normal(size=(dense.shape[0], 2))
+    products = Weighting(made).products(split(made, left), split(made, right))
+    np.testing.assert_allclose(products, left.T @ np.linalg.solve(dense, right), atol=1e-9)
+
+
+def test_classes_are_what_is_expected_of_them_given_the_residuals(made, dense):
+    """Mean and variance of each class in units of its allowance: a' S^-1 r and 1 - a' S^-1 a with a the class's loads."""
+    residuals = np.random.default_rng(3).normal(size=dense.shape[0])
+    found = Weighting(made).classes(split(made, residuals))
+    assert len(found) > 4
+    for name, (mean, variance) in found.items():
+        loads = np.concatenate([np.concatenate([np.where([b.names[k] == name for k in b.kind], b.load, 0.0) if b.names
+                                                else np.zeros(b.spread.size) for b in c.blocks]) for c in made])
+        assert mean == pytest.approx(loads @ np.linalg.solve(dense, residuals), abs=1e-9)
+        assert variance == pytest.approx(1.0 - loads @ np.linalg.solve(dense, loads), abs=1e-9)
 
 
 def test_a_flaw_that_recordings_share_counts_once(made):

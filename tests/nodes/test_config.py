@@ -9,7 +9,16 @@ from types import SimpleNamespace
 import pytest
 import yaml
 from ddh_twin_py.cli import up
-from ddh_twin_py.nodes import bag_player, bag_recorder, gap_monitor, hydraulic_model, model_node, telemetry_publisher, temperature_fusion
+from ddh_twin_py.nodes import (
+    bag_player,
+    bag_recorder,
+    gap_monitor,
+    hydraulic_model,
+    model_node,
+    telemetry_publisher,
+    temperature_fusion,
+    web_view,
+)
 
 PARAMETERS = {
     "hydraulic_model": (*hydraulic_model.HydraulicModelNode.PARAMETERS, *model_node.MODEL_PARAMETERS),
@@ -20,6 +29,7 @@ PARAMETERS = {
     "pressure_telemetry": telemetry_publisher.parameters(),
     "bag_player": bag_player.BagPlayer.PARAMETERS,
     "bag_recorder": bag_recorder.BagRecorder.PARAMETERS,
+    "web_view": web_view.WebView.PARAMETERS,
 }
 
 
@@ -129,6 +139,13 @@ def test_a_played_bag_is_a_reference_for_the_normal_levels_and_a_machine_is_not(
         monitor = up.node_parameters(launch_file.parser().parse_args(["--normal-file=levels.json", *given]))["gap_monitor"]
         assert (monitor["normal_file"], monitor["learn_until_end"]) == ("levels.json", whole)
     assert "normal_file" not in up.node_parameters(launch_file.parser().parse_args([]))["gap_monitor"]
+
+
+def test_the_live_page_is_an_option_and_no_player_waits_for_it(launch_file, paper_cycle_bag):
+    nodes = up.node_parameters(launch_file.parser().parse_args(["--view", "--source=bag", f"--bag={paper_cycle_bag}"]))
+    assert nodes["web_view"] == {} and "web_view" not in nodes["bag_player"]["wait_for_nodes"]
+    assert "web_view" in [n.executable for n in started(launch_file, view="true")]
+    assert "web_view" not in [n.executable for n in started(launch_file)]
 
 
 def test_flags_and_plain_start_of_the_launch_file(launch_file):

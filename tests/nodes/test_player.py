@@ -10,7 +10,7 @@ from nodes.processes import NodeProcess, stamp_ns, wait_for
 from rosgraph_msgs.msg import Clock
 from std_srvs.srv import SetBool
 
-from ddh_msgs.msg import DriveTelemetry, NodeProgress, RigInfo
+from ddh_msgs.msg import DriveTelemetry, NodeProgress, PlayerStatus, RigInfo
 from ddh_msgs.srv import Seek, SetRate
 
 pytestmark = pytest.mark.live
@@ -71,6 +71,26 @@ def test_services_pause_seek_and_rate(short_bag, listener, drive):
         assert player.process.poll() is None  # exit_at_end is false
         player.stop()
     assert min(clock_times(clock)) < 3.0
+
+
+def test_the_status_follows_and_the_end_is_not_the_end(short_bag, listener, drive):
+    status = listener.collect(PlayerStatus, f"{NS}/bag_player/status", latched=True)
+    drive.clear()
+    with NodeProcess("bag_player", NS, bag=str(short_bag), rate=0.0, exit_at_end=False, start_offset=18.0) as player:
+        player.says("end of the bag")
+        last = wait_for(lambda: status and status[-1].ended and status[-1], 5.0, "the status of the end")
+        assert (last.bag, last.rate, last.paused, last.loop, last.waiting) == (str(short_bag), 0.0, False, False, False)
+        assert last.position == pytest.approx(20.0, abs=0.1) and last.duration == pytest.approx(20.0, abs=0.1)
+        drive.clear()
+        listener.call(SetRate, f"{NS}/bag_player/set_rate", SetRate.Request(rate=2.0))
+        assert listener.call(Seek, f"{NS}/bag_player/seek", Seek.Request(offset=5.0)).success
+        moving = wait_for(lambda: not status[-1].ended and status[-1].position > 7.0 and status[-1], 5.0, "a position that moves on")
+        assert moving.rate == 2.0 and 0.5 < moving.speed < 4.0
+        assert seconds(drive)[0] == pytest.approx(5.0, abs=0.03)
+        listener.call(SetBool, f"{NS}/bag_player/pause", SetBool.Request(data=True))
+        wait_for(lambda: status[-1].paused, 5.0, "the status of the pause")
+        assert player.text.count("end of the bag") == 1
+        player.stop()
 
 
 def test_the_pace_is_that_of_a_slow_listener_and_nothing_is_lost(short_bag, listener, drive, short_recording):

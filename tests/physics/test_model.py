@@ -201,7 +201,7 @@ def test_every_conductance_of_the_tables_reaches_the_kernel(rig):
     network.conductances(rig.parameters, edge, wall, surface)
     upper = rig["tank.top_share"]  # the layers of the tank share its wall
     layer = {("tank.oil_to_wall", network.TANK): 1.0 - upper, ("tank.oil_to_wall", network.TANK_TOP): upper}
-    mixed = {"tank.mixing_resistance": 1.0 / network.MIXED}
+    mixed = {"tank.mixing_resistance": 1.0 / (network.MIXED + rig["tank.mixing_resistance"])}
     np.testing.assert_array_equal(edge, [mixed.get(e[0], rig[e[0]] * layer.get(e[:2], 1.0)) for e in network.EDGES])
     np.testing.assert_array_equal(wall, [rig[w[0]] for w in network.WALLS])
     np.testing.assert_array_equal(surface, [[rig[path] for path in row[:3]] for row in network.SURFACES])
@@ -222,10 +222,13 @@ def test_a_stalled_drive_does_not_burn_for_ever(rig):
 def test_a_stratified_tank_is_warmer_on_top_and_ends_alike(rig):
     """Warm oil returns on top; poor mixing keeps it there, and the heat in the tank is the same."""
     command = lift_and_lower(cycles=4)
-    mixed = run(rig, command, start_position=0.08)[1][-1]
-    layered = run(rig.with_values({"tank.mixing_resistance": 1.0, "tank.suction_from_top": 0.0}), command, start_position=0.08)[1][-1]
-    circling = run(rig.with_values({"tank.mixing_resistance": 1.0}), command, start_position=0.08)[1][-1]
-    share = rig["tank.top_share"]
+    mixed = run(rig.with_values({"tank.mixing_resistance": 0.0}), command, start_position=0.08)[1][-1]
+    still = rig.with_values({"tank.mixing_resistance": 1.0, "tank.suction_from_top": 0.0})
+    _, temperatures, _, after, _ = run(still, command, start_position=0.08)
+    layered, capacity = temperatures[-1], np.empty(network.N)
+    network.capacities(still.parameters, after[POSITION], capacity)
+    circling = run(rig.with_values({"tank.mixing_resistance": 1.0, "tank.suction_from_top": 1.0}), command, start_position=0.08)[1][-1]
+    share = capacity[network.TANK_TOP] / (capacity[network.TANK_TOP] + capacity[network.TANK])
     assert abs(mixed[network.TANK_TOP] - mixed[network.TANK]) < 0.01
     assert layered[network.TANK_TOP] - layered[network.TANK] > 0.05
     mean = share * layered[network.TANK_TOP] + (1.0 - share) * layered[network.TANK]

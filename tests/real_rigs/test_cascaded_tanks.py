@@ -62,7 +62,7 @@ def test_a_rim_is_never_exceeded_and_shape_effects_keep_the_flow_in_the_middle(m
 def test_a_study_finds_what_acts_and_sizes_it_on_the_other_record(tmp_path):
     acting = [(effect_of(DESCRIPTION, "upper_tank.overflow"), 0, 0.12)]
     study = run(write_tanks(tmp_path, acting))
-    assert "upper_tank.overflow" in study.found and "upper level" in study.sentence
+    assert study.found == ["upper_tank.overflow"] and "upper level" in study.sentence
     test = next(row for row in study.rows if "held out" in row.split)
     assert test.after < 0.5 * test.before and test.samples == 1024
     assert all(control.passed for control in study.controls)

@@ -3,8 +3,9 @@
 import io
 
 import numpy as np
-from ddh_twin_py.estimation.calibration import Calibration, FittedParameter, uncertain_paths
+from ddh_twin_py.estimation.calibration import Calibration, FittedParameter
 from ddh_twin_py.estimation.comparison import Discrepancy
+from ddh_twin_py.estimation.unknowns import uncertain_paths
 from ddh_twin_py.report.calibration_groups import signal_fits
 from ddh_twin_py.report.calibration_summary import print_calibration
 from ddh_twin_py.rig import load_rig

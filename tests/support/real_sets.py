@@ -45,10 +45,10 @@ def write_emps(folder: Path, acting=()) -> Path:
     return folder
 
 
-def tank_record(acting=(), seed=0, size=1024, noise=0.05) -> TankRecord:
-    """A pump that is now and then strong enough to fill the upper tank above 10 V."""
+def tank_record(acting=(), seed=0, size=1024, noise=0.1) -> TankRecord:
+    """A pump that changes every 160 s and is now and then strong enough to fill the upper tank above 10 V."""
     rng = np.random.default_rng(seed)
-    pump = np.repeat(np.clip(rng.normal(2.6, 0.9, -(-size // 16)), 0.3, 5.0), 16)[:size]
+    pump = np.repeat(np.clip(rng.normal(2.8, 1.4, -(-size // 40)), 0.3, 6.0), 40)[:size]
     blank = tanks.Tanks(TankRecord("blank", pump, np.zeros(size)))
     record = RigModel(tanks.DESCRIPTION, [blank]).record(0, np.array([0.1, 0.2, -0.3, 0.2, 0.1, 0.0]), acting)
     return TankRecord("made", pump, blank.predict(record)["level"] + rng.normal(0.0, noise, size))

@@ -48,7 +48,7 @@ def entry_points(repo_root, tmp_path_factory):
 
 def test_every_executable_is_where_ros2_run_looks_and_runs_in_the_environment(repo_root, entry_points):
     folder = repo_root / "ros2_ws/install/ddh_twin_py/lib/ddh_twin_py"
-    assert len(entry_points) == 9
+    assert len(entry_points) == 10
     for name in entry_points:
         first = (folder / name).read_text().splitlines()[0]
         assert first == f"#!{repo_root}/.venv/bin/python", name

@@ -8,6 +8,7 @@ import pytest
 
 # Imported module to rosdep key or ROS package that provides it.
 KEYS = {
+    "aiohttp": "python3-aiohttp",
     "numpy": "python3-numpy",
     "scipy": "python3-scipy",
     "numba": "python3-numba",

@@ -79,10 +79,12 @@ def measure(quick: bool = False, live: bool = True, quiet: bool = False) -> tupl
             left_out += reasons
         if live:
             from ddh_twin_py.cli.live_bench import live_figures
+            from ddh_twin_py.cli.page_bench import page_figures
 
             try:
-                for figure in live_figures(bag, Path(scratch), quick, quiet):
-                    figures.append(figure)
+                for of_the_graph in (live_figures, page_figures):
+                    for figure in of_the_graph(bag, Path(scratch), quick, quiet):
+                        figures.append(figure)
             except (ValueError, OSError) as error:  # what was measured before is kept
                 left_out.append(f"{LIVE_FAILED}: {error}")
     return figures, left_out, _machine()

@@ -1,4 +1,4 @@
-"""A graph of the twin's nodes as processes, in a ROS 2 domain of their own, for as long as one piece of work takes.
+"""A graph of the twin's nodes as processes, as a rule in a ROS 2 domain of their own, for as long as one piece of work takes.
 
 Unlike `ddh-twin up` nothing is restarted: a node that dies ends the work, with its last words.
 """
@@ -31,13 +31,14 @@ class LiveGraph:
     """Processes of nodes; a context manager that stops them all, whatever happens.
 
     Args:
-        log: file for what all nodes say. namespace: of the rig.
+        log: file for what all nodes say. namespace: of the rig. own_domain: a ROS 2 domain that nobody else uses; else
+            the one that the environment names.
     """
 
-    def __init__(self, log: str | Path, namespace: str = "/ddh") -> None:
+    def __init__(self, log: str | Path, namespace: str = "/ddh", own_domain: bool = True) -> None:
         self.log = Path(log)
         self.namespace = namespace
-        self.domain = free_domain()
+        self.domain = free_domain() if own_domain else None
         self._processes: dict[str, subprocess.Popen] = {}
         self._readers: list[threading.Thread] = []
         self._last: dict[str, deque[str]] = {}
@@ -66,12 +67,11 @@ class LiveGraph:
         command = [sys.executable, "-c", code, "--ros-args", "-r", f"__ns:={self.namespace}"]
         for name, value in (parameters or {}).items():
             command += ["-p", f"{name}:={parameter_yaml(value)}"]
-        environment = {
-            **os.environ, "ROS_DOMAIN_ID": str(self.domain), "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
-            "PYTHONUNBUFFERED": "1", "RCUTILS_COLORIZED_OUTPUT": "0",
-        }
-        for name in ("ROS_LOCALHOST_ONLY", "ROS_STATIC_PEERS"):
-            environment.pop(name, None)
+        environment = {**os.environ, "PYTHONUNBUFFERED": "1", "RCUTILS_COLORIZED_OUTPUT": "0"}
+        if self.domain is not None:
+            environment |= {"ROS_DOMAIN_ID": str(self.domain), "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
+            for name in ("ROS_LOCALHOST_ONLY", "ROS_STATIC_PEERS"):
+                environment.pop(name, None)
         process = subprocess.Popen(
             command, env=environment, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
             text=True, errors="replace", start_new_session=True,  # Ctrl-C reaches us alone; we stop the nodes
@@ -97,10 +97,10 @@ class LiveGraph:
         """Whether the process runs."""
         return self._processes[node].poll() is None
 
-    def processor_seconds(self) -> float:
-        """Processor time that the nodes that run have taken so far, s."""
+    def processor_seconds(self, *nodes: str) -> float:
+        """Processor time that nodes, all where none is named, have taken so far, s; of those that run."""
         total = 0.0
-        for process in self._processes.values():
+        for process in (self._processes[name] for name in nodes or self._processes):
             try:
                 fields = Path(f"/proc/{process.pid}/stat").read_text().rpartition(")")[2].split()
             except OSError:

@@ -13,10 +13,10 @@ from ddh_twin_py.cli.exit_codes import EXIT_CODES
 from ddh_twin_py.cli.interruption import Interruption
 
 VERBS = ("demo", "replay", "calibrate", "gap", "gap-design", "fleet", "info", "doctor", "export", "import", "fmu", "layouts", "simulate",
-         "up", "paper", "study", "motor", "verify", "bench", "gap-bench", "real", "completion")
+         "up", "view", "paper", "study", "motor", "verify", "bench", "gap-bench", "real", "completion")
 """Verbs in the order of the help; each is a module of this package."""
 
-_WITH_NODES = frozenset({"demo", "up"})
+_WITH_NODES = frozenset({"demo", "up", "view"})
 """Verbs that take the time that their nodes need to leave."""
 _ROS = frozenset({"rclpy", "ddh_msgs", "sensor_msgs", "diagnostic_msgs", "std_srvs", "rosgraph_msgs", "rcl_interfaces"})
 _BESIDE = frozenset({"pyarrow", "shtab", "llvmlite"})

@@ -24,7 +24,8 @@ ENDING = ("bag_player", "drive_telemetry", "pressure_telemetry")
 """Nodes that may come to their end; with them the whole ends."""
 _NAMESPACE = re.compile(r"(/[A-Za-z_][A-Za-z0-9_]*)+", re.ASCII)
 _LONGEST_NAMESPACE = 180  # of the 245 that ROS has for a namespace, a topic and a node included
-_FLUSH_AFTER = 1.0  # s; a bag that has ended has ended
+FLUSH_AFTER = 1.0
+"""s without a message after which models work off what they hold: a bag that has ended, or was paused, gives nothing more."""
 _EXAMPLE = """\
   ddh-twin up                                          beside a machine that publishes its telemetry
   ddh-twin up --source bag --bag bags/paper_cycle --rate 0 --record out/live
@@ -48,7 +49,7 @@ def add_parser(subparsers) -> None:
     parser.add_argument("--duty", metavar="FILE", help="duty file, or the name of one of the project's, with --source simulation")
     parser.add_argument("--seed", type=seed, default=1, help="which rig is simulated (default 1)")
     parser.add_argument(
-        "--rate", type=_rate, default=1.0,
+        "--rate", type=rate, default=1.0,
         help="speed of the source against real time (default 1); 0 plays a bag as fast as the nodes take it",
     )
     parser.add_argument("--loop", action="store_true", help="begin again at the end of the bag or the duty")
@@ -59,12 +60,14 @@ def add_parser(subparsers) -> None:
     parser.add_argument(
         "--normal-file", metavar="FILE", help="normal levels of the running test of a gap: read where it exists, else written once learned",
     )
+    parser.add_argument("--view", action="store_true", help="serve the live page, see ddh-twin view; where, says the log")
     parser.add_argument("--params", metavar="FILE", help="parameter file (YAML) for all nodes, see config/twin.yaml")
     parser.add_argument("--log", metavar="FILE", help="write the log of all nodes here too")
     add_quiet(parser, "no log on the screen")
 
 
-def _rate(text: str) -> float:
+def rate(text: str) -> float:
+    """Speed against real time, 0 to 10000."""
     try:
         value = float(text)
     except ValueError:
@@ -77,7 +80,7 @@ def _rate(text: str) -> float:
 def node_parameters(args: argparse.Namespace) -> dict[str, dict[str, object]]:
     """Which nodes run, and the parameters of each that follow from the arguments."""
     rig = {"rig": str(args.rig)} if args.rig else {}
-    played = {"use_sim_time": True, "flush_after": _FLUSH_AFTER} if args.source == "bag" else {}
+    played = {"use_sim_time": True, "flush_after": FLUSH_AFTER} if args.source == "bag" else {}
     nodes: dict[str, dict[str, object]] = {name: {**rig, **played} for name in TWIN}
     if args.source == "bag":
         del nodes["gap_monitor"]["flush_after"]  # it holds nothing back
@@ -89,9 +92,11 @@ def node_parameters(args: argparse.Namespace) -> dict[str, dict[str, object]]:
         nodes["bag_recorder"] = {"bag": str(args.record), "if_exists": "number"}
         if args.source == "bag":
             nodes["bag_recorder"] |= {"use_sim_time": True, "log_time": "arrival" if args.loop else "stamp"}
+    if args.view:
+        nodes["web_view"] = dict(rig)
     if args.source == "bag":
         nodes["bag_player"] = {
-            "bag": str(args.bag), "rate": args.rate, "loop": args.loop, "wait_for_nodes": list(nodes),
+            "bag": str(args.bag), "rate": args.rate, "loop": args.loop, "wait_for_nodes": [name for name in nodes if name != "web_view"],
         }  # fmt: skip
     if args.source == "simulation":
         simulated = {"source": "simulation", "rate": args.rate, "loop": args.loop}
@@ -142,10 +147,10 @@ def check(args: argparse.Namespace) -> None:
         args.duty = duty_file(args.duty)
         if not args.duty.exists():
             raise InputError(f"--duty: there is no {args.duty}")
-    args.namespace = _namespace(args.namespace)
+    args.namespace = namespace(args.namespace)
 
 
-def _namespace(given: str) -> str:
+def namespace(given: str) -> str:
     """A namespace as ROS wants it; raises InputError where it would not take it."""
     name = "/" + given.strip("/")
     if name != "/" and not _NAMESPACE.fullmatch(name):

@@ -11,7 +11,7 @@ Kennedy & O'Hagan, Bayesian calibration of computer models, J. R. Statist. Soc. 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -146,6 +146,16 @@ def scatter_of(comparison: Comparison, residual: np.ndarray) -> dict[tuple, floa
         factor = np.sqrt((square + _SCATTER_PRIOR) / degrees)
         found.update({name: float(max(1.0, f)) for name, f in zip(block.names, factor, strict=True)})
     return found
+
+
+def sized(discrepancy: Discrepancy, allowances: dict[tuple, tuple[float, float]]) -> Discrepancy:
+    """The same allowances with the size that a fit found them to have (one step of expectation maximisation), not below a third."""
+    groups: dict[tuple[str, str], list[float]] = {}
+    for name, (value, variance) in allowances.items():
+        if name[1] in discrepancy.scale:
+            groups.setdefault((name[0], name[1]), []).append(value * value + variance)
+    own = {key: discrepancy.of(*key) * max(1.0 / 3.0, float(np.sqrt(np.mean(squares)))) for key, squares in groups.items()}
+    return replace(discrepancy, own={**discrepancy.own, **own})
 
 
 def _regime(name: str, phase: np.ndarray) -> np.ndarray:

@@ -267,7 +267,8 @@ class Experiment:
         begin = temperature.copy()
         points, temperatures = np.zeros(n, OPERATING_DTYPE), np.empty((n, N))
         skew = p["measurement_time_skew"]
-        instants, at_drive, at_hydraulic = self._merged if skew == 0.0 else _merge(self._drive_time, self._hydraulic_time - skew)
+        instants, at_drive, at_hydraulic = self._merged if skew == 0.0 else _merge(
+            self._drive_time, np.minimum(self._hydraulic_time - skew, self.duration))
         samples = np.full((instants.size, len(SAMPLED)), np.nan)
         free_run_sampled(parameters, state, temperature, self._command, self.air, self.interval, step,
                          self._placed / p["measurement_rod_position_scale"], points, temperatures, instants, samples)

@@ -1,9 +1,6 @@
-"""Gaussian unknowns in a linear model: sums that recordings add to, estimates, evidence.
+"""Gaussian unknowns in a linear model: estimates and evidence from sums of the size of the unknowns.
 
-    y = X u + e,  e ~ N(0, I),  u ~ N(0, I)
-
-All that is needed of any number of recordings is the Gram matrix of their columns [X y], so that
-recordings and hypotheses are compared on sums of the size of the unknowns.
+    y = X u + e,  e ~ N(0, P^-1)
 
 Rasmussen & Williams, Gaussian Processes for Machine Learning (2006), section 2.7; Tarantola,
 Inverse Problem Theory (2005), chapter 3.
@@ -11,25 +8,8 @@ Inverse Problem Theory (2005), chapter 3.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve
-
-
-@dataclass(frozen=True)
-class Gram:
-    """Sums over rows: X'X (q, q), X'y (q,), y'y, and how many rows."""
-
-    xx: np.ndarray
-    xy: np.ndarray
-    yy: float
-    rows: int
-
-    @staticmethod
-    def of(x: np.ndarray, y: np.ndarray) -> Gram:
-        """From columns (n, q) and values (n,)."""
-        return Gram(x.T @ x, x.T @ y, float(y @ y), y.size)
 
 
 def gain(information: np.ndarray, score: np.ndarray, prior: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:

@@ -21,8 +21,12 @@ from ddh_twin_py.estimation.uncertain_parameters import (
     EDGE_AT,
     END_SHARE_AT,
     LAG_AT,
+    N_SPLIT,
     N_UNCERTAIN,
     N_UNKNOWN_HEATS,
+    SPLIT_AT,
+    SPLIT_SHARE,
+    SPLIT_SOURCE,
     SURFACE_AT,
     TANK_CAPACITY,
     UNKNOWN_HEAT_AT,
@@ -31,7 +35,7 @@ from ddh_twin_py.estimation.uncertain_parameters import (
     UNKNOWN_HEAT_TIME,
     WALL_AT,
 )
-from ddh_twin_py.physics.compiled import kernel
+from ddh_twin_py.physics.compiled import inlined, kernel
 from ddh_twin_py.physics.thermal_network import (
     BARREL,
     CHAMBER_A,
@@ -123,15 +127,32 @@ def scaled_capacity(params, deviation, position, capacity):
 
 
 @kernel
-def scaled_heat(deviation, heat, out):
-    """Heat into the nodes with the filter's deviations and unknown heats; motor friction warms rotor and housing alike."""
+def scaled_heat(params, deviation, temperature, heat, square, out):
+    """Heat into the nodes, W, (N,), with the filter's deviations and unknown heats; motor friction warms rotor and housing alike.
+
+    Of the copper loss, which the network works out itself, it holds only what goes to the end winding in place of the slot.
+    """
+    p = params[0]
     for i in range(N):
         group = _GROUP_OF_NODE[i]
         out[i] = heat[i] * (1.0 + deviation[group]) if group >= 0 else heat[i]
     out[HOUSING] = heat[HOUSING] * (1.0 + deviation[2])
+    for k in range(N_SPLIT):
+        change = deviation[SPLIT_AT + k] * heat[SPLIT_SOURCE[k]]
+        for i in range(N):
+            out[i] += SPLIT_SHARE[k, i] * change
+    slot, end = copper_loss(temperature, square * (1.0 + deviation[0]), p)
+    out[END_WINDING] += deviation[END_SHARE_AT] * end
+    out[SLOT_WINDING] -= deviation[END_SHARE_AT] * slot * _of_the_rest(p)
     for k in range(N_UNKNOWN_HEATS):
         for i in range(N):
             out[i] += UNKNOWN_HEAT_SHARE[k, i] * deviation[UNKNOWN_HEAT_AT + k]
+
+
+@inlined
+def _of_the_rest(p):
+    """The end winding's share of the copper loss over the slot's."""
+    return p.motor_end_winding_copper_share / max(1.0 - p.motor_end_winding_copper_share, 1.0e-9)
 
 
 @kernel
@@ -141,8 +162,8 @@ def predict_mean(params, dynamic, deviation, sensor_node, lag, heat, square, flo
     capacity, scaled = np.empty(N), np.empty(N)
     scaled_network(params, deviation, edge, wall, surface)
     scaled_capacity(params, deviation, position, capacity)
-    scaled_heat(deviation, heat, scaled)
     temperature = dynamic[:N]
+    scaled_heat(params, deviation, temperature, heat, square, scaled)
     before = temperature.copy()
     network_step(
         params, edge, wall, surface, capacity, temperature, ambient + deviation[AMBIENT_AT], scaled,
@@ -181,8 +202,8 @@ def predict_covariance(params, dynamic, deviation, covariance, sensor_node, lag,
     capacity, scaled, rate = np.empty(N), np.empty(N), np.empty(N)
     scaled_network(params, deviation, edge, wall, surface)
     scaled_capacity(params, deviation, position, capacity)
-    scaled_heat(deviation, heat, scaled)
     temperature = dynamic[:N]
+    scaled_heat(params, deviation, temperature, heat, square, scaled)
     air = ambient + deviation[AMBIENT_AT]
     scaled_square = square * (1.0 + deviation[0])
     jacobian = np.empty((N, N))
@@ -198,6 +219,9 @@ def predict_covariance(params, dynamic, deviation, covariance, sensor_node, lag,
         if group >= 0:
             gain[i, group] += heat[i] / capacity[i]
     gain[HOUSING, 2] += heat[HOUSING] / capacity[HOUSING]
+    for k in range(N_SPLIT):
+        for i in range(N):
+            gain[i, SPLIT_AT + k] += SPLIT_SHARE[k, i] * heat[SPLIT_SOURCE[k]] / capacity[i]
     for k in range(N_EDGES):
         i, j = _EDGE_I[k], _EDGE_J[k]
         q = edge[k] / (1.0 + deviation[EDGE_AT + k]) * (temperature[j] - temperature[i])
@@ -221,9 +245,8 @@ def predict_covariance(params, dynamic, deviation, covariance, sensor_node, lag,
     for k in range(N_UNKNOWN_HEATS):
         for i in range(N):
             gain[i, UNKNOWN_HEAT_AT + k] = UNKNOWN_HEAT_SHARE[k, i] / capacity[i]
-    total = slot + end
-    gain[END_WINDING, END_SHARE_AT] += p.motor_end_winding_copper_share * total / capacity[END_WINDING]
-    gain[SLOT_WINDING, END_SHARE_AT] -= p.motor_end_winding_copper_share * total / capacity[SLOT_WINDING]
+    gain[END_WINDING, END_SHARE_AT] += end / capacity[END_WINDING]
+    gain[SLOT_WINDING, END_SHARE_AT] -= slot * _of_the_rest(p) / capacity[SLOT_WINDING]
 
     # second-order terms: what a conductance and a temperature difference, both uncertain, make together
     bilinear = np.empty(N_EDGES)
@@ -302,7 +325,8 @@ def predict_covariance(params, dynamic, deviation, covariance, sensor_node, lag,
         covariance[_SMALL_OIL[k], _SMALL_OIL[k]] += _MIXING * _MIXING * elapsed
     for k in range(N_EDGES):
         i, j = _EDGE_I[k], _EDGE_J[k]
-        power = 2.0 * _BILINEAR_TIME * elapsed * bilinear[k]
+        evens = edge[k] * (1.0 / capacity[i] + 1.0 / capacity[j])  # a difference that goes within seconds is not driven for minutes
+        power = 2.0 * _BILINEAR_TIME / (1.0 + _BILINEAR_TIME * evens) * elapsed * bilinear[k]
         at_i, at_j = transition[i, i] / capacity[i], transition[j, j] / capacity[j]
         covariance[i, i] += power * at_i * at_i
         covariance[j, j] += power * at_j * at_j

@@ -22,14 +22,30 @@ _HEAT_TOLERANCES = {
     "copper": ("motor.phase_resistance_20C",),
     "iron": ("motor.iron.hysteresis_coefficient", "motor.iron.tooth_flux_density", "motor.iron.tooth_mass"),
     "motor_friction": ("motor.friction_coulomb",),
-    "pump_1_loss": ("pump_1.friction_pressure", "pump_1.leakage"),
-    "pump_2_loss": ("pump_2.friction_pressure", "pump_2.leakage"),
+    "pump_1_loss": ("pump_1.friction_pressure",),
+    "pump_2_loss": ("pump_2.friction_pressure",),
     "seal_friction": ("cylinder.friction_coulomb",),
     "line_loss": ("line_a.pressure_drop_laminar",),
 }
 
-N_HEAT, N_EDGE, N_SURFACE, N_WALL = len(HEAT_GROUPS), len(EDGES), len(SURFACES), len(WALLS)
-EDGE_AT = N_HEAT
+HEAT_SPLITS = (
+    ("pump_1.friction_share_to_case", 1.0, "pump_1_case", {"pump_1_case": 1.0, "pump_1_oil": -1.0}),
+    ("pump_2.friction_share_to_case", 1.0, "pump_2_case", {"pump_2_case": 1.0, "pump_2_oil": -1.0}),
+    ("pump_1.leakage", 0.5, "pump_1_oil", {"pump_1_oil": 1.0}),
+    ("pump_2.leakage", 0.5, "pump_2_oil", {"pump_2_oil": 1.0}),
+    ("cylinder.friction_share_to_barrel", 1.0, "cylinder_barrel", {"cylinder_barrel": 1.0, "chamber_a_oil": -0.5, "chamber_b_oil": -0.5}),
+)
+"""How losses part between nodes: path whose tolerance it is, how much of the node's heat that is about (leakage makes some half of
+what pump oil gets), the node whose heat it scales, and what each node gets of the change."""
+
+N_HEAT, N_SPLIT, N_EDGE, N_SURFACE, N_WALL = len(HEAT_GROUPS), len(HEAT_SPLITS), len(EDGES), len(SURFACES), len(WALLS)
+SPLIT_AT = N_HEAT
+SPLIT_SOURCE = np.array([NODES.index(source) for _, _, source, _ in HEAT_SPLITS])
+SPLIT_SHARE = np.zeros((N_SPLIT, N))
+for _row, (_, _, _, _nodes) in zip(SPLIT_SHARE, HEAT_SPLITS, strict=True):
+    for _node, _part in _nodes.items():
+        _row[NODES.index(_node)] = _part
+EDGE_AT = SPLIT_AT + N_SPLIT
 SURFACE_AT = EDGE_AT + N_EDGE
 WALL_AT = SURFACE_AT + N_SURFACE
 CAPACITY_AT = WALL_AT + N_WALL
@@ -70,7 +86,7 @@ class UncertainParameters:
 
 
 def uncertain_parameters(rig: Rig) -> UncertainParameters:
-    """The uncertain numbers of a rig: heats, conductances, surfaces, capacities, copper share, ambient
+    """The uncertain numbers of a rig: heats and how they part, conductances, surfaces, capacities, copper share, ambient
     offset, the lag of each sensor, unknown heats."""
 
     def relative(*paths: str) -> float:
@@ -79,6 +95,9 @@ def uncertain_parameters(rig: Rig) -> UncertainParameters:
 
     names = list(HEAT_GROUPS)
     prior = [relative(*_HEAT_TOLERANCES[group]) for group in HEAT_GROUPS]
+    for path, part, _, _ in HEAT_SPLITS:
+        names.append(path)
+        prior.append(part * relative(path))
     for path, _, _ in EDGES:
         names.append(path)
         prior.append(relative(path))

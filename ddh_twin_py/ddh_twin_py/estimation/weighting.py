@@ -1,7 +1,14 @@
 """Weights of residuals once the model's allowances are integrated out: P = (I + A A')^-1, without ever forming it.
 
-A holds what the model is forgiven (see `comparison` and `allowances`): loads of classes that may be
-off together, a variant of each per stretch, and smooth curves of temperatures. Rows of unit variance.
+A holds what the model is forgiven (see `comparison`): loads of classes that may be off together, a
+variant of each per stretch, and smooth curves of temperatures. Rows of unit variance. Every row belongs to
+at most one class, or to a signal with a few smooth curves. Classes that several recordings share
+are one flaw of the model, of which each stretch of a recording may show a variant.
+
+With a the loads of a class in stretch r, s_r = a'a, V_r = a'X and variants of relative size w:
+    X'PX = X'X - sum_r u_r w^2 V_r V_r'   for the variants, u_r = 1/(1 + w^2 s_r),
+    then   - (sum_r u_r V_r)(sum_r u_r V_r)' / (1 + sum_r u_r s_r)   for what is shared,
+which is the matrix inversion lemma, twice.
 """
 
 from __future__ import annotations
@@ -12,8 +19,12 @@ import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 from scipy.sparse import csr_matrix
 
-from ddh_twin_py.estimation.allowances import STRETCH, VARIANT
 from ddh_twin_py.estimation.comparison import Block, Comparison
+
+VARIANT = 1.0
+"""Size of what a stretch of a recording has for itself in a shared class, over what is shared."""
+STRETCH = 120.0
+"""s; oil warms, and with it what the model's laws are off by."""
 
 
 class Weighting:
@@ -42,6 +53,7 @@ class Weighting:
                     self._curves.append((number, block.rows, block.curves, factor))
                 else:
                     self._take(number, block, names, shared)
+        self._names = list(names)
         self._shared = np.array([shared[i] for i in range(len(names))])
         self.log_determinant += float(np.sum(np.log1p(self._shared)))
 
@@ -65,14 +77,23 @@ class Weighting:
             out[number][rows] -= curves @ cho_solve(factor, curves.T @ columns[number][rows], check_finite=False)
         if not self._groups:
             return out
-        total = np.zeros((self._shared.size, *out[0].shape[1:]))
-        for number, rows, loads, share, which in self._groups:
-            np.add.at(total, which, _rowwise(share, loads @ columns[number][rows]))
-        total = _rowwise(1.0 / (1.0 + self._shared), total)
+        total = self._in_classes(columns)
         for number, rows, loads, share, which in self._groups:
             own = _rowwise(VARIANT**2 * share, loads @ columns[number][rows]) + _rowwise(share, total[which])
             out[number][rows] -= loads.T @ own
         return out
+
+    def _in_classes(self, columns: Sequence[np.ndarray]) -> np.ndarray:
+        """What columns say of the shared classes, in units of their allowance, (classes, k)."""
+        total = np.zeros((self._shared.size, *columns[0].shape[1:]))
+        for number, rows, loads, share, which in self._groups:
+            np.add.at(total, which, _rowwise(share, loads @ columns[number][rows]))
+        return _rowwise(1.0 / (1.0 + self._shared), total)
+
+    def classes(self, residuals: Sequence[np.ndarray]) -> dict[tuple, tuple[float, float]]:
+        """Mean and variance of each shared class in units of its allowance, given residuals by recording, (rows,)."""
+        mean = self._in_classes(residuals)
+        return {name: (float(m), 1.0 / (1.0 + s)) for name, m, s in zip(self._names, mean, self._shared, strict=True)}
 
     def products(self, left: Sequence[np.ndarray], right: Sequence[np.ndarray]) -> np.ndarray:
         """left' P right, summed over recordings; ``right`` should be the narrower."""

@@ -49,7 +49,8 @@ def diagnosis(model: Diagnosable, found: Found, theta: np.ndarray, seconds: Mapp
     as_is, before = _ratios(held, sheet_runs), _ratios(held, before_runs)
     gap_before = size.gap(before, floor)
     shrunk = size.gap(_ratios(held, held.run(leader.theta, leader.acting)), floor) if leader.columns else gap_before
-    verdict = judge(found, unknown, all(model.altered) and (gap_before <= 1.0 or (gap_before <= _NEARLY and shrunk > _SHRINKS * gap_before)))
+    within = gap_before <= 1.0 or (gap_before <= _NEARLY and shrunk > _SHRINKS * gap_before)
+    verdict = judge(found, unknown, all(model.altered) and within)
     if verdict.word == "no_gap":
         leader = found.fitted[()]
     acting = leader.acting

@@ -9,9 +9,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ddh_twin_py.estimation.calibration import Problem, sized
-from ddh_twin_py.estimation.comparison import Discrepancy
+from ddh_twin_py.estimation.comparison import Discrepancy, sized
 from ddh_twin_py.estimation.experiment import Experiment
+from ddh_twin_py.estimation.fitting import RESTARTS, Problem
 from ddh_twin_py.gap import answer
 from ddh_twin_py.gap.catalogue import EFFECTS
 from ddh_twin_py.gap.diagnosis import Diagnosis
@@ -70,7 +70,7 @@ def diagnose(recordings: Recordings, rig: Rig, without: Collection[str] = (), on
         return answer.insufficient(model, reason)
     with ThreadPoolExecutor(max_workers=threads) as pool:
         problem = Problem(commissioning or field, model.rig, model.paths, Discrepancy())
-        fit = problem.fit(pool, lambda done: told(0.3 * done), sweeps=_SWEEPS)
+        fit = problem.fit(pool, lambda done: told(0.3 * done), sweeps=_SWEEPS, restarts=RESTARTS if commissioning else 0)
         discrepancy = sized(problem.discrepancy, fit.allowances) if commissioning else Discrepancy()
         sheet = None if commissioning else np.zeros(model.size)  # a fit takes a large effect for parameters
         lap("fit of the rig")

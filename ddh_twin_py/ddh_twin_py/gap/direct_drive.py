@@ -8,12 +8,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from ddh_twin_py.estimation.calibration import Problem, offset_paths, uncertain_paths, with_offsets
 from ddh_twin_py.estimation.comparison import Comparison, Discrepancy
 from ddh_twin_py.estimation.experiment import Experiment
+from ddh_twin_py.estimation.fitting import Problem
+from ddh_twin_py.estimation.unknowns import offset_paths, uncertain_paths, with_offsets
 from ddh_twin_py.gap.model import Acting
 from ddh_twin_py.physics.thermal_network import TANK
 from ddh_twin_py.rig import Rig
+from ddh_twin_py.rig.own_oil import of_own_oil
 from ddh_twin_py.rig.sheet import BOUNDS, FIELD_OF_PATH
 
 STEP = 2.0e-3
@@ -35,7 +37,7 @@ class DirectDrive:
         self.experiments = [*commissioning, *field]
         offsets = offset_paths(self.experiments)
         self.rig = with_offsets(rig, offsets)
-        self.paths = [path for path in uncertain_paths(self.rig) if not path.startswith("measurement.")] + offsets
+        self.paths = [path for path in uncertain_paths(self.rig) if path not in offsets and not path.startswith("measurement.")] + offsets
         self.problem = Problem(self.experiments, self.rig, self.paths, Discrepancy())
         self.held = list(held)
         self._held_problem = Problem(self.held, self.rig, self.paths, Discrepancy())
@@ -99,7 +101,7 @@ class DirectDrive:
             bound = BOUNDS[path]
             value = min(max(quantities[path].value + float(deviation * scale), bound.lowest), bound.highest)
             quantities[path] = replace(quantities[path], value=value, std=float(std * scale), source=source)
-        fitted = replace(self.rig, quantities=quantities)
+        fitted = replace(self.rig, quantities=of_own_oil(quantities, self.rig.quantities))
         number = self.altered.index(True)
         plain, acted = self.record(number, theta), self.record(number, theta, acting)
         values = {path: float(acted[field][0]) for path, field in FIELD_OF_PATH.items() if acted[field][0] != plain[field][0]}

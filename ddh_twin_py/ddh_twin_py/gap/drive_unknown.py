@@ -14,6 +14,7 @@ _SENSED = {
     "motor_housing": "motor", "pump_1_case": "pump_1", "pump_2_case": "pump_2", "tank_oil": "tank", "tank_wall": "tank",
     "cylinder_barrel": "cylinder", "line_a": "line_a", "line_b": "line_b",
 }
+_OFF = 3.0  # mean square of a signal's deviations from which it is off
 _ALONE = 0.1  # of the largest gain: what gains less stands aside
 
 
@@ -35,7 +36,9 @@ def place_of(found: Found, fitted: Refitted, forms: list[FreeForm]) -> tuple[str
         if leading == "voltage":
             return "motor", "electrical"
         if leading.startswith("pressure_") and set(signals) <= {leading, "temperature/motor_winding"}:
-            return "sensor", "measurement"
+            if not _moves_more_than(found, leading):
+                return "sensor", "measurement"
+            return _most_alike(found)
         if leading in ("pressure_piston_side", "pressure_rod_side") and signals.keys() & {"current", "electrical_power"}:
             return "cylinder", "mechanical"
         if leading in ("current", "electrical_power"):
@@ -46,9 +49,26 @@ def place_of(found: Found, fitted: Refitted, forms: list[FreeForm]) -> tuple[str
         return effect.component, effect.domain
     if leading is None and signals:
         return "motor", "thermal"
+    return _most_alike(found)
+
+
+def _moves_more_than(found: Found, pressure: str) -> bool:
+    """Whether, before anything is explained, current, power or motion are off as well as a pressure."""
+    linearised, none = found.linearised, found.fitted[()]
+    for comparison, predictions, altered in zip(linearised.comparisons, none.predictions, linearised.model.altered, strict=True):
+        if altered:
+            residual = comparison.residual(predictions)
+            off = {b.signal: float(np.mean(residual[b.rows] ** 2)) for b in comparison.blocks}
+            return any(off.get(name, 0.0) > _OFF for name in ("current", "electrical_power", "rod_velocity", "rod_position"))
+    return False
+
+
+def _most_alike(found: Found) -> tuple[str, str]:
+    """Component and domain of the effect that resembles the gap most, real ones before sensors."""
     sums = found.linearised.evidence.sums
     explained = sums.score**2 / (np.diagonal(sums.information) + WIDTH**-2)
-    if not explained.size:
+    real = [i for i, column in enumerate(found.linearised.columns) if column.effect.component != "sensor"]
+    if not real:
         return "oil", "hydraulic"
-    effect = found.linearised.columns[int(np.argmax(explained))].effect
+    effect = found.linearised.columns[max(real, key=lambda i: explained[i])].effect
     return effect.component, effect.domain

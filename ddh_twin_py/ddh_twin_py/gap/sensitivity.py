@@ -105,6 +105,8 @@ def columns_of(effects: Sequence[Effect], model: Model, theta: np.ndarray, compa
         change = [np.zeros(c.size) for c in comparisons]
         for i, p in zip(altered, predicted, strict=True):
             change[i] = comparisons[i].features(p) - features[i]
+        if not all(np.isfinite(rows).all() for rows in change):  # a run that went astray
+            return None
         return Column(effect, law, x, rise, worst, change)
 
     out = []

@@ -18,9 +18,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ddh_twin_py.estimation.calibration import Problem, offset_paths, with_offsets
 from ddh_twin_py.estimation.comparison import Comparison
 from ddh_twin_py.estimation.experiment import Experiment
+from ddh_twin_py.estimation.fitting import Problem
+from ddh_twin_py.estimation.unknowns import offset_paths, with_offsets
 from ddh_twin_py.estimation.weighting import Weighting
 from ddh_twin_py.gap.direct_drive import DirectDrive
 from ddh_twin_py.gap.hypotheses import slack_shares

@@ -13,6 +13,7 @@ SURE = 0.7
 LIKELY = 0.5
 """Probability from which there is no gap, or from which its cause is unknown."""
 UNKNOWN = "unknown"
+_NOTHING_LEFT = 0.1  # what is left of every probability where held-out data have no gap
 
 
 @dataclass(frozen=True)
@@ -42,8 +43,11 @@ def judge(found: Found, unknown: Unknown, nothing_beyond: bool = False) -> Verdi
     sets[(UNKNOWN,)] = unknown.probability
     sets = dict(sorted(sets.items(), key=lambda item: -item[1]))
     effects = marginal_of(sets)
-    if nothing_beyond:
-        return Verdict("no_gap", (), sets, effects)
+    if nothing_beyond:  # what the field recording seems to speak for has nothing to explain elsewhere
+        sets = {ids: _NOTHING_LEFT * p for ids, p in sets.items()}
+        sets[()] = sets.get((), 0.0) + 1.0 - _NOTHING_LEFT
+        sets = dict(sorted(sets.items(), key=lambda item: -item[1]))
+        return Verdict("no_gap", (), sets, marginal_of(sets))
     if unknown.probability >= LIKELY:
         return Verdict("unknown", leader, sets, effects, unknown.entry())
     if sets.get((), 0.0) >= LIKELY:

@@ -138,7 +138,7 @@ def _hide(planned: Planned, machine: Machine, instruments: Instruments, duty: Du
 def as_sheet(machine: Machine, fault: Fault, sheet: Rig) -> Machine:
     """The machine with the sheet's own value of what an effect changes, so that its size is said against the sheet."""
     values = {path: sheet[path] for path, _ in fault.paths if path != "load.payload_mass"}
-    return Machine(machine.rig.with_values(values), 1.0 if fault.id == "load.mass" else machine.payload_ratio)
+    return Machine(machine.rig.built_as(values, "as the sheet says"), 1.0 if fault.id == "load.mass" else machine.payload_ratio)
 
 
 def _truth(planned: Planned, hidden: list[Hidden], sensors: tuple[str, ...], machine: Machine, sheet: Rig) -> dict:

@@ -134,7 +134,8 @@ class Feigned:
             if path == "load.payload_mass":
                 other = Machine(view.machine.rig, view.machine.payload_ratio * (1.0 + quantity.tolerance))
             else:
-                other = Machine(view.machine.rig.with_values({path: view.machine.rig[path] + deviation}), view.machine.payload_ratio)
+                built = view.machine.rig.built_as({path: view.machine.rig[path] + deviation}, "feigned")
+                other = Machine(built, view.machine.payload_ratio)
             columns.append(features(view, view.readings_with([], other)) - base)
         for name in view.readings:
             zero = sheet.sensors["pressure" if name.startswith("pressure_") else "temperature"].offset_tolerance

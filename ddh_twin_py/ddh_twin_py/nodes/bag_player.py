@@ -10,10 +10,8 @@ import numpy as np
 from rclpy.publisher import Publisher
 from rclpy.serialization import deserialize_message
 from rosgraph_msgs.msg import Clock as ClockMessage
-from std_srvs.srv import SetBool
 
 from ddh_msgs.msg import NodeProgress
-from ddh_msgs.srv import Seek, SetRate
 from ddh_twin_py.bags.topics import split_topic
 from ddh_twin_py.nodes import progress, qos
 from ddh_twin_py.nodes.flow_control import FlowControl
@@ -21,6 +19,7 @@ from ddh_twin_py.nodes.inputs import Inputs
 from ddh_twin_py.nodes.message_classes import message_class
 from ddh_twin_py.nodes.node_base import TwinNode, run
 from ddh_twin_py.nodes.parameters import NodeError, Parameter
+from ddh_twin_py.nodes.player_control import FASTEST, PlayerControl
 from ddh_twin_py.nodes.wire import stamp_of
 from ddh_twin_py.sources.raw_bag import RawBag, RawBlock
 from ddh_twin_py.telemetry.signals import RIG_TOPIC, TOPIC_TYPES
@@ -49,7 +48,7 @@ class BagPlayer(TwinNode):
         Parameter("bag", "", "Bag to play: a rosbag2 folder, or one .mcap or .db3 file."),
         Parameter(
             "rate", 1.0, "Speed against real time; 0 plays as fast as the graph takes it. See the service set_rate.",
-            "1", 0.0, 10000.0,
+            "1", 0.0, FASTEST,
         ),
         Parameter("start_offset", 0.0, "Where to begin, counted from the start of the bag.", "s", 0.0, 1e9),
         Parameter("loop", False, "Begin again at the end. The stamps jump back; listeners start anew."),
@@ -82,24 +81,22 @@ class BagPlayer(TwinNode):
             raise NodeError(
                 f"parameter start_offset is {self.values['start_offset']:g} s, {self._bag.path} is {self._bag.duration:.1f} s long"
             )
-        self._rate = self.values["rate"]
-        self._paused = self.values["paused"]
+        self.rate = self.values["rate"]
+        self.paused = self.values["paused"]
         self._flow = FlowControl(self.values["lead"])
         self._inputs = Inputs(self)
         self._progress = self._inputs.add(progress.TOPIC, NodeProgress, qos.stream(reliable=True, depth=200))
         self._channels = self._make_channels()
         self._clock_publisher = self.create_publisher(ClockMessage, "/clock", 10)
         self._publish_rig()
-        self.create_service(SetBool, "~/pause", self._on_pause)
-        self.create_service(Seek, "~/seek", self._on_seek)
-        self.create_service(SetRate, "~/set_rate", self._on_set_rate)
         self.sent = self.loops = 0
         self._waited_since = self.wall()
         self._ready_since: float | None = None
-        self._playing = self._ending = False
+        self._playing = self._ending = self._told_end = False
         self._said_at = self._clock_at = self._checked_at = 0.0
         self._held = 0.0  # s of wall time in which the graph was slower than the rate asked for
         self._begin(self.values["start_offset"])
+        self._control = PlayerControl(self, self, str(self._bag.path), self.values["loop"])
         self.get_logger().info(
             f"{self._bag.path}: {self._bag.duration:.1f} s, {self._bag.count} messages, {len(self._channels)} topics"
         )
@@ -146,7 +143,8 @@ class BagPlayer(TwinNode):
         self._position_ns = self._start_ns
         self._flow.jumped()
         self._anchor()
-        self._ending = False
+        self._ending = self._told_end = False
+        self._begun_wall, self._begun_ns, self._said_at = self.wall(), self._position_ns, self.wall()
 
     def _anchor(self) -> None:
         """From here and now on the position follows the wall clock at the rate."""
@@ -166,7 +164,7 @@ class BagPlayer(TwinNode):
                 self.get_logger().warning(reason)
         if self._ending:
             self._end(wall)
-        elif not self._paused:
+        elif not self.paused:
             self._advance(wall)
         if self.values["clock_rate"] and wall - self._clock_at >= 1.0 / self.values["clock_rate"]:
             self._clock_at = wall
@@ -174,16 +172,16 @@ class BagPlayer(TwinNode):
 
     def _advance(self, wall: float) -> None:
         due = self._position_ns + _BURST
-        if self._rate > 0.0:
-            due = min(due, self._anchor_ns + round((wall - self._anchor_wall) * self._rate * 1e9))
+        if self.rate > 0.0:
+            due = min(due, self._anchor_ns + round((wall - self._anchor_wall) * self.rate * 1e9))
         limit = self._flow.limit()
         if limit is not None and limit < due:
             due = limit
             self._held += STEP
-            wanted = self._anchor_ns + (wall - self._anchor_wall) * self._rate * 1e9
-            if self._rate > 0.0 and wanted - limit > _LAG:
+            wanted = self._anchor_ns + (wall - self._anchor_wall) * self.rate * 1e9
+            if self.rate > 0.0 and wanted - limit > _LAG:
                 slowest = self._flow.slowest()
-                self.warn_once("slow", f"{slowest.name} cannot take {self._rate:g} times real time; playing as fast as it can")
+                self.warn_once("slow", f"{slowest.name} cannot take {self.rate:g} times real time; playing as fast as it can")
                 self._position_ns = max(self._position_ns, due)
                 self._anchor()
         if due > self._position_ns:
@@ -231,25 +229,24 @@ class BagPlayer(TwinNode):
             self.get_logger().info(f"end of the bag, beginning again (round {self.loops + 1}); stamps jump back")
             self._begin(self.values["start_offset"])
             return
-        if self._said_at is not None:
-            taken = max(wall - self._began_wall, 1e-9)
-            data = (self._bag.last_ns - self._bag.first_ns) * 1e-9 - self.values["start_offset"]
+        if not self._told_end:
+            self._told_end = True
+            taken = max(wall - self._begun_wall, 1e-9)
+            data = (self._bag.last_ns - self._begun_ns) * 1e-9
             self.get_logger().info(
                 f"end of the bag: {self.sent} messages, {data:.1f} s of data in {taken:.1f} s, {data / taken:.1f} times real time; "
                 f"the graph held the player up for {self._held:.1f} s"
             )
-            self._said_at = None
             if self.values["clock_rate"]:
                 self._tell_clock()  # whoever follows /clock sees the end, however soon the process ends
         self.finished = self.values["exit_at_end"]
 
     def _say(self, wall: float) -> None:
         self._said_at = wall
-        done = (self._position_ns - self._bag.first_ns) * 1e-9
-        share = 100.0 * done / max(self._bag.duration, 1e-9)
+        share = 100.0 * self.position / max(self._bag.duration, 1e-9)
         data = (self._position_ns - self._begun_ns) * 1e-9
-        speed = data / max(wall - self._began_wall, 1e-9)
-        self.get_logger().info(f"{share:.0f} %, {done:.1f} of {self._bag.duration:.1f} s, {speed:.1f} times real time")
+        speed = data / max(wall - self._begun_wall, 1e-9)
+        self.get_logger().info(f"{share:.0f} %, {self.position:.1f} of {self._bag.duration:.1f} s, {speed:.1f} times real time")
 
     def _tell_clock(self) -> None:
         message = ClockMessage()
@@ -283,10 +280,10 @@ class BagPlayer(TwinNode):
         elif wall - self._ready_since < _SETTLE:
             return
         self._playing = True
-        self._began_wall, self._begun_ns, self._said_at = wall, self._position_ns, wall
+        self._begun_wall, self._begun_ns, self._said_at = wall, self._position_ns, wall
         self._anchor()
         names = ", ".join(sorted(self._flow.consumers)) or "nobody that tells its progress"
-        self.get_logger().info(f"playing at {f'{self._rate:g} times real time' if self._rate else 'full speed'}; waiting for {names}")
+        self.get_logger().info(f"playing at {f'{self.rate:g} times real time' if self.rate else 'full speed'}; waiting for {names}")
 
     def _named(self) -> list[str]:
         return [name for name in self.values["wait_for_nodes"] if name]
@@ -316,33 +313,44 @@ class BagPlayer(TwinNode):
             for info in infos
         }
 
-    # --- services ----------------------------------------------------------------------------
+    # --- what PlayerControl steers and tells ---------------------------------------------------
 
-    def _on_pause(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
-        if not request.data:
+    @property
+    def position(self) -> float:
+        """s after the start of the bag."""
+        return (self._position_ns - self._bag.first_ns) * 1e-9
+
+    @property
+    def duration(self) -> float:
+        """Length of the bag, s."""
+        return self._bag.duration
+
+    @property
+    def stamp_ns(self) -> int:
+        """The data's time at the position, ns."""
+        return self._position_ns
+
+    @property
+    def waiting(self) -> bool:
+        """Whether listeners are still waited for."""
+        return not self._playing
+
+    @property
+    def ended(self) -> bool:
+        """Whether all was sent and taken."""
+        return self._told_end
+
+    def pause(self, paused: bool) -> None:
+        if not paused:
             self._anchor()
-        self._paused = request.data
-        response.success = True
-        response.message = f"{'paused' if self._paused else 'playing'} at {(self._position_ns - self._bag.first_ns) * 1e-9:.3f} s"
-        return response
+        self.paused = paused
 
-    def _on_seek(self, request: Seek.Request, response: Seek.Response) -> Seek.Response:
-        if not 0.0 <= request.offset <= self._bag.duration:
-            response.message = f"offset is {request.offset:g} s, allowed are 0 to {self._bag.duration:.3f} s"
-            return response
-        self._begin(request.offset)
-        self.get_logger().info(f"now at {request.offset:g} s")
-        response.success = True
-        return response
+    def seek(self, offset: float) -> None:
+        self._begin(offset)
 
-    def _on_set_rate(self, request: SetRate.Request, response: SetRate.Response) -> SetRate.Response:
-        if not 0.0 <= request.rate <= 10000.0:
-            response.message = f"rate is {request.rate:g}, allowed are 0 (full speed) to 10000"
-            return response
-        self._rate = request.rate
+    def set_rate(self, rate: float) -> None:
+        self.rate = rate
         self._anchor()
-        response.success = True
-        return response
 
     def close(self) -> None:
         self._bag.close()

@@ -27,7 +27,7 @@ class BagRecorder(TwinNode):
             "topics", ("*",),
             "Patterns of topics to record, relative to the namespace (temperature/*) or absolute (/diagnostics).",
         ),
-        Parameter("exclude", ("progress", "*/transition_event", "*/_action/*"), "Patterns of topics to leave out."),
+        Parameter("exclude", ("progress", "bag_player/status", "*/transition_event", "*/_action/*"), "Patterns of topics to leave out."),
         Parameter(
             "log_time", "arrival",
             "What orders the bag and paces its playing: the node's clock at arrival, or the header's stamp (for "

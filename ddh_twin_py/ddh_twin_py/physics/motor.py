@@ -98,8 +98,10 @@ def friction_loss(speed, p):
 
 @inlined
 def line_voltage(speed, current, resistance, magnets, p):
-    """Line-to-line voltage, V rms: |K_v n + sqrt(3) R i|; the inductive part is not in the sheet.
+    """Line-to-line voltage, V rms: sqrt((K_v n + sqrt(3) R i)^2 + (sqrt(3) p w L i)^2), current in phase with the back-EMF.
 
-    ``magnets`` from `magnet_factor`.
+    ``magnets`` from `magnet_factor`; p pole pairs, L inductance of a phase.
     """
-    return abs(magnets * p.motor_voltage_constant * speed / RAD_PER_S_OF_RPM + math.sqrt(3.0) * resistance * current)
+    active = magnets * p.motor_voltage_constant * speed / RAD_PER_S_OF_RPM + math.sqrt(3.0) * resistance * current
+    reactive = math.sqrt(3.0) * p.motor_pole_pairs * speed * p.motor_phase_inductance * current
+    return math.sqrt(active * active + reactive * reactive)

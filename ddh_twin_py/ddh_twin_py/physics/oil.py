@@ -37,7 +37,7 @@ def dynamic_viscosity(temperature, p):
 
 @inlined
 def viscosity_ratio(temperature, p):
-    """mu(T)/mu_0, where mu_0 belongs to the nominal oil at 23 degC."""
+    """mu(T)/mu_0, where mu_0 is the viscosity at which the coefficients are stated, see `rig.own_oil`."""
     return dynamic_viscosity(temperature, p) / p.oil_reference_viscosity
 
 

@@ -187,8 +187,9 @@ def capacities(params, position, capacity):
     capacity[PUMP_1_OIL] = rho_c * p.pump_1_oil_volume
     capacity[PUMP_2_OIL] = rho_c * p.pump_2_oil_volume
     drawn = (cylinder.piston_area(p) - cylinder.rod_side_area(p)) * within
-    capacity[TANK_TOP] = rho_c * p.tank_top_share * (p.tank_oil_volume - drawn)
-    capacity[TANK] = rho_c * (1.0 - p.tank_top_share) * (p.tank_oil_volume - drawn)
+    upper = p.tank_top_share * p.tank_oil_volume  # what is drawn below sinks from above: the upper layer alone grows and shrinks
+    capacity[TANK_TOP] = rho_c * max(upper - drawn, 0.1 * upper)
+    capacity[TANK] = rho_c * (p.tank_oil_volume - upper)
     capacity[VALVE_OIL] = rho_c * p.valve_block_oil_volume
 
 

@@ -112,7 +112,7 @@ def build(sheet: Rig, rng: np.random.Generator, widened: float = 1.0) -> Machine
     """A machine drawn from a sheet's tolerances; ``widened`` draws the same distribution about its outer part."""
     rig = sheet.draw(rng)
     if widened != 1.0:
-        rig = rig.with_values({
+        rig = sheet.built_as({
             path: sheet[path] + _pushed(rig[path] - sheet[path], q.standard_deviation, widened)
             for path, q in sheet.quantities.items() if q.standard_deviation > 0.0
         }, source="drawn wide within tolerance")

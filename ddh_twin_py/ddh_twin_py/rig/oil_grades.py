@@ -5,7 +5,7 @@ The viscosity index (ASTM D2270) ties nu at 100 degC, Y, to nu at 40 degC, U:
 VI = 100 (L - U)/(L - H) up to 100, beyond it VI = 100 + (10^N - 1)/0.00715 with
 N = (log H - log U)/log Y, where L and H are quadratic in Y by ranges.
 
-The reference viscosity of the sheet's coefficients stays that of the sheet's nominal oil at 23 degC.
+The viscosity at which coefficients are stated stays that of the rig's first oil at 23 degC.
 """
 
 from __future__ import annotations

@@ -18,6 +18,7 @@ import numpy as np
 
 from ddh_twin_py.rig.bounds import LARGEST_TOLERANCE, SENSOR_FACTOR, Bound, bound_of, contradiction
 from ddh_twin_py.rig.numbers import PURE_NUMBER, finite_number
+from ddh_twin_py.rig.own_oil import of_own_oil
 from ddh_twin_py.rig.yaml_file import parse_yaml, read_yaml
 
 CUT = 2.5
@@ -93,7 +94,6 @@ class Rig:
         record = np.zeros(1, dtype=PARAMETER_DTYPE)
         for path, field in FIELD_OF_PATH.items():
             record[field] = self.quantities[path].value
-        record["oil_reference_viscosity"] = _REFERENCE_VISCOSITY
         return record
 
     def with_values(self, values: Mapping[str, float], source: str = "given") -> Rig:
@@ -112,6 +112,11 @@ class Rig:
                 raise RigError(_unknown(self.file, path, quantities))
             quantities[path] = replace(quantities[path], value=float(value), source=source)
         return replace(self, quantities=quantities)
+
+    def built_as(self, values: Mapping[str, float], source: str) -> Rig:
+        """The same kind of rig as it was built, within its tolerances: `with_values`, and coefficients refer to its own oil."""
+        built = self.with_values(values, source)
+        return replace(built, quantities=of_own_oil(built.quantities, self.quantities))
 
     def zero_error(self, sensor: str) -> tuple[float, float]:
         """Mean and standard deviation of a sensor's zero error, in its unit.
@@ -135,9 +140,8 @@ class Rig:
         sound = not contradiction({path: q.value for path, q in self.quantities.items()})
         while True:
             values = {path: _drawn(path, q, rng) for path, q in self.quantities.items() if q.standard_deviation > 0.0}
-            drawn = self.with_values(values, source="drawn within tolerance")
-            if not sound or not contradiction({path: q.value for path, q in drawn.quantities.items()}):
-                return drawn
+            if not sound or not contradiction({path: values.get(path, q.value) for path, q in self.quantities.items()}):
+                return self.built_as(values, source="drawn within tolerance")
 
 
 def _drawn(path: str, quantity: Quantity, rng: np.random.Generator) -> float:
@@ -317,16 +321,5 @@ BOUNDS: dict[str, Bound] = {path: bound_of(path, q.value) for path, q in _REFERE
 FIELD_OF_PATH: dict[str, str] = {path: _field_name(path) for path in _REFERENCE.quantities}
 """Dotted path of the sheet to the field of the compiled-code record."""
 
-PARAMETER_DTYPE = np.dtype([(field, np.float64) for field in FIELD_OF_PATH.values()]
-                           + [("oil_reference_viscosity", np.float64)])
-"""Fields of `Rig.parameters`: each quantity in SI, and the viscosity that coefficients refer to."""
-
-
-def _reference_viscosity() -> float:
-    """Dynamic viscosity of the sheet's nominal oil at 23 degC, Pa*s (Walther, ASTM D341)."""
-    a, b = _REFERENCE["oil.walther_a"], _REFERENCE["oil.walther_b"]
-    kinematic = (10.0 ** 10.0 ** (a - b * np.log10(296.15)) - 0.7) * 1e-6
-    return kinematic * _REFERENCE["oil.density_15C"] * (1.0 - _REFERENCE["oil.thermal_expansion"] * 8.0)
-
-
-_REFERENCE_VISCOSITY = _reference_viscosity()
+PARAMETER_DTYPE = np.dtype([(field, np.float64) for field in FIELD_OF_PATH.values()])
+"""Fields of `Rig.parameters`: each quantity in SI."""

@@ -68,7 +68,7 @@ def run(data: Path, progress: Callable[[float], None] | None = None) -> Study:
 
 def _fitted(model: RigModel) -> np.ndarray:
     """Parameter record (1,) of a model by least squares."""
-    return model.record(0, least_squares(model))
+    return model.record(0, least_squares(model, starts=2))
 
 
 def _inverse_rows(first: EmpsRecord, record: EmpsRecord, before: np.ndarray, after: np.ndarray, split: str) -> list[Row]:

@@ -137,8 +137,7 @@ def _track(value, shift, grid, noise, drift, favour, stay, outlier):
     weights = np.empty(2 * cells + 1)
     seen = np.isfinite(value)
     best = np.ones((n, k))
-    if k > 1:
-        best[:, 0] = np.exp(favour)
+    best[:, 0] = np.exp(favour)
     total = 0.0
     for t in range(n):
         if t > 0:

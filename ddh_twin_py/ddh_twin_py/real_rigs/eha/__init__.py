@@ -1,0 +1,1 @@
+"""An electro-hydraulic actuator: motor, reversible pump, asymmetric cylinder, valve and accumulator."""

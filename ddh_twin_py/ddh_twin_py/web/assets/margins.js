@@ -1,0 +1,60 @@
+/* How far the limits are away, and what keeps them. */
+import { element, lasting, number, words } from "./format.js";
+
+const NAMES = { winding_hot_spot: "winding, hottest point", oil: "oil, hottest volume", seals: "seals, pump cases and barrel" };
+const COOL = 20; // degC at which a gauge begins
+const SOON = 1800; // s
+
+export function limits(body, data) {
+  if (!data) return;
+  const duty = data.duty_known
+    ? `if the duty of the last minutes goes on (${number(data.rms_current, 1)} A rms)`
+    : "no duty is known, rest is looked at";
+  body.replaceChildren(
+    ...data.limits.map((row) => margin(row, data.horizon)),
+    element("p", { class: "note" }, `Looked ${lasting(data.horizon)} ahead, ${duty}.`),
+  );
+}
+
+function margin(row, horizon) {
+  const share = (value) => Math.min(100, Math.max(0, (100 * (value - COOL)) / (row.limit - COOL)));
+  const soon = (row.time_to_limit !== null && row.time_to_limit <= SOON) || (row.time_to_limit_16 !== null && row.time_to_limit_16 <= SOON);
+  const beyond = row.time_to_limit !== null && row.time_to_limit <= 0;
+  const low = share(row.temperature - 2 * row.standard_deviation);
+  const band = element("b");
+  const fill = element("i");
+  fill.style.width = `${share(row.temperature)}%`;
+  band.style.left = `${low}%`;
+  band.style.width = `${share(row.temperature + 2 * row.standard_deviation) - low}%`;
+  return element(
+    "div",
+    { class: `margin ${beyond ? "poor" : soon ? "fair" : "good"}` },
+    element(
+      "p",
+      {},
+      element("span", {}, NAMES[row.location] ?? words(row.location)),
+      element(
+        "span",
+        { class: "now" },
+        `${number(row.temperature, 1)} ± ${number(2 * row.standard_deviation, 1)} of ${number(row.limit, 0)} °C`,
+      ),
+    ),
+    element("div", { class: "gauge" }, fill, band),
+    element("span", { class: "then" }, sentence(row, horizon, beyond, soon)),
+  );
+}
+
+function sentence(row, horizon, beyond, soon) {
+  const keeps =
+    row.allowed_current > 0
+      ? `${number(row.allowed_current, 1)} A rms${row.allowed_speed === null ? "" : ` or a mean of ${number((row.allowed_speed * 30) / Math.PI, 0)} rpm`} keep it for ever`
+      : "no current keeps it";
+  if (beyond) return `✕ exceeded; ${keeps}`;
+  if (row.time_to_limit === null) {
+    const sooner = row.time_to_limit_16 === null ? "" : ` (one in six: ${lasting(row.time_to_limit_16)})`;
+    return `not within ${lasting(horizon)}${sooner}; ${number(row.limit - row.temperature, 0)} K left; ${keeps}`;
+  }
+  const late = row.time_to_limit_84 === null ? `more than ${lasting(horizon)}` : lasting(row.time_to_limit_84);
+  const early = row.time_to_limit_16 === null ? late : lasting(row.time_to_limit_16);
+  return `${soon ? "▲ " : ""}limit in ${lasting(row.time_to_limit)} (${early} to ${late}); ${keeps}`;
+}

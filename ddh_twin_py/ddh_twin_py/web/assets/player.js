@@ -1,0 +1,83 @@
+/* Replay: pause, seek, rate, where a bag plays. */
+import { span } from "./format.js";
+
+export class Player {
+  constructor(link) {
+    this.link = link;
+    this.data = null;
+    const get = (id) => document.getElementById(id);
+    this.bar = get("player");
+    this.play = get("play");
+    this.slider = get("seek");
+    this.position = get("position");
+    this.rate = get("rate");
+    this.note = get("player-note");
+    this.held = false; // the slider is in somebody's hand
+    this.play.addEventListener("click", () => this.toggle());
+    get("back").addEventListener("click", () => this.step(-10));
+    get("on").addEventListener("click", () => this.step(10));
+    this.slider.addEventListener("input", () => {
+      this.held = true;
+      this.place(Number(this.slider.value));
+    });
+    this.slider.addEventListener("change", () => {
+      this.seek(Number(this.slider.value));
+    });
+    this.rate.addEventListener("change", () => this.wish("rate", Number(this.rate.value)));
+  }
+
+  async wish(name, value) {
+    this.note.textContent = "";
+    const refused = await this.link.wish(name, value);
+    this.note.textContent = refused ? `✕ ${refused}` : "";
+    return !refused;
+  }
+
+  async seek(offset) {
+    this.held = true;
+    await this.wish("seek", Math.min(this.data.duration, Math.max(0, offset)));
+    this.held = false;
+    this.show(this.data); // what came meanwhile
+  }
+
+  step(seconds) {
+    if (this.data) this.seek(this.data.position + seconds);
+  }
+
+  async toggle() {
+    if (!this.data) return;
+    if (this.data.ended) {
+      await this.seek(0);
+      if (!this.data.paused) return;
+    }
+    this.wish("pause", !this.data.paused);
+  }
+
+  place(position) {
+    this.position.textContent = `${span(position)} of ${span(this.data.duration)}`;
+  }
+
+  show(data) {
+    this.data = data;
+    this.bar.hidden = !data;
+    if (!data) return;
+    this.play.textContent = data.ended ? "Again" : data.paused ? "Play" : "Pause";
+    this.slider.max = data.duration;
+    if (!this.held) {
+      this.slider.value = data.position;
+      this.place(data.position);
+    }
+    this.slider.setAttribute("aria-valuetext", `${span(data.position)} of ${span(data.duration)}`);
+    const text = String(data.rate);
+    if (document.activeElement !== this.rate) {
+      if (![...this.rate.options].some((option) => option.value === text)) this.rate.add(new Option(`${text} ×`, text));
+      this.rate.value = text;
+    }
+    if (!this.note.textContent.startsWith("✕"))
+      this.note.textContent = data.waiting
+        ? "waits for the nodes"
+        : data.rate === 0 && !data.paused && !data.ended
+          ? `${data.speed.toFixed(1)} × real time`
+          : "";
+  }
+}

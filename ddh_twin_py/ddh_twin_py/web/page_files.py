@@ -1,0 +1,43 @@
+"""The page's own files, read once."""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass
+from importlib import resources
+
+_TYPES = {
+    ".html": "text/html; charset=utf-8", ".js": "text/javascript; charset=utf-8", ".css": "text/css; charset=utf-8",
+    ".svg": "image/svg+xml; charset=utf-8",
+}  # fmt: skip
+_UPLOT = ("uPlot.iife.min.js", "uPlot.min.css")
+
+
+@dataclass(frozen=True)
+class Asset:
+    """One file: its bytes, media type, and a tag that changes with its content."""
+
+    content: bytes
+    media_type: str
+    tag: str
+
+
+def assets() -> dict[str, Asset]:
+    """All files by the name under which the page asks for them."""
+    found = {}
+    for file in resources.files("ddh_twin_py.web").joinpath("assets").iterdir():
+        found[file.name] = _asset(file)
+    for name in _UPLOT:
+        found[name] = _asset(resources.files("ddh_twin_py.report").joinpath("assets", "uplot", name))
+    return found
+
+
+def version(files: dict[str, Asset]) -> str:
+    """A mark of all files together: a page that is open reloads itself where it has changed."""
+    return hashlib.sha256("".join(files[name].tag for name in sorted(files)).encode()).hexdigest()[:16]
+
+
+def _asset(file) -> Asset:
+    content = file.read_bytes()
+    suffix = file.name[file.name.rindex(".") :]
+    return Asset(content, _TYPES[suffix], hashlib.sha256(content).hexdigest()[:16])
