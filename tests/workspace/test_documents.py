@@ -91,11 +91,13 @@ def test_the_runner_runs_compares_and_writes(documents, page):
     assert run_page(page("<!-- not run: never -->\n```bash\nfalse\n```"), say=quiet) == []
 
 
+@pytest.mark.timeout(900)  # compiles, where it is the first
 def test_commands_of_a_page_print_what_it_says(documents, repo_root):
     """One page with every change; all of them by .ci/scheduled."""
     assert documents["run_page"](repo_root / "docs/other_tools.md", say=quiet) == []
 
 
+@pytest.mark.timeout(900)
 def test_the_site_builds_and_asks_for_nothing(repo_root, tmp_path):
     sphinx = repo_root / ".venv/tools/bin/sphinx-build"
     if not sphinx.exists():
