@@ -38,7 +38,7 @@ def test_the_side_may_be_unknown():
 def test_a_base_that_drifts_is_no_level(seed):
     series, _ = made([0.0], seed)
     found = find(series, (2, 3), (-1.0,))
-    assert found.shift.size == 1 and np.all(found.worse == pytest.approx(0.0, abs=1e-6))
+    assert found.shift.size == 1 and found.worse.max() < 0.1
 
 
 def test_cycles_that_say_nothing_take_their_neighbours_level():

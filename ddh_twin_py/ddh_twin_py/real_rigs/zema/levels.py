@@ -285,7 +285,7 @@ def find(series: Series, counts: Sequence[int], signs: Sequence[float]) -> Level
     weight = np.exp(-0.5 * POWER * (np.array([f.criterion for f in found]) - best.criterion))
     weight /= weight.sum()
     return replace(best, shift=best.shift[order], probability=best.probability[:, order],
-                   worse=sum(w * f.worse for w, f in zip(weight, found, strict=True)),
+                   worse=np.clip(sum(w * f.worse for w, f in zip(weight, found, strict=True)), 0.0, 1.0),
                    expected=sum(w * f.expected for w, f in zip(weight, found, strict=True)))
 
 
