@@ -25,7 +25,7 @@ SHARED = Path(os.environ.get("DDH_SHARED", "../shared")) / "data" / "real" / "ze
 @pytest.fixture(scope="module")
 def faults():
     cycle = np.arange(N)
-    return Faults(np.where(cycle < 60, 0.3, 0.47), np.where(cycle // 10 % 3 == 1, 0.03, 0.0) * (cycle < 140),
+    return Faults(np.where(((cycle // 30) % 2 == 0) & (cycle < 120), 0.3, 0.47), np.where(cycle // 10 % 3 == 1, 0.03, 0.0) * (cycle < 140),
                   np.where((cycle // 30) % 2 == 1, 0.4, 0.0) * (cycle < 150),
                   np.where((cycle // 20) % 2 == 1, 50.0, 64.0) * (cycle < 150) + 64.0 * (cycle >= 150), jitter=0.002, slack=0.3)
 

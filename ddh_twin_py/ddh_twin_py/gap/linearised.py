@@ -89,11 +89,14 @@ class Linearised:
 
     def with_scatter(self, hypothesis: Hypothesis | None) -> Linearised:
         """The same with classes as uncertain as their bins scatter under a hypothesis; no run is needed."""
-        scatter = dict(self.discrepancy.scatter)
+        found: dict[tuple, list[float]] = {}
         for comparison, left, altered in zip(self.comparisons, self.left(hypothesis), self.model.altered, strict=True):
             if altered:
                 for name, factor in scatter_of(comparison, left).items():
-                    scatter[name] = max(1.0, scatter.get(name, 1.0) * factor)
+                    found.setdefault(name, []).append(factor)
+        scatter = dict(self.discrepancy.scatter)
+        for name, factors in found.items():  # of several recordings, their root mean square
+            scatter[name] = max(1.0, scatter.get(name, 1.0) * float(np.sqrt(np.mean(np.square(factors)))))
         discrepancy = replace(self.discrepancy, scatter=scatter)
         comparisons = [Comparison(s, p, discrepancy) for s, p in zip(self.model.signals, self.predictions, strict=True)]
         ratios = [old.spread / new.spread for old, new in zip(self.comparisons, comparisons, strict=True)]

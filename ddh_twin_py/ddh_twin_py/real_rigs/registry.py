@@ -5,7 +5,7 @@ from __future__ import annotations
 from importlib import import_module
 from types import ModuleType
 
-RIGS: tuple[str, ...] = ("emps", "cascaded_tanks", "zema")
+RIGS: tuple[str, ...] = ("emps", "cascaded_tanks", "eha", "zema")
 """Packages of this room; each has a ``study`` module with ``run(data, progress)`` and ``present(data)``."""
 
 

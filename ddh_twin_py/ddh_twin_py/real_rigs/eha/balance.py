@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ddh_twin_py.real_rigs.eha.model import BORE, STROKE, delayed, smoothed
+from ddh_twin_py.real_rigs.eha.model import BORE, DESCRIPTION, STROKE, delayed, smoothed
 from ddh_twin_py.real_rigs.eha.recordings import STEP, Actuation
 
 WINDOW = 0.1
@@ -19,7 +19,7 @@ def balance(record: Actuation, p: np.void) -> tuple[np.ndarray, np.ndarray]:
     """Volume left over in each window, m3, (m,), and in which the pump moves, (m,).
 
     Args:
-        p: parameter record; rigid sides where its stiffnesses are infinite and ``line``, ``air`` and ``leakage`` are 0.
+        p: parameter record; see `ideal` for sides without leak or softness.
     """
     many = round(WINDOW / STEP)
     area_a = np.pi / 4.0 * BORE**2
@@ -50,8 +50,8 @@ def balance(record: Actuation, p: np.void) -> tuple[np.ndarray, np.ndarray]:
     return np.where(switched, np.nan, given - taken), turned > LEAST
 
 
-def rigid(p: np.ndarray) -> np.ndarray:
-    """The record (1,) of an ideal side: no leak, no softness."""
-    out = p.copy()
+def ideal() -> np.ndarray:
+    """The record (1,) of the sheet with an ideal side: no leak, no softness."""
+    out = DESCRIPTION.record()
     out["leakage"], out["line"], out["air"], out["bulk_modulus"] = 0.0, 0.0, 0.0, np.inf
     return out
