@@ -14,8 +14,8 @@ demo: setup ## replay bags/paper_cycle through the live nodes, write out/demo/re
 test: setup ## all tests; a selection with ARGS="-k oil"
 	@scripts/test.sh $(ARGS)
 
-bench: setup ## print speed and memory, also beside other tools, and write out/bench.json
-	@scripts/bench_tools.sh
+bench: setup ## print speed and memory beside other tools, write out/bench.json; FORTRAN=1 installs gfortran for one of them
+	@FORTRAN=$(FORTRAN) scripts/bench_tools.sh
 	@.venv/bin/ddh-twin bench
 
 lint: setup ## ruff
