@@ -8,6 +8,7 @@ from ddh_twin_py.physics.balance import add_hydraulics, add_motor, add_surroundi
 from ddh_twin_py.physics.compiled import inlined, kernel
 from ddh_twin_py.physics.hydraulics import (
     CALM,
+    HEAT_BEFORE,
     HYDRAULIC_STATES,
     POSITION,
     PRESSURE_A,
@@ -34,7 +35,7 @@ from ddh_twin_py.physics.thermal_network import (
     SLOT_WINDING,
     capacities,
     conductances,
-    network_step,
+    network_step_between,
     winding_resistance,
 )
 from ddh_twin_py.physics.valves import check_flow, relief_flow
@@ -103,6 +104,7 @@ def free_run_sampled(params, state, temperature, command, ambient, interval, ste
     p = params[0]
     edge, wall, surface = np.empty(N_EDGES), np.empty(N_WALLS), np.empty((N_SURFACES, 3))
     capacity, work = np.empty(N), np.empty((N + 3, N))
+    early, late = np.empty(N), np.empty(N)
     middle = temperature.copy()
     conductances(params, edge, wall, surface)
     fine = max(1, int(round(interval / (COMMAND_PARTS * step))))
@@ -162,8 +164,16 @@ def free_run_sampled(params, state, temperature, command, ambient, interval, ste
         for i in range(len(VISCOUS_NODES)):
             state[WARMING + i] = -temperature[VISCOUS_NODES[i]] / interval
         capacities(params, 0.5 * (before + state[POSITION]), capacity)
-        lost += network_step(
-            params, edge, wall, surface, capacity, temperature, ambient[k] + p.surroundings_enclosure_rise, point.heat,
+        early[:] = point.heat
+        late[:] = point.heat
+        for i in range(len(VISCOUS_NODES)):  # their heat goes on as it went before; its mean stays
+            node = VISCOUS_NODES[i]
+            change = 0.5 * (point.heat[node] - state[HEAT_BEFORE + i])
+            early[node] -= change
+            late[node] += change
+            state[HEAT_BEFORE + i] = point.heat[node]
+        lost += network_step_between(
+            params, edge, wall, surface, capacity, temperature, ambient[k] + p.surroundings_enclosure_rise, early, late,
             point.mean_square_current, point.flow, interval, work,
         )
         for i in range(len(VISCOUS_NODES)):
@@ -187,3 +197,4 @@ def settle(params, state, position, pressure_a, pressure_b):
     state[CALM] = 0.0
     for i in range(len(VISCOUS_NODES)):
         state[WARMING + i] = 0.0
+        state[HEAT_BEFORE + i] = 0.0
