@@ -8,7 +8,6 @@ from ddh_twin_py.physics.balance import add_hydraulics, add_motor, add_surroundi
 from ddh_twin_py.physics.compiled import inlined, kernel
 from ddh_twin_py.physics.hydraulics import (
     CALM,
-    HEAT_BEFORE,
     HYDRAULIC_STATES,
     POSITION,
     PRESSURE_A,
@@ -29,6 +28,7 @@ from ddh_twin_py.physics.thermal_network import (
     END_WINDING,
     N,
     N_EDGES,
+    N_FLOWS,
     N_SURFACES,
     N_WALLS,
     ROTOR,
@@ -64,6 +64,15 @@ def _add(point, weight, speed, acceleration, pressure_a, pressure_b, velocity, p
     current = motor_current(speed, acceleration, pump_torque, magnets * p.motor_torque_constant, p)
     add_motor(point, weight, speed, current, resistance, magnets, iron, p)
     return current
+
+
+@inlined
+def _take(point, factor, heat, flow, anew):
+    """Add an operating point's heat and flows times a factor to what was gathered, or begin ``anew``."""
+    for i in range(N):
+        heat[i] = (0.0 if anew else heat[i]) + factor * point.heat[i]
+    for i in range(N_FLOWS):
+        flow[i] = (0.0 if anew else flow[i]) + factor * point.flow[i]
 
 
 @kernel
@@ -104,7 +113,8 @@ def free_run_sampled(params, state, temperature, command, ambient, interval, ste
     p = params[0]
     edge, wall, surface = np.empty(N_EDGES), np.empty(N_WALLS), np.empty((N_SURFACES, 3))
     capacity, work = np.empty(N), np.empty((N + 3, N))
-    early, late = np.empty(N), np.empty(N)
+    early, late, flow_early, flow_late = np.empty(N), np.empty(N), np.empty(N_FLOWS), np.empty(N_FLOWS)
+    swing_heat, swing_flow = np.empty(N), np.empty(N_FLOWS)  # half of what they change by over an interval; small volumes feel it
     middle = temperature.copy()
     conductances(params, edge, wall, surface)
     fine = max(1, int(round(interval / (COMMAND_PARTS * step))))
@@ -143,6 +153,7 @@ def free_run_sampled(params, state, temperature, command, ambient, interval, ste
             acceleration = (command[first] - state[SPEED_REFERENCE]) / p.motor_speed_loop_time_constant
         current = _add(point, 0.5 * share, state[SPEED], acceleration, max(state[PRESSURE_A], VAPOUR_PRESSURE),
                        max(state[PRESSURE_B], VAPOUR_PRESSURE), state[VELOCITY], state[POSITION], resistance, magnets, iron, c, p)
+        _take(point, -1.0 / share, swing_heat, swing_flow, True)
         for j in range(parts):
             slope = 0.0 if settled else (command[first + j + 1] - command[first + j]) / span
             for m in range(count):
@@ -151,6 +162,8 @@ def free_run_sampled(params, state, temperature, command, ambient, interval, ste
                 speed, acceleration, pressure_a, pressure_b, velocity, position, soft = hydraulic_step(
                     state, command[first + j] + slope * (m * h), slope, h, decays[0], decays[1], torque_limit, soft, c, p)
                 last = j == parts - 1 and m == count - 1
+                if last:
+                    _take(point, -1.0 / share, swing_heat, swing_flow, False)
                 current = _add(point, 0.5 * share if last else share, speed, acceleration, pressure_a, pressure_b,
                                velocity, position, resistance, magnets, iron, c, p)
                 end = k * interval + j * span + (m + 1) * h
@@ -160,21 +173,19 @@ def free_run_sampled(params, state, temperature, command, ambient, interval, ste
                     for i in range(6):
                         samples[at, i] = earlier[i] + part * (later[i] - earlier[i])
                     at += 1
+        _take(point, 1.0 / share, swing_heat, swing_flow, False)
         add_surroundings(point, p)
         for i in range(len(VISCOUS_NODES)):
             state[WARMING + i] = -temperature[VISCOUS_NODES[i]] / interval
         capacities(params, 0.5 * (before + state[POSITION]), capacity)
-        early[:] = point.heat
-        late[:] = point.heat
-        for i in range(len(VISCOUS_NODES)):  # their heat goes on as it went before; its mean stays
-            node = VISCOUS_NODES[i]
-            change = 0.5 * (point.heat[node] - state[HEAT_BEFORE + i])
-            early[node] -= change
-            late[node] += change
-            state[HEAT_BEFORE + i] = point.heat[node]
+        for i in range(N):
+            early[i], late[i] = point.heat[i] - swing_heat[i], point.heat[i] + swing_heat[i]
+        for i in range(N_FLOWS):  # none is below zero
+            swing = min(max(swing_flow[i], -point.flow[i]), point.flow[i])
+            flow_early[i], flow_late[i] = point.flow[i] - swing, point.flow[i] + swing
         lost += network_step_between(
             params, edge, wall, surface, capacity, temperature, ambient[k] + p.surroundings_enclosure_rise, early, late,
-            point.mean_square_current, point.flow, interval, work,
+            point.mean_square_current, flow_early, flow_late, interval, work,
         )
         for i in range(len(VISCOUS_NODES)):
             state[WARMING + i] += temperature[VISCOUS_NODES[i]] / interval
@@ -197,4 +208,3 @@ def settle(params, state, position, pressure_a, pressure_b):
     state[CALM] = 0.0
     for i in range(len(VISCOUS_NODES)):
         state[WARMING + i] = 0.0
-        state[HEAT_BEFORE + i] = 0.0

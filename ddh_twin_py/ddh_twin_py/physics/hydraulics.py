@@ -30,15 +30,12 @@ from ddh_twin_py.physics.thermal_network import LINE_A, LINE_B, PUMP_1_OIL, PUMP
 from ddh_twin_py.physics.valves import check_flow, relief_flow, relief_flow_slope
 
 HYDRAULIC_STATES = ("speed_reference", "speed", "pressure_piston_side", "pressure_rod_side", "rod_velocity", "rod_position", "calm",
-                    "warming_pump_1_oil", "warming_pump_2_oil", "warming_line_a_oil", "warming_line_b_oil",
-                    "heat_pump_1_oil", "heat_pump_2_oil", "heat_line_a_oil", "heat_line_b_oil")
-"""Order of the hydraulic state: rad/s, rad/s, Pa, Pa, m/s, m, s since the command last changed, and of the oil whose
-viscosity counts K/s and W over the interval before."""
+                    "warming_pump_1_oil", "warming_pump_2_oil", "warming_line_a_oil", "warming_line_b_oil")
+"""Order of the hydraulic state: rad/s, rad/s, Pa, Pa, m/s, m, s since the command last changed, and K/s of the oil whose
+viscosity counts, over the interval before."""
 SPEED_REFERENCE, SPEED, PRESSURE_A, PRESSURE_B, VELOCITY, POSITION, CALM = range(7)
 WARMING = 7
 """First of the states of warming, in the order of `VISCOUS_NODES`."""
-HEAT_BEFORE = 11
-"""First of the states of heat, in the same order."""
 VISCOUS_NODES = (PUMP_1_OIL, PUMP_2_OIL, LINE_A, LINE_B)
 """Nodes whose oil leaks, rubs and flows through the lines."""
 
