@@ -180,9 +180,12 @@ def free_run_sampled(params, state, temperature, command, ambient, interval, ste
         capacities(params, 0.5 * (before + state[POSITION]), capacity)
         for i in range(N):
             early[i], late[i] = point.heat[i] - swing_heat[i], point.heat[i] + swing_heat[i]
-        for i in range(N_FLOWS):  # none is below zero
-            swing = min(max(swing_flow[i], -point.flow[i]), point.flow[i])
-            flow_early[i], flow_late[i] = point.flow[i] - swing, point.flow[i] + swing
+        most = 1.0  # all alike, so that what flows in flows out; none is below zero
+        for i in range(N_FLOWS):
+            if abs(swing_flow[i]) * most > point.flow[i]:
+                most = point.flow[i] / abs(swing_flow[i])
+        for i in range(N_FLOWS):
+            flow_early[i], flow_late[i] = point.flow[i] - most * swing_flow[i], point.flow[i] + most * swing_flow[i]
         lost += network_step_between(
             params, edge, wall, surface, capacity, temperature, ambient[k] + p.surroundings_enclosure_rise, early, late,
             point.mean_square_current, flow_early, flow_late, interval, work,
