@@ -15,8 +15,8 @@ test: setup ## all tests; a selection with ARGS="-k oil"
 	@scripts/tools.sh --optional
 	@scripts/test.sh $(ARGS)
 
-bench: setup ## print speed and memory, also beside other tools, and write out/bench.json
-	@scripts/bench_tools.sh
+bench: setup ## print speed and memory beside other tools, write out/bench.json; FORTRAN=1 installs gfortran for one of them
+	@FORTRAN=$(FORTRAN) scripts/bench_tools.sh
 	@.venv/bin/ddh-twin bench
 
 docs: setup ## the documents as a site, out/site/index.html

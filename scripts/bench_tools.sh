@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # Puts the tools that the benchmark compares with into .venv/bench, a folder that nothing else
 # looks into. What cannot be had is named in one line, and its rows are left out; never fails.
+# FORTRAN=1 first installs the compiler that numbalsoda is built with (Debian, Ubuntu).
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd -P)
 cd "$root"
@@ -17,6 +18,13 @@ rm -f "$folder"/*.reason "$stamp"
 # One package with its hashes, out of the lock file.
 pin() { awk -v name="$1" '$0 ~ "^" name "==" { on = 1 } on && /^[^ ]/ && $0 !~ "^" name "==" { exit } on && !/#/' "$lock"; }
 
+if [ "${FORTRAN:-0}" = 1 ] && ! command -v gfortran >/dev/null; then
+  as_root=$([ "$(id -u)" = 0 ] || echo sudo)
+  echo "bench: installing gfortran"
+  { $as_root apt-get update && $as_root apt-get install -y gfortran; } >"$logs/bench-gfortran.log" 2>&1 ||
+    echo "bench: gfortran could not be installed, see out/logs/bench-gfortran.log"
+fi
+
 complete=1
 for name in casadi filterpy numbalsoda; do
   log=$logs/bench-$name.log
@@ -31,7 +39,7 @@ for name in casadi filterpy numbalsoda; do
   if grep -q -e 'NewConnectionError' -e 'Temporary failure in name resolution' -e 'Network is unreachable' "$log"; then
     reason="could not be fetched, no network"
   elif grep -q 'No CMAKE_Fortran_COMPILER' "$log"; then
-    reason="is built from source and needs a Fortran compiler: sudo apt-get install -y gfortran"
+    reason="is built from source and needs a Fortran compiler: sudo apt-get install -y gfortran, or make bench FORTRAN=1"
   else
     reason="could not be installed, see ${log#"$root"/}"
   fi

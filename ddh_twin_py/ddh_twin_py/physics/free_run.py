@@ -28,13 +28,14 @@ from ddh_twin_py.physics.thermal_network import (
     END_WINDING,
     N,
     N_EDGES,
+    N_FLOWS,
     N_SURFACES,
     N_WALLS,
     ROTOR,
     SLOT_WINDING,
     capacities,
     conductances,
-    network_step,
+    network_step_between,
     winding_resistance,
 )
 from ddh_twin_py.physics.valves import check_flow, relief_flow
@@ -63,6 +64,15 @@ def _add(point, weight, speed, acceleration, pressure_a, pressure_b, velocity, p
     current = motor_current(speed, acceleration, pump_torque, magnets * p.motor_torque_constant, p)
     add_motor(point, weight, speed, current, resistance, magnets, iron, p)
     return current
+
+
+@inlined
+def _take(point, factor, heat, flow, anew):
+    """Add an operating point's heat and flows times a factor to what was gathered, or begin ``anew``."""
+    for i in range(N):
+        heat[i] = (0.0 if anew else heat[i]) + factor * point.heat[i]
+    for i in range(N_FLOWS):
+        flow[i] = (0.0 if anew else flow[i]) + factor * point.flow[i]
 
 
 @kernel
@@ -103,6 +113,8 @@ def free_run_sampled(params, state, temperature, command, ambient, interval, ste
     p = params[0]
     edge, wall, surface = np.empty(N_EDGES), np.empty(N_WALLS), np.empty((N_SURFACES, 3))
     capacity, work = np.empty(N), np.empty((N + 3, N))
+    early, late, flow_early, flow_late = np.empty(N), np.empty(N), np.empty(N_FLOWS), np.empty(N_FLOWS)
+    swing_heat, swing_flow = np.empty(N), np.empty(N_FLOWS)  # half of what they change by over an interval; small volumes feel it
     middle = temperature.copy()
     conductances(params, edge, wall, surface)
     fine = max(1, int(round(interval / (COMMAND_PARTS * step))))
@@ -141,6 +153,7 @@ def free_run_sampled(params, state, temperature, command, ambient, interval, ste
             acceleration = (command[first] - state[SPEED_REFERENCE]) / p.motor_speed_loop_time_constant
         current = _add(point, 0.5 * share, state[SPEED], acceleration, max(state[PRESSURE_A], VAPOUR_PRESSURE),
                        max(state[PRESSURE_B], VAPOUR_PRESSURE), state[VELOCITY], state[POSITION], resistance, magnets, iron, c, p)
+        _take(point, -1.0 / share, swing_heat, swing_flow, True)
         for j in range(parts):
             slope = 0.0 if settled else (command[first + j + 1] - command[first + j]) / span
             for m in range(count):
@@ -149,6 +162,8 @@ def free_run_sampled(params, state, temperature, command, ambient, interval, ste
                 speed, acceleration, pressure_a, pressure_b, velocity, position, soft = hydraulic_step(
                     state, command[first + j] + slope * (m * h), slope, h, decays[0], decays[1], torque_limit, soft, c, p)
                 last = j == parts - 1 and m == count - 1
+                if last:
+                    _take(point, -1.0 / share, swing_heat, swing_flow, False)
                 current = _add(point, 0.5 * share if last else share, speed, acceleration, pressure_a, pressure_b,
                                velocity, position, resistance, magnets, iron, c, p)
                 end = k * interval + j * span + (m + 1) * h
@@ -158,13 +173,22 @@ def free_run_sampled(params, state, temperature, command, ambient, interval, ste
                     for i in range(6):
                         samples[at, i] = earlier[i] + part * (later[i] - earlier[i])
                     at += 1
+        _take(point, 1.0 / share, swing_heat, swing_flow, False)
         add_surroundings(point, p)
         for i in range(len(VISCOUS_NODES)):
             state[WARMING + i] = -temperature[VISCOUS_NODES[i]] / interval
         capacities(params, 0.5 * (before + state[POSITION]), capacity)
-        lost += network_step(
-            params, edge, wall, surface, capacity, temperature, ambient[k] + p.surroundings_enclosure_rise, point.heat,
-            point.mean_square_current, point.flow, interval, work,
+        for i in range(N):
+            early[i], late[i] = point.heat[i] - swing_heat[i], point.heat[i] + swing_heat[i]
+        most = 1.0  # all alike, so that what flows in flows out; none is below zero
+        for i in range(N_FLOWS):
+            if abs(swing_flow[i]) * most > point.flow[i]:
+                most = point.flow[i] / abs(swing_flow[i])
+        for i in range(N_FLOWS):
+            flow_early[i], flow_late[i] = point.flow[i] - most * swing_flow[i], point.flow[i] + most * swing_flow[i]
+        lost += network_step_between(
+            params, edge, wall, surface, capacity, temperature, ambient[k] + p.surroundings_enclosure_rise, early, late,
+            point.mean_square_current, flow_early, flow_late, interval, work,
         )
         for i in range(len(VISCOUS_NODES)):
             state[WARMING + i] += temperature[VISCOUS_NODES[i]] / interval

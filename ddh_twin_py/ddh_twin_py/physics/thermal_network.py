@@ -359,25 +359,34 @@ def solve(lu, x):
 
 @kernel
 def network_step(params, edge, wall, surface, capacity, temperature, ambient, heat, mean_square_current, flow, step, work):
+    """Advance temperature (N) in place by step seconds under constant inputs; see `network_step_between`."""
+    return network_step_between(params, edge, wall, surface, capacity, temperature, ambient, heat, heat, mean_square_current, flow, flow,
+                                step, work)
+
+
+@kernel
+def network_step_between(params, edge, wall, surface, capacity, temperature, ambient, heat_early, heat_late, mean_square_current,
+                         flow_early, flow_late, step, work):
     """Advance temperature (N) in place by step seconds: ROS2, linearly implicit, second order, L-stable.
 
     Verwer et al., SIAM J. Sci. Comput. 20 (1999) 1456; gamma = 1 - 1/sqrt(2). ``work`` is a
-    scratch array of shape (N + 3, N). Inputs are constant over the step.
+    scratch array of shape (N + 3, N). Heat goes from ``heat_early`` to ``heat_late``, W, (N,), flows likewise, m3/s,
+    (N_FLOWS,); the other inputs are constant over the step.
 
     Returns:
         heat lost to ambient over the step, J.
     """
     # The equations are kept as (C - gamma h dP/dT) k = P, so that nothing is divided by the capacities.
     matrix, first, second, trial = work[:N], work[N], work[N + 1], work[N + 2]
-    _power_slopes(params, edge, wall, surface, temperature, ambient, mean_square_current, flow, -_GAMMA * step, matrix)
+    _power_slopes(params, edge, wall, surface, temperature, ambient, mean_square_current, flow_early, -_GAMMA * step, matrix)
     for i in range(N):
         matrix[i, i] += capacity[i]
     factorise(matrix)
-    lost = _powers(params, edge, wall, surface, temperature, ambient, heat, mean_square_current, flow, first)
+    lost = _powers(params, edge, wall, surface, temperature, ambient, heat_early, mean_square_current, flow_early, first)
     solve(matrix, first)
     for i in range(N):
         trial[i] = temperature[i] + step * first[i]
-    lost += _powers(params, edge, wall, surface, trial, ambient, heat, mean_square_current, flow, second)
+    lost += _powers(params, edge, wall, surface, trial, ambient, heat_late, mean_square_current, flow_late, second)
     for i in range(N):
         second[i] -= 2.0 * capacity[i] * first[i]
     solve(matrix, second)
