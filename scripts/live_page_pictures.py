@@ -100,7 +100,7 @@ def gap(scratch: Path) -> None:
     for name, more in (("new", []), ("worn", ["--rig", str(scratch / "worn.yaml")])):
         assert ddh_twin(["simulate", "mixed", "-o", str(scratch / name), "--seed", "3", "--duration", str(DURATION), *more]) == 0
     learn(scratch / "new", scratch / "levels.json", scratch / "learn.log")
-    with Shown(scratch / "worn", scratch / "gap.log", {"rate": 2.0}, {"normal_file": str(scratch / "levels.json")}) as browser:
+    with Shown(scratch / "worn", scratch / "gap.log", {"rate": 1.0}, {"normal_file": str(scratch / "levels.json")}) as browser:
         browser.screen(1280, 1300, dark=True)
         browser.press("2")
         browser.wait("document.querySelectorAll('.signals .open').length >= 3", WAIT)
