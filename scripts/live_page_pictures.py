@@ -2,6 +2,7 @@
 
     . .venv/bin/activate
     python scripts/live_page_pictures.py            # into docs/pictures, takes some minutes
+    python scripts/live_page_pictures.py gap        # those of the gap alone; or of the cycle
 """
 
 from __future__ import annotations
@@ -28,7 +29,7 @@ PICTURES = ROOT / "docs" / "pictures"
 PAPER_CYCLE = ROOT / "bags" / "paper_cycle"
 WORN = "pump_1:\n  leakage: {value: 5.0e-12, unit: m3/(s*Pa), tolerance: 0.15, source: four times the sheet's}\n"
 DURATION = 600.0  # s of simulated duty
-WAIT = 240.0  # s
+WAIT = 900.0  # s
 
 
 class Shown:
@@ -100,7 +101,7 @@ def gap(scratch: Path) -> None:
     for name, more in (("new", []), ("worn", ["--rig", str(scratch / "worn.yaml")])):
         assert ddh_twin(["simulate", "mixed", "-o", str(scratch / name), "--seed", "3", "--duration", str(DURATION), *more]) == 0
     learn(scratch / "new", scratch / "levels.json", scratch / "learn.log")
-    with Shown(scratch / "worn", scratch / "gap.log", {"rate": 2.0}, {"normal_file": str(scratch / "levels.json")}) as browser:
+    with Shown(scratch / "worn", scratch / "gap.log", {"rate": 1.0}, {"normal_file": str(scratch / "levels.json")}) as browser:
         browser.screen(1280, 1300, dark=True)
         browser.press("2")
         browser.wait("document.querySelectorAll('.signals .open').length >= 3", WAIT)
@@ -118,8 +119,9 @@ def main() -> int:
         print("error: there is no Chromium; scripts/browser.sh installs one", file=sys.stderr)
         return 2
     with tempfile.TemporaryDirectory(prefix="ddh_pictures_") as scratch:
-        cycle(Path(scratch))
-        gap(Path(scratch))
+        for name, take in (("cycle", cycle), ("gap", gap)):
+            if name in sys.argv[1:] or not sys.argv[1:]:
+                take(Path(scratch))
     return 0
 
 
