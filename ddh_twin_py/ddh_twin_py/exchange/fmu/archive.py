@@ -64,7 +64,7 @@ def write_fmu(path: str | Path, rig: Rig, progress: Callable[[float], None] | No
     tell(0.1)
     objects = object_code()
     tell(0.8)
-    binary = _link(compiler, objects, _header(several, guid))
+    binary = _link(compiler, objects, _header(rig, several, guid))
     content = io.BytesIO()
     with zipfile.ZipFile(content, "w", zipfile.ZIP_DEFLATED) as archive:
         archive.writestr("modelDescription.xml", model_description(rig, several, guid))
@@ -133,16 +133,10 @@ def _real(variable: Variable) -> dict[str, str]:
     return given | ({"start": repr(variable.start)} if variable.start is not None else {})
 
 
-def _header(several: Sequence[Variable], guid: str) -> str:
+def _header(rig: Rig, several: Sequence[Variable], guid: str) -> str:
     """`ddh_model.h`: counts, starts and places."""
     starts = {group: [v.start for v in several if v.group == group] for group in (of.INPUT, of.SETTING)}
-    parameters = [0.0] * len(PARAMETER_DTYPE.names)
-    for variable in several:
-        if variable.group == of.PARAMETER:
-            parameters[variable.reference - of.PARAMETER] = variable.start
-    from ddh_twin_py.rig import load_rig
-
-    parameters[PARAMETER_DTYPE.names.index("oil_reference_viscosity")] = float(load_rig().parameters[0]["oil_reference_viscosity"])
+    parameters = rig.parameters[0].tolist()
     now = ", ".join(f"{{{OPERATING_FIELDS.index(name)}, {HYDRAULIC_STATES.index(name)}}}" for name in NOW)
     defined = {
         "GUID": f'"{guid}"', "PARAMETERS": len(parameters), "STATES": len(HYDRAULIC_STATES), "NODES": N, "OUTPUTS": len(OPERATING_FIELDS),
