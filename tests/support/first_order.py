@@ -37,13 +37,13 @@ class FirstOrder:
             read = {name: y + rng.normal(0.0, NOISE, y.size) for name, y in true.items()}
             self.signals.append({name: Signal(time, y, NOISE, "m3/s", binning) for name, y in read.items()})
 
-    def record(self, number, theta, acting):
+    def record(self, number, theta, acting=()):
         record = RECORD.copy()
         for name, deviation in zip(("gain", "lag", "zero"), theta * DEVIATION, strict=True):
             record[name] += deviation
         for effect, law, x in acting if self.altered[number] else ():
             effect.laws[law](record, x)
-        return record[0]
+        return record
 
     def within(self, theta):
         return np.clip(theta, -4.0, 4.0)
@@ -52,7 +52,7 @@ class FirstOrder:
         return [self.run_one(number, theta, acting) for number in range(2)]
 
     def run_one(self, number, theta, acting=(), roughly=False):
-        p = self.record(number, theta, acting)
+        p = self.record(number, theta, acting)[0]
         x, out, keep = 0.0, np.empty(self._command[number].size), np.exp(-STEP / p["lag"])
         for i, u in enumerate(self._command[number]):
             out[i] = x

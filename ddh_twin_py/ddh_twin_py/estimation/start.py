@@ -16,6 +16,9 @@ EARLY = 60.0
 """s of readings that tell it better, once a first run says how the temperature went on from there."""
 _RISE_KNOWN = 0.15  # of the first run's own change, how well it knows that over `EARLY`
 
+_OIL = ("tank_oil", "cylinder_barrel", "tank_wall", "pump_2_case", "pump_1_case", "line_b_wall", "line_a_wall")
+"""What the oil flows through and a sensor reads, nearest to the oil's mean first; the walls of lines cool soonest."""
+
 _NEIGHBOURS = {
     "slot_winding": ("end_winding", "housing"),
     "end_winding": ("housing",),
@@ -23,22 +26,22 @@ _NEIGHBOURS = {
     "rotor": ("housing", "end_winding"),
     "yoke": ("housing", "end_winding"),
     "housing": ("end_winding",),
-    "line_a_wall": ("tank_oil", "tank_wall"),
-    "line_b_wall": ("tank_oil", "tank_wall"),
-    "tank_wall": ("tank_oil",),
-    "valve_block": ("tank_oil", "tank_wall"),
-    "valve_oil": ("tank_oil", "tank_wall"),
-    "chamber_a_oil": ("cylinder_barrel", "line_a_wall", "tank_oil"),
-    "chamber_b_oil": ("cylinder_barrel", "line_b_wall", "tank_oil"),
-    "cylinder_barrel": ("tank_oil", "tank_wall"),
-    "line_a_oil": ("line_a_wall", "tank_oil", "tank_wall"),
-    "line_b_oil": ("line_b_wall", "tank_oil", "tank_wall"),
-    "pump_1_case": ("pump_2_case", "tank_oil", "tank_wall"),
-    "pump_2_case": ("pump_1_case", "tank_oil", "tank_wall"),
-    "pump_1_oil": ("pump_1_case", "tank_oil", "tank_wall"),
-    "pump_2_oil": ("pump_2_case", "tank_oil", "tank_wall"),
-    "tank_oil_top": ("tank_oil", "tank_wall"),
-    "tank_oil": ("tank_wall",),
+    "line_a_wall": _OIL,
+    "line_b_wall": _OIL,
+    "tank_wall": _OIL,
+    "valve_block": _OIL,
+    "valve_oil": _OIL,
+    "chamber_a_oil": ("cylinder_barrel", "line_a_wall", *_OIL),
+    "chamber_b_oil": ("cylinder_barrel", "line_b_wall", *_OIL),
+    "cylinder_barrel": _OIL,
+    "line_a_oil": ("line_a_wall", *_OIL),
+    "line_b_oil": ("line_b_wall", *_OIL),
+    "pump_1_case": ("pump_2_case", *_OIL),
+    "pump_2_case": ("pump_1_case", *_OIL),
+    "pump_1_oil": ("pump_1_case", *_OIL),
+    "pump_2_oil": ("pump_2_case", *_OIL),
+    "tank_oil_top": _OIL,
+    "tank_oil": _OIL,
 }
 
 

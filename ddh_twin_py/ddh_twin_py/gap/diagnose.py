@@ -19,6 +19,7 @@ from ddh_twin_py.gap.drive_case import DriveCase
 from ddh_twin_py.gap.hypotheses import POWER, POWER_WITHOUT_COMMISSIONING
 from ddh_twin_py.gap.search import Found, search
 from ddh_twin_py.gap.suitability import no_answer, one_rig, refuse_unfit, unseen
+from ddh_twin_py.gap.unknown import structure_left
 from ddh_twin_py.rig import Rig
 from ddh_twin_py.telemetry.recording import Recording
 
@@ -75,7 +76,8 @@ def diagnose(recordings: Recordings, rig: Rig, without: Collection[str] = (), on
         sheet = None if commissioning else np.zeros(model.size)  # a fit takes a large effect for parameters
         lap("fit of the rig")
         power = POWER if commissioning else POWER_WITHOUT_COMMISSIONING
-        found: Found = search(model, effects, fit.theta, discrepancy, power, pool, lambda done: told(0.3 + 0.6 * done), sheet)
+        found: Found = search(model, effects, fit.theta, discrepancy, power, pool, lambda done: told(0.3 + 0.6 * done), sheet,
+                              lambda linearised, fitted: structure_left(model, linearised, fitted))
         lap("search")
         result = answer.diagnosis(model, found, fit.theta, seconds)
     lap("answer")

@@ -20,7 +20,7 @@ from ddh_twin_py.rig.sheet import BOUNDS, FIELD_OF_PATH
 
 STEP = 2.0e-3
 """s, hydraulic step of a diagnosis's runs."""
-_COARSE = 4.0e-3  # s, of the runs for sensitivities
+_COARSE = 4.0e-3  # s, of runs of which only sizes matter
 _DIFFERENCE = 0.05  # of a tolerance
 
 
@@ -116,7 +116,7 @@ class DirectDrive:
         steps = np.where(theta > 0.0, -_DIFFERENCE, _DIFFERENCE)
 
         def features(at: np.ndarray) -> list[np.ndarray]:
-            return [comparisons[number].features(self.run_one(number, at, (), roughly=True)) for number in numbers]
+            return [comparisons[number].features(self.run_one(number, at)) for number in numbers]
 
         def column(i: int) -> list[np.ndarray]:
             moved = theta.copy()

@@ -6,6 +6,7 @@ is then to be expected of them are fitted too: a set is expected to fall short a
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -18,6 +19,7 @@ from ddh_twin_py.gap.hypotheses import Hypothesis, probabilities
 from ddh_twin_py.gap.linearised import Linearised
 from ddh_twin_py.gap.refit import Refit, Refitted
 from ddh_twin_py.gap.sensitivity import Column
+from ddh_twin_py.gap.taken_up import taken_up
 
 Ids = tuple[str, ...]
 
@@ -42,15 +44,18 @@ class Fits:
 
     Args:
         weights: of every set, by the linear model: log weight and best way; see `hypotheses.weighted`.
+        before: of a linearisation nearby.
 
     Attributes:
         fitted: sets fitted in full; () is always among them once `again` or `leaders` was called.
     """
 
-    def __init__(self, linearised: Linearised, weights: Mapping[Ids, tuple[float, Hypothesis | None]], pool: ThreadPoolExecutor) -> None:
+    def __init__(self, linearised: Linearised, weights: Mapping[Ids, tuple[float, Hypothesis | None]], pool: ThreadPoolExecutor,
+                 before: Fits | None = None) -> None:
         self._linearised, self._weights, self._pool = linearised, weights, pool
         self._refit = Refit(linearised.model, linearised.comparisons, linearised.basis, linearised.sensitivities, linearised.theta)
         self.fitted: dict[Ids, Refitted] = {}
+        self._learnt = before.short() if before else {}
 
     def again(self, known: Mapping[Ids, Start]) -> None:
         """Fit sets from where they stood before."""
@@ -66,10 +71,10 @@ class Fits:
 
     def leaders(self) -> None:
         """Fit the leading sets, and further ones for as long as one is expected to be as good as the best that was fitted."""
-        best = max(w[0] for w in self._weights.values())
-        ranked = sorted((ids for ids in self._weights if ids and best - self._weights[ids][0] < _FAR_BEHIND),
-                        key=lambda ids: -self._weights[ids][0])
-        single = max((ids for ids in self._weights if len(ids) == 1), key=lambda ids: self._weights[ids][0], default=())
+        promised = self._expected()
+        best = max(promised.values())
+        ranked = sorted((ids for ids in promised if ids and best - promised[ids] < _FAR_BEHIND), key=lambda ids: -promised[ids])
+        single = max((ids for ids in promised if len(ids) == 1), key=lambda ids: promised[ids], default=())
         self._fit(dict.fromkeys([(), *ranked[:_AT_ONCE], single]))
         while len(self.fitted) < _MOST:
             expected = self._expected()
@@ -81,6 +86,21 @@ class Fits:
         best_fit = max(self.fitted.values(), key=lambda f: f.log_evidence)
         if best_fit.columns:  # no effect may do better from where an effect led the parameters
             self._take(lambda _: self._refit.of([], best_fit.theta, np.zeros(0)), [None])
+            self._by_parameters(best_fit)
+
+    def _by_parameters(self, fitted: Refitted) -> None:
+        """Fit what is left of a hypothesis where parameters do what one of its effects, or all of them, did."""
+        every = range(len(fitted.columns))
+        parts = [part for size in range(1, len(every) + 1) for part in itertools.combinations(every, size)]
+
+        def fit(part: tuple[int, ...]) -> Refitted | None:
+            theta = taken_up(self._linearised.model, fitted.theta, [fitted.acting[i] for i in part])
+            rest = [i for i in every if i not in part]
+            if theta is None:
+                return None
+            return self._refit.of([fitted.columns[i] for i in rest], theta, np.array([fitted.x[i] / fitted.columns[i].x for i in rest]))
+
+        self._take(fit, parts)
 
     def poor(self) -> bool:
         """Whether even the best leaves much more than noise."""
@@ -105,6 +125,11 @@ class Fits:
         """The same by the linear model."""
         hypothesis = self._weights[ids][1]
         return hypothesis.log_evidence if hypothesis else 0.0
+
+    def bent(self, ids: Ids) -> float:
+        """By how much log evidence the linear model is wrong of a set that was fitted, or of no effect."""
+        none = self.fitted[()].log_evidence - self._linearised.evidence.log_of_none
+        return max(abs(self.gain(ids) - self.linear(ids)), abs(none))
 
     def probability(self) -> dict[Ids, float]:
         """Full fits stand before linear ones; a set that was not fitted is as good as is expected of it, but not the best."""
@@ -150,12 +175,17 @@ class Fits:
         """Log weight of a set that was fitted."""
         return self._weights[ids][0] - self.linear(ids) + self.gain(ids)
 
-    def _expected(self) -> dict[Ids, float]:
-        """Log weight of every set, as far short of the linear one as fitted sets with one of its effects fell at least."""
-        short: dict[str, float] = {}
+    def short(self) -> dict[str, float]:
+        """By how much sets with an effect fell short of the linear model at least, log weight, by effect."""
+        found: dict[str, float] = {}
         for ids in self.fitted:
             if ids in self._weights:
                 fell = min(0.0, self._full(ids) - self._weights[ids][0])
                 for name in ids:
-                    short[name] = max(short.get(name, -math.inf), fell)
+                    found[name] = max(found.get(name, -math.inf), fell)
+        return {**self._learnt, **found}
+
+    def _expected(self) -> dict[Ids, float]:
+        """Log weight of every set, as far short of the linear one as sets with one of its effects fell at least."""
+        short = self.short()
         return {ids: weight + min((short.get(name, 0.0) for name in ids), default=0.0) for ids, (weight, _) in self._weights.items()}

@@ -110,13 +110,13 @@ class Evidence:
         columns: what they are.
 
     Attributes:
-        none: where no column departs.
+        none: where no column departs. log_of_none: its log evidence but for a constant.
     """
 
     def __init__(self, sums: Sums, normal: Normal, columns: Sequence[Column]) -> None:
         self.columns, self.sums, self._normal = list(columns), sums, normal
         self.none = normal.held(np.zeros(0, np.int64), np.zeros(0), WIDTH)
-        self._of_none = evidence_of(self.none, np.zeros(0))[0]
+        self.log_of_none = evidence_of(self.none, np.zeros(0))[0]
 
     def of(self, chosen: Sequence[int]) -> Hypothesis:
         """Gain of a set of columns over none."""
@@ -124,7 +124,7 @@ class Evidence:
         room = np.array([self.columns[i].room for i in index])
         held = self._normal.held(index, room, WIDTH, self.none.shared)
         log, estimate, covariance = evidence_of(held, room)
-        return Hypothesis(tuple(int(i) for i in index), log - self._of_none, estimate, np.sqrt(np.diagonal(covariance)), held.shared)
+        return Hypothesis(tuple(int(i) for i in index), log - self.log_of_none, estimate, np.sqrt(np.diagonal(covariance)), held.shared)
 
     def singles(self) -> list[Hypothesis]:
         """Every column by itself."""

@@ -41,12 +41,16 @@ class Model(Protocol):
         """Deviations (k,) brought within what tolerances and laws allow."""
         ...
 
+    def record(self, number: int, theta: np.ndarray, acting: Acting = ()) -> np.ndarray:
+        """Parameter record (1,) of one recording, which effects change."""
+        ...
+
     def run(self, theta: np.ndarray, acting: Acting) -> list[dict[str, np.ndarray]]:
         """Free run of every recording: signal to predictions at its samples."""
         ...
 
     def run_one(self, number: int, theta: np.ndarray, acting: Acting, roughly: bool = False) -> dict[str, np.ndarray]:
-        """The same of one recording; ``roughly`` where only differences between two such runs matter."""
+        """The same of one recording; ``roughly`` where only the size of an effect is asked."""
         ...
 
     def sensitivities(self, pool: ThreadPoolExecutor, theta: np.ndarray, comparisons: Sequence, numbers: Sequence[int],
@@ -98,10 +102,6 @@ class Diagnosable(Model, Protocol):
     assumptions: list[str]
     variable_units: Mapping[str, str]
     rig: Any
-
-    def record(self, number: int, theta: np.ndarray, acting: Acting = ()) -> np.ndarray:
-        """Parameter record (1,) of one recording, which effects change."""
-        ...
 
     def tolerances(self) -> Mapping[str, float | None]:
         """Standard deviation of every field of the record, None where none is given."""

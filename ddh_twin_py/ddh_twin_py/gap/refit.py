@@ -18,7 +18,7 @@ from ddh_twin_py.gap.hypotheses import WIDTH, evidence_of
 from ddh_twin_py.gap.model import Model
 from ddh_twin_py.gap.sensitivity import Column
 
-_STEPS = 4
+_STEPS = 8
 _NEAR = 0.05  # of a column: how far the effects' own differences reach
 _SETTLED = 0.05  # of chi-square that a step must gain
 
@@ -87,7 +87,7 @@ class Refit:
             held = self._basis.normal(local, values).held(np.arange(scale.size), room, WIDTH, theta)
             shared, estimate = held.shared, held.departure
             gained = 0.0
-            for share in (1.0, 0.4, 0.1, 0.02):
+            for share in (1.0, 0.4, 0.15, 0.04):
                 new_theta = self._model.within(theta + share * (shared - theta))
                 new_x = np.array([c.effect.limit(float(a)) for c, a in zip(columns, x + share * (estimate * scale - x), strict=True)])
                 tried = self._run(columns, new_theta, new_x)

@@ -41,31 +41,34 @@ class Found:
 
 
 def search(model: Model, effects: Sequence[Effect], theta: np.ndarray, discrepancy: Discrepancy, power: float,
-           pool: ThreadPoolExecutor, progress: Callable[[float], None] | None = None, otherwise: np.ndarray | None = None) -> Found:
+           pool: ThreadPoolExecutor, progress: Callable[[float], None] | None = None, otherwise: np.ndarray | None = None,
+           left_over: Callable[[Linearised, Refitted], bool] | None = None) -> Found:
     """Search from parameters ``theta`` (k,), in deviations.
 
     Args:
         effects: that may act. discrepancy: what the model is forgiven. power: see `hypotheses.POWER`.
-        progress: told the share done. otherwise: parameters from which to begin again, (k,), where little is explained from there.
+        progress: told the share done. otherwise: parameters from which to begin again, (k,), where too little is explained from there.
+        left_over: says whether a hypothesis leaves structure behind; None: it is not asked.
     """
-    linearised, known = None, {(): Start(theta, np.zeros(0))}
+    linearised, fits, known = None, None, {(): Start(theta, np.zeros(0))}
     for number in range(_PASSES):
         told = (lambda share, n=number: progress((n + 0.8 * share) / _PASSES)) if progress else None
         linearised = linearise(model, effects, theta, discrepancy, SLACK, power, pool, told, linearised)
         weights = _weights(linearised)
         linearised = linearised.with_scatter(max(weights.values(), key=lambda w: w[0])[1])
         weights = _weights(linearised)
-        fits = Fits(linearised, weights, pool)
+        fits = Fits(linearised, weights, pool, fits)
         fits.again(known)
         fits.leaders()
         if poor := fits.poor():
             fits.every_effect()
         found = Found(linearised, fits.probability(), fits.fitted)
         leader = found.leader if found.leader in fits.fitted else ()
-        if not poor and abs(fits.gain(leader) - fits.linear(leader)) < _CLOSE:
+        again = otherwise is not None and (poor or (left_over is not None and left_over(linearised, fits.fitted[leader])))
+        if not again and not poor and fits.bent(leader) < _CLOSE:
             break
         known, discrepancy = fits.starts(found), linearised.discrepancy
-        theta, otherwise = (otherwise, None) if poor and otherwise is not None else (fits.fitted[leader].theta, otherwise)
+        theta, otherwise = (otherwise, None) if again else (fits.fitted[leader].theta, otherwise)
     if progress:
         progress(1.0)
     return found

@@ -80,7 +80,8 @@ def columns_of(effects: Sequence[Effect], model: Model, theta: np.ndarray, compa
         near: columns taken nearby, whose departures are taken again.
     """
     altered = [i for i, acts in enumerate(model.altered) if acts]
-    signals, base = [model.signals[i] for i in altered], [model.run_one(i, theta, (), roughly=True) for i in altered]
+    signals = [model.signals[i] for i in altered]
+    base, rough = ([model.run_one(i, theta, (), roughly=roughly) for i in altered] for roughly in (False, True))
     features = {i: comparisons[i].features(b) for i, b in zip(altered, base, strict=True)}
     known = {(c.effect.id, c.law, np.sign(c.x)): c.taken for c in near}
     tasks = [(effect, law, sign) for effect in effects for law in range(len(effect.laws)) for sign in effect.directions]
@@ -90,16 +91,18 @@ def columns_of(effects: Sequence[Effect], model: Model, theta: np.ndarray, compa
     def column(task: tuple[Effect, int, float]) -> Column | None:
         effect, law, sign = task
         x = known.get((effect.id, law, sign), effect.limit(sign * abs(effect.step)))
-        for attempt in range(_ATTEMPTS):
+        for attempt in range(0 if near else _ATTEMPTS):
             predicted = [model.run_one(i, theta, [(effect, law, x)], roughly=True) for i in altered]
-            rise, worst = rise_of(signals, predicted, base)
-            if near or not np.isfinite(rise) or 0.4 * TYPICAL <= rise <= 2.5 * TYPICAL or attempt == _ATTEMPTS - 1:
+            rise, worst = rise_of(signals, predicted, rough)
+            if not np.isfinite(rise) or 0.4 * TYPICAL <= rise <= 2.5 * TYPICAL or attempt == _ATTEMPTS - 1:
                 break
             factor = min(TYPICAL / max(rise, 1e-3), _FARTHEST ** (0.5 * (attempt + 1)))
             further = effect.limit(x * factor)
             if further == x:
                 break
             x = further
+        predicted = [model.run_one(i, theta, [(effect, law, x)]) for i in altered]
+        rise, worst = rise_of(signals, predicted, base)
         if not np.isfinite(rise) or rise < _NOTICEABLE:
             return None
         change = [np.zeros(c.size) for c in comparisons]

@@ -1,4 +1,4 @@
-"""Without a commissioning recording, what lies within the sheet's tolerance is the rig's parameter and no effect."""
+"""What is called no effect: one that is too small to be seen and, without a commissioning recording, one within the sheet's tolerance."""
 
 from __future__ import annotations
 
@@ -6,36 +6,44 @@ from dataclasses import replace
 
 import numpy as np
 
+from ddh_twin_py.gap.hypotheses import LEAST
 from ddh_twin_py.gap.model import Diagnosable
 from ddh_twin_py.gap.refit import Refitted
 from ddh_twin_py.gap.search import Found
 
-BEYOND = 2.5
+BEYOND = 3.0
 """Standard deviations of the sheet's tolerance from which a quantity that it gives counts as an effect."""
+STANDS_OUT = 2.5
+"""Standard deviations of what tolerances can feign from which a departure does."""
 
 
 def without_parameters(model: Diagnosable, found: Found) -> Found:
-    """The same with the probability of effects that stay within tolerance given to the sets without them."""
-    if not all(model.altered):
-        return found
+    """The same with the probability of what is no effect given to the sets without it."""
     probability: dict[tuple[str, ...], float] = {}
     for ids, p in found.probability.items():
         fitted = found.fitted.get(ids)
-        mere = within_tolerance(model, fitted) if fitted else set()
+        mere = too_small(fitted) if fitted else set()
+        if fitted and all(model.altered):
+            mere |= within_tolerance(model, fitted)
         kept = tuple(name for name in ids if name not in mere)
         probability[kept] = probability.get(kept, 0.0) + p
     return replace(found, probability=dict(sorted(probability.items(), key=lambda item: -item[1])))
 
 
+def too_small(fitted: Refitted) -> set[str]:
+    """Effects of a hypothesis that move no signal by as much as `hypotheses.LEAST` asks for."""
+    return {column.effect.id for column, x in zip(fitted.columns, fitted.x, strict=True) if abs(x) < LEAST * abs(column.x)}
+
+
 def within_tolerance(model: Diagnosable, fitted: Refitted) -> set[str]:
-    """Effects of a hypothesis whose quantity stays within `BEYOND` deviations of the sheet's value, or of what tolerances can feign."""
+    """Effects of a hypothesis within `BEYOND` deviations of the sheet's value, or within `STANDS_OUT` of what tolerances can feign."""
     number = model.altered.index(True)
     sheet = model.record(number, fitted.theta * 0.0)
     plain = model.record(number, fitted.theta)
     tolerances = model.tolerances()
     mere = set()
     for column, x, spread in zip(fitted.columns, fitted.x, np.sqrt(np.diagonal(fitted.covariance)), strict=True):
-        if abs(x) < BEYOND * spread:
+        if abs(x) < STANDS_OUT * spread:
             mere.add(column.effect.id)
             continue
         acted = model.record(number, fitted.theta, [(column.effect, column.law, float(x))])

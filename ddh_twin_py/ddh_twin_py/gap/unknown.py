@@ -10,6 +10,7 @@ import numpy as np
 from ddh_twin_py.gap.diagnosis import Shape
 from ddh_twin_py.gap.lacking import PHASES
 from ddh_twin_py.gap.leftover import FreeForm, free_forms
+from ddh_twin_py.gap.linearised import Linearised
 from ddh_twin_py.gap.model import Diagnosable
 from ddh_twin_py.gap.refit import Refitted
 from ddh_twin_py.gap.search import Found
@@ -49,6 +50,18 @@ class Unknown:
                 "depends_on": self.forms[0].depends_on if self.forms else []}
 
 
+def structure_left(model: Diagnosable, linearised: Linearised, fitted: Refitted) -> bool:
+    """Whether a hypothesis leaves something behind that free forms take up."""
+    return _judged(linearised, fitted, model.variables(linearised.comparisons, fitted.theta, fitted.acting))[1] > 0.5
+
+
+def _judged(linearised: Linearised, fitted: Refitted, variables) -> tuple[list[FreeForm], float]:
+    """Free forms beside a hypothesis, that which speaks loudest first, and how probable it is that one of them is needed."""
+    forms = sorted(free_forms(linearised, fitted, variables), key=lambda form: NEEDED_BY.get(form.signal, NEEDED) - form.gain)
+    best = max((form.gain - NEEDED_BY.get(form.signal, NEEDED) for form in forms), default=-math.inf)
+    return forms, 1.0 / (1.0 + math.exp(-max(min(best / _SOFTNESS, 50.0), -50.0)))
+
+
 def unknown_beside(model: Diagnosable, found: Found, fitted: Refitted) -> Unknown:
     """Judge what a hypothesis leaves behind.
 
@@ -57,9 +70,7 @@ def unknown_beside(model: Diagnosable, found: Found, fitted: Refitted) -> Unknow
     """
     linearised = found.linearised
     variables = model.variables(linearised.comparisons, fitted.theta, fitted.acting)
-    forms = sorted(free_forms(linearised, fitted, variables), key=lambda form: NEEDED_BY.get(form.signal, NEEDED) - form.gain)
-    best = max((form.gain - NEEDED_BY.get(form.signal, NEEDED) for form in forms), default=-math.inf)
-    probability = 1.0 / (1.0 + math.exp(-max(min(best / _SOFTNESS, 50.0), -50.0)))
+    forms, probability = _judged(linearised, fitted, variables)
     component, domain = model.place_of(found, fitted, forms)
     number = model.altered.index(True)
     noise, unit = 1.0, "1"

@@ -1,0 +1,42 @@
+"""Whether the rig's parameters could do what an effect does: a parameter within its tolerance must not pass for an effect.
+
+An effect on a quantity that commissioning did not show acts as the parameter itself would; the fit without it may miss this,
+because the parameter's sensitivity is taken at one place.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ddh_twin_py.gap.model import Acting, Model
+
+_STEP = 0.01  # deviations
+_REACHED = 0.05  # of what the effect changes, that parameters may leave over
+
+
+def taken_up(model: Model, theta: np.ndarray, acting: Acting) -> np.ndarray | None:
+    """Parameters (k,) that change the record of the first altered recording as effects do, None where none can.
+
+    Args:
+        theta: parameters beside the effects, in deviations, (k,).
+    """
+    number = model.altered.index(True)
+    plain, acted = _numbers(model.record(number, theta)), _numbers(model.record(number, theta, acting))
+    moved = np.flatnonzero(acted != plain)
+    if not moved.size:
+        return None
+    scale = np.abs(plain[moved]) + np.abs(acted[moved])
+    slopes = np.empty((moved.size, theta.size))
+    for i in range(theta.size):
+        near = theta.copy()
+        near[i] += _STEP
+        slopes[:, i] = (_numbers(model.record(number, near))[moved] - plain[moved]) / (_STEP * scale)
+    wanted = (acted[moved] - plain[moved]) / scale
+    change = np.linalg.lstsq(slopes, wanted, rcond=None)[0]
+    if np.linalg.norm(slopes @ change - wanted) > _REACHED * np.linalg.norm(wanted):
+        return None
+    return model.within(theta + change)
+
+
+def _numbers(record: np.ndarray) -> np.ndarray:
+    return np.array([float(record[name][0]) for name in record.dtype.names])

@@ -1,0 +1,30 @@
+"""What a parameter of the rig can do is not called an effect."""
+
+import numpy as np
+from ddh_twin_py.gap.taken_up import taken_up
+from support.first_order import DEVIATION, EFFECTS, FirstOrder
+
+GAIN, _, OFFSET = EFFECTS
+
+
+def test_a_parameter_does_what_an_effect_on_it_does():
+    model, theta = FirstOrder([0.0, 0.0, 0.0]), np.array([0.5, -1.0, 0.3])
+    instead = taken_up(model, theta, [(GAIN, 0, 0.05)])
+    assert np.allclose(model.record(1, instead)["gain"], model.record(1, theta, [(GAIN, 0, 0.05)])["gain"])
+    assert np.allclose(np.delete(instead - theta, 0), 0.0, atol=1e-9)
+    assert np.isclose(instead[0] - theta[0], 0.05 * (1.0 + 0.5 * DEVIATION[0]) / DEVIATION[0])
+
+
+def test_what_no_parameter_reaches_is_not_taken_up():
+    model, theta = FirstOrder([0.0, 0.0, 0.0]), np.zeros(3)
+    assert taken_up(model, theta, [(OFFSET, 0, 0.02)]) is None
+    assert taken_up(model, theta, [(GAIN, 0, 0.05), (OFFSET, 0, 0.02)]) is None
+
+
+def test_an_effect_of_no_size_is_not_taken_up():
+    assert taken_up(FirstOrder([0.0, 0.0, 0.0]), np.zeros(3), [(GAIN, 0, 0.0)]) is None
+
+
+def test_it_stays_within_tolerances():
+    model = FirstOrder([0.0, 0.0, 0.0])
+    assert taken_up(model, np.zeros(3), [(GAIN, 0, 0.9)])[0] == 4.0

@@ -1,0 +1,23 @@
+"""What is called no effect: what moves no signal by its noise."""
+
+import numpy as np
+import pytest
+from ddh_twin_py.gap.hypotheses import LEAST
+from ddh_twin_py.gap.refit import Refitted
+from ddh_twin_py.gap.sensitivity import Column
+from ddh_twin_py.gap.tolerance import too_small
+from support.first_order import EFFECTS
+
+VALVE, LAG, _ = EFFECTS
+
+
+def fitted(*departures):
+    columns = tuple(Column(effect, 0, x, 5.0, "flow", []) for effect, x in zip((VALVE, LAG), (0.1, -0.2), strict=False))
+    x = np.array([d * c.x for d, c in zip(departures, columns, strict=False)])
+    return Refitted(columns[: x.size], x, np.eye(x.size), np.zeros(3), [], 0.0, 0.0)
+
+
+@pytest.mark.parametrize(("departures", "small"), [
+    ((0.9 * LEAST,), {"valve.gain"}), ((1.1 * LEAST,), set()), ((2.0, 0.5 * LEAST), {"valve.lag"}), ((2.0, 2.0), set()), ((), set())])
+def test_it_has_to_be_seen(departures, small):
+    assert too_small(fitted(*departures)) == small
