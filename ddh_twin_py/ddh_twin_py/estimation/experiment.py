@@ -9,7 +9,8 @@ never met is taken away: a stroke that is a little too long would else end in a 
 stalled shaft, emptied chamber and hot winding would hide what made it long.
 
 A temperature that starts wrong stays wrong for minutes, and the first readings are few. So a
-first run says how temperatures went on, and the readings of `start.EARLY` seconds say where they began.
+first run says how temperatures went on, and the readings of `start.EARLY` seconds say where they began. What no sensor reads
+begins as a likely history leaves it (`history`).
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ import numpy as np
 from scipy.signal import lfilter
 
 from ddh_twin_py.estimation.binning import Binning, by_cycle, by_time, cycle_of, one_by_one
+from ddh_twin_py.estimation.history import likely_rise, rests
 from ddh_twin_py.estimation.sensors import NODE_INDEX, NODE_OF_SENSOR
 from ddh_twin_py.estimation.start import EARLY, START, spread_start, start_error
 from ddh_twin_py.physics.balance import OPERATING_DTYPE
@@ -52,6 +54,8 @@ _REST = 0.5  # s of a standstill to either side over which positions are average
 _SURE = 3.0  # standard deviations of that mean, within which an end stop says better where the rod is
 _CLEAR = 2.0e-3  # m from an end stop that a rod must keep to have never met it
 _PAST = 1.0  # m that a run may go past such a stop
+_COLD = 1.0  # K from ambient, within which a unit has no history
+_ROUNDS, _WORKED_EVERY, _ROUGH = 2, 60.0, 4.0e-3  # of the recording's own duty; s between the lengths of work that are tried; s, step
 _SLOW_BIN = 20.0  # s, of temperatures
 PRESSURES = ("pressure_piston_side", "pressure_rod_side")
 
@@ -151,7 +155,23 @@ class Experiment:
             name: float(np.nanmean(s.measured[s.time <= START])) for name in self.sensors
             if np.isfinite((s := self.signals[f"temperature/{name}"]).measured[s.time <= START]).any()
         }
+        self._rise = np.zeros(N)
+        self._rise = self._likely_rise(rig)
         self._first_readings |= self._better_start(rig)
+
+    def _likely_rise(self, rig: Rig) -> np.ndarray:
+        """Rise of every node above ambient at the start, K, (N,), by the likeliest history; see `history`."""
+        parameters = self.parameters(rig)
+        read, air = self._first(parameters[0])
+        if all(abs(value - air) < _COLD for value in read.values()):
+            return np.zeros(N)
+        worked, temperature = [np.full((1, N), air)], np.full(N, air)
+        for _ in range(_ROUNDS):
+            _, _, temperatures, _ = self._run(parameters, _ROUGH, self.axis.size, temperature)
+            worked.append(temperatures[:: max(1, round(_WORKED_EVERY / self.interval))])
+            temperature = temperatures[-1].copy()
+        histories = rests(parameters, np.vstack(worked), air, self._start[STROKE])
+        return likely_rise(histories.reshape(-1, N), read, air)
 
     def _better_start(self, rig: Rig) -> dict[str, float]:
         """Readings at the start of the run, K, from those of its first `EARLY` seconds; tells the signals how sure they are."""
@@ -250,21 +270,30 @@ class Experiment:
         _, points, temperatures, _ = self._run(parameters, step, self.axis.size)
         return points, temperatures
 
-    def _run(self, parameters: np.ndarray, step: float, n: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, tuple[np.ndarray, np.ndarray]]:
-        """The first n intervals: temperatures at the start (N,), operating points (n,), temperatures (n, N), samples of both streams."""
-        p = parameters[0]
-        state = np.zeros(len(HYDRAULIC_STATES))
-        settle(parameters, state, self._start["rod_position"] / p["measurement_rod_position_scale"],
-               self._start[PRESSURES[0]] - p["measurement_pressure_piston_side_offset"],
-               (self._start[PRESSURES[1]] - p["measurement_pressure_rod_side_offset"]) / p["measurement_pressure_rod_side_gain"])
+    def _first(self, p: np.void) -> tuple[dict[str, float], float]:
+        """Temperature of each node that is read at the start, and of the air around the unit, K."""
         at_start = self.air[min(self.air.size - 1, round(START / self.interval))] + p["surroundings_enclosure_rise"]
         contact = p["measurement_surface_contact"]
         first = {}
         for name, value in self._first_readings.items():
             value = value - p[f"measurement_{name}_offset"]
             first[NODE_OF_SENSOR[name]] = value if name in INNER_SENSORS else (value - contact * at_start) / (1.0 - contact)
-        temperature = spread_start(first, at_start)
-        begin = temperature.copy()
+        return first, at_start
+
+    def _run(self, parameters: np.ndarray, step: float, n: int, begin: np.ndarray | None = None
+             ) -> tuple[np.ndarray, np.ndarray, np.ndarray, tuple[np.ndarray, np.ndarray]]:
+        """The first n intervals: temperatures at the start (N,), operating points (n,), temperatures (n, N), samples of both streams.
+
+        Args:
+            begin: temperatures at the start, K, (N,); None: by the first readings.
+        """
+        p = parameters[0]
+        state = np.zeros(len(HYDRAULIC_STATES))
+        settle(parameters, state, self._start["rod_position"] / p["measurement_rod_position_scale"],
+               self._start[PRESSURES[0]] - p["measurement_pressure_piston_side_offset"],
+               (self._start[PRESSURES[1]] - p["measurement_pressure_rod_side_offset"]) / p["measurement_pressure_rod_side_gain"])
+        begin = spread_start(*self._first(p), self._rise) if begin is None else begin
+        temperature = begin.copy()
         points, temperatures = np.zeros(n, OPERATING_DTYPE), np.empty((n, N))
         skew = p["measurement_time_skew"]
         instants, at_drive, at_hydraulic = self._merged if skew == 0.0 else _merge(

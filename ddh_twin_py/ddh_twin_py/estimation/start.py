@@ -45,17 +45,19 @@ _NEIGHBOURS = {
 }
 
 
-def spread_start(read: Mapping[str, float], ambient: float) -> np.ndarray:
+def spread_start(read: Mapping[str, float], ambient: float, rise: np.ndarray | None = None) -> np.ndarray:
     """Temperature of every node, K, (N,): its own reading, else its nearest neighbour's, else ambient.
 
     Args:
-        read: node to K, of those that a sensor reads. ambient: K.
+        read: node to K, of those that a sensor reads. ambient: K. rise: above ambient that a likely history gives
+            every node, K, (N,): a neighbour's reading is moved by what the two differ in it; None: by nothing.
     """
-    start = np.full(len(NODES), ambient)
+    likely = np.zeros(len(NODES)) if rise is None else rise
+    start = ambient + likely
     for i, node in enumerate(NODES):
         for candidate in (node, *_NEIGHBOURS[node]):
             if candidate in read:
-                start[i] = read[candidate]
+                start[i] = read[candidate] + likely[i] - likely[NODES.index(candidate)]
                 break
     return start
 

@@ -8,7 +8,8 @@ from ddh_twin_py.gap.hypotheses import WIDTH
 from ddh_twin_py.gap.leftover import FreeForm
 from ddh_twin_py.gap.refit import Refitted
 from ddh_twin_py.gap.search import Found
-from ddh_twin_py.gap.unknown import NEEDED, NEEDED_BY
+from ddh_twin_py.gap.sensitivity import AMPLIFIED
+from ddh_twin_py.gap.unknown import needed
 
 _SENSED = {
     "motor_housing": "motor", "pump_1_case": "pump_1", "pump_2_case": "pump_2", "tank_oil": "tank", "tank_wall": "tank",
@@ -25,8 +26,9 @@ def place_of(found: Found, fitted: Refitted, forms: list[FreeForm]) -> tuple[str
     real, current or motion would follow. Piston-side pressure with current is force at the piston; current or power
     alone is torque or loss of the motor.
     """
-    signals = {form.signal: form.gain for form in forms if form.gain > max(NEEDED_BY.get(form.signal, NEEDED), _ALONE * forms[0].gain)}
-    leading = next((name for name in signals if name != "temperature/motor_winding"), None)
+    power = found.linearised.power
+    signals = {form.signal: form.gain for form in forms if form.gain > max(needed(form.signal, power), _ALONE * forms[0].gain)}
+    leading = next((name for name in signals if name not in AMPLIFIED), None)
     if leading is not None:
         sensor = leading.removeprefix("temperature/")
         if sensor in _SENSED:
@@ -35,7 +37,7 @@ def place_of(found: Found, fitted: Refitted, forms: list[FreeForm]) -> tuple[str
             return "drive", "electrical"
         if leading == "voltage":
             return "motor", "electrical"
-        if leading.startswith("pressure_") and set(signals) <= {leading, "temperature/motor_winding"}:
+        if leading.startswith("pressure_") and set(signals) <= {leading, *AMPLIFIED}:
             if not _moves_more_than(found, leading):
                 return "sensor", "measurement"
             return _most_alike(found)

@@ -10,7 +10,7 @@ import itertools
 import math
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.special import logsumexp
@@ -138,6 +138,23 @@ class Fits:
         for ids, weight in self._expected().items():
             out.setdefault(ids, min(weight, highest))
         return probabilities(out)
+
+    def at_full_power(self, wanted: Sequence[Ids]) -> dict[Ids, Refitted]:
+        """The fits, those wanted with parameters, sizes and runs where the likelihood counts in full.
+
+        The power makes evidence and deviations honest, but gives priors the upper hand over what commissioning told of the rig.
+        """
+        own = self._linearised
+        refit = Refit(own.model, own.comparisons, own.basis.otherwise(1.0, 1.0), own.sensitivities, own.theta)
+
+        def fit(ids: Ids) -> Refitted:
+            was = self.fitted[ids]
+            now = refit.of(was.columns, was.theta, was.x / np.array([c.x for c in was.columns]))
+            misfit = own.basis.misfit([c.residual(p) for c, p in zip(own.comparisons, now.predictions, strict=True)])
+            return replace(was, x=now.x, theta=now.theta, predictions=now.predictions, chi_square=misfit)
+
+        wanted = [ids for ids in dict.fromkeys([(), *wanted]) if ids in self.fitted]
+        return {**self.fitted, **dict(zip(wanted, self._pool.map(fit, wanted), strict=True))}
 
     def starts(self, found) -> dict[Ids, Start]:
         """Where the leading sets stand, for another linearisation."""

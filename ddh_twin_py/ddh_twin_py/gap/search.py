@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -17,6 +17,7 @@ from ddh_twin_py.gap.model import Model
 from ddh_twin_py.gap.refit import Refitted
 
 _PASSES = 3
+_LIKELY, _SIZED = 0.02, 4  # sets whose sizes are sought with the whole likelihood
 _CLOSE = 3.0  # difference of log evidence between linear and full that needs no further pass
 
 
@@ -69,9 +70,10 @@ def search(model: Model, effects: Sequence[Effect], theta: np.ndarray, discrepan
             break
         known, discrepancy = fits.starts(found), linearised.discrepancy
         theta, otherwise = (otherwise, None) if again else (fits.fitted[leader].theta, otherwise)
+    likely = [ids for ids, p in found.probability.items() if p >= _LIKELY][:_SIZED]
     if progress:
         progress(1.0)
-    return found
+    return replace(found, fitted=fits.at_full_power(likely))
 
 
 def _weights(linearised: Linearised) -> dict:

@@ -8,17 +8,18 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from ddh_twin_py.gap.diagnosis import Shape
+from ddh_twin_py.gap.hypotheses import POWER
 from ddh_twin_py.gap.lacking import PHASES
 from ddh_twin_py.gap.leftover import FreeForm, free_forms
 from ddh_twin_py.gap.linearised import Linearised
 from ddh_twin_py.gap.model import Diagnosable
 from ddh_twin_py.gap.refit import Refitted
 from ddh_twin_py.gap.search import Found
+from ddh_twin_py.gap.sensitivity import AMPLIFIED
 
-NEEDED = 25.0
-"""Log evidence that a free form must gain over the best listed hypothesis to be as likely as it."""
-NEEDED_BY = {"temperature/motor_winding": 60.0}
-"""The same for signals that a small flaw of the model moves far: the winding follows the square of every torque."""
+NEEDED, NEEDED_AMPLIFIED = 25.0, 60.0
+"""Log evidence that a free form must gain over the best listed hypothesis to be as likely as it, where a commissioning recording
+showed how well the laws hold; and that of a signal of `sensitivity.AMPLIFIED`."""
 REFUTED = 0.05
 """Worsening of held-out data, in multiples of the noise, from which a hypothesis is refuted."""
 REFUTED_PROBABILITY = 0.7
@@ -50,6 +51,15 @@ class Unknown:
                 "depends_on": self.forms[0].depends_on if self.forms else []}
 
 
+def needed(signal: str, power: float) -> float:
+    """Log evidence that a free form of a signal must gain to be as likely as the best listed hypothesis.
+
+    Args:
+        power: to which the likelihood of listed hypotheses is raised; see `hypotheses.POWER`.
+    """
+    return (NEEDED_AMPLIFIED if signal in AMPLIFIED else NEEDED) * max(1.0, POWER / power)
+
+
 def structure_left(model: Diagnosable, linearised: Linearised, fitted: Refitted) -> bool:
     """Whether a hypothesis leaves something behind that free forms take up."""
     return _judged(linearised, fitted, model.variables(linearised.comparisons, fitted.theta, fitted.acting))[1] > 0.5
@@ -57,8 +67,10 @@ def structure_left(model: Diagnosable, linearised: Linearised, fitted: Refitted)
 
 def _judged(linearised: Linearised, fitted: Refitted, variables) -> tuple[list[FreeForm], float]:
     """Free forms beside a hypothesis, that which speaks loudest first, and how probable it is that one of them is needed."""
-    forms = sorted(free_forms(linearised, fitted, variables), key=lambda form: NEEDED_BY.get(form.signal, NEEDED) - form.gain)
-    best = max((form.gain - NEEDED_BY.get(form.signal, NEEDED) for form in forms), default=-math.inf)
+    forms = free_forms(linearised, fitted, variables)
+    beyond = {form.signal: form.gain - needed(form.signal, linearised.power) for form in forms}
+    forms = sorted(forms, key=lambda form: -beyond[form.signal])
+    best = max(beyond.values(), default=-math.inf)
     return forms, 1.0 / (1.0 + math.exp(-max(min(best / _SOFTNESS, 50.0), -50.0)))
 
 

@@ -1,0 +1,59 @@
+"""What a unit has likely been through before a recording begins, and how warm that leaves what no sensor reads.
+
+A rotor or a stack that no sensor reads may be far from the housing: ahead of it while the unit works, behind while it rests.
+So the twin makes histories of the recording's own duty from ambient, of some length and with some rest after it, and the one that
+agrees best with the first readings says how nodes lie to each other. The readings themselves stay what they are.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from ddh_twin_py.physics.thermal_network import N, N_EDGES, N_FLOWS, N_SURFACES, N_WALLS, NODES, capacities, conductances, network_step
+
+RESTS = np.concatenate([[0.0], np.geomspace(60.0, 7200.0, 14)])
+"""s of rest after the work, that are tried."""
+_REST_STEP = 30.0  # s
+_READ = 0.4  # K, of a first reading: zero errors, and that no history is the true one
+_OTHER_DUTY = 0.35  # of the logarithm of the ratio in which another duty would have warmed the unit
+
+
+def rests(parameters: np.ndarray, worked: np.ndarray, air: float, position: float) -> np.ndarray:
+    """Temperatures after each of `RESTS` without any heat, K, (m, len(RESTS), N), of a unit that was as warm as (m, N) says.
+
+    Args:
+        parameters: record (1,). air: K. position: of the rod, m.
+    """
+    edge, wall, surface, capacity = np.empty(N_EDGES), np.empty(N_WALLS), np.empty((N_SURFACES, 3)), np.empty(N)
+    conductances(parameters, edge, wall, surface)
+    capacities(parameters, position, capacity)
+    heat, flow, work = np.zeros(N), np.zeros(N_FLOWS), np.empty((N + 3, N))
+    ends = np.unique(np.round(RESTS / _REST_STEP).astype(int))
+    out = np.empty((len(worked), RESTS.size, N))
+    for i, begun in enumerate(worked):
+        temperature, course = begun.copy(), [begun]
+        for _ in range(ends[-1]):
+            network_step(parameters, edge, wall, surface, capacity, temperature, air, heat, 0.0, flow, _REST_STEP, work)
+            course.append(temperature.copy())
+        out[i] = np.array(course)[np.round(RESTS / _REST_STEP).astype(int)]
+    return out
+
+
+def likely_rise(histories: np.ndarray, read: Mapping[str, float], air: float) -> np.ndarray:
+    """Rise of every node above air, K, (N,), in the history that agrees best with what was read first.
+
+    Args:
+        histories: temperatures of every node at the end of each, K, (h, N). read: node to K. air: K, from which they began.
+    """
+    nodes = [NODES.index(name) for name in read]
+    rise = histories - air
+    if not nodes:
+        return np.zeros(N)
+    wanted = np.array(list(read.values())) - air
+    own = rise[:, nodes]
+    scale = np.maximum((own @ wanted + _READ**2) / (np.sum(own**2, axis=1) + _READ**2), 1.0e-2)  # little heat may be any duty's
+    cost = np.sum((wanted - scale[:, None] * own) ** 2, axis=1) / _READ**2 + (np.log(scale) / _OTHER_DUTY) ** 2
+    best = int(np.argmin(cost))
+    return scale[best] * rise[best]
