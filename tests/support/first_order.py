@@ -59,6 +59,9 @@ class FirstOrder:
             x = keep * x + (1.0 - keep) * p["gain"] * u
         return {"flow": out + p["zero"], "other_flow": out + p["other_zero"]}
 
+    def begin_anew(self, theta, acting):
+        return False
+
     def sensitivities(self, pool, theta, comparisons, numbers, progress=None):
         out = []
         for number in numbers:

@@ -155,13 +155,18 @@ class Experiment:
             name: float(np.nanmean(s.measured[s.time <= START])) for name in self.sensors
             if np.isfinite((s := self.signals[f"temperature/{name}"]).measured[s.time <= START]).any()
         }
-        self._rise = np.zeros(N)
-        self._rise = self._likely_rise(rig)
+        self._rise = self._likely_rise(self.parameters(rig))
         self._first_readings |= self._better_start(rig)
 
-    def _likely_rise(self, rig: Rig) -> np.ndarray:
+    def begin_anew(self, parameters: np.ndarray) -> float:
+        """Let what no sensor reads begin as a unit with these parameters would have left it; by how much that moves a node, K."""
+        rise = self._likely_rise(parameters)
+        moved = float(np.abs(self._start_of(parameters, rise) - self._start_of(parameters, self._rise)).max())
+        self._rise = rise
+        return moved
+
+    def _likely_rise(self, parameters: np.ndarray) -> np.ndarray:
         """Rise of every node above ambient at the start, K, (N,), by the likeliest history; see `history`."""
-        parameters = self.parameters(rig)
         read, air = self._first(parameters[0])
         if all(abs(value - air) < _COLD for value in read.values()):
             return np.zeros(N)
@@ -239,15 +244,17 @@ class Experiment:
             record[f"cylinder_run_past_{end}"] = past
         return record
 
-    def predict(self, parameters: np.ndarray, step: float = HYDRAULIC_STEP) -> dict[str, np.ndarray]:
+    def predict(self, parameters: np.ndarray, step: float = HYDRAULIC_STEP, own_history: bool = False) -> dict[str, np.ndarray]:
         """What every sample of `signals` should have read.
 
         Args:
             parameters: shape (1,), see `parameters`; its ``measurement_*`` say how the sensors err.
-            step: s, hydraulic step.
+            step: s, hydraulic step. own_history: what no sensor reads begins as a unit with these parameters would have left it,
+                not as the rig that the experiment was made with.
         """
         p = parameters[0]
-        begin, points, temperatures, (of_drive, of_hydraulic) = self._run(parameters, step, self.axis.size)
+        start = self._start_of(parameters, self._likely_rise(parameters)) if own_history else None
+        begin, points, temperatures, (of_drive, of_hydraulic) = self._run(parameters, step, self.axis.size, start)
         speed, current = of_drive[:, 0], of_drive[:, 1]
         slot, end, rotor = (np.interp(self._drive_time, self.axis, temperatures[:, node]) for node in (SLOT_WINDING, END_WINDING, ROTOR))
         voltage, power = np.empty(speed.size), np.empty(speed.size)
@@ -280,6 +287,10 @@ class Experiment:
             first[NODE_OF_SENSOR[name]] = value if name in INNER_SENSORS else (value - contact * at_start) / (1.0 - contact)
         return first, at_start
 
+    def _start_of(self, parameters: np.ndarray, rise: np.ndarray) -> np.ndarray:
+        """Temperature of every node at the start, K, (N,), where a history has left them with such rises, K, (N,)."""
+        return spread_start(*self._first(parameters[0]), rise)
+
     def _run(self, parameters: np.ndarray, step: float, n: int, begin: np.ndarray | None = None
              ) -> tuple[np.ndarray, np.ndarray, np.ndarray, tuple[np.ndarray, np.ndarray]]:
         """The first n intervals: temperatures at the start (N,), operating points (n,), temperatures (n, N), samples of both streams.
@@ -292,7 +303,7 @@ class Experiment:
         settle(parameters, state, self._start["rod_position"] / p["measurement_rod_position_scale"],
                self._start[PRESSURES[0]] - p["measurement_pressure_piston_side_offset"],
                (self._start[PRESSURES[1]] - p["measurement_pressure_rod_side_offset"]) / p["measurement_pressure_rod_side_gain"])
-        begin = spread_start(*self._first(p), self._rise) if begin is None else begin
+        begin = self._start_of(parameters, self._rise) if begin is None else begin
         temperature = begin.copy()
         points, temperatures = np.zeros(n, OPERATING_DTYPE), np.empty((n, N))
         skew = p["measurement_time_skew"]

@@ -1,8 +1,8 @@
 """What a unit has likely been through before a recording begins, and how warm that leaves what no sensor reads.
 
 A rotor or a stack that no sensor reads may be far from the housing: ahead of it while the unit works, behind while it rests.
-So the twin makes histories of the recording's own duty from ambient, of some length and with some rest after it, and the one that
-agrees best with the first readings says how nodes lie to each other. The readings themselves stay what they are.
+So the twin makes histories of the recording's own duty from ambient, of some length and with some rest after it, and those that
+agree with the first readings say how nodes lie to each other. The readings themselves stay what they are.
 """
 
 from __future__ import annotations
@@ -15,8 +15,10 @@ from ddh_twin_py.physics.thermal_network import N, N_EDGES, N_FLOWS, N_SURFACES,
 
 RESTS = np.concatenate([[0.0], np.geomspace(60.0, 7200.0, 14)])
 """s of rest after the work, that are tried."""
+_MOTOR = [NODES.index(name) for name in ("slot_winding", "end_winding", "teeth", "rotor", "yoke", "housing")]
+_SPEAK = 2  # nodes of a part that must be read
 _REST_STEP = 30.0  # s
-_READ = 0.4  # K, of a first reading: zero errors, and that no history is the true one
+_READ = 1.0  # K, of a first reading: zero errors, and that no history is the true one
 _OTHER_DUTY = 0.35  # of the logarithm of the ratio in which another duty would have warmed the unit
 
 
@@ -42,7 +44,9 @@ def rests(parameters: np.ndarray, worked: np.ndarray, air: float, position: floa
 
 
 def likely_rise(histories: np.ndarray, read: Mapping[str, float], air: float) -> np.ndarray:
-    """Rise of every node above air, K, (N,), in the history that agrees best with what was read first.
+    """Rise of every node above air, K, (N,), as histories give it that agree with what was read first: their mean by how well.
+
+    A part of the unit, motor or all that holds oil, of which fewer than two nodes are read has no history: 0.
 
     Args:
         histories: temperatures of every node at the end of each, K, (h, N). read: node to K. air: K, from which they began.
@@ -55,5 +59,10 @@ def likely_rise(histories: np.ndarray, read: Mapping[str, float], air: float) ->
     own = rise[:, nodes]
     scale = np.maximum((own @ wanted + _READ**2) / (np.sum(own**2, axis=1) + _READ**2), 1.0e-2)  # little heat may be any duty's
     cost = np.sum((wanted - scale[:, None] * own) ** 2, axis=1) / _READ**2 + (np.log(scale) / _OTHER_DUTY) ** 2
-    best = int(np.argmin(cost))
-    return scale[best] * rise[best]
+    weight = np.exp(-0.5 * (cost - cost.min()))
+    likely = (weight * scale) @ rise / weight.sum()
+    motor = np.isin(np.arange(N), _MOTOR)
+    for part in (motor, ~motor):
+        if np.count_nonzero(part[nodes]) < _SPEAK:
+            likely[part] = 0.0
+    return likely

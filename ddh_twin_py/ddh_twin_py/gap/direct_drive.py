@@ -22,6 +22,7 @@ STEP = 2.0e-3
 """s, hydraulic step of a diagnosis's runs."""
 _COARSE = 4.0e-3  # s, of runs of which only sizes matter
 _DIFFERENCE = 0.05  # of a tolerance
+_ANEW = 0.5  # K
 
 
 class DirectDrive:
@@ -59,7 +60,12 @@ class DirectDrive:
 
     def run_held(self, number: int, theta: np.ndarray, acting: Acting = (), step: float = STEP) -> dict[str, np.ndarray]:
         """Free run of a recording that took no part, effects acting."""
-        return self.held[number].predict(self.held_record(number, theta, acting), step)
+        return self.held[number].predict(self.held_record(number, theta, acting), step, own_history=True)
+
+    def begin_anew(self, theta: np.ndarray, acting: Acting) -> bool:
+        """Let field recordings begin as effects would have left what no sensor reads; whether a node moves by more than `_ANEW`."""
+        field = [(number, experiment) for number, experiment in enumerate(self.experiments) if self.altered[number]]
+        return max([experiment.begin_anew(self.record(number, theta, acting)) for number, experiment in field]) > _ANEW
 
     def held_record(self, number: int, theta: np.ndarray, acting: Acting = ()) -> np.ndarray:
         """Parameter record (1,) of a recording that took no part, effects acting."""

@@ -53,6 +53,10 @@ class Model(Protocol):
         """The same of one recording; ``roughly`` where only the size of an effect is asked."""
         ...
 
+    def begin_anew(self, theta: np.ndarray, acting: Acting) -> bool:
+        """Let altered recordings begin as effects would have left the rig, where that is not measured; whether that changes much."""
+        ...
+
     def sensitivities(self, pool: ThreadPoolExecutor, theta: np.ndarray, comparisons: Sequence, numbers: Sequence[int],
                       progress=None) -> list[np.ndarray]:
         """Differences of features by every deviation, of the recordings ``numbers``, no effect acting, (rows, k) each."""

@@ -66,7 +66,8 @@ def search(model: Model, effects: Sequence[Effect], theta: np.ndarray, discrepan
         found = Found(linearised, fits.probability(), fits.fitted)
         leader = found.leader if found.leader in fits.fitted else ()
         again = otherwise is not None and (poor or (left_over is not None and left_over(linearised, fits.fitted[leader])))
-        if not again and not poor and fits.bent(leader) < _CLOSE:
+        moved = number < _PASSES - 1 and model.begin_anew(fits.fitted[leader].theta, fits.fitted[leader].acting)
+        if not again and not poor and not moved and fits.bent(leader) < _CLOSE:
             break
         known, discrepancy = fits.starts(found), linearised.discrepancy
         theta, otherwise = (otherwise, None) if again else (fits.fitted[leader].theta, otherwise)

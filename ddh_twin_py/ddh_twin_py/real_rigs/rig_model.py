@@ -118,6 +118,10 @@ class RigModel:
         """Free run of every recording."""
         return [self.run_one(number, theta, acting) for number in range(len(self.runs))]
 
+    def begin_anew(self, theta: np.ndarray, acting: Acting) -> bool:
+        """Nothing changes: where these rigs begin is measured."""
+        return False
+
     def run_one(self, number: int, theta: np.ndarray, acting: Acting = (), roughly: bool = False) -> dict[str, np.ndarray]:
         """Free run of one recording."""
         return self.runs[number].predict(self.record(number, theta, acting))
