@@ -104,7 +104,7 @@ def test_times_keep_their_digits(files, unit, texts, expected_ns):
     ("t;n_set;n;p;oil\nnoon;1;1;1;1\n", "LOG: line 2, column 't': value is 'noon'; a time in s is needed"),
     ("t;n_set;n;p;oil\n;1;1;1;1\n", "LOG: line 2, column 't': value is 'nan'; a time in s is needed"),
     ("t;n_set;n;p;oil\n-3e9;1;1;1;1\n", "LOG: line 2, column 't': value is '-3e9'; with time.unit and time.since it lies before 1970"),
-    ("t;n_set;n;p;oil\n0;1;1\n", "LOG: line 2: has 3 cells, the heading has 5"),
+    ("t;n_set;n;p;oil\n0;1;1\n", "LOG: line 2: has 3 of the 5 cells of the heading"),
     ("t;n_set;n;oil\n0;1;1;1\n",
      "LOG: line 1: no column 'p'; the nearest is 't', valid are t, n_set, n, oil (columns.pressure_rod_side of MAP)"),
     ("time;n_set;n;p;oil\n0;1;1;1;1\n", "LOG: line 1: no column 't'; the nearest is 'time'"),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from ddh_twin_py.cli.arguments import add_json, add_quiet, add_verb, between
+from ddh_twin_py.cli.arguments import add_json, add_quiet, add_verb, between, namespace
 
 _EXAMPLE = "  ddh-twin doctor --seconds 10 --json out/doctor.json"
 _STYLE = {"ok": ("✓", "green"), "note": ("·", "cyan"), "warning": ("!", "yellow"), "error": ("✗", "red")}
@@ -66,7 +66,7 @@ def _graph(args: argparse.Namespace) -> list:
         return [Check("middleware", "start", "error", " ".join(str(error).split()), "starts",
                       "look at RMW_IMPLEMENTATION, ROS_DOMAIN_ID and the Fast DDS profile")]
     checks = check_middleware(heard)
-    namespaces = [normalised(args.namespace)] if args.namespace is not None else machines(heard)
+    namespaces = [normalised(namespace(args.namespace))] if args.namespace is not None else machines(heard)
     if not namespaces:
         advice = ("start the machine's software, or set ROS_DOMAIN_ID as there; to try it without a machine: "
                   "ddh-twin up --source simulation --duty mixed")
