@@ -133,7 +133,10 @@ def test_what_is_not_understood_ends_that_connection_alone(served, said, caplog)
     assert served.asked == [] and not caplog.records
 
 
-@pytest.mark.parametrize("said", [b"\x16\x03\x01\r\n\r\n", b"GET /" + b"a" * 9000 + b" HTTP/1.1\r\n\r\n", b"GET / HTTP/1.1\r\nHost: [\r\n\r\n"])
+NO_REQUEST = [b"\x16\x03\x01\r\n\r\n", b"GET /" + b"a" * 9000 + b" HTTP/1.1\r\n\r\n", b"GET / HTTP/1.1\r\nHost: [\r\n\r\n"]
+
+
+@pytest.mark.parametrize("said", NO_REQUEST, ids=["TLS", "long", "host"])
 def test_what_is_no_request_is_refused_without_a_word_in_the_log(served, said, caplog):
     with socket.create_connection(("127.0.0.1", served.server.access.port), 5.0) as connection:
         connection.sendall(said)
