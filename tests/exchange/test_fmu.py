@@ -71,8 +71,8 @@ def test_another_tool_gets_the_same_numbers(driven, fmu, tools_python, repo_root
     for name, value in zip(outputs, told["again"], strict=True):
         assert value == outputs[name][-1], name  # a state that was kept goes on in the same way
     assert told["errors"] == [
-        "setting an output", "no payload", "degrees Celsius", "a leak that runs backwards", "a rod beyond its stroke", "a pressure beyond all",
-        "another GUID",
+        "setting an output", "no payload", "degrees Celsius", "a leak that runs backwards", "a rod beyond its stroke",
+        "a pressure beyond all", "another GUID",
     ]
     assert told["units"]["temperature.tank_oil"] == "K" and told["units"]["pressure_rod_side"] == "Pa"
     assert told["plain"]["time"] == pytest.approx(5.0) and told["plain"]["rod_velocity"] > 0.0
