@@ -19,8 +19,8 @@ pygments_style, pygments_dark_style = "friendly", "native"
 CONTENTS = (
     ("", ("tutorial",)),
     ("How to", ("howto_machine", "howto_rig_sheet", "howto_sensor", "howto_effect", "other_tools", "ros2_machine")),
-    ("What it does", ("gap_report", "gap_design", "fleet", "calibration", "cold_start", "paper")),
-    ("How it works", ("architecture", "physics", "motor_network", "estimation", "gap_method", "gap_bench", "performance")),
+    ("What it does", ("live_page", "gap_report", "gap_design", "fleet", "calibration", "real_rigs", "cold_start", "paper")),
+    ("How it works", ("architecture", "physics", "motor_network", "estimation", "gap_method", "gap_bench", "another_rig", "performance")),
     ("Reference", ("command_line", "topics", "messages", "rig_sheet", "effects/README")),
 )
 """Headings of the navigation and their pages; what is in none of them comes last, so that no page is lost."""

@@ -16,8 +16,8 @@ from ddh_twin_py.report.message_page import message_page
 from ddh_twin_py.report.rig_sheet_page import rig_sheet_page
 from ddh_twin_py.rig.files import did_you_mean
 
-WITHOUT_NUMBERS = {"up", "view", "completion"}
-"""Verbs that have nothing to write as JSON."""
+WITHOUT_NUMBERS = {"completion"}
+"""What it prints is a program."""
 
 
 def parsers() -> dict[str, argparse.ArgumentParser]:
@@ -133,9 +133,12 @@ def test_completion(tmp_path, capsys, monkeypatch):
     assert main(["completion", "zsh"]) == 0
     zsh = capsys.readouterr().out
     assert zsh.startswith("#compdef ddh-twin") and "--leave-one-out" in zsh
+    assert main(["completion", "fish"]) == 0
+    fish = capsys.readouterr().out
+    assert "complete -c ddh-twin" in fish and "leave-one-out" in fish
     with pytest.raises(SystemExit):
-        main(["completion", "fish"])
-    assert "no SHELL 'fish'; the nearest is" in capsys.readouterr().err
+        main(["completion", "fsih"])
+    assert "no SHELL 'fsih'; the nearest is 'fish', valid are bash, zsh, fish" in capsys.readouterr().err
 
 
 def test_pages_are_up_to_date(repo_root):

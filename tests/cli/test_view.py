@@ -58,10 +58,12 @@ def test_a_recording_is_played_to_its_end_and_again(paper_cycle_bag, tmp_path):
 
 @pytest.mark.live
 def test_beside_a_machine_the_page_alone_is_started(tmp_path):
-    with View(tmp_path, "--namespace", "rig_9") as view:
+    with View(tmp_path, "--namespace", "rig_9", "--json", str(tmp_path / "page.json")) as view:
         told = wait_for(lambda: (s := view.state()).get("sensors") and s, 20.0, "sensors")
         assert told["page"]["namespace"] == "/rig_9" and {row["state"] for row in told["sensors"]} == {"absent"}
         assert len(view.nodes()) == 1
+        written = json.loads((tmp_path / "page.json").read_text())
+        assert (written["page"], written["namespace"], written["recording"]) == (view.page, "/rig_9", None)
         assert view.stop(signal.SIGTERM) == 128 + signal.SIGTERM
 
 

@@ -56,6 +56,9 @@ for what, act in (
     ("setting an output", lambda: fmu.setReal([reference["speed"]], [1.0])),
     ("no payload", lambda: slave(path, description, {"payload_mass": 0.0})),
     ("degrees Celsius", lambda: slave(path, description, {"ambient_temperature": 23.0})),
+    ("a leak that runs backwards", lambda: slave(path, description, {"pump_1.leakage": -1e-12})),
+    ("a rod beyond its stroke", lambda: slave(path, description, {"start.rod_position": -0.1})),
+    ("a pressure beyond all", lambda: slave(path, description, {"start.pressure_piston_side": 1e9})),
     ("another GUID", lambda: slave(path, description, {}, guid="{0}")),
 ):
     try:

@@ -7,7 +7,9 @@ from pathlib import Path
 import numpy as np
 import pyarrow.parquet
 import pytest
+from ddh_twin_py.bags.damage import truncate
 from ddh_twin_py.bags.reader import read_recording
+from ddh_twin_py.bags.writer import write_recording
 from ddh_twin_py.cli.main import main
 from ddh_twin_py.exchange.bulk_messages import BulkMessages, Numbers
 from ddh_twin_py.exchange.output_bag import write_output_bag
@@ -145,3 +147,10 @@ def test_the_verb_writes_what_was_asked_for(short_bag, tmp_path, capsys):
         main(["export", str(short_bag), "--mcap", str(bag)])
     assert f"'{bag}' exists; nothing is overwritten" in capsys.readouterr().err
     assert Path(csv_file).read_text().startswith("stamp [ns],time [s],speed_command/measured [rad/s],")
+
+
+def test_samples_of_a_recording_that_was_cut_off_come_with_a_warning(short_bag, tmp_path, capsys):
+    bag = write_recording(tmp_path / "cut", read_recording(short_bag).between(0.0, 2.0))
+    truncate(bag, 0.5)
+    assert main(["export", str(bag), "--telemetry", str(tmp_path / "half"), "--quiet"]) == 0
+    assert "has no end: the last whole record ends at byte" in capsys.readouterr().err and list((tmp_path / "half").glob("*.csv"))

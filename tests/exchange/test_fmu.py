@@ -70,7 +70,10 @@ def test_another_tool_gets_the_same_numbers(driven, fmu, tools_python, repo_root
         assert residual.std() == pytest.approx(noise[kind], rel=0.1), name
     for name, value in zip(outputs, told["again"], strict=True):
         assert value == outputs[name][-1], name  # a state that was kept goes on in the same way
-    assert told["errors"] == ["setting an output", "no payload", "degrees Celsius", "another GUID"]
+    assert told["errors"] == [
+        "setting an output", "no payload", "degrees Celsius", "a leak that runs backwards", "a rod beyond its stroke",
+        "a pressure beyond all", "another GUID",
+    ]
     assert told["units"]["temperature.tank_oil"] == "K" and told["units"]["pressure_rod_side"] == "Pa"
     assert told["plain"]["time"] == pytest.approx(5.0) and told["plain"]["rod_velocity"] > 0.0
 
@@ -91,6 +94,9 @@ def test_every_number_of_the_rig_file_is_a_parameter():
     assert several["pump_1.leakage"].start == rig["pump_1.leakage"] and several["payload_mass"].start == rig["load.payload_mass"]
     assert len({variable.reference for variable in several.values()}) == len(several) == len(variables(rig))
     assert all(variable.about for variable in several.values())
+    bounded = [variable for variable in several.values() if variable.lowest is not None]
+    assert {variable.name for variable in bounded} == set(FIELD_OF_PATH) - {"load.payload_mass"}
+    assert all(variable.lowest <= variable.start <= variable.highest for variable in bounded)
 
 
 def test_the_verb(tmp_path, capsys, monkeypatch):

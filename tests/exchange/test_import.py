@@ -102,9 +102,10 @@ def test_times_keep_their_digits(files, unit, texts, expected_ns):
     ("t;n_set;n;p;oil\n0;1;x7;1;1\n", "LOG: line 2, column 'n': value is 'x7'; a number is needed"),
     ("t;n_set;n;p;oil\n0;1;1;1;1\n\n1;1;1.5.1;1;1\n", "LOG: line 4, column 'n': value is '1.5.1'; a number is needed"),
     ("t;n_set;n;p;oil\nnoon;1;1;1;1\n", "LOG: line 2, column 't': value is 'noon'; a time in s is needed"),
-    ("t;n_set;n;p;oil\n;1;1;1;1\n", "LOG: line 2, column 't': value is 'nan'; a time in s is needed"),
     ("t;n_set;n;p;oil\n-3e9;1;1;1;1\n", "LOG: line 2, column 't': value is '-3e9'; with time.unit and time.since it lies before 1970"),
-    ("t;n_set;n;p;oil\n0;1;1\n", "LOG: line 2: has 3 cells, the heading has 5"),
+    ("t;n_set;n;p;oil\n;1;1;1;1\n", "LOG: line 2, column 't': value is ''; a time in s is needed"),
+    ("t;n_set;n;p;oil\n0;1_0;1;1;1\n", "LOG: line 2, column 'n_set': value is '1_0'; a number is needed"),
+    ("t;n_set;n;p;oil\n0;1;1\n", "LOG: line 2: has 3 of the 5 cells of the heading"),
     ("t;n_set;n;oil\n0;1;1;1\n",
      "LOG: line 1: no column 'p'; the nearest is 't', valid are t, n_set, n, oil (columns.pressure_rod_side of MAP)"),
     ("time;n_set;n;p;oil\n0;1;1;1;1\n", "LOG: line 1: no column 't'; the nearest is 'time'"),
@@ -120,6 +121,8 @@ def test_a_log_that_cannot_be_used(files, log, said):
 def test_a_decimal_comma_that_nobody_announced(files):
     said = refused(files("t;n_set;n;p;oil\n0;1;498,5;1;1\n", csv={"delimiter": ";"}))
     assert said == "LOG: line 2, column 'n': value is '498,5'; a number is needed; decimals with a comma: csv.decimal: ','"
+    said = refused(files("t;n_set;n;p;oil\n0,5;1;498;1;1\n", csv={"delimiter": ";"}))
+    assert said == "LOG: line 2, column 't': value is '0,5'; a time in s is needed; decimals with a comma: csv.decimal: ','"
 
 
 @pytest.mark.parametrize("changes, said", [

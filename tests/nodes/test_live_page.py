@@ -231,6 +231,37 @@ OVERLAPS = """(() => {
   }));
   return found;
 })()"""
+CROSSED = """(() => {
+  for (const t of document.querySelectorAll('.circuit .gap-size')) t.textContent = '88.8 ×';  // until the gap is told next
+  const parts = [...document.querySelectorAll(
+    '.circuit .thin path, .circuit .pipe-wall, .circuit .solid, .circuit .metal, .circuit .box, .circuit .cable')];
+  const shown = (t) => t.textContent.trim() && t.getClientRects().length;
+  const texts = [...document.querySelectorAll('.circuit .labels text:not(.on)')].filter(shown);
+  const sizes = [...document.querySelectorAll('.circuit .gap-size')].filter(shown);
+  const found = [];
+  for (const t of texts) {
+    const box = t.getBoundingClientRect();
+    for (const part of parts) {
+      const back = part.getScreenCTM().inverse();
+      for (let k = 0; k <= 20; k++) {
+        const at = new DOMPoint(box.left + (box.width * k) / 20, box.top + 0.55 * box.height).matrixTransform(back);
+        const style = getComputedStyle(part);
+        if ((style.stroke !== 'none' && part.isPointInStroke(at)) || (style.fill !== 'none' && part.isPointInFill(at))) {
+          found.push(t.textContent.trim() + ' | ' + (part.dataset.node || part.getAttribute('class') || part.getAttribute('d')));
+          break;
+        }
+      }
+    }
+    for (const size of sizes) {
+      const b = size.getBoundingClientRect();
+      const wide = Math.min(box.right, b.right) - Math.max(box.left, b.left);
+      const high = Math.min(box.bottom, b.bottom) - Math.max(box.top, b.top);
+      if (wide > 1 && high > 0.3 * box.height) found.push(t.textContent.trim() + ' | size of a gap at ' + size.parentNode.dataset.sensor);
+    }
+  }
+  for (const t of sizes) t.textContent = '';
+  return found;
+})()"""
 
 
 @pytest.mark.parametrize(("width", "height", "phone"), [(1280, 800, False), (390, 844, True)], ids=["1280 px", "phone"])
@@ -241,6 +272,7 @@ def test_it_can_be_read_and_nothing_is_cut_off(browser, width, height, phone):
         assert browser.value("document.documentElement.scrollWidth") <= width
         assert browser.value(SMALLEST) >= 9.0
         assert browser.value(OVERLAPS) == []
+        assert browser.value(CROSSED) == []
         held = "[...document.querySelectorAll('button, select, .pill, .now')].filter((e) => e.getClientRects().length)"
         assert browser.value(f"{held}.filter((e) => e.getBoundingClientRect().right > innerWidth + 1).length") == 0
     finally:

@@ -1,5 +1,6 @@
 """`ddh-twin up` as a process, with its nodes."""
 
+import json
 import os
 import signal
 import subprocess
@@ -7,6 +8,7 @@ import sys
 
 import pytest
 from ddh_twin_py.bags.reader import read_recording
+from ddh_twin_py.cli.up import TWIN
 from nodes.processes import HeldProcess, runs, wait_for
 
 pytestmark = pytest.mark.live
@@ -65,12 +67,15 @@ def test_a_crashed_node_is_started_again_and_ctrl_c_stops_all(short_bag, tmp_pat
 
 def test_the_end_of_the_bag_is_the_end(short_bag, tmp_path):
     with Up(tmp_path / "log", "--source", "bag", "--bag", short_bag, "--rate", 0, "--record", tmp_path / "out", "--state-file",
-            tmp_path / "state") as up:  # fmt: skip
+            tmp_path / "state", "--json", tmp_path / "ran.json") as up:  # fmt: skip
         assert up.process.wait(60.0) == 0, up.text
     assert "the source has come to its end, stopping" in up.text
     recording = read_recording(tmp_path / "out")
     assert len(recording.drive) == 2001 and len(recording.temperatures) == 10
     assert (tmp_path / "state").stat().st_size > 1000
+    ran = json.loads((tmp_path / "ran.json").read_text())
+    assert ran["exit_code"] == 0 and ran["files"]["record"] == str(tmp_path / "out")
+    assert {node["name"] for node in ran["nodes"]} == {*TWIN, "bag_recorder", "bag_player"}
 
 
 def test_no_node_outlives_a_twin_that_is_killed(tmp_path):

@@ -1,5 +1,8 @@
 """Who may see the page."""
 
+import re
+import socket
+
 import pytest
 from ddh_twin_py.web.access import Access, is_local
 
@@ -22,8 +25,19 @@ def test_beyond_this_machine_there_is_always_a_token(host, local):
 
 def test_addresses_that_a_person_can_open():
     assert Access.of("127.0.0.1", 8420).url == "http://127.0.0.1:8420/"
-    assert Access.of("0.0.0.0", 80, "t").url == "http://127.0.0.1:80/?token=t"
+    assert Access.of("localhost", 80).url == "http://127.0.0.1:80/"
     assert Access.of("fd00::7", 80, "t").url == "http://[fd00::7]:80/?token=t"
+
+
+@pytest.mark.parametrize("host", ["0.0.0.0", "::", ""])
+def test_served_everywhere_the_address_is_one_of_this_machine(host):
+    found = re.fullmatch(r"http://([\d.]+):80/\?token=t", Access.of(host, 80, "t").url)
+    with socket.socket() as probe:
+        probe.bind((found[1], 0))  # an address that is not this machine's cannot be bound
+
+
+def test_a_token_of_bytes_that_are_no_text_is_wrong_and_nothing_worse():
+    assert not Access.of("0.0.0.0", 80, "t").knows_token(b"\xff".decode(errors="surrogateescape"))
 
 
 @pytest.mark.parametrize(
@@ -34,6 +48,8 @@ def test_addresses_that_a_person_can_open():
         ({"Host": "[::1]:8420"}, ""),
         ({"Host": "evil.example:8420"}, "asked for as 'evil.example'"),
         ({}, "asked for as ''"),
+        ({"Host": "["}, "asked for as ''"),
+        ({"Host": "127.0.0.1:8420", "Origin": "http://["}, "another site, 'http://['"),
         ({"Host": "127.0.0.1:8420", "Origin": "http://127.0.0.1:8420"}, ""),
         ({"Host": "127.0.0.1:8420", "Origin": "http://evil.example"}, "another site, 'http://evil.example'"),
         ({"Host": "127.0.0.1:8420", "Origin": "http://127.0.0.1:9999"}, "another site"),

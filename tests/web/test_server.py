@@ -4,6 +4,7 @@ import asyncio
 import json
 import socket
 import time
+from concurrent.futures import Future
 
 import aiohttp
 import numpy as np
@@ -111,6 +112,56 @@ def test_numbers_documents_and_wishes_over_the_socket(served):
             assert served.asked == [("seek", 12.5), ("pause", True)]
             await ws.send_str("rubbish")
             assert (await ws.receive(5.0)).type in (aiohttp.WSMsgType.CLOSE, aiohttp.WSMsgType.CLOSED, aiohttp.WSMsgType.CLOSING)
+
+    asyncio.run(look())
+
+
+GARBAGE = ["", "rubbish", '"seen"', "[]", "[" * 4000, '{"seen": null}', '{"seen": 1e400}', "{}", "x" * 5000]
+
+
+@pytest.mark.parametrize("said", GARBAGE, ids=lambda said: said[:20] or "nothing")
+def test_what_is_not_understood_ends_that_connection_alone(served, said, caplog):
+    async def look():
+        async with aiohttp.ClientSession() as session, session.ws_connect(served.url + "ws") as ws:
+            await receive(ws, "version")
+            await ws.send_str(said)
+            assert (await ws.receive(5.0)).data in (aiohttp.WSCloseCode.UNSUPPORTED_DATA, aiohttp.WSCloseCode.MESSAGE_TOO_BIG)
+        async with aiohttp.ClientSession() as session, session.ws_connect(served.url + "ws") as ws:
+            assert await receive(ws, "version")
+
+    asyncio.run(look())
+    assert served.asked == [] and not caplog.records
+
+
+NO_REQUEST = [b"\x16\x03\x01\r\n\r\n", b"GET /" + b"a" * 9000 + b" HTTP/1.1\r\n\r\n", b"GET / HTTP/1.1\r\nHost: [\r\n\r\n"]
+
+
+@pytest.mark.parametrize("said", NO_REQUEST, ids=["TLS", "long", "host"])
+def test_what_is_no_request_is_refused_without_a_word_in_the_log(served, said, caplog):
+    with socket.create_connection(("127.0.0.1", served.server.access.port), 5.0) as connection:
+        connection.sendall(said)
+        assert connection.recv(20).split()[1] in (b"400", b"403")
+    assert not caplog.records
+
+
+def test_frames_go_on_while_a_wish_is_not_answered(serve):
+    served = serve()
+    served.server._command = lambda name, value: Future()
+
+    async def look():
+        async with aiohttp.ClientSession() as session, session.ws_connect(served.url + "ws") as ws:
+            while not served.server.viewers:
+                await asyncio.sleep(0.01)
+            await ws.send_str('{"do": "seek", "value": 1, "id": 1}')
+            for k in range(2 * WINDOW):
+                drive(served.board, 1000 + 2 * k, 3)
+                served.server.show()
+                await receive(ws, bytes)
+                await ws.send_str('{"seen": 1}')
+                await asyncio.sleep(0.005)
+            for k in range(8):
+                await ws.send_str(json.dumps({"do": "seek", "value": 1, "id": k}))
+            assert (await receive(ws, "answer"))["refused"] == "8 wishes are not answered yet"
 
     asyncio.run(look())
 

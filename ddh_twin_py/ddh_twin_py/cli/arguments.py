@@ -5,12 +5,15 @@ from __future__ import annotations
 import argparse
 import difflib
 import os
+import re
 import shutil
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
 
 _LONGEST_NAME = 250  # bytes; what is added to it while it is written has room below 255
+_NAMESPACE = re.compile(r"(/[A-Za-z_][A-Za-z0-9_]*)+", re.ASCII)
+_LONGEST_NAMESPACE = 180  # of the 245 that ROS has for a namespace, a topic and a node included
 
 
 class InputError(ValueError):
@@ -206,6 +209,18 @@ def add_bag(parser: Parser) -> None:
 def add_quiet(parser: Parser, help: str = "no progress, no summary") -> None:
     """The option `--quiet`."""
     parser.add_argument("--quiet", action="store_true", help=help)
+
+
+def namespace(given: str) -> str:
+    """A namespace as ROS wants it; raises InputError where it would not take it."""
+    name = "/" + given.strip("/")
+    if name != "/" and not _NAMESPACE.fullmatch(name):
+        raise InputError(
+            f"--namespace is {given!r}; allowed are names of letters, digits and _, not beginning with a digit, joined by /"
+        )
+    if len(name) > _LONGEST_NAMESPACE:
+        raise InputError(f"--namespace has {len(name)} characters, allowed are {_LONGEST_NAMESPACE}")
+    return name
 
 
 def duty_file(given: str) -> Path:

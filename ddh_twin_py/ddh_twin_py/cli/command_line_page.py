@@ -36,7 +36,7 @@ def command_line_page(parser: Parser) -> str:
     lines = [
         "# Command line", "",
         "`ddh-twin VERB ...`, one verb per job. `ddh-twin VERB --help` says the same as this page, with an example. A name that is "
-        "not known is answered with the nearest that is. `ddh-twin completion bash` (or `zsh`) prints what makes a shell complete "
+        "not known is answered with the nearest that is. `ddh-twin completion bash` (`zsh`, `fish`) prints what makes a shell complete "
         "verbs, options, values and files.", "",
         "| verb | |", "|---|---|", *(f"| [`{name}`](#{name}) | {about} |" for name, (_, about) in verbs.items()), "",
         "## What means the same everywhere", "",

@@ -8,7 +8,9 @@ from ddh_twin_py.cli.arguments import OUTPUTS, add_verb
 
 _EXAMPLE = """\
   ddh-twin completion bash > ~/.local/share/bash-completion/completions/ddh-twin
-  ddh-twin completion zsh > ~/.zfunc/_ddh-twin        with fpath+=(~/.zfunc) before compinit in .zshrc"""
+  ddh-twin completion zsh > ~/.zfunc/_ddh-twin        with fpath+=(~/.zfunc) before compinit in .zshrc
+  ddh-twin completion fish > ~/.config/fish/completions/ddh-twin.fish"""
+_SHELLS = ("bash", "zsh", "fish")
 _FILES = ("FILE", "BAG", "FIELD", "LOG", "DUTY", "RIG.yaml")
 _FOLDERS = ("FOLDER",)
 
@@ -17,10 +19,10 @@ def add_parser(subparsers) -> None:
     """Declare the verb."""
     parser = add_verb(
         subparsers, "completion", "print what makes a shell complete this command",
-        "Prints a script for bash or zsh. It is complete in itself: the shell does not start Python at each press of the key.",
+        "Prints a script for bash, zsh or fish. It is complete in itself: the shell does not start Python at each press of the key.",
         _EXAMPLE,
     )
-    parser.add_argument("shell", metavar="SHELL", choices=("bash", "zsh"), help="bash or zsh")
+    parser.add_argument("shell", metavar="SHELL", choices=_SHELLS, help="bash, zsh or fish")
 
 
 def run(args: argparse.Namespace) -> int:

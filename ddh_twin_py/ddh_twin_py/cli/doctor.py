@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from ddh_twin_py.cli.arguments import add_json, add_quiet, add_verb, between
+from ddh_twin_py.cli.arguments import add_json, add_quiet, add_verb, between, namespace
 
 _EXAMPLE = "  ddh-twin doctor --seconds 10 --json out/doctor.json"
 _STYLE = {"ok": ("✓", "green"), "note": ("·", "cyan"), "warning": ("!", "yellow"), "error": ("✗", "red")}
@@ -35,9 +35,10 @@ def run(args: argparse.Namespace) -> int:
     from ddh_twin_py.doctor.clock import check_clock
     from ddh_twin_py.doctor.installation import check_installation
 
+    asked = None if args.namespace is None else namespace(args.namespace)
     checks = [*check_installation(), *check_clock()]
     if not args.no_graph:
-        checks += _graph(args)
+        checks += _graph(args, asked)
     if args.json:
         put_json(args.json, as_json(checks))
     if args.json != "-":
@@ -45,7 +46,7 @@ def run(args: argparse.Namespace) -> int:
     return 1 if worst(checks) == "error" else 0
 
 
-def _graph(args: argparse.Namespace) -> list:
+def _graph(args: argparse.Namespace, asked: str | None) -> list:
     from ddh_twin_py.bags.topics import normalised
     from ddh_twin_py.cli.console import stage
     from ddh_twin_py.doctor.check import Check
@@ -66,15 +67,15 @@ def _graph(args: argparse.Namespace) -> list:
         return [Check("middleware", "start", "error", " ".join(str(error).split()), "starts",
                       "look at RMW_IMPLEMENTATION, ROS_DOMAIN_ID and the Fast DDS profile")]
     checks = check_middleware(heard)
-    namespaces = [normalised(args.namespace)] if args.namespace is not None else machines(heard)
+    namespaces = [normalised(asked)] if asked is not None else machines(heard)
     if not namespaces:
         advice = ("start the machine's software, or set ROS_DOMAIN_ID as there; to try it without a machine: "
                   "ddh-twin up --source simulation --duty mixed")
         return [*checks, Check("machine", "telemetry", "error" if args.machine else "note",
                                f"nobody publishes drive/telemetry in domain {heard.domain}", "a machine", advice)]
     noise = {name: spec.noise for name, spec in load_rig().sensors.items()}
-    for namespace in namespaces:
-        checks += [*check_machine(heard, namespace, noise), *check_twin(heard, namespace)]
+    for name in namespaces:
+        checks += [*check_machine(heard, name, noise), *check_twin(heard, name)]
     return checks
 
 

@@ -60,6 +60,7 @@ def run(args: argparse.Namespace) -> int:
         with stage(f"writing {args.telemetry}", args.quiet):
             write_telemetry(args.telemetry, recording)
     if not tables:
+        show_findings(recording.findings, "ddh-twin info")
         return 0
     with stage("loading the twin", args.quiet):
         from ddh_twin_py.estimation.replay import replay

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import sys
 
-from ddh_twin_py.cli.arguments import InputError, add_json, add_quiet, add_verb, new_folder
+from ddh_twin_py.cli.arguments import InputError, add_json, add_quiet, add_verb, namespace, new_folder
 
 _EXAMPLE = "  ddh-twin import --example > mapping.yaml\n  ddh-twin import drive.csv temperatures.csv --mapping mapping.yaml -o bags/press_7"
 
@@ -39,6 +39,7 @@ def run(args: argparse.Namespace) -> int:
     for option, given in (("--mapping", args.mapping), ("-o", args.output)):
         if given is None:
             raise InputError(f"{option} is missing; see ddh-twin import --help")
+    to = namespace(args.namespace)
     with stage("loading", args.quiet):
         from ddh_twin_py.bags.reader import read_recording
         from ddh_twin_py.bags.writer import write_recording
@@ -51,7 +52,7 @@ def run(args: argparse.Namespace) -> int:
     with stage(f"reading {args.log[0] if len(args.log) == 1 else f'{len(args.log)} logs'}", args.quiet):
         recording = import_logs(args.log, mapping)
     with stage(f"writing {args.output}", args.quiet):
-        write_recording(args.output, recording, args.namespace)
+        write_recording(args.output, recording, to)
     with stage("screening", args.quiet):
         noise = {name: spec.noise for name, spec in load_rig().sensors.items()}
         screened = screen_recording(read_recording(args.output), noise)

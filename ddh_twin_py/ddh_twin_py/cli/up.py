@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import argparse
 import os
-import re
 import signal
 import sys
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from ddh_twin_py.cli.arguments import InputError, Parser, add_quiet, add_rig, add_verb, duty_file, seed
+from ddh_twin_py.cli.arguments import InputError, Parser, add_json, add_quiet, add_rig, add_verb, duty_file, namespace, seed
+from ddh_twin_py.cli.console import put_json
 from ddh_twin_py.cli.parameter_yaml import parameter_yaml
 from ddh_twin_py.cli.supervisor import Child, Supervisor, combined_log
 
@@ -22,8 +22,6 @@ TWIN = (*MODELS, "gap_monitor")
 SOURCES = ("none", "bag", "simulation")
 ENDING = ("bag_player", "drive_telemetry", "pressure_telemetry")
 """Nodes that may come to their end; with them the whole ends."""
-_NAMESPACE = re.compile(r"(/[A-Za-z_][A-Za-z0-9_]*)+", re.ASCII)
-_LONGEST_NAMESPACE = 180  # of the 245 that ROS has for a namespace, a topic and a node included
 FLUSH_AFTER = 1.0
 """s without a message after which models work off what they hold: a bag that has ended, or was paused, gives nothing more."""
 _EXAMPLE = """\
@@ -63,6 +61,7 @@ def add_parser(subparsers) -> None:
     parser.add_argument("--view", action="store_true", help="serve the live page, see ddh-twin view; where, says the log")
     parser.add_argument("--params", metavar="FILE", help="parameter file (YAML) for all nodes, see config/twin.yaml")
     parser.add_argument("--log", metavar="FILE", help="write the log of all nodes here too")
+    add_json(parser, "when it ends, write what ran, how often it was started again, and where the files are; - is standard output")
     add_quiet(parser, "no log on the screen")
 
 
@@ -105,6 +104,15 @@ def node_parameters(args: argparse.Namespace) -> dict[str, dict[str, object]]:
             simulated["simulation.rig"] = str(args.rig)
         nodes |= {"drive_telemetry": dict(simulated), "pressure_telemetry": dict(simulated)}
     return nodes
+
+
+def _ran(args: argparse.Namespace, children: Sequence[Child], code: int) -> dict:
+    """What `--json` writes."""
+    return {
+        "namespace": args.namespace, "source": args.source, "ros_domain": int(os.environ.get("ROS_DOMAIN_ID") or 0), "exit_code": code,
+        "nodes": [{"name": child.name, "restarts": child.restarts} for child in children],
+        "files": {name: getattr(args, name) for name in ("log", "record", "state_file", "normal_file")},
+    }  # fmt: skip
 
 
 def command(node: str, parameters: Mapping[str, object], namespace: str, file: str | None) -> list[str]:
@@ -150,18 +158,6 @@ def check(args: argparse.Namespace) -> None:
     args.namespace = namespace(args.namespace)
 
 
-def namespace(given: str) -> str:
-    """A namespace as ROS wants it; raises InputError where it would not take it."""
-    name = "/" + given.strip("/")
-    if name != "/" and not _NAMESPACE.fullmatch(name):
-        raise InputError(
-            f"--namespace is {given!r}; allowed are names of letters, digits and _, not beginning with a digit, joined by /"
-        )
-    if len(name) > _LONGEST_NAMESPACE:
-        raise InputError(f"--namespace has {len(name)} characters, allowed are {_LONGEST_NAMESPACE}")
-    return name
-
-
 def environment_additions() -> dict[str, str]:
     """Variables that the nodes need and the user has not set: the profile for Fast DDS."""
     if os.environ.get("FASTRTPS_DEFAULT_PROFILES_FILE"):
@@ -192,11 +188,15 @@ def run(args: argparse.Namespace) -> int:
         file = open(args.log, "a", encoding="utf-8")
     environment = {**os.environ, **environment_additions(), "PYTHONUNBUFFERED": "1", "RCUTILS_COLORIZED_OUTPUT": "0"}
     environment.setdefault("RCUTILS_CONSOLE_OUTPUT_FORMAT", "{severity} {message}")
-    supervisor = Supervisor(children, combined_log(file, None if args.quiet else sys.stdout), environment)
+    screen = None if args.quiet else sys.stderr if args.json == "-" else sys.stdout
+    supervisor = Supervisor(children, combined_log(file, screen), environment)
     before = [(number, signal.signal(number, supervisor.ask_to_stop)) for number in (signal.SIGINT, signal.SIGTERM)]
     try:
         supervisor.say(f"starting {', '.join(nodes)} in {args.namespace}; Ctrl-C stops them")
-        return supervisor.run()
+        code = supervisor.run()
+        if args.json:
+            put_json(args.json, _ran(args, children, code))
+        return code
     finally:
         for number, handler in before:
             signal.signal(number, handler)

@@ -9,7 +9,7 @@ import re
 import threading
 import time
 
-from ddh_twin_py.cli.arguments import InputError, add_quiet, add_rig, add_verb, output_file
+from ddh_twin_py.cli.arguments import InputError, add_json, add_quiet, add_rig, add_verb, namespace, output_file
 
 _EXAMPLE = """\
   ddh-twin view                                   what runs in the namespace /ddh
@@ -41,6 +41,7 @@ def add_parser(subparsers) -> None:
     add_rig(parser)
     parser.add_argument("--normal-file", metavar="FILE", help="normal levels of the running test of a gap, with BAG; see ddh-twin up")
     parser.add_argument("--no-browser", action="store_true", help="only say where the page is")
+    add_json(parser, "write where the page is and what it shows; - is standard output")
     add_quiet(parser, "the page's address alone")
     parser.add_argument("--log", metavar="FILE", type=output_file, default="out/view.log", help="what the nodes say (default out/view.log)")
 
@@ -61,8 +62,8 @@ def run(args: argparse.Namespace) -> int:
     """Start the nodes, say where the page is, stay until Ctrl-C."""
     from pathlib import Path
 
+    from ddh_twin_py.cli.console import put_json
     from ddh_twin_py.cli.live_graph import LiveGraph
-    from ddh_twin_py.cli.up import namespace
 
     for name in ("rig", "bag"):
         given = getattr(args, name)
@@ -88,9 +89,14 @@ def run(args: argparse.Namespace) -> int:
             graph.check()
             if time.monotonic() - started > _START:
                 raise InputError(f"no page after {_START:g} s; see {args.log}")
-        print(f"page: {page[0]}", flush=True)
-        if not args.quiet:
-            print(f"{_what(args, graph.domain)}; Ctrl-C ends it", flush=True)
+        if args.json:
+            put_json(args.json, {
+                "page": page[0], "namespace": graph.namespace, "recording": args.bag, "ros_domain": _domain(graph.domain), "log": args.log,
+            })  # fmt: skip
+        if args.json != "-":
+            print(f"page: {page[0]}", flush=True)
+            if not args.quiet:
+                print(f"{_what(args, graph.domain)}; Ctrl-C ends it", flush=True)
         if not args.no_browser:
             _open(page[0])
         while True:
@@ -121,7 +127,11 @@ def _played(args: argparse.Namespace) -> dict[str, dict[str, object]]:
 def _what(args: argparse.Namespace, domain: int | None) -> str:
     if args.bag:
         return f"{args.bag} plays in ROS 2 domain {domain}, log {args.log}"
-    return f"it shows what runs in {args.namespace}, ROS 2 domain {os.environ.get('ROS_DOMAIN_ID') or 0}"
+    return f"it shows what runs in {namespace(args.namespace)}, ROS 2 domain {_domain(domain)}"
+
+
+def _domain(own: int | None) -> int:
+    return int(os.environ.get("ROS_DOMAIN_ID") or 0) if own is None else own
 
 
 def _open(url: str) -> None:

@@ -37,16 +37,17 @@ class LogFile:
         Raises ExchangeError for a cell that is no number.
         """
         texts = self._pointed(column)
+        grouped = any("_" in text for text in texts)  # 5_00 is a number of Python and of no log
         try:
-            return np.array(texts, dtype=np.float64) if texts else np.empty(0)
+            if not grouped:
+                return np.array(texts, dtype=np.float64) if texts else np.empty(0)
         except ValueError:
             pass
-        for line, text in zip(self.lines.tolist(), texts, strict=True):
+        for i, text in enumerate(texts):
             try:
-                float(text)
+                float(text if "_" not in text else "no number")
             except ValueError:
-                self.refuse(line, column, text, "a number is needed" + (
-                    "; decimals with a comma: csv.decimal: ','" if "," in text and self.dialect.decimal == "." else ""))
+                self.refuse(i, column, f"a number is needed{self._comma(text)}")
         raise AssertionError("no cell to blame")
 
     def stamps(self, rule: TimeRule) -> np.ndarray:
@@ -55,23 +56,27 @@ class LogFile:
         Raises ExchangeError for a cell that is no time.
         """
         stamps = []
-        for line, text in zip(self.lines.tolist(), self._pointed(rule.column), strict=True):
+        for i, text in enumerate(self._pointed(rule.column)):
             try:
                 if rule.unit == ISO:
                     stamp = iso_to_ns(datetime.fromisoformat(text))
                 else:
                     stamp = int((Decimal(text) * TIME_UNITS[rule.unit]).to_integral_value()) + rule.since_ns
             except (ValueError, ArithmeticError):
-                self.refuse(line, rule.column, text, f"a time in {rule.unit} is needed")
+                self.refuse(i, rule.column, f"a time in {rule.unit} is needed{self._comma(text)}")
             if not 0 <= stamp <= _LARGEST_NS:
-                self.refuse(line, rule.column, text, "with time.unit and time.since it lies before 1970 or after 2262")
+                self.refuse(i, rule.column, "with time.unit and time.since it lies before 1970 or after 2262")
             stamps.append(stamp)
         return np.array(stamps, np.int64)
 
-    def refuse(self, line: int, column: str, text: str, why: str) -> None:
+    def refuse(self, row: int, column: str, why: str) -> None:
         """Raise what is said of one cell."""
+        text, line = self.cells[column][row].strip(), self.lines[row]
         shown = text if len(text) <= _WIDEST else text[:_WIDEST] + "..."
         raise ExchangeError(f"{self.file}: line {line}, column {column!r}: value is {shown!r}; {why}")
+
+    def _comma(self, text: str) -> str:
+        return "; decimals with a comma: csv.decimal: ','" if "," in text and self.dialect.decimal == "." else ""
 
     def _pointed(self, column: str) -> list[str]:
         missing = set(self.dialect.missing)
@@ -125,7 +130,7 @@ def read_log(path: str | Path, dialect: Dialect, wanted: Sequence[str]) -> LogFi
     last = max(places.values(), default=-1)
     for line, row in zip(lines, rows, strict=True):
         if len(row) <= last:
-            raise ExchangeError(f"{file}: line {line}: has {len(row)} cells, the heading has {len(headings)}")
+            raise ExchangeError(f"{file}: line {line}: has {len(row)} of the {len(headings)} cells of the heading")
     cells = {name: [row[at] for row in rows] for name, at in places.items()}
     return LogFile(file, headings, np.array(lines, np.int64), cells, dialect)
 

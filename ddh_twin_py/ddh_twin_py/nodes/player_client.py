@@ -14,6 +14,7 @@ from ddh_msgs.srv import Seek, SetRate
 from ddh_twin_py.nodes.node_base import TwinNode
 
 PLAYER = "bag_player"
+_SHOWN = 40  # characters of a value that is none
 
 
 @dataclass(frozen=True)
@@ -47,7 +48,8 @@ class PlayerClient:
                 name, value, answer = self._asked.get_nowait()
             except Empty:
                 return
-            self._pass_on(name, value, answer)
+            if answer.set_running_or_notify_cancel():  # else whoever asked has left
+                self._pass_on(name, value, answer)
 
     def _pass_on(self, name: str, value: object, answer: Future[str]) -> None:
         verb = self._verbs.get(name)
@@ -56,8 +58,8 @@ class PlayerClient:
             return
         try:
             request = verb.request(value)
-        except (TypeError, ValueError, AssertionError):
-            answer.set_result(f"{name}: value is {value!r}, it must be a number")
+        except (TypeError, ValueError, OverflowError, AssertionError):
+            answer.set_result(f"{name}: value is {str(value)[:_SHOWN]!r}, it must be a number")
             return
         if not verb.client.service_is_ready():
             answer.set_result(f"nobody plays a bag in {self._node.get_namespace()}")
@@ -66,8 +68,6 @@ class PlayerClient:
 
 
 def _settle(answer: Future[str], future: object) -> None:
-    if answer.cancelled():
-        return
     if future.exception() is not None:
         answer.set_result(str(future.exception()))
         return

@@ -57,6 +57,8 @@ def _field_sentence(cause, signal, value, count, samples, at, mistaken, noise, s
     often = f"{count} of {samples} samples"
     unit = signal.message_unit
     if cause is Cause.NOT_A_NUMBER:
+        if count == samples:
+            return f"has no value (NaN) in any of {samples} samples: it is not measured"
         return f"is NaN in {often}, first at {at:.3f} s: the sensor dropped out"
     if cause is Cause.INFINITE:
         return f"is {value} in {often}, first at {at:.3f} s; not used"

@@ -6,7 +6,9 @@ The server runs in a thread of its own. What is sent is encoded once for all bro
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import json
+import logging
 import threading
 from collections.abc import Awaitable, Callable
 from concurrent.futures import Future
@@ -14,6 +16,7 @@ from functools import partial
 
 import numpy as np
 from aiohttp import WSCloseCode, WSMsgType, web
+from aiohttp.http_exceptions import HttpProcessingError
 
 from ddh_twin_py.web.access import Access
 from ddh_twin_py.web.board import Board
@@ -29,6 +32,9 @@ _FAREWELL = 1.0  # s that a browser has to answer that the server ends
 _MOST_COLUMNS = 64
 _START = 10.0  # s until the port is bound, or is not
 _ANSWER = 10.0  # s that a command may take
+_MOST_ASKED = 8  # commands of one browser that are not answered yet
+_LOG = logging.getLogger("ddh_twin_py.web")
+_LOG.addFilter(lambda record: not (record.exc_info and isinstance(record.exc_info[1], HttpProcessingError)))  # what is no HTTP: a scanner
 _HEADERS = {
     "X-Content-Type-Options": "nosniff", "X-Frame-Options": "DENY", "Referrer-Policy": "no-referrer", "Cache-Control": "no-cache",
 }  # fmt: skip
@@ -93,7 +99,7 @@ class PageServer:
             web.get("/", partial(self._file, "index.html")), web.get("/ws", self._socket), web.get("/history", self._history),
             web.get("/health", self._health), web.get("/state", self._state), web.get("/{name}", self._named),
         ])  # fmt: skip
-        self._runner = web.AppRunner(application, access_log=None, shutdown_timeout=1.0)
+        self._runner = web.AppRunner(application, access_log=None, logger=_LOG, shutdown_timeout=1.0)
         await self._runner.setup()
         site = web.TCPSite(self._runner, self._given[0], self._given[1])
         await site.start()
@@ -199,30 +205,46 @@ class PageServer:
         viewer = Viewer(_Connection(socket, request), set(self._board.texts()))
         await socket.send_str(json.dumps({"doc": "version", "data": version(self._files)}))
         self._viewers.all.add(viewer)
+        asked: set[asyncio.Task[None]] = set()
         try:
             async for message in socket:
                 if message.type is WSMsgType.TEXT:
-                    await self._hear(socket, viewer, message.data)
+                    await self._hear(socket, viewer, message.data, asked)
         finally:
             self._viewers.all.discard(viewer)
+            for task in asked:
+                task.cancel()
         return socket
 
-    async def _hear(self, socket: web.WebSocketResponse, viewer: Viewer, text: str) -> None:
-        """`{"seen": 5}` acknowledges frames; `{"do": "pause", "value": true, "id": 1}` asks for something."""
+    async def _hear(self, socket: web.WebSocketResponse, viewer: Viewer, text: str, asked: set[asyncio.Task[None]]) -> None:
+        """`{"seen": 5}` acknowledges frames; `{"do": "pause", "value": true, "id": 1}` asks for something, and nobody waits for it."""
         try:
             said = json.loads(text)
             if "seen" in said:
                 viewer.acknowledge(int(said["seen"]))
                 return
             name, value, number = str(said["do"]), said.get("value"), said.get("id")
-        except (ValueError, KeyError, TypeError):
+        except (ValueError, KeyError, TypeError, OverflowError, RecursionError):
             await socket.close(code=WSCloseCode.UNSUPPORTED_DATA, message=b"not understood")
             return
+        if len(asked) >= _MOST_ASKED:
+            await _answer(socket, name, number, f"{_MOST_ASKED} wishes are not answered yet")
+            return
+        task = self._loop.create_task(self._do(socket, name, value, number))
+        asked.add(task)
+        task.add_done_callback(asked.discard)
+
+    async def _do(self, socket: web.WebSocketResponse, name: str, value: object, number: object) -> None:
         try:
             refused = await asyncio.wait_for(asyncio.wrap_future(self._command(name, value)), _ANSWER)
         except TimeoutError:
             refused = f"no answer to {name} within {_ANSWER:g} s"
-        await socket.send_str(json.dumps({"doc": "answer", "data": {"id": number, "do": name, "refused": refused}}))
+        with contextlib.suppress(ConnectionError, RuntimeError):  # it has left
+            await _answer(socket, name, number, refused)
+
+
+async def _answer(socket: web.WebSocketResponse, name: str, number: object, refused: str) -> None:
+    await socket.send_str(json.dumps({"doc": "answer", "data": {"id": number, "do": name, "refused": refused}}))
 
 
 class _Connection:

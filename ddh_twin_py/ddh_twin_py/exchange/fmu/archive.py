@@ -28,7 +28,7 @@ from ddh_twin_py.physics.thermal_network import N
 from ddh_twin_py.report import document as doc
 from ddh_twin_py.rig import Rig
 from ddh_twin_py.rig.files import write_whole
-from ddh_twin_py.rig.sheet import PARAMETER_DTYPE
+from ddh_twin_py.rig.sheet import FIELD_OF_PATH, PARAMETER_DTYPE
 from ddh_twin_py.rig.writer import rig_text
 
 IDENTIFIER = "ddh_twin"
@@ -130,7 +130,8 @@ def _real(variable: Variable) -> dict[str, str]:
     given = {"unit": variable.unit} if variable.unit else {}
     if variable.unit in _DISPLAY:
         given["displayUnit"] = _DISPLAY[variable.unit][0]
-    return given | ({"start": repr(variable.start)} if variable.start is not None else {})
+    numbers = {"min": variable.lowest, "max": variable.highest, "start": variable.start}
+    return given | {name: repr(float(number)) for name, number in numbers.items() if number is not None}
 
 
 def _header(several: Sequence[Variable], guid: str) -> str:
@@ -148,12 +149,18 @@ def _header(several: Sequence[Variable], guid: str) -> str:
         "FIRST_OUTPUT": of.OUTPUT, "FIRST_TEMPERATURE": of.TEMPERATURE, "STATE_PRESSURE_A": PRESSURE_A, "STATE_PRESSURE_B": PRESSURE_B,
         "VAPOUR_PRESSURE": repr(float(VAPOUR_PRESSURE)), "NOW": f"{{{now}}}", "INPUT_STARTS": _list(starts[of.INPUT]),
         "SETTING_STARTS": _list(starts[of.SETTING]), "PARAMETER_STARTS": _list(parameters),
+        "STROKE": PARAMETER_DTYPE.names.index(FIELD_OF_PATH["cylinder.stroke"]), "BOUNDS": _bounds(several),
     }
     return "".join(f"#define DDH_{name} {value}\n" for name, value in defined.items())
 
 
 def _list(numbers: Sequence[float]) -> str:
     return "{" + ", ".join(repr(float(number)) for number in numbers) + "}"
+
+
+def _bounds(several: Sequence[Variable]) -> str:
+    rows = [f'{{{v.reference}, "{v.name}", {v.lowest!r}, {v.highest!r}}}' for v in several if v.lowest is not None]
+    return "{" + ", ".join(rows) + "}"
 
 
 def _guid(several: Sequence[Variable]) -> str:

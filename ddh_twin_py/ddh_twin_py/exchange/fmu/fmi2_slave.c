@@ -114,6 +114,20 @@ static double *place(Values *v, fmi2ValueReference r) {
   return NULL;
 }
 
+typedef struct {
+  fmi2ValueReference reference;
+  const char *name;
+  double lowest, highest;
+} Bound;
+
+/* What a parameter of the rig may be set to, as in a rig file; NULL where nothing is said of it. */
+static const Bound *bound_of(fmi2ValueReference r) {
+  static const Bound bounds[] = DDH_BOUNDS;
+  for (size_t i = 0; i < sizeof bounds / sizeof bounds[0]; i++)
+    if (bounds[i].reference == r) return bounds + i;
+  return NULL;
+}
+
 static fmi2Status said(Slave *s, fmi2Status status, const char *format, ...) {
   char text[256];
   va_list more;
@@ -154,6 +168,9 @@ static const char *wrong_setting(const Values *v) {
   if (!(v->settings[LONGEST_INTERVAL] > 0.0 && v->settings[LONGEST_INTERVAL] <= 10.0)) return "solver.longest_interval must be above 0 to 10 s";
   if (!(v->settings[HYDRAULIC_STEP] > 0.0 && v->settings[HYDRAULIC_STEP] <= 0.1)) return "solver.hydraulic_step must be above 0 to 0.1 s";
   if (!(v->settings[START_TEMPERATURE] > 173.15 && v->settings[START_TEMPERATURE] < 573.15)) return "start.temperature is in K, 173.15 to 573.15";
+  if (!(v->settings[START_POSITION] >= 0.0 && v->settings[START_POSITION] <= v->parameters[DDH_STROKE])) return "start.rod_position must be 0 to cylinder.stroke";
+  for (int i = START_PRESSURE_A; i <= START_PRESSURE_B; i++)
+    if (!(v->settings[i] >= -1.1e5 && v->settings[i] <= 1e8)) return "start.pressure_piston_side and _rod_side are gauge, in Pa, -1.1e5 to 1e8";
   if (!(v->inputs[PAYLOAD] > 0.0 && v->inputs[PAYLOAD] <= 1e5)) return "payload_mass must be above 0 to 1e5 kg";
   if (!(v->inputs[AMBIENT] > 173.15 && v->inputs[AMBIENT] < 573.15)) return "ambient_temperature is in K, 173.15 to 573.15";
   if (!isfinite(v->inputs[SPEED_COMMAND])) return "speed_command is not finite";
@@ -283,6 +300,9 @@ EXPORT fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference r[], siz
     double *at = place(&s->values, r[i]);
     if (!at || r[i] >= DDH_FIRST_OUTPUT) return said(s, fmi2Error, "reference %u is no variable that can be set", r[i]);
     if (!isfinite(value[i])) return said(s, fmi2Error, "reference %u: value is not finite", r[i]);
+    const Bound *bound = bound_of(r[i]);
+    if (bound && !(value[i] >= bound->lowest && value[i] <= bound->highest))
+      return said(s, fmi2Error, "%s: value is %g, allowed are %g to %g", bound->name, value[i], bound->lowest, bound->highest);
     *at = value[i];
     if (r[i] < INPUTS) s->values.slopes[r[i]] = 0.0;
   }

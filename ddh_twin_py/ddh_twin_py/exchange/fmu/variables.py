@@ -10,7 +10,7 @@ from ddh_twin_py.physics.balance import OPERATING_FIELDS
 from ddh_twin_py.physics.free_run import HYDRAULIC_STEP
 from ddh_twin_py.physics.thermal_network import NODES
 from ddh_twin_py.rig import Rig
-from ddh_twin_py.rig.sheet import FIELD_OF_PATH, PARAMETER_DTYPE
+from ddh_twin_py.rig.sheet import BOUNDS, FIELD_OF_PATH, PARAMETER_DTYPE
 from ddh_twin_py.telemetry.signals import ZERO_CELSIUS
 from ddh_twin_py.twin.intervals import INTERVAL
 
@@ -28,7 +28,10 @@ _ENDINGS = (("_torque", "N.m"), ("_power", "W"), ("_pressure", "Pa"), ("_side", 
 
 @dataclass(frozen=True)
 class Variable:
-    """One scalar variable of the FMU, SI, temperatures in K; `group` is one of the numbers above."""
+    """One scalar variable of the FMU, SI, temperatures in K.
+
+    `group` is one of the numbers above; `lowest` and `highest` what it may be set to, None where nothing is said of it.
+    """
 
     reference: int
     name: str
@@ -36,6 +39,8 @@ class Variable:
     about: str
     start: float | None = None
     group: int = OUTPUT
+    lowest: float | None = None
+    highest: float | None = None
 
 
 def variables(rig: Rig) -> list[Variable]:
@@ -75,7 +80,7 @@ def _parameters(rig: Rig) -> list[Variable]:
             continue
         quantity = rig.quantities[path]
         found.append(Variable(PARAMETER + i, path, _modelica(quantity.unit), f"rig file: {quantity.source or 'no source'}",
-                              float(record[field]), PARAMETER))
+                              float(record[field]), PARAMETER, BOUNDS[path].lowest, BOUNDS[path].highest))
     return found
 
 

@@ -119,7 +119,7 @@ export class Chart {
         series,
         bands,
         legend: { show: false },
-        padding: [8, 6, 0, 0],
+        padding: [8, 26, 0, 0], // half a time's label
         scales: { x: { time: false }, y: { range: (u, min, max) => this.range(min, max) } },
         axes: [
           {
@@ -138,6 +138,7 @@ export class Chart {
             ticks: { ...grid, size: 4 },
             font,
             size: 54,
+            values: (u, at) => at.map((v) => (v == null ? "" : v.toLocaleString("en", { maximumFractionDigits: 6 }).replace("-", "−"))),
             space: 30,
             label: this.quantity.unit,
             labelSize: 15,

@@ -219,7 +219,15 @@ function dress(badge) {
   };
   make("circle", { class: "ring", r: 17 });
   make("path", { class: "cross", d: "M-9 -9L9 9M9 -9L-9 9" });
-  const side = { below: [0, 31, "middle"], left: [-19, 5, "end"], right: [19, 5, "start"] }[badge.dataset.side ?? "right"];
+  const side = {
+    above: [0, -20, "middle"],
+    below: [0, 31, "middle"],
+    left: [-19, 5, "end"],
+    right: [19, 5, "start"],
+    "left-above": [6, -21, "end"],
+    "left-below": [8, 32, "end"],
+    "right-below": [-8, 32, "start"],
+  }[badge.dataset.side ?? "right"];
   make("text", { class: "gap-size", x: side[0], y: side[1] }).style.textAnchor = side[2];
   make("title", {});
 }

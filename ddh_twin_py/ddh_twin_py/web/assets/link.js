@@ -1,5 +1,6 @@
 /* The WebSocket: frames and documents in, acknowledgements and wishes out; comes back by itself. */
 const SEEN = 5; // frames between two acknowledgements
+const REFUSED = [401, 403, 503];
 const PAUSES = [250, 500, 1000, 2000, 3000]; // ms before the next try
 
 export class Link {
@@ -13,6 +14,7 @@ export class Link {
     this.wishes = new Map();
     this.number = 0;
     this.version = null;
+    this.refusal = ""; // why the server lets nobody in
     this.missed = []; // called where frames were left out
     this.connect();
     addEventListener("online", () => this.again(0));
@@ -30,11 +32,19 @@ export class Link {
     socket.onmessage = (event) => (typeof event.data === "string" ? this.document(JSON.parse(event.data)) : this.frame(event.data));
     socket.onclose = () => {
       if (this.socket !== socket) return;
+      if (this.last === 0) this.ask();
       this.set("lost");
       for (const done of this.wishes.values()) done("the connection is lost");
       this.wishes.clear();
       this.again(PAUSES[Math.min(this.tries++, PAUSES.length - 1)]);
     };
+  }
+
+  /* A WebSocket does not say why it was refused; a request does. */
+  async ask() {
+    const answer = await fetch("ws").catch(() => null);
+    this.refusal = answer && REFUSED.includes(answer.status) ? (await answer.text()).trim() : "";
+    this.changed(this.state);
   }
 
   again(pause) {
@@ -65,6 +75,7 @@ export class Link {
     const number = this.store.frame(buffer);
     if (this.state !== "live") {
       this.tries = 0;
+      this.refusal = "";
       this.set("live");
     }
     if ((this.last !== 0 && number > this.last + 1) || this.last === 0) for (const listener of this.missed) listener();

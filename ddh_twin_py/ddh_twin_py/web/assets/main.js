@@ -78,7 +78,7 @@ store.on("document", document_);
 function said() {
   const pill = get("link");
   const player = store.documents.player;
-  let [level, text] = ["poor", "connection lost, trying again"];
+  let [level, text] = ["poor", link.refusal || "connection lost, trying again"];
   if (link.state === "connecting") text = "connecting";
   else if (link.state === "live") {
     const silent = performance.now() - store.cameAt > 2000;
