@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from ddh_twin_py.physics.thermal_network import NODES, TANK, TANK_TOP, N
+from ddh_twin_py.physics.thermal_network import N, NODES, TANK, TANK_TOP
 from ddh_twin_py.rig import load_rig
 from ddh_twin_py.twin.duty import load_duty
 from ddh_twin_py.twin.rehearsal import rehearse
