@@ -59,7 +59,7 @@ def test_every_column_of_the_transition_is_the_derivative_of_the_mean(inputs):
 def test_a_split_moves_heat_and_makes_none_but_for_leakage(inputs, number):
     path, _, source, nodes = HEAT_SPLITS[number]
     deviation, plain, out = np.zeros(N_UNCERTAIN), np.empty(N), np.empty(N)
-    rest = (inputs["params"], deviation, inputs["dynamic"][:N], inputs["heat"], inputs["square"])
+    rest = (inputs["params"], deviation, inputs["dynamic"][:N], inputs["heat"], inputs["square"], inputs["flow"])
     scaled_heat(*rest, plain)
     deviation[SPLIT_AT + number] = 0.1
     scaled_heat(*rest, out)

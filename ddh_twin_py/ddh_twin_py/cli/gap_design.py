@@ -66,11 +66,12 @@ def run(args: argparse.Namespace) -> int:
         from ddh_twin_py.gap.design import design
         from ddh_twin_py.report.gap_design_report import design_document, design_json
         from ddh_twin_py.report.gap_design_summary import print_design
-        from ddh_twin_py.twin.rehearsal import NODE_READ, rehearse
-    sensors = list(NODE_READ) if args.sensors is None else args.sensors
+        from ddh_twin_py.twin.rehearsal import rehearse
+        from ddh_twin_py.twin.temperature_sensors import SENSORS
+    sensors = list(SENSORS) if args.sensors is None else args.sensors
     for name in sensors:
-        if name not in NODE_READ:
-            raise InputError(f"--sensors: {nearest_of('temperature sensor', name, list(NODE_READ))}")
+        if name not in SENSORS:
+            raise InputError(f"--sensors: {nearest_of('temperature sensor', name, list(SENSORS))}")
     started = time.perf_counter()
     length = args.duration or (600.0 if duty.repeat == 0 else None)
     with stage("rehearsing", args.quiet):

@@ -30,7 +30,7 @@ from ddh_twin_py.physics.hydraulics import HYDRAULIC_STATES
 from ddh_twin_py.physics.motor_samples import electrical_samples
 from ddh_twin_py.physics.oil import ZERO_CELSIUS
 from ddh_twin_py.physics.soft_sensor import MEASURED_DTYPE
-from ddh_twin_py.physics.thermal_network import END_WINDING, N, ROTOR, SLOT_WINDING, TANK_TOP
+from ddh_twin_py.physics.thermal_network import END_WINDING, N, ROTOR, SLOT_WINDING
 from ddh_twin_py.rig import Rig
 from ddh_twin_py.rig.sheet import SensorSpec
 from ddh_twin_py.telemetry.alignment import align
@@ -40,6 +40,7 @@ from ddh_twin_py.telemetry.signals import DRIVE_FIELDS, DRIVE_TOPIC, HYDRAULIC_F
 from ddh_twin_py.twin.ambient import AmbientTracker
 from ddh_twin_py.twin.command import command_at
 from ddh_twin_py.twin.intervals import INTERVAL, STANDSTILL, command_size, new_carry, reduce_intervals
+from ddh_twin_py.twin.temperature_sensors import sensed
 
 DRIVE_SIGNALS = ("speed", "current", "voltage", "electrical_power")
 HYDRAULIC_SIGNALS = ("pressure_piston_side", "pressure_rod_side", "rod_velocity")
@@ -316,9 +317,7 @@ class Experiment:
 
     def _reading(self, name: str, p: np.void, begin: np.ndarray, temperatures: np.ndarray) -> np.ndarray:
         """What a temperature sensor reads at the end of each interval, K, (n,), of nodes that began at (N,) and went on as (n, N)."""
-        node = temperatures[:, NODE_INDEX[name]]
-        if name == "tank_oil":
-            node = (1.0 - p["tank_top_share"]) * node + p["tank_top_share"] * temperatures[:, TANK_TOP]
+        node = sensed(temperatures, name, p["tank_top_share"])
         inner = name in INNER_SENSORS
         lag = p["sensors_temperature_time_constant"] * (1.0 if inner else p["measurement_surface_lag_ratio"])
         keep = np.exp(-self.interval / lag)

@@ -28,6 +28,7 @@ from ddh_twin_py.twin.hydraulic_model import HydraulicModel, HydraulicResult
 from ddh_twin_py.twin.intervals import INTERVAL, command_size, new_carry, reduce_intervals
 from ddh_twin_py.twin.machine_thermal import MachineThermal, MotorResult
 from ddh_twin_py.twin.sensor_errors import take_off_delay, take_off_sensor_errors, temperature_zero_errors
+from ddh_twin_py.twin.temperature_sensors import all_sensed
 
 BLOCK = 5.0
 """s of measurement time between two exchanges of temperatures between fusion and hydraulic model."""
@@ -193,9 +194,9 @@ class _Run:
                                  for i in estimate.innovations]
             if progress is not None:
                 progress(rows.stop / len(self.ticks))
-        nodes = list(NODE_INDEX.values())
-        lag = rig["sensors.temperature.time_constant"]
-        self.free_reading[start:stop] = lagged(self.free_temperature[start:stop][:, nodes], begin[nodes], self.interval, lag) + self.zero
+        lag, top = rig["sensors.temperature.time_constant"], rig["tank.top_share"]
+        met = all_sensed(self.free_temperature[start:stop], top)
+        self.free_reading[start:stop] = lagged(met, all_sensed(begin, top), self.interval, lag) + self.zero
 
     def smooth(self) -> None:
         """Smooth what the fusion has done since it began anew."""

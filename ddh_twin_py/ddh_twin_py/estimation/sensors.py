@@ -1,22 +1,9 @@
-"""Which thermal node each temperature sensor reads; its numbers are frozen into kernels."""
+"""Temperature sensors by name and node; what is frozen into kernels comes from `twin.temperature_sensors`."""
 
 from __future__ import annotations
 
-from ddh_twin_py.physics.thermal_network import NODES
+from ddh_twin_py.twin.temperature_sensors import NODE_INDEX, NODE_OF_SENSOR, SENSORS
 
-NODE_OF_SENSOR = {
-    "motor_winding": "end_winding",
-    "motor_housing": "housing",
-    "pump_1_case": "pump_1_case",
-    "pump_2_case": "pump_2_case",
-    "tank_oil": "tank_oil",
-    "tank_wall": "tank_wall",
-    "cylinder_barrel": "cylinder_barrel",
-    "line_a": "line_a_wall",
-    "line_b": "line_b_wall",
-}
-"""Sensor (topic temperature/<sensor>) to thermal node; ``ambient`` is an input and no node."""
+__all__ = ["NODE_INDEX", "NODE_OF_SENSOR", "SENSORS", "SENSOR_OF_NODE"]
 
-SENSORS = tuple(NODE_OF_SENSOR)
-NODE_INDEX = {sensor: NODES.index(node) for sensor, node in NODE_OF_SENSOR.items()}
 SENSOR_OF_NODE = {node: sensor for sensor, node in NODE_OF_SENSOR.items()}

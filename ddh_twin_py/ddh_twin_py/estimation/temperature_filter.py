@@ -12,6 +12,8 @@ Schmidt 1966 for the static part; Verhaegen, Van Dooren 1986 for the symmetric u
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from ddh_twin_py.estimation.uncertain_parameters import (
@@ -24,6 +26,7 @@ from ddh_twin_py.estimation.uncertain_parameters import (
     N_SPLIT,
     N_UNCERTAIN,
     N_UNKNOWN_HEATS,
+    SPEED_LOSS_AT,
     SPLIT_AT,
     SPLIT_SHARE,
     SPLIT_SOURCE,
@@ -36,6 +39,7 @@ from ddh_twin_py.estimation.uncertain_parameters import (
     WALL_AT,
 )
 from ddh_twin_py.physics.compiled import inlined, kernel
+from ddh_twin_py.physics.oil import viscosity_ratio
 from ddh_twin_py.physics.thermal_network import (
     BARREL,
     CHAMBER_A,
@@ -94,8 +98,9 @@ _WALL_NODE = np.array([wall[1] for wall in WALLS])
 _HEAT_NODES = (
     np.array([SLOT_WINDING, END_WINDING]), np.array([TEETH, YOKE]), np.array([ROTOR]),
     np.array([PUMP_1_OIL, PUMP_1_CASE]), np.array([PUMP_2_OIL, PUMP_2_CASE]),
-    np.array([BARREL, CHAMBER_A, CHAMBER_B]), np.array([LINE_A, LINE_B]),
+    np.array([BARREL, CHAMBER_A, CHAMBER_B]), np.array([LINE_A]), np.array([LINE_B]),
 )
+_PUMP_CASE, _PUMP_OIL = np.array([PUMP_1_CASE, PUMP_2_CASE]), np.array([PUMP_1_OIL, PUMP_2_OIL])
 _SMALL_OIL = np.array([CHAMBER_A, CHAMBER_B, LINE_A, LINE_B, PUMP_1_OIL, PUMP_2_OIL])
 _GROUP_OF_NODE = np.full(N, -1)
 for _group, _nodes in enumerate(_HEAT_NODES):
@@ -126,8 +131,28 @@ def scaled_capacity(params, deviation, position, capacity):
     capacity[TANK_TOP] *= 1.0 + deviation[TANK_CAPACITY]
 
 
+@inlined
+def _speed_loss(swept, displacement, constant, viscous, ratio, most):
+    """Friction of a pump that goes with its speed, W: |w| (T_0 + b mu/mu_0 |w|), not above all the heat that it has.
+
+    ``swept`` m3/s that the pump sweeps, so |w| = 2 pi swept/D; ``ratio`` mu/mu_0.
+    """
+    speed = 2.0 * math.pi * swept / displacement
+    return min(speed * (constant + viscous * ratio * speed), max(most, 0.0))
+
+
+@inlined
+def _speed_losses(temperature, heat, flow, p):
+    """`_speed_loss` of both pumps; what they sweep is what they draw from the tank or give back to it."""
+    first = _speed_loss(flow[0] + flow[19] + flow[1], p.pump_1_displacement, p.pump_1_friction_constant, p.pump_1_friction_viscous,
+                        viscosity_ratio(temperature[PUMP_1_OIL], p), heat[PUMP_1_CASE] + heat[PUMP_1_OIL])
+    second = _speed_loss(flow[7] + flow[20] + flow[8], p.pump_2_displacement, p.pump_2_friction_constant, p.pump_2_friction_viscous,
+                         viscosity_ratio(temperature[PUMP_2_OIL], p), heat[PUMP_2_CASE] + heat[PUMP_2_OIL])
+    return first, second
+
+
 @kernel
-def scaled_heat(params, deviation, temperature, heat, square, out):
+def scaled_heat(params, deviation, temperature, heat, square, flow, out):
     """Heat into the nodes, W, (N,), with the filter's deviations and unknown heats; motor friction warms rotor and housing alike.
 
     Of the copper loss, which the network works out itself, it holds only what goes to the end winding in place of the slot.
@@ -141,12 +166,22 @@ def scaled_heat(params, deviation, temperature, heat, square, out):
         change = deviation[SPLIT_AT + k] * heat[SPLIT_SOURCE[k]]
         for i in range(N):
             out[i] += SPLIT_SHARE[k, i] * change
+    for k, loss in enumerate(_speed_losses(temperature, heat, flow, p)):
+        share = _case_share(k, p)
+        out[_PUMP_CASE[k]] += share * deviation[SPEED_LOSS_AT + k] * loss
+        out[_PUMP_OIL[k]] += (1.0 - share) * deviation[SPEED_LOSS_AT + k] * loss
     slot, end = copper_loss(temperature, square * (1.0 + deviation[0]), p)
     out[END_WINDING] += deviation[END_SHARE_AT] * end
     out[SLOT_WINDING] -= deviation[END_SHARE_AT] * slot * _of_the_rest(p)
     for k in range(N_UNKNOWN_HEATS):
         for i in range(N):
             out[i] += UNKNOWN_HEAT_SHARE[k, i] * deviation[UNKNOWN_HEAT_AT + k]
+
+
+@inlined
+def _case_share(k, p):
+    """Share of the friction of pump k (0, 1) that heats its case."""
+    return p.pump_1_friction_share_to_case if k == 0 else p.pump_2_friction_share_to_case
 
 
 @inlined
@@ -163,7 +198,7 @@ def predict_mean(params, dynamic, deviation, sensor_node, lag, heat, square, flo
     scaled_network(params, deviation, edge, wall, surface)
     scaled_capacity(params, deviation, position, capacity)
     temperature = dynamic[:N]
-    scaled_heat(params, deviation, temperature, heat, square, scaled)
+    scaled_heat(params, deviation, temperature, heat, square, flow, scaled)
     before = temperature.copy()
     network_step(
         params, edge, wall, surface, capacity, temperature, ambient + deviation[AMBIENT_AT], scaled,
@@ -203,7 +238,7 @@ def predict_covariance(params, dynamic, deviation, covariance, sensor_node, lag,
     scaled_network(params, deviation, edge, wall, surface)
     scaled_capacity(params, deviation, position, capacity)
     temperature = dynamic[:N]
-    scaled_heat(params, deviation, temperature, heat, square, scaled)
+    scaled_heat(params, deviation, temperature, heat, square, flow, scaled)
     air = ambient + deviation[AMBIENT_AT]
     scaled_square = square * (1.0 + deviation[0])
     jacobian = np.empty((N, N))
@@ -222,6 +257,10 @@ def predict_covariance(params, dynamic, deviation, covariance, sensor_node, lag,
     for k in range(N_SPLIT):
         for i in range(N):
             gain[i, SPLIT_AT + k] += SPLIT_SHARE[k, i] * heat[SPLIT_SOURCE[k]] / capacity[i]
+    for k, loss in enumerate(_speed_losses(temperature, heat, flow, p)):
+        share = _case_share(k, p)
+        gain[_PUMP_CASE[k], SPEED_LOSS_AT + k] += share * loss / capacity[_PUMP_CASE[k]]
+        gain[_PUMP_OIL[k], SPEED_LOSS_AT + k] += (1.0 - share) * loss / capacity[_PUMP_OIL[k]]
     for k in range(N_EDGES):
         i, j = _EDGE_I[k], _EDGE_J[k]
         q = edge[k] / (1.0 + deviation[EDGE_AT + k]) * (temperature[j] - temperature[i])

@@ -15,7 +15,7 @@ from ddh_twin_py.estimation.sensors import SENSORS
 from ddh_twin_py.physics.thermal_network import CAPACITIES, EDGES, N, NODES, SURFACES, TANK, WALLS
 from ddh_twin_py.rig import Rig
 
-HEAT_GROUPS = ("copper", "iron", "motor_friction", "pump_1_loss", "pump_2_loss", "seal_friction", "line_loss")
+HEAT_GROUPS = ("copper", "iron", "motor_friction", "pump_1_loss", "pump_2_loss", "seal_friction", "line_a_loss", "line_b_loss")
 """Losses whose size is uncertain as a whole."""
 
 _HEAT_TOLERANCES = {
@@ -25,7 +25,8 @@ _HEAT_TOLERANCES = {
     "pump_1_loss": ("pump_1.friction_pressure",),
     "pump_2_loss": ("pump_2.friction_pressure",),
     "seal_friction": ("cylinder.friction_coulomb",),
-    "line_loss": ("line_a.pressure_drop_laminar",),
+    "line_a_loss": ("line_a.pressure_drop_laminar",),
+    "line_b_loss": ("line_b.pressure_drop_laminar",),
 }
 
 HEAT_SPLITS = (
@@ -38,14 +39,19 @@ HEAT_SPLITS = (
 """How losses part between nodes: path whose tolerance it is, how much of the node's heat that is about (leakage makes some half of
 what pump oil gets), the node whose heat it scales, and what each node gets of the change."""
 
+SPEED_LOSSES = ("pump_1", "pump_2")
+"""Pumps whose constant and viscous friction is less known than the part that goes with pressure: |w| (T_0 + b mu/mu_0 |w|)."""
+
 N_HEAT, N_SPLIT, N_EDGE, N_SURFACE, N_WALL = len(HEAT_GROUPS), len(HEAT_SPLITS), len(EDGES), len(SURFACES), len(WALLS)
+N_SPEED_LOSS = len(SPEED_LOSSES)
 SPLIT_AT = N_HEAT
 SPLIT_SOURCE = np.array([NODES.index(source) for _, _, source, _ in HEAT_SPLITS])
 SPLIT_SHARE = np.zeros((N_SPLIT, N))
 for _row, (_, _, _, _nodes) in zip(SPLIT_SHARE, HEAT_SPLITS, strict=True):
     for _node, _part in _nodes.items():
         _row[NODES.index(_node)] = _part
-EDGE_AT = SPLIT_AT + N_SPLIT
+SPEED_LOSS_AT = SPLIT_AT + N_SPLIT
+EDGE_AT = SPEED_LOSS_AT + N_SPEED_LOSS
 SURFACE_AT = EDGE_AT + N_EDGE
 WALL_AT = SURFACE_AT + N_SURFACE
 CAPACITY_AT = WALL_AT + N_WALL
@@ -86,8 +92,8 @@ class UncertainParameters:
 
 
 def uncertain_parameters(rig: Rig) -> UncertainParameters:
-    """The uncertain numbers of a rig: heats and how they part, conductances, surfaces, capacities, copper share, ambient
-    offset, the lag of each sensor, unknown heats."""
+    """The uncertain numbers of a rig: heats and how they part, pump friction with speed, conductances, surfaces, capacities,
+    copper share, ambient offset, the lag of each sensor, unknown heats."""
 
     def relative(*paths: str) -> float:
         spread = [rig.quantities[path].standard_deviation / abs(rig[path]) if rig[path] else 0.0 for path in paths]
@@ -98,6 +104,10 @@ def uncertain_parameters(rig: Rig) -> UncertainParameters:
     for path, part, _, _ in HEAT_SPLITS:
         names.append(path)
         prior.append(part * relative(path))
+    for pump in SPEED_LOSSES:  # beyond the deviation of the pump's loss as a whole
+        names.append(f"{pump}.friction_viscous")
+        least_known = max(relative(f"{pump}.friction_viscous"), relative(f"{pump}.friction_constant"))
+        prior.append(max(0.0, least_known**2 - relative(f"{pump}.friction_pressure") ** 2) ** 0.5)
     for path, _, _ in EDGES:
         names.append(path)
         prior.append(relative(path))

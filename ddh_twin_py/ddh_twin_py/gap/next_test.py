@@ -19,7 +19,8 @@ from ddh_twin_py.gap.classes import TELLS_APART
 from ddh_twin_py.gap.direct_drive import STEP, DirectDrive
 from ddh_twin_py.gap.search import Found
 from ddh_twin_py.gap.separating import Believed, Remaining, Trial, root_of
-from ddh_twin_py.twin.rehearsal import NODE_READ, rehearse
+from ddh_twin_py.twin.rehearsal import rehearse
+from ddh_twin_py.twin.temperature_sensors import SENSORS
 
 JOINED, NO_EFFECT = " + ", "no effect"
 """What stands between the effects of a set, and for the set of none."""
@@ -188,7 +189,7 @@ def trials(model: DirectDrive, found: Found, leader: Believed) -> Iterator[tuple
     for i, test in enumerate(tests):
         options = [Option(test, sensors, "")]
         if i == 0:
-            options += [Option(test, (*sensors, name), name) for name in NODE_READ if name not in sensors]
-        read = [name for name in NODE_READ if any(name in o.sensors for o in options)]
+            options += [Option(test, (*sensors, name), name) for name in SENSORS if name not in sensors]
+        read = [name for name in SENSORS if any(name in o.sensors for o in options)]
         recording = rehearse(model.rig, test.duty, LENGTH, read, pressures, test.start, "candidate test")
         yield (i + 1) / len(tests), Trial(model, found.linearised, Experiment(recording, model.rig)), options

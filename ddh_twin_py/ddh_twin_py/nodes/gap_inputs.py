@@ -9,11 +9,12 @@ import numpy as np
 
 from ddh_msgs.msg import ResidualArray, TemperatureEstimateArray
 from ddh_twin_py.estimation.replay import lagged
-from ddh_twin_py.estimation.sensors import NODE_OF_SENSOR, SENSORS
 from ddh_twin_py.gap.watch import HYDRAULIC
 from ddh_twin_py.nodes.conversion import FREE_RUN
 from ddh_twin_py.nodes.wire import BulkParser
+from ddh_twin_py.physics.thermal_network import NODES
 from ddh_twin_py.telemetry.signals import TEMPERATURE_PREFIX
+from ddh_twin_py.twin.temperature_sensors import SENSORS, all_sensed
 
 RESIDUAL_TOPIC = "hydraulics/residuals"
 ESTIMATE_TOPIC = "temperature/estimates"
@@ -46,12 +47,13 @@ class FreeRunResiduals:
 class FreeRunTemperatures:
     """Readings out of `temperature/residuals`, those that the filter refused too, beside what the free run lets the sensors read.
 
-    The free run's temperatures come with the estimates; here they pass the sensors' lag (s) and wait for the readings of their time.
+    The free run's temperatures come with the estimates; here the sensors meet them (`sensed`), they pass the sensors' lag (s) and wait
+    for the readings of their time.
     """
 
-    def __init__(self, lag: float) -> None:
+    def __init__(self, lag: float, top_share: float) -> None:
         self._estimates, self._readings = BulkParser(TemperatureEstimateArray), BulkParser(ResidualArray)
-        self._lag = lag
+        self._lag, self._top_share = lag, top_share
         self._last: tuple[int, np.ndarray] | None = None  # stamp in ns, degC (S,)
         self._expected: dict[int, np.ndarray] = {}  # degC (S,) by stamp in ns
 
@@ -60,7 +62,7 @@ class FreeRunTemperatures:
         newest = None
         for example, stamps, values in self._estimates.parse(messages):
             names = [estimate.location for estimate in example.estimates]
-            predicted = _columns(values["estimates.predicted"], names, [NODE_OF_SENSOR[sensor] for sensor in SENSORS])
+            predicted = all_sensed(_columns(values["estimates.predicted"], names, NODES), self._top_share)
             steps = np.diff(stamps, prepend=self._last[0] if self._last else stamps[0] - 1)
             broken = (steps <= 0) | (steps > _LONGEST_STEP) | ~np.isfinite(predicted).all(axis=1)
             cuts = [0, *np.flatnonzero(broken).tolist(), stamps.size]

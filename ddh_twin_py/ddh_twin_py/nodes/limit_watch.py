@@ -23,6 +23,7 @@ from ddh_twin_py.twin.operating_point import OperatingPoint, PresentDuty, Scaled
 
 PERIOD = 1.0  # s of wall time
 LONGEST_HORIZON = 604800.0  # s
+_UNSOLVED = (ValueError, ArithmeticError, np.linalg.LinAlgError)
 _REVISIONS = (0.1, 0.3, 0.6, 1.0)  # shares of the horizon at which a given duty is worked out anew at the temperatures reached
 
 LIMIT_PARAMETERS = (
@@ -73,7 +74,7 @@ class LimitWatch:
         point = self.present.point()
         try:
             self.newest = self._ahead.forecast(state, [Span(self._horizon, point)], self._horizon, self._scaled(state))
-        except (ValueError, ArithmeticError, np.linalg.LinAlgError) as error:  # the estimate goes on without it
+        except _UNSOLVED as error:  # the estimate goes on without it
             self._node.warn_once("look ahead", f"the look ahead could not be computed: {error}")
             return
         message = LimitPrediction(
@@ -96,10 +97,13 @@ class LimitWatch:
             if not 1.0 <= horizon <= LONGEST_HORIZON:
                 raise DutyError(f"horizon: value is {horizon:g} s, allowed are 1 to {LONGEST_HORIZON:g} s")
             schedule, scaled, said = self._asked(request, state, horizon)
+            forecast = self._ahead.forecast(state, schedule, horizon, scaled)
         except DutyError as error:
             response.success, response.message = False, str(error)
             return response
-        forecast = self._ahead.forecast(state, schedule, horizon, scaled)
+        except _UNSOLVED as error:  # the node goes on without it
+            response.success, response.message = False, f"the look ahead could not be computed: {error}"
+            return response
         point = schedule[0].point
         response.success, response.message = True, said
         response.rms_current, response.mean_absolute_speed = math.sqrt(point.mean_square_current), float(point.speed)

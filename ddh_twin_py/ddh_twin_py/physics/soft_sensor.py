@@ -35,8 +35,8 @@ MEASURED_FIELDS = (
 MEASURED_DTYPE = np.dtype([(name, np.float64) for name in MEASURED_FIELDS])
 """Telemetry of one interval, means in SI; ages (s) of the newest samples, time at standstill (s)."""
 
-SUCTION_BELOW = 0.5e5
-"""Pa gauge: a side whose pressure is lower can be fed by its check valve."""
+SUCTION_BELOW = 1.5e5
+"""Pa gauge: a side that reads less can be fed by its check valve: 0.3 bar below the tank, with three deviations of a transducer's zero."""
 
 
 @inlined

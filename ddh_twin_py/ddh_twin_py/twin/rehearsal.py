@@ -11,27 +11,22 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.signal import lfilter
 
-from ddh_twin_py.physics.thermal_network import N, NODES
+from ddh_twin_py.physics.thermal_network import N
 from ddh_twin_py.rig import OIL_GRADE, Rig
 from ddh_twin_py.telemetry.recording import Recording, RigInfo, Stream, drive_stream, hydraulic_stream, temperature_stream
 from ddh_twin_py.telemetry.signals import HYDRAULIC_FIELDS
 from ddh_twin_py.twin.cycle import DutyRun
 from ddh_twin_py.twin.duty import Duty, DutyError, check_for_rig
+from ddh_twin_py.twin.temperature_sensors import SENSORS, sensed
 
 PERIOD = 0.02
 """s between two samples of drive and pressures."""
 TEMPERATURE_PERIOD = 1.0
 """s between two samples of a temperature sensor."""
-NODE_READ = {
-    "motor_winding": "end_winding", "motor_housing": "housing", "pump_1_case": "pump_1_case", "pump_2_case": "pump_2_case",
-    "tank_oil": "tank_oil", "tank_wall": "tank_wall", "cylinder_barrel": "cylinder_barrel", "line_a": "line_a_wall",
-    "line_b": "line_b_wall",
-}
-"""Temperature sensor to the node that it reads."""
 _DRIVE = ("speed", "torque", "current", "voltage", "electrical_power")
 
 
-def rehearse(rig: Rig, duty: Duty, duration: float | None = None, sensors: Sequence[str] = tuple(NODE_READ), pressures: bool = True,
+def rehearse(rig: Rig, duty: Duty, duration: float | None = None, sensors: Sequence[str] = SENSORS, pressures: bool = True,
              start: np.ndarray | None = None, name: str = "rehearsal") -> Recording:
     """Do a duty with a rig's own model and record it.
 
@@ -98,7 +93,7 @@ def _temperatures(rig: Rig, duty: Duty, temperatures: np.ndarray, sensors: Seque
     time = PERIOD * np.arange(0, temperatures.shape[0], every)
     out = {"ambient": np.interp(time, duty.ambient_time, duty.ambient)}
     for name in sensors:
-        node = temperatures[:, NODES.index(NODE_READ[name])]
+        node = sensed(temperatures, name, rig["tank.top_share"])
         reading, _ = lfilter([1.0 - keep], [1.0, -keep], node, zi=[keep * node[0]])
         out[name] = reading[::every]
     return {name: temperature_stream(time + 1.0e-3 * (i + 1), value + rng.normal(0.0, noise, value.size))

@@ -17,11 +17,12 @@ import numpy as np
 from ddh_twin_py.physics.balance import OPERATING_DTYPE
 from ddh_twin_py.physics.free_run import SAMPLED, free_run_sampled, settle
 from ddh_twin_py.physics.hydraulics import HYDRAULIC_STATES
-from ddh_twin_py.physics.thermal_network import N, NODES, capacities
+from ddh_twin_py.physics.thermal_network import N, capacities
 from ddh_twin_py.rig import OIL_GRADE, Rig, load_rig
 from ddh_twin_py.telemetry.recording import Recording, RigInfo, drive_stream, hydraulic_stream, temperature_stream
 from ddh_twin_py.twin.duty import Duty, DutyCommand, DutyError, check_for_rig, load_duty
 from ddh_twin_py.twin.intervals import command_size
+from ddh_twin_py.twin.temperature_sensors import SENSORS, all_sensed
 
 CONTROL_PERIOD = 0.01
 """s between two samples of drive and pressures."""
@@ -32,11 +33,6 @@ CHUNK = 1.0
 _SUBINTERVALS = 4
 _STEP = 2.5e-4  # s, finer than the twin's own
 _PRESSURES = ("pressure_piston_side", "pressure_rod_side")
-_READS = {
-    "motor_winding": "end_winding", "motor_housing": "housing", "pump_1_case": "pump_1_case",
-    "pump_2_case": "pump_2_case", "tank_oil": "tank_oil", "tank_wall": "tank_wall",
-    "cylinder_barrel": "cylinder_barrel", "line_a": "line_a_wall", "line_b": "line_b_wall",
-}
 
 
 def simulate(rig_path: str | Path | None, duty_path: str | Path, seed: int, duration: float | None = None) -> Iterator[Recording]:
@@ -60,7 +56,7 @@ class Surroundings:
 
     Attributes:
         start: K above ambient at the beginning, (N,). heat: W into each node, (N,), at a time in s.
-        lags: s, of each temperature sensor in the order of `_READS`; None: the drawn rig's for all.
+        lags: s, of each temperature sensor in the order of `SENSORS`; None: the drawn rig's for all.
     """
 
     start: np.ndarray
@@ -91,13 +87,12 @@ class SimulatedRig:
         self._sheet = sheet
         pressure, temperature = sheet.sensors["pressure"], sheet.sensors["temperature"]
         self._pressure_offset = rng.normal(0.0, pressure.offset_tolerance, 2)
-        self._temperature_offset = rng.normal(0.0, temperature.offset_tolerance, len(_READS) + 1)
-        for offsets, sensors in ((self._pressure_offset, _PRESSURES), (self._temperature_offset, _READS)):
+        self._temperature_offset = rng.normal(0.0, temperature.offset_tolerance, len(SENSORS) + 1)
+        for offsets, sensors in ((self._pressure_offset, _PRESSURES), (self._temperature_offset, SENSORS)):
             for i, name in enumerate(sensors):
                 known = sheet.quantities[f"measurement.{name}_offset"]
                 if known.value or known.standard_deviation:  # of a fitted sheet; drawn with the rest
                     offsets[i] = self.rig[f"measurement.{name}_offset"]
-        self._node = [NODES.index(node) for node in _READS.values()]
 
     def truth(self) -> np.ndarray:
         """Temperatures of every node now, K, (N,)."""
@@ -113,7 +108,8 @@ class SimulatedRig:
         met, capacity = self._surroundings, np.empty(N)
         if met is not None:
             self._temperature += met.start
-        reading = self._temperature[self._node].copy()
+        top_share = self.rig["tank.top_share"]
+        reading = all_sensed(self._temperature, top_share)
         state = np.zeros(len(HYDRAULIC_STATES))
         settle(parameters, state, duty.start_position, 0.8 * duty.payload * record["load_gravity"] / area, 0.0)
         points, temperatures = np.zeros(_SUBINTERVALS, OPERATING_DTYPE), np.empty((_SUBINTERVALS, N))
@@ -145,7 +141,7 @@ class SimulatedRig:
                 speed, current, piston_side, rod_side, position, velocity = sample[0]
                 drive.append((next_command, speed, torque_constant * current, current, last["voltage"], last["electrical_power"]))
                 hydraulic.append((piston_side, rod_side, position, velocity))
-                reading += (self._temperature[self._node] - reading) * (1.0 - np.exp(-CONTROL_PERIOD / lag))
+                reading += (all_sensed(self._temperature, top_share) - reading) * (1.0 - np.exp(-CONTROL_PERIOD / lag))
                 at += 1
             yield self._measure(np.array(drive), np.array(hydraulic), np.array(thermal), np.array(times), at)
 
@@ -165,7 +161,7 @@ class SimulatedRig:
         hydraulic[:, 3] += rng.normal(0.0, noise["rod_velocity"], n)
         jitter = rng.uniform(0.0, 4.0e-4, (2, n))
         thermal = thermal + self._temperature_offset + rng.normal(0.0, noise["temperature"], thermal.shape)
-        temperatures = {name: temperature_stream(times + 1.0e-3 * (i + 1), thermal[:, i]) for i, name in enumerate([*_READS, "ambient"])}
+        temperatures = {name: temperature_stream(times + 1.0e-3 * (i + 1), thermal[:, i]) for i, name in enumerate([*SENSORS, "ambient"])}
         return Recording(
             path="simulated rig", epoch_ns=0, rig=self.info, drive=drive_stream(when + jitter[0], drive),
             hydraulic=hydraulic_stream(when + jitter[1] + 5.0e-4, hydraulic), temperatures=temperatures, findings=[],
