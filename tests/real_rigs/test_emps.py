@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 from ddh_twin_py.real_rigs.emps import inverse
-from ddh_twin_py.real_rigs.emps.model import DESCRIPTION, EFFECTS, HELD_SHARE, PERIOD, Axis
-from ddh_twin_py.real_rigs.emps.recordings import IDENTIFICATION, PULSES, STEP, present, read
+from ddh_twin_py.real_rigs.emps.model import DESCRIPTION, EFFECTS, HELD_SHARE, Axis
+from ddh_twin_py.real_rigs.emps.recordings import IDENTIFICATION, PERIOD, PULSES, STEP, present, read
 from ddh_twin_py.real_rigs.emps.study import run
 from ddh_twin_py.real_rigs.rig_model import RigModel
 from ddh_twin_py.real_rigs.signals import noise_of_repeats

@@ -9,15 +9,13 @@ from pathlib import Path
 import numpy as np
 
 from ddh_twin_py.real_rigs.cascaded_tanks.model import DESCRIPTION, HELD_SHARE, NOTHING_FORGIVEN, Tanks
-from ddh_twin_py.real_rigs.cascaded_tanks.recordings import IDENTIFICATION, SOURCE, TEST, TankRecord, present, read
+from ddh_twin_py.real_rigs.cascaded_tanks.recordings import IDENTIFICATION, SOURCE, TEST, TankRecord, read
 from ddh_twin_py.real_rigs.controls import on_real, on_simulated
 from ddh_twin_py.real_rigs.diagnose import Outcome, found_by, rounds
 from ddh_twin_py.real_rigs.figures import interval, rms
 from ddh_twin_py.real_rigs.fit import least_squares
 from ddh_twin_py.real_rigs.rig_model import RigModel
 from ddh_twin_py.real_rigs.study import Line, Picture, Row, Study
-
-__all__ = ["present", "run"]
 
 _PUBLISHED = "linear 0.75, Volterra 0.54, nonlinear state space 0.34, grey-box with overflow 0.18"
 _SEEDS = (0, 1, 2)

@@ -29,11 +29,6 @@ _UNITS = {"position": ("position in free run of each stroke", "mm", 1e3), "press
 _PUBLISHED = "0.91 ideal, 0.43 with side compliance"
 
 
-def present(data: Path) -> bool:
-    """Whether the recordings are there."""
-    return recordings.present(data / "eha")
-
-
 def run(data: Path, progress: Callable[[float], None] | None = None) -> Study:
     """The whole study.
 

@@ -11,15 +11,13 @@ import numpy as np
 from ddh_twin_py.real_rigs.controls import on_real, on_simulated
 from ddh_twin_py.real_rigs.diagnose import Outcome, found_by, rounds
 from ddh_twin_py.real_rigs.emps import inverse
-from ddh_twin_py.real_rigs.emps.model import DESCRIPTION, HELD_SHARE, PERIOD, Axis
-from ddh_twin_py.real_rigs.emps.recordings import IDENTIFICATION, PULSES, SOURCE, EmpsRecord, present, read
+from ddh_twin_py.real_rigs.emps.model import DESCRIPTION, HELD_SHARE, Axis
+from ddh_twin_py.real_rigs.emps.recordings import IDENTIFICATION, PERIOD, PULSES, SOURCE, EmpsRecord, read
 from ddh_twin_py.real_rigs.figures import interval, rms
 from ddh_twin_py.real_rigs.fit import least_squares
 from ddh_twin_py.real_rigs.rig_model import RigModel
 from ddh_twin_py.real_rigs.signals import noise_of_repeats
 from ddh_twin_py.real_rigs.study import Line, Picture, Row, Study
-
-__all__ = ["present", "run"]
 
 _PUBLISHED = "4.08 (symmetric, with offset) → 3.11"
 _SEEDS = (0, 1, 2)
