@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ddh_twin_py.real_rigs.cascaded_tanks.candidate_tests import candidate_tests
 from ddh_twin_py.real_rigs.cascaded_tanks.model import DESCRIPTION, HELD_SHARE, NOTHING_FORGIVEN, Tanks
 from ddh_twin_py.real_rigs.cascaded_tanks.recordings import IDENTIFICATION, SOURCE, TEST, TankRecord, read
 from ddh_twin_py.real_rigs.controls import on_real, on_simulated
@@ -33,7 +34,7 @@ def run(data: Path, progress: Callable[[float], None] | None = None) -> Study:
     told = progress or (lambda share: None)
     begun = time.perf_counter()
     first = read(data, IDENTIFICATION)
-    baseline = RigModel(DESCRIPTION, [Tanks(first, HELD_SHARE)])
+    baseline = RigModel(DESCRIPTION, [Tanks(first, HELD_SHARE)], tests=candidate_tests(first))
     outcomes = rounds(baseline, lambda done: told(0.6 * done), discrepancy=NOTHING_FORGIVEN, start=least_squares)
     seconds = {"diagnoses": time.perf_counter() - begun}
     last = outcomes[-1]

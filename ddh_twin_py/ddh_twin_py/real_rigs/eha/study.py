@@ -12,6 +12,7 @@ from ddh_twin_py.real_rigs.controls import on_real, on_simulated
 from ddh_twin_py.real_rigs.diagnose import Outcome, found_by, rounds
 from ddh_twin_py.real_rigs.eha import recordings
 from ddh_twin_py.real_rigs.eha.balance import balance, ideal
+from ddh_twin_py.real_rigs.eha.candidate_tests import candidate_tests
 from ddh_twin_py.real_rigs.eha.model import DESCRIPTION, Stroke
 from ddh_twin_py.real_rigs.eha.recordings import Actuation
 from ddh_twin_py.real_rigs.figures import interval, rms
@@ -42,7 +43,7 @@ def run(data: Path, progress: Callable[[float], None] | None = None) -> Study:
     seconds, begun = {}, time.perf_counter()
     finding = recordings.read(data / "eha", KNOWN_LOADS, FINDING)
     refuting = recordings.read(data / "eha", KNOWN_LOADS, REFUTING)
-    baseline = RigModel(DESCRIPTION, [Stroke(r) for r in finding], [Stroke(r) for r in refuting])
+    baseline = RigModel(DESCRIPTION, [Stroke(r) for r in finding], [Stroke(r) for r in refuting], tests=candidate_tests(finding[-1]))
     outcomes = rounds(baseline, lambda done: told(0.6 * done), most=_ROUNDS)
     seconds["diagnoses"] = time.perf_counter() - begun
     last = outcomes[-1]
