@@ -2,6 +2,7 @@
 
 import csv
 import json
+import shutil
 
 import pytest
 from ddh_twin_py.cli.main import main
@@ -35,9 +36,28 @@ def test_pages_table_and_json_agree(data, tmp_path, capsys):
     (["real", "emps", "--data", "{data}"], "DATA_EMPS.mat: no such file; the set is at nonlinearbenchmark.org"),
     (["real", "--data", "{data}/nowhere"], "is no folder"),
     (["real", "--data", "{data}/cascaded_tanks"], "holds recordings of no rig"),
-    (["real", "--data", "{data}", "--out", "{data}/cascaded_tanks/dataBenchmark.csv"], "is no folder"),
+    (["real", "--data", "{data}", "--out", "{data}/cascaded_tanks/dataBenchmark.csv"], "dataBenchmark.csv is no folder"),
+    (["real", "--data", "{data}", "--out", "{data}/cascaded_tanks/dataBenchmark.csv/out"], "dataBenchmark.csv is no folder"),
+    (["real", "--data", "{data}", "--out", "/proc/out"], "--out: '/proc/out/real.csv' cannot be written"),
+    (["real", "--data", "{data}", "--out", "{data}/out", "--json", "{data}/out/cascaded_tanks.json"], "--json and --out both write to"),
 ])
 def test_what_cannot_be_done_is_one_line(data, capsys, words, said):
     assert main([word.format(data=data) for word in words]) == 2
     lines = [line for line in capsys.readouterr().err.splitlines() if not line.startswith(("loading", "emps"))]
-    assert len(lines) == 1 and lines[0].startswith("ddh-twin real: error: ") and said in lines[0]
+    assert len(lines) == 1 and lines[0].startswith("ddh-twin real: error: ") and said.format(data=data) in lines[0]
+    assert not (data / "out").exists()
+
+
+def test_a_set_that_cannot_be_used_does_not_stop_the_others(data, tmp_path, capsys):
+    sets, out = tmp_path / "sets", tmp_path / "out"
+    shutil.copytree(data / "cascaded_tanks", sets / "cascaded_tanks")
+    (sets / "emps").mkdir()
+    (sets / "emps" / "DATA_EMPS.mat").write_bytes(b"MATLAB 5.0 MAT-file" + bytes(200))
+    (sets / "eha").mkdir()
+    assert main(["real", "--data", str(sets), "--out", str(out)]) == 2
+    said, err = capsys.readouterr()
+    wrong = [line for line in err.splitlines() if "error" in line]
+    assert [line.split(": ")[2] for line in wrong] == ["emps", "eha"] and "zema: no recordings in" in err
+    assert "DATA_EMPS.mat: cannot be read" in wrong[0] and "exp_data_1_1.npz: no such file" in wrong[1]
+    assert sorted(path.name for path in out.iterdir()) == ["cascaded_tanks.html", "cascaded_tanks.json", "real.csv"]
+    assert "cascaded_tanks: " in said

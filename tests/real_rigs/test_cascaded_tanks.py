@@ -78,6 +78,10 @@ def test_a_study_of_plain_tanks_finds_nothing(tmp_path):
     (lambda f: f.write_text(f.read_text().replace("yVal", "zVal")), "column yVal is missing"),
     (lambda f: f.write_text(""), "column uVal is missing; there are none"),
     (lambda f: f.write_text(f.read_text().replace("\n", "\n1,2,3,x,\n", 1)), "column yVal, row 1: 'x' is no number"),
+    (lambda f: f.write_text(f.read_text().replace("\n", "\n1,nan,3,4,\n", 1)), "column uVal, row 1: 'nan' is no number"),
+    (lambda f: f.write_text("".join(f.read_text().splitlines(keepends=True)[:40])), "column uVal has 39 rows, needed are 100 or more"),
+    (lambda f: f.write_bytes(f.read_bytes()[:-30]), "column .Val, row 102[34]: .* is no number"),
+    (lambda f: f.write_bytes(bytes(range(256)) * 40), "column uVal is missing"),
 ])
 def test_a_set_that_cannot_be_used_is_one_line(tmp_path, spoil, said):
     file = write_tanks(tmp_path) / "cascaded_tanks" / FILE

@@ -123,6 +123,16 @@ def test_reading_says_what_is_wrong_in_one_line(tmp_path):
     np.savez(tmp_path / "exp_data_1_3.npz", time=3.0 * np.arange(size), **arrays)
     with pytest.raises(RecordingsError, match="time advances by 3 ms, allowed is a whole part of 5 ms"):
         recordings.read(tmp_path, (1,), (3,))
+    broken = arrays | {"speed": np.r_[np.nan, np.zeros(size - 1)]}
+    np.savez(tmp_path / "exp_data_1_4.npz", time=np.arange(size, dtype=float), **broken)
+    with pytest.raises(RecordingsError, match="exp_data_1_4.npz: speed, sample 0: a value that is not finite"):
+        recordings.read(tmp_path, (1,), (4,))
+    np.savez(tmp_path / "exp_data_1_4.npz", time=np.arange(7.0), **arrays)
+    with pytest.raises(RecordingsError, match="time has shape .7,., allowed are 1000 or more samples"):
+        recordings.read(tmp_path, (1,), (4,))
+    (tmp_path / "exp_data_1_4.npz").write_bytes((tmp_path / "exp_data_1_1.npz").read_bytes()[:3000])
+    with pytest.raises(RecordingsError, match="not a whole .npz archive"):
+        recordings.read(tmp_path, (1,), (4,))
     assert not recordings.present(tmp_path)
 
 

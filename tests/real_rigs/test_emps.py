@@ -3,12 +3,13 @@
 import numpy as np
 import pytest
 from ddh_twin_py.real_rigs.emps import inverse
-from ddh_twin_py.real_rigs.emps.model import DESCRIPTION, EFFECTS, HELD_SHARE, PERIOD, Axis
-from ddh_twin_py.real_rigs.emps.recordings import IDENTIFICATION, PULSES, STEP, present, read
+from ddh_twin_py.real_rigs.emps.model import DESCRIPTION, EFFECTS, HELD_SHARE, Axis
+from ddh_twin_py.real_rigs.emps.recordings import IDENTIFICATION, PERIOD, PULSES, STEP, present, read
 from ddh_twin_py.real_rigs.emps.study import run
 from ddh_twin_py.real_rigs.rig_model import RigModel
 from ddh_twin_py.real_rigs.signals import noise_of_repeats
 from ddh_twin_py.real_rigs.study import RecordingsError
+from scipy.io import loadmat, savemat
 from support.real_sets import effect_of, emps_record, write_emps
 
 NONE = np.zeros(3)
@@ -84,10 +85,24 @@ def test_a_study_finds_what_acts_and_sizes_it_on_the_other_record(tmp_path):
     assert shares[-1] == 1.0 and shares == sorted(shares)
 
 
+def other(folder, **values):
+    """The file with pulses, some variables of which are other ones."""
+    there = {key: value for key, value in loadmat(folder / PULSES).items() if not key.startswith("__")}
+    savemat(folder / PULSES, there | values)
+
+
 @pytest.mark.parametrize("spoil, said", [
     (lambda f: (f / PULSES).unlink(), "no such file; the set is at nonlinearbenchmark.org"),
     (lambda f: (f / PULSES).write_bytes(b"no matlab file at all, by far"), "cannot be read as a MATLAB file"),
     (lambda f: (f / PULSES).write_bytes((f / IDENTIFICATION).read_bytes()), "pulses_N is missing"),
+    (lambda f: (f / PULSES).write_bytes((f / PULSES).read_bytes()[:100_000]), "cannot be read as a MATLAB file"),
+    (lambda f: other(f, qm=np.r_[np.nan, np.zeros(24959)]), "qm holds a value that is no number"),
+    (lambda f: other(f, qm=np.zeros(7)), "qm has 7 samples, t has 24960"),
+    (lambda f: other(f, t=np.zeros(5)), "5 samples, needed are 12480 or more"),
+    (lambda f: other(f, t=0.01 * np.arange(24960)), "t advances by 0.01 s, allowed is 0.001 s"),
+    (lambda f: other(f, kp=np.zeros((0, 0))), "kp is empty"),
+    (lambda f: other(f, gtau=-1.0), "gtau is -1, allowed is more than 0"),
+    (lambda f: other(f, qg="word"), "qg holds <U4, allowed are numbers"),
 ])
 def test_a_set_that_cannot_be_used_is_one_line(tmp_path, spoil, said):
     folder = write_emps(tmp_path) / "emps"

@@ -132,7 +132,7 @@ def test_the_engine_finds_the_fault_of_a_run_of_cycles(record, cycles, effect):
 
 
 def test_reading_says_what_is_wrong_in_one_line(tmp_path, record):
-    with pytest.raises(RecordingsError, match="sensors_1hz.npz: no such file; get the set from: UCI"):
+    with pytest.raises(RecordingsError, match="sensors_1hz.npz: no such file; get the set from UCI"):
         recordings.read(tmp_path)
     read = recordings.read(write(tmp_path / "zema", record))
     np.testing.assert_array_equal(read.known, KNOWN)
@@ -144,6 +144,36 @@ def test_reading_says_what_is_wrong_in_one_line(tmp_path, record):
     write(tmp_path / "short", Record(short, KNOWN))
     with pytest.raises(RecordingsError, match=r"allowed is \(cycles, 60\)"):
         recordings.read(tmp_path / "short")
+
+
+@pytest.mark.parametrize("cycles, change, said", [
+    ([], {}, "no cycles, allowed are two or more"),
+    ([5, 100], {}, "no more than 1 cycles in a row, needed are 3 or more"),
+    (KNOWN, {"FS1": np.zeros((N, 60))}, "FS1 reads 0 L/min in most samples, allowed is more than 0"),
+    (KNOWN, {"TS1": np.full((N, 60), np.nan)}, "TS1 has a value that is not finite in cycle 0"),
+    (KNOWN, {"PS1": np.array([["a"] * 60] * N)}, "PS1 holds <U1, allowed are numbers"),
+])
+def test_what_cannot_be_a_record_is_refused(tmp_path, record, cycles, change, said):
+    with pytest.raises(RecordingsError, match=said):
+        recordings.read(write(tmp_path, Record(record.signals | change, KNOWN), cycles))
+
+
+def test_a_damaged_archive_is_one_line(tmp_path, record):
+    file = write(tmp_path, record) / "sensors_1hz.npz"
+    whole = file.read_bytes()
+    for content in (whole[: len(whole) // 2], b"", b"no archive"):
+        file.write_bytes(content)
+        with pytest.raises(RecordingsError, match="not a whole .npz archive") as error:
+            recordings.read(tmp_path)
+        assert str(file) in str(error.value) and "\n" not in str(error.value)
+    file.write_bytes(whole)
+    (tmp_path / "calibration_cycles.txt").write_text("150\nlast one\n")
+    with pytest.raises(RecordingsError, match="calibration_cycles.txt: .*allowed is one cycle number a line"):
+        recordings.read(tmp_path)
+    few = {name: values[:20] for name, values in record.signals.items()}
+    np.savez(file, **{name: np.ones((20, 60)) for name in recordings.MEASURED} | few)
+    with pytest.raises(RecordingsError, match="20 cycles, needed are 30 or more"):
+        recordings.read(tmp_path)
 
 
 @pytest.mark.skipif(not recordings.present(SHARED), reason=f"no recordings in {SHARED}")

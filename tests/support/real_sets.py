@@ -7,7 +7,7 @@ import numpy as np
 from ddh_twin_py.real_rigs.cascaded_tanks import model as tanks
 from ddh_twin_py.real_rigs.cascaded_tanks.recordings import TankRecord
 from ddh_twin_py.real_rigs.emps import model as emps
-from ddh_twin_py.real_rigs.emps.recordings import STEP, EmpsRecord
+from ddh_twin_py.real_rigs.emps.recordings import PERIOD, STEP, EmpsRecord
 from ddh_twin_py.real_rigs.rig_model import RigModel
 from scipy.io import savemat
 
@@ -21,8 +21,8 @@ def effect_of(description, name):
 def emps_record(acting=(), pulses=0.0, seed=0, periods=4) -> EmpsRecord:
     """Forward and backward at speeds that differ, ``periods`` times; ``pulses``: V, while the reference moves fast."""
     rng = np.random.default_rng(seed)
-    time = STEP * np.arange(periods * emps.PERIOD)
-    phase = 2.0 * np.pi * (time % (STEP * emps.PERIOD)) / (STEP * emps.PERIOD)
+    time = STEP * np.arange(periods * PERIOD)
+    phase = 2.0 * np.pi * (time % (STEP * PERIOD)) / (STEP * PERIOD)
     reference = 0.12 * (1.0 - np.cos(phase)) * (0.7 + 0.3 * np.cos(3.0 * phase))
     command = np.where(np.sin(7.0 * phase) > 0.6, pulses, 0.0)
     blank = EmpsRecord(Path("blank.mat"), time, reference, reference.copy(), np.zeros(time.size), GAINS["force_gain"] * command, **GAINS)

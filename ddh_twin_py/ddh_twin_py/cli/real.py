@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import argparse
 import os
+from collections.abc import Sequence
 from pathlib import Path
 
-from ddh_twin_py.cli.arguments import InputError, add_json, add_verb, nearest_of
+from ddh_twin_py.cli.arguments import InputError, add_json, add_verb, nearest_of, output_file
 
+TABLE = "real.csv"
+"""In the folder of outputs: every figure of every study."""
 _EXAMPLE = "  ddh-twin real emps cascaded_tanks --data /data/real --out out/real"
 
 
@@ -17,10 +20,11 @@ def add_parser(subparsers) -> None:
         subparsers, "real", "diagnose recordings of real rigs, with figures on data that took no part",
         "Runs the gap engine on public recordings of rigs that are not direct driven units: finds effects on the identification\n"
         "data, sizes them on data that took no part, and runs the negative controls. The recordings are not part of the project;\n"
-        "each rig says where to get them.",
+        "each rig says where to get them. A rig whose recordings cannot be used is said in one line and left out, with exit code 2; the\n"
+        "others are studied.",
         _EXAMPLE,
     )
-    parser.add_argument("rigs", metavar="RIG", nargs="*", help="rigs to study (default: all whose recordings are there)")
+    parser.add_argument("rigs", metavar="RIG", nargs="*", help="rigs to study (default: all that have a folder there)")
     parser.add_argument("--data", metavar="FOLDER", required=True, help="folder with one folder of recordings for each rig")
     parser.add_argument("--out", metavar="FOLDER", default="out/real", help="one page and one JSON for each rig, further files of a study, "
                         "and real.csv (default out/real)")
@@ -37,38 +41,61 @@ def run(args: argparse.Namespace) -> int:
     data, out = Path(args.data), Path(args.out)
     if not data.is_dir():
         raise InputError(f"--data: {data} is no folder")
-    if out.exists() and not out.is_dir():
-        raise InputError(f"--out: {out} is no folder")
     for rig in args.rigs:
         if rig not in RIGS:
             raise InputError(nearest_of("rig", rig, list(RIGS)))
+    wanted = list(dict.fromkeys(args.rigs)) or [rig for rig in RIGS if (data / rig).is_dir()]
+    if not wanted:
+        raise InputError(f"--data: {data} holds recordings of no rig; looked for the folders {', '.join(RIGS)}")
+    _look_at_outputs(out, args.json, wanted)
     with stage("loading", args.quiet):
+        from ddh_twin_py.real_rigs.study import RecordingsError
         from ddh_twin_py.report.document import write_text
         from ddh_twin_py.report.real_rig_report import as_csv, real_rig_document, real_rig_end
-
-        wanted = list(dict.fromkeys(args.rigs)) or [rig for rig in RIGS if study_of(rig).present(data)]
-    if not wanted:
-        raise InputError(f"--data: {data} holds recordings of no rig; looked for {', '.join(RIGS)}")
-    studies, told = [], []
+    studies, told, refused = [], [], []
     for rig in wanted:
-        with stage(rig, args.quiet) as progress:
-            study = study_of(rig).run(data, progress)
+        try:
+            with stage(rig, args.quiet) as progress:
+                study = study_of(rig).run(data, progress)
+        except RecordingsError as error:
+            refused.append(rig)
+            say(f"ddh-twin real: error: {rig}: {error}")
+            continue
         real_rig_document(study).write(out / f"{rig}.html")
         told.append({**study.as_json(), "end_matter": real_rig_end(study).as_json()})
         put_json(str(out / f"{rig}.json"), told[-1])
         for name, text in study.files.items():
             write_text(out / name, text)
         studies.append(study)
-    write_text(out / "real.csv", as_csv(studies))
-    if args.json:
+    if studies:
+        write_text(out / TABLE, as_csv(studies))
+    if args.json and studies:
         put_json(args.json, told)
     if not args.quiet:
         for rig in RIGS:
             if rig not in wanted and not args.rigs:
                 say(f"{rig}: no recordings in {data}")
-        if args.json != "-":
+        if args.json != "-" and studies:
             print_table(studies, out)
-    return 0
+    return 2 if refused else 0
+
+
+def _look_at_outputs(out: Path, numbers: str | None, rigs: Sequence[str]) -> None:
+    """What is to be written can be, and is written once; looked at before anything is computed.
+
+    Raises:
+        InputError: it cannot.
+    """
+    own = [out / TABLE, *(out / f"{rig}.{end}" for rig in rigs for end in ("html", "json"))]
+    if out.exists() and not out.is_dir():
+        raise InputError(f"--out: {out} is no folder")
+    for path in own:
+        try:
+            output_file(str(path))
+        except argparse.ArgumentTypeError as error:
+            raise InputError(f"--out: {error}") from None
+    if numbers not in (None, "-") and os.path.realpath(numbers) in map(os.path.realpath, own):
+        raise InputError(f"--json and --out both write to {numbers!r}; give each a path of its own")
 
 
 def print_table(studies, out: Path) -> None:

@@ -17,8 +17,9 @@ from ddh_twin_py.gap.beliefs import beliefs
 from ddh_twin_py.gap.candidate_tests import LENGTH, CandidateTest, candidate_tests
 from ddh_twin_py.gap.classes import TELLS_APART
 from ddh_twin_py.gap.direct_drive import STEP, DirectDrive
+from ddh_twin_py.gap.rehearsed_trial import RehearsedTrial
 from ddh_twin_py.gap.search import Found
-from ddh_twin_py.gap.separating import Believed, Remaining, Trial, root_of
+from ddh_twin_py.gap.separating import Believed, Remaining, root_of
 from ddh_twin_py.twin.rehearsal import rehearse
 from ddh_twin_py.twin.temperature_sensors import SENSORS
 
@@ -72,7 +73,7 @@ class Choice:
 class _Look:
     """A candidate, with the differences of leader and rivals, (rows,) each, and what is open of each rival's departures, (rows, m)."""
 
-    trial: Trial
+    trial: RehearsedTrial
     options: list[Option]
     differences: list[np.ndarray]
     departures: list[np.ndarray]
@@ -178,7 +179,7 @@ def _looks(model: DirectDrive, found: Found, leader: Believed, rivals: Sequence[
     return out
 
 
-def trials(model: DirectDrive, found: Found, leader: Believed) -> Iterator[tuple[float, Trial, list[Option]]]:
+def trials(model: DirectDrive, found: Found, leader: Believed) -> Iterator[tuple[float, RehearsedTrial, list[Option]]]:
     """Every candidate rehearsed, with its options, and which share of them it completes; the usual one, with added sensors, first."""
     number = model.altered.index(True)
     experiment = model.experiments[number]
@@ -192,4 +193,4 @@ def trials(model: DirectDrive, found: Found, leader: Believed) -> Iterator[tuple
             options += [Option(test, (*sensors, name), name) for name in SENSORS if name not in sensors]
         read = [name for name in SENSORS if any(name in o.sensors for o in options)]
         recording = rehearse(model.rig, test.duty, LENGTH, read, pressures, test.start, "candidate test")
-        yield (i + 1) / len(tests), Trial(model, found.linearised, Experiment(recording, model.rig)), options
+        yield (i + 1) / len(tests), RehearsedTrial(model, found.linearised, Experiment(recording, model.rig)), options

@@ -13,24 +13,20 @@ the test without contradicting the recordings counts for nothing.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from abc import ABC, abstractmethod
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from ddh_twin_py.estimation.comparison import Comparison
-from ddh_twin_py.estimation.experiment import Experiment
-from ddh_twin_py.estimation.fitting import Problem
-from ddh_twin_py.estimation.unknowns import offset_paths, with_offsets
+from ddh_twin_py.estimation.comparison import Comparison, Discrepancy
+from ddh_twin_py.estimation.experiment import Signal
 from ddh_twin_py.estimation.weighting import Weighting
-from ddh_twin_py.gap.direct_drive import DirectDrive
 from ddh_twin_py.gap.hypotheses import slack_shares
 from ddh_twin_py.gap.linearised import Linearised
 from ddh_twin_py.gap.model import Acting
 from ddh_twin_py.gap.sensitivity import Column
 
-STEP = 4.0e-3
-"""s, hydraulic step of the runs."""
 _DIFFERENCE = 0.3  # of what a parameter or a departure may still be off by
 
 
@@ -95,44 +91,34 @@ class Remaining:
         return move
 
 
-class Trial:
-    """A rehearsed test, to be predicted under hypotheses.
+class Trial(ABC):
+    """A test that has not been made, to be predicted under hypotheses.
 
     Args:
-        model, linearised: of the recordings. experiment: the rehearsal.
+        signals: name to signal that would be read. discrepancy: what the model is forgiven. added: zeros of sensors that the
+            recordings lack, unknowns behind the parameters.
 
     Attributes:
-        experiment: the rehearsal. comparison: of it, None until `features` is first asked. added: zeros of sensors that
-            the recordings lack.
+        comparison: of the test, None until `features` is first asked. added: see above.
     """
 
-    def __init__(self, model: DirectDrive, linearised: Linearised, experiment: Experiment) -> None:
-        added = [path for path in offset_paths([experiment]) if path not in model.paths]
-        rig = with_offsets(model.rig, added)
-        self.experiment = experiment
-        self.added = len(added)
-        self._problem = Problem([experiment], rig, model.paths + added, linearised.discrepancy)
-        self._discrepancy = linearised.discrepancy
+    def __init__(self, signals: Mapping[str, Signal], discrepancy: Discrepancy, added: int = 0) -> None:
+        self.added = added
+        self._signals, self._discrepancy = signals, discrepancy
         self.comparison: Comparison | None = None
         self._weighting: Weighting | None = None
 
-    def features(self, theta: np.ndarray, acting: Acting) -> np.ndarray:
-        """What the test is compared by, (rows,), with parameters, deviations, (k,) or with zeros of added sensors, and effects.
+    @abstractmethod
+    def predict(self, theta: np.ndarray, acting: Acting) -> dict[str, np.ndarray]:
+        """What every sample would read, with parameters, deviations, (k,) or with zeros of added sensors, and effects."""
 
-        The first that is asked about tells where signals are steep.
-        """
-        predicted = self.experiment.predict(self.record(theta, acting), STEP)
+    def features(self, theta: np.ndarray, acting: Acting) -> np.ndarray:
+        """What the test is compared by, (rows,); see `predict`. The first that is asked about tells where signals are steep."""
+        predicted = self.predict(theta, acting)
         if self.comparison is None:
-            self.comparison = Comparison(self.experiment.signals, predicted, self._discrepancy)
+            self.comparison = Comparison(self._signals, predicted, self._discrepancy)
             self._weighting = Weighting([self.comparison])
         return self.comparison.features(predicted)
-
-    def record(self, theta: np.ndarray, acting: Acting) -> np.ndarray:
-        """Parameter record (1,) of the test; see `features`."""
-        record = self._problem.record(0, np.concatenate([theta, np.zeros(self._problem.size - theta.size)]))
-        for effect, law, departure in acting:
-            effect.laws[law](record, departure)
-        return record
 
     def rows(self, sensors: Sequence[str]) -> np.ndarray:
         """Which rows there are with these temperature sensors, (rows,)."""

@@ -26,6 +26,7 @@ from ddh_twin_py.gap.unknown import Unknown
 from ddh_twin_py.gap.verdict import Verdict, judge
 from ddh_twin_py.real_rigs.figures import surely_smaller
 from ddh_twin_py.real_rigs.fit import by_steps, power_of
+from ddh_twin_py.real_rigs.next_test import why_none
 from ddh_twin_py.real_rigs.rig_model import RigModel
 
 ROUNDS = 3
@@ -81,6 +82,12 @@ class Outcome:
             std = float(np.sqrt(self.leader.covariance[i, i])) / max(abs(x), 1e-300)
             rows.append(Acting(effect, course, 1.0 / len(self.leader.acting), {"all": 1.0}, std))
         return lacks(rows)
+
+    def why_no_test(self) -> str:
+        """Why the report proposes no next test, one sentence."""
+        if self.verdict == "no_gap":
+            return "There is no gap to explain; no next test is computed."
+        return why_none(self.model, without_parameters(self.model, self.found))
 
     def as_json(self) -> dict:
         """The engine's report, and what was made of it."""

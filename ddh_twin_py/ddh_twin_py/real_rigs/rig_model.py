@@ -16,7 +16,9 @@ from ddh_twin_py.gap.leftover import FreeForm
 from ddh_twin_py.gap.model import Acting
 from ddh_twin_py.gap.refit import Refitted
 from ddh_twin_py.gap.search import Found
+from ddh_twin_py.gap.verdict import Verdict
 from ddh_twin_py.real_rigs.description import Description
+from ddh_twin_py.real_rigs.next_test import CandidateTest, next_test
 from ddh_twin_py.real_rigs.rig_card import Known, RigCard
 from ddh_twin_py.real_rigs.rig_held import RigHeld
 from ddh_twin_py.real_rigs.run import Run
@@ -50,12 +52,13 @@ class RigModel:
         description: of the rig. runs: recordings whose gap is asked about, to find and fit with. held: recordings that take no part in it
             and may refute; where there are none, samples later than each signal's ``held_from``. built_in: effects that the model has.
         commissioning: recordings of the rig as it should be, to fit with; no effect acts there.
+        tests: that can be made, among which the next one is looked for.
     """
 
     def __init__(self, description: Description, runs: Sequence[Run], held: Sequence[Run] = (), built_in: Sequence[BuiltIn] = (),
-                 commissioning: Sequence[Run] = ()) -> None:
+                 commissioning: Sequence[Run] = (), tests: Sequence[CandidateTest] = ()) -> None:
         self.description, self.field, self.held, self.built_in = description, list(runs), list(held), list(built_in)
-        self.commissioning = list(commissioning)
+        self.commissioning, self.tests = list(commissioning), list(tests)
         self.runs = [*self.commissioning, *self.field]
         self.signals = [run.signals for run in self.runs]
         self.altered = [False] * len(self.commissioning) + [True] * len(self.field)
@@ -90,11 +93,12 @@ class RigModel:
         own = theta[len(self.description.parameters):]
         kept = [replace(b, x=b.effect.limit(b.x + float(d) * b.std)) for b, d in zip(self.built_in, own, strict=True)]
         new = [BuiltIn(effect, law, x, _BUILT_IN_WIDTH * max(s, 1e-3 * abs(x))) for (effect, law, x), s in zip(acting, spread, strict=True)]
-        return RigModel(self.description, self.field, self.held, kept + new, self.commissioning)
+        return RigModel(self.description, self.field, self.held, kept + new, self.commissioning, self.tests)
 
     def on(self, runs: Sequence[Run], held: Sequence[Run] = (), commissioning: Sequence[Run] | None = None) -> RigModel:
         """The same model on other recordings; those of commissioning are kept where no others are given."""
-        return RigModel(self.description, runs, held, self.built_in, self.commissioning if commissioning is None else commissioning)
+        return RigModel(self.description, runs, held, self.built_in, self.commissioning if commissioning is None else commissioning,
+                        self.tests)
 
     def record(self, number: int, theta: np.ndarray, acting: Acting = ()) -> np.ndarray:
         """Parameter record (1,) of a recording; effects, built in or acting, act where it is altered."""
@@ -183,9 +187,9 @@ class RigModel:
         regimes = {(_plain(name), name.rpartition(", ")[2]): np.interp(signal.time, *axis) for name, axis in run.variables(acting).items()}
         return Course(after[worst] - before[worst], signal.unit, phase, regimes)
 
-    def next_test(self, found: Found, verdict: object, unknown: object) -> None:
-        """None: the recordings are all that there is."""
-        return None
+    def next_test(self, found: Found, verdict: Verdict, unknown: object) -> dict | None:
+        """Of the tests that can be made the one that tells the leading listed sets apart best; None where there is none."""
+        return None if verdict.word == "no_gap" else next_test(self, found)
 
     def fitted_parameters(self, theta: np.ndarray, spread: np.ndarray) -> list[FittedParameter]:
         """Parameters, and quantities of effects built in, with prior and posterior."""

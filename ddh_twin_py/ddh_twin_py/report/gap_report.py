@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-import math
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ddh_twin_py.report import document as doc
-from ddh_twin_py.report.gap_hypotheses import between, classes, effects_ranked, hypotheses
+from ddh_twin_py.report.gap_hypotheses import classes, effects_ranked, hypotheses
 from ddh_twin_py.report.gap_parameters import parameters_table
 from ddh_twin_py.report.gap_places import drawing_of, drawings, lacking_table
 from ddh_twin_py.report.gap_rest import shrink_table, unknown
 from ddh_twin_py.report.gap_words import NEAR, VERDICTS, capital, closed, component_name, percent, set_name, times_floor
+from ddh_twin_py.report.next_test_block import next_test_block
 from ddh_twin_py.report.residual_charts import residual_sections
 from ddh_twin_py.report.units import number
 
@@ -120,18 +120,7 @@ def _next_test(test: dict | None, verdict: str) -> doc.Html:
     if not test:
         return doc.paragraph("The catalogue does not hold the cause, so no duty is known that would tell more. Look at the machine where "
                              "the gap lies." if verdict == "unknown" else "Nothing is left to tell apart.")
-    told = between(test.get("between") or [])
-    size = test["expected_separation"]
-    if size > math.log(1e6):
-        odds = "more than a million times"
-    else:
-        odds = f"about {math.exp(size):,.0f} times".replace(",", " ") if size > 1.0 else "barely more"
-    blocks = [f'<p class="found"><strong>{doc.text(test["description"])}</strong></p>']
-    if told:
-        blocks.append(doc.paragraph(f"It tells {told}."))
-    blocks.append(doc.note(f"Expected separation {number(size, 1)}: after it the odds of the right one against the other are expected "
-                           f"to be {odds} as high as before (log Bayes factor: the natural logarithm of that)."))
-    return doc.Html("".join(blocks))
+    return next_test_block(test)
 
 
 def gap_end(diagnosis: Diagnosis) -> doc.EndMatter:

@@ -14,6 +14,7 @@ from ddh_twin_py.report.gap_parameters import parameters_table
 from ddh_twin_py.report.gap_places import lacking_table
 from ddh_twin_py.report.gap_rest import shrink_table, unknown
 from ddh_twin_py.report.gap_words import VERDICTS, percent, set_name
+from ddh_twin_py.report.next_test_block import next_test_block
 from ddh_twin_py.report.residual_charts import residual_sections
 from ddh_twin_py.report.units import number, plain
 
@@ -116,7 +117,9 @@ def _diagnosis(outcome: Outcome) -> list[doc.Html]:
                  + f". Held-out residuals {'surely shrink' if outcome.shrinks else 'do not surely shrink'} "
                  f"({diagnosis.report['held_out']})."),
     ]
-    blocks += [effects_ranked(diagnosis), classes(diagnosis), shrink_table(diagnosis), unknown(diagnosis)]
+    test = diagnosis.report["next_test"]
+    blocks += [effects_ranked(diagnosis), classes(diagnosis), shrink_table(diagnosis), unknown(diagnosis),
+               next_test_block({**test, "description": f"Next test: {test['description']}"}) if test else doc.note(outcome.why_no_test())]
     if outcome.leader.columns:
         blocks.append(doc.details("What the leading effects add, by regime", lacking_table(outcome.places())))
     blocks += [doc.details("Hypotheses", hypotheses(diagnosis)),

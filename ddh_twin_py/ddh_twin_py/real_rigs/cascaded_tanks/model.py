@@ -21,8 +21,9 @@ from ddh_twin_py.rig.sheet import CUT
 
 NOISE = 0.1
 """V: 1 % of the sensor's range, which a free run is not expected to undercut; readings themselves scatter by less."""
-HELD_SHARE = 0.25
-"""Last share of the identification record that may refute and takes no part in finding."""
+BLOCK, EVERY = 64, 4
+"""Samples of a block, and which block of the identification record takes no part in finding and may refute: every fourth. A block of
+256 s is longer than the time constants of both tanks together (some 150 s): its middle does not follow from the samples around it."""
 NOTHING_FORGIVEN = Discrepancy(dict.fromkeys((STEADY, MOVING, SMOOTH, STROKES), 1e-6))
 """Stretches for which classes are forgiven (120 s) are as long as the tanks' own time constants: it would be the levels' own motion."""
 _STEPS = 8  # in a sample
@@ -86,16 +87,15 @@ class Tanks(Run):
     """One record, simulated from the pump's voltage alone; signal ``level`` of the lower tank, V.
 
     Args:
-        record: as read. held_share: last share of the record that takes no part in finding.
+        record: as read. used: samples that are compared, (n,); None is all.
     """
 
-    def __init__(self, record: TankRecord, held_share: float = 0.0) -> None:
+    def __init__(self, record: TankRecord, used: np.ndarray | None = None) -> None:
         self.name, self.record = record.name, record
         self.time = STEP * np.arange(record.level.size)
-        end = (1.0 - held_share) * self.time[-1]
+        level = record.level if used is None else np.where(used, record.level, np.nan)
         kind = np.digitize(record.level, np.quantile(record.level, (1.0 / 3.0, 2.0 / 3.0)))
-        self.signals = {"level": signal(self.time, record.level, NOISE, "V", None, kind, end,
-                                        end if held_share else np.inf)}
+        self.signals = {"level": signal(self.time, level, NOISE, "V", None, kind)}
 
     def levels(self, record: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Levels of both tanks at the samples, V, (n,) each, from a parameter record (1,)."""
@@ -109,6 +109,11 @@ class Tanks(Run):
     def variables(self, record: np.ndarray) -> dict[str, tuple[np.ndarray, np.ndarray]]:
         upper, lower = self.levels(record)
         return {"upper level, V": (self.time, upper), "lower level, V": (self.time, lower), "pump, V": (self.time, self.record.pump)}
+
+
+def held_blocks(size: int) -> np.ndarray:
+    """Which samples of a record are held out, (size,)."""
+    return (np.arange(size) // BLOCK) % EVERY == EVERY - 1
 
 
 @kernel

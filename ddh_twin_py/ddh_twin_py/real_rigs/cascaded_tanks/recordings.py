@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -15,6 +16,8 @@ FOLDER, FILE = "cascaded_tanks", "dataBenchmark.csv"
 IDENTIFICATION, TEST = "Est", "Val"
 STEP = 4.0
 """s between samples."""
+LEAST = 100
+"""Samples of a record: some minutes, as long as the tanks' own time constants."""
 
 
 @dataclass(frozen=True)
@@ -35,7 +38,7 @@ def read(data: Path, part: str) -> TankRecord:
     """One of `IDENTIFICATION` and `TEST` from the folder ``cascaded_tanks`` of ``data``; nothing of the other is looked at.
 
     Raises:
-        RecordingsError: the file is not there, or a column is missing or holds what is no number.
+        RecordingsError: the file is not there, a column is missing, too short, or holds what is no number.
     """
     path = data / FOLDER / FILE
     if not path.is_file():
@@ -48,17 +51,17 @@ def read(data: Path, part: str) -> TankRecord:
             raise RecordingsError(f"{path}: column {wanted} is missing; there are {', '.join(n for n in names if n) or 'none'}")
         place = names.index(wanted)
         cells = [line.split(",")[place] if line.count(",") >= place else "" for line in lines[1:] if line.strip()]
-        try:
-            columns.append(np.array([float(cell) for cell in cells]))
-        except ValueError:
-            wrong = next(i for i, cell in enumerate(cells) if not _is_number(cell))
-            raise RecordingsError(f"{path}: column {wanted}, row {wrong + 1}: {cells[wrong]!r} is no number") from None
+        wrong = next((i for i, cell in enumerate(cells) if not _is_number(cell)), None)
+        if wrong is not None:
+            raise RecordingsError(f"{path}: column {wanted}, row {wrong + 1}: {cells[wrong]!r} is no number")
+        if len(cells) < LEAST:
+            raise RecordingsError(f"{path}: column {wanted} has {len(cells)} rows, needed are {LEAST} or more")
+        columns.append(np.array([float(cell) for cell in cells]))
     return TankRecord(f"{FILE}, u{part} and y{part}", *columns)
 
 
 def _is_number(text: str) -> bool:
     try:
-        float(text)
+        return math.isfinite(float(text))
     except ValueError:
         return False
-    return True

@@ -4,20 +4,20 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
-from ddh_twin_py.real_rigs.cascaded_tanks.model import DESCRIPTION, HELD_SHARE, NOTHING_FORGIVEN, Tanks
-from ddh_twin_py.real_rigs.cascaded_tanks.recordings import IDENTIFICATION, SOURCE, TEST, TankRecord, present, read
+from ddh_twin_py.real_rigs.cascaded_tanks.candidate_tests import candidate_tests
+from ddh_twin_py.real_rigs.cascaded_tanks.model import DESCRIPTION, NOTHING_FORGIVEN, Tanks, held_blocks
+from ddh_twin_py.real_rigs.cascaded_tanks.recordings import IDENTIFICATION, SOURCE, TEST, TankRecord, read
 from ddh_twin_py.real_rigs.controls import on_real, on_simulated
 from ddh_twin_py.real_rigs.diagnose import Outcome, found_by, rounds
 from ddh_twin_py.real_rigs.figures import interval, rms
 from ddh_twin_py.real_rigs.fit import least_squares
 from ddh_twin_py.real_rigs.rig_model import RigModel
 from ddh_twin_py.real_rigs.study import Line, Picture, Row, Study
-
-__all__ = ["present", "run"]
 
 _PUBLISHED = "linear 0.75, Volterra 0.54, nonlinear state space 0.34, grey-box with overflow 0.18"
 _SEEDS = (0, 1, 2)
@@ -35,7 +35,9 @@ def run(data: Path, progress: Callable[[float], None] | None = None) -> Study:
     told = progress or (lambda share: None)
     begun = time.perf_counter()
     first = read(data, IDENTIFICATION)
-    baseline = RigModel(DESCRIPTION, [Tanks(first, HELD_SHARE)])
+    held = held_blocks(first.level.size)
+    baseline = RigModel(DESCRIPTION, [Tanks(first, ~held)], [Tanks(replace(first, name=f"{first.name}, every fourth block"), held)],
+                        tests=candidate_tests(first))
     outcomes = rounds(baseline, lambda done: told(0.6 * done), discrepancy=NOTHING_FORGIVEN, start=least_squares)
     seconds = {"diagnoses": time.perf_counter() - begun}
     last = outcomes[-1]
@@ -51,7 +53,7 @@ def run(data: Path, progress: Callable[[float], None] | None = None) -> Study:
     found = found_by(outcomes)
     sentence = f"{' and '.join(found) or 'No listed effect'} found on the identification record{_place(outcomes)}; RMS error of the test " \
                f"record, simulated from the pump's voltage alone, {rows[1].before:.3g} to {rows[1].after:.3g} V."
-    splits = (("finding", f"{first.name}, the first {1.0 - HELD_SHARE:.0%}"), ("may refute", f"{first.name}, the rest"),
+    splits = (("finding", f"{first.name}, three blocks of 256 s in four"), ("may refute", f"{first.name}, every fourth block"),
               ("parameters of the figures", f"{first.name}, all of it, by least squares"),
               ("figures", f"{test.name}, read after the last diagnosis"))
     names = [name for name in before.dtype.names if before[name][0] != after[name][0]]

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import zipfile
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
+from ddh_twin_py.real_rigs.archives import arrays
 from ddh_twin_py.real_rigs.study import RecordingsError
 
 LOADS, STROKES = (1, 2, 3, 4, 5), (1, 2, 3, 4)
@@ -16,6 +16,7 @@ STEP = 5.0e-3
 """s between the samples of a record as it is used; the files hold one a millisecond, of which so many are averaged."""
 WHERE = ("the public repository ivliev123/Electro-Hydraulic-Actuator, as exp_data_<load 1-5>_<stroke 1-4>.npz with arrays in SI units "
          "(time in ms, speed in rpm)")
+_LEAST = 1000  # samples of a file
 _NEEDED = ("time", "pressure_a", "pressure_b", "speed", "position", "valve_command")
 
 
@@ -60,20 +61,13 @@ def read(folder: Path, loads: Sequence[int], strokes: Sequence[int] = STROKES) -
 
 
 def _read(path: Path, load: int, stroke: int) -> Actuation:
-    if not path.is_file():
-        raise RecordingsError(f"{path}: no such file; get the set from {WHERE}")
-    try:
-        with np.load(path) as archive:
-            missing = [name for name in _NEEDED if name not in archive.files]
-            if missing:
-                raise RecordingsError(f"{path}: there is no {missing[0]}; needed are {', '.join(_NEEDED)}")
-            raw = {name: archive[name].astype(np.float64) for name in _NEEDED}
-    except (OSError, ValueError, zipfile.BadZipFile) as error:
-        raise RecordingsError(f"{path}: not an .npz archive ({error})") from error
+    raw = arrays(path, _NEEDED, WHERE)
     size = raw["time"].size
     for name, values in raw.items():
-        if values.shape != (size,) or size < 1000 or not np.isfinite(values).all():
-            raise RecordingsError(f"{path}: {name} has shape {values.shape}, allowed are 1000 or more finite samples, alike for all arrays")
+        if values.shape != (size,) or size < _LEAST:
+            raise RecordingsError(f"{path}: {name} has shape {values.shape}, allowed are {_LEAST} or more samples, alike for all arrays")
+        if not np.isfinite(values).all():
+            raise RecordingsError(f"{path}: {name}, sample {int(np.argmin(np.isfinite(values)))}: a value that is not finite")
     step = 1e-3 * float(np.median(np.diff(raw["time"])))
     if not 0.0 < step <= STEP or abs(STEP / step - round(STEP / step)) > 1e-6:
         raise RecordingsError(f"{path}: time advances by {1e3 * step:g} ms, allowed is a whole part of {1e3 * STEP:g} ms")

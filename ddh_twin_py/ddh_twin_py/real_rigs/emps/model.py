@@ -19,8 +19,6 @@ from ddh_twin_py.real_rigs.signals import signal
 
 BIN = 0.01
 """s; the published identification keeps samples 10 ms apart."""
-PERIOD = 6240
-"""Samples after which the reference repeats itself."""
 SETTLING = 0.25
 """s at the beginning that are left out: what moved before is not known."""
 HELD_SHARE = 0.25

@@ -7,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 from scipy.io import loadmat
-from scipy.io.matlab import MatReadError
 
 from ddh_twin_py.real_rigs.study import RecordingsError
 
@@ -16,6 +15,11 @@ SOURCE = ("Janot, Gautier, Brunot: Data set and reference models of EMPS, 2019 W
 FOLDER, IDENTIFICATION, PULSES = "emps", "DATA_EMPS.mat", "DATA_EMPS_PULSES.mat"
 STEP = 1.0e-3
 """s between samples."""
+PERIOD = 6240
+"""Samples after which the reference repeats itself."""
+LEAST = 2 * PERIOD
+"""Samples of a record: what two repeats of one motion scatter is its noise."""
+_GAINS = ("gtau", "kp", "kv")
 
 
 @dataclass(frozen=True)
@@ -60,19 +64,30 @@ def read(data: Path, name: str) -> EmpsRecord:
     wanted = ("t", "qg", "qm", "vir", "gtau", "kp", "kv", *(("pulses_N",) if name == PULSES else ()))
     try:
         found = loadmat(path, variable_names=wanted)
-    except (ValueError, NotImplementedError, OSError, TypeError, IndexError, MatReadError) as error:
+    except Exception as error:  # a damaged file makes the parser stumble in many ways
         raise RecordingsError(f"{path}: cannot be read as a MATLAB file: {' '.join(str(error).split())}") from None
     values = {}
     for key in wanted:
         if key not in found:
             raise RecordingsError(f"{path}: {key} is missing; expected are {', '.join(wanted)}")
-        values[key] = np.asarray(found[key], dtype=float).ravel()
+        own = np.asarray(found[key])
+        if own.dtype.kind not in "biuf":
+            raise RecordingsError(f"{path}: {key} holds {own.dtype}, allowed are numbers")
+        values[key] = own.astype(float).ravel()
     n = values["t"].size
-    for key in ("qg", "qm", "vir", *(("pulses_N",) if name == PULSES else ())):
-        if values[key].size != n:
-            raise RecordingsError(f"{path}: {key} has {values[key].size} samples, t has {n}")
-        if not np.isfinite(values[key]).all():
-            raise RecordingsError(f"{path}: {key} holds a value that is no number")
+    if n < LEAST:
+        raise RecordingsError(f"{path}: {n} samples, needed are {LEAST} or more")
+    for key, own in values.items():
+        if key not in _GAINS and own.size != n:
+            raise RecordingsError(f"{path}: {key} has {own.size} samples, t has {n}")
+        if own.size == 0 or not np.isfinite(own).all():
+            raise RecordingsError(f"{path}: {key} holds a value that is no number" if own.size else f"{path}: {key} is empty")
+    step = float(np.median(np.diff(values["t"])))
+    if abs(step - STEP) > 1e-3 * STEP:
+        raise RecordingsError(f"{path}: t advances by {step:g} s, allowed is {STEP:g} s")
+    for key in _GAINS:
+        if not values[key][0] > 0.0:
+            raise RecordingsError(f"{path}: {key} is {values[key][0]:g}, allowed is more than 0")
     record = EmpsRecord(path, values["t"], values["qg"], values["qm"], values["vir"], np.zeros(n), float(values["gtau"][0]),
                         float(values["kp"][0]), float(values["kv"][0]))
     return replace(record, pulses=_pulses(record, values["pulses_N"])) if name == PULSES else record

@@ -11,15 +11,14 @@ import numpy as np
 from ddh_twin_py.real_rigs.controls import on_real, on_simulated
 from ddh_twin_py.real_rigs.diagnose import Outcome, found_by, rounds
 from ddh_twin_py.real_rigs.emps import inverse
-from ddh_twin_py.real_rigs.emps.model import DESCRIPTION, HELD_SHARE, PERIOD, Axis
-from ddh_twin_py.real_rigs.emps.recordings import IDENTIFICATION, PULSES, SOURCE, EmpsRecord, present, read
+from ddh_twin_py.real_rigs.emps.candidate_tests import candidate_tests
+from ddh_twin_py.real_rigs.emps.model import DESCRIPTION, HELD_SHARE, Axis
+from ddh_twin_py.real_rigs.emps.recordings import IDENTIFICATION, PERIOD, PULSES, SOURCE, EmpsRecord, read
 from ddh_twin_py.real_rigs.figures import interval, rms
 from ddh_twin_py.real_rigs.fit import least_squares
 from ddh_twin_py.real_rigs.rig_model import RigModel
 from ddh_twin_py.real_rigs.signals import noise_of_repeats
 from ddh_twin_py.real_rigs.study import Line, Picture, Row, Study
-
-__all__ = ["present", "run"]
 
 _PUBLISHED = "4.08 (symmetric, with offset) → 3.11"
 _SEEDS = (0, 1, 2)
@@ -38,7 +37,7 @@ def run(data: Path, progress: Callable[[float], None] | None = None) -> Study:
     seconds, begun = {}, time.perf_counter()
     first = read(data, IDENTIFICATION)
     noise = noise_of_repeats(first.force, PERIOD)
-    baseline = RigModel(DESCRIPTION, [Axis(first, noise, HELD_SHARE)])
+    baseline = RigModel(DESCRIPTION, [Axis(first, noise, HELD_SHARE)], tests=candidate_tests(first, noise))
     outcomes = rounds(baseline, lambda done: told(0.6 * done))
     seconds["diagnoses"] = time.perf_counter() - begun
     last = outcomes[-1]

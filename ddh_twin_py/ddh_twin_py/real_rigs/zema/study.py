@@ -33,11 +33,6 @@ _FIGURES = {"flow": ("flow through the load", "L/min"), "stored": ("oil stored a
             "opening": ("opening time of the valve", "s"), "closing": ("closing time of the valve", "s")}
 
 
-def present(data: Path) -> bool:
-    """Whether the recordings are there."""
-    return recordings.present(data / "zema")
-
-
 def run(data: Path, progress: Callable[[float], None] | None = None) -> Study:
     """The whole study.
 
@@ -161,8 +156,9 @@ def _virtual(folder: Path, found: Conditions) -> list[tuple]:
     rows: list[tuple] = [("estimate", "virtual sensor", "rank correlation")]
     with np.load(folder / "sensors_1hz.npz") as archive:
         for component, name in (("cooler", "CE"), ("cooler", "CP"), ("pump_leakage", "SE")):
-            if found.estimate[component] is not None and name in archive.files:
-                rank = spearmanr(found.estimate[component], archive[name].mean(axis=1)).statistic
+            values = archive[name] if name in archive.files else np.zeros(0)
+            if found.estimate[component] is not None and values.shape == (len(found.verdict), SECONDS) and values.dtype.kind == "f":
+                rank = spearmanr(found.estimate[component], values.mean(axis=1)).statistic
                 rows.append((component, name, f"{rank:.3f}"))
     return rows
 

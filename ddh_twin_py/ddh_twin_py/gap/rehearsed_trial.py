@@ -1,0 +1,40 @@
+"""A test of a direct driven unit, rehearsed on its duty, as `separating` asks for it."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ddh_twin_py.estimation.experiment import Experiment
+from ddh_twin_py.estimation.fitting import Problem
+from ddh_twin_py.estimation.unknowns import offset_paths, with_offsets
+from ddh_twin_py.gap.direct_drive import DirectDrive
+from ddh_twin_py.gap.linearised import Linearised
+from ddh_twin_py.gap.model import Acting
+from ddh_twin_py.gap.separating import Trial
+
+STEP = 4.0e-3
+"""s, hydraulic step of the runs."""
+
+
+class RehearsedTrial(Trial):
+    """A rehearsed test.
+
+    Args:
+        model, linearised: of the recordings. experiment: the rehearsal; sensors that the recordings lack have unknown zeros.
+    """
+
+    def __init__(self, model: DirectDrive, linearised: Linearised, experiment: Experiment) -> None:
+        added = [path for path in offset_paths([experiment]) if path not in model.paths]
+        super().__init__(experiment.signals, linearised.discrepancy, len(added))
+        self.experiment = experiment
+        self._problem = Problem([experiment], with_offsets(model.rig, added), model.paths + added, linearised.discrepancy)
+
+    def predict(self, theta: np.ndarray, acting: Acting) -> dict[str, np.ndarray]:
+        return self.experiment.predict(self.record(theta, acting), STEP)
+
+    def record(self, theta: np.ndarray, acting: Acting) -> np.ndarray:
+        """Parameter record (1,) of the test; see `predict`."""
+        record = self._problem.record(0, np.concatenate([theta, np.zeros(self._problem.size - theta.size)]))
+        for effect, law, departure in acting:
+            effect.laws[law](record, departure)
+        return record
