@@ -27,6 +27,7 @@ from ddh_twin_py.gap.linearised import Linearised
 from ddh_twin_py.gap.model import Acting
 from ddh_twin_py.gap.sensitivity import Column
 
+_ASTRAY = 1.0e9  # standard deviations by which no test that can be driven moves a row
 _DIFFERENCE = 0.3  # of what a parameter or a departure may still be off by
 
 
@@ -142,7 +143,7 @@ class Trial(ABC):
             step = _DIFFERENCE * np.sqrt(max(value[j], 0.0)) * vector[:, j]
             moved = [(c.effect, c.law, float(c.effect.limit(x + s))) for c, x, s in zip(belief.columns, belief.x, step, strict=True)]
             out.append((self.features(belief.theta, moved) - base)[:, None] / _DIFFERENCE)
-        return np.hstack(out)
+        return _told(np.hstack(out))
 
     def sensitivities(self, belief: Believed, remaining: Remaining, wanted: np.ndarray | None = None) -> np.ndarray:
         """Differences of the features by each unknown, scaled to its standard deviation: `Remaining`'s, then zeros of sensors that
@@ -171,7 +172,7 @@ class Trial(ABC):
                 other = whole.copy()
                 other[at] += step
                 out[:, i] = (self.features(other, belief.acting) - base) * (spread[i] if i < k else 1.0) / step
-        return out
+        return _told(out)
 
     def along(self, belief: Believed, remaining: Remaining, directions: np.ndarray) -> np.ndarray:
         """The same by moves of all unknowns of `Remaining` at once, in their standard deviations, (p, r); gives (rows, r)."""
@@ -184,7 +185,7 @@ class Trial(ABC):
             move = step * spread * directions[:, j]
             laws = [(effect, law, float(x)) for (effect, law, _), x in zip(remaining.laws, move[k:], strict=True)]
             out[:, j] = (self.features(belief.theta + move[:k], [*belief.acting, *laws]) - base) / step
-        return np.where(np.isfinite(out), out, 0.0)
+        return _told(out)
 
     def apart(self, difference: np.ndarray, free: np.ndarray, kept: np.ndarray) -> float:
         """Expected log Bayes factor, see the module.
@@ -207,3 +208,8 @@ def root_of(remaining: Remaining, added: int) -> np.ndarray:
     whole[:p, :p] = remaining.covariance / np.outer(spread, spread)
     value, vector = np.linalg.eigh(whole)
     return vector * np.sqrt(np.maximum(value, 0.0))
+
+
+def _told(columns: np.ndarray) -> np.ndarray:
+    """The same without what a run says that went astray."""
+    return np.where(np.abs(columns) < _ASTRAY, columns, 0.0)
