@@ -22,7 +22,7 @@ HELD_SHARE = 0.25
 
 PARAMETERS = (
     Parameter("resistance", 1.2, 0.1, "ohm", "data sheet, winding from cold to warm", 0.1),
-    Parameter("constant", 0.05, 0.003, "V*s/rad", "data sheet", 1e-3),
+    Parameter("constant", 0.05, 0.001, "V*s/rad", "data sheet, measured by its maker", 1e-3),
     Parameter("inertia", 2e-4, 4e-5, "kg*m2", "drawing", 1e-5),
     Parameter("fan", 2e-6, 6e-7, "N*m*s2", "fans of this size", 0.0),
 )
@@ -42,7 +42,7 @@ EFFECTS = (
            "y = i + d"),
 )
 DESCRIPTION = Description("fan", "made by its own model", PARAMETERS, NEUTRAL, EFFECTS,
-                          {"speed": ("bearing", "mechanical"), "current": ("winding", "electrical")})
+                          {"speed": ("bearing", "mechanical"), "current": ("winding", "electrical")}, cut=3.0)
 
 
 @kernel

@@ -1,6 +1,6 @@
 """The example of the documents from which an engineer begins: it finds what was put into it, and nothing where nothing was."""
 
-import importlib.util
+import importlib
 from pathlib import Path
 
 import numpy as np
@@ -11,10 +11,9 @@ from ddh_twin_py.real_rigs.rig_model import RigModel
 
 @pytest.fixture(scope="module")
 def fan():
-    spec = importlib.util.spec_from_file_location("fan_motor", Path(__file__).parents[2] / "docs" / "fan_motor.py")
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+    with pytest.MonkeyPatch.context() as patch:
+        patch.syspath_prepend(Path(__file__).parents[2] / "docs")
+        yield importlib.import_module("fan_motor")
 
 
 def test_neutral_values_are_the_baseline_exactly(fan):

@@ -8,6 +8,7 @@ from ddh_twin_py.real_rigs.rig_model import RigModel
 from support.heated_block import DESCRIPTION, NOISE, Block
 
 OFFSET, BEND, _ = DESCRIPTION.effects
+WARMING = 400  # s until the temperature is nearly constant
 SAME, WARMER = "Once more.", "Heat it to other temperatures."
 
 
@@ -17,24 +18,27 @@ def narrow(acting, tests=()):
     command = np.repeat(2.0 + rng.uniform(-0.05, 0.05, 40), 40)
     blank = Block(command, np.zeros(command.size))
     true = blank.predict(RigModel(DESCRIPTION, [blank]).record(0, np.zeros(2), acting))["temperature"]
-    return RigModel(DESCRIPTION, [Block(command, true + rng.normal(0.0, NOISE, true.size))], tests=tests)
+    read = np.where(np.arange(true.size) < WARMING, np.nan, true + rng.normal(0.0, NOISE, true.size))
+    return RigModel(DESCRIPTION, [Block(command, read)], tests=tests)
 
 
 @pytest.fixture(scope="module")
 def tests():
     same = np.repeat(2.0 + 0.05 * np.sin(np.arange(40)), 40)
     warmer = np.repeat(np.linspace(0.0, 4.0, 40), 40)
-    return [CandidateTest(words, Block(command, np.zeros(command.size), 0.0)) for words, command in ((SAME, same), (WARMER, warmer))]
+    read = np.where(np.arange(same.size) < WARMING, np.nan, 0.0)
+    return [CandidateTest(words, Block(command, read, 0.0)) for words, command in ((SAME, same), (WARMER, warmer))]
 
 
 def test_the_test_that_parts_them_is_named(tests):
-    outcome = diagnose(narrow([(OFFSET, 0, 1.2)], tests))
-    told = outcome.diagnosis.report["next_test"]
+    told = diagnose(narrow([(BEND, 0, 0.2)], tests)).diagnosis.report["next_test"]
     assert told is not None and told["description"].startswith(WARMER) and told["expected_separation"] > 3.0
     assert len(told["between"]) >= 2 and {OFFSET.id, BEND.id} <= set(" + ".join(told["between"]).split(" + "))
 
 
 def test_without_one_the_reason_is_told(tests):
-    assert "names no test" in diagnose(narrow([(OFFSET, 0, 1.2)])).why_no_test()
+    assert "names no test" in diagnose(narrow([(BEND, 0, 0.2)])).why_no_test()
+    useless = diagnose(narrow([(BEND, 0, 0.2)], tests[:1]))
+    assert useless.diagnosis.report["next_test"] is None or useless.diagnosis.report["next_test"]["expected_separation"] < 3.0
     plain = diagnose(narrow([], tests))
     assert plain.diagnosis.report["next_test"] is None and "no gap" in plain.why_no_test()

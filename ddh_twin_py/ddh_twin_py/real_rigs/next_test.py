@@ -1,7 +1,8 @@
 """The test that would best tell the leading hypotheses of a described rig apart, among those that its engineer says can be made.
 
 Each test is predicted under every leading set; what the recordings leave open of parameters and laws is taken in full
-(`gap.separating`). A test may have other inputs than the recordings or sensors that they lack: it is a `run.Run` of its own.
+(`gap.separating`), and the log Bayes factor counts by the engine's power of the likelihood, as that of the recordings does. A
+test may have other inputs than the recordings or sensors that they lack: it is a `run.Run` of its own.
 """
 
 from __future__ import annotations
@@ -64,7 +65,7 @@ def next_test(model: RigModel, found: Found) -> dict | None:
     remaining = Remaining(found.linearised, [leader, *rivals])
     best, worth, separated = None, _TOO_LITTLE, np.zeros(0)
     for candidate in model.tests:
-        apart = _apart(_Trial(model, found, candidate.run), leader, rivals, remaining)
+        apart = found.linearised.power * _apart(_Trial(model, found, candidate.run), leader, rivals, remaining)
         own = float(weight @ np.minimum(apart, _ENOUGH))
         if own > worth:
             best, worth, separated = candidate, own, apart

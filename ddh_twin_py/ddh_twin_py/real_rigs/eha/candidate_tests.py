@@ -21,7 +21,6 @@ def candidate_tests(record: Actuation) -> list[CandidateTest]:
     free = Stroke(record)
     free.asked = np.zeros_like(free.asked)
     return [
-        CandidateTest(f"Repeat {record.name} once more.", Stroke(record)),
         CandidateTest(f"Repeat {record.name} with the pump {_SLOWER} times slower and as much longer.", slow_stroke),
         CandidateTest(f"Take the load off and repeat {record.name}.", free),
     ]
