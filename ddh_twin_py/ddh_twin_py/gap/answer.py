@@ -20,7 +20,8 @@ from ddh_twin_py.gap.unknown import Unknown, refuted, unknown_beside
 from ddh_twin_py.gap.verdict import Verdict, judge
 from ddh_twin_py.gap.words import sentence
 
-_NEARLY, _SHRINKS = 1.25, 0.95  # without commissioning: a gap so small that no effect shrinks is none
+_NEARLY, _SHRINKS, _LOUD = 1.25, 0.95, 50.0  # without commissioning: a gap so small that no effect shrinks is none, unless
+# parameters would have to be so far off that the log evidence of an effect is larger than a flaw of the laws makes it
 LISTED = 0.01
 """Probability from which an effect or a set is listed."""
 _PLACES_ALONE = 5
@@ -49,7 +50,8 @@ def diagnosis(model: Diagnosable, found: Found, theta: np.ndarray, seconds: Mapp
     as_is, before = _ratios(held, sheet_runs), _ratios(held, before_runs)
     gap_before = size.gap(before, floor)
     shrunk = size.gap(_ratios(held, held.run(leader.theta, leader.acting)), floor) if leader.columns else gap_before
-    within = gap_before <= _NEARLY and shrunk > _SHRINKS * gap_before
+    speaks = leader.log_evidence - found.fitted[()].log_evidence
+    within = gap_before <= _NEARLY and shrunk > _SHRINKS * gap_before and speaks < _LOUD
     verdict = judge(found, unknown, all(model.altered) and within)
     if verdict.word == "no_gap":
         leader = found.fitted[()]

@@ -12,7 +12,8 @@ from ddh_twin_py.gap.refit import Refitted
 from ddh_twin_py.gap.search import Found
 
 BEYOND = 3.0
-"""Standard deviations of the sheet's tolerance from which a quantity that it gives counts as an effect."""
+"""Standard deviations of the sheet's tolerance from which a quantity that it gives counts as an effect; it must lie there surely,
+by one standard deviation of the estimate."""
 STANDS_OUT = 2.5
 """Standard deviations of what tolerances can feign from which a departure does."""
 
@@ -50,7 +51,8 @@ def within_tolerance(model: Diagnosable, fitted: Refitted) -> set[str]:
         far = []
         for field, std in tolerances.items():
             if acted[field][0] != plain[field][0]:
-                far.append(None if std is None else abs(float(acted[field][0] - sheet[field][0])) / std)
+                unsure = float(spread) * abs(float(acted[field][0] - plain[field][0]) / float(x))
+                far.append(None if std is None else (abs(float(acted[field][0] - sheet[field][0])) - unsure) / std)
         if far and None not in far and max(far) < BEYOND:
             mere.add(column.effect.id)
     return mere

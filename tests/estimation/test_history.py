@@ -1,0 +1,60 @@
+"""What a unit has been through before a recording: how nodes lie to each other that no sensor reads."""
+
+import numpy as np
+import pytest
+from ddh_twin_py.estimation.history import RESTS, likely_rise, rests
+from ddh_twin_py.physics.thermal_network import N, N_EDGES, N_FLOWS, N_SURFACES, N_WALLS, NODES, capacities, conductances, network_step
+from ddh_twin_py.rig import load_rig
+
+AIR = 296.0
+ROTOR, HOUSING, WINDING, TEETH = (NODES.index(name) for name in ("rotor", "housing", "end_winding", "teeth"))
+
+
+@pytest.fixture(scope="module")
+def parameters():
+    return load_rig().parameters
+
+
+def worked(parameters, lengths, watts=60.0):
+    """Temperatures after so many minutes of copper loss in the winding, K, (m, N)."""
+    edge, wall, surface, capacity = np.empty(N_EDGES), np.empty(N_WALLS), np.empty((N_SURFACES, 3)), np.empty(N)
+    conductances(parameters, edge, wall, surface)
+    capacities(parameters, 0.2, capacity)
+    heat = np.zeros(N)
+    heat[[NODES.index("slot_winding"), WINDING]] = 0.5 * watts
+    temperature, course = np.full(N, AIR), []
+    for _ in range(max(lengths)):
+        course.append(temperature.copy())
+        network_step(parameters, edge, wall, surface, capacity, temperature, AIR, heat, 0.0, np.zeros(N_FLOWS), 60.0, np.empty((N + 3, N)))
+    return np.array([course[length - 1] for length in lengths])
+
+
+@pytest.mark.parametrize(("minutes", "rest", "watts"), [(5, 0, 90.0), (23, 3, 45.0), (41, 9, 60.0)])
+def test_what_is_not_read_lies_where_work_and_rest_have_left_it(parameters, minutes, rest, watts):
+    histories = rests(parameters, worked(parameters, range(1, 60, 2)), AIR, 0.2).reshape(-1, N)
+    true = rests(parameters, worked(parameters, [minutes], watts), AIR, 0.2)[0, rest]
+    rise = likely_rise(histories, {"end_winding": true[WINDING], "housing": true[HOUSING]}, AIR)
+    for node in (ROTOR, TEETH):
+        found, as_the_housing = true[HOUSING] + rise[node] - rise[HOUSING], true[HOUSING]
+        assert abs(found - true[node]) < max(0.3, 0.35 * abs(as_the_housing - true[node]))
+
+
+def test_rest_evens_out_and_cools(parameters):
+    course = rests(parameters, worked(parameters, [20]), AIR, 0.2)[0] - AIR
+    assert course.shape == (RESTS.size, N)
+    assert np.all(np.diff(course[:, WINDING]) < 0.0) and course[-1].max() < 0.5 * course[0].max()
+    assert course[0, WINDING] - course[0, HOUSING] > 5.0 > abs(course[-1, WINDING] - course[-1, HOUSING])
+
+
+def test_a_part_of_which_little_is_read_has_no_history(parameters):
+    histories = rests(parameters, worked(parameters, [10, 30]), AIR, 0.2).reshape(-1, N)
+    assert not likely_rise(histories, {"housing": AIR + 9.0, "pump_1_case": AIR + 3.0}, AIR).any()
+    assert not likely_rise(histories, {}, AIR).any()
+    motor = likely_rise(histories, {"housing": AIR + 9.0, "end_winding": AIR + 15.0, "tank_oil": AIR + 1.0}, AIR)
+    assert motor[ROTOR] > 1.0 and motor[NODES.index("tank_wall")] == 0.0
+
+
+def test_a_cold_unit_has_none(parameters):
+    histories = rests(parameters, np.vstack([np.full((1, N), AIR), worked(parameters, [10, 30])]), AIR, 0.2).reshape(-1, N)
+    rise = likely_rise(histories, {"housing": AIR, "end_winding": AIR, "tank_oil": AIR, "pump_1_case": AIR}, AIR)
+    assert np.abs(rise).max() < 0.7
