@@ -23,10 +23,11 @@ from ddh_twin_py.estimation.uncertain_parameters import (
     EDGE_AT,
     END_SHARE_AT,
     LAG_AT,
+    N_PUMP_LOSS,
     N_SPLIT,
     N_UNCERTAIN,
     N_UNKNOWN_HEATS,
-    SPEED_LOSS_AT,
+    PUMP_LOSS_AT,
     SPLIT_AT,
     SPLIT_SHARE,
     SPLIT_SOURCE,
@@ -97,7 +98,6 @@ _SURFACE_NODE = np.array([surface[3] for surface in SURFACES])
 _WALL_NODE = np.array([wall[1] for wall in WALLS])
 _HEAT_NODES = (
     np.array([SLOT_WINDING, END_WINDING]), np.array([TEETH, YOKE]), np.array([ROTOR]),
-    np.array([PUMP_1_OIL, PUMP_1_CASE]), np.array([PUMP_2_OIL, PUMP_2_CASE]),
     np.array([BARREL, CHAMBER_A, CHAMBER_B]), np.array([LINE_A]), np.array([LINE_B]),
 )
 _PUMP_CASE, _PUMP_OIL = np.array([PUMP_1_CASE, PUMP_2_CASE]), np.array([PUMP_1_OIL, PUMP_2_OIL])
@@ -132,23 +132,32 @@ def scaled_capacity(params, deviation, position, capacity):
 
 
 @inlined
-def _speed_loss(swept, displacement, constant, viscous, ratio, most):
-    """Friction of a pump that goes with its speed, W: |w| (T_0 + b mu/mu_0 |w|), not above all the heat that it has.
+def _parts(case, oil, share, drawn, returned, displacement, leakage, constant, viscous, ratio):
+    """What the heat of a pump's case and oil, W, is made of: friction with pressure, friction with speed, leakage, W.
 
-    ``swept`` m3/s that the pump sweeps, so |w| = 2 pi swept/D; ``ratio`` mu/mu_0.
+    The case has its share of the friction, the oil the rest and the leakage, L (mu_0/mu) p^2 = Q_leak^2 mu/(L mu_0). The part with speed
+    is |w| (T_0 + b mu/mu_0 |w|), |w| = 2 pi swept/D; a pump sweeps what it draws from the tank, or returns to it beside the leakage.
+
+    Args:
+        case, oil: W. drawn, returned: m3/s. displacement: m3/rev. leakage: L, m3/(s*Pa). ratio: mu/mu_0.
     """
-    speed = 2.0 * math.pi * swept / displacement
-    return min(speed * (constant + viscous * ratio * speed), max(most, 0.0))
+    friction = min(case / max(share, 0.05), case + oil)
+    leaking = math.sqrt(max(case + oil - friction, 0.0) * leakage / ratio)
+    speed = 2.0 * math.pi * (drawn + max(returned - leaking, 0.0)) / displacement
+    with_speed = min(speed * (constant + viscous * ratio * speed), max(friction, 0.0))
+    return friction - with_speed, with_speed, case + oil - friction
 
 
 @inlined
-def _speed_losses(temperature, heat, flow, p):
-    """`_speed_loss` of both pumps; what they sweep is what they draw from the tank or give back to it."""
-    first = _speed_loss(flow[0] + flow[19] + flow[1], p.pump_1_displacement, p.pump_1_friction_constant, p.pump_1_friction_viscous,
-                        viscosity_ratio(temperature[PUMP_1_OIL], p), heat[PUMP_1_CASE] + heat[PUMP_1_OIL])
-    second = _speed_loss(flow[7] + flow[20] + flow[8], p.pump_2_displacement, p.pump_2_friction_constant, p.pump_2_friction_viscous,
-                         viscosity_ratio(temperature[PUMP_2_OIL], p), heat[PUMP_2_CASE] + heat[PUMP_2_OIL])
-    return first, second
+def _pump_parts(k, temperature, heat, flow, p):
+    """`_parts` of pump k (0, 1)."""
+    if k == 0:
+        return _parts(heat[PUMP_1_CASE], heat[PUMP_1_OIL], p.pump_1_friction_share_to_case, flow[0] + flow[19], flow[1],
+                      p.pump_1_displacement, p.pump_1_leakage, p.pump_1_friction_constant, p.pump_1_friction_viscous,
+                      viscosity_ratio(temperature[PUMP_1_OIL], p))
+    return _parts(heat[PUMP_2_CASE], heat[PUMP_2_OIL], p.pump_2_friction_share_to_case, flow[7] + flow[20], flow[8],
+                  p.pump_2_displacement, p.pump_2_leakage, p.pump_2_friction_constant, p.pump_2_friction_viscous,
+                  viscosity_ratio(temperature[PUMP_2_OIL], p))
 
 
 @kernel
@@ -166,10 +175,12 @@ def scaled_heat(params, deviation, temperature, heat, square, flow, out):
         change = deviation[SPLIT_AT + k] * heat[SPLIT_SOURCE[k]]
         for i in range(N):
             out[i] += SPLIT_SHARE[k, i] * change
-    for k, loss in enumerate(_speed_losses(temperature, heat, flow, p)):
-        share = _case_share(k, p)
-        out[_PUMP_CASE[k]] += share * deviation[SPEED_LOSS_AT + k] * loss
-        out[_PUMP_OIL[k]] += (1.0 - share) * deviation[SPEED_LOSS_AT + k] * loss
+    for k in range(2):
+        share, at = _case_share(k, p), PUMP_LOSS_AT + k * N_PUMP_LOSS
+        with_pressure, with_speed, leakage = _pump_parts(k, temperature, heat, flow, p)
+        friction = deviation[at] * with_pressure + deviation[at + 1] * with_speed
+        out[_PUMP_CASE[k]] += share * friction
+        out[_PUMP_OIL[k]] += (1.0 - share) * friction + deviation[at + 2] * leakage
     slot, end = copper_loss(temperature, square * (1.0 + deviation[0]), p)
     out[END_WINDING] += deviation[END_SHARE_AT] * end
     out[SLOT_WINDING] -= deviation[END_SHARE_AT] * slot * _of_the_rest(p)
@@ -257,10 +268,15 @@ def predict_covariance(params, dynamic, deviation, covariance, sensor_node, lag,
     for k in range(N_SPLIT):
         for i in range(N):
             gain[i, SPLIT_AT + k] += SPLIT_SHARE[k, i] * heat[SPLIT_SOURCE[k]] / capacity[i]
-    for k, loss in enumerate(_speed_losses(temperature, heat, flow, p)):
-        share = _case_share(k, p)
-        gain[_PUMP_CASE[k], SPEED_LOSS_AT + k] += share * loss / capacity[_PUMP_CASE[k]]
-        gain[_PUMP_OIL[k], SPEED_LOSS_AT + k] += (1.0 - share) * loss / capacity[_PUMP_OIL[k]]
+    for k in range(2):
+        share, at = _case_share(k, p), PUMP_LOSS_AT + k * N_PUMP_LOSS
+        case, oil = _PUMP_CASE[k], _PUMP_OIL[k]
+        with_pressure, with_speed, leakage = _pump_parts(k, temperature, heat, flow, p)
+        gain[case, at] += share * with_pressure / capacity[case]
+        gain[oil, at] += (1.0 - share) * with_pressure / capacity[oil]
+        gain[case, at + 1] += share * with_speed / capacity[case]
+        gain[oil, at + 1] += (1.0 - share) * with_speed / capacity[oil]
+        gain[oil, at + 2] += leakage / capacity[oil]
     for k in range(N_EDGES):
         i, j = _EDGE_I[k], _EDGE_J[k]
         q = edge[k] / (1.0 + deviation[EDGE_AT + k]) * (temperature[j] - temperature[i])

@@ -15,43 +15,40 @@ from ddh_twin_py.estimation.sensors import SENSORS
 from ddh_twin_py.physics.thermal_network import CAPACITIES, EDGES, N, NODES, SURFACES, TANK, WALLS
 from ddh_twin_py.rig import Rig
 
-HEAT_GROUPS = ("copper", "iron", "motor_friction", "pump_1_loss", "pump_2_loss", "seal_friction", "line_a_loss", "line_b_loss")
+HEAT_GROUPS = ("copper", "iron", "motor_friction", "seal_friction", "line_a_loss", "line_b_loss")
 """Losses whose size is uncertain as a whole."""
 
 _HEAT_TOLERANCES = {
     "copper": ("motor.phase_resistance_20C",),
     "iron": ("motor.iron.hysteresis_coefficient", "motor.iron.tooth_flux_density", "motor.iron.tooth_mass"),
     "motor_friction": ("motor.friction_coulomb",),
-    "pump_1_loss": ("pump_1.friction_pressure",),
-    "pump_2_loss": ("pump_2.friction_pressure",),
     "seal_friction": ("cylinder.friction_coulomb",),
     "line_a_loss": ("line_a.pressure_drop_laminar",),
     "line_b_loss": ("line_b.pressure_drop_laminar",),
 }
 
 HEAT_SPLITS = (
-    ("pump_1.friction_share_to_case", 1.0, "pump_1_case", {"pump_1_case": 1.0, "pump_1_oil": -1.0}),
-    ("pump_2.friction_share_to_case", 1.0, "pump_2_case", {"pump_2_case": 1.0, "pump_2_oil": -1.0}),
-    ("pump_1.leakage", 0.5, "pump_1_oil", {"pump_1_oil": 1.0}),
-    ("pump_2.leakage", 0.5, "pump_2_oil", {"pump_2_oil": 1.0}),
-    ("cylinder.friction_share_to_barrel", 1.0, "cylinder_barrel", {"cylinder_barrel": 1.0, "chamber_a_oil": -0.5, "chamber_b_oil": -0.5}),
+    ("pump_1.friction_share_to_case", "pump_1_case", {"pump_1_case": 1.0, "pump_1_oil": -1.0}),
+    ("pump_2.friction_share_to_case", "pump_2_case", {"pump_2_case": 1.0, "pump_2_oil": -1.0}),
+    ("cylinder.friction_share_to_barrel", "cylinder_barrel", {"cylinder_barrel": 1.0, "chamber_a_oil": -0.5, "chamber_b_oil": -0.5}),
 )
-"""How losses part between nodes: path whose tolerance it is, how much of the node's heat that is about (leakage makes some half of
-what pump oil gets), the node whose heat it scales, and what each node gets of the change."""
+"""How losses part between nodes: path whose tolerance it is, the node whose heat it scales, and what each node gets of the change."""
 
-SPEED_LOSSES = ("pump_1", "pump_2")
-"""Pumps whose constant and viscous friction is less known than the part that goes with pressure: |w| (T_0 + b mu/mu_0 |w|)."""
+PUMPS = ("pump_1", "pump_2")
+PUMP_LOSSES = (("friction_pressure",), ("friction_constant", "friction_viscous"), ("leakage",))
+"""What the loss of each pump is made of, each as uncertain as the least known of its tolerances: friction that goes with pressure,
+friction that goes with speed alone, leakage."""
 
 N_HEAT, N_SPLIT, N_EDGE, N_SURFACE, N_WALL = len(HEAT_GROUPS), len(HEAT_SPLITS), len(EDGES), len(SURFACES), len(WALLS)
-N_SPEED_LOSS = len(SPEED_LOSSES)
+N_PUMP_LOSS = len(PUMP_LOSSES)
 SPLIT_AT = N_HEAT
-SPLIT_SOURCE = np.array([NODES.index(source) for _, _, source, _ in HEAT_SPLITS])
+SPLIT_SOURCE = np.array([NODES.index(source) for _, source, _ in HEAT_SPLITS])
 SPLIT_SHARE = np.zeros((N_SPLIT, N))
-for _row, (_, _, _, _nodes) in zip(SPLIT_SHARE, HEAT_SPLITS, strict=True):
+for _row, (_, _, _nodes) in zip(SPLIT_SHARE, HEAT_SPLITS, strict=True):
     for _node, _part in _nodes.items():
         _row[NODES.index(_node)] = _part
-SPEED_LOSS_AT = SPLIT_AT + N_SPLIT
-EDGE_AT = SPEED_LOSS_AT + N_SPEED_LOSS
+PUMP_LOSS_AT = SPLIT_AT + N_SPLIT
+EDGE_AT = PUMP_LOSS_AT + len(PUMPS) * N_PUMP_LOSS
 SURFACE_AT = EDGE_AT + N_EDGE
 WALL_AT = SURFACE_AT + N_SURFACE
 CAPACITY_AT = WALL_AT + N_WALL
@@ -92,7 +89,7 @@ class UncertainParameters:
 
 
 def uncertain_parameters(rig: Rig) -> UncertainParameters:
-    """The uncertain numbers of a rig: heats and how they part, pump friction with speed, conductances, surfaces, capacities,
+    """The uncertain numbers of a rig: heats and how they part, what the pumps' losses are made of, conductances, surfaces, capacities,
     copper share, ambient offset, the lag of each sensor, unknown heats."""
 
     def relative(*paths: str) -> float:
@@ -101,13 +98,13 @@ def uncertain_parameters(rig: Rig) -> UncertainParameters:
 
     names = list(HEAT_GROUPS)
     prior = [relative(*_HEAT_TOLERANCES[group]) for group in HEAT_GROUPS]
-    for path, part, _, _ in HEAT_SPLITS:
+    for path, _, _ in HEAT_SPLITS:
         names.append(path)
-        prior.append(part * relative(path))
-    for pump in SPEED_LOSSES:  # beyond the deviation of the pump's loss as a whole
-        names.append(f"{pump}.friction_viscous")
-        least_known = max(relative(f"{pump}.friction_viscous"), relative(f"{pump}.friction_constant"))
-        prior.append(max(0.0, least_known**2 - relative(f"{pump}.friction_pressure") ** 2) ** 0.5)
+        prior.append(relative(path))
+    for pump in PUMPS:
+        for parts in PUMP_LOSSES:
+            names.append(f"{pump}.{parts[-1]}")
+            prior.append(max(relative(f"{pump}.{part}") for part in parts))
     for path, _, _ in EDGES:
         names.append(path)
         prior.append(relative(path))
