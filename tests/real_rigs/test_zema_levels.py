@@ -28,6 +28,22 @@ def test_levels_are_found_beside_drift_and_warmth():
     assert np.all((found.worse >= 0.0) & (found.worse <= 1.0))
 
 
+@pytest.mark.parametrize("seed", range(3))
+def test_levels_are_found_beside_a_dependence_on_the_oil_that_is_larger_than_they_are(seed):
+    n, rng = 600, np.random.default_rng(seed)
+    level = np.repeat(rng.integers(0, 3, n // 10), 10)
+    level[-40:] = 0
+    warm, target = np.full(n, 2.0), np.repeat([2.0, 1.0, 0.0, -1.0, 1.5, 0.0], n // 6)
+    for t in range(1, n):
+        warm[t] = warm[t - 1] + 0.15 * (target[t] - warm[t - 1])
+    columns, beta = np.stack([0.3 * warm + 0.1 * warm**2, warm], axis=1), np.array([-0.5, -0.1])
+    shifts = np.array([0.0, 0.24, 0.36])
+    value = shifts[level] + np.cumsum(rng.normal(0.0, 0.001, n)) + columns @ beta + rng.normal(0.0, 0.005, n)
+    favour = np.where(np.arange(n) >= n - 40, levels.KNOWN, 0.0)
+    found = find(Series(value, 0.005, np.full(n, 0.002), favour, columns, np.array([0.5, 0.05]), 0.04), (2, 3), (1.0,))
+    assert found.shift == pytest.approx(shifts, abs=0.01) and np.mean((found.worse > 0.5) == (level > 0)) > 0.98
+
+
 def test_the_side_may_be_unknown():
     series, level = made([0.0, 0.15])
     found = find(series, (2,), (-1.0, 1.0))

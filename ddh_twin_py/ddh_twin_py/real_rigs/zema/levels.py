@@ -22,23 +22,23 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ddh_twin_py.gap.hypotheses import POWER
-from ddh_twin_py.physics.compiled import kernel
+from ddh_twin_py.real_rigs.zema.tracking import track
 
 STAY = 0.95
 """Probability that a condition stays from one cycle to the next."""
 KNOWN = 7.0
 """Log likelihood of the best level over any other in cycles that are known to have it."""
 _OUTLIER = 0.01
-_ITERATIONS, _TRIED = 30, 8  # of a promising start, of any
+_ITERATIONS, _TRIED = 60, 8  # of a promising start, of any
 _PROMISING = 5
 _ALIKE = 0.2  # of the least distance of levels, within which two sets of them are one
 _WIDE = 0.15  # noise at the start, of the distance of levels: levels that start in the wrong place find theirs
 _SETTLED = 0.05  # of log likelihood
 _STARTS = (0.15, 0.3, 0.5, 0.75, 1.0, 1.3)  # of the spread of the values, for the farthest level
+_LAG, _REWEIGHTED = 5, 30  # cycles over which a change is taken; steps of the least absolute deviations
 _BENDS = (1.0, 1.5, 0.7)  # of the ladder of levels: evenly spaced, wider away from the best, narrower
 _STRETCH, _PARTS = 3, 4  # cycles that are left out together; one stretch of so many is
 _CELLS = 600  # of the grid at most
-_NOTHING = 1e-7
 
 
 @dataclass(frozen=True)
@@ -85,124 +85,6 @@ class Levels:
     expected: np.ndarray
 
 
-@kernel
-def _diffuse(row, out, weights, half):
-    """Add a row over the grid, convolved with 2 half + 1 weights; what would leave the grid stays at its ends."""
-    n = row.size
-    for i in range(n):
-        if row[i] > 0.0:
-            for j in range(-half, half + 1):
-                out[min(max(i + j, 0), n - 1)] += row[i] * weights[half + j]
-
-
-@kernel
-def _steps_of(drift, step, cells, weights):
-    """Weights of a normal step of the base over the grid; their half width."""
-    half = min(int(math.ceil(3.5 * drift / step)), cells - 1)
-    mass = 0.0
-    for j in range(-half, half + 1):
-        weights[half + j] = math.exp(-0.5 * (j * step / drift) ** 2)
-        mass += weights[half + j]
-    for j in range(2 * half + 1):
-        weights[j] /= mass
-    return half
-
-
-@kernel
-def _changed(rows, stay):
-    """Levels stay with probability ``stay`` or become any other one, in place; rows (k, cells), at least two levels."""
-    k, cells = rows.shape
-    other = (1.0 - stay) / (k - 1)
-    for c in range(cells):
-        whole = 0.0
-        for a in range(k):
-            whole += rows[a, c]
-        if whole > 0.0:
-            for a in range(k):
-                rows[a, c] = stay * rows[a, c] + other * (whole - rows[a, c])
-
-
-@kernel
-def _track(value, shift, grid, noise, drift, favour, stay, outlier):
-    """Log likelihood; by cycle and level: probability, that of no outlier, with it mean and square of what is left; base.
-
-    Cells that hold less than `_NOTHING` of the fullest are dropped on the way forward and never visited on the way back.
-    """
-    n, k, cells = value.size, shift.size, grid.size
-    step = grid[1] - grid[0]
-    forward = np.zeros((n, k, cells), dtype=np.float32)
-    now, moved = np.full((k, cells), 1.0 / (k * cells)), np.zeros((k, cells))
-    flat = outlier / (grid[-1] - grid[0] + shift.max() - shift.min())
-    peak = (1.0 - outlier) / (math.sqrt(2.0 * math.pi) * noise)
-    weights = np.empty(2 * cells + 1)
-    seen = np.isfinite(value)
-    best = np.ones((n, k))
-    best[:, 0] = np.exp(favour)
-    total = 0.0
-    for t in range(n):
-        if t > 0:
-            half = _steps_of(drift[t], step, cells, weights)
-            moved[:] = 0.0
-            for a in range(k):
-                _diffuse(now[a], moved[a], weights, half)
-            if k > 1:
-                _changed(moved, stay)
-            now, moved = moved, now
-        mass, fullest = 0.0, 0.0
-        for a in range(k):
-            for c in range(cells):
-                if now[a, c] > 0.0:
-                    z = (value[t] - shift[a] - grid[c]) / noise
-                    now[a, c] *= best[t, a] * (peak * math.exp(-0.5 * z * z) + flat if seen[t] else 1.0)
-                    mass += now[a, c]
-                    fullest = max(fullest, now[a, c])
-        total += math.log(mass)
-        for a in range(k):
-            for c in range(cells):
-                now[a, c] = now[a, c] / mass if now[a, c] > _NOTHING * fullest else 0.0
-                forward[t, a, c] = now[a, c]
-    probability, inlier = np.zeros((n, k)), np.zeros((n, k))
-    first, square, base = np.zeros((n, k)), np.zeros((n, k)), np.zeros(n)
-    behind = np.ones((k, cells))
-    for t in range(n - 1, -1, -1):
-        mass = 0.0
-        for a in range(k):
-            for c in range(cells):
-                mass += forward[t, a, c] * behind[a, c]
-        moved[:] = 0.0
-        for a in range(k):
-            for c in range(cells):
-                if forward[t, a, c] > 0.0:
-                    share = forward[t, a, c] * behind[a, c] / mass
-                    probability[t, a] += share
-                    base[t] += share * grid[c]
-                    if not seen[t]:
-                        moved[a, c] = behind[a, c] * best[t, a]
-                        continue
-                    left = value[t] - shift[a] - grid[c]
-                    inside = peak * math.exp(-0.5 * (left / noise) ** 2)
-                    of_inlier = share * inside / (inside + flat)
-                    inlier[t, a] += of_inlier
-                    first[t, a] += of_inlier * left
-                    square[t, a] += of_inlier * left * left
-                    moved[a, c] = behind[a, c] * best[t, a] * (inside + flat)
-        if t == 0:
-            break
-        if k > 1:
-            _changed(moved, stay)
-        half = _steps_of(drift[t], step, cells, weights)
-        highest = 0.0
-        for a in range(k):
-            for c in range(cells):
-                behind[a, c] = 0.0
-                if forward[t - 1, a, c] > 0.0:
-                    for j in range(-half, half + 1):
-                        behind[a, c] += weights[half + j] * moved[a, min(max(c + j, 0), cells - 1)]
-                    highest = max(highest, behind[a, c])
-        behind /= highest
-    return total, probability, inlier, first, square, base
-
-
 def _maximised(series: Series, shift: np.ndarray, beta: np.ndarray, noise: float, iterations: int) -> Levels:
     """Expectation maximisation from a start."""
     n, m = series.value.size, series.columns.shape[1]
@@ -214,7 +96,7 @@ def _maximised(series: Series, shift: np.ndarray, beta: np.ndarray, noise: float
         step = max(noise / 2.0, max(float(highest - lowest), 10.0 * noise) / _CELLS)
         grid = np.arange(lowest - max(shift.max(), 0.0), highest - min(shift.min(), 0.0) + step, step)
         drift = np.maximum(series.drift, 0.3 * step)
-        total, probability, inlier, mean, square, base = _track(rest, shift, grid, noise, drift, series.favour, STAY, _OUTLIER)
+        total, probability, inlier, mean, square, base = track(rest, shift, grid, noise, drift, series.favour, STAY, _OUTLIER)
         total -= 0.5 * float(np.sum((beta / series.widths) ** 2))
         found = Levels(shift.copy(), probability, base + series.columns @ beta, series.columns @ beta, beta.copy(), noise, total,
                        2.0 * (2 * shift.size + m) * 0.5 * math.log(n) - 2.0 * total, 1.0 - probability[:, 0], probability @ shift)
@@ -239,9 +121,19 @@ def _apart(shift: np.ndarray, least: float) -> bool:
 
 
 def _tilts(series: Series) -> list[np.ndarray]:
-    """Coefficients from which to begin, (m,) each."""
+    """Coefficients from which to begin, (m,) each: those of the changes over a few cycles, in which levels seldom jump, and none."""
     nothing = np.zeros(series.columns.shape[1])
-    return [nothing] + [sign * series.widths * (np.arange(nothing.size) == 0) for sign in (1.0, -1.0) if nothing.size]
+    if not nothing.size:
+        return [nothing]
+    change, columns = series.value[_LAG:] - series.value[:-_LAG], series.columns[_LAG:] - series.columns[:-_LAG]
+    there = np.isfinite(change)
+    change, columns = change[there], columns[there]
+    beta = nothing
+    for _ in range(_REWEIGHTED):  # least absolute deviations: jumps count no more than they are many
+        weight = 1.0 / np.maximum(np.abs(change - columns @ beta), series.noise)
+        beta = np.linalg.solve((columns * weight[:, None]).T @ columns + np.diag(series.noise * series.widths**-2),
+                               columns.T @ (weight * change))
+    return [beta, nothing] + [sign * series.widths * (np.arange(nothing.size) == 0) for sign in (1.0, -1.0)]
 
 
 def none(series: Series) -> Levels:
@@ -268,13 +160,12 @@ def find(series: Series, counts: Sequence[int], signs: Sequence[float]) -> Level
     Args:
         counts: numbers of levels to try beside one, 2 or more. signs: sides of the best level on which worse ones may lie.
     """
-    spread = float(np.subtract(*np.nanpercentile(series.value, [98.0, 2.0])))
-    tilts = _tilts(series)
+    tilts = [(tilt, float(np.subtract(*np.nanpercentile(series.value - series.columns @ tilt, [98.0, 2.0])))) for tilt in _tilts(series)]
     found = [none(series)]
     for count in counts:
         ladder = np.arange(count) / (count - 1)
         starts = [(sign * share * spread * ladder**bend, tilt) for sign in signs for share in _STARTS for bend in _BENDS
-                  for tilt in (tilts if bend == 1.0 else tilts[:1])]
+                  for tilt, spread in tilts]
         tried = sorted((_maximised(series, start, tilt, max(2.0 * series.noise, _WIDE * abs(start[-1]) / (count - 1)), _TRIED)
                         for start, tilt in starts), key=lambda f: f.criterion)
         refined = (_maximised(series, f.shift, f.coefficients, f.noise, _ITERATIONS) for f in _distinct(tried, series.least)[:_PROMISING])
