@@ -100,6 +100,9 @@ def test_what_is_missing_and_what_may_have_meant_it():
     assert found["/ddh/hydraulics/telemetry"].level == "warning"
     assert found["/ddh/hydraulics/telemetry"].advice.endswith("did /ddh/hydraulic/telemetry mean it?")
     assert found["/ddh/rig"].level == "warning"
+    own = replace(graph(without=["/ddh/temperature/ambient"]), other_topics=("/ddh/temperature/limits", "/ddh/temperature/residuals"))
+    advice = {check.name: check for check in check_machine(own, "/ddh", NOISE)}["/ddh/temperature/ambient"].advice
+    assert "mean it" not in advice, advice
     none = check_machine(graph(without=["/ddh/drive/telemetry"]), "/ddh", NOISE)
     assert "/ddh/drive/telemetry: nobody publishes it" in of(none, "error")
 

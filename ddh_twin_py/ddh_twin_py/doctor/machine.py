@@ -11,6 +11,7 @@ from ddh_twin_py.bags.message_types import know
 from ddh_twin_py.bags.topics import nearest_telemetry, split_topic
 from ddh_twin_py.doctor.check import Check
 from ddh_twin_py.doctor.survey import HeardTopic, Survey
+from ddh_twin_py.doctor.twin import BESIDE_SENSORS
 from ddh_twin_py.telemetry.recording import Recording, Stream
 from ddh_twin_py.telemetry.screening import screen_recording
 from ddh_twin_py.telemetry.signals import (
@@ -85,9 +86,9 @@ def check_machine(survey: Survey, namespace: str, noise: Mapping[str, float]) ->
 def _missing(survey: Survey, namespace: str, relative: str) -> Check:
     level, consequence = _NEED[relative]
     name = f"{namespace}/{relative}"
-    similar = next((other for other in sorted((*survey.other_topics, *survey.topics))
-                    if other != name and f"{namespace}/{nearest_telemetry(other, namespace)}" == name and other not in
-                    {f"{namespace}/{known}" for known in TOPIC_TYPES}), "")
+    known = {f"{namespace}/{topic}" for topic in (*TOPIC_TYPES, *BESIDE_SENSORS)}
+    similar = next((other for other in sorted({*survey.other_topics, *survey.topics} - known)
+                    if f"{namespace}/{nearest_telemetry(other, namespace)}" == name), "")
     advice = f"publish it; {consequence}" + (f"; did {similar} mean it?" if similar else "")
     return Check(GROUP, name, level, "nobody publishes it", TOPIC_TYPES[relative], advice)
 
