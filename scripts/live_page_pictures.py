@@ -7,6 +7,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import sys
 import tempfile
@@ -29,7 +30,7 @@ PICTURES = ROOT / "docs" / "pictures"
 PAPER_CYCLE = ROOT / "bags" / "paper_cycle"
 WORN = "pump_1:\n  leakage: {value: 5.0e-12, unit: m3/(s*Pa), tolerance: 0.15, source: four times the sheet's}\n"
 DURATION = 600.0  # s of simulated duty
-WAIT = 900.0  # s
+WAIT = 600.0  # s, the longest that a bag player waits for its nodes
 
 
 class Shown:
@@ -119,9 +120,10 @@ def main() -> int:
         print("error: there is no Chromium; scripts/browser.sh installs one", file=sys.stderr)
         return 2
     with tempfile.TemporaryDirectory(prefix="ddh_pictures_") as scratch:
+        os.chdir(scratch)  # the page shows the path of a bag as it is given
         for name, take in (("cycle", cycle), ("gap", gap)):
             if name in sys.argv[1:] or not sys.argv[1:]:
-                take(Path(scratch))
+                take(Path())
     return 0
 
 

@@ -15,6 +15,7 @@ export class Charts {
     this.store = store;
     this.list = list;
     this.charts = [];
+    this.begun = false;
     this.palette = {};
     this.quantities = new Map();
     this.kept = saved();
@@ -31,6 +32,7 @@ export class Charts {
     const wanted = (this.kept.charts ?? page.first_charts).filter((id) => this.quantities.has(id));
     for (const chart of [...this.charts]) chart.end();
     this.charts = [];
+    this.begun = true;
     for (const id of wanted) this.add(id, false);
     this.fetch();
   }
@@ -54,7 +56,8 @@ export class Charts {
   }
 
   keep() {
-    this.kept = { charts: this.charts.map((chart) => chart.quantity.id), window: WINDOWS.indexOf(this.window) };
+    const charts = this.begun ? this.charts.map((chart) => chart.quantity.id) : this.kept.charts; // a window may be chosen before any chart is there
+    this.kept = { charts, window: WINDOWS.indexOf(this.window) };
     try {
       localStorage.setItem(KEY, JSON.stringify(this.kept));
     } catch {
