@@ -15,7 +15,7 @@ import math
 
 import numpy as np
 
-from ddh_twin_py.physics.balance import OPERATING_DTYPE, add_hydraulics, add_motor, add_surroundings, clear, motor_current
+from ddh_twin_py.physics.balance import OPERATING_DTYPE, add_further_heat, add_hydraulics, add_motor, clear, motor_current
 from ddh_twin_py.physics.compiled import inlined, kernel
 from ddh_twin_py.physics.cylinder import (
     END_STOP_STIFFNESS,
@@ -101,7 +101,7 @@ def derivatives(y, start, command, command_rate, ambient, params, point, edge, w
     torque = add_hydraulics(point, 1.0, speed, pressure_a, pressure_b, velocity, position, check_a, check_b, relief, c, p)
     current = motor_current(speed, acceleration, torque, magnets * p.motor_torque_constant, p)
     add_motor(point, 1.0, speed, current, resistance, magnets, iron, p)
-    add_surroundings(point, p)
+    add_further_heat(point, p)
     capacities(params, position, capacity)
     network_rates(params, edge, wall, surface, capacity, temperature, ambient + p.surroundings_enclosure_rise, point.heat,
                   point.mean_square_current, point.flow, rate)

@@ -12,6 +12,7 @@ from ddh_twin_py.gap.diagnosis import Diagnosis, Lack, Weighed
 from ddh_twin_py.gap.effect import Effect
 from ddh_twin_py.gap.hypotheses import WIDTH
 from ddh_twin_py.gap.lacking import Acting, chi_square_by_phase, lacks
+from ddh_twin_py.gap.learned import described, learn
 from ddh_twin_py.gap.model import Diagnosable, Held
 from ddh_twin_py.gap.refit import Refitted
 from ddh_twin_py.gap.search import Found
@@ -37,7 +38,7 @@ def diagnosis(model: Diagnosable, found: Found, theta: np.ndarray, seconds: Mapp
     """
     found = without_parameters(model, found)
     leader = found.fitted.get(found.leader) or found.fitted[()]
-    unknown = unknown_beside(model, found, leader)
+    unknown, best = unknown_beside(model, found, leader), leader
     held = model.held_data()
     if leader.columns:
         unknown = refuted(unknown, _shrinks(held, found.fitted[()], leader))
@@ -53,8 +54,12 @@ def diagnosis(model: Diagnosable, found: Found, theta: np.ndarray, seconds: Mapp
     speaks = leader.log_evidence - found.fitted[()].log_evidence
     within = gap_before <= _NEARLY and shrunk > _SHRINKS * gap_before and speaks < _LOUD
     verdict = judge(found, unknown, all(model.altered) and within)
+    learned = None
     if verdict.word == "no_gap":
         leader = found.fitted[()]
+    elif verdict.word == "unknown" and (terms := model.learned_terms(unknown.component, unknown.domain)):
+        learned = learn(model, found, terms, lambda fitted: size.gap(_ratios(held, held.run(fitted.theta, fitted.acting)), floor))
+        leader = learned or leader
     acting = leader.acting
     after_runs = held.run(leader.theta, acting)
     after = _ratios(held, after_runs)
@@ -62,7 +67,7 @@ def diagnosis(model: Diagnosable, found: Found, theta: np.ndarray, seconds: Mapp
     classes, confusable = classes_of(found.linearised, verdict.effects)
     places = _places(model, found, verdict)
     if verdict.word == "unknown":
-        places = [*_unknown_places(model, found, unknown, leader), *(row for row in places if row.regime)]
+        places = [*_unknown_places(model, found, unknown, best), *(row for row in places if row.regime)]
     listed = [ids for ids, p in list(verdict.sets.items())[:_MOST] if p >= LISTED and ids]
     listed = sorted([*listed, ()], key=lambda ids: -verdict.sets.get(ids, 0.0))
     weighed = [_weighed(model, found, ids, verdict.sets.get(ids, 0.0), held, floor) for ids in listed]
@@ -78,11 +83,11 @@ def diagnosis(model: Diagnosable, found: Found, theta: np.ndarray, seconds: Mapp
         "shrink": {name: {"unit": first[name].unit, "before": before[name] * first[name].noise, "after": after[name] * first[name].noise,
                           "noise": floor[name] * first[name].noise} for name in names if name in before and name in first},
         "unknown": verdict.unknown, "next_test": model.next_test(found, verdict, unknown), "held_out": held.words,
-        "notes": [*unknown.notes, *model.notes()],
+        "notes": [*unknown.notes, *([described(learned, gap_before, gap_after)] if learned else []), *model.notes()],
     }
     spread = np.sqrt(np.diagonal(found.linearised.basis.covariance()))
     parameters = model.fitted_parameters(leader.theta, spread)
-    believed = acting if verdict.word in ("explained", "ambiguous") else []
+    believed = acting if learned or verdict.word in ("explained", "ambiguous") else []
     return Diagnosis(
         report=report, sentence=sentence(report, model.catalogue), recordings=model.recordings,
         traces=held.traces(before_runs[0], after_runs[0], floor), axes=held.axes(leader.theta, acting),

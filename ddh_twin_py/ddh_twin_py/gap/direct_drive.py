@@ -12,6 +12,7 @@ from ddh_twin_py.estimation.comparison import Comparison, Discrepancy
 from ddh_twin_py.estimation.experiment import Experiment
 from ddh_twin_py.estimation.fitting import Problem
 from ddh_twin_py.estimation.unknowns import offset_paths, uncertain_paths, with_offsets
+from ddh_twin_py.gap.learned import PREFIX
 from ddh_twin_py.gap.model import Acting
 from ddh_twin_py.physics.thermal_network import TANK
 from ddh_twin_py.rig import Rig
@@ -114,7 +115,8 @@ class DirectDrive:
         if "load.payload_mass" in values:
             values["load.payload_mass"] *= float(fitted["load.payload_mass"] / plain["load_payload_mass"][0])
         named = ", ".join(effect.id for effect, _, _ in acting)
-        return fitted.with_values(values, f"effect {named}, {source}") if values else fitted
+        said = "learned, cause unknown" if named.startswith(PREFIX) else f"effect {named}"
+        return fitted.with_values(values, f"{said}, {source}") if values else fitted
 
     def sensitivities(self, pool: ThreadPoolExecutor, theta: np.ndarray, comparisons: Sequence[Comparison], numbers: Sequence[int],
                       progress: Callable[[float], None] | None = None) -> list[np.ndarray]:

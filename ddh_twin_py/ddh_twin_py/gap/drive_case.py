@@ -10,6 +10,7 @@ from ddh_twin_py.estimation.calibration import INFORMED, FittedParameter
 from ddh_twin_py.estimation.experiment import Experiment
 from ddh_twin_py.gap.catalogue import EFFECTS
 from ddh_twin_py.gap.direct_drive import STEP, DirectDrive
+from ddh_twin_py.gap.drive_learned import terms_at
 from ddh_twin_py.gap.drive_places import course
 from ddh_twin_py.gap.drive_unknown import place_of
 from ddh_twin_py.gap.effect import Effect
@@ -61,6 +62,10 @@ class DriveCase(DirectDrive):
     def place_of(self, found: Found, fitted: Refitted, forms: list[FreeForm]) -> tuple[str, str]:
         """Component and domain to which free forms point."""
         return place_of(found, fitted, forms)
+
+    def learned_terms(self, component: str, domain: str) -> Sequence[Effect]:
+        """Heat or friction that no law of the model gives."""
+        return terms_at(component, domain)
 
     def course(self, effect: Effect, without: np.ndarray, acting: np.ndarray) -> Course:
         """What an effect adds over the first field recording."""

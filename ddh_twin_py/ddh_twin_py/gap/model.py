@@ -123,6 +123,10 @@ class Diagnosable(Model, Protocol):
         """Component and domain to which free-form discrepancies point."""
         ...
 
+    def learned_terms(self, component: str, domain: str) -> Sequence[Effect]:
+        """Terms of the model that may be learned at a place; none where it has none."""
+        ...
+
     def course(self, effect: Effect, without: np.ndarray, acting: np.ndarray) -> Course:
         """What an effect adds at its place over the first recording in which effects act; parameter records (1,)."""
         ...

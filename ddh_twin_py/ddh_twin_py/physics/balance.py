@@ -19,7 +19,9 @@ from ddh_twin_py.physics.thermal_network import (
     CHAMBER_B,
     HOUSING,
     LINE_A,
+    LINE_A_WALL,
     LINE_B,
+    LINE_B_WALL,
     N,
     N_FLOWS,
     PUMP_1_CASE,
@@ -143,13 +145,21 @@ def motor_current(speed, acceleration, pump_torque, torque_constant, p):
 
 
 @inlined
-def add_surroundings(point, p):
-    """Add what the sun gives to motor housing, tank wall and barrel, by their areas."""
+def add_further_heat(point, p):
+    """Add what the sun gives to motor housing, tank wall and barrel, by their areas, and heats that were learned from a recording."""
     if p.surroundings_solar_load != 0.0:
         total = p.motor_housing_area + p.tank_area + p.cylinder_barrel_area
         point.heat[HOUSING] += p.surroundings_solar_load * p.motor_housing_area / total
         point.heat[TANK_WALL] += p.surroundings_solar_load * p.tank_area / total
         point.heat[BARREL] += p.surroundings_solar_load * p.cylinder_barrel_area / total
+    speed = point.speed_absolute
+    point.heat[HOUSING] += p.learned_motor_heat + p.learned_motor_heat_by_speed * speed
+    point.heat[PUMP_1_CASE] += p.learned_pump_1_heat + p.learned_pump_1_heat_by_speed * speed
+    point.heat[PUMP_2_CASE] += p.learned_pump_2_heat + p.learned_pump_2_heat_by_speed * speed
+    point.heat[LINE_A_WALL] += p.learned_line_a_heat + p.learned_line_a_heat_by_speed * speed
+    point.heat[LINE_B_WALL] += p.learned_line_b_heat + p.learned_line_b_heat_by_speed * speed
+    point.heat[BARREL] += p.learned_cylinder_heat + p.learned_cylinder_heat_by_speed * speed
+    point.heat[TANK] += p.learned_tank_heat + p.learned_tank_heat_by_speed * speed
 
 
 @inlined

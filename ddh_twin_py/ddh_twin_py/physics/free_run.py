@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ddh_twin_py.physics.balance import add_hydraulics, add_motor, add_surroundings, clear, motor_current
+from ddh_twin_py.physics.balance import add_further_heat, add_hydraulics, add_motor, clear, motor_current
 from ddh_twin_py.physics.compiled import inlined, kernel
 from ddh_twin_py.physics.hydraulics import (
     CALM,
@@ -174,7 +174,7 @@ def free_run_sampled(params, state, temperature, command, ambient, interval, ste
                         samples[at, i] = earlier[i] + part * (later[i] - earlier[i])
                     at += 1
         _take(point, 1.0 / share, swing_heat, swing_flow, False)
-        add_surroundings(point, p)
+        add_further_heat(point, p)
         for i in range(len(VISCOUS_NODES)):
             state[WARMING + i] = -temperature[VISCOUS_NODES[i]] / interval
         capacities(params, 0.5 * (before + state[POSITION]), capacity)

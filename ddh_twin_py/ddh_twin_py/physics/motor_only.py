@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ddh_twin_py.physics.balance import add_motor, add_surroundings, clear
+from ddh_twin_py.physics.balance import add_further_heat, add_motor, clear
 from ddh_twin_py.physics.compiled import kernel
 from ddh_twin_py.physics.motor import iron_coefficients, magnet_factor
 from ddh_twin_py.physics.thermal_network import (
@@ -42,7 +42,7 @@ def motor_only(params, speed, current, current_square, ambient, interval, temper
         clear(points[k])
         resistance = winding_resistance(temperature, p)
         add_motor(points[k], 1.0, speed[k], current[k], resistance, magnet_factor(temperature[ROTOR], p), iron, p)
-        add_surroundings(points[k], p)
+        add_further_heat(points[k], p)
         points[k].mean_square_current = current_square[k]
         points[k].loss_copper = 3.0 * resistance * current_square[k]
         network_step(

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from ddh_twin_py.physics import hydraulics
-from ddh_twin_py.physics.balance import add_hydraulics, add_motor, add_surroundings, clear, motor_current
+from ddh_twin_py.physics.balance import add_further_heat, add_hydraulics, add_motor, clear, motor_current
 from ddh_twin_py.physics.compiled import inlined, kernel
 from ddh_twin_py.physics.cylinder import piston_area, rod_side_area
 from ddh_twin_py.physics.motor import iron_coefficients, magnet_factor
@@ -65,7 +65,7 @@ def operating_point(point, m, temperature, iron, p):
     )
     current = motor_current(m.speed, m.acceleration, pump_torque, magnets * p.motor_torque_constant, p)
     add_motor(point, 1.0, m.speed, current, resistance, magnets, iron, p)
-    add_surroundings(point, p)
+    add_further_heat(point, p)
     point.mean_square_current = m.current_square
     point.loss_copper = 3.0 * resistance * m.current_square
 

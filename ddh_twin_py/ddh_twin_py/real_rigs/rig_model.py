@@ -177,6 +177,10 @@ class RigModel:
                 return self.description.places[form.signal]
         return "rig", "mechanical"
 
+    def learned_terms(self, component: str, domain: str) -> Sequence[Effect]:
+        """None: nothing is learned of these rigs."""
+        return ()
+
     def course(self, effect: Effect, without: np.ndarray, acting: np.ndarray) -> Course:
         """Change of the reading of the first recording in question that changes most for its noise."""
         run = self.field[0]

@@ -74,6 +74,8 @@ TABLE: tuple[tuple[str, tuple[str, float, float]], ...] = (
     ("valve_block.*", _up_to(100.0)),
     ("surroundings.solar_load", _between(0.0, 5000.0)),
     ("surroundings.enclosure_rise", _between(-50.0, 100.0)),
+    ("learned.*_heat", _between(-5000.0, 5000.0)),
+    ("learned.*_heat_by_speed", _between(-100.0, 100.0)),
     ("measurement.pressure_*_offset", _between(-1.0e7, 1.0e7)),
     ("measurement.surface_lag_ratio", _between(0.02, 200.0)),
     ("measurement.surface_contact", _between(0.0, 0.95)),
