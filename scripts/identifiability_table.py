@@ -34,7 +34,8 @@ def table(fits: dict[str, Calibration]) -> str:
     for path in paths:
         if path not in stay:
             lines.append(f"| `{path}` | " + " | ".join(str(shares.get(path, "–")) for shares in left.values()) + " |")
-    lines += ["", f"{LEFT_IN_ALL} % or more is left in {'both' if len(left) == 2 else 'all'}: " + ", ".join(f"`{path}`" for path in stay) + "."]
+    named = ", ".join(f"`{path}`" for path in stay)
+    lines += ["", f"{LEFT_IN_ALL} % or more is left in {'both' if len(left) == 2 else 'all'}: {named}."]
     pairs = [f"{name}: " + ("; ".join(f"`{a}` and `{b}` ({r:+.3f})" for a, b, r in fit.together()) or "none") for name, fit in fits.items()]
     return "\n".join([*lines, "", "Only together: " + ". ".join(pairs) + "."])
 
