@@ -77,7 +77,11 @@ def _take(point, factor, heat, flow, anew):
 
 @kernel
 def free_run(params, state, temperature, command, ambient, interval, step, measured_position, points, temperatures):
-    """Run over consecutive intervals, in place on state (`HYDRAULIC_STATES`) and temperature (N, K); see `free_run_sampled`."""
+    """Run over consecutive intervals, in place on state (`HYDRAULIC_STATES`) and temperature (N, K).
+
+    Arguments (command in rad/s, ambient in K, interval and step in s, measured_position in m, points and temperatures as
+    outputs), what it returns and raises: `free_run_sampled`.
+    """
     nowhen, nothing = np.empty(0), np.empty((0, len(SAMPLED)))
     return free_run_sampled(params, state, temperature, command, ambient, interval, step, measured_position, points,
                             temperatures, nowhen, nothing)
@@ -107,6 +111,8 @@ def free_run_sampled(params, state, temperature, command, ambient, interval, ste
             instants after the end are left alone.
     Returns:
         heat lost to ambient, J.
+    Raises:
+        ValueError: a state or temperature of the wrong length.
     """
     if state.shape[0] != len(HYDRAULIC_STATES) or temperature.shape[0] != N:
         raise ValueError("state or temperature has the wrong length")  # a kernel would write past its end
@@ -199,7 +205,11 @@ def free_run_sampled(params, state, temperature, command, ambient, interval, ste
 
 @kernel
 def settle(params, state, position, pressure_a, pressure_b):
-    """Set the hydraulic state (`HYDRAULIC_STATES`) to rest at measured pressures (Pa) and position (m)."""
+    """Set the hydraulic state (`HYDRAULIC_STATES`) to rest at ``pressure_a``, ``pressure_b`` (Pa gauge) and ``position`` (m).
+
+    Raises:
+        ValueError: a state of the wrong length.
+    """
     if state.shape[0] != len(HYDRAULIC_STATES):
         raise ValueError("state has the wrong length")
     state[SPEED_REFERENCE] = 0.0
