@@ -183,13 +183,13 @@ def _sweep(base_a, base_b, base_v, base_x, step, speed, y_a, y_b, v, soft_a, sof
 
 @inlined
 def _shaft_step(speed, speed_reference, pressure_a, pressure_b, step, torque_limit, c, p):
-    """Speed after a step, rad/s: the reference, or what the current limit allows of it."""
+    """Speed after a step, rad/s: the reference, or what the current limit allows of it; and the torque of that limit, N*m, else 0."""
     _, _, port_1, port_2 = pump_flows(speed, pressure_a, pressure_b, c, p)
     wanted_1, wanted_2, _, _ = pump_torques(speed_reference, port_1, port_2, c, p)
     friction = motor_friction_torque(speed_reference, p)
     needed = p.motor_inertia * (speed_reference - speed) / step + wanted_1 + wanted_2 + friction
     if abs(needed) <= torque_limit:
-        return speed_reference, False
+        return speed_reference, 0.0
     driving = torque_limit if needed > 0.0 else -torque_limit
     d1, d2 = displacement_1(p), displacement_2(p)
     dry = (
@@ -201,10 +201,10 @@ def _shaft_step(speed, speed_reference, pressure_a, pressure_b, step, torque_lim
     torque = p.motor_inertia * speed / step + driving - d1 * port_1 - d2 * port_2
     resistance = p.motor_inertia / step + viscous
     if torque > dry:
-        return (torque - dry) / resistance, True
+        return (torque - dry) / resistance, driving
     if torque < -dry:
-        return (torque + dry) / resistance, True
-    return 0.0, True
+        return (torque + dry) / resistance, driving
+    return 0.0, driving
 
 
 @inlined
@@ -229,7 +229,8 @@ def hydraulic_step(state, command, command_slope, step, decay_early, decay_late,
     is linear, 1/Pa, from the step before or from `softness`.
 
     Returns:
-        speed, acceleration, p_A, p_B, velocity, position at the end of the step, and `soft` for the next.
+        speed, acceleration, p_A, p_B, velocity, position at the end of the step, `soft` for the next, and the drive's torque, N*m,
+        where the current limit holds, else 0.
     """
     lag = p.motor_speed_loop_time_constant
     reference = state[SPEED_REFERENCE]
@@ -239,8 +240,8 @@ def hydraulic_step(state, command, command_slope, step, decay_early, decay_late,
     early = command + command_slope * (early_time - lag) + (reference - command + command_slope * lag) * decay_early
     late = command + command_slope * (late_time - lag) + (reference - command + command_slope * lag) * decay_late
     pressure_a, pressure_b = max(state[PRESSURE_A], VAPOUR_PRESSURE), max(state[PRESSURE_B], VAPOUR_PRESSURE)
-    speed_late, limited = _shaft_step(start, late, pressure_a, pressure_b, step, torque_limit, c, p)
-    if limited or not followed:
+    speed_late, limit_torque = _shaft_step(start, late, pressure_a, pressure_b, step, torque_limit, c, p)
+    if limit_torque != 0.0 or not followed:
         acceleration_late = (speed_late - start) / step
         speed_early = start + _GAMMA * (speed_late - start)
     else:
@@ -261,4 +262,4 @@ def hydraulic_step(state, command, command_slope, step, decay_early, decay_late,
     state[SPEED_REFERENCE] = late
     state[SPEED] = speed_late
     state[PRESSURE_A], state[PRESSURE_B], state[VELOCITY], state[POSITION] = a2, b2, v2, x2
-    return speed_late, acceleration_late, max(a2, VAPOUR_PRESSURE), max(b2, VAPOUR_PRESSURE), v2, x2, (soft_a, soft_b)
+    return speed_late, acceleration_late, max(a2, VAPOUR_PRESSURE), max(b2, VAPOUR_PRESSURE), v2, x2, (soft_a, soft_b), limit_torque
