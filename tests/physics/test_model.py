@@ -108,6 +108,17 @@ def test_current_limit_is_kept_and_the_shaft_slows(rig):
     assert points["current"].max() > rig["motor.current_limit"] * 0.9
 
 
+@pytest.mark.parametrize("mass", [2800.0, 3200.0])  # the load's torque below and above the limit's, within dry friction of it
+def test_a_stalled_shaft_takes_the_limit_of_current(rig, mass):
+    heavy = rig.with_values({"load.payload_mass": mass})
+    pressure = mass * rig["load.gravity"] / (0.25 * np.pi * rig["cylinder.bore"] ** 2)
+    points, *_ = run(heavy, np.full(60, 20.0), pressures=(pressure, 0.0), start_position=0.1)
+    stalled = points[20:]
+    assert np.abs(stalled["speed"]).max() < 0.1
+    assert stalled["current"] == pytest.approx(rig["motor.current_limit"], rel=1e-3)
+    assert stalled["loss_copper"] == pytest.approx(3.0 * rig["motor.phase_resistance_20C"] * rig["motor.current_limit"] ** 2, rel=0.2)
+
+
 def test_speed_follows_as_first_order_lag(rig):
     command = np.zeros(60)
     command[20:] = 5.0

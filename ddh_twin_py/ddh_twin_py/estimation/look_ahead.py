@@ -265,7 +265,7 @@ def largest(excess: Callable[[float], float], most: float) -> float:
 
 
 def default_limits(rig: Rig) -> dict[str, float]:
-    """K by location: the winding's from the sheet, 80 degC of oil (ISO VG 32 thins below 8 mm2/s and ages twice as
+    """K by location: the winding's from the sheet, 80 degC of oil (ISO VG 32 has thinned to 8.5 mm2/s and ages twice as
     fast per 10 K above it), 100 degC of NBR seals."""
     return {HOT_SPOT: ZERO_CELSIUS + rig["motor.thermal.winding_limit"], "oil": ZERO_CELSIUS + 80.0, "seals": ZERO_CELSIUS + 100.0}
 

@@ -110,10 +110,11 @@ def clear(point):
 
 @inlined
 def add_motor(point, weight, speed, current, copper_resistance, magnets, iron, p):
-    """Add the motor at an operating point: losses, voltage and power.
+    """Add the motor at an operating point: losses, voltage and power, P_el = K_t i w + P_cu + P_fe + what is reported of P_pwm.
 
-    ``copper_resistance`` in ohm per phase, ``magnets`` from `motor.magnet_factor`, ``iron`` from
-    `motor.iron_coefficients`. The drive's torque is its current by the sheet's constant.
+    ``weight`` of the instant in the mean, 1; ``speed`` in rad/s, ``current`` in A rms, ``copper_resistance`` in ohm per phase,
+    ``magnets`` from `motor.magnet_factor`, ``iron`` from `motor.iron_coefficients`. The drive's torque is its current by
+    the sheet's constant; friction heats rotor and housing alike, switching loss teeth and yoke alike.
     """
     copper = 3.0 * copper_resistance * current * current
     teeth, yoke = motor.iron_losses(speed, iron, p)
@@ -139,14 +140,17 @@ def add_motor(point, weight, speed, current, copper_resistance, magnets, iron, p
 
 @inlined
 def motor_current(speed, acceleration, pump_torque, torque_constant, p):
-    """Current that the motion takes, A: air-gap torque for inertia, pumps and motor friction by the torque constant."""
+    """Current that the motion takes, A rms: (J dw/dt + T_1 + T_2 + T_motor friction)/K_t.
+
+    ``speed`` in rad/s, ``acceleration`` in rad/s2, ``pump_torque`` (T_1 + T_2) in N*m, ``torque_constant`` in N*m/A.
+    """
     torque = p.motor_inertia * acceleration + pump_torque + hydraulics.motor_friction_torque(speed, p)
     return torque / torque_constant
 
 
 @inlined
 def add_further_heat(point, p):
-    """Add what the sun gives to motor housing, tank wall and barrel, by their areas, and heats that were learned from a recording."""
+    """Add to an operating point what the sun gives to motor housing, tank wall and barrel by their areas, and learned heats, W."""
     if p.surroundings_solar_load != 0.0:
         total = p.motor_housing_area + p.tank_area + p.cylinder_barrel_area
         point.heat[HOUSING] += p.surroundings_solar_load * p.motor_housing_area / total
@@ -168,6 +172,13 @@ def add_hydraulics(point, weight, speed, pressure_a, pressure_b, velocity, posit
 
     Advection follows the piston: what the cylinder takes in comes through the line from pump
     and check valve, so that the volume of oil is kept exactly; compression does not advect.
+    Losses and flows as equations: docs/physics.md, heat and oil flows.
+
+    Args:
+        weight: of the instant in the mean, 1. speed: rad/s. pressure_a, pressure_b: Pa gauge, not below the vapour pressure.
+        velocity: m/s. position: m. check_a, check_b, relief: flows of the valves, m3/s. c: from `hydraulics.coefficients`.
+    Returns:
+        torque of both pumps, N*m.
     """
     flow_1, flow_2, port_1, port_2 = hydraulics.pump_flows(speed, pressure_a, pressure_b, c, p)
     torque_1, torque_2, lost_1, lost_2 = hydraulics.pump_torques(speed, port_1, port_2, c, p)

@@ -24,25 +24,28 @@ def rod_side_area(p):
 
 @inlined
 def chamber_volume_piston_side(position, p):
-    """Oil in the piston-side chamber, m3."""
+    """Oil in the piston-side chamber, m3: V_dead + A_A x; position x in m, within the stroke."""
     return p.cylinder_dead_volume_piston_side + piston_area(p) * position
 
 
 @inlined
 def chamber_volume_rod_side(position, p):
-    """Oil in the rod-side chamber, m3."""
+    """Oil in the rod-side chamber, m3: V_dead + A_B (stroke - x); position x in m, within the stroke."""
     return p.cylinder_dead_volume_rod_side + rod_side_area(p) * (p.cylinder_stroke - position)
 
 
 @inlined
 def load_force(position, p):
-    """Force of the load against extension, N: m g + s (x - stroke/2)."""
+    """Force of the load against extension, N: m g + s (x - stroke/2); position x in m."""
     return p.load_payload_mass * p.load_gravity + p.load_force_slope * (position - 0.5 * p.cylinder_stroke)
 
 
 @inlined
 def coulomb_friction(velocity, pressure_difference, p):
-    """Magnitude of dry friction, N: (F_c + k |p_A - p_B|) (1 + (r_s - 1) exp(-(v/v_s)^2))."""
+    """Magnitude of dry friction, N: (F_c + k |p_A - p_B|) (1 + (r_s - 1) exp(-(v/v_s)^2)).
+
+    ``velocity`` v in m/s, ``pressure_difference`` p_A - p_B in Pa; Stribeck's rise r_s at rest falls off over v_s.
+    """
     ratio = velocity / p.cylinder_stribeck_velocity
     stribeck = 1.0
     square = ratio * ratio

@@ -23,7 +23,7 @@ def mean_square(amplitude: float) -> float:
 
 
 def equivalent_current(amplitude: float) -> float:
-    """Constant rms current, A, that makes the same copper heat: I_M/sqrt(2)."""
+    """Constant rms current, A, that makes the same copper heat: I_M/sqrt(2); ``amplitude`` I_M, the largest rms phase current, A."""
     return math.sqrt(mean_square(amplitude))
 
 
@@ -37,7 +37,7 @@ def ripple(period: float, time_constant: float) -> float:
 
     Heat is P (1 + cos 2Wt), so the rise is P R (1 + cos(2Wt - phi)/sqrt(1 + (2 W tau)^2)), W = 2 pi/period.
     0 for a cycle that is short against the time constant, 1 for one that is long: the paper's constant
-    current then misses half of the largest rise. Constant resistance.
+    current then misses half of the largest rise. Constant resistance. ``period`` and ``time_constant`` tau in s.
     """
     return 1.0 / math.hypot(1.0, 4.0 * math.pi * time_constant / period)
 
@@ -92,6 +92,10 @@ def repeating(
 
     A round is the map of a temperature field to the one some cycles later; its fixed point is found with Anderson's
     acceleration (J. ACM 12 (1965) 547), since the housing alone would take hours of cycles to settle.
+
+    Args:
+        network: of n nodes. load: of a time in s, periodic. period: s. start: K, (n,). steps: per period.
+        cycles: per round. rounds: at most.
 
     Raises:
         NoSteadyState: where they do not repeat after `rounds`.

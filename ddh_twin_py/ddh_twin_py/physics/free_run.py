@@ -51,8 +51,10 @@ CALM_FACTOR = 4
 
 
 @inlined
-def _add(point, weight, speed, acceleration, pressure_a, pressure_b, velocity, position, resistance, magnets, iron, c, p):
+def _add(point, weight, speed, acceleration, limit_torque, pressure_a, pressure_b, velocity, position, resistance, magnets, iron, c, p):
     """Add one instant to the operating point; with half weights at both ends the mean is the trapezoidal rule's.
+
+    Where the current limit holds, the drive gives ``limit_torque`` (N*m, else 0), also to a shaft that stalls.
 
     Returns:
         the current of that instant, A.
@@ -61,7 +63,11 @@ def _add(point, weight, speed, acceleration, pressure_a, pressure_b, velocity, p
         point, weight, speed, pressure_a, pressure_b, velocity, position,
         check_flow(pressure_a, p), check_flow(pressure_b, p), relief_flow(pressure_b, p), c, p,
     )
-    current = motor_current(speed, acceleration, pump_torque, magnets * p.motor_torque_constant, p)
+    torque_constant = magnets * p.motor_torque_constant
+    if limit_torque != 0.0:
+        current = limit_torque / torque_constant
+    else:
+        current = motor_current(speed, acceleration, pump_torque, torque_constant, p)
     add_motor(point, weight, speed, current, resistance, magnets, iron, p)
     return current
 
@@ -77,7 +83,11 @@ def _take(point, factor, heat, flow, anew):
 
 @kernel
 def free_run(params, state, temperature, command, ambient, interval, step, measured_position, points, temperatures):
-    """Run over consecutive intervals, in place on state (`HYDRAULIC_STATES`) and temperature (N, K); see `free_run_sampled`."""
+    """Run over consecutive intervals, in place on state (`HYDRAULIC_STATES`) and temperature (N, K).
+
+    Arguments (command in rad/s, ambient in K, interval and step in s, measured_position in m, points and temperatures as
+    outputs), what it returns and raises: `free_run_sampled`.
+    """
     nowhen, nothing = np.empty(0), np.empty((0, len(SAMPLED)))
     return free_run_sampled(params, state, temperature, command, ambient, interval, step, measured_position, points,
                             temperatures, nowhen, nothing)
@@ -107,6 +117,8 @@ def free_run_sampled(params, state, temperature, command, ambient, interval, ste
             instants after the end are left alone.
     Returns:
         heat lost to ambient, J.
+    Raises:
+        ValueError: a state or temperature of the wrong length.
     """
     if state.shape[0] != len(HYDRAULIC_STATES) or temperature.shape[0] != N:
         raise ValueError("state or temperature has the wrong length")  # a kernel would write past its end
@@ -148,10 +160,12 @@ def free_run_sampled(params, state, temperature, command, ambient, interval, ste
         h = span / count
         share = 1.0 / (parts * count)
         soft = softness(state, p)
-        acceleration = 0.0
+        acceleration, limited = 0.0, 0.0
         if state[SPEED] == state[SPEED_REFERENCE]:
             acceleration = (command[first] - state[SPEED_REFERENCE]) / p.motor_speed_loop_time_constant
-        current = _add(point, 0.5 * share, state[SPEED], acceleration, max(state[PRESSURE_A], VAPOUR_PRESSURE),
+        else:  # the limit held in the step before
+            limited = torque_limit if state[SPEED_REFERENCE] > state[SPEED] else -torque_limit
+        current = _add(point, 0.5 * share, state[SPEED], acceleration, limited, max(state[PRESSURE_A], VAPOUR_PRESSURE),
                        max(state[PRESSURE_B], VAPOUR_PRESSURE), state[VELOCITY], state[POSITION], resistance, magnets, iron, c, p)
         _take(point, -1.0 / share, swing_heat, swing_flow, True)
         for j in range(parts):
@@ -159,12 +173,12 @@ def free_run_sampled(params, state, temperature, command, ambient, interval, ste
             for m in range(count):
                 earlier = (state[SPEED], current, max(state[PRESSURE_A], VAPOUR_PRESSURE), max(state[PRESSURE_B], VAPOUR_PRESSURE),
                            state[POSITION], state[VELOCITY])
-                speed, acceleration, pressure_a, pressure_b, velocity, position, soft = hydraulic_step(
+                speed, acceleration, pressure_a, pressure_b, velocity, position, soft, limited = hydraulic_step(
                     state, command[first + j] + slope * (m * h), slope, h, decays[0], decays[1], torque_limit, soft, c, p)
                 last = j == parts - 1 and m == count - 1
                 if last:
                     _take(point, -1.0 / share, swing_heat, swing_flow, False)
-                current = _add(point, 0.5 * share if last else share, speed, acceleration, pressure_a, pressure_b,
+                current = _add(point, 0.5 * share if last else share, speed, acceleration, limited, pressure_a, pressure_b,
                                velocity, position, resistance, magnets, iron, c, p)
                 end = k * interval + j * span + (m + 1) * h
                 while at < instants.shape[0] and instants[at] <= end:
@@ -199,7 +213,11 @@ def free_run_sampled(params, state, temperature, command, ambient, interval, ste
 
 @kernel
 def settle(params, state, position, pressure_a, pressure_b):
-    """Set the hydraulic state (`HYDRAULIC_STATES`) to rest at measured pressures (Pa) and position (m)."""
+    """Set the hydraulic state (`HYDRAULIC_STATES`) to rest at ``pressure_a``, ``pressure_b`` (Pa gauge) and ``position`` (m).
+
+    Raises:
+        ValueError: a state of the wrong length.
+    """
     if state.shape[0] != len(HYDRAULIC_STATES):
         raise ValueError("state has the wrong length")
     state[SPEED_REFERENCE] = 0.0

@@ -46,7 +46,9 @@ _GAMMA = 1.0 - 1.0 / math.sqrt(2.0)
 def coefficients(temperature, pressure_a, pressure_b, p):
     """What the oil's temperature and pressure make of leakage, line drop and viscous friction.
 
-    Returns (leakage 1, leakage 2, line resistance A, B, viscous friction 1, 2) in SI, for
+    L mu_0/mu, R mu/mu_0 and b mu/mu_0 with mu(T, p); pump 1 and line A at ``pressure_a``, pump 2 and line B at ``pressure_b``.
+
+    Returns (leakage 1, leakage 2, m3/(s*Pa); line resistance A, B, Pa*s/m3; viscous friction 1, 2, N*m*s), for
     temperatures (N) in K and pressures in Pa gauge.
     """
     under_a, under_b = pressure_factor(pressure_a, p), pressure_factor(pressure_b, p)
@@ -75,7 +77,10 @@ def displacement_2(p):
 
 @inlined
 def pump_flows(speed, pressure_a, pressure_b, c, p):
-    """Port flows of both pumps, m3/s, and their port pressures, Pa."""
+    """Port flows of both pumps, m3/s, and their port pressures p + R Q + S Q|Q|, Pa.
+
+    ``speed`` in rad/s, pressures of the chambers in Pa gauge, ``c`` from `coefficients`; see `pump.port_flow`.
+    """
     rough_a, rough_b = p.line_a_pressure_drop_quadratic, p.line_b_pressure_drop_quadratic
     flow_1 = pump.port_flow(displacement_1(p), c[0], c[2], rough_a, speed, pressure_a)
     flow_2 = pump.port_flow(displacement_2(p), c[1], c[3], rough_b, speed, pressure_b)
@@ -88,7 +93,8 @@ def pump_flows(speed, pressure_a, pressure_b, c, p):
 def pump_torques(speed, port_1, port_2, c, p):
     """Torque that the shaft must give to each pump, N*m, and the part of it that is lost.
 
-    The loss that a rig file adds comes on top of both and is not in the parts.
+    T = d p + sgn(w) (c |d p| + T_0 + T_added) + b w, ``speed`` w in rad/s, ``port_1`` and ``port_2`` p in Pa gauge.
+    The loss T_added that a rig file adds is in the torques and not in the lost parts.
     """
     direction = pump.smooth_sign(speed)
     d1, d2 = displacement_1(p), displacement_2(p)
@@ -100,7 +106,7 @@ def pump_torques(speed, port_1, port_2, c, p):
 
 @inlined
 def motor_friction_torque(speed, p):
-    """Friction torque of the motor's bearings and seals, N*m."""
+    """Friction torque of the motor's bearings and seals, N*m: sgn(w) (T_c + b |w|); ``speed`` w in rad/s."""
     return pump.smooth_sign(speed) * (p.motor_friction_coulomb + p.motor_friction_viscous * abs(speed))
 
 
@@ -177,13 +183,13 @@ def _sweep(base_a, base_b, base_v, base_x, step, speed, y_a, y_b, v, soft_a, sof
 
 @inlined
 def _shaft_step(speed, speed_reference, pressure_a, pressure_b, step, torque_limit, c, p):
-    """Speed after a step, rad/s: the reference, or what the current limit allows of it."""
+    """Speed after a step, rad/s: the reference, or what the current limit allows of it; and the torque of that limit, N*m, else 0."""
     _, _, port_1, port_2 = pump_flows(speed, pressure_a, pressure_b, c, p)
     wanted_1, wanted_2, _, _ = pump_torques(speed_reference, port_1, port_2, c, p)
     friction = motor_friction_torque(speed_reference, p)
     needed = p.motor_inertia * (speed_reference - speed) / step + wanted_1 + wanted_2 + friction
     if abs(needed) <= torque_limit:
-        return speed_reference, False
+        return speed_reference, 0.0
     driving = torque_limit if needed > 0.0 else -torque_limit
     d1, d2 = displacement_1(p), displacement_2(p)
     dry = (
@@ -195,10 +201,10 @@ def _shaft_step(speed, speed_reference, pressure_a, pressure_b, step, torque_lim
     torque = p.motor_inertia * speed / step + driving - d1 * port_1 - d2 * port_2
     resistance = p.motor_inertia / step + viscous
     if torque > dry:
-        return (torque - dry) / resistance, True
+        return (torque - dry) / resistance, driving
     if torque < -dry:
-        return (torque + dry) / resistance, True
-    return 0.0, True
+        return (torque + dry) / resistance, driving
+    return 0.0, driving
 
 
 @inlined
@@ -216,14 +222,15 @@ def softness(state, p):
 
 @inlined
 def hydraulic_step(state, command, command_slope, step, decay_early, decay_late, torque_limit, soft, c, p):
-    """Advance the hydraulic state in place by ``step`` seconds; the command is command + slope t, rad/s.
+    """Advance the hydraulic state in place by ``step`` seconds; the command is command + command_slope t, rad/s.
 
     ``decay_early`` and ``decay_late`` are those of `follow_decays` for this step;
     ``torque_limit`` in N*m; ``soft``: 1/bulk modulus of both sides about which the first sweep
     is linear, 1/Pa, from the step before or from `softness`.
 
     Returns:
-        speed, acceleration, p_A, p_B, velocity, position at the end of the step, and `soft` for the next.
+        speed, acceleration, p_A, p_B, velocity, position at the end of the step, `soft` for the next, and the drive's torque, N*m,
+        where the current limit holds, else 0.
     """
     lag = p.motor_speed_loop_time_constant
     reference = state[SPEED_REFERENCE]
@@ -233,8 +240,8 @@ def hydraulic_step(state, command, command_slope, step, decay_early, decay_late,
     early = command + command_slope * (early_time - lag) + (reference - command + command_slope * lag) * decay_early
     late = command + command_slope * (late_time - lag) + (reference - command + command_slope * lag) * decay_late
     pressure_a, pressure_b = max(state[PRESSURE_A], VAPOUR_PRESSURE), max(state[PRESSURE_B], VAPOUR_PRESSURE)
-    speed_late, limited = _shaft_step(start, late, pressure_a, pressure_b, step, torque_limit, c, p)
-    if limited or not followed:
+    speed_late, limit_torque = _shaft_step(start, late, pressure_a, pressure_b, step, torque_limit, c, p)
+    if limit_torque != 0.0 or not followed:
         acceleration_late = (speed_late - start) / step
         speed_early = start + _GAMMA * (speed_late - start)
     else:
@@ -255,4 +262,4 @@ def hydraulic_step(state, command, command_slope, step, decay_early, decay_late,
     state[SPEED_REFERENCE] = late
     state[SPEED] = speed_late
     state[PRESSURE_A], state[PRESSURE_B], state[VELOCITY], state[POSITION] = a2, b2, v2, x2
-    return speed_late, acceleration_late, max(a2, VAPOUR_PRESSURE), max(b2, VAPOUR_PRESSURE), v2, x2, (soft_a, soft_b)
+    return speed_late, acceleration_late, max(a2, VAPOUR_PRESSURE), max(b2, VAPOUR_PRESSURE), v2, x2, (soft_a, soft_b), limit_torque

@@ -61,7 +61,8 @@ def winding_factor(slots: int, pole_pairs: int) -> float:
     """Fundamental winding factor of a three-phase winding of full pitch, skewed by one slot.
 
     k_d k_p k_s with k_d = sin(pi/6)/(n sin(pi/6n)), n the numerator of slots per pole and phase; coils
-    span the whole slots of a pole; k_s = sin(g/2)/(g/2), g the slot's electrical angle.
+    span the whole slots of a pole, k_p = sin(pi/2 span/pole pitch); k_s = sin(g/2)/(g/2), g the slot's electrical angle.
+    ``slots`` of the stator, ``pole_pairs`` of the rotor, both whole numbers. Pyrhonen et al., Design of Rotating Electrical Machines.
     """
     per_pole = slots / (2.0 * pole_pairs)
     n = slots // math.gcd(slots, 6 * pole_pairs)
@@ -75,18 +76,18 @@ def winding_factor(slots: int, pole_pairs: int) -> float:
 
 
 def carter_factor(pitch: float, opening: float, gap: float) -> float:
-    """By how much slots lengthen the magnetic gap: t/(t - (b/g)^2/(5 + b/g) g)."""
+    """By how much slots lengthen the magnetic gap (Carter): t/(t - (b/g)^2/(5 + b/g) g), ``pitch`` t, ``opening`` b, ``gap`` g in m."""
     ratio = opening / gap
     return pitch / (pitch - ratio**2 / (5.0 + ratio) * gap)
 
 
 def design(m: Machine, pole_pairs: float) -> Design:
-    """Sizes, flux densities, resistance, masses and friction of a machine with that many pole pairs.
+    """Sizes, flux densities, resistance, masses and friction of a machine with that many ``pole_pairs``.
 
     Gap: B = B_r h/(k_C (g + h)), h = h_m/mu_r; tooth: B t_s/(b_t k_fe); yoke: half a pole's flux over h_y L k_fe.
     Turns, resistance: paper, eq. 1 and 2 with the end turns' length in place of the end region's factor.
-    Friction of both bearings: 0.5 mu P d and rubbing seals; f_0 1e-7 (nu n)^(2/3) d_m^3 N*mm (Palmgren), its slope
-    at the reference speed taken as the viscous coefficient.
+    Friction of both bearings: 0.5 mu P d and rubbing seals; M = f_0 1e-7 (nu n)^(2/3) d_m^3 N*mm (Palmgren; d_m in mm, nu in
+    cSt, n in 1/min, nu n from 2000, below it 160 for the power), M over the reference speed taken as the viscous coefficient.
     """
     slots, length = int(m["stator.slots"]), m["stator.stack_length"]
     pole_pairs = int(pole_pairs)

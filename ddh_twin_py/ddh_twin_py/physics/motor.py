@@ -22,7 +22,7 @@ def resistance_factor(temperature, p):
 
 @inlined
 def phase_resistance(slot_temperature, end_temperature, p):
-    """Resistance of one phase, ohm, its end-winding share at the end winding's temperature."""
+    """Resistance of one phase, ohm, its end-winding share at the end winding's temperature; temperatures in K (paper, eq. 1)."""
     share = p.motor_end_winding_copper_share
     return p.motor_phase_resistance_20C * (
         (1.0 - share) * resistance_factor(slot_temperature, p) + share * resistance_factor(end_temperature, p)
@@ -31,7 +31,10 @@ def phase_resistance(slot_temperature, end_temperature, p):
 
 @inlined
 def available_current(slot_temperature, end_temperature, p):
-    """Current that the drive still gives, A: all of its limit up to `CUT_BACK_FROM`, none beyond `CUT_OFF_AT`."""
+    """Current that the drive still gives, A rms: all of its limit up to `CUT_BACK_FROM`, none beyond `CUT_OFF_AT`, linear in between.
+
+    Temperatures of slot and end winding in K, the hotter one counts.
+    """
     hottest = max(slot_temperature, end_temperature)
     share = (CUT_OFF_AT - hottest) / (CUT_OFF_AT - CUT_BACK_FROM)
     return p.motor_current_limit * min(max(share, 0.0), 1.0)
@@ -39,13 +42,13 @@ def available_current(slot_temperature, end_temperature, p):
 
 @inlined
 def torque_constant(rotor_temperature, p):
-    """Torque per current, N*m/A, with magnets at a temperature in K: K_t (1 + s (T - 23 degC))."""
+    """Torque per current, N*m/A rms, with magnets at ``rotor_temperature`` in K: K_t (1 + s (T - 23 degC))."""
     return p.motor_torque_constant * magnet_factor(rotor_temperature, p)
 
 
 @inlined
 def magnet_factor(rotor_temperature, p):
-    """Flux of the magnets over that at 23 degC; torque and voltage constant follow it."""
+    """Flux of the magnets over that at 23 degC, 1 + s (T - 23 degC), T in K; torque and voltage constant follow it."""
     return 1.0 + p.motor_torque_constant_slope * (rotor_temperature - ZERO_CELSIUS - 23.0)
 
 
@@ -76,7 +79,7 @@ def iron_coefficients(p):
 
 @inlined
 def iron_losses(speed, iron, p):
-    """Iron loss of teeth and of yoke, W (paper, eq. 3); ``iron`` from `iron_coefficients`, f = pole pairs w/2pi."""
+    """Iron loss of teeth and of yoke, W (paper, eq. 3); ``iron`` from `iron_coefficients`, f = pole pairs w/2pi, ``speed`` w in rad/s."""
     frequency = p.motor_pole_pairs * abs(speed) / (2.0 * math.pi)
     if frequency <= 0.0:
         return 0.0, 0.0
@@ -92,7 +95,7 @@ def iron_losses(speed, iron, p):
 
 @inlined
 def friction_loss(speed, p):
-    """Loss of bearings and seals of the motor, W: |w| (c + b |w|)."""
+    """Loss of bearings and seals of the motor, W: |w| (T_c + b |w|), ``speed`` w in rad/s."""
     return abs(speed) * (p.motor_friction_coulomb + p.motor_friction_viscous * abs(speed))
 
 
@@ -100,7 +103,8 @@ def friction_loss(speed, p):
 def line_voltage(speed, current, resistance, magnets, p):
     """Line-to-line voltage, V rms: sqrt((K_v n + sqrt(3) R i)^2 + (sqrt(3) p w L i)^2), current in phase with the back-EMF.
 
-    ``magnets`` from `magnet_factor`; p pole pairs, L inductance of a phase.
+    ``speed`` w in rad/s, n the same in 1/min, ``current`` i in A rms, ``resistance`` R of a phase in ohm, ``magnets`` from
+    `magnet_factor`, which K_v follows; p pole pairs, L inductance of a phase, H.
     """
     active = magnets * p.motor_voltage_constant * speed / RAD_PER_S_OF_RPM + math.sqrt(3.0) * resistance * current
     reactive = math.sqrt(3.0) * p.motor_pole_pairs * speed * p.motor_phase_inductance * current

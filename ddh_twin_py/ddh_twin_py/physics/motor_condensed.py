@@ -61,7 +61,7 @@ def resistances(network: Network) -> np.ndarray:
 
 
 def sheet_resistances(conductances: np.ndarray, to_ambient: float) -> np.ndarray:
-    """R of the sheet's network, K/W, (6, 6), from conductances in the order of `PATHS` and that of the housing's surface."""
+    """R of the sheet's network, K/W, (6, 6), from conductances (7,), W/K, in the order of `PATHS` and ``to_ambient`` of the surface."""
     k = np.zeros((len(LUMPS), len(LUMPS)))
     for value, (_, a, b) in zip(conductances, PATHS, strict=True):
         i, j = LUMPS.index(a), LUMPS.index(b)

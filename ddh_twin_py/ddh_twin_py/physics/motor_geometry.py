@@ -50,7 +50,7 @@ class Load:
 
 @dataclass(frozen=True)
 class Network:
-    """A generated network of n nodes.
+    """A generated network of n nodes; `steady` raises `NoSteadyState`.
 
     Attributes:
         machine, rig, sizes, mesh: what it was made from.
@@ -94,7 +94,7 @@ class Network:
         }
 
     def hot_spot(self, temperature: np.ndarray) -> float:
-        """Hottest cell of the slot, K."""
+        """Hottest cell of the slot, K, of temperatures (n,), K."""
         return float(temperature[self.part == "slot_winding"].max())
 
     @cached_property
@@ -121,7 +121,7 @@ class Network:
         return np.array(pairs), gap, winding, faces
 
     def variable(self, temperature: np.ndarray, load: Load) -> np.ndarray:
-        """Conductances of the pairs that air joins, W/K, (k,), at temperatures and speed."""
+        """Conductances of the pairs that air joins, W/K, (k,), at temperatures (n,), K, and a load's speed; see `surface_heat`."""
         m = self.machine
         pairs, gap, winding, faces = self._air_pairs
         outer = 0.5 * m["stator.bore"] - m["rotor.air_gap"]
@@ -138,7 +138,7 @@ class Network:
         return np.concatenate([across * gap, winding / (1.0 / end + inside), end * faces])
 
     def to_ambient(self, temperature: np.ndarray, ambient: float) -> np.ndarray:
-        """Conductance of each node to ambient, W/K, (n,): Churchill-Chu and radiation of housing and flange, the mount."""
+        """Conductance of each node to ambient, W/K, (n,): Churchill-Chu and radiation of housing and flange, the mount; K in."""
         m = self.machine
         out = np.zeros(self.size)
         for part, wet, hull, diameter in self.surfaces():
@@ -157,13 +157,13 @@ class Network:
         return ("housing", wet, hull, diameter), ("flange", edge, edge, diameter)
 
     def matrix(self, temperature: np.ndarray, load: Load) -> tuple[csc_matrix, np.ndarray]:
-        """Conductance matrix K (n, n), W/K, ambient on its diagonal, and the conductances to ambient (n,)."""
+        """Conductance matrix K (n, n), W/K, ambient on its diagonal, and the conductances to ambient (n,); temperature (n,), K."""
         ground = self.to_ambient(temperature, load.ambient)
         values = self.variable(temperature, load)
         return self._fixed_matrix + _laplacian(self.size, self._air_pairs[0], values, ground), ground
 
     def flow(self, temperature: np.ndarray, load: Load) -> np.ndarray:
-        """Heat that each node keeps, W, (n,): made in it, less what it passes on; C dT/dt."""
+        """Heat that each node keeps, W, (n,): made in it, less what it passes on; C dT/dt at temperatures (n,), K, under a load."""
         heat, slope = self.heat(load)
         pairs = self._air_pairs[0]
         passed = self.variable(temperature, load) * (temperature[pairs[:, 0]] - temperature[pairs[:, 1]])
@@ -183,7 +183,7 @@ class Network:
         return rig.parameters.view(np.recarray)[0]
 
     def iron_losses(self, speed: float) -> tuple[float, float]:
-        """Iron loss of teeth and of yoke, W: the live model's equation (paper, eq. 3) with B and masses of the geometry."""
+        """Iron loss of teeth and of yoke, W, at ``speed``, rad/s: the live model's (paper, eq. 3) with the geometry's B and masses."""
         # The plain Python of the equations: a few calls do not pay for compiling.
         return motor.iron_losses.py_func(speed, motor.iron_coefficients.py_func(self._record), self._record)
 
@@ -200,6 +200,9 @@ class Network:
 
     def steady(self, load: Load, tolerance: float = 1e-7, most: int = 200) -> np.ndarray:
         """Temperatures (n,), K, at which all heat that is made is lost; conductances and losses at them.
+
+        Args:
+            load: constant. tolerance: K, of the last change. most: iterations.
 
         Raises:
             NoSteadyState: where copper loss grows faster with temperature than the surface can lose it.
@@ -243,11 +246,11 @@ class Network:
         return out
 
     def lost(self, temperature: np.ndarray, load: Load) -> float:
-        """Heat lost to ambient, W."""
+        """Heat lost to ambient, W, at temperatures (n,), K, under a load."""
         return float(self.to_ambient(temperature, load.ambient) @ (temperature - load.ambient))
 
     def made(self, temperature: np.ndarray, load: Load) -> float:
-        """Heat made, W."""
+        """Heat made, W, at temperatures (n,), K, under a load."""
         heat, slope = self.heat(load)
         return float(heat.sum() + slope @ (temperature - ZERO_CELSIUS - 20.0))
 

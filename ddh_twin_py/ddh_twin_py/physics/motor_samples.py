@@ -8,7 +8,7 @@ from ddh_twin_py.physics.compiled import kernel
 
 @kernel
 def electrical_samples(params, speed, current, slot_temperature, end_temperature, rotor_temperature, voltage, power):
-    """Fill voltage (V) and electrical power (W) of instants, all arrays (n,); temperatures in K."""
+    """Fill voltage (V rms, line to line) and electrical power (W) of instants; speed (rad/s), current (A rms), temperatures (K): (n,)."""
     p = params[0]
     iron = motor.iron_coefficients(p)
     for i in range(speed.shape[0]):

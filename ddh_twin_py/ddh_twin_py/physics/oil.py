@@ -26,9 +26,9 @@ def density(temperature, p):
 
 @inlined
 def dynamic_viscosity(temperature, p):
-    """Dynamic viscosity, Pa*s, by Walther (ASTM D341): log10 log10(nu/cSt + 0.7) = A - B log10(T/K).
+    """Dynamic viscosity mu = nu rho, Pa*s, by Walther (ASTM D341): log10 log10(nu/cSt + 0.7) = A - B log10(T/K).
 
-    Stated for `STATED_FROM` to `STATED_TO`; outside it is extrapolated.
+    ``temperature`` in K. Stated for `STATED_FROM` to `STATED_TO`; outside it is extrapolated.
     """
     exponent = p.oil_walther_a - p.oil_walther_b * math.log(temperature) / _LN10
     kinematic = math.exp(_LN10 * math.exp(_LN10 * exponent)) - 0.7
@@ -37,13 +37,13 @@ def dynamic_viscosity(temperature, p):
 
 @inlined
 def viscosity_ratio(temperature, p):
-    """mu(T)/mu_0, where mu_0 is the viscosity at which the coefficients are stated, see `rig.own_oil`."""
+    """mu(T)/mu_0, T in K, where mu_0 is the viscosity at which the coefficients are stated, see `rig.own_oil`."""
     return dynamic_viscosity(temperature, p) / p.oil_reference_viscosity
 
 
 @inlined
 def pressure_factor(pressure, p):
-    """Viscosity under pressure over that at none (Barus), exp(a p); pressure in Pa gauge."""
+    """Viscosity under pressure over that at none (Barus), exp(a max(p, 0)); pressure p in Pa gauge."""
     a = p.oil_viscosity_pressure_coefficient
     return 1.0 if a == 0.0 else math.exp(a * max(pressure, 0.0))
 

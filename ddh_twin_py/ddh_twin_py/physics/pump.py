@@ -17,7 +17,7 @@ def port_flow(displacement_per_rad, leakage, line_resistance, line_quadratic, sp
     Q = d w - L p_port and p_port = p + R Q + S Q|Q|, solved for Q: exactly for S = 0, else to the
     first order in L S Q, which is below 1e-3. ``displacement_per_rad`` is signed, m3/rad;
     ``leakage`` (m3/(s*Pa)), ``line_resistance`` (Pa*s/m3) at the oil's temperature,
-    ``line_quadratic`` in Pa*s2/m6.
+    ``line_quadratic`` in Pa*s2/m6, ``speed`` in rad/s, ``chamber_pressure`` in Pa gauge.
     """
     share = 1.0 / (1.0 + leakage * line_resistance)
     flow = (displacement_per_rad * speed - leakage * chamber_pressure) * share
@@ -26,13 +26,13 @@ def port_flow(displacement_per_rad, leakage, line_resistance, line_quadratic, sp
 
 @inlined
 def port_flow_slope(leakage, line_resistance):
-    """dQ/dp of `port_flow`, m3/(s*Pa)."""
+    """dQ/dp of `port_flow` without the quadratic drop, m3/(s*Pa): -L/(1 + L R), L in m3/(s*Pa), R in Pa*s/m3."""
     return -leakage / (1.0 + leakage * line_resistance)
 
 
 @inlined
 def smooth_sign(speed):
-    """sign(w), continuous through zero within `SIGN_WIDTH`."""
+    """sign(w), continuous through zero: tanh(w/`SIGN_WIDTH`), ``speed`` w in rad/s."""
     ratio = speed / SIGN_WIDTH
     if abs(ratio) > 20.0:  # tanh is 1 to the last bit
         return math.copysign(1.0, ratio)
@@ -43,5 +43,8 @@ def smooth_sign(speed):
 
 @inlined
 def friction_magnitude(friction_pressure, friction_constant, displacement_per_rad, port_pressure):
-    """Coulomb part of the loss torque, N*m: c D |p|/2pi + T_0."""
+    """Coulomb part of the loss torque, N*m: c |d p| + T_0.
+
+    ``friction_pressure`` c, 1; ``friction_constant`` T_0, N*m; ``displacement_per_rad`` d, m3/rad; ``port_pressure`` p, Pa gauge.
+    """
     return friction_pressure * abs(displacement_per_rad * port_pressure) + friction_constant

@@ -51,7 +51,7 @@ class SlotMesh:
     end_plane: list[tuple[int, float, float]] = field(default_factory=list)
 
     def add(self, region: str, capacity: float, volume: float, copper: float, place, corners) -> int:
-        """Append a cell; returns its number."""
+        """Append a cell of a region: J/K, m3, m2 of copper, place (3,) and corners (4, 2), m; returns its number."""
         self.region.append(region)
         self.capacity.append(capacity)
         self.volume.append(volume)
@@ -80,7 +80,7 @@ def divisions(layers: int) -> Divisions:
 
 
 def winding_conductivity(m: Machine, d: Design, temperature: float) -> tuple[float, float]:
-    """Across the wires and along them, W/(m*K)."""
+    """Of the winding across its wires and along them, W/(m*K), voids at a ``temperature`` in K; see `winding_material`."""
     share = d.copper_area / d.winding_area
     across = wound_slot(
         m["materials.copper_conductivity"], m["materials.varnish_conductivity"], air(temperature).conductivity, share,
@@ -103,6 +103,9 @@ def slot_mesh(m: Machine, d: Design, layers: int, temperature: float) -> SlotMes
 
     Args:
         layers: of the winding along the radius, 1 or more; everything else is refined in proportion.
+
+    Raises:
+        ValueError: fewer than one layer.
     """
     if layers < 1:
         raise ValueError(f"layers is {layers}, 1 or more are needed")

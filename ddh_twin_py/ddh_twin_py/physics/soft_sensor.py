@@ -41,13 +41,15 @@ SUCTION_BELOW = 1.5e5
 
 @inlined
 def make_up_flow(pressure, wanted, delivered):
-    """Flow through a check valve by continuity, m3/s: what the cylinder took beyond the pump's delivery."""
+    """Flow through a check valve by continuity, m3/s: max(0, wanted - delivered) where pressure (Pa gauge) is below `SUCTION_BELOW`."""
     return max(0.0, wanted - delivered) if pressure < SUCTION_BELOW else 0.0
 
 
 @inlined
 def operating_point(point, m, temperature, iron, p):
     """Fill one operating point from the means ``m`` over an interval (a row of `MEASURED_DTYPE`).
+
+    ``temperature`` in K, (N,); ``iron`` from `motor.iron_coefficients`.
 
     Torque, current, voltage and power are those that the model expects from pressures and
     speed; the copper loss is that of the measured current.

@@ -33,7 +33,7 @@ class Air:
 def air(temperature: float) -> Air:
     """Air at a temperature, K.
 
-    mu = 1.458e-6 T^1.5/(T + 110.4) (Sutherland), k = 2.646e-3 T^1.5/(T + 245.4 10^(-12/T)), rho = p/(R T);
+    mu = 1.458e-6 T^1.5/(T + 110.4) (Sutherland), k = 2.64638e-3 T^1.5/(T + 245.4 10^(-12/T)), rho = p/(R T);
     U.S. Standard Atmosphere 1976. 170 to 600 K.
     """
     viscosity = 1.458e-6 * temperature**1.5 / (temperature + 110.4)
@@ -43,7 +43,7 @@ def air(temperature: float) -> Air:
 
 
 def rayleigh(surface: float, ambient: float, diameter: float) -> float:
-    """Ra = g beta |dT| D^3 Pr / nu^2, air at the film temperature, beta = 1/T_film."""
+    """Ra = g beta |dT| D^3 Pr / nu^2, air at the film temperature, beta = 1/T_film; ``surface``, ``ambient`` in K, ``diameter`` D in m."""
     film = 0.5 * (surface + ambient)
     gas = air(film)
     return GRAVITY / film * abs(surface - ambient) * diameter**3 * gas.prandtl / gas.kinematic_viscosity**2
@@ -53,7 +53,7 @@ def natural_convection(surface: float, ambient: float, diameter: float) -> float
     """Mean coefficient of a horizontal cylinder in still air, W/(m2*K).
 
     Nu = (0.60 + 0.387 Ra^(1/6) / (1 + (0.559/Pr)^(9/16))^(8/27))^2, 1e-5 < Ra < 1e12;
-    Churchill and Chu, Int. J. Heat Mass Transfer 18 (1975) 1049.
+    Churchill and Chu, Int. J. Heat Mass Transfer 18 (1975) 1049. ``surface`` and ``ambient`` in K, ``diameter`` in m.
     """
     gas = air(0.5 * (surface + ambient))
     number = max(rayleigh(surface, ambient, diameter), 1e-5)
@@ -62,12 +62,12 @@ def natural_convection(surface: float, ambient: float, diameter: float) -> float
 
 
 def radiation(surface: float, ambient: float, emissivity: float) -> float:
-    """Coefficient of radiation to large surroundings: eps sigma (T^2 + T_a^2)(T + T_a), W/(m2*K)."""
+    """Coefficient of radiation to large surroundings: eps sigma (T^2 + T_a^2)(T + T_a), W/(m2*K); T in K, emissivity 1."""
     return emissivity * STEFAN_BOLTZMANN * (surface**2 + ambient**2) * (surface + ambient)
 
 
 def taylor_number(speed: float, radius: float, gap: float, temperature: float) -> float:
-    """Ta = w^2 r g^3 / nu^2, r the mean radius of the gap, speed in rad/s (Howey, Childs, Holmes 2012, paper's /31/)."""
+    """Ta = w^2 r g^3 / nu^2, r mean radius of the gap, m, g gap, m, w speed, rad/s, nu at K (Howey, Childs, Holmes 2012, paper's /31/)."""
     return speed**2 * radius * gap**3 / air(temperature).kinematic_viscosity ** 2
 
 
@@ -84,7 +84,10 @@ def air_gap_nusselt(taylor: float) -> float:
 
 
 def air_gap(speed: float, radius: float, gap: float, temperature: float, emissivity: float) -> float:
-    """Coefficient of an air gap from rotor to stator, W/(m2*K): Nu k/(2 g), and radiation between grey walls."""
+    """Coefficient of an air gap from rotor to stator, W/(m2*K): Nu k/(2 g), and radiation between grey walls, 4 sigma T^3/(2/eps - 1).
+
+    ``speed`` in rad/s, mean ``radius`` and ``gap`` g in m, ``temperature`` of the air in K, ``emissivity`` eps of both walls.
+    """
     flow = air_gap_nusselt(taylor_number(speed, radius, gap, temperature)) * air(temperature).conductivity / (2.0 * gap)
     if emissivity <= 0.0:
         return flow
@@ -101,7 +104,7 @@ def end_space(rim_speed: float, still: float, factor: float, exponent: float) ->
 
 
 def in_range(rayleigh_number: float, taylor: float, rim_speed: float) -> list[str]:
-    """What lies outside of where the correlations were measured; empty where all lies inside."""
+    """What lies outside of where the correlations were measured; empty where all lies inside. Numbers, and rim_speed in m/s."""
     said = []
     if not 1e-5 < rayleigh_number < RAYLEIGH_LIMIT:
         said.append(f"Rayleigh number {rayleigh_number:.2g}, Churchill and Chu hold from 1e-5 to 1e12")

@@ -4,8 +4,10 @@ Nodes carry a heat capacity; edges conduct; oil carries its enthalpy along with 
 surfaces lose heat to ambient by natural convection and radiation, two line walls by a fixed
 conductance. The network is a table of nodes and edges, so that a further path is one more row.
 
-C_i dT_i/dt = heat_i + sum_j G_ij (T_j - T_i) + rho c sum_(flows k to i) Q_k (T_from(k) - T_i)
-              - A_i (C_i |dT|^1.25 sign(dT) + eps_i sigma (T_i^4 - T_a^4))
+C_i dT_i/dt = P_i + sum_j G_ij (T_j - T_i) + rho c sum_(flows k to i) Q_k (T_from(k) - T_i) - G_ia (T_i - T_a)
+              - A_i (h_i |dT|^1.25 sign(dT) + eps_i sigma (T_i^4 - T_a^4)),  dT = T_i - T_a
+
+C heat capacity J/K, P heat W, G conductance W/K, Q flow m3/s, A area m2, h convection W/(m2 K^1.25), T in K.
 """
 
 from __future__ import annotations
@@ -73,7 +75,7 @@ SURFACES = (
     ("cylinder.barrel_area", "cylinder.convection", "cylinder.emissivity", BARREL),
     ("tank.area", "tank.convection", "tank.emissivity", TANK_WALL),
 )
-"""Surfaces in natural convection and radiation: area (m2), convection (W/(m2 K^1.25)), emissivity, node."""
+"""Surfaces in natural convection and radiation: area (m2), convection (W/(m2 K^1.25)), emissivity (1), node."""
 
 WALLS = (
     ("line_a.wall_to_ambient", LINE_A_WALL),
@@ -129,7 +131,7 @@ _GAMMA = 1.0 - 1.0 / np.sqrt(2.0)
 
 @kernel
 def conductances(params, edge, wall, surface):
-    """Fill edge (N_EDGES) and wall (N_WALLS) conductances, W/K, and surface (N_SURFACES, 3): area, C, emissivity."""
+    """Fill edge (N_EDGES) and wall (N_WALLS) conductances, W/K, and surface (N_SURFACES, 3) as in `SURFACES`."""
     p = params[0]
     edge[0] = p.motor_slot_to_end_winding
     edge[1] = p.motor_slot_to_teeth
@@ -163,7 +165,10 @@ def conductances(params, edge, wall, surface):
 
 @kernel
 def capacities(params, position, capacity):
-    """Fill heat capacities (N), J/K, for a rod position, m: chambers and tank hold what the piston leaves them."""
+    """Fill capacity (N), J/K, for a rod position, m: chambers and tank hold what the piston leaves them.
+
+    Oil: rho c V; the tank's upper layer max(s V - (A_A - A_B) x, s V/10), the lower (1 - s) V, s ``tank.top_share``.
+    """
     p = params[0]
     rho_c = volumetric_heat_capacity(p)
     capacity[SLOT_WINDING] = p.motor_slot_winding_capacity
@@ -195,7 +200,10 @@ def capacities(params, position, capacity):
 
 @inlined
 def copper_loss(temperature, mean_square_current, p):
-    """Copper loss in slot and end winding, W (paper, eq. 1 and 2): 3 R_20 (1 + alpha (T - 20 degC)) i^2."""
+    """Copper loss in slot and end winding, W (paper, eq. 1 and 2): 3 R_20 (1 + alpha (T - 20 degC)) i^2 by their shares.
+
+    ``temperature`` in K, (N,); ``mean_square_current`` in A^2, of the rms phase current.
+    """
     total = 3.0 * p.motor_phase_resistance_20C * mean_square_current
     share = p.motor_end_winding_copper_share
     slot = (1.0 - share) * total * resistance_factor(temperature[SLOT_WINDING], p)
@@ -211,7 +219,10 @@ def winding_resistance(temperature, p):
 
 @inlined
 def surface_loss(temperature, ambient, area, convection, emissivity):
-    """Heat from a surface to ambient, W: A (C |dT|^1.25 sign(dT) + eps sigma (T^4 - T_a^4))."""
+    """Heat from a surface to ambient, W: A (h |dT|^1.25 sign(dT) + eps sigma (T^4 - T_a^4)).
+
+    Temperatures in K, ``area`` A in m2, ``convection`` h in W/(m2*K^1.25), ``emissivity`` eps.
+    """
     difference = temperature - ambient
     natural = convection * difference * math.sqrt(math.sqrt(abs(difference)))
     return area * (natural + emissivity * STEFAN_BOLTZMANN * (temperature**4 - ambient**4))
@@ -269,7 +280,7 @@ def _powers(params, edge, wall, surface, temperature, ambient, heat, mean_square
 
 @kernel
 def network_jacobian(params, edge, wall, surface, capacity, temperature, ambient, mean_square_current, flow, jacobian):
-    """Fill jacobian (N, N), 1/s: derivative of `network_rates` by temperature."""
+    """Fill jacobian (N, N), 1/s: derivative of `network_rates`, which has the same arguments, by temperature."""
     _power_slopes(params, edge, wall, surface, temperature, ambient, mean_square_current, flow, 1.0, jacobian)
     for i in range(N):
         for j in range(N):
@@ -359,7 +370,7 @@ def solve(lu, x):
 
 @kernel
 def network_step(params, edge, wall, surface, capacity, temperature, ambient, heat, mean_square_current, flow, step, work):
-    """Advance temperature (N) in place by step seconds under constant inputs; see `network_step_between`."""
+    """Advance temperature (N) in place by step seconds under constant inputs; see `network_step_between` and `network_rates`."""
     return network_step_between(params, edge, wall, surface, capacity, temperature, ambient, heat, heat, mean_square_current, flow, flow,
                                 step, work)
 
@@ -371,7 +382,7 @@ def network_step_between(params, edge, wall, surface, capacity, temperature, amb
 
     Verwer et al., SIAM J. Sci. Comput. 20 (1999) 1456; gamma = 1 - 1/sqrt(2). ``work`` is a
     scratch array of shape (N + 3, N). Heat goes from ``heat_early`` to ``heat_late``, W, (N,), flows likewise, m3/s,
-    (N_FLOWS,); the other inputs are constant over the step.
+    (N_FLOWS,); the other inputs, see `network_rates`, are constant over the step.
 
     Returns:
         heat lost to ambient over the step, J.

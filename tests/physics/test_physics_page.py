@@ -1,0 +1,93 @@
+"""The page of the physics against the code: names exist, no quantity of the sheet is missing, constants agree."""
+
+import importlib
+import re
+from fnmatch import fnmatchcase
+
+import numpy as np
+import pytest
+from ddh_twin_py.physics import cylinder, free_run, motor, oil, pump, soft_sensor, thermal_network
+from ddh_twin_py.physics.balance import OPERATING_FIELDS
+from ddh_twin_py.rig import load_rig
+from ddh_twin_py.twin.ambient import AMBIENT_LAG
+
+RIG = load_rig()
+
+
+@pytest.fixture(scope="module")
+def page(repo_root):
+    return (repo_root / "docs/physics.md").read_text(encoding="utf-8")
+
+
+@pytest.fixture(scope="module")
+def names(page):
+    """Names in the page's backticks; one that begins with a point has the section of the name before it."""
+    found, section = [], ""
+    for name in re.findall(r"`([^`\n]+)`", page):
+        if name.startswith("."):
+            name = section + name
+        section = name.rpartition(".")[0]
+        found.append(name)
+    return found
+
+
+def code_has(name: str) -> bool:
+    module, _, attribute = name.rpartition(".")
+    if module in ("balance", "cylinder", "hydraulics", "motor", "oil", "thermal_network"):
+        return hasattr(importlib.import_module(f"ddh_twin_py.physics.{module}"), attribute)
+    return any(fnmatchcase(field, name) for field in OPERATING_FIELDS)
+
+
+def test_every_name_of_the_symbol_table_is_one_of_the_sheet_or_of_the_code(page):
+    section = ""
+    for line in page[page.index("## Symbols"):].splitlines()[4:]:
+        for name in re.findall(r"`([^`]+)`", line.split(" | ")[-1]):
+            name = section + name if name.startswith(".") else name
+            section = name.rpartition(".")[0]
+            known = any(fnmatchcase(path, name) for path in RIG.quantities) or code_has(name) or name == "speed_command"
+            assert known, f"{name}: {line}"
+
+
+def test_every_quantity_of_the_sheet_stands_on_the_page(names):
+    missing = [path for path in RIG.quantities if not any(fnmatchcase(path, name) for name in names)]
+    assert not missing
+
+
+@pytest.mark.parametrize(("text", "value", "scale"), [
+    (r"p_v = (\S+) bar", oil.VAPOUR_PRESSURE, 1e5),
+    (r"p₀ = (\S+) Pa", oil.ATMOSPHERE, 1.0),
+    (r"n = (\S+), p_abs", oil.POLYTROPIC_EXPONENT, 1.0),
+    (r"stated for (\S+)…100 °C", oil.STATED_FROM - oil.ZERO_CELSIUS, 1.0),
+    (r"stated for −20…(\S+) °C", oil.STATED_TO - oil.ZERO_CELSIUS, 1.0),
+    (r"tanh\(ω / (\S+) rad/s\)", pump.SIGN_WIDTH, 1.0),
+    (r"end stops F_e: (\S+)·10⁷ N/m", cylinder.END_STOP_STIFFNESS, 1e7),
+    (r"side reads below (\S+) bar", soft_sensor.SUCTION_BELOW, 1e5),
+    (r"min\(max\(\((\S+) °C − T_w\)", motor.CUT_OFF_AT - oil.ZERO_CELSIUS, 1.0),
+    (r"cut back from (\S+) °C on", motor.CUT_BACK_FROM - oil.ZERO_CELSIUS, 1.0),
+    (r"(\S+)·10⁻⁵ K/W\)|1/\(R_m \+ 10⁻⁵ K/W\)", thermal_network.MIXED, 1e-5),
+    (r"(\S+) nodes: slot winding", thermal_network.N, 1.0),
+    (r"constant, (\S+)·10⁻⁸ \|", thermal_network.STEFAN_BOLTZMANN, 1e-8),
+    (r"smoothed over (\S+) s", AMBIENT_LAG, 1.0),
+    (r"\| (\S+) ms; 4\.2 ms", free_run.HYDRAULIC_STEP, 1e-3),
+    (r"been constant for (\S+) s", free_run.CALM_AFTER, 1.0),
+    (r"at 23 °C: (\S+) Pa·s|oefficients were found: (\S+) Pa·s", RIG["oil.reference_viscosity"], 1.0),
+])
+def test_constants_of_the_page_are_those_of_the_code(page, text, value, scale):
+    found = re.search(text, page)
+    assert found, text
+    written = next((group for group in found.groups() if group), "1")
+    assert float(written.replace(",", "").replace("−", "-")) * scale == pytest.approx(value, rel=1e-3)
+
+
+def test_conductances_are_filled_in_the_order_of_their_paths():
+    """`conductances` fills by number what `EDGES`, `WALLS` and `SURFACES` name by path."""
+    edge, wall, surface = np.empty(thermal_network.N_EDGES), np.empty(thermal_network.N_WALLS), np.empty((thermal_network.N_SURFACES, 3))
+    thermal_network.conductances(RIG.parameters, edge, wall, surface)
+    of_path = {}
+    for value, (path, _, _) in zip(edge, thermal_network.EDGES, strict=True):
+        of_path[path] = of_path.get(path, 0.0) + value  # the tank's layers share one
+    wanted = {path: RIG[path] for path in of_path}
+    wanted["tank.mixing_resistance"] = 1.0 / (RIG["tank.mixing_resistance"] + thermal_network.MIXED)
+    assert of_path == pytest.approx(wanted)
+    assert wall == pytest.approx([RIG[path] for path, _ in thermal_network.WALLS])
+    assert surface == pytest.approx(np.array([[RIG[path] for path in row[:3]] for row in thermal_network.SURFACES]))
