@@ -86,10 +86,10 @@ NEVER_READ = -1
 """Count of refused readings of a sensor that has not spoken yet; its first reading passes no gate."""
 _UNKNOWN_HEAT_TIME = 60.0  # s, correlation time of what is not a state: heat while telemetry is missing, errors of the node's own heat
 _UNKNOWN_HEAT = 0.3  # W per node, standard deviation
-_UNKNOWN_SHARE = 0.015  # of the node's own heat
+_UNKNOWN_SHARE = 0.005  # of the node's own heat
 _LAG_SHARE = 0.5  # of the whole second-order term of an uncertain lag: readings do not rise for ever
 _BILINEAR_TIME = 15.0  # s, how long the product of an uncertain conductance and an uncertain difference keeps its size
-_MIXING = 0.003  # K per square root of s, oil of the small volumes: means over a stroke are not the strokes
+_MIXING = 0.001  # K per square root of s, oil of the small volumes: means over a stroke are not the strokes
 _OFFSET_DRIFT = 1.0e-4  # K per square root of s
 
 _EDGE_I = np.array([edge[1] for edge in EDGES])

@@ -27,6 +27,7 @@ _AT_ONCE = 5  # sets fitted side by side
 _MOST = 30  # sets fitted in full
 _FAR_BEHIND = 12.0  # log weight behind the best beyond which a set is not fitted in full
 _RIVAL = 2.0  # log weight behind the best fitted within which a set is fitted before it is judged
+_ANOTHER = 4.0  # the same of a set that explains without one of the best's effects: told from it wrongly, it would mislead
 _KEPT = 3  # leading sets whose fits the next linearisation begins from
 _POOR = 1.5  # chi-square per row above which the leading hypothesis explains too little to be the last word
 
@@ -77,9 +78,10 @@ class Fits:
         single = max((ids for ids in promised if len(ids) == 1), key=lambda ids: promised[ids], default=())
         self._fit(dict.fromkeys([(), *ranked[:_AT_ONCE], single]))
         while len(self.fitted) < _MOST:
-            expected = self._expected()
-            least = max(self._full(ids) for ids in self.fitted) - _RIVAL
-            rest = sorted((ids for ids in expected if ids not in self.fitted and expected[ids] > least), key=lambda ids: -expected[ids])
+            expected, best = self._expected(), self._best()
+            least = {ids: self._full(best) - (_RIVAL if set(ids) >= set(best) else _ANOTHER) for ids in expected}
+            rest = [ids for ids in expected if ids not in self.fitted and expected[ids] > least[ids]]
+            rest.sort(key=lambda ids: -expected[ids])
             if not rest:
                 break
             self._fit(rest[:_AT_ONCE])
@@ -202,7 +204,15 @@ class Fits:
                     found[name] = max(found.get(name, -math.inf), fell)
         return {**self._learnt, **found}
 
+    def _best(self) -> Ids:
+        """Of the sets that were fitted the one of largest log weight, () where none was."""
+        return max((ids for ids in self.fitted if ids in self._weights), key=self._full, default=())
+
     def _expected(self) -> dict[Ids, float]:
-        """Log weight of every set, as far short of the linear one as sets with one of its effects fell at least."""
-        short = self.short()
-        return {ids: weight + min((short.get(name, 0.0) for name in ids), default=0.0) for ids, (weight, _) in self._weights.items()}
+        """Log weight of every set, as far short of the linear one as sets with one of its effects fell at least.
+
+        Where the best that was fitted does better than the linear model said, all others are expected to do so too.
+        """
+        short, best = self.short(), self._best()
+        more = max(0.0, self._full(best) - self._weights[best][0]) if best else 0.0
+        return {ids: weight + more + min((short.get(name, 0.0) for name in ids), default=0.0) for ids, (weight, _) in self._weights.items()}
