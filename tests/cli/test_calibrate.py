@@ -120,7 +120,7 @@ def test_a_recording_without_speed_command_or_signals_is_refused(bag, tmp_path, 
     recording = read_recording(bag).between(0.0, 20.0)
     recording.drive.values[:, recording.drive.fields.index("speed_command")] = float("nan")
     write_recording(tmp_path / "a", recording)
-    assert f"{tmp_path / 'a'}: no usable speed_command; a free run needs it" in error_of([tmp_path / "a"], capsys)
+    assert f"{tmp_path / 'a'}: /ddh/drive/telemetry speed_command: no finite value" in error_of([tmp_path / "a"], capsys)
     write_recording(tmp_path / "b", read_recording(bag).between(0.0, 1.0).with_streams(
         dict(pair for pair in read_recording(bag).between(0.0, 1.0).streams() if not pair[0].startswith("temperature"))))
     assert f"{tmp_path / 'b'}: no usable sample of any signal" in error_of([tmp_path / "b"], capsys)
@@ -149,3 +149,30 @@ def test_a_share_that_is_none_is_refused(bag, share, capsys):
     with pytest.raises(SystemExit) as left:
         main(["calibrate", str(bag), "--held-out", share])
     assert left.value.code == 2 and "share from 0 to 0.9" in capsys.readouterr().err
+
+
+def test_an_output_that_is_an_input_is_refused(bag, tmp_path, capsys):
+    (file,) = bag.glob("*.mcap")
+    before = file.read_bytes()
+    rig = tmp_path / "rig.yaml"
+    rig.write_text("rig_id: mine\n")
+    for options in (["-o", file], ["--rig", rig, "-o", rig], ["--html", bag / "metadata.yaml"]):
+        with pytest.raises(SystemExit) as left:
+            main(["calibrate", str(bag), *map(str, options)])
+        error = capsys.readouterr().err.strip()
+        assert left.value.code == 2 and "would overwrite" in error and str(options[-1]) in error and "\n" not in error
+    assert file.read_bytes() == before and rig.read_text() == "rig_id: mine\n"
+
+
+def test_samples_that_are_in_two_bags_are_refused(bag, tmp_path, capsys):
+    write_recording(tmp_path / "part", read_recording(bag).between(20.0, 40.0))
+    said = error_of([bag, tmp_path / "part", "--only", "pump_1.leakage"], capsys)
+    assert str(bag) in said and str(tmp_path / "part") in said and "/ddh/drive/telemetry" in said and "would count twice" in said
+
+
+@pytest.mark.filterwarnings("ignore::RuntimeWarning")
+def test_a_rig_file_that_is_far_from_the_rig_is_one_line(bag, tmp_path, capsys):
+    rig = tmp_path / "rig.yaml"
+    rig.write_text("pump_1:\n  displacement: {value: 1.0e-4, unit: m3/rev}\n")
+    said = error_of([bag, "--rig", rig], capsys)
+    assert str(bag) in said and str(rig) in said and "no finite value" in said

@@ -42,6 +42,8 @@ def test_the_same_sweep_twice_is_the_same(capsys):
     (["study", "cold-start", "--ambient", "200"], "an ambient of 200 degC, allowed are -60 to 80 degC"),
     (["study", "cold-start", "--grades", "VG 33"], "no oil grade 'VG 33'; the nearest is 'ISO VG 32'"),
     (["study", "cold-start", "--duty", "paper"], "paper: no such duty file, and no duty 'paper'; the nearest is 'paper_cycle'"),
+    (["study", "cold-start", "--ambient", "-30:40:nan"], "'-30:40:nan' is neither FROM:TO:STEP nor a list"),
+    (["study", "cold-start", "--rig", ""], "argument --rig: an empty name"),
     (["study", "cold-start", "--hours", "0"], "'0' is no number above 0"),
     (["study", "cold-start", "--hours", "1e9"], "argument --hours: '1e9' is above 1000 h"),
 ])
@@ -65,3 +67,22 @@ def test_a_map_has_lines_where_groups_change_and_nowhere_else():
     assert heatmap(["1", "2"], ["x", "y"], [[a, a], [a, a]], "x", "same").count('d=""') == 2
     assert heatmap(["1", "2"], ["x"], [[a, b]], "x", "differs").count("v34") == 2
     assert on_scale(0.0, 0.0, 1.0) == CIVIDIS[0] and on_scale(1.0, 0.0, 1.0) == CIVIDIS[-1]
+
+
+def test_duties_that_stand_or_share_a_name_and_outputs_over_them_are_refused(tmp_path, capsys):
+    still, twin = tmp_path / "still.yaml", tmp_path / "more" / "still.yaml"
+    still.write_text("cycle:\n  - dwell: {duration_s: 10}\n  - speed: {speed_rpm: 0, duration_s: 5}\n")
+    twin.parent.mkdir()
+    twin.write_text("cycle:\n  - lift: {speed_rpm: 500, to_m: 0.3}\n")
+    for options, expected in (
+        (["--duty", str(still)], f"{still}: cycle: nothing moves"),
+        (["--duty", f"{twin},{still}"], f"{twin} and {still} have the same name"),
+        (["--duty", str(twin), "--json", str(twin)], f"--json would overwrite '{twin}'"),
+    ):
+        before = twin.read_text()
+        try:
+            code = main(["study", "cold-start", "--ambient", "20", "--grades", "32", "--hours", "0.1", "--quiet", *options])
+        except SystemExit as left:
+            code = left.code
+        (line,) = capsys.readouterr().err.strip().splitlines()
+        assert code == 2 and expected in line and twin.read_text() == before

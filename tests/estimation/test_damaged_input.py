@@ -7,6 +7,7 @@ from ddh_twin_py.bags.reader import read_recording
 from ddh_twin_py.estimation.replay import replay
 from ddh_twin_py.physics.thermal_network import NODES
 from ddh_twin_py.rig import load_rig
+from ddh_twin_py.telemetry.recording import Stream
 
 DRIVE, HYDRAULICS = "drive/telemetry", "hydraulics/telemetry"
 
@@ -89,3 +90,51 @@ def test_the_truth_stays_within_the_wider_interval(sound, healthy, rig):
     at = NODES.index("end_winding")
     last = min(len(result.time), len(healthy.time)) - 1
     assert abs(result.fused[last, at] - healthy.fused[last, at]) < 2.0 * result.fused_std[last, at]
+
+
+def swapped(recording, one, other):
+    """Two temperature sensors at each other's place."""
+    streams = dict(recording.streams())
+    a, b = streams[f"temperature/{one}"], streams[f"temperature/{other}"]
+    streams[f"temperature/{one}"], streams[f"temperature/{other}"] = b, a
+    return recording.with_streams(streams)
+
+
+def drifting(recording, topic, kelvin_per_second):
+    streams = dict(recording.streams())
+    old = streams[topic]
+    values = old.values.copy()
+    values[:, 0] += kelvin_per_second * old.time
+    return recording.with_streams(streams | {topic: Stream(old.time, values, old.fields)})
+
+
+def jumped(recording, topic):
+    """The sensor reads 20 K more from 60 s on."""
+    streams = dict(recording.streams())
+    old = streams[topic]
+    values = old.values.copy()
+    values[old.time > 60.0, 0] += 20.0
+    return recording.with_streams(streams | {topic: Stream(old.time, values, old.fields)})
+
+
+@pytest.fixture(scope="module")
+def longer(paper_cycle_bag):
+    return read_recording(paper_cycle_bag).between(0.0, 240.0)
+
+
+def test_a_sound_recording_leaves_nothing_in_doubt(longer, rig):
+    assert not [str(finding) for finding in replay(longer, rig).recording.warnings]
+
+
+@pytest.mark.parametrize("change, said", [
+    (lambda r: swapped(r, "motor_winding", "ambient"), "below the rig file's"),
+    (lambda r: swapped(r, "tank_oil", "motor_housing"), "standard deviations"),
+    (lambda r: drifting(r, WINDING, 10.0 / 60.0), "standard deviations"),
+    (lambda r: jumped(r, WINDING), "temperature/motor_winding is held to read +20"),
+])
+def test_a_sensor_that_lies_leaves_the_rig_in_doubt(longer, rig, change, said):
+    """The filter bends to it; what it had to bend is told, with the warning that its uncertainties do not hold."""
+    result = replay(change(longer), rig)
+    assert np.all(np.isfinite(result.fused)) and np.all(np.isfinite(result.fused_std))
+    doubts = [str(finding) for finding in result.recording.warnings if "errors may exceed what is stated" in str(finding)]
+    assert len(doubts) == 1 and said in doubts[0]

@@ -4,6 +4,7 @@ import dataclasses
 
 import numpy as np
 import pytest
+from ddh_twin_py.estimation.duty_ahead import settled_speeds, warmed
 from ddh_twin_py.estimation.look_ahead import (
     HOT_SPOT,
     LookAhead,
@@ -19,8 +20,9 @@ from ddh_twin_py.estimation.temperature_fusion import FusionInputs, Reading, Tem
 from ddh_twin_py.physics.oil import ZERO_CELSIUS
 from ddh_twin_py.physics.thermal_network import N, N_FLOWS, NODES
 from ddh_twin_py.rig import load_rig
+from ddh_twin_py.twin.cycle import PERIOD, DutyRun
 from ddh_twin_py.twin.duty import DutyError, load_duty
-from ddh_twin_py.twin.operating_point import OperatingPoint, PresentDuty, duty_point, measured_rows, scaled_duty
+from ddh_twin_py.twin.operating_point import TELLS_AHEAD, OperatingPoint, PresentDuty, duty_point, measured_rows, scaled_duty
 from support.simulated import DUTY
 
 AIR = 296.15
@@ -155,6 +157,73 @@ def test_the_present_duty_is_the_mean_of_the_window(rig):
     assert scaled.at(1.0).heat == pytest.approx(point.heat) and scaled.at(2.0).speed == pytest.approx(100.0)
     pump = NODES.index("pump_1_oil")
     assert scaled.at(0.5).heat[pump] < point.heat[pump] < scaled.at(2.0).heat[pump]
+
+
+@pytest.fixture(scope="module")
+def measured_cold(rig, duty):
+    """Three cycles of the paper's duty with the unit held at 23 degC, as a present duty."""
+    run, present = DutyRun(rig, duty, AIR, AIR), PresentDuty(rig, PERIOD)
+    for _ in range(3):
+        run.temperature[:] = AIR
+        points = run.cycle(keep=True).points
+        names = ("speed", "pressure_piston_side", "pressure_rod_side", "rod_velocity", "rod_position", "current")
+        rows = measured_rows({name: points[name] for name in names}, points.size)
+        present.add(points["heat"], points["flow"], points["mean_square_current"], rows)
+    return present
+
+
+def test_a_cold_duty_is_foreseen_as_the_free_run_does_it(rig, duty, measured_cold):
+    fusion = TemperatureFusion(rig, ambient=AIR)
+    for _ in range(20):
+        fusion.advance(FusionInputs.unknown(20), [Reading(1, sensor, AIR) for sensor in SENSORS])
+    cold, hour = fusion.state, 3600.0
+    ahead = LookAhead(rig, default_limits(rig))
+    changed = measured_cold.changed(np.ascontiguousarray(cold.dynamic[:N]))
+    schedule = warmed(ahead, cold, changed, hour)
+    run = DutyRun(rig, duty, AIR, AIR)
+    while run.time < hour:
+        run.cycle()
+    windings = [NODES.index("slot_winding"), NODES.index("end_winding")]
+    true, times = run.temperature[windings], np.linspace(0.0, hour, 61)
+    told, held = (ahead.mean_temperatures(cold, spans, times)[-1, windings] for spans in (schedule, [Span(hour, measured_cold.point())]))
+    assert np.all(np.abs(told - true) < 0.15 * (true - AIR))
+    assert np.all(held - true > 40.0)  # what the current of the cold oil would do
+    assert np.isinf(row(ahead.forecast(cold, schedule, hour)).time)
+
+
+def test_rest_and_the_duty_itself_are_where_a_changed_duty_begins(measured_cold):
+    cold = np.full(N, AIR)
+    changed = measured_cold.changed(cold)
+    same, point = changed(1.0, cold), measured_cold.point()
+    assert same.heat == pytest.approx(point.heat) and same.mean_square_current == pytest.approx(point.mean_square_current)
+    assert changed(0.0, cold).mean_square_current == 0.0 and not changed(0.0, cold).heat.any()
+    currents = [changed(1.0, np.full(N, AIR + warm)).mean_square_current for warm in (0.0, 10.0, 20.0, 30.0)]
+    assert currents == sorted(currents, reverse=True) and currents[1] < 0.6 * currents[0]
+
+
+def test_the_allowed_speed_counts_the_oil_that_it_cools_to(rig, state, measured_cold):
+    limits = default_limits(rig) | {HOT_SPOT: AIR + 25.0}
+    ahead = LookAhead(rig, limits)
+    changed = measured_cold.changed(np.full(N, AIR))
+    speeds = settled_speeds(ahead, state, changed, changed.scales)
+    allowed = row(ahead.forecast(state, warmed(ahead, state, changed, 3600.0), 3600.0, speeds)).allowed_speed
+    speed = measured_cold.point().speed
+    assert 0.0 < allowed < speed
+    days = 5 * 86400.0
+    for factor, kept in ((0.9, True), (1.3, False)):
+        scale = factor * allowed / speed
+        schedule = warmed(ahead, state, lambda f, t, scale=scale: changed(f * scale, t), days)
+        assert np.isinf(row(ahead.forecast(state, schedule, days)).time) == kept
+
+
+def test_seconds_of_a_duty_tell_minutes_and_a_window_tells_all(rig):
+    present = PresentDuty(rig, 0.05)
+    assert present.tells_ahead == np.inf  # rest is looked at
+    rows = measured_rows({"speed": np.full(100, 50.0)}, 100)
+    for k in range(24):
+        present.add(np.zeros((100, N)), np.zeros((100, N_FLOWS)), np.ones(100), rows)
+        assert present.seen == pytest.approx(5.0 * (k + 1))
+        assert present.tells_ahead == (np.inf if k == 23 else pytest.approx(TELLS_AHEAD * present.seen))
 
 
 def test_the_hot_spot_lies_above_the_winding_and_widens_with_the_rise():

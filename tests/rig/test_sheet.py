@@ -32,6 +32,7 @@ def test_a_partial_file_changes_only_what_it_names(tmp_path):
     ("pump_1:\n  leakage: {value: 1.0, unit: l/min}\n", "unit is 'l/min'"),
     ("pump_1:\n  leakage: {value: 1.3e-12}\n", "pump_1.leakage: unit is missing, this entry is in 'm3/(s*Pa)'"),
     ("sensors:\n  speed: {noise: 0.1}\n", "sensors.speed: unit is missing, this sensor is in 'rad/s'"),
+    ("pump_1:\n  leakage: {unit: m3/(s*Pa), tolerance: 0.1}\n", "pump_1.leakage: value is missing beside unit"),
     ("pump_1: 3\n", "expected {value, unit, tolerance, source}"),
     ("[1, 2]\n", "mapping"),
     ("a: [\n", "is not YAML"),

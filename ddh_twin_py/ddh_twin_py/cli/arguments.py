@@ -11,6 +11,7 @@ import tempfile
 from collections.abc import Callable
 from pathlib import Path
 
+_OF_BAGS = (".mcap", ".db3", ".zstd")
 _LONGEST_NAME = 250  # bytes; what is added to it while it is written has room below 255
 _NAMESPACE = re.compile(r"(/[A-Za-z_][A-Za-z0-9_]*)+", re.ASCII)
 _LONGEST_NAMESPACE = 180  # of the 245 that ROS has for a namespace, a topic and a node included
@@ -61,6 +62,7 @@ class Parser(argparse.ArgumentParser):
             parser.error(nearest_of("option", option.split("=")[0], valid))
         verb = self.verb_parser(found)
         verb.refuse_twice(found)
+        verb.refuse_inputs(found)
         return found
 
     def verb_parser(self, found: argparse.Namespace) -> Parser:
@@ -82,6 +84,32 @@ class Parser(argparse.ArgumentParser):
             if path in taken:
                 self.error(f"{taken[path]} and {name} both write to {given!r}; give each a path of its own")
             taken[path] = name
+
+    def refuse_inputs(self, found: argparse.Namespace) -> None:
+        """An output that is one of the inputs is an error: it would be lost, and a bag with it."""
+        given = {action: getattr(found, action.dest, None) for action in self._actions}
+        read: dict[str, str] = {}
+        for action, values in given.items():
+            if action.type not in OUTPUTS:
+                for value in values if isinstance(values, list) else [values]:
+                    if isinstance(value, str) and value:
+                        read |= dict.fromkeys(_files_of(value), value)
+        for action, value in given.items():
+            if action.type in OUTPUTS and isinstance(value, str) and os.path.realpath(value) in read:
+                name = action.option_strings[-1] if action.option_strings else action.metavar
+                self.error(f"{name} would overwrite {value!r}, which {read[os.path.realpath(value)]!r} reads; give it a path of its own")
+
+
+def _files_of(given: str) -> list[str]:
+    """Real paths of the files that an argument reads: itself, or those of a folder's bags."""
+    path = Path(given)
+    try:
+        if path.is_file():
+            return [os.path.realpath(path)]
+        inside = [file for pattern in ("*", "*/*") for file in path.glob(pattern)] if path.is_dir() else []
+        return [os.path.realpath(file) for file in inside if file.suffix in _OF_BAGS or file.name == "metadata.yaml"]
+    except OSError:
+        return []
 
 
 def nearest_of(kind: str, given: str, valid: list[str]) -> str:
@@ -177,6 +205,13 @@ def json_file(text: str) -> str:
     return text if text == "-" else output_file(text)
 
 
+def named_file(text: str) -> str:
+    """A name that is not empty; whether there is such a file says who reads it."""
+    if not text.strip():
+        raise argparse.ArgumentTypeError("an empty name of a file")
+    return text
+
+
 OUTPUTS = frozenset({output_file, new_folder, json_file})
 """Types of arguments that something is written to."""
 
@@ -188,7 +223,7 @@ def add_html(parser: Parser, help: str = "write the report, one self-contained p
 
 def add_rig(parser: Parser) -> None:
     """The option `--rig`."""
-    parser.add_argument("--rig", metavar="FILE", help="rig file with what differs from the reference sheet")
+    parser.add_argument("--rig", metavar="FILE", type=named_file, help="rig file with what differs from the reference sheet")
 
 
 def add_namespace(parser: Parser) -> None:

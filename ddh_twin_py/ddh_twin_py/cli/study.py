@@ -58,7 +58,7 @@ def add_parser(subparsers) -> None:
         "where the answer flips.",
         _EXAMPLE,
     )
-    parser._negative_number_matcher = re.compile(r"^-\d[\d.,:-]*$")  # -30:40:5 is a value and no option
+    parser._negative_number_matcher = re.compile(r"^-[\d.]\S*$")  # -30:40:5 is a value and no option
     parser.add_argument("study", metavar="STUDY", choices=("cold-start",), help="cold-start")
     parser.add_argument("--ambient", metavar="DEGC", type=ambients, default=ambients("-30:40:5"), help="FROM:TO:STEP or a list (default "
         "-30:40:5)")
@@ -86,12 +86,15 @@ def run(args: argparse.Namespace) -> int:
     with stage("loading", args.quiet):
         from ddh_twin_py.report.cold_start_report import as_csv, as_json, cold_start_document
         from ddh_twin_py.report.document import write_text
-        from ddh_twin_py.twin.cold_start import Case, sweep
+        from ddh_twin_py.twin.cold_start import Case, check_moves, sweep
         from ddh_twin_py.twin.duty import check_for_rig, load_duty
     duties = {}
-    for path in paths:
+    for path in dict.fromkeys(paths):
+        if path.stem in duties:
+            raise InputError(f"--duty: {duties[path.stem].file} and {path} have the same name; rename one, it names the rows")
         duties[path.stem] = load_duty(path)
         check_for_rig(duties[path.stem], rig)
+        check_moves(duties[path.stem])
     cases = [Case(ambient, grade, duty) for duty in duties for grade in grades for ambient in args.ambient]
     if len(cases) > _MOST:
         raise InputError(f"{len(cases)} starts, at most {_MOST} are run at once; ask for fewer ambients, grades or duties")

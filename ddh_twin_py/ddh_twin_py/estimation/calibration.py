@@ -19,9 +19,14 @@ from ddh_twin_py.estimation.unknowns import offset_paths, uncertain_paths, with_
 from ddh_twin_py.rig import Rig
 from ddh_twin_py.rig.own_oil import of_own_oil
 from ddh_twin_py.rig.sheet import Quantity
+from ddh_twin_py.telemetry.recording import Recording
+from ddh_twin_py.telemetry.signals import DRIVE_TOPIC
 
 INFORMED = 0.9
 """A parameter whose standard deviation fell below this share of its prior was informed by the recordings."""
+
+
+_SAME_SAMPLES = 20  # all fields alike at the same stamp: no chance meeting of two recordings
 
 
 class CalibrationError(ValueError):
@@ -118,7 +123,8 @@ def _check_recordings(experiments: Sequence[Experiment]) -> None:
     """Refuse recordings of several rigs, and those that no free run can be made of or compared with."""
     for e in experiments:
         if not np.isfinite(e.recording.drive.column("speed_command")).any():
-            raise CalibrationError(f"{e.recording.path}: no usable speed_command; a free run needs it")
+            raise CalibrationError(f"{e.recording.path}: {e.recording.namespace}/{DRIVE_TOPIC} speed_command: no finite value; "
+                                   "a free run needs it")
         if not any((signal.binning.bin >= 0).any() for signal in e.signals.values()):
             raise CalibrationError(f"{e.recording.path}: no usable sample of any signal; there is nothing to fit to")
     named = [e.recording for e in experiments if e.recording.rig is not None and e.recording.rig.rig_id]
@@ -126,6 +132,19 @@ def _check_recordings(experiments: Sequence[Experiment]) -> None:
         if other.rig.rig_id != named[0].rig.rig_id:
             raise CalibrationError(f"{named[0].path} is of rig {named[0].rig.rig_id!r} and {other.path} of rig {other.rig.rig_id!r}; "
                                    "a fit takes recordings of one rig")
+    _check_samples([e.recording for e in experiments])
+
+
+def _check_samples(recordings: Sequence[Recording]) -> None:
+    """Refuse recordings that hold the same samples: what they have in common would count twice."""
+    for k, one in enumerate(recordings):
+        for other in recordings[:k]:
+            stamps = [recording.drive.stamps(recording.epoch_ns) for recording in (one, other)]
+            found, at, there = np.intersect1d(*stamps, return_indices=True)
+            same = np.all(one.drive.values[at] == other.drive.values[there], axis=1) if found.size else np.zeros(0, bool)
+            if same.sum() >= _SAME_SAMPLES:
+                raise CalibrationError(f"{other.path} and {one.path}: {one.namespace}/{DRIVE_TOPIC}: {int(same.sum())} samples are in "
+                                       "both and would count twice; give one of the two")
 
 
 def check_paths(rig: Rig, paths: Sequence[str]) -> list[str]:
@@ -139,7 +158,7 @@ def check_paths(rig: Rig, paths: Sequence[str]) -> list[str]:
             nearest = difflib.get_close_matches(path, list(rig.quantities), 1, 0.0)[0]
             raise CalibrationError(f"{path}: no such parameter; the nearest is {nearest!r}")
         if rig.quantities[path].standard_deviation == 0.0:
-            raise CalibrationError(f"{path}: the sheet holds it exact (tolerance 0), there is nothing to fit")
+            raise CalibrationError(f"{path}: {rig.file} holds it exact (tolerance 0), there is nothing to fit")
     return list(paths)
 
 

@@ -44,6 +44,10 @@ _STEP = 2.0e-3  # s, hydraulic step of the runs of a fit; its error is below 1e-
 _COARSE = 4.0e-3  # s, of the runs for the first sensitivities
 
 
+class FitError(ValueError):
+    """A fit that cannot begin; the message names recording, signal and rig file."""
+
+
 @dataclass
 class Fit:
     """Where a fit stands: deviations (k,), predictions there and at the start, what the recordings say, what was done.
@@ -201,6 +205,7 @@ class Problem:
             temper = judged.tempers(predictions, sweep)
             full = all(np.all(t == 1.0) for t in temper)
             state = judged.stand(jacobians, predictions, theta, temper)
+            self._check_finite(state, jacobians)
             damping = 0.0  # shorter steps along what is weakly known, and so goes far and bends
             for _ in range(_CHORDS):
                 move, promised = self._step(state, theta, 0.0)
@@ -235,6 +240,16 @@ class Problem:
         allowances = judged.weighting.classes(judged.residuals(predictions))
         deviance = self._judge(predictions).deviance(predictions, theta)
         return Fit(theta, predictions, first, state.information, covariance, allowances, deviance, sweep, settled)
+
+    def _check_finite(self, state: _Stand, jacobians) -> None:
+        """Refuse to go on where the runs broke down."""
+        if np.isfinite(state.cost) and np.isfinite(state.information).all() and np.isfinite(state.score).all():
+            return
+        broken = [path for k, path in enumerate(self.paths) if not all(np.isfinite(jacobian[:, k]).all() for jacobian in jacobians)]
+        what = f"change with {broken[0]}" if broken else "misfit"
+        names = ", ".join(e.recording.path for e in self.experiments)
+        raise FitError(f"{names}: the {what} of the free run from {self.rig.file} has no finite value; "
+                       "are its quantities far from those of the rig that was recorded?")
 
     def _judge(self, predictions) -> _Judged:
         return _Judged([Comparison(e.signals, p, self.discrepancy) for e, p in zip(self.experiments, predictions, strict=True)])

@@ -156,6 +156,10 @@ class LookAhead:
         """Node temperatures at ``times``, K, (k, N), of the filter's mean."""
         return self._run(state, schedule, times)
 
+    def settled_temperatures(self, state: FusionState, point: OperatingPoint) -> np.ndarray:
+        """Node temperatures after `SETTLED` seconds of one duty, K, (N,); those at the cut-back where it leads there."""
+        return self._run(state, [Span(SETTLED, point)], _SETTLING)[-1]
+
     def _run(self, state: FusionState, schedule: Sequence[Span], times: np.ndarray) -> np.ndarray:
         still = np.zeros((1, len(times), N_UNKNOWN_HEATS))
         return self._ahead(state.dynamic[None], state.deviation[None], state.ambient, schedule, times, still)[0]

@@ -10,6 +10,7 @@ from itertools import pairwise
 import numpy as np
 from scipy.signal import lfilter
 
+from ddh_twin_py.estimation.credibility import Credibility
 from ddh_twin_py.estimation.sensors import NODE_INDEX, NODE_OF_SENSOR, SENSORS
 from ddh_twin_py.estimation.start import START, start_temperature
 from ddh_twin_py.estimation.temperature_fusion import FusionInputs, Innovation, Readings, TemperatureFusion
@@ -254,12 +255,10 @@ class _Run:
         return Readings(index[order], sensor[order], value[order]), air
 
     def _told(self) -> Recording:
-        """The recording, with what is extrapolated among its findings."""
-        outside = outside_stated(self.fused) if len(self.ticks) else ""
-        if not outside:
-            return self.recording
-        finding = Finding("warning", self.recording.path, "", "", None, 1, f"{self.recording.path}: {outside}")
-        return replace(self.recording, findings=[*self.recording.findings, finding])
+        """The recording, with what is extrapolated, and what cannot be true of the rig at its end, among its findings."""
+        said = (outside_stated(self.fused), Credibility(self.rig).doubt(self.fusion.state)) if len(self.ticks) else ()
+        findings = [Finding("warning", self.recording.path, "", "", None, 1, f"{self.recording.path}: {text}") for text in said if text]
+        return replace(self.recording, findings=[*self.recording.findings, *findings]) if findings else self.recording
 
     def result(self) -> ReplayResult:
         """All outputs, with each temperature sensor against the twin."""

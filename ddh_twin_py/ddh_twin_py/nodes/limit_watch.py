@@ -9,7 +9,8 @@ import numpy as np
 
 from ddh_msgs.msg import LimitPrediction, TemperatureLimit
 from ddh_msgs.srv import PredictLimits
-from ddh_twin_py.estimation.look_ahead import HOT_SPOT, Forecast, LimitForecast, LookAhead, Span, default_limits, step_times
+from ddh_twin_py.estimation.duty_ahead import ROUNDS, settled_speeds, warmed
+from ddh_twin_py.estimation.look_ahead import HOT_SPOT, Forecast, LimitForecast, LookAhead, Span, default_limits
 from ddh_twin_py.estimation.temperature_fusion import FusionState
 from ddh_twin_py.nodes import qos
 from ddh_twin_py.nodes.conversion import to_celsius, to_kelvin
@@ -19,12 +20,24 @@ from ddh_twin_py.nodes.parameters import Parameter
 from ddh_twin_py.physics.thermal_network import N, N_FLOWS, NODES
 from ddh_twin_py.rig import Rig
 from ddh_twin_py.twin.duty import Duty, DutyError, check_for_rig, parse_duty
-from ddh_twin_py.twin.operating_point import OperatingPoint, PresentDuty, ScaledDuty, duty_point, measured_rows, scaled_duty
+from ddh_twin_py.twin.operating_point import (
+    LONGEST_CYCLE,
+    ChangedDuty,
+    OperatingPoint,
+    PresentDuty,
+    ScaledDuty,
+    duty_point,
+    duty_scales,
+    measured_rows,
+    scaled_in_speed,
+)
 
 PERIOD = 1.0  # s of wall time
 LONGEST_HORIZON = 604800.0  # s
 _UNSOLVED = (ValueError, ArithmeticError, np.linalg.LinAlgError)
-_REVISIONS = (0.1, 0.3, 0.6, 1.0)  # shares of the horizon at which a given duty is worked out anew at the temperatures reached
+_SPEEDS_EVERY = 10  # looks, after which what other speeds settle at is worked out anew
+_RUN_AT_MOST = 240.0  # s of cycles of a given duty that a question runs to follow the temperatures
+_SHORT_CYCLE = 60.0  # s; a longer one is run once for each speed
 
 LIMIT_PARAMETERS = (
     Parameter(
@@ -52,6 +65,8 @@ class LimitWatch:
         self.present = PresentDuty(rig, values["interval"])
         self.newest: Forecast | None = None
         self._looked_at = 0
+        self._speeds: ScaledDuty | None = None
+        self._looks = 0
         self._publisher = node.create_publisher(LimitPrediction, "temperature/limits", qos.OUTPUT)
         node.create_service(PredictLimits, "predict_limits", self.answer)
         node.every(PERIOD, self.look)
@@ -62,8 +77,9 @@ class LimitWatch:
         one = np.ones(1)
         rows = measured_rows({"speed": one, "current": one, "pressure_piston_side": 1e6 * one}, 1)
         present.add(np.zeros((1, N)), np.zeros((1, N_FLOWS)), one, rows)
-        scaled = present.scaled(np.ascontiguousarray(state.dynamic[:N]))
-        self._ahead.forecast(state, [Span(60.0, present.point())], 60.0, scaled)
+        changed = present.changed(np.ascontiguousarray(state.dynamic[:N]))
+        speeds = settled_speeds(self._ahead, state, changed, changed.scales[:2])
+        self._ahead.forecast(state, warmed(self._ahead, state, changed, 60.0), 60.0, speeds)
 
     def look(self) -> None:
         """Publish how the limits stand, where there is a new estimate."""
@@ -71,9 +87,16 @@ class LimitWatch:
         if state is None or stamp == self._looked_at:
             return
         self._looked_at = stamp
-        point = self.present.point()
+        point, changed = self.present.point(), self._changed_duty(state)
         try:
-            self.newest = self._ahead.forecast(state, [Span(self._horizon, point)], self._horizon, self._scaled(state))
+            if changed is None:
+                schedule, self._speeds, self._looks = [Span(self._horizon, point)], None, 0
+            else:
+                schedule = warmed(self._ahead, state, changed, self._horizon)
+                if self._looks % _SPEEDS_EVERY == 0:
+                    self._speeds = settled_speeds(self._ahead, state, changed, changed.scales)
+                self._looks += 1
+            self.newest = self._ahead.forecast(state, schedule, self._horizon, self._speeds)
         except _UNSOLVED as error:  # the estimate goes on without it
             self._node.warn_once("look ahead", f"the look ahead could not be computed: {error}")
             return
@@ -84,8 +107,8 @@ class LimitWatch:
         message.header.stamp.sec, message.header.stamp.nanosec = divmod(stamp, 1_000_000_000)
         self._publisher.publish(message)
 
-    def _scaled(self, state: FusionState) -> ScaledDuty | None:
-        return self.present.scaled(np.ascontiguousarray(state.dynamic[: len(NODES)]))
+    def _changed_duty(self, state: FusionState) -> ChangedDuty | None:
+        return self.present.changed(np.ascontiguousarray(state.dynamic[:N]))
 
     def answer(self, request: PredictLimits.Request, response: PredictLimits.Response) -> PredictLimits.Response:
         """The service `predict_limits`."""
@@ -124,45 +147,54 @@ class LimitWatch:
             raise DutyError(f"duty: value is {request.duty}, allowed are 0 (present), 1 (given) and 2 (rest)")
         if not self.present.known:
             raise DutyError("no telemetry told the present duty yet; ask for rest, or give a duty_file")
-        scaled, said = self._scaled(state), "the duty of the last minutes"
+        changed, said = self._changed_duty(state), "the duty of the last minutes"
+        speeds = settled_speeds(self._ahead, state, changed, changed.scales)
+        scale, current = 1.0, 0.0
         if request.duty == PredictLimits.Request.GIVEN:
-            point, said = self._changed(request, point, scaled)
-        return [Span(horizon, point)], scaled, said
+            scale, current, said = *self._wanted(request, point, changed), "the duty of the last minutes, scaled"
+        schedule = warmed(self._ahead, state, lambda factor, temperature: changed(scale * factor, temperature), horizon)
+        if current > 0.0:
+            schedule = [Span(span.end, span.point.with_current(current)) for span in schedule]
+        return schedule, speeds, said
 
-    def _changed(self, request: PredictLimits.Request, point: OperatingPoint, scaled: ScaledDuty | None) -> tuple[OperatingPoint, str]:
-        """The present duty at another speed, at another current, or both."""
+    def _wanted(self, request: PredictLimits.Request, point: OperatingPoint, changed: ChangedDuty) -> tuple[float, float]:
+        """The factor on the speed of the present duty, and its current where that is asked for, else 0."""
         speed, current, most = request.mean_absolute_speed, request.rms_current, self._rig["motor.current_limit"]
         if not 0.0 <= current <= most:
             raise DutyError(f"rms_current: value is {current:g} A, allowed are 0 to {most:g} A")
         if not math.isfinite(speed) or speed < 0.0:
             raise DutyError(f"mean_absolute_speed: value is {speed:g} rad/s, it must not be below 0")
-        if speed > 0.0:
-            if scaled is None:
-                raise DutyError("mean_absolute_speed: the unit has stood still, there is no duty to scale")
-            highest = scaled.at(scaled.largest).speed
-            if speed > highest:
-                raise DutyError(f"mean_absolute_speed: value is {speed:g} rad/s, the duty can be scaled to {highest:.3g} rad/s at most")
-            point = scaled.at(speed / point.speed)
-        if current > 0.0:
-            point = point.with_current(current)
-        return point, "the duty of the last minutes, scaled"
+        if speed == 0.0:
+            return 1.0, current
+        if not changed.scales.size:
+            raise DutyError("mean_absolute_speed: the unit has stood still, there is no duty to scale")
+        highest = changed.scales[-1] * point.speed
+        if speed > highest:
+            raise DutyError(f"mean_absolute_speed: value is {speed:g} rad/s, the duty can be scaled to {highest:.3g} rad/s at most")
+        return speed / point.speed, current
 
     def _given(self, duty: Duty, state: FusionState, horizon: float) -> tuple[list[Span], ScaledDuty | None, str]:
         """A duty file from now on, its losses worked out anew at the temperatures that it leads to; rest after its end."""
         check_for_rig(duty, self._rig)
-        temperature, schedule, cycle = state.dynamic[: len(NODES)].copy(), [], 0.0
-        end = horizon
-        for share in _REVISIONS:
-            point, cycle = duty_point(self._rig, duty, temperature, state.ambient)
-            end = horizon if duty.repeat == 0 else min(horizon, duty.repeat * cycle)
-            schedule.append(Span(share * end, point))
-            temperature = self._ahead.mean_temperatures(state, schedule, step_times(share * end))[-1]
-        scaled = scaled_duty(self._rig, duty, lambda changed: duty_point(self._rig, changed, temperature, state.ambient)[0])
+        _, cycle = duty_point(self._rig, duty, state.dynamic[:N], state.ambient)
+        end = horizon if duty.repeat == 0 else min(horizon, duty.repeat * cycle)
+
+        def cost(scale: float, temperature: np.ndarray) -> OperatingPoint:
+            if scale <= 0.0:
+                return OperatingPoint.rest(duty.start_position)
+            return duty_point(self._rig, scaled_in_speed(duty, scale), temperature, state.ambient)[0]
+
+        schedule = warmed(self._ahead, state, cost, end, max(3, round(0.5 * _RUN_AT_MOST / cycle)))
+        speeds = None
         if end < horizon:
             schedule.append(Span(horizon, OperatingPoint.rest(duty.start_position)))
-            scaled = None
+        else:
+            scales = duty_scales(self._rig, duty)
+            scales = scales[(scales == 0.0) | (cycle <= scales * LONGEST_CYCLE)]
+            rounds = 1 if cycle > _SHORT_CYCLE else ROUNDS
+            speeds = settled_speeds(self._ahead, state, cost, scales, rounds) if scales.size > 1 else None
         repeated = "for ever" if duty.repeat == 0 else f"{duty.repeat} times"
-        return schedule, scaled, f"the given duty, a cycle of {cycle:.1f} s {repeated}; ambient as it is now"
+        return schedule, speeds, f"the given duty, a cycle of {cycle:.1f} s {repeated}; ambient as it is now"
 
     def judge(self, report: Report) -> str:
         """The limits for `/diagnostics`: a warning before a limit, an error beyond it, with what would keep it."""
@@ -170,6 +202,7 @@ class LimitWatch:
             return "no estimate yet"
         report.add("warned within", self._warn_within, "s")
         report.add("horizon", self._horizon, "s")
+        report.add("duty seen", self.present.seen, "s")
         for row in self.newest.limits:
             celsius, limit = float(to_celsius(row.temperature)), float(to_celsius(row.limit))
             report.add(f"{row.location} now", celsius, "degC")
@@ -183,7 +216,7 @@ class LimitWatch:
             keeps = _keeps(row)
             if row.time <= 0.0:
                 report.error(f"{row.location} is at {celsius:.1f} degC, limit {limit:g} degC; {keeps}")
-            elif min(row.time, row.time_16) <= self._warn_within:
+            elif min(row.time, row.time_16) <= min(self._warn_within, self.present.tells_ahead):
                 report.warn(f"{row.location} reaches {limit:g} degC in {_minutes(row.time)}, with 16 % probability in "
                             f"{_minutes(row.time_16)}; {keeps}")
         return "the present duty keeps all limits" if self.present.known else "no telemetry of a duty, rest is looked at"

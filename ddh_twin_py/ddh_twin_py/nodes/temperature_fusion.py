@@ -6,6 +6,7 @@ import numpy as np
 from sensor_msgs.msg import Temperature
 
 from ddh_msgs.msg import HydraulicState, MotorThermalState, ResidualArray, TemperatureEstimateArray
+from ddh_twin_py.estimation.credibility import Credibility
 from ddh_twin_py.estimation.sensors import NODE_INDEX, SENSORS
 from ddh_twin_py.estimation.temperature_fusion import FusionInputs, FusionResult, Reading, TemperatureFusion
 from ddh_twin_py.nodes import qos
@@ -65,6 +66,7 @@ class TemperatureFusionNode(TelemetryNode):
             values["model_timeout"], {STATE_TOPIC: STATE_WIDTH, MOTOR_TOPIC: MOTOR_WIDTH}, keep_late=TEMPERATURE_TOPICS,
         )  # fmt: skip
         self._fusion = TemperatureFusion(self._rig, values["interval"])
+        self._credibility = Credibility(self._rig)
         self._models = {
             topic: (self.feed.inputs.add(topic, kind, qos.stream(reliable=True)), BulkParser(kind))
             for topic, kind in ((STATE_TOPIC, HydraulicState), (MOTOR_TOPIC, MotorThermalState), (PREDICTION_TOPIC, HydraulicState))
@@ -316,6 +318,11 @@ class TemperatureFusionNode(TelemetryNode):
         outside = outside_stated(self._newest)
         if outside:
             report.warn(outside)
+        _, off = self._credibility.parameter(self._fusion.state)
+        report.add("parameter farthest from its prior", abs(off), "standard deviations")
+        doubt = self._credibility.doubt(self._fusion.state)
+        if doubt:
+            report.warn(doubt)
         return "runs"
 
     def _judge_state_file(self, report: Report) -> str:

@@ -267,6 +267,9 @@ def _parse(tree: dict, file: str) -> tuple[str, dict[str, Quantity], dict[str, S
         if isinstance(node, dict) and "value" in node:
             leaf(prefix, node)
         elif isinstance(node, dict):
+            stray = next((key for key in ("unit", "tolerance", "std", "source") if key in node and not isinstance(node[key], dict)), None)
+            if stray is not None:
+                raise RigError(f"{file}: {prefix}: value is missing beside {stray}; an entry is {{value, unit, tolerance, source}}")
             for key, child in node.items():
                 walk(f"{prefix}.{key}" if prefix else str(key), child)
         else:

@@ -23,8 +23,10 @@ def read_yaml(path: str | Path, kind: str, error: type[ValueError]) -> object:
         text = Path(path).read_text(encoding="utf-8")
     except FileNotFoundError:
         raise error(f"{path}: no such {kind}{did_you_mean(path)}") from None
-    except (OSError, UnicodeDecodeError) as cause:
-        raise error(f"{path}: cannot be read: {cause}") from None
+    except OSError as cause:
+        raise error(f"{path}: cannot be read as a {kind}: {cause.strerror}") from None
+    except UnicodeDecodeError as cause:
+        raise error(f"{path}: cannot be read as a {kind}: {cause}") from None
     return parse_yaml(text, str(path), error)
 
 

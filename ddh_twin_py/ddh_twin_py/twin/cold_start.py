@@ -43,7 +43,7 @@ from ddh_twin_py.physics.thermal_network import (
 from ddh_twin_py.rig import Rig
 from ddh_twin_py.rig.oil_grades import oil_grade, with_oil
 from ddh_twin_py.twin.cycle import DutyRun
-from ddh_twin_py.twin.duty import Duty, check_for_rig
+from ddh_twin_py.twin.duty import Duty, DutyError, check_for_rig
 from ddh_twin_py.twin.possible_speed import LIMITS, NOTHING, STEADY, highest_speed
 
 OIL_BOUND = 1.5
@@ -168,6 +168,16 @@ class Outcome:
     history: np.ndarray
 
 
+def check_moves(duty: Duty) -> None:
+    """Whether a duty moves at all.
+
+    Raises:
+        DutyError: for one that only stands; a share of its speed says nothing.
+    """
+    if not any(segment.kind != "dwell" and segment.speed != 0.0 for segment in duty.cycle):
+        raise DutyError(f"{duty.file}: cycle: nothing moves, at least one segment with a speed_rpm other than 0 is needed")
+
+
 class AllowedSpeed:
     """The controller's rule for a duty: caps of the command from the temperatures.
 
@@ -212,8 +222,9 @@ def start(rig: Rig, duty: Duty, case: Case, hours: float, oil_bound: float = OIL
         stop: once set, the run ends after the cycle that it is at and raises CancelledError.
 
     Raises:
-        RigError, DutyError: for an oil grade that is not known, a duty beyond the stroke.
+        RigError, DutyError: for an oil grade that is not known, a duty beyond the stroke or without motion.
     """
+    check_moves(duty)
     check_for_rig(duty, rig)
     grade = oil_grade(case.grade)
     filled = with_oil(rig, case.grade).with_values({"load.payload_mass": duty.payload}, source="duty")

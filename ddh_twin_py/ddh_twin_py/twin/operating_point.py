@@ -14,15 +14,21 @@ from ddh_twin_py.physics.balance import OPERATING_DTYPE
 from ddh_twin_py.physics.free_run import HYDRAULIC_STEP, free_run, settle
 from ddh_twin_py.physics.hydraulics import HYDRAULIC_STATES, POSITION, SPEED
 from ddh_twin_py.physics.motor import RAD_PER_S_OF_RPM
+from ddh_twin_py.physics.oil import VAPOUR_PRESSURE
 from ddh_twin_py.physics.soft_sensor import MEASURED_DTYPE, soft_sensor
 from ddh_twin_py.physics.thermal_network import N, N_FLOWS
 from ddh_twin_py.rig import Rig
 from ddh_twin_py.twin.duty import Duty, DutyCommand, DutyError
 from ddh_twin_py.twin.intervals import command_size
+from ddh_twin_py.twin.possible_speed import STEADY, steady_operations
 
 WINDOW = 120.0
 """s of telemetry that count as the present duty."""
+TELLS_AHEAD = 15.0
+"""s ahead that each second of telemetry tells while there is less than a whole window."""
 _MOST_ROWS = 300  # of the window, evenly taken, that a change of speed is worked out on
+_STANDING = 1e-2  # rad/s
+_SLOW, _SPEEDS = 0.05, 5  # slowest speed that counts as motion, of the fastest; speeds in each direction that are settled
 _PERIOD = 0.01  # s, of the speed command of a duty
 LONGEST_CYCLE = 600.0
 """s of one cycle of a duty that are run to find its means."""
@@ -91,7 +97,7 @@ class PresentDuty:
     """
 
     def __init__(self, rig: Rig, interval: float) -> None:
-        self._rig = rig
+        self._rig, self._interval = rig, interval
         self._size = max(1, round(WINDOW / interval))
         self.clear()
 
@@ -121,38 +127,85 @@ class PresentDuty:
         return OperatingPoint(heat.mean(axis=0), flow.mean(axis=0), float(square.mean()), float(measured["rod_position"].mean()),
                               float(np.abs(measured["speed"]).mean()))
 
-    def scaled(self, temperature: np.ndarray) -> ScaledDuty | None:
-        """The duty at other speeds, times of motion and rest kept as shares, pressures as measured; None where it stands.
+    @property
+    def seen(self) -> float:
+        """s of telemetry that the means are of, at most `WINDOW`."""
+        return min(self._count, self._size) * self._interval
 
-        The change from scale 1 is the soft sensor's, at node temperatures in K (N,).
-        """
+    @property
+    def tells_ahead(self) -> float:
+        """s ahead that the telemetry so far tells: part of a cycle is not the duty; a whole window tells everything, and so does none."""
+        return TELLS_AHEAD * self.seen if 0.0 < self.seen < WINDOW - self._interval else float("inf")
+
+    def changed(self, temperature: np.ndarray) -> ChangedDuty | None:
+        """The duty at other speeds and temperatures than these, at which it was measured, K (N,); None where it is not known."""
         if not self.known:
             return None
-        point = self.point()
         measured = np.concatenate([rows[3] for rows in self._rows])[-self._size:]
-        measured = np.ascontiguousarray(measured[:: max(1, measured.size // _MOST_ROWS)])
-        fastest = float(np.abs(measured["speed"]).max())
-        if fastest < 1e-2:
-            return None
-        scales = _scales(self._rig, fastest)
-        costs = [self._cost(measured, scale, temperature) for scale in (1.0, *scales)]
-        base = costs[0]
-        points = [
-            OperatingPoint(point.heat + cost[0] - base[0], np.maximum(point.flow + cost[1] - base[1], 0.0),
-                           point.mean_square_current * (cost[2] / base[2] if base[2] > 0.0 else 1.0), point.position, scale * point.speed)
-            for scale, cost in zip(scales, costs[1:], strict=True)
-        ]
-        return ScaledDuty(scales, points)
+        return ChangedDuty(self._rig, self.point(), measured, temperature)
 
-    def _cost(self, measured: np.ndarray, scale: float, temperature: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
-        changed = measured.copy()
-        for name in ("speed", "rod_velocity"):
-            changed[name] *= scale
+    def scaled(self, temperature: np.ndarray) -> ScaledDuty | None:
+        """The duty at other speeds and these node temperatures, K (N,), see `ChangedDuty`; None where it stands."""
+        changed = self.changed(temperature)
+        if changed is None or not changed.scales.size:
+            return None
+        return ScaledDuty(changed.scales, [changed(scale, temperature) for scale in changed.scales])
+
+
+class ChangedDuty:
+    """What a measured duty would be at another speed and other temperatures of the unit.
+
+    Times of motion and rest are kept as shares. Pressures and rod velocity of a moving unit change by what the model
+    settles to at both (`steady_operation`): the pumps press against what does not leak away, and cold oil hardly leaks.
+    Losses change by what the soft sensor makes of the two.
+
+    Args:
+        rig: the rig. point: the measured means. measured: `MEASURED_DTYPE`, (n,). temperature: K, (N,), when it was measured.
+
+    Attributes:
+        scales: factors on the speed up to the motor's largest, (k,); empty where it stands.
+    """
+
+    def __init__(self, rig: Rig, point: OperatingPoint, measured: np.ndarray, temperature: np.ndarray) -> None:
+        self._rig, self._point = rig, point
+        self._measured = np.ascontiguousarray(measured[:: max(1, measured.size // _MOST_ROWS)])
+        fastest = float(np.abs(self._measured["speed"]).max())
+        self.scales = _scales(rig, fastest) if fastest >= _STANDING else np.zeros(0)
+        self._moving = np.abs(self._measured["speed"]) > max(_SLOW * fastest, _STANDING)
+        shares = np.geomspace(_SLOW, 1.0, _SPEEDS) * max(fastest, _STANDING)
+        self._speeds = np.concatenate([-shares[::-1], shares])
+        self._settled = self._steady(self._speeds, temperature)
+        self._base = self._cost(1.0, temperature)
+
+    def __call__(self, scale: float, temperature: np.ndarray) -> OperatingPoint:
+        """The means at ``scale`` times the speed and with the nodes at ``temperature``, K (N,)."""
+        if scale <= 0.0:
+            return OperatingPoint.rest(self._point.position)
+        heat, flow, square = self._cost(scale, temperature)
+        point, base = self._point, self._base
+        return OperatingPoint(point.heat + heat - base[0], np.maximum(point.flow + flow - base[1], 0.0),
+                              point.mean_square_current * (square / base[2] if base[2] > 0.0 else 1.0), point.position, scale * point.speed)
+
+    def _steady(self, speeds: np.ndarray, temperature: np.ndarray) -> np.ndarray:
+        out = np.empty((speeds.size, len(STEADY)))
+        steady_operations(self._rig.parameters, temperature, speeds, self._point.position, out)
+        return out
+
+    def _cost(self, scale: float, temperature: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
+        changed, moving = self._measured.copy(), self._moving
+        speed = changed["speed"][moving]
+        change = self._steady(scale * self._speeds, temperature) - self._settled
+        for name in ("pressure_piston_side", "pressure_rod_side", "rod_velocity"):
+            changed[name][moving] += np.interp(speed, self._speeds, change[:, STEADY.index(name)])
+        for name in ("pressure_piston_side", "pressure_rod_side"):
+            changed[name] = np.maximum(changed[name], np.minimum(self._measured[name], VAPOUR_PRESSURE))
+        changed["speed"] *= scale
         changed["acceleration"] *= scale * scale
         points, temperatures = np.zeros(changed.size, OPERATING_DTYPE), np.empty((changed.size, N))
         soft_sensor(self._rig.parameters, changed, temperature, True, 1e-3, temperature.copy(), np.full(changed.size, temperature.min()),
                     points, temperatures)
-        return points["heat"].mean(axis=0), points["flow"].mean(axis=0), float(np.mean(points["current"] ** 2))
+        current = np.minimum(np.abs(points["current"]), self._rig["motor.current_limit"])
+        return points["heat"].mean(axis=0), points["flow"].mean(axis=0), float(np.mean(current ** 2))
 
 
 def measured_rows(values: dict[str, np.ndarray], size: int) -> np.ndarray:
@@ -199,13 +252,21 @@ def duty_point(rig: Rig, duty: Duty, temperature: np.ndarray, ambient: float) ->
     return OperatingPoint(heat / count, flow / count, square / count, position / count, speed / count), count * _PERIOD
 
 
-def scaled_duty(rig: Rig, duty: Duty, cost: Callable[[Duty], OperatingPoint]) -> ScaledDuty | None:
-    """A duty file's cycle with its speeds scaled, dwells as they are; None where it never moves."""
+def duty_scales(rig: Rig, duty: Duty) -> np.ndarray:
+    """Factors on a duty file's speeds, (k,), up to the motor's largest; empty where it never moves."""
     fastest = max((abs(segment.speed) for segment in duty.cycle), default=0.0)
-    if fastest < 1e-2:
+    return _scales(rig, fastest) if fastest >= _STANDING else np.zeros(0)
+
+
+def scaled_in_speed(duty: Duty, scale: float) -> Duty:
+    """A duty file's cycle with its speeds scaled, dwells as they are."""
+    return replace(duty, cycle=tuple(replace(s, speed=s.speed * scale) for s in duty.cycle))
+
+
+def scaled_duty(rig: Rig, duty: Duty, cost: Callable[[Duty], OperatingPoint]) -> ScaledDuty | None:
+    """A duty file at other speeds, each of what ``cost`` says; None where it never moves."""
+    scales = duty_scales(rig, duty)
+    if not scales.size:
         return None
-    scales = _scales(rig, fastest)
-    points = [OperatingPoint.rest(duty.start_position)]
-    for scale in scales[1:]:
-        points.append(cost(replace(duty, cycle=tuple(replace(s, speed=s.speed * scale) for s in duty.cycle))))
+    points = [OperatingPoint.rest(duty.start_position), *(cost(scaled_in_speed(duty, scale)) for scale in scales[1:])]
     return ScaledDuty(scales, points)

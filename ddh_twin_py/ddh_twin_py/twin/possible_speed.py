@@ -153,6 +153,13 @@ def highest_speed(params, temperature, sign, top, ramp, out):
     return low, reason
 
 
+@kernel
+def steady_operations(params, temperature, speeds, position, out):
+    """`steady_operation` at each of ``speeds``, rad/s, (n,), into ``out`` (n, 6)."""
+    for k in range(speeds.shape[0]):
+        steady_operation(params, temperature, speeds[k], position, out[k])
+
+
 def steady_state(params: np.ndarray, temperature: np.ndarray, speed: float) -> dict[str, float]:
     """`steady_operation` at mid-stroke, by name."""
     out = np.empty(len(STEADY))
