@@ -3,6 +3,9 @@
 import re
 import runpy
 import subprocess
+from html.parser import HTMLParser
+from pathlib import Path
+from urllib.parse import unquote, urlsplit
 
 import pytest
 from ddh_twin_py.cli.main import build_parser
@@ -97,6 +100,41 @@ def test_commands_of_a_page_print_what_it_says(documents, repo_root):
     assert documents["run_page"](repo_root / "docs/other_tools.md", say=quiet) == []
 
 
+class Links(HTMLParser):
+    """What a page of the site points to, and the places in it."""
+
+    def __init__(self, page: Path) -> None:
+        super().__init__()
+        self.to, self.places = [], {""}
+        self.feed(page.read_text("utf-8"))
+
+    def handle_starttag(self, tag, attrs):
+        given = dict(attrs)
+        self.to += [given[name] for name in ("href", "src") if given.get(name)]
+        self.places |= {given["id"]} if "id" in given else set()
+
+
+def broken_links(site: Path) -> list[str]:
+    """Links and pictures of a site that lead to no file of it, or to no place on its page."""
+    pages = {path: Links(path) for path in site.rglob("*.html")}
+    broken = []
+    for path, page in pages.items():
+        for link in page.to:
+            parts = urlsplit(link)
+            target = (path.parent / unquote(parts.path)).resolve() if parts.path else path
+            if parts.scheme or parts.netloc:
+                continue
+            if not target.exists() or target in pages and unquote(parts.fragment) not in pages[target].places:
+                broken.append(f"{path.relative_to(site)}: {link}")
+    return broken
+
+
+def test_a_broken_link_is_found(tmp_path):
+    (tmp_path / "a.html").write_text('<p id="x"></p><a href="b.html#y"></a><a href="#x"></a><a href="https://x.org"></a><img src="p.png">')
+    (tmp_path / "b.html").write_text('<a href="a.html#x"></a><a href="c.html"></a>')
+    assert sorted(broken_links(tmp_path.resolve())) == ["a.html: b.html#y", "a.html: p.png", "b.html: c.html"]
+
+
 @pytest.mark.timeout(900)
 def test_the_site_builds_and_asks_for_nothing(repo_root, tmp_path):
     sphinx = repo_root / ".venv/tools/bin/sphinx-build"
@@ -105,7 +143,8 @@ def test_the_site_builds_and_asks_for_nothing(repo_root, tmp_path):
     command = [sphinx, "-W", "--keep-going", "-q", "-b", "html", "-d", tmp_path / "trees", repo_root / "docs", tmp_path / "site"]
     done = subprocess.run(command, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr[-2000:]
-    site = tmp_path / "site"
+    site = (tmp_path / "site").resolve()
+    assert broken_links(site) == []
     sources = {path.relative_to(repo_root / "docs").with_suffix(".html") for path in (repo_root / "docs").rglob("*.md")}
     assert sources <= {path.relative_to(site) for path in site.rglob("*.html")}
     asked = re.compile(r"<(?:script|link|img|iframe)[^>]+(?:src|href)=\"(?:https?:)?//[^\"]+\"")
