@@ -27,7 +27,10 @@ def test_every_command_block_is_run_or_says_why_not(documents, pages):
     missing = []
     count = {"run": 0, "not run": 0}
     for path, page in pages.items():
-        for block in documents["blocks_of"](page):
+        blocks = documents["blocks_of"](page)
+        fences = re.findall(r"^[ >]*(?:```|~~~) *(?:bash|sh|shell|console)\b", page, re.M)
+        assert len(fences) == sum(block.kind in ("bash", "sh") for block in blocks), f"{path.name}: a block of commands is not seen"
+        for block in blocks:
             if block.kind in ("bash", "sh"):
                 mark = block.mark.split(":")[0]
                 if mark in count:
@@ -41,7 +44,7 @@ def test_every_command_block_is_run_or_says_why_not(documents, pages):
 def commands_of(page: str) -> list[str]:
     """Every whole `ddh-twin` command of the page's blocks, indented ones included."""
     code = "\n".join(re.findall(r"^ *```(?:bash|sh)\n(.*?)^ *```$", page, re.M | re.S) + re.findall(r"^    (\S.*)$", page, re.M))
-    lines = re.sub(r"\\\n\s*", " ", code).splitlines()
+    lines = re.sub(r"\\\n\s*|2>&1", " ", code).splitlines()
     return [match[0].strip() for line in lines for match in re.finditer(r"ddh-twin [^|&;>#`]+", line)]
 
 
@@ -50,7 +53,7 @@ def test_every_command_of_the_documents_is_understood(pages, tmp_path, monkeypat
     parser, seen = build_parser(), set()
     for path, page in pages.items():
         for command in commands_of(page):
-            words = re.findall(r'"[^"]*"|\S+', re.sub(r"\b2(?=\s*$)", "", command))[1:]  # 2>&1
+            words = re.findall(r'"[^"]*"|\S+', command)[1:]
             try:
                 found, extra = parser.parse_known_args([word.strip('"') for word in words])
             except SystemExit as left:
@@ -91,6 +94,8 @@ def test_the_runner_runs_compares_and_writes(documents, page):
     failing = page(RUN.format("echo why >&2; exit 3"), RUN.format("echo never"))
     assert run_page(failing, say=quiet) == ["page.md:4: exit code 3: why"]
     assert run_page(page(OUTPUT.format("x")), say=quiet) == ["page.md:4: an output with no command before it"]
+    inside = "1. A list:\n\n   <!-- run -->\n   ```bash\n   exit 4\n   ```"
+    assert run_page(page(inside), say=quiet) == ["page.md:6: exit code 4: "]
     assert run_page(page("<!-- not run: never -->\n```bash\nfalse\n```"), say=quiet) == []
 
 
