@@ -8,6 +8,7 @@ extensions = ["myst_parser"]
 source_suffix = {".md": "markdown"}
 exclude_patterns = ["pictures"]
 myst_heading_anchors = 4  # links lead to headings
+myst_enable_extensions = ["html_image"]  # pictures that are written as <img>, for their width
 highlight_language = "none"
 
 html_theme = "furo"

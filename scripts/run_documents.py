@@ -22,13 +22,18 @@ import re
 import subprocess
 import sys
 import tempfile
+import textwrap
 import time
 from dataclasses import dataclass
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
 LINKED = {"bags": ROOT / "bags", "config": ROOT / "ddh_twin_py" / "config"}
-_BLOCK = re.compile(r"^(?:<!-- (?P<mark>run|output|file: \S+|not run: [^\n]+?) -->\n)?```(?P<kind>\w*)\n(?P<text>.*?)^```$", re.M | re.S)
+_BLOCK = re.compile(
+    r"^(?P<indent> *)(?:<!-- (?P<mark>run|output|file: \S+|not run: [^\n]+?) -->\n(?P=indent))?```(?P<kind>[\w-]*)\n(?P<text>.*?)"
+    r"^(?P=indent)```$",
+    re.M | re.S,
+)
 _NUMBER = re.compile(r"[-+−±]?\d[\d.,]*(?:e[-+]?\d+)?")
 
 
@@ -45,9 +50,9 @@ class Block:
 
 
 def blocks_of(page: str) -> list[Block]:
-    """All fenced blocks of a page."""
+    """All fenced blocks of a page, those inside a list too."""
     return [
-        Block(match["mark"] or "", match["kind"], match["text"], match.start("text"), match.end("text"),
+        Block(match["mark"] or "", match["kind"], textwrap.dedent(match["text"]), match.start("text"), match.end("text"),
               page.count("\n", 0, match.start("text")))
         for match in _BLOCK.finditer(page)
     ]

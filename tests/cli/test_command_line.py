@@ -1,6 +1,7 @@
 """What holds for every verb: options, outputs, colours, completion, exit codes, the pages that are made of them."""
 
 import argparse
+import json
 import os
 import pty
 import re
@@ -16,9 +17,6 @@ from ddh_twin_py.report.message_page import message_page
 from ddh_twin_py.report.rig_sheet_page import rig_sheet_page
 from ddh_twin_py.rig.files import did_you_mean
 
-WITHOUT_NUMBERS = {"completion"}
-"""What it prints is a program."""
-
 
 def parsers() -> dict[str, argparse.ArgumentParser]:
     (action,) = (a for a in build_parser()._actions if isinstance(a, argparse._SubParsersAction))
@@ -31,7 +29,7 @@ def test_options_mean_the_same_in_every_verb(verb):
     options = {name: action for action in parser._actions for name in action.option_strings}
     assert all(action.help for action in parser._actions), "an argument without help"
     assert all(re.fullmatch(r"-\w|--[a-z][a-z0-9-]*", name) for name in options), options.keys()
-    assert ("--json" in options) == (verb not in WITHOUT_NUMBERS)
+    assert "--json" in options
     if verb != "completion":
         assert "--quiet" in options
     for name, kind, metavar in (("--json", json_file, "FILE"), ("--html", output_file, "FILE"), ("--csv", output_file, "FILE")):
@@ -43,6 +41,31 @@ def test_options_mean_the_same_in_every_verb(verb):
     if "-o" in options:
         assert options["-o"] is options["--output"] and options["-o"].type in OUTPUTS
     assert re.search(rf"^  ddh-twin {verb}( |$)", parser.epilog, re.MULTILINE), "no example"
+
+
+NEEDS_DATA = {"real": "public recordings, which are not part of the repository"}
+
+
+@pytest.mark.parametrize("verb", [verb for verb in VERBS if verb not in NEEDS_DATA])
+def test_the_first_example_of_each_verb_works_in_a_fresh_checkout(verb, repo_root):
+    line = next(line for line in parsers()[verb].epilog.splitlines() if line.startswith("  ddh-twin "))
+    words = re.split(r"\s{2,}| > ", line.strip())[0].split()[1:]
+    found = build_parser().parse_args(words)
+    named = ("FILE", "BAG", "FIELD", "LOG", "FOLDER", "RIG.yaml")
+    for action in parsers()[verb]._actions:
+        given = getattr(found, action.dest, None)
+        if action.metavar in named and action.type not in OUTPUTS and given != action.default:
+            for path in [given] if isinstance(given, str) else given:
+                assert (repo_root / path).exists() or path.startswith("out/"), f"{line.strip()}: {path} is not in the repository"
+
+
+def test_the_commands_as_data(capsys):
+    assert main(["completion", "bash", "--json", "-"]) == 0
+    tree = json.loads(capsys.readouterr().out)
+    assert list(tree) == list(VERBS)
+    sources = next(one for one in tree["up"]["arguments"] if one["names"] == ["--source"])
+    assert sources["choices"] == ["none", "bag", "simulation"]
+    assert all(one["help"] for verb in tree.values() for one in verb["arguments"])
 
 
 def test_the_example_of_each_verb_parses():
@@ -78,6 +101,17 @@ def test_the_nearest_of_a_file_that_is_not_there(tmp_path, capsys):
     assert did_you_mean(tmp_path / "crane.yaml") == "" and did_you_mean(tmp_path / "no" / "x.yaml") == ""
     assert main(["info", str(tmp_path / "press_8.yaml")]) == 2
     assert f"does not exist; the nearest is {tmp_path / 'press_7.yaml'}" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("argv", [
+    ["view", "{}/press_7_bga"], ["up", "--source", "bag", "--bag", "{}/press_7_bga"], ["fleet", "{}/press_7_bga"],
+    ["gap", "bags/paper_cycle", "--commissioning", "{}/press_7_bga"], ["real", "--data", "{}/press_7_bga"], ["replay", "{}/press_7_bga"],
+], ids=lambda argv: argv[0])  # fmt: skip
+def test_every_verb_names_the_nearest_input(argv, tmp_path, capsys, repo_root, monkeypatch):
+    monkeypatch.chdir(repo_root)
+    (tmp_path / "press_7_bag").mkdir()
+    assert main([word.format(tmp_path) for word in argv]) == 2
+    assert f"; the nearest is {tmp_path / 'press_7_bag'}" in capsys.readouterr().err
 
 
 def on_a_terminal(argv, **environment) -> str:
@@ -138,7 +172,7 @@ def test_completion(tmp_path, capsys, monkeypatch):
     assert "complete -c ddh-twin" in fish and "leave-one-out" in fish
     with pytest.raises(SystemExit):
         main(["completion", "fsih"])
-    assert "no SHELL 'fsih'; the nearest is 'fish', valid are bash, zsh, fish" in capsys.readouterr().err
+    assert "no shell 'fsih'; the nearest is 'fish', valid are bash, zsh, fish" in capsys.readouterr().err
 
 
 def test_pages_are_up_to_date(repo_root):

@@ -37,7 +37,7 @@ def test_the_same_sweep_twice_is_the_same(capsys):
 
 
 @pytest.mark.parametrize("given, expected", [
-    (["study", "cold"], "no STUDY 'cold'; the nearest is 'cold-start'"),
+    (["study", "cold"], "no study 'cold'; the nearest is 'cold-start'"),
     (["study", "cold-start", "--ambient", "1:2"], "'1:2' is neither FROM:TO:STEP nor a list"),
     (["study", "cold-start", "--ambient", "200"], "an ambient of 200 degC, allowed are -60 to 80 degC"),
     (["study", "cold-start", "--grades", "VG 33"], "no oil grade 'VG 33'; the nearest is 'ISO VG 32'"),

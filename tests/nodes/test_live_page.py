@@ -194,6 +194,35 @@ def test_keys_and_focus_are_enough(browser):
     assert any("hydraulic_model" in name for name in reached)
 
 
+PLACE = "Number(document.querySelector('#seek').value)"
+
+
+def test_keys_go_on_after_a_button_was_clicked_and_steps_add_up(browser):
+    seek(browser, 50.0)
+    browser.value("document.querySelector('#play').click(); document.querySelector('#play').focus()")
+    browser.wait("document.querySelector('#link').textContent === 'paused'", 20.0)
+    browser.wait(f"{PLACE} > 49", 20.0)
+    before = browser.value(PLACE)
+    for _ in range(3):
+        browser.press("ArrowLeft")
+    browser.wait(f"Math.abs({PLACE} - {before - 30.0}) < 1", 20.0)
+    browser.value("document.querySelector('#seek').focus()")
+    browser.press("ArrowRight")
+    browser.wait(f"Math.abs({PLACE} - {before - 20.0}) < 1", 20.0)
+    browser.value("document.querySelector('#play').focus()")
+    browser.press("Enter")
+    browser.wait("document.querySelector('#link').textContent === 'replay'", 20.0)
+
+
+def test_the_slider_goes_on_when_it_was_let_go_where_it_was_taken(browser):
+    seek(browser, 10.0)
+    browser.wait(f"Math.abs({PLACE} - 10) < 5", 20.0)
+    slider = "document.querySelector('#seek')"
+    browser.value(f"{slider}.value = 40; {slider}.dispatchEvent(new Event('input'))")
+    browser.value(f"{slider}.value = 10; {slider}.dispatchEvent(new Event('input')); {slider}.dispatchEvent(new Event('pointerup'))")
+    browser.wait(f"{PLACE} > 12 && {PLACE} < 40", 20.0)
+
+
 def test_any_quantity_can_be_charted_and_is_remembered(browser):
     choose = "const s = document.querySelector('.chart select'); s.value = 'loss/motor'; s.dispatchEvent(new Event('change'))"
     browser.value(f"(() => {{ {choose} }})()")
@@ -287,6 +316,18 @@ def test_light_and_dark_follow_the_person(browser, dark):
     browser.wait(f"document.documentElement.dataset.theme === '{'dark' if dark else 'light'}'")
     paper = [int(part) for part in re.findall(r"\d+", browser.value("getComputedStyle(document.body).backgroundColor"))[:3]]
     assert (sum(paper) < 150) is dark
+
+
+def test_what_somebody_chose_stays_when_the_system_changes(browser):
+    browser.value("localStorage.clear()")
+    browser.screen(1280, 900)
+    browser.wait("document.documentElement.dataset.theme === 'light'")
+    browser.value("document.querySelector('#theme').click(); document.querySelector('#theme').click()")
+    browser.screen(1280, 900, dark=True)
+    browser.wait("matchMedia('(prefers-color-scheme: dark)').matches")
+    assert browser.value("document.documentElement.dataset.theme") == "light"
+    browser.value("localStorage.clear()")
+    browser.screen(1280, 900)
 
 
 def test_who_wants_no_motion_gets_none(browser):

@@ -3,6 +3,9 @@
 import re
 import runpy
 import subprocess
+from html.parser import HTMLParser
+from pathlib import Path
+from urllib.parse import unquote, urlsplit
 
 import pytest
 from ddh_twin_py.cli.main import build_parser
@@ -24,7 +27,10 @@ def test_every_command_block_is_run_or_says_why_not(documents, pages):
     missing = []
     count = {"run": 0, "not run": 0}
     for path, page in pages.items():
-        for block in documents["blocks_of"](page):
+        blocks = documents["blocks_of"](page)
+        fences = re.findall(r"^[ >]*(?:```|~~~) *(?:bash|sh|shell|console)\b", page, re.M)
+        assert len(fences) == sum(block.kind in ("bash", "sh") for block in blocks), f"{path.name}: a block of commands is not seen"
+        for block in blocks:
             if block.kind in ("bash", "sh"):
                 mark = block.mark.split(":")[0]
                 if mark in count:
@@ -38,7 +44,7 @@ def test_every_command_block_is_run_or_says_why_not(documents, pages):
 def commands_of(page: str) -> list[str]:
     """Every whole `ddh-twin` command of the page's blocks, indented ones included."""
     code = "\n".join(re.findall(r"^ *```(?:bash|sh)\n(.*?)^ *```$", page, re.M | re.S) + re.findall(r"^    (\S.*)$", page, re.M))
-    lines = re.sub(r"\\\n\s*", " ", code).splitlines()
+    lines = re.sub(r"\\\n\s*|2>&1", " ", code).splitlines()
     return [match[0].strip() for line in lines for match in re.finditer(r"ddh-twin [^|&;>#`]+", line)]
 
 
@@ -47,7 +53,7 @@ def test_every_command_of_the_documents_is_understood(pages, tmp_path, monkeypat
     parser, seen = build_parser(), set()
     for path, page in pages.items():
         for command in commands_of(page):
-            words = re.findall(r'"[^"]*"|\S+', re.sub(r"\b2(?=\s*$)", "", command))[1:]  # 2>&1
+            words = re.findall(r'"[^"]*"|\S+', command)[1:]
             try:
                 found, extra = parser.parse_known_args([word.strip('"') for word in words])
             except SystemExit as left:
@@ -88,6 +94,8 @@ def test_the_runner_runs_compares_and_writes(documents, page):
     failing = page(RUN.format("echo why >&2; exit 3"), RUN.format("echo never"))
     assert run_page(failing, say=quiet) == ["page.md:4: exit code 3: why"]
     assert run_page(page(OUTPUT.format("x")), say=quiet) == ["page.md:4: an output with no command before it"]
+    inside = "1. A list:\n\n   <!-- run -->\n   ```bash\n   exit 4\n   ```"
+    assert run_page(page(inside), say=quiet) == ["page.md:6: exit code 4: "]
     assert run_page(page("<!-- not run: never -->\n```bash\nfalse\n```"), say=quiet) == []
 
 
@@ -95,6 +103,41 @@ def test_the_runner_runs_compares_and_writes(documents, page):
 def test_commands_of_a_page_print_what_it_says(documents, repo_root):
     """One page with every change; all of them by .ci/scheduled."""
     assert documents["run_page"](repo_root / "docs/other_tools.md", say=quiet) == []
+
+
+class Links(HTMLParser):
+    """What a page of the site points to, and the places in it."""
+
+    def __init__(self, page: Path) -> None:
+        super().__init__()
+        self.to, self.places = [], {""}
+        self.feed(page.read_text("utf-8"))
+
+    def handle_starttag(self, tag, attrs):
+        given = dict(attrs)
+        self.to += [given[name] for name in ("href", "src") if given.get(name)]
+        self.places |= {given["id"]} if "id" in given else set()
+
+
+def broken_links(site: Path) -> list[str]:
+    """Links and pictures of a site that lead to no file of it, or to no place on its page."""
+    pages = {path: Links(path) for path in site.rglob("*.html")}
+    broken = []
+    for path, page in pages.items():
+        for link in page.to:
+            parts = urlsplit(link)
+            target = (path.parent / unquote(parts.path)).resolve() if parts.path else path
+            if parts.scheme or parts.netloc:
+                continue
+            if not target.exists() or target in pages and unquote(parts.fragment) not in pages[target].places:
+                broken.append(f"{path.relative_to(site)}: {link}")
+    return broken
+
+
+def test_a_broken_link_is_found(tmp_path):
+    (tmp_path / "a.html").write_text('<p id="x"></p><a href="b.html#y"></a><a href="#x"></a><a href="https://x.org"></a><img src="p.png">')
+    (tmp_path / "b.html").write_text('<a href="a.html#x"></a><a href="c.html"></a>')
+    assert sorted(broken_links(tmp_path.resolve())) == ["a.html: b.html#y", "a.html: p.png", "b.html: c.html"]
 
 
 @pytest.mark.timeout(900)
@@ -105,7 +148,8 @@ def test_the_site_builds_and_asks_for_nothing(repo_root, tmp_path):
     command = [sphinx, "-W", "--keep-going", "-q", "-b", "html", "-d", tmp_path / "trees", repo_root / "docs", tmp_path / "site"]
     done = subprocess.run(command, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr[-2000:]
-    site = tmp_path / "site"
+    site = (tmp_path / "site").resolve()
+    assert broken_links(site) == []
     sources = {path.relative_to(repo_root / "docs").with_suffix(".html") for path in (repo_root / "docs").rglob("*.md")}
     assert sources <= {path.relative_to(site) for path in site.rglob("*.html")}
     asked = re.compile(r"<(?:script|link|img|iframe)[^>]+(?:src|href)=\"(?:https?:)?//[^\"]+\"")

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from ddh_twin_py.bags.errors import BagError
 from ddh_twin_py.bags.folder import METADATA, SUFFIXES
+from ddh_twin_py.rig.files import did_you_mean
 
 COMMISSIONING, FIELD, VALIDATION = "commissioning", "field", "validation"
 """Folders of a case: the rig as built, the rig in question, the same on another duty."""
@@ -59,14 +60,14 @@ def case_of(given: Sequence[str | Path], commissioning: str | Path | None = None
             found[role] = path / role
     _refuse_twice([*field, *(p for p in found.values() if p is not None)])
     if rig is not None and not Path(rig).is_file():
-        raise BagError(f"rig file {rig} does not exist")
+        raise BagError(f"rig file {rig} does not exist{did_you_mean(rig)}")
     return Case(tuple(field), found[COMMISSIONING], found[VALIDATION], None if rig is None else Path(rig))
 
 
 def _there(path: str | Path) -> Path:
     path = Path(path)
     if not path.exists():
-        raise BagError(f"{path} does not exist; a bag is a rosbag2 folder or one .mcap or .db3 file")
+        raise BagError(f"{path} does not exist{did_you_mean(path) or '; a bag is a rosbag2 folder or one .mcap or .db3 file'}")
     return path
 
 

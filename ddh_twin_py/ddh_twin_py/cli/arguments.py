@@ -47,7 +47,7 @@ class Parser(argparse.ArgumentParser):
     def _check_value(self, action: argparse.Action, value: object) -> None:
         if action.choices is None or value in action.choices:
             return
-        what = "verb" if isinstance(action, argparse._SubParsersAction) else action.metavar or action.dest
+        what = "verb" if isinstance(action, argparse._SubParsersAction) else (action.metavar or action.dest).lower()
         raise argparse.ArgumentError(None, nearest_of(what, str(value), [str(c) for c in action.choices]))
 
     def parse_args(self, args=None, namespace=None) -> argparse.Namespace:
@@ -191,6 +191,14 @@ def output_file(text: str) -> str:
     except OSError as error:
         raise argparse.ArgumentTypeError(f"{text!r} cannot be written: {there}: {error.strerror}") from None
     return text
+
+
+def refuse_missing(name: str, path: str | Path) -> None:
+    """Raise InputError, with the nearest that is there, where an input does not exist."""
+    from ddh_twin_py.rig.files import did_you_mean
+
+    if not Path(path).exists():
+        raise InputError(f"{name}: there is no {path}{did_you_mean(path)}")
 
 
 def new_folder(text: str) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from ddh_twin_py.cli.arguments import OUTPUTS, add_verb
+from ddh_twin_py.cli.arguments import OUTPUTS, add_json, add_verb
 
 _EXAMPLE = """\
   ddh-twin completion bash > ~/.local/share/bash-completion/completions/ddh-twin
@@ -23,15 +23,22 @@ def add_parser(subparsers) -> None:
         _EXAMPLE,
     )
     parser.add_argument("shell", metavar="SHELL", choices=_SHELLS, help="bash, zsh or fish")
+    add_json(parser, "write verbs, options and choices as JSON; - is standard output, in the place of the script")
 
 
 def run(args: argparse.Namespace) -> int:
     """Print the script."""
     import shtab
 
+    from ddh_twin_py.cli.command_tree import command_tree
+    from ddh_twin_py.cli.console import put_json
     from ddh_twin_py.cli.main import build_parser
 
     parser = build_parser()
+    if args.json:
+        put_json(args.json, command_tree(parser))
+    if args.json == "-":
+        return 0
     _mark_paths(parser, shtab)
     print(shtab.complete(parser, shell=args.shell))
     return 0

@@ -8,7 +8,9 @@ from pathlib import Path
 
 from ddh_twin_py.cli.arguments import InputError, add_html, add_json, add_quiet, add_rig, add_verb, output_file, positive
 
-_EXAMPLE = "  ddh-twin fleet /data/cranes --jobs 4 --html out/fleet.html"
+_EXAMPLE = """\
+  ddh-twin fleet bags --html out/fleet.html
+  ddh-twin fleet /data/cranes --jobs 4 --out out/cranes --parquet out/cranes.parquet"""
 
 
 def add_parser(subparsers) -> None:

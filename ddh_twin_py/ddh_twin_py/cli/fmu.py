@@ -6,7 +6,9 @@ import argparse
 
 from ddh_twin_py.cli.arguments import InputError, add_json, add_quiet, add_rig, add_verb, output_file
 
-_EXAMPLE = "  ddh-twin fmu out/crane_1.fmu --rig crane_1.yaml"
+_EXAMPLE = """\
+  ddh-twin fmu out/twin.fmu
+  ddh-twin fmu out/crane_1.fmu --rig crane_1.yaml"""
 
 
 def add_parser(subparsers) -> None:

@@ -7,7 +7,9 @@ import os
 
 from ddh_twin_py.cli.arguments import InputError, add_html, add_json, add_quiet, add_rig, add_verb, nearest_of, output_file
 
-_EXAMPLE = "  ddh-twin gap bags/press_7 --commissioning bags/press_7_new --html out/gap.html"
+_EXAMPLE = """\
+  ddh-twin gap bags/paper_cycle --html out/gap.html
+  ddh-twin gap bags/press_7 --commissioning bags/press_7_new -o out/press_7_now.yaml"""
 
 
 def add_parser(subparsers) -> None:

@@ -7,7 +7,10 @@ import sys
 
 from ddh_twin_py.cli.arguments import InputError, add_json, add_quiet, add_verb, namespace, new_folder
 
-_EXAMPLE = "  ddh-twin import --example > mapping.yaml\n  ddh-twin import drive.csv temperatures.csv --mapping mapping.yaml -o bags/press_7"
+_EXAMPLE = """\
+  ddh-twin import --example > mapping.yaml
+  ddh-twin import drive.csv temperatures.csv --mapping mapping.yaml -o bags/press_7
+  ddh-twin import out/samples/*.csv --mapping out/samples/mapping.yaml -o out/again    after ddh-twin export BAG --telemetry out/samples"""
 
 
 def add_parser(subparsers) -> None:

@@ -37,10 +37,11 @@ def run(args: argparse.Namespace) -> int:
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     from ddh_twin_py.cli.console import put_json, say, stage
     from ddh_twin_py.real_rigs.registry import RIGS, study_of
+    from ddh_twin_py.rig.files import did_you_mean
 
     data, out = Path(args.data), Path(args.out)
     if not data.is_dir():
-        raise InputError(f"--data: {data} is no folder")
+        raise InputError(f"--data: {data} is no folder{did_you_mean(data)}")
     for rig in args.rigs:
         if rig not in RIGS:
             raise InputError(nearest_of("rig", rig, list(RIGS)))

@@ -9,7 +9,18 @@ import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from ddh_twin_py.cli.arguments import InputError, Parser, add_json, add_quiet, add_rig, add_verb, duty_file, namespace, seed
+from ddh_twin_py.cli.arguments import (
+    InputError,
+    Parser,
+    add_json,
+    add_quiet,
+    add_rig,
+    add_verb,
+    duty_file,
+    namespace,
+    refuse_missing,
+    seed,
+)
 from ddh_twin_py.cli.console import put_json
 from ddh_twin_py.cli.parameter_yaml import parameter_yaml
 from ddh_twin_py.cli.supervisor import Child, Supervisor, combined_log
@@ -149,12 +160,11 @@ def check(args: argparse.Namespace) -> None:
         raise InputError(f"{args.record} exists; nothing is overwritten")
     for name in ("rig", "params", "bag"):
         given = getattr(args, name)
-        if given and not Path(given).exists():
-            raise InputError(f"--{name}: there is no {given}")
+        if given:
+            refuse_missing(f"--{name}", given)
     if args.duty:
         args.duty = duty_file(args.duty)
-        if not args.duty.exists():
-            raise InputError(f"--duty: there is no {args.duty}")
+        refuse_missing("--duty", args.duty)
     args.namespace = namespace(args.namespace)
 
 

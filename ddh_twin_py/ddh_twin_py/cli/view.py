@@ -9,7 +9,7 @@ import re
 import threading
 import time
 
-from ddh_twin_py.cli.arguments import InputError, add_json, add_quiet, add_rig, add_verb, namespace, output_file
+from ddh_twin_py.cli.arguments import InputError, add_json, add_quiet, add_rig, add_verb, namespace, output_file, refuse_missing
 
 _EXAMPLE = """\
   ddh-twin view                                   what runs in the namespace /ddh
@@ -60,15 +60,13 @@ def _port(text: str) -> int:
 
 def run(args: argparse.Namespace) -> int:
     """Start the nodes, say where the page is, stay until Ctrl-C."""
-    from pathlib import Path
-
     from ddh_twin_py.cli.console import put_json
     from ddh_twin_py.cli.live_graph import LiveGraph
 
     for name in ("rig", "bag"):
         given = getattr(args, name)
-        if given and not Path(given).exists():
-            raise InputError(f"{'--' if name == 'rig' else ''}{name}: there is no {given}")
+        if given:
+            refuse_missing("--rig" if name == "rig" else name, given)
     for option in ("rate", "normal_file", "paused"):
         if getattr(args, option) and not args.bag:
             raise InputError(f"--{option.replace('_', '-')} is for a recording, and none is named")

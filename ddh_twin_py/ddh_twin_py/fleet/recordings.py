@@ -9,6 +9,7 @@ from pathlib import Path
 
 from ddh_twin_py.bags.case import FIELD, Case, case_of, is_case
 from ddh_twin_py.bags.folder import METADATA, SUFFIXES
+from ddh_twin_py.rig.files import did_you_mean
 
 _ENDINGS = (*SUFFIXES, *(f"{suffix}.zstd" for suffix in SUFFIXES))
 _PART = re.compile(r"_\d+$")
@@ -37,7 +38,7 @@ def find_recordings(folder: str | Path, leave_out: Path | None = None, rig: Path
     """
     folder = Path(folder)
     if not folder.is_dir():
-        raise FleetError(f"{folder}: there is no such folder")
+        raise FleetError(f"{folder}: there is no such folder{did_you_mean(folder)}")
     found: list[Found] = []
     for here, folders, files in os.walk(folder):
         path = Path(here)

@@ -184,7 +184,7 @@ def _table(outcomes: Sequence[cold.Outcome]) -> doc.Html:
          *(("–",) * 3 if tripped(o) else (number(o.tank_oil, 1), number(o.pump_oil, 1), number(o.winding, 1))), number(o.winding_peak, 1))
         for o in outcomes
     ]
-    return doc.table(columns, rows)
+    return doc.Html(f'<div class="whole-words">{doc.table(columns, rows)}</div>')
 
 
 def row(o: cold.Outcome) -> dict:

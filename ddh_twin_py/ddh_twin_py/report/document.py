@@ -15,6 +15,8 @@ from pathlib import Path
 from ddh_twin_py.rig.files import write_whole
 
 _PACKAGES = ("numpy", "numba", "rosbags")
+_ON_A_PAGE = 30
+"""Bars that surely fit on one printed page."""
 
 
 class Html(str):
@@ -180,7 +182,8 @@ def bars(rows: Sequence[tuple[str, Sequence[tuple[str, float]]]], unit: str, dig
             for role, v in pairs
         )
         body += f"<dt>{text(name)}</dt><dd>{lines}</dd>"
-    return Html(f'<dl class="bars">{body}</dl>')
+    kind = "bars" if len(rows) <= _ON_A_PAGE else "bars long"  # long ones go on over the page when printed
+    return Html(f'<dl class="{kind}">{body}</dl>')
 
 
 def legend(entries: Iterable[tuple[str, str]]) -> Html:

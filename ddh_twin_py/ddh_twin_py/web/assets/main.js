@@ -45,7 +45,9 @@ function chosen() {
 }
 const dark = matchMedia("(prefers-color-scheme: dark)");
 theme(chosen() ?? (dark.matches ? "dark" : "light"), false);
-dark.addEventListener("change", (event) => theme(event.matches ? "dark" : "light", false));
+dark.addEventListener("change", (event) => {
+  if (!chosen()) theme(event.matches ? "dark" : "light", false);
+});
 get("theme").addEventListener("click", () => theme(root.dataset.theme === "dark" ? "light" : "dark", true));
 
 // --- what comes --------------------------------------------------------------------------------
@@ -115,7 +117,8 @@ get("add").addEventListener("click", () => charts.add());
 // --- keys --------------------------------------------------------------------------------------
 
 addEventListener("keydown", (event) => {
-  if (event.ctrlKey || event.metaKey || event.altKey || event.target.closest("input, select, button, summary, a")) return;
+  if (event.ctrlKey || event.metaKey || event.altKey || event.target.closest("select")) return;
+  if (event.key === " " && event.target.closest("button, summary, a")) return; // presses what has the focus
   if (event.key === " ") player.toggle();
   else if (event.key === "ArrowLeft") player.step(-10);
   else if (event.key === "ArrowRight") player.step(10);

@@ -13,6 +13,9 @@ export class Player {
     this.rate = get("rate");
     this.note = get("player-note");
     this.held = false; // the slider is in somebody's hand
+    this.aim = null; // s, where a seek goes, until the player has told that it is there
+    this.answered = false;
+    this.seeks = 0;
     this.play.addEventListener("click", () => this.toggle());
     get("back").addEventListener("click", () => this.step(-10));
     get("on").addEventListener("click", () => this.step(10));
@@ -21,8 +24,10 @@ export class Player {
       this.place(Number(this.slider.value));
     });
     this.slider.addEventListener("change", () => {
+      this.held = false;
       this.seek(Number(this.slider.value));
     });
+    for (const end of ["pointerup", "pointercancel", "blur"]) this.slider.addEventListener(end, () => setTimeout(() => this.release()));
     this.rate.addEventListener("change", () => this.wish("rate", Number(this.rate.value)));
   }
 
@@ -34,14 +39,27 @@ export class Player {
   }
 
   async seek(offset) {
-    this.held = true;
-    await this.wish("seek", Math.min(this.data.duration, Math.max(0, offset)));
-    this.held = false;
-    this.show(this.data); // what came meanwhile
+    const number = ++this.seeks;
+    this.aim = Math.min(this.data.duration, Math.max(0, offset));
+    this.answered = false;
+    this.slider.value = this.aim;
+    this.place(this.aim);
+    const done = await this.wish("seek", this.aim);
+    if (number !== this.seeks) return; // another one since
+    this.answered = true;
+    if (!done) this.show(this.data);
   }
 
+  /* Steps add up, however fast the key is pressed. */
   step(seconds) {
-    if (this.data) this.seek(this.data.position + seconds);
+    if (this.data) this.seek((this.aim ?? this.data.position) + seconds);
+  }
+
+  /* Let go of at the place where it was taken: nothing has changed, and no seek follows. */
+  release() {
+    if (!this.held) return;
+    this.held = false;
+    if (this.data) this.show(this.data);
   }
 
   async toggle() {
@@ -58,12 +76,13 @@ export class Player {
   }
 
   show(data) {
+    if (this.answered) [this.aim, this.answered] = [null, false];
     this.data = data;
     this.bar.hidden = !data;
     if (!data) return;
     this.play.textContent = data.ended ? "Again" : data.paused ? "Play" : "Pause";
     this.slider.max = data.duration;
-    if (!this.held) {
+    if (!this.held && this.aim === null) {
       this.slider.value = data.position;
       this.place(data.position);
     }
