@@ -14,7 +14,7 @@ from ddh_twin_py.rig import load_rig
 from ddh_twin_py.telemetry.alignment import align
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from nodes.processes import NodeProcess, raw_messages, stamp_ns, wait_for
-from sensor_msgs.msg import Temperature
+from sensor_msgs.msg import FluidPressure, JointState, Temperature
 
 from ddh_msgs.msg import HydraulicState, MotorThermalState, NodeProgress, ResidualArray, TemperatureEstimateArray
 
@@ -125,6 +125,26 @@ def test_messages_hold_together(recorded):
     assert location.temperature == estimate.temperature and location.header.frame_id == "tank_oil"
     assert location.variance == pytest.approx(estimate.standard_deviation**2)
     assert abs(estimate.measured - estimate.temperature) < 1.0 and estimate.measured_age < 2.0
+
+
+def test_motion_pressures_and_temperatures_come_as_standard_messages_too(recorded):
+    for mode, topic in (("soft_sensor", "state"), ("free_run", "prediction")):
+        state = {stamp_ns(m): m for m in raw_messages(recorded, HydraulicState, f"/ddh/hydraulics/{topic}")}
+        motion = raw_messages(recorded, JointState, f"/ddh/{mode}/joint_states")
+        assert {stamp_ns(m) for m in motion} == state.keys()
+        one, same = motion[200], state[stamp_ns(motion[200])]
+        assert one.name == ["motor", "rod"] and np.isnan(one.position[0])
+        assert (one.position[1], *one.velocity) == (same.rod_position, same.speed, same.rod_velocity)
+        assert one.effort[0] == same.torque and one.effort[1] == same.cylinder_force
+        for side in ("piston_side", "rod_side"):
+            pressure = raw_messages(recorded, FluidPressure, f"/ddh/{mode}/pressure_{side}")[200]
+            gauge = getattr(state[stamp_ns(pressure)], f"pressure_{side}")
+            assert pressure.fluid_pressure == pytest.approx(gauge + 101325.0) and pressure.header.frame_id == side
+    state = {stamp_ns(m): m for m in raw_messages(recorded, HydraulicState, "/ddh/hydraulics/prediction")}
+    for location in ("tank_oil", "end_winding"):
+        for message in raw_messages(recorded, Temperature, f"/ddh/free_run/temperature/{location}")[-3:]:
+            said = dict(zip(state[stamp_ns(message)].temperature_nodes, state[stamp_ns(message)].temperature, strict=True))
+            assert message.temperature == said[location]
 
 
 def test_all_nodes_report_their_health(recorded):

@@ -20,6 +20,7 @@ from ddh_twin_py.nodes.intervals_feed import Batch
 from ddh_twin_py.nodes.model_node import ModelNode
 from ddh_twin_py.nodes.node_base import run
 from ddh_twin_py.nodes.parameters import Parameter
+from ddh_twin_py.nodes.standard_messages import StandardMessages
 from ddh_twin_py.nodes.wire import BulkParser
 from ddh_twin_py.physics.thermal_network import NODES
 from ddh_twin_py.telemetry.signals import DRIVE_TOPIC, HYDRAULIC_TOPIC
@@ -30,7 +31,7 @@ FRESH = 5_000_000_000  # ns of data for which a fused temperature is used
 
 
 class HydraulicModelNode(ModelNode):
-    """Telemetry to `hydraulics/state`, `hydraulics/prediction` and `hydraulics/residuals`."""
+    """Telemetry to `hydraulics/state`, `hydraulics/prediction` and `hydraulics/residuals`, and to standard messages of the same."""
 
     payload_matters = True
     PARAMETERS = (
@@ -48,6 +49,7 @@ class HydraulicModelNode(ModelNode):
         self._soft = self.create_publisher(HydraulicState, "hydraulics/state", qos.OUTPUT)
         self._free = self.create_publisher(HydraulicState, "hydraulics/prediction", qos.OUTPUT)
         self._residuals = self.create_publisher(ResidualArray, "hydraulics/residuals", qos.OUTPUT)
+        self._soft_standard, self._free_standard = (StandardMessages(self, mode, mode == FREE_RUN) for mode in (SOFT_SENSOR, FREE_RUN))
         self._fused_input = self.feed.inputs.add(FUSED_TOPIC, TemperatureEstimateArray, qos.OUTPUT)
         self._fused_parser = BulkParser(TemperatureEstimateArray)
         self._fused: tuple[int, np.ndarray] | None = None  # stamp in ns, K (N,)
@@ -79,6 +81,8 @@ class HydraulicModelNode(ModelNode):
         soft = hydraulic_values(result.soft, result.soft_temperature, result.known, self.interval)
         self._send(self._free, self._free_layout, batch, free)  # first: the fusion looks for it when the state comes
         self._send(self._soft, self._soft_layout, batch, soft)
+        self._free_standard.send(batch.end_ns, result.free, result.free_temperature)
+        self._soft_standard.send(batch.end_ns, result.soft, result.soft_temperature)
         for layout, point in zip(self._residual_layouts, points, strict=True):
             self._send(self._residuals, layout, batch, hydraulic_residuals(self.rig, batch.measured, point))
         return result.known
