@@ -6,7 +6,7 @@ from ddh_twin_py.estimation import smoother
 from ddh_twin_py.estimation.consistency import one_seed
 from ddh_twin_py.estimation.replay import replay
 from ddh_twin_py.estimation.smoother import Trace, back
-from ddh_twin_py.estimation.uncertain_parameters import N_UNCERTAIN, UNKNOWN_HEAT_AT, UNKNOWN_HEAT_TIME
+from ddh_twin_py.estimation.uncertain_parameters import N_UNCERTAIN, N_UNKNOWN_HEATS, UNKNOWN_HEAT_AT, UNKNOWN_HEAT_TIME
 from ddh_twin_py.physics.thermal_network import N
 from ddh_twin_py.rig import load_rig
 from ddh_twin_py.twin.duty import load_duty
@@ -82,7 +82,7 @@ def test_it_agrees_with_rauch_tung_and_striebel():
             left.append(innovation)
             spread.append(np.sqrt(variance))
         trace.read(np.array(gains), sensor, np.array(left), np.array(spread))
-        trace.estimated(len(filtered), mean, covariance)
+        trace.estimated(len(filtered), mean, mean[-N_UNKNOWN_HEATS:], covariance)
         filtered.append((mean, covariance))
     x, p = filtered[-1]
     expected = [(x, p)]
@@ -90,11 +90,14 @@ def test_it_agrees_with_rauch_tung_and_striebel():
         gain = filtered[k][1] @ moves[k + 1].T @ np.linalg.inv(predicted[k + 1][1])
         x, p = filtered[k][0] + gain @ (x - predicted[k + 1][0]), filtered[k][1] + gain @ (p - predicted[k + 1][1]) @ gain.T
         expected.append((x, p))
-    rows, temperature, deviation = trace.smooth()
-    assert rows.tolist() == list(range(steps))
-    for row, (x, p) in zip(rows[::-1], expected, strict=True):
-        np.testing.assert_allclose(temperature[row], x[:N], atol=1e-4)
-        np.testing.assert_allclose(deviation[row], np.sqrt(np.diagonal(p)[:N]), atol=1e-4)
+    said = trace.smooth()
+    assert said.row.tolist() == list(range(steps))
+    for row, (x, p) in zip(said.row[::-1], expected, strict=True):
+        sigma = np.sqrt(np.diagonal(p))
+        np.testing.assert_allclose(said.temperature[row], x[:N], atol=1e-4)
+        np.testing.assert_allclose(said.temperature_std[row], sigma[:N], atol=1e-4)
+        np.testing.assert_allclose(said.heat[row], x[-N_UNKNOWN_HEATS:], atol=1e-4)
+        np.testing.assert_allclose(said.heat_std[row], sigma[-N_UNKNOWN_HEATS:], atol=1e-4)
     assert back.signatures  # it ran compiled
 
 

@@ -14,6 +14,7 @@ from ddh_twin_py.estimation.credibility import Credibility
 from ddh_twin_py.estimation.sensors import NODE_INDEX, NODE_OF_SENSOR, SENSORS
 from ddh_twin_py.estimation.start import START, start_temperature
 from ddh_twin_py.estimation.temperature_fusion import FusionInputs, Innovation, Readings, TemperatureFusion
+from ddh_twin_py.estimation.uncertain_parameters import N_UNKNOWN_HEATS
 from ddh_twin_py.physics.balance import SCALAR_DTYPE, scalars
 from ddh_twin_py.physics.oil import ZERO_CELSIUS
 from ddh_twin_py.physics.soft_sensor import MEASURED_DTYPE
@@ -74,6 +75,7 @@ class ReplayResult:
         seconds: computing time of each stage.
         smoothed_row: intervals of the smoothed temperatures, (k,), none unless asked for.
         smoothed, smoothed_std: K, from the readings before and after, (k, N).
+        smoothed_heat, smoothed_heat_std: W, unknown heats alike, (k, N_UNKNOWN_HEATS), see `uncertain_parameters.UNKNOWN_HEATS`.
         covariance: K^2, of the fused temperatures at ``smoothed_row``, (k, N, N), none unless asked for.
         ambient: K, what the models took for the air, (n,); empty where nobody said.
     """
@@ -93,6 +95,8 @@ class ReplayResult:
     smoothed_row: np.ndarray = field(default_factory=lambda: np.empty(0, np.int64))
     smoothed: np.ndarray = field(default_factory=lambda: np.empty((0, N)))
     smoothed_std: np.ndarray = field(default_factory=lambda: np.empty((0, N)))
+    smoothed_heat: np.ndarray = field(default_factory=lambda: np.empty((0, N_UNKNOWN_HEATS)))
+    smoothed_heat_std: np.ndarray = field(default_factory=lambda: np.empty((0, N_UNKNOWN_HEATS)))
     covariance: np.ndarray = field(default_factory=lambda: np.empty((0, N, N)))
     ambient: np.ndarray = field(default_factory=lambda: np.empty(0))
 
@@ -204,9 +208,9 @@ class _Run:
         if self.fusion.trace is None:
             return
         clock = time.perf_counter()
-        rows, temperature, deviation = self.fusion.trace.smooth()
+        said = self.fusion.trace.smooth()
         kept = (self.fusion.trace.covariances()[1],) if self.keeping else ()
-        self._smoothed.append((rows + self._trace_start, temperature, deviation, *kept))
+        self._smoothed.append((said.row + self._trace_start, said.temperature, said.temperature_std, said.heat, said.heat_std, *kept))
         self.fusion.trace = None
         self.seconds["smoother"] = self.seconds.get("smoother", 0.0) + time.perf_counter() - clock
 
@@ -275,7 +279,7 @@ class _Run:
                 samples.values[: index.size, 0], self.free_reading[index, i], self.fused_reading[index, i],
                 self.fused_std[index, NODE_INDEX[name]], self.rig.sensors["temperature"].noise, name not in self.without, index,
             )
-        smoothed = dict(zip(("smoothed_row", "smoothed", "smoothed_std", "covariance"),
+        smoothed = dict(zip(("smoothed_row", "smoothed", "smoothed_std", "smoothed_heat", "smoothed_heat_std", "covariance"),
                             (np.concatenate(column) for column in zip(*self._smoothed, strict=True)), strict=False))
         return ReplayResult(
             self._told(), self.rig, self.time, self.measured, self.soft, self.free, self.free_temperature,

@@ -1,4 +1,4 @@
-"""Fixed-interval smoother: temperatures of a recording from the readings before and after each instant.
+"""Fixed-interval smoother: temperatures and unknown heats of a recording from the readings before and after each instant.
 
 The filter writes a `Trace` of its steps, `smooth` goes back through it with the adjoint recursion
 of the modified Bryson-Frazier smoother, which gives what Rauch, Tung and Striebel's gives without
@@ -42,8 +42,24 @@ class _Step:
     innovation: np.ndarray
     variance: np.ndarray
     row: int = -1  # index of the interval whose estimate this is; -1: none is kept
-    temperature: np.ndarray | None = None  # K, (N,)
-    covariance: np.ndarray | None = None  # rows of the temperatures, (N, size)
+    mean: np.ndarray | None = None  # temperatures, K, and unknown heats, W, (N + N_UNKNOWN_HEATS,)
+    covariance: np.ndarray | None = None  # their rows, (N + N_UNKNOWN_HEATS, size)
+
+
+@dataclass(frozen=True)
+class Smoothed:
+    """What the smoother says.
+
+    Attributes:
+        row: intervals, (k,). temperature, temperature_std: K, (k, N), order `thermal_network.NODES`.
+        heat, heat_std: W, (k, N_UNKNOWN_HEATS), order `uncertain_parameters.UNKNOWN_HEATS`.
+    """
+
+    row: np.ndarray
+    temperature: np.ndarray
+    temperature_std: np.ndarray
+    heat: np.ndarray
+    heat_std: np.ndarray
 
 
 class Trace:
@@ -68,7 +84,7 @@ class Trace:
     @property
     def nbytes(self) -> tuple[int, int]:
         """Bytes of the arrays in memory, and of the file."""
-        arrays = (a for s in self._steps for a in (s.transition, s.gains, s.temperature, s.covariance) if a is not None)
+        arrays = (a for s in self._steps for a in (s.transition, s.gains, s.mean, s.covariance) if a is not None)
         return sum(a.nbytes for a in arrays), self._file.seek(0, 2)
 
     def _backward(self) -> Iterator[tuple[int, _Step]]:
@@ -98,37 +114,43 @@ class Trace:
         step.gains, step.sensor = gains.astype(np.float32), sensor.copy()
         step.innovation, step.variance = innovation.copy(), spread**2
 
-    def estimated(self, row: int, dynamic: np.ndarray, covariance: np.ndarray) -> None:
-        """The estimate after the last step, at interval ``row``; kept now and then."""
+    def estimated(self, row: int, dynamic: np.ndarray, heat: np.ndarray, covariance: np.ndarray) -> None:
+        """The estimate after the last step, at interval ``row``; kept now and then.
+
+        Args:
+            dynamic: begins with the temperatures, K. heat: the unknown heats, W, the last rows of the covariance (size, size).
+        """
         self._since += 1
         if self._since >= self.every and self._steps:
             step, self._since = self._steps[-1], 0
-            step.row, step.temperature, step.covariance = row, dynamic[:N].copy(), covariance[:N].copy()
+            kept = np.r_[:N, covariance.shape[0] - N_UNKNOWN_HEATS : covariance.shape[0]]
+            step.row, step.mean, step.covariance = row, np.concatenate([dynamic[:N], heat]), covariance[kept]
 
     def covariances(self) -> tuple[np.ndarray, np.ndarray]:
         """Intervals (k,) of the estimates kept, and the filter's covariances of their temperatures, K^2, (k, N, N)."""
         kept = [step for _, step in self._backward() if step.covariance is not None][::-1]
-        return np.array([step.row for step in kept]), np.array([step.covariance[:, :N] for step in kept]).reshape(-1, N, N)
+        return np.array([step.row for step in kept]), np.array([step.covariance[:N, :N] for step in kept]).reshape(-1, N, N)
 
-    def smooth(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Intervals (k,), smoothed temperatures and their standard deviations, K, (k, N); in order of time."""
-        if not len(self):
-            return np.empty(0, np.int64), np.empty((0, N)), np.empty((0, N))
+    def smooth(self) -> Smoothed:
+        """All that was kept, in order of time."""
+        wide = N + N_UNKNOWN_HEATS
         first, second = np.zeros(self._size), np.zeros((self._size, self._size))
         rows: list[int] = []
-        temperatures: list[np.ndarray] = []
+        means: list[np.ndarray] = []
         deviations: list[np.ndarray] = []
         for k, step in self._backward():
             for state in self._forgotten.get(k + 1, ()):
                 first[state] = second[state, :] = second[:, state] = 0.0
-            if step.temperature is not None:
+            if step.mean is not None:
                 rows.append(step.row)
-                temperatures.append(step.temperature - step.covariance @ first)
-                variance = np.diagonal(step.covariance) - np.einsum("ij,ij->i", step.covariance @ second, step.covariance)
+                means.append(step.mean - step.covariance @ first)
+                own = np.concatenate([np.diagonal(step.covariance[:N]), np.diagonal(step.covariance[N:, -N_UNKNOWN_HEATS:])])
+                variance = own - np.einsum("ij,ij->i", step.covariance @ second, step.covariance)
                 deviations.append(np.sqrt(np.maximum(variance, 0.0)))
             back(first, second, step.transition.astype(np.float64), step.elapsed, step.gains.astype(np.float64), step.sensor,
                  step.innovation, step.variance)
-        return np.array(rows[::-1]), np.array(temperatures[::-1]).reshape(-1, N), np.array(deviations[::-1]).reshape(-1, N)
+        mean, deviation = (np.array(column[::-1]).reshape(-1, wide) for column in (means, deviations))
+        return Smoothed(np.array(rows[::-1], np.int64), mean[:, :N], deviation[:, :N], mean[:, N:], deviation[:, N:])
 
 
 @kernel

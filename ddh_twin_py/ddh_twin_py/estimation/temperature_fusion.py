@@ -17,7 +17,7 @@ import numpy as np
 from ddh_twin_py.estimation.sensors import NODE_INDEX, SENSORS
 from ddh_twin_py.estimation.smoother import SMOOTHED_EVERY, Trace
 from ddh_twin_py.estimation.temperature_filter import NEVER_READ, advance_mean, predict_covariance, update
-from ddh_twin_py.estimation.uncertain_parameters import AMBIENT_AT, N_UNCERTAIN, uncertain_parameters
+from ddh_twin_py.estimation.uncertain_parameters import AMBIENT_AT, N_UNCERTAIN, UNKNOWN_HEAT_AT, uncertain_parameters
 from ddh_twin_py.physics.oil import ZERO_CELSIUS
 from ddh_twin_py.physics.thermal_network import HYDRAULIC_NODES, MOTOR_NODES, N, N_FLOWS, NODES
 from ddh_twin_py.rig import Rig
@@ -294,7 +294,7 @@ class TemperatureFusion:
                 expected[stop - 1] = state.dynamic[N:]
                 deviation[stop - 1] = self._deviation()
                 if self.trace is not None:
-                    self.trace.estimated(self._row + stop - 1, state.dynamic, state.covariance)
+                    self.trace.estimated(self._row + stop - 1, state.dynamic, state.deviation[UNKNOWN_HEAT_AT:], state.covariance)
             start = stop
         self._row += n
         # counted from the start of the next call, what waits for the end of its epoch lies before it

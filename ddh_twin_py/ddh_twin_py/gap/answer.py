@@ -86,13 +86,15 @@ def diagnosis(model: Diagnosable, found: Found, theta: np.ndarray, seconds: Mapp
         "notes": [*unknown.notes, *([described(learned, gap_before, gap_after)] if learned else []), *model.notes()],
     }
     spread = np.sqrt(np.diagonal(found.linearised.basis.covariance()))
+    inputs = model.unknown_inputs(plain, spread) if verdict.word != "no_gap" else []
     parameters = model.fitted_parameters(leader.theta, spread)
     believed = acting if learned or verdict.word in ("explained", "ambiguous") else []
     return Diagnosis(
         report=report, sentence=sentence(report, model.catalogue), recordings=model.recordings,
         traces=held.traces(before_runs[0], after_runs[0], floor), axes=held.axes(leader.theta, acting),
-        lacking=places, alone=_alone(model, found), weighed=weighed, confusable=confusable, parameters=parameters, shapes=unknown.shapes,
-        rig=model.rig_with(leader.theta, believed, spread), assumptions=model.assumptions, seconds=dict(seconds), catalogue=model.catalogue)
+        lacking=places, alone=_alone(model, found), inputs=inputs, weighed=weighed, confusable=confusable, parameters=parameters,
+        shapes=unknown.shapes, rig=model.rig_with(leader.theta, believed, spread),
+        assumptions=model.assumptions, seconds=dict(seconds), catalogue=model.catalogue)
 
 
 def _shrinks(held: Held, none: Refitted, leader: Refitted) -> float:

@@ -98,6 +98,7 @@ class Diagnosis:
             looked at, at the times of each trace: name with unit to (time (m,), values (m,)).
         lacking: what the twin lacks, by place, phase and regime, given the hypotheses.
         alone: the same from the data alone, before any effect is assumed.
+        inputs: torque, force, flow and heat left over by the balances of the recording itself.
         weighed: hypotheses, most probable first. confusable: for each effect of a class, why it cannot be told from the others.
         parameters: of the rig, fitted, with prior, posterior and source (``rig.quantities[name].source``).
         shapes: of what is unknown. rig: with parameters fitted and the winning effect written into it.
@@ -119,3 +120,4 @@ class Diagnosis:
     assumptions: list[str] = field(default_factory=list)
     seconds: Mapping[str, float] = field(default_factory=dict)
     catalogue: Mapping[str, Effect] = field(default_factory=lambda: EFFECTS)
+    inputs: list[Lack] = field(default_factory=list)

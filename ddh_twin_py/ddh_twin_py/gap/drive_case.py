@@ -9,7 +9,9 @@ import numpy as np
 from ddh_twin_py.estimation.calibration import INFORMED, FittedParameter
 from ddh_twin_py.estimation.experiment import Experiment
 from ddh_twin_py.gap.catalogue import EFFECTS
+from ddh_twin_py.gap.diagnosis import Lack
 from ddh_twin_py.gap.direct_drive import STEP, DirectDrive
+from ddh_twin_py.gap.drive_inputs import unknown_inputs
 from ddh_twin_py.gap.drive_learned import terms_at
 from ddh_twin_py.gap.drive_places import course
 from ddh_twin_py.gap.drive_unknown import place_of
@@ -62,6 +64,12 @@ class DriveCase(DirectDrive):
     def place_of(self, found: Found, fitted: Refitted, forms: list[FreeForm]) -> tuple[str, str]:
         """Component and domain to which free forms point."""
         return place_of(found, fitted, forms)
+
+    def unknown_inputs(self, theta: np.ndarray, spread: np.ndarray) -> list[Lack]:
+        """Torque, force, flow and heat left over in the first field recording, less those of the commissioning recording."""
+        field, built = ([e.recording for e, altered in zip(self.experiments, self.altered, strict=True) if altered is acts]
+                        for acts in (True, False))
+        return unknown_inputs(field[0], built[0] if built else None, self.rig_with(theta, (), spread))
 
     def learned_terms(self, component: str, domain: str) -> Sequence[Effect]:
         """Heat or friction that no law of the model gives."""

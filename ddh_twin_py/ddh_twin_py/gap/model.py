@@ -12,7 +12,7 @@ from ddh_twin_py.gap.effect import Effect
 
 if TYPE_CHECKING:
     from ddh_twin_py.estimation.calibration import FittedParameter
-    from ddh_twin_py.gap.diagnosis import Trace
+    from ddh_twin_py.gap.diagnosis import Lack, Trace
     from ddh_twin_py.gap.lacking import Course
     from ddh_twin_py.gap.leftover import FreeForm
     from ddh_twin_py.gap.refit import Refitted
@@ -121,6 +121,10 @@ class Diagnosable(Model, Protocol):
 
     def place_of(self, found: Found, fitted: Refitted, forms: list[FreeForm]) -> tuple[str, str]:
         """Component and domain to which free-form discrepancies point."""
+        ...
+
+    def unknown_inputs(self, theta: np.ndarray, spread: np.ndarray) -> list[Lack]:
+        """What the first recording in question asks for beyond the model at parameters (k,), by place; empty where nothing tells."""
         ...
 
     def learned_terms(self, component: str, domain: str) -> Sequence[Effect]:

@@ -10,6 +10,7 @@ import numpy as np
 
 from ddh_twin_py.estimation.calibration import INFORMED, FittedParameter
 from ddh_twin_py.estimation.comparison import Comparison
+from ddh_twin_py.gap.diagnosis import Lack
 from ddh_twin_py.gap.effect import Effect
 from ddh_twin_py.gap.lacking import Course
 from ddh_twin_py.gap.leftover import FreeForm
@@ -176,6 +177,10 @@ class RigModel:
             if form.signal in self.description.places:
                 return self.description.places[form.signal]
         return "rig", "mechanical"
+
+    def unknown_inputs(self, theta: np.ndarray, spread: np.ndarray) -> list[Lack]:
+        """None: these models have no balances of their own."""
+        return []
 
     def learned_terms(self, component: str, domain: str) -> Sequence[Effect]:
         """None: nothing is learned of these rigs."""

@@ -103,6 +103,13 @@ def _residual_note() -> str:
     )
 
 
+_INPUTS = (
+    "Torque, force and flow: measured less what the laws of the fitted rig say at measured speed, pressures and motion, while the shaft "
+    "turns steadily. Heat: what the smoother adds to each part so that its temperatures fit; it is drawn towards zero by some watts. What "
+    "the commissioning recording leaves over alike is taken off; without one the rig's tolerances are in it, and ± knows of scatter alone."
+)
+
+
 def _lacking(diagnosis: Diagnosis) -> doc.Html:
     blocks = []
     if diagnosis.lacking:
@@ -110,6 +117,9 @@ def _lacking(diagnosis: Diagnosis) -> doc.Html:
     if diagnosis.alone:
         blocks.append(doc.details("From the data alone, before any effect is assumed", drawing_of(diagnosis.alone, "From the data alone"),
                                   lacking_table(diagnosis.alone)))
+    if diagnosis.inputs:
+        blocks.append(doc.details("Unknown inputs: what the recording's own balances leave over", doc.note(_INPUTS),
+                                  lacking_table(diagnosis.inputs)))
     if blocks:
         blocks.append(doc.note("± is one standard deviation: the truth lies within it two times out of three. 'Clear' is beyond four of "
                                "them, 'likely' beyond two."))
