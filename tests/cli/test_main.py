@@ -97,8 +97,9 @@ def test_an_unknown_duty_names_the_nearest(capsys, tmp_path):
 @pytest.mark.parametrize("option, expected", [
     ("--seed=-1", "argument --seed: '-1' is no whole number from 0 on"),
     ("--seed=x", "argument --seed: 'x' is no whole number"),
-    ("--duration=0", "argument --duration: '0' is no number above 0"),
-    ("--duration=-5", "argument --duration: '-5' is no number above 0"),
+    ("--duration=0", "argument --duration: '0' is no number from 0.05 to 86400 s"),
+    ("--duration=-5", "argument --duration: '-5' is no number from 0.05 to 86400 s"),
+    ("--duration=1e12", "argument --duration: '1e12' is no number from 0.05 to 86400 s"),
 ])
 def test_numbers_that_a_simulation_cannot_use(capsys, tmp_path, option, expected):
     assert expected in failure(capsys, "simulate", "paper_cycle", "-o", str(tmp_path / "b"), option)

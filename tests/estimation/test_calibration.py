@@ -99,7 +99,7 @@ def test_the_part_held_out_is_not_used():
 
 @pytest.mark.parametrize("only, said", [
     (["pump_1.leekage"], "pump_1.leekage: no such parameter; the nearest is 'pump_1.leakage'"),
-    (["cylinder.bore"], "cylinder.bore: the sheet holds it exact"),
+    (["cylinder.bore"], "cylinder.bore: ddh_rig.yaml holds it exact"),
 ])
 def test_what_cannot_be_fitted_is_named(only, said):
     recording, _ = rig_that_differs_in_six(SEEDS[0])

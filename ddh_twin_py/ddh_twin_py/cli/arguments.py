@@ -97,7 +97,8 @@ class Parser(argparse.ArgumentParser):
         for action, value in given.items():
             if action.type in OUTPUTS and isinstance(value, str) and os.path.realpath(value) in read:
                 name = action.option_strings[-1] if action.option_strings else action.metavar
-                self.error(f"{name} would overwrite {value!r}, which {read[os.path.realpath(value)]!r} reads; give it a path of its own")
+                source = read[os.path.realpath(value)]
+                self.error(f"{name} would overwrite {value!r}, an input of this run ({source}); give it a path of its own")
 
 
 def _files_of(given: str) -> list[str]:

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import argparse
 
-from ddh_twin_py.cli.arguments import InputError, add_json, add_quiet, add_rig, add_verb, duty_file, new_folder, positive, seed
+from ddh_twin_py.cli.arguments import InputError, add_json, add_quiet, add_rig, add_verb, between, duty_file, new_folder, seed
 
 _EXAMPLE = "  ddh-twin simulate paper_cycle -o out/simulated --seed 3 --duration 600"
+LONGEST = 86400.0
+"""s; a recording is put together in memory."""
 START_NS = 1_767_225_600_000_000_000
 """Stamp of the first sample, 2026-01-01 UTC: the same seed gives the same bag."""
 
@@ -25,7 +27,8 @@ def add_parser(subparsers) -> None:
     parser.add_argument("-o", "--output", metavar="BAG", type=new_folder, required=True, help="folder to write, must not exist")
     parser.add_argument("--seed", type=seed, default=1, help="of the rig and of its noise (default 1)")
     add_rig(parser)
-    parser.add_argument("--duration", metavar="S", type=positive, help="stop after so many seconds")
+    parser.add_argument("--duration", metavar="S", type=between(0.05, LONGEST, "s"),
+                        help=f"stop after so many seconds, at most {LONGEST:g}")
     add_json(parser, "write what the bag holds as JSON; - is standard output")
     add_quiet(parser, "no progress")
 
@@ -47,7 +50,9 @@ def run(args: argparse.Namespace) -> int:
         from ddh_twin_py.twin.simulated_rig import SimulatedRig
     rig = SimulatedRig(load_rig(args.rig), duty, args.seed)
     with stage("simulating", args.quiet) as progress:
-        recording = collect(rig.run(args.duration), START_NS, args.duration, progress)
+        recording = collect(rig.run(args.duration or LONGEST), START_NS, args.duration, progress)
+    if args.duration is None and recording.duration > LONGEST - 1.0:
+        raise InputError(f"{path}: the duty takes more than {LONGEST:g} s; say with --duration when to stop")
     with stage(f"writing {args.output}", args.quiet):
         write_recording(args.output, recording)
     if args.json:

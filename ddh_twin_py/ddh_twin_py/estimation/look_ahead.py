@@ -265,7 +265,8 @@ def largest(excess: Callable[[float], float], most: float) -> float:
         return most
     if not known(0.0) < 0.0:
         return 0.0
-    return float(bisect(lambda value: min(known(value), 1e6), 0.0, most, xtol=2e-3 * most))
+    width = 5e-4 * most
+    return max(float(bisect(lambda value: min(known(value), 1e6), 0.0, most, xtol=width)) - width, 0.0)
 
 
 def default_limits(rig: Rig) -> dict[str, float]:

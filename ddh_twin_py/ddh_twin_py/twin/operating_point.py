@@ -29,6 +29,7 @@ TELLS_AHEAD = 15.0
 _MOST_ROWS = 300  # of the window, evenly taken, that a change of speed is worked out on
 _STANDING = 1e-2  # rad/s
 _SLOW, _SPEEDS = 0.05, 5  # slowest speed that counts as motion, of the fastest; speeds in each direction that are settled
+_SMALL = {"pressure_piston_side": 1e5, "pressure_rod_side": 1e5, "rod_velocity": 1e-3}  # Pa, m/s; below it no share is told
 _PERIOD = 0.01  # s, of the speed command of a duty
 LONGEST_CYCLE = 600.0
 """s of one cycle of a duty that are run to find its means."""
@@ -156,7 +157,8 @@ class ChangedDuty:
     """What a measured duty would be at another speed and other temperatures of the unit.
 
     Times of motion and rest are kept as shares. Pressures and rod velocity of a moving unit change by what the model
-    settles to at both (`steady_operation`): the pumps press against what does not leak away, and cold oil hardly leaks.
+    settles to at both (`steady_operation`), as far as it was measured to be settled: the pumps press against what does
+    not leak away, and cold oil hardly leaks.
     Losses change by what the soft sensor makes of the two.
 
     Args:
@@ -196,7 +198,11 @@ class ChangedDuty:
         speed = changed["speed"][moving]
         change = self._steady(scale * self._speeds, temperature) - self._settled
         for name in ("pressure_piston_side", "pressure_rod_side", "rod_velocity"):
-            changed[name][moving] += np.interp(speed, self._speeds, change[:, STEADY.index(name)])
+            k = STEADY.index(name)
+            settled = np.interp(speed, self._speeds, self._settled[:, k])
+            with np.errstate(divide="ignore", invalid="ignore"):  # a stroke that begins is not yet where it settles
+                reached = np.where(np.abs(settled) > _SMALL[name], np.clip(changed[name][moving] / settled, 0.0, 1.0), 1.0)
+            changed[name][moving] += reached * np.interp(speed, self._speeds, change[:, k])
         for name in ("pressure_piston_side", "pressure_rod_side"):
             changed[name] = np.maximum(changed[name], np.minimum(self._measured[name], VAPOUR_PRESSURE))
         changed["speed"] *= scale
