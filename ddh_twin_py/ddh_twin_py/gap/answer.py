@@ -131,8 +131,20 @@ def _departure(model: Diagnosable, fitted: Refitted, number: int) -> tuple[float
         sheet = model.record(first, np.zeros(model.size))
         plain = effect.reference(sheet)
         ratio = _ratio(effect, column.law, record, sheet) if plain == nominal else 1.0
-        return (nominal + float(fitted.x[number])) * ratio, std * ratio, effect.unit, plain
+        taken = _taken(effect, column.law, record, sheet) if plain == nominal == 0.0 else 0.0
+        return (nominal + float(fitted.x[number])) * ratio + taken, std * ratio, effect.unit, plain
     return nominal + float(fitted.x[number]), std, effect.unit, nominal
+
+
+def _taken(effect: Effect, law: int, record: np.ndarray, sheet: np.ndarray) -> float:
+    """Departure that the rig's own fitted parameters stand for where the effect adds to one quantity that the sheet has too, else 0."""
+    moved = record.copy()
+    effect.laws[law](moved, effect.step)
+    fields = [field for field in record.dtype.names if moved[field][0] != record[field][0]]
+    if len(fields) != 1:
+        return 0.0
+    field = fields[0]
+    return float((record[field][0] - sheet[field][0]) * effect.step / (moved[field][0] - record[field][0]))
 
 
 def _ratio(effect: Effect, law: int, record: np.ndarray, sheet: np.ndarray) -> float:
