@@ -24,7 +24,7 @@ from ddh_twin_py.gap.taken_up import taken_up
 Ids = tuple[str, ...]
 
 _AT_ONCE = 5  # sets fitted side by side
-_MOST = 30  # sets fitted in full
+_MOST = 20  # sets fitted in full
 _FAR_BEHIND = 12.0  # log weight behind the best beyond which a set is not fitted in full
 _RIVAL = 2.0  # log weight behind the best fitted within which a set is fitted before it is judged
 _ANOTHER = 4.0  # the same of a set that explains without one of the best's effects: told from it wrongly, it would mislead
@@ -211,8 +211,9 @@ class Fits:
     def _expected(self) -> dict[Ids, float]:
         """Log weight of every set, as far short of the linear one as sets with one of its effects fell at least.
 
-        Where the best that was fitted does better than the linear model said, all others are expected to do so too.
+        Where the best that was fitted does better than the linear model said, others with one of its effects are expected to do so too.
         """
         short, best = self.short(), self._best()
         more = max(0.0, self._full(best) - self._weights[best][0]) if best else 0.0
-        return {ids: weight + more + min((short.get(name, 0.0) for name in ids), default=0.0) for ids, (weight, _) in self._weights.items()}
+        return {ids: weight + min((short.get(name, 0.0) for name in ids), default=0.0) + (more if set(ids) & set(best) else 0.0)
+                for ids, (weight, _) in self._weights.items()}
