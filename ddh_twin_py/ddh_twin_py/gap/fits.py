@@ -29,6 +29,8 @@ _FAR_BEHIND = 12.0  # log weight behind the best beyond which a set is not fitte
 _RIVAL = 2.0  # log weight behind the best fitted within which a set is fitted before it is judged
 _ANOTHER = 4.0  # the same of a set that explains without one of the best's effects: told from it wrongly, it would mislead
 _KEPT = 3  # leading sets whose fits the next linearisation begins from
+_TOLD = 2.0  # by which log odds between one effect and another in its place are tempered: laws that are not quite the rig's speak for one
+_ALIKE = 25.0  # log weight behind the best within which a set with an effect of like signature is fitted, whatever the linear model says
 _POOR = 1.5  # chi-square per row above which the leading hypothesis explains too little to be the last word
 
 
@@ -85,10 +87,23 @@ class Fits:
             if not rest:
                 break
             self._fit(rest[:_AT_ONCE])
+        self._fit(self._alike())
         best_fit = max(self.fitted.values(), key=lambda f: f.log_evidence)
         if best_fit.columns:  # no effect may do better from where an effect led the parameters
             self._take(lambda _: self._refit.of([], best_fit.theta, np.zeros(0)), [None])
             self._by_parameters(best_fit)
+
+    def _alike(self) -> list[Ids]:
+        """Sets not fitted in which an effect of the best is replaced by one that shows alike in common duties."""
+        expected, best = self._expected(), self._best()
+        confused = {c.effect.id: c.effect.confused_with for c in self._linearised.columns}
+        found = []
+        for name in best:
+            others = {*confused[name], *(other for other, known in confused.items() if name in known)} - set(best)
+            found += [tuple(sorted({*best} - {name} | {other})) for other in others]
+        wanted = [ids for ids in dict.fromkeys(found) if ids in expected and ids not in self.fitted]
+        wanted = [ids for ids in wanted if expected[ids] > self._full(best) - _ALIKE]
+        return sorted(wanted, key=lambda ids: -expected[ids])[:_AT_ONCE]
 
     def _by_parameters(self, fitted: Refitted) -> None:
         """Fit what is left of a hypothesis where parameters do what one of its effects, or all of them, did."""
@@ -136,6 +151,10 @@ class Fits:
     def probability(self) -> dict[Ids, float]:
         """Full fits stand before linear ones; a set that was not fitted is as good as is expected of it, but not the best."""
         out = {ids: self._full(ids) for ids in self.fitted if ids in self._weights}
+        best = self._best()
+        for ids in out:
+            if len(ids) == len(best) == len({*ids} & {*best}) + 1:
+                out[ids] += (1.0 - 1.0 / _TOLD) * (out[best] - out[ids])
         highest = max(min(out.values()), logsumexp(list(out.values())) - 1.0)
         for ids, weight in self._expected().items():
             out.setdefault(ids, min(weight, highest))
