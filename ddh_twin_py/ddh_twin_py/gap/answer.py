@@ -17,7 +17,7 @@ from ddh_twin_py.gap.model import Diagnosable, Held
 from ddh_twin_py.gap.refit import Refitted
 from ddh_twin_py.gap.search import Found
 from ddh_twin_py.gap.tolerance import without_parameters
-from ddh_twin_py.gap.unknown import Unknown, refuted, unknown_beside
+from ddh_twin_py.gap.unknown import Unknown, borne_out, refuted, unknown_beside
 from ddh_twin_py.gap.verdict import Verdict, judge
 from ddh_twin_py.gap.words import sentence
 
@@ -40,8 +40,6 @@ def diagnosis(model: Diagnosable, found: Found, theta: np.ndarray, seconds: Mapp
     leader = found.fitted.get(found.leader) or found.fitted[()]
     unknown, best = unknown_beside(model, found, leader), leader
     held = model.held_data()
-    if leader.columns:
-        unknown = refuted(unknown, _shrinks(held, found.fitted[()], leader))
     plain = theta if not all(model.altered) else found.fitted[()].theta
     sheet_runs, before_runs = held.run(np.zeros(model.size), ()), held.run(plain, ())
     signals = held.signals()
@@ -50,7 +48,12 @@ def diagnosis(model: Diagnosable, found: Found, theta: np.ndarray, seconds: Mapp
     floor = size.floors(commissioning, names)
     as_is, before = _ratios(held, sheet_runs), _ratios(held, before_runs)
     gap_before = size.gap(before, floor)
-    shrunk = size.gap(_ratios(held, held.run(leader.theta, leader.acting)), floor) if leader.columns else gap_before
+    left = _ratios(held, held.run(leader.theta, leader.acting))
+    shrunk = size.gap(left, floor) if leader.columns else gap_before
+    unknown = borne_out(unknown, found.linearised.power, {name: ratio / floor[name] for name, ratio in left.items()},
+                        size.closed(gap_before, shrunk))
+    if leader.columns:
+        unknown = refuted(unknown, _shrinks(held, found.fitted[()], leader))
     speaks = leader.log_evidence - found.fitted[()].log_evidence
     within = gap_before <= _NEARLY and shrunk > _SHRINKS * gap_before and speaks < _LOUD
     verdict = judge(found, unknown, all(model.altered) and within)

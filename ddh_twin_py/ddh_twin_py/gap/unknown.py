@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -24,6 +25,11 @@ NEEDED_BY = {"temperature/motor_winding": 60.0, "rod_position": 40.0}
 REFUTED = 0.05
 """Worsening of held-out data, in multiples of the noise, from which a hypothesis is refuted."""
 REFUTED_PROBABILITY = 0.7
+OUT_OF_SAMPLE = 1.3
+"""Multiple of its floor that a signal must be off on held-out data, for a free form of it to be believed."""
+_CLOSED = 0.8
+"""Share of the gap of held-out data from which the best listed hypothesis is believed instead, where free forms are not."""
+_NOT_SEEN, _CLOSED_INSTEAD = 0.4, 0.25  # probabilities that are left of something outside the catalogue
 _SOFTNESS = 2.0  # by which log odds are tempered: a free form's gain is no calibrated number
 _POINTS = 12  # of a drawn shape
 
@@ -95,6 +101,22 @@ def unknown_beside(model: Diagnosable, found: Found, fitted: Refitted) -> Unknow
     return Unknown(probability, forms, component, domain, forms[0].size * noise if forms else 0.0, unit, shapes)
 
 
+def borne_out(unknown: Unknown, power: float, left: Mapping[str, float], closed: float | None) -> Unknown:
+    """The same, less probable where held-out data show nothing of what the field recording's free forms speak of.
+
+    Args:
+        power: see `needed`. left: of held-out data beside the best listed hypothesis, signal to RMS over floor.
+        closed: share of the gap of held-out data that this hypothesis closes, None where there was none.
+    """
+    speaking = [form.signal for form in unknown.forms if form.gain > needed(form.signal, power) and form.signal in left]
+    if not speaking or max(left[signal] for signal in speaking) >= OUT_OF_SAMPLE:
+        return unknown
+    most = _CLOSED_INSTEAD if closed is not None and closed >= _CLOSED else _NOT_SEEN
+    note = (f"the field recording leaves structure in {', '.join(speaking)} beside the best listed hypothesis, of which held-out data show "
+            "nothing")
+    return replace(unknown, probability=min(unknown.probability, most), notes=[*unknown.notes, note])
+
+
 def refuted(unknown: Unknown, shrinks: float) -> Unknown:
     """The same where the best listed hypothesis makes held-out data worse than no effect does: then it is not the cause.
 
@@ -105,7 +127,7 @@ def refuted(unknown: Unknown, shrinks: float) -> Unknown:
         return unknown
     note = ("the best listed hypothesis explains the field recording, but makes the held-out data worse by "
             f"{-shrinks:.2f} times the noise; it is not believed")
-    return replace(unknown, probability=max(unknown.probability, REFUTED_PROBABILITY), notes=[note])
+    return replace(unknown, probability=max(unknown.probability, REFUTED_PROBABILITY), notes=[*unknown.notes, note])
 
 
 def _shapes(linearised, fitted: Refitted, variables, number: int, form: FreeForm, unit: str) -> list[Shape]:

@@ -1,0 +1,29 @@
+"""Something outside the catalogue is believed where held-out data show it too."""
+
+import pytest
+from ddh_twin_py.gap.hypotheses import POWER
+from ddh_twin_py.gap.leftover import FreeForm
+from ddh_twin_py.gap.unknown import Unknown, borne_out
+
+HOUSING, WINDING = "temperature/motor_housing", "temperature/motor_winding"
+
+
+def unknown(*gains):
+    forms = [FreeForm(signal, gain, 3.0, ["time"], "all") for signal, gain in gains]
+    return Unknown(0.98, forms, "motor", "thermal", 0.5, "K", [])
+
+
+def test_what_held_out_data_show_too_stays():
+    seen = borne_out(unknown((HOUSING, 60.0)), POWER, {HOUSING: 1.4}, 0.9)
+    assert seen.probability == 0.98 and not seen.notes
+
+
+@pytest.mark.parametrize(("closed", "verdict"), [(0.9, "listed"), (0.3, "neither"), (None, "neither")])
+def test_what_they_do_not_show_is_no_sure_unknown(closed, verdict):
+    weak = borne_out(unknown((HOUSING, 60.0), (WINDING, 40.0)), POWER, {HOUSING: 1.1, WINDING: 2.0}, closed)  # the winding needs 60
+    assert weak.probability < 0.3 if verdict == "listed" else 0.3 < weak.probability < 0.5
+    assert HOUSING in weak.notes[0] and WINDING not in weak.notes[0]
+
+
+def test_a_signal_that_held_out_data_lack_tells_nothing_against_it():
+    assert borne_out(unknown((HOUSING, 60.0)), POWER, {WINDING: 1.0}, 0.9).probability == 0.98
