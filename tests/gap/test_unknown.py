@@ -3,7 +3,7 @@
 import pytest
 from ddh_twin_py.gap.hypotheses import POWER
 from ddh_twin_py.gap.leftover import FreeForm
-from ddh_twin_py.gap.unknown import Unknown, borne_out
+from ddh_twin_py.gap.unknown import Unknown, borne_out, halfway
 
 HOUSING, WINDING = "temperature/motor_housing", "temperature/motor_winding"
 
@@ -27,3 +27,10 @@ def test_what_they_do_not_show_is_no_sure_unknown(closed, verdict):
 
 def test_a_signal_that_held_out_data_lack_tells_nothing_against_it():
     assert borne_out(unknown((HOUSING, 60.0)), POWER, {WINDING: 1.0}, 0.9).probability == 0.98
+
+
+@pytest.mark.parametrize(("left", "closed", "sure"), [(1.5, 0.58, False), (1.1, 0.58, True), (1.5, 0.9, True), (0.9, None, True)])
+def test_two_effects_that_leave_much_of_the_gap_are_not_sure_to_be_all(left, closed, sure):
+    nothing = Unknown(0.01, [], "motor", "thermal", 0.0, "1")
+    after = halfway(nothing, left, closed)
+    assert (after is nothing) if sure else (after.probability == pytest.approx(0.4) and "58%" in after.notes[0])

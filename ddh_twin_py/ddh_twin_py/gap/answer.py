@@ -17,7 +17,7 @@ from ddh_twin_py.gap.model import Diagnosable, Held
 from ddh_twin_py.gap.refit import Refitted
 from ddh_twin_py.gap.search import Found
 from ddh_twin_py.gap.tolerance import without_parameters
-from ddh_twin_py.gap.unknown import Unknown, borne_out, refuted, unknown_beside
+from ddh_twin_py.gap.unknown import Unknown, borne_out, halfway, refuted, unknown_beside
 from ddh_twin_py.gap.verdict import Verdict, judge
 from ddh_twin_py.gap.words import sentence
 
@@ -52,6 +52,8 @@ def diagnosis(model: Diagnosable, found: Found, theta: np.ndarray, seconds: Mapp
     shrunk = size.gap(left, floor) if leader.columns else gap_before
     unknown = borne_out(unknown, found.linearised.power, {name: ratio / floor[name] for name, ratio in left.items()},
                         size.closed(gap_before, shrunk))
+    if len(leader.columns) > 1:
+        unknown = halfway(unknown, shrunk, size.closed(gap_before, shrunk))
     if leader.columns:
         unknown = refuted(unknown, _shrinks(held, found.fitted[()], leader))
     speaks = leader.log_evidence - found.fitted[()].log_evidence

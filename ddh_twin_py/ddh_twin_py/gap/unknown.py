@@ -117,6 +117,19 @@ def borne_out(unknown: Unknown, power: float, left: Mapping[str, float], closed:
     return replace(unknown, probability=min(unknown.probability, most), notes=[*unknown.notes, note])
 
 
+def halfway(unknown: Unknown, left: float, closed: float | None) -> Unknown:
+    """The same, more probable where two listed effects together leave much of the gap of held-out data: any two explain a little.
+
+    Args:
+        left: gap of held-out data beside them, in multiples of the floor. closed: share of it that they close, None where there was none.
+    """
+    if closed is None or closed >= _CLOSED or left < OUT_OF_SAMPLE:
+        return unknown
+    note = (f"the two leading effects close {closed:.0%} of the gap of held-out data and leave {left:.1f} times the floor; they are not "
+            "sure to be all")
+    return replace(unknown, probability=max(unknown.probability, _NOT_SEEN), notes=[*unknown.notes, note])
+
+
 def refuted(unknown: Unknown, shrinks: float) -> Unknown:
     """The same where the best listed hypothesis makes held-out data worse than no effect does: then it is not the cause.
 
