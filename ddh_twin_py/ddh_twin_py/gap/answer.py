@@ -39,35 +39,34 @@ def diagnosis(model: Diagnosable, found: Found, theta: np.ndarray, seconds: Mapp
     found = without_parameters(model, found)
     leader = found.fitted.get(found.leader) or found.fitted[()]
     unknown, best = unknown_beside(model, found, leader), leader
-    held = model.held_data()
-    plain = theta if not all(model.altered) else found.fitted[()].theta
-    sheet_runs, before_runs = held.run(np.zeros(model.size), ()), held.run(plain, ())
+    held, none = model.held_data(), found.fitted[()]
+    runs = _HeldRuns(held)
+    plain = none.theta if all(model.altered) else theta
+    sheet_runs, before_runs = held.run(np.zeros(model.size), ()), runs.of(none) if all(model.altered) else held.run(plain, ())
     signals = held.signals()
     names = list(dict.fromkeys(name for own in signals for name in own))
     commissioning = [(s, p) for s, p, altered in zip(model.signals, model.run(plain, ()), model.altered, strict=True) if not altered]
     floor = size.floors(commissioning, names)
     as_is, before = _ratios(held, sheet_runs), _ratios(held, before_runs)
     gap_before = size.gap(before, floor)
-    left = _ratios(held, held.run(leader.theta, leader.acting))
+    left = runs.ratios(leader)
     shrunk = size.gap(left, floor) if leader.columns else gap_before
     unknown = borne_out(unknown, found.linearised.power, {name: ratio / floor[name] for name, ratio in left.items()},
                         size.closed(gap_before, shrunk))
     if len(leader.columns) > 1:
         unknown = halfway(unknown, shrunk, size.closed(gap_before, shrunk))
     if leader.columns:
-        unknown = refuted(unknown, _shrinks(held, found.fitted[()], leader))
-    speaks = leader.log_evidence - found.fitted[()].log_evidence
+        unknown = refuted(unknown, _shrinks(runs, none, leader))
+    speaks = leader.log_evidence - none.log_evidence
     within = gap_before <= _NEARLY and shrunk > _SHRINKS * gap_before and speaks < _LOUD
     verdict = judge(found, unknown, all(model.altered) and within)
     learned = None
     if verdict.word == "no_gap":
-        leader = found.fitted[()]
+        leader = none
     elif verdict.word == "unknown" and (terms := model.learned_terms(unknown.component, unknown.domain)):
-        learned = learn(model, found, terms, lambda fitted: size.gap(_ratios(held, held.run(fitted.theta, fitted.acting)), floor))
+        learned = learn(model, found, terms, lambda fitted: size.gap(runs.ratios(fitted), floor))
         leader = learned or leader
-    acting = leader.acting
-    after_runs = held.run(leader.theta, acting)
-    after = _ratios(held, after_runs)
+    acting, after = leader.acting, runs.ratios(leader)
     gap_after = size.gap(after, floor)
     classes, confusable = classes_of(found.linearised, verdict.effects)
     places = _places(model, found, verdict)
@@ -75,7 +74,7 @@ def diagnosis(model: Diagnosable, found: Found, theta: np.ndarray, seconds: Mapp
         places = [*_unknown_places(model, found, unknown, best), *(row for row in places if row.regime)]
     listed = [ids for ids, p in list(verdict.sets.items())[:_MOST] if p >= LISTED and ids]
     listed = sorted([*listed, ()], key=lambda ids: -verdict.sets.get(ids, 0.0))
-    weighed = [_weighed(model, found, ids, verdict.sets.get(ids, 0.0), held, floor) for ids in listed]
+    weighed = [_weighed(model, found, ids, verdict.sets.get(ids, 0.0), runs, floor) for ids in listed]
     first = signals[0]
     report = {
         "verdict": verdict.word,
@@ -96,15 +95,33 @@ def diagnosis(model: Diagnosable, found: Found, theta: np.ndarray, seconds: Mapp
     believed = acting if learned or verdict.word in ("explained", "ambiguous") else []
     return Diagnosis(
         report=report, sentence=sentence(report, model.catalogue), recordings=model.recordings,
-        traces=held.traces(before_runs[0], after_runs[0], floor), axes=held.axes(leader.theta, acting),
+        traces=held.traces(before_runs[0], runs.of(leader)[0], floor), axes=held.axes(leader.theta, acting),
         lacking=places, alone=_alone(model, found), inputs=inputs, weighed=weighed, confusable=confusable, parameters=parameters,
         shapes=unknown.shapes, rig=model.rig_with(leader.theta, believed, spread),
         assumptions=model.assumptions, seconds=dict(seconds), catalogue=model.catalogue)
 
 
-def _shrinks(held: Held, none: Refitted, leader: Refitted) -> float:
+class _HeldRuns:
+    """Free runs of held-out data under fits; each fit is run once."""
+
+    def __init__(self, held: Held) -> None:
+        self._held = held
+        self._known: dict[int, tuple[Refitted, list[dict[str, np.ndarray]]]] = {}  # the fit is kept, so that its id stays its own
+
+    def of(self, fitted: Refitted) -> list[dict[str, np.ndarray]]:
+        """Predictions, by recording."""
+        if id(fitted) not in self._known:
+            self._known[id(fitted)] = fitted, self._held.run(fitted.theta, fitted.acting)
+        return self._known[id(fitted)][1]
+
+    def ratios(self, fitted: Refitted) -> dict[str, float]:
+        """RMS over noise of each signal."""
+        return _ratios(self._held, self.of(fitted))
+
+
+def _shrinks(runs: _HeldRuns, none: Refitted, leader: Refitted) -> float:
     """By how much a hypothesis shrinks the gap of held-out data below that of no effect, in multiples of the noise."""
-    before, after = (_ratios(held, held.run(f.theta, f.acting)) for f in (none, leader))
+    before, after = runs.ratios(none), runs.ratios(leader)
     return size.gap(before, dict.fromkeys(before, 1.0)) - size.gap(after, dict.fromkeys(after, 1.0))
 
 
@@ -178,11 +195,11 @@ def _why(model: Diagnosable, found: Found, verdict: Verdict) -> list[dict]:
     return rows
 
 
-def _weighed(model: Diagnosable, found: Found, ids, probability: float, held: Held, floor) -> Weighed:
+def _weighed(model: Diagnosable, found: Found, ids, probability: float, runs: _HeldRuns, floor) -> Weighed:
     fitted = found.fitted.get(ids)
     if fitted is None:
         return Weighed(ids, probability, None, {}, {}, {})
-    ratios = _ratios(held, held.run(fitted.theta, fitted.acting))
+    ratios = runs.ratios(fitted)
     values = {c.effect.id: _departure(model, fitted, i) for i, c in enumerate(fitted.columns)}
     return Weighed(ids, probability, size.gap(ratios, floor), values, _gains(found, fitted),
                    {name: ratio / floor[name] for name, ratio in ratios.items()})
