@@ -6,6 +6,7 @@ import pytest
 from ddh_twin_py.gap_bench.answers import answer_of, groups_of
 from ddh_twin_py.gap_bench.intervals import mean, median, share
 from ddh_twin_py.gap_bench.scoring import confusion, reliability, score, summary
+from ddh_twin_py.report.gap_bench_table import BEGIN, END, TableError, gap_bench_table, write_table
 from support.gap_reports import report, result, truth
 
 P1, P2 = "pump_1.leakage", "pump_2.leakage"
@@ -135,3 +136,26 @@ def test_bootstrap_interval_holds_the_value():
     assert (found.value, found.n) == (3.0, 5)
     assert found.low <= 3.0 <= found.high
     assert mean(values).value == 22.0
+
+
+def test_aims_take_the_cases_that_they_are_about():
+    clear = answer(truth("case_0001"), report(why=[(P1, 0.9)]))
+    faint = answer(truth("case_0002", level="faint"), report("no_gap", where=""))
+    outside = answer(truth("case_0003", suite="outside", effects=("tank.foam_in_motion",), listed=False), report(why=[(P1, 0.9)]))
+    rows = {row["words"]: row["score"] for row in summary([clear, faint, outside])["aims"]}
+    first = {words: score["value"] for words, score in rows.items() if words.startswith(("true effect", "the same"))}
+    assert first == {"true effect, or its class of at most three, first: clear": 1.0, "the same: moderate": None, "the same: faint": 0.0}
+    assert rows["a gap is found, clear and moderate effects"]["n"] == 2
+    assert rows["`unknown` where the effect is outside the catalogue or left out of it"]["value"] == 0.0
+
+
+def test_table_is_written_between_its_marks(tmp_path):
+    page = tmp_path / "README.md"
+    page.write_text(f"before\n{BEGIN}\nold\n{END}\nafter\n")
+    found = summary([answer(truth(), report(why=[(P1, 0.9)]))])
+    write_table(found, page)
+    assert page.read_text() == f"before\n{BEGIN}\n{gap_bench_table(found)}\n{END}\nafter\n"
+    assert "| both of two effects found | at least 75 % | – |" in page.read_text()
+    page.write_text("no marks")
+    with pytest.raises(TableError, match="README.md: no place for the table"):
+        write_table(found, page)

@@ -31,6 +31,7 @@ def add_parser(subparsers) -> None:
     parser.add_argument("--again", metavar="WHICH", choices=("crashed", "all"), default="", help="crashed or all: run these cases once "
         "more, as after a change of the diagnosis")
     parser.add_argument("--no-oracle", action="store_true", help="do not ask the diagnosis that is told the effect")
+    parser.add_argument("--table", metavar="PAGE", type=Path, help="a Markdown file whose table of the bench is written anew")
     add_html(parser)
     add_json(parser)
     add_quiet(parser, "no progress, no table")
@@ -70,6 +71,10 @@ def run(args: argparse.Namespace) -> int:
         scored = summary(answers_of(out, suites, args.cases))
         write_json(out / "scores.json", scored)
         gap_bench_document(scored, str(out)).write(args.html or out / "scores.html")
+        if args.table:
+            from ddh_twin_py.report.gap_bench_table import write_table
+
+            write_table(scored, args.table)
         if args.json:
             put_json(args.json, {**scored, "end_matter": gap_bench_end(str(out)).as_json()})
         if not args.quiet and args.json != "-":

@@ -56,7 +56,7 @@ class Fits:
     def __init__(self, linearised: Linearised, weights: Mapping[Ids, tuple[float, Hypothesis | None]], pool: ThreadPoolExecutor,
                  before: Fits | None = None) -> None:
         self._linearised, self._weights, self._pool = linearised, weights, pool
-        self._refit = Refit(linearised.model, linearised.comparisons, linearised.basis, linearised.sensitivities, linearised.theta)
+        self._refit = Refit(linearised)
         self.fitted: dict[Ids, Refitted] = {}
         self._learnt = before.short() if before else {}
 
@@ -166,7 +166,7 @@ class Fits:
         The power makes evidence and deviations honest, but gives priors the upper hand over what commissioning told of the rig.
         """
         own = self._linearised
-        refit = Refit(own.model, own.comparisons, own.basis.otherwise(1.0, 1.0), own.sensitivities, own.theta)
+        refit = Refit(own, own.basis.otherwise(1.0, 1.0))
 
         def fit(ids: Ids) -> Refitted:
             was = self.fitted[ids]

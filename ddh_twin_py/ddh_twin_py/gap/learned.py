@@ -33,7 +33,7 @@ def learn(model: Model, found: Found, terms: Sequence[Effect], gap: Callable[[Re
     own, none = found.linearised, found.fitted[()]
     with ThreadPoolExecutor(max_workers=2) as pool:
         chosen = _signed(own, columns_of(terms, model, own.theta, own.comparisons, pool))
-        refit = Refit(model, own.comparisons, own.basis.otherwise(1.0, 1.0), own.sensitivities, own.theta)
+        refit = Refit(own, own.basis.otherwise(1.0, 1.0))
         sets = [*([way] for way in chosen), *([chosen] if len(chosen) > 1 else [])]
         fits = list(pool.map(lambda ways: refit.of([c for c, _ in ways], none.theta, np.array([d for _, d in ways])), sets))
     most = max((fitted.log_evidence for fitted in fits), default=-np.inf)

@@ -15,7 +15,7 @@ import numpy as np
 from ddh_twin_py.gap.basis import Basis
 from ddh_twin_py.gap.effect import Effect
 from ddh_twin_py.gap.hypotheses import WIDTH, evidence_of
-from ddh_twin_py.gap.model import Model
+from ddh_twin_py.gap.linearised import Linearised
 from ddh_twin_py.gap.sensitivity import Column
 
 _STEPS = 8
@@ -57,13 +57,12 @@ class Refit:
     """Fits hypotheses of one case.
 
     Args:
-        model: runs the recordings. comparisons: of the recordings. basis: parameters and slack at one place.
-        sensitivities: of the parameters there, by recording, (rows, k). place: parameters there, (k,).
+        linearised: the case about one place, whose sensitivities to the parameters are kept. basis: instead of its own.
     """
 
-    def __init__(self, model: Model, comparisons: Sequence, basis: Basis, sensitivities: Sequence[np.ndarray], place: np.ndarray) -> None:
-        self._model, self._comparisons, self._basis, self._sensitivities = model, comparisons, basis, sensitivities
-        self._place = place
+    def __init__(self, linearised: Linearised, basis: Basis | None = None) -> None:
+        self._model, self._comparisons, self._sensitivities = linearised.model, linearised.comparisons, linearised.sensitivities
+        self._basis, self._place, self._at_place = basis or linearised.basis, linearised.theta, linearised.predictions
 
     def of(self, columns: Sequence[Column], theta: np.ndarray, departure: np.ndarray) -> Refitted:
         """Fit a hypothesis from a start.
@@ -107,7 +106,10 @@ class Refit:
         return Refitted(tuple(columns), x, covariance * np.outer(scale, scale), theta, predictions, log, self._basis.misfit(residual))
 
     def _run(self, columns, theta, x) -> list[dict[str, np.ndarray]]:
-        return self._model.run(theta, [(c.effect, c.law, float(v)) for c, v in zip(columns, x, strict=True)])
+        acting = [(c.effect, c.law, float(v)) for c, v in zip(columns, x, strict=True)]
+        known = theta is self._place
+        return [self._at_place[number] if known and not (altered and x.any()) else self._model.run_one(number, theta, acting)
+                for number, altered in enumerate(self._model.altered)]
 
     def _residual(self, predictions) -> list[np.ndarray]:
         return [c.residual(p) for c, p in zip(self._comparisons, predictions, strict=True)]
@@ -128,10 +130,11 @@ class Refit:
                 moved[j] = column.effect.limit(float(x[j] + reach * scale[j]))
                 if moved[j] != x[j]:
                     break
-            tried = self._run(columns, theta, moved)
-            for rows, c, f, p in zip(out, self._comparisons, features, tried, strict=True):
-                change = c.features(p) - f
-                rows[:, j] = change * scale[j] / (moved[j] - x[j]) if np.isfinite(change).all() else 0.0
+            acting = [(c.effect, c.law, float(v)) for c, v in zip(columns, moved, strict=True)]
+            for number, altered in enumerate(self._model.altered):
+                if altered:  # elsewhere no effect acts
+                    change = self._comparisons[number].features(self._model.run_one(number, theta, acting)) - features[number]
+                    out[number][:, j] = change * scale[j] / (moved[j] - x[j]) if np.isfinite(change).all() else 0.0
         return out
 
     def _values(self, residual, local, theta, departure) -> list[np.ndarray]:

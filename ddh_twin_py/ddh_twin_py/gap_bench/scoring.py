@@ -8,6 +8,7 @@ from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 
+from ddh_twin_py.gap_bench.aims import AIMS
 from ddh_twin_py.gap_bench.answers import Answer, answer_of
 from ddh_twin_py.gap_bench.intervals import Estimate, mean, median, share
 from ddh_twin_py.gap_bench.plan import LEVELS, SUITES
@@ -95,7 +96,7 @@ def confusion(answers: Sequence[Answer]) -> list[dict]:
 
 
 def summary(answers: Sequence[Answer]) -> dict:
-    """Everything of a bench as plain data: suites and levels, reliability, confusion, cases."""
+    """Everything of a bench as plain data: aims, suites and levels, reliability, confusion, cases."""
     rows = []
     for suite in SUITES:
         for level in ("", *LEVELS):
@@ -104,7 +105,8 @@ def summary(answers: Sequence[Answer]) -> dict:
             if chosen and (not level or len(levels) > 1):
                 rows.append(_row(suite, level or "all", chosen))
     return {
-        "report": "gap_bench", "cases": len(answers), "metrics": METRICS, "all": _row("all", "all", answers), "suites": rows,
+        "report": "gap_bench", "cases": len(answers), "metrics": METRICS,
+        "aims": [aim.row(answers, score) for aim in AIMS], "all": _row("all", "all", answers), "suites": rows,
         "by_commissioning": [
             _row("with commissioning" if c else "without commissioning", "all", chosen)
             for c in (True, False) if (chosen := [a for a in answers if a.commissioning == c])

@@ -36,7 +36,7 @@ def fit(model: RigModel, pool: ThreadPoolExecutor, theta: np.ndarray | None = No
     fitted, best = None, np.inf
     for _ in range(_PLACES):
         place = linearise(model, (), theta, discrepancy or Discrepancy(), SLACK, power_of(model), pool)
-        here = Refit(model, place.comparisons, place.basis, place.sensitivities, theta).of([], place.shared(None), np.zeros(0))
+        here = Refit(place).of([], place.shared(None), np.zeros(0))
         cost = here.chi_square + float(here.theta @ here.theta)
         if fitted is not None and not cost < best - max(_SETTLED, 1e-5 * best):
             return here if cost < best else fitted

@@ -24,6 +24,11 @@ def shown(name: str, estimate: Mapping) -> str:
     return f"{estimate['value']:.{digits}f} ({estimate['low']:.{digits}f}–{estimate['high']:.{digits}f}), {estimate['n']}"
 
 
+def aim(row: Mapping) -> str:
+    """A bound that is to be reached."""
+    return f"at {'most' if row['most'] else 'least'} {100 * row['bound']:.0f} %"
+
+
 def verdict(summary: Mapping) -> str:
     """How it came out, in one sentence."""
     scores = summary["all"]["scores"]
@@ -52,6 +57,7 @@ def gap_bench_document(summary: Mapping, folder: str) -> doc.Document:
         gap_bench_end(folder),
         "good" if first >= 0.8 else "fair" if first >= 0.5 else "poor",
     )
+    document.add("Aims", _aims(summary["aims"]))
     document.add("Scores", _scores([summary["all"], *summary["by_commissioning"]], summary["metrics"], "Overall"),
                  _scores(summary["suites"], summary["metrics"], "By suite and level"))
     document.add("Reliability", reliability_figure(summary["reliability"]), _reliability_table(summary["reliability"]))
@@ -61,6 +67,20 @@ def gap_bench_document(summary: Mapping, folder: str) -> doc.Document:
                                           [(row["name"], row["why"]) for row in summary["crashed"]]))
     document.add("Cases", doc.details(f"All {summary['cases']} cases", _cases(summary["answers"])))
     return document
+
+
+def _aims(rows: Sequence[Mapping]) -> Html:
+    columns = [doc.Column("of the sealed cases", number=False), doc.Column("aim"), doc.Column("measured", "95 %, number"),
+               doc.Column("reached", number=False)]
+    body = [(row["words"].replace("`", ""), aim(row), shown(row["metric"], row["score"]), _reached(row)) for row in rows]
+    return doc.table(columns, body)
+
+
+def _reached(row: Mapping) -> Html | str:
+    value = row["score"]["value"]
+    if value is None:
+        return "–"
+    return doc.mark("good", "yes") if (value <= row["bound"] if row["most"] else value >= row["bound"]) else doc.mark("poor", "no")
 
 
 def _scores(rows: Sequence[Mapping], metrics: Mapping[str, str], caption: str) -> Html:
