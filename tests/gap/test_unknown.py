@@ -3,7 +3,7 @@
 import pytest
 from ddh_twin_py.gap.hypotheses import POWER
 from ddh_twin_py.gap.leftover import FreeForm
-from ddh_twin_py.gap.unknown import Unknown, borne_out, halfway
+from ddh_twin_py.gap.unknown import Unknown, borne_out, halfway, left_behind
 
 HOUSING, WINDING = "temperature/motor_housing", "temperature/motor_winding"
 
@@ -34,3 +34,13 @@ def test_two_effects_that_leave_much_of_the_gap_are_not_sure_to_be_all(left, clo
     nothing = Unknown(0.01, [], "motor", "thermal", 0.0, "1")
     after = halfway(nothing, left, closed)
     assert (after is nothing) if sure else (after.probability == pytest.approx(0.4) and "58%" in after.notes[0])
+
+
+@pytest.mark.parametrize(("left", "least", "most"), [(1.2, 0.0, 0.011), (1.8, 0.05, 0.2), (3.0, 0.95, 1.0)])
+def test_what_the_best_hypothesis_leaves_far_behind_on_held_out_data_is_unknown(left, least, most):
+    nothing = Unknown(0.01, [], "motor", "thermal", 0.0, "1")
+    after = left_behind(nothing, {"current": 1.0, "pressure_rod_side": left}, {"pressure_rod_side": (2.0e4, "Pa"), "current": (0.1, "A")})
+    assert least <= after.probability <= most
+    if left > 2.5:
+        assert (after.size, after.unit) == (pytest.approx(2.0e4 * 8.0**0.5), "Pa")
+        assert "pressure_rod_side of the held-out data is 3.0 times its floor" in after.notes[0]

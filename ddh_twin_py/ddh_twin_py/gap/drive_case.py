@@ -43,6 +43,7 @@ class DriveCase(DirectDrive):
     catalogue = EFFECTS
     assumptions = ASSUMPTIONS
     variable_units: Mapping[str, str] = {"oil temperature": "K", "speed": "rad/s"}
+    followed = ("speed", "current", "electrical_power", "pressure_piston_side", "pressure_rod_side", "rod_velocity")
 
     def __init__(self, commissioning: Sequence[Experiment], field: Sequence[Experiment], rig: Rig, held: Sequence[Experiment] = ()) -> None:
         super().__init__(commissioning, field, rig, held)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from ddh_twin_py.gap.hypotheses import WIDTH
@@ -38,7 +40,7 @@ def place_of(found: Found, fitted: Refitted, forms: list[FreeForm]) -> tuple[str
         if leading == "voltage":
             return "motor", "electrical"
         if leading.startswith("pressure_") and set(signals) <= {leading, *AMPLIFIED}:
-            if not _moves_more_than(found, leading):
+            if not _off(found, found.fitted[()], ("current", "electrical_power", "rod_velocity", "rod_position")):
                 return "sensor", "measurement"
             return _most_alike(found)
         if leading in ("pressure_piston_side", "pressure_rod_side") and signals.keys() & {"current", "electrical_power"}:
@@ -48,21 +50,21 @@ def place_of(found: Found, fitted: Refitted, forms: list[FreeForm]) -> tuple[str
     if fitted.columns:
         sizes = [abs(x / c.x) for c, x in zip(fitted.columns, fitted.x, strict=True)]
         effect = fitted.columns[int(np.argmax(sizes))].effect
+        if effect.component == "sensor" and len(_off(found, fitted, ("pressure_piston_side", "pressure_rod_side"))) > 1:
+            return _most_alike(found)  # no single reading that lies bends both pressures
         return effect.component, effect.domain
     if leading is None and signals:
         return "motor", "thermal"
     return _most_alike(found)
 
 
-def _moves_more_than(found: Found, pressure: str) -> bool:
-    """Whether, before anything is explained, current, power or motion are off as well as a pressure."""
-    linearised, none = found.linearised, found.fitted[()]
-    for comparison, predictions, altered in zip(linearised.comparisons, none.predictions, linearised.model.altered, strict=True):
-        if altered:
-            residual = comparison.residual(predictions)
-            off = {b.signal: float(np.mean(residual[b.rows] ** 2)) for b in comparison.blocks}
-            return any(off.get(name, 0.0) > _OFF for name in ("current", "electrical_power", "rod_velocity", "rod_position"))
-    return False
+def _off(found: Found, fitted: Refitted, names: Sequence[str]) -> list[str]:
+    """Which of some signals are off in the first recording in which effects act, beside a hypothesis."""
+    linearised = found.linearised
+    number = linearised.model.altered.index(True)
+    comparison = linearised.comparisons[number]
+    residual = comparison.residual(fitted.predictions[number])
+    return [b.signal for b in comparison.blocks if b.signal in names and float(np.mean(residual[b.rows] ** 2)) > _OFF]
 
 
 def _most_alike(found: Found) -> tuple[str, str]:

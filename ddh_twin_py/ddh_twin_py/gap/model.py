@@ -98,13 +98,16 @@ class Diagnosable(Model, Protocol):
 
     Attributes:
         catalogue: effects by id. recordings: kind (``field``, ...) to names. assumptions: texts.
-        variable_units: of what `variables` gives. rig: its description as known before; has ``rig_id``, ``file``, ``quantities``.
+        variable_units: of what `variables` gives. followed: signals that a run of held-out data under the true cause follows to the
+            floor, as they neither remember an uncertain start nor sum up small flaws.
+        rig: its description as known before; has ``rig_id``, ``file``, ``quantities``.
     """
 
     catalogue: Mapping[str, Effect]
     recordings: Mapping[str, list[str]]
     assumptions: list[str]
     variable_units: Mapping[str, str]
+    followed: Sequence[str]
     rig: Any
 
     def tolerances(self) -> Mapping[str, float | None]:

@@ -44,10 +44,11 @@ HYDRAULIC_STEP = 1.0e-3
 """s, default step of pressures, piston and shaft while something changes; the thermal network moves once per interval."""
 COMMAND_PARTS = 5
 """Parts of an interval at whose edges the speed command is given."""
-CALM_AFTER = 0.5
+CALM_AFTER = 0.3
 """s of constant command after which the oil springs have settled and a longer step does."""
-CALM_FACTOR = 4
-"""How much longer that step is. The choice hangs on the command alone, so that a fit sees a smooth function."""
+CALM_FACTOR = 12
+"""How much longer that step is. The choice hangs on the command, so that a fit sees a smooth function, and on the end stops: a piston
+that could meet one within the interval takes no long step, whose error would leave a void in the oil."""
 
 
 @inlined
@@ -70,6 +71,13 @@ def _add(point, weight, speed, acceleration, limit_torque, pressure_a, pressure_
         current = motor_current(speed, acceleration, pump_torque, torque_constant, p)
     add_motor(point, weight, speed, current, resistance, magnets, iron, p)
     return current
+
+
+@inlined
+def _clear_of_stops(position, way, p):
+    """Whether a piston at ``position`` that may go twice ``way`` (both m) stays off the end stops."""
+    reach = 2.0 * abs(way)
+    return position > reach - p.cylinder_run_past_retracted and position < p.cylinder_stroke + p.cylinder_run_past_extended - reach
 
 
 @inlined
@@ -154,7 +162,7 @@ def free_run_sampled(params, state, temperature, command, ambient, interval, ste
         for j in range(COMMAND_PARTS):
             steady = steady and command[first + j + 1] == command[first + j]
         calm = calm + interval if steady else 0.0
-        settled = calm > CALM_AFTER
+        settled = calm > CALM_AFTER and _clear_of_stops(state[POSITION], state[VELOCITY] * interval, p)
         parts, count, decays = (1, coarse, coarse_decays) if settled else (COMMAND_PARTS, fine, fine_decays)
         span = interval / parts
         h = span / count

@@ -14,14 +14,14 @@ SIGN_WIDTH = 0.2
 def port_flow(displacement_per_rad, leakage, line_resistance, line_quadratic, speed, chamber_pressure):
     """Flow from the pump's port to the line, m3/s, with leakage at the port's own pressure.
 
-    Q = d w - L p_port and p_port = p + R Q + S Q|Q|, solved for Q: exactly for S = 0, else to the
-    first order in L S Q, which is below 1e-3. ``displacement_per_rad`` is signed, m3/rad;
+    Q = d w - L p_port and p_port = p + R Q + S Q|Q|, solved for Q. ``displacement_per_rad`` is signed, m3/rad;
     ``leakage`` (m3/(s*Pa)), ``line_resistance`` (Pa*s/m3) at the oil's temperature,
     ``line_quadratic`` in Pa*s2/m6, ``speed`` in rad/s, ``chamber_pressure`` in Pa gauge.
     """
     share = 1.0 / (1.0 + leakage * line_resistance)
     flow = (displacement_per_rad * speed - leakage * chamber_pressure) * share
-    return flow - leakage * line_quadratic * flow * abs(flow) * share
+    rough = leakage * line_quadratic * share
+    return 2.0 * flow / (1.0 + math.sqrt(1.0 + 4.0 * rough * abs(flow))) if rough > 0.0 else flow
 
 
 @inlined

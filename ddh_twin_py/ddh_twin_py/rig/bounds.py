@@ -57,7 +57,7 @@ TABLE: tuple[tuple[str, tuple[str, float, float]], ...] = (
     ("motor.flange_conductance", _between(0.0, 1000.0)),
     ("pump_?.friction_added", _between(-5.0, 50.0)),
     ("cylinder.cross_leakage", _between(0.0, 1.0e-9)),
-    ("line_?.pressure_drop_quadratic", _between(0.0, 1.0e15)),
+    ("line_?.pressure_drop_quadratic", _between(0.0, 2.0e14)),
     ("line_b.compliance", _between(0.0, 1.0e-10)),
     ("relief_valve.seat_leakage", _between(0.0, 1.0e-9)),
     ("cylinder.creep_velocity", _between(0.0, 1.0e-2)),

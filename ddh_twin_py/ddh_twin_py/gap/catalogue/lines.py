@@ -9,7 +9,7 @@ def _drop(side: str, name: str, *confused_with: str) -> Effect:
     return Effect(
         id=f"line_{side}.pressure_drop", component=f"line_{side}", domain="hydraulic", parameter="quadratic_coefficient",
         unit="Pa*s2/m6", reference=fixed(0.0), laws=(added(f"line_{side}_pressure_drop_quadratic"),), step=5e12, lowest=0.0,
-        highest=1e15,
+        highest=2e14,
         about=f"Fittings and hose of the {name} side throttle the flow.",
         law="dp = S Q |Q| between pump port and cylinder",
         signature="Torque and current grow with the square of speed while the cylinder's pressures stay.",

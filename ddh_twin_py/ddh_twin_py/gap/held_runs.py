@@ -1,0 +1,37 @@
+"""Free runs of held-out data under fits, and how far they are off."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ddh_twin_py.gap import size
+from ddh_twin_py.gap.model import Held
+from ddh_twin_py.gap.refit import Refitted
+
+
+class HeldRuns:
+    """Free runs of held-out data under fits; each fit is run once."""
+
+    def __init__(self, held: Held) -> None:
+        self._held = held
+        self._known: dict[int, tuple[Refitted, list[dict[str, np.ndarray]]]] = {}  # the fit is kept, so that its id stays its own
+
+    def of(self, fitted: Refitted) -> list[dict[str, np.ndarray]]:
+        """Predictions, by recording."""
+        if id(fitted) not in self._known:
+            self._known[id(fitted)] = fitted, self._held.run(fitted.theta, fitted.acting)
+        return self._known[id(fitted)][1]
+
+    def ratios(self, fitted: Refitted) -> dict[str, float]:
+        """RMS over noise of each signal."""
+        return ratios_of(self._held, self.of(fitted))
+
+    def shrinks(self, none: Refitted, leader: Refitted) -> float:
+        """By how much a hypothesis shrinks the gap of held-out data below that of no effect, in multiples of the noise."""
+        before, after = self.ratios(none), self.ratios(leader)
+        return size.gap(before, dict.fromkeys(before, 1.0)) - size.gap(after, dict.fromkeys(after, 1.0))
+
+
+def ratios_of(held: Held, runs) -> dict[str, float]:
+    """RMS over noise of each signal, all held-out recordings together."""
+    return size.pooled(list(zip(held.signals(), runs, strict=True)), held.mask())
