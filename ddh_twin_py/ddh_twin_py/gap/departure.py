@@ -10,13 +10,16 @@ from ddh_twin_py.gap.refit import Refitted
 
 
 def departure_of(model: Diagnosable, fitted: Refitted, number: int) -> tuple[float, float, str, float | None]:
-    """Value, standard deviation, unit and nominal value of an effect of a hypothesis."""
+    """Value, standard deviation, unit and nominal value of an effect of a hypothesis.
+
+    The standard deviation is that of the fit and what the effect's law may misjudge.
+    """
     column = fitted.columns[number]
     effect = column.effect
     first = model.altered.index(True)
     record = model.record(first, fitted.theta)
     nominal = effect.reference(record)
-    std = float(np.sqrt(max(fitted.covariance[number, number], 0.0)))
+    std = float(np.hypot(np.sqrt(max(fitted.covariance[number, number], 0.0)), effect.law_error * fitted.x[number]))
     if all(model.altered):  # held against the sheet: what the rig's own parameter took is part of the value
         sheet = model.record(first, np.zeros(model.size))
         plain = effect.reference(sheet)

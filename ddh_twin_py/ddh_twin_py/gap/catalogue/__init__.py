@@ -2,9 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from ddh_twin_py.gap.catalogue import electrical, friction, leakage, lines, load, measurement, oil, surroundings, thermal, valves
 from ddh_twin_py.gap.effect import Effect
 
 FAMILIES = (leakage, valves, oil, lines, friction, load, electrical, thermal, surroundings, measurement)
-EFFECTS: dict[str, Effect] = {effect.id: effect for family in FAMILIES for effect in family.EFFECTS}
+LAW_ERROR = 0.1
+"""Share of its size by which the law of a physical effect may misjudge it: with it 19 of 21 sizes that were found in an independent
+plant, whose laws are others, lie within 95 %; without it 13. A sensor's zero, gain or clock has no other law."""
+EFFECTS: dict[str, Effect] = {
+    effect.id: replace(effect, law_error=0.0 if effect.domain == "measurement" else LAW_ERROR)
+    for family in FAMILIES for effect in family.EFFECTS
+}
 """Effects by id."""
