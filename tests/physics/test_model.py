@@ -262,3 +262,10 @@ def test_oil_under_pressure_is_thicker_where_a_rig_says_so(rig):
 def test_a_state_of_the_wrong_length_is_refused(rig):
     with pytest.raises(ValueError, match="wrong length"):
         settle(rig.parameters, np.zeros(7), 0.1, 0.0, 0.0)
+
+
+def test_a_piston_that_meets_the_end_stop_leaves_no_false_void(rig):
+    command = lift_and_lower(cycles=3)  # lowers onto the stop while the command is constant
+    points, finer = (run(rig, command, step=step)[0] for step in (1.0e-3, 2.5e-4))
+    assert finer["rod_position"].min() < 0.0
+    assert points["mean_square_current"].sum() == pytest.approx(finer["mean_square_current"].sum(), rel=2e-3)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import os
 from pathlib import Path
 
 from ddh_twin_py.cli.arguments import InputError, add_html, add_json, add_quiet, add_verb, nearest_of, seed, whole
@@ -26,7 +27,8 @@ def add_parser(subparsers) -> None:
     parser.add_argument("--seed", metavar="S", type=seed, default=1, help="of the bench (default 1)")
     parser.add_argument("--suite", metavar="NAME", action="append", default=None, help="only this suite; may be given more than once: "
         "none, single, two, tolerance, left_out, outside")
-    parser.add_argument("--jobs", metavar="N", type=whole(1, 256), default=1, help="processes at once (default 1)")
+    parser.add_argument("--jobs", metavar="N", type=whole(1, 256), default=os.cpu_count() or 1, help="processes at once (default all "
+                        "processors)")
     parser.add_argument("--cluster", metavar="ADDRESS", help="of a dask scheduler whose workers see OUT under the same path")
     parser.add_argument("--again", metavar="WHICH", choices=("crashed", "all"), default="", help="crashed or all: run these cases once "
         "more, as after a change of the diagnosis")

@@ -17,7 +17,7 @@ from ddh_twin_py.gap.places import alone, entry_of, places, unknown_places
 from ddh_twin_py.gap.refit import Refitted
 from ddh_twin_py.gap.search import Found
 from ddh_twin_py.gap.tolerance import without_parameters
-from ddh_twin_py.gap.unknown import borne_out, halfway, left_behind, refuted, unknown_beside
+from ddh_twin_py.gap.unknown import Unknown, borne_out, halfway, left_behind, refuted, unknown_beside
 from ddh_twin_py.gap.verdict import Verdict, judge
 from ddh_twin_py.gap.words import sentence
 
@@ -48,17 +48,8 @@ def diagnosis(model: Diagnosable, found: Found, theta: np.ndarray, seconds: Mapp
     floor = size.floors(commissioning, names)
     as_is, before = ratios_of(held, sheet_runs), ratios_of(held, before_runs)
     gap_before = size.gap(before, floor)
-    left = runs.ratios(leader)
-    shrunk = size.gap(left, floor) if leader.columns else gap_before
-    over = {name: ratio / floor[name] for name, ratio in left.items()}
-    unknown = borne_out(unknown, found.linearised.power, over, size.closed(gap_before, shrunk))
-    first = signals[0]
-    unknown = left_behind(unknown, {name: ratio for name, ratio in over.items() if name in model.followed and name in first},
-                          {name: (floor[name] * signal.noise, signal.unit) for name, signal in first.items() if name in floor})
-    if len(leader.columns) > 1:
-        unknown = halfway(unknown, shrunk, size.closed(gap_before, shrunk))
-    if leader.columns:
-        unknown = refuted(unknown, runs.shrinks(none, leader))
+    unknown = _heard(unknown, model, found, leader, runs, floor, gap_before)
+    shrunk = size.gap(runs.ratios(leader), floor) if leader.columns else gap_before
     speaks = leader.log_evidence - none.log_evidence
     within = gap_before <= _NEARLY and shrunk > _SHRINKS * gap_before and speaks < _LOUD
     verdict = judge(found, unknown, all(model.altered) and within)
@@ -77,6 +68,7 @@ def diagnosis(model: Diagnosable, found: Found, theta: np.ndarray, seconds: Mapp
     listed = [ids for ids, p in list(verdict.sets.items())[:_MOST] if p >= LISTED and ids]
     listed = sorted([*listed, ()], key=lambda ids: -verdict.sets.get(ids, 0.0))
     weighed = [_weighed(model, found, ids, verdict.sets.get(ids, 0.0), runs, floor) for ids in listed]
+    first = signals[0]
     report = {
         "verdict": verdict.word,
         "gap": {"as_is": size.gap(as_is, floor), "before": gap_before, "after": gap_after,
@@ -100,6 +92,22 @@ def diagnosis(model: Diagnosable, found: Found, theta: np.ndarray, seconds: Mapp
         lacking=rows, alone=alone(model, found), inputs=inputs, weighed=weighed, confusable=confusable, parameters=parameters,
         shapes=unknown.shapes, rig=model.rig_with(leader.theta, believed, spread),
         assumptions=model.assumptions, seconds=dict(seconds), catalogue=model.catalogue)
+
+
+def _heard(unknown: Unknown, model: Diagnosable, found: Found, leader: Refitted, runs: HeldRuns, floor: Mapping[str, float],
+           gap_before: float) -> Unknown:
+    """What is unknown beside the leader, once held-out data had their say."""
+    left = runs.ratios(leader)
+    over = {name: ratio / floor[name] for name, ratio in left.items()}
+    shrunk = size.gap(left, floor) if leader.columns else gap_before
+    closed = size.closed(gap_before, shrunk)
+    unknown = borne_out(unknown, found.linearised.power, over, closed)
+    first = runs.held.signals()[0]
+    unknown = left_behind(unknown, {name: ratio for name, ratio in over.items() if name in model.followed and name in first},
+                          {name: (floor[name] * signal.noise, signal.unit) for name, signal in first.items() if name in floor})
+    if len(leader.columns) > 1:
+        unknown = halfway(unknown, shrunk, closed)
+    return refuted(unknown, runs.shrinks(found.fitted[()], leader)) if leader.columns else unknown
 
 
 def insufficient(model: Diagnosable, reason: str) -> Diagnosis:

@@ -6,7 +6,7 @@ Gaussian would let it, at a price, and hide a large effect in it.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve
@@ -89,6 +89,7 @@ class Normal:
     square: float
     lowest: np.ndarray
     highest: np.ndarray
+    _known: dict[bytes, tuple] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     def held(self, chosen: np.ndarray, room: np.ndarray, width: float, start: np.ndarray | None = None) -> Held:
         """Some of the columns.
@@ -117,14 +118,21 @@ class Normal:
         score = self.score[free] - mixed @ fixed
         aside = own_score - cross[at_end].T @ fixed
         square = self.square - 2.0 * self.score[at_end] @ fixed + fixed @ self.information[np.ix_(at_end, at_end)] @ fixed
-        factor = cho_factor(self.information[np.ix_(free, free)], lower=True, check_finite=False)
-        solved = cho_solve(factor, np.column_stack([cross[free], score, mixed, np.eye(int(free.sum()))]), check_finite=False)
-        m, a = departure.size, int(at_end.sum())
-        by_columns, by_score, by_mixed, inverse = solved[:, :m], solved[:, m], solved[:, m + 1 : m + 1 + a], solved[:, m + 1 + a :]
+        factor, spread = self._alone(free)
+        m = departure.size
+        solved = cho_solve(factor, np.column_stack([cross[free], score, mixed]), check_finite=False)
+        by_columns, by_score, by_mixed = solved[:, :m], solved[:, m], solved[:, m + 1 :]
         stiff = np.maximum(np.diagonal(self.information)[at_end] - np.sum(mixed * by_mixed, axis=0), 1e-12)
-        spread = np.sqrt(np.diagonal(inverse))
         inside = ndtr((self.highest[free] - t[free]) / spread) - ndtr((self.lowest[free] - t[free]) / spread)
         log_volume = (-float(np.sum(np.log(np.diagonal(factor[0])))) + float(np.sum(np.log(np.maximum(inside, 1e-300))))
                       + float(np.sum(np.log(0.5 * erfcx(steep[at_end] / np.sqrt(2.0 * stiff))) - 0.5 * np.log(stiff))))
         return Held(own - cross[free].T @ by_columns, aside - cross[free].T @ by_score, float(square - score @ by_score), log_volume, t,
                     departure, value)
+
+    def _alone(self, free: np.ndarray) -> tuple[tuple, np.ndarray]:
+        """Factor of A of the unknowns that no bound holds, and their deviations; the same for most sets of columns."""
+        if free.tobytes() not in self._known:
+            factor = cho_factor(self.information[np.ix_(free, free)], lower=True, check_finite=False)
+            inverse = cho_solve(factor, np.eye(int(free.sum())), check_finite=False)
+            self._known[free.tobytes()] = factor, np.sqrt(np.diagonal(inverse))
+        return self._known[free.tobytes()]

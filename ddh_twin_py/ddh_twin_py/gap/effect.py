@@ -23,10 +23,11 @@ class Effect:
         laws: ways in which the effect may act; each changes a parameter record (1,) in place,
             given the quantity's departure x from ``reference``. At x = 0 none changes anything.
         step: a departure to begin with when the sensitivity is not known.
-        lowest, highest: allowed departures. law_error: share of a departure by which the law may misjudge it.
+        lowest, highest: allowed departures.
         about: what happens, in one sentence. law: the equation. signature: what it shows in the
             signals. check: how to see it on the machine.
         confused_with: ids of effects that show alike in common duties and sensors.
+        law_error: share of a departure by which the law may misjudge it.
     """
 
     id: str
@@ -39,12 +40,12 @@ class Effect:
     step: float
     lowest: float = -math.inf
     highest: float = math.inf
-    law_error: float = 0.0
     about: str = ""
     law: str = ""
     signature: str = ""
     check: str = ""
     confused_with: tuple[str, ...] = ()
+    law_error: float = 0.0
 
     @property
     def directions(self) -> tuple[float, ...]:

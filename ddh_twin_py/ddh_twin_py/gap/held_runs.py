@@ -13,18 +13,18 @@ class HeldRuns:
     """Free runs of held-out data under fits; each fit is run once."""
 
     def __init__(self, held: Held) -> None:
-        self._held = held
+        self.held = held
         self._known: dict[int, tuple[Refitted, list[dict[str, np.ndarray]]]] = {}  # the fit is kept, so that its id stays its own
 
     def of(self, fitted: Refitted) -> list[dict[str, np.ndarray]]:
         """Predictions, by recording."""
         if id(fitted) not in self._known:
-            self._known[id(fitted)] = fitted, self._held.run(fitted.theta, fitted.acting)
+            self._known[id(fitted)] = fitted, self.held.run(fitted.theta, fitted.acting)
         return self._known[id(fitted)][1]
 
     def ratios(self, fitted: Refitted) -> dict[str, float]:
         """RMS over noise of each signal."""
-        return ratios_of(self._held, self.of(fitted))
+        return ratios_of(self.held, self.of(fitted))
 
     def shrinks(self, none: Refitted, leader: Refitted) -> float:
         """By how much a hypothesis shrinks the gap of held-out data below that of no effect, in multiples of the noise."""

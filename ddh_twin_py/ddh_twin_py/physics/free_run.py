@@ -46,9 +46,9 @@ COMMAND_PARTS = 5
 """Parts of an interval at whose edges the speed command is given."""
 CALM_AFTER = 0.3
 """s of constant command after which the oil springs have settled and a longer step does."""
-CALM_FACTOR = 12
-"""How much longer that step is. The choice hangs on the command, so that a fit sees a smooth function, and on the end stops: a piston
-that could meet one within the interval takes no long step, whose error would leave a void in the oil."""
+CALM_FACTOR, CALM_STEP = 12, 0.0125
+"""How much longer that step is, and the longest, s. The choice hangs on the command, so that a fit sees a smooth function, and on the end
+stops: a piston that could meet one within the interval takes no long step, whose error would leave a void in the oil."""
 
 
 @inlined
@@ -138,7 +138,7 @@ def free_run_sampled(params, state, temperature, command, ambient, interval, ste
     middle = temperature.copy()
     conductances(params, edge, wall, surface)
     fine = max(1, int(round(interval / (COMMAND_PARTS * step))))
-    coarse = max(1, int(round(interval / (CALM_FACTOR * step))))
+    coarse = max(1, int(round(interval / min(CALM_FACTOR * step, max(step, CALM_STEP)))))
     fine_decays, coarse_decays = follow_decays(interval / (COMMAND_PARTS * fine), p), follow_decays(interval / coarse, p)
     calm = state[CALM]
     iron = iron_coefficients(p)
