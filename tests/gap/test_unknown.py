@@ -44,3 +44,10 @@ def test_what_the_best_hypothesis_leaves_far_behind_on_held_out_data_is_unknown(
     if left > 2.5:
         assert (after.size, after.unit) == (pytest.approx(2.0e4 * 8.0**0.5), "Pa")
         assert "pressure_rod_side of the held-out data is 3.0 times its floor" in after.notes[0]
+
+
+def test_signals_are_not_held_against_a_hypothesis_where_the_temperatures_are_off_too():
+    nothing = Unknown(0.01, [], "motor", "thermal", 0.0, "1")
+    left, floor = {"pressure_rod_side": 4.0}, {"pressure_rod_side": (2.0e4, "Pa")}
+    assert left_behind(nothing, left, floor, slow=1.2).probability > 0.99
+    assert left_behind(nothing, left, floor, slow=3.3).probability == 0.01

@@ -16,6 +16,7 @@ from ddh_twin_py.gap.model import Diagnosable
 from ddh_twin_py.gap.places import alone, entry_of, places, unknown_places
 from ddh_twin_py.gap.refit import Refitted
 from ddh_twin_py.gap.search import Found
+from ddh_twin_py.gap.sensitivity import AMPLIFIED
 from ddh_twin_py.gap.tolerance import without_parameters
 from ddh_twin_py.gap.unknown import Unknown, borne_out, halfway, left_behind, refuted, unknown_beside
 from ddh_twin_py.gap.verdict import Verdict, judge
@@ -103,8 +104,9 @@ def _heard(unknown: Unknown, model: Diagnosable, found: Found, leader: Refitted,
     closed = size.closed(gap_before, shrunk)
     unknown = borne_out(unknown, found.linearised.power, over, closed)
     first = runs.held.signals()[0]
+    slow = max((ratio for name, ratio in over.items() if name.startswith("temperature/") and name not in AMPLIFIED), default=0.0)
     unknown = left_behind(unknown, {name: ratio for name, ratio in over.items() if name in model.followed and name in first},
-                          {name: (floor[name] * signal.noise, signal.unit) for name, signal in first.items() if name in floor})
+                          {name: (floor[name] * signal.noise, signal.unit) for name, signal in first.items() if name in floor}, slow)
     if len(leader.columns) > 1:
         unknown = halfway(unknown, shrunk, closed)
     return refuted(unknown, runs.shrinks(found.fitted[()], leader)) if leader.columns else unknown

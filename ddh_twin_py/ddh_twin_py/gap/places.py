@@ -70,7 +70,7 @@ def unknown_places(model: Diagnosable, found: Found, unknown: Unknown, leader: R
     left = [np.zeros(c.size) for c in found.linearised.comparisons]
     named = {form.signal for form in unknown.forms if form.gain > 0.0}
     for block in comparison.blocks:
-        if block.signal in named:
+        if block.signal in named or not named:
             left[number][block.rows] = comparison.residual(leader.predictions[number])[block.rows]
     parts = chi_square_by_phase(left, found.linearised.comparisons)
     return [Lack(unknown.component, unknown.domain, phase, "", unknown.size, 0.3 * unknown.size, unknown.unit, share)

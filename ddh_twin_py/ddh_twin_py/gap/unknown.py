@@ -29,6 +29,7 @@ OUT_OF_SAMPLE = 1.3
 """Multiple of its floor that a signal must be off on held-out data, for a free form of it to be believed."""
 LEFT_BEHIND, _LEFT_SOFTNESS = 2.2, 0.2
 """Multiple of its floor that a signal of held-out data may be off beside the best hypothesis, until something unknown is as likely."""
+_FOR_THEIR_SAKE = 1.5  # multiple of what slow signals are off, by which others may be off for their sake
 _CLOSED = 0.8
 """Share of the gap of held-out data from which the best listed hypothesis is believed instead, where free forms are not."""
 _NOT_SEEN, _CLOSED_INSTEAD = 0.4, 0.25  # probabilities that are left of something outside the catalogue
@@ -132,16 +133,17 @@ def halfway(unknown: Unknown, left: float, closed: float | None) -> Unknown:
     return replace(unknown, probability=max(unknown.probability, _NOT_SEEN), notes=[*unknown.notes, note])
 
 
-def left_behind(unknown: Unknown, left: Mapping[str, float], floor: Mapping[str, tuple[float, str]]) -> Unknown:
+def left_behind(unknown: Unknown, left: Mapping[str, float], floor: Mapping[str, tuple[float, str]], slow: float = 0.0) -> Unknown:
     """The same, more probable where the best listed hypothesis leaves a signal of held-out data far off.
 
     Args:
         left: beside it, RMS over floor of the signals that a run under the true cause follows. floor: of each, with its unit.
+        slow: the largest of the signals that remember an uncertain start: where they are off, the others are so for their sake.
     """
     worst = max(left, key=left.get, default="")
     if not left or left[worst] < OUT_OF_SAMPLE:
         return unknown
-    probability = 1.0 / (1.0 + math.exp(min((LEFT_BEHIND - left[worst]) / _LEFT_SOFTNESS, 50.0)))
+    probability = 1.0 / (1.0 + math.exp(min((max(LEFT_BEHIND, _FOR_THEIR_SAKE * slow) - left[worst]) / _LEFT_SOFTNESS, 50.0)))
     if probability <= unknown.probability:
         return unknown
     note = f"beside the best listed hypothesis {worst} of the held-out data is {left[worst]:.1f} times its floor; something is left"
