@@ -2,13 +2,13 @@
 
 import numpy as np
 import pytest
-from ddh_twin_py.gap.design import Design, Detection
+from ddh_twin_py.gap.design import SIZES, Design, Detection
 from ddh_twin_py.report.gap_design_words import verdict
 
 
 def a_design(seen, classes):
     effects = ("pump_1.leakage", "load.mass", "tank.cooling")
-    found = [Detection(e, "1", 0.1, 1.0, "current", dict.fromkeys(("faint", "moderate", "clear"), 5.0 if e in seen else 0.0)) for e in effects]
+    found = [Detection(e, "1", 0.1, 1.0, "current", dict.fromkeys(SIZES, 5.0 if e in seen else 0.0)) for e in effects]
     return Design(120.0, 600.0, (), True, found, list(effects), np.zeros((3, 3)), classes)
 
 
