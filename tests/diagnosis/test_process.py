@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 from ddh_twin_py.bags.case import case_of
 from ddh_twin_py.bags.errors import BagError
-from ddh_twin_py.diagnosis import child
+from ddh_twin_py.diagnosis import child, of_bags
 from ddh_twin_py.diagnosis.process import DiagnosisProcess
 
 FAKE = (sys.executable, str(Path(__file__).parents[1] / "support" / "fake_diagnosis.py"))
@@ -108,10 +108,11 @@ def test_blas_has_one_thread_unless_told_otherwise_and_the_code_is_this_one(tmp_
     assert DiagnosisProcess(case_of([tmp_path]), command=(sys.executable, "-c", code)).wait(20.0).report["threads"] == "3"
 
 
-def run_main(monkeypatch, request, engine):
+def run_main(monkeypatch, request, engine, **more):
     """The process's own main with an engine in place of the real one; exit code and what it told."""
     module = types.ModuleType("made_engine")
     module.diagnose = engine
+    vars(module).update(more)
     monkeypatch.setitem(sys.modules, "made_engine", module)
     monkeypatch.setattr(child, "_end_with_input", lambda: None)
     request = {**request, "engine": "made_engine:diagnose"}
@@ -146,6 +147,13 @@ def test_the_process_calls_the_engine_and_tells_progress_and_report(monkeypatch,
     assert told[:2] == [{"done": 0.5, "stage": ""}, {"done": 0.75, "stage": "weighing"}]
     assert told[2].pop("seconds") >= 0.0 and told[2].pop("megabytes") > 1.0
     assert told[2:] == [{"report": {"verdict": "no_gap"}, "sentence": "No gap."}]
+    _, told = run_main(monkeypatch, asked, engine, stage_of=of_bags.stage_of)
+    assert [t["stage"] for t in told[:2]] == ["weighing effects", "weighing"]
+
+
+def test_stages_follow_the_share_of_the_work():
+    stages = [of_bags.stage_of(done) for done in (0.0, 0.29, 0.3, 0.89, 0.9, 0.99, 1.0)]
+    assert stages == ["fitting the rig"] * 2 + ["weighing effects"] * 2 + ["sizing the gap"] * 2 + ["done"]
 
 
 def test_the_process_tells_an_input_that_cannot_be_used_and_not_a_fault(monkeypatch, tmp_path):

@@ -172,7 +172,9 @@ def test_the_page_shows_each_rig_over_time_and_all_recordings():
     assert page.count("<svg") == 3  # gap and leakage of one rig, gap of the other
     assert page.count("<circle") == 2 * 3 + 3 + 2
     assert "pump_1.leakage: leakage ratio" in page and "rig_&lt;1&gt;" in page and "<cranes>" not in page and "torn, &lt;all&gt;" in page
-    assert verdict(some_rows()) == "3 of 5 recordings show a gap, on 1 of 2 rigs; 1 could not be diagnosed."
+    assert verdict(some_rows()) == "3 of 4 diagnosed recordings show a gap, on 1 of 2 rigs; 1 could not be diagnosed."
+    unclear = [*some_rows(), Row("d", verdict="insufficient")]
+    assert "3 of 5 diagnosed recordings" in verdict(unclear) and "; 1 does not allow an answer; 1 could not" in verdict(unclear)
     xs = [float(x) for x in re.findall(r'<circle cx="([\d.]+)"', page)]
     assert all(0.0 <= x <= 620.0 for x in xs)
     assert fleet_document("x", [Row("c", error="torn")], "").html().count("<svg") == 0
@@ -225,7 +227,7 @@ def test_the_verb_writes_table_and_page_and_says_what_failed(folder, tmp_path, m
     out = folder / "out"
     assert main(["fleet", str(folder), "--out", str(out), "--jobs", "2", "--html", str(page)]) == 0
     said = capsys.readouterr().out
-    assert "2 of 5 recordings show a gap, on 1 of 1 rigs; 3 could not be diagnosed." in said and "b/bad: " in said
+    assert "2 of 2 diagnosed recordings show a gap, on 1 of 1 rigs; 3 could not be diagnosed." in said and "b/bad: " in said
     table = list(csv.DictReader((out / "fleet.csv").read_text().splitlines()))
     assert [row["recording"] for row in table] == ["a/april", "a/march", "b/bad", "b/crash", "b/torn/torn.mcap"]
     assert "<svg" in page.read_text()

@@ -30,11 +30,13 @@ def test_stays_within_it_where_everything_is_long():
     report = {
         **diagnosis.report, "notes": ["a long note " * 40] * 9, "classes": [list(EFFECTS)[:12]],
         "next_test": {"description": "a long test " * 30, "expected_separation": 3.0},
+        "gap": {"as_is": 35.54, "before": 13.39, "after": 11.25, "closed_fraction": 0.17},
     }
     longest = tuple(sorted(EFFECTS, key=len)[-2:])
     weighed = [replace(w, effects=longest, probability=0.2) for w in diagnosis.weighed * 3]
     lines = rendered(replace(diagnosis, report=report, weighed=weighed, sentence="a long sentence " * 40))
     assert len(lines) <= LINES and max(map(len, lines)) <= 80
+    assert "(17 % closed)" in " ".join(" ".join(lines).split())
 
 
 def test_numbers_are_those_of_the_report():

@@ -5,7 +5,7 @@ import pytest
 from ddh_twin_py.gap.diagnosis import Trace
 from ddh_twin_py.report.curve_plot import Curve, curve_plot, ticks
 from ddh_twin_py.report.gap_rest import judged, persistence
-from ddh_twin_py.report.residual_charts import along, binned, broken
+from ddh_twin_py.report.residual_charts import along, binned, broken, varies
 from ddh_twin_py.report.times import going_on
 
 TIME = np.arange(0.0, 400.0, 0.05)
@@ -42,6 +42,12 @@ def test_a_variable_is_taken_at_the_times_of_the_trace():
     np.testing.assert_allclose(at[inside], 2.0 * 0.05 * np.arange(inside.sum()), rtol=1e-9)
     assert np.isnan(at[~inside]).all()
     assert np.isnan(along(trace(np.zeros(10)), (TIME, np.full(TIME.size, np.nan)))).all()
+
+
+def test_a_variable_that_rested_whenever_the_signal_was_measured_says_nothing():
+    speed = np.concatenate([np.linspace(-100.0, 100.0, 500), np.full(20, 1e-7), [np.nan]])
+    assert varies(speed[:500], speed) and varies(speed[200:260], speed)
+    assert not varies(speed[500:520], speed) and not varies(np.full(9, 5.0), np.full(30, 5.0))
 
 
 def test_no_line_crosses_data_that_were_left_out():

@@ -16,7 +16,8 @@ from importlib import import_module
 from pathlib import Path
 
 ENGINE = "ddh_twin_py.diagnosis.of_bags:diagnose"
-"""``module:function`` that diagnoses, where the request names no other."""
+"""``module:function`` that diagnoses, where the request names no other; the module's `stage_of`, where it has one, says what is done
+at a share of the work."""
 
 
 def peak_megabytes() -> float | None:
@@ -43,7 +44,7 @@ def main() -> int:
     os.nice(int(request.get("nice") or 0))
     started = time.perf_counter()
     try:
-        diagnosis = _diagnose(request, lambda done, stage="": tell(done=float(done), stage=str(stage)))
+        diagnosis = _diagnose(request, lambda done, stage: tell(done=float(done), stage=str(stage)))
     except (ValueError, OSError) as error:
         if not isinstance(error, OSError) and not type(error).__module__.startswith("ddh_twin_py."):
             raise  # a fault of ours and not of the input
@@ -60,9 +61,10 @@ def _diagnose(request: dict, progress):
 
     module, _, name = (request.get("engine") or ENGINE).partition(":")
     engine = getattr(import_module(module), name)
+    stage_of = getattr(import_module(module), "stage_of", lambda done: "")
     case = case_of(request["field"], request.get("commissioning"), request.get("validation"), request.get("rig"))
     return engine(case.field, case.commissioning, case.validation, load_rig(case.rig), without=tuple(request.get("without") or ()),
-                  only=request.get("only"), progress=progress)
+                  only=request.get("only"), progress=lambda done, stage="": progress(done, stage or stage_of(done)))
 
 
 def _end_with_input() -> None:

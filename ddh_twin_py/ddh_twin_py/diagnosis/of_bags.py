@@ -6,10 +6,12 @@ from collections.abc import Callable, Collection, Sequence
 from pathlib import Path
 
 from ddh_twin_py.bags.reader import read_recording
-from ddh_twin_py.gap.diagnose import Recordings
+from ddh_twin_py.gap.diagnose import Recordings, stage_of
 from ddh_twin_py.gap.diagnose import diagnose as diagnose_recordings
 from ddh_twin_py.gap.diagnosis import Diagnosis
 from ddh_twin_py.rig import Rig
+
+__all__ = ["diagnose", "stage_of"]
 
 
 def diagnose(field: Sequence[Path], commissioning: Path | None, validation: Path | None, rig: Rig, without: Collection[str] = (),

@@ -25,6 +25,8 @@ from ddh_twin_py.telemetry.recording import Recording
 
 HELD_SHARE = 0.25
 """Last share of a field recording that takes no part where there is no validation recording."""
+_FITTED, _SEARCHED = 0.3, 0.9
+"""Shares of the work that are done when the rig is fitted, and when the hypotheses are weighed."""
 _SWEEPS = 5  # of the first fit; the search goes on from there
 
 
@@ -35,6 +37,11 @@ class Recordings:
     field: Sequence[Recording]
     commissioning: Recording | None = None
     validation: Recording | None = None
+
+
+def stage_of(done: float) -> str:
+    """What a diagnosis does when that share of it, 0 to 1, is done."""
+    return "fitting the rig" if done < _FITTED else "weighing effects" if done < _SEARCHED else "sizing the gap" if done < 1.0 else "done"
 
 
 def diagnose(recordings: Recordings, rig: Rig, without: Collection[str] = (), only: Collection[str] | None = None,
@@ -71,12 +78,13 @@ def diagnose(recordings: Recordings, rig: Rig, without: Collection[str] = (), on
         return answer.insufficient(model, reason)
     with ThreadPoolExecutor(max_workers=threads) as pool:
         problem = Problem(commissioning or field, model.rig, model.paths, Discrepancy())
-        fit = problem.fit(pool, lambda done: told(0.3 * done), sweeps=_SWEEPS, restarts=RESTARTS if commissioning else 0)
+        fit = problem.fit(pool, lambda done: told(_FITTED * done), sweeps=_SWEEPS, restarts=RESTARTS if commissioning else 0)
         discrepancy = sized(problem.discrepancy, fit.allowances) if commissioning else Discrepancy()
         sheet = None if commissioning else np.zeros(model.size)  # a fit takes a large effect for parameters
         lap("fit of the rig")
         power = POWER if commissioning else POWER_WITHOUT_COMMISSIONING
-        found: Found = search(model, effects, fit.theta, discrepancy, power, pool, lambda done: told(0.3 + 0.6 * done), sheet,
+        found: Found = search(model, effects, fit.theta, discrepancy, power, pool,
+                              lambda done: told(_FITTED + (_SEARCHED - _FITTED) * done), sheet,
                               lambda linearised, fitted: structure_left(model, linearised, fitted))
         lap("search")
         result = answer.diagnosis(model, found, fit.theta, seconds)

@@ -63,7 +63,7 @@ def _probability(report: Mapping, leader: list[str]) -> float:
 
 def _named(report: Mapping, name: str, catalogue: Mapping[str, Effect]) -> str:
     row = next((r for r in report["why"] if r["effect"] == name), {})
-    values = [f"{p} {v['value']:.4g} +- {v['std']:.2g} {v['unit'] if v['unit'] != '1' else ''}".rstrip()
+    values = [f"{p.replace('_', ' ')} {v['value']:.4g} ± {v['std']:.2g} {v['unit'] if v['unit'] != '1' else ''}".rstrip()
               for p, v in row.get("parameters", {}).items()]
     about = catalogue[name].about.rstrip(".") if name in catalogue else ""
     return f"{name} ({'; '.join(values + [about[:1].lower() + about[1:]] if about else values)})"

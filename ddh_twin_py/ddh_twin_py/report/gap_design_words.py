@@ -12,10 +12,12 @@ def verdict(design: Design) -> tuple[str, str]:
     """How a test comes out in one sentence, and its level: good, fair or poor."""
     seen = [d for d in design.detections if d.detects("moderate")]
     alone = len(seen) - sum(len(members) for members in design.classes)
-    said = (f"At a moderate size this test detects {len(seen)} of {len(design.detections)} effects; {alone} of these are told from every "
-            "other one that it detects")
+    said = f"At a moderate size this test detects {len(seen)} of {len(design.detections)} effects"
     if design.classes:
-        said += f", the others form {len(design.classes)} {'class' if len(design.classes) == 1 else 'classes'}"
+        said += (f"; {alone} of these {'is' if alone == 1 else 'are'} told from every other one that it detects, the others form "
+                 f"{len(design.classes)} {'class' if len(design.classes) == 1 else 'classes'}")
+    elif len(seen) > 1:
+        said += " and tells each of them from all others that it detects"
     share = alone / len(design.detections)
     return said + ".", "good" if share > 0.8 else "fair" if share > 0.5 else "poor"
 

@@ -50,8 +50,8 @@ def _gap(report: dict) -> list[Text]:
     if gap["before"] is None:
         return []
     said = "" if gap["closed_fraction"] is None else f" ({closed(gap['closed_fraction'])} closed)"
-    return [Text(f"gap        {number(gap['as_is'], 2)} × floor as given, {number(gap['before'], 2)} fitted, "
-                 f"{number(gap['after'], 2)} with the cause{said}")]
+    return _titled("gap", f"{number(gap['as_is'], 2)} × floor as given, {number(gap['before'], 2)} fitted, "
+                          f"{number(gap['after'], 2)} with the cause{said}", 2)
 
 
 def _hypotheses(diagnosis: Diagnosis) -> list[Text]:

@@ -24,6 +24,8 @@ GAP = 6.0
 _MOST_POINTS = 6000
 _MOST_BINNED = 20_000
 """Samples that are sorted into classes: every second, third or so of a longer trace."""
+_LEAST_SPAN = 0.02
+"""Share of a variable's own span that the samples of a signal must cover for its residual to be drawn against it."""
 _OPEN = 4
 """Signals drawn unfolded, those that are furthest off before."""
 
@@ -90,6 +92,13 @@ def along(trace: Trace, axis: tuple[np.ndarray, np.ndarray]) -> np.ndarray:
     return np.interp(trace.time, time[keep], np.asarray(values, dtype=float)[keep], left=np.nan, right=np.nan)
 
 
+def varies(at: np.ndarray, values: np.ndarray) -> bool:
+    """Whether a variable says anything of a signal: its span over the signal's samples (n,) against its own (m,). Strokes are
+    measured at rest, where speed is none."""
+    own = np.ptp(values[np.isfinite(values)])
+    return bool(np.subtract(*np.percentile(at, (99.0, 1.0))) > _LEAST_SPAN * own)
+
+
 def residual_sections(diagnosis: Diagnosis) -> list[doc.Html]:
     """One block per signal, the furthest off first; the leading few open, the others folded."""
     order = sorted(diagnosis.traces, key=lambda name: -_times(diagnosis, name, "before"))
@@ -152,7 +161,7 @@ def _against(trace: Trace, axes: Mapping) -> str:
     for name, axis in axes.items():
         variable = along(trace, axis)[::every]
         finite = variable[np.isfinite(variable)]
-        if not finite.size:
+        if not finite.size or not varies(finite, axis[1]):
             continue
         said, axis_unit, factor, shift = axis_scale(name, float(finite.min()))
         curves = []
