@@ -46,6 +46,9 @@ def test_the_effect_is_found_with_its_size_and_closes_the_gap(answered):
     assert abs(offset["value"] - SIZE) < 4.0 * offset["std"] and offset["std"] < 0.2 * SIZE
     assert report["gap"]["before"] > 1.5 > report["gap"]["after"] and report["gap"]["closed_fraction"] > 0.6
     rod = report["shrink"]["pressure_rod_side"]
+    for when in ("before", "after"):
+        low, high = rod[f"{when}_interval"]
+        assert low < rod[when] < high
     assert rod["before"] > 3.0 * rod["after"] and rod["unit"] == "Pa"
     assert sum(row["share"] for row in report["where"]) == pytest.approx(1.0)
     assert report["where"][0]["component"] == "sensor" and report["where"][0]["missing"] == pytest.approx(SIZE, rel=0.3)

@@ -48,10 +48,10 @@ def test_interval_covers_the_true_rms_and_grows_where_errors_hang_together():
     rng = np.random.default_rng(1)
     covered = 0
     for _ in range(60):
-        low, high = interval(signal(rng.normal(0.0, 2.0, 6000)), np.zeros(6000))
+        low, high = interval([(signal(rng.normal(0.0, 2.0, 6000)), np.zeros(6000))])
         covered += low <= 2.0 <= high
     assert 48 <= covered
-    white = interval(signal(rng.normal(0.0, 2.0, 6000)), np.zeros(6000))
-    slow = interval(signal(np.repeat(rng.normal(0.0, 2.0, 20), 300)), np.zeros(6000))
+    white = interval([(signal(rng.normal(0.0, 2.0, 6000)), np.zeros(6000))])
+    slow = interval([(signal(np.repeat(rng.normal(0.0, 2.0, 20), 300)), np.zeros(6000))])
     assert slow[1] - slow[0] > 3.0 * (white[1] - white[0])
-    assert np.isnan(interval(signal(np.full(10, np.nan)), np.zeros(10))).all()
+    assert np.isnan(interval([(signal(np.full(10, np.nan)), np.zeros(10))])).all()

@@ -79,7 +79,8 @@ def diagnosis(model: Diagnosable, found: Found, theta: np.ndarray, seconds: Mapp
         "classes": classes,
         "hypotheses": [{"effects": list(w.effects), "probability": w.probability, "gap_after": w.gap_after} for w in weighed],
         "shrink": {name: {"unit": first[name].unit, "before": before[name] * first[name].noise, "after": after[name] * first[name].noise,
-                          "noise": floor[name] * first[name].noise} for name in names if name in before and name in first},
+                          "noise": floor[name] * first[name].noise, "before_interval": runs.interval(name, before_runs),
+                          "after_interval": runs.interval(name, runs.of(leader))} for name in names if name in before and name in first},
         "unknown": verdict.unknown, "next_test": model.next_test(found, verdict, unknown), "held_out": held.words,
         "notes": [*unknown.notes, *([described(learned, gap_before, gap_after)] if learned else []), *model.notes()],
     }

@@ -62,18 +62,24 @@ def closed(before: float, after: float) -> float | None:
     return None if before < BEGINS else (before - after) / (before - 1.0)
 
 
-def interval(signal, prediction: np.ndarray, mask: Mask = counted) -> tuple[float, float]:
-    """95 % interval of a residual's RMS, in the signal's unit, by a bootstrap of blocks of `_BLOCK` s.
+def interval(recordings: Sequence[tuple[object, np.ndarray]], mask: Mask = counted) -> tuple[float, float]:
+    """95 % interval of a residual's RMS, in the signal's unit, by a bootstrap of blocks of `_BLOCK` s; NaN where no sample counts.
 
     Künsch, The jackknife and the bootstrap for general stationary observations, Ann. Stat. 17 (1989).
+
+    Args:
+        recordings: one signal in each, and what was predicted of it.
     """
-    used = mask(signal) & np.isfinite(signal.measured)
-    if not used.any():
+    squares, counts = [np.zeros(0)], [np.zeros(0)]
+    for signal, prediction in recordings:
+        off = signal.measured - prediction
+        used = mask(signal) & np.isfinite(off)
+        _, which = np.unique((signal.time[used] / _BLOCK).astype(np.int64), return_inverse=True)
+        squares.append(np.bincount(which, off[used] ** 2))
+        counts.append(np.bincount(which))
+    square, count = np.concatenate(squares), np.concatenate(counts)
+    if not count.size:
         return float("nan"), float("nan")
-    block = (signal.time[used] / _BLOCK).astype(np.int64)
-    _, which = np.unique(block, return_inverse=True)
-    square, count = np.bincount(which, (signal.measured - prediction)[used] ** 2), np.bincount(which)
     drawn = np.random.default_rng(0).integers(0, count.size, (_DRAWS, count.size))
-    values = np.sqrt(square[drawn].sum(axis=1) / count[drawn].sum(axis=1))
-    low, high = np.percentile(values, [2.5, 97.5])
+    low, high = np.percentile(np.sqrt(square[drawn].sum(axis=1) / count[drawn].sum(axis=1)), [2.5, 97.5])
     return float(low), float(high)

@@ -50,18 +50,27 @@ def shrink_table(diagnosis: Diagnosis) -> doc.Html:
     if not shrink:
         return doc.paragraph("No signal could be compared.")
     columns = (
-        doc.Column("Signal", number=False), doc.Column("Before", "RMS"), doc.Column("After", "RMS"), doc.Column("Noise floor", "RMS"),
+        doc.Column("Signal", number=False), doc.Column("Before", "RMS (95 %)"), doc.Column("After", "RMS (95 %)"),
+        doc.Column("Noise floor", "RMS"),
         doc.Column("Before", "× floor"), doc.Column("After", "× floor"), doc.Column("What is left", number=False),
     )
     rows = []
     for name, row in sorted(shrink.items(), key=lambda item: -times_floor(item[1], "before")):
         before, after = times_floor(row, "before"), times_floor(row, "after")
-        rows.append((capital(signal_name(name)), in_unit(row["before"], row["unit"]), in_unit(row["after"], row["unit"]),
+        rows.append((capital(signal_name(name)), _with_interval(row, "before"), _with_interval(row, "after"),
                      in_unit(row["noise"], row["unit"]), number(before, 2), number(after, 2), judged(after, diagnosis.traces.get(name))))
     return doc.Html(doc.table(columns, rows) + doc.note(
         "RMS: the usual size of the difference between measured and twin (root of the mean square), on data that took no part in finding "
-        f"or fitting. Up to {NEAR:g} times the floor nothing is left but noise. A pattern is a difference that keeps its sign from one "
+        "or fitting; in brackets where it lies with 95 %, by stretches of 30 s drawn again and again. "
+        f"Up to {NEAR:g} times the floor nothing is left but noise. A pattern is a difference that keeps its sign from one "
         "sample to the next; scatter does not."))
+
+
+def _with_interval(row: dict, when: str) -> str:
+    """RMS in people's unit with its 95 % interval where there is one."""
+    written = in_unit(row[when], row["unit"])
+    ends = [in_unit(end, row["unit"], False) for end in row.get(f"{when}_interval") or ()]
+    return f"{written} ({'–'.join(ends)})" if ends else written
 
 
 def unknown(diagnosis: Diagnosis) -> doc.Html:
