@@ -86,3 +86,12 @@ def test_nothing_given_and_no_rig(given, words):
     with pytest.raises(BagError) as caught:
         case_of(*given)
     assert words in str(caught.value)
+
+
+@pytest.mark.parametrize("given", ["x" * 300, "y" * 100_000])
+def test_a_path_that_the_system_does_not_take_is_one_short_line(given, tmp_path):
+    (tmp_path / "field").mkdir()
+    for asked in (lambda: case_of([given]), lambda: case_of([tmp_path / "field"], rig=given)):
+        with pytest.raises(BagError, match="File name too long") as refused:
+            asked()
+        assert len(str(refused.value)) < 200

@@ -109,3 +109,18 @@ def test_interrupted_nothing_is_written(engine, case, tmp_path, capsys):
     engine.diagnose = interrupted
     assert main(["gap", str(case), "--quiet", "--html", str(tmp_path / "g.html")]) == 130
     assert capsys.readouterr().err == "ddh-twin gap: interrupted\n" and not (tmp_path / "g.html").exists()
+
+
+def test_a_disk_that_is_full_for_one_output_leaves_the_others(engine, case, tmp_path, capsys, monkeypatch):
+    from ddh_twin_py.report.document import Document
+
+    def full(self, path):
+        raise OSError(28, "No space left on device", str(path))
+
+    monkeypatch.setattr(Document, "write", full)
+    page, numbers, rig = (str(tmp_path / name) for name in ("x.html", "x.json", "x.yaml"))
+    assert main(["gap", str(case), "--html", page, "--json", numbers, "-o", rig]) == 2
+    said = capsys.readouterr()
+    assert f"error: {page}: No space left on device" in said.err and engine.answer.sentence.split()[0] in said.out
+    assert json.loads((tmp_path / "x.json").read_text())["verdict"] == "explained"
+    assert load_rig(rig).quantities == engine.answer.rig.quantities

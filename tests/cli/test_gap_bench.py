@@ -56,3 +56,44 @@ def test_changed_truth_is_refused_in_one_line(answered, capsys):
 def test_wrong_words(words, said, capsys):
     assert main(["gap-bench", *words]) == 2
     assert said in capsys.readouterr().err
+
+
+def test_a_damaged_answer_is_named_and_no_score_is_made_of_it(answered, capsys):
+    file = answered / "results" / "case_0001.blind.json"
+    for damage in (file.read_text()[:40], "[]", '{"report": {"verdict": "no_gap"}, "seconds": 1.0, "megabytes": 1.0}'):
+        file.write_text(damage)
+        assert main(["gap-bench", "score", str(answered)]) == 2
+        said = capsys.readouterr().err
+        assert said.count("\n") == 1 and f"{file}: is no answer to a case" in said and f"gap-bench run {answered}" in said
+    assert not (answered / "scores.json").exists()
+
+
+@pytest.mark.parametrize(("page", "said"), [
+    ("no marks", "no place for the table"), (b"\xff\xfe", "is no text in UTF-8"), (None, "No such file"),
+])
+def test_a_page_without_a_place_for_the_table_is_refused_before_any_work(page, said, answered, capsys):
+    file = answered / "page.md"
+    if page is not None:
+        file.write_bytes(page if isinstance(page, bytes) else page.encode())
+    assert main(["gap-bench", "score", str(answered), "--table", str(file)]) == 2
+    told = capsys.readouterr().err
+    assert said in told and told.count("\n") == 1 and not (answered / "scores.json").exists()
+
+
+def test_outputs_that_would_not_be_written_or_written_twice(answered, capsys):
+    assert main(["gap-bench", "run", str(answered), "--json", str(answered / "s.json")]) == 2
+    assert "--json: is written by the step score, which run is not" in capsys.readouterr().err
+    page = answered / "page.md"
+    page.write_text("<!-- gap-bench: begin -->\n<!-- gap-bench: end -->\n")
+    assert main(["gap-bench", "score", str(answered), "--table", str(page), "--html", str(page)]) == 2
+    assert "--table and --html both write to" in capsys.readouterr().err and "begin -->" in page.read_text()
+
+
+def test_a_folder_that_is_of_no_bench_is_not_overwritten(tmp_path, capsys):
+    kept = tmp_path / "cases" / "case_0001" / "field"
+    kept.mkdir(parents=True)
+    assert main(["gap-bench", "make", str(tmp_path), "--cases", "1", "--suite", "none"]) == 2
+    assert f"{tmp_path}/cases: is of no bench" in capsys.readouterr().err and kept.is_dir()
+    (tmp_path / "recipe.json").write_text('{"cases": 1')
+    assert main(["gap-bench", "make", str(tmp_path), "--cases", "1", "--suite", "none"]) == 2
+    assert "recipe.json: is no recipe of a bench" in capsys.readouterr().err and kept.is_dir()

@@ -18,10 +18,11 @@ ASKED = (OFFSET, "pump_1.leakage", "motor.cooling", "load.mass")
 
 
 def put(stream, **values):
-    """The stream with whole columns replaced."""
+    """The stream with whole columns replaced, by a value or a function of the old ones."""
     changed = stream.values.copy()
     for name, value in values.items():
-        changed[:, stream.fields.index(name)] = value
+        column = changed[:, stream.fields.index(name)]
+        column[:] = value(column) if callable(value) else value
     return Stream(stream.time, changed, stream.fields)
 
 
@@ -101,3 +102,37 @@ def test_an_effect_that_no_signal_shows_is_said_to_be_out_of_sight(new, drifted)
     without = [replace(r, hydraulic=put(r.hydraulic, pressure_rod_side=math.nan)) for r in (drifted, new)]
     report = diagnose(Recordings(without[:1], without[1]), load_rig(), only=("sensor.pressure_rod_side_gain", "load.mass")).report
     assert "no signal of these recordings would show it: sensor.pressure_rod_side_gain" in " ".join(report["notes"])
+
+
+@pytest.mark.parametrize("odd, words", [
+    (lambda r: replace(r, drive=put(r.drive, speed=lambda v: v * 9.5493, speed_command=lambda v: v * 9.5493)), "look as if given in rpm"),
+    (lambda r: replace(r, hydraulic=put(r.hydraulic, rod_position=0.3, rod_velocity=0.0)), "rod_position is stuck"),
+    (lambda r: replace(r, drive=put(r.drive, current=3.0, torque=3.0),
+                       hydraulic=put(r.hydraulic, pressure_piston_side=1e6, pressure_rod_side=1e6)), "neither pressure nor current"),
+    (lambda r: replace(r, temperatures={name: Stream(s.time, s.values + [273.15, 0.0], s.fields) for name, s in r.temperatures.items()}),
+     "looks as if given in K"),
+])
+def test_what_screening_set_aside_is_the_reason(odd, words, new, drifted):
+    """A wrong unit or a stuck sensor is named, not only that a value is missing."""
+    report, notes = answer(odd(drifted), new)
+    assert report["verdict"] == "insufficient" and words in notes
+
+
+def test_pressures_in_bar_are_said_beside_the_answer(new, drifted):
+    in_bar = {name: lambda v: v * 1e-5 for name in ("pressure_piston_side", "pressure_rod_side")}
+    wrong = replace(drifted, hydraulic=put(drifted.hydraulic, **in_bar))
+    report, notes = answer(wrong, new)
+    assert "look as if given in bar" in notes and "there is no usable pressure_rod_side" in notes
+    assert "pressure_rod_side" not in report["shrink"]
+
+
+@pytest.mark.parametrize("seconds, words", [(7200.0, "jump 1 time, first by +7"), (-40.0, "jump 1 time, first by -")])
+def test_where_the_stamps_jump_is_told(seconds, words, new, drifted):
+    def moved(stream):
+        return Stream(np.where(stream.time > 70.0, stream.time + seconds, stream.time), stream.values, stream.fields)
+
+    odd = replace(drifted, drive=moved(drifted.drive), hydraulic=moved(drifted.hydraulic),
+                  temperatures={name: moved(stream) for name, stream in drifted.temperatures.items()})
+    with pytest.raises(ExperimentError, match="the stamps") as refused:
+        answer(odd, new)
+    assert words in str(refused.value) and drifted.path in str(refused.value)

@@ -2,6 +2,7 @@
 
 import csv
 import json
+import os
 import re
 import sys
 import threading
@@ -65,6 +66,29 @@ def test_a_folder_without_recordings_is_an_error(tmp_path):
     for path, words in ((tmp_path, "holds no recording"), (tmp_path / "none", "there is no such folder")):
         with pytest.raises(FleetError, match=words):
             find_recordings(path)
+
+
+def test_a_link_to_nowhere_is_a_row_and_stops_nothing(folder, tmp_path):
+    (folder / "b/gone.mcap").symlink_to(tmp_path / "nowhere.mcap")
+    rows, _ = diagnosed(folder, tmp_path / "out")
+    assert "gone.mcap" in rows["b/gone.mcap"].error and rows["a/march"].verdict == "explained"
+
+
+def test_a_folder_that_cannot_be_looked_into_is_found(folder, monkeypatch):
+    real = os.scandir
+
+    def scandir(path):
+        if str(path) == str(folder / "b"):
+            raise PermissionError(13, "Permission denied", str(path))
+        return real(path)
+
+    monkeypatch.setattr(os, "scandir", scandir)
+    assert [f.name for f in find_recordings(folder)] == ["a/april", "a/march", "b"]
+
+
+def test_results_among_the_recordings_are_refused(folder):
+    with pytest.raises(FleetError, match="give --out a folder of its own"):
+        find_recordings(folder, leave_out=folder / "a" / "..")
 
 
 def diagnosed(folder, results, **given):
@@ -249,6 +273,8 @@ def _with_fake(real):
         ([".", "--jobs", "0"], "'0' is no whole number from 1 on"),
         ([".", "--rig", "/nowhere.yaml"], "/nowhere.yaml"),
         ([".", "--out", __file__], "is no folder"),
+        ([""], "FOLDER is ''"),
+        ([".", "--out", " "], "--out is ' '"),
     ],
 )
 def test_arguments_that_cannot_be_used(arguments, words, capsys):

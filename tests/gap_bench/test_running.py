@@ -87,3 +87,16 @@ def test_cluster_without_dask_says_how_to_get_it(monkeypatch):
     monkeypatch.setitem(sys.modules, "distributed", None)
     with pytest.raises(BenchError, match="pip install distributed"):
         executor(1, "tcp://nowhere:8786")
+
+
+def test_half_an_answer_is_asked_for_once_more(bench, engine):
+    name, asked = engine
+    run_bench(bench, suites=("none",), engine=name)
+    file = result_file(bench, "case_0004", "blind")
+    file.write_text(file.read_text()[:30])
+    asked.unlink()
+    run_bench(bench, suites=("none",), engine=name)
+    assert asked.read_text() == "case_0004 [] None\n" and "report" in json.loads(file.read_text())
+    file.write_text("{")
+    run_bench(bench, suites=("none",), engine=name, again="crashed")
+    assert "report" in json.loads(file.read_text())

@@ -54,3 +54,17 @@ def test_no_seal_and_a_broken_one(sealed):
 def test_nothing_to_seal(tmp_path):
     with pytest.raises(SealError, match="no case was made"):
         seal(tmp_path)
+
+
+def test_a_case_that_is_sealed_twice_is_refused(sealed):
+    file = sealed / "plan.sha256"
+    lines = file.read_text().splitlines(keepends=True)
+    file.write_text("".join(lines + lines[:1]))
+    with pytest.raises(SealError, match="is sealed twice"):
+        verify(sealed)
+
+
+def test_a_seal_that_is_no_text_is_refused(sealed):
+    (sealed / "plan.sha256").write_bytes(b"\xff\xfe\x00")
+    with pytest.raises(SealError, match="line 1"):
+        verify(sealed)

@@ -192,9 +192,16 @@ def test_the_action_diagnoses_cancels_refuses_and_leaves_nothing_behind(listener
         asked = json.loads(result.report)["asked"]
         assert asked["field"] == [str(tmp_path / "well" / "field")] and asked["nice"] == 10 and result.sentence.startswith("Pump 1")
 
-        for name, words in (("bad", "drive/telemetry: no message"), ("crash", "signal SIGKILL"), ("nowhere", "nowhere does not exist")):
+        for name, words in (("bad", "drive/telemetry: no message"), ("crash", "signal SIGKILL"), ("nowhere", "nowhere does not exist"),
+                            ("x" * 100_000, "(100"), ("x" * 300, "File name too long")):
             status, result = client.result(client.send(tmp_path / name))
             assert status == ABORTED and not result.success and words in result.message and result.report == ""
+
+        for given, words in (("", "none empty"), ("here/field", "where the node runs")):
+            status, result = client.result(client.send(given))
+            assert status == ABORTED and words in result.message and "\n" not in result.message
+        status, result = client.result(client.send(tmp_path / "well", rig="y" * 5000))
+        assert status == ABORTED and "rig file yyy" in result.message and "(5000 characters)" in result.message
 
         slow = client.send(tmp_path / "slow")
         wait_for(lambda: any(f.done == 0.5 and f.stage == "fitting" for f in client.feedback), 20.0, "feedback")

@@ -13,6 +13,8 @@ from ddh_twin_py.rig.files import did_you_mean
 COMMISSIONING, FIELD, VALIDATION = "commissioning", "field", "validation"
 """Folders of a case: the rig as built, the rig in question, the same on another duty."""
 
+_LONGEST = 255  # characters of a path that are said
+
 
 @dataclass(frozen=True)
 class Case:
@@ -34,7 +36,7 @@ def case_of(given: Sequence[str | Path], commissioning: str | Path | None = None
 
     Raises:
         BagError: no field recording, no such path, a case folder without ``field``, two case folders
-            with a commissioning or validation bag, or one bag given twice.
+            with a commissioning or validation bag, one bag given twice, or a path that the system does not take.
     """
     if not given or not all(str(p) for p in given):
         raise BagError(f"{FIELD} is {[str(p) for p in given]}; allowed is one or more paths of bags or case folders, none empty")
@@ -59,16 +61,29 @@ def case_of(given: Sequence[str | Path], commissioning: str | Path | None = None
                 raise BagError(f"{path / role}: a second {role} bag beside {found[role]}; name the one to use with --{role}")
             found[role] = path / role
     _refuse_twice([*field, *(p for p in found.values() if p is not None)])
-    if rig is not None and not Path(rig).is_file():
-        raise BagError(f"rig file {rig} does not exist{did_you_mean(rig)}")
+    try:
+        if rig is not None and not Path(rig).is_file():
+            raise BagError(f"rig file {rig} does not exist{did_you_mean(rig)}")
+    except OSError as error:
+        raise BagError(f"rig file {_short(rig)}: {error.strerror}") from None
     return Case(tuple(field), found[COMMISSIONING], found[VALIDATION], None if rig is None else Path(rig))
 
 
 def _there(path: str | Path) -> Path:
     path = Path(path)
-    if not path.exists():
+    try:
+        there = path.exists()
+    except OSError as error:
+        raise BagError(f"{_short(path)}: {error.strerror}") from None
+    if not there:
         raise BagError(f"{path} does not exist{did_you_mean(path) or '; a bag is a rosbag2 folder or one .mcap or .db3 file'}")
     return path
+
+
+def _short(path: str | Path) -> str:
+    """A path for an error, cut where it is longer than any that the system takes."""
+    text = str(path)
+    return text if len(text) <= _LONGEST else f"{text[:60]}... ({len(text)} characters)"
 
 
 def is_case(path: Path) -> bool:

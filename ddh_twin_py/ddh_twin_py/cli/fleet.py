@@ -61,6 +61,9 @@ def run(args: argparse.Namespace) -> int:
     from ddh_twin_py.rig import load_rig
 
     rig = load_rig(args.rig)
+    for name, given in (("FOLDER", args.folder), ("--out", args.out)):
+        if not given.strip():
+            raise InputError(f"{name} is {given!r}; allowed is the name of a folder")
     out = Path(args.out)
     if out.exists() and not out.is_dir():
         raise InputError(f"--out: {out} is no folder")

@@ -39,7 +39,7 @@ def run(args: argparse.Namespace) -> int:
     """Diagnose, write what was asked for, print the summary."""
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # small matrices; the free runs use the cores
     from ddh_twin_py.bags.case import case_of
-    from ddh_twin_py.cli.console import put_json, say, stage
+    from ddh_twin_py.cli.console import stage
     from ddh_twin_py.rig import load_rig
 
     case = case_of(args.field, args.commissioning, args.validation)
@@ -47,28 +47,55 @@ def run(args: argparse.Namespace) -> int:
     with stage("loading", args.quiet):
         from ddh_twin_py.diagnosis.of_bags import diagnose
         from ddh_twin_py.gap.catalogue import EFFECTS
-        from ddh_twin_py.report.gap_report import gap_document, gap_end
-        from ddh_twin_py.report.gap_summary import print_gap
     for effect in args.without:
         if effect not in EFFECTS:
             raise InputError(f"--without: {nearest_of('effect', effect, sorted(EFFECTS))}")
     with stage("diagnosing", args.quiet) as progress:
         diagnosis = diagnose(case.field, case.commissioning, case.validation, rig, without=tuple(dict.fromkeys(args.without)),
                              progress=progress)
+    failed: list[OSError] = []
+    for write in (_write_html, _write_json, _print, _write_rig):
+        try:
+            write(args, diagnosis, case, rig)
+        except OSError as error:  # what took minutes is not lost with one of its files
+            failed.append(error)
+    if failed:
+        raise failed[0]
+    return 0
+
+
+def _write_html(args: argparse.Namespace, diagnosis, case, rig) -> None:
     if args.html:
+        from ddh_twin_py.cli.console import stage
+        from ddh_twin_py.report.gap_report import gap_document
+
         with stage(f"writing {args.html}", args.quiet):
             gap_document(diagnosis).write(args.html)
+
+
+def _write_json(args: argparse.Namespace, diagnosis, case, rig) -> None:
     if args.json:
+        from ddh_twin_py.cli.console import put_json
+        from ddh_twin_py.report.gap_report import gap_end
+
         put_json(args.json, {**diagnosis.report, "end_matter": gap_end(diagnosis).as_json()})
+
+
+def _print(args: argparse.Namespace, diagnosis, case, rig) -> None:
     if not args.quiet and args.json != "-":
+        from ddh_twin_py.report.gap_summary import print_gap
+
         print_gap(diagnosis)
+
+
+def _write_rig(args: argparse.Namespace, diagnosis, case, rig) -> None:
     if args.output:
+        from ddh_twin_py.cli.console import say
         from ddh_twin_py.rig.writer import write_rig
 
         write_rig(args.output, diagnosis.rig, _heading(diagnosis, case, rig.file))
         if not args.quiet:
             say(f"{args.output}: rig {diagnosis.rig.rig_id}")
-    return 0
 
 
 def _heading(diagnosis, case, given: str) -> str:

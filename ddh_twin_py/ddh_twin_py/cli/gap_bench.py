@@ -50,6 +50,7 @@ def run(args: argparse.Namespace) -> int:
     for suite in suites:
         if suite not in SUITES:
             raise InputError(f"--suite: {nearest_of('suite', suite, list(SUITES))}")
+    _refuse_outputs(args, steps)
     if "make" in steps:
         from ddh_twin_py.gap_bench.bench import make_bench
 
@@ -82,6 +83,21 @@ def run(args: argparse.Namespace) -> int:
         if not args.quiet and args.json != "-":
             print_scores(scored)
     return 0
+
+
+def _refuse_outputs(args: argparse.Namespace, steps: tuple[str, ...]) -> None:
+    """Before hours of work: what only a score can write, a page without a place for the table, or one path twice."""
+    given = {name: value for name in ("table", "html", "json") if (value := getattr(args, name))}
+    if given and "score" not in steps:
+        raise InputError(f"--{next(iter(given))}: is written by the step score, which {steps[0]} is not")
+    if args.table is None:
+        return
+    from ddh_twin_py.report.gap_bench_table import place_of
+
+    place_of(args.table)
+    for name in ("html", "json"):
+        if name in given and given[name] != "-" and os.path.realpath(given[name]) == os.path.realpath(args.table):
+            raise InputError(f"--table and --{name} both write to {given[name]!r}; give each a path of its own")
 
 
 def _asked(words: list[str]) -> tuple[tuple[str, ...], Path]:

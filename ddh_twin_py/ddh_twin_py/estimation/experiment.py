@@ -33,9 +33,9 @@ from ddh_twin_py.physics.soft_sensor import MEASURED_DTYPE
 from ddh_twin_py.physics.thermal_network import END_WINDING, N, ROTOR, SLOT_WINDING
 from ddh_twin_py.rig import Rig
 from ddh_twin_py.rig.sheet import SensorSpec
-from ddh_twin_py.telemetry.alignment import align
+from ddh_twin_py.telemetry.alignment import Ticks, align
 from ddh_twin_py.telemetry.recording import Recording
-from ddh_twin_py.telemetry.screening import screen_recording
+from ddh_twin_py.telemetry.screening import apart, screen_recording
 from ddh_twin_py.telemetry.signals import DRIVE_FIELDS, DRIVE_TOPIC, HYDRAULIC_FIELDS, HYDRAULIC_TOPIC
 from ddh_twin_py.twin.ambient import AmbientTracker
 from ddh_twin_py.twin.command import command_at
@@ -109,7 +109,7 @@ class Experiment:
                     f"{recording.path}: {recording.namespace}/{topic}: no message; a free run cannot be compared without it")
         ticks = align(recording, interval)
         if ticks.restart.any():
-            raise ExperimentError(f"{recording.path}: the clock jumps {int(ticks.restart.sum())} times; cut the recording there")
+            raise ExperimentError(_jumps(recording, ticks))
         self.recording, self.interval = recording, interval
         said = recording.rig.payload_mass if recording.rig is not None else np.nan
         self._sheet_payload = rig["load.payload_mass"]
@@ -326,6 +326,18 @@ class Experiment:
             contact = p["measurement_surface_contact"]
             reading = (1.0 - contact) * reading + contact * (self.air[: reading.size] + p["surroundings_enclosure_rise"])
         return reading + p[f"measurement_{name}_offset"]
+
+
+def _jumps(recording: Recording, ticks: Ticks) -> str:
+    """How often the clock jumps, first when and how far, and which streams have no time in common."""
+    first = int(np.argmax(ticks.restart))
+    before, after = (float(ticks.end_ns[i] - recording.epoch_ns) * 1e-9 for i in (first - 1, first))
+    before = max((float(s.time[s.time <= before].max(initial=-np.inf)) for _, s in recording.streams()), default=before)
+    times = int(ticks.restart.sum())
+    said = (f"{recording.path}: the stamps jump {times} time{'s' * (times > 1)}, first by {after - before:+.1f} s at {before:.1f} s; "
+            "a free run needs one stretch of time")
+    strangers = apart(recording)
+    return f"{said} ({strangers[0].message.removeprefix(f'{recording.path}: ')})" if strangers else f"{said}, cut the recording there"
 
 
 def _merge(drive_time: np.ndarray, hydraulic_time: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ddh_twin_py.bags.case import FIELD, Case, case_of, is_case
+from ddh_twin_py.bags.errors import BagError
 from ddh_twin_py.bags.folder import METADATA, SUFFIXES
 from ddh_twin_py.rig.files import did_you_mean
 
@@ -31,28 +32,40 @@ def find_recordings(folder: str | Path, leave_out: Path | None = None, rig: Path
     """Every recording below a folder, sorted by name.
 
     A folder that holds field/ and is no bag is one case, whatever else lies in it; a rosbag2 folder is one recording, as are .mcap and .db3
-    files that belong to no bag. Hidden folders, and `leave_out`, are not looked into.
+    files that belong to no bag, and a folder that cannot be looked into. Hidden folders, and `leave_out`, are not looked into.
 
     Raises:
-        FleetError: there is no such folder, or no recording in it.
+        FleetError: there is no such folder, no recording in it, or it is `leave_out` itself.
     """
     folder = Path(folder)
     if not folder.is_dir():
         raise FleetError(f"{folder}: there is no such folder{did_you_mean(folder)}")
     found: list[Found] = []
-    for here, folders, files in os.walk(folder):
+    closed: list[Path] = []
+    if leave_out is not None and leave_out.resolve() == folder.resolve():
+        raise FleetError(f"{folder}: recordings and results are in the same folder; give --out a folder of its own")
+    for here, folders, files in os.walk(folder, onerror=lambda error: closed.append(Path(error.filename))):
         path = Path(here)
         if leave_out is not None and path.resolve() == leave_out.resolve():
             folders.clear()
             continue
         paths = [path] if is_case(path) and (path / FIELD).is_dir() else _bags(path, files)
-        found += [Found(p.relative_to(folder).as_posix() if p != folder else folder.resolve().name, case_of([p], rig=rig)) for p in paths]
+        found += [Found(p.relative_to(folder).as_posix() if p != folder else folder.resolve().name, _case(p, rig)) for p in paths]
         if path in paths:
             folders.clear()
         folders[:] = sorted(name for name in folders if not name.startswith("."))
+    found += [Found(p.relative_to(folder).as_posix(), _case(p, rig)) for p in closed]
     if not found:
         raise FleetError(f"{folder}: holds no recording, neither a folder with field/, nor a rosbag2 folder, nor a .mcap or .db3 file")
     return sorted(found, key=lambda f: f.name)
+
+
+def _case(path: Path, rig: Path | None) -> Case:
+    """The case of a path; of one that cannot be used too, so that its row says why."""
+    try:
+        return case_of([path], rig=rig)
+    except BagError:
+        return Case((path,), rig=rig)
 
 
 def _bags(path: Path, files: list[str]) -> list[Path]:

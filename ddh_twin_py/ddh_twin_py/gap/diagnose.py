@@ -15,6 +15,7 @@ from ddh_twin_py.estimation.fitting import RESTARTS, Problem
 from ddh_twin_py.gap import answer
 from ddh_twin_py.gap.catalogue import EFFECTS
 from ddh_twin_py.gap.diagnosis import Diagnosis
+from ddh_twin_py.gap.doubts import doubts
 from ddh_twin_py.gap.drive_case import DriveCase
 from ddh_twin_py.gap.hypotheses import POWER, POWER_WITHOUT_COMMISSIONING
 from ddh_twin_py.gap.search import Found, search
@@ -74,8 +75,9 @@ def diagnose(recordings: Recordings, rig: Rig, without: Collection[str] = (), on
     model = DriveCase(commissioning, field, rig, held)
     lap("reading")
     effects = [effect for name, effect in EFFECTS.items() if name not in without and (only is None or name in only)]
+    doubtful = doubts([e.recording for e in (*field, *commissioning, *held)])
     if reason:
-        return answer.insufficient(model, reason)
+        return _noted(answer.insufficient(model, reason), doubtful)
     with ThreadPoolExecutor(max_workers=threads) as pool:
         problem = Problem(commissioning or field, model.rig, model.paths, Discrepancy())
         fit = problem.fit(pool, lambda done: told(_FITTED * done), sweeps=_SWEEPS, restarts=RESTARTS if commissioning else 0)
@@ -90,5 +92,9 @@ def diagnose(recordings: Recordings, rig: Rig, without: Collection[str] = (), on
         result = answer.diagnosis(model, found, fit.theta, seconds)
     lap("answer")
     told(1.0)
-    report = {**result.report, "notes": [*result.report["notes"], *unseen(effects, found.linearised.columns)]}
-    return replace(result, report=report, seconds=seconds)
+    return _noted(replace(result, seconds=seconds), [*unseen(effects, found.linearised.columns), *doubtful])
+
+
+def _noted(result: Diagnosis, notes: Sequence[str]) -> Diagnosis:
+    """A diagnosis with further notes."""
+    return replace(result, report={**result.report, "notes": [*result.report["notes"], *notes]})

@@ -10,13 +10,15 @@ from ddh_twin_py.estimation.binning import HOLDING
 from ddh_twin_py.estimation.experiment import Experiment, ExperimentError
 from ddh_twin_py.gap.effect import Effect
 from ddh_twin_py.gap.sensitivity import Column
-from ddh_twin_py.telemetry.recording import Recording
+from ddh_twin_py.telemetry.recording import Recording, Stream
 from ddh_twin_py.telemetry.signals import DRIVE_TOPIC, HYDRAULIC_TOPIC
 
 MOTION = 10.0
 """s of turning drive that are needed to tell effects apart."""
 HELD = 5.0
 """s of a field recording's end that are needed to size the gap, where there is no validation recording."""
+PARTS = 20
+"""Equal parts of a recording, in half of which what a free run cannot do without must be known."""
 _FORCES = ("pressure_piston_side", "pressure_rod_side", "current")
 
 
@@ -37,14 +39,35 @@ def undriven(recording: Recording) -> str:
     """What a free run over a recording lacks, in one line; empty where it lacks nothing."""
     for topic, stream, column, why in (
         (DRIVE_TOPIC, recording.drive, "speed_command", "is driven by it"),
-        (HYDRAULIC_TOPIC, recording.hydraulic, "rod_position", "starts from it"),
+        (HYDRAULIC_TOPIC, recording.hydraulic, "rod_position", "starts from it and is put back to it"),
     ):
-        if stream is None or not np.isfinite(stream.column(column)).any():
-            return f"{recording.path}: {recording.namespace}/{topic}: {column} has no usable value, and the free run {why}"
+        known = 0 if stream is None else parts_known(stream, column)
+        if 2 * known < PARTS:
+            has = f"usable values in {known} of {PARTS} equal parts of the recording only" if known else "no usable value"
+            return (f"{recording.path}: {recording.namespace}/{topic}: {column} has {has}, and the free run {why}"
+                    + _because(recording, topic, column))
     ambient = recording.temperatures.get("ambient")
     if ambient is None or not np.isfinite(ambient.values[:, 0]).any():
-        return f"{recording.path}: {recording.namespace}/temperature/ambient: there is no usable value, and the free run is given it"
+        return (f"{recording.path}: {recording.namespace}/temperature/ambient: there is no usable value, and the free run is given it"
+                + _because(recording, "temperature/ambient", ""))
     return ""
+
+
+def parts_known(stream: Stream, column: str) -> int:
+    """In how many of `PARTS` equal parts of a stream's time there is a finite value."""
+    known = np.isfinite(stream.column(column))
+    first, last = stream.time.min(initial=np.inf), stream.time.max(initial=-np.inf)
+    if not known.any() or last <= first:
+        return 0
+    part = np.minimum(PARTS * (stream.time[known] - first) // (last - first), PARTS - 1)
+    return np.unique(part).size
+
+
+def _because(recording: Recording, topic: str, column: str) -> str:
+    """What screening says of a column of a topic, errors first, in brackets; '' where it says nothing."""
+    found = [f for f in recording.findings if f.topic == f"{recording.namespace}/{topic}" and f.field and column in f.field]
+    found.sort(key=lambda f: f.severity != "error")
+    return f" ({found[0].message.removeprefix(f'{recording.path}: ')})" if found else ""
 
 
 def refuse_unfit(experiment: Experiment, role: str) -> None:
@@ -76,12 +99,18 @@ def no_answer(field: Sequence[Experiment], validated: bool) -> str:
             return lacking
     if (moving := turning(field)) < MOTION:
         return f"the drive turns for {moving:.0f} s only; at least {MOTION:.0f} s of motion are needed to tell effects apart"
-    if not any(name in e.signals for e in field for name in _FORCES):
+    if not any(_tells(e, name) for e in field for name in _FORCES):
         return "there is neither pressure nor current, by which forces and losses would be known"
     longest = max(e.duration - e.held_from for e in field)
     if not validated and longest < HELD:
         return f"the recordings are too short to hold a part of them out: {longest:.0f} s of it would count, {HELD:.0f} s are needed"
     return ""
+
+
+def _tells(experiment: Experiment, name: str) -> bool:
+    """Whether a force's signal is there for long enough to say something."""
+    stream = experiment.recording.drive if name == "current" else experiment.recording.hydraulic
+    return name in experiment.signals and 2 * parts_known(stream, name) >= PARTS
 
 
 def unseen(effects: Sequence[Effect], columns: Sequence[Column]) -> list[str]:

@@ -30,13 +30,20 @@ def make_bench(out: Path, cases: int, seed: int, suites: tuple[str, ...] = (), j
         one line per case that could not be made; it is no part of the sealed bench.
 
     Raises:
-        PlanError: the folder holds another bench. SealError: see `seal`.
+        PlanError: the folder holds another bench, or something that is none. SealError: see `seal`.
     """
     suites = suites or SUITES
     recipe = {"cases": cases, "seed": seed, "suites": list(suites)}
     file = out / RECIPE
-    if file.is_file() and (found := json.loads(file.read_text())) != recipe:
-        raise PlanError(f"{file}: holds the bench {found}, asked for is {recipe}; use another folder")
+    if file.is_file():
+        try:
+            found = json.loads(file.read_text("utf-8"))
+        except ValueError as error:
+            raise PlanError(f"{file}: is no recipe of a bench ({' '.join(str(error).split())}); use another folder") from None
+        if found != recipe:
+            raise PlanError(f"{file}: holds the bench {found}, asked for is {recipe}; use another folder")
+    elif strange := [name for name in ("cases", "truth") if (out / name).exists()]:
+        raise PlanError(f"{out / strange[0]}: is of no bench, there is no {RECIPE} beside it, and cases would overwrite it")
     if (out / SEAL).is_file():
         seal(out)
         return []

@@ -17,6 +17,7 @@ from ddh_twin_py.bags.case import case_of
 from ddh_twin_py.bags.errors import BagError
 from ddh_twin_py.diagnosis.child import ENGINE
 from ddh_twin_py.diagnosis.process import DiagnosisProcess
+from ddh_twin_py.gap_bench.result_files import is_answered, read_result, result_file
 from ddh_twin_py.gap_bench.sealing import truth_of, verify
 from ddh_twin_py.rig.files import write_whole
 
@@ -39,11 +40,6 @@ def questions(out: Path, truth: dict, oracle: bool = True) -> list[str]:
     return asked
 
 
-def result_file(out: Path, name: str, question: str) -> Path:
-    """Where the answer to one question about one case is kept."""
-    return out / "results" / f"{name}.{question}.json"
-
-
 def run_case(out: str, name: str, engine: str = ENGINE, oracle: bool = True, timeout: float = TIMEOUT) -> tuple[str, bool]:
     """Ask everything about one case that has no answer yet.
 
@@ -55,9 +51,9 @@ def run_case(out: str, name: str, engine: str = ENGINE, oracle: bool = True, tim
     well = True
     for question in questions(folder, truth, oracle):
         target = result_file(folder, name, question)
-        if not target.is_file():
+        if not is_answered(target):
             _ask(folder, name, question, truth, engine, timeout)
-        well = well and "error" not in json.loads(target.read_text())
+        well = well and "error" not in read_result(target)
     return name, well
 
 
@@ -85,7 +81,7 @@ def _ask(out: Path, name: str, question: str, truth: dict, engine: str, timeout:
 
 def left_out(true: list[str], out: Path, name: str) -> list[str]:
     """The true effects and whatever the blind report could not tell from them."""
-    answer = json.loads(result_file(out, name, "blind").read_text())
+    answer = read_result(result_file(out, name, "blind"))
     gone = set(true)
     for group in answer.get("report", {}).get("classes", []):
         if gone & set(group):
@@ -132,7 +128,7 @@ def forget(out: Path, names: list[str], crashed: bool) -> None:
     """Remove the answers of cases, or those of a process that did not end well, with what was built on them."""
     for name in names:
         files = sorted((out / "results").glob(f"{name}.*.json"))
-        if not crashed or any("error" in json.loads(file.read_text()) for file in files):
+        if not crashed or any(not is_answered(file) or "error" in read_result(file) for file in files):
             for file in files:
                 file.unlink()
 

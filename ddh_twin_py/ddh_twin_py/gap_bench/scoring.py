@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections import Counter
 from collections.abc import Sequence
@@ -12,7 +11,8 @@ from ddh_twin_py.gap_bench.aims import AIMS
 from ddh_twin_py.gap_bench.answers import Answer, answer_of
 from ddh_twin_py.gap_bench.intervals import Estimate, mean, median, share
 from ddh_twin_py.gap_bench.plan import LEVELS, SUITES
-from ddh_twin_py.gap_bench.running import result_file, selected
+from ddh_twin_py.gap_bench.result_files import read_result, result_file
+from ddh_twin_py.gap_bench.running import selected
 from ddh_twin_py.gap_bench.sealing import truth_of
 
 BINS = 10
@@ -33,12 +33,12 @@ def answers_of(out: Path, suites: tuple[str, ...] = (), cases: int | None = None
     """Every sealed case's answer; one that was not run or crashed is a wrong one.
 
     Raises:
-        SealError: the truth is not what was sealed. BenchError: no such case.
+        SealError: the truth is not what was sealed. BenchError: no such case. ResultError: an answer that is damaged.
     """
     found = []
     for name in selected(out, suites, cases):
         results = {
-            question: json.loads(file.read_text())
+            question: read_result(file)
             for question in ("blind", "left_out", "oracle") if (file := result_file(out, name, question)).is_file()
         }
         found.append(answer_of(truth_of(out, name), results))

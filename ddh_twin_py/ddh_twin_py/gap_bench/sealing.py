@@ -29,7 +29,7 @@ def seal(out: Path) -> Path:
     target = out / SEAL
     if target.exists():
         verify(out)
-        if target.read_text() != said:
+        if target.read_bytes() != said.encode():
             raise SealError(f"{target}: the bench was sealed with other cases; use another folder")
         return target
     write_whole(target, said)
@@ -46,7 +46,7 @@ def verify(out: Path) -> list[str]:
     if not target.is_file():
         raise SealError(f"{target}: no seal; run ddh-twin gap-bench make {out}")
     names = []
-    for number, line in enumerate(target.read_text().splitlines(), 1):
+    for number, line in enumerate(target.read_text("utf-8", "replace").splitlines(), 1):
         digest, _, relative = line.partition("  ")
         file = out / relative
         if len(digest) != 64 or not relative.startswith("truth/"):
@@ -55,6 +55,8 @@ def verify(out: Path) -> list[str]:
             raise SealError(f"{file}: is sealed and missing")
         if _digest(file) != digest:
             raise SealError(f"{file}: was changed after it was sealed")
+        if file.stem in names:
+            raise SealError(f"{target}: line {number}: {relative} is sealed twice, and would count twice")
         names.append(file.stem)
     extra = sorted({file.stem for file in (out / "truth").glob("*.yaml")} - set(names))
     if extra:

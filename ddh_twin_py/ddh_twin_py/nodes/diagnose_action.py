@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Callable
 
 from rclpy.action import ActionServer, CancelResponse
@@ -57,7 +58,9 @@ class DiagnoseAction:
             case = case_of(list(request.field), request.commissioning or None, request.validation or None,
                            request.rig or self._node.values["rig"] or None)
         except BagError as error:
-            self._refuse(goal, str(error))
+            given = [path for path in (*request.field, request.commissioning, request.validation, request.rig) if path]
+            from_where = "" if all(map(os.path.isabs, given)) else f" (paths are relative to {os.getcwd()}, where the node runs)"
+            self._refuse(goal, f"{error}{from_where}")
             return
         given = [word for word in self._node.values["diagnosis_command"] if word]
         self._goal, self._told = goal, None

@@ -30,12 +30,24 @@ def write_table(summary: Mapping, page: Path) -> None:
     Raises:
         TableError: there is no such page, or no marks in it.
     """
+    before, after = place_of(page)
+    write_whole(page, f"{before}{BEGIN}\n{gap_bench_table(summary)}\n{END}{after}")
+
+
+def place_of(page: Path) -> tuple[str, str]:
+    """What stands before and after the table of a page.
+
+    Raises:
+        TableError: there is no such page, or no marks in it.
+    """
     try:
-        text = page.read_text()
+        text = page.read_text("utf-8")
     except OSError as error:
         raise TableError(f"{page}: {error.strerror or error}") from None
+    except UnicodeDecodeError:
+        raise TableError(f"{page}: is no text in UTF-8") from None
     before, begin, rest = text.partition(BEGIN)
     _, end, after = rest.partition(END)
     if not (begin and end):
         raise TableError(f"{page}: no place for the table, it goes between the lines {BEGIN} and {END}")
-    write_whole(page, f"{before}{BEGIN}\n{gap_bench_table(summary)}\n{END}{after}")
+    return before, after

@@ -257,11 +257,11 @@ def screen_recording(
         order = sorted_order(stamps[topic], segments[topic])
         streams[topic] = Stream(stream.time[order], values[order], stream.fields)
         findings += screen.findings(recording.path, f"{recording.namespace}/{topic}", recording.epoch_ns)
-    findings += _apart(recording)
+    findings += apart(recording)
     return recording.with_streams(streams, findings)
 
 
-def _apart(recording: Recording) -> list[Finding]:
+def apart(recording: Recording) -> list[Finding]:
     """Streams that have no time, or little of theirs, in common with the one that most others go with."""
     spans = {topic: (float(s.time.min()), float(s.time.max())) for topic, s in recording.streams() if len(s)}
     common = {topic: {other: _shared(span, spans[other]) for other in spans} for topic, span in spans.items()}
