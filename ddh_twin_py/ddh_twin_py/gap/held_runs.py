@@ -26,10 +26,11 @@ class HeldRuns:
         """RMS over noise of each signal."""
         return ratios_of(self.held, self.of(fitted))
 
-    def interval(self, name: str, runs: list[dict[str, np.ndarray]]) -> list[float]:
-        """95 % interval of the RMS that runs leave of a signal, in its unit."""
+    def interval(self, name: str, runs: list[dict[str, np.ndarray]]) -> list[float] | None:
+        """95 % interval of the RMS that runs leave of a signal, in its unit; None where no sample counts."""
         both = zip(self.held.signals(), runs, strict=True)
-        return list(size.interval([(own[name], run[name]) for own, run in both if name in own], self.held.mask()))
+        low, high = size.interval([(own[name], run[name]) for own, run in both if name in own], self.held.mask())
+        return [low, high] if np.isfinite(low) else None
 
     def shrinks(self, none: Refitted, leader: Refitted) -> float:
         """By how much a hypothesis shrinks the gap of held-out data below that of no effect, in multiples of the noise."""

@@ -11,7 +11,7 @@ WITHOUT_COMMISSIONING = 1.6
 BEGINS = 1.2
 """Gap, in multiples of the floor, below which no closed fraction is stated."""
 _DRAWS = 200  # of the bootstrap
-_BLOCK = 30.0  # s that stay together in it
+_BLOCK, _LEAST_BLOCKS = 30.0, 8  # s that stay together in it, fewer where a recording is short
 
 Mask = Callable[[object], np.ndarray]
 
@@ -63,7 +63,7 @@ def closed(before: float, after: float) -> float | None:
 
 
 def interval(recordings: Sequence[tuple[object, np.ndarray]], mask: Mask = counted) -> tuple[float, float]:
-    """95 % interval of a residual's RMS, in the signal's unit, by a bootstrap of blocks of `_BLOCK` s; NaN where no sample counts.
+    """95 % interval of a residual's RMS, in the signal's unit, by a bootstrap of blocks of at most `_BLOCK` s; NaN where no sample counts.
 
     Künsch, The jackknife and the bootstrap for general stationary observations, Ann. Stat. 17 (1989).
 
@@ -74,7 +74,11 @@ def interval(recordings: Sequence[tuple[object, np.ndarray]], mask: Mask = count
     for signal, prediction in recordings:
         off = signal.measured - prediction
         used = mask(signal) & np.isfinite(off)
-        _, which = np.unique((signal.time[used] / _BLOCK).astype(np.int64), return_inverse=True)
+        time = signal.time[used]
+        if not time.size:
+            continue
+        block = min(_BLOCK, float(np.ptp(time)) / _LEAST_BLOCKS) or _BLOCK
+        _, which = np.unique((time / block).astype(np.int64), return_inverse=True)
         squares.append(np.bincount(which, off[used] ** 2))
         counts.append(np.bincount(which))
     square, count = np.concatenate(squares), np.concatenate(counts)

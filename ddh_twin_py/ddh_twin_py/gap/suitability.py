@@ -53,6 +53,11 @@ def undriven(recording: Recording) -> str:
     return ""
 
 
+def _commanded(recording: Recording) -> bool:
+    """Whether it is known what the drive was told."""
+    return recording.drive is not None and 2 * parts_known(recording.drive, "speed_command") >= PARTS
+
+
 def parts_known(stream: Stream, column: str) -> int:
     """In how many of `PARTS` equal parts of a stream's time there is a finite value."""
     known = np.isfinite(stream.column(column))
@@ -77,8 +82,8 @@ def refuse_unfit(experiment: Experiment, role: str) -> None:
         ExperimentError: no free run can be made over it, or the drive hardly turns in it.
     """
     lacking = undriven(experiment.recording)
-    if not lacking and turning([experiment]) < MOTION:
-        lacking = f"{experiment.recording.path}: the drive turns for {turning([experiment]):.0f} s only, at least {MOTION:.0f} s are needed"
+    if (moving := turning([experiment])) < MOTION and _commanded(experiment.recording):
+        lacking = f"{experiment.recording.path}: the drive turns for {moving:.0f} s only, at least {MOTION:.0f} s are needed"
     if lacking:
         raise ExperimentError(f"{lacking}; leave this {role} recording out")
 
@@ -94,7 +99,8 @@ def no_answer(field: Sequence[Experiment], validated: bool) -> str:
     Args:
         validated: whether a validation recording sizes the gap.
     """
-    for experiment in field:
+    still = turning(field) < MOTION and all(_commanded(experiment.recording) for experiment in field)
+    for experiment in () if still else field:  # a rod that never moves looks like a sensor that is stuck
         if lacking := undriven(experiment.recording):
             return lacking
     if (moving := turning(field)) < MOTION:

@@ -61,7 +61,7 @@ def shrink_table(diagnosis: Diagnosis) -> doc.Html:
                      in_unit(row["noise"], row["unit"]), number(before, 2), number(after, 2), judged(after, diagnosis.traces.get(name))))
     return doc.Html(doc.table(columns, rows) + doc.note(
         "RMS: the usual size of the difference between measured and twin (root of the mean square), on data that took no part in finding "
-        "or fitting; in brackets where it lies with 95 %, by stretches of 30 s drawn again and again. "
+        "or fitting; in brackets where it lies with 95 %, by stretches of up to 30 s drawn again and again. "
         f"Up to {NEAR:g} times the floor nothing is left but noise. A pattern is a difference that keeps its sign from one "
         "sample to the next; scatter does not."))
 
