@@ -26,6 +26,7 @@ _NEARLY, _SHRINKS, _LOUD = 1.25, 0.95, 50.0  # without commissioning: a gap so s
 # parameters would have to be so far off that the log evidence of an effect is larger than a flaw of the laws makes it
 LISTED = 0.01
 """Probability from which an effect or a set is listed."""
+_HELPED = 0.8  # share of what a signal was off, below which a hypothesis explains some of it
 _MOST = 12  # sets and effects listed
 
 
@@ -49,7 +50,7 @@ def diagnosis(model: Diagnosable, found: Found, theta: np.ndarray, seconds: Mapp
     floor = size.floors(commissioning, names)
     as_is, before = ratios_of(held, sheet_runs), ratios_of(held, before_runs)
     gap_before = size.gap(before, floor)
-    unknown = _heard(unknown, model, found, leader, runs, floor, gap_before)
+    unknown = _heard(unknown, model, found, leader, runs, floor, before)
     shrunk = size.gap(runs.ratios(leader), floor) if leader.columns else gap_before
     speaks = leader.log_evidence - none.log_evidence
     within = gap_before <= _NEARLY and shrunk > _SHRINKS * gap_before and speaks < _LOUD
@@ -97,17 +98,20 @@ def diagnosis(model: Diagnosable, found: Found, theta: np.ndarray, seconds: Mapp
 
 
 def _heard(unknown: Unknown, model: Diagnosable, found: Found, leader: Refitted, runs: HeldRuns, floor: Mapping[str, float],
-           gap_before: float) -> Unknown:
-    """What is unknown beside the leader, once held-out data had their say."""
+           before: Mapping[str, float]) -> Unknown:
+    """What is unknown beside the leader, once held-out data had their say; before it they were off by so many times their noise."""
     left = runs.ratios(leader)
     over = {name: ratio / floor[name] for name, ratio in left.items()}
+    gap_before = size.gap(before, floor)
     shrunk = size.gap(left, floor) if leader.columns else gap_before
     closed = size.closed(gap_before, shrunk)
     unknown = borne_out(unknown, found.linearised.power, over, closed)
-    first = runs.held.signals()[0]
-    slow = max((ratio for name, ratio in over.items() if name.startswith("temperature/") and name not in AMPLIFIED), default=0.0)
-    unknown = left_behind(unknown, {name: ratio for name, ratio in over.items() if name in model.followed and name in first},
-                          {name: (floor[name] * signal.noise, signal.unit) for name, signal in first.items() if name in floor}, slow)
+    if not all(model.altered):  # otherwise parameters that the field's duty left open may be off on another duty
+        first = runs.held.signals()[0]
+        half = {name: ratio for name, ratio in over.items()
+                if name in model.followed and name in first and left[name] < _HELPED * before[name]}
+        slow = max((ratio for name, ratio in over.items() if name.startswith("temperature/") and name not in AMPLIFIED), default=0.0)
+        unknown = left_behind(unknown, half, {name: (floor[name] * first[name].noise, first[name].unit) for name in half}, slow)
     if len(leader.columns) > 1:
         unknown = halfway(unknown, shrunk, closed)
     return refuted(unknown, runs.shrinks(found.fitted[()], leader)) if leader.columns else unknown
