@@ -41,8 +41,8 @@ def undriven(recording: Recording) -> str:
         (DRIVE_TOPIC, recording.drive, "speed_command", "is driven by it"),
         (HYDRAULIC_TOPIC, recording.hydraulic, "rod_position", "starts from it and is put back to it"),
     ):
-        known = 0 if stream is None else parts_known(stream, column)
-        if 2 * known < PARTS:
+        if not _known(stream, column):
+            known = parts_known(stream, column)
             has = f"usable values in {known} of {PARTS} equal parts of the recording only" if known else "no usable value"
             return (f"{recording.path}: {recording.namespace}/{topic}: {column} has {has}, and the free run {why}"
                     + _because(recording, topic, column))
@@ -53,13 +53,15 @@ def undriven(recording: Recording) -> str:
     return ""
 
 
-def _commanded(recording: Recording) -> bool:
-    """Whether it is known what the drive was told."""
-    return recording.drive is not None and 2 * parts_known(recording.drive, "speed_command") >= PARTS
+def _known(stream: Stream | None, column: str) -> bool:
+    """Whether a column has finite values in half of the `PARTS` of its stream."""
+    return 2 * parts_known(stream, column) >= PARTS
 
 
-def parts_known(stream: Stream, column: str) -> int:
-    """In how many of `PARTS` equal parts of a stream's time there is a finite value."""
+def parts_known(stream: Stream | None, column: str) -> int:
+    """In how many of `PARTS` equal parts of a stream's time there is a finite value, 0 where there is no stream."""
+    if stream is None:
+        return 0
     known = np.isfinite(stream.column(column))
     first, last = stream.time.min(initial=np.inf), stream.time.max(initial=-np.inf)
     if not known.any() or last <= first:
@@ -81,9 +83,10 @@ def refuse_unfit(experiment: Experiment, role: str) -> None:
     Raises:
         ExperimentError: no free run can be made over it, or the drive hardly turns in it.
     """
-    lacking = undriven(experiment.recording)
-    if (moving := turning([experiment])) < MOTION and _commanded(experiment.recording):
-        lacking = f"{experiment.recording.path}: the drive turns for {moving:.0f} s only, at least {MOTION:.0f} s are needed"
+    if still := _still([experiment]):
+        lacking = f"{experiment.recording.path}: {still}, at least {MOTION:.0f} s are needed"
+    else:
+        lacking = undriven(experiment.recording)
     if lacking:
         raise ExperimentError(f"{lacking}; leave this {role} recording out")
 
@@ -93,18 +96,24 @@ def turning(experiments: Sequence[Experiment]) -> float:
     return sum(float(np.count_nonzero(e.phase_of_intervals() != HOLDING)) * e.interval for e in experiments)
 
 
+def _still(experiments: Sequence[Experiment]) -> str:
+    """That the drive hardly turns, else empty; asked first, as a rod that never moves looks like a sensor that is stuck."""
+    moving = turning(experiments)
+    told = all(_known(e.recording.drive, "speed_command") for e in experiments)
+    return f"the drive turns for {moving:.0f} s only" if told and moving < MOTION else ""
+
+
 def no_answer(field: Sequence[Experiment], validated: bool) -> str:
     """Why the field recordings allow no answer, empty where they do.
 
     Args:
         validated: whether a validation recording sizes the gap.
     """
-    still = turning(field) < MOTION and all(_commanded(experiment.recording) for experiment in field)
-    for experiment in () if still else field:  # a rod that never moves looks like a sensor that is stuck
+    if still := _still(field):
+        return f"{still}; at least {MOTION:.0f} s of motion are needed to tell effects apart"
+    for experiment in field:
         if lacking := undriven(experiment.recording):
             return lacking
-    if (moving := turning(field)) < MOTION:
-        return f"the drive turns for {moving:.0f} s only; at least {MOTION:.0f} s of motion are needed to tell effects apart"
     if not any(_tells(e, name) for e in field for name in _FORCES):
         return "there is neither pressure nor current, by which forces and losses would be known"
     longest = max(e.duration - e.held_from for e in field)
@@ -116,7 +125,7 @@ def no_answer(field: Sequence[Experiment], validated: bool) -> str:
 def _tells(experiment: Experiment, name: str) -> bool:
     """Whether a force's signal is there for long enough to say something."""
     stream = experiment.recording.drive if name == "current" else experiment.recording.hydraulic
-    return name in experiment.signals and 2 * parts_known(stream, name) >= PARTS
+    return name in experiment.signals and _known(stream, name)
 
 
 def unseen(effects: Sequence[Effect], columns: Sequence[Column]) -> list[str]:
