@@ -41,17 +41,17 @@ def diagnosis(model: Diagnosable, found: Found, theta: np.ndarray, seconds: Mapp
     leader = found.fitted.get(found.leader) or found.fitted[()]
     unknown, best = unknown_beside(model, found, leader), leader
     held, none = model.held_data(), found.fitted[()]
-    runs = HeldRuns(held)
     plain = none.theta if all(model.altered) else theta
-    sheet_runs, before_runs = held.run(np.zeros(model.size), ()), runs.of(none) if all(model.altered) else held.run(plain, ())
     signals = held.signals()
     names = list(dict.fromkeys(name for own in signals for name in own))
     commissioning = [(s, p) for s, p, altered in zip(model.signals, model.run(plain, ()), model.altered, strict=True) if not altered]
     floor = size.floors(commissioning, names)
+    runs = HeldRuns(held, floor)
+    sheet_runs, before_runs = held.run(np.zeros(model.size), ()), runs.of(none) if all(model.altered) else held.run(plain, ())
     as_is, before = ratios_of(held, sheet_runs), ratios_of(held, before_runs)
     gap_before = size.gap(before, floor)
-    unknown = _heard(unknown, model, found, leader, runs, floor, before)
-    shrunk = size.gap(runs.ratios(leader), floor) if leader.columns else gap_before
+    shrunk = runs.gap(leader) if leader.columns else gap_before
+    unknown = _heard(unknown, model, found, leader, runs, before, shrunk)
     speaks = leader.log_evidence - none.log_evidence
     within = gap_before <= _NEARLY and shrunk > _SHRINKS * gap_before and speaks < _LOUD
     verdict = judge(found, unknown, all(model.altered) and within)
@@ -59,7 +59,7 @@ def diagnosis(model: Diagnosable, found: Found, theta: np.ndarray, seconds: Mapp
     if verdict.word == "no_gap":
         leader = none
     elif verdict.word == "unknown" and (terms := model.learned_terms(unknown.component, unknown.domain)):
-        learned = learn(model, found, terms, lambda fitted: size.gap(runs.ratios(fitted), floor))
+        learned = learn(model, found, terms, runs.gap)
         leader = learned or leader
     acting, after = leader.acting, runs.ratios(leader)
     gap_after = size.gap(after, floor)
@@ -69,7 +69,7 @@ def diagnosis(model: Diagnosable, found: Found, theta: np.ndarray, seconds: Mapp
         rows = [*unknown_places(model, found, unknown, best), *(row for row in rows if row.regime)]
     listed = [ids for ids, p in list(verdict.sets.items())[:_MOST] if p >= LISTED and ids]
     listed = sorted([*listed, ()], key=lambda ids: -verdict.sets.get(ids, 0.0))
-    weighed = [_weighed(model, found, ids, verdict.sets.get(ids, 0.0), runs, floor) for ids in listed]
+    weighed = [_weighed(model, found, ids, verdict.sets.get(ids, 0.0), runs) for ids in listed]
     first = signals[0]
     report = {
         "verdict": verdict.word,
@@ -97,19 +97,20 @@ def diagnosis(model: Diagnosable, found: Found, theta: np.ndarray, seconds: Mapp
         assumptions=model.assumptions, seconds=dict(seconds), catalogue=model.catalogue)
 
 
-def _heard(unknown: Unknown, model: Diagnosable, found: Found, leader: Refitted, runs: HeldRuns, floor: Mapping[str, float],
-           before: Mapping[str, float]) -> Unknown:
-    """What is unknown beside the leader, once held-out data had their say; before it they were off by so many times their noise."""
-    left = runs.ratios(leader)
-    over = {name: ratio / floor[name] for name, ratio in left.items()}
-    gap_before = size.gap(before, floor)
-    shrunk = size.gap(left, floor) if leader.columns else gap_before
-    closed = size.closed(gap_before, shrunk)
+def _heard(unknown: Unknown, model: Diagnosable, found: Found, leader: Refitted, runs: HeldRuns, before: Mapping[str, float],
+           shrunk: float) -> Unknown:
+    """What is unknown beside the leader, once held-out data had their say.
+
+    Args:
+        before: multiples of their noise by which they were off without it. shrunk: their gap with it.
+    """
+    over, floor = runs.over(leader), runs.floor
+    closed = size.closed(size.gap(before, floor), shrunk)
     unknown = borne_out(unknown, found.linearised.power, over, closed)
     if not all(model.altered):  # otherwise parameters that the field's duty left open may be off on another duty
         first = runs.held.signals()[0]
         half = {name: ratio for name, ratio in over.items()
-                if name in model.followed and name in first and left[name] < _HELPED * before[name]}
+                if name in model.followed and name in first and ratio * floor[name] < _HELPED * before[name]}
         slow = max((ratio for name, ratio in over.items() if name.startswith("temperature/") and name not in AMPLIFIED), default=0.0)
         unknown = left_behind(unknown, half, {name: (floor[name] * first[name].noise, first[name].unit) for name in half}, slow)
     if len(leader.columns) > 1:
@@ -143,14 +144,12 @@ def _why(model: Diagnosable, found: Found, verdict: Verdict) -> list[dict]:
     return rows
 
 
-def _weighed(model: Diagnosable, found: Found, ids, probability: float, runs: HeldRuns, floor) -> Weighed:
+def _weighed(model: Diagnosable, found: Found, ids, probability: float, runs: HeldRuns) -> Weighed:
     fitted = found.fitted.get(ids)
     if fitted is None:
         return Weighed(ids, probability, None, {}, {}, {})
-    ratios = runs.ratios(fitted)
     values = {c.effect.id: departure_of(model, fitted, i) for i, c in enumerate(fitted.columns)}
-    return Weighed(ids, probability, size.gap(ratios, floor), values, _gains(found, fitted),
-                   {name: ratio / floor[name] for name, ratio in ratios.items()})
+    return Weighed(ids, probability, runs.gap(fitted), values, _gains(found, fitted), runs.over(fitted))
 
 
 def _gains(found: Found, fitted: Refitted) -> dict[str, float]:

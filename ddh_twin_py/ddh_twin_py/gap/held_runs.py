@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from ddh_twin_py.gap import size
@@ -10,10 +12,14 @@ from ddh_twin_py.gap.refit import Refitted
 
 
 class HeldRuns:
-    """Free runs of held-out data under fits; each fit is run once."""
+    """Free runs of held-out data under fits; each fit is run once.
 
-    def __init__(self, held: Held) -> None:
-        self.held = held
+    Args:
+        held: the data. floor: of each signal, in multiples of its noise.
+    """
+
+    def __init__(self, held: Held, floor: Mapping[str, float]) -> None:
+        self.held, self.floor = held, floor
         self._known: dict[int, tuple[Refitted, list[dict[str, np.ndarray]]]] = {}  # the fit is kept, so that its id stays its own
 
     def of(self, fitted: Refitted) -> list[dict[str, np.ndarray]]:
@@ -25,6 +31,14 @@ class HeldRuns:
     def ratios(self, fitted: Refitted) -> dict[str, float]:
         """RMS over noise of each signal."""
         return ratios_of(self.held, self.of(fitted))
+
+    def over(self, fitted: Refitted) -> dict[str, float]:
+        """RMS over floor of each signal."""
+        return {name: ratio / self.floor[name] for name, ratio in self.ratios(fitted).items()}
+
+    def gap(self, fitted: Refitted) -> float:
+        """Gap that a fit leaves; see `size.gap`."""
+        return size.gap(self.ratios(fitted), self.floor)
 
     def interval(self, name: str, runs: list[dict[str, np.ndarray]]) -> list[float] | None:
         """95 % interval of the RMS that runs leave of a signal, in its unit; None where no sample counts."""
