@@ -29,6 +29,15 @@ def test_rows_by_phase_and_regime():
     assert regimes[0].value < regimes[1].value < regimes[2].value and regimes[0].regime.startswith("warmth 1 to 2.667 K")
 
 
+@pytest.mark.parametrize(("warmth", "read"), [
+    ([0.0, 300.0, 387.0, 387.0, 387.0, 387.00001], ["warmth 0 to 358 K", "warmth 358 to 387 K"]),
+    ([0.0, 387.0, 387.0, 387.0, 387.00001, 387.00002], []),
+])  # fmt: skip
+def test_regimes_read_as_parts(warmth, read):
+    rows = lacks([Acting(LEAK, course([1.0] * 6, "m3/s", [0] * 6, warmth=warmth), 1.0, {"lifting": 1.0}, 0.1)])
+    assert [row.regime for row in rows if row.regime] == read
+
+
 def test_a_phase_that_never_was_lacks_nothing():
     (row,) = lacks([Acting(LEAK, course([1.0, 1.0], "m3/s", [0, 0]), 1.0, {"lowering": 1.0}, 0.1)])
     assert row.value == row.std == 0.0

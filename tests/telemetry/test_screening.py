@@ -128,15 +128,15 @@ def test_out_of_range_is_left_out_and_said(paper, noise, stream, field, value, a
 # Units
 
 
-@pytest.mark.parametrize("fields", [("pressure_piston_side", "pressure_rod_side")])
-def test_pressures_in_bar(paper, noise, fields):
+@pytest.mark.parametrize(("factor", "unit"), [(1e-5, "bar (factor 1e-05)"), (1e-3, "kPa (factor 0.001)")])
+def test_both_pressures_in_another_unit(paper, noise, factor, unit):
     bad = paper
-    for field in fields:
-        bad = damage.with_wrong_unit(bad, HYDRAULIC, field, 1e-5)
+    for field in ("pressure_piston_side", "pressure_rod_side"):
+        bad = damage.with_wrong_unit(bad, HYDRAULIC, field, factor)
     finding, screened = only(bad, noise)
     assert finding.severity == "error"
     assert (
-        "pressure_piston_side and pressure_rod_side look as if given in bar (factor 1e-05), expected is Pa: "
+        f"pressure_piston_side and pressure_rod_side look as if given in {unit}, expected is Pa: "
         "pressure_piston_side and pressure_rod_side stay below 1" in finding.message
     )
     assert np.isnan(screened.hydraulic.values[:, :2]).all()

@@ -102,7 +102,7 @@ def _table(rows: Sequence[Row]) -> doc.Html:
          row.error)
         for row in sorted(rows, key=lambda row: (row.rig, row.begin, row.recording))
     ]  # fmt: skip
-    return doc.table(columns, shown)
+    return doc.Html(f'<div class="whole-words">{doc.table(columns, shown)}</div>')
 
 
 def _number(value: float | None, form: str) -> str:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -19,23 +20,25 @@ from ddh_twin_py.gap.search import Found
 from ddh_twin_py.gap.sensitivity import AMPLIFIED
 from ddh_twin_py.gap.tolerance import without_parameters
 from ddh_twin_py.gap.unknown import Unknown, borne_out, halfway, left_behind, refuted, unknown_beside
-from ddh_twin_py.gap.verdict import Verdict, judge
+from ddh_twin_py.gap.verdict import Verdict, judge, less_believed
 from ddh_twin_py.gap.words import sentence
 
 _NEARLY, _SHRINKS, _LOUD = 1.25, 0.95, 50.0  # without commissioning: a gap so small that no effect shrinks is none, unless
 # parameters would have to be so far off that the log evidence of an effect is larger than a flaw of the laws makes it
 LISTED = 0.01
 """Probability from which an effect or a set is listed."""
+_NO_NEARER = 0.99  # share of the gap of held-out data without any effect, from which a hypothesis does not help with it
 _HELPED = 0.8  # share of what a signal was off, below which a hypothesis explains some of it
+_NO_HELP = "held-out data show nothing beyond the floor, and the best listed hypothesis brings them no nearer; it is less believed"
 _MOST = 12  # sets and effects listed
 
 
-def diagnosis(model: Diagnosable, found: Found, theta: np.ndarray, seconds: Mapping[str, float]) -> Diagnosis:
+def diagnosis(model: Diagnosable, found: Found, theta: np.ndarray, hidden: Sequence[str], seconds: Mapping[str, float]) -> Diagnosis:
     """The whole answer.
 
     Args:
         model, found: of the case. theta: parameters fitted to the commissioning recording, (k,).
-        seconds: by stage so far.
+        hidden: effects asked about that no signal would show. seconds: by stage so far.
     """
     found = without_parameters(model, found)
     leader = found.fitted.get(found.leader) or found.fitted[()]
@@ -52,6 +55,8 @@ def diagnosis(model: Diagnosable, found: Found, theta: np.ndarray, seconds: Mapp
     gap_before = size.gap(before, floor)
     shrunk = runs.gap(leader) if leader.columns else gap_before
     unknown = _heard(unknown, model, found, leader, runs, before, shrunk)
+    if leader.columns and not all(model.altered) and runs.gap(none) <= _NEARLY and shrunk > _NO_NEARER * runs.gap(none):
+        found, unknown = less_believed(found), replace(unknown, notes=[*unknown.notes, _NO_HELP])
     speaks = leader.log_evidence - none.log_evidence
     within = gap_before <= _NEARLY and shrunk > _SHRINKS * gap_before and speaks < _LOUD
     verdict = judge(found, unknown, all(model.altered) and within)
@@ -83,14 +88,15 @@ def diagnosis(model: Diagnosable, found: Found, theta: np.ndarray, seconds: Mapp
                           "noise": floor[name] * first[name].noise, "before_interval": runs.interval(name, before_runs),
                           "after_interval": runs.interval(name, runs.of(leader))} for name in names if name in before and name in first},
         "unknown": verdict.unknown, "next_test": model.next_test(found, verdict, unknown), "held_out": held.words,
-        "notes": [*unknown.notes, *([described(learned, gap_before, gap_after)] if learned else []), *model.notes()],
+        "notes": [*unknown.notes, *([described(learned, gap_before, gap_after)] if learned else []), *model.notes(),
+                  *_not_seen(hidden)],
     }
     spread = np.sqrt(np.diagonal(found.linearised.basis.covariance()))
     inputs = model.unknown_inputs(plain, spread) if verdict.word != "no_gap" else []
     parameters = model.fitted_parameters(leader.theta, spread)
     believed = acting if learned or verdict.word in ("explained", "ambiguous") else []
     return Diagnosis(
-        report=report, sentence=sentence(report, model.catalogue), recordings=model.recordings,
+        report=report, sentence=sentence(report, model.catalogue, hidden), recordings=model.recordings,
         traces=held.traces(before_runs[0], runs.of(leader)[0], floor), axes=held.axes(leader.theta, acting),
         lacking=rows, alone=alone(model, found), inputs=inputs, weighed=weighed, confusable=confusable, parameters=parameters,
         shapes=unknown.shapes, rig=model.rig_with(leader.theta, believed, spread),
@@ -116,6 +122,11 @@ def _heard(unknown: Unknown, model: Diagnosable, found: Found, leader: Refitted,
     if len(leader.columns) > 1:
         unknown = halfway(unknown, shrunk, closed)
     return refuted(unknown, runs.shrinks(found.fitted[()], leader)) if leader.columns else unknown
+
+
+def _not_seen(hidden: Sequence[str]) -> list[str]:
+    """A note on effects that no signal would show, none where there are none."""
+    return [f"can be neither found nor excluded, as no signal of these recordings would show it: {', '.join(hidden)}"] if hidden else []
 
 
 def insufficient(model: Diagnosable, reason: str) -> Diagnosis:

@@ -89,10 +89,10 @@ def diagnose(recordings: Recordings, rig: Rig, without: Collection[str] = (), on
                               lambda done: told(_FITTED + (_SEARCHED - _FITTED) * done), sheet,
                               lambda linearised, fitted: structure_left(model, linearised, fitted))
         lap("search")
-        result = answer.diagnosis(model, found, fit.theta, seconds)
+        result = answer.diagnosis(model, found, fit.theta, unseen(effects, found.linearised.columns), seconds)
     lap("answer")
     told(1.0)
-    return _noted(replace(result, seconds=seconds), [*unseen(effects, found.linearised.columns), *doubtful])
+    return _noted(replace(result, seconds=seconds), doubtful)
 
 
 def _noted(result: Diagnosis, notes: Sequence[str]) -> Diagnosis:

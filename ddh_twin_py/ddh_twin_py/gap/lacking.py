@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -53,12 +54,12 @@ def lacks(acting: Sequence[Acting]) -> list[Lack]:
             at = np.ones(one.course.value.size, dtype=bool) if phase == "all" else one.course.phase == PHASES.index(phase)
             rows.append(_row(one, phase, "", at, one.share * part))
         for (name, unit), values in one.course.regimes.items():
-            edges = np.quantile(values, np.linspace(0.0, 1.0, _REGIMES + 1))
-            if not edges[-1] > edges[0]:
+            edges = {f"{edge:.4g}": edge for edge in np.quantile(values, np.linspace(0.0, 1.0, _REGIMES + 1))}
+            if len(edges) < _REGIMES:  # they do not read as two parts at least
                 continue
-            for low, high in zip(edges[:-1], edges[1:], strict=True):
-                at = (values >= low) & (values <= high)
-                regimes.append(_row(one, "all", f"{name} {low:.4g} to {high:.4g} {unit}", at, 0.0))
+            for (low, begin), (high, end) in pairwise(edges.items()):
+                at = (values >= begin) & (values <= end)
+                regimes.append(_row(one, "all", f"{name} {low} to {high} {unit}", at, 0.0))
     return sorted(rows, key=lambda row: -row.share) + regimes
 
 

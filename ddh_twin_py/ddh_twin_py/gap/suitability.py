@@ -129,7 +129,6 @@ def _tells(experiment: Experiment, name: str) -> bool:
 
 
 def unseen(effects: Sequence[Effect], columns: Sequence[Column]) -> list[str]:
-    """A note on effects that no signal would show at any size that is allowed; empty where there are none."""
+    """Ids of effects that no signal would show at any size that is allowed."""
     seen = {column.effect.id for column in columns}
-    names = [effect.id for effect in effects if effect.id not in seen]
-    return [f"can be neither found nor excluded, as no signal of these recordings would show it: {', '.join(names)}"] if names else []
+    return [effect.id for effect in effects if effect.id not in seen]

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, replace
 
 from ddh_twin_py.gap.classes import classes_of, marginal
 from ddh_twin_py.gap.search import Found
@@ -13,6 +14,7 @@ SURE = 0.7
 LIKELY = 0.5
 """Probability from which there is no gap, or from which its cause is unknown."""
 UNKNOWN = "unknown"
+_NO_HELP = 5.0  # log odds that a hypothesis loses against no effect, where it brings held-out data within the floor no nearer
 _NOTHING_LEFT = 0.1  # what is left of every probability where held-out data have no gap
 
 
@@ -30,6 +32,16 @@ class Verdict:
     sets: dict[tuple[str, ...], float]
     effects: dict[str, float]
     unknown: dict | None = None
+
+
+def less_believed(found: Found) -> Found:
+    """The same where the leader does not help with held-out data that show nothing beyond the floor: what is true would help there too.
+
+    How strongly the field recording speaks for it still counts, as its effect may be one that the held-out duty does not show.
+    """
+    odds = {ids: p * (math.exp(-_NO_HELP) if ids else 1.0) for ids, p in found.probability.items()}
+    whole = sum(odds.values()) or 1.0
+    return replace(found, probability=dict(sorted(((ids, p / whole) for ids, p in odds.items()), key=lambda item: -item[1])))
 
 
 def judge(found: Found, unknown: Unknown, nothing_beyond: bool = False) -> Verdict:

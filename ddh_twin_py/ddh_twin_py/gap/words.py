@@ -2,27 +2,30 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 from ddh_twin_py.gap.effect import Effect
 
 
-def sentence(report: Mapping, catalogue: Mapping[str, Effect]) -> str:
+def sentence(report: Mapping, catalogue: Mapping[str, Effect], unseen: Sequence[str] = ()) -> str:
     """One sentence with its confidence, for an engineer who reads nothing else.
 
     Args:
-        catalogue: effects that were asked about, by id.
+        catalogue: effects that were asked about, by id. unseen: those that no signal would have shown.
     """
+    if report["verdict"] == "no_gap":
+        return _no_gap(report, len(unseen))
     return _explained(report, catalogue) if report["verdict"] == "explained" else _BY_VERDICT[report["verdict"]](report)
 
 
-def _no_gap(report: Mapping) -> str:
-    as_is, before = report["gap"]["as_is"], report["gap"]["before"]
+def _no_gap(report: Mapping, unseen: int) -> str:
+    as_is, after = report["gap"]["as_is"], report["gap"]["after"]
     none = next((h["probability"] for h in report["hypotheses"] if not h["effects"]), 0.0)
-    text = f"No gap: with its parameters fitted within tolerance the twin explains the recording to {before:.1f} times its floor"
-    if as_is > 1.2 * before:
+    text = f"No gap: with its parameters fitted within tolerance the twin explains data not used for that to {after:.1f} times the floor"
+    if as_is > 1.2 * after:
         text += f" (as given it was {as_is:.1f} times; calibration closes that)"
-    return f"{text}; probability of no effect {none:.0%}."
+    but = f" that would show here, and {unseen} of the catalogue would not" if unseen else ""
+    return f"{text}; probability of no effect {none:.0%}{but}."
 
 
 def _explained(report: Mapping, catalogue: Mapping[str, Effect]) -> str:
@@ -69,4 +72,4 @@ def _named(report: Mapping, name: str, catalogue: Mapping[str, Effect]) -> str:
     return f"{name} ({'; '.join(values + [about[:1].lower() + about[1:]] if about else values)})"
 
 
-_BY_VERDICT = {"no_gap": _no_gap, "ambiguous": _ambiguous, "unknown": _unknown, "insufficient": _insufficient}
+_BY_VERDICT = {"ambiguous": _ambiguous, "unknown": _unknown, "insufficient": _insufficient}

@@ -117,15 +117,14 @@ def diagnose(model: RigModel, progress: Callable[[float], None] | None = None, d
         found = search(model, model.effects, begun, discrepancy or Discrepancy(), power_of(model), pool,
                        lambda done: told(0.3 + 0.6 * done))
         seconds["search"] = time.perf_counter() - started - sum(seconds.values())
-        result = answer.diagnosis(model, found, begun, seconds)
+        result = answer.diagnosis(model, found, begun, unseen(model.effects, found.linearised.columns), seconds)
     seconds["answer"] = time.perf_counter() - started - sum(seconds.values())
-    report = {**result.report, "notes": [*result.report["notes"], *unseen(model.effects, found.linearised.columns)]}
     kept = without_parameters(model, found)
     plain = found.fitted[()]
     leader = found.fitted.get(kept.leader, plain)
     told(1.0)
-    listed = judge(kept, _NOTHING_ELSE, report["gap"]["before"] <= 1.0)
-    return Outcome(model, replace(result, report=report, seconds=seconds), found, listed, plain, leader,
+    listed = judge(kept, _NOTHING_ELSE, result.report["gap"]["before"] <= 1.0)
+    return Outcome(model, replace(result, seconds=seconds), found, listed, plain, leader,
                    bool(leader.columns) and _shrinks(model, plain, leader))
 
 

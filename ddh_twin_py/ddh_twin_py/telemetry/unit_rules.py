@@ -18,6 +18,8 @@ from ddh_twin_py.telemetry.signals import DRIVE_TOPIC, HYDRAULIC_TOPIC
 
 RPM = 30.0 / math.pi
 EVIDENCE = 200  # samples of the first rule's condition that make a window
+_NO_LOAD = 3.0e4  # Pa, below which in both chambers no rod moves against its friction
+_MOST_BAR = 1000.0  # number above which a pressure is not in bar
 _LIKELY = 0.15  # relative; how near a ratio must be to a known factor
 
 
@@ -66,18 +68,19 @@ def judge(topic: str, state: np.ndarray, noise: np.ndarray) -> list[UnitSuspicio
 
 
 def _judge_pressures(state: np.ndarray, noise: np.ndarray) -> list[UnitSuspicion]:
-    """A pressure in bar stays far below the sensor's own noise in Pa, and far below any load."""
+    """A pressure in bar stays far below the sensor's own noise in Pa, and both far below any load, also those in kPa."""
     seen = state[:, RULE_COUNT] >= EVIDENCE // 2
     largest = state[:, RULE_A]
     silent = seen & (largest > 1e-3) & (largest < 0.1 * noise[:2])
-    if (seen & (largest > 1e-3) & (largest < 1000.0)).all():
+    if (seen & (largest > 1e-3) & (largest < _NO_LOAD)).all():
         silent[:] = True
     fields = tuple(int(j) for j in np.flatnonzero(silent))
     if not fields:
         return []
     names = " and ".join(_PRESSURES[j] for j in fields)
     verb = "stay" if len(fields) > 1 else "stays"
-    return [UnitSuspicion(fields, "bar", 1e-5, f"{names} {verb} below {largest[silent].max():.4g} while the rod moves")]
+    unit, factor = ("bar", 1e-5) if largest[silent].max() < _MOST_BAR else ("kPa", 1e-3)
+    return [UnitSuspicion(fields, unit, factor, f"{names} {verb} below {largest[silent].max():.4g} while the rod moves")]
 
 
 def _judge_drive(state: np.ndarray) -> list[UnitSuspicion]:

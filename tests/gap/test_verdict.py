@@ -1,0 +1,22 @@
+"""What is true helps with data that took no part."""
+
+import pytest
+from ddh_twin_py.gap.search import Found
+from ddh_twin_py.gap.verdict import less_believed
+
+FAN, PAIR = ("motor.cooling",), ("motor.cooling", "oil.viscosity_temperature")
+
+
+def found(*probability):
+    return Found(None, dict(zip([FAN, PAIR, ()], probability, strict=True)), {})
+
+
+def test_an_effect_that_does_not_help_must_be_spoken_for_the_louder():
+    weak, strong = less_believed(found(0.55, 0.05, 0.4)), less_believed(found(0.999, 0.0009999, 1e-7))
+    assert weak.leader == () and weak.probability[()] > 0.95
+    assert strong.leader == FAN and strong.probability[FAN] > 0.95
+
+
+def test_odds_among_effects_stay_and_all_sum_to_one():
+    after = less_believed(found(0.6, 0.1, 0.3)).probability
+    assert after[FAN] / after[PAIR] == pytest.approx(6.0) and sum(after.values()) == pytest.approx(1.0)
