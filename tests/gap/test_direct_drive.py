@@ -1,6 +1,7 @@
 """The direct driven unit as the diagnosis sees it, and what is held out of its recordings."""
 
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -8,6 +9,7 @@ from ddh_twin_py.estimation.comparison import Comparison, Discrepancy
 from ddh_twin_py.estimation.experiment import Experiment
 from ddh_twin_py.gap.catalogue import EFFECTS
 from ddh_twin_py.gap.direct_drive import DirectDrive
+from ddh_twin_py.gap.drive_case import DriveCase
 from ddh_twin_py.gap.held_data import HeldData
 from ddh_twin_py.rig import load_rig
 from ddh_twin_py.rig.writer import write_rig
@@ -39,6 +41,14 @@ def test_within_keeps_tolerances_and_laws(model):
     for number in range(3):
         record = model.record(number, model.within(np.full(model.size, -100.0)))
         assert all(record[f"{part}_leakage"][0] >= 0.0 for part in ("pump_1", "pump_2") if f"{part}_leakage" in record.dtype.names)
+
+
+def test_a_rig_without_any_tolerance_is_said_to_be_one(recording):
+    sheet = load_rig()
+    exact = replace(sheet, quantities={path: replace(q, tolerance=0.0, std=None) for path, q in sheet.quantities.items()})
+    said = "gives no quantity a tolerance"
+    for rig, tells in ((sheet, False), (exact, True)):
+        assert any(said in note for note in DriveCase([], [Experiment(recording, rig)], rig).notes()) is tells
 
 
 def test_effects_act_in_the_field_and_not_in_commissioning(model):

@@ -2,8 +2,9 @@
 
 from dataclasses import replace
 
+import numpy as np
 from ddh_twin_py.gap.doubts import doubts
-from ddh_twin_py.telemetry.recording import Finding, Recording
+from ddh_twin_py.telemetry.recording import Finding, Recording, drive_stream
 
 
 def finding(severity, message, field=""):
@@ -23,3 +24,14 @@ def test_errors_come_first_and_what_is_no_warning_is_left_out():
 def test_many_warnings_are_counted():
     notes = doubts([recording(*(finding("warning", f"warning {i}") for i in range(9))), recording()])
     assert len(notes) == 7 and notes[-1] == "bag: 3 further warnings; ddh-twin info lists them"
+
+
+def test_single_samples_that_are_missing_are_one_note():
+    stream = drive_stream(np.arange(5000.0), np.zeros((5000, 6)))
+    missing = [Finding("warning", "bag", "/ddh/drive/telemetry", field, float("nan"), count, f"{field} is NaN {count} times")
+               for field, count in (("speed", 3), ("torque", 5), ("current", 900))]
+    given = replace(recording(*missing), drive=stream, namespace="/ddh")
+    assert doubts([given]) == [
+        "current is NaN 900 times",
+        "bag: single samples are NaN, at most 5 of 5000 of a signal, and left out; ddh-twin info lists them",
+    ]

@@ -1,7 +1,10 @@
 """What a parameter of the rig can do is not called an effect."""
 
+from types import SimpleNamespace
+
 import numpy as np
-from ddh_twin_py.gap.taken_up import taken_up
+import pytest
+from ddh_twin_py.gap.taken_up import not_shown, taken_up
 from support.first_order import DEVIATION, EFFECTS, FirstOrder
 
 GAIN, _, OFFSET = EFFECTS
@@ -28,3 +31,17 @@ def test_an_effect_of_no_size_is_not_taken_up():
 def test_it_stays_within_tolerances():
     model = FirstOrder([0.0, 0.0, 0.0])
     assert taken_up(model, np.zeros(3), [(GAIN, 0, 0.9)])[0] == 4.0
+
+
+@pytest.mark.parametrize(("shown", "effect", "altered", "unsaid"), [
+    ((0.0, 9.0, 9.0), GAIN, [False, True], True),
+    ((9.0, 0.0, 0.0), GAIN, [False, True], False),  # commissioning shows the gain as it was
+    ((0.0, 0.0, 0.0), OFFSET, [False, True], False),  # no parameter does that
+    ((0.0, 0.0, 0.0), GAIN, [True, True], False),  # nothing was recorded before
+])  # fmt: skip
+def test_what_commissioning_does_not_show_may_have_been_so_from_the_start(shown, effect, altered, unsaid):
+    model = FirstOrder([0.0, 0.0, 0.0])
+    model.altered = altered
+    linearised = SimpleNamespace(model=model, power=1.0, sensitivities=[np.tile(shown, (5, 1)), np.full((5, 3), 9.0)])
+    fitted = SimpleNamespace(theta=np.zeros(3), acting=[(effect, 0, 0.05)])
+    assert not_shown(linearised, fitted) is unsaid

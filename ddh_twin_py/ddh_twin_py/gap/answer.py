@@ -18,7 +18,8 @@ from ddh_twin_py.gap.places import alone, entry_of, places, unknown_places
 from ddh_twin_py.gap.refit import Refitted
 from ddh_twin_py.gap.search import Found
 from ddh_twin_py.gap.sensitivity import AMPLIFIED
-from ddh_twin_py.gap.tolerance import without_parameters
+from ddh_twin_py.gap.taken_up import not_shown
+from ddh_twin_py.gap.tolerance import too_small, without_parameters
 from ddh_twin_py.gap.unknown import Unknown, borne_out, halfway, left_behind, refuted, unknown_beside
 from ddh_twin_py.gap.verdict import Verdict, judge, less_believed
 from ddh_twin_py.gap.words import sentence
@@ -89,7 +90,7 @@ def diagnosis(model: Diagnosable, found: Found, theta: np.ndarray, hidden: Seque
                           "after_interval": runs.interval(name, runs.of(leader))} for name in names if name in before and name in first},
         "unknown": verdict.unknown, "next_test": model.next_test(found, verdict, unknown), "held_out": held.words,
         "notes": [*unknown.notes, *([described(learned, gap_before, gap_after)] if learned else []), *model.notes(),
-                  *_not_seen(hidden)],
+                  *_not_seen(hidden), *(_since_when(found) if verdict.word == "no_gap" else [])],
     }
     spread = np.sqrt(np.diagonal(found.linearised.basis.covariance()))
     inputs = model.unknown_inputs(plain, spread) if verdict.word != "no_gap" else []
@@ -127,6 +128,14 @@ def _heard(unknown: Unknown, model: Diagnosable, found: Found, leader: Refitted,
 def _not_seen(hidden: Sequence[str]) -> list[str]:
     """A note on effects that no signal would show, none where there are none."""
     return [f"can be neither found nor excluded, as no signal of these recordings would show it: {', '.join(hidden)}"] if hidden else []
+
+
+def _since_when(found: Found) -> list[str]:
+    """A note on what field recordings show of the rig that no commissioning recording did, none where there is nothing."""
+    single = [(ids[0], fitted) for ids, fitted in found.fitted.items() if len(ids) == 1 and not too_small(fitted)]
+    names = [name for name, fitted in single if not_shown(found.linearised, fitted)]
+    return [f"the rig's own value within its tolerance explains what {', '.join(names)} would; the commissioning recording does not "
+            "show that value, so whether it has changed since cannot be known"] if names else []
 
 
 def insufficient(model: Diagnosable, reason: str) -> Diagnosis:

@@ -38,6 +38,7 @@ class DirectDrive:
                  held: Sequence[Experiment] = ()) -> None:
         self.experiments = [*commissioning, *field]
         offsets = offset_paths(self.experiments)
+        self.unlisted = set(offsets)  # zero errors and clocks, of which no sheet says anything
         self.rig = with_offsets(rig, offsets)
         self.paths = [path for path in uncertain_paths(self.rig) if path not in offsets and not path.startswith("measurement.")] + offsets
         self.problem = Problem(self.experiments, self.rig, self.paths, Discrepancy())

@@ -112,6 +112,8 @@ class DriveCase(DirectDrive):
                 notes.append(f"there is no usable {name}; what shows in it alone cannot be known")
         if not any(name.startswith("temperature/") for name in there):
             notes.append("there is no temperature sensor but ambient; thermal effects cannot be known")
+        if set(self.paths) <= self.unlisted:
+            notes.append("the rig file gives no quantity a tolerance: whatever differs from it is an effect or unknown")
         if all(self.altered):
             notes.append("there is no commissioning recording: the rig is held against its sheet, and what lies within tolerances is "
                          "no gap")

@@ -8,10 +8,14 @@ from __future__ import annotations
 
 import numpy as np
 
+from ddh_twin_py.gap.linearised import Linearised
 from ddh_twin_py.gap.model import Acting, Model
+from ddh_twin_py.gap.refit import Refitted
 
 _STEP = 0.01  # deviations
 _REACHED = 0.05  # of what the effect changes, that parameters may leave over
+_MOVED = 0.3  # deviations of a parameter that count
+_SHOWN = 1.0  # information, in inverse squares of its tolerance, from which a recording shows a parameter
 
 
 def taken_up(model: Model, theta: np.ndarray, acting: Acting) -> np.ndarray | None:
@@ -36,6 +40,20 @@ def taken_up(model: Model, theta: np.ndarray, acting: Acting) -> np.ndarray | No
     if np.linalg.norm(slopes @ change - wanted) > _REACHED * np.linalg.norm(wanted):
         return None
     return model.within(theta + change)
+
+
+def not_shown(linearised: Linearised, fitted: Refitted) -> bool:
+    """Whether parameters that the recordings without effects do not show would do what a hypothesis' effects do.
+
+    Then no recording says since when it is so.
+    """
+    instead = taken_up(linearised.model, fitted.theta, fitted.acting)
+    if instead is None or all(linearised.model.altered):
+        return False
+    moved = np.flatnonzero(np.abs(instead - fitted.theta) > _MOVED)
+    built = [j[:, moved] for j, altered in zip(linearised.sensitivities, linearised.model.altered, strict=True) if not altered]
+    told = linearised.power * sum(np.sum(j**2, axis=0) for j in built)
+    return bool(moved.size and (told < _SHOWN).all())
 
 
 def _numbers(record: np.ndarray) -> np.ndarray:
