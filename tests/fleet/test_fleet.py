@@ -174,6 +174,14 @@ def test_a_row_names_the_class_and_no_effect_where_there_is_no_gap():
     assert row_of({"recording": "x"}, report("unknown", why[2:])).effect == "unknown"
 
 
+def test_a_row_names_what_acts_beside_the_effect():
+    two = report("explained", [{"effect": "load.geometry", "probability": 0.9}, {"effect": "motor.iron_loss", "probability": 0.8}])
+    two.report["hypotheses"] = [{"effects": [], "probability": 0.1}, {"effects": ["load.geometry", "motor.iron_loss"], "probability": 0.8},
+                                {"effects": ["load.geometry"], "probability": 0.1}]
+    row = row_of({"recording": "x"}, two)
+    assert (row.effect, row.also) == ("load.geometry", "motor.iron_loss")
+
+
 def some_rows():
     leak = {"verdict": "explained", "effect": "pump_1.leakage", "parameter": "leakage_ratio", "size_std": 0.1, "unit": "1", "nominal": 1.0}
     rows = [

@@ -20,6 +20,7 @@ class Row:
     Attributes:
         recording: path below the folder. rig: as announced in the bag. begin: UTC of the first sample, ISO 8601. duration: s.
         verdict: by the contract's schema. effect: the most probable one; members of its class joined by " | ".
+        also: what acts beside it in the most probable set, joined by " + ".
         probability: of the effect, or of the class together. size, size_std, nominal: of the effect's parameter, in `unit`.
         gap_before, gap_after: in multiples of the noise floor. error: in one line, '' where there is a report.
     """
@@ -30,6 +31,7 @@ class Row:
     duration: float | None = None
     verdict: str = ""
     effect: str = ""
+    also: str = ""
     probability: float | None = None
     parameter: str = ""
     size: float | None = None
@@ -73,16 +75,23 @@ def row_of(known: dict, outcome: Outcome) -> Row:
     }  # fmt: skip
     why = report.get("why") or []
     if row["verdict"] in ("explained", "ambiguous", "unknown") and why:
-        row |= _effect(why, report.get("classes") or [])
+        row |= _effect(why, report.get("classes") or [], _leading(report))
     return Row(**row)
 
 
-def _effect(why: Sequence[dict], classes: Sequence[Sequence[str]]) -> dict:
+def _leading(report: dict) -> list[str]:
+    """The most probable set of effects, empty where none is named."""
+    sets = [h for h in report.get("hypotheses") or [] if h["effects"]]
+    return max(sets, key=lambda h: h["probability"])["effects"] if sets else []
+
+
+def _effect(why: Sequence[dict], classes: Sequence[Sequence[str]], leading: Sequence[str]) -> dict:
     first = why[0]
     members = next((list(c) for c in classes if first["effect"] in c), [first["effect"]])
     shares = {entry["effect"]: entry["probability"] for entry in why}
     together = sum(shares.get(member, 0.0) for member in members)
-    found = {"effect": " | ".join(members), "probability": min(1.0, together)}
+    also = [name for name in leading if name not in members] if set(leading) & set(members) else []
+    found = {"effect": " | ".join(members), "also": " + ".join(also), "probability": min(1.0, together)}
     for name, value in (first.get("parameters") or {}).items():
         size = {"parameter": name, "size": value["value"], "size_std": value["std"], "unit": value["unit"], "nominal": value.get("nominal")}
         return found | size
