@@ -98,7 +98,8 @@ def _table(rows: Sequence[Row]) -> doc.Html:
     shown = [
         (row.recording, row.rig, row.begin.replace("T", " ").removesuffix("Z"), _number(row.duration, ".0f"),
          doc.mark(_MARKS.get(row.verdict, "none"), row.verdict.replace("_", " ")) if row.verdict else "–",
-         " + ".join(filter(None, (row.effect, row.also))) or "–", _number(row.probability, ".2f"), _number(row.size, ".4g"), row.unit, _number(row.gap_before, ".2f"), _number(row.gap_after, ".2f"),
+         " + ".join(filter(None, (row.effect, row.also))) or "–", _number(row.probability, ".2f"), _number(row.size, ".4g"),
+         row.unit, _number(row.gap_before, ".2f"), _number(row.gap_after, ".2f"),
          row.error)
         for row in sorted(rows, key=lambda row: (row.rig, row.begin, row.recording))
     ]  # fmt: skip

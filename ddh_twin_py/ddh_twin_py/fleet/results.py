@@ -12,7 +12,7 @@ from ddh_twin_py.fleet.recordings import Found
 from ddh_twin_py.fleet.row import Row
 from ddh_twin_py.rig.files import write_whole
 
-_VERSION = 1
+_VERSION = 2
 _UNSAFE = re.compile(r"[^A-Za-z0-9._-]+")
 
 
