@@ -3,7 +3,7 @@
 import pytest
 from ddh_twin_py.gap.hypotheses import POWER
 from ddh_twin_py.gap.leftover import FreeForm
-from ddh_twin_py.gap.unknown import Unknown, borne_out, halfway, left_behind
+from ddh_twin_py.gap.unknown import Unknown, borne_out, halfway, left_behind, refuted
 
 HOUSING, WINDING = "temperature/motor_housing", "temperature/motor_winding"
 
@@ -51,3 +51,9 @@ def test_signals_are_not_held_against_a_hypothesis_where_the_temperatures_are_of
     left, floor = {"pressure_rod_side": 4.0}, {"pressure_rod_side": (2.0e4, "Pa")}
     assert left_behind(nothing, left, floor, slow=1.2).probability > 0.99
     assert left_behind(nothing, left, floor, slow=3.3).probability == 0.01
+
+
+@pytest.mark.parametrize(("worse", "least"), [(-0.5, 0.01), (0.04, 0.01), (0.13, 0.7)])
+def test_what_makes_held_out_data_worse_is_not_believed(worse, least):
+    after = refuted(Unknown(0.01, [], "motor", "thermal", 0.0, "1"), worse)
+    assert after.probability == least and bool(after.notes) is (worse > 0.1)

@@ -122,7 +122,7 @@ def _heard(unknown: Unknown, model: Diagnosable, found: Found, leader: Refitted,
         unknown = left_behind(unknown, half, {name: (floor[name] * first[name].noise, first[name].unit) for name in half}, slow)
     if len(leader.columns) > 1:
         unknown = halfway(unknown, shrunk, closed)
-    return refuted(unknown, runs.shrinks(found.fitted[()], leader)) if leader.columns else unknown
+    return refuted(unknown, shrunk - runs.gap(found.fitted[()])) if leader.columns else unknown
 
 
 def _not_seen(hidden: Sequence[str]) -> list[str]:

@@ -46,11 +46,6 @@ class HeldRuns:
         low, high = size.interval([(own[name], run[name]) for own, run in both if name in own], self.held.mask())
         return [low, high] if np.isfinite(low) else None
 
-    def shrinks(self, none: Refitted, leader: Refitted) -> float:
-        """By how much a hypothesis shrinks the gap of held-out data below that of no effect, in multiples of the noise."""
-        before, after = self.ratios(none), self.ratios(leader)
-        return size.gap(before, dict.fromkeys(before, 1.0)) - size.gap(after, dict.fromkeys(after, 1.0))
-
 
 def ratios_of(held: Held, runs) -> dict[str, float]:
     """RMS over noise of each signal, all held-out recordings together."""

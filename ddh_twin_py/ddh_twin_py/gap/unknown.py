@@ -23,7 +23,7 @@ showed how well the laws hold."""
 NEEDED_BY = {"temperature/motor_winding": 60.0, "rod_position": 40.0}
 """The same for signals that a small flaw of the model moves far: the winding follows the square of every torque, strokes integrate."""
 REFUTED = 0.05
-"""Worsening of held-out data, in multiples of the noise, from which a hypothesis is refuted."""
+"""Worsening of the gap of held-out data, in multiples of the floor, from which a hypothesis is refuted."""
 REFUTED_PROBABILITY = 0.7
 OUT_OF_SAMPLE = 1.3
 """Multiple of its floor that a signal must be off on held-out data, for a free form of it to be believed."""
@@ -154,16 +154,16 @@ def left_behind(unknown: Unknown, left: Mapping[str, float], floor: Mapping[str,
     return replace(unknown, probability=probability, size=size, unit=unit, notes=[*unknown.notes, note])
 
 
-def refuted(unknown: Unknown, shrinks: float) -> Unknown:
+def refuted(unknown: Unknown, worse: float) -> Unknown:
     """The same where the best listed hypothesis makes held-out data worse than no effect does: then it is not the cause.
 
     Args:
-        shrinks: by how much it shrinks their gap, in multiples of the noise.
+        worse: by how much it widens their gap, in multiples of the floor.
     """
-    if shrinks > -REFUTED:
+    if worse < REFUTED:
         return unknown
     note = ("the best listed hypothesis explains the field recording, but makes the held-out data worse by "
-            f"{-shrinks:.2f} times the noise; it is not believed")
+            f"{worse:.2f} times the floor; it is not believed")
     return replace(unknown, probability=max(unknown.probability, REFUTED_PROBABILITY), notes=[*unknown.notes, note])
 
 
