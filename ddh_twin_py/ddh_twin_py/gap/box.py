@@ -111,6 +111,11 @@ class Normal:
         lowest_value = self.square - float((slope - 0.5 * matrix @ u) @ u) * 2.0
         return self._integrated(t, at_end, np.abs(gradient), cross, own, own_score, u[k:], lowest_value)
 
+    def covariance(self, width: float) -> np.ndarray:
+        """Of the shared unknowns and all columns together, (k + m, k + m), bounds left out; ``width``: of the columns' prior."""
+        matrix = np.block([[self.information, self.cross], [self.cross.T, self.own + np.eye(self.own_score.size) / width**2]])
+        return cho_solve(cho_factor(matrix, lower=True, check_finite=False), np.eye(matrix.shape[0]), check_finite=False)
+
     def _integrated(self, t, at_end, steep, cross, own, own_score, departure, value) -> Held:
         free = ~at_end
         fixed = t[at_end]

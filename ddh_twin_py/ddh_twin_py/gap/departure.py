@@ -8,25 +8,44 @@ from ddh_twin_py.gap.effect import Effect
 from ddh_twin_py.gap.model import Diagnosable
 from ddh_twin_py.gap.refit import Refitted
 
+_STEP = 0.05  # of a tolerance, and of a departure
+_PARAMETER_ERROR = 0.35
+"""Share of its tolerance by which laws that are not quite the rig's misjudge a fitted parameter: RMS of five in an independent plant."""
+
 
 def departure_of(model: Diagnosable, fitted: Refitted, number: int) -> tuple[float, float, str, float | None]:
     """Value, standard deviation, unit and nominal value of an effect of a hypothesis.
 
-    The standard deviation is that of the fit and what the effect's law may misjudge.
+    The standard deviation is that of the fit, with the rig's own parameters where the value is counted from them, and what laws may
+    misjudge.
     """
-    column = fitted.columns[number]
-    effect = column.effect
+    effect, law = fitted.columns[number].effect, fitted.columns[number].law
+    theta, x = fitted.theta, float(fitted.x[number])
+    value, nominal = _reported(model, effect, law, theta, x)
+    slope = np.zeros(fitted.joint.shape[0])
+    for i in range(theta.size):
+        near = theta.copy()
+        near[i] += _STEP
+        slope[i] = (_reported(model, effect, law, near, x)[0] - value) / _STEP
+    moved = (1.0 + _STEP) * x if x else effect.step
+    by_effect = slope[theta.size + number] = (_reported(model, effect, law, theta, moved)[0] - value) / (moved - x)
+    laws = np.append(_PARAMETER_ERROR * slope[: theta.size], effect.law_error * by_effect * x)
+    return value, float(np.sqrt(max(float(slope @ fitted.joint @ slope), 0.0) + laws @ laws)), effect.unit, nominal
+
+
+def _reported(model: Diagnosable, effect: Effect, law: int, theta: np.ndarray, x: float) -> tuple[float, float | None]:
+    """Value of the effect's parameter, and its nominal value, where it departs by x beside parameters theta, (k,)."""
     first = model.altered.index(True)
-    record = model.record(first, fitted.theta)
+    record = model.record(first, theta)
     nominal = effect.reference(record)
-    std = float(np.hypot(np.sqrt(max(fitted.covariance[number, number], 0.0)), effect.law_error * fitted.x[number]))
-    if all(model.altered):  # held against the sheet: what the rig's own parameter took is part of the value
-        sheet = model.record(first, np.zeros(model.size))
-        plain = effect.reference(sheet)
-        ratio = _ratio(effect, column.law, record, sheet) if plain == nominal else 1.0
-        taken = _taken(effect, column.law, record, sheet) if plain == nominal == 0.0 else 0.0
-        return (nominal + float(fitted.x[number])) * ratio + taken, std * ratio, effect.unit, plain
-    return nominal + float(fitted.x[number]), std, effect.unit, nominal
+    if not all(model.altered):
+        return nominal + x, nominal
+    sheet = model.record(first, np.zeros(model.size))  # held against the sheet: what the rig's own parameter took is part of the value
+    plain = effect.reference(sheet)
+    if plain != nominal:
+        return nominal + x, plain
+    taken = _taken(effect, law, record, sheet) if plain == 0.0 else 0.0
+    return (nominal + x) * _ratio(effect, law, record, sheet) + taken, plain
 
 
 def _taken(effect: Effect, law: int, record: np.ndarray, sheet: np.ndarray) -> float:

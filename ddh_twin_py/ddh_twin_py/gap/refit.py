@@ -29,6 +29,7 @@ class Refitted:
 
     Attributes:
         columns: the effects' ways. x: departures in the effects' own units, (m,). covariance: of them, (m, m).
+        joint: covariance of parameters and departures, (k + m, k + m), with what parameters at the end of their tolerance leave open.
         theta: the rig's parameters, in deviations, (k,). predictions: by recording.
         log_evidence: to be compared with that of other hypotheses on the same basis; minus infinity where every run went astray.
         chi_square: misfit at the optimum, slack integrated out, priors left out.
@@ -37,6 +38,7 @@ class Refitted:
     columns: tuple[Column, ...]
     x: np.ndarray
     covariance: np.ndarray
+    joint: np.ndarray
     theta: np.ndarray
     predictions: list[dict[str, np.ndarray]]
     log_evidence: float
@@ -79,7 +81,8 @@ class Refit:
         nearest = int(np.argmin(costs))
         (theta, x), predictions, residual, cost = starts[nearest], runs[nearest], residuals[nearest], costs[nearest]
         if not np.isfinite(cost):
-            return Refitted(tuple(columns), x, np.full((x.size, x.size), np.nan), theta, predictions, -np.inf, np.inf)
+            nowhere = np.full((theta.size + x.size,) * 2, np.nan)
+            return Refitted(tuple(columns), x, nowhere[theta.size :, theta.size :], nowhere, theta, predictions, -np.inf, np.inf)
         for _ in range(_STEPS):
             local = self._columns(columns, theta, x, scale, predictions)
             values = self._values(residual, local, theta, x / scale)
@@ -100,10 +103,13 @@ class Refit:
                 break
         local = self._columns(columns, theta, x, scale, predictions)
         values = self._values(residual, local, theta, x / scale)
-        held = self._basis.normal(local, values).held(np.arange(scale.size), room, WIDTH, theta)
+        normal = self._basis.normal(local, values)
+        held = normal.held(np.arange(scale.size), room, WIDTH, theta)
+        units = np.concatenate([np.ones(theta.size), scale])
         log, _, covariance = evidence_of(held, room)
         log -= 0.5 * max(0.0, cost - held.lowest)  # what the linear model promises and no step could find
-        return Refitted(tuple(columns), x, covariance * np.outer(scale, scale), theta, predictions, log, self._basis.misfit(residual))
+        return Refitted(tuple(columns), x, covariance * np.outer(scale, scale), normal.covariance(WIDTH) * np.outer(units, units), theta,
+                        predictions, log, self._basis.misfit(residual))
 
     def _run(self, columns, theta, x) -> list[dict[str, np.ndarray]]:
         acting = [(c.effect, c.law, float(v)) for c, v in zip(columns, x, strict=True)]
