@@ -53,7 +53,13 @@ def test_signals_are_not_held_against_a_hypothesis_where_the_temperatures_are_of
     assert left_behind(nothing, left, floor, slow=3.3).probability == 0.01
 
 
-@pytest.mark.parametrize(("worse", "least"), [(-0.5, 0.01), (0.04, 0.01), (0.13, 0.7)])
-def test_what_makes_held_out_data_worse_is_not_believed(worse, least):
-    after = refuted(Unknown(0.01, [], "motor", "thermal", 0.0, "1"), worse)
-    assert after.probability == least and bool(after.notes) is (worse > 0.1)
+def test_two_effects_are_not_blamed_for_a_start_that_nothing_tells():
+    nothing = Unknown(0.01, [], "motor", "thermal", 0.0, "1")
+    assert halfway(nothing, 10.2, 0.07, slow=13.4) is nothing
+    assert halfway(nothing, 10.2, 0.07, slow=2.0).probability == pytest.approx(0.4)
+
+
+@pytest.mark.parametrize(("without", "left", "least"), [(2.0, 1.5, 0.01), (1.0, 1.04, 0.01), (1.15, 1.28, 0.7), (10.1, 10.3, 0.01)])
+def test_what_makes_held_out_data_worse_is_not_believed(without, left, least):
+    after = refuted(Unknown(0.01, [], "motor", "thermal", 0.0, "1"), without, left)
+    assert after.probability == least and bool(after.notes) is (least > 0.1)

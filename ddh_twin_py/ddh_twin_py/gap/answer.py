@@ -113,16 +113,16 @@ def _heard(unknown: Unknown, model: Diagnosable, found: Found, leader: Refitted,
     """
     over, floor = runs.over(leader), runs.floor
     closed = size.closed(size.gap(before, floor), shrunk)
+    slow = max((ratio for name, ratio in over.items() if name.startswith("temperature/") and name not in AMPLIFIED), default=0.0)
     unknown = borne_out(unknown, found.linearised.power, over, closed)
     if not all(model.altered):  # otherwise parameters that the field's duty left open may be off on another duty
         first = runs.held.signals()[0]
         half = {name: ratio for name, ratio in over.items()
                 if name in model.followed and name in first and ratio * floor[name] < _HELPED * before[name]}
-        slow = max((ratio for name, ratio in over.items() if name.startswith("temperature/") and name not in AMPLIFIED), default=0.0)
         unknown = left_behind(unknown, half, {name: (floor[name] * first[name].noise, first[name].unit) for name in half}, slow)
     if len(leader.columns) > 1:
-        unknown = halfway(unknown, shrunk, closed)
-    return refuted(unknown, shrunk - runs.gap(found.fitted[()])) if leader.columns else unknown
+        unknown = halfway(unknown, shrunk, closed, slow)
+    return refuted(unknown, runs.gap(found.fitted[()]), shrunk) if leader.columns else unknown
 
 
 def _not_seen(hidden: Sequence[str]) -> list[str]:

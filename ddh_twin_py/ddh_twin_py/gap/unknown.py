@@ -23,7 +23,7 @@ showed how well the laws hold."""
 NEEDED_BY = {"temperature/motor_winding": 60.0, "rod_position": 40.0}
 """The same for signals that a small flaw of the model moves far: the winding follows the square of every torque, strokes integrate."""
 REFUTED = 0.05
-"""Worsening of the gap of held-out data, in multiples of the floor, from which a hypothesis is refuted."""
+"""Worsening of the gap of held-out data, as a share of it and at least of the floor, from which a hypothesis is refuted."""
 REFUTED_PROBABILITY = 0.7
 OUT_OF_SAMPLE = 1.3
 """Multiple of its floor that a signal must be off on held-out data, for a free form of it to be believed."""
@@ -120,13 +120,14 @@ def borne_out(unknown: Unknown, power: float, left: Mapping[str, float], closed:
     return replace(unknown, probability=min(unknown.probability, most), notes=[*unknown.notes, note])
 
 
-def halfway(unknown: Unknown, left: float, closed: float | None) -> Unknown:
+def halfway(unknown: Unknown, left: float, closed: float | None, slow: float = 0.0) -> Unknown:
     """The same, more probable where two listed effects together leave much of the gap of held-out data: any two explain a little.
 
     Args:
         left: gap of held-out data beside them, in multiples of the floor. closed: share of it that they close, None where there was none.
+        slow: see `left_behind`; where they are further off than all together, the start of these data is to blame and not a third cause.
     """
-    if closed is None or closed >= _CLOSED or left < OUT_OF_SAMPLE:
+    if closed is None or closed >= _CLOSED or left < max(OUT_OF_SAMPLE, slow):
         return unknown
     note = (f"the two leading effects close {closed:.0%} of the gap of held-out data and leave {left:.1f} times the floor; they are not "
             "sure to be all")
@@ -154,16 +155,16 @@ def left_behind(unknown: Unknown, left: Mapping[str, float], floor: Mapping[str,
     return replace(unknown, probability=probability, size=size, unit=unit, notes=[*unknown.notes, note])
 
 
-def refuted(unknown: Unknown, worse: float) -> Unknown:
+def refuted(unknown: Unknown, without: float, left: float) -> Unknown:
     """The same where the best listed hypothesis makes held-out data worse than no effect does: then it is not the cause.
 
     Args:
-        worse: by how much it widens their gap, in multiples of the floor.
+        without, left: their gap with no effect and beside it, in multiples of the floor.
     """
-    if worse < REFUTED:
+    if left - without < REFUTED * max(1.0, without):
         return unknown
     note = ("the best listed hypothesis explains the field recording, but makes the held-out data worse by "
-            f"{worse:.2f} times the floor; it is not believed")
+            f"{left - without:.2f} times the floor; it is not believed")
     return replace(unknown, probability=max(unknown.probability, REFUTED_PROBABILITY), notes=[*unknown.notes, note])
 
 
