@@ -18,9 +18,12 @@ def test_what_held_out_data_show_too_stays():
     assert seen.probability == 0.98 and not seen.notes
 
 
-@pytest.mark.parametrize(("closed", "verdict"), [(0.9, "listed"), (0.3, "neither"), (None, "neither")])
-def test_what_they_do_not_show_is_no_sure_unknown(closed, verdict):
-    weak = borne_out(unknown((HOUSING, 60.0), (WINDING, 40.0)), POWER, {HOUSING: 1.1, WINDING: 2.0}, closed)  # the winding needs 60
+@pytest.mark.parametrize(("closed", "effects", "verdict"), [
+    (0.9, 1, "listed"), (0.9, 2, "neither"), (0.3, 1, "neither"), (None, 1, "neither"),
+])  # fmt: skip
+def test_what_they_do_not_show_is_no_sure_unknown(closed, effects, verdict):
+    seen = unknown((HOUSING, 60.0), (WINDING, 40.0))  # the winding needs 60
+    weak = borne_out(seen, POWER, {HOUSING: 1.1, WINDING: 2.0}, closed, effects)
     assert weak.probability < 0.3 if verdict == "listed" else 0.3 < weak.probability < 0.5
     assert HOUSING in weak.notes[0] and WINDING not in weak.notes[0]
 

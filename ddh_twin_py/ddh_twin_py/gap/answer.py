@@ -114,7 +114,7 @@ def _heard(unknown: Unknown, model: Diagnosable, found: Found, leader: Refitted,
     over, floor = runs.over(leader), runs.floor
     closed = size.closed(size.gap(before, floor), shrunk)
     slow = max((ratio for name, ratio in over.items() if name.startswith("temperature/") and name not in AMPLIFIED), default=0.0)
-    unknown = borne_out(unknown, found.linearised.power, over, closed)
+    unknown = borne_out(unknown, found.linearised.power, over, closed, len(leader.columns))
     if not all(model.altered):  # otherwise parameters that the field's duty left open may be off on another duty
         first = runs.held.signals()[0]
         half = {name: ratio for name, ratio in over.items()

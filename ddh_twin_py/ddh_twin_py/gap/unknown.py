@@ -104,17 +104,18 @@ def unknown_beside(model: Diagnosable, found: Found, fitted: Refitted) -> Unknow
     return Unknown(probability, forms, component, domain, forms[0].size * noise if forms else 0.0, unit, shapes)
 
 
-def borne_out(unknown: Unknown, power: float, left: Mapping[str, float], closed: float | None) -> Unknown:
+def borne_out(unknown: Unknown, power: float, left: Mapping[str, float], closed: float | None, effects: int = 1) -> Unknown:
     """The same, less probable where held-out data show nothing of what the field recording's free forms speak of.
 
     Args:
         power: see `needed`. left: of held-out data beside the best listed hypothesis, signal to RMS over floor.
-        closed: share of the gap of held-out data that this hypothesis closes, None where there was none.
+        closed: share of the gap of held-out data that this hypothesis closes, None where there was none. effects: of which it consists;
+            two close much of many a gap.
     """
     speaking = [form.signal for form in unknown.forms if form.gain > needed(form.signal, power) and form.signal in left]
     if not speaking or max(left[signal] for signal in speaking) >= OUT_OF_SAMPLE:
         return unknown
-    most = _CLOSED_INSTEAD if closed is not None and closed >= _CLOSED else _NOT_SEEN
+    most = _CLOSED_INSTEAD if closed is not None and closed >= _CLOSED and effects < 2 else _NOT_SEEN
     note = (f"the field recording leaves structure in {', '.join(speaking)} beside the best listed hypothesis, of which held-out data show "
             "nothing")
     return replace(unknown, probability=min(unknown.probability, most), notes=[*unknown.notes, note])
