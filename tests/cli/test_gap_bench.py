@@ -24,11 +24,22 @@ def answered(tmp_path):
     return tmp_path
 
 
+def test_what_has_no_answer_yet_is_left_out(answered, capsys):
+    assert main(["gap-bench", "score", str(answered)]) == 0
+    said = capsys.readouterr()
+    assert "Of 2 sealed cases 100 %" in said.out and "1 cases have no answer yet" in said.out + said.err
+    for file in (answered / "results").iterdir():
+        file.unlink()
+    assert main(["gap-bench", "score", str(answered)]) == 2
+    assert f"{answered}: no case has an answer yet" in capsys.readouterr().err
+
+
 def test_score_prints_and_writes(answered, capsys):
+    (answered / "results" / "case_0003.blind.json").write_text(json.dumps({"error": "was killed", "seconds": 1.0}))
     assert main(["gap-bench", "score", str(answered)]) == 0
     said = capsys.readouterr().out
     assert "Of 3 sealed cases 67 %" in said
-    assert "crashed: case_0003: was not run" in said
+    assert "crashed: case_0003: was killed" in said
     scores = json.loads((answered / "scores.json").read_text())
     assert scores["all"]["scores"]["right"]["value"] == pytest.approx(2 / 3)
     page = (answered / "scores.html").read_text()

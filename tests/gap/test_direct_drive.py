@@ -46,7 +46,7 @@ def test_within_keeps_tolerances_and_laws(model):
 def test_a_rig_without_any_tolerance_is_said_to_be_one(recording):
     sheet = load_rig()
     exact = replace(sheet, quantities={path: replace(q, tolerance=0.0, std=None) for path, q in sheet.quantities.items()})
-    said = "gives no quantity a tolerance"
+    said = "leaves 0 quantities a tolerance"
     for rig, tells in ((sheet, False), (exact, True)):
         assert any(said in note for note in DriveCase([], [Experiment(recording, rig)], rig).notes()) is tells
 

@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
-from ddh_twin_py.gap.doubts import doubts
+from ddh_twin_py.gap.doubts import damage, doubts
 from ddh_twin_py.telemetry.recording import Finding, Recording, drive_stream
 
 
@@ -15,10 +15,10 @@ def recording(*findings):
     return replace(Recording("bag", 0, None, None, None, {}), findings=tuple(findings))
 
 
-def test_errors_come_first_and_what_is_no_warning_is_left_out():
+def test_errors_are_told_by_themselves_and_what_is_no_warning_is_left_out():
     given = recording(finding("warning", "out of order"), finding("info", "oil not told"), finding("warning", "NaN", "speed"),
                       finding("error", "in bar", "pressure"))
-    assert doubts([given]) == ["in bar", "NaN", "out of order"]
+    assert doubts([given]) == ["NaN", "out of order"] and damage([given]) == ["in bar"]
 
 
 def test_many_warnings_are_counted():

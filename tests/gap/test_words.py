@@ -9,7 +9,7 @@ NO_GAP = {"verdict": "no_gap", "gap": {"as_is": 5.0, "before": 6.0, "after": 1.0
 
 @pytest.mark.parametrize(("unseen", "ends"), [
     ((), "probability of no effect 100%."),
-    (("pump_1.leakage", "line_a.loss"), "probability of no effect 100% that would show here, and 2 of the catalogue would not."),
+    (("pump_1.leakage", "line_a.loss"), "no effect 100%, of those that these recordings would show (2 of the catalogue they would not)."),
 ])  # fmt: skip
 def test_no_gap_is_said_of_what_would_show(unseen, ends):
     said = sentence(NO_GAP, EFFECTS, unseen)

@@ -148,6 +148,7 @@ def test_both_pressures_in_another_unit(paper, noise, factor, unit):
     [
         (HYDRAULIC, "pressure_piston_side", 1e-5, 0.0, "pressure_piston_side looks as if given in bar (factor 1e-05)"),
         (HYDRAULIC, "pressure_rod_side", 1e-5, 0.0, "pressure_rod_side stays below"),
+        (HYDRAULIC, "pressure_piston_side", 1e-3, 0.0, "pressure_piston_side looks as if given in kPa (factor 0.001)"),
         (HYDRAULIC, "pressure_rod_side", 1e5, 0.0, "looks as if given in Pa times 1e5 (factor 1e+05), expected is Pa"),
         (HYDRAULIC, "rod_position", 1e3, 0.0, "looks as if given in mm (factor 1000), expected is m"),
         ("temperature/tank_oil", "temperature", 1.0, 273.15, "looks as if given in K (+273.15), expected is degC"),

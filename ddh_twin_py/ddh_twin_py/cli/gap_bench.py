@@ -67,11 +67,15 @@ def run(args: argparse.Namespace) -> int:
         if crashed:
             say(f"{len(crashed)} cases crashed and count as wrong: {', '.join(crashed)}")
     if "score" in steps:
+        from ddh_twin_py.gap_bench.running import selected
         from ddh_twin_py.gap_bench.scoring import answers_of, summary
         from ddh_twin_py.report.document import write_json
         from ddh_twin_py.report.gap_bench_report import gap_bench_document, gap_bench_end
 
-        scored = summary(answers_of(out, suites, args.cases))
+        answers = answers_of(out, suites, args.cases)
+        if waiting := len(selected(out, suites, args.cases)) - len(answers):
+            say(f"{waiting} cases have no answer yet and are left out of the scores")
+        scored = summary(answers)
         write_json(out / "scores.json", scored)
         gap_bench_document(scored, str(out)).write(args.html or out / "scores.html")
         if args.table:

@@ -49,5 +49,5 @@ def fingerprint(found: Found) -> str:
         files = [part] if part is None or part.is_file() else sorted(p for p in part.rglob("*") if p.is_file())
         for file in files:
             stat = file.stat() if file is not None else None
-            digest.update(f"{file}\0{(stat.st_size, stat.st_mtime_ns) if stat else None}\n".encode())
+            digest.update(f"{file and file.resolve()}\0{(stat.st_size, stat.st_mtime_ns) if stat else None}\n".encode())
     return digest.hexdigest()

@@ -15,11 +15,11 @@ from ddh_twin_py.estimation.fitting import RESTARTS, Problem
 from ddh_twin_py.gap import answer
 from ddh_twin_py.gap.catalogue import EFFECTS
 from ddh_twin_py.gap.diagnosis import Diagnosis
-from ddh_twin_py.gap.doubts import doubts
+from ddh_twin_py.gap.doubts import damage, doubts
 from ddh_twin_py.gap.drive_case import DriveCase
 from ddh_twin_py.gap.hypotheses import POWER, POWER_WITHOUT_COMMISSIONING
 from ddh_twin_py.gap.search import Found, search
-from ddh_twin_py.gap.suitability import no_answer, one_rig, refuse_unfit, unseen
+from ddh_twin_py.gap.suitability import no_answer, one_rig, out_of_order, refuse_unfit, unseen
 from ddh_twin_py.gap.unknown import structure_left
 from ddh_twin_py.rig import Rig
 from ddh_twin_py.telemetry.recording import Recording
@@ -75,9 +75,9 @@ def diagnose(recordings: Recordings, rig: Rig, without: Collection[str] = (), on
     model = DriveCase(commissioning, field, rig, held)
     lap("reading")
     effects = [effect for name, effect in EFFECTS.items() if name not in without and (only is None or name in only)]
-    doubtful = doubts([e.recording for e in (*field, *commissioning, *held)])
+    read = [e.recording for e in (*field, *commissioning, *held)]
     if reason:
-        return _noted(answer.insufficient(model, reason), doubtful)
+        return _noted(answer.insufficient(model, reason), read)
     with ThreadPoolExecutor(max_workers=threads) as pool:
         problem = Problem(commissioning or field, model.rig, model.paths, Discrepancy())
         fit = problem.fit(pool, lambda done: told(_FITTED * done), sweeps=_SWEEPS, restarts=RESTARTS if commissioning else 0)
@@ -92,9 +92,13 @@ def diagnose(recordings: Recordings, rig: Rig, without: Collection[str] = (), on
         result = answer.diagnosis(model, found, fit.theta, unseen(effects, found.linearised.columns), seconds)
     lap("answer")
     told(1.0)
-    return _noted(replace(result, seconds=seconds), doubtful)
+    late = out_of_order(recordings.field, recordings.commissioning)
+    return _noted(replace(result, seconds=seconds, report={**result.report, "notes": [*late, *result.report["notes"]]}), read)
 
 
-def _noted(result: Diagnosis, notes: Sequence[str]) -> Diagnosis:
-    """A diagnosis with further notes."""
-    return replace(result, report={**result.report, "notes": [*result.report["notes"], *notes]})
+def _noted(result: Diagnosis, recordings: Sequence[Recording]) -> Diagnosis:
+    """A diagnosis that says what is wrong with its recordings: what is damaged at once, what is doubtful last."""
+    damaged = damage(recordings)
+    first = f"{result.sentence.rstrip('.')}; but {damaged[0]}." if damaged and damaged[0] not in result.sentence else result.sentence
+    notes = [*damaged, *result.report["notes"], *doubts(recordings)]
+    return replace(result, report={**result.report, "notes": list(dict.fromkeys(notes))}, sentence=first, damage=damaged)

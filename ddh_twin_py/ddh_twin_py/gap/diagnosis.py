@@ -99,6 +99,7 @@ class Diagnosis:
         lacking: what the twin lacks, by place, phase and regime, given the hypotheses.
         alone: the same from the data alone, before any effect is assumed.
         inputs: torque, force, flow and heat left over by the balances of the recording itself.
+        damage: what is wrong with the recordings so far that data are lost by it.
         weighed: hypotheses, most probable first. confusable: for each effect of a class, why it cannot be told from the others.
         parameters: of the rig, fitted, with prior, posterior and source (``rig.quantities[name].source``).
         shapes: of what is unknown. rig: with parameters fitted and the winning effect written into it.
@@ -121,3 +122,4 @@ class Diagnosis:
     seconds: Mapping[str, float] = field(default_factory=dict)
     catalogue: Mapping[str, Effect] = field(default_factory=lambda: EFFECTS)
     inputs: list[Lack] = field(default_factory=list)
+    damage: list[str] = field(default_factory=list)

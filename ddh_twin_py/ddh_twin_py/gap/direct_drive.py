@@ -40,7 +40,9 @@ class DirectDrive:
         offsets = offset_paths(self.experiments)
         self.unlisted = set(offsets)  # zero errors and clocks, of which no sheet says anything
         self.rig = with_offsets(rig, offsets)
-        self.paths = [path for path in uncertain_paths(self.rig) if path not in offsets and not path.startswith("measurement.")] + offsets
+        uncertain = uncertain_paths(self.rig)
+        self.paths = [path for path in uncertain if path not in offsets and not path.startswith("measurement.")]
+        self.paths += [path for path in offsets if path in uncertain]
         self.problem = Problem(self.experiments, self.rig, self.paths, Discrepancy())
         self.held = list(held)
         self._held_problem = Problem(self.held, self.rig, self.paths, Discrepancy())

@@ -11,15 +11,20 @@ _MOST = 6  # notes on one recording
 _SLIGHT = 1.0e-3  # share of a topic's samples that a sensor may miss without harm
 
 
+def damage(recordings: Sequence[Recording]) -> list[str]:
+    """What reading and screening found wrong so far that data are lost by it, such as a wrong unit."""
+    return [finding.message for recording in recordings for finding in recording.findings if finding.severity == "error"]
+
+
 def doubts(recordings: Sequence[Recording]) -> list[str]:
-    """What reading and screening found wrong, errors first, at most `_MOST` for each recording, then how many more there are.
+    """What they warn of, what concerns a value first, at most `_MOST` for each recording, then how many more there are.
 
     Sensors that miss a sample here and there are counted in one note.
     """
     notes = []
     for recording in recordings:
         samples = {f"{recording.namespace}/{topic}": len(stream) for topic, stream in recording.streams()}
-        found = sorted((f for f in recording.findings if f.severity != "info"), key=_rank)
+        found = sorted((f for f in recording.findings if f.severity == "warning"), key=lambda f: not f.field)
         slight = [f for f in found if _missed(f) and f.count <= _SLIGHT * samples.get(f.topic, 0)]
         loud = [f for f in found if f not in slight]
         notes += [finding.message for finding in loud[:_MOST]]
@@ -35,8 +40,3 @@ def doubts(recordings: Sequence[Recording]) -> list[str]:
 def _missed(finding: Finding) -> bool:
     """Whether samples are missing and nothing else."""
     return isinstance(finding.value, float) and math.isnan(finding.value)
-
-
-def _rank(finding: Finding) -> tuple[bool, bool]:
-    """Errors, then what concerns a value, then the rest."""
-    return finding.severity != "error", not finding.field

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -29,6 +30,7 @@ from ddh_twin_py.gap.verdict import Verdict
 from ddh_twin_py.rig import Rig
 from ddh_twin_py.rig.sheet import FIELD_OF_PATH
 
+_FEW = 10  # quantities with a tolerance, below which a sheet is taken for exact
 ASSUMPTIONS = [
     "The rig's parameters are independent and normal within the sheet's tolerances, and the same in all recordings.",
     "With a commissioning recording an effect acts since then; without one the rig is held against its sheet.",
@@ -46,7 +48,8 @@ class DriveCase(DirectDrive):
     followed = ("speed", "current", "electrical_power", "pressure_piston_side", "pressure_rod_side", "rod_velocity")
 
     def __init__(self, commissioning: Sequence[Experiment], field: Sequence[Experiment], rig: Rig, held: Sequence[Experiment] = ()) -> None:
-        super().__init__(commissioning, field, rig, held)
+        recorded = next((e.recording.rig.rig_id for e in field if e.recording.rig is not None and e.recording.rig.rig_id), rig.rig_id)
+        super().__init__(commissioning, field, replace(rig, rig_id=recorded), held)
         kinds = {"field": field, "commissioning": commissioning, "validation": held}
         self.recordings = {kind: [e.recording.path for e in own] for kind, own in kinds.items() if own}
 
@@ -112,8 +115,9 @@ class DriveCase(DirectDrive):
                 notes.append(f"there is no usable {name}; what shows in it alone cannot be known")
         if not any(name.startswith("temperature/") for name in there):
             notes.append("there is no temperature sensor but ambient; thermal effects cannot be known")
-        if set(self.paths) <= self.unlisted:
-            notes.append("the rig file gives no quantity a tolerance: whatever differs from it is an effect or unknown")
+        if (free := len(set(self.paths) - self.unlisted)) < _FEW:
+            notes.append(f"the rig's sheet leaves {free} quantities a tolerance: whatever else differs from it is called an effect or "
+                         "unknown")
         if all(self.altered):
             notes.append("there is no commissioning recording: the rig is held against its sheet, and what lies within tolerances is "
                          "no gap")

@@ -32,7 +32,7 @@ def places(model: Diagnosable, found: Found, verdict: Verdict) -> list[Lack]:
         without, acting = model.record(number, fitted.theta, others), model.record(number, fitted.theta, fitted.acting)
         change = [h * x / column.x for h in column.change]
         weight = probability * float(sum(np.sum(h**2) for h in change))
-        std = float(np.sqrt(max(fitted.covariance[i, i], 0.0))) / abs(x)
+        std = float(np.hypot(np.sqrt(max(fitted.covariance[i, i], 0.0)) / abs(x), column.effect.law_error))
         rows.append(Acting(column.effect, model.course(column.effect, without, acting), weight,
                            chi_square_by_phase(change, found.linearised.comparisons), std))
     total = sum(row.share for row in rows) or 1.0
@@ -74,7 +74,7 @@ def unknown_places(model: Diagnosable, found: Found, unknown: Unknown, leader: R
             left[number][block.rows] = comparison.residual(leader.predictions[number])[block.rows]
     parts = chi_square_by_phase(left, found.linearised.comparisons)
     return [Lack(unknown.component, unknown.domain, phase, "", unknown.size, 0.3 * unknown.size, unknown.unit, share)
-            for phase, share in parts.items()]
+            for phase, share in parts.items() if share > 0.0]
 
 
 def entry_of(row: Lack) -> dict:

@@ -17,6 +17,8 @@ MOTION = 10.0
 """s of turning drive that are needed to tell effects apart."""
 HELD = 5.0
 """s of a field recording's end that are needed to size the gap, where there is no validation recording."""
+SLOWEST = 0.25
+"""s between drive samples, from which a free run cannot follow the command: a step would come as a ramp."""
 PARTS = 20
 """Equal parts of a recording, in half of which what a free run cannot do without must be known."""
 _FORCES = ("pressure_piston_side", "pressure_rod_side", "current")
@@ -35,6 +37,21 @@ def one_rig(recordings: Sequence[Recording]) -> None:
                                   f"{named[0].rig.rig_id!r}; a case is of one rig")
 
 
+def out_of_order(field: Sequence[Recording], commissioning: Recording | None) -> list[str]:
+    """A note where the rig as built was recorded after what is asked about, none where the order is as it should be."""
+    if commissioning is None or not field:
+        return []
+    first, built = min(field, key=_begin), _begin(commissioning)
+    days = (built - _begin(first)) / 86400e9
+    return [f"{commissioning.path} is given as the rig as built, but was recorded {days:.3g} days after {first.path}; if they are "
+            "interchanged, what is told here has gone since"] if days > 0.0 else []
+
+
+def _begin(recording: Recording) -> int:
+    """Of its samples, ns of the recording's clock."""
+    return recording.epoch_ns + round(recording.span[0] * 1e9)
+
+
 def undriven(recording: Recording) -> str:
     """What a free run over a recording lacks, in one line; empty where it lacks nothing."""
     for topic, stream, column, why in (
@@ -46,6 +63,10 @@ def undriven(recording: Recording) -> str:
             has = f"usable values in {known} of {PARTS} equal parts of the recording only" if known else "no usable value"
             return (f"{recording.path}: {recording.namespace}/{topic}: {column} has {has}, and the free run {why}"
                     + _because(recording, topic, column))
+    between = float(np.median(np.diff(np.sort(recording.drive.time))))
+    if between > SLOWEST:
+        return (f"{recording.path}: {recording.namespace}/{DRIVE_TOPIC}: comes every {between:.2g} s, and the free run needs its command "
+                f"at least every {SLOWEST:g} s")
     ambient = recording.temperatures.get("ambient")
     if ambient is None or not np.isfinite(ambient.values[:, 0]).any():
         return (f"{recording.path}: {recording.namespace}/temperature/ambient: there is no usable value, and the free run is given it"

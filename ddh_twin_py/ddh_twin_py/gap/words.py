@@ -24,7 +24,7 @@ def _no_gap(report: Mapping, unseen: int) -> str:
     text = f"No gap: with its parameters fitted within tolerance the twin explains data not used for that to {after:.1f} times the floor"
     if as_is > 1.2 * after:
         text += f" (as given it was {as_is:.1f} times; calibration closes that)"
-    but = f" that would show here, and {unseen} of the catalogue would not" if unseen else ""
+    but = f", of those that these recordings would show ({unseen} of the catalogue they would not)" if unseen else ""
     return f"{text}; probability of no effect {none:.0%}{but}."
 
 

@@ -12,7 +12,7 @@ from ddh_twin_py.gap_bench.answers import Answer, answer_of
 from ddh_twin_py.gap_bench.intervals import Estimate, mean, median, share
 from ddh_twin_py.gap_bench.plan import LEVELS, SUITES
 from ddh_twin_py.gap_bench.result_files import read_result, result_file
-from ddh_twin_py.gap_bench.running import selected
+from ddh_twin_py.gap_bench.running import BenchError, questions, selected
 from ddh_twin_py.gap_bench.sealing import truth_of
 
 BINS = 10
@@ -30,18 +30,22 @@ METRICS = {
 
 
 def answers_of(out: Path, suites: tuple[str, ...] = (), cases: int | None = None) -> list[Answer]:
-    """Every sealed case's answer; one that was not run or crashed is a wrong one.
+    """The answer of every sealed case that was run; one that crashed is a wrong one.
 
     Raises:
-        SealError: the truth is not what was sealed. BenchError: no such case. ResultError: an answer that is damaged.
+        SealError: the truth is not what was sealed. BenchError: no such case, or none was run. ResultError: an answer that is damaged.
     """
     found = []
     for name in selected(out, suites, cases):
+        truth = truth_of(out, name)
         results = {
             question: read_result(file)
             for question in ("blind", "left_out", "oracle") if (file := result_file(out, name, question)).is_file()
         }
-        found.append(answer_of(truth_of(out, name), results))
+        if all(question in results or "error" in results.get("blind", {}) for question in questions(out, truth, oracle=False)):
+            found.append(answer_of(truth, results))
+    if not found:
+        raise BenchError(f"{out}: no case has an answer yet; gap-bench run {out} asks for them")
     return found
 
 

@@ -24,6 +24,7 @@ _NOTICEABLE = 0.01
 """Probability from which on a hypothesis is shown unfolded."""
 _MOST_OPEN = 4
 _MOST_NAMED = 3
+_HEARD = 0.01  # of all evidence for a hypothesis, below which what a signal has against it is not named
 EVIDENCE = (
     "Evidence is how much of the misfit goes away with the hypothesis: each sample's misfit in multiples of what noise allows, squared and "
     "summed (a chi-square). Up to 4 is chance, 25 is very strong; below 0 the signal fits worse with it. "
@@ -94,8 +95,7 @@ def _card(w: Weighed, place: int, catalogue: Mapping[str, Effect]) -> doc.Html:
         blocks.append(doc.paragraph("The rig's parameters within their tolerances, the sensors' zero errors and noise explain what was "
                                     "recorded."))
     if w.effects == (UNKNOWN,):
-        blocks.append(doc.paragraph("Something acts on the rig that is real and that no effect of the catalogue explains; see below for "
-                                    "where, how large and what it depends on."))
+        blocks.append(doc.paragraph("Something acts on the rig that is real and that no effect of the catalogue explains."))
     if w.gap_after is not None:
         blocks.append(doc.paragraph(f"With it the gap is {number(w.gap_after, 2)} times the noise floor."))
     blocks += [_in_words(w), _evidence(w, folded=place > 1), "</div>"]
@@ -134,7 +134,8 @@ def _in_words(w: Weighed) -> doc.Html:
     total = sum(g for g in w.gains.values() if g > 0.0) or 1.0
     speaking = sorted(w.gains.items(), key=lambda item: -item[1])
     backing = [f"{signal_name(n)} ({strength(g)}, {percent(g / total)} of the evidence)" for n, g in speaking if g >= 4.0][:_MOST_NAMED]
-    against = [f"{signal_name(n)} fits worse ({strength(g)} evidence)" for n, g in reversed(speaking) if g <= -4.0][:_MOST_NAMED]
+    against = [f"{signal_name(n)} fits worse ({strength(g)} evidence)" for n, g in reversed(speaking)
+               if g <= -max(4.0, _HEARD * total)][:_MOST_NAMED]
     open_ = [f"{signal_name(n)} stays {number(v, 1)} times its floor" for n, v in _sorted(w.left) if v > NEAR][:_MOST_NAMED]
     rows = [("For it", "; ".join(backing) or "no signal speaks for it beyond chance"),
             ("Against it", "; ".join(against + open_) or "no signal speaks against it, none stays beyond its floor")]

@@ -28,7 +28,9 @@ def gap_document(diagnosis: Diagnosis) -> doc.Document:
     """The page."""
     report = diagnosis.report
     notes = _notes(report["notes"])
-    page = doc.Document("Gap diagnosis", _title(diagnosis), diagnosis.sentence, gap_end(diagnosis), VERDICTS[report["verdict"]][1])
+    level = VERDICTS[report["verdict"]][1]
+    page = doc.Document("Gap diagnosis", _title(diagnosis), diagnosis.sentence, gap_end(diagnosis),
+                        "fair" if diagnosis.damage and level == "good" else level)
     page.add("In short", doc.figures(_key_figures(diagnosis)), doc.note(_FLOOR), notes if report["verdict"] == "insufficient" else "")
     page.add("Where", drawings(diagnosis))
     if report["verdict"] == "insufficient" and not diagnosis.traces:

@@ -24,7 +24,7 @@ def gap_summary(diagnosis: Diagnosis) -> list[Text]:
     """Verdict, gap, causes, places, signals, next test: at most `LINES` lines of `WIDTH` columns."""
     report = diagnosis.report
     words, level = VERDICTS[report["verdict"]]
-    lines = [Text(line) for line in _wrapped(f"{words}: {diagnosis.sentence}", 4)]
+    lines = [Text(line) for line in _wrapped(f"{words}: {diagnosis.sentence.removeprefix(f'{words}: ')}", 4)]
     lines[0].stylize(f"bold {STYLE[level]}", 0, len(words))
     lines += _gap(report)
     lines += _hypotheses(diagnosis)
@@ -50,8 +50,9 @@ def _gap(report: dict) -> list[Text]:
     if gap["before"] is None:
         return []
     said = "" if gap["closed_fraction"] is None else f" ({closed(gap['closed_fraction'])} closed)"
+    last = "fitted to all recordings" if report["verdict"] == "no_gap" else f"with the cause{said}"
     return _titled("gap", f"{number(gap['as_is'], 2)} × floor as given, {number(gap['before'], 2)} fitted, "
-                          f"{number(gap['after'], 2)} with the cause{said}", 2)
+                          f"{number(gap['after'], 2)} {last}", 2)
 
 
 def _hypotheses(diagnosis: Diagnosis) -> list[Text]:

@@ -18,6 +18,7 @@ from ddh_twin_py.telemetry.signals import DRIVE_TOPIC, HYDRAULIC_TOPIC
 
 RPM = 30.0 / math.pi
 EVIDENCE = 200  # samples of the first rule's condition that make a window
+_SILENT = 0.5  # of its noise, below which the largest of so many samples of a pressure cannot stay
 _NO_LOAD = 3.0e4  # Pa, below which in both chambers no rod moves against its friction
 _MOST_BAR = 1000.0  # number above which a pressure is not in bar
 _LIKELY = 0.15  # relative; how near a ratio must be to a known factor
@@ -68,10 +69,10 @@ def judge(topic: str, state: np.ndarray, noise: np.ndarray) -> list[UnitSuspicio
 
 
 def _judge_pressures(state: np.ndarray, noise: np.ndarray) -> list[UnitSuspicion]:
-    """A pressure in bar stays far below the sensor's own noise in Pa, and both far below any load, also those in kPa."""
+    """A pressure in bar stays below the sensor's own noise in Pa, and both far below any load, also those in kPa."""
     seen = state[:, RULE_COUNT] >= EVIDENCE // 2
     largest = state[:, RULE_A]
-    silent = seen & (largest > 1e-3) & (largest < 0.1 * noise[:2])
+    silent = seen & (largest > 1e-3) & (largest < _SILENT * noise[:2])
     if (seen & (largest > 1e-3) & (largest < _NO_LOAD)).all():
         silent[:] = True
     fields = tuple(int(j) for j in np.flatnonzero(silent))
