@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 
 from ddh_twin_py.gap.diagnosis import Diagnosis, Lack
@@ -10,6 +11,7 @@ from ddh_twin_py.report.circuit_drawing import COMPONENTS, Tint, circuit_drawing
 from ddh_twin_py.report.gap_words import PHASE_MEANING, PHASES, capital, component_name, percent, regime_name
 from ddh_twin_py.report.units import plus_minus
 
+_UNSURE = re.compile(r" ± \S+")
 _WITH_STD = 2.0
 """Standard deviations from which on a lack is called clear."""
 
@@ -93,7 +95,7 @@ def _of_phase(rows: Sequence[Lack]) -> dict[str, Tint]:
     for name in dict.fromkeys(r.component for r in rows):
         own = sorted((r for r in rows if r.component == name), key=lambda r: -r.share)
         share = sum(r.share for r in own)
-        label = plus_minus(own[0].value, own[0].std, own[0].unit, sign=True)
+        label = _UNSURE.sub("", plus_minus(own[0].value, own[0].std, own[0].unit, sign=True))  # there is no room for more beside a part
         title = "; ".join(f"{component_name(name)}, {r.domain}: {plus_minus(r.value, r.std, r.unit, sign=True)} ({percent(r.share)} of all)"
                           for r in own)
         tints[name] = Tint(step_of(share), label + (" …" if len(own) > 1 else ""), title)
