@@ -3,7 +3,7 @@
 import pytest
 import yaml
 from ddh_twin_py.gap_bench.scoring import answers_of
-from ddh_twin_py.gap_bench.sealing import SEAL, SealError, seal, verify
+from ddh_twin_py.gap_bench.sealing import SEAL, SealError, digest_of, seal, truth_of, verify
 from support.gap_reports import truth
 
 
@@ -68,3 +68,18 @@ def test_a_seal_that_is_no_text_is_refused(sealed):
     (sealed / "plan.sha256").write_bytes(b"\xff\xfe\x00")
     with pytest.raises(SealError, match="line 1"):
         verify(sealed)
+
+
+def test_recordings_are_sealed_with_their_truth(tmp_path):
+    bag = tmp_path / "cases" / "case_0001" / "field" / "field.mcap"
+    bag.parent.mkdir(parents=True)
+    bag.write_bytes(b"messages")
+    (tmp_path / "truth").mkdir()
+    said = truth("case_0001") | {"recordings": digest_of(tmp_path / "cases" / "case_0001")}
+    (tmp_path / "truth" / "case_0001.yaml").write_text(yaml.safe_dump(said))
+    seal(tmp_path)
+    assert truth_of(tmp_path, "case_0001") == said
+    for spoil in (lambda: bag.write_bytes(b"message"), lambda: bag.rename(bag.with_name("other.mcap"))):
+        spoil()
+        with pytest.raises(SealError, match="case_0001: its recordings are not those that were sealed"):
+            truth_of(tmp_path, "case_0001")

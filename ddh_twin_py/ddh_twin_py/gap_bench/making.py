@@ -13,6 +13,7 @@ from ddh_twin_py.bags.writer import write_recording
 from ddh_twin_py.gap_bench.duties import Duty, drawn
 from ddh_twin_py.gap_bench.plan import PlanError, Planned
 from ddh_twin_py.gap_bench.recordings import recording_of
+from ddh_twin_py.gap_bench.sealing import RECORDINGS, digest_of
 from ddh_twin_py.gap_bench.sizes import sized, worst
 from ddh_twin_py.gap_bench.visibility import Feigned, Scene, scene
 from ddh_twin_py.plant.fault import Fault
@@ -81,7 +82,8 @@ def make(planned: Planned, out: Path, sheet: Rig) -> Path:
             raise PlanError(f"{planned.name}: {part}: the plant left the numbers, hidden are {[h.fault.id for h in hidden]}")
         readings = measure(course, instruments, duty.exercise.ambient, sensors, slow, rng)
         write_recording(folder / part, recording_of(readings, planned.name, duty.exercise.payload, day + after[part]))
-    write_whole(target, yaml.safe_dump(_truth(planned, hidden, sensors, machine, sheet), sort_keys=False, width=120))
+    truth = _truth(planned, hidden, sensors, machine, sheet) | {RECORDINGS: digest_of(folder)}
+    write_whole(target, yaml.safe_dump(truth, sort_keys=False, width=120))
     return target
 
 

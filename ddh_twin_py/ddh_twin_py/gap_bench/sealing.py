@@ -1,4 +1,7 @@
-"""The seal: the hash of every truth file, written before any diagnosis and checked before any score."""
+"""The seal: the hash of every truth file, written before any diagnosis and checked before any score.
+
+A truth holds the hash of its recordings, so that they are sealed with it.
+"""
 
 from __future__ import annotations
 
@@ -10,6 +13,8 @@ import yaml
 from ddh_twin_py.rig.files import write_whole
 
 SEAL = "plan.sha256"
+RECORDINGS = "recordings"
+"""Key of a truth: hash of the case's recordings."""
 
 
 class SealError(ValueError):
@@ -65,8 +70,23 @@ def verify(out: Path) -> list[str]:
 
 
 def truth_of(out: Path, name: str) -> dict:
-    """The truth of one case."""
-    return yaml.safe_load((out / "truth" / f"{name}.yaml").read_text())
+    """The truth of one case, whose recordings are those that were sealed.
+
+    Raises:
+        SealError: a recording is missing, was changed or came later.
+    """
+    truth = yaml.safe_load((out / "truth" / f"{name}.yaml").read_text())
+    if RECORDINGS in truth and truth[RECORDINGS] != digest_of(out / "cases" / name):
+        raise SealError(f"{out / 'cases' / name}: its recordings are not those that were sealed")
+    return truth
+
+
+def digest_of(folder: Path) -> str:
+    """Hash of the names and contents of all files below a folder."""
+    digest = hashlib.sha256()
+    for file in sorted(path for path in folder.rglob("*") if path.is_file()):
+        digest.update(f"{file.relative_to(folder).as_posix()} {_digest(file)}\n".encode())
+    return digest.hexdigest()
 
 
 def _digest(file: Path) -> str:
