@@ -31,6 +31,7 @@ _ANOTHER = 4.0  # the same of a set that explains without one of the best's effe
 _KEPT = 3  # leading sets whose fits the next linearisation begins from
 _TOLD = 2.0  # by which log odds between one effect and another in its place are tempered: laws that are not quite the rig's speak for one
 _ALIKE = 25.0  # log weight behind the best within which a set with an effect of like signature is fitted, whatever the linear model says
+_ANY_SIZE = 10.0  # columns: width of the prior of sizes, once it is asked how large an effect is and not whether it is there
 _POOR = 1.5  # chi-square per row above which the leading hypothesis explains too little to be the last word
 
 
@@ -166,7 +167,7 @@ class Fits:
         The power makes evidence and deviations honest, but gives priors the upper hand over what commissioning told of the rig.
         """
         own = self._linearised
-        refit = Refit(own, own.basis.otherwise(1.0, 1.0))
+        refit = Refit(own, own.basis.otherwise(1.0, 1.0), _ANY_SIZE)
 
         def fit(ids: Ids) -> Refitted:
             was = self.fitted[ids]

@@ -60,9 +60,11 @@ class Refit:
 
     Args:
         linearised: the case about one place, whose sensitivities to the parameters are kept. basis: instead of its own.
+        width: of the departures' prior, in multiples of their columns.
     """
 
-    def __init__(self, linearised: Linearised, basis: Basis | None = None) -> None:
+    def __init__(self, linearised: Linearised, basis: Basis | None = None, width: float = WIDTH) -> None:
+        self._width = width
         self._model, self._comparisons, self._sensitivities = linearised.model, linearised.comparisons, linearised.sensitivities
         self._basis, self._place, self._at_place = basis or linearised.basis, linearised.theta, linearised.predictions
 
@@ -86,7 +88,7 @@ class Refit:
         for _ in range(_STEPS):
             local = self._columns(columns, theta, x, scale, predictions)
             values = self._values(residual, local, theta, x / scale)
-            held = self._basis.normal(local, values).held(np.arange(scale.size), room, WIDTH, theta)
+            held = self._basis.normal(local, values).held(np.arange(scale.size), room, self._width, theta)
             shared, estimate = held.shared, held.departure
             gained = 0.0
             for share in (1.0, 0.4, 0.15, 0.04):
@@ -104,12 +106,12 @@ class Refit:
         local = self._columns(columns, theta, x, scale, predictions)
         values = self._values(residual, local, theta, x / scale)
         normal = self._basis.normal(local, values)
-        held = normal.held(np.arange(scale.size), room, WIDTH, theta)
+        held = normal.held(np.arange(scale.size), room, self._width, theta)
         units = np.concatenate([np.ones(theta.size), scale])
         log, _, covariance = evidence_of(held, room)
         log -= 0.5 * max(0.0, cost - held.lowest)  # what the linear model promises and no step could find
-        return Refitted(tuple(columns), x, covariance * np.outer(scale, scale), normal.covariance(WIDTH) * np.outer(units, units), theta,
-                        predictions, log, self._basis.misfit(residual))
+        joint = normal.covariance(self._width) * np.outer(units, units)
+        return Refitted(tuple(columns), x, covariance * np.outer(scale, scale), joint, theta, predictions, log, self._basis.misfit(residual))
 
     def _run(self, columns, theta, x) -> list[dict[str, np.ndarray]]:
         acting = [(c.effect, c.law, float(v)) for c, v in zip(columns, x, strict=True)]
@@ -124,7 +126,7 @@ class Refit:
         """Infinite where a run went astray."""
         if not all(np.isfinite(r).all() for r in residual):
             return np.inf
-        return self._basis.misfit(residual) + float(theta @ theta) + float(np.sum((x / scale / WIDTH) ** 2))
+        return self._basis.misfit(residual) + float(theta @ theta) + float(np.sum((x / scale / self._width) ** 2))
 
     def _columns(self, columns, theta, x, scale, predictions) -> list[np.ndarray]:
         """Differences of the features by every departure in multiples of its column, by recording, (rows, m)."""
