@@ -110,8 +110,8 @@ class Refit:
         units = np.concatenate([np.ones(theta.size), scale])
         log, _, covariance = evidence_of(held, room)
         log -= 0.5 * max(0.0, cost - held.lowest)  # what the linear model promises and no step could find
-        joint = normal.covariance(self._width) * np.outer(units, units)
-        return Refitted(tuple(columns), x, covariance * np.outer(scale, scale), joint, theta, predictions, log, self._basis.misfit(residual))
+        covariance, joint = covariance * np.outer(scale, scale), normal.covariance(self._width) * np.outer(units, units)
+        return Refitted(tuple(columns), x, covariance, joint, theta, predictions, log, self._basis.misfit(residual))
 
     def _run(self, columns, theta, x) -> list[dict[str, np.ndarray]]:
         acting = [(c.effect, c.law, float(v)) for c, v in zip(columns, x, strict=True)]
