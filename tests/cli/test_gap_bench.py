@@ -1,6 +1,7 @@
 """`ddh-twin gap-bench` as people call it."""
 
 import json
+import shutil
 
 import pytest
 import yaml
@@ -46,6 +47,14 @@ def test_score_prints_and_writes(answered, capsys):
     assert "<svg" in page and "case_0003" in page and "stated probability" in page
 
 
+def test_several_benches_are_scored_together(answered, tmp_path, capsys):
+    other = tmp_path / "other"
+    shutil.copytree(answered, other, ignore=shutil.ignore_patterns("other"))
+    assert main(["gap-bench", "score", str(answered), str(other), "--html", str(tmp_path / "both.html")]) == 0
+    assert "Of 4 sealed cases 100 %" in capsys.readouterr().out
+    assert "other/case_0001" in (tmp_path / "both.html").read_text() and not (other / "scores.json").exists()
+
+
 def test_score_of_one_suite_as_json(answered, capsys):
     assert main(["gap-bench", "score", str(answered), "--suite", "none", "--json", "-", "--quiet"]) == 0
     assert json.loads(capsys.readouterr().out)["cases"] == 1
@@ -60,7 +69,7 @@ def test_changed_truth_is_refused_in_one_line(answered, capsys):
 
 @pytest.mark.parametrize(("words", "said"), [
     (["frob", "out"], "'frob' is no step, valid are make, run, score"),
-    (["score", "a", "b"], "score: 2 folders were given, one is needed"),
+    (["run", "a", "b"], "run: 2 folders were given, one is needed"),
     (["score", "a", "--suite", "nne"], "--suite: no suite 'nne'; the nearest is 'none', valid are none, single, two"),
     (["score", "nowhere"], "nowhere/plan.sha256: no seal"),
 ])

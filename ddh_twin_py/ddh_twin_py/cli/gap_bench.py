@@ -18,10 +18,11 @@ def add_parser(subparsers) -> None:
         subparsers, "gap-bench", "hide effects in an independent plant and score the gap diagnosis",
         "make: recordings of an independent plant with hidden effects, their truth sealed by hashes. run: the diagnosis, one fresh\n"
         "process per case; finished cases are not run again. score: detection, ranking, probabilities, parameters, unknowns, with\n"
-        "95 % intervals. Without a step all three.",
+        "95 % intervals, of several benches together where several are named. Without a step all three.",
         _EXAMPLE,
     )
-    parser.add_argument("steps", metavar="[make|run|score] OUT", nargs="+", help="one step or all; folder of the bench")
+    parser.add_argument("steps", metavar="[make|run|score] OUT", nargs="+", help="one step or all; folder of the bench, of several "
+                        "for a score of all")
     parser.add_argument("--cases", metavar="N", type=whole(1, 100_000), default=None, help="how many to make (default 60), or how many of "
         "them to run and score (default all)")
     parser.add_argument("--seed", metavar="S", type=seed, default=1, help="of the bench (default 1)")
@@ -43,7 +44,8 @@ def run(args: argparse.Namespace) -> int:
     """Make, run and score as asked."""
     from ddh_twin_py.cli.console import put_json, say, stage
 
-    steps, out = _asked(args.steps)
+    steps, folders = _asked(args.steps)
+    out = folders[0]
     from ddh_twin_py.gap_bench.plan import SUITES
 
     suites = tuple(dict.fromkeys(args.suite or ()))
@@ -67,23 +69,24 @@ def run(args: argparse.Namespace) -> int:
         if crashed:
             say(f"{len(crashed)} cases crashed and count as wrong: {', '.join(crashed)}")
     if "score" in steps:
-        from ddh_twin_py.gap_bench.running import selected
-        from ddh_twin_py.gap_bench.scoring import answers_of, summary
+        from ddh_twin_py.gap_bench.scoring import answers_of_all, summary
         from ddh_twin_py.report.document import write_json
         from ddh_twin_py.report.gap_bench_report import gap_bench_document, gap_bench_end
 
-        answers = answers_of(out, suites, args.cases)
-        if waiting := len(selected(out, suites, args.cases)) - len(answers):
+        answers, waiting = answers_of_all(folders, suites, args.cases)
+        if waiting:
             say(f"{waiting} cases have no answer yet and are left out of the scores")
-        scored = summary(answers)
-        write_json(out / "scores.json", scored)
-        gap_bench_document(scored, str(out)).write(args.html or out / "scores.html")
+        scored, named = summary(answers), ", ".join(str(folder) for folder in folders)
+        if len(folders) == 1:
+            write_json(out / "scores.json", scored)
+        if args.html or len(folders) == 1:
+            gap_bench_document(scored, named).write(args.html or out / "scores.html")
         if args.table:
             from ddh_twin_py.report.gap_bench_table import write_table
 
             write_table(scored, args.table)
         if args.json:
-            put_json(args.json, {**scored, "end_matter": gap_bench_end(str(out)).as_json()})
+            put_json(args.json, {**scored, "end_matter": gap_bench_end(named).as_json()})
         if not args.quiet and args.json != "-":
             print_scores(scored)
     return 0
@@ -104,14 +107,17 @@ def _refuse_outputs(args: argparse.Namespace, steps: tuple[str, ...]) -> None:
             raise InputError(f"--table and --{name} both write to {given[name]!r}; give each a path of its own")
 
 
-def _asked(words: list[str]) -> tuple[tuple[str, ...], Path]:
+def _asked(words: list[str]) -> tuple[tuple[str, ...], list[Path]]:
+    folders = [Path(word) for word in dict.fromkeys(words[1:])]
+    if words[0] == "score" and folders:
+        return ("score",), folders
     if words[0] in STEPS:
-        if len(words) != 2:
-            raise InputError(f"{words[0]}: {len(words) - 1} folders were given, one is needed")
-        return (words[0],), Path(words[1])
-    if len(words) != 1:
+        if len(folders) != 1:
+            raise InputError(f"{words[0]}: {len(folders)} folders were given, one is needed")
+        return (words[0],), folders
+    if folders:
         raise InputError(f"{words[0]!r} is no step, valid are {', '.join(STEPS)}")
-    return STEPS, Path(words[0])
+    return STEPS, [Path(words[0])]
 
 
 def print_scores(scored: dict) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from ddh_twin_py.gap_bench.aims import AIMS
@@ -47,6 +48,21 @@ def answers_of(out: Path, suites: tuple[str, ...] = (), cases: int | None = None
     if not found:
         raise BenchError(f"{out}: no case has an answer yet; gap-bench run {out} asks for them")
     return found
+
+
+def answers_of_all(folders: Sequence[Path], suites: tuple[str, ...] = (), cases: int | None = None) -> tuple[list[Answer], int]:
+    """The answers of several benches, and how many cases have none yet; of several each case is named with its bench.
+
+    Raises:
+        See `answers_of`.
+    """
+    found: list[Answer] = []
+    waiting = 0
+    for out in folders:
+        own = answers_of(out, suites, cases)
+        waiting += len(selected(out, suites, cases)) - len(own)
+        found += own if len(folders) == 1 else [replace(a, name=f"{out.name}/{a.name}") for a in own]
+    return found, waiting
 
 
 def score(answers: Sequence[Answer]) -> dict[str, Estimate]:
