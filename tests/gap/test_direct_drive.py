@@ -51,6 +51,13 @@ def test_a_rig_without_any_tolerance_is_said_to_be_one(recording):
         assert any(said in note for note in DriveCase([], [Experiment(recording, rig)], rig).notes()) is tells
 
 
+def test_pressures_are_followed_where_the_oils_warmth_is_read(recording):
+    sheet = load_rig()
+    few = replace(recording, temperatures={n: s for n, s in recording.temperatures.items() if n != "tank_oil"})
+    assert "pressure_rod_side" in DriveCase([], [Experiment(recording, sheet)], sheet).followed
+    assert DriveCase([], [Experiment(few, sheet)], sheet).followed == ()
+
+
 def test_effects_act_in_the_field_and_not_in_commissioning(model):
     theta, acting = np.full(model.size, 0.3), [(LEAK, 0, 1.0), (OFFSET, 0, 2e5)]
     assert model.altered == [False, True, True]

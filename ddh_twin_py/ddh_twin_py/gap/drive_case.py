@@ -30,6 +30,7 @@ from ddh_twin_py.gap.verdict import Verdict
 from ddh_twin_py.rig import Rig
 from ddh_twin_py.rig.sheet import FIELD_OF_PATH
 
+_FOLLOWED = ("speed", "current", "electrical_power", "pressure_piston_side", "pressure_rod_side", "rod_velocity")
 _FEW = 10  # quantities with a tolerance, below which a sheet is taken for exact
 ASSUMPTIONS = [
     "The rig's parameters are independent and normal within the sheet's tolerances, and the same in all recordings.",
@@ -45,13 +46,17 @@ class DriveCase(DirectDrive):
     catalogue = EFFECTS
     assumptions = ASSUMPTIONS
     variable_units: Mapping[str, str] = {"oil temperature": "K", "speed": "rad/s"}
-    followed = ("speed", "current", "electrical_power", "pressure_piston_side", "pressure_rod_side", "rod_velocity")
 
     def __init__(self, commissioning: Sequence[Experiment], field: Sequence[Experiment], rig: Rig, held: Sequence[Experiment] = ()) -> None:
         recorded = next((e.recording.rig.rig_id for e in field if e.recording.rig is not None and e.recording.rig.rig_id), rig.rig_id)
         super().__init__(commissioning, field, replace(rig, rig_id=recorded), held)
         kinds = {"field": field, "commissioning": commissioning, "validation": held}
         self.recordings = {kind: [e.recording.path for e in own] for kind, own in kinds.items() if own}
+
+    @property
+    def followed(self) -> tuple[str, ...]:
+        """Empty where the oil's warmth is not read, on which pressures and currents depend."""
+        return _FOLLOWED if all("temperature/tank_oil" in own for own in self.held_data().signals()) else ()
 
     def tolerances(self) -> dict[str, float | None]:
         """Of the sheet, by field of the record; zero errors of sensors have one too."""
