@@ -1,6 +1,7 @@
 """The search on a rig that is not the direct driven unit: all it needs of a rig is the protocol `gap.model.Model`."""
 
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -32,6 +33,12 @@ def test_two_effects_at_once():
     result = found(FirstOrder(TRUE, [(EFFECTS[1], 0, 0.5), (EFFECTS[2], 0, 0.15)], seed=5))
     assert result.leader == ("meter.offset", "valve.lag")
     assert result.fitted[result.leader].effects == result.leader
+
+
+def test_what_the_law_of_the_first_may_misjudge_is_no_second_effect():
+    model = FirstOrder(TRUE, [(EFFECTS[1], 0, 0.5), (EFFECTS[2], 0, 0.15)], seed=5)
+    loose = found(model, [replace(effect, law_error=1.0) for effect in EFFECTS])
+    assert len(loose.leader) == 1 and loose.fitted[("meter.offset", "valve.lag")].log_evidence > loose.fitted[loose.leader].log_evidence
 
 
 def test_none_is_none():

@@ -58,6 +58,7 @@ class Fits:
                  before: Fits | None = None) -> None:
         self._linearised, self._weights, self._pool = linearised, weights, pool
         self._refit = Refit(linearised)
+        self._law_error = {column.effect.id: column.effect.law_error for column in linearised.columns}
         self.fitted: dict[Ids, Refitted] = {}
         self._learnt = before.short() if before else {}
 
@@ -156,10 +157,16 @@ class Fits:
         for ids in out:
             if len(ids) == len(best) == len({*ids} & {*best}) + 1:
                 out[ids] += (1.0 - 1.0 / _TOLD) * (out[best] - out[ids])
+        out = {ids: weight - self._by_law(ids) for ids, weight in out.items()}
         highest = max(min(out.values()), logsumexp(list(out.values())) - 1.0)
         for ids, weight in self._expected().items():
-            out.setdefault(ids, min(weight, highest))
+            out.setdefault(ids, min(weight - self._by_law(ids), highest))
         return probabilities(out)
+
+    def _by_law(self, ids: Ids) -> float:
+        """Log evidence that a second effect may gain where the law of the first is off: the square of that share of what it explains."""
+        first = [(name,) for name in ids if len(ids) > 1 and (name,) in self.fitted]
+        return max(0.0, *(self._law_error[single[0]] ** 2 * self.gain(single) for single in first), 0.0)
 
     def at_full_power(self, wanted: Sequence[Ids]) -> dict[Ids, Refitted]:
         """The fits, those wanted with parameters, sizes and runs where the likelihood counts in full.
