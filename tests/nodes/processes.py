@@ -128,6 +128,12 @@ class Listener:
         while self._going:
             self._executor.spin_once(timeout_sec=0.1)
 
+    def here(self, act):
+        """The value of `act()`, called by the thread that spins: an answer cannot come before what was asked is noted down."""
+        task = self._executor.create_task(act)
+        wait_for(task.done, 10.0, "the listener's thread")
+        return task.result()
+
     def close(self):
         self._going = False
         self._thread.join(5.0)

@@ -148,20 +148,21 @@ class Client:
     """Sends goals to `diagnose` and gathers what comes back."""
 
     def __init__(self, listener, namespace):
+        self._listener = listener
         self.client = ActionClient(listener.node, DiagnoseGap, f"{namespace}/diagnose")
         assert self.client.wait_for_server(30.0)
         self.feedback = []
 
     def send(self, path, **more):
-        future = self.client.send_goal_async(
-            DiagnoseGap.Goal(field=[str(path)], **more), feedback_callback=lambda m: self.feedback.append(m.feedback)
-        )
+        goal = DiagnoseGap.Goal(field=[str(path)], **more)
+        future = self._listener.here(
+            lambda: self.client.send_goal_async(goal, feedback_callback=lambda m: self.feedback.append(m.feedback)))
         wait_for(future.done, 20.0, "the goal's answer")
         assert future.result().accepted
         return future.result()
 
     def result(self, handle):
-        future = handle.get_result_async()
+        future = self._listener.here(handle.get_result_async)
         wait_for(future.done, 30.0, "the result")
         return future.result().status, future.result().result
 
