@@ -100,7 +100,7 @@ class Normal:
         """
         k, m = self.score.size, chosen.size
         cross, own, own_score = self.cross[:, chosen], self.own[np.ix_(chosen, chosen)], self.own_score[chosen]
-        matrix = np.block([[self.information, cross], [cross.T, own + np.eye(m) / width**2]])
+        matrix = self._together(cross, own, width)
         slope = np.concatenate([self.score, own_score])
         lowest, highest = np.concatenate([self.lowest, np.zeros(m)]), np.concatenate([self.highest, np.maximum(room, 0.0)])
         begin = np.concatenate([np.zeros(k) if start is None else start, np.zeros(m)])
@@ -113,8 +113,12 @@ class Normal:
 
     def covariance(self, width: float) -> np.ndarray:
         """Of the shared unknowns and all columns together, (k + m, k + m), bounds left out; ``width``: of the columns' prior."""
-        matrix = np.block([[self.information, self.cross], [self.cross.T, self.own + np.eye(self.own_score.size) / width**2]])
+        matrix = self._together(self.cross, self.own, width)
         return cho_solve(cho_factor(matrix, lower=True, check_finite=False), np.eye(matrix.shape[0]), check_finite=False)
+
+    def _together(self, cross: np.ndarray, own: np.ndarray, width: float) -> np.ndarray:
+        """Information of the shared unknowns and of columns with their prior, (k + m, k + m)."""
+        return np.block([[self.information, cross], [cross.T, own + np.eye(own.shape[0]) / width**2]])
 
     def _integrated(self, t, at_end, steep, cross, own, own_score, departure, value) -> Held:
         free = ~at_end

@@ -166,7 +166,7 @@ class Fits:
     def _by_law(self, ids: Ids) -> float:
         """Log evidence that a second effect may gain where the law of the first is off: the square of that share of what it explains."""
         first = [(name,) for name in ids if len(ids) > 1 and (name,) in self.fitted]
-        return max(0.0, *(self._law_error[single[0]] ** 2 * self.gain(single) for single in first), 0.0)
+        return max([0.0, *(self._law_error[single[0]] ** 2 * self.gain(single) for single in first)])
 
     def at_full_power(self, wanted: Sequence[Ids]) -> dict[Ids, Refitted]:
         """The fits, those wanted with parameters, sizes and runs where the likelihood counts in full.

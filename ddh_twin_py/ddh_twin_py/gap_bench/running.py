@@ -18,7 +18,7 @@ from ddh_twin_py.bags.errors import BagError
 from ddh_twin_py.diagnosis.child import ENGINE
 from ddh_twin_py.diagnosis.process import DiagnosisProcess
 from ddh_twin_py.gap_bench.result_files import is_answered, read_result, result_file
-from ddh_twin_py.gap_bench.sealing import truth_of, verify
+from ddh_twin_py.gap_bench.sealing import suite_of, truth_of, verify
 from ddh_twin_py.rig.files import write_whole
 
 TIMEOUT = 1800.0
@@ -139,7 +139,7 @@ def selected(out: Path, suites: tuple[str, ...], cases: int | None) -> list[str]
     Raises:
         SealError: see `verify`. BenchError: none is left.
     """
-    names = [name for name in verify(out) if not suites or truth_of(out, name)["suite"] in suites][:cases]
+    names = [name for name in verify(out) if not suites or suite_of(out, name) in suites][:cases]
     if not names:
         raise BenchError(f"{out}: no case of suite {', '.join(suites)}")
     return names

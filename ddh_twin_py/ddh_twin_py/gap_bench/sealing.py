@@ -75,10 +75,19 @@ def truth_of(out: Path, name: str) -> dict:
     Raises:
         SealError: a recording is missing, was changed or came later.
     """
-    truth = yaml.safe_load((out / "truth" / f"{name}.yaml").read_text())
+    truth = _read(out, name)
     if RECORDINGS in truth and truth[RECORDINGS] != digest_of(out / "cases" / name):
         raise SealError(f"{out / 'cases' / name}: its recordings are not those that were sealed")
     return truth
+
+
+def suite_of(out: Path, name: str) -> str:
+    """The suite of one case; its recordings are not looked at."""
+    return _read(out, name)["suite"]
+
+
+def _read(out: Path, name: str) -> dict:
+    return yaml.safe_load((out / "truth" / f"{name}.yaml").read_text())
 
 
 def digest_of(folder: Path) -> str:
