@@ -1,11 +1,13 @@
 """Scores of reports made by hand."""
 
+import json
 import math
 
 import pytest
 from ddh_twin_py.gap_bench.answers import answer_of, groups_of
 from ddh_twin_py.gap_bench.intervals import mean, median, share
-from ddh_twin_py.gap_bench.scoring import confusion, reliability, score, summary
+from ddh_twin_py.gap_bench.result_files import ResultError
+from ddh_twin_py.gap_bench.scoring import answers_of_all, confusion, reliability, score, summary
 from ddh_twin_py.report.gap_bench_table import BEGIN, END, TableError, gap_bench_table, write_table
 from support.gap_reports import report, result, truth
 
@@ -159,3 +161,26 @@ def test_table_is_written_between_its_marks(tmp_path):
     page.write_text("no marks")
     with pytest.raises(TableError, match="README.md: no place for the table"):
         write_table(found, page)
+
+
+def test_a_score_is_kept_and_pooled_with_another(tmp_path):
+    right = answer(truth(), report(why=[(P1, 0.9), (P2, 0.1)]), oracle=report(closed=1.0))
+    crashed = answer_of(truth(), {"blind": {"error": "no memory"}})
+    file = tmp_path / "scores.json"
+    file.write_text(json.dumps(summary([right, crashed])))
+    again, waiting = answers_of_all([file])
+    assert (again[0], waiting) == (right, 0)
+    assert again[1].crashed == "no memory" and again[1].ranks == (math.inf,) and math.isnan(again[1].seconds)
+    assert summary(again) == summary([right, crashed])
+    assert answers_of_all([file], ("none",))[0] == []
+
+
+@pytest.mark.parametrize(("content", "why"), [
+    ("{", "Expecting"), ("[]", "answers not in it"), ('{"answers": []}', "answers not in it"), ('{"answers": [3]}', "answers 1: no row"),
+    ('{"answers": [{"name": "a"}]}', "answers 1: .*suite"),
+])
+def test_what_is_no_score_is_named(tmp_path, content, why):
+    file = tmp_path / "other.json"
+    file.write_text(content)
+    with pytest.raises(ResultError, match=f"other.json: is no score of a bench .*{why}"):
+        answers_of_all([file])

@@ -18,11 +18,12 @@ def add_parser(subparsers) -> None:
         subparsers, "gap-bench", "hide effects in an independent plant and score the gap diagnosis",
         "make: recordings of an independent plant with hidden effects, their truth sealed by hashes. run: the diagnosis, one fresh\n"
         "process per case; finished cases are not run again. score: detection, ranking, probabilities, parameters, unknowns, with\n"
-        "95 % intervals, of several benches together where several are named. Without a step all three.",
+        "95 % intervals, of several benches together where several are named, and of what --json kept of others. Without a step all\n"
+        "three.",
         _EXAMPLE,
     )
-    parser.add_argument("steps", metavar="[make|run|score] OUT", nargs="+", help="one step or all; folder of the bench, of several "
-                        "for a score of all")
+    parser.add_argument("steps", metavar="[make|run|score] OUT", nargs="+", help="one step or all; folder of the bench, for a "
+                        "score also of several, or JSON files of scores")
     parser.add_argument("--cases", metavar="N", type=whole(1, 100_000), default=None, help="how many to make (default 60), or how many of "
         "them to run and score (default all)")
     parser.add_argument("--seed", metavar="S", type=seed, default=1, help="of the bench (default 1)")
@@ -77,9 +78,10 @@ def run(args: argparse.Namespace) -> int:
         if waiting:
             say(f"{waiting} cases have no answer yet and are left out of the scores")
         scored, named = summary(answers), ", ".join(str(folder) for folder in folders)
-        if len(folders) == 1:
+        alone = len(folders) == 1 and out.is_dir()
+        if alone:
             write_json(out / "scores.json", scored)
-        if args.html or len(folders) == 1:
+        if args.html or alone:
             gap_bench_document(scored, named).write(args.html or out / "scores.html")
         if args.table:
             from ddh_twin_py.report.gap_bench_table import write_table

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
@@ -11,6 +10,7 @@ from pathlib import Path
 from ddh_twin_py.gap_bench.aims import AIMS
 from ddh_twin_py.gap_bench.answers import Answer, answer_of
 from ddh_twin_py.gap_bench.intervals import Estimate, mean, median, share
+from ddh_twin_py.gap_bench.kept_answers import KEY, kept_answers, plain
 from ddh_twin_py.gap_bench.plan import LEVELS, SUITES
 from ddh_twin_py.gap_bench.result_files import read_result, result_file
 from ddh_twin_py.gap_bench.running import BenchError, questions, selected
@@ -53,12 +53,18 @@ def answers_of(out: Path, suites: tuple[str, ...] = (), cases: int | None = None
 def answers_of_all(folders: Sequence[Path], suites: tuple[str, ...] = (), cases: int | None = None) -> tuple[list[Answer], int]:
     """The answers of several benches, and how many cases have none yet; of several each case is named with its bench.
 
+    Args:
+        folders: of benches, or files in which a score kept its answers; those are taken as they are.
+
     Raises:
         See `answers_of`.
     """
     found: list[Answer] = []
     waiting = 0
     for out in folders:
+        if out.is_file():
+            found += [a for a in kept_answers(out) if not suites or a.suite in suites]
+            continue
         own = answers_of(out, suites, cases)
         waiting += len(selected(out, suites, cases)) - len(own)
         found += own if len(folders) == 1 else [replace(a, name=f"{out.name}/{a.name}") for a in own]
@@ -133,7 +139,7 @@ def summary(answers: Sequence[Answer]) -> dict:
         ],
         "reliability": reliability(answers), "confusion": confusion(answers),
         "crashed": [{"name": a.name, "why": a.crashed} for a in answers if a.crashed],
-        "answers": [_plain(a) for a in answers],
+        KEY: [plain(a) for a in answers],
     }
 
 
@@ -141,11 +147,3 @@ def _row(suite: str, level: str, answers: Sequence[Answer]) -> dict:
     return {"suite": suite, "level": level, "cases": len(answers),
             "scores": {name: estimate.as_json() for name, estimate in score(answers).items()}}
 
-
-def _plain(a: Answer) -> dict:
-    def plain(value):
-        if isinstance(value, float):
-            return value if math.isfinite(value) else None
-        return [plain(v) for v in value] if isinstance(value, tuple) else value
-
-    return {name: plain(value) for name, value in vars(a).items()}
