@@ -89,11 +89,19 @@ class Fits:
             if not rest:
                 break
             self._fit(rest[:_AT_ONCE])
+        self._fit(self._rivals())
         self._fit(self._alike())
         best_fit = max(self.fitted.values(), key=lambda f: f.log_evidence)
         if best_fit.columns:  # no effect may do better from where an effect led the parameters
             self._take(lambda _: self._refit.of([], best_fit.theta, np.zeros(0)), [None])
             self._by_parameters(best_fit)
+
+    def _rivals(self) -> list[Ids]:
+        """Sets not fitted that the linear model holds for about as good as the best: that they fell short elsewhere is no proof."""
+        best = self._best()
+        least = self._full(best) - _ANOTHER
+        close = [ids for ids, (weight, _) in self._weights.items() if weight > least and ids not in self.fitted and not set(ids) >= set(best)]
+        return sorted(close, key=lambda ids: -self._weights[ids][0])[:_AT_ONCE]
 
     def _alike(self) -> list[Ids]:
         """Sets not fitted in which an effect of the best is replaced by one that shows alike in common duties."""
@@ -104,7 +112,7 @@ class Fits:
             others = {*confused[name], *(other for other, known in confused.items() if name in known)} - set(best)
             found += [tuple(sorted({*best} - {name} | {other})) for other in others]
         wanted = [ids for ids in dict.fromkeys(found) if ids in expected and ids not in self.fitted]
-        wanted = [ids for ids in wanted if expected[ids] > self._full(best) - _ALIKE]
+        wanted = [ids for ids in wanted if max(expected[ids], self._weights[ids][0]) > self._full(best) - _ALIKE]
         return sorted(wanted, key=lambda ids: -expected[ids])[:_AT_ONCE]
 
     def _by_parameters(self, fitted: Refitted) -> None:

@@ -19,7 +19,9 @@ from ddh_twin_py.gap.linearised import Linearised
 from ddh_twin_py.gap.refit import Refitted
 from ddh_twin_py.gap.sensitivity import TYPICAL
 
-_SLACK = 0.15  # of the laws, in multiples of an effect's column: what no free form may claim
+_SLACK, _MOST_SLACK = 0.06, 0.15
+"""Of the laws, in multiples of an effect's column: what no free form may claim. An effect of several columns has laws that are as many
+times as much off; without a commissioning recording that showed them it is the most."""
 
 
 @dataclass(frozen=True)
@@ -59,7 +61,7 @@ def free_forms(linearised: Linearised, fitted: Refitted, variables: list[dict[st
             rows.append(own_columns if own_columns is not None else np.zeros((comparison.size, len(kinds))))
         groups += [(name, *kind) for kind in kinds]
     everything = [np.hstack([front, *rows]) for front, rows in zip(lead, columns, strict=True)]
-    sums = linearised.basis.otherwise(1.0, _SLACK / linearised.slack).sums(everything, values)
+    sums = linearised.basis.otherwise(1.0, _slack(linearised, fitted) / linearised.slack).sums(everything, values)
     k = len(own)
     inner = np.linalg.inv(sums.information[:k, :k] + np.eye(k) / WIDTH**2) if k else np.zeros((0, 0))
     cross = sums.information[:k, k:]
@@ -79,6 +81,13 @@ def free_forms(linearised: Linearised, fitted: Refitted, variables: list[dict[st
         out.append(FreeForm(name, float(log), TYPICAL * float(np.sqrt(np.mean(estimate**2))), order,
                             max(phases, key=phases.get) if phases else "all"))
     return sorted(out, key=lambda form: -form.gain)
+
+
+def _slack(linearised: Linearised, fitted: Refitted) -> float:
+    if all(linearised.model.altered):
+        return _MOST_SLACK
+    largest = max((abs(x / c.x) for c, x in zip(fitted.columns, fitted.x, strict=True)), default=0.0)
+    return min(_SLACK * max(1.0, largest), _MOST_SLACK)
 
 
 def _of_signal(name: str, comparison, variables) -> tuple[list[tuple[str, str]], np.ndarray | None]:

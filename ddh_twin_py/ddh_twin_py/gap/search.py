@@ -52,6 +52,7 @@ def search(model: Model, effects: Sequence[Effect], theta: np.ndarray, discrepan
         left_over: says whether a hypothesis leaves structure behind; None: it is not asked.
     """
     linearised, fits, known = None, None, {(): Start(theta, np.zeros(0))}
+    wide = True  # whether large effects, which bend, were not looked for yet
     for number in range(_PASSES):
         told = (lambda share, n=number: progress((n + 0.8 * share) / _PASSES)) if progress else None
         linearised = linearise(model, effects, theta, discrepancy, SLACK, power, pool, told, linearised)
@@ -61,8 +62,9 @@ def search(model: Model, effects: Sequence[Effect], theta: np.ndarray, discrepan
         fits = Fits(linearised, weights, pool, fits)
         fits.again(known)
         fits.leaders()
-        if poor := fits.poor():
+        if (poor := fits.poor()) and wide:
             fits.every_effect()
+            wide = False
         found = Found(linearised, fits.probability(), fits.fitted)
         leader = found.leader if found.leader in fits.fitted else ()
         again = otherwise is not None and (poor or (left_over is not None and left_over(linearised, fits.fitted[leader])))
@@ -70,6 +72,7 @@ def search(model: Model, effects: Sequence[Effect], theta: np.ndarray, discrepan
         if not again and not poor and not moved and fits.bent(leader) < _CLOSE:
             break
         known, discrepancy = fits.starts(found), linearised.discrepancy
+        wide = wide or again
         theta, otherwise = (otherwise, None) if again else (fits.fitted[leader].theta, otherwise)
     likely = [ids for ids, p in found.probability.items() if p >= _LIKELY][:_SIZED]
     if progress:
