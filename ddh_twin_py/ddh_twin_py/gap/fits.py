@@ -86,10 +86,10 @@ class Fits:
             least = {ids: self._full(best) - (_RIVAL if set(ids) >= set(best) else _ANOTHER) for ids in expected}
             rest = [ids for ids in expected if ids not in self.fitted and expected[ids] > least[ids]]
             rest.sort(key=lambda ids: -expected[ids])
+            rest = rest or self._rivals()
             if not rest:
                 break
             self._fit(rest[:_AT_ONCE])
-        self._fit(self._rivals())
         self._fit(self._alike())
         best_fit = max(self.fitted.values(), key=lambda f: f.log_evidence)
         if best_fit.columns:  # no effect may do better from where an effect led the parameters
@@ -100,8 +100,8 @@ class Fits:
         """Sets not fitted that the linear model holds for about as good as the best: that they fell short elsewhere is no proof."""
         best = self._best()
         least = self._full(best) - _ANOTHER
-        close = [ids for ids, (weight, _) in self._weights.items() if weight > least and ids not in self.fitted and not set(ids) >= set(best)]
-        return sorted(close, key=lambda ids: -self._weights[ids][0])[:_AT_ONCE]
+        close = [ids for ids, (weight, _) in self._weights.items() if weight > least and ids not in self.fitted]
+        return sorted((ids for ids in close if not best or not set(ids) >= set(best)), key=lambda ids: -self._weights[ids][0])
 
     def _alike(self) -> list[Ids]:
         """Sets not fitted in which an effect of the best is replaced by one that shows alike in common duties."""
