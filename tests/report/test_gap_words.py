@@ -5,7 +5,7 @@ import math
 import pytest
 from ddh_twin_py.gap.catalogue import EFFECTS
 from ddh_twin_py.report.gap_words import axis_scale, closed, effect_name, leaning, percent, regime_name, set_name, times_floor
-from ddh_twin_py.report.units import plus_minus
+from ddh_twin_py.report.units import plus_minus, probably
 
 
 @pytest.mark.parametrize("value, std, unit, said", [
@@ -43,6 +43,7 @@ def test_variables_and_regimes_are_said_in_units_that_people_read():
 
 def test_probabilities_are_never_more_certain_than_they_are():
     assert [percent(p) for p in (0.0, 1e-6, 0.5, 0.9999, 1.0)] == ["0 %", "< 0.5 %", "50 %", "> 99.5 %", "100 %"]
+    assert [probably(p) for p in (0.0, 0.004, 0.5, 0.9999, 1.0)] == ["< 0.5 %", "< 0.5 %", "50 %", "> 99.5 %", "> 99.5 %"]
     assert [closed(f) for f in (-0.2, 0.94, 1.3)] == ["−20 %", "94 %", "all"]
     assert [leaning(g) for g in (3.9, -3.9, 30.0, -10.0, 5.0)] == [
         "says nothing", "says nothing", "very strong, for it", "strong, against it", "some, for it"]

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from ddh_twin_py.gap.effect import Effect
+from ddh_twin_py.rig.reader_units import plus_minus, probably
 
 
 def sentence(report: Mapping, catalogue: Mapping[str, Effect], unseen: Sequence[str] = ()) -> str:
@@ -25,7 +26,7 @@ def _no_gap(report: Mapping, unseen: int) -> str:
     if as_is > 1.2 * after:
         text += f" (as given it was {as_is:.1f} times; calibration closes that)"
     but = f", of those that these recordings would show ({unseen} of the catalogue they would not)" if unseen else ""
-    return f"{text}; probability of no effect {none:.0%}{but}."
+    return f"{text}; probability of no effect {probably(none)}{but}."
 
 
 def _explained(report: Mapping, catalogue: Mapping[str, Effect]) -> str:
@@ -37,12 +38,12 @@ def _explained(report: Mapping, catalogue: Mapping[str, Effect]) -> str:
     if members:
         text += f", which this recording cannot tell from {', '.join(members)}"
     return f"{text}: it shrinks from {gap['before']:.1f} to {gap['after']:.1f} times the floor on data not used to find it " \
-           f"(probability {_probability(report, leader):.0%})."
+           f"(probability {probably(_probability(report, leader))})."
 
 
 def _ambiguous(report: Mapping) -> str:
     sets = [h for h in report["hypotheses"] if h["probability"] >= 0.05][:4]
-    named = "; ".join((" + ".join(h["effects"]) or "no effect") + f" {h['probability']:.0%}" for h in sets)
+    named = "; ".join((" + ".join(h["effects"]) or "no effect") + f" {probably(h['probability'])}" for h in sets)
     return f"There is a gap of {report['gap']['before']:.1f} times the floor, and these cannot be told apart surely: {named}."
 
 
@@ -66,8 +67,7 @@ def _probability(report: Mapping, leader: list[str]) -> float:
 
 def _named(report: Mapping, name: str, catalogue: Mapping[str, Effect]) -> str:
     row = next((r for r in report["why"] if r["effect"] == name), {})
-    values = [f"{p.replace('_', ' ')} {v['value']:.4g} ± {v['std']:.2g} {v['unit'] if v['unit'] != '1' else ''}".rstrip()
-              for p, v in row.get("parameters", {}).items()]
+    values = [f"{p.replace('_', ' ')} {plus_minus(v['value'], v['std'], v['unit'])}" for p, v in row.get("parameters", {}).items()]
     about = catalogue[name].about.rstrip(".") if name in catalogue else ""
     return f"{name} ({'; '.join(values + [about[:1].lower() + about[1:]] if about else values)})"
 

@@ -18,7 +18,7 @@ from ddh_twin_py.report.gap_words import (
     signal_name,
     strength,
 )
-from ddh_twin_py.report.units import number, plus_minus, words
+from ddh_twin_py.report.units import number, plus_minus, probably, words
 
 _NOTICEABLE = 0.01
 """Probability from which on a hypothesis is shown unfolded."""
@@ -47,7 +47,7 @@ def hypotheses(diagnosis: Diagnosis) -> doc.Html:
     if rest:
         columns = (doc.Column("Hypothesis", number=False), doc.Column("Probability"), doc.Column("Gap left", "× floor"),
                    doc.Column("Value", number=False))
-        rows = [(capital(set_name(w.effects)), percent(w.probability), number(w.gap_after, 2), _values(w)) for w in rest]
+        rows = [(capital(set_name(w.effects)), probably(w.probability), number(w.gap_after, 2), _values(w)) for w in rest]
         said = "One further hypothesis, less probable" if len(rest) == 1 else f"{len(rest)} further hypotheses, less probable"
         blocks.append(doc.details(said, _wrapped(doc.table(columns, rows))))
     return doc.Html("".join(blocks))
@@ -59,7 +59,7 @@ def effects_ranked(diagnosis: Diagnosis) -> doc.Html:
     if not why:
         return doc.Html("")
     rows = [
-        (capital(effect_name(row["effect"])), _bar(row["probability"], f"{percent(row['probability'])}{_parameters(row)}")) for row in why
+        (capital(effect_name(row["effect"])), _bar(row["probability"], f"{probably(row['probability'])}{_parameters(row)}")) for row in why
     ]
     body = "".join(f"<dt>{doc.text(name)}</dt><dd>{bar}</dd>" for name, bar in rows)
     return doc.Html(
@@ -74,7 +74,7 @@ def classes(diagnosis: Diagnosis) -> doc.Html:
     blocks = []
     for members in diagnosis.report["classes"]:
         rows = [
-            (capital(effect_name(e)), percent(probability[e]) if e in probability else "–",
+            (capital(effect_name(e)), probably(probability[e]) if e in probability else "–",
              diagnosis.confusable.get(e, "its signals are those of the others within the noise"))
             for e in members
         ]
@@ -87,7 +87,7 @@ def _card(w: Weighed, place: int, catalogue: Mapping[str, Effect]) -> doc.Html:
     title = set_name(w.effects)
     blocks = [
         f'<div class="cause"><h3>{place}. {doc.text(capital(title))}</h3><dl class="bars"><dt>Probability</dt>'
-        f"<dd>{_bar(w.probability, percent(w.probability))}</dd></dl>"
+        f"<dd>{_bar(w.probability, probably(w.probability))}</dd></dl>"
     ]
     for effect in w.effects:
         blocks.append(_effect(effect, w, catalogue.get(effect)))

@@ -13,7 +13,7 @@ from ddh_twin_py.report.gap_rest import shrink_table, unknown
 from ddh_twin_py.report.gap_words import NEAR, VERDICTS, capital, closed, component_name, percent, set_name, times_floor
 from ddh_twin_py.report.next_test_block import next_test_block
 from ddh_twin_py.report.residual_charts import residual_sections
-from ddh_twin_py.report.units import number
+from ddh_twin_py.report.units import number, probably
 
 if TYPE_CHECKING:
     from ddh_twin_py.gap.diagnosis import Diagnosis
@@ -58,7 +58,7 @@ def _key_figures(diagnosis: Diagnosis) -> list[doc.Figure]:
     report = diagnosis.report
     gap, said = report["gap"], VERDICTS[report["verdict"]][0]
     leading = diagnosis.weighed[0] if diagnosis.weighed else None
-    cards = [doc.Figure("Verdict", said, f"{set_name(leading.effects)}, {percent(leading.probability)}" if leading else "see the notes")]
+    cards = [doc.Figure("Verdict", said, f"{set_name(leading.effects)}, {probably(leading.probability)}" if leading else "see the notes")]
     if gap["before"] is not None:
         cards += [
             doc.Figure("Gap as given", f"{number(gap['as_is'], 2)} ×", "noise floor; nothing fitted"),

@@ -10,7 +10,7 @@ from rich.text import Text
 
 from ddh_twin_py.report.gap_words import NEAR, VERDICTS, closed, component_name, effect_name, percent, set_name, signal_name, times_floor
 from ddh_twin_py.report.summary import STYLE
-from ddh_twin_py.report.units import in_unit, number, plus_minus
+from ddh_twin_py.report.units import in_unit, number, plus_minus, probably
 
 if TYPE_CHECKING:
     from ddh_twin_py.gap.diagnosis import Diagnosis
@@ -61,7 +61,7 @@ def _hypotheses(diagnosis: Diagnosis) -> list[Text]:
     for i, w in enumerate(shown):
         lead = "cause      " if i == 0 else " " * 11
         values = "; ".join(plus_minus(value, std, unit) for value, std, unit, _ in w.values.values())
-        said = f"{percent(w.probability):>8}  {set_name(w.effects)}"
+        said = f"{probably(w.probability):>8}  {set_name(w.effects)}"
         line = Text(lead + said + (f"  {values}" if values and len(lead + said + values) + 2 <= WIDTH else ""))
         line.truncate(WIDTH, overflow="ellipsis")
         lines.append(line)

@@ -76,13 +76,13 @@ def set_name(effects: tuple[str, ...] | list[str]) -> str:
     return " and ".join(effect_name(e) for e in effects) if effects else "no effect: rig and sensors are as known"
 
 
-def percent(probability: float) -> str:
-    """A probability in percent that never says 0 or 100 where it is not."""
-    if 0.0 < probability < 0.005:
+def percent(share: float) -> str:
+    """A share in percent that never says 0 or 100 where it is not."""
+    if 0.0 < share < 0.005:
         return "< 0.5 %"
-    if 0.995 < probability < 1.0:
+    if 0.995 < share < 1.0:
         return "> 99.5 %"
-    return f"{100.0 * probability:.0f} %"
+    return f"{100.0 * share:.0f} %"
 
 
 def closed(fraction: float) -> str:

@@ -13,10 +13,10 @@ from ddh_twin_py.report.gap_hypotheses import classes, effects_ranked, hypothese
 from ddh_twin_py.report.gap_parameters import parameters_table
 from ddh_twin_py.report.gap_places import lacking_table
 from ddh_twin_py.report.gap_rest import shrink_table, unknown
-from ddh_twin_py.report.gap_words import VERDICTS, percent, set_name
+from ddh_twin_py.report.gap_words import VERDICTS, set_name
 from ddh_twin_py.report.next_test_block import next_test_block
 from ddh_twin_py.report.residual_charts import residual_sections
-from ddh_twin_py.report.units import number, plain
+from ddh_twin_py.report.units import number, plain, probably
 
 if TYPE_CHECKING:
     from ddh_twin_py.real_rigs.diagnose import Outcome
@@ -113,7 +113,7 @@ def _diagnosis(outcome: Outcome) -> list[doc.Html]:
     blocks = [
         doc.Html(f'<p class="found"><strong>{doc.text(words)}</strong></p>'),
         doc.paragraph(f"The engine: {VERDICTS[outcome.verdict][0].lower()}. {diagnosis.sentence}"),
-        doc.note("Among the listed effects alone: " + "; ".join(f"{set_name(ids)} {percent(p)}" for ids, p in _leading(outcome))
+        doc.note("Among the listed effects alone: " + "; ".join(f"{set_name(ids)} {probably(p)}" for ids, p in _leading(outcome))
                  + f". Held-out residuals {'surely shrink' if outcome.shrinks else 'do not surely shrink'} "
                  f"({diagnosis.report['held_out']})."),
     ]
