@@ -111,6 +111,25 @@ def test_fitted_parameters_carry_their_spread_and_source(model):
     assert quantity.source == "fitted to a test"
 
 
+def test_what_an_effect_wrote_has_the_spread_of_both(model):
+    """A leakage ratio 1.2 of a leakage known to 0.2 of its tolerance: both are in the product, and what is shared cancels."""
+    effect, theta, spread = EFFECTS["pump_1.leakage"], np.zeros(model.size), np.full(model.size, 0.2)
+    acting = [(effect, 0, 0.2)]
+    i = model.paths.index("pump_1.leakage")
+    leakage, scale = model.rig["pump_1.leakage"], model.problem.scale[i]
+    joint = np.diag([*spread**2, 0.03**2])
+
+    def std(joint):
+        return model.rig_with(theta, acting, spread, "fitted to a test", joint).quantities["pump_1.leakage"].std
+
+    by_law = effect.law_error * 0.2 * leakage
+    both = np.hypot(1.2 * 0.2 * scale, 0.03 * leakage)
+    assert std(joint) == pytest.approx(np.hypot(both, by_law), rel=1e-3)
+    assert std(None) == pytest.approx(np.hypot(1.2 * 0.2 * scale, by_law), rel=1e-3)
+    joint[i, -1] = joint[-1, i] = -0.99 * 0.2 * 0.03
+    assert std(joint) < 0.7 * std(np.diag(np.diagonal(joint)))
+
+
 def test_held_out_samples_lie_behind_those_that_are_used_in_each_recording(model):
     held = HeldData.of(model)
     mask = held.mask()

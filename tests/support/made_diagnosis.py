@@ -42,6 +42,7 @@ def made_diagnosis(kind="explained", seconds=600.0, interval=0.05, seed=7):
         confusable=_CONFUSABLE if kind == "ambiguous" else {},
         parameters=[] if kind == "insufficient" else _PARAMETERS, shapes=_shapes() if kind == "unknown" else [], rig=load_rig(),
         assumptions=["Noise is white.", "The <sheet>'s tolerances are normal distributions."], seconds={"reading": 0.8, "fitting": 12.3},
+        added={"explained": ("pump_1.leakage",), "ambiguous": ("pump_1.friction",)}.get(kind, ()),
     )
 
 

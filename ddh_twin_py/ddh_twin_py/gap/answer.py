@@ -100,7 +100,8 @@ def diagnosis(model: Diagnosable, found: Found, theta: np.ndarray, hidden: Seque
         report=report, sentence=sentence(report, model.catalogue, hidden), recordings=model.recordings,
         traces=held.traces(before_runs[0], runs.of(leader)[0], floor), axes=held.axes(leader.theta, acting),
         lacking=rows, alone=alone(model, found), inputs=inputs, weighed=weighed, confusable=confusable, parameters=parameters,
-        shapes=unknown.shapes, rig=model.rig_with(leader.theta, believed, spread),
+        shapes=unknown.shapes, rig=model.rig_with(leader.theta, believed, spread, joint=leader.joint if believed else None),
+        added=leader.effects,
         assumptions=model.assumptions, seconds=dict(seconds), catalogue=model.catalogue)
 
 

@@ -99,6 +99,7 @@ class Diagnosis:
         lacking: what the twin lacks, by place, phase and regime, given the hypotheses.
         alone: the same from the data alone, before any effect is assumed.
         inputs: torque, force, flow and heat left over by the balances of the recording itself.
+        added: effects or learned terms with which the gap "after" was taken; empty where parameters alone were fitted anew.
         damage: what is wrong with the recordings so far that data are lost by it.
         weighed: hypotheses, most probable first. confusable: for each effect of a class, why it cannot be told from the others.
         parameters: of the rig, fitted, with prior, posterior and source (``rig.quantities[name].source``).
@@ -123,3 +124,4 @@ class Diagnosis:
     catalogue: Mapping[str, Effect] = field(default_factory=lambda: EFFECTS)
     inputs: list[Lack] = field(default_factory=list)
     damage: list[str] = field(default_factory=list)
+    added: tuple[str, ...] = ()

@@ -17,7 +17,7 @@ from ddh_twin_py.gap.model import Acting
 from ddh_twin_py.physics.thermal_network import TANK
 from ddh_twin_py.rig import Rig
 from ddh_twin_py.rig.own_oil import of_own_oil
-from ddh_twin_py.rig.sheet import BOUNDS, FIELD_OF_PATH
+from ddh_twin_py.rig.sheet import BOUNDS, FIELD_OF_PATH, largest_std
 
 STEP = 2.0e-3
 """s, hydraulic step of a diagnosis's runs."""
@@ -97,7 +97,7 @@ class DirectDrive:
                         "speed": np.interp(time, axis, points["speed_absolute"])})
         return out
 
-    def rig_with(self, theta: np.ndarray, acting: Acting, spread: np.ndarray, source: str) -> Rig:
+    def rig_with(self, theta: np.ndarray, acting: Acting, spread: np.ndarray, source: str, joint: np.ndarray | None = None) -> Rig:
         """The rig with fitted parameters and effects written into its quantities.
 
         The record of the first recording in which effects act is that of the rig; an added payload is in proportion to the
@@ -105,6 +105,7 @@ class DirectDrive:
 
         Args:
             theta, spread: parameters and their standard deviations, in deviations, (k,). source: where the values come from.
+            joint: covariance of parameters and departures, (k + m, k + m); None where the departures are exact.
         """
         quantities = dict(self.rig.quantities)
         for path, deviation, std, scale in zip(self.paths, theta, spread, self.problem.scale, strict=True):
@@ -114,12 +115,39 @@ class DirectDrive:
         fitted = replace(self.rig, quantities=of_own_oil(quantities, self.rig.quantities))
         number = self.altered.index(True)
         plain, acted = self.record(number, theta), self.record(number, theta, acting)
-        values = {path: float(acted[field][0]) for path, field in FIELD_OF_PATH.items() if acted[field][0] != plain[field][0]}
-        if "load.payload_mass" in values:
-            values["load.payload_mass"] *= float(fitted["load.payload_mass"] / plain["load_payload_mass"][0])
+        written = {path: field for path, field in FIELD_OF_PATH.items() if acted[field][0] != plain[field][0]}
+        stds = self._stds(number, theta, acting, list(written.values()), np.diag(spread**2) if joint is None else joint)
         named = ", ".join(effect.id for effect, _, _ in acting)
         said = "learned, cause unknown" if named.startswith(PREFIX) else f"effect {named}"
-        return fitted.with_values(values, f"{said}, {source}") if values else fitted
+        quantities = dict(fitted.quantities)
+        for (path, field), std in zip(written.items(), stds, strict=True):
+            whole = float(fitted[path] / plain[field][0]) if path == "load.payload_mass" else 1.0
+            value = float(acted[field][0]) * whole
+            quantities[path] = replace(quantities[path], value=value, std=min(float(std) * whole, largest_std(path, value)),
+                                       source=f"{said}, {source}")
+        return replace(fitted, quantities=quantities)
+
+    def _stds(self, number: int, theta: np.ndarray, acting: Acting, fields: Sequence[str], joint: np.ndarray) -> np.ndarray:
+        """Standard deviations of fields of a record, (f,), of fit and laws; joint as in `rig_with`."""
+        def values(at: np.ndarray, departures: Sequence[float]) -> np.ndarray:
+            record = self.record(number, at, [(effect, law, x) for (effect, law, _), x in zip(acting, departures, strict=True)])
+            return np.array([record[field][0] for field in fields])
+
+        x = [departure for _, _, departure in acting]
+        base, slopes = values(theta, x), []
+        for i in range(theta.size):
+            moved = theta.copy()
+            moved[i] += _DIFFERENCE
+            slopes.append((values(moved, x) - base) / _DIFFERENCE)
+        by_law = np.zeros(len(fields))
+        for j, (effect, _, departure) in enumerate(acting):
+            change = _DIFFERENCE * departure
+            slope = (values(theta, [*x[:j], departure + change, *x[j + 1 :]]) - base) / change if change else np.zeros(len(fields))
+            by_law += (effect.law_error * slope * departure) ** 2
+            if joint.shape[0] > theta.size:
+                slopes.append(slope)
+        slope = np.array(slopes)
+        return np.sqrt(np.maximum(np.einsum("if,ij,jf->f", slope, joint, slope), 0.0) + by_law)
 
     def sensitivities(self, pool: ThreadPoolExecutor, theta: np.ndarray, comparisons: Sequence[Comparison], numbers: Sequence[int],
                       progress: Callable[[float], None] | None = None) -> list[np.ndarray]:

@@ -106,9 +106,11 @@ class DriveCase(DirectDrive):
             out.append(FittedParameter(path, q.unit, q.value, scale, value, float(std * scale), bool(std < INFORMED)))
         return out
 
-    def rig_with(self, theta: np.ndarray, acting: Acting, spread: np.ndarray, source: str = "") -> Rig:
+    def rig_with(self, theta: np.ndarray, acting: Acting, spread: np.ndarray, source: str = "",
+                 joint: np.ndarray | None = None) -> Rig:
         """The rig with fitted parameters and effects written into its quantities; ``source`` names the recordings where it is empty."""
-        return super().rig_with(theta, acting, spread, source or "fitted to " + ", ".join(e.recording.path for e in self.experiments))
+        source = source or "fitted to " + ", ".join(e.recording.path for e in self.experiments)
+        return super().rig_with(theta, acting, spread, source, joint)
 
     def notes(self) -> list[str]:
         """What these recordings cannot say, whatever was found."""

@@ -146,8 +146,8 @@ class Diagnosable(Model, Protocol):
         """Parameters with prior and posterior; both arguments in deviations, (k,)."""
         ...
 
-    def rig_with(self, theta: np.ndarray, acting: Acting, spread: np.ndarray) -> Any:
-        """The rig's description with fitted parameters and effects in it."""
+    def rig_with(self, theta: np.ndarray, acting: Acting, spread: np.ndarray, *, joint: np.ndarray | None = None) -> Any:
+        """The rig's description with fitted parameters and effects in it; ``joint`` is their covariance, see `refit.Refitted`."""
         ...
 
     def notes(self) -> list[str]:

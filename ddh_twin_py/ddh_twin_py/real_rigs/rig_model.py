@@ -209,12 +209,14 @@ class RigModel:
         return [FittedParameter(name, unit, value, std, value + float(d) * std, float(s) * std, bool(s < INFORMED))
                 for (name, unit, value, std), d, s in zip(rows, theta, spread, strict=True)]
 
-    def rig_with(self, theta: np.ndarray, acting: Acting, spread: np.ndarray) -> RigCard:
+    def rig_with(self, theta: np.ndarray, acting: Acting, spread: np.ndarray, *, joint: np.ndarray | None = None) -> RigCard:
         """Fitted parameters; quantities of effects that act are added by their ids."""
         source = "fitted to " + ", ".join(run.name for run in self.runs)
         known = {p.name: Known(p.value, p.std, p.unit, source) for p in self.fitted_parameters(theta, spread)}
         record = self.record(self.first, theta)
-        known |= {effect.id: Known(effect.reference(record) + x, float("nan"), effect.unit, source) for effect, _, x in acting}
+        stds = np.full(len(acting), np.nan) if joint is None else np.sqrt(np.maximum(np.diagonal(joint)[theta.size :], 0.0))
+        known |= {effect.id: Known(effect.reference(record) + x, float(std), effect.unit, source)
+                  for (effect, _, x), std in zip(acting, stds, strict=True)}
         return RigCard(self.description.rig, self.description.source, known)
 
     def notes(self) -> list[str]:

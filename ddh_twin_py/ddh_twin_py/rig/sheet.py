@@ -186,7 +186,7 @@ def load_rig(path: str | Path | None = None) -> Rig:
             raise RigError(f"{path}: {name}: unit is missing, this entry is in {merged[name].unit!r}")
         merged[name] = replace(quantity, unit=merged[name].unit)
         if quantity.std is not None:
-            allowed = Bound(0.0, _largest_std(name, quantity.value))
+            allowed = Bound(0.0, largest_std(name, quantity.value))
             _within(f"{path}: {name}.std: value", quantity.std, allowed, merged[name].unit)
     for name, spec in sensors.items():
         if name not in _REFERENCE.sensors:
@@ -207,7 +207,7 @@ def _within(what: str, value: float, bound: Bound, unit: str) -> None:
         )
 
 
-def _largest_std(name: str, value: float) -> float:
+def largest_std(name: str, value: float) -> float:
     """Largest standard deviation of an entry, in its unit: of its value or the reference's, or its bounds' width where that is 0."""
     reference, bound = _REFERENCE.quantities[name].value, BOUNDS[name]
     if reference == 0.0:
