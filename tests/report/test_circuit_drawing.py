@@ -49,6 +49,40 @@ def test_words_stay_inside_and_apart():
             assert r1 <= l2 or r2 <= l1 or b1 <= t2 or b2 <= t1, (a, b, l1, l2, t1, t2)
 
 
+def test_only_sensors_that_were_recorded_are_drawn():
+    def letters(recorded):
+        drawn = groups(circuit_drawing({}, "plain", recorded))["sensor"].iter("text")
+        return [(t.text, t.attrib["x"]) for t in drawn]
+
+    assert len(letters(None)) == 7
+    assert letters({"temperature/tank_oil", "speed"}) == [("T", "714")]
+    assert sorted(t for t, _ in letters({"pressure_rod_side", "temperature/motor_winding"})) == ["T", "p"]
+
+
+def pieces(path):
+    """Straight pieces of a path of M, h, v, H and V, as x and y of both ends."""
+    x = y = 0.0
+    for letter, numbers in re.findall(r"([MhvHV])([-\d. ]+)", path):
+        values = [float(n) for n in numbers.split()]
+        at = {"M": values[:2], "h": [x + values[0], y], "v": [x, y + values[0]], "H": [values[0], y], "V": [x, values[0]]}[letter]
+        if letter != "M":
+            yield x, y, *at
+        x, y = at
+
+
+@pytest.mark.parametrize("name", ["relief valve", "check valves"])
+def test_no_pipe_goes_through_the_name_of_a_valve(name):
+    svg = circuit_drawing({}, "plain")
+    words = next(t for t in ElementTree.fromstring(svg).iter("text") if t.text == name)
+    x, y, long = float(words.attrib["x"]), float(words.attrib["y"]), 7.6 * len(name)
+    left = x - long if words.attrib["text-anchor"] == "end" else x
+    thin = [p.attrib["d"] for p in ElementTree.fromstring(svg).iter("path") if p.attrib.get("class") == "thin"]
+    assert len(thin) == 3
+    for x1, y1, x2, y2 in (piece for path in thin for piece in pieces(path)):
+        apart = max(x1, x2) < left or min(x1, x2) > left + long or max(y1, y2) < y - 12.0 or min(y1, y2) > y + 3.0
+        assert apart, (name, x1, y1, x2, y2)
+
+
 def test_a_component_that_is_none_is_named():
     with pytest.raises(ValueError, match="no component 'pump_3'"):
         circuit_drawing({"pump_3": Tint(1, "")}, "x")

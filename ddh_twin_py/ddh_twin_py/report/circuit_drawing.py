@@ -8,7 +8,7 @@ and dark; every component is a group ``data-component``, so that a live page can
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 
 from ddh_twin_py.report.document import Html, text
@@ -33,27 +33,28 @@ _SHAPES = {
     "pump_1": '<circle cx="290" cy="252" r="30"/><path class="detail solid" d="M282 223h16l-8 13zM282 281h16l-8-13z"/>',
     "pump_2": '<circle cx="520" cy="252" r="30"/><path class="detail solid" d="M512 223h16l-8 13zM512 281h16l-8-13z"/>',
     "check_valve": (
-        '<path class="thin" d="M228 392V328M228 298V186h56M600 392V328M600 298V160"/>'
+        '<path class="thin" d="M228 392V328M228 298V186h56M580 392V328M580 298V160"/>'
         '<circle cx="228" cy="313" r="15"/><path class="detail" d="M218 309l10-8 10 8"/>'
-        '<circle cx="600" cy="313" r="15"/><path class="detail" d="M590 309l10-8 10 8"/>'
-        '<circle class="detail solid" cx="228" cy="315" r="5"/><circle class="detail solid" cx="600" cy="315" r="5"/>'
+        '<circle cx="580" cy="313" r="15"/><path class="detail" d="M570 309l10-8 10 8"/>'
+        '<circle class="detail solid" cx="228" cy="315" r="5"/><circle class="detail solid" cx="580" cy="315" r="5"/>'
     ),
     "relief_valve": (
-        '<path class="thin" d="M554 160h126v78M680 274v118"/>'
-        '<rect x="662" y="238" width="36" height="36"/><path class="detail" d="M680 242v26m-5-7l5 7 5-7M700 242l6 5-6 6 6 6-6 6 6 5"/>'
+        '<path class="thin" d="M554 160h96v78M650 274v8h-48v60h-22"/>'
+        '<rect x="632" y="238" width="36" height="36"/><path class="detail" d="M650 242v26m-5-7l5 7 5-7M632 242l-6 5 6 6-6 6 6 6-6 5"/>'
     ),
     "cylinder": '<rect x="330" y="40" width="236" height="80" rx="3"/><path class="detail solid" d="M420 42h14v76h-14z"/>'
                 '<path class="rod" d="M434 74h198v12H434z"/>',
     "load": '<rect x="632" y="44" width="76" height="72" rx="2"/><path class="detail" d="M654 80h32m-9-7l9 7-9 7"/>',
-    "sensor": "".join(
-        f'<circle cx="{x}" cy="{y}" r="11"/><text class="tag" x="{x}" y="{y + 4}">{letter}</text>'
-        for x, y, letter in ((309, 146, "p"), (567, 143, "p"), (592, 56, "x"), (192, 284, "T"), (314, 284, "T"), (714, 394, "T"))
-    ),
 }
+_SENSORS = (  # where a sensor is drawn, its letter, and the signals of which one is enough to draw it
+    (309, 146, "p", ("pressure_piston_side",)), (567, 143, "p", ("pressure_rod_side",)), (592, 56, "x", ("rod_position", "rod_velocity")),
+    (192, 284, "T", ("temperature/motor_winding", "temperature/motor_housing")), (314, 284, "T", ("temperature/pump_1_case",)),
+    (544, 284, "T", ("temperature/pump_2_case",)), (714, 394, "T", ("temperature/tank_oil", "temperature/tank_wall")),
+)
 _CONNECTIONS = '<path class="shaft" d="M200 252h60M320 252h170"/><path class="thin" d="M92 252h36M290 282v110M520 282v110"/>'
 _LABEL = {  # where name and value stand: x, y, anchor, on one line
     "drive": (24, 294, "start", False), "motor": (164, 190, "middle", False), "pump_1": (308, 198, "start", False),
-    "pump_2": (510, 308, "end", False), "relief_valve": (680, 298, "middle", False), "check_valve": (206, 344, "end", False),
+    "pump_2": (510, 308, "end", False), "relief_valve": (610, 304, "start", False), "check_valve": (206, 344, "end", False),
     "line_a": (278, 124, "end", False), "line_b": (510, 148, "end", False), "cylinder": (448, 29, "middle", True),
     "load": (670, 135, "middle", False), "tank": (470, 445, "middle", True), "oil": (470, 402, "middle", True),
     "ambient": (20, 29, "start", True), "sensor": (20, 412, "start", False),
@@ -83,11 +84,12 @@ def step_of(share: float) -> int:
     return 1 + sum(share > edge for edge in (0.05, 0.15, 0.35, 0.6))
 
 
-def circuit_drawing(tints: Mapping[str, Tint], caption: str) -> Html:
+def circuit_drawing(tints: Mapping[str, Tint], caption: str, recorded: Collection[str] | None = None) -> Html:
     """The drawing.
 
     Args:
         tints: component to what is said of it; the others stay plain. caption: read aloud for the picture.
+        recorded: signals whose sensors are drawn; None for all.
 
     Raises:
         ValueError: a component that is not one of `COMPONENTS`.
@@ -95,7 +97,7 @@ def circuit_drawing(tints: Mapping[str, Tint], caption: str) -> Html:
     for component in tints:
         if component not in COMPONENTS:
             raise ValueError(f"no component {component!r} in the drawing; valid are {', '.join(COMPONENTS)}")
-    parts = "".join(_component(name, tints.get(name)) + (_CONNECTIONS if name == "tank" else "") for name in _ORDER)
+    parts = "".join(_component(name, tints.get(name), recorded) + (_CONNECTIONS if name == "tank" else "") for name in _ORDER)
     labels = "".join(_words(name, tints.get(name)) for name in _ORDER)
     return Html(
         f'<svg class="circuit" viewBox="0 0 {_WIDTH} {_HEIGHT}" role="img" aria-label="{text(caption)}">{parts}{labels}</svg>'
@@ -106,12 +108,18 @@ def scale() -> Html:
     """What the colours stand for."""
     edges = ("none", "up to 5 %", "5 to 15 %", "15 to 35 %", "35 to 60 %", "above 60 %")
     items = "".join(f'<li><i class="q{i}"></i>{edge}</li>' for i, edge in enumerate(edges))
-    return Html(f'<ul class="key scale"><li>Share of what is missing:</li>{items}</ul>')
+    return Html(f'<ul class="key scale"><li>Share of the evidence:</li>{items}</ul>')
 
 
-def _component(name: str, tint: Tint | None) -> str:
+def _component(name: str, tint: Tint | None, recorded: Collection[str] | None) -> str:
     title = f"<title>{text(tint.title or f'{_NAME[name]}: {tint.label}')}</title>" if tint else f"<title>{_NAME[name]}</title>"
-    return f'<g data-component="{name}" class="q{tint.step if tint else 0}">{title}{_SHAPES[name]}</g>'
+    shape = _sensors(recorded) if name == "sensor" else _SHAPES[name]
+    return f'<g data-component="{name}" class="q{tint.step if tint else 0}">{title}{shape}</g>'
+
+
+def _sensors(recorded: Collection[str] | None) -> str:
+    return "".join(f'<circle cx="{x}" cy="{y}" r="11"/><text class="tag" x="{x}" y="{y + 4}">{letter}</text>'
+                   for x, y, letter, signals in _SENSORS if recorded is None or any(name in recorded for name in signals))
 
 
 def _words(name: str, tint: Tint | None) -> str:
