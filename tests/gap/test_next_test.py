@@ -12,7 +12,7 @@ from ddh_twin_py.gap.candidate_tests import FASTEST, SLOWEST, candidate_tests
 from ddh_twin_py.gap.catalogue import EFFECTS
 from ddh_twin_py.gap.direct_drive import DirectDrive
 from ddh_twin_py.gap.hypotheses import POWER
-from ddh_twin_py.gap.next_test import next_test, trials
+from ddh_twin_py.gap.next_test import DECIDES, described, next_test, trials
 from ddh_twin_py.gap.next_test_of_unknown import next_test_of_unknown
 from ddh_twin_py.gap.search import search
 from ddh_twin_py.gap.separating import Remaining, root_of
@@ -112,3 +112,8 @@ def test_of_an_unknown_that_goes_with_speed_faster_tests_are_proposed(case):
     assert "1200 rpm" in test["description"] and "speed" in test["between"][0]
     assert test["expected_separation"] > 3.0
     assert next_test_of_unknown(model, found, BEARING, "temperature/line_b", 2.0, ["speed"]) is None
+
+
+def test_a_test_that_would_hardly_decide_says_so():
+    assert described("Lift slowly.", DECIDES) == "Lift slowly."
+    assert described("Lift slowly.", 0.99 * DECIDES) == "No test of the list would decide this; the one that tells most of them: Lift slowly."

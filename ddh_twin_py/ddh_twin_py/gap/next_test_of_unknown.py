@@ -8,7 +8,7 @@ import numpy as np
 
 from ddh_twin_py.gap.beliefs import belief_in
 from ddh_twin_py.gap.direct_drive import STEP, DirectDrive
-from ddh_twin_py.gap.next_test import trials
+from ddh_twin_py.gap.next_test import described, trials
 from ddh_twin_py.gap.search import Found
 from ddh_twin_py.gap.separating import Trial
 from ddh_twin_py.physics.thermal_network import TANK
@@ -51,7 +51,7 @@ def next_test_of_unknown(model: DirectDrive, found: Found, ids: tuple[str, ...],
         return None
     low, high, unit = _shown(variable, seen)
     return {
-        "description": f"{description} The {variable} then goes from {low:.0f} to {high:.0f} {unit}.",
+        "description": f"{described(description, round(best, 2))} The {variable} then goes from {low:.0f} to {high:.0f} {unit}.",
         "between": [f"unknown, growing with the {variable}", f"unknown, the same at any {variable}"],
         "expected_separation": round(best, 2)}
 
