@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import pytest
 from ddh_twin_py.gap.catalogue import EFFECTS
-from ddh_twin_py.report.gap_summary import LINES, print_gap
+from ddh_twin_py.report.gap_summary import LINES, _notes, print_gap
 from ddh_twin_py.report.gap_words import effect_name, signal_name
 from rich.console import Console
 from support.made_diagnosis import KINDS, made_diagnosis
@@ -37,6 +37,25 @@ def test_stays_within_it_where_everything_is_long():
     lines = rendered(replace(diagnosis, report=report, weighed=weighed, sentence="a long sentence " * 40))
     assert len(lines) <= LINES and max(map(len, lines)) <= 80
     assert "(17 % closed)" in " ".join(" ".join(lines).split())
+
+
+def test_the_next_test_is_told_to_its_end_and_lost_data_come_first():
+    diagnosis = made_diagnosis("ambiguous", seconds=120.0)
+    told = "3 min of lifting 145.3 kg at 1200 rpm and lowering it at 1200 rpm between 0.02 and 0.37 m, with 1 s of rest at each end, " \
+           "begun with the unit as cold as its surroundings (21 degC). It would not tell load.mass from load.geometry."
+    cut = "bags/cut is cut off; recovered 14569 of 40499 messages, 324 s"
+    report = {**diagnosis.report, "notes": ["first note", cut, "a long note " * 20, "fourth", "fifth"],
+              "next_test": {"description": told, "between": [], "expected_separation": 3.0}}
+    lines = rendered(replace(diagnosis, report=report))
+    said = " ".join(" ".join(lines).split())
+    assert told in said and cut in said and len(lines) <= LINES
+    assert said.index(cut) < said.index("gap ") and said.index(cut) < said.index("first note")
+
+
+@pytest.mark.parametrize(("count", "said"), [(1, "another"), (2, "and 2 further notes in the report")])
+def test_notes_without_room_are_counted(count, said):
+    lines = [line.plain for line in _notes(["one", "two " * 30, *["another"] * count], 4)]
+    assert lines[0] == "note       one" and said in lines[-1] and len(lines) == 4 and "1 further" not in lines[-1]
 
 
 def test_numbers_are_those_of_the_report():

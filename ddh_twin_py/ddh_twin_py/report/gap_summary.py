@@ -8,7 +8,18 @@ from typing import TYPE_CHECKING
 from rich.console import Console
 from rich.text import Text
 
-from ddh_twin_py.report.gap_words import NEAR, VERDICTS, closed, component_name, effect_name, percent, set_name, signal_name, times_floor
+from ddh_twin_py.report.gap_words import (
+    NEAR,
+    VERDICTS,
+    closed,
+    component_name,
+    effect_name,
+    ending,
+    percent,
+    set_name,
+    signal_name,
+    times_floor,
+)
 from ddh_twin_py.report.summary import STYLE
 from ddh_twin_py.report.units import in_unit, number, plus_minus, probably
 
@@ -17,7 +28,10 @@ if TYPE_CHECKING:
 
 LINES, WIDTH = 25, 80
 """What a summary fits in."""
-_MOST_HYPOTHESES, _MOST_PLACES, _MOST_SIGNALS = 4, 3, 5
+_MOST_HYPOTHESES, _MOST_PLACES, _MOST_SIGNALS, _MOST_LOST = 4, 3, 5, 2
+_MOST_OF_TEST, _LEAST_OF_SIGNALS, _LEAST_OF_NOTES = 7, 4, 2  # lines
+_RECOVERED = "; recovered "
+"""Stands in what reading says of a damaged recording."""
 
 
 def gap_summary(diagnosis: Diagnosis) -> list[Text]:
@@ -26,16 +40,23 @@ def gap_summary(diagnosis: Diagnosis) -> list[Text]:
     words, level = VERDICTS[report["verdict"]]
     lines = [Text(line) for line in _wrapped(f"{words}: {diagnosis.sentence.removeprefix(f'{words}: ')}", 4)]
     lines[0].stylize(f"bold {STYLE[level]}", 0, len(words))
-    lines += _gap(report)
+    lost = _lost(diagnosis)
+    for i, note in enumerate(lost[:_MOST_LOST]):
+        lines += _titled("" if i else "data", note, 3)
+    lines += _gap(diagnosis)
     lines += _hypotheses(diagnosis)
-    lines += _places(report)
-    lines += _signals(report)
-    if report["next_test"]:
-        lines += _titled("next test", report["next_test"]["description"], 2)
-    room = LINES - len(lines)
-    if report["notes"] and room > 0:
-        lines += _notes(report["notes"], room)
-    return lines[:LINES]
+    notes = [note for note in report["notes"] if note not in lost[:_MOST_LOST] and note not in diagnosis.sentence]
+    test = _titled("next test", report["next_test"]["description"], _MOST_OF_TEST) if report["next_test"] else []
+    lines += _places(report)[: max(1, LINES - len(lines) - len(test) - _LEAST_OF_SIGNALS)]
+    lines += _signals(report, LINES - len(lines) - len(test) - min(len(notes), _LEAST_OF_NOTES))
+    lines += test
+    return (lines + _notes(notes, LINES - len(lines)))[:LINES]
+
+
+def _lost(diagnosis: Diagnosis) -> list[str]:
+    """Notes on data that were lost, which the sentence does not say; those on which a diagnosis rests first."""
+    lost = [*diagnosis.damage, *(note for note in diagnosis.report["notes"] if _RECOVERED in note)]
+    return [note for note in dict.fromkeys(lost) if note not in diagnosis.sentence]
 
 
 def print_gap(diagnosis: Diagnosis, console: Console | None = None) -> None:
@@ -45,12 +66,12 @@ def print_gap(diagnosis: Diagnosis, console: Console | None = None) -> None:
         console.print(line, no_wrap=True, overflow="ellipsis", highlight=False)
 
 
-def _gap(report: dict) -> list[Text]:
-    gap = report["gap"]
+def _gap(diagnosis: Diagnosis) -> list[Text]:
+    report, gap = diagnosis.report, diagnosis.report["gap"]
     if gap["before"] is None:
         return []
     said = "" if gap["closed_fraction"] is None else f" ({closed(gap['closed_fraction'])} closed)"
-    last = "fitted to all recordings" if report["verdict"] == "no_gap" else f"with the cause{said}"
+    last = f"{ending(report['verdict'], diagnosis.added)}{said}"
     return _titled("gap", f"{number(gap['as_is'], 2)} × floor as given, {number(gap['before'], 2)} fitted, "
                           f"{number(gap['after'], 2)} {last}", 2)
 
@@ -82,32 +103,43 @@ def _places(report: dict) -> list[Text]:
     return lines
 
 
-def _signals(report: dict) -> list[Text]:
+def _signals(report: dict, room: int) -> list[Text]:
     worst = sorted(report["shrink"].items(), key=lambda item: -times_floor(item[1], "before"))
     rows = [item for item in worst if max(times_floor(item[1], "before"), times_floor(item[1], "after")) > NEAR]
     if not report["shrink"]:
         return []
     if not rows:
         return [Text(f"signals    all {len(worst)} within {NEAR:g} times their noise floor")]
-    lines = [Text(f"{'signals':<11}{'RMS of what the twin misses':<29}{'before → after':>20}{'× noise floor':>20}")]
-    for name, row in rows[:_MOST_SIGNALS]:
+    lines = [Text(f"{'signals':<11}{'RMS of what the twin misses':<30}{'before → after':>19}{'× noise floor':>20}")]
+    most = max(0, min(_MOST_SIGNALS, room - 2))
+    if not most:
+        near = sum(times_floor(row, "after") <= NEAR for _, row in worst)
+        return [Text(f"signals    {near} of {len(worst)} end within {NEAR:g} times their floor")]
+    for name, row in rows[:most]:
         before, after, unit = times_floor(row, "before"), times_floor(row, "after"), row["unit"]
         sizes = f"{in_unit(row['before'], unit, False)} → {in_unit(row['after'], unit)}"
-        line = Text(f"{'':<11}{signal_name(name):<27}{sizes:>22}{f'{number(before, 2)} → {number(after, 2)}':>20}")
+        line = Text(f"{'':<11}{signal_name(name):<28}{sizes:>21}{f'{number(before, 2)} → {number(after, 2)}':>20}")
         line.truncate(WIDTH)
         if after > NEAR:
             line.stylize(STYLE["fair"], len(line) - len(number(after, 2)))
         lines.append(line)
-    if len(worst) > len(rows[:_MOST_SIGNALS]):
+    if len(worst) > len(rows[:most]):
         near = sum(times_floor(row, "after") <= NEAR for _, row in worst)
         lines.append(Text(f"           {near} of {len(worst)} signals end within {NEAR:g} times their floor"))
     return lines
 
 
 def _notes(notes: list[str], room: int) -> list[Text]:
-    lines = _titled("note", notes[0], min(room, 3))
-    if len(notes) > 1 and len(lines) < room:
-        lines.append(Text(f"           and {len(notes) - 1} further notes in the report (--html FILE, --json FILE)"))
+    """Notes as long as there is room, and how many more there are; what is left for the last one is its own."""
+    lines: list[Text] = []
+    if room < 1:
+        return lines
+    for i, note in enumerate(notes):
+        left = room - len(lines) - (1 if i < len(notes) - 1 else 0)
+        if left < 1:
+            lines.append(Text(f"           and {len(notes) - i} further notes in the report (--html FILE, --json FILE)"))
+            break
+        lines += _titled("" if i else "note", note, min(left, 3))
     return lines
 
 

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
-from ddh_twin_py.report.units import ZERO_CELSIUS, plain, shown, words
+from ddh_twin_py.gap.learned import PREFIX
+from ddh_twin_py.report.units import ZERO_CELSIUS, decimals, number, shown, words
 
 UNKNOWN = "unknown"
 """Id that stands for an effect outside the catalogue."""
@@ -43,7 +44,7 @@ _EFFECT_NAMES = {
     "sensor.temperature_lag": "sensor: lag on surfaces", "sensor.surface_contact": "sensor: contact with surfaces",
     "sensor.time_skew": "sensor: clocks apart",
 }
-_STRENGTH = ((25.0, "very strong"), (9.0, "strong"), (4.0, "some"))
+_STRENGTH = ((1e4, "overwhelming"), (1e3, "very strong"), (1e2, "strong"), (10.0, "clear"), (4.0, "some"))
 _NUMBER = r"[−-]?\d+(?:\.\d+)?(?:e[+-]?\d+)?"
 _AMOUNT = re.compile(rf"(?P<low>{_NUMBER}) to (?P<high>{_NUMBER}) (?P<unit>rad/s|Pa|m/s|m|K)$")
 _AXIS = re.compile(r"^(?P<name>.*?),? *[\[(]?(?P<unit>rad/s|Pa|m/s|m3/s|N\*m|degC|K|m|s|A|W|V)[\])]?$")
@@ -57,7 +58,7 @@ def component_name(component: str) -> str:
 def signal_name(signal: str) -> str:
     """A signal in words; temperatures by their place."""
     if signal.startswith("temperature/"):
-        return f"temperature, {words(signal.split('/', 1)[1])}"
+        return f"temperature, {component_name(signal.split('/', 1)[1])}"
     return _NAMES.get(signal, words(signal))
 
 
@@ -92,6 +93,15 @@ def closed(fraction: float) -> str:
     return f"{100.0 * fraction:.0f} %".replace("-", "−")
 
 
+def ending(verdict: str, added: Sequence[str]) -> str:
+    """With what the gap at the end was taken: effects or learned terms ``added``, or parameters fitted anew alone."""
+    if not added:
+        return "parameters refitted"
+    if added[0].startswith(PREFIX):
+        return "with a learned term"
+    return {"explained": "with the cause added", "ambiguous": "with the leading hypothesis"}.get(verdict, "with the best listed hypothesis")
+
+
 def times_floor(row: Mapping[str, float], when: str) -> float:
     """RMS of a row of the report's shrink over its noise floor; ``when`` is before or after."""
     return row[when] / row["noise"] if row["noise"] > 0.0 else math.inf
@@ -123,8 +133,11 @@ def regime_name(regime: str) -> str:
     name, shift = unit.unit, 0.0
     if found["unit"] == "K" and low > 200.0:
         name, shift = "°C", ZERO_CELSIUS
-    low, high = ((v - shift) * unit.factor for v in (low, high))
-    return f"{regime[:found.start()]}{plain(low)} to {plain(high)} {name}"
+    ends = [(v - shift) * unit.factor for v in (low, high)]
+    digits = min(unit.digits, decimals(max(map(abs, ends))))
+    low, high = (number(v, digits) for v in ends)
+    said = f"about {float(low.replace('−', '-')):g}" if low == high else f"{low} to {high}"
+    return f"{regime[:found.start()]}{said} {name}"
 
 
 def axis_scale(name: str, lowest: float) -> tuple[str, str, float, float]:
