@@ -9,7 +9,9 @@ import jsonschema
 import numpy as np
 import pytest
 from ddh_twin_py.gap.catalogue import EFFECTS
+from ddh_twin_py.gap.diagnosis import Weighed
 from ddh_twin_py.report.document import json_text
+from ddh_twin_py.report.gap_parameters import in_file
 from ddh_twin_py.report.gap_report import gap_document
 from ddh_twin_py.report.units import plus_minus
 from support.made_diagnosis import KINDS, made_diagnosis
@@ -90,7 +92,7 @@ def test_every_hypothesis_place_and_signal_is_there_with_its_figures(diagnoses):
         for name, row in diagnosis.report["shrink"].items():
             assert f"{row['before'] / row['noise']:.2f}" in said and f"{row['after'] / row['noise']:.2f}" in said, name
         for parameter in diagnosis.parameters:
-            assert parameter.name in said and f"{parameter.value:.4g}" in said
+            assert parameter.name in said and in_file(parameter.value, parameter.std) in said
             if parameter.name in diagnosis.rig.quantities:
                 assert diagnosis.rig.quantities[parameter.name].source in said
 
@@ -100,6 +102,18 @@ def test_reasons_and_the_next_test_are_there(diagnoses):
     assert all(reason in said for reason in diagnoses["ambiguous"].confusable.values())
     assert "Run the uncoupled motor at 1000 rpm for ten minutes." in said and "7.5" in said and "about 1 808 times" in said
     assert "pump 1: friction from motor: bearing friction" in said
+
+
+@pytest.mark.parametrize(("size", "said", "not_said"), [
+    (0.3, "It would hardly tell load: mass from load: geometry and from no effect.", "It tells"),
+    (7.5, "It tells load: mass from load: geometry and from no effect.", "hardly"),
+])
+def test_a_test_that_would_not_decide_is_not_praised(size, said, not_said, diagnoses):
+    test = {"description": "Lift.", "between": ["load.mass", "load.geometry", "no effect"], "expected_separation": size}
+    diagnosis = diagnoses["ambiguous"]
+    words = " ".join(Page(gap_document(replace(diagnosis, report={**diagnosis.report, "next_test": test})).html()).words)
+    assert said in words and not_said not in words
+    assert ("hardly higher than before" in words) == (size < 1.0)
 
 
 def test_charts_hold_what_was_measured_less_what_the_twin_says(diagnoses):
@@ -115,7 +129,7 @@ def test_charts_hold_what_was_measured_less_what_the_twin_says(diagnoses):
 def test_temperatures_are_in_degC_and_their_differences_in_kelvin(diagnoses):
     page = gap_document(diagnoses["explained"]).html()
     (chart,) = (c for c in Page(page).charts if c["unit"] == "°C" and c["floor"] == 0.2)
-    assert chart["y"][0][1] < 40.0
+    assert chart["y"][0][1] < 40.0 and "°C; below: their difference, K" in page
     assert "missing, K against oil temperature, °C" in page and "oil temperature 22.9 to 29.9 °C" in page
 
 
@@ -125,6 +139,56 @@ def test_an_hour_stays_below_eight_megabytes():
     page = gap_document(replace(diagnosis, traces=traces)).html()
     assert len(Page(page).charts) == 2 * len(diagnosis.traces)
     assert len(page.encode()) < 8e6
+
+
+def card(diagnosis, title):
+    """The number of a card of the page's head, None where it is not there."""
+    found = re.search(rf"<dt>{title}</dt>\s*<dd>([^<]*)", gap_document(diagnosis).html())
+    return found and found[1].strip()
+
+
+@pytest.mark.parametrize(("kind", "added", "title"), [
+    ("explained", ("pump_1.leakage",), "With the cause added"), ("unknown", ("learned.motor_heat",), "With a learned term"),
+    ("unknown", ("load.mass",), "With the best listed hypothesis"), ("unknown", (), "Parameters refitted"),
+])
+def test_the_gap_at_the_end_is_called_after_what_was_added(kind, added, title, diagnoses):
+    gap = {**diagnoses[kind].report["gap"], "after": 1.34}
+    diagnosis = replace(diagnoses[kind], added=added, report={**diagnoses[kind].report, "gap": gap})
+    assert card(diagnosis, title) == "1.34 ×"
+    assert title == "With the cause added" or card(diagnosis, "With the cause added") is None
+
+
+def test_what_speaks_most_strongly_against_is_named_first(diagnoses):
+    leader = diagnoses["explained"].weighed[0]
+    gains = {"pressure_piston_side": 4e5, "speed": -5.0, "current": -300.0, "voltage": -27.0, "electrical_power": -9.0}
+    diagnosis = replace(diagnoses["explained"], weighed=[replace(leader, gains=gains)])
+    said = " ".join(Page(gap_document(diagnosis).html()).words)
+    assert "Against it current fits worse (strong); voltage fits worse (clear); electrical power fits worse (some)" in said
+    assert "pressure, piston side (overwhelming, 100 % of the evidence)" in said
+
+
+def test_no_effect_has_its_gap_shown_and_no_evidence(diagnoses):
+    one = Weighed((), 0.001, 2.2, {}, {"speed": 0.0, "current": 0.0}, {"speed": 1.0, "current": 1.1})
+    folded = gap_document(replace(diagnoses["explained"], weighed=[*diagnoses["explained"].weighed[:1], one])).html()
+    assert "2.20" in re.sub(r"<details.*?</details>", "", folded, flags=re.DOTALL)
+    alone = gap_document(replace(diagnoses["no_gap"], weighed=[replace(one, probability=0.9)])).html()
+    assert "Evidence signal by signal" not in alone and "Against it" not in alone
+
+
+def test_what_an_effect_made_of_a_parameter_stands_beside_what_was_fitted(diagnoses):
+    diagnosis = diagnoses["explained"]
+    leakage = replace(diagnosis.rig.quantities["pump_1.leakage"], value=2.05e-12, std=8e-14, source="effect pump_1.leakage, fitted to x")
+    rig = replace(diagnosis.rig, quantities={**diagnosis.rig.quantities, "pump_1.leakage": leakage})
+    said = " ".join(Page(gap_document(replace(diagnosis, rig=rig)).html()).words)
+    assert "(1.120 ± 0.040)e-12 (2.050 ± 0.080)e-12 effect pump_1.leakage" in " ".join(said.split())
+    assert "-o writes them with it" not in " ".join(Page(gap_document(replace(diagnosis, rig=rig, added=())).html()).words)
+
+
+@pytest.mark.parametrize(("value", "std", "said"), [
+    (2900.0, 290.0, "2900 ± 290"), (1.9e-12, 6.5e-14, "(1.900 ± 0.065)e-12"), (0.0, 6e4, "0 ± 60000"), (0.0, 0.0, "0"),
+])
+def test_values_of_the_rig_file_have_the_digits_that_their_spread_allows(value, std, said):
+    assert in_file(value, std) == said
 
 
 def test_a_missing_sample_and_a_signal_without_any_do_not_break_the_page(diagnoses):

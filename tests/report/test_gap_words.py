@@ -4,7 +4,8 @@ import math
 
 import pytest
 from ddh_twin_py.gap.catalogue import EFFECTS
-from ddh_twin_py.report.gap_words import axis_scale, closed, effect_name, leaning, percent, regime_name, set_name, times_floor
+from ddh_twin_py.report.gap_symbols import legend
+from ddh_twin_py.report.gap_words import axis_scale, closed, effect_name, ending, leaning, percent, regime_name, set_name, times_floor
 from ddh_twin_py.report.units import plus_minus, probably
 
 
@@ -38,6 +39,8 @@ def test_variables_and_regimes_are_said_in_units_that_people_read():
     assert axis_scale("cycle", 0.0) == ("cycle", "", 1.0, 0.0)
     assert regime_name("speed 40 to 80 rad/s") == "speed 382 to 764 rpm"
     assert regime_name("oil temperature 293.15 to 303.15 K") == "oil temperature 20.0 to 30.0 °C"
+    assert regime_name("speed 0 to 2.4e-13 rad/s") == "speed about 0 rpm"
+    assert regime_name("pressure 370000 to 5860000 Pa") == "pressure 3.7 to 58.6 bar"
     assert regime_name("below the relief valve's opening") == "below the relief valve's opening"
 
 
@@ -45,9 +48,24 @@ def test_probabilities_are_never_more_certain_than_they_are():
     assert [percent(p) for p in (0.0, 1e-6, 0.5, 0.9999, 1.0)] == ["0 %", "< 0.5 %", "50 %", "> 99.5 %", "100 %"]
     assert [probably(p) for p in (0.0, 0.004, 0.5, 0.9999, 1.0)] == ["< 0.5 %", "< 0.5 %", "50 %", "> 99.5 %", "> 99.5 %"]
     assert [closed(f) for f in (-0.2, 0.94, 1.3)] == ["−20 %", "94 %", "all"]
-    assert [leaning(g) for g in (3.9, -3.9, 30.0, -10.0, 5.0)] == [
-        "says nothing", "says nothing", "very strong, for it", "strong, against it", "some, for it"]
+    assert [leaning(g) for g in (3.9, -3.9, 30.0, -100.0, 5.0, 5e3, 4e5)] == [
+        "says nothing", "says nothing", "clear, for it", "strong, against it", "some, for it", "very strong, for it",
+        "overwhelming, for it"]
     assert times_floor({"before": 3.0, "noise": 0.0}, "before") == math.inf
+
+
+def test_the_end_of_a_diagnosis_is_called_what_it_is():
+    assert ending("unknown", ()) == ending("no_gap", ()) == "parameters refitted"
+    assert ending("unknown", ("learned.motor_heat",)) == "with a learned term"
+    assert ending("unknown", ("load.mass",)) == "with the best listed hypothesis"
+    assert ending("explained", ("load.mass",)) == "with the cause added"
+
+
+def test_symbols_of_a_law_are_explained():
+    assert legend("q = G (T_wall - T_ambient)") == "q: heat flow, G: conductance, T_wall: temperature of the tank's wall, " \
+                                                   "T_ambient: ambient temperature"
+    assert legend("p_read = g p").startswith("p_read: pressure read, g: gain") and "g: gravity" in legend(EFFECTS["load.mass"].law)
+    assert all(legend(effect.law) for effect in EFFECTS.values())
 
 
 def test_every_effect_has_a_name_of_its_own():

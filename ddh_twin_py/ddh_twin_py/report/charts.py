@@ -53,6 +53,7 @@ class Chart:
         unsettled: spans (from, to), s, in which the bands are drawn but do not stretch the axis.
         differences: pairs (line, reference) of trace numbers, drawn below as line minus
             reference, with a band of plus and minus ``floor``. below: height of that part, pixels.
+        difference_unit: named beside the chart's; empty where it need not be said.
     """
 
     title: str
@@ -68,6 +69,7 @@ class Chart:
     floor: float = 0.0
     unsettled: Sequence[tuple[float, float]] = ()
     below: int = 92
+    difference_unit: str = ""
     most: int = field(default=MOST_POINTS)
 
     def html(self, domain: tuple[float, float]) -> str:
@@ -99,10 +101,11 @@ class Chart:
             spec["unsettled"] = [[float(edge) for edge in span] for span in self.unsettled]
         if differences:
             spec |= {"differences": [list(pair) for pair in self.differences], "floor": self.floor, "below": self.below}
+        unit = f"{self.unit}; below: their difference, {self.difference_unit}" if self.difference_unit else self.unit
         note = f'<p class="note">{escape(self.note)}</p>' if self.note else ""
         return (
             f'<figure class="chart{" wide" if self.wide else ""}"><figcaption>{escape(self.title)}'
-            f' <span class="unit">{escape(self.unit)}</span></figcaption>'
+            f' <span class="unit">{escape(unit)}</span></figcaption>'
             f'<div class="plot" tabindex="0" role="img" style="min-height:{self.height}px"'
             f' aria-label="{escape(self.title)} over time, in {escape(self.unit)}"></div>'
             f'{note}<script type="application/json">{script_json(spec)}</script></figure>'

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from ddh_twin_py.gap.diagnosis import Diagnosis, Weighed
 from ddh_twin_py.gap.effect import Effect
 from ddh_twin_py.report import document as doc
+from ddh_twin_py.report.gap_symbols import legend
 from ddh_twin_py.report.gap_words import (
     NEAR,
     UNKNOWN,
@@ -24,10 +25,10 @@ _NOTICEABLE = 0.01
 """Probability from which on a hypothesis is shown unfolded."""
 _MOST_OPEN = 4
 _MOST_NAMED = 3
-_HEARD = 0.01  # of all evidence for a hypothesis, below which what a signal has against it is not named
 EVIDENCE = (
     "Evidence is how much of the misfit goes away with the hypothesis: each sample's misfit in multiples of what noise allows, squared and "
-    "summed (a chi-square). Up to 4 is chance, 25 is very strong; below 0 the signal fits worse with it. "
+    "summed (a chi-square). Up to 4 is chance; from 4 on some, from 10 clear, from 100 strong, from 1000 very strong, from 10 000 "
+    "overwhelming; below 0 the signal fits worse with it. "
     "Left is what remains of the signal with it, in multiples of its noise floor; 1 is noise alone."
 )
 
@@ -48,8 +49,13 @@ def hypotheses(diagnosis: Diagnosis) -> doc.Html:
         columns = (doc.Column("Hypothesis", number=False), doc.Column("Probability"), doc.Column("Gap left", "× floor"),
                    doc.Column("Value", number=False))
         rows = [(capital(set_name(w.effects)), probably(w.probability), number(w.gap_after, 2), _values(w)) for w in rest]
-        said = "One further hypothesis, less probable" if len(rest) == 1 else f"{len(rest)} further hypotheses, less probable"
-        blocks.append(doc.details(said, _wrapped(doc.table(columns, rows))))
+        none = [row for w, row in zip(rest, rows, strict=True) if not w.effects]
+        others = [row for w, row in zip(rest, rows, strict=True) if w.effects]
+        if none:
+            blocks.append(_wrapped(doc.table(columns, none, "Against which all others are weighed")))
+        if others:
+            said = "One further hypothesis, less probable" if len(others) == 1 else f"{len(others)} further hypotheses, less probable"
+            blocks.append(doc.details(said, _wrapped(doc.table(columns, others))))
     return doc.Html("".join(blocks))
 
 
@@ -113,7 +119,7 @@ def _effect(effect: str, w: Weighed, known: Effect | None) -> doc.Html:
     if known is not None:
         blocks.append(doc.paragraph(known.about))
         alike = ", ".join(effect_name(e) for e in known.confused_with)
-        rows = (("Law", known.law), ("What it shows", known.signature), ("Often taken for", alike),
+        rows = (("Law", known.law), ("Symbols", legend(known.law)), ("What it shows", known.signature), ("Often taken for", alike),
                 ("How to check on the machine", known.check))
         blocks.append('<dl class="about">' + "".join(f"<dt>{name}</dt><dd>{doc.text(said)}</dd>" for name, said in rows if said) + "</dl>")
     return doc.Html("".join(blocks))
@@ -129,16 +135,16 @@ def _parameters(row: dict) -> str:
 
 
 def _in_words(w: Weighed) -> doc.Html:
-    if not w.gains:
+    if not any(w.gains.values()):
         return doc.Html("")
     total = sum(g for g in w.gains.values() if g > 0.0) or 1.0
     speaking = sorted(w.gains.items(), key=lambda item: -item[1])
     backing = [f"{signal_name(n)} ({strength(g)}, {percent(g / total)} of the evidence)" for n, g in speaking if g >= 4.0][:_MOST_NAMED]
-    against = [f"{signal_name(n)} fits worse ({strength(g)} evidence)" for n, g in reversed(speaking)
-               if g <= -max(4.0, _HEARD * total)][:_MOST_NAMED]
+    against = [f"{signal_name(n)} fits worse ({strength(g)})" for n, g in reversed(speaking) if g <= -4.0][:_MOST_NAMED]
     open_ = [f"{signal_name(n)} stays {number(v, 1)} times its floor" for n, v in _sorted(w.left) if v > NEAR][:_MOST_NAMED]
     rows = [("For it", "; ".join(backing) or "no signal speaks for it beyond chance"),
-            ("Against it", "; ".join(against + open_) or "no signal speaks against it, none stays beyond its floor")]
+            ("Against it", "; ".join(against) or "no signal speaks against it beyond chance"),
+            ("Left open by it", "; ".join(open_) or "no signal stays beyond its floor")]
     return doc.Html('<dl class="about">' + "".join(f"<dt>{name}</dt><dd>{doc.text(said)}</dd>" for name, said in rows) + "</dl>")
 
 
@@ -148,7 +154,7 @@ def _sorted(left) -> list[tuple[str, float]]:
 
 def _evidence(w: Weighed, folded: bool) -> doc.Html:
     names = sorted({*w.gains, *w.left}, key=lambda n: -abs(w.gains.get(n, 0.0)))
-    if not names:
+    if not any(w.gains.values()):
         return doc.Html("")
     largest = max((abs(g) for g in w.gains.values()), default=0.0) or 1.0
     columns = (doc.Column("Signal", number=False), doc.Column("Evidence", number=False), doc.Column("In words", number=False),
@@ -188,4 +194,6 @@ def _wrapped(table: doc.Html) -> doc.Html:
 
 def between(effects: Sequence[str]) -> str:
     """Effects or sets of them (joined by ` + `) that a test tells apart, in words."""
-    return " from ".join(" and ".join(effect_name(e) for e in one.split(" + ")) for one in effects)
+    first, *others = [" and ".join(effect_name(e) for e in one.split(" + ")) for one in effects] or [""]
+    listed = ", from ".join(others[:-1])
+    return f"{first} from {listed and f'{listed} and from '}{others[-1]}" if others else first

@@ -12,31 +12,35 @@ from ddh_twin_py.report.gap_words import PHASE_MEANING, PHASES, capital, compone
 from ddh_twin_py.report.units import plus_minus
 
 _UNSURE = re.compile(r" ± \S+")
+_AT_ALL_TIMES = "Whole recording", "the mean over all phases; evidence of readings that belong to no phase, such as temperatures"
 _WITH_STD = 2.0
 """Standard deviations from which on a lack is called clear."""
 
 
 def drawings(diagnosis: Diagnosis) -> doc.Html:
     """One large drawing of the whole, one small per phase; plain where nothing is missing."""
+    recorded = frozenset(diagnosis.report["shrink"]) or None
     rows = [Lack(r["component"], r["domain"], r["phase"], "", r["missing"], r["std"], r["unit"], r["share"])
             for r in diagnosis.report["where"] if r["component"] in COMPONENTS]
     if not rows:
         return doc.Html(
             doc.paragraph("Nothing is missing anywhere." if diagnosis.report["gap"]["before"] is not None
                           else "The record does not say where anything is missing.")
-            + f'<div class="phases"><div class="phase wide"><div class="scroll">{circuit_drawing({}, "The DDH circuit")}</div></div></div>'
+            + f'<div class="phases"><div class="phase wide"><div class="scroll">{circuit_drawing({}, "The DDH circuit", recorded)}'
+            + "</div></div></div>"
         )
     by_phase = {phase: [row for row in rows if row.phase == phase] for phase in PHASES}
     if len(by_phase["all"]) == len(rows):
-        figures = [_figure("All phases alike", "what is missing at all times", _of_phase(rows), wide=True)]
+        figures = [_figure(*_AT_ALL_TIMES, _of_phase(rows), recorded, wide=True)]
     else:
-        figures = [_figure("All phases together", "share of everything that is missing", _whole(rows), wide=True)]
-        figures += [_figure(p.capitalize(), PHASE_MEANING[p], _of_phase(own)) for p, own in by_phase.items() if p != "all"]
+        figures = [_figure("All phases together", "share of the evidence", _whole(rows), recorded, wide=True)]
+        figures += [_figure(p.capitalize(), PHASE_MEANING[p], _of_phase(own), recorded) for p, own in by_phase.items() if p != "all"]
         if by_phase["all"]:
-            figures.append(_figure("All phases alike", "what is missing at all times", _of_phase(by_phase["all"])))
+            figures.append(_figure(*_AT_ALL_TIMES, _of_phase(by_phase["all"]), recorded))
     return doc.Html(
         doc.paragraph("What is missing is what would have to be added at a place of the twin for it to agree with the rig: a flow, a "
-                      "force, a torque, a heat, or a reading. A minus means that the rig has less of it than the twin.")
+                      "force, a torque, a heat, or a reading. A minus means that the rig has less of it than the twin. The colour is the "
+                      "share of the evidence: how strongly the recordings ask for it there, not how large it is.")
         + scale() + f'<div class="phases">{"".join(figures)}</div>'
     )
 
@@ -44,7 +48,7 @@ def drawings(diagnosis: Diagnosis) -> doc.Html:
 def drawing_of(rows: Sequence[Lack], title: str) -> doc.Html:
     """One drawing of the shares of some rows, those of single regimes left out; empty where there are none."""
     tints = _whole([row for row in rows if not row.regime and row.component in COMPONENTS])
-    return doc.Html(f'<div class="phases">{_figure(title, "share of what is missing", tints, wide=True)}</div>' if tints else "")
+    return doc.Html(f'<div class="phases">{_figure(title, "share of the evidence", tints, wide=True)}</div>' if tints else "")
 
 
 def lacking_table(rows: Sequence[Lack], caption: str = "") -> doc.Html:
@@ -54,12 +58,13 @@ def lacking_table(rows: Sequence[Lack], caption: str = "") -> doc.Html:
     columns = (
         doc.Column("Place", number=False), doc.Column("Kind", number=False), doc.Column("Phase", number=False),
         doc.Column("Regime", "range of the variable", number=False), doc.Column("Missing ± std", "mean there"),
-        doc.Column("Share", "of all that is missing"), doc.Column("How sure", number=False),
+        doc.Column("Share", "of the evidence"), doc.Column("How sure", number=False),
     )
     ordered = sorted(rows, key=lambda r: (bool(r.regime), -r.share))
     table = doc.table(columns, [
-        (capital(component_name(r.component)), r.domain, r.phase,
-         regime_name(r.regime) or "all", plus_minus(r.value, r.std, r.unit, sign=True), percent(r.share), sureness(r.value, r.std))
+        (capital(component_name(r.component)), r.domain, "mean of all" if r.phase == "all" else r.phase,
+         regime_name(r.regime) or "all", plus_minus(r.value, r.std, r.unit, sign=True), "–" if r.regime else percent(r.share),
+         sureness(r.value, r.std))
         for r in ordered
     ], caption)
     return doc.Html(f'<div class="snug">{table}</div>')
@@ -73,11 +78,12 @@ def sureness(value: float, std: float) -> doc.Html:
     return doc.mark("fair", "likely") if times >= _WITH_STD else doc.mark("none", "may be chance")
 
 
-def _figure(title: str, words: str, tints: dict[str, Tint], wide: bool = False) -> str:
+def _figure(title: str, words: str, tints: dict[str, Tint], recorded: frozenset[str] | None = None, wide: bool = False) -> str:
     said = "; ".join(t.title for t in tints.values()) or "nothing is missing here"
     head = f'<p class="caption">{doc.text(title)} <span class="unit">{doc.text(words)}</span></p>'
+    drawn = circuit_drawing(tints, f"{title}: {said}", recorded)
     return (
-        f'<div class="phase{" wide" if wide else ""}">{head}<div class="scroll">{circuit_drawing(tints, f"{title}: {said}")}</div>'
+        f'<div class="phase{" wide" if wide else ""}">{head}<div class="scroll">{drawn}</div>'
         f"{doc.note(capital(said) + '.')}</div>"
     )
 
@@ -86,7 +92,7 @@ def _whole(rows: Sequence[Lack]) -> dict[str, Tint]:
     shares: dict[str, float] = {}
     for row in rows:
         shares[row.component] = shares.get(row.component, 0.0) + row.share
-    return {name: Tint(step_of(share), percent(share), f"{component_name(name)}: {percent(share)} of what is missing")
+    return {name: Tint(step_of(share), percent(share), f"{component_name(name)}: {percent(share)} of the evidence")
             for name, share in shares.items() if share > 0.0}
 
 
@@ -96,7 +102,7 @@ def _of_phase(rows: Sequence[Lack]) -> dict[str, Tint]:
         own = sorted((r for r in rows if r.component == name), key=lambda r: -r.share)
         share = sum(r.share for r in own)
         label = _UNSURE.sub("", plus_minus(own[0].value, own[0].std, own[0].unit, sign=True))  # there is no room for more beside a part
-        title = "; ".join(f"{component_name(name)}, {r.domain}: {plus_minus(r.value, r.std, r.unit, sign=True)} ({percent(r.share)} of all)"
-                          for r in own)
+        title = "; ".join(f"{component_name(name)}, {r.domain}: {plus_minus(r.value, r.std, r.unit, sign=True)} "
+                          f"({percent(r.share)} of the evidence)" for r in own)
         tints[name] = Tint(step_of(share), label + (" …" if len(own) > 1 else ""), title)
     return tints

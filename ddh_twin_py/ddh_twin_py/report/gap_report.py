@@ -10,7 +10,7 @@ from ddh_twin_py.report.gap_hypotheses import classes, effects_ranked, hypothese
 from ddh_twin_py.report.gap_parameters import parameters_table
 from ddh_twin_py.report.gap_places import drawing_of, drawings, lacking_table
 from ddh_twin_py.report.gap_rest import shrink_table, unknown
-from ddh_twin_py.report.gap_words import NEAR, VERDICTS, capital, closed, component_name, percent, set_name, times_floor
+from ddh_twin_py.report.gap_words import NEAR, VERDICTS, capital, closed, component_name, ending, percent, set_name, times_floor
 from ddh_twin_py.report.next_test_block import next_test_block
 from ddh_twin_py.report.residual_charts import residual_sections
 from ddh_twin_py.report.units import number, probably
@@ -31,19 +31,20 @@ def gap_document(diagnosis: Diagnosis) -> doc.Document:
     level = VERDICTS[report["verdict"]][1]
     page = doc.Document("Gap diagnosis", _title(diagnosis), diagnosis.sentence, gap_end(diagnosis),
                         "fair" if diagnosis.damage and level == "good" else level)
-    page.add("In short", doc.figures(_key_figures(diagnosis)), doc.note(_FLOOR), notes if report["verdict"] == "insufficient" else "")
+    page.add("In short", doc.figures(_key_figures(diagnosis)), doc.note(_FLOOR), _fits(diagnosis),
+             notes if report["verdict"] == "insufficient" else "")
     page.add("Where", drawings(diagnosis))
     if report["verdict"] == "insufficient" and not diagnosis.traces:
         return page
     page.add("Why", hypotheses(diagnosis), effects_ranked(diagnosis))
     page.add("What cannot be told apart", classes(diagnosis))
     if diagnosis.traces:
-        page.add("Measured less twin, before and after", doc.note(_residual_note()), *residual_sections(diagnosis))
+        page.add("Measured less twin, before and after", doc.note(_residual_note(diagnosis)), *residual_sections(diagnosis))
     page.add("What is left", shrink_table(diagnosis))
     page.add("What no listed effect explains", unknown(diagnosis))
     page.add("What the twin lacks", _lacking(diagnosis))
     page.add("The next test", _next_test(report["next_test"], report["verdict"]))
-    page.add("Parameters of the rig", parameters_table(diagnosis.parameters, diagnosis.rig))
+    page.add("Parameters of the rig", parameters_table(diagnosis.parameters, diagnosis.rig, diagnosis.added))
     if report["verdict"] != "insufficient":
         page.add("Notes", notes)
     return page
@@ -64,19 +65,17 @@ def _key_figures(diagnosis: Diagnosis) -> list[doc.Figure]:
             doc.Figure("Gap as given", f"{number(gap['as_is'], 2)} ×", "noise floor; nothing fitted"),
             doc.Figure("Parameters fitted", f"{number(gap['before'], 2)} ×", "noise floor; no effect added"),
         ]
-    if gap["after"] is not None and leading and leading.effects:
-        cards += [
-            doc.Figure("With the cause added", f"{number(gap['after'], 2)} ×", "noise floor" if gap["closed_fraction"] is None else
-                       f"noise floor; {closed(gap['closed_fraction'])} of the gap closed"),
-        ]
+    if gap["after"] is not None and (diagnosis.added or gap["after"] != gap["before"]):
+        cards.append(doc.Figure(capital(ending(report["verdict"], diagnosis.added)), f"{number(gap['after'], 2)} ×", "noise floor" if
+                                gap["closed_fraction"] is None else f"noise floor; {closed(gap['closed_fraction'])} of the gap closed"))
     if report["where"]:
         first = report["where"][0]
         shares: dict[str, float] = {}
         for row in report["where"]:
             shares[row["component"]] = shares.get(row["component"], 0.0) + row["share"]
         name = max(shares, key=shares.get)
-        most = "all phases alike" if first["phase"] == "all" else f"most in {first['phase']}"
-        cards.append(doc.Figure("Where", capital(component_name(name)), f"{percent(shares[name])} of what is missing; {most}"))
+        most = "mean of all phases" if first["phase"] == "all" else f"most in {first['phase']}"
+        cards.append(doc.Figure("Where", capital(component_name(name)), f"{percent(shares[name])} of the evidence; {most}"))
     if report["shrink"]:
         near = sum(times_floor(row, "after") <= NEAR for row in report["shrink"].values())
         cards.append(doc.Figure("Signals explained", f"{near} of {len(report['shrink'])}", f"within {NEAR:g} × floor at the end"))
@@ -97,10 +96,21 @@ def _notes(notes: list[str]) -> doc.Html:
     return doc.Html(f'<ul class="notes">{rows}</ul>')
 
 
-def _residual_note() -> str:
+def _fits(diagnosis: Diagnosis) -> doc.Html:
+    """What the fits are whose gaps stand above and among the hypotheses; they differ."""
+    if diagnosis.report["gap"]["before"] is None:
+        return doc.Html("")
+    if not diagnosis.recordings.get("commissioning"):
+        return doc.note("Parameters fitted: to the field recording, within the tolerances of the sheet; 'no effect' is the same fit.")
+    return doc.note("Parameters fitted: to the commissioning recording alone, so the rig as it was built. Parameters refitted, which is "
+                    "the hypothesis 'no effect': fitted anew to the field recording as well, nothing added; so its gap may be smaller.")
+
+
+def _residual_note(diagnosis: Diagnosis) -> str:
+    end = ending(diagnosis.report["verdict"], diagnosis.added)
     return (
-        "Only data that took no part in finding or fitting. Orange: the twin with its parameters fitted; blue: with the leading hypothesis "
-        "added. Grey band: the noise floor; it bounds the usual size, single samples of plain noise leave it now and then. Small plots: "
+        "Only data that took no part in finding or fitting. Orange (before): the twin with its parameters fitted; blue (after): "
+        f"{end}. Grey band: the noise floor; it bounds the usual size, single samples of plain noise leave it now and then. Small plots: "
         "the same difference against other variables; line: the middle value, band: two thirds of the samples."
     )
 

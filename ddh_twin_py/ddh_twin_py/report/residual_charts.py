@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ddh_twin_py.estimation.experiment import STROKE
 from ddh_twin_py.gap.diagnosis import Diagnosis, Trace
 from ddh_twin_py.report import charts
 from ddh_twin_py.report import document as doc
@@ -26,6 +27,8 @@ _MOST_BINNED = 20_000
 """Samples that are sorted into classes: every second, third or so of a longer trace."""
 _LEAST_SPAN = 0.02
 """Share of a variable's own span that the samples of a signal must cover for its residual to be drawn against it."""
+_STROKE = ("Drawn is the rod's position at rest, at the end of each stroke. The twin begins every stroke where the rig did, so the "
+           "difference is the error of that stroke alone.")
 _OPEN = 4
 """Signals drawn unfolded, those that are furthest off before."""
 
@@ -146,8 +149,9 @@ def _signal(name: str, trace: Trace, axes: Mapping, domain: tuple[float, float])
         charts.Trace("after", "fused", (after - shift) * unit.factor),
     ]
     chart = charts.Chart(
-        "Measured and twin, and their difference", label, time, lines, digits=unit.digits, height=170, wide=True,
+        "Measured and twin", label, time, lines, digits=unit.digits, height=170, wide=True,
         differences=((0, 1), (0, 2)), floor=trace.floor * unit.factor, below=140, most=_MOST_POINTS,
+        difference_unit=unit.unit, note=_STROKE if name == STROKE else "",
     )
     return doc.Html(charts.charts([chart], domain) + _against(trace, axes))
 

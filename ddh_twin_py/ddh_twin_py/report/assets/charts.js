@@ -171,7 +171,7 @@
 
   function plot(box, spec, data, bare) {
     const format = (v) => (v == null ? "\u2013" : v.toFixed(spec.digits));
-    const series = [{ label: "time", value: (u, v) => (v == null ? "\u2013" : clock(v, 2)) }];
+    const series = [{ label: domain[1] - domain[0] < 180 ? "time" : domain[1] < 3600 ? "time, min:s" : "time, h:min:s", value: (u, v) => (v == null ? "\u2013" : clock(v, 2)) }];
     const bands = [];
     const edges = {};
     for (const line of spec.lines) {
