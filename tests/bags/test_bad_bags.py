@@ -87,7 +87,7 @@ def test_a_file_with_other_contents(tmp_path, suffix):
     path = tmp_path / f"data.{suffix}"
     path.write_bytes(b"PK\3\4 this is something else" * 100)
     message = refusal(path)
-    assert "is no MCAP file: it begins with b'PK" in message or "is no SQLite3 file of rosbag2" in message
+    assert "is no MCAP file: its first bytes are 50 4b" in message or "is no SQLite3 file of rosbag2" in message
 
 
 @pytest.mark.parametrize("suffix", ["mcap", "db3"])

@@ -204,6 +204,9 @@ def test_the_page_shows_each_rig_over_time_and_all_recordings():
     assert page.count("<svg") == 3  # gap and leakage of one rig, gap of the other
     assert page.count("<circle") == 2 * 3 + 3 + 2
     assert "pump_1.leakage: leakage ratio" in page and "rig_&lt;1&gt;" in page and "<cranes>" not in page and "torn, &lt;all&gt;" in page
+    assert 'Gap, <span class="axis">multiples of the floor</span>: ' in page
+    assert re.search(r'class="axis">20\d\d-\d\d-\d\d \d\d:\d\d<', fleet_document("x", some_rows()[:1], "").html())
+    assert re.search(r'class="nowrap">20\d\d-\d\d-\d\d \d\d:\d\d:\d\d<', page)
     assert verdict(some_rows()) == "3 of 4 diagnosed recordings show a gap, on 1 of 2 rigs; 1 could not be diagnosed."
     unclear = [*some_rows(), Row("d", verdict="insufficient")]
     assert "3 of 5 diagnosed recordings" in verdict(unclear) and "; 1 does not allow an answer; 1 could not" in verdict(unclear)

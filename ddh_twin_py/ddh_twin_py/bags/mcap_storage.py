@@ -41,7 +41,7 @@ class McapStorage:
         if not magic:
             raise BagError(f"{path} is empty: 0 bytes, an MCAP file has at least 8")
         if magic != MAGIC:
-            raise BagError(f"{path} is no MCAP file: it begins with {magic!r} instead of {MAGIC!r}")
+            raise BagError(f"{path} is no MCAP file: its first bytes are {magic.hex(' ')}")
 
     def blocks(self) -> Iterator[Block]:
         """Raw messages, one block per chunk; what cannot be read is told in `damage`."""

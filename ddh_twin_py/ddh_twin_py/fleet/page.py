@@ -64,7 +64,7 @@ def _gap_chart(rows: Sequence[Row]) -> doc.Html:
         return [(row.time, getattr(row, key), None, f"{row.recording}: {getattr(row, key):.3g}") for row in rows
                 if row.time and getattr(row, key) is not None]
 
-    lines = [Line("before", "predicted", points("gap_before")), Line("with the leading hypothesis", "fused", points("gap_after"))]
+    lines = [Line("before", "predicted", points("gap_before")), Line("after, with what was found", "fused", points("gap_after"))]
     return trend_chart("Gap", "multiples of the floor", lines, ("floor", 1.0))
 
 
@@ -96,14 +96,18 @@ def _table(rows: Sequence[Row]) -> doc.Html:
         doc.Column("Gap after", "floors"), doc.Column("Error", number=False),
     )  # fmt: skip
     shown = [
-        (row.recording, row.rig, row.begin.replace("T", " ").removesuffix("Z"), _number(row.duration, ".0f"),
+        (row.recording, row.rig, _begin(row), _number(row.duration, ".0f"),
          doc.mark(_MARKS.get(row.verdict, "none"), row.verdict.replace("_", " ")) if row.verdict else "–",
          " + ".join(filter(None, (row.effect, row.also))) or "–", _number(row.probability, ".2f"), _number(row.size, ".4g"),
          row.unit, _number(row.gap_before, ".2f"), _number(row.gap_after, ".2f"),
-         row.error)
+         doc.Html(f'<span class="anywhere">{doc.text(row.error)}</span>') if row.error else "")
         for row in sorted(rows, key=lambda row: (row.rig, row.begin, row.recording))
     ]  # fmt: skip
     return doc.Html(f'<div class="whole-words">{doc.table(columns, shown)}</div>')
+
+
+def _begin(row: Row) -> doc.Html:
+    return doc.Html(f'<span class="nowrap">{doc.text(row.begin.replace("T", " ").removesuffix("Z"))}</span>')
 
 
 def _number(value: float | None, form: str) -> str:

@@ -43,7 +43,8 @@ def trend_chart(title: str, unit: str, lines: Sequence[Line], level: tuple[str, 
     for line in lines:
         parts += _drawn(line, x, y)
     legend = ", ".join(f'<span style="color:var(--s-{line.role})">●</span> {escape(line.label)}' for line in lines)
-    caption = f"{escape(title)} <span class=\"axis\">{escape(unit)}</span> {legend if len(lines) > 1 else ''}"
+    named = f'{escape(title)}, <span class="axis">{escape(unit)}</span>' if unit else escape(title)
+    caption = f"{named}: {legend}" if len(lines) > 1 else named
     return Html(
         f'<div class="map"><p class="caption">{caption}</p><div class="scroll" tabindex="0">'
         f'<svg viewBox="0 0 {_WIDTH} {_HEIGHT}" width="{_WIDTH}" height="{_HEIGHT}" role="img" aria-label="{escape(title)} over time">'
@@ -83,8 +84,9 @@ def _frame(x: _Axis, y: _Axis) -> list[str]:
         at = y.place(value)
         parts.append(f'<path d="M{_LEFT} {at:.1f}H{_WIDTH - _RIGHT}" stroke="var(--ink-2)" stroke-opacity="0.2" fill="none"/>'
                      f'<text x="{_LEFT - 8}" y="{at + 4:.1f}" text-anchor="end" class="axis">{value:.4g}</text>')
-    form = "%m-%d %H:%M" if x.high - x.low < _SHORT else "%Y-%m-%d"
-    count = _TICKS if x.high > x.low else 1
+    short = x.high - x.low < _SHORT
+    form = "%Y-%m-%d %H:%M" if short else "%Y-%m-%d"
+    count = (_TICKS - short) if x.high > x.low else 1  # labels with hours are longer
     for n in range(count):
         second = x.low + (x.high - x.low) * n / max(1, count - 1)
         anchor = "middle" if count == 1 else "start" if n == 0 else "end" if n == count - 1 else "middle"
