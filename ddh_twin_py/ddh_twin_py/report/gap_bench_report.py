@@ -11,6 +11,7 @@ SHARES = ("right", "detected", "false_alarm", "first", "third", "component", "bo
           "false_unknown", "coverage")
 """Metrics that are shares."""
 _SIDE, _EDGE = 320, 44
+_FEW = 20  # cases, below which an interval that holds the bound says neither yes nor no
 
 
 def shown(name: str, estimate: Mapping) -> str:
@@ -72,15 +73,19 @@ def gap_bench_document(summary: Mapping, folder: str) -> doc.Document:
 def _aims(rows: Sequence[Mapping]) -> Html:
     columns = [doc.Column("of the sealed cases", number=False), doc.Column("aim"), doc.Column("measured", "95 %, number"),
                doc.Column("reached", number=False)]
-    body = [(row["words"].replace("`", ""), aim(row), shown(row["metric"], row["score"]), _reached(row)) for row in rows]
+    body = [(row["words"].replace("`", ""), aim(row), shown(row["metric"], row["score"]), reached(row)) for row in rows]
     return doc.table(columns, body)
 
 
-def _reached(row: Mapping) -> Html | str:
-    value = row["score"]["value"]
+def reached(row: Mapping) -> Html | str:
+    """Whether a bound is reached, as a mark with words; too few cases say neither."""
+    score, bound = row["score"], row["bound"]
+    value = score["value"]
     if value is None:
         return "–"
-    return doc.mark("good", "yes") if (value <= row["bound"] if row["most"] else value >= row["bound"]) else doc.mark("poor", "no")
+    if score["n"] < _FEW and score["low"] < bound < score["high"]:
+        return doc.mark("none", "too few cases")
+    return doc.mark("good", "yes") if (value <= bound if row["most"] else value >= bound) else doc.mark("poor", "no")
 
 
 def _scores(rows: Sequence[Mapping], metrics: Mapping[str, str], caption: str) -> Html:

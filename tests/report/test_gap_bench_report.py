@@ -1,0 +1,24 @@
+"""The page of a sealed bench: an aim is reached only where the cases are enough to say so."""
+
+import pytest
+from ddh_twin_py.report.gap_bench_report import reached
+
+
+def a_row(value, low, high, n, bound, most=False):
+    return {"score": {"value": value, "low": low, "high": high, "n": n}, "bound": bound, "most": most}
+
+
+@pytest.mark.parametrize(("row", "said"), [
+    (a_row(1.0, 0.21, 1.0, 1, 0.5), "too few cases"),
+    (a_row(0.0, 0.0, 0.79, 1, 0.05, most=True), "too few cases"),
+    (a_row(1.0, 0.82, 1.0, 18, 0.5), "yes"),
+    (a_row(0.96, 0.88, 0.99, 60, 0.95), "yes"),
+    (a_row(0.9, 0.8, 0.96, 60, 0.95), "no"),
+    (a_row(0.1, 0.02, 0.4, 10, 0.5), "no"),
+])
+def test_few_cases_say_neither_yes_nor_no(row, said):
+    assert said in reached(row)
+
+
+def test_nothing_is_said_where_no_case_tells():
+    assert reached(a_row(None, None, None, 0, 0.5)) == "–"
