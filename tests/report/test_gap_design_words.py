@@ -1,9 +1,16 @@
 """How a test's design is put into one sentence."""
 
+import io
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from ddh_twin_py.gap.design import SIZES, Design, Detection
-from ddh_twin_py.report.gap_design_words import verdict
+from ddh_twin_py.report.gap_design_report import design_document
+from ddh_twin_py.report.gap_design_summary import print_design
+from ddh_twin_py.report.gap_design_words import impossible, smallest, verdict
+from ddh_twin_py.rig import load_rig
+from rich.console import Console
 
 
 def a_design(seen, classes):
@@ -21,3 +28,30 @@ def a_design(seen, classes):
 ])
 def test_the_sentence_counts_what_is_detected_and_told_apart(seen, classes, said):
     assert verdict(a_design(seen, classes))[0].endswith(said)
+
+
+@pytest.mark.parametrize(("effect", "unit", "size", "said", "short"), [
+    ("pump_1.leakage", "1", 0.0391, "leakage ratio +0.0391", "ratio +0.0391"),
+    ("line_b.pressure_drop", "Pa*s2/m6", 6.5e12, "quadratic coefficient +0.0181 bar/(L/min)²", "+0.0181 bar/(L/min)²"),
+    ("load.mass", "kg", None, "–", "–"),
+])
+def test_the_smallest_departure_is_one_of_a_quantity(effect, unit, size, said, short):
+    found = Detection(effect, unit, size, 1.0, "current", dict.fromkeys(SIZES))
+    assert smallest(found) == said and smallest(found, short=True) == short
+
+
+@pytest.mark.parametrize(("effect", "worst", "said"), [
+    ("sensor.temperature_lag", "", "no such sensor"), ("relief_valve.setting", "", "shows nowhere"),
+    ("sensor.time_skew", "pressure_rod_side", "beyond bounds"),
+])
+def test_what_is_not_possible_says_why(effect, worst, said):
+    assert impossible(Detection(effect, "1", None, None, worst, dict.fromkeys(SIZES))) == said
+
+
+def test_page_and_terminal_have_the_same_numbers():
+    design = replace(a_design(("load.mass", "tank.cooling"), []), separation=np.full((3, 3), 3561.3))
+    out = io.StringIO()
+    print_design(design, Console(file=out, width=100))
+    page = design_document(design, load_rig(), "a duty", 1.0).html()
+    for said in ("3561.3", "ratio +0.1"):
+        assert said in out.getvalue() and said in page

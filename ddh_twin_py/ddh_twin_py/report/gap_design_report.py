@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from ddh_twin_py.gap.classes import TELLS_APART
-from ddh_twin_py.gap.design import DETECTED, SIZES, Design
+from ddh_twin_py.gap.design import DETECTED, SIZES, Design, Detection
 from ddh_twin_py.report import document as doc
-from ddh_twin_py.report.gap_design_words import SIZE_WORDS, nearest, separation_words, setting, shows_in, smallest, verdict
+from ddh_twin_py.report.gap_design_words import SIZE_WORDS, impossible, nearest, separation_words, setting, shows_in, smallest, verdict
 from ddh_twin_py.report.gap_words import effect_name
 from ddh_twin_py.report.heatmap import Cell, Grid, heatmap
 from ddh_twin_py.report.units import duration, number
@@ -86,21 +86,23 @@ def _matrix(design: Design) -> list[doc.Html]:
 
 
 def _detections(design: Design) -> doc.Html:
-    columns = [doc.Column("Effect", number=False), doc.Column("Smallest detected", "departure"), doc.Column("Rise", "× noise"),
+    columns = [doc.Column("Effect", number=False), doc.Column("Smallest detected", "departure", False), doc.Column("Rise", "× noise"),
                doc.Column("Shows most in", number=False), *(doc.Column(size.capitalize(), f"{rise:g} × noise", False)
                                                             for size, rise in SIZES.items()),
                doc.Column("Least told from", "log Bayes factor", False)]
     rows = []
     for d in design.detections:
         near = nearest(design, d.effect)
-        rows.append((effect_name(d.effect), smallest(d), number(d.rise, 1), shows_in(d), *(_mark(d.detects(size)) for size in SIZES),
+        rows.append((effect_name(d.effect), smallest(d), number(d.rise, 1), shows_in(d), *(_mark(d, size) for size in SIZES),
                      "–" if near is None else f"{effect_name(near[0])}, {number(near[1], 1)}"))
-    return doc.table(columns, rows, "Detected: the evidence for the effect is expected to be 20 times that for none. The departure is that "
-                                    "of the quantity that a diagnosis reports, from its value without the effect.")
+    table = doc.table(columns, rows, "Detected: the evidence for the effect is expected to be 20 times that for none. The departure is "
+                                     "that of the quantity that a diagnosis reports, from its value without the effect.")
+    return doc.Html(f'<div class="whole-words">{table}</div>')
 
 
-def _mark(found: bool | None) -> doc.Html:
-    return doc.mark("none", "beyond bounds") if found is None else doc.mark(*(("good", "detected") if found else ("poor", "missed")))
+def _mark(d: Detection, size: str) -> doc.Html:
+    found = d.detects(size)
+    return doc.mark("none", impossible(d)) if found is None else doc.mark(*(("good", "detected") if found else ("poor", "missed")))
 
 
 def design_json(design: Design, rig: Rig, duty: str, seconds: float) -> dict:

@@ -22,12 +22,13 @@ def print_design(design: Design, console: Console | None = None) -> None:
     table = plain_table("effect", "smallest detected", *(f"{rise:g}" for rise in SIZES.values()), "told")
     for d in design.detections:
         near = nearest(design, d.effect)
-        told = "–" if near is None else number(min(near[1], 999.0), 1)
+        told = "–" if near is None else number(near[1], 1)
         marks = [Text(_MARK[d.detects(size)][0], style=STYLE.get(_MARK[d.detects(size)][1], "")) for size in SIZES]
-        table.add_row(d.effect, smallest(d), *marks, told)
+        table.add_row(d.effect, smallest(d, short=True), *marks, told)
     table.caption, table.caption_justify = (
         "2.2, 5, 11: would it be detected where the worst signal rises to so many times\nits noise (faint, moderate, clear); – lies beyond "
-        "what the effect may be.\ntold: least expected log Bayes factor against another effect; 3 is needed.", "left")
+        "what the effect may be, or no sensor shows it.\ntold: least expected log Bayes factor against another effect; 3 is "
+        "needed.", "left")
     console.print(table)
     for members in design.classes:
         console.print("not told apart: " + ", ".join(members), highlight=False)

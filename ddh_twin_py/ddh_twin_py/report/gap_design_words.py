@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from ddh_twin_py.gap.catalogue import EFFECTS
 from ddh_twin_py.gap.classes import TELLS_APART
 from ddh_twin_py.gap.design import SIZES, Design, Detection
 from ddh_twin_py.report.gap_words import effect_name, signal_name
@@ -31,9 +32,25 @@ def setting(design: Design) -> str:
     return f"{duration(design.duration)} of the duty {before}; {pressures}; temperature sensors beside ambient: {sensors}."
 
 
-def smallest(d: Detection) -> str:
-    """The smallest departure that is detected, in the unit that people read; a dash where there is none."""
-    return "–" if d.smallest is None else plus_minus(d.smallest, None, d.unit, sign=True)
+def smallest(d: Detection, short: bool = False) -> str:
+    """The smallest departure that is detected, with the quantity's name and the unit that people read; a dash where there is none.
+
+    Args:
+        short: only what a quantity without a unit is, such as `ratio`, instead of every quantity's whole name.
+    """
+    if d.smallest is None:
+        return "–"
+    name = words(EFFECTS[d.effect].parameter) if d.effect in EFFECTS else ""
+    if short:
+        name = name.rpartition(" ")[2] if d.unit == "1" else ""
+    return f"{name} {plus_minus(d.smallest, None, d.unit, sign=True)}".lstrip()
+
+
+def impossible(d: Detection) -> str:
+    """Why an effect cannot be as large as that."""
+    if d.worst:
+        return "beyond bounds"
+    return "no such sensor" if d.effect.startswith("sensor.") else "shows nowhere"
 
 
 def shows_in(d: Detection) -> str:
