@@ -15,7 +15,7 @@ import numpy as np
 from ddh_twin_py.gap.beliefs import beliefs
 from ddh_twin_py.gap.classes import TELLS_APART
 from ddh_twin_py.gap.model import Acting
-from ddh_twin_py.gap.next_test import JOINED, NO_EFFECT, SETTLED
+from ddh_twin_py.gap.next_test import JOINED, NO_EFFECT, SETTLED, described
 from ddh_twin_py.gap.search import Found
 from ddh_twin_py.gap.separating import Believed, Remaining, Trial, root_of
 from ddh_twin_py.real_rigs.run import Run
@@ -74,8 +74,9 @@ def next_test(model: RigModel, found: Found) -> dict | None:
     told = [i for i, value in enumerate(separated) if value >= TELLS_APART] or [int(np.argmax(separated))]
     alike = [_name(rival) for i, rival in enumerate(rivals) if i not in told]
     rest = f" It would not tell {_name(leader)} from {', '.join(alike)}." if alike else ""
-    return {"description": best.words + rest, "between": [_name(leader), *(_name(rivals[i]) for i in told)],
-            "expected_separation": round(float(min(separated[i] for i in told)), 2)}
+    separation = round(float(min(separated[i] for i in told)), 2)
+    return {"description": described(best.words, separation) + rest, "between": [_name(leader), *(_name(rivals[i]) for i in told)],
+            "expected_separation": separation}
 
 
 def why_none(model: RigModel, found: Found) -> str:
