@@ -33,6 +33,7 @@ from ddh_twin_py.telemetry.signals import (
 
 _OWN_TOPICS = frozenset({"temperature/estimates", "temperature/residuals"})
 """What the twin itself publishes below the prefix of the sensors."""
+_WHOLE = 0.95  # of the messages that a bag should hold, below which what was recovered is not the recording
 _REACH = 30 * 86400 * 10**9  # ns; a stamp older than the others by more is no time of measurement
 
 
@@ -195,7 +196,8 @@ def _damage_findings(folder: BagFolder, collector: Collector, damage: list[str])
     of = f" of {expected}" if expected > total else ""
     why = "; it ".join(notes) or "holds fewer messages than its metadata.yaml says"
     message = f"{file} {why}; recovered {total}{of} messages, {seconds:.1f} s"
-    return [Finding("warning", file, "", "", total, max(1, len(notes)), message)]
+    severity = "error" if total < _WHOLE * expected else "warning"
+    return [Finding(severity, file, "", "", total, max(1, len(notes)), message)]
 
 
 def _unreadable_findings(file: str, namespace: str, rows: dict[str, Rows]) -> list[Finding]:

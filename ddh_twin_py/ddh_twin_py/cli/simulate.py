@@ -18,7 +18,7 @@ def add_parser(subparsers) -> None:
     parser = add_verb(
         subparsers, "simulate", "record a simulated rig that does a duty",
         "Draws a rig within the tolerances of the sheet, lets it do a duty, and writes what its sensors say, with\n"
-        "their noise, as a bag. The twin does not know what was drawn.",
+        "their noise, as a bag. The twin does not know what was drawn; with --exact nothing but noise is.",
         _EXAMPLE,
     )
     parser.add_argument(
@@ -27,6 +27,7 @@ def add_parser(subparsers) -> None:
     parser.add_argument("-o", "--output", metavar="BAG", type=new_folder, required=True, help="folder to write, must not exist")
     parser.add_argument("--seed", type=seed, default=1, help="of the rig and of its noise (default 1)")
     add_rig(parser)
+    parser.add_argument("--exact", action="store_true", help="the rig of the file itself, drawn is its noise alone")
     parser.add_argument("--duration", metavar="S", type=between(0.05, LONGEST, "s"),
                         help=f"stop after so many seconds, at most {LONGEST:g}")
     add_json(parser, "write what the bag holds as JSON; - is standard output")
@@ -48,7 +49,7 @@ def run(args: argparse.Namespace) -> int:
         from ddh_twin_py.cli.simulated import collect
         from ddh_twin_py.rig import load_rig
         from ddh_twin_py.twin.simulated_rig import SimulatedRig
-    rig = SimulatedRig(load_rig(args.rig), duty, args.seed)
+    rig = SimulatedRig(load_rig(args.rig), duty, args.seed, exactly=args.exact)
     with stage("simulating", args.quiet) as progress:
         recording = collect(rig.run(args.duration or LONGEST), START_NS, args.duration, progress)
     if args.duration is None and recording.duration > LONGEST - 1.0:

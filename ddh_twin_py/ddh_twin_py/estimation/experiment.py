@@ -25,6 +25,7 @@ from ddh_twin_py.estimation.history import likely_rise, rests
 from ddh_twin_py.estimation.sensors import NODE_INDEX, NODE_OF_SENSOR
 from ddh_twin_py.estimation.start import EARLY, START, spread_start, start_error
 from ddh_twin_py.physics.balance import OPERATING_DTYPE
+from ddh_twin_py.physics.cylinder import load_force, piston_area, rod_side_area
 from ddh_twin_py.physics.free_run import COMMAND_PARTS, HYDRAULIC_STEP, SAMPLED, free_run_sampled, settle
 from ddh_twin_py.physics.hydraulics import HYDRAULIC_STATES
 from ddh_twin_py.physics.motor_samples import electrical_samples
@@ -40,13 +41,11 @@ from ddh_twin_py.telemetry.signals import DRIVE_FIELDS, DRIVE_TOPIC, HYDRAULIC_F
 from ddh_twin_py.twin.ambient import AmbientTracker
 from ddh_twin_py.twin.command import command_at
 from ddh_twin_py.twin.intervals import INTERVAL, STANDSTILL, command_size, new_carry, reduce_intervals
-from ddh_twin_py.twin.temperature_sensors import sensed
+from ddh_twin_py.twin.temperature_sensors import INNER_SENSORS, sensed
 
 DRIVE_SIGNALS = ("speed", "current", "voltage", "electrical_power")
 HYDRAULIC_SIGNALS = ("pressure_piston_side", "pressure_rod_side", "rod_velocity")
 STROKE = "rod_position"
-INNER_SENSORS = ("motor_winding", "tank_oil")
-"""Temperature sensors that do not lie on a surface."""
 SETTLING = 5.0
 """s at the beginning of a run that are left out of the fast signals: what moved before it began is not known."""
 NEIGHBOURHOOD = 20.0
@@ -134,6 +133,8 @@ class Experiment:
         self.air = self._ambient(ticks, rig, n)
         self._past = _never_met(measured["rod_position"], rig)
         self._start = {name: _first_finite(measured[name]) for name in (*PRESSURES, "rod_position")}
+        if not np.isfinite(measured[PRESSURES[0]]).any():
+            self._start[PRESSURES[0]] = self._holding_pressure(rig)
         self._drive_time, self._hydraulic_time = drive_time, hydraulic_time
         self._merged = _merge(drive_time, hydraulic_time)
         self.axis = interval * np.arange(1, n + 1)
@@ -165,6 +166,12 @@ class Experiment:
         moved = float(np.abs(self._start_of(parameters, rise) - self._start_of(parameters, self._rise)).max())
         self._rise = rise
         return moved
+
+    def _holding_pressure(self, rig: Rig) -> float:
+        """Pressure of the piston side that holds the load at the start, Pa."""
+        record = self.parameters(rig)[0]
+        rod_side = self._start[PRESSURES[1]] * rod_side_area(record)
+        return float((load_force(self._start["rod_position"], record) + rod_side) / piston_area(record))
 
     def _likely_rise(self, parameters: np.ndarray) -> np.ndarray:
         """Rise of every node above ambient at the start, K, (N,), by the likeliest history; see `history`."""

@@ -92,21 +92,29 @@ def columns_of(effects: Sequence[Effect], model: Model, theta: np.ndarray, compa
     if near:
         tasks = [task for task in tasks if (task[0].id, task[1], task[2]) in known]
 
-    def column(task: tuple[Effect, int, float]) -> Column | None:
-        effect, law, sign = task
-        x = known.get((effect.id, law, sign), effect.limit(sign * abs(effect.step)))
-        for attempt in range(0 if near else _ATTEMPTS):
-            predicted = [model.run_one(i, theta, [(effect, law, x)], roughly=True) for i in altered]
-            rise, worst = rise_of(signals, predicted, rough)
-            if not np.isfinite(rise) or 0.4 * TYPICAL <= rise <= 2.5 * TYPICAL or attempt == _ATTEMPTS - 1:
+    def acted(effect: Effect, law: int, x: float, roughly: bool) -> tuple[list[dict[str, np.ndarray]], float, str]:
+        predicted = [model.run_one(i, theta, [(effect, law, x)], roughly=roughly) for i in altered]
+        return predicted, *rise_of(signals, predicted, rough if roughly else base)
+
+    def typical(effect: Effect, law: int, x: float, roughly: bool) -> float:
+        for attempt in range(_ATTEMPTS - 1):
+            _, rise, _ = acted(effect, law, x, roughly)
+            if not np.isfinite(rise) or 0.4 * TYPICAL <= rise <= 2.5 * TYPICAL:
                 break
-            factor = min(TYPICAL / max(rise, 1e-3), _FARTHEST ** (0.5 * (attempt + 1)))
-            further = effect.limit(x * factor)
+            further = effect.limit(x * min(TYPICAL / max(rise, 1e-3), _FARTHEST ** (0.5 * (attempt + 1))))
             if further == x:
                 break
             x = further
-        predicted = [model.run_one(i, theta, [(effect, law, x)]) for i in altered]
-        rise, worst = rise_of(signals, predicted, base)
+        return x
+
+    def column(task: tuple[Effect, int, float]) -> Column | None:
+        effect, law, sign = task
+        begin = known.get((effect.id, law, sign), effect.limit(sign * abs(effect.step)))
+        for roughly in (None,) if near else (True, False):  # a rough run may go astray where a fine one does not
+            x = begin if roughly is None else typical(effect, law, begin, roughly)
+            predicted, rise, worst = acted(effect, law, x, False)
+            if 0.1 * TYPICAL <= rise <= 10.0 * TYPICAL:
+                break
         if not np.isfinite(rise) or rise < _NOTICEABLE:
             return None
         change = [np.zeros(c.size) for c in comparisons]

@@ -22,7 +22,7 @@ from ddh_twin_py.rig import OIL_GRADE, Rig, load_rig
 from ddh_twin_py.telemetry.recording import Recording, RigInfo, drive_stream, hydraulic_stream, temperature_stream
 from ddh_twin_py.twin.duty import Duty, DutyCommand, DutyError, check_for_rig, load_duty
 from ddh_twin_py.twin.intervals import command_size
-from ddh_twin_py.twin.temperature_sensors import SENSORS, all_sensed
+from ddh_twin_py.twin.temperature_sensors import INNER_SENSORS, SENSORS, all_sensed
 
 CONTROL_PERIOD = 0.01
 """s between two samples of drive and pressures."""
@@ -32,6 +32,7 @@ CHUNK = 1.0
 """s of telemetry handed over at a time."""
 _SUBINTERVALS = 4
 _STEP = 2.5e-4  # s, finer than the twin's own
+_INNER = np.array([name in INNER_SENSORS for name in SENSORS])
 _PRESSURES = ("pressure_piston_side", "pressure_rod_side")
 
 
@@ -67,6 +68,9 @@ class Surroundings:
 class SimulatedRig:
     """One rig drawn from a sheet, doing a duty.
 
+    Args:
+        surroundings: what no duty tells. exactly: the rig is that of the sheet, with the sensors' zeros that the sheet knows and no others.
+
     Attributes:
         rig: the rig as drawn; a test may look, a twin may not.
 
@@ -74,12 +78,12 @@ class SimulatedRig:
         DutyError: for a duty that is not within the rig's stroke, or a negative seed.
     """
 
-    def __init__(self, sheet: Rig, duty: Duty, seed: int, surroundings: Surroundings | None = None) -> None:
+    def __init__(self, sheet: Rig, duty: Duty, seed: int, surroundings: Surroundings | None = None, exactly: bool = False) -> None:
         if seed < 0:
             raise DutyError(f"the seed of the simulated rig is {seed}, a whole number from 0 on is needed")
         check_for_rig(duty, sheet)
         rng = np.random.default_rng(seed)
-        self.rig = sheet.draw(rng).with_values({"load.payload_mass": duty.payload}, source="duty")
+        self.rig = (sheet if exactly else sheet.draw(rng)).with_values({"load.payload_mass": duty.payload}, source="duty")
         self.info = RigInfo(f"simulated_{seed}", OIL_GRADE, duty.payload)
         self._duty = duty
         self._rng = rng
@@ -91,7 +95,7 @@ class SimulatedRig:
         for offsets, sensors in ((self._pressure_offset, _PRESSURES), (self._temperature_offset, SENSORS)):
             for i, name in enumerate(sensors):
                 known = sheet.quantities[f"measurement.{name}_offset"]
-                if known.value or known.standard_deviation:  # of a fitted sheet; drawn with the rest
+                if exactly or known.value or known.standard_deviation:  # of a fitted sheet; drawn with the rest
                     offsets[i] = self.rig[f"measurement.{name}_offset"]
 
     def truth(self) -> np.ndarray:
@@ -118,7 +122,9 @@ class SimulatedRig:
         program, at, command = DutyCommand(duty), 0, 0.0
         # sheet values the drive knows: it reports torque as the sheet's constant times current
         torque_constant = self._sheet["motor.torque_constant"]
-        lag = self.rig["sensors.temperature.time_constant"] if met is None or met.lags is None else met.lags
+        slower = np.where(_INNER, 1.0, self.rig["measurement.surface_lag_ratio"])
+        lag = self.rig["sensors.temperature.time_constant"] * slower if met is None or met.lags is None else met.lags
+        contact = np.where(_INNER, 0.0, self.rig["measurement.surface_contact"])
         per_chunk, per_temperature = round(CHUNK / CONTROL_PERIOD), round(TEMPERATURE_PERIOD / CONTROL_PERIOD)
         while not program.finished and (duration is None or at * CONTROL_PERIOD < duration):
             drive, hydraulic, thermal, times = [], [], [], []
@@ -128,7 +134,8 @@ class SimulatedRig:
                 air = float(np.interp(now, duty.ambient_time, duty.ambient))
                 if at % per_temperature == 0:
                     times.append(now)
-                    thermal.append(np.append(reading, air))
+                    around = air + self.rig["surroundings.enclosure_rise"]
+                    thermal.append(np.append(reading + contact * (around - reading), air))
                 next_command = program.step(state[5], rod_speed_per_rad, CONTROL_PERIOD)
                 edges = np.linspace(command, next_command, command_size(_SUBINTERVALS))
                 command = next_command
@@ -151,18 +158,22 @@ class SimulatedRig:
         n = drive.shape[0]
         when = (at - n + 1 + np.arange(n)) * CONTROL_PERIOD
         current_noise = rng.normal(0.0, noise["current"], n)
+        drive[:, [2, 3, 5]] *= self.rig["measurement.current_gain"]
         drive[:, 1] += rng.normal(0.0, noise["speed"], n)
         drive[:, 2] += self._sheet["motor.torque_constant"] * current_noise
         drive[:, 3] += current_noise
         drive[:, 4] += rng.normal(0.0, noise["voltage"], n)
         drive[:, 5] += rng.normal(0.0, noise["electrical_power"], n)
+        hydraulic[:, 1] *= self.rig["measurement.pressure_rod_side_gain"]
+        hydraulic[:, 2:] *= self.rig["measurement.rod_position_scale"]
         hydraulic[:, :2] += self._pressure_offset + rng.normal(0.0, noise["pressure"], (n, 2))
         hydraulic[:, 2] += rng.normal(0.0, noise["rod_position"], n)
         hydraulic[:, 3] += rng.normal(0.0, noise["rod_velocity"], n)
         jitter = rng.uniform(0.0, 4.0e-4, (2, n))
+        late = 5.0e-4 + self.rig["measurement.time_skew"]
         thermal = thermal + self._temperature_offset + rng.normal(0.0, noise["temperature"], thermal.shape)
         temperatures = {name: temperature_stream(times + 1.0e-3 * (i + 1), thermal[:, i]) for i, name in enumerate([*SENSORS, "ambient"])}
         return Recording(
             path="simulated rig", epoch_ns=0, rig=self.info, drive=drive_stream(when + jitter[0], drive),
-            hydraulic=hydraulic_stream(when + jitter[1] + 5.0e-4, hydraulic), temperatures=temperatures, findings=[],
+            hydraulic=hydraulic_stream(when + jitter[1] + late, hydraulic), temperatures=temperatures, findings=[],
         )

@@ -20,6 +20,8 @@ NODE_OF_SENSOR = {
 """Sensor (topic temperature/<sensor>) to thermal node; ``ambient`` is an input and no node. ``tank_oil`` reads the mean of both layers."""
 
 SENSORS = tuple(NODE_OF_SENSOR)
+INNER_SENSORS = ("motor_winding", "tank_oil")
+"""Sensors that do not lie on a surface."""
 NODE_INDEX = {sensor: NODES.index(node) for sensor, node in NODE_OF_SENSOR.items()}
 
 

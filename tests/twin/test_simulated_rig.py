@@ -1,0 +1,51 @@
+"""A simulated rig that is exactly the one of its file."""
+
+import numpy as np
+import pytest
+from ddh_twin_py.cli.arguments import duty_file
+from ddh_twin_py.cli.simulated import collect
+from ddh_twin_py.estimation.experiment import Experiment
+from ddh_twin_py.gap.size import ratios
+from ddh_twin_py.rig import load_rig
+from ddh_twin_py.twin.duty import load_duty
+from ddh_twin_py.twin.simulated_rig import SimulatedRig
+
+DURATION = 120.0
+ERRING = {
+    "measurement.current_gain": 1.05, "measurement.pressure_rod_side_gain": 1.1, "measurement.rod_position_scale": 1.03,
+    "measurement.surface_contact": 0.2, "measurement.surface_lag_ratio": 3.0, "measurement.pressure_piston_side_offset": 2.0e5,
+    "measurement.time_skew": 0.02,
+}
+
+
+def simulated(rig, exactly):
+    run = SimulatedRig(rig, load_duty(duty_file("mixed")), 3, exactly=exactly)
+    return collect(run.run(DURATION), 0, DURATION, lambda share: None)
+
+
+def off(recording, rig):
+    experiment = Experiment(recording, rig)
+    return ratios(experiment.signals, experiment.predict(experiment.parameters(rig), 1e-3))
+
+
+def test_a_twin_of_the_same_file_leaves_noise_alone():
+    rig = load_rig().with_values(ERRING)
+    recording = simulated(rig, exactly=True)
+    assert max(off(recording, rig).values()) < 1.3
+    plain = off(recording, load_rig())
+    for name in ("current", "electrical_power", "pressure_piston_side", "pressure_rod_side", "rod_position", "rod_velocity"):
+        assert plain[name] > 1.5, name
+
+
+def test_a_drawn_one_is_another():
+    drawn = off(simulated(load_rig(), exactly=False), load_rig())
+    assert max(drawn.values()) > 3.0
+
+
+@pytest.mark.parametrize("path, sensor, inner", [("measurement.surface_contact", "motor_housing", "motor_winding")])
+def test_a_sensor_on_a_surface_reads_the_air_beside_it(path, sensor, inner):
+    plain, beside = (simulated(rig, exactly=True) for rig in (load_rig(), load_rig().with_values({path: 0.5})))
+    last = {name: np.array([r.temperatures[name].values[-20:, 0].mean() for r in (plain, beside)]) for name in (sensor, inner, "ambient")}
+    air = last["ambient"][0]
+    assert (last[sensor][1] - air) == pytest.approx(0.5 * (last[sensor][0] - air), abs=0.1)
+    assert last[inner][1] == pytest.approx(last[inner][0], abs=0.1)
