@@ -58,6 +58,20 @@ def test_pressures_are_followed_where_the_oils_warmth_is_read(recording):
     assert DriveCase([], [Experiment(few, sheet)], sheet).followed == ()
 
 
+def test_temperatures_that_are_not_read_are_named(recording):
+    sheet = load_rig()
+    few = replace(recording, temperatures={n: s for n, s in recording.temperatures.items() if n != "tank_oil"})
+    told = [any("tank_oil" in note for note in DriveCase([], [Experiment(r, sheet)], sheet).notes()) for r in (recording, few)]
+    assert told == [False, True]
+
+
+def test_power_is_followed_where_the_motors_warmth_is_read(recording):
+    sheet = load_rig()
+    read = {name: s for name, s in recording.temperatures.items() if name not in ("motor_winding", "motor_housing")}
+    known, unknown = (DriveCase([], [Experiment(r, sheet)], sheet).followed for r in (recording, replace(recording, temperatures=read)))
+    assert set(known) - set(unknown) == {"electrical_power"}
+
+
 def test_effects_act_in_the_field_and_not_in_commissioning(model):
     theta, acting = np.full(model.size, 0.3), [(LEAK, 0, 1.0), (OFFSET, 0, 2e5)]
     assert model.altered == [False, True, True]

@@ -29,8 +29,10 @@ from ddh_twin_py.gap.unknown import Unknown
 from ddh_twin_py.gap.verdict import Verdict
 from ddh_twin_py.rig import Rig
 from ddh_twin_py.rig.sheet import FIELD_OF_PATH
+from ddh_twin_py.twin.temperature_sensors import SENSORS
 
-_FOLLOWED = ("speed", "current", "electrical_power", "pressure_piston_side", "pressure_rod_side", "rod_velocity")
+_FOLLOWED = ("speed", "current", "pressure_piston_side", "pressure_rod_side", "rod_velocity")
+_FOLLOWED_BY_MOTOR = ("electrical_power",)  # with the copper loss of a winding whose warmth is known
 _FEW = 10  # quantities with a tolerance, below which a sheet is taken for exact
 ASSUMPTIONS = [
     "The rig's parameters are independent and normal within the sheet's tolerances, and the same in all recordings.",
@@ -55,8 +57,12 @@ class DriveCase(DirectDrive):
 
     @property
     def followed(self) -> tuple[str, ...]:
-        """Empty where the oil's warmth is not read, on which pressures and currents depend."""
-        return _FOLLOWED if all("temperature/tank_oil" in own for own in self.held_data().signals()) else ()
+        """Empty where the oil's warmth is not read, on which pressures and currents depend; power needs that of the motor too."""
+        signals = self.held_data().signals()
+        if not all("temperature/tank_oil" in own for own in signals):
+            return ()
+        motor = all(own.keys() & {"temperature/motor_winding", "temperature/motor_housing"} for own in signals)
+        return _FOLLOWED + _FOLLOWED_BY_MOTOR if motor else _FOLLOWED
 
     def tolerances(self) -> dict[str, float | None]:
         """Of the sheet, by field of the record; zero errors of sensors have one too."""
@@ -120,8 +126,12 @@ class DriveCase(DirectDrive):
         for name in ("pressure_piston_side", "pressure_rod_side", "current", "rod_velocity"):
             if name not in there:
                 notes.append(f"there is no usable {name}; what shows in it alone cannot be known")
-        if not any(name.startswith("temperature/") for name in there):
+        unread = [sensor for sensor in SENSORS if f"temperature/{sensor}" not in there]
+        if len(unread) == len(SENSORS):
             notes.append("there is no temperature sensor but ambient; thermal effects cannot be known")
+        elif unread:
+            notes.append(f"the temperatures of {', '.join(unread)} are not read: how warm they are at the start is guessed, and what happens "
+                         "to their heat is known from the others alone")
         if (free := len(set(self.paths) - self.unlisted)) < _FEW:
             notes.append(f"the rig's sheet leaves {free} quantities a tolerance: whatever else differs from it is called an effect or "
                          "unknown")
