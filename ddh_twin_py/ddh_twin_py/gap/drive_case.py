@@ -130,7 +130,7 @@ class DriveCase(DirectDrive):
         if len(unread) == len(SENSORS):
             notes.append("there is no temperature sensor but ambient; thermal effects cannot be known")
         elif unread:
-            notes.append(f"the temperatures of {', '.join(unread)} are not read: how warm they are at the start is guessed, and what happens "
+            notes.append(f"the temperatures of {', '.join(unread)} are not read: how warm they are at the start is guessed, what happens "
                          "to their heat is known from the others alone")
         if (free := len(set(self.paths) - self.unlisted)) < _FEW:
             notes.append(f"the rig's sheet leaves {free} quantities a tolerance: whatever else differs from it is called an effect or "
