@@ -3,7 +3,7 @@
 import pytest
 from ddh_twin_py.gap.hypotheses import POWER
 from ddh_twin_py.gap.leftover import FreeForm
-from ddh_twin_py.gap.unknown import Unknown, borne_out, halfway, left_behind, refuted
+from ddh_twin_py.gap.unknown import FAR_PROBABILITY, Unknown, borne_out, far_off, halfway, left_behind, refuted
 
 HOUSING, WINDING = "temperature/motor_housing", "temperature/motor_winding"
 
@@ -66,3 +66,17 @@ def test_two_effects_are_not_blamed_for_a_start_that_nothing_tells():
 def test_what_makes_held_out_data_worse_is_not_believed(without, left, least):
     after = refuted(Unknown(0.01, [], "motor", "thermal", 0.0, "1"), without, left)
     assert after.probability == least and bool(after.notes) is (least > 0.1)
+
+
+@pytest.mark.parametrize("left, closed, effects, sure", [
+    ({"current": 10.0, "pressure_rod_side": 78.0, "speed": 1.0}, 0.09, 1, True),  # a cause that hardly closes anything
+    ({"current": 10.0, "pressure_rod_side": 78.0, "speed": 1.0}, None, 0, True),  # the field recording shows no effect, these data do
+    ({"current": 10.0, "pressure_rod_side": 78.0, "speed": 1.0}, 0.95, 1, False),  # most of a very large gap is closed
+    ({"current": 1.0, "pressure_rod_side": 78.0, "speed": 1.0}, 0.09, 1, False),  # one signal, which a law may misjudge
+    ({}, None, 1, False),
+])
+def test_where_most_signals_of_held_out_data_are_far_off_something_is_unknown(left, closed, effects, sure):
+    after = far_off(nothing, left, closed, effects)
+    assert (after is not nothing) is sure
+    if sure:
+        assert after.probability == FAR_PROBABILITY and "half of the signals" in after.notes[-1]

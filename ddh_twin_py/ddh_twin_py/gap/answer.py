@@ -20,7 +20,7 @@ from ddh_twin_py.gap.search import Found
 from ddh_twin_py.gap.sensitivity import AMPLIFIED
 from ddh_twin_py.gap.taken_up import not_shown
 from ddh_twin_py.gap.tolerance import too_small, without_parameters
-from ddh_twin_py.gap.unknown import Unknown, borne_out, halfway, left_behind, refuted, unknown_beside
+from ddh_twin_py.gap.unknown import Unknown, borne_out, far_off, halfway, left_behind, refuted, unknown_beside
 from ddh_twin_py.gap.verdict import Verdict, judge, less_believed
 from ddh_twin_py.gap.words import sentence
 
@@ -120,6 +120,8 @@ def _heard(unknown: Unknown, model: Diagnosable, found: Found, leader: Refitted,
         first = runs.held.signals()[0]
         half = {name: ratio for name, ratio in over.items()
                 if name in model.followed and name in first and ratio * floor[name] < _HELPED * before[name]}
+        if model.followed:
+            unknown = far_off(unknown, over, closed, len(leader.columns))
         unknown = left_behind(unknown, half, {name: (floor[name] * first[name].noise, first[name].unit) for name in half}, slow)
     if len(leader.columns) > 1:
         unknown = halfway(unknown, shrunk, closed, slow)

@@ -6,6 +6,7 @@ its noise: what is asked is how the effect looks when it matters, and many laws 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
@@ -22,7 +23,7 @@ AMPLIFIED = ("temperature/motor_winding",)
 """Signals that a small flaw of the model moves far, as the winding follows the square of every torque: how large an effect is, is
 judged by the others, where they show it at all."""
 _FARTHEST = 300.0  # how much larger than the first guess a departure may become
-_ATTEMPTS = 3  # to meet the typical rise
+_ATTEMPTS = 7  # to meet the typical rise
 _NOTICEABLE = 0.05  # of the noise: an effect that moves no signal further is not seen at all
 
 
@@ -75,6 +76,32 @@ def rise_of(signals: Sequence[dict], with_effect: Sequence[dict], without: Seque
     return rises.get(worst, 0.0), worst
 
 
+def reaching(rise_at: Callable[[float], float], limit: Callable[[float], float], x: float) -> float:
+    """A departure at which the worst signal rises by about `TYPICAL`, from a first guess; where none is met, the one that comes nearest.
+
+    A law with a threshold, as a valve's that opens, shows nothing for long and much at once: between the two the geometric mean is tried.
+    """
+    short, beyond, tried = 0.0, 0.0, {}
+    for attempt in range(_ATTEMPTS):
+        rise = tried[x] = rise_at(x)
+        if 0.4 * TYPICAL <= rise <= 2.5 * TYPICAL:
+            return x
+        if rise < TYPICAL:
+            short = x
+        else:  # or astray
+            beyond = x
+        if short and beyond:
+            further = math.copysign(math.sqrt(short * beyond), x)
+        elif np.isfinite(rise):
+            further = limit(x * min(TYPICAL / max(rise, 1e-3), _FARTHEST ** (0.5 * (attempt + 1))))
+        else:
+            further = 0.1 * x
+        if further in tried:
+            break
+        x = further
+    return min(tried, key=lambda x: abs(math.log(max(tried[x], 1e-6) / TYPICAL)) if np.isfinite(tried[x]) else math.inf)
+
+
 def columns_of(effects: Sequence[Effect], model: Model, theta: np.ndarray, comparisons: Sequence[Comparison], pool: ThreadPoolExecutor,
                progress: Callable[[float], None] | None = None, near: Sequence[Column] = ()) -> list[Column]:
     """Columns of all effects in every law and direction; those that move nothing are left out.
@@ -97,15 +124,7 @@ def columns_of(effects: Sequence[Effect], model: Model, theta: np.ndarray, compa
         return predicted, *rise_of(signals, predicted, rough if roughly else base)
 
     def typical(effect: Effect, law: int, x: float, roughly: bool) -> float:
-        for attempt in range(_ATTEMPTS - 1):
-            _, rise, _ = acted(effect, law, x, roughly)
-            if not np.isfinite(rise) or 0.4 * TYPICAL <= rise <= 2.5 * TYPICAL:
-                break
-            further = effect.limit(x * min(TYPICAL / max(rise, 1e-3), _FARTHEST ** (0.5 * (attempt + 1))))
-            if further == x:
-                break
-            x = further
-        return x
+        return reaching(lambda x: acted(effect, law, x, roughly)[1], effect.limit, x)
 
     def column(task: tuple[Effect, int, float]) -> Column | None:
         effect, law, sign = task

@@ -25,6 +25,9 @@ NEEDED_BY = {"temperature/motor_winding": 60.0, "rod_position": 40.0}
 REFUTED = 0.05
 """Worsening of the gap of held-out data, as a share of it and at least of the floor, from which a hypothesis is refuted."""
 REFUTED_PROBABILITY = 0.7
+FAR, FAR_PROBABILITY = 3.0, 0.9
+"""Multiple of their floor that half of the signals of held-out data may be off, with a commissioning recording, and how surely something is
+unknown then."""
 OUT_OF_SAMPLE = 1.3
 """Multiple of its floor that a signal must be off on held-out data, for a free form of it to be believed."""
 LEFT_BEHIND, _LEFT_SOFTNESS = 2.2, 0.2
@@ -133,6 +136,20 @@ def halfway(unknown: Unknown, left: float, closed: float | None, slow: float = 0
     note = (f"the two leading effects close {closed:.0%} of the gap of held-out data and leave {left:.1f} times the floor; they are not "
             "sure to be all")
     return replace(unknown, probability=max(unknown.probability, _NOT_SEEN), notes=[*unknown.notes, note])
+
+
+def far_off(unknown: Unknown, left: Mapping[str, float], closed: float | None, effects: int) -> Unknown:
+    """The same, sure, where most signals of held-out data are far off beside the best listed hypothesis: no small flaw of laws does that.
+
+    Args:
+        left: beside it, RMS over floor of all signals. closed: share of the gap that it closes. effects: of which it consists.
+    """
+    most = float(np.median(list(left.values()))) if left else 0.0
+    if most < FAR or (effects and closed is not None and closed >= _CLOSED):
+        return unknown
+    best = "beside the best listed hypothesis" if effects else "without any effect"
+    note = f"{best} half of the signals of the held-out data are {most:.1f} times their floor off or more; something is left"
+    return replace(unknown, probability=max(unknown.probability, FAR_PROBABILITY), notes=[*unknown.notes, note])
 
 
 def left_behind(unknown: Unknown, left: Mapping[str, float], floor: Mapping[str, tuple[float, str]], slow: float = 0.0) -> Unknown:
