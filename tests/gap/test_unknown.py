@@ -76,6 +76,7 @@ def test_what_makes_held_out_data_worse_is_not_believed(without, left, least):
     ({}, None, 1, False),
 ])
 def test_where_most_signals_of_held_out_data_are_far_off_something_is_unknown(left, closed, effects, sure):
+    nothing = Unknown(0.01, [], "motor", "thermal", 0.0, "1")
     after = far_off(nothing, left, closed, effects)
     assert (after is not nothing) is sure
     if sure:
