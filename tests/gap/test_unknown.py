@@ -3,7 +3,7 @@
 import pytest
 from ddh_twin_py.gap.hypotheses import POWER
 from ddh_twin_py.gap.leftover import FreeForm
-from ddh_twin_py.gap.unknown import FAR_PROBABILITY, Unknown, borne_out, far_off, halfway, left_behind, refuted
+from ddh_twin_py.gap.unknown import FAR_PROBABILITY, Unknown, borne_out, far_off, halfway, left_behind, refuted, worsened
 
 HOUSING, WINDING = "temperature/motor_housing", "temperature/motor_winding"
 
@@ -81,3 +81,17 @@ def test_where_most_signals_of_held_out_data_are_far_off_something_is_unknown(le
     assert (after is not nothing) is sure
     if sure:
         assert after.probability == FAR_PROBABILITY and "half of the signals" in after.notes[-1]
+
+
+@pytest.mark.parametrize("before, left, away", [
+    (1.1, 2.35, True), (7.0, 7.3, False), (2.2, 2.5, False), (1.0, 1.3, False), (3.0, 6.7, True),
+])
+def test_a_cause_that_moves_a_signal_away_is_not_believed(before, left, away):
+    nothing = Unknown(0.01, [], "motor", "thermal", 0.0, "1")
+    after = worsened(nothing, {"temperature/line_b": left, "current": 1.0}, {"temperature/line_b": before, "current": 5.0})
+    assert (after.probability > 0.7 and "temperature/line_b" in after.notes[0]) if away else after.probability < 0.1
+
+
+def test_strokes_and_winding_may_be_moved_away():
+    nothing = Unknown(0.01, [], "motor", "thermal", 0.0, "1")
+    assert worsened(nothing, {"rod_position": 9.0, WINDING: 9.0}, {"rod_position": 1.0, WINDING: 1.0}) is nothing

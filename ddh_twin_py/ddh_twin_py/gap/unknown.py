@@ -25,6 +25,9 @@ NEEDED_BY = {"temperature/motor_winding": 60.0, "rod_position": 40.0}
 REFUTED = 0.05
 """Worsening of the gap of held-out data, as a share of it and at least of the floor, from which a hypothesis is refuted."""
 REFUTED_PROBABILITY = 0.7
+AWAY, _AS_FAR, _AWAY_SOFTNESS = 1.1, 1.2, 0.12
+"""Floors by which the best listed hypothesis may move a signal of held-out data away from what was measured, beyond `_AS_FAR` times what
+it was off before, until something unknown is as likely."""
 FAR, FAR_PROBABILITY = 3.0, 0.9
 """Multiple of their floor that half of the signals of held-out data may be off, with a commissioning recording, and how surely something is
 unknown then."""
@@ -171,6 +174,26 @@ def left_behind(unknown: Unknown, left: Mapping[str, float], floor: Mapping[str,
     value, unit = floor[worst]
     size = value * math.sqrt(left[worst] ** 2 - 1.0)
     return replace(unknown, probability=probability, size=size, unit=unit, notes=[*unknown.notes, note])
+
+
+def worsened(unknown: Unknown, left: Mapping[str, float], before: Mapping[str, float]) -> Unknown:
+    """The same, more probable where the best listed hypothesis moves a signal of held-out data clearly away from what was measured.
+
+    What is true moves none away, whatever else acts; signals that sum up small flaws may go (`NEEDED_BY`).
+
+    Args:
+        left, before: beside it and without it, RMS over floor.
+    """
+    away = {name: math.sqrt(max(0.0, left[name] ** 2 - (_AS_FAR * max(1.0, before[name])) ** 2)) for name in left if name not in NEEDED_BY}
+    worst = max(away, key=away.get, default="")
+    if not away or away[worst] < 0.5 * AWAY:
+        return unknown
+    probability = 1.0 / (1.0 + math.exp(min((AWAY - away[worst]) / _AWAY_SOFTNESS, 50.0)))
+    if probability <= unknown.probability:
+        return unknown
+    note = (f"the best listed hypothesis moves {worst} of the held-out data from {before[worst]:.1f} to {left[worst]:.1f} times its floor; "
+            "what is true would not")
+    return replace(unknown, probability=probability, notes=[*unknown.notes, note])
 
 
 def refuted(unknown: Unknown, without: float, left: float) -> Unknown:
