@@ -43,7 +43,6 @@ def diagnosis(model: Diagnosable, found: Found, theta: np.ndarray, hidden: Seque
     """
     found = without_parameters(model, found)
     leader = found.fitted.get(found.leader) or found.fitted[()]
-    unknown, best = unknown_beside(model, found, leader), leader
     held, none = model.held_data(), found.fitted[()]
     plain = none.theta if all(model.altered) else theta
     signals = held.signals()
@@ -54,10 +53,13 @@ def diagnosis(model: Diagnosable, found: Found, theta: np.ndarray, hidden: Seque
     sheet_runs, before_runs = held.run(np.zeros(model.size), ()), runs.of(none) if all(model.altered) else held.run(plain, ())
     as_is, before = ratios_of(held, sheet_runs), ratios_of(held, before_runs)
     gap_before = size.gap(before, floor)
-    shrunk = runs.gap(leader) if leader.columns else gap_before
-    unknown = _heard(unknown, model, found, leader, runs, before, shrunk)
-    if leader.columns and not all(model.altered) and runs.gap(none) <= _NEARLY and shrunk > _NO_NEARER * runs.gap(none):
-        found, unknown = less_believed(found), replace(unknown, notes=[*unknown.notes, _NO_HELP])
+    notes = []
+    if leader.columns and not all(model.altered) and runs.gap(none) <= _NEARLY and runs.gap(leader) > _NO_NEARER * runs.gap(none):
+        found, notes = less_believed(found), [_NO_HELP]
+        leader = leader if found.leader else none
+    best, shrunk = leader, runs.gap(leader) if leader.columns else gap_before
+    unknown = _heard(unknown_beside(model, found, leader), model, found, leader, runs, before, shrunk)
+    unknown = replace(unknown, notes=[*unknown.notes, *notes])
     speaks = leader.log_evidence - none.log_evidence
     within = gap_before <= _NEARLY and shrunk > _SHRINKS * gap_before and speaks < _LOUD
     verdict = judge(found, unknown, all(model.altered) and within)

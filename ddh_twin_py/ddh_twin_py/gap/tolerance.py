@@ -10,6 +10,7 @@ from ddh_twin_py.gap.hypotheses import LEAST
 from ddh_twin_py.gap.model import Diagnosable
 from ddh_twin_py.gap.refit import Refitted
 from ddh_twin_py.gap.search import Found
+from ddh_twin_py.gap.sensitivity import TYPICAL
 
 BEYOND = 3.0
 """Standard deviations of the sheet's tolerance from which a quantity that it gives counts as an effect; it must lie there surely,
@@ -32,8 +33,9 @@ def without_parameters(model: Diagnosable, found: Found) -> Found:
 
 
 def too_small(fitted: Refitted) -> set[str]:
-    """Effects of a hypothesis that move no signal by as much as `hypotheses.LEAST` asks for."""
-    return {column.effect.id for column, x in zip(fitted.columns, fitted.x, strict=True) if abs(x) < LEAST * abs(column.x)}
+    """Effects of a hypothesis that move no signal by as much as `hypotheses.LEAST` asks for, whatever their columns rise to."""
+    both = zip(fitted.columns, fitted.x, strict=True)
+    return {column.effect.id for column, x in both if abs(x / column.x) * min(1.0, column.rise / TYPICAL) < LEAST}
 
 
 def within_tolerance(model: Diagnosable, fitted: Refitted) -> set[str]:
