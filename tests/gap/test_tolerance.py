@@ -1,5 +1,7 @@
 """What is called no effect: what moves no signal by its noise."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from ddh_twin_py.gap.hypotheses import LEAST
@@ -21,3 +23,10 @@ def fitted(*departures):
     ((0.9 * LEAST,), {"valve.gain"}), ((1.1 * LEAST,), set()), ((2.0, 0.5 * LEAST), {"valve.lag"}), ((2.0, 2.0), set()), ((), set())])
 def test_it_has_to_be_seen(departures, small):
     assert too_small(fitted(*departures)) == small
+
+
+def test_a_column_that_moves_little_is_no_measure():
+    """Half of a column that moves the worst signal by two of its noise, instead of five, moves it by one."""
+    found = fitted(0.45)
+    little = replace(found, columns=(replace(found.columns[0], rise=2.0),))
+    assert too_small(found) == set() and too_small(little) == {"valve.gain"}
