@@ -95,3 +95,8 @@ def test_a_path_that_the_system_does_not_take_is_one_short_line(given, tmp_path)
         with pytest.raises(BagError, match="File name too long") as refused:
             asked()
         assert len(str(refused.value)) < 200
+
+
+def test_a_folder_of_cases_is_named_with_what_asks_about_all(folder, tmp_path):
+    with pytest.raises(BagError, match=r"holds no bag itself but cases, 1 of them, the first is .*ddh-twin fleet"):
+        case_of([folder.parent])

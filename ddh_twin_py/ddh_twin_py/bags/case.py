@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -36,7 +37,7 @@ def case_of(given: Sequence[str | Path], commissioning: str | Path | None = None
 
     Raises:
         BagError: no field recording, no such path, a case folder without ``field``, two case folders
-            with a commissioning or validation bag, one bag given twice, or a path that the system does not take.
+            with a commissioning or validation bag, a folder of cases, one bag given twice, or a path that the system does not take.
     """
     if not given or not all(str(p) for p in given):
         raise BagError(f"{FIELD} is {[str(p) for p in given]}; allowed is one or more paths of bags or case folders, none empty")
@@ -48,6 +49,7 @@ def case_of(given: Sequence[str | Path], commissioning: str | Path | None = None
     told = {role for role, path in found.items() if path is not None}
     for path in (_there(p) for p in given):
         if not is_case(path):
+            _refuse_many(path)
             field.append(path)
             continue
         if not (path / FIELD).exists():
@@ -93,6 +95,14 @@ def is_case(path: Path) -> bool:
     if (path / FIELD).is_dir():
         return True
     return any((path / role).is_dir() for role in (COMMISSIONING, VALIDATION)) and not any(p.suffix in SUFFIXES for p in path.iterdir())
+
+
+def _refuse_many(path: Path) -> None:
+    if not path.is_dir() or (path / METADATA).is_file() or not os.access(path, os.R_OK | os.X_OK):
+        return
+    if inside := sorted(p for p in path.iterdir() if is_case(p)):
+        raise BagError(f"{path} holds no bag itself but cases, {len(inside)} of them, the first is {inside[0].name}; name one, or ask ddh-twin fleet {path} "
+                       "about all")
 
 
 def _refuse_twice(paths: Sequence[Path]) -> None:
