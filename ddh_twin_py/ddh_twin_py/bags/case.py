@@ -101,8 +101,8 @@ def _refuse_many(path: Path) -> None:
     if not path.is_dir() or (path / METADATA).is_file() or not os.access(path, os.R_OK | os.X_OK):
         return
     if inside := sorted(p for p in path.iterdir() if is_case(p)):
-        raise BagError(f"{path} holds no bag itself but cases, {len(inside)} of them, the first is {inside[0].name}; name one, or ask ddh-twin fleet {path} "
-                       "about all")
+        raise BagError(f"{path} holds no bag itself but cases, {len(inside)} of them, the first is {inside[0].name}; name one, or ask "
+                       f"ddh-twin fleet {path} about all")
 
 
 def _refuse_twice(paths: Sequence[Path]) -> None:

@@ -20,6 +20,7 @@ from ddh_twin_py.gap.search import Found
 from ddh_twin_py.gap.sensitivity import AMPLIFIED
 from ddh_twin_py.gap.taken_up import not_shown
 from ddh_twin_py.gap.tolerance import too_small, without_parameters
+from ddh_twin_py.gap.two_effects import doubted
 from ddh_twin_py.gap.unknown import Unknown, borne_out, far_off, halfway, left_behind, refuted, unknown_beside, worsened
 from ddh_twin_py.gap.verdict import Verdict, judge, less_believed
 from ddh_twin_py.gap.words import sentence
@@ -128,7 +129,7 @@ def _heard(unknown: Unknown, model: Diagnosable, found: Found, leader: Refitted,
         if leader.columns:
             unknown = worsened(unknown, over, {name: ratio / floor[name] for name, ratio in before.items()})
     if len(leader.columns) > 1:
-        unknown = halfway(unknown, shrunk, closed, slow)
+        unknown = doubted(halfway(unknown, shrunk, closed, slow), found.linearised, leader)
     return refuted(unknown, runs.gap(found.fitted[()]), shrunk) if leader.columns else unknown
 
 
