@@ -24,7 +24,7 @@ def doubted(unknown: Unknown, linearised: Linearised, leader: Refitted) -> Unkno
     share = cancelling(linearised, leader)
     if share >= CANCEL:
         note = f"the two leading effects cancel {share:.0%} of what they do to the signals; something that no catalogue has may act instead"
-        return replace(unknown, probability=max(unknown.probability, CANCEL_DOUBT), notes=[*unknown.notes, note])
+        return unknown.raised(CANCEL_DOUBT, note)
     return replace(unknown, probability=max(unknown.probability, DOUBT))
 
 

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+from scipy.special import expit
 
 from ddh_twin_py.gap.diagnosis import Shape
 from ddh_twin_py.gap.hypotheses import POWER
@@ -61,6 +62,10 @@ class Unknown:
     shapes: list[Shape] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
 
+    def raised(self, probability: float, note: str) -> Unknown:
+        """The same, at least so probable, with a note that says why."""
+        return replace(self, probability=max(self.probability, probability), notes=[*self.notes, note])
+
     def entry(self) -> dict:
         """By the contract's schema."""
         return {"component": self.component, "domain": self.domain, "size": self.size, "unit": self.unit,
@@ -87,7 +92,7 @@ def _judged(linearised: Linearised, fitted: Refitted, variables) -> tuple[list[F
     beyond = {form.signal: form.gain - needed(form.signal, linearised.power) for form in forms}
     forms = sorted(forms, key=lambda form: -beyond[form.signal])
     best = max(beyond.values(), default=-math.inf)
-    return forms, 1.0 / (1.0 + math.exp(-max(min(best / _SOFTNESS, 50.0), -50.0)))
+    return forms, float(expit(best / _SOFTNESS))
 
 
 def unknown_beside(model: Diagnosable, found: Found, fitted: Refitted) -> Unknown:
@@ -138,7 +143,7 @@ def halfway(unknown: Unknown, left: float, closed: float | None, slow: float = 0
         return unknown
     note = (f"the two leading effects close {closed:.0%} of the gap of held-out data and leave {left:.1f} times the floor; they are not "
             "sure to be all")
-    return replace(unknown, probability=max(unknown.probability, _NOT_SEEN), notes=[*unknown.notes, note])
+    return unknown.raised(_NOT_SEEN, note)
 
 
 def far_off(unknown: Unknown, left: Mapping[str, float], closed: float | None, effects: int) -> Unknown:
@@ -152,7 +157,7 @@ def far_off(unknown: Unknown, left: Mapping[str, float], closed: float | None, e
         return unknown
     best = "beside the best listed hypothesis" if effects else "without any effect"
     note = f"{best} half of the signals of the held-out data are {most:.1f} times their floor off or more; something is left"
-    return replace(unknown, probability=max(unknown.probability, FAR_PROBABILITY), notes=[*unknown.notes, note])
+    return unknown.raised(FAR_PROBABILITY, note)
 
 
 def left_behind(unknown: Unknown, left: Mapping[str, float], floor: Mapping[str, tuple[float, str]], slow: float = 0.0) -> Unknown:
@@ -165,7 +170,7 @@ def left_behind(unknown: Unknown, left: Mapping[str, float], floor: Mapping[str,
     worst = max(left, key=left.get, default="")
     if not left or left[worst] < OUT_OF_SAMPLE:
         return unknown
-    probability = 1.0 / (1.0 + math.exp(min((max(LEFT_BEHIND, _FOR_THEIR_SAKE * slow) - left[worst]) / _LEFT_SOFTNESS, 50.0)))
+    probability = float(expit((left[worst] - max(LEFT_BEHIND, _FOR_THEIR_SAKE * slow)) / _LEFT_SOFTNESS))
     if probability <= unknown.probability:
         return unknown
     note = f"beside the best listed hypothesis {worst} of the held-out data is {left[worst]:.1f} times its floor; something is left"
@@ -173,7 +178,7 @@ def left_behind(unknown: Unknown, left: Mapping[str, float], floor: Mapping[str,
         return replace(unknown, probability=probability)
     value, unit = floor[worst]
     size = value * math.sqrt(left[worst] ** 2 - 1.0)
-    return replace(unknown, probability=probability, size=size, unit=unit, notes=[*unknown.notes, note])
+    return replace(unknown.raised(probability, note), size=size, unit=unit)
 
 
 def worsened(unknown: Unknown, left: Mapping[str, float], before: Mapping[str, float]) -> Unknown:
@@ -188,12 +193,12 @@ def worsened(unknown: Unknown, left: Mapping[str, float], before: Mapping[str, f
     worst = max(away, key=away.get, default="")
     if not away or away[worst] < 0.5 * AWAY:
         return unknown
-    probability = 1.0 / (1.0 + math.exp(min((AWAY - away[worst]) / _AWAY_SOFTNESS, 50.0)))
+    probability = float(expit((away[worst] - AWAY) / _AWAY_SOFTNESS))
     if probability <= unknown.probability:
         return unknown
     note = (f"the best listed hypothesis moves {worst} of the held-out data from {before[worst]:.1f} to {left[worst]:.1f} times its floor; "
             "what is true would not")
-    return replace(unknown, probability=probability, notes=[*unknown.notes, note])
+    return unknown.raised(probability, note)
 
 
 def refuted(unknown: Unknown, without: float, left: float) -> Unknown:
@@ -206,7 +211,7 @@ def refuted(unknown: Unknown, without: float, left: float) -> Unknown:
         return unknown
     note = ("the best listed hypothesis explains the field recording, but makes the held-out data worse by "
             f"{left - without:.2f} times the floor; it is not believed")
-    return replace(unknown, probability=max(unknown.probability, REFUTED_PROBABILITY), notes=[*unknown.notes, note])
+    return unknown.raised(REFUTED_PROBABILITY, note)
 
 
 def _shapes(linearised, fitted: Refitted, variables, number: int, form: FreeForm, unit: str) -> list[Shape]:

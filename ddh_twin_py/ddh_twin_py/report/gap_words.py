@@ -7,7 +7,7 @@ import re
 from collections.abc import Mapping, Sequence
 
 from ddh_twin_py.gap.learned import PREFIX
-from ddh_twin_py.report.units import ZERO_CELSIUS, decimals, number, shown, words
+from ddh_twin_py.report.units import ZERO_CELSIUS, decimals, number, probably, shown, words
 
 UNKNOWN = "unknown"
 """Id that stands for an effect outside the catalogue."""
@@ -79,11 +79,7 @@ def set_name(effects: tuple[str, ...] | list[str]) -> str:
 
 def percent(share: float) -> str:
     """A share in percent that never says 0 or 100 where it is not."""
-    if 0.0 < share < 0.005:
-        return "< 0.5 %"
-    if 0.995 < share < 1.0:
-        return "> 99.5 %"
-    return f"{100.0 * share:.0f} %"
+    return probably(share) if 0.0 < share < 1.0 else f"{100.0 * share:.0f} %"
 
 
 def closed(fraction: float) -> str:
