@@ -51,11 +51,27 @@ def test_a_rig_without_any_tolerance_is_said_to_be_one(recording):
         assert any(said in note for note in DriveCase([], [Experiment(recording, rig)], rig).notes()) is tells
 
 
-def test_pressures_are_followed_where_the_oils_warmth_is_read(recording):
+def test_the_end_of_a_recording_is_followed_where_the_oils_warmth_is_read(recording):
     sheet = load_rig()
     few = replace(recording, temperatures={n: s for n, s in recording.temperatures.items() if n != "tank_oil"})
-    assert "pressure_rod_side" in DriveCase([], [Experiment(recording, sheet)], sheet).followed
-    assert DriveCase([], [Experiment(few, sheet)], sheet).followed == ()
+    whole, partly = Experiment(recording, sheet), Experiment(few, sheet)
+    assert {"pressure_rod_side", "temperature/tank_oil"} <= set(DriveCase([], [whole], sheet).followed)
+    assert not {"rod_position", "temperature/motor_winding"} & set(DriveCase([], [whole], sheet).followed)
+    assert DriveCase([], [partly], sheet).followed == ()
+    validated = DriveCase([], [whole], sheet, [partly])  # what it leaves open of its begin is taken at its best
+    assert "pressure_rod_side" in validated.followed and validated.held_data().open_begins() == [True]
+
+
+def test_oil_that_no_sensor_reads_may_begin_warmer(recording):
+    sheet = load_rig()
+    few = replace(recording, temperatures={n: s for n, s in recording.temperatures.items() if n in ("motor_housing", "tank_wall")})
+    held = DriveCase([], [Experiment(recording, sheet)], sheet, [Experiment(few, sheet)]).held_data()
+    theta = np.zeros(held.model.size)
+    likely, warmer = (held.run(theta, (), begin)[0] for begin in (None, [1.0]))
+    early = held.signals()[0]["temperature/tank_wall"].time < 3.0
+    tank = np.abs(warmer["temperature/tank_wall"] - likely["temperature/tank_wall"])
+    assert tank[early].max() < 0.2 and tank.max() > 0.3  # it begins as it is read, and oil warms it
+    assert warmer["pressure_piston_side"][-1] != likely["pressure_piston_side"][-1]
 
 
 def test_temperatures_that_are_not_read_are_named(recording):
@@ -63,13 +79,6 @@ def test_temperatures_that_are_not_read_are_named(recording):
     few = replace(recording, temperatures={n: s for n, s in recording.temperatures.items() if n != "tank_oil"})
     told = [any("tank_oil" in note for note in DriveCase([], [Experiment(r, sheet)], sheet).notes()) for r in (recording, few)]
     assert told == [False, True]
-
-
-def test_power_is_followed_where_the_motors_warmth_is_read(recording):
-    sheet = load_rig()
-    read = {name: s for name, s in recording.temperatures.items() if name not in ("motor_winding", "motor_housing")}
-    known, unknown = (DriveCase([], [Experiment(r, sheet)], sheet).followed for r in (recording, replace(recording, temperatures=read)))
-    assert set(known) - set(unknown) == {"electrical_power"}
 
 
 def test_effects_act_in_the_field_and_not_in_commissioning(model):

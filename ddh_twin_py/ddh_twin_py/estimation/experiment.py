@@ -31,7 +31,7 @@ from ddh_twin_py.physics.hydraulics import HYDRAULIC_STATES
 from ddh_twin_py.physics.motor_samples import electrical_samples
 from ddh_twin_py.physics.oil import ZERO_CELSIUS
 from ddh_twin_py.physics.soft_sensor import MEASURED_DTYPE
-from ddh_twin_py.physics.thermal_network import END_WINDING, N, ROTOR, SLOT_WINDING
+from ddh_twin_py.physics.thermal_network import END_WINDING, HYDRAULIC_NODES, N, NODES, ROTOR, SLOT_WINDING
 from ddh_twin_py.rig import Rig
 from ddh_twin_py.rig.sheet import SensorSpec
 from ddh_twin_py.telemetry.alignment import Ticks, align
@@ -157,6 +157,8 @@ class Experiment:
             name: float(np.nanmean(s.measured[s.time <= START])) for name in self.sensors
             if np.isfinite((s := self.signals[f"temperature/{name}"]).measured[s.time <= START]).any()
         }
+        self._unread = [i for i, node in enumerate(NODES) if node in HYDRAULIC_NODES
+                        and node not in {NODE_OF_SENSOR[name] for name in self._first_readings}]
         self._rise = self._likely_rise(self.parameters(rig))
         self._first_readings |= self._better_start(rig)
 
@@ -252,16 +254,18 @@ class Experiment:
             record[f"cylinder_run_past_{end}"] = past
         return record
 
-    def predict(self, parameters: np.ndarray, step: float = HYDRAULIC_STEP, own_history: bool = False) -> dict[str, np.ndarray]:
+    def predict(self, parameters: np.ndarray, step: float = HYDRAULIC_STEP, own_history: bool = False, warmer: float = 0.0
+                ) -> dict[str, np.ndarray]:
         """What every sample of `signals` should have read.
 
         Args:
             parameters: shape (1,), see `parameters`; its ``measurement_*`` say how the sensors err.
             step: s, hydraulic step. own_history: what no sensor reads begins as a unit with these parameters would have left it,
-                not as the rig that the experiment was made with.
+                not as the rig that the experiment was made with. warmer: K by which what holds oil and no sensor reads begins warmer.
         """
         p = parameters[0]
-        start = self._start_of(parameters, self._likely_rise(parameters)) if own_history else None
+        start = self._start_of(parameters, self._likely_rise(parameters) if own_history else self._rise)
+        start[self._unread] += warmer
         begin, points, temperatures, (of_drive, of_hydraulic) = self._run(parameters, step, self.axis.size, start)
         speed, current = of_drive[:, 0], of_drive[:, 1]
         slot, end, rotor = (np.interp(self._drive_time, self.axis, temperatures[:, node]) for node in (SLOT_WINDING, END_WINDING, ROTOR))

@@ -11,6 +11,7 @@ from ddh_twin_py.gap import size
 from ddh_twin_py.gap.classes import classes_of
 from ddh_twin_py.gap.departure import departure_of
 from ddh_twin_py.gap.diagnosis import Diagnosis, Weighed
+from ddh_twin_py.gap.held_best import HeldBest
 from ddh_twin_py.gap.held_runs import HeldRuns, ratios_of
 from ddh_twin_py.gap.learned import described, learn
 from ddh_twin_py.gap.model import Diagnosable
@@ -30,7 +31,6 @@ _NEARLY, _SHRINKS, _LOUD = 1.25, 0.95, 50.0  # without commissioning: a gap so s
 LISTED = 0.01
 """Probability from which an effect or a set is listed."""
 _NO_NEARER = 0.99  # share of the gap of held-out data without any effect, from which a hypothesis does not help with it
-_HELPED = 0.8  # share of what a signal was off, below which a hypothesis explains some of it
 _NO_HELP = "held-out data show nothing beyond the floor, and the best listed hypothesis brings them no nearer; it is less believed"
 _MOST = 12  # sets and effects listed
 
@@ -59,7 +59,7 @@ def diagnosis(model: Diagnosable, found: Found, theta: np.ndarray, hidden: Seque
         found, notes = less_believed(found), [_NO_HELP]
         leader = leader if found.leader else none
     best, shrunk = leader, runs.gap(leader) if leader.columns else gap_before
-    unknown = _heard(unknown_beside(model, found, leader), model, found, leader, runs, before, shrunk)
+    unknown = _heard(unknown_beside(model, found, leader), model, found, leader, runs, plain, before)
     unknown = replace(unknown, notes=[*unknown.notes, *notes])
     speaks = leader.log_evidence - none.log_evidence
     within = gap_before <= _NEARLY and shrunk > _SHRINKS * gap_before and speaks < _LOUD
@@ -108,29 +108,33 @@ def diagnosis(model: Diagnosable, found: Found, theta: np.ndarray, hidden: Seque
         assumptions=model.assumptions, seconds=dict(seconds), catalogue=model.catalogue)
 
 
-def _heard(unknown: Unknown, model: Diagnosable, found: Found, leader: Refitted, runs: HeldRuns, before: Mapping[str, float],
-           shrunk: float) -> Unknown:
+def _heard(unknown: Unknown, model: Diagnosable, found: Found, leader: Refitted, runs: HeldRuns, plain: np.ndarray,
+           as_run: Mapping[str, float]) -> Unknown:
     """What is unknown beside the leader, once held-out data had their say.
 
     Args:
-        before: multiples of their noise by which they were off without it. shrunk: their gap with it.
+        plain: parameters without it, (k,). as_run: multiples of their noise by which signals are off with them.
     """
-    over, floor = runs.over(leader), runs.floor
-    closed = size.closed(size.gap(before, floor), shrunk)
+    floor, none = runs.floor, found.fitted[()]
+    best = HeldBest(runs.held, floor, model.within, plain, found.linearised.basis.covariance())
+    before, over = best.over(plain, ()), best.over(leader.theta, leader.acting)
+    beside_none = best.over(none.theta, ()) if leader.columns else over
+    shrunk = size.of_all(over)
+    closed = size.closed(size.of_all(before), shrunk)
     slow = max((ratio for name, ratio in over.items() if name.startswith("temperature/") and name not in AMPLIFIED), default=0.0)
-    unknown = borne_out(unknown, found.linearised.power, over, closed, len(leader.columns))
-    if not all(model.altered):  # otherwise parameters that the field's duty left open may be off on another duty
-        first = runs.held.signals()[0]
-        half = {name: ratio for name, ratio in over.items()
-                if name in model.followed and name in first and ratio * floor[name] < _HELPED * before[name]}
-        if model.followed:
-            unknown = far_off(unknown, over, closed, len(leader.columns))
-        unknown = left_behind(unknown, half, {name: (floor[name] * first[name].noise, first[name].unit) for name in half}, slow)
-        if leader.columns:
-            unknown = worsened(unknown, over, {name: ratio / floor[name] for name, ratio in before.items()})
+    unknown = borne_out(unknown, found.linearised.power, runs.over(leader), closed, len(leader.columns))
+    first, built = runs.held.signals()[0], not all(model.altered)
+    followed = {name: over[name] for name in model.followed if name in over and name in first}
+    if built and followed:
+        unknown = far_off(unknown, over, closed, len(leader.columns))
+    if leader.columns:
+        unknown = left_behind(unknown, followed, {n: as_run[n] / floor[n] for n in followed},
+                              {n: (floor[n] * first[n].noise, first[n].unit) for n in followed}, built)
+    if built and leader.columns:  # without a commissioning recording any other duty may ask for other parameters
+        unknown = worsened(unknown, over, before)
     if len(leader.columns) > 1:
         unknown = doubted(halfway(unknown, shrunk, closed, slow), found.linearised, leader)
-    return refuted(unknown, runs.gap(found.fitted[()]), shrunk) if leader.columns else unknown
+    return refuted(unknown, size.of_all(beside_none), shrunk) if leader.columns else unknown
 
 
 def _not_seen(hidden: Sequence[str]) -> list[str]:

@@ -17,7 +17,7 @@ from ddh_twin_py.gap.drive_learned import terms_at
 from ddh_twin_py.gap.drive_places import course
 from ddh_twin_py.gap.drive_unknown import place_of
 from ddh_twin_py.gap.effect import Effect
-from ddh_twin_py.gap.held_data import HeldData
+from ddh_twin_py.gap.held_data import OIL, HeldData
 from ddh_twin_py.gap.lacking import Course
 from ddh_twin_py.gap.leftover import FreeForm
 from ddh_twin_py.gap.model import Acting
@@ -25,14 +25,12 @@ from ddh_twin_py.gap.next_test import next_test
 from ddh_twin_py.gap.next_test_of_unknown import next_test_of_unknown
 from ddh_twin_py.gap.refit import Refitted
 from ddh_twin_py.gap.search import Found
-from ddh_twin_py.gap.unknown import Unknown
+from ddh_twin_py.gap.unknown import NEEDED_BY, Unknown
 from ddh_twin_py.gap.verdict import Verdict
 from ddh_twin_py.rig import Rig
 from ddh_twin_py.rig.sheet import FIELD_OF_PATH
 from ddh_twin_py.twin.temperature_sensors import SENSORS
 
-_FOLLOWED = ("speed", "current", "pressure_piston_side", "pressure_rod_side", "rod_velocity")
-_FOLLOWED_BY_MOTOR = ("electrical_power",)  # with the copper loss of a winding whose warmth is known
 _FEW = 10  # quantities with a tolerance, below which a sheet is taken for exact
 ASSUMPTIONS = [
     "The rig's parameters are independent and normal within the sheet's tolerances, and the same in all recordings.",
@@ -57,12 +55,11 @@ class DriveCase(DirectDrive):
 
     @property
     def followed(self) -> tuple[str, ...]:
-        """Empty where the oil's warmth is not read, on which pressures and currents depend; power needs that of the motor too."""
+        """All but those that sum up small flaws; none of the end of a field recording in which no sensor reads the oil."""
         signals = self.held_data().signals()
-        if not all("temperature/tank_oil" in own for own in signals):
+        if not self.held and not all(OIL in own for own in signals):
             return ()
-        motor = all(own.keys() & {"temperature/motor_winding", "temperature/motor_housing"} for own in signals)
-        return _FOLLOWED + _FOLLOWED_BY_MOTOR if motor else _FOLLOWED
+        return tuple(dict.fromkeys(name for own in signals for name in own if name not in NEEDED_BY))
 
     def tolerances(self) -> dict[str, float | None]:
         """Of the sheet, by field of the record; zero errors of sensors have one too."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,6 +12,10 @@ from ddh_twin_py.gap.direct_drive import DirectDrive
 from ddh_twin_py.gap.model import Acting
 from ddh_twin_py.gap.size import counted
 from ddh_twin_py.physics.thermal_network import TANK
+
+OIL = "temperature/tank_oil"
+"""Signal without which it is open how warm the oil is at the begin."""
+_WARMTH = 8.0  # K, standard deviation of that
 
 
 @dataclass(frozen=True)
@@ -45,10 +49,15 @@ class HeldData:
             return counted
         return lambda signal: np.isfinite(signal.measured) & (signal.time > signal.held_from)
 
-    def run(self, theta: np.ndarray, acting: Acting) -> list[dict[str, np.ndarray]]:
-        """Free runs, by recording."""
+    def open_begins(self) -> list[bool]:
+        """Of which recordings it is open how they begin: validation in which no sensor reads the oil."""
+        return [bool(self.model.held) and OIL not in own for own in self.signals()]
+
+    def run(self, theta: np.ndarray, acting: Acting, begin: Sequence[float] | None = None) -> list[dict[str, np.ndarray]]:
+        """Free runs, by recording; one deviation of their begin is `_WARMTH` of what holds oil and is not read."""
         if self.model.held:
-            return [self.model.run_held(number, theta, acting) for number in range(len(self.model.held))]
+            warmer = [_WARMTH * deviation for deviation in (begin if begin is not None else np.zeros(len(self.model.held)))]
+            return [self.model.run_held(number, theta, acting, warmer=warmer[number]) for number in range(len(self.model.held))]
         first = len(self.model.experiments) - len(_field(self.model))
         return [self.model.run_one(first + number, theta, acting) for number in range(len(_field(self.model)))]
 

@@ -80,8 +80,16 @@ class Held(Protocol):
         """Which samples of a signal count."""
         ...
 
-    def run(self, theta: np.ndarray, acting: Acting) -> list[dict[str, np.ndarray]]:
-        """Free runs, by recording."""
+    def open_begins(self) -> list[bool]:
+        """By recording, whether its begin is not known well enough from what is read."""
+        ...
+
+    def run(self, theta: np.ndarray, acting: Acting, begin: Sequence[float] | None = None) -> list[dict[str, np.ndarray]]:
+        """Free runs, by recording.
+
+        Args:
+            begin: by recording, standard deviations by which it begins otherwise than is likely; None: by none.
+        """
         ...
 
     def traces(self, before: Mapping[str, np.ndarray], after: Mapping[str, np.ndarray], floor: Mapping[str, float]) -> dict[str, Trace]:
@@ -99,7 +107,7 @@ class Diagnosable(Model, Protocol):
     Attributes:
         catalogue: effects by id. recordings: kind (``field``, ...) to names. assumptions: texts.
         variable_units: of what `variables` gives. followed: signals that a run of held-out data under the true cause follows to the
-            floor, as they neither remember an uncertain start nor sum up small flaws.
+            floor where what is open of rig and begin is at its best; others sum up small flaws.
         rig: its description as known before; has ``rig_id``, ``file``, ``quantities``.
     """
 

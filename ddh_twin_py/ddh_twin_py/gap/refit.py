@@ -16,12 +16,11 @@ from ddh_twin_py.gap.basis import Basis
 from ddh_twin_py.gap.effect import Effect
 from ddh_twin_py.gap.hypotheses import WIDTH, evidence_of
 from ddh_twin_py.gap.linearised import Linearised
-from ddh_twin_py.gap.sensitivity import Column
+from ddh_twin_py.gap.sensitivity import Column, sane
 
 _STEPS = 8
 _NEAR = 0.05  # of a column: how far the effects' own differences reach
 _SETTLED = 0.05  # of chi-square that a step must gain
-_ASTRAY = 1.0e9  # deviations of a bin, from which a run says nothing
 
 
 @dataclass(frozen=True)
@@ -125,7 +124,7 @@ class Refit:
 
     def _cost(self, residual, theta, x, scale) -> float:
         """Infinite where a run went astray."""
-        if not all(np.all(np.abs(r) < _ASTRAY) for r in residual):
+        if not all(sane(r).all() for r in residual):
             return np.inf
         return self._basis.misfit(residual) + float(theta @ theta) + float(np.sum((x / scale / self._width) ** 2))
 
@@ -143,7 +142,7 @@ class Refit:
             for number, altered in enumerate(self._model.altered):
                 if altered:  # elsewhere no effect acts
                     change = self._comparisons[number].features(self._model.run_one(number, theta, acting)) - features[number]
-                    out[number][:, j] = change * scale[j] / (moved[j] - x[j]) if np.isfinite(change).all() else 0.0
+                    out[number][:, j] = change * scale[j] / (moved[j] - x[j]) if sane(change).all() else 0.0
         return out
 
     def _values(self, residual, local, theta, departure) -> list[np.ndarray]:

@@ -24,6 +24,8 @@ AMPLIFIED = ("temperature/motor_winding",)
 judged by the others, where they show it at all."""
 _FARTHEST = 300.0  # how much larger than the first guess a departure may become
 _ATTEMPTS = 7  # to meet the typical rise
+ASTRAY = 1.0e9
+"""Deviations of a bin, from which a run went astray and says nothing."""
 _NOTICEABLE = 0.05  # of the noise: an effect that moves no signal further is not seen at all
 
 
@@ -58,6 +60,11 @@ class Column:
     def room(self) -> float:
         """Largest departure that is allowed in this direction, in multiples of the column."""
         return (self.effect.highest if self.x > 0.0 else self.effect.lowest) / self.x
+
+
+def sane(rows: np.ndarray) -> np.ndarray:
+    """Which of some features are those of a run that did not go astray."""
+    return np.abs(rows) < ASTRAY
 
 
 def rise_of(signals: Sequence[dict], with_effect: Sequence[dict], without: Sequence[dict]) -> tuple[float, str]:
@@ -139,7 +146,7 @@ def columns_of(effects: Sequence[Effect], model: Model, theta: np.ndarray, compa
         change = [np.zeros(c.size) for c in comparisons]
         for i, p in zip(altered, predicted, strict=True):
             change[i] = comparisons[i].features(p) - features[i]
-        if not all(np.isfinite(rows).all() for rows in change):  # a run that went astray
+        if not all(sane(rows).all() for rows in change):
             return None
         return Column(effect, law, x, rise, worst, change)
 

@@ -54,7 +54,12 @@ def floors(commissioning: Sequence[tuple[Mapping, Mapping[str, np.ndarray]]], na
 
 def gap(ratio: Mapping[str, float], floor: Mapping[str, float]) -> float:
     """Root mean square over signals of residual over floor."""
-    return float(np.sqrt(np.mean([(ratio[name] / floor[name]) ** 2 for name in ratio])))
+    return of_all({name: ratio[name] / floor[name] for name in ratio})
+
+
+def of_all(over: Mapping[str, float]) -> float:
+    """The same, of residuals over floors."""
+    return float(np.sqrt(np.mean(np.square(list(over.values())))))
 
 
 def closed(before: float, after: float) -> float | None:

@@ -34,9 +34,10 @@ FAR, FAR_PROBABILITY = 3.0, 0.9
 unknown then."""
 OUT_OF_SAMPLE = 1.3
 """Multiple of its floor that a signal must be off on held-out data, for a free form of it to be believed."""
-LEFT_BEHIND, _LEFT_SOFTNESS = 2.2, 0.2
-"""Multiple of its floor that a signal of held-out data may be off beside the best hypothesis, until something unknown is as likely."""
-_FOR_THEIR_SAKE = 1.5  # multiple of what slow signals are off, by which others may be off for their sake
+LEFT_BEHIND, _UNTOUCHED, _LEFT_SOFTNESS = 1.5, 2.2, 0.1
+"""Multiple of its floor that a signal of held-out data may be off beside the best hypothesis, whatever is open of rig and begin, until
+something unknown is as likely; the same of a signal that the hypothesis brings no nearer, or without a commissioning recording."""
+_HELPED = 0.8  # share of what a signal was off, below which a hypothesis brings it nearer
 _CLOSED = 0.8
 """Share of the gap of held-out data from which the best listed hypothesis is believed instead, where free forms are not."""
 _NOT_SEEN, _CLOSED_INSTEAD = 0.4, 0.25  # probabilities that are left of something outside the catalogue
@@ -160,22 +161,23 @@ def far_off(unknown: Unknown, left: Mapping[str, float], closed: float | None, e
     return unknown.raised(FAR_PROBABILITY, note)
 
 
-def left_behind(unknown: Unknown, left: Mapping[str, float], floor: Mapping[str, tuple[float, str]], slow: float = 0.0) -> Unknown:
-    """The same, more probable where the best listed hypothesis leaves a signal of held-out data far off.
+def left_behind(unknown: Unknown, left: Mapping[str, float], before: Mapping[str, float],
+                floor: Mapping[str, tuple[float, str]], built: bool = True) -> Unknown:
+    """The same, more probable where the best listed hypothesis leaves a signal of held-out data off, whatever is open of rig and begin.
 
     Args:
-        left: beside it, RMS over floor of the signals that a run under the true cause follows. floor: of each, with its unit.
-        slow: the largest of the signals that remember an uncertain start: where they are off, the others are so for their sake.
+        left: beside it, RMS over floor of the signals that a run under the true cause follows; see `held_best`.
+        before: the same without it and as run; a signal that it brings no nearer may show a flaw of the laws in a duty that nothing else
+            showed, and must be further off. floor: of each, with its unit. built: whether a commissioning recording showed the laws.
     """
-    worst = max(left, key=left.get, default="")
-    if not left or left[worst] < OUT_OF_SAMPLE:
-        return unknown
-    probability = float(expit((left[worst] - max(LEFT_BEHIND, _FOR_THEIR_SAKE * slow)) / _LEFT_SOFTNESS))
+    beyond = {name: ratio - (LEFT_BEHIND if built and ratio < _HELPED * before[name] else _UNTOUCHED) for name, ratio in left.items()}
+    worst = max(beyond, key=beyond.get, default="")
+    probability = float(expit(beyond[worst] / _LEFT_SOFTNESS)) if worst else 0.0
     if probability <= unknown.probability:
         return unknown
-    note = f"beside the best listed hypothesis {worst} of the held-out data is {left[worst]:.1f} times its floor; something is left"
     if probability < 0.5:
         return replace(unknown, probability=probability)
+    note = f"beside the best listed hypothesis {worst} of the held-out data is {left[worst]:.1f} times its floor; something is left"
     value, unit = floor[worst]
     size = value * math.sqrt(left[worst] ** 2 - 1.0)
     return replace(unknown.raised(probability, note), size=size, unit=unit)

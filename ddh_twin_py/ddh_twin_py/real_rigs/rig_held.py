@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -39,8 +39,12 @@ class RigHeld:
             return counted
         return lambda signal: np.isfinite(signal.measured) & (signal.time > signal.held_from)
 
-    def run(self, theta: np.ndarray, acting: Acting) -> list[dict[str, np.ndarray]]:
-        """Free runs, by recording."""
+    def open_begins(self) -> list[bool]:
+        """None: described rigs begin as they are read."""
+        return [False] * len(self._runs)
+
+    def run(self, theta: np.ndarray, acting: Acting, begin: Sequence[float] | None = None) -> list[dict[str, np.ndarray]]:
+        """Free runs, by recording; all begin as they are read."""
         record = self._model.record(self._model.first, theta, acting)
         return [run.predict(record) for run in self._runs]
 

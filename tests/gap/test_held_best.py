@@ -1,0 +1,61 @@
+"""Held-out data with what is open of rig and begin taken at its best."""
+
+import numpy as np
+import pytest
+from ddh_twin_py.estimation.binning import by_cycle, cycle_of
+from ddh_twin_py.estimation.experiment import Signal
+from ddh_twin_py.gap.held_best import HeldBest
+from ddh_twin_py.gap.size import counted
+
+NOISE, STEP = 0.02, 0.05
+
+
+class Warming:
+    """y = gain u + 0.5 begin exp(-t / 20 s) + bend t^2; ``gain`` is 1 + 0.1 of its deviation, ``other`` moves nothing."""
+
+    words = "made"
+
+    def __init__(self, gain=0.0, begin=0.0, bend=0.0, is_open=True):
+        self._command = np.repeat([-1.0, 0.0, 1.0, 0.0, 1.0, -1.0] * 5, 60)
+        self._time, self._open = STEP * np.arange(self._command.size), is_open
+        binning = by_cycle(cycle_of(self._command, STEP), self._time, np.ones(self._time.size, dtype=bool))
+        true = self._flow(gain, begin) + bend * (self._time / self._time[-1]) ** 2
+        read = true + np.random.default_rng(0).normal(0.0, NOISE, true.size)
+        self._signals = [{"flow": Signal(self._time, read, NOISE, "m3/s", binning)}]
+
+    def _flow(self, gain, begin):
+        return (1.0 + 0.1 * gain) * self._command + 0.5 * begin * np.exp(-self._time / 20.0)
+
+    def signals(self):
+        return self._signals
+
+    def mask(self):
+        return counted
+
+    def open_begins(self):
+        return [self._open]
+
+    def run(self, theta, acting, begin=None):
+        return [{"flow": self._flow(theta[0], 0.0 if begin is None else begin[0])}]
+
+
+def left(held, open_gain=0.5):
+    best = HeldBest(held, {"flow": 1.0}, lambda theta: np.clip(theta, -3.0, 3.0), np.zeros(2), np.diag([open_gain, 0.01]) ** 2)
+    return best.over(np.zeros(2), ())["flow"]
+
+
+def test_what_is_open_explains_what_it_can():
+    assert left(Warming(gain=0.8, begin=-0.7)) == pytest.approx(1.0, abs=0.06)
+
+
+def test_what_nothing_open_explains_stays():
+    assert left(Warming(bend=0.4)) > 3.0
+
+
+def test_a_begin_that_is_read_and_a_parameter_that_is_known_explain_nothing():
+    assert left(Warming(begin=0.7, is_open=False)) > 3.0
+    assert left(Warming(gain=0.8), open_gain=0.05) > 3.0
+
+
+def test_a_hypothesis_keeps_to_its_bounds():
+    assert left(Warming(gain=6.0), open_gain=5.0) == pytest.approx(0.3 * np.sqrt(2.0 / 3.0) / NOISE, rel=0.1)
