@@ -14,6 +14,7 @@ from ddh_twin_py.estimation.experiment import Experiment
 from ddh_twin_py.estimation.fitting import RESTARTS, Problem
 from ddh_twin_py.gap import answer
 from ddh_twin_py.gap.catalogue import EFFECTS
+from ddh_twin_py.gap.contradictions import contradictions
 from ddh_twin_py.gap.diagnosis import Diagnosis
 from ddh_twin_py.gap.doubts import damage, doubts
 from ddh_twin_py.gap.drive_case import DriveCase
@@ -77,7 +78,7 @@ def diagnose(recordings: Recordings, rig: Rig, without: Collection[str] = (), on
     effects = [effect for name, effect in EFFECTS.items() if name not in without and (only is None or name in only)]
     read = [e.recording for e in (*field, *commissioning, *held)]
     if reason:
-        return _noted(answer.insufficient(model, reason), read)
+        return _noted(answer.insufficient(model, reason), read, rig)
     with ThreadPoolExecutor(max_workers=threads) as pool:
         problem = Problem(commissioning or field, model.rig, model.paths, Discrepancy())
         fit = problem.fit(pool, lambda done: told(_FITTED * done), sweeps=_SWEEPS, restarts=RESTARTS if commissioning else 0)
@@ -93,12 +94,12 @@ def diagnose(recordings: Recordings, rig: Rig, without: Collection[str] = (), on
     lap("answer")
     told(1.0)
     late = out_of_order(recordings.field, recordings.commissioning)
-    return _noted(replace(result, seconds=seconds, report={**result.report, "notes": [*late, *result.report["notes"]]}), read)
+    return _noted(replace(result, seconds=seconds, report={**result.report, "notes": [*late, *result.report["notes"]]}), read, rig)
 
 
-def _noted(result: Diagnosis, recordings: Sequence[Recording]) -> Diagnosis:
-    """A diagnosis that says what is wrong with its recordings: what is damaged at once, what is doubtful last."""
-    damaged = damage(recordings)
+def _noted(result: Diagnosis, recordings: Sequence[Recording], rig: Rig) -> Diagnosis:
+    """A diagnosis that says what is wrong with its recordings: what is damaged or contradicts itself at once, what is doubtful last."""
+    damaged = [*damage(recordings), *(text for recording in recordings for text in contradictions(recording, rig))]
     first = f"{result.sentence.rstrip('.')}; but {damaged[0]}." if damaged and damaged[0] not in result.sentence else result.sentence
     notes = [*damaged, *result.report["notes"], *doubts(recordings)]
     return replace(result, report={**result.report, "notes": list(dict.fromkeys(notes))}, sentence=first, damage=damaged)

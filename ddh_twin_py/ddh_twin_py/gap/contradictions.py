@@ -1,0 +1,109 @@
+"""Channels of one recording that cannot all be right, whatever rig it is: a sign, two channels exchanged, a clock.
+
+Such a recording leaves a gap that no effect explains, or worse, that one feigns. What is said here stands beside any verdict.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ddh_twin_py.physics.cylinder import piston_area, rod_side_area
+from ddh_twin_py.rig import Rig
+from ddh_twin_py.telemetry.recording import Recording, Stream
+from ddh_twin_py.telemetry.signals import DRIVE_TOPIC, HYDRAULIC_TOPIC
+
+_STEP = 0.1  # s, of the common axis
+_TURNING, _MOVING = 10.0, 0.01  # rad/s, m/s: a shaft that turns, a rod that moves
+_LEAST = 100  # points of the axis that tell something
+_AGAINST = -0.5  # correlation from which two channels run against each other
+_LATEST, _LATE, _ALIKE = 10.0, 0.3, 0.1  # s of lag that is looked for and that is told, correlation that it must gain
+_BETTER = 4.0  # times by which exchanged pressures must fit the load better
+
+
+def contradictions(recording: Recording, rig: Rig) -> list[str]:
+    """One sentence for each, naming recording and topics; none where a stream is missing or nothing moves.
+
+    Args:
+        rig: areas of the cylinder, and the load where the recording tells none.
+    """
+    drive, hydraulic = recording.drive, recording.hydraulic
+    if drive is None or hydraulic is None or min(len(drive), len(hydraulic)) < _LEAST:
+        return []
+    begin, end = max(drive.time.min(), hydraulic.time.min()), min(drive.time.max(), hydraulic.time.max())
+    axis = np.arange(begin, end, _STEP)
+    if axis.size < _LEAST:
+        return []
+    on = {name: _resampled(drive, name, axis) for name in ("speed", "current")}
+    on |= {name: _resampled(hydraulic, name, axis) for name in
+           ("rod_velocity", "rod_position", "pressure_piston_side", "pressure_rod_side")}
+    said = [_position(on), _shaft(on), _current(on), _pressures(on, recording, rig)]
+    drive_topic, hydraulic_topic = (f"{recording.namespace}/{topic}" for topic in (DRIVE_TOPIC, HYDRAULIC_TOPIC))
+    return [f"{recording.path}: {text.format(drive=drive_topic, hydraulic=hydraulic_topic)}" for text in said if text]
+
+
+def _resampled(stream: Stream, name: str, axis: np.ndarray) -> np.ndarray:
+    """A field on an axis, (n,), NaN where it has no number."""
+    values = stream.values[:, stream.fields.index(name)]
+    good = np.isfinite(values)
+    order = np.argsort(stream.time[good], kind="stable")
+    return np.interp(axis, stream.time[good][order], values[good][order]) if good.sum() > _LEAST else np.full(axis.size, np.nan)
+
+
+def _position(on: dict[str, np.ndarray]) -> str:
+    """Position against velocity."""
+    travelled, velocity = np.gradient(on["rod_position"], _STEP), on["rod_velocity"]
+    moving = np.abs(velocity) > _MOVING
+    if _correlation(travelled, velocity, moving) > _AGAINST:
+        return ""
+    return "{hydraulic}: rod_position falls while rod_velocity says that the rod extends; one of them counts from the other end"
+
+
+def _shaft(on: dict[str, np.ndarray]) -> str:
+    """Velocity against speed: its sign, and whether it comes later."""
+    speed, velocity = on["speed"], on["rod_velocity"]
+    here = np.isfinite(speed) & np.isfinite(velocity)
+    if _correlation(speed, velocity, here) < _AGAINST:
+        return "{drive} speed is positive while {hydraulic} rod_velocity says that the rod retracts; one of the two has the wrong sign"
+    steps = round(_LATEST / _STEP)
+    lags = np.arange(-steps, steps + 1)
+    found = [_correlation(np.roll(speed, lag)[steps:-steps], velocity[steps:-steps], here[steps:-steps]) for lag in lags]
+    best = int(np.argmax(found))
+    late = float(lags[best] * _STEP)
+    if abs(late) < _LATE or found[best] < found[steps] + _ALIKE:
+        return ""
+    way = "later" if late < 0.0 else "earlier"
+    return f"{{hydraulic}} follows {{drive}} best when it is taken {abs(late):.1f} s {way}; their clocks differ"
+
+
+def _current(on: dict[str, np.ndarray]) -> str:
+    """Friction asks for more current one way than the other, whatever the load."""
+    known = np.isfinite(on["current"])
+    lifting, lowering = (on["current"][known & (sign * on["speed"] > _TURNING)] for sign in (1.0, -1.0))
+    if min(lifting.size, lowering.size) < _LEAST or lifting.mean() > lowering.mean() - (lifting.std() + lowering.std()):
+        return ""
+    return (f"{{drive}}: the current is {lifting.mean():.3g} A on average at positive speed and {lowering.mean():.3g} A at negative; "
+            "friction makes it larger at positive speed, so its sign is likely the wrong one")
+
+
+def _pressures(on: dict[str, np.ndarray], recording: Recording, rig: Rig) -> str:
+    """Which of two pressures carries the load."""
+    told = recording.rig.payload_mass if recording.rig is not None else np.nan
+    load = (told if np.isfinite(told) and told > 0.0 else rig["load.payload_mass"]) * rig["load.gravity"]
+    piston, rod = float(piston_area(rig.parameters[0])), float(rod_side_area(rig.parameters[0]))
+    one, other = on["pressure_piston_side"], on["pressure_rod_side"]
+    here = np.isfinite(one) & np.isfinite(other) & (np.abs(on["rod_velocity"]) > _MOVING)
+    if here.sum() < _LEAST:
+        return ""
+    as_is, exchanged = (abs(float(np.mean(a[here] * piston - b[here] * rod)) - load) for a, b in ((one, other), (other, one)))
+    if as_is < _BETTER * exchanged or as_is < 0.5 * load:
+        return ""
+    return ("{hydraulic}: pressure_piston_side and pressure_rod_side carry the load only if they are exchanged; their connectors are "
+            "likely swapped")
+
+
+def _correlation(one: np.ndarray, other: np.ndarray, here: np.ndarray) -> float:
+    """Of two channels where both have numbers, 0 where these are too few or do not vary."""
+    here = here & np.isfinite(one) & np.isfinite(other)
+    if here.sum() < _LEAST or one[here].std() == 0.0 or other[here].std() == 0.0:
+        return 0.0
+    return float(np.corrcoef(one[here], other[here])[0, 1])
