@@ -1,5 +1,7 @@
 """Free runs over recordings that lack something."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from ddh_twin_py.bags.damage import with_value
@@ -20,3 +22,15 @@ def test_a_load_of_unknown_pressure_is_held_at_the_start(paper_cycle_bag):
     assert points["pressure_piston_side"][0] == pytest.approx(force / piston_area(held.parameters(rig)[0]), rel=0.15)
     measured = known.operating(known.parameters(rig))[0]
     assert np.abs(points["rod_position"] - measured["rod_position"]).max() < 2e-3
+
+
+def test_a_sensor_that_begins_in_what_is_held_out_is_as_if_it_were_not_there(paper_cycle_bag):
+    rig, recording = load_rig(), read_recording(paper_cycle_bag).between(0.0, 60.0)
+    others = {name: stream for name, stream in recording.temperatures.items() if name != "tank_oil"}
+    late = replace(recording, temperatures=others | {"tank_oil": recording.temperatures["tank_oil"].between(54.0, 60.0)})
+    without = Experiment(replace(recording, temperatures=others), rig, used=0.75)
+    begun = Experiment(late, rig, used=0.75)
+    assert "tank_oil" not in begun.sensors and begun.sensors == without.sensors and begun.signals.keys() == without.signals.keys()
+    for name, predicted in begun.predict(begun.parameters(rig)).items():
+        np.testing.assert_array_equal(predicted, without.predict(without.parameters(rig))[name])
+    assert "tank_oil" in Experiment(late, rig).sensors

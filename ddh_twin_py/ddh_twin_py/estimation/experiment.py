@@ -92,7 +92,7 @@ class Experiment:
         signals: by name; temperatures as ``temperature/<sensor>``, the error of each stroke as
             ``rod_position``.
         axis: s, end of each interval, (n,). air: K, of each interval, (n,).
-        sensors: temperature sensors that are there, ``ambient`` left out.
+        sensors: temperature sensors of which a sample is used, ``ambient`` left out.
 
     Raises:
         ExperimentError: no drive or hydraulic telemetry, or a clock that jumped.
@@ -152,7 +152,8 @@ class Experiment:
             if samples is not None and len(samples) and np.isfinite(samples.values[:, 0]).any():
                 when = (samples.stamp - recording.epoch_ns) * 1e-9 - begin
                 self._add(f"temperature/{name}", rig.sensors["temperature"], when, samples.values[:, 0], _slow)
-                self.sensors.append(name)
+                if f"temperature/{name}" in self.signals:
+                    self.sensors.append(name)
         self._first_readings = {
             name: float(np.nanmean(s.measured[s.time <= START])) for name in self.sensors
             if np.isfinite((s := self.signals[f"temperature/{name}"]).measured[s.time <= START]).any()
