@@ -76,6 +76,15 @@ def test_the_rig_file_is_the_diagnosis_and_can_be_read(engine, case, tmp_path):
     assert engine.answer.sentence in path.read_text()
 
 
+@pytest.mark.parametrize("more", [[], ["--quiet"]])
+def test_no_rig_file_comes_of_recordings_that_allow_no_answer(more, engine, case, tmp_path, capsys):
+    engine.answer = made_diagnosis("insufficient", seconds=60.0)
+    path = tmp_path / "out.yaml"
+    assert main(["gap", str(case), "-o", str(path), *more]) == 0
+    said = [line for line in capsys.readouterr().err.splitlines() if str(path) in line]
+    assert said == [f"{path}: not written, as the recordings allow no answer"] and not path.exists()
+
+
 @pytest.mark.parametrize("given, expected", [
     (["gap"], "FIELD"),
     (["gap", "nowhere"], "nowhere does not exist"),
