@@ -103,7 +103,9 @@ def _write_rig(args: argparse.Namespace, diagnosis, case, rig) -> None:
 
 def _heading(diagnosis, case, given: str) -> str:
     """Comment for the top of the rig file."""
-    bags = ", ".join(str(path) for path in (*case.field, case.commissioning) if path is not None)
-    return (f"Written by ddh-twin gap from {bags}\npriors: {given}\n{diagnosis.sentence}\n"
+    from ddh_twin_py.rig.files import printable
+
+    bags = ", ".join(printable(path) for path in (*case.field, case.commissioning) if path is not None)
+    return (f"Written by ddh-twin gap from {bags}\npriors: {printable(given)}\n{printable(diagnosis.sentence)}\n"
             "Entries that are not named here are the reference sheet's.\n"
             "std: one standard deviation; correlations between fitted values are not kept here.")
