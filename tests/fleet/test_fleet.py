@@ -1,6 +1,7 @@
 """A fleet with a stand-in for the diagnosis: what is found, rows, going on after a crash, table, page, cluster."""
 
 import csv
+import io
 import json
 import os
 import re
@@ -197,6 +198,12 @@ def test_the_table_as_csv():
     table = list(csv.DictReader(as_csv(some_rows()).splitlines()))
     assert tuple(table[0]) == COLUMNS and len(table) == 5
     assert (float(table[1]["size"]), table[3]["size"], table[4]["error"]) == (2.0, "", "torn, <all>")
+
+
+@pytest.mark.parametrize("name", ["=cmd|' /C calc'!A0", "+1", "-1", "@SUM(A1)"])
+def test_a_name_is_no_formula_of_a_spreadsheet_and_a_number_stays_one(name):
+    (row,) = csv.DictReader(io.StringIO(as_csv([Row(name, rig=name, size=-2.5, error=f"{name} is torn")]), newline=""))
+    assert (row["recording"], row["rig"], row["error"]) == (f"'{name}", f"'{name}", f"'{name} is torn") and float(row["size"]) == -2.5
 
 
 def test_the_page_shows_each_rig_over_time_and_all_recordings():
