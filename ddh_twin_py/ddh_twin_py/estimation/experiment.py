@@ -34,7 +34,7 @@ from ddh_twin_py.physics.soft_sensor import MEASURED_DTYPE
 from ddh_twin_py.physics.thermal_network import END_WINDING, N, ROTOR, SLOT_WINDING
 from ddh_twin_py.rig import Rig
 from ddh_twin_py.rig.sheet import SensorSpec
-from ddh_twin_py.telemetry.alignment import Ticks, align
+from ddh_twin_py.telemetry.alignment import REORDER_WINDOW, Ticks, align
 from ddh_twin_py.telemetry.recording import Recording
 from ddh_twin_py.telemetry.screening import apart, screen_recording
 from ddh_twin_py.telemetry.signals import DRIVE_FIELDS, DRIVE_TOPIC, HYDRAULIC_FIELDS, HYDRAULIC_TOPIC
@@ -337,15 +337,27 @@ class Experiment:
 
 
 def _jumps(recording: Recording, ticks: Ticks) -> str:
-    """How often the clock jumps, first when and how far, and which streams have no time in common."""
+    """How often the clock jumps, of one topic alone or of all, first when and how far, and which streams have no time in common."""
     first = int(np.argmax(ticks.restart))
     before, after = (float(ticks.end_ns[i] - recording.epoch_ns) * 1e-9 for i in (first - 1, first))
     before = max((float(s.time[s.time <= before].max(initial=-np.inf)) for _, s in recording.streams()), default=before)
     times = int(ticks.restart.sum())
-    said = (f"{recording.path}: the stamps jump {times} time{'s' * (times > 1)}, first by {after - before:+.1f} s at {before:.1f} s; "
+    whose = f"{recording.namespace}/{alone}: its stamps, and those of no other topic," if (alone := _alone(recording)) else "the stamps"
+    said = (f"{recording.path}: {whose} jump {times} time{'s' * (times > 1)}, first by {after - before:+.1f} s at {before:.1f} s; "
             "a free run needs one stretch of time")
     strangers = apart(recording)
     return f"{said} ({strangers[0].message.removeprefix(f'{recording.path}: ')})" if strangers else f"{said}, cut the recording there"
+
+
+def _alone(recording: Recording) -> str:
+    """The topic whose stamps go back while those of others that are dense enough to show it do not; '' where there is none such."""
+    streams = {topic: stream.time for topic, stream in recording.streams() if len(stream) > 1}
+    back = {topic: float((np.maximum.accumulate(time) - time).max()) for topic, time in streams.items()}
+    found = [topic for topic, far in back.items() if far > REORDER_WINDOW]
+    if len(found) != 1:
+        return ""
+    shown = back[found[0]] - REORDER_WINDOW
+    return found[0] if any(float(np.median(np.diff(time))) < shown for topic, time in streams.items() if topic != found[0]) else ""
 
 
 def _merge(drive_time: np.ndarray, hydraulic_time: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
