@@ -69,6 +69,23 @@ def test_a_folder_without_recordings_is_an_error(tmp_path):
             find_recordings(path)
 
 
+@pytest.mark.parametrize("role", ["commissioning", "validation"])
+def test_a_case_without_field_is_a_row_that_says_so_and_alone_an_error(role, folder, tmp_path, second, capsys):
+    write_recording(folder / "half" / role, second)
+    rows, _ = diagnosed(folder, tmp_path / "out")
+    assert f"half/{role}" not in rows and rows["a/march"].verdict == "explained"
+    assert rows["half"].error.startswith(f"{folder}/half is a case folder without field: it holds {role}; a case needs field/")
+    assert main(["fleet", str(folder / "half"), "--out", str(tmp_path / "alone"), "--quiet"]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert "half is a case folder without field" in line and not (tmp_path / "alone").exists()
+
+
+def test_a_folder_of_many_bags_may_be_called_as_a_role(tmp_path, second):
+    for name in ("commissioning/a", "commissioning/b", "other/field"):
+        write_recording(tmp_path / name, second)
+    assert [f.name for f in find_recordings(tmp_path)] == ["commissioning/a", "commissioning/b", "other"]
+
+
 def test_a_link_to_nowhere_is_a_row_and_stops_nothing(folder, tmp_path):
     (folder / "b/gone.mcap").symlink_to(tmp_path / "nowhere.mcap")
     rows, _ = diagnosed(folder, tmp_path / "out")
