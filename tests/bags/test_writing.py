@@ -2,15 +2,18 @@
 
 import os
 import signal
+import struct
 import subprocess
 import sys
 import textwrap
 import threading
 import time
+import zlib
 from pathlib import Path
 
 import numpy as np
 import pytest
+from ddh_twin_py.bags.compression import pack_chunk, unpack_chunk
 from ddh_twin_py.bags.errors import BagError
 from ddh_twin_py.bags.message_types import typestore
 from ddh_twin_py.bags.qos import LATCHED, SENSOR_DATA, qos_profile
@@ -34,6 +37,53 @@ def test_rosbags_reads_every_message_and_its_definition(tmp_path, short):
     with AnyReader([written]) as reader:
         messages = [reader.deserialize(raw, c.msgtype) for c, _, raw in reader.messages()]
         assert reader.message_count == len(messages) == 1 + sum(len(s) for _, s in short.streams())
+
+
+def chunks_of(file):
+    """Where each chunk of an MCAP file begins, and its head: size and checksum of what is in it, and the packed bytes."""
+    content, at = file.read_bytes(), 8
+    while content[at] != 0x0F:
+        (length,) = struct.unpack_from("<Q", content, at + 1)
+        if content[at] == 0x06:
+            size, crc = struct.unpack_from("<QI", content, at + 25)
+            yield at, size, crc, content[at + 9 + 32 + len("zstd") + 8 : at + 9 + length]
+        at += 9 + length
+
+
+def test_every_chunk_has_the_checksum_of_what_is_in_it(tmp_path, short):
+    written = write_recording(tmp_path / "field", short, flush_interval=0.02)
+    found = list(chunks_of(written / "field.mcap"))
+    assert found and all(crc == zlib.crc32(raw) and len(raw) == size for _, size, crc, raw in
+                         ((at, size, crc, unpack_chunk(packed, "zstd", size)[0]) for at, size, crc, packed in found))
+    with AnyReader([written]) as reader:
+        assert sum(1 for _ in reader.messages()) == reader.message_count
+
+
+def test_a_chunk_whose_contents_changed_is_left_out_and_named(tmp_path, short):
+    """Of the same length and soundly packed, as after a fault of the memory: nothing but the chunk's own checksum tells."""
+    other = write_recording(tmp_path / "first", short) / "first.mcap"
+    with BagWriter(tmp_path / "two", flush_interval=1e6) as writer:
+        for begin, values in ((0, short.drive.values[:50]), (10**9, short.drive.values[50:100])):
+            writer.write_rows("/ddh/drive/telemetry", "ddh_msgs/msg/DriveTelemetry", begin + 10**7 * np.arange(1, 51), values)
+            writer.flush()
+    file = tmp_path / "two" / "two.mcap"
+    content = bytearray(file.read_bytes())
+    at, size, _, packed = list(chunks_of(file))[-1]
+    raw = bytearray(unpack_chunk(packed, "zstd", size)[0])
+    raw[-1] ^= 0x40
+    again = pack_chunk(bytes(raw))
+    length = 32 + len("zstd") + 8 + len(again)
+    head = content[at + 9 : at + 9 + 32 + len("zstd")] + struct.pack("<Q", len(again))
+    file.write_bytes(content[:at] + struct.pack("<BQ", 6, length) + head + again + content[at + 9 + 32 + len("zstd") + 8 + len(packed) :])
+    read = read_recording(tmp_path / "two")
+    (finding,) = [f for f in read.findings if "damaged chunk" in f.message]
+    assert finding.message.startswith(f"{tmp_path / 'two'}") and f"has a damaged chunk at byte {at} " in finding.message
+    assert f"its {size} bytes do not fit its checksum" in finding.message and len(read.drive) == 50
+    parts = tmp_path / "parts"
+    parts.mkdir()
+    for k, part in enumerate((other, file)):
+        part.rename(parts / f"x_{k}.mcap")
+    assert "do not fit its checksum (x_1.mcap)" in " ".join(f.message for f in read_recording(parts).findings)
 
 
 def test_outputs_and_foreign_types_are_written_with_their_definition(tmp_path):

@@ -76,6 +76,22 @@ def test_the_rig_file_is_the_diagnosis_and_can_be_read(engine, case, tmp_path):
     assert engine.answer.sentence in path.read_text()
 
 
+def test_a_bag_with_control_characters_in_its_name_has_one_line_of_the_rig_file(engine, case, tmp_path):
+    odd = case.rename(tmp_path / "a\n\x1b[31mb")
+    assert main(["gap", str(odd), "-o", str(tmp_path / "out.yaml"), "--quiet"]) == 0
+    assert load_rig(tmp_path / "out.yaml").quantities == engine.answer.rig.quantities
+    assert "/a\\n\\x1b[31mb/field, " in (tmp_path / "out.yaml").read_text().splitlines()[0]
+
+
+@pytest.mark.parametrize("more", [[], ["--quiet"]])
+def test_no_rig_file_comes_of_recordings_that_allow_no_answer(more, engine, case, tmp_path, capsys):
+    engine.answer = made_diagnosis("insufficient", seconds=60.0)
+    path = tmp_path / "out.yaml"
+    assert main(["gap", str(case), "-o", str(path), *more]) == 0
+    said = [line for line in capsys.readouterr().err.splitlines() if str(path) in line]
+    assert said == [f"{path}: not written, as the recordings allow no answer"] and not path.exists()
+
+
 @pytest.mark.parametrize("given, expected", [
     (["gap"], "FIELD"),
     (["gap", "nowhere"], "nowhere does not exist"),
@@ -100,6 +116,17 @@ def test_a_bag_that_the_engine_refuses_is_one_line(engine, case, tmp_path, capsy
     assert main(["gap", str(case), "--quiet", "--json", str(tmp_path / "g.json")]) == 2
     assert capsys.readouterr().err == f"ddh-twin gap: error: {case}/field: topic /ddh/drive/telemetry is missing\n"
     assert not (tmp_path / "g.json").exists()
+
+
+@pytest.mark.parametrize("given", [["gap", "CASE/no\nwhere"], ["gap", "CASE/field", "--json", "CASE/field/metadata.yaml"]])
+def test_an_error_gives_no_orders_to_the_terminal(given, case, tmp_path, capsys):
+    odd = str(case.rename(tmp_path / "a\x1b[2Jb"))
+    try:
+        assert main([word.replace("CASE", odd) for word in given]) == 2
+    except SystemExit as left:
+        assert left.code == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert "/a\\x1b[2Jb/" in line and line.isprintable()
 
 
 def test_interrupted_nothing_is_written(engine, case, tmp_path, capsys):

@@ -1,12 +1,15 @@
 """Free runs over recordings that lack something."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from ddh_twin_py.bags.damage import with_value
 from ddh_twin_py.bags.reader import read_recording
-from ddh_twin_py.estimation.experiment import Experiment
+from ddh_twin_py.estimation.experiment import Experiment, ExperimentError
 from ddh_twin_py.physics.cylinder import piston_area
 from ddh_twin_py.rig import load_rig
+from ddh_twin_py.telemetry.recording import Stream
 
 
 def test_a_load_of_unknown_pressure_is_held_at_the_start(paper_cycle_bag):
@@ -20,3 +23,42 @@ def test_a_load_of_unknown_pressure_is_held_at_the_start(paper_cycle_bag):
     assert points["pressure_piston_side"][0] == pytest.approx(force / piston_area(held.parameters(rig)[0]), rel=0.15)
     measured = known.operating(known.parameters(rig))[0]
     assert np.abs(points["rod_position"] - measured["rod_position"]).max() < 2e-3
+
+
+def test_a_sensor_that_begins_in_what_is_held_out_is_as_if_it_were_not_there(paper_cycle_bag):
+    rig, recording = load_rig(), read_recording(paper_cycle_bag).between(0.0, 60.0)
+    others = {name: stream for name, stream in recording.temperatures.items() if name != "tank_oil"}
+    late = replace(recording, temperatures=others | {"tank_oil": recording.temperatures["tank_oil"].between(54.0, 60.0)})
+    without = Experiment(replace(recording, temperatures=others), rig, used=0.75)
+    begun = Experiment(late, rig, used=0.75)
+    assert "tank_oil" not in begun.sensors and begun.sensors == without.sensors and begun.signals.keys() == without.signals.keys()
+    for name, predicted in begun.predict(begun.parameters(rig)).items():
+        np.testing.assert_array_equal(predicted, without.predict(without.parameters(rig))[name])
+    assert "tank_oil" in Experiment(late, rig).sensors
+
+
+def stepped(stream, by):
+    """The stream with a clock that goes back by so many seconds at 30 s."""
+    return Stream(np.where(stream.time < 30.0, stream.time, stream.time - by), stream.values, stream.fields)
+
+
+@pytest.mark.parametrize("topics, by, said", [
+    (("hydraulic",), 20.0, "/hydraulics/telemetry: its stamps, and those of no other topic, jump 1 time, first by -20"),
+    (("tank_oil",), 20.0, "/temperature/tank_oil: its stamps, and those of no other topic, jump 1 time, first by -20"),
+    (("drive", "hydraulic"), 20.0, ": the stamps jump 1 time, first by -20"),
+    (("drive", "slow"), 0.8, ": the stamps jump 1 time"),  # at 1 Hz none would show it
+])
+def test_a_clock_that_goes_back_is_named_where_it_is_one_topics_alone(topics, by, said, paper_cycle_bag):
+    recording = read_recording(paper_cycle_bag).between(0.0, 60.0)
+    if "slow" in topics:
+        every = round(1.0 / np.median(np.diff(recording.hydraulic.time)))
+        slow = Stream(recording.hydraulic.time[::every], recording.hydraulic.values[::every], recording.hydraulic.fields)
+        recording = replace(recording, hydraulic=slow, temperatures={})
+    for name in topics:
+        if name in recording.temperatures:
+            recording = replace(recording, temperatures=recording.temperatures | {name: stepped(recording.temperatures[name], by)})
+        elif name != "slow":
+            recording = replace(recording, **{name: stepped(getattr(recording, name), by)})
+    with pytest.raises(ExperimentError) as refused:
+        Experiment(recording, load_rig())
+    assert said in str(refused.value) and str(refused.value).startswith(f"{recording.path}: ")

@@ -1,6 +1,7 @@
 """A fleet with a stand-in for the diagnosis: what is found, rows, going on after a crash, table, page, cluster."""
 
 import csv
+import io
 import json
 import os
 import re
@@ -66,6 +67,23 @@ def test_a_folder_without_recordings_is_an_error(tmp_path):
     for path, words in ((tmp_path, "holds no recording"), (tmp_path / "none", "there is no such folder")):
         with pytest.raises(FleetError, match=words):
             find_recordings(path)
+
+
+@pytest.mark.parametrize("role", ["commissioning", "validation"])
+def test_a_case_without_field_is_a_row_that_says_so_and_alone_an_error(role, folder, tmp_path, second, capsys):
+    write_recording(folder / "half" / role, second)
+    rows, _ = diagnosed(folder, tmp_path / "out")
+    assert f"half/{role}" not in rows and rows["a/march"].verdict == "explained"
+    assert rows["half"].error.startswith(f"{folder}/half is a case folder without field: it holds {role}; a case needs field/")
+    assert main(["fleet", str(folder / "half"), "--out", str(tmp_path / "alone"), "--quiet"]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert "half is a case folder without field" in line and not (tmp_path / "alone").exists()
+
+
+def test_a_folder_of_many_bags_may_be_called_as_a_role(tmp_path, second):
+    for name in ("commissioning/a", "commissioning/b", "other/field"):
+        write_recording(tmp_path / name, second)
+    assert [f.name for f in find_recordings(tmp_path)] == ["commissioning/a", "commissioning/b", "other"]
 
 
 def test_a_link_to_nowhere_is_a_row_and_stops_nothing(folder, tmp_path):
@@ -197,6 +215,12 @@ def test_the_table_as_csv():
     table = list(csv.DictReader(as_csv(some_rows()).splitlines()))
     assert tuple(table[0]) == COLUMNS and len(table) == 5
     assert (float(table[1]["size"]), table[3]["size"], table[4]["error"]) == (2.0, "", "torn, <all>")
+
+
+@pytest.mark.parametrize("name", ["=cmd|' /C calc'!A0", "+1", "-1", "@SUM(A1)"])
+def test_a_name_is_no_formula_of_a_spreadsheet_and_a_number_stays_one(name):
+    (row,) = csv.DictReader(io.StringIO(as_csv([Row(name, rig=name, size=-2.5, error=f"{name} is torn")]), newline=""))
+    assert (row["recording"], row["rig"], row["error"]) == (f"'{name}", f"'{name}", f"'{name} is torn") and float(row["size"]) == -2.5
 
 
 def test_the_page_shows_each_rig_over_time_and_all_recordings():

@@ -45,6 +45,13 @@ def test_only_what_differs_is_written():
     assert text.splitlines()[0] == "# why" and "leakage" in text and "pump_2" not in text
 
 
+def test_a_heading_with_what_no_comment_may_hold_is_spelled_out_and_read_back(tmp_path):
+    rig = load_rig().with_values({"pump_1.leakage": 2e-12})
+    path = write_rig(tmp_path / "rig.yaml", rig, "of \x1b[31mred\x00 \udcff\x7f – °\nrig_id: second\x85rig_id: third")
+    _same(load_rig(path), rig)
+    assert path.read_text("utf8").startswith("# of \\x1b[31mred\\x00 \\udcff\\x7f – °\n# rig_id: second\n# rig_id: third\n")
+
+
 @pytest.mark.parametrize("path, value, said", [
     ("tank.wall_capacity", 1.0, "tank.wall_capacity: value is 1 J/K, allowed are 23 to"),
     ("tank.wall_capacity", float("nan"), "tank.wall_capacity: value is nan"),

@@ -24,6 +24,8 @@ MAGIC = b"\x89MCAP0\r\n"
 FOOTER, SCHEMA, CHANNEL, MESSAGE, CHUNK, DATA_END = 0x02, 0x03, 0x04, 0x05, 0x06, 0x0F
 _LAST_KNOWN, _FIRST_PRIVATE = 0x0F, 0x80
 _RECORD_HEAD = 9
+CHUNK_CRC = _RECORD_HEAD + 24
+"""Bytes from the begin of a chunk's record to the CRC-32 of its unpacked records, uint32; 0 says that there is none."""
 _MESSAGE_HEAD = 22
 _LOOSE_BLOCK = 4 << 20  # bytes of messages outside chunks that are handed on at once
 
@@ -105,12 +107,11 @@ class McapStorage:
             raw, whole = unpack_chunk(packed, name, size, partial=len(content) < length)
         except UnknownCompression as error:
             raise BagError(f"{self.path}: chunk at byte {at}: {error}") from None
-        if len(content) == length and (not whole or (crc and zlib.crc32(raw) != crc)):
-            self.damage.append(
-                f"has a damaged chunk at byte {at} ({length} bytes): {len(raw)} of {size} bytes could be unpacked"
-            )
-            if whole:  # sound compression, wrong sum: contents cannot be trusted
-                return
+        if len(content) == length and not whole:
+            self.damage.append(f"has a damaged chunk at byte {at} ({length} bytes): {len(raw)} of {size} bytes could be unpacked")
+        elif whole and crc and zlib.crc32(raw) != crc:  # sound compression, wrong sum: contents cannot be trusted
+            self.damage.append(f"has a damaged chunk at byte {at} ({length} bytes): its {size} bytes do not fit its checksum")
+            return
         yield self._block(raw, position)
 
     def _block(self, raw: bytes, position: float) -> Block:

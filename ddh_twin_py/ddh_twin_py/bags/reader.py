@@ -59,7 +59,7 @@ def read_recording(
     file = str(folder.path)
     total = sum(collector.counts.values())
     if not total:
-        reason = f": {folder.files[0].name} {damage[0]}" if damage else ""
+        reason = f": {folder.files[0].name if len(folder.files) == 1 else 'it'} {damage[0]}" if damage else ""
         raise BagError(f"{file} holds no messages{reason}")
     chosen = choose_namespace(file, collector.types, namespace)
     _refuse_wrong_types(file, chosen, collector)
@@ -83,7 +83,7 @@ def read_recording(
 
 
 def _read_files(folder: BagFolder, collector: Collector, progress) -> list[str]:
-    """Read all files; what could not be read."""
+    """Read all files; what could not be read, with the file's name where there are several."""
     hashes = {topic: entry.type_hash for topic, entry in (folder.topics or {}).items()}
     damage: list[str] = []
     parts = len(folder.files)
@@ -99,7 +99,7 @@ def _read_files(folder: BagFolder, collector: Collector, progress) -> list[str]:
             collector.read(storage, hashes, share)
             if share is not None:
                 share(1.0)
-            damage += storage.damage
+            damage += [f"{said} ({file.name})" if parts > 1 else said for said in storage.damage]
     return damage
 
 

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import os
+import struct
 import threading
+import zlib
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +17,7 @@ from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, W
 from ddh_twin_py.bags.cdr import encode_stamped_floats
 from ddh_twin_py.bags.compression import pack_chunk
 from ddh_twin_py.bags.errors import BagError
+from ddh_twin_py.bags.mcap_storage import CHUNK_CRC
 from ddh_twin_py.bags.message_types import know
 from ddh_twin_py.bags.qos import LATCHED, RELIABLE, SENSOR_DATA
 from ddh_twin_py.bags.topics import normalised
@@ -52,6 +56,7 @@ class BagWriter:
             self._writer.set_compression(CompressionMode.STORAGE, CompressionFormat.ZSTD)
             self._writer.open()
             self._writer.storage.compressor = pack_chunk
+            self._writer.storage.close_chunk = partial(_close_chunk, self._writer.storage)
         except (WriterError, OSError) as error:
             raise BagError(f"{self.path} cannot be written: {' '.join(str(error).split())}") from None
         self._flush()  # the header, so that even an empty file says what it is
@@ -160,6 +165,20 @@ class BagWriter:
             storage.close_chunk()
         storage.bio.flush()
         os.fsync(storage.bio.fileno())
+
+
+def _close_chunk(storage) -> None:
+    """Close the pending chunk of rosbags' MCAP storage and put the CRC-32 of its unpacked records into its head, which rosbags leaves 0.
+
+    Source: MCAP format specification, Chunk (op=0x06), `uncompressed_crc`.
+    """
+    crc = zlib.crc32(storage.chunk.bio.getbuffer())
+    begin = storage.bio.tell()
+    type(storage).close_chunk(storage)
+    end = storage.bio.tell()
+    storage.bio.seek(begin + CHUNK_CRC)
+    storage.bio.write(struct.pack("<I", crc))
+    storage.bio.seek(end)
 
 
 def write_recording(

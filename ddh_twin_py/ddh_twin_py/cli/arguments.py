@@ -42,7 +42,9 @@ class Parser(argparse.ArgumentParser):
 
     def error(self, message: str) -> None:
         """Say what is wrong in one line and leave with 2."""
-        self.exit(2, f"{self.prog}: error: {' '.join(message.split())}\n")
+        from ddh_twin_py.rig.files import printable
+
+        self.exit(2, f"{self.prog}: error: {printable(' '.join(message.split()))}\n")
 
     def _check_value(self, action: argparse.Action, value: object) -> None:
         if action.choices is None or value in action.choices:

@@ -115,6 +115,7 @@ def run(args: argparse.Namespace) -> int:
 def _finish(args: argparse.Namespace, fit, rig) -> int:
     """Say what was refused and write the rig file; the exit code."""
     from ddh_twin_py.cli.console import say
+    from ddh_twin_py.rig.files import printable
     from ddh_twin_py.rig.writer import write_rig
 
     for p in fit.refused:
@@ -123,8 +124,8 @@ def _finish(args: argparse.Namespace, fit, rig) -> int:
         say("ddh-twin calibrate: error: nothing that was asked for can be identified from these recordings; no rig file was written")
         return 1
     if args.output:
-        heading = "Fitted by ddh-twin calibrate to " + ", ".join(str(bag) for bag in args.bags)
-        heading += f"\npriors: {rig.file}\nEntries that are not named here are the reference sheet's.\n"
+        heading = "Fitted by ddh-twin calibrate to " + ", ".join(printable(bag) for bag in args.bags)
+        heading += f"\npriors: {printable(rig.file)}\nEntries that are not named here are the reference sheet's.\n"
         heading += "std: one standard deviation; correlations between fitted values are not kept here."
         write_rig(args.output, fit.rig, heading)
         if not args.quiet:

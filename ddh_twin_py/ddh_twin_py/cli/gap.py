@@ -29,7 +29,7 @@ def add_parser(subparsers) -> None:
     parser.add_argument("--without", metavar="EFFECT", action="append", default=[],
                         help="leave this effect out, because the machine was checked for it (may be given several times)")
     parser.add_argument("-o", "--output", metavar="FILE", type=output_file,
-                        help="rig file to write: parameters fitted, the leading cause in it")
+                        help="rig file to write: parameters fitted, the leading cause in it; none where the recordings allow no answer")
     add_html(parser)
     add_json(parser)
     add_quiet(parser)
@@ -93,6 +93,9 @@ def _write_rig(args: argparse.Namespace, diagnosis, case, rig) -> None:
         from ddh_twin_py.cli.console import say
         from ddh_twin_py.rig.writer import write_rig
 
+        if diagnosis.report["verdict"] == "insufficient":
+            say(f"{args.output}: not written, as the recordings allow no answer")
+            return
         write_rig(args.output, diagnosis.rig, _heading(diagnosis, case, rig.file))
         if not args.quiet:
             say(f"{args.output}: rig {diagnosis.rig.rig_id}")
@@ -100,7 +103,9 @@ def _write_rig(args: argparse.Namespace, diagnosis, case, rig) -> None:
 
 def _heading(diagnosis, case, given: str) -> str:
     """Comment for the top of the rig file."""
-    bags = ", ".join(str(path) for path in (*case.field, case.commissioning) if path is not None)
-    return (f"Written by ddh-twin gap from {bags}\npriors: {given}\n{diagnosis.sentence}\n"
+    from ddh_twin_py.rig.files import printable
+
+    bags = ", ".join(printable(path) for path in (*case.field, case.commissioning) if path is not None)
+    return (f"Written by ddh-twin gap from {bags}\npriors: {printable(given)}\n{printable(diagnosis.sentence)}\n"
             "Entries that are not named here are the reference sheet's.\n"
             "std: one standard deviation; correlations between fitted values are not kept here.")

@@ -102,7 +102,9 @@ def _run(argv: Sequence[str] | None, interruption: Interruption) -> int:
         said = str(error)
         if isinstance(error, OSError) and error.filename and error.strerror:
             said = f"{error.filename}: {error.strerror}"
-        print(f"ddh-twin {args.verb}: error: {' '.join(said.split())}", file=sys.stderr)
+        from ddh_twin_py.rig.files import printable
+
+        print(f"ddh-twin {args.verb}: error: {printable(' '.join(said.split()))}", file=sys.stderr)
         return 2
 
 

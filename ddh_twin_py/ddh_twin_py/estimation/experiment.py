@@ -34,7 +34,7 @@ from ddh_twin_py.physics.soft_sensor import MEASURED_DTYPE
 from ddh_twin_py.physics.thermal_network import END_WINDING, HYDRAULIC_NODES, N, NODES, ROTOR, SLOT_WINDING
 from ddh_twin_py.rig import Rig
 from ddh_twin_py.rig.sheet import SensorSpec
-from ddh_twin_py.telemetry.alignment import Ticks, align
+from ddh_twin_py.telemetry.alignment import REORDER_WINDOW, Ticks, align
 from ddh_twin_py.telemetry.recording import Recording
 from ddh_twin_py.telemetry.screening import apart, screen_recording
 from ddh_twin_py.telemetry.signals import DRIVE_FIELDS, DRIVE_TOPIC, HYDRAULIC_FIELDS, HYDRAULIC_TOPIC
@@ -92,7 +92,7 @@ class Experiment:
         signals: by name; temperatures as ``temperature/<sensor>``, the error of each stroke as
             ``rod_position``.
         axis: s, end of each interval, (n,). air: K, of each interval, (n,).
-        sensors: temperature sensors that are there, ``ambient`` left out.
+        sensors: temperature sensors of which a sample is used, ``ambient`` left out.
 
     Raises:
         ExperimentError: no drive or hydraulic telemetry, or a clock that jumped.
@@ -152,7 +152,8 @@ class Experiment:
             if samples is not None and len(samples) and np.isfinite(samples.values[:, 0]).any():
                 when = (samples.stamp - recording.epoch_ns) * 1e-9 - begin
                 self._add(f"temperature/{name}", rig.sensors["temperature"], when, samples.values[:, 0], _slow)
-                self.sensors.append(name)
+                if f"temperature/{name}" in self.signals:
+                    self.sensors.append(name)
         self._first_readings = {
             name: float(np.nanmean(s.measured[s.time <= START])) for name in self.sensors
             if np.isfinite((s := self.signals[f"temperature/{name}"]).measured[s.time <= START]).any()
@@ -340,15 +341,27 @@ class Experiment:
 
 
 def _jumps(recording: Recording, ticks: Ticks) -> str:
-    """How often the clock jumps, first when and how far, and which streams have no time in common."""
+    """How often the clock jumps, of one topic alone or of all, first when and how far, and which streams have no time in common."""
     first = int(np.argmax(ticks.restart))
     before, after = (float(ticks.end_ns[i] - recording.epoch_ns) * 1e-9 for i in (first - 1, first))
     before = max((float(s.time[s.time <= before].max(initial=-np.inf)) for _, s in recording.streams()), default=before)
     times = int(ticks.restart.sum())
-    said = (f"{recording.path}: the stamps jump {times} time{'s' * (times > 1)}, first by {after - before:+.1f} s at {before:.1f} s; "
+    whose = f"{recording.namespace}/{alone}: its stamps, and those of no other topic," if (alone := _alone(recording)) else "the stamps"
+    said = (f"{recording.path}: {whose} jump {times} time{'s' * (times > 1)}, first by {after - before:+.1f} s at {before:.1f} s; "
             "a free run needs one stretch of time")
     strangers = apart(recording)
     return f"{said} ({strangers[0].message.removeprefix(f'{recording.path}: ')})" if strangers else f"{said}, cut the recording there"
+
+
+def _alone(recording: Recording) -> str:
+    """The topic whose stamps go back while those of others that are dense enough to show it do not; '' where there is none such."""
+    streams = {topic: stream.time for topic, stream in recording.streams() if len(stream) > 1}
+    back = {topic: float((np.maximum.accumulate(time) - time).max()) for topic, time in streams.items()}
+    found = [topic for topic, far in back.items() if far > REORDER_WINDOW]
+    if len(found) != 1:
+        return ""
+    shown = back[found[0]] - REORDER_WINDOW
+    return found[0] if any(float(np.median(np.diff(time))) < shown for topic, time in streams.items() if topic != found[0]) else ""
 
 
 def _merge(drive_time: np.ndarray, hydraulic_time: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

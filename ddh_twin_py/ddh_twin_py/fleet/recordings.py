@@ -7,7 +7,7 @@ import re
 from dataclasses import dataclass
 from pathlib import Path
 
-from ddh_twin_py.bags.case import FIELD, Case, case_of, is_case
+from ddh_twin_py.bags.case import COMMISSIONING, FIELD, VALIDATION, Case, case_of, is_case
 from ddh_twin_py.bags.errors import BagError
 from ddh_twin_py.bags.folder import METADATA, SUFFIXES
 from ddh_twin_py.rig.files import did_you_mean
@@ -22,20 +22,22 @@ class FleetError(ValueError):
 
 @dataclass(frozen=True)
 class Found:
-    """One recording to diagnose: its name, which is its path below the folder, and its case."""
+    """One recording to diagnose: its name, which is its path below the folder, and its case; `refused` says why it is none."""
 
     name: str
     case: Case
+    refused: str = ""
 
 
 def find_recordings(folder: str | Path, leave_out: Path | None = None, rig: Path | None = None) -> list[Found]:
     """Every recording below a folder, sorted by name.
 
-    A folder that holds field/ and is no bag is one case, whatever else lies in it; a rosbag2 folder is one recording, as are .mcap and .db3
-    files that belong to no bag, and a folder that cannot be looked into. Hidden folders, and `leave_out`, are not looked into.
+    A folder that holds field/ and is no bag is one case, whatever else lies in it; one with a bag commissioning/ or validation/ and without
+    field/ is a case that is refused. A rosbag2 folder is one recording, as are .mcap and .db3 files that belong to no bag, and a folder
+    that cannot be looked into. Hidden folders, and `leave_out`, are not looked into.
 
     Raises:
-        FleetError: there is no such folder, no recording in it, or it is `leave_out` itself.
+        FleetError: there is no such folder, no recording in it, it is `leave_out` itself, or it is a case without field/.
     """
     folder = Path(folder)
     if not folder.is_dir():
@@ -49,23 +51,37 @@ def find_recordings(folder: str | Path, leave_out: Path | None = None, rig: Path
         if leave_out is not None and path.resolve() == leave_out.resolve():
             folders.clear()
             continue
-        paths = [path] if is_case(path) and (path / FIELD).is_dir() else _bags(path, files)
-        found += [Found(p.relative_to(folder).as_posix() if p != folder else folder.resolve().name, _case(p, rig)) for p in paths]
+        paths = [path] if _one_case(path) else _bags(path, files)
+        found += [_found(p.relative_to(folder).as_posix() if p != folder else folder.resolve().name, p, rig) for p in paths]
+        if path == folder and found and found[0].refused and _one_case(path):
+            raise FleetError(found[0].refused)
         if path in paths:
             folders.clear()
         folders[:] = sorted(name for name in folders if not name.startswith("."))
-    found += [Found(p.relative_to(folder).as_posix(), _case(p, rig)) for p in closed]
+    found += [_found(p.relative_to(folder).as_posix(), p, rig) for p in closed]
     if not found:
         raise FleetError(f"{folder}: holds no recording, neither a folder with field/, nor a rosbag2 folder, nor a .mcap or .db3 file")
     return sorted(found, key=lambda f: f.name)
 
 
-def _case(path: Path, rig: Path | None) -> Case:
-    """The case of a path; of one that cannot be used too, so that its row says why."""
+def _one_case(path: Path) -> bool:
+    """Whether a folder is a case: with field/, or without it and with a bag where the rig as built or another duty would be."""
+    return is_case(path) and ((path / FIELD).is_dir() or any(_is_bag(path / role) for role in (COMMISSIONING, VALIDATION)))
+
+
+def _is_bag(path: Path) -> bool:
     try:
-        return case_of([path], rig=rig)
-    except BagError:
-        return Case((path,), rig=rig)
+        return any(name == METADATA or name.endswith(_ENDINGS) for name in os.listdir(path))
+    except OSError:
+        return False
+
+
+def _found(name: str, path: Path, rig: Path | None) -> Found:
+    """The recording at a path; of one that cannot be used too, so that its row says why."""
+    try:
+        return Found(name, case_of([path], rig=rig))
+    except BagError as error:
+        return Found(name, Case((path,), rig=rig), str(error))
 
 
 def _bags(path: Path, files: list[str]) -> list[Path]:

@@ -50,6 +50,7 @@ class Row:
 
 
 COLUMNS = tuple(f.name for f in fields(Row))
+_FORMULA = ("=", "+", "-", "@")
 NUMBERS = tuple(f.name for f in fields(Row) if "float" in str(f.type))
 
 
@@ -99,10 +100,17 @@ def _effect(why: Sequence[dict], classes: Sequence[Sequence[str]], leading: Sequ
 
 
 def as_csv(rows: Sequence[Row]) -> str:
-    """A header and one line for each row; numbers as they are, nothing where there is none."""
+    """A header and one line for each row; numbers as they are, nothing where there is none, a text that a spreadsheet would take
+    for a formula behind an apostrophe."""
     out = io.StringIO()
     writer = csv.DictWriter(out, COLUMNS, lineterminator="\n")
     writer.writeheader()
     for row in rows:
-        writer.writerow({key: "" if value is None else value for key, value in asdict(row).items()})
+        writer.writerow({key: _cell(value) for key, value in asdict(row).items()})
     return out.getvalue()
+
+
+def _cell(value: str | float | None) -> str | float:
+    if value is None:
+        return ""
+    return f"'{value}" if isinstance(value, str) and value.startswith(_FORMULA) else value

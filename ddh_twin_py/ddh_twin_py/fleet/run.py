@@ -37,6 +37,8 @@ class Diagnosed:
 def diagnose_recording(found: Found, settings: Settings, stop: threading.Event | None = None) -> Diagnosed:
     """Diagnose one recording in a process of its own; whatever goes wrong is a row with the error."""
     known: dict = {"recording": found.name}
+    if found.refused:
+        return Diagnosed(Row(**known, error=found.refused), {}, True)
     try:
         known = facts(found.name, found.case)
     except (BagError, OSError) as error:

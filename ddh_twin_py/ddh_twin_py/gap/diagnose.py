@@ -20,7 +20,7 @@ from ddh_twin_py.gap.doubts import damage, doubts
 from ddh_twin_py.gap.drive_case import DriveCase
 from ddh_twin_py.gap.hypotheses import POWER, POWER_WITHOUT_COMMISSIONING
 from ddh_twin_py.gap.search import Found, search
-from ddh_twin_py.gap.suitability import no_answer, one_rig, out_of_order, refuse_unfit, unseen
+from ddh_twin_py.gap.suitability import no_answer, no_twice, one_rig, out_of_order, refuse_unfit, unseen
 from ddh_twin_py.gap.unknown import structure_left
 from ddh_twin_py.rig import Rig
 from ddh_twin_py.telemetry.recording import Recording
@@ -65,7 +65,9 @@ def diagnose(recordings: Recordings, rig: Rig, without: Collection[str] = (), on
         seconds[name] = time.perf_counter() - started - sum(seconds.values())
 
     told = progress or (lambda share: None)
-    one_rig([r for r in (recordings.commissioning, *recordings.field, recordings.validation) if r is not None])
+    given = [r for r in (recordings.commissioning, *recordings.field, recordings.validation) if r is not None]
+    one_rig(given)
+    no_twice(given)
     share = 1.0 if recordings.validation is not None else 1.0 - HELD_SHARE
     field = [Experiment(recording, rig, used=share) for recording in recordings.field]
     commissioning = [] if recordings.commissioning is None else [Experiment(recordings.commissioning, rig)]

@@ -37,6 +37,26 @@ def one_rig(recordings: Sequence[Recording]) -> None:
                                   f"{named[0].rig.rig_id!r}; a case is of one rig")
 
 
+def no_twice(recordings: Sequence[Recording]) -> None:
+    """Refuse recordings that are copies of one another, whatever their files are called.
+
+    Raises:
+        ExperimentError: two recordings have the same topics with the same stamps and values.
+    """
+    for other, one in ((b, a) for i, b in enumerate(recordings) for a in recordings[:i]):
+        if _same(one, other):
+            raise ExperimentError(f"{one.path} and {other.path} are the same recording; its samples would count twice")
+
+
+def _same(one: Recording, other: Recording) -> bool:
+    """Whether two recordings have the same samples; the stamps of a topic are compared first, as they nearly always tell."""
+    mine, theirs = (dict(recording.streams()) for recording in (one, other))
+    if one.epoch_ns != other.epoch_ns or not mine or mine.keys() != theirs.keys():
+        return False
+    return (all(np.array_equal(stream.time, theirs[topic].time) for topic, stream in mine.items())
+            and all(np.array_equal(stream.values, theirs[topic].values, equal_nan=True) for topic, stream in mine.items()))
+
+
 def out_of_order(field: Sequence[Recording], commissioning: Recording | None) -> list[str]:
     """A note where the rig as built was recorded after what is asked about, none where the order is as it should be."""
     if commissioning is None or not field:

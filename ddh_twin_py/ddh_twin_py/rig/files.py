@@ -1,4 +1,4 @@
-"""Files that people name: written whole or not at all; the nearest of one that is not there."""
+"""Files that people name: written whole or not at all; the nearest of one that is not there; names as they can be shown."""
 
 from __future__ import annotations
 
@@ -16,6 +16,11 @@ def did_you_mean(path: str | Path) -> str:
         return ""
     near = difflib.get_close_matches(path.name, names, n=1, cutoff=0.7)
     return f"; the nearest is {path.parent / near[0]}" if near else ""
+
+
+def printable(text: object) -> str:
+    """A text on one line in which what no screen or YAML comment may hold (line ends, escapes, lone surrogates) is spelled out: `\\x1b`."""
+    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode("ascii") for c in str(text))
 
 
 def write_whole(path: str | Path, content: str | bytes) -> Path:

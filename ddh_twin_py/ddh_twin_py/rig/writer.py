@@ -13,7 +13,7 @@ from pathlib import Path
 import yaml
 
 from ddh_twin_py.rig.bounds import contradiction
-from ddh_twin_py.rig.files import write_whole
+from ddh_twin_py.rig.files import printable, write_whole
 from ddh_twin_py.rig.sheet import BOUNDS, Quantity, Rig, RigError, SensorSpec, load_rig
 
 
@@ -26,7 +26,7 @@ def rig_text(rig: Rig, heading: str = "") -> str:
     """The rig as YAML: its name, and every entry that is not the reference sheet's.
 
     Args:
-        rig: the rig. heading: lines of comment for the top.
+        rig: the rig. heading: lines of comment for the top; what no comment may hold is spelled out.
 
     Raises:
         RigError: a value that no rig file may have.
@@ -48,7 +48,7 @@ def rig_text(rig: Rig, heading: str = "") -> str:
             node = node.setdefault(section, {})
         node[name] = _Leaf(_entry(quantity))
     _add_sensors(tree, rig.sensors, reference.sensors)
-    lines = [f"# {line}".rstrip() for line in heading.splitlines()]
+    lines = [f"# {printable(line)}".rstrip() for line in heading.splitlines()]
     lines.append(f"rig_id: {_flow(rig.rig_id)}")
     lines += _lines(tree, 0)
     return "\n".join(lines) + "\n"
