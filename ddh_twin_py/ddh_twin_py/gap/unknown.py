@@ -34,9 +34,9 @@ FAR, FAR_PROBABILITY = 3.0, 0.9
 unknown then."""
 OUT_OF_SAMPLE = 1.3
 """Multiple of its floor that a signal must be off on held-out data, for a free form of it to be believed."""
-LEFT_BEHIND, _UNTOUCHED, _LEFT_SOFTNESS = 1.5, 2.2, 0.1
+LEFT_BEHIND, LEFT_WITHOUT_COMMISSIONING, _LEFT_SOFTNESS = 2.2, 5.0, 0.2
 """Multiple of its floor that a signal of held-out data may be off beside the best hypothesis, whatever is open of rig and begin, until
-something unknown is as likely; the same of a signal that the hypothesis brings no nearer, or without a commissioning recording."""
+something unknown is as likely; the same where no commissioning recording showed how well the laws hold."""
 _HELPED = 0.8  # share of what a signal was off, below which a hypothesis brings it nearer
 _CLOSED = 0.8
 """Share of the gap of held-out data from which the best listed hypothesis is believed instead, where free forms are not."""
@@ -168,9 +168,10 @@ def left_behind(unknown: Unknown, left: Mapping[str, float], before: Mapping[str
     Args:
         left: beside it, RMS over floor of the signals that a run under the true cause follows; see `held_best`.
         before: the same without it and as run; a signal that it brings no nearer may show a flaw of the laws in a duty that nothing else
-            showed, and must be further off. floor: of each, with its unit. built: whether a commissioning recording showed the laws.
+            showed, and has no say. floor: of each, with its unit. built: whether a commissioning recording showed the laws.
     """
-    beyond = {name: ratio - (LEFT_BEHIND if built and ratio < _HELPED * before[name] else _UNTOUCHED) for name, ratio in left.items()}
+    limit = LEFT_BEHIND if built else LEFT_WITHOUT_COMMISSIONING
+    beyond = {name: ratio - limit for name, ratio in left.items() if ratio < _HELPED * before[name]}
     worst = max(beyond, key=beyond.get, default="")
     probability = float(expit(beyond[worst] / _LEFT_SOFTNESS)) if worst else 0.0
     if probability <= unknown.probability:
