@@ -36,20 +36,19 @@ class HeldBest:
     def __init__(self, held: Held, floor: Mapping[str, float], within: Callable[[np.ndarray], np.ndarray], theta: np.ndarray,
                  covariance: np.ndarray) -> None:
         self._held, self._floor, self._within = held, floor, within
-        self._free = np.flatnonzero(np.sqrt(np.maximum(np.diagonal(covariance), 0.0)) > _OPEN)
-        self._begins = np.flatnonzero(held.open_begins())
-        recordings = len(held.open_begins())
-        p, b = self._free.size, self._begins.size
+        free = np.flatnonzero(np.sqrt(np.maximum(np.diagonal(covariance), 0.0)) > _OPEN)
+        begins, recordings = np.flatnonzero(held.open_begins()), len(held.open_begins())
+        p, b = free.size, begins.size
         self._precision = np.eye(p + b)
         if p:
-            prior = covariance[np.ix_(self._free, self._free)]
+            prior = covariance[np.ix_(free, free)]
             self._precision[:p, :p] = np.linalg.inv(prior + 1.0e-6 * np.eye(p))
-        self._of_rig = [(np.eye(theta.size)[i], np.zeros(recordings)) for i in self._free]
-        self._of_begin = [(np.zeros(theta.size), np.eye(recordings)[i]) for i in self._begins]
-        self._moves = self._of_rig + self._of_begin
+        of_rig = [(np.eye(theta.size)[i], np.zeros(recordings)) for i in free]
+        self._of_begin = [(np.zeros(theta.size), np.eye(recordings)[i]) for i in begins]
+        self._moves = of_rig + self._of_begin
         used = [{name: _spread_out(held.mask()(s)) for name, s in own.items()} for own in held.signals()]
         self._used = [{name: index for name, index in own.items() if index.size} for own in used]
-        self._slopes = self._sensitivities(theta, (), self._of_rig)
+        self._slopes = self._sensitivities(theta, (), of_rig, held.run(theta, ()))
 
     def over(self, theta: np.ndarray, acting: Acting) -> dict[str, float]:
         """RMS over floor of each signal.
@@ -59,7 +58,7 @@ class HeldBest:
         """
         z, runs = np.zeros(len(self._moves)), self._held.run(theta, acting)
         cost = self._cost(runs, z)
-        of_begin = self._sensitivities(theta, acting, self._of_begin)  # the warmth of oil bends, and what acts bends it
+        of_begin = self._sensitivities(theta, acting, self._of_begin, runs)  # the warmth of oil bends, and what acts bends it
         slopes = [{name: np.hstack([own[name], begin[name]]) for name in own} for own, begin in zip(self._slopes, of_begin, strict=True)]
         for _ in range(_STEPS):
             step, gained = self._step(runs, z, slopes), 0.0
@@ -97,9 +96,9 @@ class HeldBest:
                 score -= _WEIGHT / off[name].size * (slope.T @ off[name])
         return cho_solve(cho_factor(information), score)
 
-    def _sensitivities(self, theta: np.ndarray, acting: Acting, moves: list[tuple[np.ndarray, np.ndarray]]) -> Runs:
-        """Of residuals over floors to moves, by recording, signal to (samples, moves)."""
-        base = self._off(self._held.run(theta, acting))
+    def _sensitivities(self, theta: np.ndarray, acting: Acting, moves: list[tuple[np.ndarray, np.ndarray]], runs: Runs) -> Runs:
+        """Of residuals over floors to moves, by recording, signal to (samples, moves); ``runs`` are those before any move."""
+        base = self._off(runs)
 
         def moved(move: tuple[np.ndarray, np.ndarray]) -> Runs:
             by, begin = move

@@ -138,7 +138,8 @@ def halfway(unknown: Unknown, left: float, closed: float | None, slow: float = 0
 
     Args:
         left: gap of held-out data beside them, in multiples of the floor. closed: share of it that they close, None where there was none.
-        slow: see `left_behind`; where they are further off than all together, the start of these data is to blame and not a third cause.
+        slow: the largest of the temperatures, which remember an uncertain start: where they are further off than all together, the start
+            of these data is to blame and not a third cause.
     """
     if closed is None or closed >= _CLOSED or left < max(OUT_OF_SAMPLE, slow):
         return unknown
