@@ -62,6 +62,9 @@ class FirstOrder:
     def begin_anew(self, theta, acting):
         return False
 
+    def variables(self, comparisons, theta, acting=()):
+        return [{} for _ in comparisons]
+
     def sensitivities(self, pool, theta, comparisons, numbers, progress=None):
         out = []
         for number in numbers:

@@ -64,6 +64,18 @@ class Basis:
         other._prepare()
         return other
 
+    def with_more(self, slack: Rows) -> Basis:
+        """The same with further slack, columns by recording, (rows, m)."""
+        other = copy(self)
+        other.columns = [np.hstack([c, s]) for c, s in zip(self.columns, slack, strict=True)]
+        other.size = other.columns[0].shape[1]
+        weighted = [self.power * w for w in self.weighting.applied(slack)]
+        cross = sum(c.T @ w for c, w in zip(self.columns, weighted, strict=True))
+        own = sum(s.T @ w for s, w in zip(slack, weighted, strict=True))
+        other.information = np.block([[self.information, cross], [cross.T, own]])
+        other._prepare()
+        return other
+
     def sums(self, columns: Rows, values: Rows) -> Sums:
         """Sums of a hypothesis.
 

@@ -16,7 +16,9 @@ import numpy as np
 from scipy.special import logsumexp
 
 from ddh_twin_py.gap.hypotheses import Hypothesis, probabilities
+from ddh_twin_py.gap.law_freedom import LawFreedom
 from ddh_twin_py.gap.linearised import Linearised
+from ddh_twin_py.gap.partners import partners
 from ddh_twin_py.gap.refit import Refit, Refitted
 from ddh_twin_py.gap.sensitivity import Column
 from ddh_twin_py.gap.taken_up import taken_up
@@ -31,6 +33,8 @@ _ANOTHER = 4.0  # the same of a set that explains without one of the best's effe
 _KEPT = 3  # leading sets whose fits the next linearisation begins from
 _TOLD = 2.0  # by which log odds between one effect and another in its place are tempered: laws that are not quite the rig's speak for one
 _ALIKE = 25.0  # log weight behind the best within which a set with an effect of like signature is fitted, whatever the linear model says
+_BENDS = 20.0  # log evidence of a single effect from which others are looked for beside it as it acts
+_JUDGED, _SLIGHT = 3, 1.0  # leading pairs held against a free law of their first effect; log evidence that is not worth it
 _ANY_SIZE = 10.0  # columns: width of the prior of sizes, once it is asked how large an effect is and not whether it is there
 _POOR = 1.5  # chi-square per row above which the leading hypothesis explains too little to be the last word
 
@@ -59,6 +63,7 @@ class Fits:
         self._linearised, self._weights, self._pool = linearised, weights, pool
         self._refit = Refit(linearised)
         self._law_error = {column.effect.id: column.effect.law_error for column in linearised.columns}
+        self._misjudged: dict[Ids, float] = {}
         self.fitted: dict[Ids, Refitted] = {}
         self._learnt = before.short() if before else {}
 
@@ -91,6 +96,7 @@ class Fits:
                 break
             self._fit(rest[:_AT_ONCE])
         self._fit(self._alike())
+        self._beside()
         best_fit = max(self.fitted.values(), key=lambda f: f.log_evidence)
         if best_fit.columns:  # no effect may do better from where an effect led the parameters
             self._take(lambda _: self._refit.of([], best_fit.theta, np.zeros(0)), [None])
@@ -114,6 +120,22 @@ class Fits:
         wanted = [ids for ids in dict.fromkeys(found) if ids in expected and ids not in self.fitted]
         wanted = [ids for ids in wanted if max(expected[ids], self._weights[ids][0]) > self._full(best) - _ALIKE]
         return sorted(wanted, key=lambda ids: -expected[ids])[:_AT_ONCE]
+
+    def _beside(self) -> None:
+        """Fit pairs that do well beside the best single effect as it acts: the linear model knows none acting."""
+        single = max((ids for ids in self.fitted if len(ids) == 1 and ids in self._weights), key=self._full, default=())
+        if not single or self.gain(single) < _BENDS:
+            return
+        found = partners(self._linearised, self._refit, self.fitted[single], self._pool)
+        none, least = self.fitted[()].log_evidence, self._full(self._best()) - _ANOTHER
+        weight = {ids: self._weights[ids][0] - self.linear(ids) + log - none for ids, (log, _) in found.items() if ids in self._weights}
+        wanted = sorted((ids for ids in weight if ids not in self.fitted and weight[ids] > least), key=lambda ids: -weight[ids])
+
+        def fit(ids: Ids) -> Refitted:
+            pair = found[ids][1]
+            return self._refit.of([self._linearised.columns[i] for i in pair.columns], pair.shared, pair.departure)
+
+        self._take(fit, wanted[:_AT_ONCE])
 
     def _by_parameters(self, fitted: Refitted) -> None:
         """Fit what is left of a hypothesis where parameters do what one of its effects, or all of them, did."""
@@ -160,12 +182,13 @@ class Fits:
 
     def probability(self) -> dict[Ids, float]:
         """Full fits stand before linear ones; a set that was not fitted is as good as is expected of it, but not the best."""
-        out = {ids: self._full(ids) for ids in self.fitted if ids in self._weights}
-        best = self._best()
+        full = {ids: self._full(ids) for ids in self.fitted if ids in self._weights}
+        pairs = sorted((ids for ids in full if len(ids) == 2), key=lambda ids: -full[ids])
+        out = {ids: weight - (self._beyond_law(ids) if ids in pairs[:_JUDGED] else self._by_law(ids)) for ids, weight in full.items()}
+        best = max(out, key=out.get)
         for ids in out:
             if len(ids) == len(best) == len({*ids} & {*best}) + 1:
                 out[ids] += (1.0 - 1.0 / _TOLD) * (out[best] - out[ids])
-        out = {ids: weight - self._by_law(ids) for ids, weight in out.items()}
         highest = max(min(out.values()), logsumexp(list(out.values())) - 1.0)
         for ids, weight in self._expected().items():
             out.setdefault(ids, min(weight - self._by_law(ids), highest))
@@ -175,6 +198,18 @@ class Fits:
         """Log evidence that a second effect may gain where the law of the first is off: the square of that share of what it explains."""
         first = [(name,) for name in ids if len(ids) > 1 and (name,) in self.fitted]
         return max([0.0, *(self._law_error[single[0]] ** 2 * self.gain(single) for single in first)])
+
+    def _beyond_law(self, ids: Ids) -> float:
+        """The same of a pair that was fitted, as far as the first with its law free does take up what the second explains."""
+        most = self._by_law(ids)
+        if most < _SLIGHT:
+            return most
+        if ids not in self._misjudged:
+            first = self.fitted[max(((name,) for name in ids if (name,) in self.fitted), key=self.gain)]
+            freedom = LawFreedom(self._linearised, first, first.effects)
+            beyond = freedom.log_evidence(self.fitted[ids]) - freedom.log_evidence(first)
+            self._misjudged[ids] = max(0.0, self.fitted[ids].log_evidence - first.log_evidence - beyond)
+        return self._misjudged[ids]
 
     def at_full_power(self, wanted: Sequence[Ids]) -> dict[Ids, Refitted]:
         """The fits, those wanted with parameters, sizes and runs where the likelihood counts in full.

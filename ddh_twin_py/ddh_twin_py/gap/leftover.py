@@ -16,12 +16,14 @@ from ddh_twin_py.estimation.linear_gaussian import gain
 from ddh_twin_py.gap.hypotheses import WIDTH
 from ddh_twin_py.gap.lacking import PHASES
 from ddh_twin_py.gap.linearised import Linearised
+from ddh_twin_py.gap.modulation import modulations
 from ddh_twin_py.gap.refit import Refitted
 from ddh_twin_py.gap.sensitivity import TYPICAL
 
 _SLACK, _MOST_SLACK = 0.06, 0.15
 """Of the laws, in multiples of an effect's column: what no free form may claim. An effect of several columns has laws that are as many
 times as much off; without a commissioning recording that showed them it is the most."""
+_STEADY = PHASES[:3]  # what is left while a motion begins or ends is the model's own
 
 
 @dataclass(frozen=True)
@@ -95,30 +97,8 @@ def _of_signal(name: str, comparison, variables) -> tuple[list[tuple[str, str]],
     block = next((b for b in comparison.blocks if b.signal == name), None)
     if block is None or variables is None:
         return [], None
-    noise = comparison.noise(name)
-    scale = TYPICAL * noise / block.spread
-    kinds, rows = [], []
-    time = block.binning.time
-    if block.curves is not None:
-        span = max(float(time[-1] - time[0]), 1.0) if time.size else 1.0
-        place = 2.0 * (time - time[0]) / span - 1.0 if time.size else time
-        for degree in range(4):
-            kinds.append(("all", "time" if degree else "phase"))
-            rows.append(np.polynomial.legendre.legval(place, [0.0] * degree + [1.0]))
-    else:
-        grown = {key: _centred(values[block.rows]) for key, values in variables.items()}
-        for index, phase in (*enumerate(PHASES[:3]), (-1, "all")):
-            here = (block.binning.phase == index).astype(float)
-            kinds += [(phase, "phase"), *((phase, key) for key in grown)]
-            rows += [here, *(here * values for values in grown.values())]
-        if name == "rod_position":
-            kinds, rows = [("all", "phase"), ("all", "oil temperature")], [np.ones(time.size), grown["oil temperature"]]
+    kinds, forms = modulations(block, variables, _STEADY)
+    scale = TYPICAL * comparison.noise(name) / block.spread
     out = np.zeros((comparison.size, len(kinds)))
-    out[block.rows] = np.column_stack(rows) * scale[:, None]
+    out[block.rows] = forms * scale[:, None]
     return kinds, out
-
-
-def _centred(values: np.ndarray) -> np.ndarray:
-    """Values brought to mean 0 and largest size 1."""
-    around = values - values.mean()
-    return around / max(float(np.abs(around).max(initial=0.0)), 1e-9)

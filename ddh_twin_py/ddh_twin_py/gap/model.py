@@ -62,6 +62,10 @@ class Model(Protocol):
         """Differences of features by every deviation, of the recordings ``numbers``, no effect acting, (rows, k) each."""
         ...
 
+    def variables(self, comparisons: Sequence, theta: np.ndarray, acting: Acting = ()) -> list[dict[str, np.ndarray]]:
+        """On what a discrepancy may depend, for every bin, by recording: name to (rows,)."""
+        ...
+
 
 class Held(Protocol):
     """Data that took no part in finding or fitting.
@@ -120,10 +124,6 @@ class Diagnosable(Model, Protocol):
 
     def tolerances(self) -> Mapping[str, float | None]:
         """Standard deviation of every field of the record, None where none is given."""
-        ...
-
-    def variables(self, comparisons: Sequence, theta: np.ndarray, acting: Acting = ()) -> list[dict[str, np.ndarray]]:
-        """On what a discrepancy may depend, for every bin, by recording: name to (rows,)."""
         ...
 
     def held_data(self) -> Held:

@@ -113,6 +113,12 @@ class Refit:
         covariance, joint = covariance * np.outer(scale, scale), normal.covariance(self._width) * np.outer(units, units)
         return Refitted(tuple(columns), x, covariance, joint, theta, predictions, log, self._basis.misfit(residual))
 
+    def local(self, fitted: Refitted) -> tuple[list[np.ndarray], list[np.ndarray]]:
+        """Columns of its departures about its optimum, (rows, m), and what they and the parameters explain there, (rows,), by recording."""
+        scale = np.array([c.x for c in fitted.columns])
+        columns = self._columns(fitted.columns, fitted.theta, fitted.x, scale, fitted.predictions)
+        return columns, self._values(self._residual(fitted.predictions), columns, fitted.theta, fitted.x / scale)
+
     def _run(self, columns, theta, x) -> list[dict[str, np.ndarray]]:
         acting = [(c.effect, c.law, float(v)) for c, v in zip(columns, x, strict=True)]
         known = theta is self._place
