@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from ddh_twin_py.estimation.history import RESTS, likely_rise, rests
+from ddh_twin_py.estimation.history import RESTS, likely_rise, open_motor, rests
 from ddh_twin_py.physics.thermal_network import N, N_EDGES, N_FLOWS, N_SURFACES, N_WALLS, NODES, capacities, conductances, network_step
 from ddh_twin_py.rig import load_rig
 
@@ -58,3 +58,21 @@ def test_a_cold_unit_has_none(parameters):
     histories = rests(parameters, np.vstack([np.full((1, N), AIR), worked(parameters, [10, 30])]), AIR, 0.2).reshape(-1, N)
     rise = likely_rise(histories, {"housing": AIR, "end_winding": AIR, "tank_oil": AIR, "pump_1_case": AIR}, AIR)
     assert np.abs(rise).max() < 0.7
+
+
+def test_a_motor_of_which_the_housing_alone_is_read_may_begin_as_histories_differ(parameters):
+    """What its winding and rotor were ahead of the housing lies within what is left open."""
+    histories = rests(parameters, worked(parameters, range(1, 60, 2)), AIR, 0.2).reshape(-1, N)
+    for minutes, rest in ((20, 0), (20, 6), (45, 2)):
+        true = rests(parameters, worked(parameters, [minutes], 45.0), AIR, 0.2)[0, rest]
+        ways = open_motor(histories, {"housing": true[HOUSING], "tank_oil": AIR + 3.0, "tank_wall": AIR + 2.0}, AIR)
+        ahead = np.array([true[node] - true[HOUSING] for node in (WINDING, ROTOR, TEETH)])
+        most = np.sqrt(np.sum(ways[:, [WINDING, ROTOR, TEETH]] ** 2, axis=0))
+        assert ways.shape[0] in (1, 2) and np.all(np.abs(ahead) < 3.0 * most)
+        assert not ways[:, HOUSING].any() and not ways[:, NODES.index("tank_oil")].any()
+
+
+def test_a_motor_of_which_two_nodes_are_read_and_a_cold_one_are_known(parameters):
+    histories = rests(parameters, worked(parameters, [10, 30]), AIR, 0.2).reshape(-1, N)
+    assert open_motor(histories, {"housing": AIR + 9.0, "end_winding": AIR + 15.0}, AIR).shape == (0, N)
+    assert open_motor(np.zeros((0, N)), {"housing": AIR}, AIR).shape == (0, N)

@@ -68,3 +68,15 @@ def test_normal_sums_with_bounds_far_away_are_the_plain_ones(case):
     np.testing.assert_allclose(held.information, plain.information, atol=1e-8)
     np.testing.assert_allclose(held.score, plain.score, atol=1e-8)
     assert held.chi_square == pytest.approx(plain.chi_square, abs=1e-8)
+
+
+def test_more_slack_is_what_a_new_basis_would_be(case):
+    _, made, _, f, c, y = case
+    parameters, slack = split(made, f[:, :PARAMETERS]), split(made, f[:, PARAMETERS:])
+    fresh = Basis(Weighting(made), parameters, slack, -ENDS, ENDS, 0.7)
+    grown = Basis(Weighting(made), parameters, [s[:, :1] for s in slack], -ENDS, ENDS, 0.7).with_more([s[:, 1:] for s in slack])
+    assert grown.size == fresh.size
+    np.testing.assert_allclose(grown.information, fresh.information, atol=1e-9)
+    np.testing.assert_allclose(grown.sums(split(made, c), split(made, y)).information,
+                               fresh.sums(split(made, c), split(made, y)).information, atol=1e-9)
+    assert grown.misfit(split(made, y)) == pytest.approx(fresh.misfit(split(made, y)), abs=1e-9)

@@ -53,13 +53,14 @@ def test_a_rig_without_any_tolerance_is_said_to_be_one(recording):
 
 def test_the_end_of_a_recording_is_followed_where_the_oils_warmth_is_read(recording):
     sheet = load_rig()
-    few = replace(recording, temperatures={n: s for n, s in recording.temperatures.items() if n != "tank_oil"})
-    whole, partly = Experiment(recording, sheet), Experiment(few, sheet)
+    few, cold = (replace(recording, temperatures={n: s for n, s in recording.temperatures.items() if n not in gone})
+                 for gone in (("tank_oil", "ambient"), ("tank_oil",)))  # the sheet's ambient is another: a warm unit
+    whole, partly, cold = Experiment(recording, sheet), Experiment(few, sheet), Experiment(cold, sheet)
     assert {"pressure_rod_side", "temperature/tank_oil"} <= set(DriveCase([], [whole], sheet).followed)
     assert not {"rod_position", "temperature/motor_winding"} & set(DriveCase([], [whole], sheet).followed)
-    assert DriveCase([], [partly], sheet).followed == ()
+    assert DriveCase([], [partly], sheet).followed == () and DriveCase([], [cold], sheet).followed
     validated = DriveCase([], [whole], sheet, [partly])  # what it leaves open of its begin is taken at its best
-    assert "pressure_rod_side" in validated.followed and validated.held_data().open_begins() == [True]
+    assert "pressure_rod_side" in validated.followed and validated.held_data().open_begins() == [1]
 
 
 def test_oil_that_no_sensor_reads_may_begin_warmer(recording):
@@ -67,7 +68,7 @@ def test_oil_that_no_sensor_reads_may_begin_warmer(recording):
     few = replace(recording, temperatures={n: s for n, s in recording.temperatures.items() if n in ("motor_housing", "tank_wall")})
     held = DriveCase([], [Experiment(recording, sheet)], sheet, [Experiment(few, sheet)]).held_data()
     theta = np.zeros(held.model.size)
-    likely, warmer = (held.run(theta, (), begin)[0] for begin in (None, [1.0]))
+    likely, warmer = (held.run(theta, (), begin)[0] for begin in (None, [[1.0]]))
     early = held.signals()[0]["temperature/tank_wall"].time < 3.0
     tank = np.abs(warmer["temperature/tank_wall"] - likely["temperature/tank_wall"])
     assert tank[early].max() < 0.2 and tank.max() > 0.3  # it begins as it is read, and oil warms it

@@ -33,10 +33,10 @@ class Warming:
         return counted
 
     def open_begins(self):
-        return [self._open]
+        return [int(self._open)]
 
     def run(self, theta, acting, begin=None):
-        return [{"flow": self._flow(theta[0], 0.0 if begin is None else begin[0])}]
+        return [{"flow": self._flow(theta[0], 0.0 if begin is None or not len(begin[0]) else begin[0][0])}]
 
 
 def left(held, open_gain=0.5):

@@ -3,7 +3,7 @@
 import pytest
 from ddh_twin_py.gap.hypotheses import POWER
 from ddh_twin_py.gap.leftover import FreeForm
-from ddh_twin_py.gap.unknown import FAR_PROBABILITY, Unknown, borne_out, far_off, halfway, left_behind, refuted, worsened
+from ddh_twin_py.gap.unknown import FAR_PROBABILITY, Unknown, bent, borne_out, far_off, halfway, left_behind, refuted, worsened
 
 HOUSING, WINDING = "temperature/motor_housing", "temperature/motor_winding"
 
@@ -98,3 +98,12 @@ def test_a_cause_that_moves_a_signal_away_is_not_believed(before, left, away):
 def test_strokes_and_winding_may_be_moved_away():
     nothing = Unknown(0.01, [], "motor", "thermal", 0.0, "1")
     assert worsened(nothing, {"rod_position": 9.0, WINDING: 9.0}, {"rod_position": 1.0, WINDING: 1.0}) is nothing
+
+
+@pytest.mark.parametrize("gained, explained, least, most", [
+    (3.0, 20.0, 0.0, 0.02), (20.0, 1000.0, 0.0, 0.02), (100.0, 600.0, 0.99, 1.0),
+    (100.0, 9000.0, 0.0, 0.02),  # a little of very much
+])
+def test_a_cause_whose_law_must_bend_is_not_the_cause(gained, explained, least, most):
+    after = bent(Unknown(0.01, [], "motor", "thermal", 0.0, "1"), gained, explained)
+    assert least <= after.probability <= most and bool(after.notes) is (least > 0.5)

@@ -15,13 +15,14 @@ begins as a likely history leaves it (`history`).
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.signal import lfilter
 
 from ddh_twin_py.estimation.binning import Binning, by_cycle, by_time, cycle_of, one_by_one
-from ddh_twin_py.estimation.history import likely_rise, rests
+from ddh_twin_py.estimation.history import likely_rise, open_motor, rests
 from ddh_twin_py.estimation.sensors import NODE_INDEX, NODE_OF_SENSOR
 from ddh_twin_py.estimation.start import EARLY, START, spread_start, start_error
 from ddh_twin_py.physics.balance import OPERATING_DTYPE
@@ -54,9 +55,12 @@ _REST = 0.5  # s of a standstill to either side over which positions are average
 _SURE = 3.0  # standard deviations of that mean, within which an end stop says better where the rod is
 _CLEAR = 2.0e-3  # m from an end stop that a rod must keep to have never met it
 _PAST = 1.0  # m that a run may go past such a stop
+_OIL_OPEN = 8.0  # K, standard deviation of how warm unread oil begins
 _COLD = 1.0  # K from ambient, within which a unit has no history
 _ROUNDS, _WORKED_EVERY, _ROUGH = 2, 60.0, 4.0e-3  # of the recording's own duty; s between the lengths of work that are tried; s, step
 _SLOW_BIN = 20.0  # s, of temperatures
+OIL = "tank_oil"
+"""Sensor without which it is open how warm the oil begins."""
 PRESSURES = ("pressure_piston_side", "pressure_rod_side")
 
 
@@ -68,8 +72,9 @@ class ExperimentError(ValueError):
 class Signal:
     """Samples of one signal: s since the start of the run, values in SI, noise of one sample, unit, bins.
 
-    ``start_std``: standard deviation of what a run's reading is off by at the start, in its unit. ``held_from``: s from
-    which samples count as held out.
+    ``start_std``: standard deviation of what a run's reading is off by at the start, in its unit. ``starts``: change of its bins, in its
+    unit, for one standard deviation of each way in which the recording may begin otherwise, (b, c). ``held_from``: s from which samples
+    count as held out.
     """
 
     time: np.ndarray
@@ -78,6 +83,7 @@ class Signal:
     unit: str
     binning: Binning
     start_std: float = 0.0
+    starts: np.ndarray | None = None
     held_from: float = np.inf
 
 
@@ -158,10 +164,12 @@ class Experiment:
             name: float(np.nanmean(s.measured[s.time <= START])) for name in self.sensors
             if np.isfinite((s := self.signals[f"temperature/{name}"]).measured[s.time <= START]).any()
         }
-        self._unread = [i for i, node in enumerate(NODES) if node in HYDRAULIC_NODES
-                        and node not in {NODE_OF_SENSOR[name] for name in self._first_readings}]
-        self._rise = self._likely_rise(self.parameters(rig))
+        histories = self._histories(self.parameters(rig))
+        read, air = self._first(self.parameters(rig)[0])
+        self._rise = likely_rise(histories, read, air)
+        self._open = np.vstack([open_motor(histories, read, air), self._open_oil()[: len(histories)]])
         self._first_readings |= self._better_start(rig)
+        self._tell_starts(self.parameters(rig))
 
     def begin_anew(self, parameters: np.ndarray) -> float:
         """Let what no sensor reads begin as a unit with these parameters would have left it; by how much that moves a node, K."""
@@ -178,16 +186,37 @@ class Experiment:
 
     def _likely_rise(self, parameters: np.ndarray) -> np.ndarray:
         """Rise of every node above ambient at the start, K, (N,), by the likeliest history; see `history`."""
+        return likely_rise(self._histories(parameters), *self._first(parameters[0]))
+
+    def _histories(self, parameters: np.ndarray) -> np.ndarray:
+        """Temperatures of every node at the end of what the unit may have been through, K, (h, N); none of a cold unit."""
         read, air = self._first(parameters[0])
         if all(abs(value - air) < _COLD for value in read.values()):
-            return np.zeros(N)
+            return np.zeros((0, N))
         worked, temperature = [np.full((1, N), air)], np.full(N, air)
         for _ in range(_ROUNDS):
             _, _, temperatures, _ = self._run(parameters, _ROUGH, self.axis.size, temperature)
             worked.append(temperatures[:: max(1, round(_WORKED_EVERY / self.interval))])
             temperature = temperatures[-1].copy()
-        histories = rests(parameters, np.vstack(worked), air, self._start[STROKE])
-        return likely_rise(histories.reshape(-1, N), read, air)
+        return rests(parameters, np.vstack(worked), air, self._start[STROKE]).reshape(-1, N)
+
+    def _open_oil(self) -> np.ndarray:
+        """How far what holds oil and no sensor reads may begin otherwise, K, (1, N); nothing, (0, N), where the tank's oil is read."""
+        if OIL in self._first_readings:
+            return np.zeros((0, N))
+        known = {NODE_OF_SENSOR[name] for name in self._first_readings}
+        return np.array([[_OIL_OPEN * (node in HYDRAULIC_NODES and node not in known) for node in NODES]])
+
+    def _tell_starts(self, parameters: np.ndarray) -> None:
+        """Tell the signals how a begin that is open moves them."""
+        if not len(self._open):
+            return
+        moved = [self.predict(parameters, _ROUGH, begin=row) for row in np.vstack([np.zeros(len(self._open)), np.eye(len(self._open))])]
+        for name in self.sensors:
+            key = f"temperature/{name}"
+            binning = self.signals[key].binning
+            starts = [binning.mean(other[key] - moved[0][key]) for other in moved[1:]]
+            self.signals[key] = replace(self.signals[key], starts=np.column_stack(starts))
 
     def _better_start(self, rig: Rig) -> dict[str, float]:
         """Readings at the start of the run, K, from those of its first `EARLY` seconds; tells the signals how sure they are."""
@@ -229,6 +258,11 @@ class Experiment:
         return AmbientTracker(ZERO_CELSIUS + rig["ambient"], self.interval).advance(read)
 
     @property
+    def open_begins(self) -> int:
+        """Number of ways in which it may begin otherwise than is likely, as too little is read of the motor or none of the oil."""
+        return len(self._open)
+
+    @property
     def used_until(self) -> float:
         """s since the start of the run up to which samples are gathered into bins."""
         return self._used_share * self.duration
@@ -255,18 +289,20 @@ class Experiment:
             record[f"cylinder_run_past_{end}"] = past
         return record
 
-    def predict(self, parameters: np.ndarray, step: float = HYDRAULIC_STEP, own_history: bool = False, warmer: float = 0.0
-                ) -> dict[str, np.ndarray]:
+    def predict(self, parameters: np.ndarray, step: float = HYDRAULIC_STEP, own_history: bool = False,
+                begin: Sequence[float] = ()) -> dict[str, np.ndarray]:
         """What every sample of `signals` should have read.
 
         Args:
             parameters: shape (1,), see `parameters`; its ``measurement_*`` say how the sensors err.
             step: s, hydraulic step. own_history: what no sensor reads begins as a unit with these parameters would have left it,
-                not as the rig that the experiment was made with. warmer: K by which what holds oil and no sensor reads begins warmer.
+                not as the rig that the experiment was made with. begin: standard deviations of each of the `open_begins` ways in which
+                it begins otherwise; (): of none.
         """
         p = parameters[0]
         start = self._start_of(parameters, self._likely_rise(parameters) if own_history else self._rise)
-        start[self._unread] += warmer
+        if len(begin):
+            start = start + np.asarray(begin) @ self._open
         begin, points, temperatures, (of_drive, of_hydraulic) = self._run(parameters, step, self.axis.size, start)
         speed, current = of_drive[:, 0], of_drive[:, 1]
         slot, end, rotor = (np.interp(self._drive_time, self.axis, temperatures[:, node]) for node in (SLOT_WINDING, END_WINDING, ROTOR))

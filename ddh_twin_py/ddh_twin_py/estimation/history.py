@@ -15,8 +15,9 @@ from ddh_twin_py.physics.thermal_network import N, N_EDGES, N_FLOWS, N_SURFACES,
 
 RESTS = np.concatenate([[0.0], np.geomspace(60.0, 7200.0, 14)])
 """s of rest after the work, that are tried."""
-_MOTOR = [NODES.index(name) for name in ("slot_winding", "end_winding", "teeth", "rotor", "yoke", "housing")]
+_OF_MOTOR = np.isin(np.arange(N), [NODES.index(name) for name in ("slot_winding", "end_winding", "teeth", "rotor", "yoke", "housing")])
 _SPEAK = 2  # nodes of a part that must be read
+_WAYS, _NOTICEABLE = 2, 0.5  # in which what is not read may begin otherwise; K that one must move a node
 _REST_STEP = 30.0  # s
 _READ = 1.0  # K, of a first reading: zero errors, and that no history is the true one
 _OTHER_DUTY = 0.35  # of the logarithm of the ratio in which another duty would have warmed the unit
@@ -49,20 +50,40 @@ def likely_rise(histories: np.ndarray, read: Mapping[str, float], air: float) ->
     A part of the unit, motor or all that holds oil, of which fewer than two nodes are read has no history: 0.
 
     Args:
-        histories: temperatures of every node at the end of each, K, (h, N). read: node to K. air: K, from which they began.
+        histories: temperatures of every node at the end of each, K, (h, N); none of a cold unit. read: node to K.
+        air: K, from which they began.
     """
-    nodes = [NODES.index(name) for name in read]
-    rise = histories - air
-    if not nodes:
+    rise, nodes = histories - air, [NODES.index(name) for name in read]
+    if not nodes or not len(histories):
         return np.zeros(N)
-    wanted = np.array(list(read.values())) - air
-    own = rise[:, nodes]
-    scale = np.maximum((own @ wanted + _READ**2) / (np.sum(own**2, axis=1) + _READ**2), 1.0e-2)  # little heat may be any duty's
-    cost = np.sum((wanted - scale[:, None] * own) ** 2, axis=1) / _READ**2 + (np.log(scale) / _OTHER_DUTY) ** 2
-    weight = np.exp(-0.5 * (cost - cost.min()))
+    scale, weight = _agreement(rise[:, nodes], np.array(list(read.values())) - air)
     likely = (weight * scale) @ rise / weight.sum()
-    motor = np.isin(np.arange(N), _MOTOR)
-    for part in (motor, ~motor):
+    for part in (_OF_MOTOR, ~_OF_MOTOR):
         if np.count_nonzero(part[nodes]) < _SPEAK:
             likely[part] = 0.0
     return likely
+
+
+def open_motor(histories: np.ndarray, read: Mapping[str, float], air: float) -> np.ndarray:
+    """How far the motor's nodes may begin from where `likely_rise` lets them, K, (c, N): the two main ways in which histories differ.
+
+    None, (0, N), where two of its nodes are read; all that is known is then in the mean. Arguments as of `likely_rise`.
+    """
+    rise = histories - air
+    nodes = [NODES.index(name) for name in read]
+    own = [node for node in nodes if _OF_MOTOR[node]]
+    if len(own) >= _SPEAK or not nodes or not len(histories):
+        return np.zeros((0, N))
+    heard = own or nodes
+    scale, weight = _agreement(rise[:, heard], np.array([read[NODES[node]] for node in heard]) - air)
+    ahead = scale[:, None] * np.where(_OF_MOTOR, rise - (rise[:, own] if own else 0.0), 0.0)
+    _, size, ways = np.linalg.svd(np.sqrt(weight / weight.sum())[:, None] * ahead, full_matrices=False)
+    found = (size[:, None] * ways)[:_WAYS]
+    return found[np.abs(found).max(axis=1) > _NOTICEABLE]
+
+
+def _agreement(own: np.ndarray, wanted: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """By how much the heat of each history, rises (h, n), would have to be another one for rises (n,), and its weight, (h,) each."""
+    scale = np.maximum((own @ wanted + _READ**2) / (np.sum(own**2, axis=1) + _READ**2), 1.0e-2)  # little heat may be any duty's
+    cost = np.sum((wanted - scale[:, None] * own) ** 2, axis=1) / _READ**2 + (np.log(scale) / _OTHER_DUTY) ** 2
+    return scale, np.exp(-0.5 * (cost - cost.min()))

@@ -13,6 +13,7 @@ from ddh_twin_py.gap.departure import departure_of
 from ddh_twin_py.gap.diagnosis import Diagnosis, Weighed
 from ddh_twin_py.gap.held_best import HeldBest
 from ddh_twin_py.gap.held_runs import HeldRuns, ratios_of
+from ddh_twin_py.gap.law_freedom import gain_of_freedom
 from ddh_twin_py.gap.learned import described, learn
 from ddh_twin_py.gap.model import Diagnosable
 from ddh_twin_py.gap.places import alone, entry_of, places, unknown_places
@@ -22,7 +23,7 @@ from ddh_twin_py.gap.sensitivity import AMPLIFIED
 from ddh_twin_py.gap.taken_up import not_shown
 from ddh_twin_py.gap.tolerance import too_small, without_parameters
 from ddh_twin_py.gap.two_effects import doubted
-from ddh_twin_py.gap.unknown import Unknown, borne_out, far_off, halfway, left_behind, refuted, unknown_beside, worsened
+from ddh_twin_py.gap.unknown import FREEDOM, Unknown, bent, borne_out, far_off, halfway, left_behind, refuted, unknown_beside, worsened
 from ddh_twin_py.gap.verdict import Verdict, judge, less_believed
 from ddh_twin_py.gap.words import sentence
 
@@ -132,6 +133,8 @@ def _heard(unknown: Unknown, model: Diagnosable, found: Found, leader: Refitted,
                               {n: (floor[n] * first[n].noise, first[n].unit) for n in followed}, built)
     if built and leader.columns:  # without a commissioning recording any other duty may ask for other parameters
         unknown = worsened(unknown, over, before)
+    if leader.columns:
+        unknown = bent(unknown, gain_of_freedom(found.linearised, leader, FREEDOM), leader.log_evidence - none.log_evidence)
     if len(leader.columns) > 1:
         unknown = doubted(halfway(unknown, shrunk, closed, slow), found.linearised, leader)
     return refuted(unknown, size.of_all(beside_none), shrunk) if leader.columns else unknown

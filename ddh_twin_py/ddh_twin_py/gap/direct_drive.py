@@ -62,10 +62,10 @@ class DirectDrive:
         """Free run of one recording; effects act where it is altered."""
         return self.experiments[number].predict(self.record(number, theta, acting), _COARSE if roughly else STEP)
 
-    def run_held(self, number: int, theta: np.ndarray, acting: Acting = (), step: float = STEP, warmer: float = 0.0
-                 ) -> dict[str, np.ndarray]:
-        """Free run of a recording that took no part, effects acting; ``warmer`` as in `Experiment.predict`."""
-        return self.held[number].predict(self.held_record(number, theta, acting), step, own_history=True, warmer=warmer)
+    def run_held(self, number: int, theta: np.ndarray, acting: Acting = (), step: float = STEP,
+                 begin: Sequence[float] = ()) -> dict[str, np.ndarray]:
+        """Free run of a recording that took no part, effects acting; ``begin`` as in `Experiment.predict`."""
+        return self.held[number].predict(self.held_record(number, theta, acting), step, own_history=True, begin=begin)
 
     def begin_anew(self, theta: np.ndarray, acting: Acting) -> bool:
         """Let field recordings begin as effects would have left what no sensor reads; whether a node moves by more than `_ANEW`."""

@@ -17,7 +17,7 @@ from ddh_twin_py.gap.drive_learned import terms_at
 from ddh_twin_py.gap.drive_places import course
 from ddh_twin_py.gap.drive_unknown import place_of
 from ddh_twin_py.gap.effect import Effect
-from ddh_twin_py.gap.held_data import OIL, HeldData
+from ddh_twin_py.gap.held_data import HeldData
 from ddh_twin_py.gap.lacking import Course
 from ddh_twin_py.gap.leftover import FreeForm
 from ddh_twin_py.gap.model import Acting
@@ -55,9 +55,9 @@ class DriveCase(DirectDrive):
 
     @property
     def followed(self) -> tuple[str, ...]:
-        """All but those that sum up small flaws; none of the end of a field recording in which no sensor reads the oil."""
+        """All but those that sum up small flaws; none of the end of a field recording whose begin is open."""
         signals = self.held_data().signals()
-        if not self.held and not all(OIL in own for own in signals):
+        if not self.held and any(e.open_begins for e in self.experiments):
             return ()
         return tuple(dict.fromkeys(name for own in signals for name in own if name not in NEEDED_BY))
 

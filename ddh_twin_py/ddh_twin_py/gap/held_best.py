@@ -37,14 +37,14 @@ class HeldBest:
                  covariance: np.ndarray) -> None:
         self._held, self._floor, self._within = held, floor, within
         free = np.flatnonzero(np.sqrt(np.maximum(np.diagonal(covariance), 0.0)) > _OPEN)
-        begins, recordings = np.flatnonzero(held.open_begins()), len(held.open_begins())
-        p, b = free.size, begins.size
+        self._ends = np.cumsum(held.open_begins())
+        p, b = free.size, int(self._ends[-1])
         self._precision = np.eye(p + b)
         if p:
             prior = covariance[np.ix_(free, free)]
             self._precision[:p, :p] = np.linalg.inv(prior + 1.0e-6 * np.eye(p))
-        of_rig = [(np.eye(theta.size)[i], np.zeros(recordings)) for i in free]
-        self._of_begin = [(np.zeros(theta.size), np.eye(recordings)[i]) for i in begins]
+        of_rig = [(np.eye(theta.size)[i], np.zeros(b)) for i in free]
+        self._of_begin = [(np.zeros(theta.size), way) for way in np.eye(b)]
         self._moves = of_rig + self._of_begin
         used = [{name: _spread_out(held.mask()(s)) for name, s in own.items()} for own in held.signals()]
         self._used = [{name: index for name, index in own.items() if index.size} for own in used]
@@ -75,8 +75,11 @@ class HeldBest:
 
     def _run(self, theta: np.ndarray, acting: Acting, z: np.ndarray) -> Runs:
         moved = theta + sum((x * by for x, (by, _) in zip(z, self._moves, strict=True)), np.zeros(theta.size))
-        begin = sum((x * by for x, (_, by) in zip(z, self._moves, strict=True)), np.zeros(len(self._used)))
-        return self._held.run(self._within(moved), acting, begin)
+        begin = sum((x * by for x, (_, by) in zip(z, self._moves, strict=True)), np.zeros(self._ends[-1]))
+        return self._held.run(self._within(moved), acting, self._by_recording(begin))
+
+    def _by_recording(self, begin: np.ndarray) -> list[np.ndarray]:
+        return np.split(begin, self._ends[:-1])
 
     def _off(self, runs: Runs) -> Runs:
         """Residuals over floors of the samples that are used, by recording."""
@@ -102,7 +105,7 @@ class HeldBest:
 
         def moved(move: tuple[np.ndarray, np.ndarray]) -> Runs:
             by, begin = move
-            return self._off(self._held.run(theta + _DIFFERENCE * by, acting, _DIFFERENCE * begin))
+            return self._off(self._held.run(theta + _DIFFERENCE * by, acting, self._by_recording(_DIFFERENCE * begin)))
 
         with ThreadPoolExecutor(max_workers=2) as pool:
             changed = list(pool.map(moved, moves))

@@ -13,10 +13,6 @@ from ddh_twin_py.gap.model import Acting
 from ddh_twin_py.gap.size import counted
 from ddh_twin_py.physics.thermal_network import TANK
 
-OIL = "temperature/tank_oil"
-"""Signal without which it is open how warm the oil is at the begin."""
-_WARMTH = 8.0  # K, standard deviation of that
-
 
 @dataclass(frozen=True)
 class HeldData:
@@ -49,15 +45,15 @@ class HeldData:
             return counted
         return lambda signal: np.isfinite(signal.measured) & (signal.time > signal.held_from)
 
-    def open_begins(self) -> list[bool]:
-        """Of which recordings it is open how they begin: validation in which no sensor reads the oil."""
-        return [bool(self.model.held) and OIL not in own for own in self.signals()]
+    def open_begins(self) -> list[int]:
+        """In how many ways each recording may begin otherwise than is likely; of a field recording that was fitted none."""
+        return [e.open_begins for e in self.model.held] or [0] * len(_field(self.model))
 
-    def run(self, theta: np.ndarray, acting: Acting, begin: Sequence[float] | None = None) -> list[dict[str, np.ndarray]]:
-        """Free runs, by recording; one deviation of their begin is `_WARMTH` of what holds oil and is not read."""
+    def run(self, theta: np.ndarray, acting: Acting, begin: Sequence[Sequence[float]] | None = None) -> list[dict[str, np.ndarray]]:
+        """Free runs, by recording; ``begin`` as in `Experiment.predict`, by recording."""
         if self.model.held:
-            warmer = [_WARMTH * deviation for deviation in (begin if begin is not None else np.zeros(len(self.model.held)))]
-            return [self.model.run_held(number, theta, acting, warmer=warmer[number]) for number in range(len(self.model.held))]
+            begins = begin if begin is not None else [()] * len(self.model.held)
+            return [self.model.run_held(number, theta, acting, begin=own) for number, own in enumerate(begins)]
         first = len(self.model.experiments) - len(_field(self.model))
         return [self.model.run_one(first + number, theta, acting) for number in range(len(_field(self.model)))]
 

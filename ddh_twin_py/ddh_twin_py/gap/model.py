@@ -84,15 +84,15 @@ class Held(Protocol):
         """Which samples of a signal count."""
         ...
 
-    def open_begins(self) -> list[bool]:
-        """By recording, whether its begin is not known well enough from what is read."""
+    def open_begins(self) -> list[int]:
+        """By recording, in how many ways it may begin otherwise than is likely from what is read."""
         ...
 
-    def run(self, theta: np.ndarray, acting: Acting, begin: Sequence[float] | None = None) -> list[dict[str, np.ndarray]]:
+    def run(self, theta: np.ndarray, acting: Acting, begin: Sequence[Sequence[float]] | None = None) -> list[dict[str, np.ndarray]]:
         """Free runs, by recording.
 
         Args:
-            begin: by recording, standard deviations by which it begins otherwise than is likely; None: by none.
+            begin: by recording, standard deviations of each of those ways; None: of none.
         """
         ...
 

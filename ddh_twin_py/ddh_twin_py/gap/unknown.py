@@ -37,6 +37,11 @@ OUT_OF_SAMPLE = 1.3
 LEFT_BEHIND, LEFT_WITHOUT_COMMISSIONING, _LEFT_SOFTNESS = 2.2, 5.0, 0.2
 """Multiple of its floor that a signal of held-out data may be off beside the best hypothesis, whatever is open of rig and begin, until
 something unknown is as likely; the same where no commissioning recording showed how well the laws hold."""
+FREEDOM = 3.0
+"""Multiple of an effect's law error within which its doing is free, signal by signal, in every phase and over speed and warmth."""
+BENT, BENT_SHARE, _BENT_SOFTNESS = 40.0, 0.01, 5.0
+"""Log evidence that the best listed hypothesis may gain by that freedom, and the share of what it explains beyond that, until something
+unknown is as likely."""
 _HELPED = 0.8  # share of what a signal was off, below which a hypothesis brings it nearer
 _CLOSED = 0.8
 """Share of the gap of held-out data from which the best listed hypothesis is believed instead, where free forms are not."""
@@ -183,6 +188,22 @@ def left_behind(unknown: Unknown, left: Mapping[str, float], before: Mapping[str
     value, unit = floor[worst]
     size = value * math.sqrt(left[worst] ** 2 - 1.0)
     return replace(unknown.raised(probability, note), size=size, unit=unit)
+
+
+def bent(unknown: Unknown, gained: float, explained: float) -> Unknown:
+    """The same, more probable where the best listed hypothesis explains the recordings only with its laws bent from regime to regime.
+
+    Args:
+        gained: log evidence by which it is better with its laws free by `FREEDOM`. explained: by which it is better than no effect.
+    """
+    probability = float(expit((gained - BENT - BENT_SHARE * explained) / _BENT_SOFTNESS))
+    if probability <= unknown.probability:
+        return unknown
+    if probability < 0.5:
+        return replace(unknown, probability=probability)
+    note = ("what the best listed hypothesis does to the signals would have to be more in some phases of the cycle, at some speeds or "
+            f"temperatures, and less in others than its law says ({gained:.0f} nats of evidence); what is true would not")
+    return unknown.raised(probability, note)
 
 
 def worsened(unknown: Unknown, left: Mapping[str, float], before: Mapping[str, float]) -> Unknown:

@@ -39,11 +39,11 @@ class RigHeld:
             return counted
         return lambda signal: np.isfinite(signal.measured) & (signal.time > signal.held_from)
 
-    def open_begins(self) -> list[bool]:
+    def open_begins(self) -> list[int]:
         """None: described rigs begin as they are read."""
-        return [False] * len(self._runs)
+        return [0] * len(self._runs)
 
-    def run(self, theta: np.ndarray, acting: Acting, begin: Sequence[float] | None = None) -> list[dict[str, np.ndarray]]:
+    def run(self, theta: np.ndarray, acting: Acting, begin: Sequence[Sequence[float]] | None = None) -> list[dict[str, np.ndarray]]:
         """Free runs, by recording; all begin as they are read."""
         record = self._model.record(self._model.first, theta, acting)
         return [run.predict(record) for run in self._runs]
