@@ -18,6 +18,7 @@ RESTS = np.concatenate([[0.0], np.geomspace(60.0, 7200.0, 14)])
 _OF_MOTOR = np.isin(np.arange(N), [NODES.index(name) for name in ("slot_winding", "end_winding", "teeth", "rotor", "yoke", "housing")])
 _SPEAK = 2  # nodes of a part that must be read
 _WAYS, _NOTICEABLE = 2, 0.5  # in which what is not read may begin otherwise; K that one must move a node
+_WIDER = 2.0  # than histories of all rests: as often as not a recording begins straight after work
 _REST_STEP = 30.0  # s
 _READ = 1.0  # K, of a first reading: zero errors, and that no history is the true one
 _OTHER_DUTY = 0.35  # of the logarithm of the ratio in which another duty would have warmed the unit
@@ -78,7 +79,7 @@ def open_motor(histories: np.ndarray, read: Mapping[str, float], air: float) -> 
     scale, weight = _agreement(rise[:, heard], np.array([read[NODES[node]] for node in heard]) - air)
     ahead = scale[:, None] * np.where(_OF_MOTOR, rise - (rise[:, own] if own else 0.0), 0.0)
     _, size, ways = np.linalg.svd(np.sqrt(weight / weight.sum())[:, None] * ahead, full_matrices=False)
-    found = (size[:, None] * ways)[:_WAYS]
+    found = _WIDER * (size[:, None] * ways)[:_WAYS]
     return found[np.abs(found).max(axis=1) > _NOTICEABLE]
 
 
