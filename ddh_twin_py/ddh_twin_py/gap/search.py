@@ -62,7 +62,8 @@ def search(model: Model, effects: Sequence[Effect], theta: np.ndarray, discrepan
         fits = Fits(linearised, weights, pool, fits)
         fits.again(known)
         fits.leaders()
-        if (poor := fits.poor()) and wide:
+        poor = fits.poor()
+        if wide and (poor or fits.misled()):
             fits.every_effect()
             wide = False
         found = Found(linearised, fits.probability(), fits.fitted)
