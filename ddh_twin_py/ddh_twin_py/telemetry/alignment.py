@@ -25,7 +25,7 @@ MOST_JUMPS = 1000
 
 
 class AlignmentError(ValueError):
-    """A recording whose stamps cannot be put in order; the message names file and number."""
+    """A recording whose stamps cannot be put in order; the message names file, topic and number."""
 
 
 @dataclass(frozen=True)
@@ -363,8 +363,9 @@ def align(
     segments = clock_segments(stamps, window)
     count = 1 + max((int(s[-1]) for s in segments.values() if s.size), default=-1)
     if count > MOST_JUMPS + 1:
+        worst = max(stamps, key=lambda name: np.count_nonzero(np.diff(stamps[name]) < -window))
         raise AlignmentError(
-            f"{recording.path}: the stamps jump back {count - 1} times, allowed are {MOST_JUMPS}; "
+            f"{recording.path}: {recording.namespace}/{worst}: the stamps jump back {count - 1} times, allowed are {MOST_JUMPS}; "
             "do two machines publish on the same topic?"
         )
     samples, starts = {}, {}
