@@ -41,6 +41,12 @@ def with_value(recording, value):
     return replace(recording, drive=Stream(recording.drive.time, values, recording.drive.fields))
 
 
+def moved(recording):
+    """With the same stamps and other values."""
+    drive, hydraulic = (replace(stream, values=stream.values + 1.0e-6) for stream in (recording.drive, recording.hydraulic))
+    return replace(recording, drive=drive, hydraulic=hydraulic)
+
+
 @pytest.mark.parametrize("roles", [
     lambda one, copy, other: Recordings([one, copy]),
     lambda one, copy, other: Recordings([copy], commissioning=one),
@@ -49,12 +55,24 @@ def with_value(recording, value):
 ])
 def test_a_copy_of_a_recording_is_refused_in_any_role(roles, recording):
     one = replace(with_value(recording, np.nan), path="one")  # what is not known is the same too
-    copy, other = replace(with_value(recording, np.nan), path="one/one.mcap"), with_value(recording, 0.0)
+    copy, other = replace(with_value(recording, np.nan), path="one/one.mcap"), moved(recording)
     with pytest.raises(ExperimentError, match="^one and one/one.mcap are the same recording; its samples would count twice$"):
         diagnose(roles(one, copy, other), load_rig())
 
 
-def test_recordings_that_differ_in_anything_are_no_copies(recording):
-    fewer = replace(recording, temperatures={name: s for name, s in recording.temperatures.items() if name != "tank_oil"})
-    no_twice([recording, with_value(recording, 7.0), replace(recording, epoch_ns=recording.epoch_ns + DAY), fewer])
+def test_a_part_of_a_recording_in_another_role_is_refused(recording):
+    def cut(start, stop, path):
+        return replace(recording, path=path, drive=recording.drive.between(start, stop), hydraulic=recording.hydraulic.between(start, stop))
+
+    no_twice([cut(0.0, 40.0, "first"), cut(40.0, 60.0, "rest")])
+    said = r"^first and late overlap: \d+ samples of .*/drive/telemetry, from 30.0 s to 50.0 s of the first, are in both; its samples"
+    with pytest.raises(ExperimentError, match=said):
+        no_twice([cut(0.0, 50.0, "first"), cut(30.0, 60.0, "late")])
+
+
+def test_recordings_of_one_beginning_are_no_copies(recording):
+    """Simulations begin at the same stamp, and at rest with the same values."""
+    no_twice([recording, moved(recording), replace(recording, epoch_ns=recording.epoch_ns + DAY)])
     no_twice([replace(recording, drive=None, hydraulic=None, temperatures={})] * 2)  # nothing of it could count at all
+    still = replace(recording, drive=replace(recording.drive, values=np.zeros_like(recording.drive.values)), hydraulic=None)
+    no_twice([still, still])

@@ -12,19 +12,28 @@ if TYPE_CHECKING:
     from ddh_twin_py.telemetry.recording import Finding
 
 _MOST_WARNINGS = 8
+_NOW_AND_THEN = 15.0  # s between lines where no terminal shows a bar
 
 
 @contextmanager
 def stage(name: str, quiet: bool = False) -> Iterator[Callable[[float], None]]:
     """One stage of work; call what it yields with the share done, 0 to 1.
 
-    On a terminal a bar with the remaining time, else one line at the end; all on standard error.
+    On a terminal a bar with the remaining time, else a line now and then and one at the end; all on standard error.
     """
-    started = time.perf_counter()
+    started = told = time.perf_counter()
     if quiet:
         yield lambda share: None
     elif not sys.stderr.isatty():
-        yield lambda share: None
+
+        def line(share: float) -> None:
+            nonlocal told
+            now = time.perf_counter()
+            if now - told >= _NOW_AND_THEN:
+                told = now
+                print(f"{name}: {share:.0%} after {now - started:.0f} s", file=sys.stderr, flush=True)
+
+        yield line
         print(f"{name}: {time.perf_counter() - started:.1f} s", file=sys.stderr, flush=True)
     else:
         from rich.console import Console

@@ -21,6 +21,8 @@ SLOWEST = 0.25
 """s between drive samples, from which a free run cannot follow the command: a step would come as a ramp."""
 PARTS = 20
 """Equal parts of a recording, in half of which what a free run cannot do without must be known."""
+_COPIED = 100
+"""Different samples of one topic with the same stamps and values, from which two recordings overlap: no measurement repeats itself."""
 _FORCES = ("pressure_piston_side", "pressure_rod_side", "current")
 
 
@@ -38,23 +40,31 @@ def one_rig(recordings: Sequence[Recording]) -> None:
 
 
 def no_twice(recordings: Sequence[Recording]) -> None:
-    """Refuse recordings that are copies of one another, whatever their files are called.
+    """Refuse recordings that are copies of one another or overlap, whatever their files are called.
 
     Raises:
-        ExperimentError: two recordings have the same topics with the same stamps and values.
+        ExperimentError: two recordings share samples, with the same stamps and values.
     """
     for other, one in ((b, a) for i, b in enumerate(recordings) for a in recordings[:i]):
-        if _same(one, other):
-            raise ExperimentError(f"{one.path} and {other.path} are the same recording; its samples would count twice")
+        for topic in (DRIVE_TOPIC, HYDRAULIC_TOPIC):
+            if common := _in_common(one, other, topic):
+                raise ExperimentError(f"{one.path} and {other.path} {common}; its samples would count twice")
 
 
-def _same(one: Recording, other: Recording) -> bool:
-    """Whether two recordings have the same samples; the stamps of a topic are compared first, as they nearly always tell."""
-    mine, theirs = (dict(recording.streams()) for recording in (one, other))
-    if one.epoch_ns != other.epoch_ns or not mine or mine.keys() != theirs.keys():
-        return False
-    return (all(np.array_equal(stream.time, theirs[topic].time) for topic, stream in mine.items())
-            and all(np.array_equal(stream.values, theirs[topic].values, equal_nan=True) for topic, stream in mine.items()))
+def _in_common(one: Recording, other: Recording, topic: str) -> str:
+    """What two recordings share of a topic, stamps and values, in words; '' where that is nothing, or hardly ever changes."""
+    mine, theirs = (dict(recording.streams()).get(topic) for recording in (one, other))
+    if mine is None or theirs is None:
+        return ""
+    _, here, there = np.intersect1d(mine.stamps(one.epoch_ns), theirs.stamps(other.epoch_ns), return_indices=True)
+    a, b = mine.values[here], theirs.values[there]
+    shared = here[np.all((a == b) | (np.isnan(a) & np.isnan(b)), axis=1)]
+    if np.unique(np.nan_to_num(mine.values[shared]), axis=0).shape[0] < _COPIED:
+        return ""
+    if shared.size == len(mine) == len(theirs):
+        return "are the same recording"
+    return (f"overlap: {shared.size} samples of {one.namespace}/{topic}, from {mine.time[shared].min():.1f} s to "
+            f"{mine.time[shared].max():.1f} s of the first, are in both")
 
 
 def out_of_order(field: Sequence[Recording], commissioning: Recording | None) -> list[str]:

@@ -1,0 +1,18 @@
+"""Progress where no terminal shows a bar."""
+
+from ddh_twin_py.cli import console
+
+
+def test_a_long_stage_tells_how_far_it_is_now_and_then(monkeypatch, capsys):
+    now = iter([0.0, 4.0, 16.0, 20.0, 33.0, 40.0])
+    monkeypatch.setattr(console.time, "perf_counter", lambda: next(now))
+    with console.stage("weighing") as told:
+        for share in (0.1, 0.4, 0.5, 0.8):
+            told(share)
+    assert capsys.readouterr().err.splitlines() == ["weighing: 40% after 16 s", "weighing: 80% after 33 s", "weighing: 40.0 s"]
+
+
+def test_quiet_tells_nothing(capsys):
+    with console.stage("weighing", quiet=True) as told:
+        told(0.5)
+    assert capsys.readouterr().err == ""
