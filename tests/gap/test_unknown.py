@@ -54,6 +54,13 @@ def test_what_the_best_hypothesis_leaves_behind_on_held_out_data_is_unknown(left
         assert "pressure_rod_side of the held-out data is 3.0 times its floor" in after.notes[0]
 
 
+def test_what_neither_field_nor_held_out_data_show_explained_is_unknown():
+    nothing = Unknown(0.01, [], "drive", "mechanical", 0.0, "1")
+    left, before, floor = {"speed": 4.2}, {"speed": 4.9}, {"speed": (0.1, "rad/s")}
+    assert left_behind(nothing, left, before, floor, True, {"speed": 1.1}).probability < 0.02
+    assert left_behind(nothing, left, before, floor, True, {"speed": 4.0}).probability > 0.95
+
+
 def test_a_rig_whose_laws_follow_no_signal_to_the_floor_leaves_nothing_behind():
     nothing = Unknown(0.01, [], "motor", "thermal", 0.0, "1")
     assert left_behind(nothing, {}, {}, {}) is nothing

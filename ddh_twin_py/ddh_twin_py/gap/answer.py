@@ -130,7 +130,7 @@ def _heard(unknown: Unknown, model: Diagnosable, found: Found, leader: Refitted,
         unknown = far_off(unknown, over, closed, len(leader.columns))
     if leader.columns:
         unknown = left_behind(unknown, followed, {n: as_run[n] / floor[n] for n in followed},
-                              {n: (floor[n] * first[n].noise, first[n].unit) for n in followed}, built)
+                              {n: (floor[n] * first[n].noise, first[n].unit) for n in followed}, built, _in_field(model, leader, floor))
     if built and leader.columns:  # without a commissioning recording any other duty may ask for other parameters
         unknown = worsened(unknown, over, before)
     if leader.columns:
@@ -138,6 +138,12 @@ def _heard(unknown: Unknown, model: Diagnosable, found: Found, leader: Refitted,
     if len(leader.columns) > 1:
         unknown = doubted(halfway(unknown, shrunk, closed, slow), found.linearised, leader)
     return refuted(unknown, size.of_all(beside_none), shrunk) if leader.columns else unknown
+
+
+def _in_field(model: Diagnosable, fitted: Refitted, floor: Mapping[str, float]) -> dict[str, float]:
+    """RMS over floor of each signal of the recordings in which effects act, beside a fit."""
+    altered = [(s, p) for s, p, acts in zip(model.signals, fitted.predictions, model.altered, strict=True) if acts]
+    return {name: ratio / floor[name] for name, ratio in size.pooled(altered).items() if name in floor}
 
 
 def _not_seen(hidden: Sequence[str]) -> list[str]:

@@ -64,7 +64,8 @@ class Fits:
         self._linearised, self._weights, self._pool = linearised, weights, pool
         self._refit = Refit(linearised)
         self._law_error = {column.effect.id: column.effect.law_error for column in linearised.columns}
-        self._misjudged: dict[Ids, float] = {}
+        self._misjudged: dict[Ids, tuple[Refitted, float]] = {}
+        self._beside_first: dict[Ids, float] = {}
         self.fitted: dict[Ids, Refitted] = {}
         self._learnt = before.short() if before else {}
 
@@ -98,6 +99,7 @@ class Fits:
             self._fit(rest[:_AT_ONCE])
         self._fit(self._alike())
         self._beside()
+        self._once_judged()
         best_fit = max(self.fitted.values(), key=lambda f: f.log_evidence)
         if best_fit.columns:  # no effect may do better from where an effect led the parameters
             self._take(lambda _: self._refit.of([], best_fit.theta, np.zeros(0)), [None])
@@ -130,6 +132,7 @@ class Fits:
         found = partners(self._linearised, self._refit, self.fitted[single], self._pool)
         none, least = self.fitted[()].log_evidence, self._full(self._best()) - _ANOTHER
         weight = {ids: self._weights[ids][0] - self.linear(ids) + log - none for ids, (log, _) in found.items() if ids in self._weights}
+        self._beside_first = weight
         wanted = sorted((ids for ids in weight if ids not in self.fitted and weight[ids] > least), key=lambda ids: -weight[ids])
 
         def fit(ids: Ids) -> Refitted:
@@ -137,6 +140,13 @@ class Fits:
             return self._refit.of([self._linearised.columns[i] for i in pair.columns], pair.shared, pair.departure)
 
         self._take(fit, wanted[:_AT_ONCE])
+
+    def _once_judged(self) -> None:
+        """Fit sets that are expected to be as good as the best once a law that is off has its due."""
+        best, expected = max(self._judged().values()), self._expected()
+        promised = {ids: expected[ids] - self._by_law(ids) for ids in expected if ids not in self.fitted}
+        wanted = [ids for ids in promised if promised[ids] > best - _RIVAL]
+        self._fit(sorted(wanted, key=lambda ids: -promised[ids])[:_AT_ONCE])
 
     def _by_parameters(self, fitted: Refitted) -> None:
         """Fit what is left of a hypothesis where parameters do what one of its effects, or all of them, did."""
@@ -188,9 +198,7 @@ class Fits:
 
     def probability(self) -> dict[Ids, float]:
         """Full fits stand before linear ones; a set that was not fitted is as good as is expected of it, but not the best."""
-        full = {ids: self._full(ids) for ids in self.fitted if ids in self._weights}
-        pairs = sorted((ids for ids in full if len(ids) == 2), key=lambda ids: -full[ids])
-        out = {ids: weight - (self._beyond_law(ids) if ids in pairs[:_JUDGED] else self._by_law(ids)) for ids, weight in full.items()}
+        out = self._judged()
         best = max(out, key=out.get)
         for ids in out:
             if len(ids) == len(best) == len({*ids} & {*best}) + 1:
@@ -199,6 +207,12 @@ class Fits:
         for ids, weight in self._expected().items():
             out.setdefault(ids, min(weight - self._by_law(ids), highest))
         return probabilities(out)
+
+    def _judged(self) -> dict[Ids, float]:
+        """Log weights of the sets that were fitted, less what a law that is off may be to blame for."""
+        full = {ids: self._full(ids) for ids in self.fitted if ids in self._weights}
+        pairs = sorted((ids for ids in full if len(ids) == 2), key=lambda ids: -full[ids])
+        return {ids: weight - (self._beyond_law(ids) if ids in pairs[:_JUDGED] else self._by_law(ids)) for ids, weight in full.items()}
 
     def _by_law(self, ids: Ids) -> float:
         """Log evidence that a second effect may gain where the law of the first is off: the square of that share of what it explains."""
@@ -210,12 +224,13 @@ class Fits:
         most = self._by_law(ids)
         if most < _SLIGHT:
             return most
-        if ids not in self._misjudged:
+        own = self.fitted[ids]
+        if ids not in self._misjudged or self._misjudged[ids][0] is not own:
             first = self.fitted[max(((name,) for name in ids if (name,) in self.fitted), key=self.gain)]
-            freedom = LawFreedom(self._linearised, first, first.effects)
-            beyond = freedom.log_evidence(self.fitted[ids]) - freedom.log_evidence(first)
-            self._misjudged[ids] = max(0.0, self.fitted[ids].log_evidence - first.log_evidence - beyond)
-        return self._misjudged[ids]
+            freedom = LawFreedom(self._linearised, first, {name: self._law_error[name] for name in first.effects})
+            beyond = freedom.log_evidence(own) - freedom.log_evidence(first)
+            self._misjudged[ids] = own, max(0.0, own.log_evidence - first.log_evidence - beyond)
+        return self._misjudged[ids][1]
 
     def at_full_power(self, wanted: Sequence[Ids]) -> dict[Ids, Refitted]:
         """The fits, those wanted with parameters, sizes and runs where the likelihood counts in full.
@@ -287,9 +302,13 @@ class Fits:
     def _expected(self) -> dict[Ids, float]:
         """Log weight of every set, as far short of the linear one as sets with one of its effects fell at least.
 
-        Where the best that was fitted does better than the linear model said, others with one of its effects are expected to do so too.
+        Where the best that was fitted does better than the linear model said, others with one of its effects are expected to do so too;
+        pairs that were weighed beside their first effect as it acts are expected to do as well as there.
         """
         short, best = self.short(), self._best()
         more = max(0.0, self._full(best) - self._weights[best][0]) if best else 0.0
-        return {ids: weight + min((short.get(name, 0.0) for name in ids), default=0.0) + (more if set(ids) & set(best) else 0.0)
-                for ids, (weight, _) in self._weights.items()}
+        out = {ids: weight + min((short.get(name, 0.0) for name in ids), default=0.0) + (more if set(ids) & set(best) else 0.0)
+               for ids, (weight, _) in self._weights.items()}
+        beside = self._beside_first
+        more = max(0.0, self._full(best) - beside[best]) if best in beside else 0.0
+        return {**out, **{ids: weight + more for ids, weight in beside.items()}}

@@ -9,7 +9,7 @@ Kennedy & O'Hagan, Bayesian calibration of computer models, J. R. Statist. Soc. 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -24,15 +24,15 @@ class LawFreedom:
     """Freedom of the laws of some effects of one hypothesis.
 
     Args:
-        linearised: the case about one place. fitted: the hypothesis at its optimum. free: effects of it whose laws are free.
-        wider: multiple of an effect's `effect.Effect.law_error` by which each form of its doing is uncertain.
+        linearised: the case about one place. fitted: the hypothesis at its optimum.
+        free: effects of it whose laws are free, id to the share of its doing by which each form of it is uncertain.
 
     Attributes:
         none: whether no law has any freedom.
     """
 
-    def __init__(self, linearised: Linearised, fitted: Refitted, free: Sequence[str], wider: float = 1.0) -> None:
-        rows = [np.hstack(parts) for parts in zip(*(_forms(linearised, fitted, name, wider) for name in free), strict=True)]
+    def __init__(self, linearised: Linearised, fitted: Refitted, free: Mapping[str, float]) -> None:
+        rows = [np.hstack(parts) for parts in zip(*(_forms(linearised, fitted, *item) for item in free.items()), strict=True)]
         seen = sum(np.sum(r**2, axis=0) for r in rows) > _SEEN
         self.none = not seen.any()
         self._refit = None if self.none else Refit(linearised, linearised.basis.with_more([r[:, seen] for r in rows]))
@@ -45,15 +45,14 @@ class LawFreedom:
         return self._refit.of(fitted.columns, fitted.theta, fitted.x / scale).log_evidence
 
 
-def gain_of_freedom(linearised: Linearised, fitted: Refitted, wider: float) -> float:
-    """Log evidence that a hypothesis gains where the laws of all its effects are free."""
-    return LawFreedom(linearised, fitted, fitted.effects, wider).log_evidence(fitted) - fitted.log_evidence
+def gain_of_freedom(linearised: Linearised, fitted: Refitted, share: float) -> float:
+    """Log evidence that a hypothesis gains where all its effects may do more or less by a share of what they do, regime by regime."""
+    return LawFreedom(linearised, fitted, dict.fromkeys(fitted.effects, share)).log_evidence(fitted) - fitted.log_evidence
 
 
-def _forms(linearised: Linearised, fitted: Refitted, name: str, wider: float) -> list[np.ndarray]:
-    """What an effect of a hypothesis does to each signal, in every form as large as its law may be off, by recording, (rows, m)."""
+def _forms(linearised: Linearised, fitted: Refitted, name: str, share: float) -> list[np.ndarray]:
+    """A share of what an effect of a hypothesis does to each signal, in every form, by recording, (rows, m)."""
     model = linearised.model
-    effect = next(c.effect for c in fitted.columns if c.effect.id == name)
     rest = [acting for acting in fitted.acting if acting[0].id != name]
     variables = model.variables(linearised.comparisons, fitted.theta, fitted.acting)
     made: list[dict[str, np.ndarray]] = []
@@ -62,7 +61,7 @@ def _forms(linearised: Linearised, fitted: Refitted, name: str, wider: float) ->
         if altered:
             doing = comparison.features(fitted.predictions[number]) - comparison.features(model.run_one(number, fitted.theta, rest))
             for block in comparison.blocks:
-                own[block.signal] = modulations(block, variables[number])[1] * (wider * effect.law_error * doing[block.rows])[:, None]
+                own[block.signal] = modulations(block, variables[number])[1] * (share * doing[block.rows])[:, None]
         made.append(own)
     widths = {signal: forms.shape[1] for own in made for signal, forms in own.items()}
     out = []

@@ -37,8 +37,8 @@ OUT_OF_SAMPLE = 1.3
 LEFT_BEHIND, LEFT_WITHOUT_COMMISSIONING, _LEFT_SOFTNESS = 2.2, 5.0, 0.2
 """Multiple of its floor that a signal of held-out data may be off beside the best hypothesis, whatever is open of rig and begin, until
 something unknown is as likely; the same where no commissioning recording showed how well the laws hold."""
-FREEDOM = 3.0
-"""Multiple of an effect's law error within which its doing is free, signal by signal, in every phase and over speed and warmth."""
+FREEDOM = 0.3
+"""Share by which an effect may do more or less than its law says, signal by signal, in every phase and over speed and warmth."""
 BENT, BENT_SHARE, _BENT_SOFTNESS = 40.0, 0.01, 5.0
 """Log evidence that the best listed hypothesis may gain by that freedom, and the share of what it explains beyond that, until something
 unknown is as likely."""
@@ -168,16 +168,18 @@ def far_off(unknown: Unknown, left: Mapping[str, float], closed: float | None, e
 
 
 def left_behind(unknown: Unknown, left: Mapping[str, float], before: Mapping[str, float],
-                floor: Mapping[str, tuple[float, str]], built: bool = True) -> Unknown:
+                floor: Mapping[str, tuple[float, str]], built: bool = True, in_field: Mapping[str, float] | None = None) -> Unknown:
     """The same, more probable where the best listed hypothesis leaves a signal of held-out data off, whatever is open of rig and begin.
 
     Args:
         left: beside it, RMS over floor of the signals that a run under the true cause follows; see `held_best`.
         before: the same without it and as run; a signal that it brings no nearer may show a flaw of the laws in a duty that nothing else
             showed, and has no say. floor: of each, with its unit. built: whether a commissioning recording showed the laws.
+        in_field: beside it in the field recordings; a signal that is as far off there, too, has its say in any case.
     """
     limit = LEFT_BEHIND if built else LEFT_WITHOUT_COMMISSIONING
-    beyond = {name: ratio - limit for name, ratio in left.items() if ratio < _HELPED * before[name]}
+    beyond = {name: ratio - limit for name, ratio in left.items()
+              if ratio < _HELPED * before[name] or (in_field or {}).get(name, 0.0) > limit}
     worst = max(beyond, key=beyond.get, default="")
     probability = float(expit(beyond[worst] / _LEFT_SOFTNESS)) if worst else 0.0
     if probability <= unknown.probability:
@@ -194,7 +196,7 @@ def bent(unknown: Unknown, gained: float, explained: float) -> Unknown:
     """The same, more probable where the best listed hypothesis explains the recordings only with its laws bent from regime to regime.
 
     Args:
-        gained: log evidence by which it is better with its laws free by `FREEDOM`. explained: by which it is better than no effect.
+        gained: log evidence by which it is better where they may differ by `FREEDOM`. explained: by which it is better than no effect.
     """
     probability = float(expit((gained - BENT - BENT_SHARE * explained) / _BENT_SOFTNESS))
     if probability <= unknown.probability:
