@@ -214,8 +214,10 @@ def test_the_action_diagnoses_cancels_refuses_and_leaves_nothing_behind(listener
         status, result = client.result(slow)
         assert status == CANCELED and result.message == "the diagnosis was stopped" and not runs(pid)
 
-        client.send(tmp_path / "slow")
+        last = listener.here(client.send(tmp_path / "slow").get_result_async)
         pid = wait_for(stand_in, 20.0, "the process")
         node.stop()
         assert not runs(pid)
+        wait_for(last.done, 20.0, "the end of the node to be told")
+        assert last.result().status == ABORTED and "the node ends before the diagnosis" in last.result().result.message
     client.client.destroy()

@@ -23,6 +23,7 @@ PARTS = 20
 """Equal parts of a recording, in half of which what a free run cannot do without must be known."""
 _COPIED = 100
 """Different samples of one topic with the same stamps and values, from which two recordings overlap: no measurement repeats itself."""
+_NO_FORCE = "there is neither pressure nor current, by which forces and losses would be known"
 _FORCES = ("pressure_piston_side", "pressure_rod_side", "current")
 
 
@@ -137,9 +138,15 @@ def refuse_unfit(experiment: Experiment, role: str) -> None:
     if still := _still([experiment]):
         lacking = f"{experiment.recording.path}: {still}, at least {MOTION:.0f} s are needed"
     else:
-        lacking = undriven(experiment.recording)
+        lacking = undriven(experiment.recording) or _forceless(experiment)
     if lacking:
         raise ExperimentError(f"{lacking}; leave this {role} recording out")
+
+
+def _forceless(experiment: Experiment) -> str:
+    """That nothing tells of forces, else empty."""
+    told = any(_tells(experiment, name) for name in _FORCES)
+    return "" if told else f"{experiment.recording.path}: {_NO_FORCE}"
 
 
 def turning(experiments: Sequence[Experiment]) -> float:
@@ -166,7 +173,7 @@ def no_answer(field: Sequence[Experiment], validated: bool) -> str:
         if lacking := undriven(experiment.recording):
             return lacking
     if not any(_tells(e, name) for e in field for name in _FORCES):
-        return "there is neither pressure nor current, by which forces and losses would be known"
+        return _NO_FORCE
     longest = max(e.duration - e.held_from for e in field)
     if not validated and longest < HELD:
         return f"the recordings are too short to hold a part of them out: {longest:.0f} s of it would count, {HELD:.0f} s are needed"

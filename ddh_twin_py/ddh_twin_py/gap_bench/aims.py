@@ -43,7 +43,7 @@ AIMS = (
     Aim("true effect, or its class of at most three, first: clear", "first", 0.95, False, _listed("clear")),
     Aim("the same: moderate", "first", 0.85, False, _listed("moderate")),
     Aim("the same: faint", "first", 0.50, False, _listed("faint")),
-    Aim("right component first, clear and moderate", "component", 0.90, False, _listed("clear", "moderate")),
+    Aim("right component first, listed effects, clear and moderate", "component", 0.90, False, _listed("clear", "moderate")),
     Aim("both of two effects found", "both", 0.75, False, lambda a: a.suite == "two"),
     Aim("`unknown` where the effect is outside the catalogue or left out of it", "unknown_found", 0.85, False,
         lambda a: a.suite in ("left_out", "outside")),

@@ -25,6 +25,7 @@ DIAGNOSE_PARAMETERS = (
     ),
 )  # fmt: skip
 _LOOK_PERIOD = 0.2  # s of wall time
+_LAST_TURNS = 10  # of the executor, in which a client hears of the end
 _FEEDBACK_PERIOD = 1.0  # s of wall time, where nothing changes
 
 
@@ -102,9 +103,13 @@ class DiagnoseAction:
         return f"{', '.join(map(str, process.case.field))}: {process.stage}"
 
     def close(self) -> None:
-        """End the process of a diagnosis that is under way."""
+        """End the process of a diagnosis that is under way and tell who asked for it."""
         if self._process is not None:
             self._process.stop()
+            goal, self._process, self._goal = self._goal, None, None
+            self._refuse(goal, "the node ends before the diagnosis; ask again once it runs")
+            for _ in range(_LAST_TURNS):
+                self._node.executor.spin_once(timeout_sec=0.05)
         self._server.destroy()
 
 

@@ -164,6 +164,9 @@ class GapMonitorNode(TwinNode):
             if self.values["learn_until_end"]:
                 self._watch.end_learning()
                 self._keeper.keep(self._rig_id, self._watch.levels)
+                if not self._watch.levels:
+                    self.get_logger().warning(f"{self._keeper.path}: not written; too little was heard to learn what is normal, at least "
+                                              f"20 bins of {self._settings.bin_length:g} s in which the rod moves are needed")
             self._keeper.close()
             if self._keeper.failure:
                 self.get_logger().error(self._keeper.failure)

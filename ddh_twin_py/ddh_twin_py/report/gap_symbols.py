@@ -19,8 +19,9 @@ SYMBOLS = {
     "mu": "viscosity", "mu_0": "viscosity at 23 °C", "n": "exponent", "nu": "kinematic viscosity in mm²/s", "offset": "zero error",
     "omega": "shaft speed", "p": "pressure", "p_0": "ambient pressure", "p_1": "pressure at pump 1", "p_2": "pressure at pump 2",
     "p_A": "piston-side pressure", "p_B": "rod-side pressure", "p_crack": "cracking pressure", "p_open": "opening pressure",
-    "p_read": "pressure read", "phi": "volume share of air", "q": "heat flow", "q_i": "heat into a part", "r": "ratio to the sheet",
-    "r_s": "static over Coulomb friction", "rho": "density", "s": "slope", "stroke": "full stroke", "t": "time", "t_stamp": "stamp",
+    "p_read": "pressure read", "phi": "volume share of air", "q": "heat flow", "q_i": "heat into a part",
+    "r": "ratio to the rig as built, or to its sheet", "r_s": "static over Coulomb friction", "rho": "density", "s": "slope",
+    "stroke": "full stroke", "t": "time", "t_stamp": "stamp",
     "tau": "time constant", "v": "rod velocity", "v_s": "Stribeck velocity", "w": "speed", "w_command": "commanded speed",
     "x": "rod position", "x_read": "rod position read",
 }
