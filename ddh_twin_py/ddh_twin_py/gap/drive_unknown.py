@@ -17,6 +17,7 @@ _SENSED = {
     "motor_housing": "motor", "pump_1_case": "pump_1", "pump_2_case": "pump_2", "tank_oil": "tank", "tank_wall": "tank",
     "cylinder_barrel": "cylinder", "line_a": "line_a", "line_b": "line_b",
 }
+_FORCES = ("pressure_piston_side", "pressure_rod_side", "current", "electrical_power")
 _OFF = 3.0  # mean square of a signal's deviations from which it is off
 _ALONE = 0.1  # of the largest gain: what gains less stands aside
 
@@ -25,8 +26,8 @@ def place_of(found: Found, fitted: Refitted, forms: list[FreeForm]) -> tuple[str
     """Component and domain to which the free forms point, else that of the effect which resembles the gap most.
 
     A temperature that no other follows points to its own component, one pressure alone to its sensor: were it
-    real, current or motion would follow. Piston-side pressure with current is force at the piston; current or power
-    alone is torque or loss of the motor.
+    real, current or motion would follow. Piston-side pressure with current is force at the piston, whichever shows more; current
+    or power without it is torque or loss of the motor.
     """
     power = found.linearised.power
     signals = {form.signal: form.gain for form in forms if form.gain > max(needed(form.signal, power), _ALONE * forms[0].gain)}
@@ -43,7 +44,8 @@ def place_of(found: Found, fitted: Refitted, forms: list[FreeForm]) -> tuple[str
             if not _off(found, found.fitted[()], ("current", "electrical_power", "rod_velocity", "rod_position")):
                 return "sensor", "measurement"
             return _most_alike(found)
-        if leading in ("pressure_piston_side", "pressure_rod_side") and signals.keys() & {"current", "electrical_power"}:
+        forced = {"pressure_piston_side", leading} & {"pressure_piston_side", "pressure_rod_side"} & signals.keys()
+        if forced and leading in _FORCES and signals.keys() & {"current", "electrical_power"}:
             return "cylinder", "mechanical"
         if leading in ("current", "electrical_power"):
             return "motor", "mechanical"
