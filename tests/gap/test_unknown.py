@@ -28,6 +28,12 @@ def test_what_they_do_not_show_is_no_sure_unknown(closed, effects, verdict):
     assert HOUSING in weak.notes[0] and WINDING not in weak.notes[0]
 
 
+@pytest.mark.parametrize(("left", "believed"), [(1.9, False), (3.2, True)])
+def test_the_winding_alone_must_be_far_off(left, believed):
+    seen = borne_out(unknown((WINDING, 111.0)), POWER, {WINDING: left, HOUSING: 1.0}, None, 0)
+    assert seen.probability == (0.98 if believed else pytest.approx(0.4))
+
+
 def test_a_signal_that_held_out_data_lack_tells_nothing_against_it():
     assert borne_out(unknown((HOUSING, 60.0)), POWER, {WINDING: 1.0}, 0.9).probability == 0.98
 

@@ -45,9 +45,14 @@ class LawFreedom:
         return self._refit.of(fitted.columns, fitted.theta, fitted.x / scale).log_evidence
 
 
-def gain_of_freedom(linearised: Linearised, fitted: Refitted, share: float) -> float:
-    """Log evidence that a hypothesis gains where all its effects may do more or less by a share of what they do, regime by regime."""
-    return LawFreedom(linearised, fitted, dict.fromkeys(fitted.effects, share)).log_evidence(fitted) - fitted.log_evidence
+def gain_of_freedom(linearised: Linearised, fitted: Refitted, wider: float) -> float:
+    """Log evidence that a hypothesis gains where its effects may do more or less than their laws say, regime by regime.
+
+    Args:
+        wider: multiple of `effect.Effect.law_error` by which they may; a law without error, such as a sensor's gain, stays what it is.
+    """
+    free = {c.effect.id: wider * c.effect.law_error for c in fitted.columns}
+    return LawFreedom(linearised, fitted, free).log_evidence(fitted) - fitted.log_evidence
 
 
 def _forms(linearised: Linearised, fitted: Refitted, name: str, share: float) -> list[np.ndarray]:

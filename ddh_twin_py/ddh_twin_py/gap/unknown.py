@@ -17,6 +17,7 @@ from ddh_twin_py.gap.linearised import Linearised
 from ddh_twin_py.gap.model import Diagnosable
 from ddh_twin_py.gap.refit import Refitted
 from ddh_twin_py.gap.search import Found
+from ddh_twin_py.gap.sensitivity import AMPLIFIED
 
 NEEDED = 25.0
 """Log evidence that a free form must gain over the best listed hypothesis to be as likely as it, where a commissioning recording
@@ -33,12 +34,13 @@ FAR, FAR_PROBABILITY = 3.0, 0.9
 """Multiple of their floor that half of the signals of held-out data may be off, with a commissioning recording, and how surely something is
 unknown then."""
 OUT_OF_SAMPLE = 1.3
-"""Multiple of its floor that a signal must be off on held-out data, for a free form of it to be believed."""
+"""Multiple of its floor that a signal must be off on held-out data, for a free form of it to be believed; `FAR` for what a small flaw of the
+model moves far."""
 LEFT_BEHIND, LEFT_WITHOUT_COMMISSIONING, _LEFT_SOFTNESS = 2.2, 5.0, 0.2
 """Multiple of its floor that a signal of held-out data may be off beside the best hypothesis, whatever is open of rig and begin, until
 something unknown is as likely; the same where no commissioning recording showed how well the laws hold."""
-FREEDOM = 0.3
-"""Share by which an effect may do more or less than its law says, signal by signal, in every phase and over speed and warmth."""
+FREEDOM = 3.0
+"""Multiple of an effect's law error by which it may do more or less, signal by signal, in every phase and over speed and warmth."""
 BENT, BENT_SHARE, _BENT_SOFTNESS = 40.0, 0.01, 5.0
 """Log evidence that the best listed hypothesis may gain by that freedom, and the share of what it explains beyond that, until something
 unknown is as likely."""
@@ -130,11 +132,12 @@ def borne_out(unknown: Unknown, power: float, left: Mapping[str, float], closed:
             two close much of many a gap.
     """
     speaking = [form.signal for form in unknown.forms if form.gain > needed(form.signal, power) and form.signal in left]
-    if not speaking or max(left[signal] for signal in speaking) >= OUT_OF_SAMPLE:
+    if not speaking or any(left[signal] >= (FAR if signal in AMPLIFIED else OUT_OF_SAMPLE) for signal in speaking):
         return unknown
     most = _CLOSED_INSTEAD if closed is not None and closed >= _CLOSED and effects < 2 else _NOT_SEEN
+    seen = "little" if set(speaking) <= set(AMPLIFIED) else "nothing"
     note = (f"the field recording leaves structure in {', '.join(speaking)} beside the best listed hypothesis, of which held-out data show "
-            "nothing")
+            f"{seen}")
     return replace(unknown, probability=min(unknown.probability, most), notes=[*unknown.notes, note])
 
 
