@@ -34,8 +34,8 @@ FAR, FAR_PROBABILITY = 3.0, 0.9
 """Multiple of their floor that half of the signals of held-out data may be off, with a commissioning recording, and how surely something is
 unknown then."""
 OUT_OF_SAMPLE = 1.3
-"""Multiple of its floor that a signal must be off on held-out data, for a free form of it to be believed; `FAR` for what a small flaw of the
-model moves far."""
+"""Multiple of its floor that a signal must be off on held-out data, for a free form of it to be believed; `FAR` for what a small flaw of
+the model moves far."""
 LEFT_BEHIND, LEFT_WITHOUT_COMMISSIONING, _LEFT_SOFTNESS = 2.2, 5.0, 0.2
 """Multiple of its floor that a signal of held-out data may be off beside the best hypothesis, whatever is open of rig and begin, until
 something unknown is as likely; the same where no commissioning recording showed how well the laws hold."""
