@@ -34,7 +34,7 @@ _KEPT = 3  # leading sets whose fits the next linearisation begins from
 _TOLD = 2.0  # by which log odds between one effect and another in its place are tempered: laws that are not quite the rig's speak for one
 _ALIKE = 25.0  # log weight behind the best within which a set with an effect of like signature is fitted, whatever the linear model says
 _BENDS = 20.0  # log evidence of a single effect from which others are looked for beside it as it acts
-_MISLED = 0.2  # share of what the best set explains by which the linear model is wrong of it, from which every effect is fitted
+_MISLED = 0.2  # share of what the best set explains by which the linear model falls short of it, from which every effect is fitted
 _JUDGED, _SLIGHT = 3, 1.0  # leading pairs held against a free law of their first effect; log evidence that is not worth it
 _ANY_SIZE = 10.0  # columns: width of the prior of sizes, once it is asked how large an effect is and not whether it is there
 _POOR = 1.5  # chi-square per row above which the leading hypothesis explains too little to be the last word
@@ -169,9 +169,9 @@ class Fits:
         return best.chi_square > _POOR * self._linearised.power * rows
 
     def misled(self) -> bool:
-        """Whether the linear model is so far off of the best set that its ranking says little of others."""
+        """Whether the best set explains so much more than the linear model said that its ranking says little of others."""
         best = self._best()
-        return bool(best) and abs(self.gain(best) - self.linear(best)) > _MISLED * max(self.gain(best), _BENDS)
+        return bool(best) and self.gain(best) > _BENDS and self.gain(best) - self.linear(best) > _MISLED * self.gain(best)
 
     def every_effect(self) -> None:
         """Fit every effect in each of its ways: a large one bends, and no line shows where it leads."""
