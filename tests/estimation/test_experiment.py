@@ -37,6 +37,16 @@ def test_a_sensor_that_begins_in_what_is_held_out_is_as_if_it_were_not_there(pap
     assert "tank_oil" in Experiment(late, rig).sensors
 
 
+@pytest.mark.parametrize("length", [36.79, 42.63, 51.39, 58.0])
+def test_what_is_stamped_after_the_end_is_predicted_as_at_the_end(length, paper_cycle_bag):
+    """Where hydraulic samples are stamped early, the last ones are of the run's last instant, which its steps meet but for rounding."""
+    rig = load_rig()
+    experiment = Experiment(read_recording(paper_cycle_bag).between(0.0, length), rig)
+    parameters = experiment.parameters(rig)
+    parameters["measurement_time_skew"] = -0.03
+    assert all(np.isfinite(values).all() for values in experiment.predict(parameters).values())
+
+
 def stepped(stream, by):
     """The stream with a clock that goes back by so many seconds at 30 s."""
     return Stream(np.where(stream.time < 30.0, stream.time, stream.time - by), stream.values, stream.fields)

@@ -54,6 +54,7 @@ NEIGHBOURHOOD = 20.0
 _REST = 0.5  # s of a standstill to either side over which positions are averaged
 _SURE = 3.0  # standard deviations of that mean, within which an end stop says better where the rod is
 _CLEAR = 2.0e-3  # m from an end stop that a rod must keep to have never met it
+_BEFORE_THE_END = 1.0e-6  # s from the end of a run at which the last samples are taken: its last step ends there but for rounding
 _PAST = 1.0  # m that a run may go past such a stop
 _OIL_OPEN = 8.0  # K, standard deviation of how warm unread oil begins
 _COLD = 1.0  # K from ambient, within which a unit has no history
@@ -357,7 +358,8 @@ class Experiment:
         points, temperatures = np.zeros(n, OPERATING_DTYPE), np.empty((n, N))
         skew = p["measurement_time_skew"]
         instants, at_drive, at_hydraulic = self._merged if skew == 0.0 else _merge(
-            self._drive_time, np.minimum(self._hydraulic_time - skew, self.duration))
+            self._drive_time, self._hydraulic_time - skew)
+        instants = np.minimum(instants, self.duration - _BEFORE_THE_END)
         samples = np.full((instants.size, len(SAMPLED)), np.nan)
         free_run_sampled(parameters, state, temperature, self._command, self.air, self.interval, step,
                          self._placed / p["measurement_rod_position_scale"], points, temperatures, instants, samples)
