@@ -67,13 +67,13 @@ def diagnose(recordings: Recordings, rig: Rig, without: Collection[str] = (), on
     told = progress or (lambda share: None)
     given = [r for r in (recordings.commissioning, *recordings.field, recordings.validation) if r is not None]
     one_rig(given)
-    no_twice(given)
     share = 1.0 if recordings.validation is not None else 1.0 - HELD_SHARE
     field = [Experiment(recording, rig, used=share) for recording in recordings.field]
     commissioning = [] if recordings.commissioning is None else [Experiment(recordings.commissioning, rig)]
     held = [] if recordings.validation is None else [Experiment(recordings.validation, rig)]
     for experiment, role in [*((e, "commissioning") for e in commissioning), *((e, "validation") for e in held)]:
         refuse_unfit(experiment, role)
+    no_twice(given)
     reason = no_answer(field, bool(held))
     model = DriveCase(commissioning, field, rig, held)
     lap("reading")
