@@ -9,7 +9,7 @@ Kennedy & O'Hagan, Bayesian calibration of computer models, J. R. Statist. Soc. 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -32,7 +32,8 @@ class LawFreedom:
     """
 
     def __init__(self, linearised: Linearised, fitted: Refitted, free: Mapping[str, float]) -> None:
-        rows = [np.hstack(parts) for parts in zip(*(_forms(linearised, fitted, *item) for item in free.items()), strict=True)]
+        variables = linearised.model.variables(linearised.comparisons, fitted.theta, fitted.acting)
+        rows = [np.hstack(parts) for parts in zip(*(_forms(linearised, fitted, variables, *item) for item in free.items()), strict=True)]
         seen = sum(np.sum(r**2, axis=0) for r in rows) > _SEEN
         self.none = not seen.any()
         self._refit = None if self.none else Refit(linearised, linearised.basis.with_more([r[:, seen] for r in rows]))
@@ -55,11 +56,11 @@ def gain_of_freedom(linearised: Linearised, fitted: Refitted, wider: float) -> f
     return LawFreedom(linearised, fitted, free).log_evidence(fitted) - fitted.log_evidence
 
 
-def _forms(linearised: Linearised, fitted: Refitted, name: str, share: float) -> list[np.ndarray]:
+def _forms(linearised: Linearised, fitted: Refitted, variables: Sequence[Mapping[str, np.ndarray]], name: str,
+           share: float) -> list[np.ndarray]:
     """A share of what an effect of a hypothesis does to each signal, in every form, by recording, (rows, m)."""
     model = linearised.model
     rest = [acting for acting in fitted.acting if acting[0].id != name]
-    variables = model.variables(linearised.comparisons, fitted.theta, fitted.acting)
     made: list[dict[str, np.ndarray]] = []
     for number, (comparison, altered) in enumerate(zip(linearised.comparisons, model.altered, strict=True)):
         own: dict[str, np.ndarray] = {}
