@@ -16,13 +16,13 @@ from nodes.processes import HeldProcess, runs, wait_for
 
 
 class View(HeldProcess):
-    def __init__(self, folder, *arguments):
+    def __init__(self, folder, *arguments, before=None):
         self._out = folder / "out"
         with self._out.open("w") as out:
             self.process = subprocess.Popen(
                 [sys.executable, "-m", "ddh_twin_py.cli.main", "view", "--port", "0", "--no-browser", "--log", str(folder / "log"),
                  *arguments],
-                stdout=subprocess.PIPE, stderr=out, text=True, env=os.environ,
+                stdout=subprocess.PIPE, stderr=out, text=True, env=os.environ, preexec_fn=before,
             )  # fmt: skip
         line = self.process.stdout.readline()
         self.page = (re.search(r"page: (http://\S+)", line) or pytest.fail(f"{line!r} {self._out.read_text()}"))[1]
@@ -65,6 +65,16 @@ def test_beside_a_machine_the_page_alone_is_started(tmp_path):
         written = json.loads((tmp_path / "page.json").read_text())
         assert (written["page"], written["namespace"], written["recording"]) == (view.page, "/rig_9", None)
         assert view.stop(signal.SIGTERM) == 128 + signal.SIGTERM
+
+
+def _as_a_job_of_a_script():
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+@pytest.mark.live
+def test_it_hears_of_an_interruption_that_its_shell_ignores(tmp_path):
+    with View(tmp_path, "--namespace", "rig_9", before=_as_a_job_of_a_script) as view:
+        assert view.stop(signal.SIGINT) == 0
 
 
 @pytest.mark.parametrize(

@@ -44,20 +44,22 @@ class LiveGraph:
         self._last: dict[str, deque[str]] = {}
         self._listeners: dict[str, Callable[[str], None]] = {}
         self._lock = threading.Lock()
-        self._before = None  # what SIGTERM did before
+        self._before: list[tuple[int, object]] = []  # signals and what they did before
 
     def __enter__(self) -> LiveGraph:
         self.log.parent.mkdir(parents=True, exist_ok=True)
         self._file = self.log.open("w", encoding="utf-8")
         if threading.current_thread() is threading.main_thread():
-            self._before = signal.signal(signal.SIGTERM, _leave)
+            self._before = [(signal.SIGTERM, signal.signal(signal.SIGTERM, _leave))]
+            if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:  # as of a job of a script: who sends one means it
+                self._before.append((signal.SIGINT, signal.signal(signal.SIGINT, signal.default_int_handler)))
         return self
 
     def __exit__(self, *_: object) -> None:
         self.stop()
         self._file.close()
-        if self._before is not None:
-            signal.signal(signal.SIGTERM, self._before)
+        for number, handler in self._before:
+            signal.signal(number, handler)
 
     def start(
         self, node: str, parameters: Mapping[str, object] | None = None, hear: Callable[[str], None] | None = None
