@@ -29,7 +29,7 @@ HELD_SHARE = 0.25
 """Last share of a field recording that takes no part where there is no validation recording."""
 _FITTED, _SEARCHED = 0.3, 0.9
 """Shares of the work that are done when the rig is fitted, and when the hypotheses are weighed."""
-_SWEEPS = 5  # of the first fit; the search goes on from there
+_SWEEPS, _SWEEPS_OF_SHEET = 5, 3  # of the first fit, with and without commissioning; the search goes on from there
 
 
 @dataclass(frozen=True)
@@ -83,7 +83,8 @@ def diagnose(recordings: Recordings, rig: Rig, without: Collection[str] = (), on
         return _noted(answer.insufficient(model, reason), read, rig)
     with ThreadPoolExecutor(max_workers=threads) as pool:
         problem = Problem(commissioning or field, model.rig, model.paths, Discrepancy())
-        fit = problem.fit(pool, lambda done: told(_FITTED * done), sweeps=_SWEEPS, restarts=RESTARTS if commissioning else 0)
+        fit = problem.fit(pool, lambda done: told(_FITTED * done), sweeps=_SWEEPS if commissioning else _SWEEPS_OF_SHEET,
+                          restarts=RESTARTS if commissioning else 0)
         discrepancy = sized(problem.discrepancy, fit.allowances) if commissioning else Discrepancy()
         sheet = None if commissioning else np.zeros(model.size)  # a fit takes a large effect for parameters
         lap("fit of the rig")

@@ -25,8 +25,8 @@ from ddh_twin_py.gap.taken_up import taken_up
 
 Ids = tuple[str, ...]
 
-_AT_ONCE = 5  # sets fitted side by side
-_MOST = 20  # sets fitted in full
+_AT_ONCE = 6  # sets fitted side by side
+_MOST = 12  # sets fitted in full
 _FAR_BEHIND = 12.0  # log weight behind the best beyond which a set is not fitted in full
 _RIVAL = 2.0  # log weight behind the best fitted within which a set is fitted before it is judged
 _ANOTHER = 4.0  # the same of a set that explains without one of the best's effects: told from it wrongly, it would mislead
@@ -101,8 +101,7 @@ class Fits:
         self._beside()
         self._once_judged()
         best_fit = max(self.fitted.values(), key=lambda f: f.log_evidence)
-        if best_fit.columns:  # no effect may do better from where an effect led the parameters
-            self._take(lambda _: self._refit.of([], best_fit.theta, np.zeros(0)), [None])
+        if best_fit.columns:
             self._by_parameters(best_fit)
 
     def _rivals(self) -> list[Ids]:
@@ -149,18 +148,20 @@ class Fits:
         self._fit(sorted(wanted, key=lambda ids: -promised[ids])[:_AT_ONCE])
 
     def _by_parameters(self, fitted: Refitted) -> None:
-        """Fit what is left of a hypothesis where parameters do what one of its effects, or all of them, did."""
+        """Fit no effect from where a hypothesis led the parameters, and what is left of it where they do what some of its effects did."""
         every = range(len(fitted.columns))
         parts = [part for size in range(1, len(every) + 1) for part in itertools.combinations(every, size)]
 
         def fit(part: tuple[int, ...]) -> Refitted | None:
+            if not part:
+                return self._refit.of([], fitted.theta, np.zeros(0))
             theta = taken_up(self._linearised.model, fitted.theta, [fitted.acting[i] for i in part])
             rest = [i for i in every if i not in part]
             if theta is None:
                 return None
             return self._refit.of([fitted.columns[i] for i in rest], theta, np.array([fitted.x[i] / fitted.columns[i].x for i in rest]))
 
-        self._take(fit, parts)
+        self._take(fit, [(), *parts])
 
     def poor(self) -> bool:
         """Whether even the best leaves much more than noise."""

@@ -13,14 +13,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from ddh_twin_py.gap.basis import Basis
+from ddh_twin_py.gap.box import Normal
 from ddh_twin_py.gap.effect import Effect
 from ddh_twin_py.gap.hypotheses import WIDTH, evidence_of
 from ddh_twin_py.gap.linearised import Linearised
 from ddh_twin_py.gap.sensitivity import Column, sane
+from ddh_twin_py.gap.step_length import Lengths
 
 _STEPS = 8
 _NEAR = 0.05  # of a column: how far the effects' own differences reach
-_SETTLED = 0.05  # of chi-square that a step must gain
+_SETTLED = 0.1  # of chi-square that a step must promise, and gain
 
 
 @dataclass(frozen=True)
@@ -75,7 +77,7 @@ class Refit:
             columns: its effects. theta: parameters, deviations, (k,). departure: multiples of the columns, (m,).
         """
         scale, room = np.array([c.x for c in columns]), np.array([c.room for c in columns])
-        x = np.array([c.effect.limit(float(d * s)) for c, d, s in zip(columns, departure, scale, strict=True)])
+        x = np.array([c.effect.limit(float(a)) for c, a in zip(columns, departure * scale, strict=True)])
         starts = [(self._model.within(theta), x), (self._place, x), (self._place, 0.0 * x)][: 3 if scale.size else 2]
         runs = [self._run(columns, *start) for start in starts]
         residuals = [self._residual(run) for run in runs]
@@ -85,13 +87,15 @@ class Refit:
         if not np.isfinite(cost):
             nowhere = np.full((theta.size + x.size,) * 2, np.nan)
             return Refitted(tuple(columns), x, nowhere[theta.size :, theta.size :], nowhere, theta, predictions, -np.inf, np.inf)
+        stale, gained = True, np.inf
         for _ in range(_STEPS):
-            local = self._columns(columns, theta, x, scale, predictions)
-            values = self._values(residual, local, theta, x / scale)
-            held = self._basis.normal(local, values).held(np.arange(scale.size), room, self._width, theta)
+            local, stale = self._columns(columns, theta, x, scale, predictions), False
+            held = self._normal(residual, local, theta, x / scale).held(np.arange(scale.size), room, self._width, theta)
             shared, estimate = held.shared, held.departure
-            gained = 0.0
-            for share in (1.0, 0.4, 0.15, 0.04):
+            promised, gained = abs(cost - held.lowest), 0.0  # less than nothing from a start that a column's direction excludes
+            lengths = Lengths(promised) if promised >= _SETTLED else None
+            while lengths is not None and lengths.next:
+                share = lengths.next
                 new_theta = self._model.within(theta + share * (shared - theta))
                 new_x = np.array([c.effect.limit(float(a)) for c, a in zip(columns, x + share * (estimate * scale - x), strict=True)])
                 tried = self._run(columns, new_theta, new_x)
@@ -101,11 +105,13 @@ class Refit:
                     gained = cost - new_cost
                     theta, x, predictions, residual, cost = new_theta, new_x, tried, new_residual, new_cost
                     break
-            if gained < _SETTLED:
+                lengths.lost(new_cost - cost)
+            stale = gained >= _SETTLED
+            if not stale:  # a step that gains less leaves the columns as they are
                 break
-        local = self._columns(columns, theta, x, scale, predictions)
-        values = self._values(residual, local, theta, x / scale)
-        normal = self._basis.normal(local, values)
+        if stale:
+            local = self._columns(columns, theta, x, scale, predictions)
+        normal = self._normal(residual, local, theta, x / scale)
         held = normal.held(np.arange(scale.size), room, self._width, theta)
         units = np.concatenate([np.ones(theta.size), scale])
         log, _, covariance = evidence_of(held, room)
@@ -150,6 +156,9 @@ class Refit:
                     change = self._comparisons[number].features(self._model.run_one(number, theta, acting)) - features[number]
                     out[number][:, j] = change * scale[j] / (moved[j] - x[j]) if sane(change).all() else 0.0
         return out
+
+    def _normal(self, residual, local, theta, departure) -> Normal:
+        return self._basis.normal(local, self._values(residual, local, theta, departure))
 
     def _values(self, residual, local, theta, departure) -> list[np.ndarray]:
         return [r + j @ theta + c @ departure for r, j, c in zip(residual, self._sensitivities, local, strict=True)]
