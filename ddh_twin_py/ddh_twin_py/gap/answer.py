@@ -27,7 +27,7 @@ from ddh_twin_py.gap.unknown import FREEDOM, Unknown, bent, borne_out, far_off, 
 from ddh_twin_py.gap.verdict import Verdict, judge, less_believed
 from ddh_twin_py.gap.words import sentence
 
-_NEARLY, _SHRINKS, _LOUD = 1.25, 0.95, 50.0  # without commissioning: a gap so small that no effect shrinks is none, unless
+_NEARLY, _SHRINKS, _LOUD = 1.25, 0.95, 15.0  # without commissioning: a gap so small that no effect shrinks is none, unless
 # parameters would have to be so far off that the log evidence of an effect is larger than a flaw of the laws makes it
 LISTED = 0.01
 """Probability from which an effect or a set is listed."""

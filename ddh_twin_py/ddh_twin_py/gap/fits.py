@@ -26,7 +26,7 @@ from ddh_twin_py.gap.taken_up import taken_up
 Ids = tuple[str, ...]
 
 _AT_ONCE = 6  # sets fitted side by side
-_MOST = 12  # sets fitted in full
+_MOST = 12  # sets fitted in full, from which no further round of expected or close ones is begun
 _FAR_BEHIND = 12.0  # log weight behind the best beyond which a set is not fitted in full
 _RIVAL = 2.0  # log weight behind the best fitted within which a set is fitted before it is judged
 _ANOTHER = 4.0  # the same of a set that explains without one of the best's effects: told from it wrongly, it would mislead
