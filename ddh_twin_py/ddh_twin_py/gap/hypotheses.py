@@ -2,7 +2,7 @@
 
 Every hypothesis is a linear Gaussian model: the rig's parameters (their prior and what the
 commissioning recording says of them), the allowances for the model's own flaws, and the columns
-of its effects. Its evidence is exact and costs a small matrix, so that all pairs are tried. An
+of its effects. Its evidence is exact and costs a small matrix, so that hundreds of pairs are tried. An
 effect's size is as likely as its signals: the prior of a departure is the one that moves the
 worst signal by some `sensitivity.TYPICAL` of its noise, the same for all effects, so that no
 effect is preferred for its unit.
