@@ -58,10 +58,16 @@ def _contradict(one: Recording, other: Recording) -> bool:
         if name not in other.temperatures:
             continue
         theirs = other.temperatures[name]
-        _, here, there = np.intersect1d(mine.stamps(one.epoch_ns), theirs.stamps(other.epoch_ns), return_indices=True)
+        here, there = _at_once(one, mine, other, theirs)
         if here.size and np.mean(mine.values[here, 0] != theirs.values[there, 0]) > 0.5:
             return True
     return False
+
+
+def _at_once(one: Recording, mine: Stream, other: Recording, theirs: Stream) -> tuple[np.ndarray, np.ndarray]:
+    """Where in either of two recordings' streams the samples are whose stamps both have, (k,) each."""
+    _, here, there = np.intersect1d(mine.stamps(one.epoch_ns), theirs.stamps(other.epoch_ns), return_indices=True)
+    return here, there
 
 
 def _in_common(one: Recording, other: Recording, topic: str) -> str:
@@ -69,7 +75,7 @@ def _in_common(one: Recording, other: Recording, topic: str) -> str:
     mine, theirs = (dict(recording.streams()).get(topic) for recording in (one, other))
     if mine is None or theirs is None:
         return ""
-    _, here, there = np.intersect1d(mine.stamps(one.epoch_ns), theirs.stamps(other.epoch_ns), return_indices=True)
+    here, there = _at_once(one, mine, other, theirs)
     a, b = mine.values[here], theirs.values[there]
     shared = here[np.all((a == b) | (np.isnan(a) & np.isnan(b)), axis=1)]
     if np.unique(np.nan_to_num(mine.values[shared]), axis=0).shape[0] < _COPIED:
