@@ -143,8 +143,8 @@ class Experiment:
         if not np.isfinite(measured[PRESSURES[0]]).any():
             self._start[PRESSURES[0]] = self._holding_pressure(rig)
         self._drive_time, self._hydraulic_time = drive_time, hydraulic_time
-        self._merged = _merge(drive_time, hydraulic_time)
         self.axis = interval * np.arange(1, n + 1)
+        self._merged = self._merge(0.0)
         self.cycle = cycle_of(self._command, interval / COMMAND_PARTS)
         self.signals: dict[str, Signal] = {}
         for name in DRIVE_SIGNALS:
@@ -357,13 +357,18 @@ class Experiment:
         temperature = begin.copy()
         points, temperatures = np.zeros(n, OPERATING_DTYPE), np.empty((n, N))
         skew = p["measurement_time_skew"]
-        instants, at_drive, at_hydraulic = self._merged if skew == 0.0 else _merge(
-            self._drive_time, self._hydraulic_time - skew)
-        instants = np.minimum(instants, self.duration - _BEFORE_THE_END)
+        instants, at_drive, at_hydraulic = self._merged if skew == 0.0 else self._merge(skew)
         samples = np.full((instants.size, len(SAMPLED)), np.nan)
         free_run_sampled(parameters, state, temperature, self._command, self.air, self.interval, step,
                          self._placed / p["measurement_rod_position_scale"], points, temperatures, instants, samples)
         return begin, points, temperatures, (samples[at_drive], samples[at_hydraulic])
+
+    def _merge(self, skew: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Both streams' instants in order, the hydraulic ones earlier by a skew, s, none after the end; where in it those of each are."""
+        drive_time, hydraulic_time = self._drive_time, self._hydraulic_time - skew
+        instants = np.sort(np.concatenate([drive_time, hydraulic_time]))
+        at_drive, at_hydraulic = np.searchsorted(instants, drive_time), np.searchsorted(instants, hydraulic_time)
+        return np.minimum(instants, self.duration - _BEFORE_THE_END), at_drive, at_hydraulic
 
     def _reading(self, name: str, p: np.void, begin: np.ndarray, temperatures: np.ndarray) -> np.ndarray:
         """What a temperature sensor reads at the end of each interval, K, (n,), of nodes that began at (N,) and went on as (n, N)."""
@@ -400,12 +405,6 @@ def _alone(recording: Recording) -> str:
         return ""
     shown = back[found[0]] - REORDER_WINDOW
     return found[0] if any(float(np.median(np.diff(time))) < shown for topic, time in streams.items() if topic != found[0]) else ""
-
-
-def _merge(drive_time: np.ndarray, hydraulic_time: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Both streams' instants in order, and where in it those of each are."""
-    instants = np.sort(np.concatenate([drive_time, hydraulic_time]))
-    return instants, np.searchsorted(instants, drive_time), np.searchsorted(instants, hydraulic_time)
 
 
 def _smoothed(position: np.ndarray, reach: int) -> np.ndarray:
