@@ -168,7 +168,8 @@ class Experiment:
         histories = self._histories(self.parameters(rig))
         read, air = self._first(self.parameters(rig)[0])
         self._rise = likely_rise(histories, read, air)
-        self._open = np.vstack([open_motor(histories, read, air), self._open_oil()[: len(histories)]])
+        cold = not len(histories)  # such a unit begins as warm as the air, and nothing of it is open
+        self._open = np.zeros((0, N)) if cold else np.vstack([open_motor(histories, read, air), self._open_oil()])
         self._first_readings |= self._better_start(rig)
         self._tell_starts(self.parameters(rig))
 
