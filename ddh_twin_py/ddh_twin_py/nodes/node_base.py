@@ -78,22 +78,22 @@ class _Stop:
         self.asked = True
 
 
-def described(node: type[TwinNode]) -> str:
+def described(kind: type[TwinNode]) -> str:
     """What a node is for, how it is started and its parameters, for who asks with ``--help``."""
-    name = node.__module__.rsplit(".", 1)[-1]
-    about = (sys.modules[node.__module__].__doc__ or "").strip()
+    name = kind.__module__.rsplit(".", 1)[-1]
+    about = (sys.modules[kind.__module__].__doc__ or "").strip()
     usage = f"usage: ros2 run ddh_twin_py {name} [--ros-args -r __ns:=/NAMESPACE -p PARAMETER:=VALUE ...]"
-    rows = [f"  {p.name:<24} {p.description} Default: {p.default!r} {p.unit}".rstrip() for p in node.PARAMETERS]
+    rows = [f"  {p.name:<24} {p.description} Default: {p.default!r} {p.unit}".rstrip() for p in kind.PARAMETERS]
     return "\n".join([about, "", usage, "", "parameters:", *rows])
 
 
-def run(make: Callable[[], TwinNode], args: list[str] | None = None) -> int:
-    """Spin a node until it is finished, or SIGINT or SIGTERM come; returns the exit code.
+def run(kind: type[TwinNode], args: list[str] | None = None) -> int:
+    """Spin a node of a kind that is made without arguments, until it is finished or SIGINT or SIGTERM come; returns the exit code.
 
     0: stopped or finished; 2: what it was given cannot be used, said in one line.
     """
     if {"-h", "--help"} & set(sys.argv[1:] if args is None else args):
-        print(described(make))
+        print(described(kind))
         return 0
     stop = _Stop()
     try:
@@ -103,7 +103,7 @@ def run(make: Callable[[], TwinNode], args: list[str] | None = None) -> int:
         return 2
     node = None
     try:
-        node = make()
+        node = kind()
         executor = SingleThreadedExecutor()
         executor.add_node(node)
         gc.collect()
