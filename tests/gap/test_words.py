@@ -14,7 +14,7 @@ NO_GAP = {"verdict": "no_gap", "gap": {"as_is": 5.0, "before": 6.0, "after": 1.0
 ])  # fmt: skip
 def test_no_gap_is_said_of_what_would_show(unseen, ends):
     said = sentence(NO_GAP, EFFECTS, unseen)
-    assert said.startswith("No gap: ") and "as given it was 5.0 times" in said and said.endswith(ends)
+    assert said.startswith("No gap: ") and "(unfitted it was 5.0 times" in said and said.endswith(ends)
 
 
 def test_sizes_are_in_the_units_of_the_page_and_nothing_is_quite_sure():

@@ -72,6 +72,22 @@ def test_numbers_are_those_of_the_report():
     assert line.split()[-1] == f"{row['after'] / row['noise']:.2f}"
 
 
+@pytest.mark.parametrize(("built", "said"), [
+    (["bags/new"], "floor: what a fitted twin misses of the rig as built, at least noise"),
+    ([], "floor: 1.6 times the sensors' noise; the rig as built is not recorded"),
+])  # fmt: skip
+def test_the_floor_is_explained_below_the_gap_where_a_line_is_left(built, said):
+    diagnosis = made_diagnosis("explained", seconds=120.0)
+    diagnosis = replace(diagnosis, recordings={**diagnosis.recordings, "commissioning": built})
+    lines = rendered(diagnosis)
+    (at,) = (i for i, line in enumerate(lines) if line.strip() == said)
+    assert "× floor unfitted" in "".join(lines[at - 2 : at]) and lines[at + 1].startswith("cause")
+    full = {**diagnosis.report, "notes": [f"x; recovered {n} " + "much " * 40 for n in (1, 2)], "classes": [list(EFFECTS)[:12]],
+            "next_test": {"description": "a long test " * 34 + "ends", "expected_separation": 3.0}}
+    lines = rendered(replace(diagnosis, report=full, sentence="a long sentence " * 40))
+    assert "floor:" not in " ".join(lines) and lines[-1].endswith("ends")
+
+
 def test_nothing_is_claimed_where_nothing_is_known():
     said = " ".join(rendered(made_diagnosis("insufficient")))
     assert said.startswith("Cannot tell") and "12 s of motion" in said and "floor" not in said

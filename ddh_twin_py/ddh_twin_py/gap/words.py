@@ -24,7 +24,7 @@ def _no_gap(report: Mapping, unseen: int) -> str:
     none = next((h["probability"] for h in report["hypotheses"] if not h["effects"]), 0.0)
     text = f"No gap: with its parameters fitted within tolerance the twin explains data not used for that to {after:.1f} times the floor"
     if as_is > 1.2 * after:
-        text += f" (as given it was {as_is:.1f} times; calibration closes that)"
+        text += f" (unfitted it was {as_is:.1f} times; calibration closes that)"
     but = f", of those that these recordings would show ({unseen} of the catalogue they would not)" if unseen else ""
     return f"{text}; probability of no effect {probably(none)}{but}."
 

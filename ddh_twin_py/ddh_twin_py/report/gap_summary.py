@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from rich.console import Console
 from rich.text import Text
 
+from ddh_twin_py.gap.size import WITHOUT_COMMISSIONING
 from ddh_twin_py.report.gap_words import (
     NEAR,
     VERDICTS,
@@ -30,6 +31,7 @@ LINES, WIDTH = 25, 80
 """What a summary fits in."""
 _MOST_HYPOTHESES, _MOST_PLACES, _MOST_SIGNALS, _MOST_LOST = 4, 3, 5, 2
 _MOST_OF_TEST, _LEAST_OF_SIGNALS, _LEAST_OF_NOTES = 7, 4, 2  # lines
+_LEAST_OF_REST = 2  # lines: a place and the signals
 _RECOVERED = "; recovered "
 """Stands in what reading says of a damaged recording."""
 
@@ -43,10 +45,11 @@ def gap_summary(diagnosis: Diagnosis) -> list[Text]:
     lost = _lost(diagnosis)
     for i, note in enumerate(lost[:_MOST_LOST]):
         lines += _titled("" if i else "data", note, 3)
-    lines += _gap(diagnosis)
-    lines += _hypotheses(diagnosis)
+    gap, causes = _gap(diagnosis), _hypotheses(diagnosis)
     notes = [note for note in report["notes"] if note not in lost[:_MOST_LOST] and note not in diagnosis.sentence]
     test = _titled("next test", report["next_test"]["description"], _MOST_OF_TEST) if report["next_test"] else []
+    room = LINES - sum(map(len, (lines, gap, causes, test))) - _LEAST_OF_REST
+    lines += [*gap, *(_floor(diagnosis) if gap and room > 0 else []), *causes]
     lines += _places(report)[: max(1, LINES - len(lines) - len(test) - _LEAST_OF_SIGNALS)]
     lines += _signals(report, LINES - len(lines) - len(test) - min(len(notes), _LEAST_OF_NOTES))
     lines += test
@@ -72,8 +75,15 @@ def _gap(diagnosis: Diagnosis) -> list[Text]:
         return []
     said = "" if gap["closed_fraction"] is None else f" ({closed(gap['closed_fraction'])} closed)"
     last = f"{ending(report['verdict'], diagnosis.added)}{said}"
-    return _titled("gap", f"{number(gap['as_is'], 2)} × floor as given, {number(gap['before'], 2)} fitted, "
+    return _titled("gap", f"{number(gap['as_is'], 2)} × floor unfitted, {number(gap['before'], 2)} fitted, "
                           f"{number(gap['after'], 2)} {last}", 2)
+
+
+def _floor(diagnosis: Diagnosis) -> list[Text]:
+    """What the gap is a multiple of."""
+    built = bool(diagnosis.recordings["commissioning"])
+    return _titled("", "floor: what a fitted twin misses of the rig as built, at least noise" if built else
+                   f"floor: {WITHOUT_COMMISSIONING:g} times the sensors' noise; the rig as built is not recorded", 1)
 
 
 def _hypotheses(diagnosis: Diagnosis) -> list[Text]:
