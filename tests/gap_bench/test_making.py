@@ -71,7 +71,15 @@ def test_twin_that_knows_the_rig_is_left_near_the_noise():
 
 
 def test_bench_is_made_sealed_and_not_made_twice(tmp_path):
-    assert make_bench(tmp_path, 1, 2, ("none",)) == []
+    refused = []
+
+    def meanwhile(share):
+        with pytest.raises(PlanError, match="another ddh-twin gap-bench is making cases there; wait for it, or") as error:
+            make_bench(tmp_path, 1, 2, ("none",))
+        refused.append(str(error.value))
+
+    assert make_bench(tmp_path, 1, 2, ("none",), progress=meanwhile) == []
+    assert len(refused) == 1 and str(tmp_path) in refused[0] and "\n" not in refused[0]
     assert verify(tmp_path) == ["case_0001"]
     assert make_bench(tmp_path, 1, 2, ("none",)) == []
     with pytest.raises(PlanError, match="use another folder"):

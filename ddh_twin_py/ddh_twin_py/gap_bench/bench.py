@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import fcntl
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, ProcessPoolExecutor, as_completed
+from contextlib import contextmanager
 from multiprocessing import get_context
 from pathlib import Path
 
@@ -17,6 +19,7 @@ from ddh_twin_py.rig.files import write_whole
 
 RECIPE = "recipe.json"
 """What a bench was asked to be."""
+_LOCK = ".make.lock"  # held as long as cases are made; the file stays
 
 
 def make_bench(out: Path, cases: int, seed: int, suites: tuple[str, ...] = (), jobs: int = 1, cluster: str | None = None,
@@ -30,7 +33,7 @@ def make_bench(out: Path, cases: int, seed: int, suites: tuple[str, ...] = (), j
         one line per case that could not be made; it is no part of the sealed bench.
 
     Raises:
-        PlanError: the folder holds another bench, or something that is none. SealError: see `seal`.
+        PlanError: the folder holds another bench, or something that is none, or cases are being made in it. SealError: see `seal`.
     """
     suites = suites or SUITES
     recipe = {"cases": cases, "seed": seed, "suites": list(suites)}
@@ -47,18 +50,35 @@ def make_bench(out: Path, cases: int, seed: int, suites: tuple[str, ...] = (), j
     if (out / SEAL).is_file():
         seal(out)
         return []
-    write_whole(file, json.dumps(recipe))
-    planned = plan(cases, seed, suites)
-    failed = []
-    with _makers(jobs, cluster) as pool:
-        waiting = [pool.submit(_made, one, str(out.absolute())) for one in planned]
-        for done, future in enumerate(as_completed(waiting), 1):
-            if (wrong := future.result()):
-                failed.append(wrong)
-            if progress is not None:
-                progress(done / len(waiting))
-    seal(out)
+    with _alone(out):
+        write_whole(file, json.dumps(recipe))
+        planned = plan(cases, seed, suites)
+        failed = []
+        with _makers(jobs, cluster) as pool:
+            waiting = [pool.submit(_made, one, str(out.absolute())) for one in planned]
+            for done, future in enumerate(as_completed(waiting), 1):
+                if (wrong := future.result()):
+                    failed.append(wrong)
+                if progress is not None:
+                    progress(done / len(waiting))
+        seal(out)
     return sorted(failed)
+
+
+@contextmanager
+def _alone(out: Path) -> Iterator[None]:
+    """Hold a folder for making; freed also where the process is killed.
+
+    Raises:
+        PlanError: another process holds it.
+    """
+    out.mkdir(parents=True, exist_ok=True)
+    with open(out / _LOCK, "w") as lock:
+        try:
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            raise PlanError(f"{out}: another ddh-twin gap-bench is making cases there; wait for it, or use another folder") from None
+        yield
 
 
 def _makers(jobs: int, cluster: str | None) -> Executor:
