@@ -5,9 +5,10 @@ import sys
 
 import pytest
 import yaml
+from ddh_twin_py.gap_bench import running
 from ddh_twin_py.gap_bench.running import BenchError, executor, result_file, run_bench
-from ddh_twin_py.gap_bench.scoring import answers_of
-from ddh_twin_py.gap_bench.sealing import SealError, seal
+from ddh_twin_py.gap_bench.scoring import answers_of_all
+from ddh_twin_py.gap_bench.sealing import SealError, seal, verify
 from support.gap_reports import truth
 
 
@@ -60,7 +61,7 @@ def test_crash_is_kept_with_its_reason(bench, engine):
     run_bench(bench, engine=engine[0], oracle=False)
     kept = json.loads(result_file(bench, "case_0002", "blind").read_text())
     assert kept["error"] == "the diagnosis ended with exit code 1 and no report: ValueError: this one breaks"
-    by_name = {a.name: a for a in answers_of(bench)}
+    by_name = {a.name: a for a in answers_of_all([bench])[0]}
     assert by_name["case_0002"].crashed and not by_name["case_0002"].right
     assert by_name["case_0001"].right and by_name["case_0001"].megabytes > 10.0
 
@@ -100,3 +101,11 @@ def test_half_an_answer_is_asked_for_once_more(bench, engine):
     file.write_text("{")
     run_bench(bench, suites=("none",), engine=name, again="crashed")
     assert "report" in json.loads(file.read_text())
+
+
+def test_a_score_looks_at_the_seals_once_and_counts_who_waits(bench, engine, monkeypatch):
+    run_bench(bench, suites=("none",), engine=engine[0])
+    looked = []
+    monkeypatch.setattr(running, "verify", lambda out: looked.append(out) or verify(out))
+    answers, waiting = answers_of_all([bench])
+    assert ([a.name for a in answers], waiting, looked) == (["case_0004"], 3, [bench])

@@ -2,7 +2,7 @@
 
 import pytest
 import yaml
-from ddh_twin_py.gap_bench.scoring import answers_of
+from ddh_twin_py.gap_bench.scoring import answers_of_all
 from ddh_twin_py.gap_bench.sealing import SEAL, SealError, digest_of, seal, truth_of, verify
 from support.gap_reports import truth
 
@@ -25,7 +25,7 @@ def test_sealed_cases_are_found(sealed):
 def test_changed_truth_is_refused(sealed):
     file = sealed / "truth" / "case_0002.yaml"
     file.write_text(file.read_text().replace("clear", "faint"))
-    for attempt in (verify, seal, answers_of):
+    for attempt in (verify, seal, lambda out: answers_of_all([out])):
         with pytest.raises(SealError, match=r"case_0002\.yaml: was changed after it was sealed"):
             attempt(sealed)
 

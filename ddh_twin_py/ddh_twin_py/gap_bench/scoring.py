@@ -30,14 +30,32 @@ METRICS = {
 """What is scored, with what it means."""
 
 
-def answers_of(out: Path, suites: tuple[str, ...] = (), cases: int | None = None) -> list[Answer]:
-    """The answer of every sealed case that was run; one that crashed is a wrong one.
+def answers_of_all(folders: Sequence[Path], suites: tuple[str, ...] = (), cases: int | None = None) -> tuple[list[Answer], int]:
+    """The answers of several benches, and how many cases have none yet; of several each case is named with its bench.
+
+    Args:
+        folders: of benches, or files in which a score kept its answers; those are taken as they are.
 
     Raises:
         SealError: the truth is not what was sealed. BenchError: no such case, or none was run. ResultError: an answer that is damaged.
     """
+    found: list[Answer] = []
+    waiting = 0
+    for out in folders:
+        if out.is_file():
+            found += [a for a in kept_answers(out) if not suites or a.suite in suites]
+            continue
+        names = selected(out, suites, cases)
+        own = _answers_of(out, names)
+        waiting += len(names) - len(own)
+        found += own if len(folders) == 1 else [replace(a, name=f"{out.name}/{a.name}") for a in own]
+    return found, waiting
+
+
+def _answers_of(out: Path, names: Sequence[str]) -> list[Answer]:
+    """The answers of those cases that were run; one that crashed is a wrong one."""
     found = []
-    for name in selected(out, suites, cases):
+    for name in names:
         truth = truth_of(out, name)
         results = {
             question: read_result(file)
@@ -48,27 +66,6 @@ def answers_of(out: Path, suites: tuple[str, ...] = (), cases: int | None = None
     if not found:
         raise BenchError(f"{out}: no case has an answer yet; gap-bench run {out} asks for them")
     return found
-
-
-def answers_of_all(folders: Sequence[Path], suites: tuple[str, ...] = (), cases: int | None = None) -> tuple[list[Answer], int]:
-    """The answers of several benches, and how many cases have none yet; of several each case is named with its bench.
-
-    Args:
-        folders: of benches, or files in which a score kept its answers; those are taken as they are.
-
-    Raises:
-        See `answers_of`.
-    """
-    found: list[Answer] = []
-    waiting = 0
-    for out in folders:
-        if out.is_file():
-            found += [a for a in kept_answers(out) if not suites or a.suite in suites]
-            continue
-        own = answers_of(out, suites, cases)
-        waiting += len(selected(out, suites, cases)) - len(own)
-        found += own if len(folders) == 1 else [replace(a, name=f"{out.name}/{a.name}") for a in own]
-    return found, waiting
 
 
 def score(answers: Sequence[Answer]) -> dict[str, Estimate]:
