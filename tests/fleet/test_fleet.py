@@ -24,6 +24,7 @@ from ddh_twin_py.fleet.recordings import FleetError, find_recordings
 from ddh_twin_py.fleet.results import Results
 from ddh_twin_py.fleet.row import COLUMNS, Row, as_csv, row_of
 from ddh_twin_py.fleet.run import Settings, run_fleet
+from ddh_twin_py.report.document import version
 
 FAKE = (sys.executable, str(Path(__file__).parents[1] / "support" / "fake_diagnosis.py"))
 
@@ -292,6 +293,23 @@ def test_the_verb_writes_table_and_page_and_says_what_failed(folder, tmp_path, m
     assert "<svg" in page.read_text()
     assert main(["fleet", str(folder), "--out", str(out), "--quiet", "--csv", str(tmp_path / "t.csv")]) == 0
     assert capsys.readouterr().out == "" and (tmp_path / "t.csv").read_text() == (out / "fleet.csv").read_text()
+
+
+def test_answers_of_other_versions_are_counted(folder, tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(fleet_run.Settings, "__init__", _with_fake(fleet_run.Settings.__init__))
+    asked = ["fleet", str(folder), "--out", str(tmp_path), "--jobs", "2"]
+    assert main(asked) == 0 and "other versions" not in capsys.readouterr().out
+    table = list(csv.DictReader((tmp_path / "fleet.csv").read_text().splitlines()))
+    assert {row["version"] for row in table} == {version()}
+    for name, older in (("a-april", {"version": "0.1+abc"}), ("a-march", {})):
+        (file,) = (tmp_path / "results").glob(f"{name}-*.json")
+        content = json.loads(file.read_text())
+        del content["row"]["version"]
+        file.write_text(json.dumps({**content, "row": content["row"] | older}))
+    assert main([*asked, "--html", str(tmp_path / "fleet.html")]) == 0
+    assert "answers of other versions: 1 of 0.1+abc, 1 of one that is not known; --again makes them anew\n" in capsys.readouterr().out
+    assert "1 of 0.1+abc, 1 of one that is not known" in (tmp_path / "fleet.html").read_text()
+    assert main([*asked, "--again"]) == 0 and "other versions" not in capsys.readouterr().out
 
 
 def _with_fake(real):

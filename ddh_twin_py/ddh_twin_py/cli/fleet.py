@@ -51,7 +51,7 @@ def run(args: argparse.Namespace) -> int:
     from dataclasses import asdict
 
     from ddh_twin_py.cli.console import put_json, stage
-    from ddh_twin_py.fleet.page import fleet_document, fleet_end, verdict
+    from ddh_twin_py.fleet.page import fleet_document, fleet_end, of_other_versions, verdict
     from ddh_twin_py.fleet.parquet import write_parquet
     from ddh_twin_py.fleet.recordings import find_recordings
     from ddh_twin_py.fleet.results import Results
@@ -84,5 +84,7 @@ def run(args: argparse.Namespace) -> int:
         for row in rows:
             if row.error:
                 print(f"  {row.recording}: {row.error}")
+        if others := of_other_versions(rows):
+            print(f"answers of other versions: {others}; --again makes them anew")
         print(f"table: {table}" + (f", page: {args.html}" if args.html else ""))
     return 0

@@ -43,7 +43,8 @@ def fleet_end(rows: Sequence[Row], rig_file: str) -> doc.EndMatter:
             "members together.",
             "A rig's recordings are told by the rig id in the bag; those without one are in the table alone.",
         ],
-        (("Recordings", str(len(rows))), ("Rigs", str(len({row.rig for row in rows if row.rig})))),
+        (("Recordings", str(len(rows))), ("Rigs", str(len({row.rig for row in rows if row.rig}))),
+         *([("Answers of other versions", others)] if (others := of_other_versions(rows)) else [])),
     )
 
 
@@ -57,6 +58,12 @@ def verdict(rows: Sequence[Row]) -> str:
     said = f"{len(gaps)} of {len(rows) - failed} diagnosed recordings show a gap, on {len(concerned)} of {len(rigs)} rigs"
     said += f"; {unclear} {'does' if unclear == 1 else 'do'} not allow an answer" if unclear else ""
     return said + (f"; {failed} could not be diagnosed." if failed else ".")
+
+
+def of_other_versions(rows: Sequence[Row]) -> str:
+    """How many answers are kept from which other versions of this project, such as '2 of 1.0+abc'; '' where there is none."""
+    counts = Counter(row.version or "one that is not known" for row in rows if row.version != doc.version())
+    return ", ".join(f"{n} of {version}" for version, n in sorted(counts.items()))
 
 
 def _gap_chart(rows: Sequence[Row]) -> doc.Html:

@@ -23,6 +23,7 @@ class Row:
         also: what acts beside it in the most probable set, joined by " + ".
         probability: of the effect, or of the class together. size, size_std, nominal: of the effect's parameter, in `unit`.
         gap_before, gap_after: in multiples of the noise floor. error: in one line, '' where there is a report.
+        version: of this project, as it answered; '' where the answer is older than that it is kept.
     """
 
     recording: str
@@ -42,6 +43,7 @@ class Row:
     gap_after: float | None = None
     sentence: str = ""
     error: str = ""
+    version: str = ""
 
     @property
     def time(self) -> datetime | None:

@@ -12,6 +12,7 @@ from ddh_twin_py.diagnosis.process import COMMAND, DiagnosisProcess, Outcome
 from ddh_twin_py.fleet.recordings import FleetError, Found
 from ddh_twin_py.fleet.results import Results
 from ddh_twin_py.fleet.row import Row, facts, row_of
+from ddh_twin_py.report.document import version
 
 LONGEST = 3600.0
 """s after which the diagnosis of one recording is given up."""
@@ -36,11 +37,11 @@ class Diagnosed:
 
 def diagnose_recording(found: Found, settings: Settings, stop: threading.Event | None = None) -> Diagnosed:
     """Diagnose one recording in a process of its own; whatever goes wrong is a row with the error."""
-    known: dict = {"recording": found.name}
+    known: dict = {"recording": found.name, "version": version()}
     if found.refused:
         return Diagnosed(Row(**known, error=found.refused), {}, True)
     try:
-        known = facts(found.name, found.case)
+        known |= facts(found.name, found.case)
     except (BagError, OSError) as error:
         return Diagnosed(Row(**known, error=" ".join(str(error).split())), {}, True)
     except Exception as error:  # one recording of many; a damaged file may raise anything
@@ -106,6 +107,6 @@ def _on_cluster(left: Sequence[Found], settings: Settings, address: str) -> Iter
             error = future.exception()
             if error is not None:
                 said = f"on the cluster: {type(error).__name__}: {' '.join(str(error).split())}"
-                yield found, Diagnosed(Row(found.name, error=said), {}, False)
+                yield found, Diagnosed(Row(found.name, error=said, version=version()), {}, False)
             else:
                 yield found, future.result()
