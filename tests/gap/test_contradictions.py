@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 from ddh_twin_py.gap.contradictions import contradictions
 from ddh_twin_py.rig import load_rig
+from ddh_twin_py.telemetry.recording import temperature_stream
+from ddh_twin_py.telemetry.signals import TEMPERATURE_SENSORS, ZERO_CELSIUS
 from support.simulated import simulated
 
 
@@ -66,3 +68,46 @@ def test_what_is_missing_or_stands_still_tells_nothing(recording):
     assert contradictions(replace(recording, hydraulic=None), load_rig()) == []
     still = changed(recording, "drive", lambda values, at: values.fill(0.0))
     assert contradictions(changed(still, "hydraulic", lambda values, at: values.fill(np.nan)), load_rig()) == []
+
+
+def in_degf(recording, *names):
+    """A recording of which those sensors are read in degF."""
+    read = dict(recording.temperatures)
+    for name in names or read:
+        celsius = read[name].values[:, 0] - ZERO_CELSIUS
+        read[name] = temperature_stream(read[name].time, 1.8 * celsius + 32.0 + ZERO_CELSIUS)
+    return replace(recording, temperatures=read)
+
+
+@pytest.mark.parametrize("name", [name for name in TEMPERATURE_SENSORS if name != "motor_housing"])
+def test_a_temperature_in_degf_is_told_by_its_neighbours(recording, name):
+    (said,) = contradictions(in_degf(recording, name), load_rig())
+    mean = recording.temperatures[name].values[:, 0].mean() - ZERO_CELSIUS
+    assert said.startswith(f"{recording.path}: {recording.namespace}/temperature/{name} temperature reads {1.8 * mean + 32.0:.0f} degC ")
+    assert "it looks as if given in degF" in said and said.endswith(f"it would be {mean:.0f} degC")
+
+
+def test_a_housing_in_degf_is_told_by_a_winding_that_is_warmer_at_any_time(recording):
+    warm = replace(recording, temperatures={
+        "motor_winding": temperature_stream(np.arange(60.0), ZERO_CELSIUS + 70.0 + 0.1 * np.arange(60.0)),
+        "motor_housing": temperature_stream(np.arange(60.0), np.full(60, ZERO_CELSIUS + 50.0)),
+    })  # fmt: skip
+    assert contradictions(warm, load_rig()) == []
+    (said,) = contradictions(in_degf(warm, "motor_housing"), load_rig())
+    assert "motor_housing temperature reads 122 degC on average, motor_winding 73 degC: " in said and "it would be 50 degC" in said
+
+
+def test_all_temperatures_in_degf_are_told_by_the_air(recording):
+    warmer = {name: replace(stream, values=stream.values + [12.0, 0.0]) for name, stream in recording.temperatures.items()}
+    (said,) = contradictions(in_degf(replace(recording, temperatures=warmer)), load_rig())
+    assert "/temperature/ambient temperature reads " in said and "it looks as if given in degF, perhaps with others" in said
+
+
+def test_what_is_hot_or_alone_is_not_in_degf(recording):
+    def only(**celsius):
+        read = {name: temperature_stream(np.arange(60.0), np.full(60, ZERO_CELSIUS + value)) for name, value in celsius.items()}
+        return contradictions(replace(recording, temperatures=read), load_rig())
+
+    assert only(tank_oil=104.0) == only(motor_winding=110.0, tank_oil=40.0) == []
+    assert only(motor_winding=100.0, motor_housing=55.0, tank_oil=45.0, ambient=20.0) == []
+    assert only(pump_1_case=75.0, pump_2_case=50.0, ambient=-5.0) == only(ambient=48.0, tank_oil=70.0) == []

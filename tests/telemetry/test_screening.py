@@ -152,6 +152,9 @@ def test_both_pressures_in_another_unit(paper, noise, factor, unit):
         (HYDRAULIC, "pressure_rod_side", 1e5, 0.0, "looks as if given in Pa times 1e5 (factor 1e+05), expected is Pa"),
         (HYDRAULIC, "rod_position", 1e3, 0.0, "looks as if given in mm (factor 1000), expected is m"),
         ("temperature/tank_oil", "temperature", 1.0, 273.15, "looks as if given in K (+273.15), expected is degC"),
+        ("temperature/tank_oil", "temperature", 1.0, -273.15, "looks as if given in degC less 273.15 (-273.15), expected is degC"),
+        # 10 K warmer than it is, as 69 is no more than a hot day
+        ("temperature/ambient", "temperature", 1.8, 32.0 - 0.8 * 273.15 + 18.0, "looks as if given in degF (factor 1.8, +32), expected"),
         (
             "temperature/motor_winding",
             "temperature",

@@ -1,4 +1,4 @@
-"""Channels of one recording that cannot all be right, whatever rig it is: a sign, two channels exchanged, a clock.
+"""Channels of one recording that cannot all be right, whatever rig it is: a sign, two channels exchanged, a clock, a unit.
 
 Such a recording leaves a gap that no effect explains, or worse, that one feigns. What is said here stands beside any verdict.
 """
@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ddh_twin_py.gap.temperature_units import temperature_units
 from ddh_twin_py.physics.cylinder import piston_area, rod_side_area
 from ddh_twin_py.rig import Rig
 from ddh_twin_py.telemetry.recording import Recording, Stream
@@ -38,7 +39,8 @@ def contradictions(recording: Recording, rig: Rig) -> list[str]:
            ("rod_velocity", "rod_position", "pressure_piston_side", "pressure_rod_side")}
     said = [_position(on), _shaft(on), _current(on), _pressures(on, recording, rig)]
     drive_topic, hydraulic_topic = (f"{recording.namespace}/{topic}" for topic in (DRIVE_TOPIC, HYDRAULIC_TOPIC))
-    return [f"{recording.path}: {text.format(drive=drive_topic, hydraulic=hydraulic_topic)}" for text in said if text]
+    said = [text.format(drive=drive_topic, hydraulic=hydraulic_topic) for text in said if text]
+    return [f"{recording.path}: {text}" for text in (*said, *temperature_units(recording))]
 
 
 def _resampled(stream: Stream, name: str, axis: np.ndarray) -> np.ndarray:

@@ -74,14 +74,15 @@ def _field_sentence(cause, signal, value, count, samples, at, mistaken, noise, s
     )
     likely = [m for m, still in zip(signal.mistakes, mistaken, strict=False) if still]
     if likely and count >= max(_LEAST_FOR_UNIT, _LEAST_SHARE_FOR_UNIT * samples):
-        said += f"; it looks as if given in {likely[0].unit} ({_factor(likely[0])}), expected is {unit}"
+        said += f"; it looks as if given in {likely[0].unit} ({_factor(likely[0], signal)}), expected is {unit}"
     return said
 
 
-def _factor(mistake: UnitMistake) -> str:
-    if mistake.factor == 1.0:
-        return f"{mistake.offset:+g}"
-    return f"factor {mistake.factor:.4g}"
+def _factor(mistake: UnitMistake, signal: Signal) -> str:
+    """What the mistake does to a number of the message."""
+    offset = round(mistake.offset + (mistake.factor - 1.0) * signal.message_offset, 6)
+    factor = f"factor {mistake.factor:.4g}" if mistake.factor != 1.0 else ""
+    return ", ".join(filter(None, (factor, f"{offset:+g}" if offset else "")))
 
 
 def _sample_sentence(cause, value, count, samples, at) -> str:

@@ -91,7 +91,11 @@ _PRESSURE_MISTAKES = (
     UnitMistake("MPa", 1e-6),
     UnitMistake("Pa times 1e5", 1e5),
 )
-_KELVIN = UnitMistake("K", 1.0, ZERO_CELSIUS)
+_TEMPERATURE_MISTAKES = (
+    UnitMistake("K", 1.0, ZERO_CELSIUS),
+    UnitMistake("degF", 1.8, ZERO_CELSIUS + 32.0 - 1.8 * ZERO_CELSIUS),
+    UnitMistake("degC less 273.15", 1.0, -ZERO_CELSIUS),
+)
 
 
 def _drive(field, unit, limit, noise_key, *mistakes, lowest=None):
@@ -122,7 +126,7 @@ def _temperature(sensor, lowest_celsius, highest_celsius):
         lowest_celsius + ZERO_CELSIUS,
         highest_celsius + ZERO_CELSIUS,
         "temperature",
-        (_KELVIN,),
+        _TEMPERATURE_MISTAKES,
         ZERO_CELSIUS,
     )
 
