@@ -78,7 +78,8 @@ def test_numbers_are_those_of_the_report():
 ])  # fmt: skip
 def test_the_floor_is_explained_below_the_gap_where_a_line_is_left(built, said):
     diagnosis = made_diagnosis("explained", seconds=120.0)
-    diagnosis = replace(diagnosis, recordings={**diagnosis.recordings, "commissioning": built})
+    recordings = {kind: own for kind, own in {**diagnosis.recordings, "commissioning": built}.items() if own}
+    diagnosis = replace(diagnosis, recordings=recordings)
     lines = rendered(diagnosis)
     (at,) = (i for i, line in enumerate(lines) if line.strip() == said)
     assert "× floor unfitted" in "".join(lines[at - 2 : at]) and lines[at + 1].startswith("cause")

@@ -81,7 +81,7 @@ def _gap(diagnosis: Diagnosis) -> list[Text]:
 
 def _floor(diagnosis: Diagnosis) -> list[Text]:
     """What the gap is a multiple of."""
-    built = bool(diagnosis.recordings["commissioning"])
+    built = bool(diagnosis.recordings.get("commissioning"))
     return _titled("", "floor: what a fitted twin misses of the rig as built, at least noise" if built else
                    f"floor: {WITHOUT_COMMISSIONING:g} times the sensors' noise; the rig as built is not recorded", 1)
 
