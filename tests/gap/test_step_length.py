@@ -28,6 +28,11 @@ def test_a_direction_that_leads_upward_is_left_after_two_lengths():
     assert len(seen) == 2 and gained == 0.0
 
 
+def test_where_much_is_promised_a_kink_is_looked_behind():
+    seen, gained = tried(lambda s: -s if s < 0.05 else 0.5 + s, 100.0)
+    assert seen[-1] < 0.05 and gained > 0.0
+
+
 def test_a_slope_less_steep_than_promised_is_learnt_from_two_lengths():
     seen, gained = tried(lambda s: -0.2 * s + s * s, 1.0)
     assert len(seen) == 3 and seen[-1] == pytest.approx(0.1) and gained == pytest.approx(0.01)

@@ -65,6 +65,9 @@ def test_what_neither_field_nor_held_out_data_show_explained_is_unknown():
     left, before, floor = {"speed": 4.2}, {"speed": 4.9}, {"speed": (0.1, "rad/s")}
     assert left_behind(nothing, left, before, floor, True, {"speed": 1.1}).probability < 0.02
     assert left_behind(nothing, left, before, floor, True, {"speed": 4.0}).probability > 0.95
+    far = {"speed": 9.0}
+    assert left_behind(nothing, far, far, floor, True, far).probability > 0.95
+    assert left_behind(nothing, far, far, floor, False, far) is nothing  # it may be a flaw of the laws in the field, too
 
 
 def test_a_rig_whose_laws_follow_no_signal_to_the_floor_leaves_nothing_behind():

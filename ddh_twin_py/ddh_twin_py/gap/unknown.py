@@ -178,11 +178,12 @@ def left_behind(unknown: Unknown, left: Mapping[str, float], before: Mapping[str
         left: beside it, RMS over floor of the signals that a run under the true cause follows; see `held_best`.
         before: the same without it and as run; a signal that it brings no nearer may show a flaw of the laws in a duty that nothing else
             showed, and has no say. floor: of each, with its unit. built: whether a commissioning recording showed the laws.
-        in_field: beside it in the field recordings; a signal that is as far off there, too, has its say in any case.
+        in_field: beside it in the field recordings; a signal that is as far off there, too, has its say in any case, if a commissioning
+            recording showed that it is not so without any effect.
     """
     limit = LEFT_BEHIND if built else LEFT_WITHOUT_COMMISSIONING
     beyond = {name: ratio - limit for name, ratio in left.items()
-              if ratio < _HELPED * before[name] or (in_field or {}).get(name, 0.0) > limit}
+              if ratio < _HELPED * before[name] or built and (in_field or {}).get(name, 0.0) > limit}
     worst = max(beyond, key=beyond.get, default="")
     probability = float(expit(beyond[worst] / _LEFT_SOFTNESS)) if worst else 0.0
     if probability <= unknown.probability:
