@@ -1,12 +1,15 @@
 """Verbs at work on the example recording."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from ddh_twin_py.bags.reader import read_recording
+from ddh_twin_py.bags.writer import write_recording
 from ddh_twin_py.cli.benchmarks import Figure
 from ddh_twin_py.cli.main import main
+from ddh_twin_py.telemetry.recording import Stream
 
 
 def test_replay_writes_report_and_json_that_agree(paper_cycle_bag, tmp_path, capsys):
@@ -34,8 +37,6 @@ def test_replay_is_the_same_twice(paper_cycle_bag, capsys):
 
 def test_leaving_sensors_out_is_a_harder_test(paper_cycle_bag, tmp_path, capsys):
     short = tmp_path / "short"
-    from ddh_twin_py.bags.writer import write_recording
-
     write_recording(short, read_recording(paper_cycle_bag).between(0.0, 40.0))
     assert main(["replay", str(short), "--json", "-", "--leave-one-out"]) == 0
     rows = json.loads(capsys.readouterr().out)["temperatures"]
@@ -63,9 +64,17 @@ def test_simulate_then_info_then_replay(tmp_path, capsys):
     assert main(["replay", str(first), "--json", "-"]) == 0
 
 
-def test_info_names_what_is_wrong(paper_cycle_bag, tmp_path, capsys):
-    from ddh_twin_py.bags.writer import write_recording
+def test_info_holds_channels_against_each_other(paper_cycle_bag, tmp_path, capsys):
+    recording = read_recording(paper_cycle_bag).between(0.0, 60.0)
+    oil = recording.temperatures["tank_oil"]
+    degf = replace(oil, values=np.column_stack([1.8 * (oil.values[:, 0] - 273.15) + 32.0 + 273.15, oil.values[:, 1]]))
+    bag = write_recording(tmp_path / "bag", replace(recording, temperatures={**recording.temperatures, "tank_oil": degf}))
+    assert main(["info", str(bag)]) == 0
+    said = " ".join(capsys.readouterr().out.split())
+    assert "temperature/tank_oil temperature looks as if given in degF" in said and "nothing wrong was found" not in said
 
+
+def test_info_names_what_is_wrong(paper_cycle_bag, tmp_path, capsys):
     recording = read_recording(paper_cycle_bag).between(0.0, 20.0)
     recording.hydraulic.values[500:600, 0] = np.nan
     del recording.temperatures["ambient"]
@@ -88,11 +97,6 @@ def test_a_ratio_above_one_is_better():
 
 
 def test_two_machines_on_one_topic_are_one_line(paper_cycle_bag, tmp_path, capsys):
-    from dataclasses import replace
-
-    from ddh_twin_py.bags.writer import write_recording
-    from ddh_twin_py.telemetry.recording import Stream
-
     recording = read_recording(paper_cycle_bag).between(0.0, 40.0)
     drive = recording.drive
     # as they arrive: one sample of this machine, one of another whose clock is an hour behind

@@ -23,6 +23,10 @@ def test_a_load_of_unknown_pressure_is_held_at_the_start(paper_cycle_bag):
     assert points["pressure_piston_side"][0] == pytest.approx(force / piston_area(held.parameters(rig)[0]), rel=0.15)
     measured = known.operating(known.parameters(rig))[0]
     assert np.abs(points["rod_position"] - measured["rod_position"]).max() < 2e-3
+    off = held.parameters(rig)
+    for name in ("pressure_piston_side", "pressure_rod_side"):
+        off[f"measurement_{name}_offset"] = 5.0e4  # of a transducer that is not there
+    np.testing.assert_array_equal(held.operating(off)[0], points)
 
 
 def test_a_sensor_that_begins_in_what_is_held_out_is_as_if_it_were_not_there(paper_cycle_bag):

@@ -4,7 +4,9 @@ import pytest
 from ddh_twin_py.gap.catalogue import EFFECTS
 from ddh_twin_py.gap.words import sentence
 
-NO_GAP = {"verdict": "no_gap", "gap": {"as_is": 5.0, "before": 6.0, "after": 1.0}, "hypotheses": [{"effects": [], "probability": 1.0}]}
+SHRINK = {"speed": {"after": 0.1, "noise": 0.1}, "temperature/motor_winding": {"after": 5.0, "noise": 1.0}}
+NO_GAP = {"verdict": "no_gap", "gap": {"as_is": 5.0, "before": 6.0, "after": 1.0}, "hypotheses": [{"effects": [], "probability": 1.0}],
+          "shrink": SHRINK}
 
 
 @pytest.mark.parametrize(("unseen", "ends"), [
@@ -14,7 +16,12 @@ NO_GAP = {"verdict": "no_gap", "gap": {"as_is": 5.0, "before": 6.0, "after": 1.0
 ])  # fmt: skip
 def test_no_gap_is_said_of_what_would_show(unseen, ends):
     said = sentence(NO_GAP, EFFECTS, unseen)
-    assert said.startswith("No gap: ") and "(unfitted it was 5.0 times" in said and said.endswith(ends)
+    assert said.startswith("No gap: ") and "(unfitted it was 5.0 times" in said and said.endswith(ends) and "stays" not in said
+
+
+def test_no_gap_names_a_signal_that_is_left_off():
+    said = sentence({**NO_GAP, "shrink": {**SHRINK, "temperature/tank_wall": {"after": 0.62, "noise": 0.2}}}, EFFECTS)
+    assert "temperature/tank_wall stays 3.1 times its floor off, and no listed effect explains that" in said
 
 
 def test_sizes_are_in_the_units_of_the_page_and_nothing_is_quite_sure():

@@ -17,8 +17,8 @@ def add_parser(subparsers) -> None:
     """Declare the verb."""
     parser = add_verb(
         subparsers, "info", "say what a recording holds and what is wrong with it",
-        "Reads a bag and screens every sample: finite, in range, in order, moving, in the right unit. Each finding\n"
-        "names file, topic and value.",
+        "Reads a bag and screens every sample: finite, in range, in order, moving, in the right unit; then holds channels against\n"
+        "each other. Each finding names file, topic and value.",
         _EXAMPLE,
     )
     add_bag(parser)
@@ -29,15 +29,21 @@ def add_parser(subparsers) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Read, screen, tell."""
+    """Read, screen, hold channels against each other, tell."""
+    from dataclasses import replace
+
     from ddh_twin_py.bags.reader import read_recording
     from ddh_twin_py.cli.console import put_json
+    from ddh_twin_py.gap.contradictions import contradictions
     from ddh_twin_py.rig import load_rig
+    from ddh_twin_py.telemetry.recording import Finding
     from ddh_twin_py.telemetry.screening import screen_recording
 
     rig = load_rig(args.rig)
     recording = read_recording(args.bag, args.namespace)
     screened = screen_recording(recording, {name: spec.noise for name, spec in rig.sensors.items()})
+    apart = [Finding("warning", screened.path, "", "", None, 1, text) for text in contradictions(screened, rig)]
+    screened = replace(screened, findings=[*screened.findings, *apart])
     if args.json:
         put_json(args.json, recording_json(screened))
     if not args.quiet and args.json != "-":

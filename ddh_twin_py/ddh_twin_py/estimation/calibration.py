@@ -18,6 +18,7 @@ from ddh_twin_py.estimation.fitting import RESTARTS, Fit, Problem
 from ddh_twin_py.estimation.unknowns import offset_paths, uncertain_paths, with_offsets
 from ddh_twin_py.rig import Rig
 from ddh_twin_py.rig.own_oil import of_own_oil
+from ddh_twin_py.rig.payload import of_declared_payload
 from ddh_twin_py.rig.sheet import Quantity
 from ddh_twin_py.telemetry.recording import Recording
 from ddh_twin_py.telemetry.signals import DRIVE_TOPIC
@@ -190,7 +191,8 @@ def _told(problem: Problem, fit: Fit, asked: tuple[str, ...]) -> Calibration:
         if path not in refused:
             quantities[path] = _fitted_quantity(quantity, fitted, names)
     rig_id = next((e.recording.rig.rig_id for e in problem.experiments if e.recording.rig is not None), rig.rig_id)
-    return Calibration(replace(rig, rig_id=rig_id, quantities=of_own_oil(quantities, rig.quantities)), parameters,
+    written = of_declared_payload(of_own_oil(quantities, rig.quantities), rig.quantities)
+    return Calibration(replace(rig, rig_id=rig_id, quantities=written), parameters,
                        fit.covariance / np.outer(spread, spread), problem.rms(fit.first), problem.rms(fit.predictions),
                        fit.sweeps, fit.settled, sized(problem.discrepancy, fit.allowances),
                        tuple(p for p in parameters if p.name in refused), bool(asked))

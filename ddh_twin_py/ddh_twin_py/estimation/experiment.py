@@ -140,7 +140,8 @@ class Experiment:
         self.air = self._ambient(ticks, rig, n)
         self._past = _never_met(measured["rod_position"], rig)
         self._start = {name: _first_finite(measured[name]) for name in (*PRESSURES, "rod_position")}
-        if not np.isfinite(measured[PRESSURES[0]]).any():
+        self._read_pressures = [bool(np.isfinite(measured[name]).any()) for name in PRESSURES]
+        if not self._read_pressures[0]:
             self._start[PRESSURES[0]] = self._holding_pressure(rig)
         self._drive_time, self._hydraulic_time = drive_time, hydraulic_time
         self.axis = interval * np.arange(1, n + 1)
@@ -284,9 +285,9 @@ class Experiment:
         return self.cycle.phase[COMMAND_PARTS // 2 :: COMMAND_PARTS][: self.axis.size]
 
     def parameters(self, rig: Rig) -> np.ndarray:
-        """The record of a rig for this recording: the payload is the recording's, scaled as the rig's is from its declared one."""
+        """The record of a rig for this recording: the payload is the recording's, scaled as the rig's is from that of the sheet."""
         record = rig.parameters
-        record["load_payload_mass"] *= self.payload / self._sheet_payload
+        record["load_payload_mass"] *= record["load_payload_ratio"] * self.payload / self._sheet_payload
         for end, past in self._past.items():
             record[f"cylinder_run_past_{end}"] = past
         return record
@@ -351,9 +352,12 @@ class Experiment:
         """
         p = parameters[0]
         state = np.zeros(len(HYDRAULIC_STATES))
-        settle(parameters, state, self._start["rod_position"] / p["measurement_rod_position_scale"],
-               self._start[PRESSURES[0]] - p["measurement_pressure_piston_side_offset"],
-               (self._start[PRESSURES[1]] - p["measurement_pressure_rod_side_offset"]) / p["measurement_pressure_rod_side_gain"])
+        piston, rod = (self._start[name] for name in PRESSURES)
+        if self._read_pressures[0]:  # what is not measured has no zero error
+            piston -= p["measurement_pressure_piston_side_offset"]
+        if self._read_pressures[1]:
+            rod = (rod - p["measurement_pressure_rod_side_offset"]) / p["measurement_pressure_rod_side_gain"]
+        settle(parameters, state, self._start["rod_position"] / p["measurement_rod_position_scale"], piston, rod)
         begin = self._start_of(parameters, self._rise) if begin is None else begin
         temperature = begin.copy()
         points, temperatures = np.zeros(n, OPERATING_DTYPE), np.empty((n, N))

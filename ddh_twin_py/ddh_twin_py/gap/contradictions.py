@@ -89,8 +89,7 @@ def _current(on: dict[str, np.ndarray]) -> str:
 
 def _pressures(on: dict[str, np.ndarray], recording: Recording, rig: Rig) -> str:
     """Which of two pressures carries the load."""
-    told = recording.rig.payload_mass if recording.rig is not None else np.nan
-    load = (told if np.isfinite(told) and told > 0.0 else rig["load.payload_mass"]) * rig["load.gravity"]
+    load = rig.lifted(recording.rig.payload_mass if recording.rig is not None else None) * rig["load.gravity"]
     piston, rod = float(piston_area(rig.parameters[0])), float(rod_side_area(rig.parameters[0]))
     one, other = on["pressure_piston_side"], on["pressure_rod_side"]
     here = np.isfinite(one) & np.isfinite(other) & (np.abs(on["rod_velocity"]) > _MOVING)

@@ -17,6 +17,7 @@ from ddh_twin_py.gap.model import Acting
 from ddh_twin_py.physics.thermal_network import TANK
 from ddh_twin_py.rig import Rig
 from ddh_twin_py.rig.own_oil import of_own_oil
+from ddh_twin_py.rig.payload import PAYLOAD, of_declared_payload
 from ddh_twin_py.rig.sheet import BOUNDS, FIELD_OF_PATH, largest_std
 
 STEP = 2.0e-3
@@ -101,8 +102,8 @@ class DirectDrive:
     def rig_with(self, theta: np.ndarray, acting: Acting, spread: np.ndarray, source: str, joint: np.ndarray | None = None) -> Rig:
         """The rig with fitted parameters and effects written into its quantities.
 
-        The record of the first recording in which effects act is that of the rig; an added payload is in proportion to the
-        recording's own, see `Experiment.parameters`.
+        The record of the first recording in which effects act is that of the rig. Recordings and duties declare payloads of their own:
+        what a fit or an effect says of the payload is written as ``load.payload_ratio``, its deviation as that of the declared one.
 
         Args:
             theta, spread: parameters and their standard deviations, in deviations, (k,). source: where the values come from.
@@ -122,11 +123,11 @@ class DirectDrive:
         said = "learned, cause unknown" if named.startswith(PREFIX) else f"effect {named}"
         quantities = dict(fitted.quantities)
         for (path, field), std in zip(written.items(), stds, strict=True):
-            whole = float(fitted[path] / plain[field][0]) if path == "load.payload_mass" else 1.0
+            whole = float(fitted[path] / plain[field][0]) if path == PAYLOAD else 1.0
             value = float(acted[field][0]) * whole
             quantities[path] = replace(quantities[path], value=value, std=min(float(std) * whole, largest_std(path, value)),
                                        source=f"{said}, {source}")
-        return replace(fitted, quantities=quantities)
+        return replace(fitted, quantities=of_declared_payload(quantities, self.rig.quantities))
 
     def _stds(self, number: int, theta: np.ndarray, acting: Acting, fields: Sequence[str], joint: np.ndarray) -> np.ndarray:
         """Standard deviations of fields of a record, (f,), of fit and laws; joint as in `rig_with`."""

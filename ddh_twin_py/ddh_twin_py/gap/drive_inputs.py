@@ -80,8 +80,7 @@ def _phases(result: ReplayResult) -> dict[str, np.ndarray]:
 def _balances(result: ReplayResult, rig: Rig, phase: str) -> dict[tuple[str, str, str], np.ndarray]:
     """Left over of torque at the shaft, of force at the piston and, while no check valve can open, of flow into the piston side, (n,)."""
     soft, measured = result.soft, result.measured
-    payload = result.recording.rig.payload_mass if result.recording.rig is not None else float("nan")
-    mass = payload if np.isfinite(payload) and payload > 0.0 else rig["load.payload_mass"]
+    mass = rig.lifted(result.recording.rig.payload_mass if result.recording.rig is not None else None)
     load = mass * rig["load.gravity"] + rig["load.force_slope"] * (measured["rod_position"] - 0.5 * rig["cylinder.stroke"])
     area = 0.25 * np.pi * rig["cylinder.bore"] ** 2
     out = {

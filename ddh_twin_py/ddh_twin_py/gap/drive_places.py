@@ -29,6 +29,7 @@ _FIELDS = {
     ("line_b", "mechanical"): ("loss_line_b", "W"), ("line_a", "hydraulic"): ("loss_line_a", "W"),
     ("line_b", "hydraulic"): ("pressure_rod_side", "Pa"), ("oil", "hydraulic"): ("shaft_power", "W"),
 }
+_FIELD_OF_EFFECT = {"line_b.pressure_drop": ("loss_line_b", "W")}  # where the place's own says it of another of its effects
 _STEFAN_BOLTZMANN = 5.670374419e-8
 
 
@@ -49,9 +50,10 @@ def course(effect: Effect, experiment: Experiment, without: np.ndarray, acting: 
         heat = _heat(warm, acting, experiment.air) - _heat(warm, without, experiment.air)
         if np.any(heat != 0.0):
             return Course(heat, "W", phase, regimes)
-    if key not in _FIELDS:
+    field = _FIELD_OF_EFFECT.get(effect.id) or _FIELDS.get(key)
+    if field is None:
         return _reading(effect, experiment, without, acting, step, phase, regimes)
-    name, unit = _FIELDS[key]
+    name, unit = field
     return Course(after[name] - before[name], unit, phase, regimes)
 
 

@@ -52,7 +52,7 @@ def _beside_others(name: str, read: Mapping[str, tuple[np.ndarray, np.ndarray]])
     least, most = np.quantile(right - against, (_SHARE, 1.0 - _SHARE))
     if np.quantile(own - against, _SHARE) < never or least < lowest or most > highest:
         return ""
-    return (f"reads {own.mean():.0f} degC on average, {words} {against.mean():.0f} degC: it looks as if given in degF; it would be "
+    return (f"looks as if given in degF: it reads {own.mean():.0f} degC on average, {words} {against.mean():.0f} degC; it would be "
             f"{right.mean():.0f} degC")
 
 
@@ -60,7 +60,7 @@ def _hot_air(read: np.ndarray) -> str:
     """That the air is as hot as hardly ever; '' where it is not. All others may be in degF as well, as one device reads them."""
     if np.quantile(read, _SHARE) < _HOT:
         return ""
-    return (f"reads {read.mean():.0f} degC on average, as warm as air hardly ever is: it looks as if given in degF, perhaps with others; "
+    return (f"looks as if given in degF, perhaps with others: it reads {read.mean():.0f} degC on average, as warm as air hardly ever is; "
             f"it would be {_from_degf(read).mean():.0f} degC")
 
 

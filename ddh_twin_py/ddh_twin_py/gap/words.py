@@ -5,7 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from ddh_twin_py.gap.effect import Effect
+from ddh_twin_py.gap.sensitivity import AMPLIFIED
 from ddh_twin_py.rig.reader_units import plus_minus, probably
+
+_LEFT = 2.0  # floors from which a signal that is left off is named beside "no gap"
 
 
 def sentence(report: Mapping, catalogue: Mapping[str, Effect], unseen: Sequence[str] = ()) -> str:
@@ -25,6 +28,10 @@ def _no_gap(report: Mapping, unseen: int) -> str:
     text = f"No gap: with its parameters fitted within tolerance the twin explains data not used for that to {after:.1f} times the floor"
     if as_is > 1.2 * after:
         text += f" (unfitted it was {as_is:.1f} times; calibration closes that)"
+    left = {name: row["after"] / row["noise"] for name, row in report["shrink"].items() if name not in AMPLIFIED}
+    worst = max(left, key=left.get, default="")
+    if worst and left[worst] > _LEFT:
+        text += f"; {worst} stays {left[worst]:.1f} times its floor off, and no listed effect explains that"
     but = f", of those that these recordings would show ({unseen} of the catalogue they would not)" if unseen else ""
     return f"{text}; probability of no effect {probably(none)}{but}."
 

@@ -74,7 +74,7 @@ def effect_name(effect: str) -> str:
 
 def set_name(effects: tuple[str, ...] | list[str]) -> str:
     """A set of effects in words."""
-    return " and ".join(effect_name(e) for e in effects) if effects else "no effect: rig and sensors are as known"
+    return " and ".join(effect_name(e) for e in effects) if effects else "no effect: nothing listed is needed"
 
 
 def percent(share: float) -> str:

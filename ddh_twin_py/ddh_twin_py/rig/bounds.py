@@ -62,6 +62,7 @@ TABLE: tuple[tuple[str, tuple[str, float, float]], ...] = (
     ("relief_valve.seat_leakage", _between(0.0, 1.0e-9)),
     ("cylinder.creep_velocity", _between(0.0, 1.0e-2)),
     ("cylinder.run_past_*", _between(0.0, 10.0)),
+    ("load.payload_ratio", _between(0.01, 100.0)),
     ("load.force_slope", _between(-1.0e5, 1.0e5)),
     ("oil.reference_viscosity", _near(100.0)),
     ("oil.viscosity_pressure_coefficient", _between(0.0, 5.0e-8)),

@@ -96,6 +96,11 @@ class Rig:
             record[field] = self.quantities[path].value
         return record
 
+    def lifted(self, declared: float | None = None) -> float:
+        """Payload, kg, that the rod lifts where so much is declared; None or NaN: what the rig declares."""
+        known = declared is not None and declared > 0.0
+        return (declared if known else self["load.payload_mass"]) * self["load.payload_ratio"]
+
     def with_values(self, values: Mapping[str, float], source: str = "given") -> Rig:
         """The same rig with other values.
 

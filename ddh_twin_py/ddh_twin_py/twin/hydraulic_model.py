@@ -70,8 +70,7 @@ class HydraulicModel:
         self.interval = interval
         self.step = step
         self._parameters = rig.parameters
-        if payload_mass is not None and np.isfinite(payload_mass) and payload_mass > 0.0:
-            self._parameters["load_payload_mass"] = payload_mass
+        self._parameters["load_payload_mass"] = rig.lifted(payload_mass)
         self.free_temperature = np.full(N, temperature, dtype=float)
         self.soft_temperature = self.free_temperature.copy()
         self._better = np.zeros(N)

@@ -233,7 +233,7 @@ def duty_point(rig: Rig, duty: Duty, temperature: np.ndarray, ambient: float) ->
     """
     parameters = rig.parameters
     record = parameters[0]
-    record["load_payload_mass"] = duty.payload
+    record["load_payload_mass"] = rig.lifted(duty.payload)
     area = 0.25 * np.pi * record["cylinder_bore"] ** 2
     per_rad = float(record["pump_1_displacement"] / (2.0 * np.pi) / area)
     state = np.zeros(len(HYDRAULIC_STATES))

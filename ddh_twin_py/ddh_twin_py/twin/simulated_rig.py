@@ -83,7 +83,7 @@ class SimulatedRig:
             raise DutyError(f"the seed of the simulated rig is {seed}, a whole number from 0 on is needed")
         check_for_rig(duty, sheet)
         rng = np.random.default_rng(seed)
-        self.rig = (sheet if exactly else sheet.draw(rng)).with_values({"load.payload_mass": duty.payload}, source="duty")
+        self.rig = (sheet if exactly else sheet.draw(rng)).with_values({"load.payload_mass": sheet.lifted(duty.payload)}, source="duty")
         self.info = RigInfo(f"simulated_{seed}", OIL_GRADE, duty.payload)
         self._duty = duty
         self._rng = rng
