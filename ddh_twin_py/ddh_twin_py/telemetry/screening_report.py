@@ -74,7 +74,7 @@ def _field_sentence(cause, signal, value, count, samples, at, mistaken, noise, s
     )
     likely = [m for m, still in zip(signal.mistakes, mistaken, strict=False) if still]
     if likely and count >= max(_LEAST_FOR_UNIT, _LEAST_SHARE_FOR_UNIT * samples):
-        said += f"; it looks as if given in {likely[0].unit} ({_factor(likely[0], signal)}), expected is {unit}"
+        said = f"looks as if given in {likely[0].unit} ({_factor(likely[0], signal)}), expected is {unit}: it {said}"
     return said
 
 
