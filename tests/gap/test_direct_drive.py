@@ -135,7 +135,7 @@ def test_a_payload_that_was_found_holds_for_recordings_that_declare_another(mode
     anew = Experiment(recording, read)  # as another run of the diagnosis makes it
     assert anew.parameters(read)["load_payload_mass"][0] == pytest.approx(anew.payload * read["load.payload_ratio"])
     assert read.lifted(25.0) == pytest.approx(25.0 * read["load.payload_ratio"])
-    assert read.lifted(None) == read.lifted(float("nan")) == read.lifted(read["load.payload_mass"])
+    assert read.lifted(None) == read.lifted(float("nan")) == read.lifted(float("inf")) == read.lifted(read["load.payload_mass"])
 
 
 def test_fitted_parameters_carry_their_spread_and_source(model):

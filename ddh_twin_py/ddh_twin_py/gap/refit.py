@@ -87,14 +87,15 @@ class Refit:
         if not np.isfinite(cost):
             nowhere = np.full((theta.size + x.size,) * 2, np.nan)
             return Refitted(tuple(columns), x, nowhere[theta.size :, theta.size :], nowhere, theta, predictions, -np.inf, np.inf)
-        stale, gained = True, np.inf
         for _ in range(_STEPS):
             local, stale = self._columns(columns, theta, x, scale, predictions), False
             held = self._normal(residual, local, theta, x / scale).held(np.arange(scale.size), room, self._width, theta)
             shared, estimate = held.shared, held.departure
-            promised, gained = abs(cost - held.lowest), 0.0  # less than nothing from a start that a column's direction excludes
-            lengths = Lengths(promised) if promised >= _SETTLED else None
-            while lengths is not None and lengths.next:
+            promised = abs(cost - held.lowest)  # less than nothing from a start that a column's direction excludes
+            if promised < _SETTLED:
+                break
+            gained, lengths = 0.0, Lengths(promised)
+            while lengths.next:
                 share = lengths.next
                 new_theta = self._model.within(theta + share * (shared - theta))
                 new_x = np.array([c.effect.limit(float(a)) for c, a in zip(columns, x + share * (estimate * scale - x), strict=True)])

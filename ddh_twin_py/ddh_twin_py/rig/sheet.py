@@ -8,6 +8,7 @@ at 2.5. A rig file given by a user may name only what differs from the reference
 from __future__ import annotations
 
 import difflib
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from importlib import resources
@@ -97,8 +98,8 @@ class Rig:
         return record
 
     def lifted(self, declared: float | None = None) -> float:
-        """Payload, kg, that the rod lifts where so much is declared; None or NaN: what the rig declares."""
-        known = declared is not None and declared > 0.0
+        """Payload, kg, that the rod lifts where so much is declared; what is no mass, None or NaN or infinite: what the rig declares."""
+        known = declared is not None and 0.0 < declared < math.inf
         return (declared if known else self["load.payload_mass"]) * self["load.payload_ratio"]
 
     def with_values(self, values: Mapping[str, float], source: str = "given") -> Rig:
