@@ -1,6 +1,7 @@
 """Cold start: the allowed speed, two rates against the full free run, what must be monotonic."""
 
 from concurrent.futures import CancelledError
+from dataclasses import replace
 from threading import Event
 
 import numpy as np
@@ -163,6 +164,18 @@ def test_one_control_for_duty_and_cycle(rig, duties):
         said.append(command.step(position, per_rad, 0.02))
     assert np.abs(np.array(said) - one.points["speed"]).max() < 6.0  # the shaft's lag of 15 ms at 120 rad/s2, and half a period
     assert one.duration == pytest.approx(15.7, abs=0.6)
+
+
+def test_what_is_declared_is_lifted_times_the_rigs_ratio(rig, duties):
+    """Of a rig that lifts twice what is declared, half as much declared is the same load, inertia and holding pressure."""
+    whole = duties["paper_cycle"]
+    half = replace(whole, payload=0.5 * whole.payload)
+    air = float(whole.ambient[0])
+    runs = [DutyRun(of.declaring(duty.payload), duty, air, air).cycle(keep=True).points["pressure_piston_side"][:100]
+            for of, duty in ((rig, whole), (rig.with_values({"load.payload_ratio": 2.0}), half), (rig, half))]
+    same, as_declared = (np.abs(other - runs[0]).max() for other in runs[1:])
+    assert same == 0.0 and as_declared > 1e5  # Pa
+    assert rig.declaring(None) is rig.declaring(np.nan) is rig.declaring(np.inf) is rig
 
 
 def test_a_start_can_be_stopped(rig, duties):

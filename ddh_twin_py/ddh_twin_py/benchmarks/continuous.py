@@ -22,6 +22,7 @@ from ddh_twin_py.physics.cylinder import (
     chamber_volume_piston_side,
     chamber_volume_rod_side,
     coulomb_friction,
+    lifted_mass,
     load_force,
     piston_area,
     rod_side_area,
@@ -92,7 +93,7 @@ def derivatives(y, start, command, command_rate, ambient, params, point, edge, w
              - p.cylinder_friction_viscous * velocity - stop - dry * direction)
     out[0] = net_a / (compressibility(raw_a, p) * volume_a) / SCALE[0]
     out[1] = net_b / (compressibility(raw_b, p) * volume_b + p.line_b_compliance) / SCALE[1]
-    out[2] = force / p.load_payload_mass / SCALE[2]
+    out[2] = force / lifted_mass(p) / SCALE[2]
     out[3] = velocity / SCALE[3]
     out[4] = acceleration / SCALE[4]
 

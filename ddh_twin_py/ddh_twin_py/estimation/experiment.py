@@ -26,7 +26,7 @@ from ddh_twin_py.estimation.history import likely_rise, open_motor, rests
 from ddh_twin_py.estimation.sensors import NODE_INDEX, NODE_OF_SENSOR
 from ddh_twin_py.estimation.start import EARLY, START, spread_start, start_error
 from ddh_twin_py.physics.balance import OPERATING_DTYPE
-from ddh_twin_py.physics.cylinder import load_force, piston_area, rod_side_area
+from ddh_twin_py.physics.cylinder import holding_pressure
 from ddh_twin_py.physics.free_run import COMMAND_PARTS, HYDRAULIC_STEP, SAMPLED, free_run_sampled, settle
 from ddh_twin_py.physics.hydraulics import HYDRAULIC_STATES
 from ddh_twin_py.physics.motor_samples import electrical_samples
@@ -184,8 +184,7 @@ class Experiment:
     def _holding_pressure(self, rig: Rig) -> float:
         """Pressure of the piston side that holds the load at the start, Pa."""
         record = self.parameters(rig)[0]
-        rod_side = self._start[PRESSURES[1]] * rod_side_area(record)
-        return float((load_force(self._start["rod_position"], record) + rod_side) / piston_area(record))
+        return float(holding_pressure(self._start["rod_position"], self._start[PRESSURES[1]], record))
 
     def _likely_rise(self, parameters: np.ndarray) -> np.ndarray:
         """Rise of every node above ambient at the start, K, (N,), by the likeliest history; see `history`."""
@@ -285,9 +284,10 @@ class Experiment:
         return self.cycle.phase[COMMAND_PARTS // 2 :: COMMAND_PARTS][: self.axis.size]
 
     def parameters(self, rig: Rig) -> np.ndarray:
-        """The record of a rig for this recording: the payload is the recording's, scaled as the rig's is from that of the sheet."""
+        """The record of a rig for this recording: what the rod lifts is declared outright, in true kg."""
         record = rig.parameters
         record["load_payload_mass"] *= record["load_payload_ratio"] * self.payload / self._sheet_payload
+        record["load_payload_ratio"] = 1.0
         for end, past in self._past.items():
             record[f"cylinder_run_past_{end}"] = past
         return record

@@ -69,7 +69,7 @@ def candidate_tests(rig: Rig, payload: float, ambient: float, warm: np.ndarray) 
     found: dict[str, CandidateTest] = {}
     for load, up, down, dwell, low, high, begun_warm in wanted:
         start = warm if begun_warm else cold
-        loaded = rig.with_values({"load.payload_mass": rig.lifted(load)}, source="candidate test")
+        loaded = rig.declaring(load)
         up, down = _held(loaded, start, 1.0, up), _held(loaded, start, -1.0, down)
         if up is None or down is None:
             continue

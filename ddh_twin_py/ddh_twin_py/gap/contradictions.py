@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from ddh_twin_py.gap.temperature_units import temperature_units
-from ddh_twin_py.physics.cylinder import piston_area, rod_side_area
+from ddh_twin_py.physics.cylinder import load_force, piston_area, rod_side_area
 from ddh_twin_py.rig import Rig
 from ddh_twin_py.telemetry.recording import Recording, Stream
 from ddh_twin_py.telemetry.signals import DRIVE_TOPIC, HYDRAULIC_TOPIC
@@ -89,8 +89,8 @@ def _current(on: dict[str, np.ndarray]) -> str:
 
 def _pressures(on: dict[str, np.ndarray], recording: Recording, rig: Rig) -> str:
     """Which of two pressures carries the load."""
-    load = rig.lifted(recording.rig.payload_mass if recording.rig is not None else None) * rig["load.gravity"]
-    piston, rod = float(piston_area(rig.parameters[0])), float(rod_side_area(rig.parameters[0]))
+    record = rig.declaring(recording.rig.payload_mass if recording.rig is not None else None).parameters[0]
+    piston, rod, load = (float(x) for x in (piston_area(record), rod_side_area(record), load_force(0.5 * rig["cylinder.stroke"], record)))
     one, other = on["pressure_piston_side"], on["pressure_rod_side"]
     here = np.isfinite(one) & np.isfinite(other) & (np.abs(on["rod_velocity"]) > _MOVING)
     if here.sum() < _LEAST:

@@ -14,6 +14,7 @@ import numpy as np
 from ddh_twin_py.estimation.replay import ReplayResult, replay
 from ddh_twin_py.estimation.uncertain_parameters import UNKNOWN_HEATS
 from ddh_twin_py.gap.diagnosis import Lack
+from ddh_twin_py.physics.cylinder import load_force, piston_area
 from ddh_twin_py.rig import Rig
 from ddh_twin_py.telemetry.recording import Recording
 
@@ -80,15 +81,14 @@ def _phases(result: ReplayResult) -> dict[str, np.ndarray]:
 def _balances(result: ReplayResult, rig: Rig, phase: str) -> dict[tuple[str, str, str], np.ndarray]:
     """Left over of torque at the shaft, of force at the piston and, while no check valve can open, of flow into the piston side, (n,)."""
     soft, measured = result.soft, result.measured
-    mass = rig.lifted(result.recording.rig.payload_mass if result.recording.rig is not None else None)
-    load = mass * rig["load.gravity"] + rig["load.force_slope"] * (measured["rod_position"] - 0.5 * rig["cylinder.stroke"])
-    area = 0.25 * np.pi * rig["cylinder.bore"] ** 2
+    record = rig.declaring(result.recording.rig.payload_mass if result.recording.rig is not None else None).parameters[0]
+    load = load_force(measured["rod_position"], record)
     out = {
         ("motor", "mechanical", "N*m"): rig["motor.torque_constant"] * measured["current"] - soft["torque"],
         ("cylinder", "mechanical", "N"): soft["cylinder_force"] - load - soft["friction_force"],
     }
     if phase == "lifting":
-        out[("pump_1", "hydraulic", "m3/s")] = area * measured["rod_velocity"] - soft["pump_1_flow"]
+        out[("pump_1", "hydraulic", "m3/s")] = piston_area(record) * measured["rod_velocity"] - soft["pump_1_flow"]
     return out
 
 

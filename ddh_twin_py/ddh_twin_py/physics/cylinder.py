@@ -35,9 +35,21 @@ def chamber_volume_rod_side(position, p):
 
 
 @inlined
+def lifted_mass(p):
+    """What the rod lifts, kg: what is declared, times the ratio to it."""
+    return p.load_payload_mass * p.load_payload_ratio
+
+
+@inlined
 def load_force(position, p):
     """Force of the load against extension, N: m g + s (x - stroke/2); position x in m."""
-    return p.load_payload_mass * p.load_gravity + p.load_force_slope * (position - 0.5 * p.cylinder_stroke)
+    return lifted_mass(p) * p.load_gravity + p.load_force_slope * (position - 0.5 * p.cylinder_stroke)
+
+
+@inlined
+def holding_pressure(position, pressure_b, p):
+    """Pressure of the piston side, Pa, that holds the load at rest without friction, at position x in m and p_B in Pa."""
+    return (load_force(position, p) + pressure_b * rod_side_area(p)) / piston_area(p)
 
 
 @inlined

@@ -21,6 +21,7 @@ from ddh_twin_py.physics.cylinder import (
     chamber_volume_piston_side,
     chamber_volume_rod_side,
     coulomb_friction,
+    lifted_mass,
     load_force,
     piston_area,
     rod_side_area,
@@ -149,8 +150,9 @@ def _sweep(base_a, base_b, base_v, base_x, step, speed, y_a, y_b, v, soft_a, sof
     fall_a = gain_a * share_a * area_a  # pressure lost per velocity
     rise_b = gain_b * share_b * area_b
 
-    force = p.load_payload_mass / step * base_v - load_force(base_x, p)
-    resistance = p.load_payload_mass / step + p.cylinder_friction_viscous + p.load_force_slope * step
+    inertia = lifted_mass(p) / step
+    force = inertia * base_v - load_force(base_x, p)
+    resistance = inertia + p.cylinder_friction_viscous + p.load_force_slope * step
     if full_a:
         force += rest_a * area_a
         resistance += fall_a * area_a

@@ -97,10 +97,11 @@ class Rig:
             record[field] = self.quantities[path].value
         return record
 
-    def lifted(self, declared: float | None = None) -> float:
-        """Payload, kg, that the rod lifts where so much is declared; what is no mass, None or NaN or infinite: what the rig declares."""
-        known = declared is not None and 0.0 < declared < math.inf
-        return (declared if known else self["load.payload_mass"]) * self["load.payload_ratio"]
+    def declaring(self, payload: float | None) -> Rig:
+        """The same rig as a recording or a duty declares its payload, kg; what is no mass, None or NaN or infinite, declares nothing."""
+        if payload is None or not 0.0 < payload < math.inf:
+            return self
+        return self.with_values({"load.payload_mass": payload}, source="declared")
 
     def with_values(self, values: Mapping[str, float], source: str = "given") -> Rig:
         """The same rig with other values.

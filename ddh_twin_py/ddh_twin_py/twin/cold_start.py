@@ -227,7 +227,7 @@ def start(rig: Rig, duty: Duty, case: Case, hours: float, oil_bound: float = OIL
     check_moves(duty)
     check_for_rig(duty, rig)
     grade = oil_grade(case.grade)
-    filled = with_oil(rig, case.grade).with_values({"load.payload_mass": duty.payload}, source="duty")
+    filled = with_oil(rig, case.grade).declaring(duty.payload)
     ambient = case.ambient + ZERO_CELSIUS
     run = DutyRun(filled, duty, ambient, ambient, patient=True)
     rule = AllowedSpeed(filled, duty)

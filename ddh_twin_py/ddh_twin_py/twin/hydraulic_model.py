@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ddh_twin_py.physics.balance import OPERATING_DTYPE
+from ddh_twin_py.physics.cylinder import holding_pressure
 from ddh_twin_py.physics.free_run import HYDRAULIC_STEP, free_run, settle
 from ddh_twin_py.physics.hydraulics import HYDRAULIC_STATES, POSITION
 from ddh_twin_py.physics.soft_sensor import soft_sensor
@@ -69,8 +70,7 @@ class HydraulicModel:
         self.rig = rig
         self.interval = interval
         self.step = step
-        self._parameters = rig.parameters
-        self._parameters["load_payload_mass"] = rig.lifted(payload_mass)
+        self._parameters = rig.declaring(payload_mass).parameters
         self.free_temperature = np.full(N, temperature, dtype=float)
         self.soft_temperature = self.free_temperature.copy()
         self._better = np.zeros(N)
@@ -110,18 +110,15 @@ class HydraulicModel:
     def _place(self, measured: np.ndarray) -> None:
         """Begin at rest at the measured pressures and position; take the position once it is there."""
         if not self._started:
-            settle(self._parameters, self._state, _first(measured["rod_position"], 0.5 * self.rig["cylinder.stroke"]),
-                   _first(measured["pressure_piston_side"], self._load_pressure()), _first(measured["pressure_rod_side"], 0.0))
+            position = _first(measured["rod_position"], 0.5 * self.rig["cylinder.stroke"])
+            rod_side = _first(measured["pressure_rod_side"], 0.0)
+            holding = holding_pressure(position, rod_side, self._parameters[0])
+            settle(self._parameters, self._state, position, _first(measured["pressure_piston_side"], holding), rod_side)
             self._started = True
             self._placed = bool(np.isfinite(measured["rod_position"]).any())
         elif not self._placed and np.isfinite(measured["rod_position"]).any():
             self._state[POSITION] = _first(measured["rod_position"], np.nan)
             self._placed = True
-
-    def _load_pressure(self) -> float:
-        record = self._parameters[0]
-        area = 0.25 * np.pi * record["cylinder_bore"] ** 2
-        return float(record["load_payload_mass"] * record["load_gravity"] / area)
 
     @staticmethod
     def _filled(measured: np.ndarray, free: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ddh_twin_py.physics.balance import OPERATING_DTYPE
+from ddh_twin_py.physics.cylinder import holding_pressure, piston_area
 from ddh_twin_py.physics.free_run import HYDRAULIC_STEP, free_run, settle
 from ddh_twin_py.physics.hydraulics import HYDRAULIC_STATES, POSITION, SPEED
 from ddh_twin_py.physics.motor import RAD_PER_S_OF_RPM
@@ -231,13 +232,11 @@ def duty_point(rig: Rig, duty: Duty, temperature: np.ndarray, ambient: float) ->
     Raises:
         DutyError: where a cycle takes longer than `LONGEST_CYCLE`.
     """
-    parameters = rig.parameters
+    parameters = rig.declaring(duty.payload).parameters
     record = parameters[0]
-    record["load_payload_mass"] = rig.lifted(duty.payload)
-    area = 0.25 * np.pi * record["cylinder_bore"] ** 2
-    per_rad = float(record["pump_1_displacement"] / (2.0 * np.pi) / area)
+    per_rad = float(record["pump_1_displacement"] / (2.0 * np.pi) / piston_area(record))
     state = np.zeros(len(HYDRAULIC_STATES))
-    settle(parameters, state, duty.start_position, 0.8 * duty.payload * record["load_gravity"] / area, 0.0)
+    settle(parameters, state, duty.start_position, holding_pressure(duty.start_position, 0.0, record), 0.0)
     program = DutyCommand(replace(duty, repeat=1))
     points, temperatures = np.zeros(1, OPERATING_DTYPE), np.empty((1, N))
     air, nowhere, edges = np.full(1, ambient), np.full(1, np.nan), np.zeros(command_size(1))

@@ -42,7 +42,7 @@ def rehearse(rig: Rig, duty: Duty, duration: float | None = None, sensors: Seque
     check_for_rig(duty, rig)
     if duration is None and duty.repeat == 0:
         raise DutyError(f"{duty.file}: repeat is 0, for ever; a duration is needed")
-    loaded = rig.with_values({"load.payload_mass": rig.lifted(duty.payload)}, source="duty")
+    loaded = rig.declaring(duty.payload)
     run = DutyRun(loaded, duty, duty.ambient[0] if start is None else start, float(duty.ambient[0]), period=PERIOD)
     first = run.temperature[None, :].copy()
     points, commands, temperatures, done, longest = [], [], [first], 0, np.inf if duration is None else duration

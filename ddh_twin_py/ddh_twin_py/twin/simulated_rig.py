@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from ddh_twin_py.physics.balance import OPERATING_DTYPE
+from ddh_twin_py.physics.cylinder import holding_pressure, piston_area
 from ddh_twin_py.physics.free_run import SAMPLED, free_run_sampled, settle
 from ddh_twin_py.physics.hydraulics import HYDRAULIC_STATES
 from ddh_twin_py.physics.thermal_network import N, capacities
@@ -32,6 +33,7 @@ CHUNK = 1.0
 """s of telemetry handed over at a time."""
 _SUBINTERVALS = 4
 _STEP = 2.5e-4  # s, finer than the twin's own
+_PRESSED = 0.8  # share of the load that pressure carries at the start; the seals hold the rest
 _INNER = np.array([name in INNER_SENSORS for name in SENSORS])
 _PRESSURES = ("pressure_piston_side", "pressure_rod_side")
 
@@ -83,7 +85,7 @@ class SimulatedRig:
             raise DutyError(f"the seed of the simulated rig is {seed}, a whole number from 0 on is needed")
         check_for_rig(duty, sheet)
         rng = np.random.default_rng(seed)
-        self.rig = (sheet if exactly else sheet.draw(rng)).with_values({"load.payload_mass": sheet.lifted(duty.payload)}, source="duty")
+        self.rig = (sheet if exactly else sheet.draw(rng)).declaring(duty.payload)
         self.info = RigInfo(f"simulated_{seed}", OIL_GRADE, duty.payload)
         self._duty = duty
         self._rng = rng
@@ -106,8 +108,7 @@ class SimulatedRig:
         """Telemetry chunk by chunk; see `simulate`."""
         duty, parameters = self._duty, self.rig.parameters
         record = parameters[0]
-        area = 0.25 * np.pi * record["cylinder_bore"] ** 2
-        rod_speed_per_rad = record["pump_1_displacement"] / (2.0 * np.pi) / area
+        rod_speed_per_rad = record["pump_1_displacement"] / (2.0 * np.pi) / piston_area(record)
         self._temperature = np.full(N, duty.ambient[0])
         met, capacity = self._surroundings, np.empty(N)
         if met is not None:
@@ -115,7 +116,7 @@ class SimulatedRig:
         top_share = self.rig["tank.top_share"]
         reading = all_sensed(self._temperature, top_share)
         state = np.zeros(len(HYDRAULIC_STATES))
-        settle(parameters, state, duty.start_position, 0.8 * duty.payload * record["load_gravity"] / area, 0.0)
+        settle(parameters, state, duty.start_position, _PRESSED * holding_pressure(duty.start_position, 0.0, record), 0.0)
         points, temperatures = np.zeros(_SUBINTERVALS, OPERATING_DTYPE), np.empty((_SUBINTERVALS, N))
         nowhere = np.full(_SUBINTERVALS, np.nan)
         end, sample = np.array([CONTROL_PERIOD - 1e-9]), np.zeros((1, len(SAMPLED)))

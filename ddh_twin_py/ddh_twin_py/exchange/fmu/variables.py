@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-
 from ddh_twin_py.physics.balance import OPERATING_FIELDS
+from ddh_twin_py.physics.cylinder import holding_pressure
 from ddh_twin_py.physics.free_run import HYDRAULIC_STEP
 from ddh_twin_py.physics.thermal_network import NODES
 from ddh_twin_py.rig import Rig
@@ -52,18 +51,18 @@ def _inputs(rig: Rig) -> list[Variable]:
     air = ZERO_CELSIUS + rig["ambient"]
     return [
         Variable(INPUT, "speed_command", "rad/s", "what the drive is asked for; positive raises the load", 0.0, INPUT),
-        Variable(INPUT + 1, "payload_mass", "kg", "everything that the rod lifts", rig[_PAYLOAD], INPUT),
+        Variable(INPUT + 1, "payload_mass", "kg", "declared, of everything that the rod lifts", rig[_PAYLOAD], INPUT),
         Variable(INPUT + 2, "ambient_temperature", "K", "air around the unit", air, INPUT),
     ]
 
 
 def _settings(rig: Rig) -> list[Variable]:
-    area = 0.25 * np.pi * rig["cylinder.bore"] ** 2
+    middle = 0.5 * rig["cylinder.stroke"]
     rows = (
         ("start.temperature", "K", "of all nodes at the start", ZERO_CELSIUS + rig["ambient"]),
-        ("start.rod_position", "m", "at the start, 0 is fully retracted", 0.5 * rig["cylinder.stroke"]),
+        ("start.rod_position", "m", "at the start, 0 is fully retracted", middle),
         ("start.pressure_piston_side", "Pa", "gauge, at the start; its own start holds the payload of the rig file",
-         rig[_PAYLOAD] * rig["load.gravity"] / area),
+         holding_pressure(middle, 0.0, rig.parameters[0])),
         ("start.pressure_rod_side", "Pa", "gauge, at the start", 0.0),
         ("solver.longest_interval", "s", "a communication step is cut into equal intervals that are not longer", INTERVAL),
         ("solver.hydraulic_step", "s", "wanted step of pressures, piston and shaft; a whole number fills an interval", HYDRAULIC_STEP),
