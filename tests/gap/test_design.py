@@ -8,7 +8,8 @@ import pytest
 from ddh_twin_py.estimation.comparison import Discrepancy
 from ddh_twin_py.estimation.experiment import Experiment
 from ddh_twin_py.gap.catalogue import EFFECTS
-from ddh_twin_py.gap.design import DETECTED, SIZES, classes, design, detection, separations
+from ddh_twin_py.gap.design import classes, design, separations
+from ddh_twin_py.gap.detection import DETECTED, SIZES, detection
 from ddh_twin_py.gap.direct_drive import DirectDrive
 from ddh_twin_py.gap.hypotheses import POWER, SLACK
 from ddh_twin_py.gap.linearised import linearise

@@ -77,6 +77,14 @@ def test_every_verdict_makes_a_whole_page(kind, diagnoses):
     assert "nan" not in re.sub(r"<script.*?</script>", "", markup, flags=re.DOTALL).lower()
 
 
+def test_no_gap_says_how_large_each_effect_would_have_to_be(diagnoses):
+    table = gap_document(diagnoses["no_gap"]).html().partition("What would have shown")[2].partition("</table>")[0]
+    rows = re.findall(r'<th scope="row">(.*?)</th>', table)
+    assert rows == ["load: mass", "pump 1: friction", "tank: cooling"]  # what shows least last
+    assert "mass −2.00 kg" in table and '<td class="n">1.9</td>' in table
+    assert all("What would have shown" not in gap_document(diagnoses[kind]).html() for kind in KINDS if kind != "no_gap")
+
+
 def test_every_hypothesis_place_and_signal_is_there_with_its_figures(diagnoses):
     for kind, diagnosis in diagnoses.items():
         said = " ".join(Page(gap_document(diagnosis).html()).words)

@@ -2,6 +2,7 @@
 
 import numpy as np
 from ddh_twin_py.estimation.calibration import FittedParameter
+from ddh_twin_py.gap.detection import Detection
 from ddh_twin_py.gap.diagnosis import Diagnosis, Lack, Shape, Trace, Weighed
 from ddh_twin_py.rig import load_rig
 
@@ -20,6 +21,12 @@ SIGNALS = {  # unit, floor, how far off the twin is in floors, and what it hangs
     "temperature/tank_oil": ("K", 0.15, 1.4, "warm"),
 }
 _NO_GAP = ("no_gap", "insufficient")
+_GAIN = {"faint": 0.4, "moderate": 9.0, "clear": 40.0}
+_DETECTABLE = [
+    Detection("tank.cooling", "W/K", None, None, "temperature/tank_oil", {"faint": 0.1, "moderate": None, "clear": None}),
+    Detection("pump_1.friction", "N*m", 0.25, 3.1, "current", _GAIN),
+    Detection("load.mass", "kg", -2.0, 1.9, "pressure_piston_side", _GAIN),
+]
 
 
 def made_diagnosis(kind="explained", seconds=600.0, interval=0.05, seed=7):
@@ -43,6 +50,7 @@ def made_diagnosis(kind="explained", seconds=600.0, interval=0.05, seed=7):
         parameters=[] if kind == "insufficient" else _PARAMETERS, shapes=_shapes() if kind == "unknown" else [], rig=load_rig(),
         assumptions=["Noise is white.", "The <sheet>'s tolerances are normal distributions."], seconds={"reading": 0.8, "fitting": 12.3},
         added={"explained": ("pump_1.leakage",), "ambiguous": ("pump_1.friction",)}.get(kind, ()),
+        detectable=_DETECTABLE if kind == "no_gap" else [],
     )
 
 

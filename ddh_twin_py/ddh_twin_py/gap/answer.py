@@ -7,10 +7,13 @@ from dataclasses import replace
 
 import numpy as np
 
+from ddh_twin_py.estimation.calibration import FittedParameter
 from ddh_twin_py.gap import size
 from ddh_twin_py.gap.classes import classes_of
 from ddh_twin_py.gap.departure import departure_of
+from ddh_twin_py.gap.detection import SIZES, Detection, detection
 from ddh_twin_py.gap.diagnosis import Diagnosis, Weighed
+from ddh_twin_py.gap.effect import Effect
 from ddh_twin_py.gap.held_best import HeldBest
 from ddh_twin_py.gap.held_runs import HeldRuns, ratios_of
 from ddh_twin_py.gap.law_freedom import gain_of_freedom
@@ -26,6 +29,7 @@ from ddh_twin_py.gap.two_effects import doubted
 from ddh_twin_py.gap.unknown import FREEDOM, Unknown, bent, borne_out, far_off, halfway, left_behind, refuted, unknown_beside, worsened
 from ddh_twin_py.gap.verdict import Verdict, judge, less_believed
 from ddh_twin_py.gap.words import sentence
+from ddh_twin_py.rig.sheet import CUT
 
 _NEARLY, _SHRINKS, _LOUD = 1.25, 0.95, 15.0  # without commissioning: a gap so small that no effect shrinks is none, unless
 # parameters would have to be so far off that the log evidence of an effect is larger than a flaw of the laws makes it
@@ -33,6 +37,7 @@ LISTED = 0.01
 """Probability from which an effect or a set is listed."""
 _NO_NEARER = 0.99  # share of the gap of held-out data without any effect, from which a hypothesis does not help with it
 _NO_HELP = "held-out data show nothing beyond the floor, and the best listed hypothesis brings them no nearer; it is less believed"
+_AT_END = 0.01  # deviations from the end of its tolerance within which a parameter is pressed against it
 _MOST = 12  # sets and effects listed
 
 
@@ -81,6 +86,9 @@ def diagnosis(model: Diagnosable, found: Found, theta: np.ndarray, hidden: Seque
     listed = sorted([*listed, ()], key=lambda ids: -verdict.sets.get(ids, 0.0))
     weighed = [_weighed(model, found, ids, verdict.sets.get(ids, 0.0), runs) for ids in listed]
     first = signals[0]
+    spread = np.sqrt(np.diagonal(found.linearised.basis.covariance()))
+    parameters = model.fitted_parameters(leader.theta, spread)
+    detectable = [detection(found.linearised, e) for e in _asked(found)] if verdict.word == "no_gap" else []
     report = {
         "verdict": verdict.word,
         "gap": {"as_is": size.gap(as_is, floor), "before": gap_before, "after": gap_after,
@@ -94,18 +102,17 @@ def diagnosis(model: Diagnosable, found: Found, theta: np.ndarray, hidden: Seque
                           "after_interval": runs.interval(name, runs.of(leader))} for name in names if name in before and name in first},
         "unknown": verdict.unknown, "next_test": model.next_test(found, verdict, unknown), "held_out": held.words,
         "notes": [*unknown.notes, *([described(learned, gap_before, gap_after)] if learned else []), *model.notes(),
-                  *_not_seen(hidden), *(_since_when(found) if verdict.word == "no_gap" else [])],
+                  *_not_seen(hidden), *(_since_when(found) if verdict.word == "no_gap" else []), *_would_not_show(detectable),
+                  *_at_the_end(parameters)],
     }
-    spread = np.sqrt(np.diagonal(found.linearised.basis.covariance()))
     inputs = model.unknown_inputs(plain, spread) if verdict.word != "no_gap" else []
-    parameters = model.fitted_parameters(leader.theta, spread)
     believed = acting if learned or verdict.word in ("explained", "ambiguous") else []
     return Diagnosis(
         report=report, sentence=sentence(report, model.catalogue, hidden), recordings=model.recordings,
         traces=held.traces(before_runs[0], runs.of(leader)[0], floor), axes=held.axes(leader.theta, acting),
         lacking=rows, alone=alone(model, found), inputs=inputs, weighed=weighed, confusable=confusable, parameters=parameters,
         shapes=unknown.shapes, rig=model.rig_with(leader.theta, believed, spread, joint=leader.joint if believed else None),
-        added=leader.effects,
+        added=leader.effects, detectable=detectable,
         assumptions=model.assumptions, seconds=dict(seconds), catalogue=model.catalogue)
 
 
@@ -149,6 +156,26 @@ def _in_field(model: Diagnosable, fitted: Refitted, floor: Mapping[str, float]) 
 def _not_seen(hidden: Sequence[str]) -> list[str]:
     """A note on effects that no signal would show, none where there are none."""
     return [f"can be neither found nor excluded, as no signal of these recordings would show it: {', '.join(hidden)}"] if hidden else []
+
+
+def _asked(found: Found) -> list[Effect]:
+    """Effects that move any signal, each once."""
+    return list({column.effect.id: column.effect for column in found.linearised.columns}.values())
+
+
+def _would_not_show(detectable: Sequence[Detection]) -> list[str]:
+    """A note on what no gap does not exclude, none where every effect would have been found."""
+    missed = [d.effect for d in detectable if not d.detects("moderate")]
+    return [f"no gap excludes what these recordings would have shown; not so, even with its worst signal moved by {SIZES['moderate']:g} "
+            f"times its noise or as far as it can: {', '.join(missed)}"] if missed else []
+
+
+def _at_the_end(parameters: Sequence[FittedParameter]) -> list[str]:
+    """A note on parameters that a fit pressed against the end of their tolerance, none where there are none."""
+    pressed = [f"{p.name} ({'above' if p.moved > 0.0 else 'below'} {p.prior:.4g} {p.unit})"
+               for p in parameters if abs(p.moved) > CUT - _AT_END]
+    return [f"fitted to the very end of its tolerance, {CUT:g} standard deviations off, so that the sheet may be wrong there: "
+            f"{', '.join(pressed)}"] if pressed else []
 
 
 def _since_when(found: Found) -> list[str]:

@@ -9,6 +9,7 @@ import numpy as np
 
 from ddh_twin_py.estimation.calibration import FittedParameter
 from ddh_twin_py.gap.catalogue import EFFECTS
+from ddh_twin_py.gap.detection import Detection
 from ddh_twin_py.gap.effect import Effect
 from ddh_twin_py.rig import Rig
 
@@ -104,6 +105,7 @@ class Diagnosis:
         weighed: hypotheses, most probable first. confusable: for each effect of a class, why it cannot be told from the others.
         parameters: of the rig, fitted, with prior, posterior and source (``rig.quantities[name].source``).
         shapes: of what is unknown. rig: with parameters fitted and the winning effect written into it.
+        detectable: how large each effect would have to be to be found in these recordings; of no gap alone.
         assumptions: texts for the end of the page. seconds: by stage. catalogue: effects by id.
     """
 
@@ -125,3 +127,4 @@ class Diagnosis:
     inputs: list[Lack] = field(default_factory=list)
     damage: list[str] = field(default_factory=list)
     added: tuple[str, ...] = ()
+    detectable: list[Detection] = field(default_factory=list)

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ddh_twin_py.report import document as doc
+from ddh_twin_py.report.gap_detectable import detectable
 from ddh_twin_py.report.gap_hypotheses import classes, effects_ranked, hypotheses
 from ddh_twin_py.report.gap_parameters import parameters_table
 from ddh_twin_py.report.gap_places import drawing_of, drawings, lacking_table
@@ -41,6 +42,8 @@ def gap_document(diagnosis: Diagnosis) -> doc.Document:
     if diagnosis.traces:
         page.add("Measured less twin, before and after", doc.note(_residual_note(diagnosis)), *residual_sections(diagnosis))
     page.add("What is left", shrink_table(diagnosis))
+    if diagnosis.detectable:
+        page.add("What would have shown", detectable(diagnosis))
     page.add("What no listed effect explains", unknown(diagnosis))
     page.add("What the twin lacks", _lacking(diagnosis))
     page.add("The next test", _next_test(report["next_test"], report["verdict"]))

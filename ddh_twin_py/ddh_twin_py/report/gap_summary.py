@@ -104,7 +104,7 @@ def _hypotheses(diagnosis: Diagnosis) -> list[Text]:
 def _places(report: dict) -> list[Text]:
     lines = []
     for i, row in enumerate(report["where"][:_MOST_PLACES]):
-        phase = "all phases" if row["phase"] == "all" else row["phase"]
+        phase = "mean" if row["phase"] == "all" else row["phase"]
         said = (f"{percent(row['share']):>8}  {component_name(row['component'])}, {row['domain']}, {phase}: "
                 f"{plus_minus(row['missing'], row['std'], row['unit'], sign=True)}")
         line = Text(("where      " if i == 0 else " " * 11) + said)

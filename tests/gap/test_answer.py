@@ -1,0 +1,22 @@
+"""What an answer says beside its verdict."""
+
+from ddh_twin_py.estimation.calibration import FittedParameter
+from ddh_twin_py.gap.answer import _at_the_end, _would_not_show
+from ddh_twin_py.gap.detection import Detection
+
+
+def test_what_a_record_would_not_have_shown_is_no_part_of_no_gap():
+    shown = Detection("load.mass", "kg", 1.0, 2.0, "current", {"faint": 0.1, "moderate": 9.0, "clear": 50.0})
+    faint = Detection("pump_1.leakage", "1", 1.0, 7.0, "speed", {"faint": 0.1, "moderate": 1.0, "clear": 50.0})
+    impossible = Detection("tank.cooling", "W/K", None, None, "", dict.fromkeys(("faint", "moderate", "clear")))
+    (note,) = _would_not_show([shown, faint, impossible])
+    assert note.endswith(": pump_1.leakage, tank.cooling")
+    assert _would_not_show([shown]) == []
+
+
+def test_a_parameter_pressed_against_its_tolerance_is_named():
+    free, high, low = (FittedParameter(name, "bar", 10.0, 2.0, value, 0.1, True) for name, value in
+                       (("oil.a", 14.8), ("oil.b", 15.0), ("oil.c", 5.0)))
+    (note,) = _at_the_end([free, high, low])
+    assert note.endswith(": oil.b (above 10 bar), oil.c (below 10 bar)")
+    assert _at_the_end([free]) == []
