@@ -59,3 +59,18 @@ def test_a_begin_that_is_read_and_a_parameter_that_is_known_explain_nothing():
 
 def test_a_hypothesis_keeps_to_its_bounds():
     assert left(Warming(gain=6.0), open_gain=5.0) == pytest.approx(0.3 * np.sqrt(2.0 / 3.0) / NOISE, rel=0.1)
+
+
+class Opening(Warming):
+    """The same with a valve that is open where its deviation is above 1, shut below."""
+
+    def _flow(self, gain, begin):
+        return self._command * (1.0 + 0.1 * max(0.0, gain - 1.0))
+
+
+@pytest.mark.parametrize(("closely", "most"), [(False, np.inf), (True, 1.06)])
+def test_a_valve_that_is_shut_where_the_rig_was_fitted_counts_once_it_is_looked_at_closely(closely, most):
+    held = Opening(gain=2.8, is_open=False)
+    best = HeldBest(held, {"flow": 1.0}, lambda theta: np.clip(theta, -3.0, 3.0), np.zeros(1), np.diag([2.0]) ** 2)
+    found = best.over(np.array([1.5]), (), closely)["flow"]
+    assert found <= most and (closely or found > 4.0)

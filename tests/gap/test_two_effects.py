@@ -11,7 +11,7 @@ from ddh_twin_py.gap.unknown import Unknown
 from support.first_order import EFFECTS
 
 COLUMNS = [Column(effect, 0, 0.1, 5.0, "flow", []) for effect in EFFECTS]
-NOTHING = Unknown(0.01, [], "valve", "hydraulic", 0.0, "1")
+NOTHING = Unknown(0.01, [], 0.0, "1")
 
 
 def linearised(likeness):

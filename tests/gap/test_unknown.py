@@ -10,7 +10,7 @@ HOUSING, WINDING = "temperature/motor_housing", "temperature/motor_winding"
 
 def unknown(*gains):
     forms = [FreeForm(signal, gain, 3.0, ["time"], "all") for signal, gain in gains]
-    return Unknown(0.98, forms, "motor", "thermal", 0.5, "K", [])
+    return Unknown(0.98, forms, 0.5, "K", [])
 
 
 def test_what_held_out_data_show_too_stays():
@@ -40,7 +40,7 @@ def test_a_signal_that_held_out_data_lack_tells_nothing_against_it():
 
 @pytest.mark.parametrize(("left", "closed", "sure"), [(1.5, 0.58, False), (1.1, 0.58, True), (1.5, 0.9, True), (0.9, None, True)])
 def test_two_effects_that_leave_much_of_the_gap_are_not_sure_to_be_all(left, closed, sure):
-    nothing = Unknown(0.01, [], "motor", "thermal", 0.0, "1")
+    nothing = Unknown(0.01, [], 0.0, "1")
     after = halfway(nothing, left, closed)
     assert (after is nothing) if sure else (after.probability == pytest.approx(0.4) and "58%" in after.notes[0])
 
@@ -51,7 +51,7 @@ def test_two_effects_that_leave_much_of_the_gap_are_not_sure_to_be_all(left, clo
     (3.0, 9.0, False, 0.0, 0.02), (6.0, 9.0, False, 0.95, 1.0),
 ])  # fmt: skip
 def test_what_the_best_hypothesis_leaves_behind_on_held_out_data_is_unknown(left, before, built, least, most):
-    nothing = Unknown(0.01, [], "motor", "thermal", 0.0, "1")
+    nothing = Unknown(0.01, [], 0.0, "1")
     floor = {"pressure_rod_side": (2.0e4, "Pa"), "current": (0.1, "A")}
     after = left_behind(nothing, {"current": 1.0, "pressure_rod_side": left}, {"current": 1.0, "pressure_rod_side": before}, floor, built)
     assert least <= after.probability <= most
@@ -61,7 +61,7 @@ def test_what_the_best_hypothesis_leaves_behind_on_held_out_data_is_unknown(left
 
 
 def test_what_neither_field_nor_held_out_data_show_explained_is_unknown():
-    nothing = Unknown(0.01, [], "drive", "mechanical", 0.0, "1")
+    nothing = Unknown(0.01, [], 0.0, "1")
     left, before, floor = {"speed": 4.2}, {"speed": 4.9}, {"speed": (0.1, "rad/s")}
     assert left_behind(nothing, left, before, floor, True, {"speed": 1.1}).probability < 0.02
     assert left_behind(nothing, left, before, floor, True, {"speed": 4.0}).probability > 0.95
@@ -71,19 +71,19 @@ def test_what_neither_field_nor_held_out_data_show_explained_is_unknown():
 
 
 def test_a_rig_whose_laws_follow_no_signal_to_the_floor_leaves_nothing_behind():
-    nothing = Unknown(0.01, [], "motor", "thermal", 0.0, "1")
+    nothing = Unknown(0.01, [], 0.0, "1")
     assert left_behind(nothing, {}, {}, {}) is nothing
 
 
 def test_two_effects_are_not_blamed_for_a_start_that_nothing_tells():
-    nothing = Unknown(0.01, [], "motor", "thermal", 0.0, "1")
+    nothing = Unknown(0.01, [], 0.0, "1")
     assert halfway(nothing, 10.2, 0.07, slow=13.4) is nothing
     assert halfway(nothing, 10.2, 0.07, slow=2.0).probability == pytest.approx(0.4)
 
 
 @pytest.mark.parametrize(("without", "left", "least"), [(2.0, 1.5, 0.01), (1.0, 1.04, 0.01), (1.15, 1.28, 0.7), (10.1, 10.3, 0.01)])
 def test_what_makes_held_out_data_worse_is_not_believed(without, left, least):
-    after = refuted(Unknown(0.01, [], "motor", "thermal", 0.0, "1"), without, left)
+    after = refuted(Unknown(0.01, [], 0.0, "1"), without, left)
     assert after.probability == least and bool(after.notes) is (least > 0.1)
 
 
@@ -95,7 +95,7 @@ def test_what_makes_held_out_data_worse_is_not_believed(without, left, least):
     ({}, None, 1, False),
 ])
 def test_where_most_signals_of_held_out_data_are_far_off_something_is_unknown(left, closed, effects, sure):
-    nothing = Unknown(0.01, [], "motor", "thermal", 0.0, "1")
+    nothing = Unknown(0.01, [], 0.0, "1")
     after = far_off(nothing, left, closed, effects)
     assert (after is not nothing) is sure
     if sure:
@@ -106,13 +106,13 @@ def test_where_most_signals_of_held_out_data_are_far_off_something_is_unknown(le
     (1.1, 2.35, True), (7.0, 7.3, False), (2.2, 2.5, False), (1.0, 1.3, False), (3.0, 6.7, True),
 ])
 def test_a_cause_that_moves_a_signal_away_is_not_believed(before, left, away):
-    nothing = Unknown(0.01, [], "motor", "thermal", 0.0, "1")
+    nothing = Unknown(0.01, [], 0.0, "1")
     after = worsened(nothing, {"temperature/line_b": left, "current": 1.0}, {"temperature/line_b": before, "current": 5.0})
     assert (after.probability > 0.7 and "temperature/line_b" in after.notes[0]) if away else after.probability < 0.1
 
 
 def test_strokes_and_winding_may_be_moved_away():
-    nothing = Unknown(0.01, [], "motor", "thermal", 0.0, "1")
+    nothing = Unknown(0.01, [], 0.0, "1")
     assert worsened(nothing, {"rod_position": 9.0, WINDING: 9.0}, {"rod_position": 1.0, WINDING: 1.0}) is nothing
 
 
@@ -121,5 +121,5 @@ def test_strokes_and_winding_may_be_moved_away():
     (100.0, 9000.0, 0.0, 0.02),  # a little of very much
 ])
 def test_a_cause_whose_law_must_bend_is_not_the_cause(gained, explained, least, most):
-    after = bent(Unknown(0.01, [], "motor", "thermal", 0.0, "1"), gained, explained)
+    after = bent(Unknown(0.01, [], 0.0, "1"), gained, explained)
     assert least <= after.probability <= most and bool(after.notes) is (least > 0.5)

@@ -27,7 +27,7 @@ from ddh_twin_py.gap.taken_up import not_shown
 from ddh_twin_py.gap.tolerance import too_small, without_parameters
 from ddh_twin_py.gap.two_effects import doubted
 from ddh_twin_py.gap.unknown import FREEDOM, Unknown, bent, borne_out, far_off, halfway, left_behind, refuted, unknown_beside, worsened
-from ddh_twin_py.gap.verdict import Verdict, judge, less_believed
+from ddh_twin_py.gap.verdict import LIKELY, Verdict, judge, less_believed
 from ddh_twin_py.gap.words import sentence
 from ddh_twin_py.rig.sheet import CUT
 
@@ -37,6 +37,7 @@ LISTED = 0.01
 """Probability from which an effect or a set is listed."""
 _NO_NEARER = 0.99  # share of the gap of held-out data without any effect, from which a hypothesis does not help with it
 _NO_HELP = "held-out data show nothing beyond the floor, and the best listed hypothesis brings them no nearer; it is less believed"
+_SUSPECT = 2.0  # floors that a signal of held-out data is off beside the leader, from which all is looked at closely before it is doubted
 _AT_END = 0.01  # deviations from the end of its tolerance within which a parameter is pressed against it
 _MOST = 12  # sets and effects listed
 
@@ -69,11 +70,13 @@ def diagnosis(model: Diagnosable, found: Found, theta: np.ndarray, hidden: Seque
     unknown = replace(unknown, notes=[*unknown.notes, *notes])
     speaks = leader.log_evidence - none.log_evidence
     within = gap_before <= _NEARLY and shrunk > _SHRINKS * gap_before and speaks < _LOUD
+    if unknown.probability >= LIKELY:
+        unknown = replace(unknown, places=model.free_places(found, unknown.forms))
     verdict = judge(found, unknown, all(model.altered) and within)
     learned = None
     if verdict.word == "no_gap":
         leader = none
-    elif verdict.word == "unknown" and (terms := model.learned_terms(unknown.component, unknown.domain)):
+    elif verdict.word == "unknown" and (terms := model.learned_terms(unknown.places[0].component, unknown.places[0].domain)):
         learned = learn(model, found, terms, runs.gap)
         leader = learned or leader
     acting, after = leader.acting, runs.ratios(leader)
@@ -81,7 +84,7 @@ def diagnosis(model: Diagnosable, found: Found, theta: np.ndarray, hidden: Seque
     classes, confusable = classes_of(found.linearised, verdict.effects)
     rows = places(model, found, verdict)
     if verdict.word == "unknown":
-        rows = [*unknown_places(model, found, unknown, best), *(row for row in rows if row.regime)]
+        rows = unknown_places(model, found, unknown, best)
     listed = [ids for ids, p in list(verdict.sets.items())[:_MOST] if p >= LISTED and ids]
     listed = sorted([*listed, ()], key=lambda ids: -verdict.sets.get(ids, 0.0))
     weighed = [_weighed(model, found, ids, verdict.sets.get(ids, 0.0), runs) for ids in listed]
@@ -125,8 +128,11 @@ def _heard(unknown: Unknown, model: Diagnosable, found: Found, leader: Refitted,
     """
     floor, none = runs.floor, found.fitted[()]
     best = HeldBest(runs.held, floor, model.within, plain, found.linearised.basis.covariance())
-    before, over = best.over(plain, ()), best.over(leader.theta, leader.acting)
-    beside_none = best.over(none.theta, ()) if leader.columns else over
+    over = best.over(leader.theta, leader.acting)
+    closely = max(over.values(), default=0.0) > _SUSPECT
+    over = best.over(leader.theta, leader.acting, closely) if closely else over
+    before = best.over(plain, (), closely)
+    beside_none = best.over(none.theta, (), closely) if leader.columns else over
     shrunk = size.of_all(over)
     closed = size.closed(size.of_all(before), shrunk)
     slow = max((ratio for name, ratio in over.items() if name.startswith("temperature/") and name not in AMPLIFIED), default=0.0)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
 import numpy as np
@@ -13,22 +14,23 @@ from ddh_twin_py.gap.catalogue import EFFECTS
 from ddh_twin_py.gap.diagnosis import Lack
 from ddh_twin_py.gap.direct_drive import STEP, DirectDrive
 from ddh_twin_py.gap.drive_inputs import unknown_inputs
-from ddh_twin_py.gap.drive_learned import terms_at
+from ddh_twin_py.gap.drive_learned import terms, terms_at
 from ddh_twin_py.gap.drive_places import course
-from ddh_twin_py.gap.drive_unknown import place_of
 from ddh_twin_py.gap.effect import Effect
+from ddh_twin_py.gap.free_places import FreePlace, free_places
 from ddh_twin_py.gap.held_data import HeldData
 from ddh_twin_py.gap.lacking import Course
 from ddh_twin_py.gap.leftover import FreeForm
 from ddh_twin_py.gap.model import Acting
 from ddh_twin_py.gap.next_test import next_test
 from ddh_twin_py.gap.next_test_of_unknown import next_test_of_unknown
-from ddh_twin_py.gap.refit import Refitted
 from ddh_twin_py.gap.search import Found
+from ddh_twin_py.gap.sensitivity import columns_of
 from ddh_twin_py.gap.unknown import NEEDED_BY, Unknown
 from ddh_twin_py.gap.verdict import Verdict
 from ddh_twin_py.rig import Rig
 from ddh_twin_py.rig.sheet import FIELD_OF_PATH
+from ddh_twin_py.telemetry.signals import DRIVE_FIELDS
 from ddh_twin_py.twin.temperature_sensors import SENSORS
 
 _FEW = 10  # quantities with a tolerance, below which a sheet is taken for exact
@@ -38,6 +40,11 @@ ASSUMPTIONS = [
     "Noise of the sensors is white and as the sheet says; a model's laws are a little wrong in every direction, those of the effects too.",
     "No more than two effects act at once.",
 ]
+
+
+def reader_of(signal: str) -> str:
+    """The component that reads a signal: what the drive tells, it measures itself."""
+    return "drive" if signal in DRIVE_FIELDS else "sensor"
 
 
 class DriveCase(DirectDrive):
@@ -73,9 +80,12 @@ class DriveCase(DirectDrive):
         """The validation recordings, else the end of each field recording."""
         return HeldData.of(self)
 
-    def place_of(self, found: Found, fitted: Refitted, forms: list[FreeForm]) -> tuple[str, str]:
-        """Component and domain to which free forms point."""
-        return place_of(found, fitted, forms)
+    def free_places(self, found: Found, forms: list[FreeForm]) -> list[FreePlace]:
+        """Places by how much their free inputs explain, the likeliest first."""
+        own = found.linearised
+        with ThreadPoolExecutor(max_workers=2) as pool:
+            columns = [*own.columns, *columns_of(terms(), self, own.theta, own.comparisons, pool)]
+        return free_places(own, columns, self.variables(own.comparisons, own.theta), lambda signal: (reader_of(signal), "measurement"))
 
     def unknown_inputs(self, theta: np.ndarray, spread: np.ndarray) -> list[Lack]:
         """Torque, force, flow and heat left over in the first field recording, less those of the commissioning recording."""

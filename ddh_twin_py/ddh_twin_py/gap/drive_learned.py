@@ -1,4 +1,4 @@
-"""Which terms of the direct driven unit's model may be learned at a place."""
+"""Terms of the direct driven unit's model that no effect is asked of: what a place may lack, and what may be learned there."""
 
 from __future__ import annotations
 
@@ -14,16 +14,29 @@ _RESISTANCES = {  # further friction beside the sheet's: name, unit, step
     "pump_2": (("friction_constant", "N*m", 0.1), ("friction_viscous", "N*m*s", 1.0e-3)),
     "cylinder": (("friction_coulomb", "N", 100.0), ("friction_viscous", "N*s/m", 500.0)),
 }
+_FLOWS = {  # further ways of the oil and what it takes to drive it through: name, unit, step
+    "pump_1": (("leakage", "m3/(s*Pa)", 2.0e-13),),
+    "pump_2": (("leakage", "m3/(s*Pa)", 2.0e-13),),
+    "cylinder": (("cross_leakage", "m3/(s*Pa)", 2.0e-13),),
+    "relief_valve": (("seat_leakage", "m3/(s*Pa)", 2.0e-13),),
+    "line_a": (("pressure_drop_quadratic", "Pa*s2/m6", 5.0e12),),
+    "line_b": (("pressure_drop_quadratic", "Pa*s2/m6", 5.0e12), ("compliance", "m3/Pa", 1.0e-13)),
+}
+
+
+def terms() -> list[Effect]:
+    """Heat, constant and growing with speed; friction, constant and growing; flows and pressure drops."""
+    heat = [_term(component, "thermal", f"learned_{component}_{name}", name, unit, step)
+            for component in _HEATED for name, unit, step in (("heat", "W", 10.0), ("heat_by_speed", "W*s", 0.3))]
+    others = [_term(component, domain, f"{component}_{name}", name, *row)
+              for domain, table in (("mechanical", _RESISTANCES), ("hydraulic", _FLOWS))
+              for component, several in table.items() for name, *row in several]
+    return heat + others
 
 
 def terms_at(component: str, domain: str) -> list[Effect]:
-    """Heat that is constant and heat that grows with speed, where heat is in question; friction, constant and growing, where force is."""
-    if domain == "thermal" and component in _HEATED:
-        return [_term(component, "thermal", f"learned_{component}_heat", "heat", "W", 10.0),
-                _term(component, "thermal", f"learned_{component}_heat_by_speed", "heat_by_speed", "W*s", 0.3)]
-    if domain == "mechanical":
-        return [_term(component, domain, f"{component}_{name}", name, *row) for name, *row in _RESISTANCES.get(component, ())]
-    return []
+    """Those of one place."""
+    return [term for term in terms() if (term.component, term.domain) == (component, domain)]
 
 
 def _not_below_zero(field: str) -> Apply:

@@ -50,16 +50,24 @@ class HeldBest:
         self._used = [{name: index for name, index in own.items() if index.size} for own in used]
         self._slopes = self._sensitivities(theta, (), of_rig, held.run(theta, ()))
 
-    def over(self, theta: np.ndarray, acting: Acting) -> dict[str, float]:
+    def over(self, theta: np.ndarray, acting: Acting, closely: bool = False) -> dict[str, float]:
         """RMS over floor of each signal.
 
         Args:
-            theta: parameters that a fit found, (k,). acting: effects.
+            theta: parameters that a fit found, (k,). acting: effects. closely: take sensitivities anew where the first steps lead; a
+                valve may be open there that is shut where they were taken.
         """
         z, runs = np.zeros(len(self._moves)), self._held.run(theta, acting)
-        cost = self._cost(runs, z)
         of_begin = self._sensitivities(theta, acting, self._of_begin, runs)  # the warmth of oil bends, and what acts bends it
         slopes = [{name: np.hstack([own[name], begin[name]]) for name in own} for own, begin in zip(self._slopes, of_begin, strict=True)]
+        z, runs = self._descended(theta, acting, z, runs, slopes)
+        if closely:
+            z, runs = self._descended(theta, acting, z, runs, self._sensitivities(theta, acting, self._moves, runs, z))
+        return self._over(runs)
+
+    def _descended(self, theta: np.ndarray, acting: Acting, z: np.ndarray, runs: Runs, slopes: Runs) -> tuple[np.ndarray, Runs]:
+        """Where a few steps with the same sensitivities lead, and the runs there."""
+        cost = self._cost(runs, z)
         for _ in range(_STEPS):
             step, gained = self._step(runs, z, slopes), 0.0
             for share in _SHARES:
@@ -71,12 +79,19 @@ class HeldBest:
                     break
             if gained < _SETTLED:
                 break
+        return z, runs
+
+    def _over(self, runs: Runs) -> dict[str, float]:
         return {name: ratio / self._floor[name] for name, ratio in ratios_of(self._held, runs).items()}
 
     def _run(self, theta: np.ndarray, acting: Acting, z: np.ndarray) -> Runs:
+        moved, begin = self._at(theta, z)
+        return self._held.run(moved, acting, self._by_recording(begin))
+
+    def _at(self, theta: np.ndarray, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Parameters (k,) and begins of all recordings after moves."""
         moved = theta + sum((x * by for x, (by, _) in zip(z, self._moves, strict=True)), np.zeros(theta.size))
-        begin = sum((x * by for x, (_, by) in zip(z, self._moves, strict=True)), np.zeros(self._ends[-1]))
-        return self._held.run(self._within(moved), acting, self._by_recording(begin))
+        return self._within(moved), sum((x * by for x, (_, by) in zip(z, self._moves, strict=True)), np.zeros(self._ends[-1]))
 
     def _by_recording(self, begin: np.ndarray) -> list[np.ndarray]:
         return np.split(begin, self._ends[:-1])
@@ -99,13 +114,15 @@ class HeldBest:
                 score -= _WEIGHT / off[name].size * (slope.T @ off[name])
         return cho_solve(cho_factor(information), score)
 
-    def _sensitivities(self, theta: np.ndarray, acting: Acting, moves: list[tuple[np.ndarray, np.ndarray]], runs: Runs) -> Runs:
-        """Of residuals over floors to moves, by recording, signal to (samples, moves); ``runs`` are those before any move."""
+    def _sensitivities(self, theta: np.ndarray, acting: Acting, moves: list[tuple[np.ndarray, np.ndarray]], runs: Runs,
+                       z: np.ndarray | None = None) -> Runs:
+        """Of residuals over floors to moves, by recording, signal to (samples, moves); ``runs`` are those at ``z``, None: before any."""
         base = self._off(runs)
+        at, begins = (theta, np.zeros(self._ends[-1])) if z is None else self._at(theta, z)
 
         def moved(move: tuple[np.ndarray, np.ndarray]) -> Runs:
             by, begin = move
-            return self._off(self._held.run(theta + _DIFFERENCE * by, acting, self._by_recording(_DIFFERENCE * begin)))
+            return self._off(self._held.run(at + _DIFFERENCE * by, acting, self._by_recording(begins + _DIFFERENCE * begin)))
 
         with ThreadPoolExecutor(max_workers=2) as pool:
             changed = list(pool.map(moved, moves))

@@ -13,9 +13,9 @@ from ddh_twin_py.gap.effect import Effect
 if TYPE_CHECKING:
     from ddh_twin_py.estimation.calibration import FittedParameter
     from ddh_twin_py.gap.diagnosis import Lack, Trace
+    from ddh_twin_py.gap.free_places import FreePlace
     from ddh_twin_py.gap.lacking import Course
     from ddh_twin_py.gap.leftover import FreeForm
-    from ddh_twin_py.gap.refit import Refitted
     from ddh_twin_py.gap.search import Found
     from ddh_twin_py.gap.unknown import Unknown
     from ddh_twin_py.gap.verdict import Verdict
@@ -130,8 +130,12 @@ class Diagnosable(Model, Protocol):
         """What took no part."""
         ...
 
-    def place_of(self, found: Found, fitted: Refitted, forms: list[FreeForm]) -> tuple[str, str]:
-        """Component and domain to which free-form discrepancies point."""
+    def free_places(self, found: Found, forms: list[FreeForm]) -> list[FreePlace]:
+        """Places where something unknown may act, the likeliest first, at least one.
+
+        Args:
+            forms: free-form discrepancies beside the best listed hypothesis, that which speaks loudest first.
+        """
         ...
 
     def unknown_inputs(self, theta: np.ndarray, spread: np.ndarray) -> list[Lack]:

@@ -29,7 +29,7 @@ def modulations(block: Block, variables: Mapping[str, np.ndarray],
         place = 2.0 * (time - time[0]) / span - 1.0 if time.size else time
         return ([("all", "time" if degree else "phase") for degree in range(_DEGREES)],
                 np.column_stack([np.polynomial.legendre.legval(place, [0.0] * degree + [1.0]) for degree in range(_DEGREES)]))
-    grown = {key: _centred(values[block.rows]) for key, values in variables.items()}
+    grown = {key: centred(values[block.rows]) for key, values in variables.items()}
     if block.signal == "rod_position":
         warm = {key: values for key, values in grown.items() if key == "oil temperature"}
         return [("all", "phase"), *(("all", key) for key in warm)], np.column_stack([np.ones(time.size), *warm.values()])
@@ -41,7 +41,7 @@ def modulations(block: Block, variables: Mapping[str, np.ndarray],
     return kinds, np.column_stack(forms)
 
 
-def _centred(values: np.ndarray) -> np.ndarray:
+def centred(values: np.ndarray) -> np.ndarray:
     """Values brought to mean 0 and largest size 1."""
     around = values - values.mean()
     return around / max(float(np.abs(around).max(initial=0.0)), 1e-9)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
+
 import numpy as np
 
 from ddh_twin_py.gap.diagnosis import Lack
@@ -10,10 +12,13 @@ from ddh_twin_py.gap.lacking import Acting, chi_square_by_phase, lacks
 from ddh_twin_py.gap.model import Diagnosable
 from ddh_twin_py.gap.refit import Refitted
 from ddh_twin_py.gap.search import Found
+from ddh_twin_py.gap.sensitivity import Column
 from ddh_twin_py.gap.unknown import Unknown
 from ddh_twin_py.gap.verdict import Verdict
 
 _PLACES_ALONE = 5
+_LIKELY = 0.05  # share from which a place is listed where something unknown acts
+_CRUDE = 0.3  # standard deviation of what a free form is large, as a share of it
 
 
 def places(model: Diagnosable, found: Found, verdict: Verdict) -> list[Lack]:
@@ -42,7 +47,6 @@ def places(model: Diagnosable, found: Found, verdict: Verdict) -> list[Lack]:
 def alone(model: Diagnosable, found: Found) -> list[Lack]:
     """What each place would have to add by itself, any of its effects' ways taken as a free input, before one is believed."""
     sums, columns = found.linearised.evidence.sums, found.linearised.columns
-    number, theta = model.altered.index(True), found.linearised.theta
     precision = np.diagonal(sums.information) + WIDTH**-2
     explained = sums.score**2 / precision
     best: dict[str, int] = {}
@@ -51,30 +55,54 @@ def alone(model: Diagnosable, found: Found) -> list[Lack]:
             best.setdefault(columns[i].effect.component, int(i))
     rows = []
     for i in list(best.values())[:_PLACES_ALONE]:
-        column, departure = columns[i], float(sums.score[i] / precision[i])
-        x = column.effect.limit(departure * column.x)
-        if x == 0.0:
-            continue
-        without, acting = model.record(number, theta), model.record(number, theta, [(column.effect, column.law, x)])
-        change = [h * x / column.x for h in column.change]
-        rows.append(Acting(column.effect, model.course(column.effect, without, acting), float(explained[i]),
-                           chi_square_by_phase(change, found.linearised.comparisons), float(1.0 / (departure * np.sqrt(precision[i])))))
-    total = sum(row.share for row in rows) or 1.0
-    return lacks([Acting(r.effect, r.course, r.share / total, r.by_phase, r.relative) for r in rows])
+        departure = float(sums.score[i] / precision[i])
+        rows.append(_by_itself(model, found, columns[i], departure, float(explained[i]), float(1.0 / (departure * np.sqrt(precision[i])))))
+    acting = [row for row in rows if row is not None]
+    total = sum(row.share for row in acting) or 1.0
+    return lacks([Acting(r.effect, r.course, r.share / total, r.by_phase, r.relative) for r in acting])
+
+
+def _by_itself(model: Diagnosable, found: Found, column: Column, departure: float, share: float, relative: float) -> Acting | None:
+    """One way of an effect as it acts with nothing else, at so many multiples of its column; None where its bounds allow nothing."""
+    number, theta = model.altered.index(True), found.linearised.theta
+    x = column.effect.limit(departure * column.x)
+    if x == 0.0:
+        return None
+    without, acting = model.record(number, theta), model.record(number, theta, [(column.effect, column.law, x)])
+    change = [h * x / column.x for h in column.change]
+    return Acting(column.effect, model.course(column.effect, without, acting), share,
+                  chi_square_by_phase(change, found.linearised.comparisons), relative)
 
 
 def unknown_places(model: Diagnosable, found: Found, unknown: Unknown, leader: Refitted) -> list[Lack]:
-    """Where something acts that no listed effect explains, by the phases of its signals' chi-square."""
-    number = model.altered.index(True)
-    comparison = found.linearised.comparisons[number]
-    left = [np.zeros(c.size) for c in found.linearised.comparisons]
-    named = {form.signal for form in unknown.forms if form.gain > 0.0}
-    for block in comparison.blocks:
-        if block.signal in named or not named:
-            left[number][block.rows] = comparison.residual(leader.predictions[number])[block.rows]
-    parts = chi_square_by_phase(left, found.linearised.comparisons)
-    return [Lack(unknown.component, unknown.domain, phase, "", unknown.size, 0.3 * unknown.size, unknown.unit, share)
-            for phase, share in parts.items() if share > 0.0]
+    """Where something acts that no listed effect explains: what each likely place lacks, or the reading that errs there."""
+    likely = [place for place in unknown.places if place.share >= _LIKELY] or unknown.places[:1]
+    whole = sum(place.share for place in likely)
+    acting, rows = [], []
+    for place in likely:
+        share = place.share / whole
+        one = _by_itself(model, found, place.column, place.departure, share, place.relative) if place.departure > 0.0 else None
+        if one is not None:
+            acting.append(one)
+            continue
+        named = {place.signal} if place.signal else {form.signal for form in unknown.forms if form.gain > 0.0}
+        rows += [Lack(place.component, place.domain, phase, "", unknown.size, _CRUDE * unknown.size, unknown.unit, share * part)
+                 for phase, part in _left_by_phase(found, leader, named).items() if part > 0.0]
+    lacking = lacks(acting)
+    rows += [row for row in lacking if not row.regime]
+    return sorted(rows, key=lambda row: -row.share) + [row for row in lacking if row.regime]
+
+
+def _left_by_phase(found: Found, leader: Refitted, named: Collection[str]) -> dict[str, float]:
+    """Parts of what is left beside a hypothesis in some signals, or in all, of the recordings in which effects act; summing to 1."""
+    linearised = found.linearised
+    left = [np.zeros(c.size) for c in linearised.comparisons]
+    for i, (comparison, altered) in enumerate(zip(linearised.comparisons, linearised.model.altered, strict=True)):
+        residual = comparison.residual(leader.predictions[i]) if altered else None
+        for block in comparison.blocks:
+            if residual is not None and (block.signal in named or not named):
+                left[i][block.rows] = residual[block.rows]
+    return chi_square_by_phase(left, linearised.comparisons)
 
 
 def entry_of(row: Lack) -> dict:

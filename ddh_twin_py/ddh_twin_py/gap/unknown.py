@@ -10,6 +10,7 @@ import numpy as np
 from scipy.special import expit
 
 from ddh_twin_py.gap.diagnosis import Shape
+from ddh_twin_py.gap.free_places import FreePlace
 from ddh_twin_py.gap.hypotheses import POWER
 from ddh_twin_py.gap.lacking import PHASES
 from ddh_twin_py.gap.leftover import FreeForm, free_forms
@@ -58,17 +59,16 @@ class Unknown:
 
     Attributes:
         probability: that something outside the catalogue acts. forms: free forms, largest gain first.
-        component, domain: where. size, unit: RMS of the largest free form. shapes: drawn.
+        size, unit: RMS of the largest free form. shapes: drawn. places: where, the likeliest first; see `free_places`.
     """
 
     probability: float
     forms: list[FreeForm]
-    component: str
-    domain: str
     size: float
     unit: str
     shapes: list[Shape] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
+    places: list[FreePlace] = field(default_factory=list)
 
     def raised(self, probability: float, note: str) -> Unknown:
         """The same, at least so probable, with a note that says why."""
@@ -76,7 +76,7 @@ class Unknown:
 
     def entry(self) -> dict:
         """By the contract's schema."""
-        return {"component": self.component, "domain": self.domain, "size": self.size, "unit": self.unit,
+        return {"component": self.places[0].component, "domain": self.places[0].domain, "size": self.size, "unit": self.unit,
                 "depends_on": self.forms[0].depends_on if self.forms else []}
 
 
@@ -112,7 +112,6 @@ def unknown_beside(model: Diagnosable, found: Found, fitted: Refitted) -> Unknow
     linearised = found.linearised
     variables = model.variables(linearised.comparisons, fitted.theta, fitted.acting)
     forms, probability = _judged(linearised, fitted, variables)
-    component, domain = model.place_of(found, fitted, forms)
     number = model.altered.index(True)
     noise, unit = 1.0, "1"
     if forms:
@@ -120,7 +119,7 @@ def unknown_beside(model: Diagnosable, found: Found, fitted: Refitted) -> Unknow
         noise, unit = signal.noise, signal.unit
     named = {f"{name}, {model.variable_units[name]}": values for name, values in variables[number].items()}
     shapes = _shapes(linearised, fitted, named, number, forms[0], unit) if forms and probability > 0.5 else []
-    return Unknown(probability, forms, component, domain, forms[0].size * noise if forms else 0.0, unit, shapes)
+    return Unknown(probability, forms, forms[0].size * noise if forms else 0.0, unit, shapes)
 
 
 def borne_out(unknown: Unknown, power: float, left: Mapping[str, float], closed: float | None, effects: int = 1) -> Unknown:

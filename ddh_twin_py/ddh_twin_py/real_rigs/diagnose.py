@@ -34,7 +34,7 @@ ROUNDS = 3
 _THREADS = 2
 
 
-_NOTHING_ELSE = Unknown(0.0, [], "", "", 0.0, "1")
+_NOTHING_ELSE = Unknown(0.0, [], 0.0, "1")
 
 
 @dataclass(frozen=True)

@@ -12,10 +12,10 @@ from ddh_twin_py.estimation.calibration import INFORMED, FittedParameter
 from ddh_twin_py.estimation.comparison import Comparison
 from ddh_twin_py.gap.diagnosis import Lack
 from ddh_twin_py.gap.effect import Effect
+from ddh_twin_py.gap.free_places import FreePlace
 from ddh_twin_py.gap.lacking import Course
 from ddh_twin_py.gap.leftover import FreeForm
 from ddh_twin_py.gap.model import Acting
-from ddh_twin_py.gap.refit import Refitted
 from ddh_twin_py.gap.search import Found
 from ddh_twin_py.gap.verdict import Verdict
 from ddh_twin_py.real_rigs.description import Description
@@ -172,12 +172,11 @@ class RigModel:
         """Held runs, or the ends of the others."""
         return RigHeld(self)
 
-    def place_of(self, found: Found, fitted: Refitted, forms: list[FreeForm]) -> tuple[str, str]:
+    def free_places(self, found: Found, forms: list[FreeForm]) -> list[FreePlace]:
         """The place of the signal whose free form gains most."""
-        for form in forms:
-            if form.signal in self.description.places:
-                return self.description.places[form.signal]
-        return "rig", "mechanical"
+        named = (self.description.places[form.signal] for form in forms if form.signal in self.description.places)
+        component, domain = next(named, ("rig", "mechanical"))
+        return [FreePlace(component, domain, 0.0, 1.0, None)]
 
     def unknown_inputs(self, theta: np.ndarray, spread: np.ndarray) -> list[Lack]:
         """None: these models have no balances of their own."""

@@ -1,0 +1,154 @@
+"""Where something acts that no listed effect explains: the place whose free inputs explain most of the gap.
+
+At each place everything that its balances can be lacking is free at once: every way of every effect that is listed there and terms of
+the model that no effect is asked of, each constant or other in each phase, and growing with speed and with the oil's warmth. What a
+place lacks is one course in time that moves all signals by the model's own laws; a reading that errs is free in the same way and moves
+itself alone. Places are compared on the evidence of these linear models, on the one linearisation of the case.
+
+Kennedy & O'Hagan, Bayesian calibration of computer models, J. R. Statist. Soc. B 63 (2001) 425, on free discrepancies; MacKay,
+Information Theory, Inference and Learning Algorithms (2003), chapter 28, on their evidence.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ddh_twin_py.estimation.comparison import Block, Comparison
+from ddh_twin_py.estimation.linear_gaussian import gain
+from ddh_twin_py.gap.lacking import PHASES
+from ddh_twin_py.gap.linearised import Linearised
+from ddh_twin_py.gap.modulation import centred
+from ddh_twin_py.gap.sensitivity import TYPICAL, Column
+
+_CONSTANT, _VARYING = 3.0, 1.0  # prior standard deviations of an input and of how it varies, in multiples of a column
+_LEAST = 1e-9  # information below which an input moves nothing
+_SOFTNESS = 0.2  # share of the best place's log evidence by which the odds of places are tempered: the inputs are crude
+_HARDEST = 2.0  # log evidence by which they are tempered at least
+
+
+@dataclass(frozen=True)
+class FreePlace:
+    """One place and how much its free inputs explain.
+
+    Attributes:
+        component, domain: where. log_evidence: over no input. share: probability among all places.
+        column, departure, relative: of its constant inputs the one that explains most, by how many multiples of it, and the standard
+            deviation of that over it; None and 0 where there is none, as of a reading.
+        signal: the reading that errs, else empty.
+    """
+
+    component: str
+    domain: str
+    log_evidence: float
+    share: float
+    column: Column | None
+    departure: float = 0.0
+    relative: float = 0.0
+    signal: str = ""
+
+
+@dataclass(frozen=True)
+class _Inputs:
+    """Rows by recording of one place's inputs: as they are, and varying; ``columns`` are those of the former."""
+
+    constant: list[list[np.ndarray]]
+    varying: list[list[np.ndarray]]
+    columns: list[Column]
+    signal: str = ""
+
+
+def free_places(linearised: Linearised, columns: Sequence[Column], variables: Sequence[Mapping[str, np.ndarray]],
+                reads: Callable[[str], tuple[str, str]]) -> list[FreePlace]:
+    """Places, the likeliest first; one entry for each component.
+
+    Args:
+        linearised: of the case. columns: of effects and of terms that no effect is asked of, taken there.
+        variables: with which an input may grow, by recording: name to values at all bins (rows,).
+        reads: signal to component and domain that errs where its reading does.
+    """
+    courses = [_courses(c, v) for c, v in zip(linearised.comparisons, variables, strict=True)]
+    places: dict[tuple[str, str, str], _Inputs] = {}
+    for column in columns:
+        own = places.setdefault((column.effect.component, column.effect.domain, ""), _Inputs([], [], []))
+        own.constant.append(column.change)
+        own.columns.append(column)
+        own.varying.extend(_varied(column.change, courses))
+    readings = _readings(linearised, courses)
+    places |= {(*reads(inputs.signal), inputs.signal): inputs for inputs in readings}
+    found = [_explained(linearised, key, inputs, math.log(len(readings)) if inputs.signal else 0.0) for key, inputs in places.items()]
+    best: dict[str, FreePlace] = {}
+    for place in sorted((p for p in found if p is not None), key=lambda p: -p.log_evidence):
+        best.setdefault(place.component, place)
+    return _shared(list(best.values()))
+
+
+def _courses(comparison: Comparison, variables: Mapping[str, np.ndarray]) -> list[np.ndarray]:
+    """Courses in time with which what is lacking may vary, (rows,) each; of temperatures and strokes, which sum up, none."""
+    prompt, phase = np.zeros(comparison.size), np.full(comparison.size, -1)
+    for block in comparison.blocks:
+        if _follows_at_once(block):
+            prompt[block.rows], phase[block.rows] = 1.0, block.binning.phase
+    return [*((phase == PHASES.index(name)).astype(float) for name in PHASES[:3]), *(prompt * centred(v) for v in variables.values())]
+
+
+def _follows_at_once(block: Block) -> bool:
+    return block.curves is None and block.signal != "rod_position"
+
+
+def _varied(change: Sequence[np.ndarray], courses: Sequence[Sequence[np.ndarray]]) -> list[list[np.ndarray]]:
+    """An input as it would move the signals with each course in time."""
+    return [[rows * course for rows, course in zip(change, several, strict=True)] for several in zip(*courses, strict=True)]
+
+
+def _readings(linearised: Linearised, courses: Sequence[Sequence[np.ndarray]]) -> list[_Inputs]:
+    """Every reading while effects act, off by a constant, and by what grows with it, with time and with each course."""
+    altered = linearised.model.altered
+    names = dict.fromkeys(b.signal for c, acts in zip(linearised.comparisons, altered, strict=True) if acts for b in c.blocks)
+    out = []
+    for name in names:
+        constant, gained, drifted = ([np.zeros(c.size) for c in linearised.comparisons] for _ in range(3))
+        for i, (comparison, prediction) in enumerate(zip(linearised.comparisons, linearised.predictions, strict=True)):
+            features = comparison.features(prediction) if altered[i] else None
+            for block in comparison.blocks:
+                if features is not None and block.signal == name:
+                    size = TYPICAL * comparison.noise(name) / block.spread
+                    read = features[block.rows] * block.spread
+                    constant[i][block.rows] = size
+                    gained[i][block.rows] = size * read / max(float(np.abs(read).max(initial=0.0)), 1e-12)
+                    drifted[i][block.rows] = size * centred(block.binning.time)
+        out.append(_Inputs([constant], [gained, drifted, *_varied(constant, courses)], [], name))
+    return out
+
+
+def _explained(linearised: Linearised, key: tuple[str, str, str], inputs: _Inputs, penalty: float) -> FreePlace | None:
+    """A place by its constant inputs, or by these and how they vary, whichever has more evidence; None where nothing is moved."""
+    every = [*inputs.constant, *inputs.varying]
+    stacked = [np.column_stack([rows[i] for rows in every]) for i in range(len(linearised.comparisons))]
+    sums = linearised.basis.sums(stacked, linearised.values())
+    widths = np.array([_CONSTANT] * len(inputs.constant) + [_VARYING] * len(inputs.varying))
+    seen = np.flatnonzero(np.diagonal(sums.information) > _LEAST)
+    steady = seen[seen < len(inputs.constant)]
+    if not steady.size:
+        return None
+    log = max(gain(sums.information[np.ix_(some, some)], sums.score[some], widths[some])[0] for some in (steady, seen)) - penalty
+    precision = np.diagonal(sums.information)[steady] + _CONSTANT**-2
+    place = FreePlace(key[0], key[1], float(log), 0.0, None, signal=inputs.signal)
+    i = int(np.argmax(np.where(sums.score[steady] > 0.0, sums.score[steady] ** 2 / precision, -1.0)))
+    departure = float(sums.score[steady[i]] / precision[i])
+    if not inputs.columns or departure <= 0.0:
+        return place
+    relative = float(1.0 / (departure * math.sqrt(precision[i])))
+    return replace(place, column=inputs.columns[steady[i]], departure=departure, relative=relative)
+
+
+def _shared(places: list[FreePlace]) -> list[FreePlace]:
+    """The same with the probability of each."""
+    if not places:
+        return []
+    log = np.array([p.log_evidence for p in places])
+    odds = np.exp((log - log[0]) / max(_HARDEST, _SOFTNESS * log[0]))
+    return [replace(place, share=float(share)) for place, share in zip(places, odds / odds.sum(), strict=True)]

@@ -1,0 +1,63 @@
+"""Where free inputs say that something unknown acts."""
+
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from ddh_twin_py.estimation.comparison import Discrepancy
+from ddh_twin_py.gap.drive_case import reader_of
+from ddh_twin_py.gap.drive_learned import terms, terms_at
+from ddh_twin_py.gap.free_places import free_places
+from ddh_twin_py.gap.hypotheses import POWER, SLACK
+from ddh_twin_py.gap.linearised import linearise
+from support.first_order import EFFECTS, FirstOrder
+
+GAIN, LAG, _ = EFFECTS
+
+
+def places(model, effects):
+    with ThreadPoolExecutor(2) as pool:
+        linearised = linearise(model, effects, np.zeros(3), Discrepancy(), SLACK, POWER, pool)
+    variables = [{"flow rate": np.concatenate([np.abs(c.features(p)[b.rows]) for b in c.blocks])}
+                 for c, p in zip(linearised.comparisons, linearised.predictions, strict=True)]
+    return free_places(linearised, linearised.columns, variables, lambda signal: (f"{signal} meter", "measurement"))
+
+
+def misread(model, name, error):
+    signal = model.signals[1][name]
+    model.signals[1] = {**model.signals[1], name: replace(signal, measured=signal.measured + error(signal.time / signal.time[-1]))}
+
+
+def test_a_fault_of_one_direction_alone_lies_where_its_input_enters():
+    """No law says so: the gain is larger while the command is positive."""
+    model = FirstOrder(np.zeros(3))
+    with_more = model.run_one(1, np.zeros(3), [(GAIN, 0, 0.2)])
+    plain = model.run_one(1, np.zeros(3))
+    for name in plain:
+        misread(model, name, lambda share, name=name: np.where(plain[name] > 0.0, with_more[name] - plain[name], 0.0))
+    found = places(model, [GAIN, LAG])
+    assert (found[0].component, found[0].domain) == ("valve", "hydraulic") and found[0].column.effect is GAIN
+    assert found[0].departure > 0.0 and 0.0 < found[0].relative < 0.5
+    assert sum(place.share for place in found) == pytest.approx(1.0)
+    assert [p.share for p in found] == sorted((p.share for p in found), reverse=True) and found[0].share > 0.9
+    assert len({p.component for p in found}) == len(found)
+
+
+def test_a_reading_that_drifts_away_alone_lies_in_its_meter():
+    model = FirstOrder(np.zeros(3))
+    misread(model, "other_flow", lambda share: 0.2 * share)
+    first = places(model, [GAIN, LAG])[0]
+    assert (first.component, first.signal, first.column) == ("other_flow meter", "other_flow", None) and first.share > 0.9
+
+
+def test_where_nothing_is_off_no_place_is_sure():
+    assert places(FirstOrder(np.zeros(3)), [GAIN, LAG])[0].share < 0.7
+
+
+def test_what_no_effect_is_asked_of_can_be_lacking_at_every_part_with_a_balance():
+    at = {(term.component, term.domain) for term in terms()}
+    assert {("pump_1", "hydraulic"), ("line_b", "hydraulic"), ("motor", "mechanical"), ("tank", "thermal")} <= at
+    assert all(terms_at(*place) for place in at) and terms_at("sensor", "measurement") == []
+    assert len({term.id for term in terms()}) == len(terms())
+    assert reader_of("speed") == "drive" and reader_of("temperature/line_a") == "sensor"
