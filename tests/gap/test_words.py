@@ -32,3 +32,18 @@ def test_sizes_are_in_the_units_of_the_page_and_nothing_is_quite_sure():
     said = sentence(report, EFFECTS)
     assert "quadratic coefficient 0.0181 ± 0.0019 bar/(L/min)²" in said and "probability > 99.5 %" in said
     assert "Pa*s2" not in said and "e+" not in said
+
+
+def _unknown(*shares):
+    where = [{"component": name, "share": share} for name, share in shares]
+    return {"verdict": "unknown", "gap": {"as_is": 9.0, "before": 2.8, "after": 2.8}, "where": where,
+            "unknown": {"component": shares[0][0], "domain": "mechanical"}}
+
+
+@pytest.mark.parametrize(("shares", "place"), [
+    ([("motor", 0.5), ("motor", 0.4), ("pump_1", 0.1)], "at motor (mechanical) that"),
+    ([("pump_1", 0.35), ("motor", 0.3), ("tank", 0.2), ("oil", 0.15)],
+     "at pump_1 (mechanical), 35 % likely, or at motor 30 %, tank 20 %, that"),
+])  # fmt: skip
+def test_an_unknown_place_that_is_not_sure_is_named_with_the_next_ones(shares, place):
+    assert sentence(_unknown(*shares), EFFECTS) == f"There is a gap of 2.8 times the floor {place} no listed effect explains."

@@ -8,6 +8,7 @@ from ddh_twin_py.gap.effect import Effect
 from ddh_twin_py.gap.sensitivity import AMPLIFIED
 from ddh_twin_py.rig.reader_units import plus_minus, probably
 
+_SURE, _OTHERS = 0.7, 2  # probability from which a place is named alone; how many others are named else
 _LEFT = 2.0  # floors from which a signal that is left off is named beside "no gap"
 
 
@@ -56,8 +57,20 @@ def _ambiguous(report: Mapping) -> str:
 
 def _unknown(report: Mapping) -> str:
     unknown = report["unknown"] or {}
-    place = f" at {unknown['component']} ({unknown['domain']})" if unknown else ""
+    place = f" at {unknown['component']} ({unknown['domain']}){_or_elsewhere(report)}" if unknown else ""
     return f"There is a gap of {report['gap']['before']:.1f} times the floor{place} that no listed effect explains."
+
+
+def _or_elsewhere(report: Mapping) -> str:
+    """Other components at which it may lie, with the probability of each; empty where the first is sure."""
+    shares: dict[str, float] = {}
+    for row in report["where"]:
+        shares[row["component"]] = shares.get(row["component"], 0.0) + row["share"]
+    first = report["unknown"]["component"]
+    others = sorted((name for name in shares if name != first), key=lambda name: -shares[name])
+    if shares.get(first, 1.0) >= _SURE or not others:
+        return ""
+    return f", {probably(shares[first])} likely, or at " + ", ".join(f"{name} {probably(shares[name])}" for name in others[:_OTHERS]) + ","
 
 
 def _insufficient(report: Mapping) -> str:
