@@ -8,9 +8,13 @@ import pytest
 from ddh_twin_py.estimation.comparison import Discrepancy
 from ddh_twin_py.gap.drive_case import reader_of
 from ddh_twin_py.gap.drive_learned import terms, terms_at
-from ddh_twin_py.gap.free_places import free_places
+from ddh_twin_py.gap.free_places import FreePlace, free_places
 from ddh_twin_py.gap.hypotheses import POWER, SLACK
 from ddh_twin_py.gap.linearised import linearise
+from ddh_twin_py.gap.places import unknown_places
+from ddh_twin_py.gap.refit import Refit
+from ddh_twin_py.gap.search import Found
+from ddh_twin_py.gap.unknown import Unknown
 from support.first_order import EFFECTS, FirstOrder
 
 GAIN, LAG, _ = EFFECTS
@@ -61,3 +65,16 @@ def test_what_no_effect_is_asked_of_can_be_lacking_at_every_part_with_a_balance(
     assert all(terms_at(*place) for place in at) and terms_at("sensor", "measurement") == []
     assert len({term.id for term in terms()}) == len(terms())
     assert reader_of("speed") == "drive" and reader_of("temperature/line_a") == "sensor"
+
+
+@pytest.mark.parametrize(("shares", "rows"), [([0.6, 0.36, 0.04], ["a", "b"]), ([1.0], ["a", "a", "a", "a"])])
+def test_each_of_several_likely_places_has_one_row_and_a_sure_one_its_phases(shares, rows):
+    model = FirstOrder(np.zeros(3))
+    misread(model, "other_flow", lambda share: 0.2 * share)
+    with ThreadPoolExecutor(2) as pool:
+        linearised = linearise(model, [GAIN, LAG], np.zeros(3), Discrepancy(), SLACK, POWER, pool)
+    none = Refit(linearised).of([], np.zeros(3), np.zeros(0))
+    likely = [FreePlace(name, "measurement", 0.0, share, None, signal="other_flow") for name, share in zip("abc", shares, strict=False)]
+    lacking = unknown_places(model, Found(linearised, {(): 1.0}, {(): none}), Unknown(1.0, [], 0.1, "m3/s", places=likely), none)
+    assert [row.component for row in lacking] == rows and sum(row.share for row in lacking) == pytest.approx(1.0)
+    assert len({row.phase for row in lacking if row.component == "a"}) == rows.count("a")

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
+from dataclasses import replace
 
 import numpy as np
 
@@ -18,6 +19,7 @@ from ddh_twin_py.gap.verdict import Verdict
 
 _PLACES_ALONE = 5
 _LIKELY = 0.05  # share from which a place is listed where something unknown acts
+_MOSTLY = 0.6  # share of the chi-square from which a phase stands for all
 _CRUDE = 0.3  # standard deviation of what a free form is large, as a share of it
 
 
@@ -75,7 +77,10 @@ def _by_itself(model: Diagnosable, found: Found, column: Column, departure: floa
 
 
 def unknown_places(model: Diagnosable, found: Found, unknown: Unknown, leader: Refitted) -> list[Lack]:
-    """Where something acts that no listed effect explains: what each likely place lacks, or the reading that errs there."""
+    """Where something acts that no listed effect explains: what each likely place lacks, or the reading that errs there.
+
+    Of several places each has one row, so that the likeliest stands first.
+    """
     likely = [place for place in unknown.places if place.share >= _LIKELY] or unknown.places[:1]
     whole = sum(place.share for place in likely)
     acting, rows = [], []
@@ -83,14 +88,21 @@ def unknown_places(model: Diagnosable, found: Found, unknown: Unknown, leader: R
         share = place.share / whole
         one = _by_itself(model, found, place.column, place.departure, share, place.relative) if place.departure > 0.0 else None
         if one is not None:
-            acting.append(one)
+            acting.append(one if len(likely) == 1 else replace(one, by_phase=_in_one(one.by_phase)))
             continue
         named = {place.signal} if place.signal else {form.signal for form in unknown.forms if form.gain > 0.0}
+        by_phase = _left_by_phase(found, leader, named)
         rows += [Lack(place.component, place.domain, phase, "", unknown.size, _CRUDE * unknown.size, unknown.unit, share * part)
-                 for phase, part in _left_by_phase(found, leader, named).items() if part > 0.0]
+                 for phase, part in (by_phase if len(likely) == 1 else _in_one(by_phase)).items() if part > 0.0]
     lacking = lacks(acting)
     rows += [row for row in lacking if not row.regime]
     return sorted(rows, key=lambda row: -row.share) + [row for row in lacking if row.regime]
+
+
+def _in_one(by_phase: Mapping[str, float]) -> dict[str, float]:
+    """The phase that has most of a chi-square, as all of it; all phases where none has."""
+    phase = max(by_phase, key=by_phase.get, default="all")
+    return {phase if by_phase.get(phase, 0.0) >= _MOSTLY else "all": 1.0}
 
 
 def _left_by_phase(found: Found, leader: Refitted, named: Collection[str]) -> dict[str, float]:
