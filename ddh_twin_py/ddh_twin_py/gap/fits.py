@@ -37,7 +37,6 @@ _BENDS = 20.0  # log evidence of a single effect from which others are looked fo
 _MISLED = 0.2  # share of what the best set explains by which the linear model falls short of it, from which every effect is fitted
 _JUDGED, _SLIGHT = 3, 1.0  # leading pairs held against a free law of their first effect; log evidence that is not worth it
 _ANY_SIZE = 10.0  # columns: width of the prior of sizes, once it is asked how large an effect is and not whether it is there
-_OUT_OF_QUESTION = 40.0  # log weight behind the best from which an effect is not looked at anew from where the best led
 _POOR = 1.5  # chi-square per row above which the leading hypothesis explains too little to be the last word
 
 
@@ -169,12 +168,6 @@ class Fits:
         rows = sum(c.size for c in self._linearised.comparisons)
         best = max(self.fitted.values(), key=lambda f: f.log_evidence)
         return best.chi_square > _POOR * self._linearised.power * rows
-
-    def out_of_question(self) -> set[str]:
-        """Effects that no set has that was fitted, or that the linear model holds for anywhere near the best."""
-        least = max(weight for weight, _ in self._weights.values()) - _OUT_OF_QUESTION
-        asked = {name for ids, (weight, _) in self._weights.items() if weight > least or ids in self.fitted for name in ids}
-        return {column.effect.id for column in self._linearised.columns} - asked
 
     def misled(self) -> bool:
         """Whether the best set explains so much more than the linear model said that its ranking says little of others."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
 
@@ -102,18 +102,16 @@ class Linearised:
         ratios = [old.spread / new.spread for old, new in zip(self.comparisons, comparisons, strict=True)]
         return replace(self, discrepancy=discrepancy, comparisons=comparisons,
                        sensitivities=[j * r[:, None] for j, r in zip(self.sensitivities, ratios, strict=True)],
-                       columns=[column.scaled(ratios) for column in self.columns])
+                       columns=[replace(c, change=[h * r for h, r in zip(c.change, ratios, strict=True)]) for c in self.columns])
 
 
 def linearise(model: Model, effects: Sequence[Effect], theta: np.ndarray, discrepancy: Discrepancy, slack: float, power: float,
-              pool: ThreadPoolExecutor, progress: Callable[[float], None] | None = None, near: Linearised | None = None,
-              kept: Collection[str] = ()) -> Linearised:
+              pool: ThreadPoolExecutor, progress: Callable[[float], None] | None = None, near: Linearised | None = None) -> Linearised:
     """Take all sensitivities at a place.
 
     Args:
         effects: that may act. theta: parameters, in deviations, (k,). progress: told the share done.
         near: taken nearby: its sensitivities of recordings in which no effect acts are kept, and the sizes of its columns.
-        kept: effects whose columns are kept too.
     """
     predictions = model.run(theta, ())
     comparisons = [Comparison(s, p, discrepancy) for s, p in zip(model.signals, predictions, strict=True)]
@@ -121,11 +119,9 @@ def linearise(model: Model, effects: Sequence[Effect], theta: np.ndarray, discre
     told = (lambda share: progress(0.5 * share)) if progress else None
     fresh = {number: np.where(sane(rows).all(axis=0), rows, 0.0)
              for number, rows in zip(numbers, model.sensitivities(pool, theta, comparisons, numbers, told), strict=True)}
-    ratios = [old.spread / new.spread for old, new in zip(near.comparisons, comparisons, strict=True)] if near else []
-    sensitivities = [fresh[i] if i in fresh else near.sensitivities[i] * ratios[i][:, None] for i in range(len(comparisons))]
+    sensitivities = [fresh[i] if i in fresh else near.sensitivities[i] * (near.comparisons[i].spread / c.spread)[:, None]
+                     for i, c in enumerate(comparisons)]
     told = (lambda share: progress(0.5 + 0.5 * share)) if progress else None
-    same = [column.scaled(ratios) for column in near.columns if column.effect.id in kept] if near else []
-    others = [effect for effect in effects if effect.id not in kept]
-    columns = same + columns_of(others, model, theta, comparisons, pool, told, near.columns if near else ())
+    columns = columns_of(effects, model, theta, comparisons, pool, told, near.columns if near else ())
     found = Linearised(model, theta, discrepancy, slack, power, predictions, comparisons, sensitivities, columns, len(effects))
     return found.standing_out() if all(model.altered) else found

@@ -51,11 +51,11 @@ def search(model: Model, effects: Sequence[Effect], theta: np.ndarray, discrepan
         progress: told the share done. otherwise: parameters from which to begin again, (k,), where too little is explained from there.
         left_over: says whether a hypothesis leaves structure behind; None: it is not asked.
     """
-    linearised, fits, known, kept = None, None, {(): Start(theta, np.zeros(0))}, set()
+    linearised, fits, known = None, None, {(): Start(theta, np.zeros(0))}
     wide = True  # whether large effects, which bend, were not looked for yet
     for number in range(_PASSES):
         told = (lambda share, n=number: progress((n + 0.8 * share) / _PASSES)) if progress else None
-        linearised = linearise(model, effects, theta, discrepancy, SLACK, power, pool, told, linearised, kept)
+        linearised = linearise(model, effects, theta, discrepancy, SLACK, power, pool, told, linearised)
         weights = _weights(linearised)
         linearised = linearised.with_scatter(max(weights.values(), key=lambda w: w[0])[1])
         weights = _weights(linearised)
@@ -74,7 +74,6 @@ def search(model: Model, effects: Sequence[Effect], theta: np.ndarray, discrepan
             break
         known, discrepancy = fits.starts(found), linearised.discrepancy
         wide = wide or again
-        kept = set() if again or poor else fits.out_of_question()
         theta, otherwise = (otherwise, None) if again else (fits.fitted[leader].theta, otherwise)
     likely = [ids for ids, p in found.probability.items() if p >= _LIKELY][:_SIZED]
     if progress:

@@ -56,10 +56,6 @@ class Column:
         factor = min(factor, max(1.0, self.room))
         return replace(self, x=factor * self.x, rise=factor * self.rise, change=[factor * h for h in self.change])
 
-    def scaled(self, ratios: Sequence[np.ndarray]) -> Column:
-        """The same where every feature counts so many times as much: by recording, (rows,)."""
-        return replace(self, change=[rows * ratio for rows, ratio in zip(self.change, ratios, strict=True)])
-
     @property
     def room(self) -> float:
         """Largest departure that is allowed in this direction, in multiples of the column."""
