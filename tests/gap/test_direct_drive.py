@@ -136,6 +136,14 @@ def test_a_payload_that_was_found_holds_for_recordings_that_declare_another(mode
     assert anew.parameters(read)["load_payload_mass"][0] == pytest.approx(anew.payload * read["load.payload_ratio"])
 
 
+@pytest.mark.parametrize(("described", "tells"), [("crane_1", True), ("ddh_reference", False), (None, False)])
+def test_a_rig_file_of_another_rig_is_told(recording, described, tells):
+    """None is the file of the rig that is recorded; the reference sheet is of any."""
+    rig = replace(load_rig(), rig_id=described or recording.rig.rig_id)
+    notes = DriveCase([], [Experiment(recording, rig)], rig).notes()
+    assert any("describes crane_1, the recordings are of" in note for note in notes) is tells
+
+
 def test_fitted_parameters_carry_their_spread_and_source(model):
     rig = model.rig_with(np.full(model.size, 0.1), [], np.full(model.size, 0.2), "fitted to a test")
     path = next(p for p in model.paths if not p.startswith("measurement."))

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 _FLOOR = (
     "Noise floor: what no twin can do better. It is the sensor's noise together with what the twin leaves when fitted to the rig as it was "
-    "built; without a recording of that, 1.6 times the noise. A gap of 1 is the floor itself."
+    "built; without a recording of that, 1.6 times the noise, so that noise alone is 0.6. A gap of 1 is the floor itself."
 )
 
 
