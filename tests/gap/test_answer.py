@@ -6,7 +6,7 @@ from ddh_twin_py.gap.detection import Detection
 
 
 def test_what_a_record_would_not_have_shown_is_no_part_of_no_gap():
-    shown = Detection("load.mass", "kg", 1.0, 2.0, "current", {"faint": 0.1, "moderate": 9.0, "clear": 50.0})
+    shown = Detection("load.mass", "kg", 1.0, 2.0, "current", {"faint": 0.1, "moderate": None, "clear": None})
     faint = Detection("pump_1.leakage", "1", 1.0, 7.0, "speed", {"faint": 0.1, "moderate": 1.0, "clear": 50.0})
     impossible = Detection("tank.cooling", "W/K", None, None, "", dict.fromkeys(("faint", "moderate", "clear")))
     (note,) = _would_not_show([shown, faint, impossible])
@@ -20,3 +20,5 @@ def test_a_parameter_pressed_against_its_tolerance_is_named():
     (note,) = _at_the_end([free, high, low])
     assert note.endswith(": oil.b (above 10 bar), oil.c (below 10 bar)")
     assert _at_the_end([free]) == []
+    (note,) = _at_the_end([low] * 6)
+    assert note.count("oil.c") == 4 and note.endswith(" and 2 further parameters")

@@ -38,6 +38,7 @@ LISTED = 0.01
 _NO_NEARER = 0.99  # share of the gap of held-out data without any effect, from which a hypothesis does not help with it
 _NO_HELP = "held-out data show nothing beyond the floor, and the best listed hypothesis brings them no nearer; it is less believed"
 _SUSPECT = 2.0  # floors that a signal of held-out data is off beside the leader, from which all is looked at closely before it is doubted
+_MOST_AT_END = 4  # parameters named that are pressed against the end of their tolerance
 _AT_END = 0.01  # deviations from the end of its tolerance within which a parameter is pressed against it
 _MOST = 12  # sets and effects listed
 
@@ -171,17 +172,18 @@ def _asked(found: Found) -> list[Effect]:
 
 def _would_not_show(detectable: Sequence[Detection]) -> list[str]:
     """A note on what no gap does not exclude, none where every effect would have been found."""
-    missed = [d.effect for d in detectable if not d.detects("moderate")]
-    return [f"no gap excludes what these recordings would have shown; not so, even with its worst signal moved by {SIZES['moderate']:g} "
-            f"times its noise or as far as it can: {', '.join(missed)}"] if missed else []
+    missed = [d.effect for d in detectable if d.smallest is None or d.rise > SIZES["moderate"]]
+    return [f"'no gap' does not exclude these, which would likely have been missed even at {SIZES['moderate']:g} times the noise of their "
+            f"worst signal, or as large as they can be: {', '.join(missed)}"] if missed else []
 
 
 def _at_the_end(parameters: Sequence[FittedParameter]) -> list[str]:
     """A note on parameters that a fit pressed against the end of their tolerance, none where there are none."""
     pressed = [f"{p.name} ({'above' if p.moved > 0.0 else 'below'} {p.prior:.4g} {p.unit})"
                for p in parameters if abs(p.moved) > CUT - _AT_END]
+    more = f" and {len(pressed) - _MOST_AT_END} further parameters" if len(pressed) > _MOST_AT_END else ""
     return [f"fitted to the very end of its tolerance, {CUT:g} standard deviations off, so that the sheet may be wrong there: "
-            f"{', '.join(pressed)}"] if pressed else []
+            f"{', '.join(pressed[:_MOST_AT_END])}{more}"] if pressed else []
 
 
 def _since_when(found: Found) -> list[str]:
