@@ -53,10 +53,10 @@ class FreePlace:
 
 @dataclass(frozen=True)
 class _Inputs:
-    """Rows by recording of one place's inputs: as they are, and varying; ``columns`` are those of the former."""
+    """Rows by recording of one place's constant inputs, and of further ones that vary; ``columns`` are those of the former."""
 
     constant: list[list[np.ndarray]]
-    varying: list[list[np.ndarray]]
+    further: list[list[np.ndarray]]
     columns: list[Column]
     signal: str = ""
 
@@ -76,10 +76,10 @@ def free_places(linearised: Linearised, columns: Sequence[Column], variables: Se
         own = places.setdefault((column.effect.component, column.effect.domain, ""), _Inputs([], [], []))
         own.constant.append(column.change)
         own.columns.append(column)
-        own.varying.extend(_varied(column.change, courses))
-    readings = _readings(linearised, courses)
+    readings = _readings(linearised)
     places |= {(*reads(inputs.signal), inputs.signal): inputs for inputs in readings}
-    found = [_explained(linearised, key, inputs, math.log(len(readings)) if inputs.signal else 0.0) for key, inputs in places.items()]
+    found = [_explained(linearised, key, inputs, courses, math.log(len(readings)) if inputs.signal else 0.0)
+             for key, inputs in places.items()]
     best: dict[str, FreePlace] = {}
     for place in sorted((p for p in found if p is not None), key=lambda p: -p.log_evidence):
         best.setdefault(place.component, place)
@@ -104,8 +104,8 @@ def _varied(change: Sequence[np.ndarray], courses: Sequence[Sequence[np.ndarray]
     return [[rows * course for rows, course in zip(change, several, strict=True)] for several in zip(*courses, strict=True)]
 
 
-def _readings(linearised: Linearised, courses: Sequence[Sequence[np.ndarray]]) -> list[_Inputs]:
-    """Every reading while effects act, off by a constant, and by what grows with it, with time and with each course."""
+def _readings(linearised: Linearised) -> list[_Inputs]:
+    """Every reading while effects act, off by a constant, and by what grows with it and with time."""
     altered = linearised.model.altered
     names = dict.fromkeys(b.signal for c, acts in zip(linearised.comparisons, altered, strict=True) if acts for b in c.blocks)
     out = []
@@ -120,16 +120,18 @@ def _readings(linearised: Linearised, courses: Sequence[Sequence[np.ndarray]]) -
                     constant[i][block.rows] = size
                     gained[i][block.rows] = size * read / max(float(np.abs(read).max(initial=0.0)), 1e-12)
                     drifted[i][block.rows] = size * centred(block.binning.time)
-        out.append(_Inputs([constant], [gained, drifted, *_varied(constant, courses)], [], name))
+        out.append(_Inputs([constant], [gained, drifted], [], name))
     return out
 
 
-def _explained(linearised: Linearised, key: tuple[str, str, str], inputs: _Inputs, penalty: float) -> FreePlace | None:
+def _explained(linearised: Linearised, key: tuple[str, str, str], inputs: _Inputs, courses: Sequence[Sequence[np.ndarray]],
+               penalty: float) -> FreePlace | None:
     """A place by its constant inputs, or by these and how they vary, whichever has more evidence; None where nothing is moved."""
-    every = [*inputs.constant, *inputs.varying]
+    varying = [*inputs.further, *(varied for change in inputs.constant for varied in _varied(change, courses))]
+    every = [*inputs.constant, *varying]
     stacked = [np.column_stack([rows[i] for rows in every]) for i in range(len(linearised.comparisons))]
     sums = linearised.basis.sums(stacked, linearised.values())
-    widths = np.array([_CONSTANT] * len(inputs.constant) + [_VARYING] * len(inputs.varying))
+    widths = np.array([_CONSTANT] * len(inputs.constant) + [_VARYING] * len(varying))
     seen = np.flatnonzero(np.diagonal(sums.information) > _LEAST)
     steady = seen[seen < len(inputs.constant)]
     if not steady.size:
