@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -42,8 +42,7 @@ def places(model: Diagnosable, found: Found, verdict: Verdict) -> list[Lack]:
         std = float(np.hypot(np.sqrt(max(fitted.covariance[i, i], 0.0)) / abs(x), column.effect.law_error))
         rows.append(Acting(column.effect, model.course(column.effect, without, acting), weight,
                            chi_square_by_phase(change, found.linearised.comparisons), std))
-    total = sum(row.share for row in rows) or 1.0
-    return lacks([Acting(r.effect, r.course, r.share / total, r.by_phase, r.relative) for r in rows])
+    return _lacking(rows)
 
 
 def alone(model: Diagnosable, found: Found) -> list[Lack]:
@@ -59,9 +58,13 @@ def alone(model: Diagnosable, found: Found) -> list[Lack]:
     for i in list(best.values())[:_PLACES_ALONE]:
         departure = float(sums.score[i] / precision[i])
         rows.append(_by_itself(model, found, columns[i], departure, float(explained[i]), float(1.0 / (departure * np.sqrt(precision[i])))))
-    acting = [row for row in rows if row is not None]
-    total = sum(row.share for row in acting) or 1.0
-    return lacks([Acting(r.effect, r.course, r.share / total, r.by_phase, r.relative) for r in acting])
+    return _lacking([row for row in rows if row is not None])
+
+
+def _lacking(acting: Sequence[Acting]) -> list[Lack]:
+    """What is lacking where shares are brought to a sum of one."""
+    total = sum(one.share for one in acting) or 1.0
+    return lacks([replace(one, share=one.share / total) for one in acting])
 
 
 def _by_itself(model: Diagnosable, found: Found, column: Column, departure: float, share: float, relative: float) -> Acting | None:

@@ -23,6 +23,14 @@ def sentence(report: Mapping, catalogue: Mapping[str, Effect], unseen: Sequence[
     return _explained(report, catalogue) if report["verdict"] == "explained" else _BY_VERDICT[report["verdict"]](report)
 
 
+def by_component(where: Sequence[Mapping]) -> dict[str, float]:
+    """Share of each component in the report's places."""
+    shares: dict[str, float] = {}
+    for row in where:
+        shares[row["component"]] = shares.get(row["component"], 0.0) + row["share"]
+    return shares
+
+
 def _no_gap(report: Mapping, unseen: int) -> str:
     as_is, after = report["gap"]["as_is"], report["gap"]["after"]
     none = next((h["probability"] for h in report["hypotheses"] if not h["effects"]), 0.0)
@@ -63,9 +71,7 @@ def _unknown(report: Mapping) -> str:
 
 def _or_elsewhere(report: Mapping) -> str:
     """Other components at which it may lie, with the probability of each; empty where the first is sure."""
-    shares: dict[str, float] = {}
-    for row in report["where"]:
-        shares[row["component"]] = shares.get(row["component"], 0.0) + row["share"]
+    shares = by_component(report["where"])
     first = report["unknown"]["component"]
     others = sorted((name for name in shares if name != first), key=lambda name: -shares[name])
     if shares.get(first, 1.0) >= _SURE or not others:

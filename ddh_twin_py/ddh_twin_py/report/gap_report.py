@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from ddh_twin_py.gap.words import by_component
 from ddh_twin_py.report import document as doc
 from ddh_twin_py.report.gap_detectable import detectable
 from ddh_twin_py.report.gap_hypotheses import classes, effects_ranked, hypotheses
@@ -42,8 +43,7 @@ def gap_document(diagnosis: Diagnosis) -> doc.Document:
     if diagnosis.traces:
         page.add("Measured less twin, before and after", doc.note(_residual_note(diagnosis)), *residual_sections(diagnosis))
     page.add("What is left", shrink_table(diagnosis))
-    if diagnosis.detectable:
-        page.add("What would have shown", detectable(diagnosis))
+    page.add("What would have shown", detectable(diagnosis))
     page.add("What no listed effect explains", unknown(diagnosis))
     page.add("What the twin lacks", _lacking(diagnosis))
     page.add("The next test", _next_test(report["next_test"], report["verdict"]))
@@ -73,9 +73,7 @@ def _key_figures(diagnosis: Diagnosis) -> list[doc.Figure]:
                                 gap["closed_fraction"] is None else f"noise floor; {closed(gap['closed_fraction'])} of the gap closed"))
     if report["where"]:
         first = report["where"][0]
-        shares: dict[str, float] = {}
-        for row in report["where"]:
-            shares[row["component"]] = shares.get(row["component"], 0.0) + row["share"]
+        shares = by_component(report["where"])
         name = max(shares, key=shares.get)
         most = "mean of all phases" if first["phase"] == "all" else f"most in {first['phase']}"
         cards.append(doc.Figure("Where", capital(component_name(name)), f"{percent(shares[name])} of the evidence; {most}"))
