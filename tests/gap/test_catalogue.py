@@ -4,7 +4,9 @@ import numpy as np
 import pytest
 import yaml
 from ddh_twin_py.gap.catalogue import EFFECTS
+from ddh_twin_py.gap.drive_learned import terms
 from ddh_twin_py.gap.effect import DOMAINS
+from ddh_twin_py.physics.balance import OPERATING_DTYPE
 from ddh_twin_py.rig import load_rig
 
 
@@ -38,3 +40,9 @@ def test_what_is_confused_goes_both_ways(name):
     assert others and name not in others and len(set(others)) == len(others)
     for other in others:
         assert other in EFFECTS and name in EFFECTS[other].confused_with, (name, other)
+
+
+def test_what_says_the_lack_is_a_quantity_of_the_free_run_and_alike_for_the_effect_and_what_is_learned_in_its_stead():
+    said = {effect.id: effect.lacked for effect in [*EFFECTS.values(), *terms()] if effect.lacked}
+    assert said["learned.line_b_pressure_drop_quadratic"] == said["line_b.pressure_drop"]
+    assert {name for name, _ in said.values()} <= set(OPERATING_DTYPE.names)

@@ -18,7 +18,7 @@ from ddh_twin_py.benchmarks.figure import Figure
 from ddh_twin_py.benchmarks.solvers import Runner, casadi_cvodes, compare_symbolic, numbalsoda_lsoda, scipy_lsoda
 from ddh_twin_py.benchmarks.tools import NotThere
 from ddh_twin_py.physics.balance import OPERATING_DTYPE
-from ddh_twin_py.physics.cylinder import holding_pressure, piston_area
+from ddh_twin_py.physics.cylinder import holding_pressure, rod_travel
 from ddh_twin_py.physics.free_run import COMMAND_PARTS, HYDRAULIC_STEP, SAMPLED, free_run, free_run_sampled, settle
 from ddh_twin_py.physics.hydraulics import HYDRAULIC_STATES
 from ddh_twin_py.physics.thermal_network import N
@@ -56,7 +56,7 @@ class Cycle:
         self._position = duty.start_position
         record = self.params[0]
         self._pressure = holding_pressure(duty.start_position, 0.0, record)
-        rod_speed_per_rad = record["pump_1_displacement"] / (2.0 * np.pi) / piston_area(record)
+        rod_speed_per_rad = rod_travel(record)
         program, state, nodes = DutyCommand(duty), self.state(), np.full(N, self.start)
         points, temperatures = np.zeros(1, OPERATING_DTYPE), np.empty((1, N))
         command = [0.0]

@@ -14,13 +14,13 @@ _RESISTANCES = {  # further friction beside the sheet's: name, unit, step
     "pump_2": (("friction_constant", "N*m", 0.1), ("friction_viscous", "N*m*s", 1.0e-3)),
     "cylinder": (("friction_coulomb", "N", 100.0), ("friction_viscous", "N*s/m", 500.0)),
 }
-_FLOWS = {  # further ways of the oil and what it takes to drive it through: name, unit, step
+_FLOWS = {  # further ways of the oil and what it takes to drive it through: name, unit, step, what says its lack (`Effect.lacked`)
     "pump_1": (("leakage", "m3/(s*Pa)", 2.0e-13),),
     "pump_2": (("leakage", "m3/(s*Pa)", 2.0e-13),),
     "cylinder": (("cross_leakage", "m3/(s*Pa)", 2.0e-13),),
     "relief_valve": (("seat_leakage", "m3/(s*Pa)", 2.0e-13),),
-    "line_a": (("pressure_drop_quadratic", "Pa*s2/m6", 5.0e12),),
-    "line_b": (("pressure_drop_quadratic", "Pa*s2/m6", 5.0e12), ("compliance", "m3/Pa", 1.0e-13)),
+    "line_a": (("pressure_drop_quadratic", "Pa*s2/m6", 5.0e12, ("loss_line_a", "W")),),
+    "line_b": (("pressure_drop_quadratic", "Pa*s2/m6", 5.0e12, ("loss_line_b", "W")), ("compliance", "m3/Pa", 1.0e-13)),
 }
 
 
@@ -48,9 +48,10 @@ def _not_below_zero(field: str) -> Apply:
     return apply
 
 
-def _term(component: str, domain: str, field: str, name: str, unit: str, step: float) -> Effect:
+def _term(component: str, domain: str, field: str, name: str, unit: str, step: float, lacked: tuple[str, str] | None = None) -> Effect:
     law = added(field) if field.startswith("learned_") else _not_below_zero(field)
     return Effect(
         id=f"{PREFIX}{component}_{name}", component=component, domain=domain, parameter=name, unit=unit, reference=fixed(0.0),
         laws=(law,), step=step, lowest=-400.0 * step, highest=400.0 * step, about="learned from a recording; its cause is unknown",
+        lacked=lacked,
     )

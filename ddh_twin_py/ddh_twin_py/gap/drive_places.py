@@ -26,10 +26,9 @@ _FIELDS = {
     ("cylinder", "hydraulic"): ("loss_cylinder", "W"), ("cylinder", "mechanical"): ("friction_force", "N"),
     ("load", "mechanical"): ("cylinder_force", "N"), ("relief_valve", "hydraulic"): ("relief_flow", "m3/s"),
     ("check_valve", "hydraulic"): ("pressure_rod_side", "Pa"), ("line_a", "mechanical"): ("loss_line_a", "W"),
-    ("line_b", "mechanical"): ("loss_line_b", "W"), ("line_a", "hydraulic"): ("loss_line_a", "W"),
+    ("line_b", "mechanical"): ("loss_line_b", "W"),
     ("line_b", "hydraulic"): ("pressure_rod_side", "Pa"), ("oil", "hydraulic"): ("shaft_power", "W"),
 }
-_FIELD_OF_EFFECT = {"line_b.pressure_drop": ("loss_line_b", "W")}  # where the place's own says it of another of its effects
 _STEFAN_BOLTZMANN = 5.670374419e-8
 
 
@@ -45,12 +44,11 @@ def course(effect: Effect, experiment: Experiment, without: np.ndarray, acting: 
     oil = 0.5 * (warm[:, NODE_INDEX["tank_oil"]] + cold[:, NODE_INDEX["tank_oil"]])
     regimes = {("speed", "rad/s"): after["speed_absolute"], ("pressure", "Pa"): after["pressure_piston_side"],
                ("oil temperature", "K"): oil, ("rod position", "m"): after["rod_position"]}
-    key = (effect.component, effect.domain)
     if effect.domain == "thermal":
         heat = _heat(warm, acting, experiment.air) - _heat(warm, without, experiment.air)
         if np.any(heat != 0.0):
             return Course(heat, "W", phase, regimes)
-    field = _FIELD_OF_EFFECT.get(effect.id) or _FIELDS.get(key)
+    field = effect.lacked or _FIELDS.get((effect.component, effect.domain))
     if field is None:
         return _reading(effect, experiment, without, acting, step, phase, regimes)
     name, unit = field

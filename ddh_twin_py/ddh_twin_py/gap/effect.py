@@ -28,6 +28,8 @@ class Effect:
             signals. check: how to see it on the machine.
         confused_with: ids of effects that show alike in common duties and sensors.
         law_error: share of a departure by which the law may misjudge it.
+        lacked: quantity of a free run, and its unit, that says what the place lacks without the effect;
+            None for the one of its component and domain.
     """
 
     id: str
@@ -46,6 +48,7 @@ class Effect:
     check: str = ""
     confused_with: tuple[str, ...] = ()
     law_error: float = 0.0
+    lacked: tuple[str, str] | None = None
 
     @property
     def directions(self) -> tuple[float, ...]:

@@ -17,6 +17,12 @@ def piston_area(p):
 
 
 @inlined
+def rod_travel(p):
+    """Rod velocity per shaft speed where nothing leaks, D_1/(2 pi)/A_A, m/rad."""
+    return p.pump_1_displacement / (2.0 * math.pi) / piston_area(p)
+
+
+@inlined
 def rod_side_area(p):
     """A_B = A_A - pi rod^2/4, m2."""
     return 0.25 * math.pi * (p.cylinder_bore * p.cylinder_bore - p.cylinder_rod * p.cylinder_rod)

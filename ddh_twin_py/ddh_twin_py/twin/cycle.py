@@ -8,7 +8,7 @@ import numpy as np
 
 from ddh_twin_py.physics.balance import OPERATING_DTYPE, OPERATING_FIELDS
 from ddh_twin_py.physics.compiled import kernel
-from ddh_twin_py.physics.cylinder import holding_pressure, piston_area
+from ddh_twin_py.physics.cylinder import holding_pressure, rod_travel
 from ddh_twin_py.physics.free_run import COMMAND_PARTS, HYDRAULIC_STEP, free_run, settle
 from ddh_twin_py.physics.hydraulics import HYDRAULIC_STATES, POSITION
 from ddh_twin_py.physics.oil import VAPOUR_PRESSURE
@@ -126,7 +126,7 @@ class DutyRun:
             strokes = [i for i, segment in enumerate(duty.cycle) if segment.kind not in ("speed", "dwell")]
             self._segments[strokes, 3] = np.inf
         self._ramp = duty.ramp
-        self._rod_speed_per_rad = record["pump_1_displacement"] / (2.0 * np.pi) / piston_area(record)
+        self._rod_speed_per_rad = rod_travel(record)
         self._state = np.zeros(len(HYDRAULIC_STATES))
         settle(self.parameters, self._state, duty.start_position, holding_pressure(duty.start_position, 0.0, record), 0.0)
         self._program = new_program()

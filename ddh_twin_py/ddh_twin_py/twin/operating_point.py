@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ddh_twin_py.physics.balance import OPERATING_DTYPE
-from ddh_twin_py.physics.cylinder import holding_pressure, piston_area
+from ddh_twin_py.physics.cylinder import holding_pressure, rod_travel
 from ddh_twin_py.physics.free_run import HYDRAULIC_STEP, free_run, settle
 from ddh_twin_py.physics.hydraulics import HYDRAULIC_STATES, POSITION, SPEED
 from ddh_twin_py.physics.motor import RAD_PER_S_OF_RPM
@@ -234,7 +234,7 @@ def duty_point(rig: Rig, duty: Duty, temperature: np.ndarray, ambient: float) ->
     """
     parameters = rig.declaring(duty.payload).parameters
     record = parameters[0]
-    per_rad = float(record["pump_1_displacement"] / (2.0 * np.pi) / piston_area(record))
+    per_rad = rod_travel(record)
     state = np.zeros(len(HYDRAULIC_STATES))
     settle(parameters, state, duty.start_position, holding_pressure(duty.start_position, 0.0, record), 0.0)
     program = DutyCommand(replace(duty, repeat=1))

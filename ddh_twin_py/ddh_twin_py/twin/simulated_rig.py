@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from ddh_twin_py.physics.balance import OPERATING_DTYPE
-from ddh_twin_py.physics.cylinder import holding_pressure, piston_area
+from ddh_twin_py.physics.cylinder import holding_pressure, rod_travel
 from ddh_twin_py.physics.free_run import SAMPLED, free_run_sampled, settle
 from ddh_twin_py.physics.hydraulics import HYDRAULIC_STATES
 from ddh_twin_py.physics.thermal_network import N, capacities
@@ -108,7 +108,7 @@ class SimulatedRig:
         """Telemetry chunk by chunk; see `simulate`."""
         duty, parameters = self._duty, self.rig.parameters
         record = parameters[0]
-        rod_speed_per_rad = record["pump_1_displacement"] / (2.0 * np.pi) / piston_area(record)
+        rod_speed_per_rad = rod_travel(record)
         self._temperature = np.full(N, duty.ambient[0])
         met, capacity = self._surroundings, np.empty(N)
         if met is not None:

@@ -14,7 +14,7 @@ def _drop(side: str, name: str, *confused_with: str) -> Effect:
         law="dp = S Q |Q| between pump port and cylinder",
         signature="Torque and current grow with the square of speed while the cylinder's pressures stay.",
         check="Put a gauge at the pump's port and compare with the cylinder's while moving fast.",
-        confused_with=confused_with,
+        confused_with=confused_with, lacked=(f"loss_line_{side}", "W"),
     )
 
 
