@@ -20,6 +20,8 @@ SAMPLES = 25
 class Curved:
     """A recording of constant signals, each a function of the two deviations; what was measured is ``aim``."""
 
+    open_begins = 0
+
     def __init__(self, laws, aim):
         self.rig, self.laws = load_rig(), laws
         time = np.arange(SAMPLES, dtype=float)
@@ -29,7 +31,7 @@ class Curved:
     def parameters(self, rig):
         return rig.parameters
 
-    def predict(self, parameters, step):
+    def predict(self, parameters, step, begin):
         u = [(parameters[0][FIELD_OF_PATH[p]] - self.rig[p]) / self.rig.quantities[p].standard_deviation for p in PATHS]
         return {name: np.full(SAMPLES, law(*u)) for name, law in self.laws.items()}
 

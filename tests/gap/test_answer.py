@@ -1,7 +1,7 @@
 """What an answer says beside its verdict."""
 
 from ddh_twin_py.estimation.calibration import FittedParameter
-from ddh_twin_py.gap.answer import _at_the_end, _would_not_show
+from ddh_twin_py.gap.answer import _at_the_end, _missed, _would_not_show
 from ddh_twin_py.gap.detection import Detection
 
 
@@ -9,9 +9,9 @@ def test_what_a_record_would_not_have_shown_is_no_part_of_no_gap():
     shown = Detection("load.mass", "kg", 1.0, 2.0, "current", {"faint": 0.1, "moderate": None, "clear": None})
     faint = Detection("pump_1.leakage", "1", 1.0, 7.0, "speed", {"faint": 0.1, "moderate": 1.0, "clear": 50.0})
     impossible = Detection("tank.cooling", "W/K", None, None, "", dict.fromkeys(("faint", "moderate", "clear")))
-    (note,) = _would_not_show([shown, faint, impossible])
+    (note,) = _would_not_show(_missed([shown, faint, impossible]))
     assert note.endswith(": pump_1.leakage, tank.cooling")
-    assert _would_not_show([shown]) == []
+    assert _would_not_show(_missed([shown])) == []
 
 
 def test_a_parameter_pressed_against_its_tolerance_is_named():

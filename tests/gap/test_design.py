@@ -9,7 +9,7 @@ from ddh_twin_py.estimation.comparison import Discrepancy
 from ddh_twin_py.estimation.experiment import Experiment
 from ddh_twin_py.gap.catalogue import EFFECTS
 from ddh_twin_py.gap.design import classes, design, separations
-from ddh_twin_py.gap.detection import DETECTED, SIZES, detection
+from ddh_twin_py.gap.detection import DETECTED, SIZES, detections
 from ddh_twin_py.gap.direct_drive import DirectDrive
 from ddh_twin_py.gap.hypotheses import POWER, SLACK
 from ddh_twin_py.gap.linearised import linearise
@@ -32,10 +32,10 @@ def rehearsed(rig, of=None, sensors=("motor_housing",)):
     return Experiment(rehearse(of or rig, duty, LENGTH, sensors), rig)
 
 
-def taken(rig, field, commissioning=None):
+def taken(rig, field, commissioning=None, names=NAMES):
     model = DirectDrive([] if commissioning is None else [commissioning], [field], rig)
     with ThreadPoolExecutor(2) as pool:
-        return linearise(model, [EFFECTS[name] for name in NAMES], np.zeros(model.size), Discrepancy(), SLACK, POWER, pool)
+        return linearise(model, [EFFECTS[name] for name in names], np.zeros(model.size), Discrepancy(), SLACK, POWER, pool)
 
 
 @pytest.fixture(scope="module")
@@ -44,11 +44,22 @@ def linearised(rig):
 
 
 def test_a_larger_effect_gains_more_and_the_smallest_is_just_detected(linearised):
-    d = detection(linearised, EFFECTS["load.mass"])
+    with ThreadPoolExecutor(2) as pool:
+        (d,) = detections(linearised, [EFFECTS["load.mass"]], pool)
     assert d.gain["faint"] < d.gain["moderate"] < d.gain["clear"]
     assert 0.5 < d.rise < SIZES["clear"] and d.smallest != 0.0
     for size, rise in SIZES.items():
         assert (d.gain[size] >= DETECTED) == (rise >= d.rise), size
+
+
+def test_a_valve_is_found_only_where_it_opens(rig):
+    setting = EFFECTS["relief_valve.setting"]
+    linearised = taken(rig, rehearsed(rig), names=[setting.id])
+    with ThreadPoolExecutor(2) as pool:
+        (d,) = detections(linearised, [setting], pool)
+    model = linearised.model
+    without, acting = (model.run_one(0, linearised.theta, acts)["pressure_rod_side"] for acts in ((), [(setting, 0, d.smallest)]))
+    assert np.sqrt(np.mean((acting - without) ** 2)) > 0.4 * d.rise * model.signals[0]["pressure_rod_side"].noise
 
 
 def test_the_expected_gain_is_the_one_that_a_recording_gives(rig, linearised):

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from ddh_twin_py.estimation.comparison import Comparison, Discrepancy
 from ddh_twin_py.estimation.experiment import Experiment
+from ddh_twin_py.estimation.fitting import Problem
 from ddh_twin_py.gap.catalogue import EFFECTS
 from ddh_twin_py.gap.direct_drive import DirectDrive
 from ddh_twin_py.gap.drive_case import DriveCase
@@ -68,11 +69,49 @@ def test_oil_that_no_sensor_reads_may_begin_warmer(recording):
     few = replace(recording, temperatures={n: s for n, s in recording.temperatures.items() if n in ("motor_housing", "tank_wall")})
     held = DriveCase([], [Experiment(recording, sheet)], sheet, [Experiment(few, sheet)]).held_data()
     theta = np.zeros(held.model.size)
-    likely, warmer = (held.run(theta, (), begin)[0] for begin in (None, [[1.0]]))
+    likely, warmer = (held.run(theta, (), begin)[0] for begin in ([[0.0]], [[1.0]]))
     early = held.signals()[0]["temperature/tank_wall"].time < 3.0
     tank = np.abs(warmer["temperature/tank_wall"] - likely["temperature/tank_wall"])
     assert tank[early].max() < 0.2 and tank.max() > 0.3  # it begins as it is read, and oil warms it
     assert warmer["pressure_piston_side"][-1] != likely["pressure_piston_side"][-1]
+
+
+def test_each_recording_begins_by_its_own_unknowns_behind_those_of_the_rig(recording):
+    sheet = load_rig()
+    few = replace(recording, temperatures={n: s for n, s in recording.temperatures.items() if n in ("motor_housing", "motor_winding")})
+    model = DriveCase([Experiment(few, sheet)], [Experiment(few, sheet)], sheet)
+    likely, warmer = np.zeros(model.size), np.zeros(model.size)
+    warmer[-1] = 1.0
+    moved = [not np.array_equal(a["current"], b["current"]) for a, b in zip(model.run(likely), model.run(warmer), strict=True)]
+    assert moved == [False, True]
+    assert model.size == len(model.paths) + 2 and model.of_first(warmer[:-1]).tolist() == likely.tolist()
+    spread = np.ones(model.size)
+    assert model.rig_with(warmer, (), spread).quantities == model.rig_with(likely, (), spread).quantities
+    assert len(model.fitted_parameters(warmer, spread)) == len(model.paths)
+
+
+@pytest.mark.parametrize("warmer", [0.5, -0.3])
+def test_held_out_data_say_themselves_how_warm_oil_began_that_no_sensor_reads(warmer, recording):
+    sheet = load_rig()
+    few = replace(recording, temperatures={n: s for n, s in recording.temperatures.items() if n in ("motor_housing", "motor_winding")})
+    held = Experiment(few, sheet)
+    told = held.predict(held.parameters(sheet), begin=[warmer])
+    held.signals = {name: replace(signal, measured=told[name]) for name, signal in held.signals.items()}
+    model = DriveCase([], [Experiment(recording, sheet)], sheet, [held])
+    likely, itself = (model.held_data().run(np.zeros(model.size), (), begin)[0] for begin in ([[0.0]], None))
+    off = [np.abs(run["pressure_rod_side"] - told["pressure_rod_side"]).max() for run in (likely, itself)]
+    assert off[1] < 0.1 * off[0]
+
+
+def test_oil_that_no_sensor_reads_is_found_to_have_begun_warmer(recording):
+    sheet = load_rig()
+    few = replace(recording, temperatures={n: s for n, s in recording.temperatures.items() if n in ("motor_housing", "motor_winding")})
+    experiment = Experiment(few, sheet)
+    told = experiment.predict(experiment.parameters(sheet), begin=[0.5])
+    experiment.signals = {name: replace(signal, measured=told[name]) for name, signal in experiment.signals.items()}
+    with ThreadPoolExecutor(2) as pool:
+        fit = Problem([experiment], sheet, ["pump_1.leakage", "oil.walther_b"], Discrepancy()).fit(pool)
+    np.testing.assert_allclose(fit.theta, [0.0, 0.0, 0.5], atol=0.1)
 
 
 def test_temperatures_that_are_not_read_are_named(recording):

@@ -138,6 +138,21 @@ def test_missing_samples_and_bins_are_left_out():
     assert test.status()[0].statistic == value
 
 
+def test_a_signal_that_falls_silent_while_the_machine_works_is_not_tested_until_it_is_heard_again():
+    rng, test = np.random.default_rng(9), made()
+    feed(test, 201, rng.standard_normal((201, 2)) * 0.3)
+    x = rng.standard_normal((6, 2)) * 0.3
+    x[:, 1] = np.nan
+    for at, tested in ((201, True), (202, True), (203, True), (204, False), (205, False)):  # a bin is finished by the next
+        feed(test, 1, x[:1], at)
+        assert [status.tested for status in test.status()] == [True, tested], at
+    assert test.status()[1].unheard == 4 * test.bin_length
+    feed(test, 40, np.full((40, 2), np.nan), 206, works=False)
+    assert [status.tested for status in test.status()] == [True, False]
+    feed(test, 2, rng.standard_normal((2, 2)) * 0.3, 246)
+    assert [status.unheard for status in test.status()] == [0.0, 0.0]
+
+
 def test_white_noise_stays_white_across_missing_bins():
     rng = np.random.default_rng(9)
     x = autoregressive(rng, 40_000, 0.8)

@@ -183,7 +183,7 @@ def _told(problem: Problem, fit: Fit, asked: tuple[str, ...]) -> Calibration:
     names = ", ".join(e.recording.path for e in problem.experiments)
     refused = {problem.paths[i] for i in back}
     parameters, quantities = [], dict(rig.quantities)
-    for path, deviation, share, scale in zip(problem.paths, fit.theta, spread, problem.scale, strict=True):
+    for path, deviation, share, scale in zip(problem.paths, fit.theta, spread, problem.scale, strict=False):  # begins are not the rig's
         quantity = rig.quantities[path]
         fitted = FittedParameter(path, quantity.unit, quantity.value, scale, quantity.value + deviation * scale,
                                  share * scale, bool(share < INFORMED))
@@ -192,8 +192,9 @@ def _told(problem: Problem, fit: Fit, asked: tuple[str, ...]) -> Calibration:
             quantities[path] = _fitted_quantity(quantity, fitted, names)
     rig_id = next((e.recording.rig.rig_id for e in problem.experiments if e.recording.rig is not None), rig.rig_id)
     written = of_declared_payload(of_own_oil(quantities, rig.quantities), rig.quantities)
-    return Calibration(replace(rig, rig_id=rig_id, quantities=written), parameters,
-                       fit.covariance / np.outer(spread, spread), problem.rms(fit.first), problem.rms(fit.predictions),
+    correlation = (fit.covariance / np.outer(spread, spread))[: len(parameters), : len(parameters)]
+    return Calibration(replace(rig, rig_id=rig_id, quantities=written), parameters, correlation, problem.rms(fit.first),
+                       problem.rms(fit.predictions),
                        fit.sweeps, fit.settled, sized(problem.discrepancy, fit.allowances),
                        tuple(p for p in parameters if p.name in refused), bool(asked))
 

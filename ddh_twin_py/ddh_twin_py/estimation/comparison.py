@@ -74,7 +74,7 @@ class Comparison:
     """One recording against predictions of it.
 
     Args:
-        signals: name to signal with ``time``, ``measured``, ``noise``, ``binning``, ``start_std``, ``starts``.
+        signals: name to signal with ``time``, ``measured``, ``noise``, ``binning``, ``start_std``.
         reference: a prediction by which steep places are known.
         discrepancy: what the model is forgiven.
 
@@ -172,10 +172,9 @@ def _classes(name: str, signal) -> tuple[np.ndarray, list[tuple]]:
 
 
 def _curves(name: str, signal, spread: np.ndarray, discrepancy: Discrepancy) -> np.ndarray:
-    """Hat functions over time, what an error of the first reading leaves as it decays, and what begins otherwise, (b, c)."""
+    """Hat functions over time, and what an error of the first reading leaves as it decays, (b, c)."""
     time = signal.binning.time
     knots = np.arange(0.0, (time[-1] if time.size else 0.0) + discrepancy.knots, discrepancy.knots)
     hats = np.maximum(0.0, 1.0 - np.abs(time[:, None] - knots) / discrepancy.knots) * discrepancy.of(name, SMOOTH)
     starts = signal.start_std * np.exp(-time[:, None] / _START_DECAYS)
-    others = [] if signal.starts is None else [signal.starts]
-    return np.hstack([signal.noise * hats, starts, *others]) / spread[:, None]
+    return np.hstack([signal.noise * hats, starts]) / spread[:, None]

@@ -21,6 +21,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.signal import lfilter
 
+from ddh_twin_py.estimation.begin import FIRST, SHARE, told_begin
 from ddh_twin_py.estimation.binning import Binning, by_cycle, by_time, cycle_of, one_by_one
 from ddh_twin_py.estimation.history import likely_rise, open_motor, rests
 from ddh_twin_py.estimation.sensors import NODE_INDEX, NODE_OF_SENSOR
@@ -73,9 +74,8 @@ class ExperimentError(ValueError):
 class Signal:
     """Samples of one signal: s since the start of the run, values in SI, noise of one sample, unit, bins.
 
-    ``start_std``: standard deviation of what a run's reading is off by at the start, in its unit. ``starts``: change of its bins, in its
-    unit, for one standard deviation of each way in which the recording may begin otherwise, (b, c). ``held_from``: s from which samples
-    count as held out.
+    ``start_std``: standard deviation of what a run's reading is off by at the start, in its unit. ``held_from``: s from which samples count
+    as held out.
     """
 
     time: np.ndarray
@@ -84,7 +84,6 @@ class Signal:
     unit: str
     binning: Binning
     start_std: float = 0.0
-    starts: np.ndarray | None = None
     held_from: float = np.inf
 
 
@@ -172,7 +171,6 @@ class Experiment:
         cold = not len(histories)  # such a unit begins as warm as the air, and nothing of it is open
         self._open = np.zeros((0, N)) if cold else np.vstack([open_motor(histories, read, air), self._open_oil()])
         self._first_readings |= self._better_start(rig)
-        self._tell_starts(self.parameters(rig))
 
     def begin_anew(self, parameters: np.ndarray) -> float:
         """Let what no sensor reads begin as a unit with these parameters would have left it; by how much that moves a node, K."""
@@ -208,17 +206,6 @@ class Experiment:
             return np.zeros((0, N))
         known = {NODE_OF_SENSOR[name] for name in self._first_readings}
         return np.array([[_OIL_OPEN * (node in HYDRAULIC_NODES and node not in known) for node in NODES]])
-
-    def _tell_starts(self, parameters: np.ndarray) -> None:
-        """Tell the signals how a begin that is open moves them."""
-        if not len(self._open):
-            return
-        moved = [self.predict(parameters, _ROUGH, begin=row) for row in np.vstack([np.zeros(len(self._open)), np.eye(len(self._open))])]
-        for name in self.sensors:
-            key = f"temperature/{name}"
-            binning = self.signals[key].binning
-            starts = [binning.mean(other[key] - moved[0][key]) for other in moved[1:]]
-            self.signals[key] = replace(self.signals[key], starts=np.column_stack(starts))
 
     def _better_start(self, rig: Rig) -> dict[str, float]:
         """Readings at the start of the run, K, from those of its first `EARLY` seconds; tells the signals how sure they are."""
@@ -293,22 +280,28 @@ class Experiment:
         return record
 
     def predict(self, parameters: np.ndarray, step: float = HYDRAULIC_STEP, own_history: bool = False,
-                begin: Sequence[float] = ()) -> dict[str, np.ndarray]:
+                begin: Sequence[float] | None = ()) -> dict[str, np.ndarray]:
         """What every sample of `signals` should have read.
 
         Args:
             parameters: shape (1,), see `parameters`; its ``measurement_*`` say how the sensors err.
             step: s, hydraulic step. own_history: what no sensor reads begins as a unit with these parameters would have left it,
                 not as the rig that the experiment was made with. begin: standard deviations of each of the `open_begins` ways in which
-                it begins otherwise; (): of none.
+                it begins otherwise; (): of none; None: as its first minutes tell.
         """
-        p = parameters[0]
-        start = self._start_of(parameters, self._likely_rise(parameters) if own_history else self._rise)
-        if len(begin):
-            start = start + np.asarray(begin) @ self._open
-        begin, points, temperatures, (of_drive, of_hydraulic) = self._run(parameters, step, self.axis.size, start)
+        rise = self._likely_rise(parameters) if own_history else self._rise
+        if begin is None:
+            n = max(1, round(min(FIRST, SHARE * self.duration) / self.interval))
+            begin = told_begin(self.signals, self.axis[n - 1], self.open_begins,
+                               lambda z: self._readings(parameters, step, n, self._start_of(parameters, rise, z)))
+        return self._readings(parameters, step, self.axis.size, self._start_of(parameters, rise, begin))
+
+    def _readings(self, parameters: np.ndarray, step: float, n: int, start: np.ndarray) -> dict[str, np.ndarray]:
+        """What every sample should have read that was taken in the first n intervals; see `_run`."""
+        p, axis = parameters[0], self.axis[:n]
+        begin, points, temperatures, (of_drive, of_hydraulic) = self._run(parameters, step, n, start)
         speed, current = of_drive[:, 0], of_drive[:, 1]
-        slot, end, rotor = (np.interp(self._drive_time, self.axis, temperatures[:, node]) for node in (SLOT_WINDING, END_WINDING, ROTOR))
+        slot, end, rotor = (np.interp(self._drive_time, axis, temperatures[:, node]) for node in (SLOT_WINDING, END_WINDING, ROTOR))
         voltage, power = np.empty(speed.size), np.empty(speed.size)
         electrical_samples(parameters, speed, current, slot, end, rotor, voltage, power)
         gain = p["measurement_current_gain"]
@@ -318,15 +311,16 @@ class Experiment:
         out[PRESSURES[0]] = out[PRESSURES[0]] + p["measurement_pressure_piston_side_offset"]
         out[PRESSURES[1]] = p["measurement_pressure_rod_side_gain"] * out[PRESSURES[1]] + p["measurement_pressure_rod_side_offset"]
         out["rod_velocity"] = p["measurement_rod_position_scale"] * out["rod_velocity"]
-        out[STROKE] = p["measurement_rod_position_scale"] * points["rod_position"][self._stroke_ends - 1]
+        out[STROKE] = p["measurement_rod_position_scale"] * points["rod_position"][np.minimum(self._stroke_ends, n) - 1]
         for name in self.sensors:
             key = f"temperature/{name}"
-            out[key] = np.interp(self.signals[key].time, self.axis, self._reading(name, p, begin, temperatures))
+            out[key] = np.interp(self.signals[key].time, axis, self._reading(name, p, begin, temperatures))
         return {name: out[name] for name in self.signals}
 
-    def operating(self, parameters: np.ndarray, step: float = HYDRAULIC_STEP) -> tuple[np.ndarray, np.ndarray]:
+    def operating(self, parameters: np.ndarray, step: float = HYDRAULIC_STEP,
+                  begin: Sequence[float] = ()) -> tuple[np.ndarray, np.ndarray]:
         """Operating points (n,) and temperatures, K, (n, N), of the free run, interval by interval; see `predict`."""
-        _, points, temperatures, _ = self._run(parameters, step, self.axis.size)
+        _, points, temperatures, _ = self._run(parameters, step, self.axis.size, self._start_of(parameters, self._rise, begin))
         return points, temperatures
 
     def _first(self, p: np.void) -> tuple[dict[str, float], float]:
@@ -339,9 +333,10 @@ class Experiment:
             first[NODE_OF_SENSOR[name]] = value if name in INNER_SENSORS else (value - contact * at_start) / (1.0 - contact)
         return first, at_start
 
-    def _start_of(self, parameters: np.ndarray, rise: np.ndarray) -> np.ndarray:
-        """Temperature of every node at the start, K, (N,), where a history has left them with such rises, K, (N,)."""
-        return spread_start(*self._first(parameters[0]), rise)
+    def _start_of(self, parameters: np.ndarray, rise: np.ndarray, begin: Sequence[float] = ()) -> np.ndarray:
+        """Temperature of every node at the start, K, (N,), where a history has left them with such rises, K, (N,); see `predict`."""
+        start = spread_start(*self._first(parameters[0]), rise)
+        return start + np.asarray(begin) @ self._open if len(begin) else start
 
     def _run(self, parameters: np.ndarray, step: float, n: int, begin: np.ndarray | None = None
              ) -> tuple[np.ndarray, np.ndarray, np.ndarray, tuple[np.ndarray, np.ndarray]]:

@@ -135,21 +135,28 @@ def _broyden(jacobians, comparisons, before, after, move) -> None:
 
 
 class Problem:
-    """Recordings of one rig and its uncertain parameters as one vector of deviations."""
+    """Recordings of one rig and what is open of them as one vector of deviations: its uncertain parameters, then how each one begins.
+
+    Attributes:
+        scale: of each parameter, in its unit, (p,). size: k, parameters and begins. lowest, highest: bounds, (k,).
+    """
 
     def __init__(self, experiments: Sequence[Experiment], rig: Rig, paths: list[str], discrepancy: Discrepancy) -> None:
         self.experiments, self.rig, self.paths, self.discrepancy = list(experiments), rig, paths, discrepancy
         self.scale = np.array([rig.quantities[path].standard_deviation for path in paths])
-        self.size = len(paths)
+        ends = np.cumsum([len(paths), *(e.open_begins for e in self.experiments)])
+        self._begins = [slice(*pair) for pair in zip(ends[:-1], ends[1:], strict=True)]
+        self.size = int(ends[-1])
         room = np.array([(rig[path] - BOUNDS[path].lowest, BOUNDS[path].highest - rig[path]) for path in paths]) / self.scale[:, None]
         below, above = np.clip(room, 0.0, CUT).T  # where tolerances end, and what cannot be negative is not
-        self.lowest, self.highest = -below, above
+        open_begins = np.full(self.size - len(paths), CUT)
+        self.lowest, self.highest = np.concatenate([-below, -open_begins]), np.concatenate([above, open_begins])
         self._base = [e.parameters(rig) for e in self.experiments]
 
     def record(self, number: int, theta: np.ndarray) -> np.ndarray:
-        """Parameters (1,) of recording ``number`` at deviations (k,)."""
+        """Parameters (1,) of recording ``number`` at deviations (k,), of which those of the parameters count, (p,)."""
         own = self._base[number].copy()
-        for path, deviation, scale in zip(self.paths, theta, self.scale, strict=True):
+        for path, deviation, scale in zip(self.paths, theta[: len(self.paths)], self.scale, strict=True):
             field = FIELD_OF_PATH[path]
             if path == "load.payload_mass":
                 own[field] *= 1.0 + deviation * scale / self.rig[path]
@@ -158,9 +165,13 @@ class Problem:
         refer_to_own_oil(own, self._base[number])
         return own
 
+    def begin(self, number: int, theta: np.ndarray) -> np.ndarray:
+        """How recording ``number`` begins at deviations (k,), as `Experiment.predict` takes it."""
+        return theta[self._begins[number]]
+
     def predict(self, theta: np.ndarray, step: float = _STEP) -> list[dict[str, np.ndarray]]:
         """Predictions of every recording; ``step`` (s) of the hydraulics."""
-        return [e.predict(self.record(i, theta), step) for i, e in enumerate(self.experiments)]
+        return [e.predict(self.record(i, theta), step, begin=self.begin(i, theta)) for i, e in enumerate(self.experiments)]
 
     def fit(self, pool: ThreadPoolExecutor, progress=None, start: np.ndarray | None = None, sweeps: int | None = None,
             restarts: int = 0) -> Fit:
@@ -288,7 +299,8 @@ class Problem:
             moved[i] += step[i]
             return [c.features(p) for c, p in zip(comparisons, self.predict(moved, size), strict=True)]
 
-        wanted = [i for i, path in enumerate(self.paths) if not (known and (keep or same_everywhere(path)))]
+        alike = {i for i, path in enumerate(self.paths) if same_everywhere(path)}
+        wanted = [i for i in range(self.size) if not (known and (keep or i in alike))]
         at_theta = self.predict(theta, size) if predictions is None else predictions
         base = [c.features(p) for c, p in zip(comparisons, at_theta, strict=True)]
         out = [k.copy() for k in known] or [np.empty((c.size, self.size)) for c in comparisons]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
 import numpy as np
@@ -11,15 +12,14 @@ from ddh_twin_py.estimation.calibration import FittedParameter
 from ddh_twin_py.gap import size
 from ddh_twin_py.gap.classes import classes_of
 from ddh_twin_py.gap.departure import departure_of
-from ddh_twin_py.gap.detection import SIZES, Detection, detection
+from ddh_twin_py.gap.detection import SIZES, Detection, detections
 from ddh_twin_py.gap.diagnosis import Diagnosis, Weighed
-from ddh_twin_py.gap.effect import Effect
 from ddh_twin_py.gap.held_best import HeldBest
 from ddh_twin_py.gap.held_runs import HeldRuns, ratios_of
 from ddh_twin_py.gap.law_freedom import gain_of_freedom
 from ddh_twin_py.gap.learned import described, learn
 from ddh_twin_py.gap.model import Diagnosable
-from ddh_twin_py.gap.places import alone, entry_of, places, unknown_places
+from ddh_twin_py.gap.places import alone, entry_of, located, places, unknown_places
 from ddh_twin_py.gap.refit import Refitted
 from ddh_twin_py.gap.search import Found
 from ddh_twin_py.gap.sensitivity import AMPLIFIED
@@ -72,14 +72,17 @@ def diagnosis(model: Diagnosable, found: Found, theta: np.ndarray, hidden: Seque
     speaks = leader.log_evidence - none.log_evidence
     within = gap_before <= _NEARLY and shrunk > _SHRINKS * gap_before and speaks < _LOUD
     if unknown.probability >= LIKELY:
-        unknown = replace(unknown, places=model.free_places(found, unknown.forms))
+        unknown = located(unknown, found.linearised, model.free_places(found, unknown.forms))
     verdict = judge(found, unknown, all(model.altered) and within)
     learned = None
     if verdict.word == "no_gap":
         leader = none
-    elif verdict.word == "unknown" and (terms := model.learned_terms(unknown.places[0].component, unknown.places[0].domain)):
-        learned = learn(model, found, terms, runs.gap)
-        leader = learned or leader
+    elif verdict.word == "unknown":
+        terms = model.learned_terms(unknown.places[0].component, unknown.places[0].domain)
+        learned = learn(model, found, terms, runs.gap) if terms else None
+        leader = learned or min((none, leader), key=runs.gap)
+        named = [f"the best listed hypothesis is {' and '.join(best.effects)}"] if best.columns else []
+        unknown = replace(unknown, notes=[*unknown.notes, *named])
     acting, after = leader.acting, runs.ratios(leader)
     gap_after = size.gap(after, floor)
     classes, confusable = classes_of(found.linearised, verdict.effects)
@@ -92,7 +95,8 @@ def diagnosis(model: Diagnosable, found: Found, theta: np.ndarray, hidden: Seque
     first = signals[0]
     spread = np.sqrt(np.diagonal(found.linearised.basis.covariance()))
     parameters = model.fitted_parameters(leader.theta, spread)
-    detectable = [detection(found.linearised, e) for e in _asked(found)] if verdict.word == "no_gap" else []
+    detectable = _detectable(found) if verdict.word == "no_gap" else []
+    missed = _missed(detectable)
     report = {
         "verdict": verdict.word,
         "gap": {"as_is": size.gap(as_is, floor), "before": gap_before, "after": gap_after,
@@ -106,13 +110,13 @@ def diagnosis(model: Diagnosable, found: Found, theta: np.ndarray, hidden: Seque
                           "after_interval": runs.interval(name, runs.of(leader))} for name in names if name in before and name in first},
         "unknown": verdict.unknown, "next_test": model.next_test(found, verdict, unknown), "held_out": held.words,
         "notes": [*unknown.notes, *([described(learned, gap_before, gap_after)] if learned else []), *model.notes(),
-                  *_not_seen(hidden), *(_since_when(found) if verdict.word == "no_gap" else []), *_would_not_show(detectable),
+                  *_not_seen(hidden), *(_since_when(found) if verdict.word == "no_gap" else []), *_would_not_show(missed),
                   *_at_the_end(parameters)],
     }
     inputs = model.unknown_inputs(plain, spread) if verdict.word != "no_gap" else []
     believed = acting if learned or verdict.word in ("explained", "ambiguous") else []
     return Diagnosis(
-        report=report, sentence=sentence(report, model.catalogue, hidden), recordings=model.recordings,
+        report=report, sentence=sentence(report, model.catalogue, [*hidden, *missed]), recordings=model.recordings,
         traces=held.traces(before_runs[0], runs.of(leader)[0], floor), axes=held.axes(leader.theta, acting),
         lacking=rows, alone=alone(model, found), inputs=inputs, weighed=weighed, confusable=confusable, parameters=parameters,
         shapes=unknown.shapes, rig=model.rig_with(leader.theta, believed, spread, joint=leader.joint if believed else None),
@@ -165,14 +169,20 @@ def _not_seen(hidden: Sequence[str]) -> list[str]:
     return [f"can be neither found nor excluded, as no signal of these recordings would show it: {', '.join(hidden)}"] if hidden else []
 
 
-def _asked(found: Found) -> list[Effect]:
-    """Effects that move any signal, each once."""
-    return list({column.effect.id: column.effect for column in found.linearised.columns}.values())
+def _detectable(found: Found) -> list[Detection]:
+    """From which size effects that move any signal would have been found."""
+    asked = {column.effect.id: column.effect for column in found.linearised.columns}
+    with ThreadPoolExecutor(max_workers=2) as pool:
+        return detections(found.linearised, list(asked.values()), pool)
 
 
-def _would_not_show(detectable: Sequence[Detection]) -> list[str]:
+def _missed(detectable: Sequence[Detection]) -> list[str]:
+    """Effects that a moderate size would not have shown."""
+    return [d.effect for d in detectable if d.smallest is None or d.rise > SIZES["moderate"]]
+
+
+def _would_not_show(missed: Sequence[str]) -> list[str]:
     """A note on what no gap does not exclude, none where every effect would have been found."""
-    missed = [d.effect for d in detectable if d.smallest is None or d.rise > SIZES["moderate"]]
     return [f"'no gap' does not exclude these, which would likely have been missed even at {SIZES['moderate']:g} times the noise of their "
             f"worst signal, or as large as they can be: {', '.join(missed)}"] if missed else []
 

@@ -17,7 +17,7 @@ import numpy as np
 from ddh_twin_py.estimation.comparison import Discrepancy
 from ddh_twin_py.estimation.experiment import Experiment
 from ddh_twin_py.gap.classes import TELLS_APART
-from ddh_twin_py.gap.detection import SIZES, Detection, detection, ways_of
+from ddh_twin_py.gap.detection import SIZES, Detection, detections, ways_of
 from ddh_twin_py.gap.direct_drive import DirectDrive
 from ddh_twin_py.gap.effect import Effect
 from ddh_twin_py.gap.hypotheses import POWER, POWER_WITHOUT_COMMISSIONING, SLACK, WIDTH
@@ -59,13 +59,13 @@ def design(field: Experiment, commissioning: Experiment | None, rig: Rig, effect
     model = DirectDrive([] if commissioning is None else [commissioning], [field], rig)
     power = POWER_WITHOUT_COMMISSIONING if commissioning is None else POWER
     linearised = linearise(model, effects, np.zeros(model.size), Discrepancy(), SLACK, power, pool, progress)
-    detections = [detection(linearised, effect) for effect in effects]
+    shown = detections(linearised, effects, pool)
     names, separation = separations(linearised)
-    seen = {d.effect for d in detections if d.detects("moderate")}
+    seen = {d.effect for d in shown if d.detects("moderate")}
     return Design(
         duration=float(field.duration), commissioning=0.0 if commissioning is None else float(commissioning.duration),
         sensors=tuple(field.sensors), pressures=any(name.startswith("pressure_") for name in field.signals),
-        detections=detections, names=names, separation=separation, classes=classes(names, separation, seen))
+        detections=shown, names=names, separation=separation, classes=classes(names, separation, seen))
 
 
 def separations(linearised: Linearised) -> tuple[list[str], np.ndarray]:

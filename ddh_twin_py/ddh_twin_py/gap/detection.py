@@ -1,12 +1,16 @@
 """How large an effect must be for a recording to show it.
 
 With the information I of a column (the rig's parameters and the slack of the model's laws integrated out) a departure x of it
-gives the score I x, and from there on detection is asked as the diagnosis itself asks (`hypotheses.weigh`).
+gives the score I x, and from there on detection is asked as the diagnosis itself asks (`hypotheses.weigh`). A law may bend between
+that departure and the one that its column was taken at: a valve shows nothing until it opens. So a run is made with the departure,
+and where signals rise less than the column says, a larger one is sought.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,12 +18,17 @@ import numpy as np
 from ddh_twin_py.gap.effect import Effect
 from ddh_twin_py.gap.hypotheses import LEAST, weigh
 from ddh_twin_py.gap.linearised import Linearised
+from ddh_twin_py.gap.sensitivity import rise_of
 
 DETECTED = math.log(20.0)
 """Expected gain of log evidence over no effect from which an effect counts as detected."""
 SIZES = {"faint": 2.2, "moderate": 5.0, "clear": 11.0}
 """Sizes by the rise of the worst signal, in multiples of its noise."""
 _SMALLEST, _LARGEST = 1e-3, 1e3  # multiples of a column between which the smallest departure is looked for
+_CONFIRMED, _ATTEMPTS = 0.5, 6  # share of the rise promised by a column that a run must show; runs to find where it does
+
+RiseAt = Callable[[Effect, int, float], float]
+"""Rise of the worst signal, in multiples of its noise, where an effect acts by one of its laws with a departure."""
 
 
 @dataclass(frozen=True)
@@ -45,7 +54,20 @@ class Detection:
         return None if self.gain[size] is None else self.gain[size] >= DETECTED
 
 
-def detection(linearised: Linearised, effect: Effect) -> Detection:
+def detections(linearised: Linearised, effects: Sequence[Effect], pool: ThreadPoolExecutor) -> list[Detection]:
+    """How effects show in a case, each by the way of it that shows least."""
+    model = linearised.model
+    altered = [i for i, acts in enumerate(model.altered) if acts]
+    signals = [model.signals[i] for i in altered]
+    base = [model.run_one(i, linearised.theta, (), roughly=True) for i in altered]
+
+    def rise_at(effect: Effect, law: int, x: float) -> float:
+        return rise_of(signals, [model.run_one(i, linearised.theta, [(effect, law, x)], roughly=True) for i in altered], base)[0]
+
+    return list(pool.map(lambda effect: detection(linearised, effect, rise_at), effects))
+
+
+def detection(linearised: Linearised, effect: Effect, rise_at: RiseAt) -> Detection:
     """How an effect shows in a case, by the way of it that shows least."""
     ways = ways_of(linearised, effect.id)
     if not ways:
@@ -54,12 +76,13 @@ def detection(linearised: Linearised, effect: Effect) -> Detection:
     within = [i for i in ways if smallest[i] is not None] or ways
     hardest = max(within, key=lambda i: (smallest[i] or 0.0) * linearised.columns[i].rise)
     column, found = linearised.columns[hardest], smallest[hardest]
+    rise = None if found is None else found * column.rise
+    found = None if found is None else _confirmed(lambda share: rise_at(effect, column.law, share * column.x), found, rise)
     gain: dict[str, float | None] = {}
-    for name, rise in SIZES.items():
-        possible = [i for i in ways if rise <= linearised.columns[i].rise * linearised.columns[i].room]
-        gain[name] = min((_gain(linearised, i, rise / linearised.columns[i].rise) for i in possible), default=None)
-    return Detection(effect.id, effect.unit, None if found is None else found * column.x, None if found is None else found * column.rise,
-                     column.worst, gain)
+    for name, size in SIZES.items():
+        possible = [i for i in ways if size <= linearised.columns[i].rise * linearised.columns[i].room]
+        gain[name] = min((_gain(linearised, i, size / linearised.columns[i].rise) for i in possible), default=None)
+    return Detection(effect.id, effect.unit, None if found is None else found * column.x, rise, column.worst, gain)
 
 
 def ways_of(linearised: Linearised, effect: str) -> list[int]:
@@ -67,6 +90,24 @@ def ways_of(linearised: Linearised, effect: str) -> list[int]:
     every = [i for i, column in enumerate(linearised.columns) if column.effect.id == effect]
     possible = [i for i in every if linearised.columns[i].rise * linearised.columns[i].room >= SIZES["faint"]]
     return possible or every
+
+
+def _confirmed(rise_at: Callable[[float], float], found: float, wanted: float) -> float:
+    """The least departure from ``found`` to the column's own at which a run rises as the column promised ``found`` would.
+
+    Args:
+        rise_at: rise at a departure. found: departure; all in multiples of the column. wanted: rise, in multiples of noise.
+    """
+    if found >= 1.0 or rise_at(found) >= _CONFIRMED * wanted:
+        return found
+    low, high = found, 1.0
+    for _ in range(_ATTEMPTS):
+        middle = math.sqrt(low * high)
+        if rise_at(middle) < wanted:
+            low = middle
+        else:
+            high = middle
+    return high
 
 
 def _gain(linearised: Linearised, column: int, departure: float) -> float:

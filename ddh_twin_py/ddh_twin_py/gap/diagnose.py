@@ -86,14 +86,15 @@ def diagnose(recordings: Recordings, rig: Rig, without: Collection[str] = (), on
         fit = problem.fit(pool, lambda done: told(_FITTED * done), sweeps=_SWEEPS if commissioning else _SWEEPS_OF_SHEET,
                           restarts=RESTARTS if commissioning else 0)
         discrepancy = sized(problem.discrepancy, fit.allowances) if commissioning else Discrepancy()
+        fitted = model.of_first(fit.theta)
         sheet = None if commissioning else np.zeros(model.size)  # a fit takes a large effect for parameters
         lap("fit of the rig")
         power = POWER if commissioning else POWER_WITHOUT_COMMISSIONING
-        found: Found = search(model, effects, fit.theta, discrepancy, power, pool,
+        found: Found = search(model, effects, fitted, discrepancy, power, pool,
                               lambda done: told(_FITTED + (_SEARCHED - _FITTED) * done), sheet,
                               lambda linearised, fitted: structure_left(model, linearised, fitted))
         lap("search")
-        result = answer.diagnosis(model, found, fit.theta, unseen(effects, found.linearised.columns), seconds)
+        result = answer.diagnosis(model, found, fitted, unseen(effects, found.linearised.columns), seconds)
     lap("answer")
     told(1.0)
     late = out_of_order(recordings.field, recordings.commissioning)

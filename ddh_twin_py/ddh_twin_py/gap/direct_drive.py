@@ -61,10 +61,15 @@ class DirectDrive:
 
     def run_one(self, number: int, theta: np.ndarray, acting: Acting = (), roughly: bool = False) -> dict[str, np.ndarray]:
         """Free run of one recording; effects act where it is altered."""
-        return self.experiments[number].predict(self.record(number, theta, acting), _COARSE if roughly else STEP)
+        step = _COARSE if roughly else STEP
+        return self.experiments[number].predict(self.record(number, theta, acting), step, begin=self.problem.begin(number, theta))
+
+    def of_first(self, theta: np.ndarray) -> np.ndarray:
+        """Deviations (k,) of the whole case from those of a fit to its first recordings alone; the others begin as is likely."""
+        return np.concatenate([theta, np.zeros(self.size - theta.size)])
 
     def run_held(self, number: int, theta: np.ndarray, acting: Acting = (), step: float = STEP,
-                 begin: Sequence[float] = ()) -> dict[str, np.ndarray]:
+                 begin: Sequence[float] | None = None) -> dict[str, np.ndarray]:
         """Free run of a recording that took no part, effects acting; ``begin`` as in `Experiment.predict`."""
         return self.held[number].predict(self.held_record(number, theta, acting), step, own_history=True, begin=begin)
 
@@ -92,7 +97,8 @@ class DirectDrive:
         """On what a discrepancy may depend, for every bin, by recording: ``oil temperature`` K and ``speed`` rad/s, (rows,)."""
         out = []
         for number, comparison in enumerate(comparisons):
-            points, temperatures = self.experiments[number].operating(self.record(number, theta, acting), _COARSE)
+            record, begin = self.record(number, theta, acting), self.problem.begin(number, theta)
+            points, temperatures = self.experiments[number].operating(record, _COARSE, begin)
             time = np.concatenate([block.binning.time for block in comparison.blocks])
             axis = self.experiments[number].axis
             out.append({"oil temperature": np.interp(time, axis, temperatures[:, TANK]),
@@ -110,7 +116,7 @@ class DirectDrive:
             joint: covariance of parameters and departures, (k + m, k + m); None where the departures are exact.
         """
         quantities = dict(self.rig.quantities)
-        for path, deviation, std, scale in zip(self.paths, theta, spread, self.problem.scale, strict=True):
+        for path, deviation, std, scale in zip(self.paths, theta, spread, self.problem.scale, strict=False):  # begins are not the rig's
             bound = BOUNDS[path]
             value = min(max(quantities[path].value + float(deviation * scale), bound.lowest), bound.highest)
             quantities[path] = replace(quantities[path], value=value, std=float(std * scale), source=source)

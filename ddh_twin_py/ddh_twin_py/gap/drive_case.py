@@ -114,7 +114,7 @@ class DriveCase(DirectDrive):
     def fitted_parameters(self, theta: np.ndarray, spread: np.ndarray) -> list[FittedParameter]:
         """Parameters with prior and posterior."""
         out = []
-        for path, deviation, std, scale in zip(self.paths, theta, spread, self.problem.scale, strict=True):
+        for path, deviation, std, scale in zip(self.paths, theta, spread, self.problem.scale, strict=False):  # begins are not the rig's
             q = self.rig.quantities[path]
             value = q.value + float(deviation * scale)
             out.append(FittedParameter(path, q.unit, q.value, scale, value, float(std * scale), bool(std < INFORMED)))
@@ -141,7 +141,7 @@ class DriveCase(DirectDrive):
         if len(unread) == len(SENSORS):
             notes.append("there is no temperature sensor but ambient; thermal effects cannot be known")
         elif unread:
-            notes.append(f"the temperatures of {', '.join(unread)} are not read: how warm they are at the start is guessed, what happens "
+            notes.append(f"the temperatures of {', '.join(unread)} are not read: how warm they are at the start is inferred, what happens "
                          "to their heat is known from the others alone")
         if (free := len(set(self.paths) - self.unlisted)) < _FEW:
             notes.append(f"the rig's sheet leaves {free} quantities a tolerance: whatever else differs from it is called an effect or "

@@ -74,9 +74,12 @@ def _heat(temperature: np.ndarray, record: np.ndarray, air: np.ndarray) -> np.nd
 
 
 def _reading(effect: Effect, experiment: Experiment, without, acting, step, phase, regimes) -> Course:
-    """Change of the reading that changes most for its noise."""
+    """Change of the reading that changes most for its noise, a temperature where the effect is thermal."""
     before, after = experiment.predict(without, step), experiment.predict(acting, step)
-    worst = max(experiment.signals, key=lambda n: float(np.sqrt(np.mean((after[n] - before[n]) ** 2))) / experiment.signals[n].noise)
+    warm = [name for name in experiment.signals if effect.domain == "thermal" and name.startswith("temperature/")]
+    moved = {name: float(np.sqrt(np.mean((after[name] - before[name]) ** 2))) / experiment.signals[name].noise
+             for name in warm or experiment.signals}
+    worst = max(moved, key=moved.get)
     signal = experiment.signals[worst]
     order = np.argsort(signal.time, kind="stable")
     value = np.interp(experiment.axis, signal.time[order], (after[worst] - before[worst])[order])

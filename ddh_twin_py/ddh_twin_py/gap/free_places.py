@@ -38,7 +38,8 @@ class FreePlace:
         component, domain: where. log_evidence: over no input. share: probability among all places.
         column, departure, relative: of its constant inputs the one that explains most, by how many multiples of it, and the standard
             deviation of that over it; None and 0 where there is none, as of a reading.
-        signal: the reading that errs, else empty.
+        signal: the reading that errs, else empty. course: what it is off by, as its inputs are most probable, in features, by recording,
+            (rows,); None where no reading errs.
     """
 
     component: str
@@ -49,6 +50,7 @@ class FreePlace:
     departure: float = 0.0
     relative: float = 0.0
     signal: str = ""
+    course: list[np.ndarray] | None = None
 
 
 @dataclass(frozen=True)
@@ -136,9 +138,11 @@ def _explained(linearised: Linearised, key: tuple[str, str, str], inputs: _Input
     steady = seen[seen < len(inputs.constant)]
     if not steady.size:
         return None
-    log = max(gain(sums.information[np.ix_(some, some)], sums.score[some], widths[some])[0] for some in (steady, seen)) - penalty
+    log, estimate, taken = max(((*gain(sums.information[np.ix_(some, some)], sums.score[some], widths[some])[:2], some)
+                                for some in (steady, seen)), key=lambda found: found[0])
     precision = np.diagonal(sums.information)[steady] + _CONSTANT**-2
-    place = FreePlace(key[0], key[1], float(log), 0.0, None, signal=inputs.signal)
+    course = [rows[:, taken] @ estimate for rows in stacked] if inputs.signal else None
+    place = FreePlace(key[0], key[1], float(log - penalty), 0.0, None, signal=inputs.signal, course=course)
     i = int(np.argmax(np.where(sums.score[steady] > 0.0, sums.score[steady] ** 2 / precision, -1.0)))
     departure = float(sums.score[steady[i]] / precision[i])
     if not inputs.columns or departure <= 0.0:

@@ -48,7 +48,7 @@ class HeldBest:
         self._moves = of_rig + self._of_begin
         used = [{name: _spread_out(held.mask()(s)) for name, s in own.items()} for own in held.signals()]
         self._used = [{name: index for name, index in own.items() if index.size} for own in used]
-        self._slopes = self._sensitivities(theta, (), of_rig, held.run(theta, ()))
+        self._slopes = self._sensitivities(theta, (), of_rig, self._run(theta, (), np.zeros(len(self._moves))))
 
     def over(self, theta: np.ndarray, acting: Acting, closely: bool = False) -> dict[str, float]:
         """RMS over floor of each signal.
@@ -57,7 +57,8 @@ class HeldBest:
             theta: parameters that a fit found, (k,). acting: effects. closely: take sensitivities anew where the first steps lead; a
                 valve may be open there that is shut where they were taken.
         """
-        z, runs = np.zeros(len(self._moves)), self._held.run(theta, acting)
+        z = np.zeros(len(self._moves))
+        runs = self._run(theta, acting, z)
         of_begin = self._sensitivities(theta, acting, self._of_begin, runs)  # the warmth of oil bends, and what acts bends it
         slopes = [{name: np.hstack([own[name], begin[name]]) for name in own} for own, begin in zip(self._slopes, of_begin, strict=True)]
         z, runs = self._descended(theta, acting, z, runs, slopes)

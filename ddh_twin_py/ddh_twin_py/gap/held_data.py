@@ -50,9 +50,9 @@ class HeldData:
         return [e.open_begins for e in self.model.held] or [0] * len(_field(self.model))
 
     def run(self, theta: np.ndarray, acting: Acting, begin: Sequence[Sequence[float]] | None = None) -> list[dict[str, np.ndarray]]:
-        """Free runs, by recording; ``begin`` as in `Experiment.predict`, by recording."""
+        """Free runs, by recording; ``begin`` as in `Experiment.predict`, by recording; None: all as their first minutes tell."""
         if self.model.held:
-            begins = begin if begin is not None else [()] * len(self.model.held)
+            begins = begin if begin is not None else [None] * len(self.model.held)
             return [self.model.run_held(number, theta, acting, begin=own) for number, own in enumerate(begins)]
         first = len(self.model.experiments) - len(_field(self.model))
         return [self.model.run_one(first + number, theta, acting) for number in range(len(_field(self.model)))]

@@ -13,6 +13,7 @@ from ddh_twin_py.gap.effect import Effect
 
 PHASES = ("lifting", "lowering", "holding", "transient")
 _REGIMES = 3  # parts of equal count along a variable
+_NOTHING = 1.0e-6  # of the largest value, below which a mean is rounding
 
 
 @dataclass(frozen=True)
@@ -65,6 +66,8 @@ def lacks(acting: Sequence[Acting]) -> list[Lack]:
 
 def _row(one: Acting, phase: str, regime: str, at: np.ndarray, share: float) -> Lack:
     value = float(one.course.value[at].mean()) if at.any() else 0.0
+    if abs(value) < _NOTHING * np.abs(one.course.value).max(initial=0.0):
+        value = 0.0
     return Lack(one.effect.component, one.effect.domain, phase, regime, value, abs(value) * one.relative, one.course.unit, share)
 
 

@@ -92,7 +92,7 @@ class Held(Protocol):
         """Free runs, by recording.
 
         Args:
-            begin: by recording, standard deviations of each of those ways; None: of none.
+            begin: by recording, standard deviations of each of those ways; None: as the first minutes of each tell.
         """
         ...
 

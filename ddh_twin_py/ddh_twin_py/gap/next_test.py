@@ -29,6 +29,7 @@ SETTLED = 0.95
 """Probability of the leading set from which nothing is left to tell apart."""
 DECIDES = 1.0
 """Expected log Bayes factor below which a test leaves the odds nearly as they are."""
+_SURE = 1000.0  # log Bayes factor beyond which none is told
 _ENOUGH = 10.0  # log Bayes factor beyond which more is worth no more
 _DIRECTIONS = 10  # combinations of parameters by which tests are compared at first
 _NEGLIGIBLE = 0.02  # of the noise: what an unknown may move in the usual test without counting elsewhere
@@ -104,7 +105,7 @@ def next_test(model: DirectDrive, found: Found, progress: Callable[[float], None
     told_apart = [i for i, value in enumerate(choice.apart) if value >= TELLS_APART] or [int(np.argmax(choice.apart))]
     alike = [_name(rival) for i, rival in enumerate(choice.rivals) if i not in told_apart]
     rest = f" It would not tell {_name(choice.leader)} from {', '.join(alike)}." if alike else ""
-    separation = round(float(min(choice.apart[i] for i in told_apart)), 2)
+    separation = round(min(_SURE, *(float(choice.apart[i]) for i in told_apart)), 2)
     return {"description": described(choice.option.words, separation) + rest,
             "between": [_name(choice.leader), *(_name(choice.rivals[i]) for i in told_apart)],
             "expected_separation": separation}

@@ -8,8 +8,10 @@ from dataclasses import replace
 import numpy as np
 
 from ddh_twin_py.gap.diagnosis import Lack
+from ddh_twin_py.gap.free_places import FreePlace
 from ddh_twin_py.gap.hypotheses import WIDTH
-from ddh_twin_py.gap.lacking import Acting, chi_square_by_phase, lacks
+from ddh_twin_py.gap.lacking import PHASES, Acting, chi_square_by_phase, lacks
+from ddh_twin_py.gap.linearised import Linearised
 from ddh_twin_py.gap.model import Diagnosable
 from ddh_twin_py.gap.refit import Refitted
 from ddh_twin_py.gap.search import Found
@@ -18,6 +20,7 @@ from ddh_twin_py.gap.unknown import Unknown
 from ddh_twin_py.gap.verdict import Verdict
 
 _PLACES_ALONE = 5
+_BELIEVED = 0.1  # of the likeliest effect's probability, from which another says what is lacking
 _LIKELY = 0.05  # share from which a place is listed where something unknown acts
 _MOSTLY = 0.6  # share of the chi-square from which a phase stands for all
 _CRUDE = 0.3  # standard deviation of what a free form is large, as a share of it
@@ -29,7 +32,7 @@ def places(model: Diagnosable, found: Found, verdict: Verdict) -> list[Lack]:
     rows = []
     for name, probability in verdict.effects.items():
         fitted = next((found.fitted[ids] for ids in verdict.sets if name in ids and ids in found.fitted), None)
-        if fitted is None or probability < 0.02:
+        if fitted is None or probability < _BELIEVED * max(verdict.effects.values()):
             continue
         i = [c.effect.id for c in fitted.columns].index(name)
         column, x = fitted.columns[i], float(fitted.x[i])
@@ -93,13 +96,48 @@ def unknown_places(model: Diagnosable, found: Found, unknown: Unknown, leader: R
         if one is not None:
             acting.append(one if len(likely) == 1 else replace(one, by_phase=_in_one(one.by_phase)))
             continue
-        named = {place.signal} if place.signal else {form.signal for form in unknown.forms if form.gain > 0.0}
-        by_phase = _left_by_phase(found, leader, named)
+        if place.course is not None:
+            rows += _misread(found, place, share, apart=len(likely) == 1)
+            continue
+        by_phase = _left_by_phase(found, leader, {form.signal for form in unknown.forms if form.gain > 0.0})
         rows += [Lack(place.component, place.domain, phase, "", unknown.size, _CRUDE * unknown.size, unknown.unit, share * part)
                  for phase, part in (by_phase if len(likely) == 1 else _in_one(by_phase)).items() if part > 0.0]
     lacking = lacks(acting)
     rows += [row for row in lacking if not row.regime]
     return sorted(rows, key=lambda row: -row.share) + [row for row in lacking if row.regime]
+
+
+def located(unknown: Unknown, linearised: Linearised, places: list[FreePlace]) -> Unknown:
+    """The same with where it acts; as large as the likeliest reading errs, if a reading it is."""
+    if places[0].course is None:
+        return replace(unknown, places=places)
+    value, _, unit = _misreading(linearised, places[0])
+    return replace(unknown, places=places, size=float(np.sqrt(np.mean(value**2))), unit=unit)
+
+
+def _misreading(linearised: Linearised, place: FreePlace) -> tuple[np.ndarray, np.ndarray, str]:
+    """What the reading of a place is off by in the recordings in which effects act, in its unit, (b,), phases (b,), and that unit."""
+    value, phase, unit = [], [], ""
+    for comparison, signals, course, acts in zip(linearised.comparisons, linearised.model.signals, place.course, linearised.model.altered,
+                                                 strict=True):
+        for block in comparison.blocks:
+            if acts and block.signal == place.signal:
+                value.append(course[block.rows] * block.spread)
+                phase.append(block.binning.phase)
+                unit = signals[block.signal].unit
+    return np.concatenate(value), np.concatenate(phase), unit
+
+
+def _misread(found: Found, place: FreePlace, share: float, apart: bool) -> list[Lack]:
+    """Rows of a reading that errs: its mean error in each phase, or in all of them together."""
+    value, phase, unit = _misreading(found.linearised, place)
+    by_phase = chi_square_by_phase(place.course, found.linearised.comparisons) if apart else {"all": 1.0}
+    rows = []
+    for name, part in by_phase.items():
+        own = value[phase == PHASES.index(name)] if name in PHASES else value
+        mean = float(own.mean()) if own.size else 0.0
+        rows.append(Lack(place.component, place.domain, name, "", mean, _CRUDE * abs(mean), unit, share * part))
+    return [row for row in rows if row.share > 0.0]
 
 
 def _in_one(by_phase: Mapping[str, float]) -> dict[str, float]:

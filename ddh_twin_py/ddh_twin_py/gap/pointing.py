@@ -23,7 +23,7 @@ def pointed_component(statuses: Sequence[SignalStatus], rig: Rig) -> tuple[str, 
     opened = {status.signal: status for status in statuses if status.opened}
     if not opened:
         return "", ""
-    closed = {status.signal: status.detectable for status in statuses if not status.opened and math.isfinite(status.threshold)}
+    closed = {status.signal: status.detectable for status in statuses if not status.opened and status.tested}
     if len(opened) == 1 and next(iter(opened)) in (PISTON, ROD):
         (signal, status), = opened.items()
         return _lonely_pressure(signal, abs(status.size), closed, rig)

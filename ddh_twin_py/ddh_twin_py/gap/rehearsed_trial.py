@@ -20,21 +20,32 @@ class RehearsedTrial(Trial):
     """A rehearsed test.
 
     Args:
-        model, linearised: of the recordings. experiment: the rehearsal; sensors that the recordings lack have unknown zeros.
+        model, linearised: of the recordings. experiment: the rehearsal; sensors that the recordings lack have unknown zeros, and what no
+            sensor reads may begin otherwise.
     """
 
     def __init__(self, model: DirectDrive, linearised: Linearised, experiment: Experiment) -> None:
         added = [path for path in offset_paths([experiment]) if path not in model.paths]
-        super().__init__(experiment.signals, linearised.discrepancy, len(added))
+        super().__init__(experiment.signals, linearised.discrepancy, len(added) + experiment.open_begins)
         self.experiment = experiment
+        self._of_rig, self._of_case = len(model.paths), model.size
         self._problem = Problem([experiment], with_offsets(model.rig, added), model.paths + added, linearised.discrepancy)
 
     def predict(self, theta: np.ndarray, acting: Acting) -> dict[str, np.ndarray]:
-        return self.experiment.predict(self.record(theta, acting), STEP)
+        own = self._own(theta)
+        return self.experiment.predict(self._record(own, acting), STEP, begin=self._problem.begin(0, own))
 
     def record(self, theta: np.ndarray, acting: Acting) -> np.ndarray:
         """Parameter record (1,) of the test; see `predict`."""
-        record = self._problem.record(0, np.concatenate([theta, np.zeros(self._problem.size - theta.size)]))
+        return self._record(self._own(theta), acting)
+
+    def _own(self, theta: np.ndarray) -> np.ndarray:
+        """Deviations of the test, (k,): how the case's recordings began is not part of it."""
+        added = theta[self._of_case :]
+        return np.concatenate([theta[: self._of_rig], added, np.zeros(self._problem.size - self._of_rig - added.size)])
+
+    def _record(self, own: np.ndarray, acting: Acting) -> np.ndarray:
+        record = self._problem.record(0, own)
         for effect, law, departure in acting:
             effect.laws[law](record, departure)
         return record

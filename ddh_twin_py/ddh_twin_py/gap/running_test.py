@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -30,6 +30,7 @@ _LEVEL_ERROR = 2.0  # standard errors of the learned level that are allowed for
 _FARTHEST = 4.0  # beyond k, standard deviations that one bin may count: one odd bin alone opens no gap
 _LEAST_THRESHOLD = 6.0  # so that it takes two bins at least
 _LEAST_FILLED = 0.5  # of the usual samples, below which a bin is left out
+_SILENT = 3  # bins of working time with too few samples, after which a signal counts as not heard
 _MEMORY = 60  # bins over which an open gap's size is averaged
 
 
@@ -60,6 +61,7 @@ class SignalStatus:
         statistic: the larger of both sides. threshold: NaN while learning.
         opened: a gap is open. since: s of stamp time at which it seems to have begun, NaN where none is open.
         size, size_deviation: mean departure since then and its standard deviation. detectable: the smallest size the test is made for.
+        unheard: s of working time for which too few samples came to be tested, 0 below `_SILENT` bins.
     """
 
     signal: str
@@ -72,6 +74,12 @@ class SignalStatus:
     size: float = math.nan
     size_deviation: float = math.nan
     detectable: float = math.nan
+    unheard: float = 0.0
+
+    @property
+    def tested(self) -> bool:
+        """Whether its normal level is known and it is heard."""
+        return math.isfinite(self.threshold) and self.unheard == 0.0
 
 
 class _Side:
@@ -164,6 +172,7 @@ class RunningTest:
         self._steps = between_alarms / bin_length * (among or len(signals))
         self._smallest, self._floor_with_level = smallest, floor_with_level
         self.resets = 0
+        self._silent = np.zeros(len(self.signals), dtype=int)  # bins of working time without enough samples, by signal
         self._tests = {name: self._test(known[name]) for name in signals if known and name in known}
         self._learned: dict[str, list[tuple]] = {name: [] for name in self.signals if name not in self._tests}
         self._clear()
@@ -185,6 +194,7 @@ class RunningTest:
             test.reset()
         for bins in self._learned.values():
             bins.clear()
+        self._silent[:] = 0
         self._clear()
 
     def advance(self, stamp_ns: np.ndarray, residual: np.ndarray, phase: np.ndarray, works: np.ndarray) -> int:
@@ -223,23 +233,26 @@ class RunningTest:
     def _finish(self) -> int:
         if self._worked:
             for s, name in enumerate(self.signals):
-                if self._count[s].any():
-                    self._take_bin(s, name)
+                heard = self._count[s].any() and self._take_bin(s, name)
+                self._silent[s] = 0 if heard else self._silent[s] + 1
         self._total[:], self._square[:], self._count[:], self._worked = 0.0, 0.0, 0.0, False
         return 1
 
-    def _take_bin(self, s: int, name: str) -> None:
+    def _take_bin(self, s: int, name: str) -> bool:
+        """Test a bin, or learn from it; whether it has enough samples for that."""
         total, square, count = self._total[s].copy(), self._square[s].copy(), self._count[s].copy()
         test = self._tests.get(name)
         if test is not None:
             x = Bins(np.zeros(1), total[None], square[None], count[None]).means(np.array(test.level.level))[0]
-            if math.isfinite(x) and count.sum() >= _LEAST_FILLED * test.level.samples:
+            enough = math.isfinite(x) and count.sum() >= _LEAST_FILLED * test.level.samples
+            if enough:
                 test.step(self._index, float(x))
-            return
+            return bool(enough)
         learned = self._learned[name]
         learned.append((self._index, total, square, count))
         if len(learned) >= self._wanted and not self._learn(s, name):
             learned.pop(0)
+        return True
 
     def _learn(self, s: int, name: str) -> bool:
         """Take the bins so far as normal; whether they told enough."""
@@ -288,8 +301,10 @@ class RunningTest:
     def status(self) -> list[SignalStatus]:
         """How each signal stands, in order."""
         floors = self.floors()
-        return [
+        plain = [
             self._tests[name].status(name, self.bin_length) if name in self._tests
             else SignalStatus(name, min(len(self._learned[name]) / self._wanted, 1.0), float(floors[s]))
             for s, name in enumerate(self.signals)
         ]  # fmt: skip
+        unheard = [bins * self.bin_length if bins >= _SILENT else 0.0 for bins in self._silent.tolist()]
+        return [replace(status, unheard=seconds) for status, seconds in zip(plain, unheard, strict=True)]

@@ -150,8 +150,8 @@ def halfway(unknown: Unknown, left: float, closed: float | None, slow: float = 0
     """
     if closed is None or closed >= _CLOSED or left < max(OUT_OF_SAMPLE, slow):
         return unknown
-    note = (f"the two leading effects close {closed:.0%} of the gap of held-out data and leave {left:.1f} times the floor; they are not "
-            "sure to be all")
+    note = (f"with what is open of rig and begin at its best, the two leading effects close {closed:.0%} of the gap of held-out data and "
+            f"leave {left:.1f} times the floor; they are not sure to be all")
     return unknown.raised(_NOT_SEEN, note)
 
 

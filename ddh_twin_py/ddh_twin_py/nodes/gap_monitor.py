@@ -138,7 +138,7 @@ class GapMonitorNode(TwinNode):
             elif status.signal in before and not status.opened:
                 self.get_logger().info(f"the gap of {status.signal} has closed")
         message = GapStatus(
-            watching=any(math.isfinite(status.threshold) for status in self._statuses),
+            watching=any(status.tested for status in self._statuses),
             opened=any(status.opened for status in self._statuses), component=self._component, because=self._because,
             bin=self._settings.bin_length, time_between_false_alarms=self._settings.between_alarms,
             signals=[_signal_gap(status) for status in self._statuses],
@@ -187,7 +187,7 @@ class GapMonitorNode(TwinNode):
             report.error(self._keeper.failure)
         tested = 0
         for status in self._statuses:
-            unit, tested = UNITS[status.signal], tested + math.isfinite(status.threshold)
+            unit, tested = UNITS[status.signal], tested + status.tested
             report.add(f"{status.signal} learned", status.learned, "1")
             report.add(f"{status.signal} noise floor", status.floor, unit)
             report.add(f"{status.signal} statistic", status.statistic, "1")
@@ -195,6 +195,8 @@ class GapMonitorNode(TwinNode):
             report.add(f"{status.signal} size", status.size, unit)
             if status.opened:
                 report.warn(_words(status))
+            elif status.unheard and math.isfinite(status.threshold):
+                report.warn(f"{status.signal} is not tested: too little of it was heard in {status.unheard:g} s of work")
         if self._component:
             report.warn(f"points to {self._component}: {self._because}")
         if not tested:
@@ -213,7 +215,7 @@ def _words(status: SignalStatus) -> str:
 
 def _signal_gap(status: SignalStatus) -> SignalGap:
     row = SignalGap(
-        signal=status.signal, unit=UNITS[status.signal], tested=math.isfinite(status.threshold), learned=status.learned,
+        signal=status.signal, unit=UNITS[status.signal], tested=status.tested, learned=status.learned,
         floor=status.floor, statistic=status.statistic, threshold=status.threshold, opened=status.opened, size=status.size,
         size_standard_deviation=status.size_deviation, size_in_floors=status.size / status.floor,
     )  # fmt: skip

@@ -24,7 +24,7 @@ def drawings(diagnosis: Diagnosis) -> doc.Html:
             for r in diagnosis.report["where"] if r["component"] in COMPONENTS]
     if not rows:
         return doc.Html(
-            doc.paragraph("Nothing is missing anywhere." if diagnosis.report["gap"]["before"] is not None
+            doc.paragraph("Nothing is missing that these recordings would show." if diagnosis.report["gap"]["before"] is not None
                           else "The record does not say where anything is missing.")
             + f'<div class="phases"><div class="phase wide"><div class="scroll">{circuit_drawing({}, "The DDH circuit", recorded)}'
             + "</div></div></div>"
@@ -72,6 +72,8 @@ def lacking_table(rows: Sequence[Lack], caption: str = "") -> doc.Html:
 
 def sureness(value: float, std: float) -> doc.Html:
     """Whether a value stands out of its uncertainty, as a mark with words."""
+    if value == 0.0:
+        return doc.mark("none", "nothing")
     times = abs(value) / std if std > 0.0 else float("inf")
     if times >= 2.0 * _WITH_STD:
         return doc.mark("good", "clear")

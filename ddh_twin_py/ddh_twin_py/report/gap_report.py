@@ -139,11 +139,15 @@ def _lacking(diagnosis: Diagnosis) -> doc.Html:
     return doc.Html("".join(blocks))
 
 
+_NO_TEST = {
+    "unknown": "The catalogue does not hold the cause, so no duty is known that would tell more. Look at the machine where the gap lies.",
+    "no_gap": "Nothing is left to tell apart. A duty and sensors that show more are found with ddh-twin gap-design, before "
+              "anything is recorded.",
+}
+
+
 def _next_test(test: dict | None, verdict: str) -> doc.Html:
-    if not test:
-        return doc.paragraph("The catalogue does not hold the cause, so no duty is known that would tell more. Look at the machine where "
-                             "the gap lies." if verdict == "unknown" else "Nothing is left to tell apart.")
-    return next_test_block(test)
+    return next_test_block(test) if test else doc.paragraph(_NO_TEST.get(verdict, "Nothing is left to tell apart."))
 
 
 def gap_end(diagnosis: Diagnosis) -> doc.EndMatter:
