@@ -19,8 +19,9 @@ def engine(monkeypatch):
     module = types.ModuleType("ddh_twin_py.diagnosis.of_bags")
     module.asked, module.answer = [], made_diagnosis("explained", seconds=60.0)
 
-    def diagnose(field, commissioning, validation, rig, without=(), only=(), progress=None):
+    def diagnose(field, commissioning, validation, rig, without=(), only=(), progress=None, namespace=None):
         module.asked.append((field, commissioning, validation, rig, tuple(without)))
+        module.namespace = namespace
         if isinstance(module.answer, Exception):
             raise module.answer
         progress(0.5)
@@ -60,6 +61,11 @@ def test_a_case_folder_and_a_rig_reach_the_engine(engine, case, tmp_path):
     ((field, commissioning, validation, given, without),) = engine.asked
     assert (field, commissioning, validation) == ((case / "field",), case / "commissioning", None)
     assert given.rig_id == "press_7" and without == ("load.mass", "pump_1.leakage")
+
+
+def test_a_namespace_chooses_among_the_rigs_of_a_bag(engine, case):
+    assert main(["gap", str(case), "--namespace", "/crane", "--quiet"]) == 0
+    assert engine.namespace == "/crane"
 
 
 def test_json_to_standard_output_is_alone_there(engine, case, capsys):

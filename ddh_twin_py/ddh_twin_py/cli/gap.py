@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import os
 
-from ddh_twin_py.cli.arguments import InputError, add_html, add_json, add_quiet, add_rig, add_verb, nearest_of, output_file
+from ddh_twin_py.cli.arguments import InputError, add_html, add_json, add_namespace, add_quiet, add_rig, add_verb, nearest_of, output_file
 
 _EXAMPLE = """\
   ddh-twin gap bags/paper_cycle --html out/gap.html
@@ -26,6 +26,7 @@ def add_parser(subparsers) -> None:
     parser.add_argument("--commissioning", metavar="BAG", help="the rig as built, recorded when it was new")
     parser.add_argument("--validation", metavar="BAG", help="the same rig in the same condition on another duty; takes no part in finding")
     add_rig(parser)
+    add_namespace(parser)
     parser.add_argument("--without", metavar="EFFECT", action="append", default=[],
                         help="leave this effect out, because the machine was checked for it (may be given several times)")
     parser.add_argument("-o", "--output", metavar="FILE", type=output_file,
@@ -52,7 +53,7 @@ def run(args: argparse.Namespace) -> int:
             raise InputError(f"--without: {nearest_of('effect', effect, sorted(EFFECTS))}")
     with stage("diagnosing", args.quiet) as progress:
         diagnosis = diagnose(case.field, case.commissioning, case.validation, rig, without=tuple(dict.fromkeys(args.without)),
-                             progress=progress)
+                             progress=progress, namespace=args.namespace)
     failed: list[OSError] = []
     for write in (_write_html, _write_json, _print, _write_rig):
         try:

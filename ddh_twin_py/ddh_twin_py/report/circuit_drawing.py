@@ -30,13 +30,13 @@ _SHAPES = {
     "line_b": '<path class="pipe-edge" d="M520 222V160h28V119"/><path class="pipe" d="M520 222V160h28V119"/>',
     "drive": '<rect x="24" y="230" width="68" height="44" rx="4"/><path class="detail" d="M36 262l10-20 12 20 12-20 10 20"/>',
     "motor": '<circle cx="164" cy="252" r="36"/><text class="symbol" x="164" y="260">M</text>',
-    "pump_1": '<circle cx="290" cy="252" r="30"/><path class="detail solid" d="M282 223h16l-8 13zM282 281h16l-8-13z"/>',
-    "pump_2": '<circle cx="520" cy="252" r="30"/><path class="detail solid" d="M512 223h16l-8 13zM512 281h16l-8-13z"/>',
+    "pump_1": '<circle cx="290" cy="252" r="30"/><path class="detail solid" d="M282 235h16l-8-13zM282 269h16l-8 13z"/>',
+    "pump_2": '<circle cx="520" cy="252" r="30"/><path class="detail solid" d="M512 235h16l-8-13zM512 269h16l-8 13z"/>',
     "check_valve": (
         '<path class="thin" d="M228 392V328M228 298V186h56M580 392V328M580 298V160"/>'
-        '<circle cx="228" cy="313" r="15"/><path class="detail" d="M218 309l10-8 10 8"/>'
-        '<circle cx="580" cy="313" r="15"/><path class="detail" d="M570 309l10-8 10 8"/>'
-        '<circle class="detail solid" cx="228" cy="315" r="5"/><circle class="detail solid" cx="580" cy="315" r="5"/>'
+        '<circle cx="228" cy="313" r="15"/><path class="detail" d="M218 313l10 8 10-8"/>'
+        '<circle cx="580" cy="313" r="15"/><path class="detail" d="M570 313l10 8 10-8"/>'
+        '<circle class="detail solid" cx="228" cy="310" r="5"/><circle class="detail solid" cx="580" cy="310" r="5"/>'
     ),
     "relief_valve": (
         '<path class="thin" d="M554 160h96v78M650 274v8h-48v60h-22"/>'
