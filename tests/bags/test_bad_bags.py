@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import yaml
 from ddh_twin_py.bags import damage
 from ddh_twin_py.bags.errors import BagError
 from ddh_twin_py.bags.message_types import telemetry_typestore
@@ -101,6 +102,18 @@ def test_a_bag_without_messages(tmp_path):
     with BagWriter(tmp_path / "empty"):
         pass
     assert "holds no messages" in refusal(tmp_path / "empty")
+
+
+def test_a_bag_of_which_no_listed_message_can_be_read_is_damaged_and_not_empty(tmp_path):
+    with BagWriter(tmp_path / "empty"):
+        pass
+    metadata = tmp_path / "empty" / "metadata.yaml"
+    entry = {"topic_metadata": {"name": "/ddh/drive/telemetry", "type": "ddh_msgs/msg/DriveTelemetry", "serialization_format": "cdr",
+                                "offered_qos_profiles": [], "type_description_hash": ""}, "message_count": 2700}
+    content = yaml.safe_load(metadata.read_text())
+    content["rosbag2_bagfile_information"]["topics_with_message_count"] = [entry]
+    metadata.write_text(yaml.safe_dump(content))
+    assert "is damaged: its metadata.yaml lists 2700 messages, of which none can be read" in refusal(tmp_path / "empty")
 
 
 def test_a_bag_without_telemetry(tmp_path, bag):

@@ -60,7 +60,9 @@ def read_recording(
     total = sum(collector.counts.values())
     if not total:
         reason = f": {folder.files[0].name if len(folder.files) == 1 else 'it'} {damage[0]}" if damage else ""
-        raise BagError(f"{file} holds no messages{reason}")
+        listed = sum(entry.count for entry in (folder.topics or {}).values())
+        raise BagError(f"{file} holds no messages{reason}" if reason or not listed else
+                       f"{file} is damaged: its metadata.yaml lists {listed} messages, of which none can be read")
     chosen = choose_namespace(file, collector.types, namespace)
     _refuse_wrong_types(file, chosen, collector)
 

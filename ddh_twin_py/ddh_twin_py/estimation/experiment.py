@@ -386,11 +386,12 @@ class Experiment:
 def _jumps(recording: Recording, ticks: Ticks) -> str:
     """How often the clock jumps, of one topic alone or of all, first when and how far, and which streams have no time in common."""
     first = int(np.argmax(ticks.restart))
-    before, after = (float(ticks.end_ns[i] - recording.epoch_ns) * 1e-9 for i in (first - 1, first))
+    begin, before, after = (float(ticks.end_ns[i] - recording.epoch_ns) * 1e-9 for i in (0, first - 1, first))
     before = max((float(s.time[s.time <= before].max(initial=-np.inf)) for _, s in recording.streams()), default=before)
     times = int(ticks.restart.sum())
     whose = f"{recording.namespace}/{alone}: its stamps, and those of no other topic," if (alone := _alone(recording)) else "the stamps"
-    said = (f"{recording.path}: {whose} jump {times} time{'s' * (times > 1)}, first by {after - before:+.1f} s at {before:.1f} s; "
+    said = (f"{recording.path}: {whose} jump {times} time{'s' * (times > 1)}, first by {after - before:+.1f} s "
+            f"at {before - min(begin, 0.0):.1f} s; "
             "a free run needs one stretch of time")
     strangers = apart(recording)
     return f"{said} ({strangers[0].message.removeprefix(f'{recording.path}: ')})" if strangers else f"{said}, cut the recording there"
