@@ -3,7 +3,18 @@
 import pytest
 from ddh_twin_py.gap.hypotheses import POWER
 from ddh_twin_py.gap.leftover import FreeForm
-from ddh_twin_py.gap.unknown import FAR_PROBABILITY, Unknown, bent, borne_out, far_off, halfway, left_behind, refuted, worsened
+from ddh_twin_py.gap.unknown import (
+    FAR_PROBABILITY,
+    Unknown,
+    bent,
+    borne_out,
+    far_off,
+    halfway,
+    left_behind,
+    refuted,
+    strained,
+    worsened,
+)
 
 HOUSING, WINDING = "temperature/motor_housing", "temperature/motor_winding"
 
@@ -114,6 +125,16 @@ def test_a_cause_that_moves_a_signal_away_is_not_believed(before, left, away):
 def test_strokes_and_winding_may_be_moved_away():
     nothing = Unknown(0.01, [], 0.0, "1")
     assert worsened(nothing, {"rod_position": 9.0, WINDING: 9.0}, {"rod_position": 1.0, WINDING: 1.0}) is nothing
+
+
+@pytest.mark.parametrize(("as_built", "least", "most"), [
+    ({"current": 1.02, "pressure_rod_side": 1.0}, 0.0, 0.02), ({"current": 1.02, "pressure_rod_side": 1.3}, 0.97, 1.0),
+    ({"rod_position": 3.0, WINDING: 3.0, "temperature/line_b": 1.3}, 0.0, 0.02),  # they sum up
+    ({}, 0.0, 0.02),
+])
+def test_a_cause_that_asks_for_another_rig_than_was_built_is_not_the_cause(as_built, least, most):
+    after = strained(Unknown(0.01, [], 0.0, "1"), as_built)
+    assert least <= after.probability <= most and bool(after.notes) is (least > 0.5)
 
 
 @pytest.mark.parametrize("gained, explained, least, most", [

@@ -26,7 +26,19 @@ from ddh_twin_py.gap.sensitivity import AMPLIFIED
 from ddh_twin_py.gap.taken_up import not_shown
 from ddh_twin_py.gap.tolerance import too_small, without_parameters
 from ddh_twin_py.gap.two_effects import doubted
-from ddh_twin_py.gap.unknown import FREEDOM, Unknown, bent, borne_out, far_off, halfway, left_behind, refuted, unknown_beside, worsened
+from ddh_twin_py.gap.unknown import (
+    FREEDOM,
+    Unknown,
+    bent,
+    borne_out,
+    far_off,
+    halfway,
+    left_behind,
+    refuted,
+    strained,
+    unknown_beside,
+    worsened,
+)
 from ddh_twin_py.gap.verdict import LIKELY, Verdict, judge, less_believed
 from ddh_twin_py.gap.words import sentence
 from ddh_twin_py.rig.sheet import CUT
@@ -143,12 +155,15 @@ def _heard(unknown: Unknown, model: Diagnosable, found: Found, leader: Refitted,
     slow = max((ratio for name, ratio in over.items() if name.startswith("temperature/") and name not in AMPLIFIED), default=0.0)
     unknown = borne_out(unknown, found.linearised.power, runs.over(leader), closed, len(leader.columns))
     first, built = runs.held.signals()[0], not all(model.altered)
+    if built:
+        unknown = strained(unknown, _in_fitted(model, leader, floor, acts=False))
     followed = {name: over[name] for name in model.followed if name in over and name in first}
     if built and followed:
         unknown = far_off(unknown, over, closed, len(leader.columns))
     if leader.columns:
-        unknown = left_behind(unknown, followed, {n: as_run[n] / floor[n] for n in followed},
-                              {n: (floor[n] * first[n].noise, first[n].unit) for n in followed}, built, _in_field(model, leader, floor))
+        sizes = {n: (floor[n] * first[n].noise, first[n].unit) for n in followed}
+        unknown = left_behind(unknown, followed, {n: as_run[n] / floor[n] for n in followed}, sizes, built,
+                              _in_fitted(model, leader, floor, acts=True))
     if built and leader.columns:  # without a commissioning recording any other duty may ask for other parameters
         unknown = worsened(unknown, over, before)
     if leader.columns:
@@ -158,10 +173,10 @@ def _heard(unknown: Unknown, model: Diagnosable, found: Found, leader: Refitted,
     return refuted(unknown, size.of_all(beside_none), shrunk) if leader.columns else unknown
 
 
-def _in_field(model: Diagnosable, fitted: Refitted, floor: Mapping[str, float]) -> dict[str, float]:
-    """RMS over floor of each signal of the recordings in which effects act, beside a fit."""
-    altered = [(s, p) for s, p, acts in zip(model.signals, fitted.predictions, model.altered, strict=True) if acts]
-    return {name: ratio / floor[name] for name, ratio in size.pooled(altered).items() if name in floor}
+def _in_fitted(model: Diagnosable, fitted: Refitted, floor: Mapping[str, float], acts: bool) -> dict[str, float]:
+    """RMS over floor of each signal of the recordings in which effects act, or of the others, beside a fit."""
+    some = [(s, p) for s, p, altered in zip(model.signals, fitted.predictions, model.altered, strict=True) if altered is acts]
+    return {name: ratio / floor[name] for name, ratio in size.pooled(some).items() if name in floor}
 
 
 def _not_seen(hidden: Sequence[str]) -> list[str]:

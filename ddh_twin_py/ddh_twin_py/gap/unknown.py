@@ -40,6 +40,9 @@ the model moves far."""
 LEFT_BEHIND, LEFT_WITHOUT_COMMISSIONING, _LEFT_SOFTNESS = 2.2, 5.0, 0.2
 """Multiple of its floor that a signal of held-out data may be off beside the best hypothesis, whatever is open of rig and begin, until
 something unknown is as likely; the same where no commissioning recording showed how well the laws hold."""
+STRAINED, _STRAINED_SOFTNESS = 1.15, 0.025
+"""Floors by which a fast signal of a commissioning recording may be off with the parameters that the best listed hypothesis asks for, until
+something unknown is as likely: by itself the rig as built is at its floor."""
 FREEDOM = 3.0
 """Multiple of an effect's law error by which it may do more or less, signal by signal, in every phase and over speed and warmth."""
 BENT, BENT_SHARE, _BENT_SOFTNESS = 40.0, 0.01, 5.0
@@ -193,6 +196,28 @@ def left_behind(unknown: Unknown, left: Mapping[str, float], before: Mapping[str
     value, unit = floor[worst]
     size = value * math.sqrt(left[worst] ** 2 - 1.0)
     return replace(unknown.raised(probability, note), size=size, unit=unit)
+
+
+def strained(unknown: Unknown, as_built: Mapping[str, float]) -> Unknown:
+    """The same, more probable where the best listed hypothesis asks for parameters that the rig as built had not.
+
+    Parameters take up what a wrong cause leaves over, and are fitted to all recordings; what acts only since then leaves a recording of the
+    rig as built at its floor.
+
+    Args:
+        as_built: RMS over floor of the signals of the commissioning recordings beside it; temperatures, and signals that sum up small flaws
+            (`NEEDED_BY`), have no say.
+    """
+    prompt = {name: ratio for name, ratio in as_built.items() if not name.startswith("temperature/") and name not in NEEDED_BY}
+    worst = max(prompt, key=prompt.get, default="")
+    probability = float(expit((prompt[worst] - STRAINED) / _STRAINED_SOFTNESS)) if worst else 0.0
+    if probability <= unknown.probability:
+        return unknown
+    if probability < 0.5:
+        return replace(unknown, probability=probability)
+    note = (f"with the parameters that the best listed hypothesis asks for, {worst} of the commissioning recording is {prompt[worst]:.2f} "
+            "times its floor; the rig as built had others")
+    return unknown.raised(probability, note)
 
 
 def bent(unknown: Unknown, gained: float, explained: float) -> Unknown:
