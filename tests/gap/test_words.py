@@ -50,3 +50,7 @@ def _unknown(*shares):
 ])  # fmt: skip
 def test_an_unknown_place_that_is_not_sure_is_named_with_the_next_ones(shares, place):
     assert sentence(_unknown(*shares), EFFECTS) == f"There is a gap of 2.8 times the floor {place} no listed effect explains."
+
+
+def test_a_reading_that_errs_is_named():
+    assert " at sensor (mechanical: pressure_rod_side) that " in sentence(_unknown(("sensor", 1.0)), EFFECTS, reading="pressure_rod_side")

@@ -86,6 +86,7 @@ def diagnosis(model: Diagnosable, found: Found, theta: np.ndarray, hidden: Seque
     if unknown.probability >= LIKELY:
         unknown = located(unknown, found.linearised, model.free_places(found, unknown.forms))
     verdict = judge(found, unknown, all(model.altered) and within)
+    reading = unknown.places[0].signal if unknown.places else ""
     learned = None
     if verdict.word == "no_gap":
         leader = none
@@ -128,7 +129,7 @@ def diagnosis(model: Diagnosable, found: Found, theta: np.ndarray, hidden: Seque
     inputs = model.unknown_inputs(plain, spread) if verdict.word != "no_gap" else []
     believed = acting if learned or verdict.word in ("explained", "ambiguous") else []
     return Diagnosis(
-        report=report, sentence=sentence(report, model.catalogue, [*hidden, *missed]), recordings=model.recordings,
+        report=report, sentence=sentence(report, model.catalogue, [*hidden, *missed], reading), recordings=model.recordings,
         traces=held.traces(before_runs[0], runs.of(leader)[0], floor), axes=held.axes(leader.theta, acting),
         lacking=rows, alone=alone(model, found), inputs=inputs, weighed=weighed, confusable=confusable, parameters=parameters,
         shapes=unknown.shapes, rig=model.rig_with(leader.theta, believed, spread, joint=leader.joint if believed else None),

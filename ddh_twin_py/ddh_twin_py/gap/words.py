@@ -12,14 +12,17 @@ _SURE, _OTHERS = 0.7, 2  # probability from which a place is named alone; how ma
 _LEFT = 2.0  # floors from which a signal that is left off is named beside "no gap"
 
 
-def sentence(report: Mapping, catalogue: Mapping[str, Effect], unseen: Sequence[str] = ()) -> str:
+def sentence(report: Mapping, catalogue: Mapping[str, Effect], unseen: Sequence[str] = (), reading: str = "") -> str:
     """One sentence with its confidence, for an engineer who reads nothing else.
 
     Args:
         catalogue: effects that were asked about, by id. unseen: those that no signal would have shown, or not at a moderate size.
+        reading: signal that errs where something unknown lies in a reading; empty where it does not.
     """
     if report["verdict"] == "no_gap":
         return _no_gap(report, len(unseen))
+    if report["verdict"] == "unknown":
+        return _unknown(report, reading)
     return _explained(report, catalogue) if report["verdict"] == "explained" else _BY_VERDICT[report["verdict"]](report)
 
 
@@ -71,9 +74,10 @@ def _ambiguous(report: Mapping) -> str:
     return f"There is a gap of {report['gap']['before']:.1f} times the floor, and these cannot be told apart surely: {named}."
 
 
-def _unknown(report: Mapping) -> str:
+def _unknown(report: Mapping, reading: str) -> str:
     unknown = report["unknown"] or {}
-    place = f" at {unknown['component']} ({unknown['domain']}){_or_elsewhere(report)}" if unknown else ""
+    which = f": {reading}" if reading else ""
+    place = f" at {unknown['component']} ({unknown['domain']}{which}){_or_elsewhere(report)}" if unknown else ""
     return f"There is a gap of {report['gap']['before']:.1f} times the floor{place} that no listed effect explains."
 
 
@@ -106,4 +110,4 @@ def _named(report: Mapping, name: str, catalogue: Mapping[str, Effect]) -> str:
     return f"{name} ({'; '.join(values + [about[:1].lower() + about[1:]] if about else values)})"
 
 
-_BY_VERDICT = {"ambiguous": _ambiguous, "unknown": _unknown, "insufficient": _insufficient}
+_BY_VERDICT = {"ambiguous": _ambiguous, "insufficient": _insufficient}
