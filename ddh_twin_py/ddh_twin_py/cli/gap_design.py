@@ -34,12 +34,12 @@ def add_parser(subparsers) -> None:
         "them it would not tell apart, with the sensors that there are.",
         _EXAMPLE,
     )
-    parser.add_argument("duty", metavar="DUTY", help="duty file, or the name of one of the project's: paper_cycle, mixed")
+    parser.add_argument("duty", metavar="DUTY", help="duty file, or the name of one of the project's, such as paper_cycle or mixed")
     parser.add_argument("--duration", metavar="S", type=_length, help="of the test (default as the duty says, 600 where it has no end)")
     parser.add_argument("--sensors", metavar="LIST", type=_sensors, help="temperature sensors beside ambient, or none (default all)")
     parser.add_argument("--no-pressure", action="store_true", help="there are no pressure transducers")
     parser.add_argument("--without-commissioning", action="store_true", help="there is no recording of the rig as built")
-    parser.add_argument("--commissioning", metavar="DUTY", default=_COMMISSIONING,
+    parser.add_argument("--commissioning", metavar="DUTY",
                         help=f"duty of the commissioning recording, 600 s (default {_COMMISSIONING})")
     add_rig(parser)
     add_html(parser)
@@ -57,8 +57,10 @@ def run(args: argparse.Namespace) -> int:
     from ddh_twin_py.rig import load_rig
     from ddh_twin_py.twin.duty import load_duty
 
+    if args.without_commissioning and args.commissioning:
+        raise InputError(f"--commissioning {args.commissioning} and --without-commissioning exclude each other")
     path = duty_file(args.duty)
-    duty, before = load_duty(path), load_duty(duty_file(args.commissioning))
+    duty, before = load_duty(path), load_duty(duty_file(args.commissioning or _COMMISSIONING))
     rig = load_rig(args.rig)
     with stage("loading", args.quiet):
         from ddh_twin_py.estimation.experiment import Experiment

@@ -22,7 +22,7 @@ def add_parser(subparsers) -> None:
         _EXAMPLE,
     )
     parser.add_argument(
-        "duty", metavar="DUTY", help="duty file, or the name of one of the project's: paper_cycle, mixed"
+        "duty", metavar="DUTY", help="duty file, or the name of one of the project's, such as paper_cycle or mixed"
     )
     parser.add_argument("-o", "--output", metavar="BAG", type=new_folder, required=True, help="folder to write, must not exist")
     parser.add_argument("--seed", type=seed, default=1, help="of the rig and of its noise (default 1)")
