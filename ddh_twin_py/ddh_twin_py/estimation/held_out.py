@@ -32,10 +32,10 @@ def held_out(experiments: Sequence[Experiment], rig: Rig) -> dict[str, tuple[flo
     """`rms_over_noise` of the part that `Experiment.used_until` holds back.
 
     Each run starts at the begin of its recording, as the fit's did, and is not put right by what was
-    measured but at standstills (see `experiment`).
+    measured but at standstills (see `experiment`); where too little is read to say how it began, its first minutes tell.
 
     Args:
         rig: the fitted rig.
     """
-    predictions = [experiment.predict(experiment.parameters(rig)) for experiment in experiments]
+    predictions = [experiment.predict(experiment.parameters(rig), begin=None) for experiment in experiments]
     return rms_over_noise(experiments, predictions, lambda experiment, signal: signal.time > experiment.used_until)

@@ -113,7 +113,7 @@ def _signals(signals: Sequence[SignalFit]) -> doc.Html:
 
 def _residuals(experiment: Experiment, fit: Calibration, share: float) -> list[Chart]:
     """Measured less predicted, each signal over time, in the unit that people read."""
-    predicted = experiment.predict(experiment.parameters(fit.rig))
+    predicted = experiment.predict(experiment.parameters(fit.rig), begin=None)
     several = []
     for name, signal in experiment.signals.items():
         unit = shown(signal.unit)
