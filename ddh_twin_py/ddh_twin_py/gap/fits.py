@@ -53,14 +53,15 @@ class Fits:
 
     Args:
         weights: of every set, by the linear model: log weight and best way; see `hypotheses.weighted`.
-        before: of a linearisation nearby.
+        before: of a linearisation nearby. told: called with the number of sets fitted so far.
 
     Attributes:
         fitted: sets fitted in full; () is always among them once `again` or `leaders` was called.
     """
 
     def __init__(self, linearised: Linearised, weights: Mapping[Ids, tuple[float, Hypothesis | None]], pool: ThreadPoolExecutor,
-                 before: Fits | None = None) -> None:
+                 before: Fits | None = None, told: Callable[[int], None] | None = None) -> None:
+        self._told, self._count = told, 0
         self._linearised, self._weights, self._pool = linearised, weights, pool
         self._refit = Refit(linearised)
         self._law_error = {column.effect.id: column.effect.law_error for column in linearised.columns}
@@ -276,6 +277,9 @@ class Fits:
 
     def _take(self, fit: Callable, items) -> None:
         for found in self._pool.map(fit, items):
+            self._count += 1
+            if self._told is not None:
+                self._told(self._count)
             if found is None or not np.isfinite(found.log_evidence):
                 continue
             known = self.fitted.get(found.effects)

@@ -18,6 +18,7 @@ from ddh_twin_py.gap.refit import Refitted
 
 _PASSES = 3
 _LIKELY, _SIZED = 0.02, 4  # sets whose sizes are sought with the whole likelihood
+_USUAL = 8  # sets that are fitted in a pass
 _CLOSE = 3.0  # difference of log evidence between linear and full that needs no further pass
 
 
@@ -59,7 +60,7 @@ def search(model: Model, effects: Sequence[Effect], theta: np.ndarray, discrepan
         weights = _weights(linearised)
         linearised = linearised.with_scatter(max(weights.values(), key=lambda w: w[0])[1])
         weights = _weights(linearised)
-        fits = Fits(linearised, weights, pool, fits)
+        fits = Fits(linearised, weights, pool, fits, _after(progress, number))
         fits.again(known)
         fits.leaders()
         poor = fits.poor()
@@ -79,6 +80,11 @@ def search(model: Model, effects: Sequence[Effect], theta: np.ndarray, discrepan
     if progress:
         progress(1.0)
     return replace(found, fitted=fits.at_full_power(likely))
+
+
+def _after(progress: Callable[[float], None] | None, number: int) -> Callable[[int], None] | None:
+    """Tells the share done once so many sets of a pass are fitted; how many there will be is not known."""
+    return (lambda fitted: progress((number + 0.8 + 0.2 * fitted / (fitted + _USUAL)) / _PASSES)) if progress else None
 
 
 def _weights(linearised: Linearised) -> dict:
