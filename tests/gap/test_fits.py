@@ -1,6 +1,7 @@
 """Which hypotheses are fitted in full."""
 
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -31,3 +32,20 @@ def test_what_fell_short_elsewhere_is_fitted_before_it_is_dismissed(index, depar
         fits = Fits(linearised, weights, pool, Elsewhere(EFFECTS[index].id))
         fits.leaders()
     assert true in fits.fitted and next(iter(fits.probability())) == true
+
+
+def test_a_fit_that_lost_its_way_is_found_again_with_sensitivities_of_its_own():
+    model, true = FirstOrder(np.array([1.0, -0.8, 0.5]), [(EFFECTS[1], 0, 1.5)], seed=1), (EFFECTS[1].id,)
+    with ThreadPoolExecutor(2) as pool:
+        linearised = linearise(model, EFFECTS, np.zeros(3), Discrepancy(), SLACK, POWER, pool)
+        singles = linearised.evidence.singles()
+        fits = Fits(linearised, weighted(singles + linearised.evidence.pairs(singles), linearised.columns, linearised.effects), pool)
+        fits.leaders()
+        found = fits.fitted[true]
+        promised = fits.linear(true)
+        lost = min(found.log_evidence, fits.fitted[()].log_evidence + promised) - 2.0 * max(10.0, 0.05 * promised)
+        fits.fitted = {(): fits.fitted[()], true: replace(found, x=0.5 * found.x, theta=found.theta + 1.0, log_evidence=lost)}
+        assert fits.fell_short()
+        fits.sharpen()
+    assert fits.fitted[true].log_evidence > found.log_evidence - 0.5
+    np.testing.assert_allclose(fits.fitted[true].x, found.x, rtol=0.05)

@@ -65,12 +65,13 @@ class FirstOrder:
     def variables(self, comparisons, theta, acting=()):
         return [{} for _ in comparisons]
 
-    def sensitivities(self, pool, theta, comparisons, numbers, progress=None):
+    def sensitivities(self, pool, theta, comparisons, numbers, progress=None, acting=()):
         out = []
         for number in numbers:
-            base, columns = self.run_one(number, theta), []
+            base, columns = self.run_one(number, theta, acting), []
             for i in range(3):
                 moved = theta + 0.01 * np.eye(3)[i]
-                columns.append((comparisons[number].features(self.run_one(number, moved)) - comparisons[number].features(base)) / 0.01)
+                change = comparisons[number].features(self.run_one(number, moved, acting)) - comparisons[number].features(base)
+                columns.append(change / 0.01)
             out.append(np.column_stack(columns))
         return out

@@ -158,12 +158,12 @@ class DirectDrive:
         return np.sqrt(np.maximum(np.einsum("if,ij,jf->f", slope, joint, slope), 0.0) + by_law)
 
     def sensitivities(self, pool: ThreadPoolExecutor, theta: np.ndarray, comparisons: Sequence[Comparison], numbers: Sequence[int],
-                      progress: Callable[[float], None] | None = None) -> list[np.ndarray]:
-        """Differences of features by every deviation, of the recordings ``numbers``, no effect acting, (rows, k) each."""
+                      progress: Callable[[float], None] | None = None, acting: Acting = ()) -> list[np.ndarray]:
+        """Differences of features by every deviation, of the recordings ``numbers``, effects acting, (rows, k) each."""
         steps = np.where(theta > 0.0, -_DIFFERENCE, _DIFFERENCE)
 
         def features(at: np.ndarray) -> list[np.ndarray]:
-            return [comparisons[number].features(self.run_one(number, at)) for number in numbers]
+            return [comparisons[number].features(self.run_one(number, at, acting)) for number in numbers]
 
         def column(i: int) -> list[np.ndarray]:
             moved = theta.copy()

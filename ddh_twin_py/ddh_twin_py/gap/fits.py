@@ -20,7 +20,7 @@ from ddh_twin_py.gap.law_freedom import LawFreedom
 from ddh_twin_py.gap.linearised import Linearised
 from ddh_twin_py.gap.partners import partners
 from ddh_twin_py.gap.refit import Refit, Refitted
-from ddh_twin_py.gap.sensitivity import Column
+from ddh_twin_py.gap.sensitivity import Column, sane
 from ddh_twin_py.gap.taken_up import taken_up
 
 Ids = tuple[str, ...]
@@ -37,6 +37,8 @@ _BENDS = 20.0  # log evidence of a single effect from which others are looked fo
 _MISLED = 0.2  # share of what the best set explains by which the linear model falls short of it, from which every effect is fitted
 _JUDGED, _SLIGHT = 3, 1.0  # leading pairs held against a free law of their first effect; log evidence that is not worth it
 _ANY_SIZE = 10.0  # columns: width of the prior of sizes, once it is asked how large an effect is and not whether it is there
+_SHORT, _SHORT_SHARE = 10.0, 0.05  # log evidence, and share of it, that the linear model promises and no run finds: a fit that lost its way
+_SHARPENED = 3  # leading sets that are then fitted with sensitivities of their own
 _POOR = 1.5  # chi-square per row above which the leading hypothesis explains too little to be the last word
 
 
@@ -183,6 +185,30 @@ class Fits:
             return self._refit.of([column], self._linearised.theta, np.array(departure or [1.0]))
 
         self._take(fit, self._linearised.columns)
+
+    def fell_short(self) -> bool:
+        """Whether the linear model promises of the best set what no run has found: a fit may have lost its way."""
+        best = self._best()
+        return self.linear(best) - self.gain(best) > max(_SHORT, _SHORT_SHARE * self.linear(best))
+
+    def sharpen(self) -> None:
+        """Fit the leading sets from where sensitivities lead that are taken with their effects acting.
+
+        Those of the linear model know no effect. A resistance between winding and housing that is grown eightfold turns a motor's heat
+        another way, and steps by them creep.
+        """
+        own = self._linearised
+        altered = [i for i, acts in enumerate(own.model.altered) if acts]
+        leading = sorted((ids for ids in self.fitted if ids and ids in self._weights), key=lambda ids: -self._full(ids))[:_SHARPENED]
+        for fitted in [self.fitted[ids] for ids in leading]:
+            comparisons = own.comparisons
+            fresh = own.model.sensitivities(self._pool, fitted.theta, comparisons, altered, acting=fitted.acting)
+            beside = list(own.sensitivities)
+            for i, rows in zip(altered, fresh, strict=True):
+                beside[i] = np.where(sane(rows).all(axis=0), rows, 0.0)
+            scale = np.array([c.x for c in fitted.columns])
+            there = Refit(replace(own, sensitivities=beside)).of(fitted.columns, fitted.theta, fitted.x / scale)
+            self._take(lambda x, there=there, columns=fitted.columns: self._refit.of(columns, there.theta, x), [there.x / scale])
 
     def gain(self, ids: Ids) -> float:
         """Log evidence over no effect, in full."""

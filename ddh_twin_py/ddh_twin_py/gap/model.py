@@ -58,8 +58,8 @@ class Model(Protocol):
         ...
 
     def sensitivities(self, pool: ThreadPoolExecutor, theta: np.ndarray, comparisons: Sequence, numbers: Sequence[int],
-                      progress=None) -> list[np.ndarray]:
-        """Differences of features by every deviation, of the recordings ``numbers``, no effect acting, (rows, k) each."""
+                      progress=None, acting: Acting = ()) -> list[np.ndarray]:
+        """Differences of features by every deviation, of the recordings ``numbers``, effects acting, (rows, k) each."""
         ...
 
     def variables(self, comparisons: Sequence, theta: np.ndarray, acting: Acting = ()) -> list[dict[str, np.ndarray]]:

@@ -76,6 +76,9 @@ def search(model: Model, effects: Sequence[Effect], theta: np.ndarray, discrepan
         known, discrepancy = fits.starts(found), linearised.discrepancy
         wide = wide or again
         theta, otherwise = (otherwise, None) if again else (fits.fitted[leader].theta, otherwise)
+    if fits.fell_short():
+        fits.sharpen()
+        found = Found(linearised, fits.probability(), fits.fitted)
     likely = [ids for ids, p in found.probability.items() if p >= _LIKELY][:_SIZED]
     if progress:
         progress(1.0)
