@@ -20,7 +20,7 @@ from ddh_twin_py.gap.law_freedom import LawFreedom
 from ddh_twin_py.gap.linearised import Linearised
 from ddh_twin_py.gap.partners import partners
 from ddh_twin_py.gap.refit import Refit, Refitted
-from ddh_twin_py.gap.sensitivity import Column, sane
+from ddh_twin_py.gap.sensitivity import Column, without_astray
 from ddh_twin_py.gap.taken_up import taken_up
 
 Ids = tuple[str, ...]
@@ -200,15 +200,14 @@ class Fits:
         own = self._linearised
         altered = [i for i, acts in enumerate(own.model.altered) if acts]
         leading = sorted((ids for ids in self.fitted if ids and ids in self._weights), key=lambda ids: -self._full(ids))[:_SHARPENED]
+        reached = []
         for fitted in [self.fitted[ids] for ids in leading]:
-            comparisons = own.comparisons
-            fresh = own.model.sensitivities(self._pool, fitted.theta, comparisons, altered, acting=fitted.acting)
+            fresh = own.model.sensitivities(self._pool, fitted.theta, own.comparisons, altered, acting=fitted.acting)
             beside = list(own.sensitivities)
             for i, rows in zip(altered, fresh, strict=True):
-                beside[i] = np.where(sane(rows).all(axis=0), rows, 0.0)
-            scale = np.array([c.x for c in fitted.columns])
-            there = Refit(replace(own, sensitivities=beside)).of(fitted.columns, fitted.theta, fitted.x / scale)
-            self._take(lambda x, there=there, columns=fitted.columns: self._refit.of(columns, there.theta, x), [there.x / scale])
+                beside[i] = without_astray(rows)
+            reached.append(Refit(replace(own, sensitivities=beside)).again(fitted))
+        self._take(self._refit.again, reached)
 
     def gain(self, ids: Ids) -> float:
         """Log evidence over no effect, in full."""
@@ -270,7 +269,7 @@ class Fits:
 
         def fit(ids: Ids) -> Refitted:
             was = self.fitted[ids]
-            now = refit.of(was.columns, was.theta, was.x / np.array([c.x for c in was.columns]))
+            now = refit.again(was)
             misfit = own.basis.misfit([c.residual(p) for c, p in zip(own.comparisons, now.predictions, strict=True)])
             return replace(was, x=now.x, theta=now.theta, predictions=now.predictions, chi_square=misfit)
 

@@ -15,7 +15,7 @@ from ddh_twin_py.gap.basis import Basis
 from ddh_twin_py.gap.effect import Effect
 from ddh_twin_py.gap.hypotheses import WIDTH, Evidence, Hypothesis, slack_shares
 from ddh_twin_py.gap.model import Model
-from ddh_twin_py.gap.sensitivity import Column, columns_of, sane
+from ddh_twin_py.gap.sensitivity import Column, columns_of, without_astray
 
 STANDS_OUT = 4.5
 """Standard deviations of what tolerances can feign, by which an effect without a commissioning recording typically stands out."""
@@ -117,7 +117,7 @@ def linearise(model: Model, effects: Sequence[Effect], theta: np.ndarray, discre
     comparisons = [Comparison(s, p, discrepancy) for s, p in zip(model.signals, predictions, strict=True)]
     numbers = [i for i, altered in enumerate(model.altered) if altered or near is None]
     told = (lambda share: progress(0.5 * share)) if progress else None
-    fresh = {number: np.where(sane(rows).all(axis=0), rows, 0.0)
+    fresh = {number: without_astray(rows)
              for number, rows in zip(numbers, model.sensitivities(pool, theta, comparisons, numbers, told), strict=True)}
     sensitivities = [fresh[i] if i in fresh else near.sensitivities[i] * (near.comparisons[i].spread / c.spread)[:, None]
                      for i, c in enumerate(comparisons)]

@@ -120,6 +120,10 @@ class Refit:
         covariance, joint = covariance * np.outer(scale, scale), normal.covariance(self._width) * np.outer(units, units)
         return Refitted(tuple(columns), x, covariance, joint, theta, predictions, log, self._basis.misfit(residual))
 
+    def again(self, fitted: Refitted) -> Refitted:
+        """Fit a hypothesis from where another fit of it stands."""
+        return self.of(fitted.columns, fitted.theta, fitted.x / np.array([c.x for c in fitted.columns]))
+
     def local(self, fitted: Refitted) -> tuple[list[np.ndarray], list[np.ndarray]]:
         """Columns of its departures about its optimum, (rows, m), and what they and the parameters explain there, (rows,), by recording."""
         scale = np.array([c.x for c in fitted.columns])

@@ -67,6 +67,11 @@ def sane(rows: np.ndarray) -> np.ndarray:
     return np.abs(rows) < ASTRAY
 
 
+def without_astray(columns: np.ndarray) -> np.ndarray:
+    """The same, (rows, k), with nothing in each column of which a run went astray."""
+    return np.where(sane(columns).all(axis=0), columns, 0.0)
+
+
 def rise_of(signals: Sequence[dict], with_effect: Sequence[dict], without: Sequence[dict]) -> tuple[float, str]:
     """RMS change of the worst signal over its noise, and which it is; one of `AMPLIFIED` where no other is moved."""
     rises: dict[str, float] = {}

@@ -77,6 +77,12 @@ class Unknown:
         """The same, at least so probable, with a note that says why."""
         return replace(self, probability=max(self.probability, probability), notes=[*self.notes, note])
 
+    def at_least(self, probability: float, note: str) -> Unknown:
+        """The same, at least so probable, with a note that says why where that is as likely as not."""
+        if probability <= self.probability:
+            return self
+        return self.raised(probability, note) if probability >= 0.5 else replace(self, probability=probability)
+
     def entry(self) -> dict:
         """By the contract's schema."""
         return {"component": self.places[0].component, "domain": self.places[0].domain, "size": self.size, "unit": self.unit,
@@ -209,15 +215,12 @@ def strained(unknown: Unknown, as_built: Mapping[str, float]) -> Unknown:
             (`NEEDED_BY`), have no say.
     """
     prompt = {name: ratio for name, ratio in as_built.items() if not name.startswith("temperature/") and name not in NEEDED_BY}
-    worst = max(prompt, key=prompt.get, default="")
-    probability = float(expit((prompt[worst] - STRAINED) / _STRAINED_SOFTNESS)) if worst else 0.0
-    if probability <= unknown.probability:
+    if not prompt:
         return unknown
-    if probability < 0.5:
-        return replace(unknown, probability=probability)
+    worst = max(prompt, key=prompt.get)
     note = (f"with the parameters that the best listed hypothesis asks for, {worst} of the commissioning recording is {prompt[worst]:.2f} "
             "times its floor; the rig as built had others")
-    return unknown.raised(probability, note)
+    return unknown.at_least(float(expit((prompt[worst] - STRAINED) / _STRAINED_SOFTNESS)), note)
 
 
 def bent(unknown: Unknown, gained: float, explained: float) -> Unknown:
@@ -226,14 +229,9 @@ def bent(unknown: Unknown, gained: float, explained: float) -> Unknown:
     Args:
         gained: log evidence by which it is better where they may differ by `FREEDOM`. explained: by which it is better than no effect.
     """
-    probability = float(expit((gained - BENT - BENT_SHARE * explained) / _BENT_SOFTNESS))
-    if probability <= unknown.probability:
-        return unknown
-    if probability < 0.5:
-        return replace(unknown, probability=probability)
     note = ("what the best listed hypothesis does to the signals would have to be more in some phases of the cycle, at some speeds or "
             f"temperatures, and less in others than its law says ({gained:.0f} nats of evidence); what is true would not")
-    return unknown.raised(probability, note)
+    return unknown.at_least(float(expit((gained - BENT - BENT_SHARE * explained) / _BENT_SOFTNESS)), note)
 
 
 def worsened(unknown: Unknown, left: Mapping[str, float], before: Mapping[str, float]) -> Unknown:
