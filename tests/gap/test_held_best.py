@@ -1,10 +1,14 @@
 """Held-out data with what is open of rig and begin taken at its best."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from ddh_twin_py.estimation.binning import by_cycle, cycle_of
 from ddh_twin_py.estimation.experiment import Signal
 from ddh_twin_py.gap.held_best import HeldBest
+from ddh_twin_py.gap.held_runs import HeldRuns
+from ddh_twin_py.gap.open_rig import asked_of_rig, told
 from ddh_twin_py.gap.size import counted
 
 NOISE, STEP = 0.02, 0.05
@@ -41,7 +45,7 @@ class Warming:
 
 def left(held, open_gain=0.5):
     best = HeldBest(held, {"flow": 1.0}, lambda theta: np.clip(theta, -3.0, 3.0), np.zeros(2), np.diag([open_gain, 0.01]) ** 2)
-    return best.over(np.zeros(2), ())["flow"]
+    return best.beside(np.zeros(2), ()).over["flow"]
 
 
 def test_what_is_open_explains_what_it_can():
@@ -72,5 +76,27 @@ class Opening(Warming):
 def test_a_valve_that_is_shut_where_the_rig_was_fitted_counts_once_it_is_looked_at_closely(closely, most):
     held = Opening(gain=2.8, is_open=False)
     best = HeldBest(held, {"flow": 1.0}, lambda theta: np.clip(theta, -3.0, 3.0), np.zeros(1), np.diag([2.0]) ** 2)
-    found = best.over(np.array([1.5]), (), closely)["flow"]
+    found = best.beside(np.array([1.5]), (), closely).over["flow"]
     assert found <= most and (closely or found > 4.0)
+
+
+def asked(held, spread=(1.5, 1.5)):
+    """Names of what held-out data ask of a rig whose fit stands at its sheet."""
+    parameters = [SimpleNamespace(name=name) for name in ("gain", "other")]
+    model = SimpleNamespace(size=2, fitted_parameters=lambda theta, spread: parameters)
+    fitted = SimpleNamespace(theta=np.zeros(2), acting=())
+    best = HeldBest(held, {"flow": 1.0}, lambda theta: np.clip(theta, -2.5, 2.5), np.zeros(2), np.diag(spread) ** 2)
+    return asked_of_rig(model, fitted, best.beside(fitted.theta, ()), HeldRuns(held, {"flow": 1.0}))
+
+
+@pytest.mark.parametrize(("gain", "bend", "names"), [(2.0, 0.0, "gain"), (0.0, 0.0, ""), (0.0, 0.4, "")])
+def test_an_open_parameter_is_named_where_it_explains_what_is_off(gain, bend, names):
+    assert asked(Warming(gain=gain, bend=bend, is_open=False)) == names
+
+
+def test_what_the_fitted_recordings_told_is_not_asked_for():
+    assert asked(Warming(gain=2.0, is_open=False), spread=(0.05, 1.5)) == ""
+
+
+def test_the_note_names_it_with_both_gaps():
+    assert "3.9 times the floor off, but 1.0 with another tank.volume:" in told(3.94, 1.02, "tank.volume")

@@ -24,6 +24,14 @@ def test_no_gap_names_a_signal_that_is_left_off():
     assert "temperature/tank_wall stays 3.1 times its floor off, and no listed effect explains that" in said
 
 
+def test_no_gap_says_what_a_duty_of_its_own_asks_of_the_rig():
+    """A valve that opened in no fitted recording: what is open of it explains the gap, so that nothing stays off."""
+    report = {**NO_GAP, "gap": {"as_is": 5.0, "before": 3.9, "after": 3.9}, "shrink": {**SHRINK, "speed": {"after": 1.0, "noise": 0.1}}}
+    said = sentence(report, EFFECTS, at_best={"speed": 1.04, "temperature/motor_winding": 0.9}, asked_for="relief_valve.opening_pressure")
+    assert "to 3.9 times the floor" in said and "and to 1.0 with another relief_valve.opening_pressure, which no fitted recording" in said
+    assert "stays" not in said and "speed stays 10.0 times" in sentence(report, EFFECTS)
+
+
 @pytest.mark.parametrize(("left", "ends"), [(1.5, "> 99.5 %)."), (3.1, "; pressure_rod_side stays 3.1 times its floor off, which nothing "
                                                                     "that is listed explains.")])  # fmt: skip
 def test_sizes_are_in_the_units_of_the_page_and_nothing_is_quite_sure(left, ends):

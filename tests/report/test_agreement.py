@@ -4,7 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from ddh_twin_py.estimation.start import UNSEEN
 from ddh_twin_py.report.agreement import compare
+from ddh_twin_py.telemetry.signals import DRIVE_TOPIC
 
 
 def test_known_differences(result):
@@ -61,12 +63,13 @@ def test_the_start_is_left_out_of_the_rms_of_fused_temperatures(result):
 
 
 def test_a_held_value_is_no_measurement(result):
-    result.measured["hydraulic_age"][100:] = 0.7
-    result.free["pressure_rod_side"][100:] += 1e7
+    result.measured["hydraulic_age"][200:] = 0.7
+    result.free["pressure_rod_side"][200:] += 1e7
     pressure = next(s for s in compare(result).signals if s.name == "pressure_rod_side")
-    assert pressure.samples == 100 and pressure.free_in_noise == pytest.approx(0.5)
+    seen = result.time >= result.time[0] + UNSEEN
+    assert pressure.samples == int(seen[:200].sum()) and pressure.free_in_noise == pytest.approx(0.5)
     speed = next(s for s in compare(result).signals if s.name == "speed")
-    assert speed.samples == result.time.size
+    assert speed.samples == int(seen.sum())
 
 
 def test_without_pressures_and_temperatures(result):
@@ -119,3 +122,26 @@ def test_a_fused_temperature_alone_that_is_not_finite(result):
 def test_a_few_intervals_without_output_are_no_lost_twin(result):
     result.free["speed"][:20] = np.nan
     assert compare(result).not_finite == {}
+
+
+def test_the_free_run_is_held_against_samples_where_they_lie(result):
+    """Samples at the ends of the intervals of a ramp, some of which got lost: neither is a difference."""
+    n, time = result.time.size, result.time
+    ramp = 100.0 * time
+    free, measured = result.free.copy(), result.measured.copy()
+    free["speed"], measured["speed"] = ramp - 100.0 * 0.025, ramp
+    lost = np.arange(n) % 10 == 3
+    measured["speed"][lost] -= 5.0  # what was read before is held
+    at = {DRIVE_TOPIC: np.where(lost, np.nan, time)}
+    speed = next(s for s in compare(replace(result, free=free, measured=measured, sampled_at=at)).signals if s.name == "speed")
+    assert speed.rms_free < 0.02 * speed.noise + 1e-9 and speed.samples == int((~lost & (time >= time[0] + UNSEEN)).sum())
+    unaware = next(s for s in compare(replace(result, free=free, measured=measured)).signals if s.name == "speed")
+    assert unaware.rms_free > 2.0
+
+
+def test_what_moved_before_a_run_began_is_no_difference(result):
+    free = result.free.copy()
+    early = result.time < result.time[0] + UNSEEN
+    free["pressure_piston_side"][early] += 1e6
+    pressure = next(s for s in compare(replace(result, free=free)).signals if s.name == "pressure_piston_side")
+    assert pressure.free_in_noise == pytest.approx(0.5)

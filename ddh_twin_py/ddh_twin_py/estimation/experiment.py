@@ -25,7 +25,7 @@ from ddh_twin_py.estimation.begin import FIRST, SHARE, told_begin
 from ddh_twin_py.estimation.binning import Binning, by_cycle, by_time, cycle_of, one_by_one
 from ddh_twin_py.estimation.history import likely_rise, open_motor, rests
 from ddh_twin_py.estimation.sensors import NODE_INDEX, NODE_OF_SENSOR
-from ddh_twin_py.estimation.start import EARLY, START, spread_start, start_error
+from ddh_twin_py.estimation.start import EARLY, START, UNSEEN, spread_start, start_error
 from ddh_twin_py.physics.balance import OPERATING_DTYPE
 from ddh_twin_py.physics.cylinder import holding_pressure
 from ddh_twin_py.physics.free_run import COMMAND_PARTS, HYDRAULIC_STEP, SAMPLED, free_run_sampled, settle
@@ -42,18 +42,16 @@ from ddh_twin_py.telemetry.screening import apart, screen_recording
 from ddh_twin_py.telemetry.signals import DRIVE_FIELDS, DRIVE_TOPIC, HYDRAULIC_FIELDS, HYDRAULIC_TOPIC
 from ddh_twin_py.twin.ambient import AmbientTracker
 from ddh_twin_py.twin.command import command_at
+from ddh_twin_py.twin.hydraulic_model import off_the_stops
 from ddh_twin_py.twin.intervals import INTERVAL, STANDSTILL, command_size, new_carry, reduce_intervals
 from ddh_twin_py.twin.temperature_sensors import INNER_SENSORS, sensed
 
 DRIVE_SIGNALS = ("speed", "current", "voltage", "electrical_power")
 HYDRAULIC_SIGNALS = ("pressure_piston_side", "pressure_rod_side", "rod_velocity")
 STROKE = "rod_position"
-SETTLING = 5.0
-"""s at the beginning of a run that are left out of the fast signals: what moved before it began is not known."""
 NEIGHBOURHOOD = 20.0
 """s after the used part of a recording that count neither here nor there; at most half of what is held out."""
 _REST = 0.5  # s of a standstill to either side over which positions are averaged
-_SURE = 3.0  # standard deviations of that mean, within which an end stop says better where the rod is
 _CLEAR = 2.0e-3  # m from an end stop that a rod must keep to have never met it
 _BEFORE_THE_END = 1.0e-6  # s from the end of a run at which the last samples are taken: its last step ends there but for rounding
 _PAST = 1.0  # m that a run may go past such a stop
@@ -133,7 +131,7 @@ class Experiment:
         self._command = command_at(drive_time, drive.values[:, DRIVE_FIELDS.index("speed_command")], edges)
         standing = (measured["standstill"] >= STANDSTILL) & np.isfinite(measured["rod_position"])
         self._put_back = _smoothed(np.where(standing, measured["rod_position"], np.nan), round(_REST / interval))
-        self._placed = _off_the_stops(self._put_back, rig, rig.sensors[STROKE].noise, 2.0 * _REST * len(hydraulic_time) / (n * interval))
+        self._placed = off_the_stops(self._put_back, rig, 2.0 * _REST * len(hydraulic_time) / (n * interval))
         self._stroke_ends = np.flatnonzero(standing[1:] & ~standing[:-1]) + 1
         self._stroke_ends = self._stroke_ends[self._stroke_ends * interval > 1.0]
         self.air = self._ambient(ticks, rig, n)
@@ -230,12 +228,12 @@ class Experiment:
             self.signals[name] = Signal(time, measured, sensor.noise, sensor.unit, binning(time, usable), held_from=self.held_from)
 
     def _fast(self, time: np.ndarray, usable: np.ndarray) -> Binning:
-        return by_cycle(self.cycle, time, usable, SETTLING)
+        return by_cycle(self.cycle, time, usable, UNSEEN)
 
     def _strokes(self, time: np.ndarray, usable: np.ndarray) -> Binning:
         """Each stroke by itself; upward and downward ones are two classes."""
         way = np.diff(self._put_back[np.concatenate([[0], self._stroke_ends])]) if usable.size else np.zeros(0)
-        return one_by_one(time, usable & (time > SETTLING), np.sign(np.nan_to_num(way)).astype(np.int64) + 1)
+        return one_by_one(time, usable & (time > UNSEEN), np.sign(np.nan_to_num(way)).astype(np.int64) + 1)
 
     def _ambient(self, ticks, rig: Rig, n: int) -> np.ndarray:
         samples = ticks.samples.get("temperature/ambient")
@@ -418,13 +416,6 @@ def _smoothed(position: np.ndarray, reach: int) -> np.ndarray:
     first, last = np.maximum(begun, index - reach), np.minimum(ended, index + reach + 1)
     with np.errstate(invalid="ignore"):
         return np.where(known, (total[last] - total[first]) / np.maximum(last - first, 1), np.nan)
-
-
-def _off_the_stops(position: np.ndarray, rig: Rig, noise: float, samples: float) -> np.ndarray:
-    """Positions (m), NaN where an end stop is as near as a mean of so many samples of that noise (m) is sure."""
-    reach = _SURE * noise / np.sqrt(max(samples, 1.0))
-    free = (position > reach) & (position < rig["cylinder.stroke"] - reach)
-    return np.where(free, position, np.nan)
 
 
 def _never_met(position: np.ndarray, rig: Rig) -> dict[str, float]:

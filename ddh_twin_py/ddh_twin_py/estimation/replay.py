@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
@@ -78,6 +78,7 @@ class ReplayResult:
         smoothed_heat, smoothed_heat_std: W, unknown heats alike, (k, N_UNKNOWN_HEATS), see `uncertain_parameters.UNKNOWN_HEATS`.
         covariance: K^2, of the fused temperatures at ``smoothed_row``, (k, N, N), none unless asked for.
         ambient: K, what the models took for the air, (n,); empty where nobody said.
+        sampled_at: by topic of telemetry, s, mean time of each interval's samples, (n,), NaN where none came.
     """
 
     recording: Recording
@@ -99,6 +100,23 @@ class ReplayResult:
     smoothed_heat_std: np.ndarray = field(default_factory=lambda: np.empty((0, N_UNKNOWN_HEATS)))
     covariance: np.ndarray = field(default_factory=lambda: np.empty((0, N, N)))
     ambient: np.ndarray = field(default_factory=lambda: np.empty(0))
+    sampled_at: Mapping[str, np.ndarray] = field(default_factory=dict)
+
+    def free_where_sampled(self, name: str, topic: str) -> np.ndarray:
+        """The free run at the mean time of each interval's samples, (n,), NaN where none came.
+
+        Samples of a slow stream need not lie about the middle of an interval, for which its mean stands.
+        """
+        values = self.free[name]
+        if topic not in self.sampled_at or self.time.size < 2:
+            return values
+        step = np.diff(self.time)
+        interval = float(np.median(step))
+        change = np.where(np.abs(step - interval) < 0.5 * interval, np.diff(values), np.nan)  # not across a jump of the clock
+        before, after = np.concatenate([[np.nan], change]), np.concatenate([change, [np.nan]])
+        before, after = np.where(np.isnan(before), after, before), np.where(np.isnan(after), before, after)
+        off = (self.sampled_at[topic] - self.time) / interval + 0.5
+        return values + off * np.nan_to_num(np.where(off < 0.0, before, after))
 
 
 def replay(recording: Recording, rig: Rig, interval: float = INTERVAL, without: Collection[str] = (),
@@ -284,7 +302,15 @@ class _Run:
         return ReplayResult(
             self._told(), self.rig, self.time, self.measured, self.soft, self.free, self.free_temperature,
             self.fused, self.fused_std, sensors, self.innovations, self.seconds, **smoothed, ambient=self.ambient,
+            sampled_at={topic: self._sampled_at(topic) for topic in (DRIVE_TOPIC, HYDRAULIC_TOPIC) if topic in self.ticks.samples},
         )
+
+    def _sampled_at(self, topic: str) -> np.ndarray:
+        """Mean time of each interval's samples, s, (n,), NaN where none came."""
+        first, last = self.ticks.first[topic], self.ticks.last[topic]
+        total = np.concatenate([[0.0], np.cumsum((self.ticks.samples[topic].stamp - self.recording.epoch_ns) * 1e-9)])
+        count = last - first
+        return np.where(count > 0, (total[last] - total[first]) / np.maximum(count, 1), np.nan)
 
 
 def fusion_inputs(hydraulic: HydraulicResult, motor: MotorResult, ambient: np.ndarray) -> FusionInputs:

@@ -14,11 +14,12 @@ from ddh_twin_py.gap.classes import classes_of
 from ddh_twin_py.gap.departure import departure_of
 from ddh_twin_py.gap.detection import SIZES, Detection, detections
 from ddh_twin_py.gap.diagnosis import Diagnosis, Weighed
-from ddh_twin_py.gap.held_best import HeldBest
+from ddh_twin_py.gap.held_best import AtBest, HeldBest
 from ddh_twin_py.gap.held_runs import HeldRuns, ratios_of
 from ddh_twin_py.gap.law_freedom import gain_of_freedom
 from ddh_twin_py.gap.learned import described, learn
 from ddh_twin_py.gap.model import Diagnosable
+from ddh_twin_py.gap.open_rig import asked_of_rig, told
 from ddh_twin_py.gap.places import alone, entry_of, located, places, unknown_places
 from ddh_twin_py.gap.refit import Refitted
 from ddh_twin_py.gap.search import Found
@@ -79,7 +80,7 @@ def diagnosis(model: Diagnosable, found: Found, theta: np.ndarray, hidden: Seque
         found, notes = less_believed(found), [_NO_HELP]
         leader = leader if found.leader else none
     best, shrunk = leader, runs.gap(leader) if leader.columns else gap_before
-    unknown = _heard(unknown_beside(model, found, leader), model, found, leader, runs, plain, before)
+    unknown, bests = _heard(unknown_beside(model, found, leader), model, found, leader, runs, plain, before)
     unknown = replace(unknown, notes=[*unknown.notes, *notes])
     speaks = leader.log_evidence - none.log_evidence
     within = gap_before <= _NEARLY and shrunk > _SHRINKS * gap_before and speaks < _LOUD
@@ -108,6 +109,9 @@ def diagnosis(model: Diagnosable, found: Found, theta: np.ndarray, hidden: Seque
     first = signals[0]
     spread = np.sqrt(np.diagonal(found.linearised.basis.covariance()))
     parameters = model.fitted_parameters(leader.theta, spread)
+    at_best = bests.get(leader.effects)
+    asked_for = asked_of_rig(model, leader, at_best, runs) if at_best else ""
+    other_rig = [told(gap_after, at_best.gap, asked_for)] if asked_for else []
     detectable = _detectable(found) if verdict.word == "no_gap" else []
     missed = _missed(detectable)
     report = {
@@ -122,14 +126,15 @@ def diagnosis(model: Diagnosable, found: Found, theta: np.ndarray, hidden: Seque
                           "noise": floor[name] * first[name].noise, "before_interval": runs.interval(name, before_runs),
                           "after_interval": runs.interval(name, runs.of(leader))} for name in names if name in before and name in first},
         "unknown": verdict.unknown, "next_test": model.next_test(found, verdict, unknown), "held_out": held.words,
-        "notes": [*unknown.notes, *([described(learned, gap_before, gap_after)] if learned else []), *model.notes(),
+        "notes": [*unknown.notes, *other_rig, *([described(learned, gap_before, gap_after)] if learned else []), *model.notes(),
                   *_not_seen(hidden), *(_since_when(found) if verdict.word == "no_gap" else []), *_would_not_show(missed),
                   *_at_the_end(parameters)],
     }
     inputs = model.unknown_inputs(plain, spread) if verdict.word != "no_gap" else []
     believed = acting if learned or verdict.word in ("explained", "ambiguous") else []
     return Diagnosis(
-        report=report, sentence=sentence(report, model.catalogue, [*hidden, *missed], reading), recordings=model.recordings,
+        report=report, recordings=model.recordings,
+        sentence=sentence(report, model.catalogue, [*hidden, *missed], reading, at_best.over if at_best else None, asked_for),
         traces=held.traces(before_runs[0], runs.of(leader)[0], floor), axes=held.axes(leader.theta, acting),
         lacking=rows, alone=alone(model, found), inputs=inputs, weighed=weighed, confusable=confusable, parameters=parameters,
         shapes=unknown.shapes, rig=model.rig_with(leader.theta, believed, spread, joint=leader.joint if believed else None),
@@ -138,21 +143,21 @@ def diagnosis(model: Diagnosable, found: Found, theta: np.ndarray, hidden: Seque
 
 
 def _heard(unknown: Unknown, model: Diagnosable, found: Found, leader: Refitted, runs: HeldRuns, plain: np.ndarray,
-           as_run: Mapping[str, float]) -> Unknown:
-    """What is unknown beside the leader, once held-out data had their say.
+           as_run: Mapping[str, float]) -> tuple[Unknown, dict[tuple[str, ...], AtBest]]:
+    """What is unknown beside the leader, once held-out data had their say; and these beside it and beside no effect, by set of effects.
 
     Args:
         plain: parameters without it, (k,). as_run: multiples of their noise by which signals are off with them.
     """
     floor, none = runs.floor, found.fitted[()]
     best = HeldBest(runs.held, floor, model.within, plain, found.linearised.basis.covariance())
-    over = best.over(leader.theta, leader.acting)
-    closely = max(over.values(), default=0.0) > _SUSPECT
-    over = best.over(leader.theta, leader.acting, closely) if closely else over
-    before = best.over(plain, (), closely)
-    beside_none = best.over(none.theta, (), closely) if leader.columns else over
-    shrunk = size.of_all(over)
-    closed = size.closed(size.of_all(before), shrunk)
+    beside = best.beside(leader.theta, leader.acting)
+    closely = max(beside.over.values(), default=0.0) > _SUSPECT
+    beside = best.beside(leader.theta, leader.acting, closely) if closely else beside
+    before = best.beside(plain, (), closely)
+    beside_none = best.beside(none.theta, (), closely) if leader.columns else beside
+    over, shrunk = beside.over, beside.gap
+    closed = size.closed(before.gap, shrunk)
     slow = max((ratio for name, ratio in over.items() if name.startswith("temperature/") and name not in AMPLIFIED), default=0.0)
     unknown = borne_out(unknown, found.linearised.power, runs.over(leader), closed, len(leader.columns))
     first, built = runs.held.signals()[0], not all(model.altered)
@@ -166,12 +171,13 @@ def _heard(unknown: Unknown, model: Diagnosable, found: Found, leader: Refitted,
         unknown = left_behind(unknown, followed, {n: as_run[n] / floor[n] for n in followed}, sizes, built,
                               _in_fitted(model, leader, floor, acts=True))
     if built and leader.columns:  # without a commissioning recording any other duty may ask for other parameters
-        unknown = worsened(unknown, over, before)
+        unknown = worsened(unknown, over, before.over)
     if leader.columns:
         unknown = bent(unknown, gain_of_freedom(found.linearised, leader, FREEDOM), leader.log_evidence - none.log_evidence)
     if len(leader.columns) > 1:
         unknown = doubted(halfway(unknown, shrunk, closed, slow), found.linearised, leader)
-    return refuted(unknown, size.of_all(beside_none), shrunk) if leader.columns else unknown
+    unknown = refuted(unknown, beside_none.gap, shrunk) if leader.columns else unknown
+    return unknown, {(): beside_none, leader.effects: beside}
 
 
 def _in_fitted(model: Diagnosable, fitted: Refitted, floor: Mapping[str, float], acts: bool) -> dict[str, float]:

@@ -9,12 +9,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 
 from ddh_twin_py.gap.held_runs import ratios_of
 from ddh_twin_py.gap.model import Acting, Held
+from ddh_twin_py.gap.size import of_all
 
 _OPEN = 0.3  # deviations: what is known better than that does not move
 _DIFFERENCE = 0.05  # deviations
@@ -23,6 +25,23 @@ _WEIGHT = 10.0  # of a signal's mean square against one deviation: as many indep
 _STEPS, _SHARES, _SETTLED = 3, (1.0, 0.4, 0.15), 0.05  # steps, what is tried of each, cost that one must gain
 
 Runs = list[dict[str, np.ndarray]]
+
+
+@dataclass(frozen=True)
+class AtBest:
+    """Held-out data beside a hypothesis where what is open is at its best for them.
+
+    Attributes:
+        over: RMS over floor of each signal. theta: parameters there, in deviations, (k,).
+    """
+
+    over: dict[str, float]
+    theta: np.ndarray
+
+    @property
+    def gap(self) -> float:
+        """Of all signals, in multiples of the floor; see `size.of_all`."""
+        return of_all(self.over)
 
 
 class HeldBest:
@@ -50,8 +69,8 @@ class HeldBest:
         self._used = [{name: index for name, index in own.items() if index.size} for own in used]
         self._slopes = self._sensitivities(theta, (), of_rig, self._run(theta, (), np.zeros(len(self._moves))))
 
-    def over(self, theta: np.ndarray, acting: Acting, closely: bool = False) -> dict[str, float]:
-        """RMS over floor of each signal.
+    def beside(self, theta: np.ndarray, acting: Acting, closely: bool = False) -> AtBest:
+        """The data beside a hypothesis.
 
         Args:
             theta: parameters that a fit found, (k,). acting: effects. closely: take sensitivities anew where the first steps lead; a
@@ -64,7 +83,7 @@ class HeldBest:
         z, runs = self._descended(theta, acting, z, runs, slopes)
         if closely:
             z, runs = self._descended(theta, acting, z, runs, self._sensitivities(theta, acting, self._moves, runs, z))
-        return self._over(runs)
+        return AtBest({name: ratio / self._floor[name] for name, ratio in ratios_of(self._held, runs).items()}, self._at(theta, z)[0])
 
     def _descended(self, theta: np.ndarray, acting: Acting, z: np.ndarray, runs: Runs, slopes: Runs) -> tuple[np.ndarray, Runs]:
         """Where a few steps with the same sensitivities lead, and the runs there."""
@@ -81,9 +100,6 @@ class HeldBest:
             if gained < _SETTLED:
                 break
         return z, runs
-
-    def _over(self, runs: Runs) -> dict[str, float]:
-        return {name: ratio / self._floor[name] for name, ratio in ratios_of(self._held, runs).items()}
 
     def _run(self, theta: np.ndarray, acting: Acting, z: np.ndarray) -> Runs:
         moved, begin = self._at(theta, z)

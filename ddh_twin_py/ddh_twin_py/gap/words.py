@@ -6,24 +6,28 @@ from collections.abc import Mapping, Sequence
 
 from ddh_twin_py.gap.effect import Effect
 from ddh_twin_py.gap.sensitivity import AMPLIFIED
+from ddh_twin_py.gap.size import of_all
 from ddh_twin_py.rig.reader_units import plus_minus, probably
 
 _SURE, _OTHERS = 0.7, 2  # probability from which a place is named alone; how many others are named else
 _LEFT = 2.0  # floors from which a signal that is left off is named beside "no gap"
 
 
-def sentence(report: Mapping, catalogue: Mapping[str, Effect], unseen: Sequence[str] = (), reading: str = "") -> str:
+def sentence(report: Mapping, catalogue: Mapping[str, Effect], unseen: Sequence[str] = (), reading: str = "",
+             at_best: Mapping[str, float] | None = None, asked_for: str = "") -> str:
     """One sentence with its confidence, for an engineer who reads nothing else.
 
     Args:
         catalogue: effects that were asked about, by id. unseen: those that no signal would have shown, or not at a moderate size.
         reading: signal that errs where something unknown lies in a reading; empty where it does not.
+        at_best: floors by which signals of held-out data are off where what is open of the rig is at its best for them; None: not known.
+        asked_for: parameters that have to move for that; empty where it makes little difference.
     """
     if report["verdict"] == "no_gap":
-        return _no_gap(report, len(unseen))
+        return _no_gap(report, len(unseen), at_best, asked_for)
     if report["verdict"] == "unknown":
         return _unknown(report, reading)
-    return _explained(report, catalogue) if report["verdict"] == "explained" else _BY_VERDICT[report["verdict"]](report)
+    return _explained(report, catalogue, at_best) if report["verdict"] == "explained" else _BY_VERDICT[report["verdict"]](report)
 
 
 def by_component(where: Sequence[Mapping]) -> dict[str, float]:
@@ -34,27 +38,30 @@ def by_component(where: Sequence[Mapping]) -> dict[str, float]:
     return shares
 
 
-def _no_gap(report: Mapping, unseen: int) -> str:
+def _no_gap(report: Mapping, unseen: int, at_best: Mapping[str, float] | None, asked_for: str) -> str:
     as_is, after = report["gap"]["as_is"], report["gap"]["after"]
     none = next((h["probability"] for h in report["hypotheses"] if not h["effects"]), 0.0)
     text = f"No gap: with its parameters fitted within tolerance the twin explains data not used for that to {after:.1f} times the floor"
     if as_is > 1.2 * after:
         text += f" (unfitted it was {as_is:.1f} times; calibration closes that)"
-    worst, times = _left_most(report)
+    if asked_for and at_best:
+        text += f", and to {of_all(at_best):.1f} with another {asked_for}, which no fitted recording shows and which is within tolerance"
+    worst, times = _left_most(report, at_best)
     if times > _LEFT:
         text += f"; {worst} stays {times:.1f} times its floor off, and no listed effect explains that"
     but = f", of those that these recordings would show at a moderate size ({unseen} of the catalogue they would not)" if unseen else ""
     return f"{text}; probability of no effect {probably(none)}{but}."
 
 
-def _left_most(report: Mapping) -> tuple[str, float]:
+def _left_most(report: Mapping, at_best: Mapping[str, float] | None) -> tuple[str, float]:
     """The signal that stays farthest off held-out data, and by how many floors; what small flaws of the model move far is left out."""
-    left = {name: row["after"] / row["noise"] for name, row in report["shrink"].items() if name not in AMPLIFIED}
+    off = {name: row["after"] / row["noise"] for name, row in report["shrink"].items()} if at_best is None else at_best
+    left = {name: times for name, times in off.items() if name not in AMPLIFIED}
     worst = max(left, key=left.get, default="")
     return worst, left.get(worst, 0.0)
 
 
-def _explained(report: Mapping, catalogue: Mapping[str, Effect]) -> str:
+def _explained(report: Mapping, catalogue: Mapping[str, Effect], at_best: Mapping[str, float] | None) -> str:
     leader = _leader(report)
     gap = report["gap"]
     named = " and ".join(_named(report, name, catalogue) for name in leader)
@@ -62,7 +69,7 @@ def _explained(report: Mapping, catalogue: Mapping[str, Effect]) -> str:
     text = f"The gap is explained by {named}"
     if members:
         text += f", which this recording cannot tell from {', '.join(members)}"
-    worst, times = _left_most(report)
+    worst, times = _left_most(report, at_best)
     left = f"; {worst} stays {times:.1f} times its floor off, which nothing that is listed explains" if times > _LEFT else ""
     return f"{text}: it shrinks from {gap['before']:.1f} to {gap['after']:.1f} times the floor on data not used to find it " \
            f"(probability {probably(_probability(report, leader))}){left}."

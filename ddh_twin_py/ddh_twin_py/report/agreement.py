@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ddh_twin_py.estimation.start import UNSEEN
 from ddh_twin_py.report.units import ZERO_CELSIUS, in_unit, number, words
-from ddh_twin_py.telemetry.signals import DRIVE_SIGNALS, HYDRAULIC_SIGNALS, Signal
+from ddh_twin_py.telemetry.signals import DRIVE_SIGNALS, DRIVE_TOPIC, HYDRAULIC_SIGNALS, HYDRAULIC_TOPIC, Signal
 
 if TYPE_CHECKING:
     from ddh_twin_py.estimation.replay import ReplayResult, SensorComparison
@@ -46,7 +47,7 @@ COMPONENTS = {
 
 @dataclass(frozen=True)
 class SignalAgreement:
-    """One signal of drive or hydraulics over all intervals in which it was measured, SI.
+    """One signal of drive or hydraulics over all intervals in which it was sampled, from `UNSEEN` after each start where there is more, SI.
 
     `rms_soft` is None for the soft sensor's own inputs; `largest_free` is the largest absolute
     difference of the free run and `largest_at` its time, s.
@@ -227,6 +228,7 @@ class Agreement:
             "intervals": self.intervals,
             "noise_floor": FLOOR,
             "settling_left_out_of_rms_fused_s": SETTLING,
+            "begin_left_out_of_signals_s": UNSEEN,
             "temperatures": [
                 {
                     "sensor": t.sensor, "node": t.node, "samples": t.samples, "refused": t.refused, "used": t.used,
@@ -339,11 +341,18 @@ def measured_values(result: ReplayResult, signal: Signal) -> np.ndarray:
     return np.where(age <= HOLD, result.measured[signal.name], np.nan)
 
 
+def free_values(result: ReplayResult, signal: Signal) -> np.ndarray:
+    """The free run of a signal where its samples lie in each interval, (n,); NaN where none came."""
+    return result.free_where_sampled(signal.name, DRIVE_TOPIC if signal in DRIVE_SIGNALS else HYDRAULIC_TOPIC)
+
+
 def _signal(signal: Signal, result: ReplayResult) -> SignalAgreement | None:
     if signal.noise_key is None:
         return None
     measured = measured_values(result, signal)
-    difference = result.free[signal.name] - measured
+    difference = free_values(result, signal) - measured
+    seen = _later(result.time, UNSEEN)
+    difference = np.where(seen, difference, np.nan) if np.isfinite(difference[seen]).any() else difference
     here = np.isfinite(difference)
     if not here.any():
         return None
@@ -387,10 +396,15 @@ def starts(time: np.ndarray) -> np.ndarray:
 
 def _settled(c: SensorComparison) -> np.ndarray:
     """Readings `SETTLING` after each start and later, (m,); all where there is none."""
-    begun = starts(c.time)
-    since = c.time - c.time[begun[np.searchsorted(begun, np.arange(c.time.size), "right") - 1]] if begun.size else c.time
-    late = since >= SETTLING
+    late = _later(c.time, SETTLING)
     return late if np.isfinite((c.fused - c.measured)[late]).any() else np.ones(late.size, dtype=bool)
+
+
+def _later(time: np.ndarray, than: float) -> np.ndarray:
+    """Where it is so many s after each start or later, (m,)."""
+    begun = starts(time)
+    since = time - time[begun[np.searchsorted(begun, np.arange(time.size), "right") - 1]] if begun.size else time
+    return since >= than
 
 
 def _rms(difference: np.ndarray) -> float:

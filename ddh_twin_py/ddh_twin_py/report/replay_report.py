@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ddh_twin_py.estimation.start import UNSEEN
 from ddh_twin_py.report import document as doc
 from ddh_twin_py.report.agreement import (
     COMPONENTS,
@@ -17,6 +18,7 @@ from ddh_twin_py.report.agreement import (
     SETTLING,
     Agreement,
     component_values,
+    free_values,
     level,
     measured_values,
     starts,
@@ -271,8 +273,9 @@ def _signal_table(agreement: Agreement) -> doc.Html:
         ))
     return doc.Html(
         doc.table(columns, rows)
-        + doc.note("RMS of interval means against measurement. Torque is current times a constant and is not counted "
-                   f"twice. Below each chart: differences from measurement; the grey band is {FLOOR:g} times noise.")
+        + doc.note("RMS of interval means against measurement, the free run where the samples of an interval lie, "
+                   f"from {UNSEEN:g} s after each start: what moved before it is not known. Torque is current times a constant and is not "
+                   f"counted twice. Below each chart: differences from measurement; the grey band is {FLOOR:g} times noise.")
     )
 
 
@@ -305,7 +308,7 @@ def _signal_charts(result: ReplayResult) -> list[Chart]:
         traces = [Trace("measured", "measured", measured * unit.factor)]
         if name not in INPUTS:
             traces.append(Trace("soft sensor", "soft", result.soft[name] * unit.factor))
-        traces.append(Trace("free run", "predicted", result.free[name] * unit.factor))
+        traces.append(Trace("free run", "predicted", free_values(result, signal) * unit.factor))
         wide = name.startswith("pressure")
         differences = tuple((i, 0) for i in range(1, len(traces)))
         noise = result.rig.sensors[signal.noise_key].noise * unit.factor

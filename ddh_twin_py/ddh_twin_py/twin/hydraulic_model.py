@@ -32,6 +32,19 @@ _DRIVING = ("speed", "current", "current_square", "pressure_piston_side", "press
 _FREE_RUN_NAME = {"current_square": "mean_square_current"}
 
 
+_SURE = 3.0  # standard deviations of a position, within which an end stop says better where the rod is
+
+
+def off_the_stops(position: np.ndarray, rig: Rig, samples: float = 1.0) -> np.ndarray:
+    """Positions (m), NaN where an end stop is as near as a mean of so many samples is sure.
+
+    A stop is so stiff that a rod put back onto it by a noisy position would be pressed with several times its load.
+    """
+    reach = _SURE * rig.sensors["rod_position"].noise / np.sqrt(max(samples, 1.0))
+    free = (position > reach) & (position < rig["cylinder.stroke"] - reach)
+    return np.where(free, position, np.nan)
+
+
 def _first(values: np.ndarray, default: float) -> float:
     """The first finite value, else the default."""
     finite = values[np.isfinite(values)]
@@ -99,7 +112,7 @@ class HydraulicModel:
         free_temperature, soft_temperature = np.empty((n, N)), np.empty((n, N))
         self._place(measured)
         known_command = np.where(np.isfinite(command), command, 0.0)
-        position = np.where(measured["standstill"] >= STANDSTILL, measured["rod_position"], np.nan)
+        position = np.where(measured["standstill"] >= STANDSTILL, off_the_stops(measured["rod_position"], self.rig), np.nan)
         free_run(self._parameters, self._state, self.free_temperature, known_command, ambient, self.interval,
                  self.step, position, free, free_temperature)
         filled, known = self._filled(measured, free)
