@@ -187,9 +187,13 @@ class Fits:
         self._take(fit, self._linearised.columns)
 
     def fell_short(self) -> bool:
-        """Whether the linear model promises of the best set what no run has found: a fit may have lost its way."""
+        """Whether the linear model promises of the best set what no run has found: a fit may have lost its way.
+
+        Both are held against each other as they are and not over no effect, of which the linear model knows little where others act.
+        """
         best = self._best()
-        return self.linear(best) - self.gain(best) > max(_SHORT, _SHORT_SHARE * self.linear(best))
+        promised = self._linearised.evidence.log_of_none + self.linear(best)
+        return bool(best) and promised - self.fitted[best].log_evidence > max(_SHORT, _SHORT_SHARE * self.linear(best))
 
     def sharpen(self) -> None:
         """Fit the leading sets from where sensitivities lead that are taken with their effects acting.
