@@ -6,20 +6,23 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from ddh_twin_py.estimation.comparison import Discrepancy
-from ddh_twin_py.gap.fits import Fits
+from ddh_twin_py.gap.fits import Fits, Start
 from ddh_twin_py.gap.hypotheses import POWER, SLACK, weighted
 from ddh_twin_py.gap.linearised import linearise
 from support.first_order import EFFECTS, FirstOrder
 
 
 class Elsewhere:
-    """Fits of another linearisation, in which effects fell far short."""
+    """Fits of another linearisation, in which effects fell far short, and what it held for likely where it was so far wrong of none."""
 
-    def __init__(self, *names):
-        self._names = names
+    def __init__(self, *names, estimates=None, off=np.inf):
+        self._names, self._estimates = names, (estimates or {}, off)
 
     def short(self):
         return dict.fromkeys(self._names, -1000.0)
+
+    def estimates(self):
+        return self._estimates
 
 
 @pytest.mark.parametrize("index, departure", [(0, 0.15), (2, 0.12)])
@@ -53,3 +56,28 @@ def test_a_fit_that_lost_its_way_is_found_again_with_sensitivities_of_its_own():
         fits.sharpen()
     assert fits.fitted[true].log_evidence > found.log_evidence - 0.5
     np.testing.assert_allclose(fits.fitted[true].x, found.x, rtol=0.05)
+
+
+def test_where_the_linear_model_misjudges_no_effect_others_are_judged_as_elsewhere():
+    """About where an effect acts, sets without it mend what no effect lacks at that place alone."""
+    true, other, third = (effect.id for effect in (EFFECTS[1], EFFECTS[0], EFFECTS[2]))
+    model = FirstOrder(np.array([1.0, -0.8, 0.5]), [(EFFECTS[1], 0, 0.3)], seed=1)
+    unrelated = tuple(sorted((other, third)))
+    with ThreadPoolExecutor(2) as pool:
+        linearised = linearise(model, EFFECTS, np.zeros(3), Discrepancy(), SLACK, POWER, pool)
+        singles = linearised.evidence.singles()
+        weights = weighted(singles + linearised.evidence.pairs(singles), linearised.columns, linearised.effects)
+
+        def fits_after(before):
+            fits = Fits(linearised, weights, pool, before)
+            fits.again({(): Start(np.zeros(3), np.zeros(0)), (true,): Start(np.zeros(3), np.array([0.3]))})
+            # as where the linear model is taken about a place that no effect is far from
+            fits.fitted = {ids: replace(f, log_evidence=f.log_evidence + 500.0) for ids, f in fits.fitted.items()}
+            return fits
+
+        known = fits_after(Elsewhere(estimates={unrelated: -9.0}, off=1.0))
+        unknown = fits_after(None)
+    assert known.estimates() == ({unrelated: -9.0}, 1.0) and unknown.estimates()[1] > 400.0
+    assert known.probability()[unrelated] < 1e-3
+    promised = linearised.evidence.log_of_none + known.linear((true,))
+    assert known.bent((true,)) == pytest.approx(abs(known.fitted[(true,)].log_evidence - promised))

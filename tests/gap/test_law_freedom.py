@@ -58,3 +58,13 @@ def test_partners_are_weighed_beside_the_first_as_it_acts():
     assert full.effects == ("meter.offset", "valve.lag") and log == pytest.approx(full.log_evidence, abs=3.0)
     assert set(found) == {("meter.offset", "valve.lag"), ("valve.gain", "valve.lag")}
     assert max(found, key=lambda ids: found[ids][0]) == ("meter.offset", "valve.lag")
+
+
+def test_what_no_step_of_the_first_found_is_no_merit_of_a_partner():
+    model = FirstOrder(TRUE, [(GAIN, 0, 0.6), (OFFSET, 0, 0.15)], seed=5)
+    linearised, first = fitted(model, GAIN)
+    with ThreadPoolExecutor(2) as pool:
+        found, stuck = (partners(linearised, Refit(linearised), fit, pool)
+                        for fit in (first, replace(first, log_evidence=first.log_evidence - 20.0)))
+    for ids, (log, _) in found.items():
+        assert stuck[ids][0] == pytest.approx(log - 20.0, abs=0.5), ids

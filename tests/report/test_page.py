@@ -3,6 +3,7 @@
 import base64
 import json
 import re
+from dataclasses import replace
 from html.parser import HTMLParser
 
 import numpy as np
@@ -10,7 +11,8 @@ import pytest
 from ddh_twin_py.report.agreement import compare
 from ddh_twin_py.report.charts import Chart, Trace, quantised
 from ddh_twin_py.report.document import Column, Document, EndMatter, table
-from ddh_twin_py.report.replay_report import replay_document, replay_json
+from ddh_twin_py.report.replay_report import findings_table, replay_document, replay_json
+from ddh_twin_py.telemetry.recording import Finding, temperature_stream
 
 
 class Page(HTMLParser):
@@ -141,3 +143,16 @@ def test_charts_go_on_where_the_clock_jumps_back(result):
     x = np.frombuffer(base64.b64decode(spec["x"]), "<f4")
     assert (np.diff(x) > 0).all() and x[-1] == pytest.approx(20.0)
     assert compare(replace(result)).duration == pytest.approx(20.0)
+
+
+def test_findings_that_strike_few_samples_are_folded_away(result):
+    when = 0.5 * np.arange(1000)
+    topic = "/ddh/temperature/tank_oil"
+    rare, often = (Finding("warning", "bags/x", topic, "temperature", float("nan"), count, f"{count} are NaN") for count in (7, 700))
+    wrong = Finding("error", "bags/x", topic, "temperature", 300.0, 2, "2 samples in kelvin")
+    recording = replace(result.recording, namespace="/ddh", temperatures={"tank_oil": temperature_stream(when, np.full(1000, 300.0))})
+    open_part, _, folded = str(findings_table(replace(recording, findings=[rare, often, wrong]))).partition("<details>")
+    assert "700 are NaN" in open_part and "kelvin" in open_part and open_part.index("kelvin") < open_part.index("700")
+    assert "7 are NaN" in folded and "1 slight warning: it strikes at most 1 % of a topic" in folded
+    assert "<details>" not in findings_table(replace(recording, findings=[often]))
+    assert str(findings_table(replace(recording, findings=[rare]))).startswith("<details>")

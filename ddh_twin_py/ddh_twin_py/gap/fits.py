@@ -71,6 +71,7 @@ class Fits:
         self._beside_first: dict[Ids, float] = {}
         self.fitted: dict[Ids, Refitted] = {}
         self._learnt = before.short() if before else {}
+        self._elsewhere, self._off_elsewhere = before.estimates() if before else ({}, math.inf)
 
     def again(self, known: Mapping[Ids, Start]) -> None:
         """Fit sets from where they stood before."""
@@ -110,7 +111,7 @@ class Fits:
     def _rivals(self) -> list[Ids]:
         """Sets not fitted that the linear model holds for about as good as the best: that they fell short elsewhere is no proof."""
         best = self._best()
-        least = self._full(best) - _ANOTHER
+        least = self._full(best) - _ANOTHER + (max(0.0, self._off()) if self._off() > self._off_elsewhere else 0.0)
         close = [ids for ids, (weight, _) in self._weights.items() if weight > least and ids not in self.fitted]
         return sorted((ids for ids in close if not best or not set(ids) >= set(best)), key=lambda ids: -self._weights[ids][0])
 
@@ -223,9 +224,19 @@ class Fits:
         return hypothesis.log_evidence if hypothesis else 0.0
 
     def bent(self, ids: Ids) -> float:
-        """By how much log evidence the linear model is wrong of a set that was fitted, or of no effect."""
-        none = self.fitted[()].log_evidence - self._linearised.evidence.log_of_none
-        return max(abs(self.gain(ids) - self.linear(ids)), abs(none))
+        """By how much log evidence the linear model is wrong of a set that was fitted, or of no effect where it was not right elsewhere."""
+        wrong = abs(self.fitted[ids].log_evidence - self._linearised.evidence.log_of_none - self.linear(ids))
+        return wrong if self._off_elsewhere < abs(self._off()) else max(wrong, abs(self._off()), abs(self.gain(ids) - self.linear(ids)))
+
+    def estimates(self) -> tuple[dict[Ids, float], float]:
+        """What every set is expected to be worth where the linear model was least wrong of no effect so far, and by how much it was."""
+        off = abs(self._off())
+        return (self._expected(), off) if off <= self._off_elsewhere else (self._elsewhere, self._off_elsewhere)
+
+    def _off(self) -> float:
+        """Log evidence of no effect over what the linear model says; about where effects act it knows little of none."""
+        none = self.fitted.get(())
+        return none.log_evidence - self._linearised.evidence.log_of_none if none else 0.0
 
     def probability(self) -> dict[Ids, float]:
         """Full fits stand before linear ones; a set that was not fitted is as good as is expected of it, but not the best."""
@@ -343,6 +354,8 @@ class Fits:
         more = max(0.0, self._full(best) - self._weights[best][0]) if best else 0.0
         out = {ids: weight + min((short.get(name, 0.0) for name in ids), default=0.0) + (more if set(ids) & set(best) else 0.0)
                for ids, (weight, _) in self._weights.items()}
+        if self._off() > self._off_elsewhere:  # here others mend what no effect lacks at this place alone
+            out.update({ids: min(weight, out[ids]) for ids, weight in self._elsewhere.items() if ids in out and not set(ids) & set(best)})
         beside = self._beside_first
         more = max(0.0, self._full(best) - beside[best]) if best in beside else 0.0
         return {**out, **{ids: weight + more for ids, weight in beside.items()}}

@@ -30,6 +30,8 @@ class _Acted:
 def partners(linearised: Linearised, refit: Refit, first: Refitted, pool: ThreadPoolExecutor) -> dict[Ids, tuple[float, Hypothesis]]:
     """Every second effect beside a first: log evidence, to be compared with that of full fits, and the pair in the case's columns.
 
+    What the linear model promises of the first alone and no step of its fit found, it promises of every pair too; that is taken off.
+
     Args:
         refit: fits of the case. first: one effect at its optimum.
     """
@@ -44,10 +46,11 @@ def partners(linearised: Linearised, refit: Refit, first: Refitted, pool: Thread
     columns = [own, *(c.longer(k.x / c.x) for c, k in zip(found, known, strict=True))]
     rows = [np.column_stack([mine, *(c.change[number] for c in columns[1:])]) for number, mine in enumerate(local)]
     evidence = Evidence(linearised.basis.sums(rows, values), linearised.basis.normal(rows, values), columns)
+    promised = max(0.0, evidence.of([0]).log_evidence + evidence.log_of_none - first.log_evidence)
     out: dict[Ids, tuple[float, Hypothesis]] = {}
     for number in range(1, len(columns)):
         pair, second = evidence.of([0, number]), columns[number]
-        ids, log = tuple(sorted((own.effect.id, second.effect.id))), pair.log_evidence + evidence.log_of_none
+        ids, log = tuple(sorted((own.effect.id, second.effect.id))), pair.log_evidence + evidence.log_of_none - promised
         if ids not in out or log > out[ids][0]:
             places = [ways[c.effect.id, c.law, c.x > 0.0] for c in (own, second)]
             scale = np.array([1.0, second.x / linearised.columns[places[1]].x])

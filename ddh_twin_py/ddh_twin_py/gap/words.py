@@ -27,7 +27,7 @@ def sentence(report: Mapping, catalogue: Mapping[str, Effect], unseen: Sequence[
         return _no_gap(report, len(unseen), at_best, asked_for)
     if report["verdict"] == "unknown":
         return _unknown(report, reading)
-    return _explained(report, catalogue, at_best) if report["verdict"] == "explained" else _BY_VERDICT[report["verdict"]](report)
+    return _explained(report, catalogue, at_best, asked_for) if report["verdict"] == "explained" else _BY_VERDICT[report["verdict"]](report)
 
 
 def by_component(where: Sequence[Mapping]) -> dict[str, float]:
@@ -44,8 +44,7 @@ def _no_gap(report: Mapping, unseen: int, at_best: Mapping[str, float] | None, a
     text = f"No gap: with its parameters fitted within tolerance the twin explains data not used for that to {after:.1f} times the floor"
     if as_is > 1.2 * after:
         text += f" (unfitted it was {as_is:.1f} times; calibration closes that)"
-    if asked_for and at_best:
-        text += f", and to {of_all(at_best):.1f} with another {asked_for}, which no fitted recording shows and which is within tolerance"
+    text += _another(at_best, asked_for)
     worst, times = _left_most(report, at_best)
     if times > _LEFT:
         text += f"; {worst} stays {times:.1f} times its floor off, and no listed effect explains that"
@@ -61,7 +60,7 @@ def _left_most(report: Mapping, at_best: Mapping[str, float] | None) -> tuple[st
     return worst, left.get(worst, 0.0)
 
 
-def _explained(report: Mapping, catalogue: Mapping[str, Effect], at_best: Mapping[str, float] | None) -> str:
+def _explained(report: Mapping, catalogue: Mapping[str, Effect], at_best: Mapping[str, float] | None, asked_for: str) -> str:
     leader = _leader(report)
     gap = report["gap"]
     named = " and ".join(_named(report, name, catalogue) for name in leader)
@@ -71,8 +70,18 @@ def _explained(report: Mapping, catalogue: Mapping[str, Effect], at_best: Mappin
         text += f", which this recording cannot tell from {', '.join(members)}"
     worst, times = _left_most(report, at_best)
     left = f"; {worst} stays {times:.1f} times its floor off, which nothing that is listed explains" if times > _LEFT else ""
-    return f"{text}: it shrinks from {gap['before']:.1f} to {gap['after']:.1f} times the floor on data not used to find it " \
-           f"(probability {probably(_probability(report, leader))}){left}."
+    if gap["after"] < gap["before"]:
+        much = f"it shrinks from {gap['before']:.1f} to {gap['after']:.1f} times the floor on data not used to find it"
+    else:
+        much = f"data not used to find it lie {gap['after']:.1f} times the floor off, {gap['before']:.1f} without it"
+    return f"{text}: {much}{_another(at_best, asked_for)} (probability {probably(_probability(report, leader))}){left}."
+
+
+def _another(at_best: Mapping[str, float] | None, asked_for: str) -> str:
+    """To what the gap shrinks where what only held-out data show of the rig is as they ask; empty where that makes little difference."""
+    if not asked_for or at_best is None:
+        return ""
+    return f", and {of_all(at_best):.1f} times with another {asked_for}, which no fitted recording shows and which is within tolerance"
 
 
 def _ambiguous(report: Mapping) -> str:

@@ -33,13 +33,14 @@ from ddh_twin_py.telemetry.signals import signal_named
 
 if TYPE_CHECKING:
     from ddh_twin_py.estimation.replay import ReplayResult
-    from ddh_twin_py.telemetry.recording import Finding
+    from ddh_twin_py.telemetry.recording import Finding, Recording
 
 _CHART_ORDER = (
     "pressure_piston_side", "pressure_rod_side", "torque", "current", "electrical_power", "voltage", "speed",
     "rod_velocity", "rod_position",
 )
 _MOST_FINDINGS = 60
+_SLIGHT = 0.01  # share of a topic's samples that a warning strikes at most, to be folded away
 DATA_SPLIT = (
     "Nothing was fitted: the twin uses the rig file as it is, and the whole recording is test data for the free run. "
     "The fusion takes in the temperature sensors that it is compared with, so its RMS is no test of prediction"
@@ -70,7 +71,7 @@ def replay_document(
     domain = tuple(going_on(result.time)[[0, -1]]) if result.time.size else (0.0, 1.0)
     page.add("At a glance", doc.figures(_key_figures(result, agreement)))
     if recording.findings:
-        page.add("What was found in the input", findings_table(recording.findings))
+        page.add("What was found in the input", findings_table(recording))
     page.add(
         "Temperatures", _temperature_table(agreement), _temperature_note(agreement),
         charts(_temperature_charts(result), domain), _node_table(agreement),
@@ -142,21 +143,30 @@ def assumptions(result: ReplayResult) -> list[str]:
     return taken
 
 
-def findings_table(findings: Sequence[Finding]) -> doc.Html:
-    """What is wrong with the input: file, topic and value in each message; worst first."""
+def findings_table(recording: Recording) -> doc.Html:
+    """What is wrong with the input: file, topic and value in each message; worst first, what strikes few samples folded away."""
     order = {"error": 0, "warning": 1, "info": 2}
+    ranked = sorted(recording.findings, key=lambda f: order.get(f.severity, 3))
+    samples = {f"{recording.namespace}/{topic}": len(stream) for topic, stream in recording.streams()}
+    slight = [f for f in ranked if f.severity == "warning" and f.count <= _SLIGHT * samples.get(f.topic, 0)]
+    loud = [f for f in ranked if f not in slight]
+    shown = _findings_rows(loud) if loud else ""
+    if slight:
+        each = "each strikes" if len(slight) > 1 else "it strikes"
+        said = f"{len(slight)} slight warning{'s' * (len(slight) > 1)}: {each} at most {100.0 * _SLIGHT:g} % of a topic's samples"
+        shown += doc.details(said, _findings_rows(slight))
+    return doc.Html(shown)
+
+
+def _findings_rows(findings: Sequence[Finding]) -> str:
     sign = {"error": "poor", "warning": "fair", "info": "none"}
-    ranked = sorted(findings, key=lambda f: order.get(f.severity, 3))
-    rows = [
-        (doc.mark(sign.get(f.severity, "none"), f.severity), f.message, str(f.count)) for f in ranked[:_MOST_FINDINGS]
-    ]
+    rows = [(doc.mark(sign.get(f.severity, "none"), f.severity), f.message, str(f.count)) for f in findings[:_MOST_FINDINGS]]
     columns = (
         doc.Column("Level", number=False), doc.Column("What, where and which value", number=False), doc.Column("Times")
     )
     table = doc.table(columns, rows)
-    if len(ranked) > _MOST_FINDINGS:
-        table += doc.note(f"{len(ranked) - _MOST_FINDINGS} more are in the JSON file.")
-    return doc.Html(table)
+    more = len(findings) - _MOST_FINDINGS
+    return table + doc.note(f"{more} more are in the JSON file.") if more > 0 else table
 
 
 def _data_split(agreement: Agreement) -> str:
