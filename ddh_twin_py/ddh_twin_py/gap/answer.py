@@ -93,7 +93,7 @@ def diagnosis(model: Diagnosable, found: Found, theta: np.ndarray, hidden: Seque
         leader = none
     elif verdict.word == "unknown":
         terms = model.learned_terms(unknown.places[0].component, unknown.places[0].domain)
-        learned = learn(model, found, terms, runs.gap) if terms else None
+        learned = learn(model, found, terms, runs.gap, gap_before) if terms else None
         leader = learned or min((none, leader), key=runs.gap)
         named = [f"the best listed hypothesis is {' and '.join(best.effects)}"] if best.columns else []
         unknown = replace(unknown, notes=[*unknown.notes, *named])

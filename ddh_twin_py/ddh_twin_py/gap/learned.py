@@ -20,12 +20,12 @@ _ALIKE = 2.0  # log evidence by which a later term must lead
 _CLOSES = 0.9  # of the gap of held-out data: what leaves more is not worth a term
 
 
-def learn(model: Model, found: Found, terms: Sequence[Effect], gap: Callable[[Refitted], float]) -> Refitted | None:
+def learn(model: Model, found: Found, terms: Sequence[Effect], gap: Callable[[Refitted], float], before: float) -> Refitted | None:
     """Fit terms to the recordings in which effects act.
 
     Args:
         found: of the case, no effect fitted among them. terms: what may be learned at the place in question, the plainest first.
-        gap: of held-out data under a fit.
+        gap: of held-out data under a fit. before: the same as the rig was built.
 
     Returns:
         One term or all at their optimum; None where they move nothing or do not shrink the gap of held-out data by a tenth.
@@ -38,7 +38,7 @@ def learn(model: Model, found: Found, terms: Sequence[Effect], gap: Callable[[Re
         fits = list(pool.map(lambda ways: refit.of([c for c, _ in ways], none.theta, np.array([d for _, d in ways])), sets))
     most = max((fitted.log_evidence for fitted in fits), default=-np.inf)
     best = next((fitted for fitted in fits if fitted.log_evidence > most - _ALIKE), None)
-    return best if best is not None and gap(best) < _CLOSES * gap(none) else None
+    return best if best is not None and gap(best) < _CLOSES * min(before, gap(none)) else None
 
 
 def described(fitted: Refitted, before: float, after: float) -> str:

@@ -1,0 +1,31 @@
+"""Terms that are learned where no listed effect explains: believed by held-out data alone."""
+
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+import pytest
+from ddh_twin_py.estimation.comparison import Discrepancy
+from ddh_twin_py.gap.hypotheses import POWER, SLACK
+from ddh_twin_py.gap.learned import learn
+from ddh_twin_py.gap.linearised import linearise
+from ddh_twin_py.gap.refit import Refit
+from ddh_twin_py.gap.search import Found
+from support.first_order import EFFECTS, FirstOrder
+
+OFFSET = EFFECTS[2]
+
+
+@pytest.mark.parametrize(("with_it", "fitted", "before", "is_learned"), [
+    (1.0, 3.0, 2.0, True),
+    (1.9, 3.0, 2.0, False),  # nearer than the rig fitted to the field, and hardly nearer than as it was built
+    (2.9, 3.0, 9.0, False),
+])  # fmt: skip
+def test_a_term_must_bring_held_out_data_nearer_than_the_rig_as_fitted_and_as_built(with_it, fitted, before, is_learned):
+    model = FirstOrder(np.zeros(3), [(OFFSET, 0, 0.2)], seed=2)
+    with ThreadPoolExecutor(2) as pool:
+        linearised = linearise(model, [], np.zeros(3), Discrepancy(), SLACK, POWER, pool)
+    found = Found(linearised, {(): 1.0}, {(): Refit(linearised).of([], np.zeros(3), np.zeros(0))})
+    term = learn(model, found, [OFFSET], lambda fit: with_it if fit.columns else fitted, before)
+    assert (term is not None) == is_learned
+    if term is not None:
+        assert term.effects == (OFFSET.id,) and term.x[0] == pytest.approx(0.2, abs=0.02)
