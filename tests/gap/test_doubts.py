@@ -28,10 +28,12 @@ def test_many_warnings_are_counted():
 
 def test_single_samples_that_are_missing_are_one_note():
     stream = drive_stream(np.arange(5000.0), np.zeros((5000, 6)))
-    missing = [Finding("warning", "bag", "/ddh/drive/telemetry", field, float("nan"), count, f"{field} is NaN {count} times")
+    missing = [Finding("warning", "bag", "/ddh/drive/telemetry", field, float("nan"), count, f"{field} is NaN {count} times", mended=True)
                for field, count in (("speed", 3), ("torque", 5), ("current", 900))]
     given = replace(recording(*missing), drive=stream, namespace="/ddh")
+    jump = Finding("warning", "bag", "/ddh/drive/telemetry", "", -2.0, 1, "the clock jumped")  # strikes one sample and spoils the rest
+    assert doubts([replace(given, findings=(*given.findings, jump))])[1] == "the clock jumped"
     assert doubts([given]) == [
         "current is NaN 900 times",
-        "bag: single samples are NaN, at most 5 of 5000 of a signal, and left out; ddh-twin info lists them",
+        "bag: 2 slight warnings, of samples that are missing, late or repeated, at most 5 of 5000 of a topic; ddh-twin info lists them",
     ]

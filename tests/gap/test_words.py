@@ -10,9 +10,9 @@ NO_GAP = {"verdict": "no_gap", "gap": {"as_is": 5.0, "before": 6.0, "after": 1.0
 
 
 @pytest.mark.parametrize(("unseen", "ends"), [
-    ((), "probability of no effect > 99.5 %."),
+    ((), "that no effect acts is > 99.5 % likely."),
     (("pump_1.leakage", "line_a.loss"),
-     "no effect > 99.5 %, of those that these recordings would show at a moderate size (2 of the catalogue they would not)."),
+     "no effect acts is > 99.5 % likely; 2 effects of the catalogue would not have shown even at a moderate size."),
 ])  # fmt: skip
 def test_no_gap_is_said_of_what_would_show(unseen, ends):
     said = sentence(NO_GAP, EFFECTS, unseen)

@@ -148,7 +148,8 @@ def test_charts_go_on_where_the_clock_jumps_back(result):
 def test_findings_that_strike_few_samples_are_folded_away(result):
     when = 0.5 * np.arange(1000)
     topic = "/ddh/temperature/tank_oil"
-    rare, often = (Finding("warning", "bags/x", topic, "temperature", float("nan"), count, f"{count} are NaN") for count in (7, 700))
+    rare, often = (Finding("warning", "bags/x", topic, "temperature", float("nan"), count, f"{count} are NaN", mended=True)
+                   for count in (7, 700))
     wrong = Finding("error", "bags/x", topic, "temperature", 300.0, 2, "2 samples in kelvin")
     recording = replace(result.recording, namespace="/ddh", temperatures={"tank_oil": temperature_stream(when, np.full(1000, 300.0))})
     open_part, _, folded = str(findings_table(replace(recording, findings=[rare, often, wrong]))).partition("<details>")

@@ -112,7 +112,8 @@ def diagnosis(model: Diagnosable, found: Found, theta: np.ndarray, hidden: Seque
     at_best = bests.get(leader.effects)
     asked_for = asked_of_rig(model, leader, at_best, runs) if at_best else ""
     other_rig = [told(gap_after, at_best.gap, asked_for)] if asked_for else []
-    detectable = _detectable(found) if verdict.word == "no_gap" else []
+    unsure = _taken_up(found) if verdict.word == "no_gap" else []
+    detectable = _detectable(found, unsure) if verdict.word == "no_gap" else []
     missed = _missed(detectable)
     report = {
         "verdict": verdict.word,
@@ -127,7 +128,7 @@ def diagnosis(model: Diagnosable, found: Found, theta: np.ndarray, hidden: Seque
                           "after_interval": runs.interval(name, runs.of(leader))} for name in names if name in before and name in first},
         "unknown": verdict.unknown, "next_test": model.next_test(found, verdict, unknown), "held_out": held.words,
         "notes": [*unknown.notes, *other_rig, *([described(learned, gap_before, gap_after)] if learned else []), *model.notes(),
-                  *_not_seen(hidden), *(_since_when(found) if verdict.word == "no_gap" else []), *_would_not_show(missed),
+                  *_not_seen(hidden), *_since_when(unsure), *_would_not_show(missed),
                   *_at_the_end(parameters)],
     }
     inputs = model.unknown_inputs(plain, spread) if verdict.word != "no_gap" else []
@@ -191,9 +192,9 @@ def _not_seen(hidden: Sequence[str]) -> list[str]:
     return [f"can be neither found nor excluded, as no signal of these recordings would show it: {', '.join(hidden)}"] if hidden else []
 
 
-def _detectable(found: Found) -> list[Detection]:
-    """From which size effects that move any signal would have been found."""
-    asked = {column.effect.id: column.effect for column in found.linearised.columns}
+def _detectable(found: Found, unsure: Sequence[str]) -> list[Detection]:
+    """From which size effects that move any signal would have been found; of those that are ``unsure`` nothing is said."""
+    asked = {column.effect.id: column.effect for column in found.linearised.columns if column.effect.id not in unsure}
     with ThreadPoolExecutor(max_workers=2) as pool:
         return detections(found.linearised, list(asked.values()), pool)
 
@@ -211,17 +212,21 @@ def _would_not_show(missed: Sequence[str]) -> list[str]:
 
 def _at_the_end(parameters: Sequence[FittedParameter]) -> list[str]:
     """A note on parameters that a fit pressed against the end of their tolerance, none where there are none."""
-    pressed = [f"{p.name} ({'above' if p.moved > 0.0 else 'below'} {p.prior:.4g} {p.unit})"
-               for p in parameters if abs(p.moved) > CUT - _AT_END]
+    pressed = [f"{p.name} ({p.value:.4g} instead of {p.prior:.4g}{'' if p.unit == '1' else f' {p.unit}'})"
+               for p in parameters if p.informed and abs(p.moved) > CUT - _AT_END]
     more = f" and {len(pressed) - _MOST_AT_END} further parameters" if len(pressed) > _MOST_AT_END else ""
-    return [f"fitted to the very end of its tolerance, {CUT:g} standard deviations off, so that the sheet may be wrong there: "
+    return [f"fitted {CUT:g} times its tolerance off, which is as far as it is let, so that the sheet may be wrong there: "
             f"{', '.join(pressed[:_MOST_AT_END])}{more}"] if pressed else []
 
 
-def _since_when(found: Found) -> list[str]:
-    """A note on what field recordings show of the rig that no commissioning recording did, none where there is nothing."""
+def _taken_up(found: Found) -> list[str]:
+    """Effects in whose place the rig's own value, which field recordings alone show, may stand."""
     single = [(ids[0], fitted) for ids, fitted in found.fitted.items() if len(ids) == 1 and not too_small(fitted)]
-    names = [name for name, fitted in single if not_shown(found.linearised, fitted)]
+    return [name for name, fitted in single if not_shown(found.linearised, fitted)]
+
+
+def _since_when(names: Sequence[str]) -> list[str]:
+    """A note on such effects, none where there are none."""
     return [f"the rig's own value within its tolerance explains what {', '.join(names)} would; the commissioning recording does not "
             "show that value, so whether it has changed since cannot be known"] if names else []
 

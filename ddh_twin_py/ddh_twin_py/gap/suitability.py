@@ -12,13 +12,12 @@ from ddh_twin_py.gap.effect import Effect
 from ddh_twin_py.gap.sensitivity import Column
 from ddh_twin_py.telemetry.recording import Recording, Stream
 from ddh_twin_py.telemetry.signals import DRIVE_TOPIC, HYDRAULIC_TOPIC
+from ddh_twin_py.twin.command import SLOWEST
 
 MOTION = 10.0
 """s of turning drive that are needed to tell effects apart."""
 HELD = 5.0
 """s of a field recording's end that are needed to size the gap, where there is no validation recording."""
-SLOWEST = 0.25
-"""s between drive samples, from which a free run cannot follow the command: a step would come as a ramp."""
 PARTS = 20
 """Equal parts of a recording, in half of which what a free run cannot do without must be known."""
 _COPIED = 100

@@ -7,9 +7,11 @@ from collections.abc import Mapping, Sequence
 from ddh_twin_py.gap.effect import Effect
 from ddh_twin_py.gap.sensitivity import AMPLIFIED
 from ddh_twin_py.gap.size import of_all
-from ddh_twin_py.rig.reader_units import plus_minus, probably
+from ddh_twin_py.rig.reader_units import plain, plus_minus, probably, shown
+from ddh_twin_py.rig.sheet import CUT
 
 _SURE, _OTHERS = 0.7, 2  # probability from which a place is named alone; how many others are named else
+_CLOSED_BY = 1.2  # times what is left, from which it is said what closes a gap
 _LEFT = 2.0  # floors from which a signal that is left off is named beside "no gap"
 
 
@@ -39,17 +41,21 @@ def by_component(where: Sequence[Mapping]) -> dict[str, float]:
 
 
 def _no_gap(report: Mapping, unseen: int, at_best: Mapping[str, float] | None, asked_for: str) -> str:
-    as_is, after = report["gap"]["as_is"], report["gap"]["after"]
+    as_is, before, after = (report["gap"][name] for name in ("as_is", "before", "after"))
     none = next((h["probability"] for h in report["hypotheses"] if not h["effects"]), 0.0)
-    text = f"No gap: with its parameters fitted within tolerance the twin explains data not used for that to {after:.1f} times the floor"
-    if as_is > 1.2 * after:
+    text = (f"No gap: with its parameters fitted within {CUT:g} times their tolerance the twin explains data not used for that to "
+            f"{after:.1f} times the floor")
+    if before > _CLOSED_BY * after:  # what the recordings in question show of the rig, its commissioning did not
+        text += (f" (unfitted it was {as_is:.1f} times, fitted to the commissioning recording alone {before:.1f}; the field recordings "
+                 "show of the rig what that one does not, and a fit to them, too, closes that)")
+    elif as_is > _CLOSED_BY * after:
         text += f" (unfitted it was {as_is:.1f} times; calibration closes that)"
     text += _another(at_best, asked_for)
     worst, times = _left_most(report, at_best)
     if times > _LEFT:
         text += f"; {worst} stays {times:.1f} times its floor off, and no listed effect explains that"
-    but = f", of those that these recordings would show at a moderate size ({unseen} of the catalogue they would not)" if unseen else ""
-    return f"{text}; probability of no effect {probably(none)}{but}."
+    but = f"; {unseen} effect{'s' * (unseen > 1)} of the catalogue would not have shown even at a moderate size" if unseen else ""
+    return f"{text}; that no effect acts is {probably(none)} likely{but}."
 
 
 def _left_most(report: Mapping, at_best: Mapping[str, float] | None) -> tuple[str, float]:
@@ -81,7 +87,7 @@ def _another(at_best: Mapping[str, float] | None, asked_for: str) -> str:
     """To what the gap shrinks where what only held-out data show of the rig is as they ask; empty where that makes little difference."""
     if not asked_for or at_best is None:
         return ""
-    return f", and {of_all(at_best):.1f} times with another {asked_for}, which no fitted recording shows and which is within tolerance"
+    return f", and {of_all(at_best):.1f} times with another {asked_for}, which no fitted recording shows and which tolerance allows"
 
 
 def _ambiguous(report: Mapping) -> str:
@@ -121,9 +127,16 @@ def _probability(report: Mapping, leader: list[str]) -> float:
 
 def _named(report: Mapping, name: str, catalogue: Mapping[str, Effect]) -> str:
     row = next((r for r in report["why"] if r["effect"] == name), {})
-    values = [f"{p.replace('_', ' ')} {plus_minus(v['value'], v['std'], v['unit'])}" for p, v in row.get("parameters", {}).items()]
+    values = [f"{p.replace('_', ' ')} {plus_minus(v['value'], v['std'], v['unit'])}{_usual(v)}"
+              for p, v in row.get("parameters", {}).items()]
     about = catalogue[name].about.rstrip(".") if name in catalogue else ""
     return f"{name} ({'; '.join(values + [about[:1].lower() + about[1:]] if about else values)})"
+
+
+def _usual(value: Mapping) -> str:
+    """The value without the effect, where it is another than nothing."""
+    usual = value.get("nominal")
+    return f" instead of {plain(usual * shown(value['unit']).factor)}" if usual else ""
 
 
 _BY_VERDICT = {"ambiguous": _ambiguous, "insufficient": _insufficient}

@@ -187,7 +187,7 @@ def judge_publishers(report: Report, entry: Input, node: TwinNode) -> None:
     report.add("publishers", count, "1")
     report.add("publishers highest", 1, "1")
     if count > 1:
-        report.warn(f"{count} publishers on {entry.name}, their messages are mixed")
+        report.warn(f"{count} publishers on {entry.name}, their messages are mixed (one that was killed counts for up to 20 s)")
 
 
 def judge_clock(report: Report, jumps: int, restarts: int) -> str:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ddh_twin_py.estimation.start import UNSEEN
+from ddh_twin_py.report.replay_doubts import doubts
 from ddh_twin_py.report.units import ZERO_CELSIUS, in_unit, number, words
 from ddh_twin_py.telemetry.signals import DRIVE_SIGNALS, DRIVE_TOPIC, HYDRAULIC_SIGNALS, HYDRAULIC_TOPIC, Signal
 
@@ -133,7 +134,8 @@ class Loss:
 class Agreement:
     """All comparisons of one recording.
 
-    `not_finite` maps what the twin gave no finite numbers for to the share of them that is not.
+    `not_finite` maps what the twin gave no finite numbers for to the share of them that is not. `doubts` keep the free run from being
+    judged.
     """
 
     signals: tuple[SignalAgreement, ...]
@@ -144,6 +146,7 @@ class Agreement:
     duration: float
     intervals: int
     not_finite: Mapping[str, float] = field(default_factory=dict)
+    doubts: tuple[str, ...] = ()
 
     @property
     def counted(self) -> tuple[tuple[str, str, float, float], ...]:
@@ -163,7 +166,8 @@ class Agreement:
         """good, fair or poor, by what is furthest off; a fused temperature far from its sensor is poor."""
         if self.not_finite or self._fused_far:
             return "poor"
-        return level(self.counted[0][3]) if self.counted else "fair"
+        found = level(self.counted[0][3]) if self.counted else "fair"
+        return "fair" if self.doubts and found == "good" else found
 
     @property
     def _fused_far(self) -> TemperatureAgreement | None:
@@ -173,7 +177,13 @@ class Agreement:
 
     @property
     def verdict(self) -> str:
-        """One sentence that says how well the twin agrees."""
+        """One sentence that says how well the twin agrees, after what is doubtful about that."""
+        if self.doubts:
+            return f"Careful: {'; '.join(self.doubts)}. {self._said}"
+        return self._said
+
+    @property
+    def _said(self) -> str:
         if self.not_finite:
             names = list(self.not_finite)
             more = f" and {len(names) - _MOST_NAMES} more" if len(names) > _MOST_NAMES else ""
@@ -224,6 +234,7 @@ class Agreement:
             "verdict": self.verdict,
             "level": self.level,
             "not_finite": dict(self.not_finite),
+            "doubts": list(self.doubts),
             "duration_s": self.duration,
             "intervals": self.intervals,
             "noise_floor": FLOOR,
@@ -298,6 +309,7 @@ def compare(result: ReplayResult, left_out: Mapping[str, SensorComparison] | Non
         duration=n * float(np.median(np.diff(result.time))) if n > 1 else 0.0,
         intervals=int(n),
         not_finite=_not_finite(result),
+        doubts=doubts(result),
     )
 
 

@@ -29,6 +29,7 @@ from ddh_twin_py.report.smoothed import NOTE as SMOOTHED_NOTE
 from ddh_twin_py.report.smoothed import smoothed_charts, smoothed_json, smoothed_table
 from ddh_twin_py.report.times import going_on
 from ddh_twin_py.report.units import ZERO_CELSIUS, celsius, duration, in_unit, number, shown, words
+from ddh_twin_py.telemetry.recording import SLIGHT
 from ddh_twin_py.telemetry.signals import signal_named
 
 if TYPE_CHECKING:
@@ -40,7 +41,6 @@ _CHART_ORDER = (
     "rod_velocity", "rod_position",
 )
 _MOST_FINDINGS = 60
-_SLIGHT = 0.01  # share of a topic's samples that a warning strikes at most, to be folded away
 DATA_SPLIT = (
     "Nothing was fitted: the twin uses the rig file as it is, and the whole recording is test data for the free run. "
     "The fusion takes in the temperature sensors that it is compared with, so its RMS is no test of prediction"
@@ -148,12 +148,12 @@ def findings_table(recording: Recording) -> doc.Html:
     order = {"error": 0, "warning": 1, "info": 2}
     ranked = sorted(recording.findings, key=lambda f: order.get(f.severity, 3))
     samples = {f"{recording.namespace}/{topic}": len(stream) for topic, stream in recording.streams()}
-    slight = [f for f in ranked if f.severity == "warning" and f.count <= _SLIGHT * samples.get(f.topic, 0)]
+    slight = [f for f in ranked if f.slight(samples.get(f.topic, 0))]
     loud = [f for f in ranked if f not in slight]
     shown = _findings_rows(loud) if loud else ""
     if slight:
         each = "each strikes" if len(slight) > 1 else "it strikes"
-        said = f"{len(slight)} slight warning{'s' * (len(slight) > 1)}: {each} at most {100.0 * _SLIGHT:g} % of a topic's samples"
+        said = f"{len(slight)} slight warning{'s' * (len(slight) > 1)}: {each} at most {100.0 * SLIGHT:g} % of a topic's samples"
         shown += doc.details(said, _findings_rows(slight))
     return doc.Html(shown)
 

@@ -19,6 +19,8 @@ from .signals import (
 )
 
 SEVERITIES = ("info", "warning", "error")
+SLIGHT = 0.01
+"""Share of a topic's samples that a slight warning strikes at most."""
 
 
 @dataclass(frozen=True)
@@ -28,7 +30,8 @@ class Finding:
     `severity`: info, warning or error. `file`, `topic` and `field` say where ('' where it does
     not apply), `value` the first offending value in the unit of the message (None where there
     is none), `count` how often, `first_time` when first (s relative to the recording's epoch,
-    NaN where unknown). `message` is a whole sentence naming all of these.
+    NaN where unknown). `message` is a whole sentence naming all of these. `mended`: what it struck is left out
+    or sorted in, and the rest is as good as before.
     """
 
     severity: str
@@ -39,9 +42,14 @@ class Finding:
     count: int
     message: str
     first_time: float = float("nan")
+    mended: bool = False
 
     def __str__(self) -> str:
         return f"{self.severity}: {self.message}"
+
+    def slight(self, samples: int) -> bool:
+        """Whether it strikes at most `SLIGHT` of a topic's so many samples, which are mended."""
+        return self.mended and self.severity == "warning" and self.count <= SLIGHT * samples
 
 
 @dataclass(frozen=True)

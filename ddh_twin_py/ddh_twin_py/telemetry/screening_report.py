@@ -11,6 +11,7 @@ from ddh_twin_py.telemetry.recording import Finding
 from ddh_twin_py.telemetry.signals import Signal, UnitMistake
 from ddh_twin_py.telemetry.unit_rules import UnitSuspicion
 
+_MENDED = (Cause.NOT_A_NUMBER, Cause.REPEATED, Cause.OUT_OF_ORDER)
 _LEAST_FOR_UNIT = 10  # samples out of range before a mistake of unit is named,
 _LEAST_SHARE_FOR_UNIT = 0.2  # and their share of all samples
 
@@ -45,10 +46,10 @@ def findings_of(
                 subject = f"{where} {signal.field}"
                 since = (int(stuck_since[j]) - epoch_ns) * 1e-9
                 said = _field_sentence(cause, signal, shown, count, samples, at, mistaken[j], noise[j], since)
-                found.append(Finding("warning", file, topic, signal.field, shown, count, f"{subject} {said}", at))
+                found.append(Finding("warning", file, topic, signal.field, shown, count, f"{subject} {said}", at, cause in _MENDED))
             else:
                 said = _sample_sentence(cause, value, count, samples, at)
-                found.append(Finding("warning", file, topic, "", value, count, f"{where} {said}", at))
+                found.append(Finding("warning", file, topic, "", value, count, f"{where} {said}", at, cause in _MENDED))
     found += [_unit_finding(s, signals, where, file, topic, counts, first, first_value, epoch_ns) for s in suspicions]
     return found
 
@@ -90,7 +91,7 @@ def _sample_sentence(cause, value, count, samples, at) -> str:
         return f"repeats a stamp in {count} of {samples} messages, first at {at:.3f} s; repetitions are not used"
     if cause is Cause.OUT_OF_ORDER:
         return (
-            f"has {count} of {samples} messages out of order, the first is {value:.3f} s late at {at:.3f} s; "
+            f"has {count} of {samples} messages out of order, the first is {max(value, 0.001):.3f} s late at {at:.3f} s; "
             "they are sorted in"
         )
     if cause is Cause.CLOCK_JUMP:

@@ -12,6 +12,8 @@ import numpy as np
 
 LONGEST_GAP = 0.5
 """s between samples beyond which nothing is said of the command between them."""
+SLOWEST = 0.25
+"""s between drive samples, from which a free run cannot follow the command: a step would come as a ramp."""
 _SAME = 0.03  # of the steepest slope: two slopes that close are one line
 
 

@@ -137,7 +137,7 @@
     const box = figure.querySelector(".plot");
     const x = new Float32Array(bytes(spec.x));
     const columns = spec.y.map(unpack);
-    const below = spec.differences ? { titled: true, height: spec.below, digits: spec.digits, floor: spec.floor, lines: [] } : null;
+    const below = spec.differences ? { titled: true, height: spec.below, digits: spec.digits, floor: spec.floor, unsettled: spec.unsettled, lines: [] } : null;
     spec.floor = 0;
     const main = plot(box, spec, [x].concat(columns.map(withGaps)), Boolean(below));
     const all = [main];
@@ -174,8 +174,14 @@
     const series = [{ label: domain[1] - domain[0] < 180 ? "time" : domain[1] < 3600 ? "time, min:s" : "time, h:min:s", value: (u, v) => (v == null ? "\u2013" : clock(v, 2)) }];
     const bands = [];
     const edges = {};
+    // what is still being found does not stretch the axis: there what counts is a copy of it without its beginning
+    const settled = spec.unsettled ? Array.from(data[0], (t) => !spec.unsettled.some(([from, to]) => t > from - 1e-3 && t < to)) : []; // times are float32
+    const waits = settled.some(Boolean);
+    const copied = [];
     for (const line of spec.lines) {
       const own = series.length;
+      const late = waits && line.role !== "measured";
+      if (late) { copied.push([own, own]); edges[own] = []; }
       const paint = () => colour("--s-" + line.role);
       const measured = line.role === "measured";
       series.push({
@@ -184,6 +190,7 @@
         width: line.dots ? 0 : measured ? 3 : line.thin ? 1 : 1.5,
         dash: line.dash ? [6, 3] : undefined,
         show: !line.hidden,
+        auto: !late,
         paths: line.dots ? () => null : undefined,
         points: line.dots ? { show: true, size: 3.5, width: 0, fill: () => colour(line.role === "measured" ? "--s-measured-line" : "--s-" + line.role), stroke: () => "transparent" } : { show: false },
         value: line.band
@@ -193,19 +200,15 @@
       if (!line.band) continue;
       edges[own] = [own + 1, own + 2];
       for (let k = 0; k < 2; k++) {
-        series.push({ label: "", class: "edge", stroke: "transparent", width: 0, show: !line.hidden, points: { show: false }, auto: !spec.unsettled });
+        if (late) copied.push([own, series.length]);
+        series.push({ label: "", class: "edge", stroke: "transparent", width: 0, show: !line.hidden, points: { show: false }, auto: !late });
       }
       bands.push({ series: [own + 1, own + 2], fill: () => colour("--s-" + line.role + "-band") });
     }
-    if (spec.unsettled) { // where a band is still wide it does not stretch the axis: what counts is a copy of its edges
-      const settled = Array.from(data[0], (t) => !spec.unsettled.some(([from, to]) => t > from - 1e-3 && t < to)); // times are float32
-      for (const own of Object.keys(edges)) {
-        for (const edge of edges[own].slice()) {
-          edges[own].push(series.length);
-          series.push({ label: "", class: "edge", stroke: "transparent", width: 0, show: series[edge].show, points: { show: false } });
-          data = data.concat([Array.from(data[edge], (v, i) => (settled[i] ? v : null))]);
-        }
-      }
+    for (const [own, original] of copied) {
+      edges[own].push(series.length);
+      series.push({ label: "", class: "edge", stroke: "transparent", width: 0, show: series[original].show, points: { show: false } });
+      data = data.concat([Array.from(data[original], (v, i) => (settled[i] ? v : null))]);
     }
     const ink = () => colour("--ink-2");
     const grid = { stroke: () => colour("--grid"), width: 1 };

@@ -1,0 +1,45 @@
+"""What keeps a replay's free run from being judged stands before what its numbers say."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from ddh_twin_py.report.agreement import compare
+from ddh_twin_py.telemetry.recording import RigInfo, drive_stream
+
+
+def unread(result):
+    result.measured["rod_position"] = np.nan
+    return result
+
+
+def slow(result):
+    return replace(result, recording=replace(result.recording, drive=drive_stream(np.arange(20.0), np.zeros((20, 6)))))
+
+
+def jumped(result):
+    return replace(result, time=np.concatenate([result.time[:200], result.time[150:350]]))
+
+
+def short(result):
+    return replace(result, time=0.3 * result.time)
+
+
+def of_another_rig(result):
+    return replace(result, rig=replace(result.rig, rig_id="rig_006"),
+                   recording=replace(result.recording, rig=RigInfo("rig_012", "ISO VG 32", 100.0)))
+
+
+@pytest.mark.parametrize(("spoilt", "says"), [
+    (unread, "rod position is not read"), (slow, "comes every 1.00 s and the free run needs it every 0.25 s"),
+    (jumped, "the clock jumped back once"), (short, "6 s say next to nothing of temperatures"),
+    (of_another_rig, "the rig file describes rig_006 and the recording is of rig_012"),
+])  # fmt: skip
+def test_it_is_said_first(result, spoilt, says):
+    agreement = compare(spoilt(result))
+    assert agreement.verdict.startswith("Careful: ") and says in agreement.verdict.split(". Given")[0] and agreement.level != "good"
+    assert len(agreement.doubts) == 1 and agreement.as_json()["doubts"] == list(agreement.doubts)
+
+
+def test_nothing_is_said_where_nothing_is_in_the_way(result):
+    assert compare(result).doubts == () and compare(result).verdict.startswith("Given")
