@@ -1,5 +1,7 @@
 """What an answer says beside its verdict."""
 
+from dataclasses import replace
+
 from ddh_twin_py.estimation.calibration import FittedParameter
 from ddh_twin_py.gap.answer import _at_the_end, _missed, _would_not_show
 from ddh_twin_py.gap.detection import Detection
@@ -18,7 +20,9 @@ def test_a_parameter_pressed_against_its_tolerance_is_named():
     free, high, low = (FittedParameter(name, "bar", 10.0, 2.0, value, 0.1, True) for name, value in
                        (("oil.a", 14.8), ("oil.b", 15.0), ("oil.c", 5.0)))
     (note,) = _at_the_end([free, high, low])
-    assert note.endswith(": oil.b (above 10 bar), oil.c (below 10 bar)")
+    assert note.endswith(": oil.b (15 instead of 10 bar), oil.c (5 instead of 10 bar)")
     assert _at_the_end([free]) == []
+    assert _at_the_end([replace(high, informed=False)]) == [], "nothing was learnt of it"
+    assert _at_the_end([replace(high, unit="1")])[0].endswith("oil.b (15 instead of 10)")
     (note,) = _at_the_end([low] * 6)
     assert note.count("oil.c") == 4 and note.endswith(" and 2 further parameters")

@@ -114,7 +114,7 @@ def _places(report: dict) -> list[Text]:
 
 
 def _signals(report: dict, room: int) -> list[Text]:
-    worst = sorted(report["shrink"].items(), key=lambda item: -times_floor(item[1], "before"))
+    worst = sorted(report["shrink"].items(), key=lambda item: -max(times_floor(item[1], "before"), times_floor(item[1], "after")))
     rows = [item for item in worst if max(times_floor(item[1], "before"), times_floor(item[1], "after")) > NEAR]
     if not report["shrink"]:
         return []
