@@ -118,8 +118,10 @@ def test_messages_hold_together(recorded):
     assert motor.hot_spot_temperature == max(t for n, t in zip(motor.nodes, motor.temperature, strict=True) if "winding" in n)
     residuals = raw_messages(recorded, ResidualArray, "/ddh/hydraulics/residuals")
     assert {m.source for m in residuals} == {"soft_sensor", "free_run"}
-    for row in residuals[200].residuals:
+    for row in residuals[400].residuals:
         assert row.unit and row.residual == pytest.approx(row.measured - row.predicted)
+    first = next(m for m in residuals if m.source == "free_run")
+    assert all(np.isnan(row.residual) and not np.isnan(row.measured) for row in first.residuals), "what moved before is not known"
     estimate = raw_messages(recorded, TemperatureEstimateArray, "/ddh/temperature/estimates")[300].estimates[NODES.index("tank_oil")]
     location = raw_messages(recorded, Temperature, "/ddh/estimate/tank_oil")[300]
     assert location.temperature == estimate.temperature and location.header.frame_id == "tank_oil"

@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from ddh_twin_py.estimation.start import UNSEEN
 from ddh_twin_py.report.agreement import compare
 from ddh_twin_py.telemetry.signals import DRIVE_TOPIC
+from ddh_twin_py.twin.hydraulic_model import UNSEEN
 
 
 def test_known_differences(result):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from ddh_twin_py.physics.soft_sensor import MEASURED_DTYPE
 from ddh_twin_py.rig import load_rig
-from ddh_twin_py.twin.hydraulic_model import HydraulicModel, off_the_stops
+from ddh_twin_py.twin.hydraulic_model import UNSEEN, HydraulicModel, off_the_stops
 from ddh_twin_py.twin.intervals import INTERVAL, command_size
 
 STANDING, MOVING = 100, 20  # intervals
@@ -50,3 +50,11 @@ def test_how_near_a_stop_may_be():
     assert np.isnan(off_the_stops(near, rig)).all()
     assert off_the_stops(free, rig) == pytest.approx(free)
     assert off_the_stops(near[1:], rig, samples=4.0) == pytest.approx(near[1:]), "a mean of more is surer"
+
+
+def test_the_free_run_is_settled_only_once_what_moved_before_no_longer_matters():
+    model, n = HydraulicModel(load_rig(), 300.0), round(0.6 * UNSEEN / INTERVAL)
+    measured = np.zeros(n, MEASURED_DTYPE)
+    settled = [model.advance(measured, np.zeros(command_size(n)), np.full(n, 295.0)).settled for _ in range(3)]
+    assert not settled[0].any() and settled[2].all()
+    assert settled[1].tolist() == [INTERVAL * k >= UNSEEN for k in range(n, 2 * n)]

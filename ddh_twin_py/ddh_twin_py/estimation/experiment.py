@@ -25,7 +25,7 @@ from ddh_twin_py.estimation.begin import FIRST, SHARE, told_begin
 from ddh_twin_py.estimation.binning import Binning, by_cycle, by_time, cycle_of, one_by_one
 from ddh_twin_py.estimation.history import likely_rise, open_motor, rests
 from ddh_twin_py.estimation.sensors import NODE_INDEX, NODE_OF_SENSOR
-from ddh_twin_py.estimation.start import EARLY, START, UNSEEN, spread_start, start_error
+from ddh_twin_py.estimation.start import EARLY, START, spread_start, start_error
 from ddh_twin_py.physics.balance import OPERATING_DTYPE
 from ddh_twin_py.physics.cylinder import holding_pressure
 from ddh_twin_py.physics.free_run import COMMAND_PARTS, HYDRAULIC_STEP, SAMPLED, free_run_sampled, settle
@@ -42,7 +42,7 @@ from ddh_twin_py.telemetry.screening import apart, screen_recording
 from ddh_twin_py.telemetry.signals import DRIVE_FIELDS, DRIVE_TOPIC, HYDRAULIC_FIELDS, HYDRAULIC_TOPIC
 from ddh_twin_py.twin.ambient import AmbientTracker
 from ddh_twin_py.twin.command import command_at
-from ddh_twin_py.twin.hydraulic_model import off_the_stops
+from ddh_twin_py.twin.hydraulic_model import UNSEEN, off_the_stops
 from ddh_twin_py.twin.intervals import INTERVAL, STANDSTILL, command_size, new_carry, reduce_intervals
 from ddh_twin_py.twin.temperature_sensors import INNER_SENSORS, sensed
 

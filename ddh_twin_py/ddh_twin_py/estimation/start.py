@@ -14,8 +14,6 @@ START = 3.0
 """s of readings at the beginning that tell where a run starts."""
 EARLY = 60.0
 """s of readings that tell it better, once a first run says how the temperature went on from there."""
-UNSEEN = 5.0
-"""s at the beginning that say nothing of a free run's fast signals: what moved before it began is not known."""
 _RISE_KNOWN = 0.15  # of the first run's own change, how well it knows that over `EARLY`
 
 _OIL = ("tank_oil", "cylinder_barrel", "tank_wall", "pump_2_case", "pump_1_case", "line_b_wall", "line_a_wall")

@@ -81,11 +81,17 @@ def hydraulic_residual_layout(source: str) -> Layout:
     return residual_layout(source, [name for name, _, _ in RESIDUAL_SIGNALS], [unit for _, _, unit in RESIDUAL_SIGNALS])
 
 
-def hydraulic_residuals(rig: Rig, measured: np.ndarray, points: np.ndarray) -> dict:
-    """Fields of `ResidualArray` for n intervals; NaN where telemetry was not there."""
+def hydraulic_residuals(rig: Rig, measured: np.ndarray, points: np.ndarray, settled: np.ndarray | None = None) -> dict:
+    """Fields of `ResidualArray` for n intervals; predictions and residuals are NaN where the model is not ``settled``, (n,).
+
+    What was not measured is NaN, too.
+    """
     read = np.column_stack([measured[name] for name, _, _ in RESIDUAL_SIGNALS])
     noise = [rig.sensors[key].noise if key in rig.sensors else np.nan for _, key, _ in RESIDUAL_SIGNALS]
-    return _residuals(read, np.column_stack([points[name] for name, _, _ in RESIDUAL_SIGNALS]), np.array([noise]))
+    predicted = np.column_stack([points[name] for name, _, _ in RESIDUAL_SIGNALS])
+    if settled is not None:
+        predicted[~settled] = np.nan
+    return _residuals(read, predicted, np.array([noise]))
 
 
 def _residuals(measured: np.ndarray, predicted: np.ndarray, deviation: np.ndarray) -> dict:

@@ -83,8 +83,8 @@ class HydraulicModelNode(ModelNode):
         self._send(self._soft, self._soft_layout, batch, soft)
         self._free_standard.send(batch.end_ns, result.free, result.free_temperature)
         self._soft_standard.send(batch.end_ns, result.soft, result.soft_temperature)
-        for layout, point in zip(self._residual_layouts, points, strict=True):
-            self._send(self._residuals, layout, batch, hydraulic_residuals(self.rig, batch.measured, point))
+        for layout, point, settled in zip(self._residual_layouts, points, (None, result.settled), strict=True):
+            self._send(self._residuals, layout, batch, hydraulic_residuals(self.rig, batch.measured, point, settled))
         return result.known
 
     def _send(self, publisher, layout, batch: Batch, values: dict) -> None:

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ddh_twin_py.estimation.start import UNSEEN
 from ddh_twin_py.report.replay_doubts import doubts
 from ddh_twin_py.report.units import ZERO_CELSIUS, in_unit, number, words
 from ddh_twin_py.telemetry.signals import DRIVE_SIGNALS, DRIVE_TOPIC, HYDRAULIC_SIGNALS, HYDRAULIC_TOPIC, Signal
+from ddh_twin_py.twin.hydraulic_model import UNSEEN
 
 if TYPE_CHECKING:
     from ddh_twin_py.estimation.replay import ReplayResult, SensorComparison

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ddh_twin_py.estimation.start import UNSEEN
 from ddh_twin_py.report import document as doc
 from ddh_twin_py.report.agreement import (
     COMPONENTS,
@@ -31,6 +30,7 @@ from ddh_twin_py.report.times import going_on
 from ddh_twin_py.report.units import ZERO_CELSIUS, celsius, duration, in_unit, number, shown, words
 from ddh_twin_py.telemetry.recording import SLIGHT
 from ddh_twin_py.telemetry.signals import signal_named
+from ddh_twin_py.twin.hydraulic_model import UNSEEN
 
 if TYPE_CHECKING:
     from ddh_twin_py.estimation.replay import ReplayResult

@@ -32,6 +32,8 @@ _DRIVING = ("speed", "current", "current_square", "pressure_piston_side", "press
 _FREE_RUN_NAME = {"current_square": "mean_square_current"}
 
 
+UNSEEN = 5.0
+"""s at the beginning that say nothing of a free run's fast signals: what moved before it began is not known."""
 _SURE = 3.0  # standard deviations of a position, within which an end stop says better where the rod is
 
 
@@ -60,6 +62,7 @@ class HydraulicResult:
         free: operating points of the free run, (n,).
         soft_temperature, free_temperature: K at the end of each interval, (n, N).
         known: true where the telemetry of the interval was there, (n,).
+        settled: true from `UNSEEN` after the model began, (n,); before, the free run is not to be held against what was measured.
     """
 
     soft: np.ndarray
@@ -67,6 +70,7 @@ class HydraulicResult:
     soft_temperature: np.ndarray
     free_temperature: np.ndarray
     known: np.ndarray
+    settled: np.ndarray
 
 
 class HydraulicModel:
@@ -91,6 +95,7 @@ class HydraulicModel:
         self._state = np.zeros(len(HYDRAULIC_STATES))
         self._started = False
         self._placed = False
+        self._run = 0  # intervals
 
     def use_temperatures(self, temperature: np.ndarray | None) -> None:
         """Take better known temperatures, K (N), for viscosity and resistance of the soft sensor; None: its own."""
@@ -118,7 +123,9 @@ class HydraulicModel:
         filled, known = self._filled(measured, free)
         soft_sensor(self._parameters, filled, self._better, self._use_better, self.interval, self.soft_temperature,
                     ambient, soft, soft_temperature)
-        return HydraulicResult(soft, free, soft_temperature, free_temperature, known)
+        settled = self.interval * (self._run + np.arange(n)) >= UNSEEN
+        self._run += n
+        return HydraulicResult(soft, free, soft_temperature, free_temperature, known, settled)
 
     def _place(self, measured: np.ndarray) -> None:
         """Begin at rest at the measured pressures and position; take the position once it is there."""
