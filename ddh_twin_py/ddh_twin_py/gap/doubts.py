@@ -21,15 +21,13 @@ def doubts(recordings: Sequence[Recording]) -> list[str]:
     """
     notes = []
     for recording in recordings:
-        samples = {f"{recording.namespace}/{topic}": len(stream) for topic, stream in recording.streams()}
-        found = sorted((f for f in recording.findings if f.severity == "warning"), key=lambda f: not f.field)
-        slight = [f for f in found if f.slight(samples.get(f.topic, 0))]
-        loud = [f for f in found if f not in slight]
+        slight = recording.slight_findings()
+        loud = sorted((f for f in recording.findings if f.severity == "warning" and f not in slight), key=lambda f: not f.field)
         notes += [finding.message for finding in loud[:_MOST]]
         if len(loud) > _MOST:
             notes.append(f"{recording.path}: {len(loud) - _MOST} further warnings; ddh-twin info lists them")
         if slight:
-            most = max(slight, key=lambda f: f.count)
+            most = max(slight, key=lambda f: (f.count, bool(f.field)))
             notes.append(f"{recording.path}: {len(slight)} slight warnings, of samples that are missing, late or repeated, at most "
-                         f"{most.count} of {samples[most.topic]} of a topic; ddh-twin info lists them")
+                         f"{most.count} of {recording.samples()[most.topic]} of a topic; ddh-twin info lists them")
     return notes

@@ -146,10 +146,8 @@ def assumptions(result: ReplayResult) -> list[str]:
 def findings_table(recording: Recording) -> doc.Html:
     """What is wrong with the input: file, topic and value in each message; worst first, what strikes few samples folded away."""
     order = {"error": 0, "warning": 1, "info": 2}
-    ranked = sorted(recording.findings, key=lambda f: order.get(f.severity, 3))
-    samples = {f"{recording.namespace}/{topic}": len(stream) for topic, stream in recording.streams()}
-    slight = [f for f in ranked if f.slight(samples.get(f.topic, 0))]
-    loud = [f for f in ranked if f not in slight]
+    slight = recording.slight_findings()
+    loud = sorted((f for f in recording.findings if f not in slight), key=lambda f: order.get(f.severity, 3))
     shown = _findings_rows(loud) if loud else ""
     if slight:
         each = "each strikes" if len(slight) > 1 else "it strikes"

@@ -142,6 +142,15 @@ class Recording:
     findings: list[Finding] = field(default_factory=list)
     namespace: str = ""
 
+    def samples(self) -> dict[str, int]:
+        """Samples of each topic, by the name that findings give it."""
+        return {f"{self.namespace}/{topic}": len(stream) for topic, stream in self.streams()}
+
+    def slight_findings(self) -> list[Finding]:
+        """Findings that strike few samples of their topic, in their order; see `Finding.slight`."""
+        samples = self.samples()
+        return [finding for finding in self.findings if finding.slight(samples.get(finding.topic, 0))]
+
     def streams(self) -> Iterator[tuple[str, Stream]]:
         """Pairs of relative topic and stream, drive first, sensors in their fixed order."""
         if self.drive is not None:

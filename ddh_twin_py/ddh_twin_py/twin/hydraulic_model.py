@@ -30,8 +30,6 @@ RESIDUAL_SIGNALS = (
 
 _DRIVING = ("speed", "current", "current_square", "pressure_piston_side", "pressure_rod_side", "rod_position", "rod_velocity")
 _FREE_RUN_NAME = {"current_square": "mean_square_current"}
-
-
 UNSEEN = 5.0
 """s at the beginning that say nothing of a free run's fast signals: what moved before it began is not known."""
 _SURE = 3.0  # standard deviations of a position, within which an end stop says better where the rod is
