@@ -46,6 +46,15 @@ def test_sizes_are_in_the_units_of_the_page_and_nothing_is_quite_sure(left, ends
     assert "Pa*s2" not in said and "e+" not in said and said.endswith(ends) and "it shrinks from 2.8 to 1.1 times the floor" in said
 
 
+@pytest.mark.parametrize(("rise", "air"), [(3.0, "warmer"), (-3.0, "cooler")])
+def test_what_happens_is_said_in_the_direction_found(rise, air):
+    found = {"value": rise, "std": 0.2, "unit": "K", "nominal": 0.0}
+    report = {"verdict": "explained", "gap": {"as_is": 9.0, "before": 2.8, "after": 1.1}, "classes": [], "shrink": SHRINK,
+              "hypotheses": [{"effects": ["ambient.enclosure"], "probability": 0.9}],
+              "why": [{"effect": "ambient.enclosure", "probability": 0.9, "parameters": {"temperature_rise": found}}]}
+    assert f"the unit sits in {air} air than the ambient sensor reads)" in sentence(report, EFFECTS)
+
+
 def test_a_cause_that_leaves_held_out_data_off_shrinks_nothing():
     report = {"verdict": "explained", "gap": {"as_is": 9.0, "before": 1.2, "after": 1.8}, "classes": [], "shrink": SHRINK,
               "hypotheses": [{"effects": ["motor.pwm_loss"], "probability": 0.9}], "why": []}

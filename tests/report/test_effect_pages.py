@@ -18,6 +18,7 @@ def test_every_effect_has_a_page_that_says_all(repo_root):
         page = pages[f"{name}.md"].replace("\\|", "|")
         for said in (effect.about, effect.law, effect.signature, effect.check, effect.domain):
             assert said and said in page, (name, said)
+        assert effect.about_below[1:] in page
         assert all(f"({other}.md)" in page for other in effect.confused_with)
 
 

@@ -96,7 +96,8 @@ def test_every_hypothesis_place_and_signal_is_there_with_its_figures(diagnoses):
         for row in diagnosis.report["why"]:
             if row["effect"] in EFFECTS and row["probability"] > 0.4:
                 known = EFFECTS[row["effect"]]
-                assert all(words in said for words in (known.about, known.law, known.signature, known.check))
+                moved = sum(v["value"] - (v["nominal"] or 0.0) for v in row.get("parameters", {}).values())
+                assert all(words in said for words in (known.happens(moved), known.law, known.signature, known.check))
         for name, row in diagnosis.report["shrink"].items():
             assert f"{row['before'] / row['noise']:.2f}" in said and f"{row['after'] / row['noise']:.2f}" in said, name
         for parameter in diagnosis.parameters:

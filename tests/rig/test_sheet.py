@@ -91,6 +91,13 @@ def test_an_alias_and_a_merge_are_no_duplicates(tmp_path):
     assert (rig["pump_1.leakage"], rig["pump_2.leakage"], rig.quantities["pump_2.leakage"].source) == (2.0e-12, 1.0e-12, "bench")
 
 
+def test_a_sheet_may_be_of_every_unit_and_a_rig_file_of_its_own(tmp_path):
+    file = tmp_path / "rig.yaml"
+    file.write_text("rig_id: crane_1\n", encoding="utf-8")
+    assert all(load_rig().may_be_of(name) for name in ("crane_1", "crane_2", ""))
+    assert [load_rig(file).may_be_of(name) for name in ("crane_1", "crane_2", "")] == [True, False, True]
+
+
 def test_missing_file_is_named():
     with pytest.raises(RigError, match="no/such.yaml: no such rig file"):
         load_rig("no/such.yaml")

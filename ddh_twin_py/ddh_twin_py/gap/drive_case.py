@@ -28,7 +28,7 @@ from ddh_twin_py.gap.search import Found
 from ddh_twin_py.gap.sensitivity import columns_of
 from ddh_twin_py.gap.unknown import NEEDED_BY, Unknown
 from ddh_twin_py.gap.verdict import Verdict
-from ddh_twin_py.rig import Rig, load_rig
+from ddh_twin_py.rig import Rig
 from ddh_twin_py.rig.sheet import FIELD_OF_PATH
 from ddh_twin_py.telemetry.signals import DRIVE_FIELDS
 from ddh_twin_py.twin.temperature_sensors import SENSORS
@@ -57,7 +57,7 @@ class DriveCase(DirectDrive):
     def __init__(self, commissioning: Sequence[Experiment], field: Sequence[Experiment], rig: Rig, held: Sequence[Experiment] = ()) -> None:
         recorded = next((e.recording.rig.rig_id for e in field if e.recording.rig is not None and e.recording.rig.rig_id), rig.rig_id)
         super().__init__(commissioning, field, replace(rig, rig_id=recorded), held)
-        self._described = rig.rig_id
+        self._of_another = "" if rig.may_be_of(recorded) else rig.rig_id
         kinds = {"field": field, "commissioning": commissioning, "validation": held}
         self.recordings = {kind: [e.recording.path for e in own] for kind, own in kinds.items() if own}
 
@@ -129,8 +129,8 @@ class DriveCase(DirectDrive):
     def notes(self) -> list[str]:
         """What these recordings cannot say, whatever was found."""
         notes = []
-        if self._described not in (load_rig().rig_id, self.rig.rig_id):
-            notes.append(f"{self.rig.file} describes {self._described}, the recordings are of {self.rig.rig_id}; what was fitted to "
+        if self._of_another:
+            notes.append(f"{self.rig.file} describes {self._of_another}, the recordings are of {self.rig.rig_id}; what was fitted to "
                          "another rig is no tolerance of this one")
         field = [e for e, altered in zip(self.experiments, self.altered, strict=True) if altered]
         there = {name for e in field for name in e.signals}

@@ -24,7 +24,8 @@ class Effect:
             given the quantity's departure x from ``reference``. At x = 0 none changes anything.
         step: a departure to begin with when the sensitivity is not known.
         lowest, highest: allowed departures.
-        about: what happens, in one sentence. law: the equation. signature: what it shows in the
+        about: what happens, in one sentence; about_below where the departure is negative and that reads
+            otherwise. law: the equation. signature: what it shows in the
             signals. check: how to see it on the machine.
         confused_with: ids of effects that show alike in common duties and sensors.
         law_error: share of a departure by which the law may misjudge it.
@@ -43,12 +44,17 @@ class Effect:
     lowest: float = -math.inf
     highest: float = math.inf
     about: str = ""
+    about_below: str = ""
     law: str = ""
     signature: str = ""
     check: str = ""
     confused_with: tuple[str, ...] = ()
     law_error: float = 0.0
     lacked: tuple[str, str] | None = None
+
+    def happens(self, x: float) -> str:
+        """What happens, in one sentence, where the departure is x."""
+        return self.about_below if x < 0.0 and self.about_below else self.about
 
     @property
     def directions(self) -> tuple[float, ...]:

@@ -127,9 +127,10 @@ def _probability(report: Mapping, leader: list[str]) -> float:
 
 def _named(report: Mapping, name: str, catalogue: Mapping[str, Effect]) -> str:
     row = next((r for r in report["why"] if r["effect"] == name), {})
-    values = [f"{p.replace('_', ' ')} {plus_minus(v['value'], v['std'], v['unit'])}{_usual(v)}"
-              for p, v in row.get("parameters", {}).items()]
-    about = catalogue[name].about.rstrip(".") if name in catalogue else ""
+    parameters = row.get("parameters", {})
+    values = [f"{p.replace('_', ' ')} {plus_minus(v['value'], v['std'], v['unit'])}{_usual(v)}" for p, v in parameters.items()]
+    moved = sum(v["value"] - (v.get("nominal") or 0.0) for v in parameters.values())
+    about = catalogue[name].happens(moved).rstrip(".") if name in catalogue else ""
     return f"{name} ({'; '.join(values + [about[:1].lower() + about[1:]] if about else values)})"
 
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ddh_twin_py.report.replay_doubts import doubts
+from ddh_twin_py.report.times import starts
 from ddh_twin_py.report.units import ZERO_CELSIUS, in_unit, number, words
 from ddh_twin_py.telemetry.signals import DRIVE_SIGNALS, DRIVE_TOPIC, HYDRAULIC_SIGNALS, HYDRAULIC_TOPIC, Signal
 from ddh_twin_py.twin.hydraulic_model import UNSEEN
@@ -399,11 +400,6 @@ def _temperature(
         noise=float(c.noise), zero=float(result.rig.sensors["temperature"].offset_tolerance),
         innovation_in_std=_rms(normalised),
     )
-
-
-def starts(time: np.ndarray) -> np.ndarray:
-    """Indices at which a comparison begins: the first, and each where the clock jumped back."""
-    return np.concatenate([np.zeros(min(1, time.size), np.int64), np.flatnonzero(np.diff(time) <= 0.0) + 1])
 
 
 def _settled(c: SensorComparison) -> np.ndarray:

@@ -28,7 +28,7 @@ def _index() -> str:
     ]
     for domain in DOMAINS:
         lines += [f"## {capital(domain)}", "", "| effect | what happens |", "|---|---|"]
-        lines += [f"| {_link(e)} | {_cell(e.about)} |" for e in EFFECTS.values() if e.domain == domain]
+        lines += [f"| {_link(e)} | {_cell(_both(e))} |" for e in EFFECTS.values() if e.domain == domain]
         lines.append("")
     return "\n".join([*lines, _FOOT, ""])
 
@@ -37,7 +37,7 @@ def _page(effect: Effect) -> str:
     lines = [
         f"# {capital(effect_name(effect.id))}", "",
         f"`{effect.id}`: {effect.domain}, {component_name(effect.component)}. [All effects]({INDEX})", "",
-        effect.about, "",
+        _both(effect), "",
         "| | |", "|---|---|",
         f"| law | `{_cell(effect.law)}` |",
         f"| what is reported | {words(effect.parameter)}{_unit(effect)} |",
@@ -54,6 +54,11 @@ def _page(effect: Effect) -> str:
     else:
         lines.append("No other effect of the catalogue.")
     return "\n".join([*lines, "", _FOOT, ""])
+
+
+def _both(effect: Effect) -> str:
+    """What happens, in both directions where it may act in both."""
+    return f"{effect.about} Or: {effect.about_below[:1].lower()}{effect.about_below[1:]}" if effect.about_below else effect.about
 
 
 def _link(effect: Effect) -> str:

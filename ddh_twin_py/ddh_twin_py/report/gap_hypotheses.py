@@ -110,15 +110,16 @@ def _card(w: Weighed, place: int, catalogue: Mapping[str, Effect]) -> doc.Html:
 
 
 def _effect(effect: str, w: Weighed, known: Effect | None) -> doc.Html:
-    blocks = []
+    blocks, moved = [], 0.0
     if effect in w.values:
         value, std, unit, nominal = w.values[effect]
+        moved = value - (nominal or 0.0)
         against = "" if nominal is None else f" (without the effect {plus_minus(nominal, None, unit)})"
         name = words(known.parameter) if known else effect_name(effect)
         blocks.append(f'<p class="found">{doc.text(capital(name))}: <strong>{doc.text(plus_minus(value, std, unit))}</strong>'
                       f"{doc.text(against)}</p>")
     if known is not None:
-        blocks.append(doc.paragraph(known.about))
+        blocks.append(doc.paragraph(known.happens(moved)))
         alike = ", ".join(effect_name(e) for e in known.confused_with)
         rows = (("Law", known.law), ("Symbols", legend(known.law)), ("What it shows", known.signature), ("Often taken for", alike),
                 ("How to check on the machine", known.check))

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ddh_twin_py.report.times import starts
 from ddh_twin_py.report.units import number
-from ddh_twin_py.rig import load_rig
 from ddh_twin_py.twin.command import SLOWEST
 
 if TYPE_CHECKING:
@@ -20,7 +20,7 @@ def doubts(result: ReplayResult) -> tuple[str, ...]:
     """Why the free run may be off, or as good as it looks, through no merit or fault of the twin; empty where nothing is in the way."""
     recording, found = result.recording, []
     said = recording.rig.rig_id if recording.rig is not None else ""
-    if said and result.rig.rig_id not in (said, load_rig().rig_id):
+    if not result.rig.may_be_of(said):
         found.append(f"the rig file describes {result.rig.rig_id} and the recording is of {said}")
     if not np.isfinite(result.measured["rod_position"]).any():
         found.append("rod position is not read, so that the free run does not know where the rod is: what it says of drive, pressures and "
@@ -29,11 +29,11 @@ def doubts(result: ReplayResult) -> tuple[str, ...]:
     if between > SLOWEST:
         found.append(f"the speed command comes every {number(between, 2)} s and the free run needs it every {SLOWEST:g} s at least: it "
                      "cannot follow the cycle")
-    back = int(np.sum(np.diff(result.time) <= 0.0))
-    if back:
+    back = starts(result.time).size - 1
+    if back > 0:
         found.append(f"the clock jumped back {'once' if back == 1 else f'{back} times'}, and all began anew there without knowing its "
                      "temperatures")
-    lasting = float(result.time[-1] - result.time[0]) if result.time.size and not back else _TELLS_HEAT
+    lasting = float(result.time[-1] - result.time[0]) if result.time.size and back <= 0 else _TELLS_HEAT
     if lasting < _TELLS_HEAT:
         found.append(f"{number(lasting, 0)} s say next to nothing of temperatures, which take minutes")
     return tuple(found)

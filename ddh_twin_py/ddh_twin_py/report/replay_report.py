@@ -20,13 +20,12 @@ from ddh_twin_py.report.agreement import (
     free_values,
     level,
     measured_values,
-    starts,
 )
 from ddh_twin_py.report.charts import Chart, Trace, charts
 from ddh_twin_py.report.decimate import MOST_POINTS
 from ddh_twin_py.report.smoothed import NOTE as SMOOTHED_NOTE
 from ddh_twin_py.report.smoothed import smoothed_charts, smoothed_json, smoothed_table
-from ddh_twin_py.report.times import going_on
+from ddh_twin_py.report.times import going_on, starts
 from ddh_twin_py.report.units import ZERO_CELSIUS, celsius, duration, in_unit, number, shown, words
 from ddh_twin_py.telemetry.recording import SLIGHT
 from ddh_twin_py.telemetry.signals import signal_named

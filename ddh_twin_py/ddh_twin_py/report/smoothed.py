@@ -9,8 +9,9 @@ import numpy as np
 from ddh_twin_py.estimation.sensors import SENSOR_OF_NODE
 from ddh_twin_py.physics.thermal_network import NODES
 from ddh_twin_py.report import document as doc
-from ddh_twin_py.report.agreement import SETTLING, starts
+from ddh_twin_py.report.agreement import SETTLING
 from ddh_twin_py.report.charts import Chart, Trace
+from ddh_twin_py.report.times import starts
 from ddh_twin_py.report.units import ZERO_CELSIUS, celsius, number, words
 
 if TYPE_CHECKING:

@@ -27,7 +27,8 @@ EFFECTS = (
     Effect(
         id="motor.copper_resistance", component="motor", domain="electrical", parameter="resistance_ratio", unit="1",
         reference=fixed(1.0), laws=(scaled("motor_phase_resistance_20C"),), step=0.05, lowest=-0.5, highest=5.0,
-        about="The winding's resistance at 20 degC is not the sheet's.",
+        about="The winding's resistance at 20 degC is larger than the sheet's.",
+        about_below="The winding's resistance at 20 degC is smaller than the sheet's.",
         law="P_cu = 3 r R_20 (1 + alpha (T - 20)) i^2",
         signature="Voltage and power at the same current; winding and housing warmer.",
         check="Measure the cold resistance between two terminals.",
@@ -63,7 +64,8 @@ EFFECTS = (
     Effect(
         id="drive.torque_estimate", component="drive", domain="measurement", parameter="gain", unit="1",
         reference=fixed(1.0), laws=(scaled("measurement_current_gain"),), step=0.03, lowest=-0.5, highest=1.0,
-        about="The drive's current measurement, and so its torque and power, is scaled wrongly.",
+        about="The drive reads more current than flows, and so more torque and power.",
+        about_below="The drive reads less current than flows, and so less torque and power.",
         law="i_read = g i",
         signature="Current, torque and power are off by one factor; no temperature changes.",
         check="Compare with a current clamp.",
@@ -74,6 +76,7 @@ EFFECTS = (
         reference=value_of("motor_speed_loop_time_constant"), laws=(added("motor_speed_loop_time_constant"),), step=0.005,
         lowest=-0.012, highest=0.3,
         about="The speed loop follows its command more slowly than the sheet says.",
+        about_below="The speed loop follows its command faster than the sheet says.",
         law="tau dw/dt = w_command - w",
         signature="Speed trails its command at every change, and all that moves with it.",
         check="Record speed and command of one step at 1 kHz.",

@@ -45,6 +45,7 @@ EFFECTS = (
         reference=value_of("cylinder_friction_coulomb"), laws=(added("cylinder_friction_coulomb"), _seals_with_stribeck),
         step=60.0, lowest=-280.0, highest=2e4,
         about="Piston and rod seals rub harder than the sheet says, with a Stribeck rise at low speed.",
+        about_below="Piston and rod seals rub less than the sheet says.",
         law="F = sign(v) (F_c + k |dp|) (1 + (r_s - 1) exp(-(v/v_s)^2)) + b v",
         signature="Pressure difference between lifting and lowering grows; jumps where motion begins; barrel warmer.",
         check="Move the rod slowly both ways without load and read both pressures.",

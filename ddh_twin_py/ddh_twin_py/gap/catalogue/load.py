@@ -8,7 +8,8 @@ EFFECTS = (
     Effect(
         id="load.mass", component="load", domain="mechanical", parameter="mass", unit="kg",
         reference=value_of("load_payload_mass"), laws=(added("load_payload_mass"),), step=3.0, lowest=-2000.0, highest=20000.0,
-        about="The payload is not what was declared.",
+        about="The payload is heavier than was declared.",
+        about_below="The payload is lighter than was declared.",
         law="m dv/dt = p_A A_A - p_B A_B - m g - F_f",
         signature="Piston-side pressure shifts alike in lifting, lowering and rest.",
         check="Weigh the load.",

@@ -33,6 +33,7 @@ EFFECTS = (
         id="oil.air_content", component="oil", domain="hydraulic", parameter="volume_fraction", unit="1",
         reference=value_of("oil_air_fraction"), laws=(added("oil_air_fraction"),), step=0.005, lowest=-0.006, highest=0.25,
         about="Entrained air makes the oil softer at low pressure.",
+        about_below="There is less air in the oil than the sheet says, which makes it stiffer at low pressure.",
         law="1/K = 1/K_liquid + (phi/(n p)) (p_0/p)^(1/n)",
         signature="Pressure rises later at the start of a stroke; strokes lose a little; nothing when steady.",
         check="Look at the oil in the sight glass; repeat after an hour of rest.",

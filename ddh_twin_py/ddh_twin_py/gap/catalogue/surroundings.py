@@ -18,6 +18,7 @@ EFFECTS = (
         id="ambient.enclosure", component="ambient", domain="thermal", parameter="temperature_rise", unit="K",
         reference=fixed(0.0), laws=(added("surroundings_enclosure_rise"),), step=2.0, lowest=-20.0, highest=60.0,
         about="The unit sits in warmer air than the ambient sensor reads.",
+        about_below="The unit sits in cooler air than the ambient sensor reads.",
         law="T_a = T_read + dT",
         signature="All surfaces drift towards a warmer surrounding, the thin-walled first.",
         check="Hang a second thermometer beside the unit.",

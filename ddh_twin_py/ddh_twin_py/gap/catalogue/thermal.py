@@ -9,7 +9,8 @@ def _cooling(name: str, component: str, what: str, fields: tuple[str, ...], *con
     return Effect(
         id=name, component=component, domain="thermal", parameter="convection_ratio", unit="1",
         reference=fixed(1.0), laws=(scaled(*fields),), step=0.3, lowest=-0.98, highest=30.0,
-        about=f"The convection of {what} differs (dust, a cover, a fan, wind).",
+        about=f"Convection carries more heat away from {what} than the sheet says (a fan, wind).",
+        about_below=f"Convection carries less heat away from {what} than the sheet says (dust, a cover).",
         law="q = A r C |dT|^1.25",
         signature=f"Temperature of {what} drifts from the twin's as the unit warms, in all phases alike.",
         check="Clean or shield the surface and repeat.",
@@ -22,6 +23,7 @@ EFFECTS = (
         id="motor.contact_resistance", component="motor", domain="thermal", parameter="resistance_ratio", unit="1",
         reference=fixed(1.0), laws=(divided("motor_yoke_to_housing"),), step=1.0, lowest=-0.9, highest=500.0,
         about="Heat passes worse from stator to housing (interface gap).",
+        about_below="Heat passes better from stator to housing than the sheet says.",
         law="G = G_0/r between yoke and housing",
         signature="Winding warmer while the housing trails behind and is cooler.",
         check="Compare winding and housing some minutes after a hard duty.",
@@ -46,7 +48,8 @@ EFFECTS = (
     Effect(
         id="tank.oil_level", component="tank", domain="thermal", parameter="volume_ratio", unit="1",
         reference=fixed(1.0), laws=(scaled("tank_oil_volume"),), step=-0.1, lowest=-0.7, highest=1.5,
-        about="There is less (or more) oil in the tank than the sheet says.",
+        about="There is more oil in the tank than the sheet says.",
+        about_below="There is less oil in the tank than the sheet says.",
         law="C = rho c r V",
         signature="Tank oil warms faster (or slower), steady temperatures alike.",
         check="Read the level.",
