@@ -242,7 +242,7 @@ def _temperature_note(agreement: Agreement) -> doc.Html:
         "sensor's own zero error, which the filter estimates beside it. RMS predicted is over all readings of the recording, RMS fused "
         f"over those from {SETTLING:g} s after each start, by when the filter has found the temperatures (over all readings: largest "
         f"{number(max(t.rms_fused_whole for t in agreement.temperatures), 2)} K). Until then its band does not stretch the axis. "
-        f"Below each chart: differences from the sensor; the grey band is {FLOOR:g} times its noise."
+        f"Below each chart: sensor less estimate; the grey band is {FLOOR:g} times its noise."
     )
 
 
@@ -282,7 +282,7 @@ def _signal_table(agreement: Agreement) -> doc.Html:
         doc.table(columns, rows)
         + doc.note("RMS of interval means against measurement, the free run where the samples of an interval lie, "
                    f"from {UNSEEN:g} s after each start: what moved before it is not known. Torque is current times a constant and is not "
-                   f"counted twice. Below each chart: differences from measurement; the grey band is {FLOOR:g} times noise.")
+                   f"counted twice. Below each chart: measured less twin; the grey band is {FLOOR:g} times noise.")
     )
 
 
@@ -298,7 +298,7 @@ def _temperature_charts(result: ReplayResult) -> list[Chart]:
                 Trace(f"{fused} ± 2σ", "fused", c.fused - ZERO_CELSIUS, spread=2.0 * c.fused_std),
                 Trace("predicted", "predicted", c.predicted - ZERO_CELSIUS, dash=True),
             ),
-            height=190, differences=((1, 0), (2, 0)), floor=FLOOR * c.noise,
+            height=190, differences=((0, 1), (0, 2)), floor=FLOOR * c.noise,
             unsettled=[(time[i], time[i] + SETTLING) for i in starts(c.time)],
         ))
     return several
@@ -317,7 +317,7 @@ def _signal_charts(result: ReplayResult) -> list[Chart]:
             traces.append(Trace("soft sensor", "soft", result.soft[name] * unit.factor))
         traces.append(Trace("free run", "predicted", free_values(result, signal) * unit.factor))
         wide = name.startswith("pressure")
-        differences = tuple((i, 0) for i in range(1, len(traces)))
+        differences = tuple((0, i) for i in range(1, len(traces)))
         noise = result.rig.sensors[signal.noise_key].noise * unit.factor
         several.append(Chart(
             words(name).capitalize(), unit.unit, going_on(result.time), traces, digits=unit.digits,

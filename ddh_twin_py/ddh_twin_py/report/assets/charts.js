@@ -147,7 +147,7 @@
       for (const line of spec.lines) { at.push(column); column += line.band ? 3 : 1; }
       const rows = spec.differences.map(([a, b]) => {
         const line = spec.lines[spec.lines[a].role === "measured" ? b : a];
-        below.lines.push({ label: spec.lines[a].label.split(" \u00b1")[0] + " \u2212 " + spec.lines[b].label, role: line.role, thin: true });
+        below.lines.push({ label: plain(spec.lines[a].label) + " \u2212 " + plain(spec.lines[b].label), role: line.role, thin: true });
         const difference = new Float64Array(x.length);
         for (let i = 0; i < x.length; i++) difference[i] = columns[at[a]][i] - columns[at[b]][i];
         return withGaps(difference);
@@ -161,6 +161,8 @@
       for (const u of all) if (width && Math.abs(width - u.width) > 1) u.setSize({ width: width, height: u.height });
     }).observe(box);
   }
+
+  function plain(label) { return label.split(" \u00b1")[0]; }
 
   function aroundZero(u, axis, min, max) {
     const most = Math.max(-min, max);
