@@ -153,6 +153,27 @@ def test_state_survives_and_ages(rig, tmp_path):
     assert again.state.dynamic[NODES.index("housing")] > 315.0  # and is not cold
 
 
+def test_a_working_unit_that_was_unseen_may_be_warmer_by_its_readings_too(rig):
+    """Its heat comes to the lagged reading within seconds, so that the first reading is not refused or taken for too much."""
+    fusion = TemperatureFusion(rig, ambient=293.15)
+    fusion.advance(FusionInputs.unknown(40), [Reading(i, s, 330.0) for i in range(0, 40, 10) for s in SENSORS])
+    node, reading = NODES.index("end_winding"), len(NODES) + SENSORS.index("motor_winding")
+    fusion.rest(28.0)
+    spread = np.sqrt(np.diagonal(fusion.state.covariance))
+    assert spread[node] > 3.0 and spread[reading] > 0.7 * spread[node]
+
+
+@pytest.mark.parametrize("days", [2, 5, 20])
+def test_a_unit_that_stood_for_days_is_as_warm_as_the_air_and_no_more_is_known(rig, days):
+    fusion = TemperatureFusion(rig, ambient=293.15)
+    fusion.advance(FusionInputs.unknown(40), [Reading(i, s, 330.0) for i in range(0, 40, 10) for s in SENSORS])
+    fusion.rest(days * 86400.0)
+    covariance = fusion.state.covariance
+    assert np.isfinite(covariance).all() and np.linalg.eigvalsh(covariance).min() > -1e-9
+    np.testing.assert_allclose(fusion.state.dynamic, 293.15, atol=0.3)
+    assert 2.0 < np.sqrt(covariance[NODES.index("tank_oil"), NODES.index("tank_oil")]) < 30.0
+
+
 def test_state_file_that_is_none(rig, tmp_path):
     like = TemperatureFusion(rig).state
     assert load_state(tmp_path / "none.npz", like) is None

@@ -45,6 +45,13 @@ def test_misfit_integrates_the_slack_but_not_the_parameters(case):
     assert basis.misfit(split(made, y)) == pytest.approx(y @ np.linalg.inv(np.linalg.inv(p) + slack @ slack.T) @ y, abs=1e-8)
 
 
+def test_misfits_of_rows_sum_to_it(case):
+    basis, made, p, f, _, y = case
+    slack = f[:, PARAMETERS:]
+    expected = y * (np.linalg.inv(np.linalg.inv(p) + slack @ slack.T) @ y)
+    np.testing.assert_allclose(np.concatenate(basis.misfits(split(made, y))), expected, atol=1e-8)
+
+
 def test_no_columns_at_all(case):
     basis, made, _, f, _, y = case
     sums = basis.sums(split(made, np.zeros((y.size, 0))), split(made, y))

@@ -164,6 +164,7 @@ def test_both_pressures_in_another_unit(paper, noise, factor, unit):
         ),
         (DRIVE, "speed", 30 / np.pi, 0.0, "speed looks as if given in rpm (factor 9.549), expected is rad/s"),
         (DRIVE, "speed_command", 30 / np.pi, 0.0, "speed_command looks as if given in rpm"),
+        (DRIVE, "electrical_power", 1e-3, 0.0, "electrical_power looks as if given in kW (factor 0.001), expected is W"),
     ],
 )
 def test_other_units_are_named(paper, noise, stream, field, factor, offset, said):
@@ -368,10 +369,16 @@ def test_temperatures_of_another_time_are_said(paper, noise):
     assert all("temperature/ambient 1000." in f.message and "no time in common" in f.message for f in screened.findings)
 
 
-def test_a_sensor_that_begins_late_or_ends_early_is_no_stranger(paper, noise):
+def test_a_sensor_that_begins_late_or_ends_early_is_no_stranger_and_said(paper, noise):
     recording = damage.without_samples(paper, HYDRAULIC, -1.0, 300.0)
     recording = damage.without_samples(recording, "temperature/line_a", 20.0, 1e9)
-    assert screen_recording(recording, noise).findings == []
+    late, early = screen_recording(recording, noise).findings
+    assert f"/ddh/{HYDRAULIC} begins at 300.0 s of the recording, 300.0 s after its begin" in late.message
+    assert "/ddh/temperature/line_a ends at 19." in early.message and "before its end: nothing is known of it there" in early.message
+
+
+def test_some_seconds_at_an_end_are_not_told(paper, noise):
+    assert screen_recording(damage.without_samples(paper, HYDRAULIC, 326.0, 1e9), noise).findings == []
 
 
 # One implementation

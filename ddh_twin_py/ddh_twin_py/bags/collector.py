@@ -25,6 +25,7 @@ from ddh_twin_py.telemetry.signals import (
     TEMPERATURE_FIELDS,
 )
 
+_STEP_BACK = 10**9  # ns by which a recorder's clock was set back, or a part of a file stands before another
 _FIELDS = {DRIVE_TOPIC: DRIVE_FIELDS, HYDRAULIC_TOPIC: HYDRAULIC_FIELDS}
 
 
@@ -45,7 +46,7 @@ class Rows:
         values = np.concatenate(self.values)
         self.log_time, self.stamp, self.values = [], [], []
         if np.any(log_time[1:] < log_time[:-1]):
-            order = np.argsort(log_time, kind="stable")
+            order = _arrival(log_time)
             return stamp[order], values[order]
         return stamp, values
 
@@ -59,8 +60,7 @@ class Collector:
         self.counts: Counter[str] = Counter()
         self.rows: dict[str, Rows] = {}
         self.rigs: dict[str, list[RigInfo]] = {}
-        self.first_log = 2**63 - 1
-        self.last_log = -(2**63)
+        self._logs: list[tuple[int, int]] = []  # first and last of a block
         self._message_compression = message_compression
 
     def read(self, storage: Storage, hashes: dict[str, str], progress: Callable[[float], None] | None) -> None:
@@ -71,6 +71,11 @@ class Collector:
                 progress(block.position)
         for channel in storage.channels.values():
             self._know(channel, hashes)
+
+    @property
+    def lasting(self) -> float:
+        """From the first to the last message by the recorder's clock, s."""
+        return (max(last for _, last in self._logs) - min(first for first, _ in self._logs)) * 1e-9 if self._logs else 0.0
 
     def _know(self, channel: Channel, hashes: dict[str, str]) -> bool:
         """Register a channel; True where its messages are to be decoded."""
@@ -88,8 +93,9 @@ class Collector:
     def _take(self, block: Block, channels: dict[int, Channel], hashes: dict[str, str]) -> None:
         if not block.channel.size:
             return
-        self.first_log = min(self.first_log, int(block.log_time.min()))
-        self.last_log = max(self.last_log, int(block.log_time.max()))
+        told = block.log_time[block.log_time > 0]  # a message without a time says nothing of how long a recording is
+        if told.size:
+            self._logs.append((int(told.min()), int(told.max())))
         for key in np.unique(block.channel):
             channel = channels.get(int(key))
             if channel is None:
@@ -127,6 +133,20 @@ class Collector:
             rows.unreadable += 1
             return
         self.rigs.setdefault(topic, []).append(RigInfo(rig.rig_id, rig.oil_grade, float(rig.payload_mass)))
+
+
+def _arrival(log_time: np.ndarray) -> np.ndarray:
+    """Indices of messages in order of arrival, (n,), from the recorder's clock, ns, in the order of the file.
+
+    Parts of a file may stand in any order. Where two of them tell the same time the recorder's clock was set back between them, and they
+    came as they stand.
+    """
+    first = np.concatenate([[0], np.flatnonzero(np.diff(log_time) < -_STEP_BACK) + 1])
+    parts = np.split(np.arange(log_time.size), first[1:])
+    spans = sorted((int(log_time[part].min()), int(log_time[part].max())) for part in parts)
+    if any(after[0] < before[1] - _STEP_BACK for before, after in zip(spans, spans[1:], strict=False)):
+        return np.concatenate([part[np.argsort(log_time[part], kind="stable")] for part in parts])
+    return np.argsort(log_time, kind="stable")
 
 
 def _unpacked(data: np.ndarray, start: np.ndarray, size: np.ndarray):

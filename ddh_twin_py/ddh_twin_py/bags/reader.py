@@ -194,10 +194,9 @@ def _damage_findings(folder: BagFolder, collector: Collector, damage: list[str])
     short = folder.topics is not None and folder.path.is_dir() and total < expected
     if not notes and not short:
         return []
-    seconds = (collector.last_log - collector.first_log) * 1e-9
     of = f" of {expected}" if expected > total else ""
     why = "; it ".join(notes) or "holds fewer messages than its metadata.yaml says"
-    message = f"{file} {why}; recovered {total}{of} messages, {seconds:.1f} s"
+    message = f"{file} {why}; recovered {total}{of} messages, {collector.lasting:.1f} s"
     severity = "error" if total < _WHOLE * expected else "warning"
     return [Finding(severity, file, "", "", total, max(1, len(notes)), message)]
 

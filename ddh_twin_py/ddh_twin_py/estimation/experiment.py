@@ -38,8 +38,9 @@ from ddh_twin_py.rig import Rig
 from ddh_twin_py.rig.sheet import SensorSpec
 from ddh_twin_py.telemetry.alignment import REORDER_WINDOW, Ticks, align
 from ddh_twin_py.telemetry.recording import Recording
-from ddh_twin_py.telemetry.screening import apart, screen_recording
+from ddh_twin_py.telemetry.screening import screen_recording
 from ddh_twin_py.telemetry.signals import DRIVE_FIELDS, DRIVE_TOPIC, HYDRAULIC_FIELDS, HYDRAULIC_TOPIC
+from ddh_twin_py.telemetry.spans import apart
 from ddh_twin_py.twin.ambient import AmbientTracker
 from ddh_twin_py.twin.command import command_at
 from ddh_twin_py.twin.hydraulic_model import UNSEEN, off_the_stops

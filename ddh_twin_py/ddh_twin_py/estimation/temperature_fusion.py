@@ -47,8 +47,9 @@ _UNSEEN_SHARE = 0.5
 _DUTY_MEMORY = 600.0  # s over which the usual heat of a node is remembered
 LONGEST_DELAY = 60.0
 """s by which a reading may come late and is still used."""
-_REST_STEP = 60.0  # s
-_REST_AMBIENT_DRIFT, _REST_AMBIENT_TIME = 6.0, 6.0 * 3600.0  # K, s: how far the air may move in a day part
+_REST_STEP, _LONGEST_REST = 60.0, 86400.0  # s; after a day the unit is at rest, and longer steps would not be stable
+_REST_END, _REST_END_STEP = 60.0, 1.0  # s: towards the end of a rest what is unknown of a node comes to its lagged reading
+_REST_AMBIENT_DRIFT, _REST_AMBIENT_TIME = 6.0, 6.0 * 3600.0  # K, s: how far the air may move, and how soon
 
 
 @dataclass(frozen=True)
@@ -392,9 +393,9 @@ class TemperatureFusion:
         have brought and by what the air may have done.
         """
         state = self.state
-        steps = int(np.clip(np.ceil(age / _REST_STEP), 1, 2000)) if age > 0.0 else 0
-        for _ in range(steps):
-            span = age / steps
+        at = N + 2 * _M + AMBIENT_AT
+        left = min(age, _LONGEST_REST)
+        for span in _rests(left):
             expected = np.empty((1, _M))
             temperature = np.empty((1, N))
             zero = np.zeros((1, N))
@@ -406,7 +407,18 @@ class TemperatureFusion:
             )
             if self.trace is not None:
                 self.trace.moved(span, self._transition)
-            at = N + 2 * _M + AMBIENT_AT
-            state.covariance[at, at] += 2.0 * _REST_AMBIENT_DRIFT**2 * span / _REST_AMBIENT_TIME * np.exp(-age / _REST_AMBIENT_TIME)
+            left -= span
+            drifted = np.exp(-2.0 * left / _REST_AMBIENT_TIME) * -np.expm1(-2.0 * span / _REST_AMBIENT_TIME)
+            state.covariance[at, at] += _REST_AMBIENT_DRIFT**2 * drifted
         self._forget_past()
         self._clear_epoch()
+
+
+def _rests(age: float) -> np.ndarray:
+    """Steps of a rest of ``age`` s, s, the last ones short; none where it does not last."""
+    if age <= 0.0:
+        return np.empty(0)
+    end = min(age, _REST_END)
+    before, steps = age - end, int(np.ceil((age - end) / _REST_STEP))
+    short = int(np.ceil(end / _REST_END_STEP))
+    return np.concatenate([np.full(steps, before / max(steps, 1)), np.full(short, end / short)])

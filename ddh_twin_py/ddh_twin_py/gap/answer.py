@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
@@ -128,7 +128,7 @@ def diagnosis(model: Diagnosable, found: Found, theta: np.ndarray, hidden: Seque
                           "after_interval": runs.interval(name, runs.of(leader))} for name in names if name in before and name in first},
         "unknown": verdict.unknown, "next_test": model.next_test(found, verdict, unknown), "held_out": held.words,
         "notes": [*unknown.notes, *other_rig, *([described(learned, gap_before, gap_after)] if learned else []), *model.notes(),
-                  *_not_seen(hidden), *_since_when(unsure), *_would_not_show(missed),
+                  *_not_held(model, before), *_not_seen(hidden), *_since_when(unsure), *_would_not_show(missed),
                   *_at_the_end(parameters)],
     }
     inputs = model.unknown_inputs(plain, spread) if verdict.word != "no_gap" else []
@@ -219,6 +219,13 @@ def _at_the_end(parameters: Sequence[FittedParameter]) -> list[str]:
             f"{', '.join(pressed[:_MOST_AT_END])}{more}"] if pressed else []
 
 
+def _not_held(model: Diagnosable, held: Collection[str]) -> list[str]:
+    """A note on what the field recordings hold and held-out data do not, none where nothing is missing."""
+    asked = dict.fromkeys(name for own, altered in zip(model.signals, model.altered, strict=True) if altered for name in own)
+    missing = [name for name in asked if name not in held]
+    return [f"held-out data have no usable {', '.join(missing)}: how near the twin comes to that is not known"] if missing else []
+
+
 def _taken_up(found: Found) -> list[str]:
     """Effects in whose place the rig's own value, which field recordings alone show, may stand."""
     single = [(ids[0], fitted) for ids, fitted in found.fitted.items() if len(ids) == 1 and not too_small(fitted)]
@@ -266,13 +273,13 @@ def _weighed(model: Diagnosable, found: Found, ids, probability: float, runs: He
 
 
 def _gains(found: Found, fitted: Refitted) -> dict[str, float]:
-    """Chi-square that a hypothesis explains in each signal of the recordings in which effects act."""
+    """Chi-square, as the evidence weighs it, that a hypothesis explains in each signal of the recordings in which effects act."""
     linearised = found.linearised
-    none = found.fitted[()]
+    was, now = (linearised.basis.misfits([c.residual(p) for c, p in zip(linearised.comparisons, one.predictions, strict=True)])
+                for one in (found.fitted[()], fitted))
     gains: dict[str, float] = {}
-    for i, (comparison, altered) in enumerate(zip(linearised.comparisons, linearised.model.altered, strict=True)):
-        if altered:
-            was, now = comparison.residual(none.predictions[i]), comparison.residual(fitted.predictions[i])
+    for i, comparison in enumerate(linearised.comparisons):
+        if linearised.model.altered[i]:
             for block in comparison.blocks:
-                gains[block.signal] = gains.get(block.signal, 0.0) + float(np.sum(was[block.rows] ** 2) - np.sum(now[block.rows] ** 2))
+                gains[block.signal] = gains.get(block.signal, 0.0) + float(np.sum(was[i][block.rows] - now[i][block.rows]))
     return gains

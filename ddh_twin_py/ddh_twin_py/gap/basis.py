@@ -128,7 +128,18 @@ class Basis:
 
     def misfit(self, residual: Rows) -> float:
         """Chi-square of residuals with the slack, but not the parameters, integrated out."""
-        weighted = [self.power * w for w in self.weighting.applied([r[:, None] for r in residual])]
-        square = float(sum(r @ w[:, 0] for r, w in zip(residual, weighted, strict=True)))
-        cross = sum(c[:, self.parameters :].T @ w[:, 0] for c, w in zip(self.columns, weighted, strict=True))
+        weighted, cross = self._against_slack(residual)
+        square = float(sum(r @ w for r, w in zip(residual, weighted, strict=True)))
         return square - float(cross @ cho_solve(self._slack, cross, check_finite=False))
+
+    def misfits(self, residual: Rows) -> list[np.ndarray]:
+        """What every row adds to that chi-square, by recording, (rows,)."""
+        weighted, cross = self._against_slack(residual)
+        left = cho_solve(self._slack, cross, check_finite=False)
+        taken = self.weighting.applied([(c[:, self.parameters :] @ left)[:, None] for c in self.columns])
+        return [r * (w - self.power * t[:, 0]) for r, w, t in zip(residual, weighted, taken, strict=True)]
+
+    def _against_slack(self, residual: Rows) -> tuple[list[np.ndarray], np.ndarray]:
+        """Residuals as they are weighed, by recording, (rows,), and against the slack, (m,)."""
+        weighted = [self.power * w[:, 0] for w in self.weighting.applied([r[:, None] for r in residual])]
+        return weighted, sum(c[:, self.parameters :].T @ w for c, w in zip(self.columns, weighted, strict=True))

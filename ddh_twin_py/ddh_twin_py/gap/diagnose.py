@@ -104,6 +104,6 @@ def diagnose(recordings: Recordings, rig: Rig, without: Collection[str] = (), on
 def _noted(result: Diagnosis, recordings: Sequence[Recording], rig: Rig) -> Diagnosis:
     """A diagnosis that says what is wrong with its recordings: what is damaged or contradicts itself at once, what is doubtful last."""
     damaged = [*damage(recordings), *(text for recording in recordings for text in contradictions(recording, rig))]
-    first = f"{result.sentence.rstrip('.')}; but {damaged[0]}." if damaged and damaged[0] not in result.sentence else result.sentence
+    first = f"Careful: {damaged[0]}. {result.sentence}" if damaged and damaged[0] not in result.sentence else result.sentence
     notes = [*damaged, *result.report["notes"], *doubts(recordings)]
     return replace(result, report={**result.report, "notes": list(dict.fromkeys(notes))}, sentence=first, damage=damaged)

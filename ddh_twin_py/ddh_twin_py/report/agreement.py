@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ddh_twin_py.report.replay_doubts import doubts
+from ddh_twin_py.report.replay_doubts import doubts, given
 from ddh_twin_py.report.times import starts
 from ddh_twin_py.report.units import ZERO_CELSIUS, in_unit, number, words
 from ddh_twin_py.telemetry.signals import DRIVE_SIGNALS, DRIVE_TOPIC, HYDRAULIC_SIGNALS, HYDRAULIC_TOPIC, Signal
@@ -135,8 +135,8 @@ class Loss:
 class Agreement:
     """All comparisons of one recording.
 
-    `not_finite` maps what the twin gave no finite numbers for to the share of them that is not. `doubts` keep the free run from being
-    judged.
+    `not_finite` maps what the twin gave no finite numbers for to the share of them that is not. `given` is what the free run knows,
+    `doubts` keep it from being judged.
     """
 
     signals: tuple[SignalAgreement, ...]
@@ -148,6 +148,7 @@ class Agreement:
     intervals: int
     not_finite: Mapping[str, float] = field(default_factory=dict)
     doubts: tuple[str, ...] = ()
+    given: str = "speed command, payload and ambient"
 
     @property
     def counted(self) -> tuple[tuple[str, str, float, float], ...]:
@@ -206,7 +207,7 @@ class Agreement:
                 share = "all" if within == len(noises) else f"{within} of"
                 parts.append(f"{share} {len(noises)} {kind}{'s' * (len(noises) > 1)}")
         sentence = (
-            "Given speed command, payload and ambient alone, the twin agrees within "
+            f"Given {self.given} alone, the twin agrees within "
             f"{FLOOR:g} times sensor noise with {' and '.join(parts)}"
         )
         name, rms, _, times = self.counted[0]
@@ -310,7 +311,7 @@ def compare(result: ReplayResult, left_out: Mapping[str, SensorComparison] | Non
         duration=n * float(np.median(np.diff(result.time))) if n > 1 else 0.0,
         intervals=int(n),
         not_finite=_not_finite(result),
-        doubts=doubts(result),
+        doubts=doubts(result), given=given(result.recording),
     )
 
 
@@ -400,6 +401,11 @@ def _temperature(
         noise=float(c.noise), zero=float(result.rig.sensors["temperature"].offset_tolerance),
         innovation_in_std=_rms(normalised),
     )
+
+
+def signal_row(name: str) -> str:
+    """A signal in words, as a table of signals has it."""
+    return f"{words(name)} (not counted)" if name in NOT_COUNTED else words(name)
 
 
 def _settled(c: SensorComparison) -> np.ndarray:

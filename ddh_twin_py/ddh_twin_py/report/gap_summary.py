@@ -12,6 +12,7 @@ from ddh_twin_py.gap.size import WITHOUT_COMMISSIONING
 from ddh_twin_py.report.gap_words import (
     NEAR,
     VERDICTS,
+    capital,
     closed,
     component_name,
     effect_name,
@@ -30,6 +31,7 @@ if TYPE_CHECKING:
 LINES, WIDTH = 25, 80
 """What a summary fits in."""
 _MOST_HYPOTHESES, _MOST_PLACES, _MOST_SIGNALS, _MOST_LOST = 4, 3, 5, 2
+_LEAST_OF_SENTENCE, _MORE_OF_SENTENCE = 4, 3  # lines
 _MOST_OF_TEST, _LEAST_OF_SIGNALS, _LEAST_OF_NOTES = 7, 4, 2  # lines
 _LEAST_OF_REST = 2  # lines: a place and the signals
 _RECOVERED = "; recovered "
@@ -40,14 +42,16 @@ def gap_summary(diagnosis: Diagnosis) -> list[Text]:
     """Verdict, gap, causes, places, signals, next test: at most `LINES` lines of `WIDTH` columns."""
     report = diagnosis.report
     words, level = VERDICTS[report["verdict"]]
-    lines = [Text(line) for line in _wrapped(f"{words}: {diagnosis.sentence.removeprefix(f'{words}: ')}", 4)]
-    lines[0].stylize(f"bold {STYLE[level]}", 0, len(words))
-    lost = _lost(diagnosis)
-    for i, note in enumerate(lost[:_MOST_LOST]):
-        lines += _titled("" if i else "data", note, 3)
     gap, causes = _gap(diagnosis), _hypotheses(diagnosis)
-    notes = [note for note in report["notes"] if note not in lost[:_MOST_LOST] and note not in diagnosis.sentence]
     test = _titled("next test", report["next_test"]["description"], _MOST_OF_TEST) if report["next_test"] else []
+    sentence = f"{words}: {''.join(map(capital, diagnosis.sentence.partition(f'{words}: ')[::2]))}"
+    lines, missing, lost = _begin(diagnosis, sentence, _LEAST_OF_SENTENCE)
+    spare = LINES - sum(map(len, (lines, missing, gap, causes, test))) - _LEAST_OF_REST - _LEAST_OF_SIGNALS
+    if spare > 0:
+        lines, missing, lost = _begin(diagnosis, sentence, _LEAST_OF_SENTENCE + min(spare, _MORE_OF_SENTENCE))
+    lines[0].stylize(f"bold {STYLE[level]}", 0, len(words))
+    notes = [note for note in report["notes"] if note not in lost and note not in _plain(lines)]
+    lines += missing
     room = LINES - sum(map(len, (lines, gap, causes, test))) - _LEAST_OF_REST
     lines += [*gap, *(_floor(diagnosis) if gap and room > 0 else []), *causes]
     lines += _places(report)[: max(1, LINES - len(lines) - len(test) - _LEAST_OF_SIGNALS)]
@@ -56,10 +60,19 @@ def gap_summary(diagnosis: Diagnosis) -> list[Text]:
     return (lines + _notes(notes, LINES - len(lines)))[:LINES]
 
 
-def _lost(diagnosis: Diagnosis) -> list[str]:
-    """Notes on data that were lost, which the sentence does not say; those on which a diagnosis rests first."""
-    lost = [*diagnosis.damage, *(note for note in diagnosis.report["notes"] if _RECOVERED in note)]
-    return [note for note in dict.fromkeys(lost) if note not in diagnosis.sentence]
+def _begin(diagnosis: Diagnosis, sentence: str, most: int) -> tuple[list[Text], list[Text], list[str]]:
+    """The sentence in at most so many lines, lines on data that were lost and that these do not name, and the notes that they say.
+
+    Data on which a diagnosis rests come first.
+    """
+    lines = [Text(line) for line in _wrapped(sentence, most)]
+    notes = dict.fromkeys([*diagnosis.damage, *(note for note in diagnosis.report["notes"] if _RECOVERED in note)])
+    lost = [note for note in notes if note not in _plain(lines)][:_MOST_LOST]
+    return lines, [line for i, note in enumerate(lost) for line in _titled("" if i else "data", note, 3)], lost
+
+
+def _plain(lines: list[Text]) -> str:
+    return " ".join(line.plain for line in lines)
 
 
 def print_gap(diagnosis: Diagnosis, console: Console | None = None) -> None:

@@ -6,12 +6,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ddh_twin_py.gap.contradictions import contradictions
 from ddh_twin_py.report.times import starts
 from ddh_twin_py.report.units import number
 from ddh_twin_py.twin.command import SLOWEST
 
 if TYPE_CHECKING:
     from ddh_twin_py.estimation.replay import ReplayResult
+    from ddh_twin_py.telemetry.recording import Recording
 
 _TELLS_HEAT = 15.0  # s from which a recording says something of temperatures: the filter takes 10 s of them to find where they begin
 
@@ -22,6 +24,8 @@ def doubts(result: ReplayResult) -> tuple[str, ...]:
     said = recording.rig.rig_id if recording.rig is not None else ""
     if not result.rig.may_be_of(said):
         found.append(f"the rig file describes {result.rig.rig_id} and the recording is of {said}")
+    if not commanded(recording):
+        found.append("there is no speed command, by which the free run is driven: what it says of anything tells little")
     if not np.isfinite(result.measured["rod_position"]).any():
         found.append("rod position is not read, so that the free run does not know where the rod is: what it says of drive, pressures and "
                      "heat tells little")
@@ -33,7 +37,25 @@ def doubts(result: ReplayResult) -> tuple[str, ...]:
     if back > 0:
         found.append(f"the clock jumped back {'once' if back == 1 else f'{back} times'}, and all began anew there without knowing its "
                      "temperatures")
+    found += [text.removeprefix(f"{recording.path}: ") for text in contradictions(recording, result.rig)]
     lasting = float(result.time[-1] - result.time[0]) if result.time.size and back <= 0 else _TELLS_HEAT
     if lasting < _TELLS_HEAT:
         found.append(f"{number(lasting, 0)} s say next to nothing of temperatures, which take minutes")
     return tuple(found)
+
+
+def commanded(recording: Recording) -> bool:
+    """Whether the drive tells any command."""
+    return recording.drive is None or bool(np.isfinite(recording.drive.column("speed_command")).any())
+
+
+def given(recording: Recording) -> str:
+    """What a free run is given, in words; what the recording does not tell is the rig file's."""
+    ambient = recording.temperatures.get("ambient")
+    known = (
+        ("speed command", commanded(recording), "no speed command"),
+        ("payload", recording.rig is not None and bool(np.isfinite(recording.rig.payload_mass)), "the rig file's payload"),
+        ("ambient", ambient is not None and bool(np.isfinite(ambient.values[:, 0]).any()), "the rig file's ambient temperature"),
+    )
+    command, payload, air = (name if told else otherwise for name, told, otherwise in known)
+    return f"{command}, {payload} and {air}"

@@ -20,6 +20,7 @@ from ddh_twin_py.report.agreement import (
     free_values,
     level,
     measured_values,
+    signal_row,
 )
 from ddh_twin_py.report.charts import Chart, Trace, charts
 from ddh_twin_py.report.decimate import MOST_POINTS
@@ -274,7 +275,7 @@ def _signal_table(agreement: Agreement) -> doc.Html:
             else (in_unit(s.rms_soft, s.unit), doc.mark(level(s.soft_in_noise), f"{number(s.soft_in_noise, 2)} ×"))
         )
         rows.append((
-            words(s.name), f"{low} … {high} {unit.unit}", in_unit(s.rms_free, s.unit),
+            signal_row(s.name), f"{low} … {high} {unit.unit}", in_unit(s.rms_free, s.unit),
             doc.mark(level(s.free_in_noise), f"{number(s.free_in_noise, 2)} ×"), *soft, in_unit(s.noise, s.unit),
             f"{in_unit(s.largest_free, s.unit)} at {number(s.largest_at, 1)} s",
         ))

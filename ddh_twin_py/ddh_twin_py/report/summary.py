@@ -7,7 +7,7 @@ from rich.console import Console, Group
 from rich.table import Table
 from rich.text import Text
 
-from ddh_twin_py.report.agreement import Agreement, level
+from ddh_twin_py.report.agreement import Agreement, level, signal_row
 from ddh_twin_py.report.units import ZERO_CELSIUS, in_unit, number, words
 
 STYLE = {"good": "green", "fair": "yellow", "poor": "red"}
@@ -60,7 +60,7 @@ def _signals(agreement: Agreement) -> Table:
     for s in agreement.signals:
         soft = ("input", "") if s.rms_soft is None else (in_unit(s.rms_soft, s.unit), number(s.soft_in_noise, 2))
         table.add_row(
-            words(s.name), in_unit(s.rms_free, s.unit),
+            signal_row(s.name), in_unit(s.rms_free, s.unit),
             Text(number(s.free_in_noise, 2), style=STYLE[level(s.free_in_noise)]), *soft,
         )
     return table

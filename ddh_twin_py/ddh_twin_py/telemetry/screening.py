@@ -17,6 +17,7 @@ from ddh_twin_py.telemetry.clock import clock_segments, sorted_order
 from ddh_twin_py.telemetry.recording import Finding, Recording, Stream
 from ddh_twin_py.telemetry.screening_report import findings_of
 from ddh_twin_py.telemetry.signals import Signal, signals_of
+from ddh_twin_py.telemetry.spans import apart, missing_ends
 from ddh_twin_py.telemetry.unit_rules import EVIDENCE, UnitSuspicion, judge, rules_of
 
 _CAUSES = (*OF_FIELD, *OF_SAMPLE)  # in the order of the kernel's rows of counts
@@ -24,9 +25,6 @@ _STUCK = _CAUSES.index(Cause.STUCK)
 _NOT_IN_RUNS = (
     Cause.NOT_A_NUMBER | Cause.INFINITE | Cause.OUT_OF_RANGE | Cause.REPEATED | Cause.OUT_OF_ORDER
 )  # what the kernel does not look at when it counts repetitions
-_APART = 1.0  # s between two streams that have nothing in common
-_LEAST_SPAN = 10.0  # s of a stream that must share
-_LEAST_SHARE = 0.5  # of its time with the others
 
 
 @dataclass(frozen=True)
@@ -257,36 +255,8 @@ def screen_recording(
         order = sorted_order(stamps[topic], segments[topic])
         streams[topic] = Stream(stream.time[order], values[order], stream.fields)
         findings += screen.findings(recording.path, f"{recording.namespace}/{topic}", recording.epoch_ns)
-    findings += apart(recording)
+    strange = apart(recording)
+    findings += strange
+    if not strange and not any(segments[topic].any() for topic in segments):
+        findings += missing_ends(recording)
     return recording.with_streams(streams, findings)
-
-
-def apart(recording: Recording) -> list[Finding]:
-    """Streams that have no time, or little of theirs, in common with the one that most others go with."""
-    spans = {topic: (float(s.time.min()), float(s.time.max())) for topic, s in recording.streams() if len(s)}
-    common = {topic: {other: _shared(span, spans[other]) for other in spans} for topic, span in spans.items()}
-    if all(share is None for shares in common.values() for share in shares.values()):
-        return []
-    # the first of those with the fewest strangers: the drive, where opinions are equal
-    against = min(spans, key=lambda topic: sum(share is not None for share in common[topic].values()))
-    findings = []
-    for topic, span in spans.items():
-        seconds = common[topic][against]
-        if seconds is None:
-            continue
-        name, other = (f"{recording.namespace}/{t}" for t in (topic, against))
-        overlap = "no time" if seconds <= 0.0 else f"only {seconds:.1f} s"
-        message = (
-            f"{recording.path}: {name} spans {span[0]:.1f} to {span[1]:.1f} s, {other} {spans[against][0]:.1f} to "
-            f"{spans[against][1]:.1f} s: they have {overlap} in common; do their clocks differ?"
-        )
-        findings.append(Finding("warning", recording.path, name, "", span[0], 1, message, span[0]))
-    return findings
-
-
-def _shared(a: tuple[float, float], b: tuple[float, float]) -> float | None:
-    """Seconds that two spans have in common where that is oddly little, else None."""
-    seconds = min(a[1], b[1]) - max(a[0], b[0])
-    shorter = min(a[1] - a[0], b[1] - b[0])
-    odd = seconds < -_APART or (shorter >= _LEAST_SPAN and seconds < _LEAST_SHARE * shorter)
-    return seconds if odd else None

@@ -90,8 +90,9 @@ def _sample_sentence(cause, value, count, samples, at) -> str:
     if cause is Cause.REPEATED:
         return f"repeats a stamp in {count} of {samples} messages, first at {at:.3f} s; repetitions are not used"
     if cause is Cause.OUT_OF_ORDER:
+        late = f"{value:.3f}" if value >= 0.001 else "less than 0.001"
         return (
-            f"has {count} of {samples} messages out of order, the first is {max(value, 0.001):.3f} s late at {at:.3f} s; "
+            f"has {count} of {samples} messages out of order, the first is {late} s late at {at:.3f} s; "
             "they are sorted in"
         )
     if cause is Cause.CLOCK_JUMP:

@@ -21,6 +21,7 @@ EVIDENCE = 200  # samples of the first rule's condition that make a window
 _SILENT = 0.5  # of its noise, below which the largest of so many samples of a pressure cannot stay
 _NO_LOAD = 3.0e4  # Pa, below which in both chambers no rod moves against its friction
 _MOST_BAR = 1000.0  # number above which a pressure is not in bar
+_IN_KW = (5e-4, 3e-3)  # electrical power over shaft power where it is in kW
 _LIKELY = 0.15  # relative; how near a ratio must be to a known factor
 
 
@@ -92,6 +93,8 @@ def _judge_drive(state: np.ndarray) -> list[UnitSuspicion]:
         return [UnitSuspicion((0,), "rpm", RPM, f"speed is {follow:.3g} times speed_command")]
     if state[1, RULE_COUNT] >= EVIDENCE // 4:
         share = state[1, RULE_A] / state[1, RULE_B]
+        if _IN_KW[0] < share < _IN_KW[1]:
+            return [UnitSuspicion((5,), "kW", 1e-3, f"it is {share:.2g} times torque times speed while the motor drives")]
         if 0.05 < share < 0.3 and _near(follow, 1.0, 0.5):
             reason = f"electrical power is {share:.2g} times torque times speed while the motor drives"
             return [UnitSuspicion((0, 1), "rpm", RPM, reason)]
