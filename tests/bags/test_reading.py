@@ -90,6 +90,25 @@ def test_message_order_is_log_time(tmp_path, bag, short):
     assert_same(short, read_recording(target))
 
 
+def test_a_recorder_whose_clock_was_set_back_is_told_from_parts_in_another_order(tmp_path, bag, short):
+    """Stamps and log times step back by 3 s: the samples must not be sorted into each other."""
+    target = tmp_path / "back"
+    with AnyReader([bag]) as reader, Writer(target, version=9, storage_plugin=StoragePlugin.MCAP) as writer:
+        ids = {c.id: writer.add_connection(c.topic, c.msgtype, typestore=reader.typestore) for c in reader.connections}
+        messages = list(reader.messages())
+        half = messages[len(messages) // 2][1]
+        for connection, at, raw in messages:
+            back = 3_000_000_000 * (at > half)
+            if back and connection.topic != "/ddh/rig":
+                message = reader.deserialize(raw, connection.msgtype)
+                message.header.stamp.sec -= 3
+                raw = reader.typestore.serialize_cdr(message, connection.msgtype)
+            writer.write(ids[connection.id], at - back, raw)
+    stream = read_recording(target).drive
+    steps = np.diff(stream.time)
+    assert len(stream) == len(short.drive) and np.flatnonzero(steps < -2.0).size == 1 and (steps > -0.1).sum() == steps.size - 1
+
+
 def test_progress_reaches_the_end(bag):
     seen = []
     read_recording(bag, progress=seen.append)

@@ -3,8 +3,8 @@
 from dataclasses import replace
 
 import numpy as np
-from ddh_twin_py.gap.doubts import damage, doubts
-from ddh_twin_py.telemetry.recording import Finding, Recording, drive_stream
+from ddh_twin_py.gap.doubts import damage, doubts, undeclared
+from ddh_twin_py.telemetry.recording import Finding, Recording, RigInfo, drive_stream
 
 
 def finding(severity, message, field=""):
@@ -37,3 +37,10 @@ def test_single_samples_that_are_missing_are_one_note():
         "current is NaN 900 times",
         "bag: 2 slight warnings, of samples that are missing, late or repeated, at most 5 of 5000 of a topic; ddh-twin info lists them",
     ]
+
+
+def test_a_payload_that_nobody_declared_is_said_to_be_assumed():
+    declared, not_a_number = (replace(recording(), rig=RigInfo("rig_1", "", payload)) for payload in (120.0, float("nan")))
+    assert undeclared([declared], 149.5) == []
+    assert undeclared([declared, not_a_number], 149.5) == ["bag: no payload is declared, so that the rig file's 149.5 kg was assumed"]
+    assert undeclared([recording()], 149.5)

@@ -75,6 +75,7 @@ def test_the_end_of_the_bag_is_the_end(short_bag, tmp_path):
     assert (tmp_path / "state").stat().st_size > 1000
     ran = json.loads((tmp_path / "ran.json").read_text())
     assert ran["exit_code"] == 0 and ran["files"]["record"] == str(tmp_path / "out")
+    assert ran["files"]["records"] == [str(tmp_path / "out")]
     assert {node["name"] for node in ran["nodes"]} == {*TWIN, "bag_recorder", "bag_player"}
 
 

@@ -99,7 +99,8 @@ def _write_rig(args: argparse.Namespace, diagnosis, case, rig) -> None:
             return
         write_rig(args.output, diagnosis.rig, _heading(diagnosis, case, rig.file))
         if not args.quiet:
-            say(f"{args.output}: rig {diagnosis.rig.rig_id}")
+            careful = "; careful, it was fitted to recordings that are damaged or contradict themselves" if diagnosis.damage else ""
+            say(f"{args.output}: rig {diagnosis.rig.rig_id}{careful}")
 
 
 def _heading(diagnosis, case, given: str) -> str:

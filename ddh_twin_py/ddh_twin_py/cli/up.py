@@ -122,8 +122,20 @@ def _ran(args: argparse.Namespace, children: Sequence[Child], code: int) -> dict
     return {
         "namespace": args.namespace, "source": args.source, "ros_domain": int(os.environ.get("ROS_DOMAIN_ID") or 0), "exit_code": code,
         "nodes": [{"name": child.name, "restarts": child.restarts} for child in children],
-        "files": {name: getattr(args, name) for name in ("log", "record", "state_file", "normal_file")},
+        "files": {**{name: getattr(args, name) for name in ("log", "record", "state_file", "normal_file")},
+                  "records": _recorded(args.record)},
     }  # fmt: skip
+
+
+def _recorded(record: str | None) -> list[str]:
+    """Every folder that was recorded into: a recorder that was started again goes on in the next one."""
+    if not record or not Path(record).exists():
+        return []
+    found, number = [str(record)], 2
+    while Path(f"{record}_{number}").exists():
+        found.append(f"{record}_{number}")
+        number += 1
+    return found
 
 
 def command(node: str, parameters: Mapping[str, object], namespace: str, file: str | None) -> list[str]:

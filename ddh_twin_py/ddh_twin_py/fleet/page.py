@@ -55,7 +55,7 @@ def verdict(rows: Sequence[Row]) -> str:
     concerned = {row.rig for row in gaps if row.rig}
     failed = sum(bool(row.error) for row in rows)
     unclear = sum(row.verdict == "insufficient" for row in rows)
-    said = f"{len(gaps)} of {len(rows) - failed} diagnosed recordings show a gap, on {len(concerned)} of {len(rigs)} rigs"
+    said = f"{len(gaps)} of {len(rows) - failed - unclear} diagnosed recordings show a gap, on {len(concerned)} of {len(rigs)} rigs"
     said += f"; {unclear} {'does' if unclear == 1 else 'do'} not allow an answer" if unclear else ""
     return said + (f"; {failed} could not be diagnosed." if failed else ".")
 

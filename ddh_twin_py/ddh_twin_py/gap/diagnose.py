@@ -16,13 +16,14 @@ from ddh_twin_py.gap import answer
 from ddh_twin_py.gap.catalogue import EFFECTS
 from ddh_twin_py.gap.contradictions import contradictions
 from ddh_twin_py.gap.diagnosis import Diagnosis
-from ddh_twin_py.gap.doubts import damage, doubts
+from ddh_twin_py.gap.doubts import damage, doubts, undeclared
 from ddh_twin_py.gap.drive_case import DriveCase
 from ddh_twin_py.gap.hypotheses import POWER, POWER_WITHOUT_COMMISSIONING
 from ddh_twin_py.gap.search import Found, search
 from ddh_twin_py.gap.suitability import no_answer, no_twice, one_rig, out_of_order, refuse_unfit, unseen
 from ddh_twin_py.gap.unknown import structure_left
 from ddh_twin_py.rig import Rig
+from ddh_twin_py.rig.payload import PAYLOAD
 from ddh_twin_py.telemetry.recording import Recording
 
 HELD_SHARE = 0.25
@@ -104,6 +105,8 @@ def diagnose(recordings: Recordings, rig: Rig, without: Collection[str] = (), on
 def _noted(result: Diagnosis, recordings: Sequence[Recording], rig: Rig) -> Diagnosis:
     """A diagnosis that says what is wrong with its recordings: what is damaged or contradicts itself at once, what is doubtful last."""
     damaged = [*damage(recordings), *(text for recording in recordings for text in contradictions(recording, rig))]
-    first = f"Careful: {damaged[0]}. {result.sentence}" if damaged and damaged[0] not in result.sentence else result.sentence
-    notes = [*damaged, *result.report["notes"], *doubts(recordings)]
+    blamed = any("load.mass" in h["effects"] for h in result.report["hypotheses"][:1])
+    said = [*damaged, *(undeclared(recordings, rig[PAYLOAD]) if blamed else [])]
+    first = f"Careful: {said[0]}. {result.sentence}" if said and said[0] not in result.sentence else result.sentence
+    notes = [*said, *result.report["notes"], *doubts(recordings)]
     return replace(result, report={**result.report, "notes": list(dict.fromkeys(notes))}, sentence=first, damage=damaged)

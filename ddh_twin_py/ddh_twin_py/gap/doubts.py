@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from math import isfinite
 
 from ddh_twin_py.telemetry.recording import Recording
 
@@ -12,6 +13,12 @@ _MOST = 6  # notes on one recording
 def damage(recordings: Sequence[Recording]) -> list[str]:
     """What reading and screening found wrong so far that data are lost by it, such as a wrong unit."""
     return [finding.message for recording in recordings for finding in recording.findings if finding.severity == "error"]
+
+
+def undeclared(recordings: Sequence[Recording], payload: float) -> list[str]:
+    """That no payload was declared and what was assumed, kg; empty where all declare one."""
+    silent = [recording.path for recording in recordings if recording.rig is None or not isfinite(recording.rig.payload_mass)]
+    return [f"{', '.join(silent)}: no payload is declared, so that the rig file's {payload:g} kg was assumed"] if silent else []
 
 
 def doubts(recordings: Sequence[Recording]) -> list[str]:
