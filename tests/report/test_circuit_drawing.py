@@ -109,3 +109,11 @@ def test_colours_are_told_apart_by_lightness_alone(theme, sign):
     light = [luminance(found[f"q{i}"]) + 0.05 for i in range(STEPS)]
     ratios = [(b / a) ** sign for a, b in zip(light, light[1:], strict=False)]
     assert all(r > 1.1 for r in ratios), ratios
+
+
+def test_of_sensors_only_those_that_err_take_the_colour():
+    drawn = groups(circuit_drawing({"sensor": Tint(5, "all")}, "one", erring=("rod_velocity",)))["sensor"]
+    plain = [c.attrib["cx"] for c in drawn.iter("circle") if c.attrib.get("class") == "q0"]
+    assert drawn.attrib["class"] == "q5" and len(plain) == 6 and "592" not in plain
+    drawn = groups(circuit_drawing({"sensor": Tint(5, "all")}, "one"))["sensor"]
+    assert not [c for c in drawn.iter("circle") if "class" in c.attrib]

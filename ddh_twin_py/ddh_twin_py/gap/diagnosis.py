@@ -40,6 +40,7 @@ class Lack:
     Attributes:
         component, domain, phase: names of the contract. regime: such as ``speed 40 to 80 rad/s``, empty for all.
         value, std: in ``unit``, mean over the phase or regime. share: of the explained chi-square.
+        signals: readings that err, where it lies in readings and they are known.
     """
 
     component: str
@@ -50,6 +51,7 @@ class Lack:
     std: float
     unit: str
     share: float
+    signals: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -29,6 +29,7 @@ _FIELDS = {
     ("line_b", "mechanical"): ("loss_line_b", "W"),
     ("line_b", "hydraulic"): ("pressure_rod_side", "Pa"), ("oil", "hydraulic"): ("shaft_power", "W"),
 }
+_ERRS = 0.3  # of the rise of the reading that errs most, from which another one errs as well
 _STEFAN_BOLTZMANN = 5.670374419e-8
 
 
@@ -83,4 +84,5 @@ def _reading(effect: Effect, experiment: Experiment, without, acting, step, phas
     signal = experiment.signals[worst]
     order = np.argsort(signal.time, kind="stable")
     value = np.interp(experiment.axis, signal.time[order], (after[worst] - before[worst])[order])
-    return Course(value, signal.unit, phase, regimes)
+    erring = tuple(name for name, rise in moved.items() if rise > _ERRS * moved[worst]) if effect.component == "sensor" else ()
+    return Course(value, signal.unit, phase, regimes, erring)

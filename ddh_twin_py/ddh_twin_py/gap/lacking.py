@@ -22,13 +22,14 @@ class Course:
 
     Attributes:
         value: (n,) in ``unit``. phase: index into `PHASES`, (n,).
-        regimes: variable and its unit to values, (n,).
+        regimes: variable and its unit to values, (n,). signals: readings that err by it, where it lies in readings.
     """
 
     value: np.ndarray
     unit: str
     phase: np.ndarray
     regimes: Mapping[tuple[str, str], np.ndarray]
+    signals: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -68,7 +69,8 @@ def _row(one: Acting, phase: str, regime: str, at: np.ndarray, share: float) -> 
     value = float(one.course.value[at].mean()) if at.any() else 0.0
     if abs(value) < _NOTHING * np.abs(one.course.value).max(initial=0.0):
         value = 0.0
-    return Lack(one.effect.component, one.effect.domain, phase, regime, value, abs(value) * one.relative, one.course.unit, share)
+    return Lack(one.effect.component, one.effect.domain, phase, regime, value, abs(value) * one.relative, one.course.unit, share,
+                one.course.signals)
 
 
 def chi_square_by_phase(change: Sequence[np.ndarray], comparisons: Sequence, phases: Sequence[str] = PHASES) -> dict[str, float]:

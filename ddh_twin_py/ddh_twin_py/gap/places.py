@@ -136,7 +136,7 @@ def _misread(found: Found, place: FreePlace, share: float, apart: bool) -> list[
     for name, part in by_phase.items():
         own = value[phase == PHASES.index(name)] if name in PHASES else value
         mean = float(own.mean()) if own.size else 0.0
-        rows.append(Lack(place.component, place.domain, name, "", mean, _CRUDE * abs(mean), unit, share * part))
+        rows.append(Lack(place.component, place.domain, name, "", mean, _CRUDE * abs(mean), unit, share * part, (place.signal,)))
     return [row for row in rows if row.share > 0.0]
 
 

@@ -84,12 +84,13 @@ def step_of(share: float) -> int:
     return 1 + sum(share > edge for edge in (0.05, 0.15, 0.35, 0.6))
 
 
-def circuit_drawing(tints: Mapping[str, Tint], caption: str, recorded: Collection[str] | None = None) -> Html:
+def circuit_drawing(tints: Mapping[str, Tint], caption: str, recorded: Collection[str] | None = None,
+                    erring: Collection[str] = ()) -> Html:
     """The drawing.
 
     Args:
         tints: component to what is said of it; the others stay plain. caption: read aloud for the picture.
-        recorded: signals whose sensors are drawn; None for all.
+        recorded: signals whose sensors are drawn; None for all. erring: signals whose sensors take the colour of sensors; empty: all.
 
     Raises:
         ValueError: a component that is not one of `COMPONENTS`.
@@ -97,7 +98,7 @@ def circuit_drawing(tints: Mapping[str, Tint], caption: str, recorded: Collectio
     for component in tints:
         if component not in COMPONENTS:
             raise ValueError(f"no component {component!r} in the drawing; valid are {', '.join(COMPONENTS)}")
-    parts = "".join(_component(name, tints.get(name), recorded) + (_CONNECTIONS if name == "tank" else "") for name in _ORDER)
+    parts = "".join(_component(name, tints.get(name), recorded, erring) + (_CONNECTIONS if name == "tank" else "") for name in _ORDER)
     labels = "".join(_words(name, tints.get(name)) for name in _ORDER)
     return Html(
         f'<svg class="circuit" viewBox="0 0 {_WIDTH} {_HEIGHT}" role="img" aria-label="{text(caption)}">{parts}{labels}</svg>'
@@ -111,15 +112,20 @@ def scale() -> Html:
     return Html(f'<ul class="key scale"><li>Share of the evidence:</li>{items}</ul>')
 
 
-def _component(name: str, tint: Tint | None, recorded: Collection[str] | None) -> str:
+def _component(name: str, tint: Tint | None, recorded: Collection[str] | None, erring: Collection[str]) -> str:
     title = f"<title>{text(tint.title or f'{_NAME[name]}: {tint.label}')}</title>" if tint else f"<title>{_NAME[name]}</title>"
-    shape = _sensors(recorded) if name == "sensor" else _SHAPES[name]
+    shape = _sensors(recorded, erring) if name == "sensor" else _SHAPES[name]
     return f'<g data-component="{name}" class="q{tint.step if tint else 0}">{title}{shape}</g>'
 
 
-def _sensors(recorded: Collection[str] | None) -> str:
-    return "".join(f'<circle cx="{x}" cy="{y}" r="11"/><text class="tag" x="{x}" y="{y + 4}">{letter}</text>'
-                   for x, y, letter, signals in _SENSORS if recorded is None or any(name in recorded for name in signals))
+def _sensors(recorded: Collection[str] | None, erring: Collection[str]) -> str:
+    drawn = []
+    for x, y, letter, signals in _SENSORS:
+        if recorded is None or any(name in recorded for name in signals):
+            sound = bool(erring) and not any(name in erring for name in signals)
+            own, tag = (' class="q0"', "tag q0") if sound else ("", "tag")
+            drawn.append(f'<circle{own} cx="{x}" cy="{y}" r="11"/><text class="{tag}" x="{x}" y="{y + 4}">{letter}</text>')
+    return "".join(drawn)
 
 
 def _words(name: str, tint: Tint | None) -> str:

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from ddh_twin_py.gap.diagnosis import Diagnosis, Lack
 from ddh_twin_py.report import document as doc
 from ddh_twin_py.report.circuit_drawing import COMPONENTS, Tint, circuit_drawing, scale, step_of
-from ddh_twin_py.report.gap_words import PHASE_MEANING, PHASES, capital, component_name, percent, regime_name
+from ddh_twin_py.report.gap_words import PHASE_MEANING, PHASES, capital, component_name, percent, regime_name, signal_name
 from ddh_twin_py.report.units import plus_minus
 
 _UNSURE = re.compile(r" ± \S+")
@@ -20,6 +20,7 @@ _WITH_STD = 2.0
 def drawings(diagnosis: Diagnosis) -> doc.Html:
     """One large drawing of the whole, one small per phase; plain where nothing is missing."""
     recorded = frozenset(diagnosis.report["shrink"]) or None
+    erring = tuple(dict.fromkeys(name for row in diagnosis.lacking if row.component == "sensor" for name in row.signals))
     rows = [Lack(r["component"], r["domain"], r["phase"], "", r["missing"], r["std"], r["unit"], r["share"])
             for r in diagnosis.report["where"] if r["component"] in COMPONENTS]
     if not rows:
@@ -31,12 +32,13 @@ def drawings(diagnosis: Diagnosis) -> doc.Html:
         )
     by_phase = {phase: [row for row in rows if row.phase == phase] for phase in PHASES}
     if len(by_phase["all"]) == len(rows):
-        figures = [_figure(*_AT_ALL_TIMES, _of_phase(rows), recorded, wide=True)]
+        figures = [_figure(*_AT_ALL_TIMES, _of_phase(rows), recorded, erring, wide=True)]
     else:
-        figures = [_figure("All phases together", "share of the evidence", _whole(rows), recorded, wide=True)]
-        figures += [_figure(p.capitalize(), PHASE_MEANING[p], _of_phase(own), recorded) for p, own in by_phase.items() if p != "all"]
+        figures = [_figure("All phases together", "share of the evidence", _whole(rows), recorded, erring, wide=True)]
+        figures += [_figure(p.capitalize(), PHASE_MEANING[p], _of_phase(own), recorded, erring)
+                    for p, own in by_phase.items() if p != "all"]
         if by_phase["all"]:
-            figures.append(_figure(*_AT_ALL_TIMES, _of_phase(by_phase["all"]), recorded))
+            figures.append(_figure(*_AT_ALL_TIMES, _of_phase(by_phase["all"]), recorded, erring))
     return doc.Html(
         doc.paragraph("What is missing is what would have to be added at a place of the twin for it to agree with the rig: a flow, a "
                       "force, a torque, a heat, or a reading. A minus means that the rig has less of it than the twin. The colour is the "
@@ -80,10 +82,12 @@ def sureness(value: float, std: float) -> doc.Html:
     return doc.mark("fair", "likely") if times >= _WITH_STD else doc.mark("none", "may be chance")
 
 
-def _figure(title: str, words: str, tints: dict[str, Tint], recorded: frozenset[str] | None = None, wide: bool = False) -> str:
+def _figure(title: str, words: str, tints: dict[str, Tint], recorded: frozenset[str] | None = None,
+            erring: Sequence[str] = (), wide: bool = False) -> str:
     said = "; ".join(t.title for t in tints.values()) or "nothing is missing here"
+    said += f"; of {', '.join(signal_name(name) for name in erring)}" if erring and "sensor" in tints else ""
     head = f'<p class="caption">{doc.text(title)} <span class="unit">{doc.text(words)}</span></p>'
-    drawn = circuit_drawing(tints, f"{title}: {said}", recorded)
+    drawn = circuit_drawing(tints, f"{title}: {said}", recorded, erring)
     return (
         f'<div class="phase{" wide" if wide else ""}">{head}<div class="scroll">{drawn}</div>'
         f"{doc.note(capital(said) + '.')}</div>"
