@@ -1,9 +1,10 @@
 """What an answer says beside its verdict."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 from ddh_twin_py.estimation.calibration import FittedParameter
-from ddh_twin_py.gap.answer import _at_the_end, _missed, _would_not_show
+from ddh_twin_py.gap.answer import _at_the_end, _missed, _not_held, _would_not_show
 from ddh_twin_py.gap.detection import Detection
 
 
@@ -26,3 +27,9 @@ def test_a_parameter_pressed_against_its_tolerance_is_named():
     assert _at_the_end([replace(high, unit="1")])[0].endswith("oil.b (15 instead of 10)")
     (note,) = _at_the_end([low] * 6)
     assert note.count("oil.c") == 4 and note.endswith(" and 2 further parameters")
+
+
+def test_what_held_out_data_lack_is_said():
+    model = SimpleNamespace(signals=[{"current": 0, "voltage": 0}, {"current": 0, "tank": 0, "rod": 0}], altered=[False, True])
+    assert _not_held(model, {"current": 1.0}) == ["held-out data have no usable tank, rod: how near the twin comes to that is not known"]
+    assert _not_held(model, {"current": 1.0, "tank": 1.0, "rod": 1.0}) == []

@@ -53,7 +53,11 @@ def test_a_signal_that_held_out_data_lack_tells_nothing_against_it():
 def test_two_effects_that_leave_much_of_the_gap_are_not_sure_to_be_all(left, closed, sure):
     nothing = Unknown(0.01, [], 0.0, "1")
     after = halfway(nothing, left, closed)
-    assert (after is nothing) if sure else (after.probability == pytest.approx(0.4) and "58%" in after.notes[0])
+    assert (after is nothing) if sure else (after.probability == pytest.approx(0.4) and "close 58 % of the gap" in after.notes[0])
+
+
+def test_two_effects_that_widen_the_gap_close_nothing_of_it():
+    assert "close nothing of the gap" in halfway(Unknown(0.01, [], 0.0, "1"), 1.5, -0.62).notes[0]
 
 
 @pytest.mark.parametrize(("left", "before", "built", "least", "most"), [

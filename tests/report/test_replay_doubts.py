@@ -25,13 +25,20 @@ def short(result):
     return replace(result, time=0.3 * result.time)
 
 
+def uncommanded(result):
+    values = np.zeros((400, 6))
+    values[:, 0] = np.nan
+    return replace(result, recording=replace(result.recording, drive=drive_stream(0.05 * np.arange(400), values)))
+
+
 def of_another_rig(result):
     return replace(result, rig=replace(result.rig, rig_id="rig_006"),
                    recording=replace(result.recording, rig=RigInfo("rig_012", "ISO VG 32", 100.0)))
 
 
 @pytest.mark.parametrize(("spoilt", "says"), [
-    (unread, "rod position is not read"), (slow, "comes every 1.00 s and the free run needs it every 0.25 s"),
+    (unread, "rod position is not read"), (uncommanded, "there is no speed command"),
+    (slow, "comes every 1.00 s and the free run needs it every 0.25 s"),
     (jumped, "the clock jumped back once"), (short, "6 s say next to nothing of temperatures"),
     (of_another_rig, "the rig file describes rig_006 and the recording is of rig_012"),
 ])  # fmt: skip
