@@ -55,6 +55,14 @@ def test_what_happens_is_said_in_the_direction_found(rise, air):
     assert f"the unit sits in {air} air than the ambient sensor reads)" in sentence(report, EFFECTS)
 
 
+def test_a_cause_of_which_held_out_data_show_nothing_shrinks_nothing():
+    report = {"verdict": "explained", "gap": {"as_is": 5.0, "before": 0.8, "after": 0.76}, "classes": [], "shrink": SHRINK,
+              "hypotheses": [{"effects": ["motor.contact_resistance"], "probability": 0.96}], "why": []}
+    said = sentence(report, EFFECTS)
+    assert "lie within the floor without it as with it (0.8 and 0.8 times), and what tells of it is in the recording" in said
+    assert "shrinks" not in said and "it shrinks from 0.8 to 0.5" in sentence({**report, "gap": {**report["gap"], "after": 0.5}}, EFFECTS)
+
+
 def test_a_cause_that_leaves_held_out_data_off_shrinks_nothing():
     report = {"verdict": "explained", "gap": {"as_is": 9.0, "before": 1.2, "after": 1.8}, "classes": [], "shrink": SHRINK,
               "hypotheses": [{"effects": ["motor.pwm_loss"], "probability": 0.9}], "why": []}

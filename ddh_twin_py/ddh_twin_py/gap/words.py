@@ -12,6 +12,7 @@ from ddh_twin_py.rig.sheet import CUT
 
 _SURE, _OTHERS = 0.7, 2  # probability from which a place is named alone; how many others are named else
 _CLOSED_BY = 1.2  # times what is left, from which it is said what closes a gap
+_HARDLY = 0.9  # of the gap without a cause: more than that is left with it where it hardly closes anything
 _LEFT = 2.0  # floors from which a signal that is left off is named beside "no gap"
 
 
@@ -76,7 +77,10 @@ def _explained(report: Mapping, catalogue: Mapping[str, Effect], at_best: Mappin
         text += f", which this recording cannot tell from {', '.join(members)}"
     worst, times = _left_most(report, at_best)
     left = f"; {worst} stays {times:.1f} times its floor off, which nothing that is listed explains" if times > _LEFT else ""
-    if gap["after"] < gap["before"]:
+    if gap["before"] <= 1.0 and gap["after"] > _HARDLY * gap["before"]:
+        much = (f"data not used to find it lie within the floor without it as with it ({gap['before']:.1f} and {gap['after']:.1f} times), "
+                "and what tells of it is in the recording in which it was sought")
+    elif gap["after"] < gap["before"]:
         much = f"it shrinks from {gap['before']:.1f} to {gap['after']:.1f} times the floor on data not used to find it"
     else:
         much = f"data not used to find it lie {gap['after']:.1f} times the floor off, {gap['before']:.1f} without it"
