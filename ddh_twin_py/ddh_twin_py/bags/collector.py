@@ -60,7 +60,7 @@ class Collector:
         self.counts: Counter[str] = Counter()
         self.rows: dict[str, Rows] = {}
         self.rigs: dict[str, list[RigInfo]] = {}
-        self._logs: list[tuple[int, int]] = []  # first and last of a block
+        self._first_log, self._last_log = 2**63 - 1, 0
         self._message_compression = message_compression
 
     def read(self, storage: Storage, hashes: dict[str, str], progress: Callable[[float], None] | None) -> None:
@@ -75,7 +75,7 @@ class Collector:
     @property
     def lasting(self) -> float:
         """From the first to the last message by the recorder's clock, s."""
-        return (max(last for _, last in self._logs) - min(first for first, _ in self._logs)) * 1e-9 if self._logs else 0.0
+        return max(0, self._last_log - self._first_log) * 1e-9
 
     def _know(self, channel: Channel, hashes: dict[str, str]) -> bool:
         """Register a channel; True where its messages are to be decoded."""
@@ -95,7 +95,8 @@ class Collector:
             return
         told = block.log_time[block.log_time > 0]  # a message without a time says nothing of how long a recording is
         if told.size:
-            self._logs.append((int(told.min()), int(told.max())))
+            self._first_log = min(self._first_log, int(told.min()))
+            self._last_log = max(self._last_log, int(told.max()))
         for key in np.unique(block.channel):
             channel = channels.get(int(key))
             if channel is None:

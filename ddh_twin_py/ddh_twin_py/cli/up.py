@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import argparse
+import itertools
 import os
 import signal
 import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+from ddh_twin_py.bags.numbering import numbered
 from ddh_twin_py.cli.arguments import (
     InputError,
     Parser,
@@ -129,13 +131,7 @@ def _ran(args: argparse.Namespace, children: Sequence[Child], code: int) -> dict
 
 def _recorded(record: str | None) -> list[str]:
     """Every folder that was recorded into: a recorder that was started again goes on in the next one."""
-    if not record or not Path(record).exists():
-        return []
-    found, number = [str(record)], 2
-    while Path(f"{record}_{number}").exists():
-        found.append(f"{record}_{number}")
-        number += 1
-    return found
+    return [str(path) for path in itertools.takewhile(Path.exists, numbered(record))] if record else []
 
 
 def command(node: str, parameters: Mapping[str, object], namespace: str, file: str | None) -> list[str]:

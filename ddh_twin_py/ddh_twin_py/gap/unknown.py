@@ -159,10 +159,9 @@ def halfway(unknown: Unknown, left: float, closed: float | None, slow: float = 0
     """
     if closed is None or closed >= _CLOSED or left < max(OUT_OF_SAMPLE, slow):
         return unknown
-    gap = "the gap of held-out data"
-    much = f"close {100.0 * closed:.0f} % of {gap} and leave" if closed > 0.0 else f"close nothing of {gap} and leave"
-    note = (f"with what is open of rig and begin at its best, the two leading effects {much} {left:.1f} times the floor; they are not sure "
-            "to be all")
+    much = f"{100.0 * closed:.0f} %" if closed > 0.0 else "nothing"
+    note = (f"with what is open of rig and begin at its best, the two leading effects close {much} of the gap of held-out data and leave "
+            f"{left:.1f} times the floor; they are not sure to be all")
     return unknown.raised(_NOT_SEEN, note)
 
 

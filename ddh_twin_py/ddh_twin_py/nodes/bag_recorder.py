@@ -5,6 +5,7 @@ from __future__ import annotations
 from fnmatch import fnmatchcase
 from pathlib import Path
 
+from ddh_twin_py.bags.numbering import numbered
 from ddh_twin_py.bags.qos import qos_profile
 from ddh_twin_py.bags.writer import BagWriter
 from ddh_twin_py.nodes import progress, qos
@@ -59,13 +60,9 @@ class BagRecorder(TwinNode):
         self.every(POLL_PERIOD, self._poll)
 
     def _path(self) -> Path:
-        path = Path(self.values["bag"])
         if self.values["if_exists"] == "number":
-            number = 2
-            while path.exists():
-                path = Path(f"{self.values['bag']}_{number}")
-                number += 1
-        return path
+            return next(path for path in numbered(self.values["bag"]) if not path.exists())
+        return Path(self.values["bag"])
 
     # --- topics ------------------------------------------------------------------------------
 

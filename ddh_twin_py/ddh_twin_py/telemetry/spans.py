@@ -53,9 +53,10 @@ def missing_ends(recording: Recording) -> list[Finding]:
         time = np.sort(stream.time)
         least = max(_SILENT, _SILENT_STEPS * float(np.median(np.diff(time)))) if time.size > 1 else _SILENT
         name = f"{recording.namespace}/{topic}"
-        for silent, said, at in ((time[0] - first, "begins", time[0]), (last - time[-1], "ends", time[-1])):
+        for silent, said, at, edge in ((time[0] - first, "begins", time[0], "after its begin"),
+                                       (last - time[-1], "ends", time[-1], "before its end")):
             if silent > least:
-                edge = f"{silent:.1f} s {'after its begin' if said == 'begins' else 'before its end'}"
-                message = f"{recording.path}: {name} {said} at {at:.1f} s of the recording, {edge}: nothing is known of it there"
+                message = (f"{recording.path}: {name} {said} at {at:.1f} s of the recording, {silent:.1f} s {edge}: nothing is known of it "
+                           "there")
                 findings.append(Finding("warning", recording.path, name, "", float(at), 1, message, float(at)))
     return findings
