@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from ddh_twin_py.estimation.binning import by_cycle, cycle_of
 from ddh_twin_py.estimation.experiment import Signal
+from ddh_twin_py.gap.effect import Effect
 from ddh_twin_py.gap.held_best import HeldBest
 from ddh_twin_py.gap.held_runs import HeldRuns
 from ddh_twin_py.gap.open_rig import asked_of_rig, told
@@ -100,3 +101,36 @@ def test_what_the_fitted_recordings_told_is_not_asked_for():
 
 def test_the_note_names_it_with_both_gaps():
     assert "3.9 times the floor off, but 1.0 with another tank.volume:" in told(3.94, 1.02, "tank.volume")
+
+
+class Pushed(Warming):
+    """The same with an effect that adds its departure to the flow while the command is above 0; ``pushed``: how much was."""
+
+    def __init__(self, pushed, gain=0.0):
+        super().__init__(gain, is_open=False)
+        self._signals[0]["flow"].measured[:] += pushed * (self._command > 0.0)
+
+    def run(self, theta, acting, begin=None):
+        (flow,) = super().run(theta, (), begin)
+        return [{"flow": flow["flow"] + sum(x for _, _, x in acting) * (self._command > 0.0)}]
+
+
+PUSH = Effect("line.push", "line", "hydraulic", "push", "m3/s", lambda record: 0.0, (), 0.1, lowest=0.0, highest=0.5)
+
+
+@pytest.mark.parametrize(("pushed", "spread", "found"), [
+    (0.2, (), 0.3), (0.2, (0.1,), 0.2), (0.2, (0.001,), 0.3), (0.9, (0.4,), 0.5),
+])  # fmt: skip
+def test_held_out_data_ask_for_another_size_as_far_as_it_is_open_and_allowed(pushed, spread, found):
+    held = Pushed(pushed)
+    best = HeldBest(held, {"flow": 1.0}, lambda theta: theta, np.zeros(1), np.diag([0.01]) ** 2)
+    kept, other = best.beside(np.zeros(1), [(PUSH, 0, 0.3)]), best.beside(np.zeros(1), [(PUSH, 0, 0.3)], spread=spread)
+    assert kept.departures == pytest.approx([0.3]) and other.departures == pytest.approx([found], abs=0.02)
+    assert other.cost <= kept.cost and (other.cost < 0.6 * kept.cost) == (found != 0.3)
+
+
+def test_another_size_costs_its_deviations():
+    best = HeldBest(Pushed(0.3 + 0.2), {"flow": 1.0}, lambda theta: theta, np.zeros(1), np.diag([0.01]) ** 2)
+    at = best.beside(np.zeros(1), [(PUSH, 0, 0.3)], spread=(0.05,))
+    square = (at.departures[0] - 0.3) ** 2 / 0.05**2
+    assert at.cost == pytest.approx(10.0 * at.over["flow"] ** 2 + square, rel=0.02) and square > 1.0

@@ -29,6 +29,7 @@ from ddh_twin_py.gap.tolerance import too_small, without_parameters
 from ddh_twin_py.gap.two_effects import doubted
 from ddh_twin_py.gap.unknown import (
     FREEDOM,
+    RESIZE,
     Unknown,
     bent,
     borne_out,
@@ -36,6 +37,7 @@ from ddh_twin_py.gap.unknown import (
     halfway,
     left_behind,
     refuted,
+    resized,
     strained,
     unknown_beside,
     worsened,
@@ -83,7 +85,10 @@ def diagnosis(model: Diagnosable, found: Found, theta: np.ndarray, hidden: Seque
     unknown, bests = _heard(unknown_beside(model, found, leader), model, found, leader, runs, plain, before)
     unknown = replace(unknown, notes=[*unknown.notes, *notes])
     speaks = leader.log_evidence - none.log_evidence
-    within = gap_before <= _NEARLY and shrunk > _SHRINKS * gap_before and speaks < _LOUD
+    gaps = [(gap_before, shrunk)]
+    if unknown.probability >= LIKELY:  # what nobody listed is asked for only where no rig within tolerance does as well
+        gaps.append((bests[()].gap, bests[leader.effects].gap))
+    within = speaks < _LOUD and any(without <= _NEARLY and beside > _SHRINKS * without for without, beside in gaps)
     if unknown.probability >= LIKELY:
         unknown = located(unknown, found.linearised, model.free_places(found, unknown.forms))
     verdict = judge(found, unknown, all(model.altered) and within)
@@ -175,10 +180,20 @@ def _heard(unknown: Unknown, model: Diagnosable, found: Found, leader: Refitted,
         unknown = worsened(unknown, over, before.over)
     if leader.columns:
         unknown = bent(unknown, gain_of_freedom(found.linearised, leader, FREEDOM), leader.log_evidence - none.log_evidence)
+    if built and leader.columns:
+        other = best.beside(leader.theta, leader.acting, closely, _spread_elsewhere(leader))
+        times = {c.effect.id: float(y / x) for c, x, y in zip(leader.columns, leader.x, other.departures, strict=True)}
+        unknown = resized(unknown, beside.cost - other.cost, times)
     if len(leader.columns) > 1:
         unknown = doubted(halfway(unknown, shrunk, closed, slow), found.linearised, leader)
     unknown = refuted(unknown, beside_none.gap, shrunk) if leader.columns else unknown
     return unknown, {(): beside_none, leader.effects: beside}
+
+
+def _spread_elsewhere(fitted: Refitted) -> np.ndarray:
+    """Standard deviations by which a hypothesis' departures may be others in another duty, (m,)."""
+    laws = np.array([RESIZE * c.effect.law_error for c in fitted.columns]) * fitted.x
+    return np.sqrt(np.maximum(np.diagonal(fitted.covariance), 0.0) + laws**2)
 
 
 def _in_fitted(model: Diagnosable, fitted: Refitted, floor: Mapping[str, float], acts: bool) -> dict[str, float]:

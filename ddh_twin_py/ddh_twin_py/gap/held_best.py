@@ -3,16 +3,17 @@
 What fitted recordings left open of a rig, and how a recording of which too little is read begins, moves a free run on another
 duty; a hypothesis is not to blame for it. What still is off then, is off whatever these are: a check of the hypothesis against
 new data with its nuisances profiled out (posterior predictive check; Gelman, Meng & Stern, Statistica Sinica 6 (1996) 733).
+An effect's own size is held, unless it is asked which size these data would have: what is true has the same in every duty.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import cho_factor, cho_solve
+from scipy.linalg import block_diag, cho_factor, cho_solve
 
 from ddh_twin_py.gap.held_runs import ratios_of
 from ddh_twin_py.gap.model import Acting, Held
@@ -32,16 +33,41 @@ class AtBest:
     """Held-out data beside a hypothesis where what is open is at its best for them.
 
     Attributes:
-        over: RMS over floor of each signal. theta: parameters there, in deviations, (k,).
+        over: RMS over floor of each signal. theta: parameters there, in deviations, (k,). departures: of the effects there, (m,).
+        cost: what is left, `_WEIGHT` times the signals' mean squares over their floors, and squared deviations of what is open.
     """
 
     over: dict[str, float]
     theta: np.ndarray
+    departures: np.ndarray
+    cost: float
 
     @property
     def gap(self) -> float:
         """Of all signals, in multiples of the floor; see `size.of_all`."""
         return of_all(self.over)
+
+
+@dataclass(frozen=True)
+class _Ways:
+    """A hypothesis and the ways in which it may move.
+
+    Attributes:
+        theta, begin, acting: parameters (k,), begins of all recordings (b,), effects with their departures (m,).
+        moves: one a row, of all three, (n, k + b + m). precision: of how far along each, (n, n).
+    """
+
+    theta: np.ndarray
+    begin: np.ndarray
+    acting: Acting
+    moves: np.ndarray
+    precision: np.ndarray
+
+    def moved(self, z: np.ndarray) -> tuple[np.ndarray, np.ndarray, Acting]:
+        """Parameters, begins and effects so far along the moves, (n,)."""
+        theta, begin, sizes = np.split(z @ self.moves, np.cumsum([self.theta.size, self.begin.size]))
+        acting = [(effect, law, x + float(more)) for (effect, law, x), more in zip(self.acting, sizes, strict=True)]
+        return self.theta + theta, self.begin + begin, acting
 
 
 class HeldBest:
@@ -57,43 +83,50 @@ class HeldBest:
         self._held, self._floor, self._within = held, floor, within
         free = np.flatnonzero(np.sqrt(np.maximum(np.diagonal(covariance), 0.0)) > _OPEN)
         self._ends = np.cumsum(held.open_begins())
-        p, b = free.size, int(self._ends[-1])
-        self._precision = np.eye(p + b)
-        if p:
-            prior = covariance[np.ix_(free, free)]
-            self._precision[:p, :p] = np.linalg.inv(prior + 1.0e-6 * np.eye(p))
-        of_rig = [(np.eye(theta.size)[i], np.zeros(b)) for i in free]
-        self._of_begin = [(np.zeros(theta.size), way) for way in np.eye(b)]
-        self._moves = of_rig + self._of_begin
+        begins = int(self._ends[-1])
+        self._of_rig = range(free.size)
+        self._moves = block_diag(np.eye(theta.size)[free], np.eye(begins))
+        prior = covariance[np.ix_(free, free)] + 1.0e-6 * np.eye(free.size)
+        self._precision = block_diag(np.linalg.inv(prior), np.eye(begins))
         used = [{name: _spread_out(held.mask()(s)) for name, s in own.items()} for own in held.signals()]
         self._used = [{name: index for name, index in own.items() if index.size} for own in used]
-        self._slopes = self._sensitivities(theta, (), of_rig, self._run(theta, (), np.zeros(len(self._moves))))
+        ways, z = self._ways(theta, (), ()), np.zeros(len(self._moves))
+        self._slopes = self._sensitivities(ways, self._of_rig, z, self._run(ways, z))
 
-    def beside(self, theta: np.ndarray, acting: Acting, closely: bool = False) -> AtBest:
+    def beside(self, theta: np.ndarray, acting: Acting, closely: bool = False, spread: Sequence[float] = ()) -> AtBest:
         """The data beside a hypothesis.
 
         Args:
             theta: parameters that a fit found, (k,). acting: effects. closely: take sensitivities anew where the first steps lead; a
-                valve may be open there that is shut where they were taken.
+                valve may be open there that is shut where they were taken. spread: standard deviations by which the effects'
+                departures may be others, (m,); empty: they may not.
         """
-        z = np.zeros(len(self._moves))
-        runs = self._run(theta, acting, z)
-        of_begin = self._sensitivities(theta, acting, self._of_begin, runs)  # the warmth of oil bends, and what acts bends it
-        slopes = [{name: np.hstack([own[name], begin[name]]) for name in own} for own, begin in zip(self._slopes, of_begin, strict=True)]
-        z, runs = self._descended(theta, acting, z, runs, slopes)
+        ways = self._ways(theta, acting, spread)
+        z = np.zeros(len(ways.moves))
+        runs = self._run(ways, z)
+        own = self._sensitivities(ways, range(len(self._of_rig), z.size), z, runs)  # the warmth of oil bends, and what acts bends it
+        slopes = [{name: np.hstack([rig[name], more[name]]) for name in more} for rig, more in zip(self._slopes, own, strict=True)]
+        z, runs = self._descended(ways, z, runs, slopes)
         if closely:
-            z, runs = self._descended(theta, acting, z, runs, self._sensitivities(theta, acting, self._moves, runs, z))
-        return AtBest({name: ratio / self._floor[name] for name, ratio in ratios_of(self._held, runs).items()}, self._at(theta, z)[0])
+            z, runs = self._descended(ways, z, runs, self._sensitivities(ways, range(z.size), z, runs))
+        at, _, acts = self._at(ways, z)
+        return AtBest({name: ratio / self._floor[name] for name, ratio in ratios_of(self._held, runs).items()}, at,
+                      np.array([x for _, _, x in acts]), self._cost(ways, z, runs))
 
-    def _descended(self, theta: np.ndarray, acting: Acting, z: np.ndarray, runs: Runs, slopes: Runs) -> tuple[np.ndarray, Runs]:
+    def _ways(self, theta: np.ndarray, acting: Acting, spread: Sequence[float]) -> _Ways:
+        sizes = np.diag(spread) if len(spread) else np.zeros((0, len(acting)))
+        return _Ways(theta, np.zeros(int(self._ends[-1])), acting, block_diag(self._moves, sizes),
+                     block_diag(self._precision, np.eye(len(sizes))))
+
+    def _descended(self, ways: _Ways, z: np.ndarray, runs: Runs, slopes: Runs) -> tuple[np.ndarray, Runs]:
         """Where a few steps with the same sensitivities lead, and the runs there."""
-        cost = self._cost(runs, z)
+        cost = self._cost(ways, z, runs)
         for _ in range(_STEPS):
-            step, gained = self._step(runs, z, slopes), 0.0
+            step, gained = self._step(ways, z, runs, slopes), 0.0
             for share in _SHARES:
                 tried = z + share * step
-                other = self._run(theta, acting, tried)
-                reached = self._cost(other, tried)
+                other = self._run(ways, tried)
+                reached = self._cost(ways, tried, other)
                 if reached < cost:
                     gained, z, runs, cost = cost - reached, tried, other, reached
                     break
@@ -101,45 +134,40 @@ class HeldBest:
                 break
         return z, runs
 
-    def _run(self, theta: np.ndarray, acting: Acting, z: np.ndarray) -> Runs:
-        moved, begin = self._at(theta, z)
-        return self._held.run(moved, acting, self._by_recording(begin))
+    def _at(self, ways: _Ways, z: np.ndarray, beyond: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray, Acting]:
+        """Parameters, begins and effects after moves, within what is allowed; ``beyond``: further moves, allowed or not."""
+        theta, begin, acting = ways.moved(z)
+        theta, acting = self._within(theta), [(effect, law, effect.limit(x)) for effect, law, x in acting]
+        return (theta, begin, acting) if beyond is None else _Ways(theta, begin, acting, ways.moves, ways.precision).moved(beyond)
 
-    def _at(self, theta: np.ndarray, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Parameters (k,) and begins of all recordings after moves."""
-        moved = theta + sum((x * by for x, (by, _) in zip(z, self._moves, strict=True)), np.zeros(theta.size))
-        return self._within(moved), sum((x * by for x, (_, by) in zip(z, self._moves, strict=True)), np.zeros(self._ends[-1]))
-
-    def _by_recording(self, begin: np.ndarray) -> list[np.ndarray]:
-        return np.split(begin, self._ends[:-1])
+    def _run(self, ways: _Ways, z: np.ndarray, beyond: np.ndarray | None = None) -> Runs:
+        theta, begin, acting = self._at(ways, z, beyond)
+        return self._held.run(theta, acting, np.split(begin, self._ends[:-1]))
 
     def _off(self, runs: Runs) -> Runs:
         """Residuals over floors of the samples that are used, by recording."""
         return [{name: (s[name].measured[i] - run[name][i]) / (s[name].noise * self._floor[name]) for name, i in used.items()}
                 for used, s, run in zip(self._used, self._held.signals(), runs, strict=True)]
 
-    def _cost(self, runs: Runs, z: np.ndarray) -> float:
+    def _cost(self, ways: _Ways, z: np.ndarray, runs: Runs) -> float:
         squares = sum(float(np.mean(off**2)) for own in self._off(runs) for off in own.values())
-        return _WEIGHT * squares + float(z @ self._precision @ z)
+        return _WEIGHT * squares + float(z @ ways.precision @ z)
 
-    def _step(self, runs: Runs, z: np.ndarray, slopes: Runs) -> np.ndarray:
+    def _step(self, ways: _Ways, z: np.ndarray, runs: Runs, slopes: Runs) -> np.ndarray:
         """Gauss-Newton's step."""
-        information, score = self._precision.copy(), -self._precision @ z
+        information, score = ways.precision.copy(), -ways.precision @ z
         for off, own in zip(self._off(runs), slopes, strict=True):
             for name, slope in own.items():
                 information += _WEIGHT / off[name].size * (slope.T @ slope)
                 score -= _WEIGHT / off[name].size * (slope.T @ off[name])
         return cho_solve(cho_factor(information), score)
 
-    def _sensitivities(self, theta: np.ndarray, acting: Acting, moves: list[tuple[np.ndarray, np.ndarray]], runs: Runs,
-                       z: np.ndarray | None = None) -> Runs:
-        """Of residuals over floors to moves, by recording, signal to (samples, moves); ``runs`` are those at ``z``, None: before any."""
+    def _sensitivities(self, ways: _Ways, moves: Sequence[int], z: np.ndarray, runs: Runs) -> Runs:
+        """Of residuals over floors to some moves, by recording, signal to (samples, moves); ``runs`` are those at ``z``."""
         base = self._off(runs)
-        at, begins = (theta, np.zeros(self._ends[-1])) if z is None else self._at(theta, z)
 
-        def moved(move: tuple[np.ndarray, np.ndarray]) -> Runs:
-            by, begin = move
-            return self._off(self._held.run(at + _DIFFERENCE * by, acting, self._by_recording(begins + _DIFFERENCE * begin)))
+        def moved(move: int) -> Runs:
+            return self._off(self._run(ways, z, _DIFFERENCE * np.eye(z.size)[move]))
 
         with ThreadPoolExecutor(max_workers=2) as pool:
             changed = list(pool.map(moved, moves))

@@ -48,6 +48,11 @@ FREEDOM = 3.0
 BENT, BENT_SHARE, _BENT_SOFTNESS = 40.0, 0.01, 5.0
 """Log evidence that the best listed hypothesis may gain by that freedom, and the share of what it explains beyond that, until something
 unknown is as likely."""
+RESIZE = 2.0
+"""Multiple of an effect's law error by which its size may be another in another duty, beside what the fit leaves open of it."""
+RESIZED, _RESIZED_SOFTNESS = 8.0, 1.0
+"""Squared deviations that held-out data lose with other sizes of the best listed hypothesis, until something unknown is as likely; see
+`held_best.AtBest.cost`."""
 _HELPED = 0.8  # share of what a signal was off, below which a hypothesis brings it nearer
 _CLOSED = 0.8
 """Share of the gap of held-out data from which the best listed hypothesis is believed instead, where free forms are not."""
@@ -233,6 +238,19 @@ def bent(unknown: Unknown, gained: float, explained: float) -> Unknown:
     note = ("what the best listed hypothesis does to the signals would have to be more in some phases of the cycle, at some speeds or "
             f"temperatures, and less in others than its law says ({gained:.0f} nats of evidence); what is true would not")
     return unknown.at_least(float(expit((gained - BENT - BENT_SHARE * explained) / _BENT_SOFTNESS)), note)
+
+
+def resized(unknown: Unknown, gained: float, times: Mapping[str, float]) -> Unknown:
+    """The same, more probable where held-out data ask for other sizes of the best listed hypothesis: what is true has one size.
+
+    Two effects that mimic a third together do so in the proportion of one duty.
+
+    Args:
+        gained: squared deviations that these data lose with other sizes. times: effect to the size that they ask for, over that found.
+    """
+    asked = " and ".join(f"{name} {ratio:.2f} times as large" for name, ratio in times.items())
+    note = f"the held-out data ask for other sizes of the best listed hypothesis ({asked} as found); what is true would be the same in them"
+    return unknown.at_least(float(expit((gained - RESIZED) / _RESIZED_SOFTNESS)), note)
 
 
 def worsened(unknown: Unknown, left: Mapping[str, float], before: Mapping[str, float]) -> Unknown:
