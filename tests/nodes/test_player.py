@@ -86,7 +86,8 @@ def test_the_status_follows_and_the_end_is_not_the_end(short_bag, listener, driv
         assert listener.call(Seek, f"{NS}/bag_player/seek", Seek.Request(offset=5.0)).success
         moving = wait_for(lambda: not status[-1].ended and status[-1].position > 7.0 and status[-1], 5.0, "a position that moves on")
         assert moving.rate == 2.0 and 0.5 < moving.speed < 4.0
-        assert seconds(drive)[0] == pytest.approx(5.0, abs=0.03)
+        sought = [at for at in seconds(drive) if at < 18.0]  # what was sent before the seek may still have come after the list was cleared
+        assert sought[0] == pytest.approx(5.0, abs=0.03)
         listener.call(SetBool, f"{NS}/bag_player/pause", SetBool.Request(data=True))
         wait_for(lambda: status[-1].paused, 5.0, "the status of the pause")
         assert player.text.count("end of the bag") == 1

@@ -112,6 +112,7 @@ export class Drawing {
     if (!Number.isFinite(value)) return "";
     if (what.short) return `${number(value, SHORT_DIGITS)}°`;
     const deviation = store.value(`estimate.${name}.standard_deviation`);
+    if (name === "ambient" && !Number.isFinite(store.value("ambient.reading"))) return `${number(value, 1)} °C, assumed`;
     const spread = what.spread && Number.isFinite(deviation) ? ` ± ${number(store.page.band * deviation, 1)}` : "";
     return `${number(value, 1)}${spread} °C`;
   }
