@@ -83,7 +83,6 @@ def diagnosis(model: Diagnosable, found: Found, theta: np.ndarray, hidden: Seque
         leader = leader if found.leader else none
     best, shrunk = leader, runs.gap(leader) if leader.columns else gap_before
     unknown, bests = _heard(unknown_beside(model, found, leader), model, found, leader, runs, plain, before)
-    unknown = replace(unknown, notes=[*unknown.notes, *notes])
     speaks = leader.log_evidence - none.log_evidence
     gaps = [(gap_before, shrunk)]
     if unknown.probability >= LIKELY:  # what nobody listed is asked for only where no rig within tolerance does as well
@@ -95,6 +94,8 @@ def diagnosis(model: Diagnosable, found: Found, theta: np.ndarray, hidden: Seque
     reading = unknown.places[0].signal if unknown.places else ""
     learned = None
     if verdict.word == "no_gap":
+        if leader.columns:  # they speak of a hypothesis that the answer does not name
+            unknown = replace(unknown, notes=[])
         leader = none
     elif verdict.word == "unknown":
         terms = model.learned_terms(unknown.places[0].component, unknown.places[0].domain)
@@ -132,7 +133,7 @@ def diagnosis(model: Diagnosable, found: Found, theta: np.ndarray, hidden: Seque
                           "noise": floor[name] * first[name].noise, "before_interval": runs.interval(name, before_runs),
                           "after_interval": runs.interval(name, runs.of(leader))} for name in names if name in before and name in first},
         "unknown": verdict.unknown, "next_test": model.next_test(found, verdict, unknown), "held_out": held.words,
-        "notes": [*unknown.notes, *other_rig, *([described(learned, gap_before, gap_after)] if learned else []), *model.notes(),
+        "notes": [*unknown.notes, *notes, *other_rig, *([described(learned, gap_before, gap_after)] if learned else []), *model.notes(),
                   *_not_held(model, before), *_not_seen(hidden), *_since_when(unsure), *_would_not_show(missed),
                   *_at_the_end(parameters)],
     }
