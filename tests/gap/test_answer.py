@@ -4,7 +4,7 @@ from dataclasses import replace
 from types import SimpleNamespace
 
 from ddh_twin_py.estimation.calibration import FittedParameter
-from ddh_twin_py.gap.answer import _at_the_end, _missed, _not_held, _would_not_show
+from ddh_twin_py.gap.answer import _at_the_end, _missed, _not_held, _pressed, _would_not_show
 from ddh_twin_py.gap.detection import Detection
 
 
@@ -20,13 +20,14 @@ def test_what_a_record_would_not_have_shown_is_no_part_of_no_gap():
 def test_a_parameter_pressed_against_its_tolerance_is_named():
     free, high, low = (FittedParameter(name, "bar", 10.0, 2.0, value, 0.1, True) for name, value in
                        (("oil.a", 14.8), ("oil.b", 15.0), ("oil.c", 5.0)))
-    (note,) = _at_the_end([free, high, low])
-    assert note.endswith(": oil.b (15 instead of 10 bar), oil.c (5 instead of 10 bar)")
-    assert _at_the_end([free]) == []
-    assert _at_the_end([replace(high, informed=False)]) == [], "nothing was learnt of it"
-    assert _at_the_end([replace(high, unit="1")])[0].endswith("oil.b (15 instead of 10)")
-    (note,) = _at_the_end([low] * 6)
-    assert note.count("oil.c") == 4 and note.endswith(" and 2 further parameters")
+    assert _pressed([free, high, low]) == ["oil.b (15 instead of 10 bar)", "oil.c (5 instead of 10 bar)"]
+    assert _pressed([replace(high, informed=False)]) == [], "nothing was learnt of it"
+    assert _pressed([replace(high, unit="1")]) == ["oil.b (15 instead of 10)"]
+    assert _at_the_end([]) == []
+    assert _at_the_end(["a", "b"])[0].startswith("a, b are fitted 2.5 times the tolerance off")
+    assert _at_the_end(["c"])[0].startswith("c is fitted")
+    (note,) = _at_the_end(["c"] * 6)
+    assert note.startswith("c, c, c, c and 2 further parameters are fitted")
 
 
 def test_what_held_out_data_lack_is_said():

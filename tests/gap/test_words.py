@@ -24,6 +24,24 @@ def test_no_gap_names_a_signal_that_is_left_off():
     assert "temperature/tank_wall stays 3.1 times its floor off, and no listed effect explains that" in said
 
 
+@pytest.mark.parametrize(("pressed", "said"), [
+    (["oil.walther_b (3.73 instead of 3.75)"], "; for that oil.walther_b (3.73 instead of 3.75) had to go as far as the tolerance lets"),
+    (["oil.walther_b (3.73 instead of 3.75)", "b", "c"], "; for that oil.walther_b (3.73 instead of 3.75) and 2 more had to go as far"),
+])  # fmt: skip
+def test_no_gap_names_what_had_to_go_to_the_end_of_its_tolerance(pressed, said):
+    assert said in sentence(NO_GAP, EFFECTS, pressed=pressed) and "had to go" not in sentence(NO_GAP, EFFECTS)
+
+
+@pytest.mark.parametrize(("before", "begins"), [
+    (2.3, "There is a gap of 2.3 times the floor, and these cannot be told apart surely: "),
+    (0.9, "Data not used for that lie 0.9 times the floor off, which is no gap, but the recording in which it was sought asks for a cause"),
+])
+def test_what_is_within_the_floor_is_called_no_gap(before, begins):
+    report = {"verdict": "ambiguous", "gap": {"as_is": 5.0, "before": before, "after": 0.9}, "hypotheses": [
+        {"effects": ["load.mass"], "probability": 0.4}, {"effects": [], "probability": 0.3}]}
+    assert sentence(report, EFFECTS).startswith(begins) and sentence(report, EFFECTS).endswith("load.mass 40 %; no effect 30 %.")
+
+
 def test_no_gap_says_what_a_duty_of_its_own_asks_of_the_rig():
     """A valve that opened in no fitted recording: what is open of it explains the gap, so that nothing stays off."""
     report = {**NO_GAP, "gap": {"as_is": 5.0, "before": 3.9, "after": 3.9}, "shrink": {**SHRINK, "speed": {"after": 1.0, "noise": 0.1}}}

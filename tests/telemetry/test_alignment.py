@@ -168,14 +168,83 @@ def test_samples_of_the_old_clock_after_a_jump_are_left_out():
     for k in range(1, 101):
         aligner.push("drive/telemetry", 10**10 + k * 10 * MS, np.zeros(6))
         aligner.push("hydraulics/telemetry", 10**10 + k * 10 * MS, np.zeros(4))
-    aligner.push("drive/telemetry", 10 * MS, np.ones(6))
+    for k in range(1, 53):
+        aligner.push("drive/telemetry", k * 10 * MS, np.ones(6))
+    assert aligner.counts["drive/telemetry", "clock_jump"] == 1
     aligner.push("hydraulics/telemetry", 10**10 + 1010 * MS, np.ones(4))
     aligner.push("hydraulics/telemetry", 12 * MS, np.ones(4))
     ticks = list(aligner.flush())
     assert aligner.counts["hydraulics/telemetry", "old_clock"] == 1
-    assert ticks[-1].restart
-    assert ticks[-1].end_ns == 50 * MS
-    assert len(ticks[-1].samples["hydraulics/telemetry"]) == 1
+    (first,) = [tick for tick in ticks if tick.restart]
+    assert first.end_ns == 50 * MS
+    assert len(first.samples["hydraulics/telemetry"]) == 1
+
+
+def mixed(apart, seconds=20.0, second_machine=WIDTHS, burst=1):
+    """What is left of a machine beside which another one speaks, its clock so many s apart: (its ticks, aligner)."""
+    aligner = TickAligner(WIDTHS)
+    ticks, waiting = [], []
+    for k in range(1, round(seconds * 100)):
+        for name, width in WIDTHS.items():
+            if name != "temperature/ambient" or k % 50 == 0:
+                aligner.push(name, EPOCH + k * 10 * MS, np.zeros(width))
+                if name in second_machine:
+                    waiting.append((name, EPOCH + round(apart * 1e9) + k * 10 * MS, np.ones(width)))
+        if k % burst == 0:
+            for sample in waiting:
+                aligner.push(*sample)
+            waiting = []
+        ticks += aligner.ready()
+    return ticks + list(aligner.flush()), aligner
+
+
+@pytest.mark.parametrize("burst", [1, 7])
+@pytest.mark.parametrize("apart", [-60.0, -590.0, -23_444_894.0, 86_400.0])
+def test_two_machines_of_different_times_do_not_stop_the_first(apart, burst):
+    ticks, aligner = mixed(apart, burst=burst)
+    assert len(ticks) == 400 and not any(tick.restart for tick in ticks)
+    for name in WIDTHS:
+        assert sum(np.count_nonzero(tick.samples[name].values[:, 0] == 0.0) for tick in ticks) == (39 if "ambient" in name else 1999)
+        assert aligner.counts[name, "other_clock"] > (35 if "ambient" in name else 1900)
+        assert aligner.strayed[name, "other_clock"] == pytest.approx(apart * 1e9, abs=1e9)
+
+
+def test_a_machine_ahead_is_gone_on_with_once():
+    ticks, aligner = mixed(60.0)
+    assert sum(aligner.counts[name, "clock_jump"] for name in WIDTHS) == 0
+    assert len(ticks) == 400 + 1200
+
+
+@pytest.mark.parametrize("every", [75, 10])
+@pytest.mark.parametrize("runs", [False, True])
+@pytest.mark.parametrize("stamp", [0, EPOCH - 3600 * 10**9, EPOCH + 10**18])
+def test_one_sensor_by_another_clock_moves_nothing(stamp, runs, every):
+    aligner = TickAligner(WIDTHS, awaited=["drive/telemetry", "hydraulics/telemetry"])
+    ticks = []
+    for k in range(1, 2000):
+        for name in ("drive/telemetry", "hydraulics/telemetry", *(("temperature/ambient",) if k % 50 == 0 else ())):
+            aligner.push(name, EPOCH + k * 10 * MS, np.zeros(WIDTHS[name]))
+        if k % every == 0:
+            aligner.push("temperature/ambient", stamp + (k * 10 * MS if runs else 0), np.ones(2))
+        ticks += aligner.ready()
+    assert len(ticks) > 370 and not any(tick.restart for tick in ticks)
+    assert not any((tick.samples["temperature/ambient"].values == 1.0).any() for tick in ticks)
+    assert not aligner.counts["temperature/ambient", "clock_jump"]
+
+
+def test_a_single_stamp_behind_is_no_jump_and_two_are():
+    aligner = TickAligner(WIDTHS)
+    for k in range(1, 101):
+        for name in ("drive/telemetry", "hydraulics/telemetry"):
+            aligner.push(name, EPOCH + k * 10 * MS, np.zeros(WIDTHS[name]))
+    aligner.push("drive/telemetry", 0, np.ones(6))
+    aligner.push("hydraulics/telemetry", 0, np.ones(4))
+    assert len(ticks := list(aligner.flush())) == 20 and not any(tick.restart for tick in ticks)
+    aligner.push("hydraulics/telemetry", 1 * MS, np.ones(4))
+    first, second = aligner.flush()
+    assert first.restart and first.end_ns == 0 and second.end_ns == 50 * MS
+    assert [len(tick.samples["hydraulics/telemetry"]) for tick in (first, second)] == [1, 1]
+    assert [len(tick.samples["drive/telemetry"]) for tick in (first, second)] == [1, 0]
 
 
 def test_a_slow_stream_joins_the_new_clock_without_a_jump_of_its_own():

@@ -115,6 +115,7 @@ def diagnosis(model: Diagnosable, found: Found, theta: np.ndarray, hidden: Seque
     first = signals[0]
     spread = np.sqrt(np.diagonal(found.linearised.basis.covariance()))
     parameters = model.fitted_parameters(leader.theta, spread)
+    pressed = _pressed(parameters)
     at_best = bests.get(leader.effects)
     asked_for = asked_of_rig(model, leader, at_best, runs) if at_best else ""
     other_rig = [told(gap_after, at_best.gap, asked_for)] if asked_for else []
@@ -135,13 +136,13 @@ def diagnosis(model: Diagnosable, found: Found, theta: np.ndarray, hidden: Seque
         "unknown": verdict.unknown, "next_test": model.next_test(found, verdict, unknown), "held_out": held.words,
         "notes": [*unknown.notes, *notes, *other_rig, *([described(learned, gap_before, gap_after)] if learned else []), *model.notes(),
                   *_not_held(model, before), *_not_seen(hidden), *_since_when(unsure), *_would_not_show(missed),
-                  *_at_the_end(parameters)],
+                  *_at_the_end(pressed)],
     }
     inputs = model.unknown_inputs(plain, spread) if verdict.word != "no_gap" else []
     believed = acting if learned or verdict.word in ("explained", "ambiguous") else []
     return Diagnosis(
         report=report, recordings=model.recordings,
-        sentence=sentence(report, model.catalogue, [*hidden, *missed], reading, at_best.over if at_best else None, asked_for),
+        sentence=sentence(report, model.catalogue, [*hidden, *missed], reading, at_best.over if at_best else None, asked_for, pressed),
         traces=held.traces(before_runs[0], runs.of(leader)[0], floor), axes=held.axes(leader.theta, acting),
         lacking=rows, alone=alone(model, found), inputs=inputs, weighed=weighed, confusable=confusable, parameters=parameters,
         shapes=unknown.shapes, rig=model.rig_with(leader.theta, believed, spread, joint=leader.joint if believed else None),
@@ -226,13 +227,18 @@ def _would_not_show(missed: Sequence[str]) -> list[str]:
             f"worst signal, or as large as they can be: {', '.join(missed)}"] if missed else []
 
 
-def _at_the_end(parameters: Sequence[FittedParameter]) -> list[str]:
-    """A note on parameters that a fit pressed against the end of their tolerance, none where there are none."""
-    pressed = [f"{p.name} ({p.value:.4g} instead of {p.prior:.4g}{'' if p.unit == '1' else f' {p.unit}'})"
-               for p in parameters if p.informed and abs(p.moved) > CUT - _AT_END]
+def _pressed(parameters: Sequence[FittedParameter]) -> list[str]:
+    """Parameters that a fit pressed against the end of their tolerance, each with its value and that of the sheet."""
+    return [f"{p.name} ({p.value:.4g} instead of {p.prior:.4g}{'' if p.unit == '1' else f' {p.unit}'})"
+            for p in parameters if p.informed and abs(p.moved) > CUT - _AT_END]
+
+
+def _at_the_end(pressed: Sequence[str]) -> list[str]:
+    """A note on them, none where there are none."""
     more = f" and {len(pressed) - _MOST_AT_END} further parameters" if len(pressed) > _MOST_AT_END else ""
-    return [f"fitted {CUT:g} times its tolerance off, which is as far as it is let, so that the sheet may be wrong there: "
-            f"{', '.join(pressed[:_MOST_AT_END])}{more}"] if pressed else []
+    are = "are" if len(pressed) > 1 else "is"
+    return [f"{', '.join(pressed[:_MOST_AT_END])}{more} {are} fitted {CUT:g} times the tolerance off, which is as far as a fit may go; the "
+            "sheet may be wrong there"] if pressed else []
 
 
 def _not_held(model: Diagnosable, held: Collection[str]) -> list[str]:

@@ -16,9 +16,9 @@ def damage(recordings: Sequence[Recording]) -> list[str]:
 
 
 def undeclared(recordings: Sequence[Recording], payload: float) -> list[str]:
-    """That no payload was declared and what was assumed, kg; empty where all declare one."""
+    """That no usable payload was declared and what was assumed, kg; empty where all declare one."""
     silent = [recording.path for recording in recordings if recording.rig is None or not isfinite(recording.rig.payload_mass)]
-    return [f"{', '.join(silent)}: no payload is declared, so that the rig file's {payload:g} kg was assumed"] if silent else []
+    return [f"{', '.join(silent)}: no usable payload is declared, so that the rig file's {payload:g} kg was assumed"] if silent else []
 
 
 def doubts(recordings: Sequence[Recording]) -> list[str]:

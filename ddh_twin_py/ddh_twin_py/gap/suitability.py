@@ -91,8 +91,8 @@ def out_of_order(field: Sequence[Recording], commissioning: Recording | None) ->
         return []
     first, built = min(field, key=_begin), _begin(commissioning)
     days = (built - _begin(first)) / 86400e9
-    return [f"{commissioning.path} is given as the rig as built, but was recorded {days:.3g} days after {first.path}; if they are "
-            "interchanged, what is told here has gone since"] if days > 0.0 else []
+    return [f"commissioning and field may be interchanged: {commissioning.path}, given as the rig as built, was recorded {days:.3g} days "
+            f"after {first.path}; if they are, what is told here has gone since"] if days > 0.0 else []
 
 
 def _begin(recording: Recording) -> int:

@@ -17,7 +17,7 @@ _LEFT = 2.0  # floors from which a signal that is left off is named beside "no g
 
 
 def sentence(report: Mapping, catalogue: Mapping[str, Effect], unseen: Sequence[str] = (), reading: str = "",
-             at_best: Mapping[str, float] | None = None, asked_for: str = "") -> str:
+             at_best: Mapping[str, float] | None = None, asked_for: str = "", pressed: Sequence[str] = ()) -> str:
     """One sentence with its confidence, for an engineer who reads nothing else.
 
     Args:
@@ -25,9 +25,10 @@ def sentence(report: Mapping, catalogue: Mapping[str, Effect], unseen: Sequence[
         reading: signal that errs where something unknown lies in a reading; empty where it does not.
         at_best: floors by which signals of held-out data are off where what is open of the rig is at its best for them; None: not known.
         asked_for: parameters that have to move for that; empty where it makes little difference.
+        pressed: parameters that a fit pressed against the end of their tolerance.
     """
     if report["verdict"] == "no_gap":
-        return _no_gap(report, len(unseen), at_best, asked_for)
+        return _no_gap(report, len(unseen), at_best, asked_for, pressed)
     if report["verdict"] == "unknown":
         return _unknown(report, reading)
     return _explained(report, catalogue, at_best, asked_for) if report["verdict"] == "explained" else _BY_VERDICT[report["verdict"]](report)
@@ -41,7 +42,7 @@ def by_component(where: Sequence[Mapping]) -> dict[str, float]:
     return shares
 
 
-def _no_gap(report: Mapping, unseen: int, at_best: Mapping[str, float] | None, asked_for: str) -> str:
+def _no_gap(report: Mapping, unseen: int, at_best: Mapping[str, float] | None, asked_for: str, pressed: Sequence[str]) -> str:
     as_is, before, after = (report["gap"][name] for name in ("as_is", "before", "after"))
     none = next((h["probability"] for h in report["hypotheses"] if not h["effects"]), 0.0)
     text = (f"No gap: with its parameters fitted within {CUT:g} times their tolerance the twin explains data not used for that to "
@@ -52,6 +53,9 @@ def _no_gap(report: Mapping, unseen: int, at_best: Mapping[str, float] | None, a
     elif as_is > _CLOSED_BY * after:
         text += f" (unfitted it was {as_is:.1f} times; calibration closes that)"
     text += _another(at_best, asked_for)
+    if pressed:
+        others = f" and {len(pressed) - 1} more" if len(pressed) > 1 else ""
+        text += f"; for that {pressed[0]}{others} had to go as far as the tolerance lets a fit go, where the sheet may be wrong"
     worst, times = _left_most(report, at_best)
     if times > _LEFT:
         text += f"; {worst} stays {times:.1f} times its floor off, and no listed effect explains that"
@@ -97,7 +101,11 @@ def _another(at_best: Mapping[str, float] | None, asked_for: str) -> str:
 def _ambiguous(report: Mapping) -> str:
     sets = [h for h in report["hypotheses"] if h["probability"] >= 0.05][:4]
     named = "; ".join((" + ".join(h["effects"]) or "no effect") + f" {probably(h['probability'])}" for h in sets)
-    return f"There is a gap of {report['gap']['before']:.1f} times the floor, and these cannot be told apart surely: {named}."
+    before = report["gap"]["before"]
+    if before <= _CLOSED_BY:
+        return (f"Data not used for that lie {before:.1f} times the floor off, which is no gap, but the recording in which it was sought "
+                f"asks for a cause, and these cannot be told apart surely: {named}.")
+    return f"There is a gap of {before:.1f} times the floor, and these cannot be told apart surely: {named}."
 
 
 def _unknown(report: Mapping, reading: str) -> str:

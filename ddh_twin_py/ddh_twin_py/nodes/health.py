@@ -30,8 +30,10 @@ _PLAIN = {
     Cause.CLOCK_JUMP: "clock jumped back",
     Cause.GAP: "stopped and came back",
 }
-DROPPED = {"late": "too late, dropped", "old_clock": "of the time before a clock jump, dropped"}
+DROPPED = {"late": "too late, dropped", "old_clock": "of the time before a clock jump, dropped", "other_clock": "of another clock, dropped"}
 """What the aligner leaves out, by cause."""
+_ASTRAY = 10_000_000_000  # ns off the others, from which a stamp is not late but of another clock
+_ASKED = "; is a clock wrong, or do two machines publish there?"
 _JUMPED = "has a clock that jumped back"
 _RATE_SAMPLES = 20  # expected ones, before a rate is judged
 _RATE_SHARE = 0.8  # of the expected rate, below which messages are missing
@@ -158,6 +160,12 @@ class StreamJudge:
             if _JUMPED not in finding.message:  # said once for all streams, see TelemetryNode
                 cause = (finding.topic, finding.field, finding.first_time)
                 self._node.warn_once(cause, finding.message)
+        for cause, plain in DROPPED.items():
+            strayed = self._feed.aligner.strayed.get((self._topic, cause))
+            if strayed is not None:
+                side, asked = "behind" if strayed < 0 else "ahead of", _ASKED if abs(strayed) > _ASTRAY else ""
+                off = f"a stamp {abs(strayed) * 1e-9:.3f} s {side} the others"
+                self._node.warn_once((self._topic, cause), f"{entry.name}: {off}: {plain}{asked}")
 
     def _values(self, report: Report) -> None:
         last = self._feed.last.get(self._topic)

@@ -22,6 +22,7 @@ REORDER_WINDOW = 0.5  # s
 TIMEOUT = 1.0  # s
 LONGEST_GAP = 600.0  # s
 MOST_JUMPS = 1000
+_MOST_DOUBTED = 200  # samples of another clock that are put aside
 
 
 class AlignmentError(ValueError):
@@ -109,10 +110,11 @@ class _Line:
 
     `owed` counts the clock jumps that others have shown and this stream has not; below 0 it went
     back by itself. `since` is its first stamp since it owes one, `top` its newest before it went back,
-    `held` what came since then.
+    `held` what came since then. `doubted` is what came by another clock, until it is believed: stamp to
+    row and number of the push. `spoke` is the number of the push that was taken in last.
     """
 
-    __slots__ = ("alive", "awaited", "follows", "held", "newest", "owed", "rows", "since", "stamps", "top", "width")
+    __slots__ = ("alive", "awaited", "doubted", "follows", "held", "newest", "owed", "rows", "since", "spoke", "stamps", "top", "width")
 
     def __init__(self, width: int, awaited: bool, follows: bool) -> None:
         self.width = width
@@ -120,6 +122,7 @@ class _Line:
         self.follows = follows
         self.stamps: list[int] = []
         self.rows: dict[int, Sequence[float]] = {}
+        self.spoke = 0
         self.restart()
 
     def restart(self, owed: int = 0, newest: int | None = None) -> None:
@@ -128,6 +131,7 @@ class _Line:
         self.since: int | None = None
         self.top: int | None = None
         self.held: list[tuple[int, Sequence[float]]] = []
+        self.doubted: dict[int, tuple[Sequence[float], int]] = {}
 
     def step_back(self, stamp: int) -> None:
         """A stream that follows others went back to this stamp; what waits beyond it will come again."""
@@ -148,6 +152,20 @@ class _Line:
         """Whether its samples are still those from before a jump of the clock."""
         return self.owed > 0
 
+    @property
+    def went_back(self) -> bool:
+        """Whether what came by another clock is of an earlier time."""
+        return bool(self.doubted) and self.newest is not None and self.first_doubted < self.newest
+
+    @property
+    def first_doubted(self) -> int:
+        """Stamp of the first sample that came by another clock."""
+        return next(iter(self.doubted))
+
+    def goes_on_doubted(self, stamp: int) -> bool:
+        """Whether a stamp follows what came by an earlier clock rather than what came before it."""
+        return self.went_back and stamp <= self.newest and stamp - max(self.doubted) < self.newest - stamp
+
 
 class TickAligner:
     """Cut live streams into ticks.
@@ -158,8 +176,12 @@ class TickAligner:
     is back. Streams not named in `awaited` never hold a tick up.
     After `longest_gap` without any sample the time up to the next one is skipped.
 
-    A stamp that lies more than the reorder window behind the newest of its stream is a clock that
-    jumped: all that waits is released and the ticks begin anew. Samples of the other streams are
+    A stream of which the stamps lie more than the reorder window behind its newest, and which has gone
+    on so for longer than that window or half of the step, shows a clock that jumped, unless more streams go on
+    as before meanwhile (more of the awaited ones, where it is one): all that waits is released and the
+    ticks begin anew. A stamp after which the stream goes on as before is of another clock, as of a second
+    machine on the topic, and left out; so is one by which all would lie more than `longest_gap`
+    ahead. Samples of the other streams are
     left out until they have gone back too, fit the new time, or have gone on for longer than
     messages can be under way. `followers` are computed from the other streams and lag behind them:
     by up to `timeout` they tell the old time after a jump, so that they only restart themselves
@@ -171,7 +193,8 @@ class TickAligner:
 
     `streams` maps name to number of fields. `counts` has, by (stream, cause): duplicate, late
     (its tick was released already) and clock_jump; `old_clock` samples still had the time from
-    before another stream's jump.
+    before another stream's jump, `other_clock` samples that of no other sample beside them. `strayed`
+    is, for late and other_clock, how far the first such sample lay from where all were, in ns.
     """
 
     def __init__(
@@ -196,6 +219,8 @@ class TickAligner:
         self._lines = {name: _Line(width, name in waited, name in followers) for name, width in streams.items()}
         self.counts: Counter[tuple[str, str]] = Counter()
         self.late: list[tuple[str, int, Sequence[float]]] = []
+        self.strayed: dict[tuple[str, str], int] = {}
+        self._pushed = 0
         self._keep_late = frozenset(keep_late)
         self._done: list[Tick] = []
         self._newest: int | None = None  # over all streams
@@ -207,12 +232,22 @@ class TickAligner:
         """Take in one sample; `row` has the stream's fields. The row is kept, not copied."""
         line = self._lines[stream]
         stamp = int(stamp_ns)
-        if line.newest is not None and stamp < line.newest - self._window:
-            self._went_back(stream, line, stamp)
+        self._pushed += 1
+        if line.goes_on_doubted(stamp) or self._leaps(line, stamp):
+            if not self._went_back(line, stamp):
+                self._doubt(stream, line, stamp, row)
+                return
+        elif line.doubted:
+            self._leave_out(stream, line)
+        self._accept(stream, line, stamp, row)
+
+    def _accept(self, stream: str, line: _Line, stamp: int, row: Sequence[float]) -> None:
+        """Take in a sample whose clock is believed."""
         if line.stale and not self._joins(line, stamp):
             line.newest = stamp if line.newest is None else max(line.newest, stamp)
             self.counts[stream, "old_clock"] += 1
             return
+        line.spoke = self._pushed
         if line.owed < 0:
             line.held.append((stamp, row))
             if stamp > line.held[0][0] + self._window + self._timeout:
@@ -233,6 +268,7 @@ class TickAligner:
                 self.late.append((stream, stamp, row))
             else:
                 self.counts[stream, "late"] += 1
+                self.strayed.setdefault((stream, "late"), stamp - self._newest)
             return
         line.rows[stamp] = row
         if line.stamps and stamp < line.stamps[-1]:
@@ -260,6 +296,9 @@ class TickAligner:
 
     def flush(self) -> Iterator[Tick]:
         """All ticks up to the newest sample, at the end of the data."""
+        for name, line in self._lines.items():
+            if len(line.doubted) > 1 and not self._outvoted(line, line.first_doubted):  # one sample is no clock
+                self._believe(name, line)
         yield from self._finished()
         yield from self._drain()
 
@@ -279,8 +318,26 @@ class TickAligner:
         """Index of the next tick to be released, None while that cannot be known."""
         if self._last is not None and self._empty < self._longest_gap:
             return self._last + 1
+        if self._last is None:
+            self._leave_out_strays()
         oldest = min((line.stamps[0] for line in self._lines.values() if line.stamps), default=None)
         return None if oldest is None else tick_index(oldest, self.interval_ns)
+
+    def _leave_out_strays(self) -> None:
+        """At the beginning: leave out what fewer streams tell than tell a time after a long silence; it is of another clock."""
+        while waiting := {name: line for name, line in self._lines.items() if line.stamps}:
+            end = min(line.stamps[0] for line in waiting.values()) + self._longest_gap * self.interval_ns
+            early = [name for name, line in waiting.items() if line.stamps[0] <= end]
+            if len(early) >= sum(line.stamps[-1] > end for line in waiting.values()):
+                return
+            for name in early:
+                line = waiting[name]
+                strays = line.stamps[: bisect_right(line.stamps, end)]
+                del line.stamps[: len(strays)]
+                for stamp in strays:
+                    del line.rows[stamp]
+                self.counts[name, "other_clock"] += len(strays)
+                self.strayed.setdefault((name, "other_clock"), strays[0] - self._newest)
 
     def _release(self, index: int) -> Tick:
         end = index * self.interval_ns
@@ -300,14 +357,72 @@ class TickAligner:
         values = np.array([line.rows.pop(stamp) for stamp in stamps], float).reshape(count, line.width)
         return Samples(np.array(stamps, np.int64), values)
 
-    def _went_back(self, stream: str, line: _Line, stamp: int) -> None:
-        """The clock jumped back on one stream: follow, or lead all others."""
+    def _leaps(self, line: _Line, stamp: int) -> bool:
+        """Whether a stamp lies behind its stream, or so far ahead of all that the time between would be skipped."""
+        if line.newest is not None and stamp < line.newest - self._window:
+            return True
+        newest = max(line.newest or 0, self._newest or 0)
+        return newest > 0 and not line.stale and stamp > newest + self._longest_gap * self.interval_ns
+
+    def _went_back(self, line: _Line, stamp: int) -> bool:
+        """Whether a stamp behind its stream is of a jump that is known, so that the stream takes part in it."""
+        if line.newest is None or stamp > line.newest:
+            return False
         if line.follows and (line.stale or self._led(line)):
             line.step_back(stamp)
         elif line.stale and (self._newest is None or stamp >= self._newest - self._window - self._timeout):
             line.restart()
         else:
+            return False
+        return True
+
+    def _doubt(self, stream: str, line: _Line, stamp: int, row: Sequence[float]) -> None:
+        """Put a sample of another clock aside, until its stream has gone on by that clock."""
+        newest = self._newest_of(line)
+        if line.doubted and (stamp < line.first_doubted - self._window or (stamp > newest) != (line.first_doubted > newest)):
+            self._leave_out(stream, line)
+        if stamp in line.doubted:
+            self.counts[stream, "duplicate"] += 1
+            return
+        line.doubted[stamp] = row, self._pushed
+        first = line.first_doubted
+        shown = stamp > first + min(self._window, abs(newest - first) // 2) and not self._outvoted(line, stamp - self._window)
+        if shown or self._follower_at(stamp):
+            self._believe(stream, line)
+        elif len(line.doubted) > _MOST_DOUBTED:
+            self._leave_out(stream, line)
+
+    def _outvoted(self, doubted: _Line, since: int) -> bool:
+        """Whether more streams went on as before, than by another clock, after a stream told the first stamp of that from ``since`` on."""
+        told = next(number for stamp, (_, number) in doubted.doubted.items() if stamp >= since)
+        near = self._window + self._timeout
+        voters = [line for line in self._lines.values() if not line.follows and (line.awaited or not doubted.awaited)]
+        agreeing = [line for line in voters if line.doubted and abs(max(line.doubted) - max(doubted.doubted)) <= near]
+        return sum(line.spoke > told and not line.stale and line not in agreeing for line in voters) > len(agreeing)
+
+    def _follower_at(self, stamp: int) -> bool:
+        """Whether a stream that follows others went back by itself and is near a stamp."""
+        near = self._window + self._timeout
+        return any(line.owed < 0 and line.held and abs(line.held[-1][0] - stamp) <= near for line in self._lines.values())
+
+    def _believe(self, stream: str, line: _Line) -> None:
+        """Go by the clock of what was put aside."""
+        if line.went_back:
             self._jump(stream)
+            return
+        doubted, line.doubted = line.doubted, {}
+        for stamp, (row, _) in doubted.items():
+            self._accept(stream, line, stamp, row)
+
+    def _leave_out(self, stream: str, line: _Line) -> None:
+        """Forget what was put aside; the stream goes on as before."""
+        self.counts[stream, "other_clock"] += len(line.doubted)
+        self.strayed.setdefault((stream, "other_clock"), line.first_doubted - self._newest_of(line))
+        line.doubted = {}
+
+    def _newest_of(self, line: _Line) -> int:
+        """Newest stamp of a stream, of all while it has none."""
+        return self._newest if line.newest is None else line.newest
 
     def _led(self, follower: _Line) -> bool:
         """Whether a stream that this one could be computed from speaks."""
@@ -328,16 +443,18 @@ class TickAligner:
     def _jump(self, stream: str) -> None:
         """The clock jumped back: everything that waits belongs to the old time."""
         self.counts[stream, "clock_jump"] += 1
-        before = {name: line.held for name, line in self._lines.items() if line.owed < 0 and line.held}
-        for name, held in before.items():
+        followed = {name: line.held for name, line in self._lines.items() if line.owed < 0 and line.held}
+        for name, held in followed.items():
             self._lines[name].forget(held[0][0])
+        before = followed | {name: [(stamp, row) for stamp, (row, _) in line.doubted.items()]
+                             for name, line in self._lines.items() if line.went_back}
         self._done += self._drain()
         self._restart = self._restart or self._last is not None
         self.late.clear()
         self._newest = self._last = None
         self._empty = 0
         for name, line in self._lines.items():
-            ahead = name == stream or line.newest is None or line.owed < 0
+            ahead = name in before or name == stream or line.newest is None or line.owed < 0
             owed = 0 if ahead else line.owed + 1 if line.follows else 1
             line.restart(owed, line.newest if owed else None)
         for name, held in before.items():  # these had gone back before this stream
