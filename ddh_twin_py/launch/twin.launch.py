@@ -9,6 +9,7 @@ from datetime import datetime
 from pathlib import Path
 
 from ddh_twin_py.cli import up
+from ddh_twin_py.cli.supervisor import UNUSABLE
 from launch import LaunchDescription
 from launch.actions import (
     DeclareLaunchArgument,
@@ -23,6 +24,7 @@ from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 
 RESPAWN_DELAY = 2.0  # s
+NOT_HERE = ("help", "json")  # arguments of `ddh-twin up` that launch has no use for
 LINGER = 4.0  # s that the models have to work off what they hold, once the source has ended
 
 
@@ -36,7 +38,7 @@ def parser():
 def options():
     """Name, default as text and help of every argument."""
     for action in parser()._actions:
-        if action.dest == "help":
+        if action.dest in NOT_HERE:
             continue
         default = "" if action.default is None else str(action.default)
         choices = [str(choice) for choice in action.choices] if action.choices else None
@@ -72,11 +74,17 @@ def nodes(context):
             respawn_delay=RESPAWN_DELAY,
         )
         actions.append(node)
-        if name in up.ENDING:
-            actions.append(RegisterEventHandler(OnProcessExit(target_action=node, on_exit=end)))
+        actions.append(RegisterEventHandler(OnProcessExit(target_action=node, on_exit=end if name in up.ENDING else refused)))
     if arguments.log:
         actions.append(RegisterEventHandler(writer(arguments.log)))
     return actions
+
+
+def refused(event, context):
+    """A node that is started again has ended: stop all, where it cannot use what it was given."""
+    if event.returncode == UNUSABLE:
+        return [Shutdown(reason=f"{event.process_name} cannot use what it was given")]
+    return []
 
 
 def end(event, context):

@@ -111,7 +111,7 @@ def launch_file(repo_root, monkeypatch):
 def test_the_launch_file_has_the_arguments_of_up(launch_file):
     entities = launch_file.generate_launch_description().args[0]
     declared = {e.args[0]: e for e in entities if e.kind == "DeclareLaunchArgument"}
-    wanted = {action.dest for action in launch_file.parser()._actions} - {"help"}
+    wanted = {action.dest for action in launch_file.parser()._actions} - {"help", "json"}
     assert set(declared) == wanted
     assert {"source", "bag", "duty", "rig", "namespace", "record", "rate", "params", "state_file", "normal_file", "log"} <= wanted
     assert declared["source"].choices == list(up.SOURCES)
@@ -152,6 +152,16 @@ def test_flags_and_plain_start_of_the_launch_file(launch_file):
     assert [n.executable for n in started(launch_file)] == list(up.TWIN)
     assert {n.output for n in started(launch_file, quiet="true")} == {"log"}
     assert {n.output for n in started(launch_file, quiet="false")} == {"screen"}
+
+
+def test_a_node_that_cannot_use_what_it_was_given_stops_the_launch_and_one_that_was_killed_does_not(launch_file):
+    defaults = {name: default for name, default, *_ in launch_file.options()}
+    actions = launch_file.nodes(defaults)
+    handled = {a.args[0].target_action.executable: a.args[0].on_exit for a in actions if a.kind == "RegisterEventHandler"}
+    assert set(handled) == set(up.TWIN)
+    (stop,) = handled["hydraulic_model"](SimpleNamespace(returncode=2, process_name="hydraulic_model-1"), None)
+    assert stop.kind == "Shutdown" and "hydraulic_model-1 cannot use what it was given" in stop.reason
+    assert handled["hydraulic_model"](SimpleNamespace(returncode=-9, process_name="hydraulic_model-1"), None) == []
 
 
 def test_a_source_that_failed_stops_the_launch_and_says_so(launch_file):
