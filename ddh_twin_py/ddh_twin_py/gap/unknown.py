@@ -50,7 +50,7 @@ BENT, BENT_SHARE, _BENT_SOFTNESS = 40.0, 0.01, 5.0
 unknown is as likely."""
 RESIZE = 2.0
 """Multiple of an effect's law error by which its size may be another in another duty, beside what the fit leaves open of it."""
-RESIZED, _RESIZED_SOFTNESS = 8.0, 1.0
+RESIZED, _RESIZED_SOFTNESS = 6.5, 1.0
 """Squared deviations that held-out data lose with other sizes of the best listed hypothesis, until something unknown is as likely; see
 `held_best.AtBest.cost`."""
 _HELPED = 0.8  # share of what a signal was off, below which a hypothesis brings it nearer
