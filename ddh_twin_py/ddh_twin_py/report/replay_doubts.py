@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ddh_twin_py.gap.contradictions import contradictions
+from ddh_twin_py.gap.doubts import damage
 from ddh_twin_py.report.times import starts
 from ddh_twin_py.report.units import number
 from ddh_twin_py.twin.command import SLOWEST
@@ -37,7 +38,9 @@ def doubts(result: ReplayResult) -> tuple[str, ...]:
     if back > 0:
         found.append(f"the clock jumped back {'once' if back == 1 else f'{back} times'}, and all began anew there without knowing its "
                      "temperatures")
-    found += [text.removeprefix(f"{recording.path}: ") for text in contradictions(recording, result.rig)]
+    lost = damage([recording])
+    more = [f"{len(lost) - 1} further faults of the recording, which ddh-twin info lists"] if len(lost) > 1 else []
+    found += [text.removeprefix(f"{recording.path}: ") for text in [*lost[:1], *more, *contradictions(recording, result.rig)]]
     lasting = float(result.time[-1] - result.time[0]) if result.time.size and back <= 0 else _TELLS_HEAT
     if lasting < _TELLS_HEAT:
         found.append(f"{number(lasting, 0)} s say next to nothing of temperatures, which take minutes")

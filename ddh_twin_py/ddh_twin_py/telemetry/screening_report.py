@@ -14,6 +14,7 @@ from ddh_twin_py.telemetry.unit_rules import UnitSuspicion
 _MENDED = (Cause.NOT_A_NUMBER, Cause.REPEATED, Cause.OUT_OF_ORDER)
 _LEAST_FOR_UNIT = 10  # samples out of range before a mistake of unit is named,
 _LEAST_SHARE_FOR_UNIT = 0.2  # and their share of all samples
+_NEARLY_ALL = 0.95  # of the samples, from which what is left is no measurement any more
 
 
 def findings_of(
@@ -30,10 +31,10 @@ def findings_of(
     noise: np.ndarray,
     stuck_since: np.ndarray,
 ) -> list[Finding]:
-    """One finding per cause and field from the kernel's counts int64[9, m]; `stuck_since` int64[m] in ns."""
+    """What looks like a wrong unit, then one finding per cause and field from the kernel's counts int64[9, m]; `stuck_since` int64[m] in ns."""
     where = f"{file}: {topic}" if file else topic
     causes = (*OF_FIELD, *OF_SAMPLE)
-    found = []
+    found = [_unit_finding(s, signals, where, file, topic, counts, first, first_value, epoch_ns) for s in suspicions]
     for row, cause in enumerate(causes):
         for j, signal in enumerate(signals if cause in OF_FIELD else signals[:1]):
             count = int(counts[row, j])
@@ -46,11 +47,11 @@ def findings_of(
                 subject = f"{where} {signal.field}"
                 since = (int(stuck_since[j]) - epoch_ns) * 1e-9
                 said = _field_sentence(cause, signal, shown, count, samples, at, mistaken[j], noise[j], since)
-                found.append(Finding("warning", file, topic, signal.field, shown, count, f"{subject} {said}", at, cause in _MENDED))
+                severity = "error" if _lost(cause, signal, count, samples, mistaken[j]) else "warning"
+                found.append(Finding(severity, file, topic, signal.field, shown, count, f"{subject} {said}", at, cause in _MENDED))
             else:
                 said = _sample_sentence(cause, value, count, samples, at)
                 found.append(Finding("warning", file, topic, "", value, count, f"{where} {said}", at, cause in _MENDED))
-    found += [_unit_finding(s, signals, where, file, topic, counts, first, first_value, epoch_ns) for s in suspicions]
     return found
 
 
@@ -73,10 +74,24 @@ def _field_sentence(cause, signal, value, count, samples, at, mistaken, noise, s
         f"reads {value:.6g} {unit} at {at:.3f} s, allowed are {lowest:g} to {highest:g} {unit}; "
         f"{often} are out of range and not used"
     )
-    likely = [m for m, still in zip(signal.mistakes, mistaken, strict=False) if still]
-    if likely and count >= max(_LEAST_FOR_UNIT, _LEAST_SHARE_FOR_UNIT * samples):
-        said = f"looks as if given in {likely[0].unit} ({_factor(likely[0], signal)}), expected is {unit}: it {said}"
+    likely = _mistake(signal, count, samples, mistaken)
+    if likely is not None:
+        said = f"looks as if given in {likely.unit} ({_factor(likely, signal)}), expected is {unit}: it {said}"
     return said
+
+
+def _mistake(signal: Signal, count: int, samples: int, mistaken) -> UnitMistake | None:
+    """The unit in which a signal looks as if given, of which so many samples are out of range."""
+    if count < max(_LEAST_FOR_UNIT, _LEAST_SHARE_FOR_UNIT * samples):
+        return None
+    return next((m for m, still in zip(signal.mistakes, mistaken, strict=False) if still), None)
+
+
+def _lost(cause: Cause, signal: Signal, count: int, samples: int, mistaken) -> bool:
+    """Whether a signal that is measured is as good as lost."""
+    if cause is Cause.NOT_A_NUMBER:
+        return _NEARLY_ALL * samples <= count < samples
+    return cause is Cause.OUT_OF_RANGE and _mistake(signal, count, samples, mistaken) is not None
 
 
 def _factor(mistake: UnitMistake, signal: Signal) -> str:
