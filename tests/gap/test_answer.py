@@ -3,8 +3,11 @@
 from dataclasses import replace
 from types import SimpleNamespace
 
+import numpy as np
+import pytest
 from ddh_twin_py.estimation.calibration import FittedParameter
-from ddh_twin_py.gap.answer import _at_the_end, _missed, _not_held, _pressed, _would_not_show
+from ddh_twin_py.gap.answer import _at_the_end, _missed, _not_held, _pressed, _spread_elsewhere, _would_not_show
+from ddh_twin_py.gap.catalogue import EFFECTS
 from ddh_twin_py.gap.detection import Detection
 
 
@@ -28,6 +31,13 @@ def test_a_parameter_pressed_against_its_tolerance_is_named():
     assert _at_the_end(["c"])[0].startswith("c is fitted")
     (note,) = _at_the_end(["c"] * 6)
     assert note.startswith("c, c, c, c and 2 further parameters are fitted")
+
+
+def test_sizes_in_another_duty_err_by_fit_and_law_and_heat_into_an_unknown_body_is_not_asked():
+    names = ("motor.pwm_loss", "sensor.rod_position_scale", "tank.mount_conduction")
+    fitted = SimpleNamespace(columns=[SimpleNamespace(effect=EFFECTS[name]) for name in names], x=np.array([10.0, 0.02, 4.0]),
+                             covariance=np.diag([9.0, 1.0e-6, 1.0]))
+    assert _spread_elsewhere(fitted) == pytest.approx([np.hypot(3.0, 2.0), 1.0e-3, 0.0])
 
 
 def test_what_held_out_data_lack_is_said():

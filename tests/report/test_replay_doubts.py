@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from ddh_twin_py.report.agreement import compare
-from ddh_twin_py.telemetry.recording import RigInfo, drive_stream
+from ddh_twin_py.telemetry.recording import Finding, RigInfo, drive_stream
 
 
 def unread(result):
@@ -36,10 +36,16 @@ def of_another_rig(result):
                    recording=replace(result.recording, rig=RigInfo("rig_012", "ISO VG 32", 100.0)))
 
 
+def in_rpm(result):
+    return replace(result, recording=result.recording.with_streams(dict(result.recording.streams()), [
+        Finding("error", "bag", "drive/telemetry", "speed", 470.0, 9, "speed looks as if given in rpm")]))
+
+
 @pytest.mark.parametrize(("spoilt", "says"), [
     (unread, "rod position is not read"), (uncommanded, "there is no speed command"),
     (slow, "comes every 1.00 s and the free run needs it every 0.25 s"),
     (jumped, "the clock jumped back once"), (short, "6 s say next to nothing of temperatures"),
+    (in_rpm, "speed looks as if given in rpm"),
     (of_another_rig, "the rig file describes rig_006 and the recording is of rig_012"),
 ])  # fmt: skip
 def test_it_is_said_first(result, spoilt, says):

@@ -7,7 +7,7 @@ import pytest
 from ddh_twin_py.bags import damage
 from ddh_twin_py.bags.reader import read_recording
 from ddh_twin_py.telemetry.causes import Cause
-from ddh_twin_py.telemetry.recording import drive_stream
+from ddh_twin_py.telemetry.recording import Stream, drive_stream
 from ddh_twin_py.telemetry.screening import StreamScreen, screen_recording
 from ddh_twin_py.telemetry.signals import DRIVE_FIELDS, SIGNALS, TEMPERATURE_SENSORS
 
@@ -171,7 +171,16 @@ def test_other_units_are_named(paper, noise, stream, field, factor, offset, said
     screened = screen_recording(damage.with_wrong_unit(paper, stream, field, factor, offset), noise)
     assert {f.field for f in screened.findings} == {field}
     assert any(said in f.message for f in screened.findings)
-    assert any("looks as if given in" in f.message for f in screened.findings)
+    assert any("looks as if given in" in f.message and f.severity == "error" for f in screened.findings)
+
+
+@pytest.mark.parametrize(("share", "severity"), [(0.5, "warning"), (0.99, "error"), (1.0, "warning")])
+def test_a_signal_with_next_to_no_values_is_lost_and_one_without_any_is_not_measured(paper, noise, share, severity):
+    values = paper.drive.values.copy()
+    values[: round(share * len(values)), 3] = np.nan
+    finding, _ = only(paper.with_streams({DRIVE: Stream(paper.drive.time, values, paper.drive.fields)}, []), noise)
+    assert (finding.severity, finding.field) == (severity, "current")
+
 
 
 def test_all_speeds_in_rpm(paper, noise):

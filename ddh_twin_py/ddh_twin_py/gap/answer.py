@@ -195,7 +195,8 @@ def _heard(unknown: Unknown, model: Diagnosable, found: Found, leader: Refitted,
 def _spread_elsewhere(fitted: Refitted) -> np.ndarray:
     """Standard deviations by which a hypothesis' departures may be others in another duty, (m,)."""
     laws = np.array([RESIZE * c.effect.law_error for c in fitted.columns]) * fitted.x
-    return np.sqrt(np.maximum(np.diagonal(fitted.covariance), 0.0) + laws**2)
+    asked = np.array([c.effect.steady for c in fitted.columns])
+    return asked * np.sqrt(np.maximum(np.diagonal(fitted.covariance), 0.0) + laws**2)
 
 
 def _in_fitted(model: Diagnosable, fitted: Refitted, floor: Mapping[str, float], acts: bool) -> dict[str, float]:

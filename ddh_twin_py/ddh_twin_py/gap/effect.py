@@ -29,6 +29,7 @@ class Effect:
             signals. check: how to see it on the machine.
         confused_with: ids of effects that show alike in common duties and sensors.
         law_error: share of a departure by which the law may misjudge it.
+        steady: whether its size is the same in every duty; heat into a body of which the warmth is not known has another in each.
         lacked: quantity of a free run, and its unit, that says what the place lacks without the effect;
             None for the one of its component and domain.
     """
@@ -50,6 +51,7 @@ class Effect:
     check: str = ""
     confused_with: tuple[str, ...] = ()
     law_error: float = 0.0
+    steady: bool = True
     lacked: tuple[str, str] | None = None
 
     def happens(self, x: float) -> str:

@@ -31,7 +31,7 @@ def findings_of(
     noise: np.ndarray,
     stuck_since: np.ndarray,
 ) -> list[Finding]:
-    """What looks like a wrong unit, then one finding per cause and field from the kernel's counts int64[9, m]; `stuck_since` int64[m] in ns."""
+    """What looks like a wrong unit, then one per cause and field from the kernel's counts int64[9, m]; `stuck_since` int64[m] in ns."""
     where = f"{file}: {topic}" if file else topic
     causes = (*OF_FIELD, *OF_SAMPLE)
     found = [_unit_finding(s, signals, where, file, topic, counts, first, first_value, epoch_ns) for s in suspicions]
