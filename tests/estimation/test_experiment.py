@@ -76,3 +76,13 @@ def test_a_clock_that_goes_back_is_named_where_it_is_one_topics_alone(topics, by
     with pytest.raises(ExperimentError) as refused:
         Experiment(recording, load_rig())
     assert said in str(refused.value) and str(refused.value).startswith(f"{recording.path}: ")
+
+
+def test_both_streams_are_merged_in_order_whatever_their_clocks_are_apart(paper_cycle_bag):
+    experiment = Experiment(read_recording(paper_cycle_bag), load_rig())
+    for skew in (0.0, 0.004, -0.0137):
+        instants, at_drive, at_hydraulic = experiment._merge(skew)
+        assert np.all(np.diff(instants) >= 0.0) and sorted([*at_drive, *at_hydraulic]) == list(range(instants.size))
+        end = experiment.duration
+        assert instants[at_drive] == pytest.approx(np.minimum(experiment._drive_time, end), abs=2e-6)
+        assert instants[at_hydraulic] == pytest.approx(np.minimum(experiment._hydraulic_time - skew, end), abs=2e-6)

@@ -34,7 +34,7 @@ def test_what_fell_short_elsewhere_is_fitted_before_it_is_dismissed(index, depar
         weights = weighted(singles + linearised.evidence.pairs(singles), linearised.columns, linearised.effects)
         fits = Fits(linearised, weights, pool, Elsewhere(EFFECTS[index].id))
         fits.leaders()
-    assert true in fits.fitted and next(iter(fits.probability())) == true
+        assert true in fits.fitted and next(iter(fits.probability())) == true
 
 
 def test_a_fit_that_lost_its_way_is_found_again_with_sensitivities_of_its_own():
@@ -51,7 +51,8 @@ def test_a_fit_that_lost_its_way_is_found_again_with_sensitivities_of_its_own():
         assert not fits.fell_short(), "that no effect does better than the linear model knows is no fault of the fit"
         fits.fitted = fitted
         lost = min(found.log_evidence, linearised.evidence.log_of_none + promised) - 2.0 * max(10.0, 0.05 * promised)
-        fits.fitted = {(): fits.fitted[()], true: replace(found, x=0.5 * found.x, theta=found.theta + 1.0, log_evidence=lost)}
+        astray = replace(found, x=0.5 * found.x, theta=found.theta + 1.0, log_evidence=lost)
+        fits.fitted = {(): fits.fitted[()], true: replace(astray, predictions=model.run(astray.theta, astray.acting))}
         assert fits.fell_short()
         fits.sharpen()
     assert fits.fitted[true].log_evidence > found.log_evidence - 0.5

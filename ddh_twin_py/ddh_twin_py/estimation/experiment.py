@@ -364,10 +364,12 @@ class Experiment:
 
     def _merge(self, skew: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Both streams' instants in order, the hydraulic ones earlier by a skew, s, none after the end; where in it those of each are."""
-        drive_time, hydraulic_time = self._drive_time, self._hydraulic_time - skew
-        instants = np.sort(np.concatenate([drive_time, hydraulic_time]))
-        at_drive, at_hydraulic = np.searchsorted(instants, drive_time), np.searchsorted(instants, hydraulic_time)
-        return np.minimum(instants, self.duration - _BEFORE_THE_END), at_drive, at_hydraulic
+        both = np.concatenate([self._drive_time, self._hydraulic_time - skew])
+        order = np.argsort(both, kind="stable")  # which merges what is two runs in order
+        place = np.empty(both.size, np.intp)
+        place[order] = np.arange(both.size)
+        n = self._drive_time.size
+        return np.minimum(both[order], self.duration - _BEFORE_THE_END), place[:n], place[n:]
 
     def _reading(self, name: str, p: np.void, begin: np.ndarray, temperatures: np.ndarray) -> np.ndarray:
         """What a temperature sensor reads at the end of each interval, K, (n,), of nodes that began at (N,) and went on as (n, N)."""

@@ -253,8 +253,9 @@ class Fits:
     def _judged(self) -> dict[Ids, float]:
         """Log weights of the sets that were fitted, less what a law that is off may be to blame for."""
         full = {ids: self._full(ids) for ids in self.fitted if ids in self._weights}
-        pairs = sorted((ids for ids in full if len(ids) == 2), key=lambda ids: -full[ids])
-        return {ids: weight - (self._beyond_law(ids) if ids in pairs[:_JUDGED] else self._by_law(ids)) for ids, weight in full.items()}
+        leading = sorted((ids for ids in full if len(ids) == 2), key=lambda ids: -full[ids])[:_JUDGED]
+        beyond = dict(zip(leading, self._pool.map(self._beyond_law, leading), strict=True))
+        return {ids: weight - (beyond[ids] if ids in beyond else self._by_law(ids)) for ids, weight in full.items()}
 
     def _by_law(self, ids: Ids) -> float:
         """Log evidence that a second effect may gain where the law of the first is off: the square of that share of what it explains."""

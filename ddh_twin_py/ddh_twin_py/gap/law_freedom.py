@@ -40,10 +40,7 @@ class LawFreedom:
 
     def log_evidence(self, fitted: Refitted) -> float:
         """Of a hypothesis with that freedom, to be compared with that of others with the same."""
-        if self._refit is None:
-            return fitted.log_evidence
-        scale = np.array([c.x for c in fitted.columns])
-        return self._refit.of(fitted.columns, fitted.theta, fitted.x / scale).log_evidence
+        return fitted.log_evidence if self._refit is None else self._refit.again(fitted).log_evidence
 
 
 def gain_of_freedom(linearised: Linearised, fitted: Refitted, wider: float) -> float:

@@ -30,6 +30,7 @@ class Linearised:
         model: of the rig. theta: parameters there, in deviations, (k,). discrepancy: what the model is forgiven.
         slack, power: see `hypotheses.SLACK` and `hypotheses.POWER`. predictions: there, by recording. comparisons: by recording.
         sensitivities: by recording, (rows, k). columns: of the effects. effects: how many were asked about.
+        taken: parameters at which these were taken, (k,).
     """
 
     model: Model
@@ -42,6 +43,7 @@ class Linearised:
     sensitivities: list[np.ndarray]
     columns: list[Column]
     effects: int
+    taken: np.ndarray
     basis: Basis = field(init=False, repr=False)
     evidence: Evidence = field(init=False, repr=False)
 
@@ -97,10 +99,17 @@ class Linearised:
         scatter = dict(self.discrepancy.scatter)
         for name, factors in found.items():  # of several recordings, their root mean square
             scatter[name] = max(1.0, scatter.get(name, 1.0) * float(np.sqrt(np.mean(np.square(factors)))))
-        discrepancy = replace(self.discrepancy, scatter=scatter)
-        comparisons = [Comparison(s, p, discrepancy) for s, p in zip(self.model.signals, self.predictions, strict=True)]
+        return self._with(self.theta, replace(self.discrepancy, scatter=scatter), self.predictions)
+
+    def nearby(self, theta: np.ndarray) -> Linearised:
+        """The same about parameters (k,) nearby, with the sensitivities as they are: each recording is run once."""
+        return self._with(theta, self.discrepancy, self.model.run(theta, ()))
+
+    def _with(self, theta: np.ndarray, discrepancy: Discrepancy, predictions: list[dict[str, np.ndarray]]) -> Linearised:
+        """The same sensitivities in the deviations of another comparison."""
+        comparisons = [Comparison(s, p, discrepancy) for s, p in zip(self.model.signals, predictions, strict=True)]
         ratios = [old.spread / new.spread for old, new in zip(self.comparisons, comparisons, strict=True)]
-        return replace(self, discrepancy=discrepancy, comparisons=comparisons,
+        return replace(self, theta=theta, discrepancy=discrepancy, predictions=predictions, comparisons=comparisons,
                        sensitivities=[j * r[:, None] for j, r in zip(self.sensitivities, ratios, strict=True)],
                        columns=[replace(c, change=[h * r for h, r in zip(c.change, ratios, strict=True)]) for c in self.columns])
 
@@ -123,5 +132,5 @@ def linearise(model: Model, effects: Sequence[Effect], theta: np.ndarray, discre
                      for i, c in enumerate(comparisons)]
     told = (lambda share: progress(0.5 + 0.5 * share)) if progress else None
     columns = columns_of(effects, model, theta, comparisons, pool, told, near.columns if near else ())
-    found = Linearised(model, theta, discrepancy, slack, power, predictions, comparisons, sensitivities, columns, len(effects))
+    found = Linearised(model, theta, discrepancy, slack, power, predictions, comparisons, sensitivities, columns, len(effects), theta)
     return found.standing_out() if all(model.altered) else found

@@ -23,6 +23,7 @@ from ddh_twin_py.gap.step_length import Lengths
 _STEPS = 8
 _NEAR = 0.05  # of a column: how far the effects' own differences reach
 _SETTLED = 0.1  # of chi-square that a step must promise, and gain
+_BENT = 2.0  # of chi-square that a step must gain for the effects' own columns to be taken anew
 
 
 @dataclass(frozen=True)
@@ -76,19 +77,30 @@ class Refit:
         Args:
             columns: its effects. theta: parameters, deviations, (k,). departure: multiples of the columns, (m,).
         """
-        scale, room = np.array([c.x for c in columns]), np.array([c.room for c in columns])
+        scale = np.array([c.x for c in columns])
         x = np.array([c.effect.limit(float(a)) for c, a in zip(columns, departure * scale, strict=True)])
-        starts = [(self._model.within(theta), x), (self._place, x), (self._place, 0.0 * x)][: 3 if scale.size else 2]
-        runs = [self._run(columns, *start) for start in starts]
-        residuals = [self._residual(run) for run in runs]
-        costs = [self._cost(residual, *start, scale) for residual, start in zip(residuals, starts, strict=True)]
+        starts = [(self._place, 0.0 * x), (self._model.within(theta), x), (self._place, x)]  # the first is known and needs no run
+        runs, costs = [], []
+        for start in starts[: 3 if scale.size else 2]:
+            runs.append(self._run(columns, *start))
+            costs.append(self._cost(self._residual(runs[-1]), *start, scale))
+            if costs[-1] < costs[0]:
+                break
         nearest = int(np.argmin(costs))
-        (theta, x), predictions, residual, cost = starts[nearest], runs[nearest], residuals[nearest], costs[nearest]
+        return self._from(columns, *starts[nearest], runs[nearest])
+
+    def _from(self, columns: Sequence[Column], theta: np.ndarray, x: np.ndarray, predictions: list[dict[str, np.ndarray]]) -> Refitted:
+        """Fit a hypothesis from a place, parameters (k,) and departures (m,), and what it predicts there."""
+        scale, room = np.array([c.x for c in columns]), np.array([c.room for c in columns])
+        residual = self._residual(predictions)
+        cost = self._cost(residual, theta, x, scale)
         if not np.isfinite(cost):
             nowhere = np.full((theta.size + x.size,) * 2, np.nan)
             return Refitted(tuple(columns), x, nowhere[theta.size :, theta.size :], nowhere, theta, predictions, -np.inf, np.inf)
+        stale = True
         for _ in range(_STEPS):
-            local, stale = self._columns(columns, theta, x, scale, predictions), False
+            if stale:
+                local, stale = self._columns(columns, theta, x, scale, predictions), False
             held = self._normal(residual, local, theta, x / scale).held(np.arange(scale.size), room, self._width, theta)
             shared, estimate = held.shared, held.departure
             promised = abs(cost - held.lowest)  # less than nothing from a start that a column's direction excludes
@@ -107,8 +119,8 @@ class Refit:
                     theta, x, predictions, residual, cost = new_theta, new_x, tried, new_residual, new_cost
                     break
                 lengths.lost(new_cost - cost)
-            stale = gained >= _SETTLED
-            if not stale:  # a step that gains less leaves the columns as they are
+            stale = gained >= _BENT
+            if gained < _SETTLED:
                 break
         if stale:
             local = self._columns(columns, theta, x, scale, predictions)
@@ -122,7 +134,7 @@ class Refit:
 
     def again(self, fitted: Refitted) -> Refitted:
         """Fit a hypothesis from where another fit of it stands."""
-        return self.of(fitted.columns, fitted.theta, fitted.x / np.array([c.x for c in fitted.columns]))
+        return self._from(fitted.columns, fitted.theta, fitted.x, fitted.predictions)
 
     def local(self, fitted: Refitted) -> tuple[list[np.ndarray], list[np.ndarray]]:
         """Columns of its departures about its optimum, (rows, m), and what they and the parameters explain there, (rows,), by recording."""

@@ -19,6 +19,7 @@ from ddh_twin_py.gap.refit import Refitted
 _PASSES = 3
 _LIKELY, _SIZED = 0.02, 4  # sets whose sizes are sought with the whole likelihood
 _USUAL = 8  # sets that are fitted in a pass
+_NEAR = 0.5  # deviations of every parameter, within which sensitivities are not taken anew
 _CLOSE = 3.0  # difference of log evidence between linear and full that needs no further pass
 
 
@@ -53,10 +54,14 @@ def search(model: Model, effects: Sequence[Effect], theta: np.ndarray, discrepan
         left_over: says whether a hypothesis leaves structure behind; None: it is not asked.
     """
     linearised, fits, known = None, None, {(): Start(theta, np.zeros(0))}
+    near = False  # whether sensitivities are those of a place nearby
     wide = True  # whether large effects, which bend, were not looked for yet
     for number in range(_PASSES):
         told = (lambda share, n=number: progress((n + 0.8 * share) / _PASSES)) if progress else None
-        linearised = linearise(model, effects, theta, discrepancy, SLACK, power, pool, told, linearised)
+        if near:
+            linearised = linearised.nearby(theta)
+        else:
+            linearised = linearise(model, effects, theta, discrepancy, SLACK, power, pool, told, linearised)
         weights = _weights(linearised)
         linearised = linearised.with_scatter(max(weights.values(), key=lambda w: w[0])[1])
         weights = _weights(linearised)
@@ -76,6 +81,7 @@ def search(model: Model, effects: Sequence[Effect], theta: np.ndarray, discrepan
         known, discrepancy = fits.starts(found), linearised.discrepancy
         wide = wide or again
         theta, otherwise = (otherwise, None) if again else (fits.fitted[leader].theta, otherwise)
+        near = not moved and np.abs(theta - linearised.taken).max() < _NEAR
     if fits.fell_short():
         fits.sharpen()
         found = Found(linearised, fits.probability(), fits.fitted)

@@ -14,7 +14,8 @@ the test without contradicting the recordings counts for nothing.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
@@ -156,22 +157,23 @@ class Trial(ABC):
         spread = np.sqrt(np.diagonal(remaining.covariance))
         k, p = belief.theta.size, remaining.covariance.shape[0]
         take = np.ones(p, dtype=bool) if wanted is None else wanted
-        out = np.zeros((base.size, p + self.added))
         whole = np.concatenate([belief.theta, np.zeros(self.added)])
-        for i in range(p + self.added):
-            if i < p and not take[i]:
-                continue
+
+        def column(i: int) -> np.ndarray:
             if k <= i < p:
                 effect, law, typical = remaining.laws[i - k]
                 step = effect.limit(_DIFFERENCE * np.sign(typical) * spread[i])
                 moved = self.features(belief.theta, [*belief.acting, (effect, law, step)])
-                out[:, i] = (moved - base) * spread[i] / step
-            else:
-                at = i if i < k else i - p + k
-                step = _DIFFERENCE * (spread[i] if i < k else 1.0) * (-1.0 if whole[at] > 0.0 else 1.0)
-                other = whole.copy()
-                other[at] += step
-                out[:, i] = (self.features(other, belief.acting) - base) * (spread[i] if i < k else 1.0) / step
+                return (moved - base) * spread[i] / step
+            at = i if i < k else i - p + k
+            step = _DIFFERENCE * (spread[i] if i < k else 1.0) * (-1.0 if whole[at] > 0.0 else 1.0)
+            other = whole.copy()
+            other[at] += step
+            return (self.features(other, belief.acting) - base) * (spread[i] if i < k else 1.0) / step
+
+        taken = [i for i in range(p + self.added) if i >= p or take[i]]
+        out = np.zeros((base.size, p + self.added))
+        out[:, taken] = _side_by_side(column, taken, base.size)
         return _told(out)
 
     def along(self, belief: Believed, remaining: Remaining, directions: np.ndarray) -> np.ndarray:
@@ -179,13 +181,14 @@ class Trial(ABC):
         base = self.features(belief.theta, belief.acting)
         spread = np.sqrt(np.diagonal(remaining.covariance))
         k = belief.theta.size
-        out = np.empty((base.size, directions.shape[1]))
-        for j in range(out.shape[1]):
-            step = _DIFFERENCE / max(1.0, float(np.max(np.abs(directions[:, j]))))
-            move = step * spread * directions[:, j]
+
+        def column(direction: np.ndarray) -> np.ndarray:
+            step = _DIFFERENCE / max(1.0, float(np.max(np.abs(direction))))
+            move = step * spread * direction
             laws = [(effect, law, float(x)) for (effect, law, _), x in zip(remaining.laws, move[k:], strict=True)]
-            out[:, j] = (self.features(belief.theta + move[:k], [*belief.acting, *laws]) - base) / step
-        return _told(out)
+            return (self.features(belief.theta + move[:k], [*belief.acting, *laws]) - base) / step
+
+        return _told(_side_by_side(column, directions.T, base.size))
 
     def apart(self, difference: np.ndarray, free: np.ndarray, kept: np.ndarray) -> float:
         """Expected log Bayes factor, see the module.
@@ -198,6 +201,13 @@ class Trial(ABC):
         cross = products[:-1, -1]
         taken = np.linalg.solve(np.eye(cross.size) + products[:-1, :-1], cross)
         return max(0.0, 0.5 * float(products[-1, -1] - cross @ taken))
+
+
+def _side_by_side(column: Callable[..., np.ndarray], wanted: Sequence, rows: int) -> np.ndarray:
+    """A column (rows,) for each of what is wanted, (rows, q), worked out two at a time."""
+    with ThreadPoolExecutor(max_workers=2) as pool:
+        columns = list(pool.map(column, wanted))
+    return np.column_stack(columns) if columns else np.zeros((rows, 0))
 
 
 def root_of(remaining: Remaining, added: int) -> np.ndarray:
