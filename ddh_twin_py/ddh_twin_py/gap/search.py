@@ -19,7 +19,7 @@ from ddh_twin_py.gap.refit import Refitted
 _PASSES = 3
 _LIKELY, _SIZED = 0.02, 4  # sets whose sizes are sought with the whole likelihood
 _USUAL = 8  # sets that are fitted in a pass
-_NEAR = 0.5  # deviations of every parameter, within which sensitivities are not taken anew
+_NEARBY = 0.5  # deviations of every parameter, within which sensitivities are not taken anew
 _CLOSE = 3.0  # difference of log evidence between linear and full that needs no further pass
 
 
@@ -81,7 +81,7 @@ def search(model: Model, effects: Sequence[Effect], theta: np.ndarray, discrepan
         known, discrepancy = fits.starts(found), linearised.discrepancy
         wide = wide or again
         theta, otherwise = (otherwise, None) if again else (fits.fitted[leader].theta, otherwise)
-        near = not moved and np.abs(theta - linearised.taken).max() < _NEAR
+        near = not moved and np.abs(theta - linearised.taken).max() < _NEARBY
     if fits.fell_short():
         fits.sharpen()
         found = Found(linearised, fits.probability(), fits.fitted)
