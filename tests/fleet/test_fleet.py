@@ -326,6 +326,7 @@ def _with_fake(real):
         ([".", "--jobs", "0"], "'0' is no whole number from 1 on"),
         ([".", "--rig", "/nowhere.yaml"], "/nowhere.yaml"),
         ([".", "--out", __file__], "is no folder"),
+        ([".", "--out", "/dev/null/results"], "cannot be written: /dev/null is no folder"),
         ([""], "FOLDER is ''"),
         ([".", "--out", " "], "--out is ' '"),
     ],

@@ -12,6 +12,8 @@ _EXAMPLE = """\
   ddh-twin fleet bags --html out/fleet.html
   ddh-twin fleet /data/cranes --jobs 4 --out out/cranes --parquet out/cranes.parquet"""
 
+_TABLE = "fleet.csv"
+
 
 def add_parser(subparsers) -> None:
     """Declare the verb."""
@@ -67,10 +69,14 @@ def run(args: argparse.Namespace) -> int:
     out = Path(args.out)
     if out.exists() and not out.is_dir():
         raise InputError(f"--out: {out} is no folder")
+    try:
+        output_file(str(out / _TABLE))  # before hours of diagnoses are lost
+    except argparse.ArgumentTypeError as error:
+        raise InputError(f"--out: {error}") from None
     found = find_recordings(args.folder, out, Path(args.rig) if args.rig else None)
     with stage(f"diagnosing {len(found)} recordings", args.quiet) as progress:
         rows = run_fleet(found, Results(out / "results"), Settings(args.longest), args.jobs, args.cluster, args.again, progress)
-    table = args.csv or str(out / "fleet.csv")
+    table = args.csv or str(out / _TABLE)
     write_text(table, as_csv(rows))
     if args.parquet:
         write_parquet(args.parquet, rows)

@@ -167,6 +167,9 @@ class GapMonitorNode(TwinNode):
                 if not self._watch.levels:
                     self.get_logger().warning(f"{self._keeper.path}: not written; too little was heard to learn what is normal, at least "
                                               f"20 bins of {self._settings.bin_length:g} s in which the rod moves are needed")
+            elif not self._watch.levels:
+                self.get_logger().info(f"{self._keeper.path}: not written; what is normal was still being learned, and learn_until_end is "
+                                       "off")
             self._keeper.close()
             if self._keeper.failure:
                 self.get_logger().error(self._keeper.failure)

@@ -83,7 +83,9 @@ function said() {
   let [level, text] = ["poor", link.refusal || "connection lost, trying again"];
   if (link.state === "connecting") text = "connecting";
   else if (link.state === "live") {
-    const silent = performance.now() - store.cameAt > 2000;
+    const there = (store.documents.sensors ?? []).filter((sensor) => sensor.state !== "absent");
+    const stopped = there.length > 0 && there.every((sensor) => sensor.state === "stopped");
+    const silent = stopped || performance.now() - store.cameAt > 2000; // what a page begins with may be old
     if (player && player.waiting) [level, text] = ["fair", "waits for the nodes"];
     else if (player && player.paused) [level, text] = ["fair", "paused"];
     else if (player && player.ended) [level, text] = ["fair", "end of the recording"];
