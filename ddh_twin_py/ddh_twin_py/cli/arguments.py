@@ -8,7 +8,7 @@ import os
 import re
 import shutil
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 
 _OF_BAGS = (".mcap", ".db3", ".zstd")
@@ -202,6 +202,17 @@ def refuse_missing(name: str, path: str | Path) -> None:
 
     if not Path(path).exists():
         raise InputError(f"{name}: there is no {path}{did_you_mean(path)}")
+
+
+def refuse_unwritable(name: str, folder: Path, files: Iterable[Path]) -> None:
+    """Raise InputError where a folder for results is none, or one of the files in it cannot be written; before anything is computed."""
+    if folder.exists() and not folder.is_dir():
+        raise InputError(f"{name}: {folder} is no folder")
+    for path in files:
+        try:
+            output_file(str(path))
+        except argparse.ArgumentTypeError as error:
+            raise InputError(f"{name}: {error}") from None
 
 
 def new_folder(text: str) -> str:

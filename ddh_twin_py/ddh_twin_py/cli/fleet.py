@@ -6,7 +6,7 @@ import argparse
 import os
 from pathlib import Path
 
-from ddh_twin_py.cli.arguments import InputError, add_html, add_json, add_quiet, add_rig, add_verb, output_file, positive
+from ddh_twin_py.cli.arguments import InputError, add_html, add_json, add_quiet, add_rig, add_verb, output_file, positive, refuse_unwritable
 
 _EXAMPLE = """\
   ddh-twin fleet bags --html out/fleet.html
@@ -67,12 +67,7 @@ def run(args: argparse.Namespace) -> int:
         if not given.strip():
             raise InputError(f"{name} is {given!r}; allowed is the name of a folder")
     out = Path(args.out)
-    if out.exists() and not out.is_dir():
-        raise InputError(f"--out: {out} is no folder")
-    try:
-        output_file(str(out / _TABLE))  # before hours of diagnoses are lost
-    except argparse.ArgumentTypeError as error:
-        raise InputError(f"--out: {error}") from None
+    refuse_unwritable("--out", out, [out / _TABLE])
     found = find_recordings(args.folder, out, Path(args.rig) if args.rig else None)
     with stage(f"diagnosing {len(found)} recordings", args.quiet) as progress:
         rows = run_fleet(found, Results(out / "results"), Settings(args.longest), args.jobs, args.cluster, args.again, progress)

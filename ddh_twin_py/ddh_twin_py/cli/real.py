@@ -7,7 +7,7 @@ import os
 from collections.abc import Sequence
 from pathlib import Path
 
-from ddh_twin_py.cli.arguments import InputError, add_json, add_verb, nearest_of, output_file
+from ddh_twin_py.cli.arguments import InputError, add_json, add_verb, nearest_of, refuse_unwritable
 
 TABLE = "real.csv"
 """In the folder of outputs: every figure of every study."""
@@ -88,13 +88,7 @@ def _look_at_outputs(out: Path, numbers: str | None, rigs: Sequence[str]) -> Non
         InputError: it cannot.
     """
     own = [out / TABLE, *(out / f"{rig}.{end}" for rig in rigs for end in ("html", "json"))]
-    if out.exists() and not out.is_dir():
-        raise InputError(f"--out: {out} is no folder")
-    for path in own:
-        try:
-            output_file(str(path))
-        except argparse.ArgumentTypeError as error:
-            raise InputError(f"--out: {error}") from None
+    refuse_unwritable("--out", out, own)
     if numbers not in (None, "-") and os.path.realpath(numbers) in map(os.path.realpath, own):
         raise InputError(f"--json and --out both write to {numbers!r}; give each a path of its own")
 

@@ -164,8 +164,7 @@ class StreamJudge:
             strayed = self._feed.aligner.strayed.get((self._topic, cause))
             if strayed is not None:
                 side, asked = "behind" if strayed < 0 else "ahead of", _ASKED if abs(strayed) > _ASTRAY else ""
-                apart = f"a stamp {abs(strayed) * 1e-9:.3f} s {side} the others"
-                off = "a stamp of a time that is worked off" if cause == "late" and strayed >= 0 else apart
+                off = f"a stamp {abs(strayed) * 1e-9:.3f} s {side} the others" if strayed else "a stamp of a time that is worked off"
                 self._node.warn_once((self._topic, cause), f"{entry.name}: {off}: {plain}{asked}")
 
     def _values(self, report: Report) -> None:
