@@ -33,7 +33,8 @@ def test_what_fell_short_elsewhere_is_fitted_before_it_is_dismissed(index, depar
         singles = linearised.evidence.singles()
         weights = weighted(singles + linearised.evidence.pairs(singles), linearised.columns, linearised.effects)
         fits = Fits(linearised, weights, pool, Elsewhere(EFFECTS[index].id))
-        fits.leaders()
+        fits.first()
+        fits.others()
         assert true in fits.fitted and next(iter(fits.probability())) == true
 
 
@@ -43,7 +44,8 @@ def test_a_fit_that_lost_its_way_is_found_again_with_sensitivities_of_its_own():
         linearised = linearise(model, EFFECTS, np.zeros(3), Discrepancy(), SLACK, POWER, pool)
         singles = linearised.evidence.singles()
         fits = Fits(linearised, weighted(singles + linearised.evidence.pairs(singles), linearised.columns, linearised.effects), pool)
-        fits.leaders()
+        fits.first()
+        fits.others()
         found = fits.fitted[true]
         promised = fits.linear(true)
         fitted = fits.fitted

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from ddh_twin_py.estimation.comparison import Comparison, Discrepancy
+from ddh_twin_py.gap.slopes import slopes_of
 from ddh_twin_py.real_rigs.controls import on_real, on_simulated
 from ddh_twin_py.real_rigs.diagnose import diagnose, found_by, rounds
 from support.heated_block import DESCRIPTION, block
@@ -53,7 +54,7 @@ def test_sensitivities_are_differences_of_runs():
     model = block()
     comparison = Comparison(model.signals[0], model.run(np.zeros(2))[0], Discrepancy())
     with ThreadPoolExecutor(2) as pool:
-        (rows,) = model.sensitivities(pool, np.zeros(2), [comparison], [0])
+        (rows,) = slopes_of(model, pool, np.zeros(2), [comparison], [0])
     moved = comparison.features(model.run(np.array([0.0, 0.3]))[0]) - comparison.features(model.run(np.zeros(2))[0])
     assert np.corrcoef(rows[:, 1], moved)[0, 1] > 0.99
 

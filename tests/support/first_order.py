@@ -26,6 +26,8 @@ class FirstOrder:
     The first recording is the loop as built; in the second, which is longer, the true effects act too.
     """
 
+    difference, thresholds = 0.01, ()
+
     def __init__(self, theta, acting=(), seed=0, seconds=(60.0, 90.0)):
         rng = np.random.default_rng(seed)
         self.size, self.altered, self.signals = 3, [False, True], []
@@ -64,14 +66,3 @@ class FirstOrder:
 
     def variables(self, comparisons, theta, acting=()):
         return [{} for _ in comparisons]
-
-    def sensitivities(self, pool, theta, comparisons, numbers, progress=None, acting=()):
-        out = []
-        for number in numbers:
-            base, columns = self.run_one(number, theta, acting), []
-            for i in range(3):
-                moved = theta + 0.01 * np.eye(3)[i]
-                change = comparisons[number].features(self.run_one(number, moved, acting)) - comparisons[number].features(base)
-                columns.append(change / 0.01)
-            out.append(np.column_stack(columns))
-        return out

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -11,7 +10,7 @@ import numpy as np
 from ddh_twin_py.estimation.comparison import Comparison, Discrepancy
 from ddh_twin_py.estimation.experiment import Experiment
 from ddh_twin_py.estimation.fitting import Problem
-from ddh_twin_py.estimation.unknowns import offset_paths, uncertain_paths, with_offsets
+from ddh_twin_py.estimation.unknowns import offset_paths, opens, uncertain_paths, with_offsets
 from ddh_twin_py.gap.learned import PREFIX
 from ddh_twin_py.gap.model import Acting
 from ddh_twin_py.physics.thermal_network import TANK
@@ -23,7 +22,6 @@ from ddh_twin_py.rig.sheet import BOUNDS, FIELD_OF_PATH, largest_std
 STEP = 2.0e-3
 """s, hydraulic step of a diagnosis's runs."""
 _COARSE = 4.0e-3  # s, of runs of which only sizes matter
-_DIFFERENCE = 0.05  # of a tolerance
 _ANEW = 0.5  # K
 
 
@@ -34,6 +32,8 @@ class DirectDrive:
         commissioning: recordings of the unit as built. field: those whose gap is asked about. rig: its sheet.
         held: recordings in the field's condition that take no part in finding or fitting.
     """
+
+    difference = 0.05
 
     def __init__(self, commissioning: Sequence[Experiment], field: Sequence[Experiment], rig: Rig,
                  held: Sequence[Experiment] = ()) -> None:
@@ -48,6 +48,7 @@ class DirectDrive:
         self.held = list(held)
         self._held_problem = Problem(self.held, self.rig, self.paths, Discrepancy())
         self.size = self.problem.size
+        self.thresholds = [i for i, path in enumerate(self.paths) if opens(path)]
         self.altered = [False] * len(commissioning) + [True] * len(field)
         self.signals = [e.signals for e in self.experiments]
 
@@ -145,36 +146,14 @@ class DirectDrive:
         base, slopes = values(theta, x), []
         for i in range(theta.size):
             moved = theta.copy()
-            moved[i] += _DIFFERENCE
-            slopes.append((values(moved, x) - base) / _DIFFERENCE)
+            moved[i] += self.difference
+            slopes.append((values(moved, x) - base) / self.difference)
         by_law = np.zeros(len(fields))
         for j, (effect, _, departure) in enumerate(acting):
-            change = _DIFFERENCE * departure
+            change = self.difference * departure
             slope = (values(theta, [*x[:j], departure + change, *x[j + 1 :]]) - base) / change if change else np.zeros(len(fields))
             by_law += (effect.law_error * slope * departure) ** 2
             if joint.shape[0] > theta.size:
                 slopes.append(slope)
         slope = np.array(slopes)
         return np.sqrt(np.maximum(np.einsum("if,ij,jf->f", slope, joint, slope), 0.0) + by_law)
-
-    def sensitivities(self, pool: ThreadPoolExecutor, theta: np.ndarray, comparisons: Sequence[Comparison], numbers: Sequence[int],
-                      progress: Callable[[float], None] | None = None, acting: Acting = ()) -> list[np.ndarray]:
-        """Differences of features by every deviation, of the recordings ``numbers``, effects acting, (rows, k) each."""
-        steps = np.where(theta > 0.0, -_DIFFERENCE, _DIFFERENCE)
-
-        def features(at: np.ndarray) -> list[np.ndarray]:
-            return [comparisons[number].features(self.run_one(number, at, acting)) for number in numbers]
-
-        def column(i: int) -> list[np.ndarray]:
-            moved = theta.copy()
-            moved[i] += steps[i]
-            return features(moved)
-
-        base = features(theta)
-        out = [np.empty((comparisons[number].size, self.size)) for number in numbers]
-        for i, moved in enumerate(pool.map(column, range(self.size))):
-            for rows, m, b in zip(out, moved, base, strict=True):
-                rows[:, i] = (m - b) / steps[i]
-            if progress is not None:
-                progress((i + 1) / self.size)
-        return out

@@ -21,6 +21,7 @@ from ddh_twin_py.gap.linearised import Linearised
 from ddh_twin_py.gap.partners import partners
 from ddh_twin_py.gap.refit import Refit, Refitted
 from ddh_twin_py.gap.sensitivity import Column, without_astray
+from ddh_twin_py.gap.slopes import slopes_of
 from ddh_twin_py.gap.taken_up import taken_up
 
 Ids = tuple[str, ...]
@@ -39,6 +40,8 @@ _JUDGED, _SLIGHT = 3, 1.0  # leading pairs held against a free law of their firs
 _ANY_SIZE = 10.0  # columns: width of the prior of sizes, once it is asked how large an effect is and not whether it is there
 _SHORT, _SHORT_SHARE = 10.0, 0.05  # log evidence, and share of it, that the linear model promises and no run finds: a fit that lost its way
 _SHARPENED = 3  # leading sets that are then fitted with sensitivities of their own
+CLOSE = 3.0
+"""Difference of log evidence between linear and full that needs no further pass."""
 _POOR = 1.5  # chi-square per row above which the leading hypothesis explains too little to be the last word
 
 
@@ -85,13 +88,21 @@ class Fits:
 
         self._take(fit, known.items())
 
-    def leaders(self) -> None:
-        """Fit the leading sets, and further ones for as long as one is expected to be as good as the best that was fitted."""
+    def first(self) -> None:
+        """Fit the leading sets."""
         promised = self._expected()
         best = max(promised.values())
         ranked = sorted((ids for ids in promised if ids and best - promised[ids] < _FAR_BEHIND), key=lambda ids: -promised[ids])
         single = max((ids for ids in promised if len(ids) == 1), key=lambda ids: promised[ids], default=())
         self._fit(dict.fromkeys([(), *ranked[:_AT_ONCE], single]))
+
+    def far(self) -> bool:
+        """Whether the best has gone so far that all will be looked at again from there."""
+        best = self._best()
+        return self.bent(best) >= CLOSE and not self._linearised.slopes().near(self.fitted[best].theta)
+
+    def others(self) -> None:
+        """Fit further sets for as long as one is expected to be as good as the best that was fitted, and those that may be told for it."""
         while len(self.fitted) < _MOST:
             expected, best = self._expected(), self._best()
             least = {ids: self._full(best) - (_RIVAL if set(ids) >= set(best) else _ANOTHER) for ids in expected}
@@ -207,7 +218,7 @@ class Fits:
         leading = sorted((ids for ids in self.fitted if ids and ids in self._weights), key=lambda ids: -self._full(ids))[:_SHARPENED]
         reached = []
         for fitted in [self.fitted[ids] for ids in leading]:
-            fresh = own.model.sensitivities(self._pool, fitted.theta, own.comparisons, altered, acting=fitted.acting)
+            fresh = slopes_of(own.model, self._pool, fitted.theta, own.comparisons, altered, acting=fitted.acting)
             beside = list(own.sensitivities)
             for i, rows in zip(altered, fresh, strict=True):
                 beside[i] = without_astray(rows)

@@ -15,10 +15,12 @@ from ddh_twin_py.gap.basis import Basis
 from ddh_twin_py.gap.effect import Effect
 from ddh_twin_py.gap.hypotheses import WIDTH, Evidence, Hypothesis, slack_shares
 from ddh_twin_py.gap.model import Model
-from ddh_twin_py.gap.sensitivity import Column, columns_of, without_astray
+from ddh_twin_py.gap.sensitivity import Column, columns_of, sane, without_astray
+from ddh_twin_py.gap.slopes import Taken, slopes_of
 
 STANDS_OUT = 4.5
 """Standard deviations of what tolerances can feign, by which an effect without a commissioning recording typically stands out."""
+_BENT = 0.1  # share of a change that sensitivities may miss, in squared deviations
 _BEYOND = 1.0e3  # deviations, beyond every bound
 
 
@@ -89,6 +91,10 @@ class Linearised:
         typical = STANDS_OUT * feigned / (math.sqrt(2.0) * WIDTH)
         return replace(self, columns=[c.longer(max(1.0, float(t))) for c, t in zip(self.columns, typical, strict=True)])
 
+    def slopes(self) -> Taken:
+        """Its sensitivities to the parameters, for another place."""
+        return Taken(self.taken, self.comparisons, self.sensitivities, np.diagonal(self.basis.information)[: self.theta.size])
+
     def with_scatter(self, hypothesis: Hypothesis | None) -> Linearised:
         """The same with classes as uncertain as their bins scatter under a hypothesis; no run is needed."""
         found: dict[tuple, list[float]] = {}
@@ -99,38 +105,58 @@ class Linearised:
         scatter = dict(self.discrepancy.scatter)
         for name, factors in found.items():  # of several recordings, their root mean square
             scatter[name] = max(1.0, scatter.get(name, 1.0) * float(np.sqrt(np.mean(np.square(factors)))))
-        return self._with(self.theta, replace(self.discrepancy, scatter=scatter), self.predictions)
+        return self._with(self.theta, replace(self.discrepancy, scatter=scatter), self.predictions, self.sensitivities)
 
-    def nearby(self, theta: np.ndarray) -> Linearised:
-        """The same about parameters (k,) nearby, with the sensitivities as they are: each recording is run once."""
-        return self._with(theta, self.discrepancy, self.model.run(theta, ()))
+    def nearby(self, theta: np.ndarray) -> Linearised | None:
+        """The same about parameters (k,) nearby or as far as all is nearly linear, None where it is not; each recording is run once.
 
-    def _with(self, theta: np.ndarray, discrepancy: Discrepancy, predictions: list[dict[str, np.ndarray]]) -> Linearised:
-        """The same sensitivities in the deviations of another comparison."""
+        The sensitivities learn from what they have missed on the way (Broyden 1965).
+        """
+        predictions, move = self.model.run(theta, ()), theta - self.theta
+        length = float(move @ move)
+        if length == 0.0:
+            return self
+        changes = [c.features(new) - c.features(old)
+                   for c, new, old in zip(self.comparisons, predictions, self.predictions, strict=True)]
+        missed = [change - j @ move for change, j in zip(changes, self.sensitivities, strict=True)]
+        if not all(sane(m).all() for m in missed):
+            return None
+        if not self.slopes().near(theta) and self.basis.misfit(missed) > _BENT * self.basis.misfit(changes):
+            return None
+        learnt = [j + np.outer(m, move / length) for j, m in zip(self.sensitivities, missed, strict=True)]
+        return self._with(theta, self.discrepancy, predictions, learnt)
+
+    def _with(self, theta: np.ndarray, discrepancy: Discrepancy, predictions: list[dict[str, np.ndarray]],
+              sensitivities: list[np.ndarray]) -> Linearised:
+        """Sensitivities in the deviations of another comparison."""
         comparisons = [Comparison(s, p, discrepancy) for s, p in zip(self.model.signals, predictions, strict=True)]
         ratios = [old.spread / new.spread for old, new in zip(self.comparisons, comparisons, strict=True)]
         return replace(self, theta=theta, discrepancy=discrepancy, predictions=predictions, comparisons=comparisons,
-                       sensitivities=[j * r[:, None] for j, r in zip(self.sensitivities, ratios, strict=True)],
+                       sensitivities=[j * r[:, None] for j, r in zip(sensitivities, ratios, strict=True)],
                        columns=[replace(c, change=[h * r for h, r in zip(c.change, ratios, strict=True)]) for c in self.columns])
 
 
 def linearise(model: Model, effects: Sequence[Effect], theta: np.ndarray, discrepancy: Discrepancy, slack: float, power: float,
-              pool: ThreadPoolExecutor, progress: Callable[[float], None] | None = None, near: Linearised | None = None) -> Linearised:
+              pool: ThreadPoolExecutor, progress: Callable[[float], None] | None = None, near: Taken | None = None,
+              columns_near: Sequence[Column] = ()) -> Linearised:
     """Take all sensitivities at a place.
 
     Args:
         effects: that may act. theta: parameters, in deviations, (k,). progress: told the share done.
-        near: taken nearby: its sensitivities of recordings in which no effect acts are kept, and the sizes of its columns.
+        near: sensitivities to the parameters taken elsewhere, of which those of recordings in which no effect acts are kept, of the
+            others those that are weak, or all where the place is near. columns_near: of effects, whose sizes are taken again.
     """
     predictions = model.run(theta, ())
     comparisons = [Comparison(s, p, discrepancy) for s, p in zip(model.signals, predictions, strict=True)]
-    numbers = [i for i, altered in enumerate(model.altered) if altered or near is None]
+    beside = [near.beside(i, c) if near else None for i, c in enumerate(comparisons)]
+    numbers = [i for i, altered in enumerate(model.altered) if beside[i] is None or (altered and not near.near(theta))]
     told = (lambda share: progress(0.5 * share)) if progress else None
-    fresh = {number: without_astray(rows)
-             for number, rows in zip(numbers, model.sensitivities(pool, theta, comparisons, numbers, told), strict=True)}
-    sensitivities = [fresh[i] if i in fresh else near.sensitivities[i] * (near.comparisons[i].spread / c.spread)[:, None]
-                     for i, c in enumerate(comparisons)]
+    fresh = slopes_of(model, pool, theta, comparisons, numbers, told, beside=[beside[i] for i in numbers],
+                      wanted=near.strong(model) if near else None)
+    sensitivities = beside
+    for number, rows in zip(numbers, fresh, strict=True):
+        sensitivities[number] = without_astray(rows)
     told = (lambda share: progress(0.5 + 0.5 * share)) if progress else None
-    columns = columns_of(effects, model, theta, comparisons, pool, told, near.columns if near else ())
+    columns = columns_of(effects, model, theta, comparisons, pool, told, columns_near)
     found = Linearised(model, theta, discrepancy, slack, power, predictions, comparisons, sensitivities, columns, len(effects), theta)
     return found.standing_out() if all(model.altered) else found

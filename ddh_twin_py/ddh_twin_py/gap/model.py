@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Callable, Collection, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
@@ -30,12 +29,15 @@ class Model(Protocol):
     Attributes:
         signals: by recording, name to signal (``time`` s, ``measured``, ``noise``, ``unit``, ``binning``).
         altered: by recording, whether effects act in it; they do not in a commissioning recording.
-        size: number of parameters.
+        size: number of parameters, k. difference: of a deviation, over which sensitivities to them are taken.
+        thresholds: indices of parameters of what opens or gives way at a threshold: they may move nothing here and much elsewhere.
     """
 
     signals: Sequence[Mapping]
     altered: Sequence[bool]
     size: int
+    difference: float
+    thresholds: Collection[int]
 
     def within(self, theta: np.ndarray) -> np.ndarray:
         """Deviations (k,) brought within what tolerances and laws allow."""
@@ -55,11 +57,6 @@ class Model(Protocol):
 
     def begin_anew(self, theta: np.ndarray, acting: Acting) -> bool:
         """Let altered recordings begin as effects would have left the rig, where that is not measured; whether that changes much."""
-        ...
-
-    def sensitivities(self, pool: ThreadPoolExecutor, theta: np.ndarray, comparisons: Sequence, numbers: Sequence[int],
-                      progress=None, acting: Acting = ()) -> list[np.ndarray]:
-        """Differences of features by every deviation, of the recordings ``numbers``, effects acting, (rows, k) each."""
         ...
 
     def variables(self, comparisons: Sequence, theta: np.ndarray, acting: Acting = ()) -> list[dict[str, np.ndarray]]:

@@ -10,17 +10,16 @@ import numpy as np
 
 from ddh_twin_py.estimation.comparison import Discrepancy
 from ddh_twin_py.gap.effect import Effect
-from ddh_twin_py.gap.fits import Fits, Start
+from ddh_twin_py.gap.fits import CLOSE, Fits, Start
 from ddh_twin_py.gap.hypotheses import SLACK, weighted
 from ddh_twin_py.gap.linearised import Linearised, linearise
 from ddh_twin_py.gap.model import Model
 from ddh_twin_py.gap.refit import Refitted
+from ddh_twin_py.gap.slopes import Taken
 
 _PASSES = 3
 _LIKELY, _SIZED = 0.02, 4  # sets whose sizes are sought with the whole likelihood
 _USUAL = 8  # sets that are fitted in a pass
-_NEARBY = 0.5  # deviations of every parameter, within which sensitivities are not taken anew
-_CLOSE = 3.0  # difference of log evidence between linear and full that needs no further pass
 
 
 @dataclass(frozen=True)
@@ -45,43 +44,50 @@ class Found:
 
 def search(model: Model, effects: Sequence[Effect], theta: np.ndarray, discrepancy: Discrepancy, power: float,
            pool: ThreadPoolExecutor, progress: Callable[[float], None] | None = None, otherwise: np.ndarray | None = None,
-           left_over: Callable[[Linearised, Refitted], bool] | None = None) -> Found:
+           left_over: Callable[[Linearised, Refitted], bool] | None = None, taken: Taken | None = None) -> Found:
     """Search from parameters ``theta`` (k,), in deviations.
 
     Args:
         effects: that may act. discrepancy: what the model is forgiven. power: see `hypotheses.POWER`.
         progress: told the share done. otherwise: parameters from which to begin again, (k,), where too little is explained from there.
         left_over: says whether a hypothesis leaves structure behind; None: it is not asked.
+        taken: sensitivities taken by an earlier fit.
     """
     linearised, fits, known = None, None, {(): Start(theta, np.zeros(0))}
-    near = False  # whether sensitivities are those of a place nearby
+    follows = False  # whether the place is reached from the last one, of which all begins as it did
     wide = True  # whether large effects, which bend, were not looked for yet
     for number in range(_PASSES):
         told = (lambda share, n=number: progress((n + 0.8 * share) / _PASSES)) if progress else None
-        if near:
-            linearised = linearised.nearby(theta)
+        nearby = linearised.nearby(theta) if follows else None
+        if nearby is not None:
+            linearised = nearby
         else:
-            linearised = linearise(model, effects, theta, discrepancy, SLACK, power, pool, told, linearised)
+            linearised = linearise(model, effects, theta, discrepancy, SLACK, power, pool, told, taken,
+                                   linearised.columns if linearised else ())
+            taken = linearised.slopes()
         weights = _weights(linearised)
         linearised = linearised.with_scatter(max(weights.values(), key=lambda w: w[0])[1])
         weights = _weights(linearised)
         fits = Fits(linearised, weights, pool, fits, _after(progress, number))
         fits.again(known)
-        fits.leaders()
+        fits.first()
+        whole = number == _PASSES - 1 or fits.poor() or fits.misled() or not fits.far()
+        if whole:
+            fits.others()
         poor = fits.poor()
         if wide and (poor or fits.misled()):
             fits.every_effect()
             wide = False
         found = Found(linearised, fits.probability(), fits.fitted)
         leader = found.leader if found.leader in fits.fitted else ()
-        again = otherwise is not None and (poor or (left_over is not None and left_over(linearised, fits.fitted[leader])))
+        again = whole and otherwise is not None and (poor or (left_over is not None and left_over(linearised, fits.fitted[leader])))
         moved = number < _PASSES - 1 and model.begin_anew(fits.fitted[leader].theta, fits.fitted[leader].acting)
-        if not again and not poor and not moved and fits.bent(leader) < _CLOSE:
+        if whole and not again and not poor and not moved and fits.bent(leader) < CLOSE:
             break
         known, discrepancy = fits.starts(found), linearised.discrepancy
         wide = wide or again
         theta, otherwise = (otherwise, None) if again else (fits.fitted[leader].theta, otherwise)
-        near = not moved and np.abs(theta - linearised.taken).max() < _NEARBY
+        follows = not (again or moved)
     if fits.fell_short():
         fits.sharpen()
         found = Found(linearised, fits.probability(), fits.fitted)

@@ -122,6 +122,8 @@ def columns_of(effects: Sequence[Effect], model: Model, theta: np.ndarray, compa
         model: of the rig. theta: parameters, in deviations, (k,). comparisons: of the recordings.
         near: columns taken nearby, whose departures are taken again.
     """
+    if not effects:
+        return []
     altered = [i for i, acts in enumerate(model.altered) if acts]
     signals = [model.signals[i] for i in altered]
     base, rough = ([model.run_one(i, theta, (), roughly=roughly) for i in altered] for roughly in (False, True))

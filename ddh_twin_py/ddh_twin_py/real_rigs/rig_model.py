@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -24,7 +23,6 @@ from ddh_twin_py.real_rigs.rig_card import Known, RigCard
 from ddh_twin_py.real_rigs.rig_held import RigHeld
 from ddh_twin_py.real_rigs.run import Run
 
-_DIFFERENCE = 0.02  # of a prior's standard deviation
 _BUILT_IN_WIDTH = 3.0  # how much wider the prior of a built-in effect is than what was believed of it
 _ASSUMPTIONS = [
     "Parameters are independent and normal with the priors that the rig's description gives, and the same in all recordings.",
@@ -55,6 +53,9 @@ class RigModel:
         commissioning: recordings of the rig as it should be, to fit with; no effect acts there.
         tests: that can be made, among which the next one is looked for.
     """
+
+    difference = 0.02
+    thresholds = ()
 
     def __init__(self, description: Description, runs: Sequence[Run], held: Sequence[Run] = (), built_in: Sequence[BuiltIn] = (),
                  commissioning: Sequence[Run] = (), tests: Sequence[CandidateTest] = ()) -> None:
@@ -131,28 +132,6 @@ class RigModel:
     def run_one(self, number: int, theta: np.ndarray, acting: Acting = (), roughly: bool = False) -> dict[str, np.ndarray]:
         """Free run of one recording."""
         return self.runs[number].predict(self.record(number, theta, acting))
-
-    def sensitivities(self, pool: ThreadPoolExecutor, theta: np.ndarray, comparisons: Sequence[Comparison], numbers: Sequence[int],
-                      progress: Callable[[float], None] | None = None, acting: Acting = ()) -> list[np.ndarray]:
-        """Differences of features by every deviation, of the recordings ``numbers``, effects acting, (rows, k) each."""
-        steps = np.where(theta > 0.0, -_DIFFERENCE, _DIFFERENCE)
-
-        def features(at: np.ndarray) -> list[np.ndarray]:
-            return [comparisons[number].features(self.run_one(number, at, acting)) for number in numbers]
-
-        def column(i: int) -> list[np.ndarray]:
-            moved = theta.copy()
-            moved[i] += steps[i]
-            return features(moved)
-
-        base = features(theta)
-        out = [np.empty((comparisons[number].size, self.size)) for number in numbers]
-        for i, moved in enumerate(pool.map(column, range(self.size))):
-            for rows, m, b in zip(out, moved, base, strict=True):
-                rows[:, i] = (m - b) / steps[i]
-            if progress is not None:
-                progress((i + 1) / self.size)
-        return out
 
     def tolerances(self) -> dict[str, float | None]:
         """Of the priors, by field of the record."""
