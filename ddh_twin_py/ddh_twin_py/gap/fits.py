@@ -73,6 +73,7 @@ class Fits:
         self._misjudged: dict[Ids, tuple[Refitted, float]] = {}
         self._beside_first: dict[Ids, float] = {}
         self.fitted: dict[Ids, Refitted] = {}
+        self._settled = linearised
         self._learnt = before.short() if before else {}
         self._elsewhere, self._off_elsewhere = before.estimates() if before else ({}, math.inf)
 
@@ -213,17 +214,36 @@ class Fits:
         Those of the linear model know no effect. A resistance between winding and housing that is grown eightfold turns a motor's heat
         another way, and steps by them creep.
         """
-        own = self._linearised
-        altered = [i for i, acts in enumerate(own.model.altered) if acts]
+        altered = [i for i, acts in enumerate(self._linearised.model.altered) if acts]
         leading = sorted((ids for ids in self.fitted if ids and ids in self._weights), key=lambda ids: -self._full(ids))[:_SHARPENED]
         reached = []
         for fitted in [self.fitted[ids] for ids in leading]:
-            fresh = slopes_of(own.model, self._pool, fitted.theta, own.comparisons, altered, acting=fitted.acting)
-            beside = list(own.sensitivities)
-            for i, rows in zip(altered, fresh, strict=True):
-                beside[i] = without_astray(rows)
-            reached.append(Refit(replace(own, sensitivities=beside)).again(fitted))
+            reached.append(Refit(self._about(fitted, altered)).again(fitted))
         self._take(self._refit.again, reached)
+
+    def settle(self, ids: Ids) -> None:
+        """Fit the leading set on with sensitivities taken where it is at its optimum, which serve for `at_full_power` too.
+
+        Steps by those of another place creep along what the recordings hardly tell, and held-out data feel where they have stopped.
+        """
+        leader = self.fitted[ids]
+        own = self._linearised
+        self._settled = self._about(leader, range(len(own.comparisons)), own.slopes().strong(own.model))
+        self._take(self._refit.again, [Refit(self._settled).again(leader)])
+
+    def _about(self, fitted: Refitted, numbers: Sequence[int], wanted: np.ndarray | None = None) -> Linearised:
+        """The linearisation with sensitivities taken where a hypothesis is at its optimum, its effects acting.
+
+        Args:
+            numbers: recordings of which they are taken. wanted: parameters whose sensitivities are taken, (k,); None: all.
+        """
+        own = self._linearised
+        beside = list(own.sensitivities)
+        fresh = slopes_of(own.model, self._pool, fitted.theta, own.comparisons, numbers, acting=fitted.acting,
+                          beside=[beside[i] for i in numbers], wanted=wanted)
+        for i, rows in zip(numbers, fresh, strict=True):
+            beside[i] = without_astray(rows)
+        return replace(own, sensitivities=beside)
 
     def gain(self, ids: Ids) -> float:
         """Log evidence over no effect, in full."""
@@ -291,7 +311,7 @@ class Fits:
 
         The power makes evidence and deviations honest, but gives priors the upper hand over what commissioning told of the rig.
         """
-        own = self._linearised
+        own = self._settled
         refit = Refit(own, own.basis.otherwise(1.0, 1.0), _ANY_SIZE)
 
         def fit(ids: Ids) -> Refitted:

@@ -15,12 +15,11 @@ from ddh_twin_py.gap.basis import Basis
 from ddh_twin_py.gap.effect import Effect
 from ddh_twin_py.gap.hypotheses import WIDTH, Evidence, Hypothesis, slack_shares
 from ddh_twin_py.gap.model import Model
-from ddh_twin_py.gap.sensitivity import Column, columns_of, sane, without_astray
+from ddh_twin_py.gap.sensitivity import Column, columns_of, without_astray
 from ddh_twin_py.gap.slopes import Taken, slopes_of
 
 STANDS_OUT = 4.5
 """Standard deviations of what tolerances can feign, by which an effect without a commissioning recording typically stands out."""
-_BENT = 0.1  # share of a change that sensitivities may miss, in squared deviations
 _BEYOND = 1.0e3  # deviations, beyond every bound
 
 
@@ -105,34 +104,18 @@ class Linearised:
         scatter = dict(self.discrepancy.scatter)
         for name, factors in found.items():  # of several recordings, their root mean square
             scatter[name] = max(1.0, scatter.get(name, 1.0) * float(np.sqrt(np.mean(np.square(factors)))))
-        return self._with(self.theta, replace(self.discrepancy, scatter=scatter), self.predictions, self.sensitivities)
+        return self._with(self.theta, replace(self.discrepancy, scatter=scatter), self.predictions)
 
-    def nearby(self, theta: np.ndarray) -> Linearised | None:
-        """The same about parameters (k,) nearby or as far as all is nearly linear, None where it is not; each recording is run once.
+    def nearby(self, theta: np.ndarray) -> Linearised:
+        """The same about parameters (k,) nearby, with the sensitivities as they are: each recording is run once."""
+        return self._with(theta, self.discrepancy, self.model.run(theta, ()))
 
-        The sensitivities learn from what they have missed on the way (Broyden 1965).
-        """
-        predictions, move = self.model.run(theta, ()), theta - self.theta
-        length = float(move @ move)
-        if length == 0.0:
-            return self
-        changes = [c.features(new) - c.features(old)
-                   for c, new, old in zip(self.comparisons, predictions, self.predictions, strict=True)]
-        missed = [change - j @ move for change, j in zip(changes, self.sensitivities, strict=True)]
-        if not all(sane(m).all() for m in missed):
-            return None
-        if not self.slopes().near(theta) and self.basis.misfit(missed) > _BENT * self.basis.misfit(changes):
-            return None
-        learnt = [j + np.outer(m, move / length) for j, m in zip(self.sensitivities, missed, strict=True)]
-        return self._with(theta, self.discrepancy, predictions, learnt)
-
-    def _with(self, theta: np.ndarray, discrepancy: Discrepancy, predictions: list[dict[str, np.ndarray]],
-              sensitivities: list[np.ndarray]) -> Linearised:
-        """Sensitivities in the deviations of another comparison."""
+    def _with(self, theta: np.ndarray, discrepancy: Discrepancy, predictions: list[dict[str, np.ndarray]]) -> Linearised:
+        """The same sensitivities in the deviations of another comparison."""
         comparisons = [Comparison(s, p, discrepancy) for s, p in zip(self.model.signals, predictions, strict=True)]
         ratios = [old.spread / new.spread for old, new in zip(self.comparisons, comparisons, strict=True)]
         return replace(self, theta=theta, discrepancy=discrepancy, predictions=predictions, comparisons=comparisons,
-                       sensitivities=[j * r[:, None] for j, r in zip(sensitivities, ratios, strict=True)],
+                       sensitivities=[j * r[:, None] for j, r in zip(self.sensitivities, ratios, strict=True)],
                        columns=[replace(c, change=[h * r for h, r in zip(c.change, ratios, strict=True)]) for c in self.columns])
 
 

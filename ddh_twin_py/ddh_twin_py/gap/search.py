@@ -54,13 +54,12 @@ def search(model: Model, effects: Sequence[Effect], theta: np.ndarray, discrepan
         taken: sensitivities taken by an earlier fit.
     """
     linearised, fits, known = None, None, {(): Start(theta, np.zeros(0))}
-    follows = False  # whether the place is reached from the last one, of which all begins as it did
+    near = False  # whether sensitivities are those of a place nearby
     wide = True  # whether large effects, which bend, were not looked for yet
     for number in range(_PASSES):
         told = (lambda share, n=number: progress((n + 0.8 * share) / _PASSES)) if progress else None
-        nearby = linearised.nearby(theta) if follows else None
-        if nearby is not None:
-            linearised = nearby
+        if near:
+            linearised = linearised.nearby(theta)
         else:
             linearised = linearise(model, effects, theta, discrepancy, SLACK, power, pool, told, taken,
                                    linearised.columns if linearised else ())
@@ -87,14 +86,20 @@ def search(model: Model, effects: Sequence[Effect], theta: np.ndarray, discrepan
         known, discrepancy = fits.starts(found), linearised.discrepancy
         wide = wide or again
         theta, otherwise = (otherwise, None) if again else (fits.fitted[leader].theta, otherwise)
-        follows = not (again or moved)
+        near = not moved and linearised.slopes().near(theta)
     if fits.fell_short():
         fits.sharpen()
         found = Found(linearised, fits.probability(), fits.fitted)
-    likely = [ids for ids, p in found.probability.items() if p >= _LIKELY][:_SIZED]
+    fits.settle(_likely(found)[0])
+    found = Found(linearised, fits.probability(), fits.fitted)
     if progress:
         progress(1.0)
-    return replace(found, fitted=fits.at_full_power(likely))
+    return replace(found, fitted=fits.at_full_power(_likely(found)))
+
+
+def _likely(found: Found) -> list[tuple[str, ...]]:
+    """Sets that were fitted and are likely, the most probable first; none where there is no such."""
+    return [ids for ids, p in found.probability.items() if p >= _LIKELY and ids in found.fitted][:_SIZED] or [()]
 
 
 def _after(progress: Callable[[float], None] | None, number: int) -> Callable[[int], None] | None:
