@@ -33,8 +33,7 @@ def test_what_fell_short_elsewhere_is_fitted_before_it_is_dismissed(index, depar
         singles = linearised.evidence.singles()
         weights = weighted(singles + linearised.evidence.pairs(singles), linearised.columns, linearised.effects)
         fits = Fits(linearised, weights, pool, Elsewhere(EFFECTS[index].id))
-        fits.first()
-        fits.others()
+        fits.leaders()
         assert true in fits.fitted and next(iter(fits.probability())) == true
 
 
@@ -44,8 +43,7 @@ def test_a_fit_that_lost_its_way_is_found_again_with_sensitivities_of_its_own():
         linearised = linearise(model, EFFECTS, np.zeros(3), Discrepancy(), SLACK, POWER, pool)
         singles = linearised.evidence.singles()
         fits = Fits(linearised, weighted(singles + linearised.evidence.pairs(singles), linearised.columns, linearised.effects), pool)
-        fits.first()
-        fits.others()
+        fits.leaders()
         found = fits.fitted[true]
         promised = fits.linear(true)
         fitted = fits.fitted
@@ -84,24 +82,3 @@ def test_where_the_linear_model_misjudges_no_effect_others_are_judged_as_elsewhe
     assert known.probability()[unrelated] < 1e-3
     promised = linearised.evidence.log_of_none + known.linear((true,))
     assert known.bent((true,)) == pytest.approx(abs(known.fitted[(true,)].log_evidence - promised))
-
-
-def test_the_leader_is_settled_with_sensitivities_of_its_own_place():
-    model, true = FirstOrder(np.array([1.0, -0.8, 0.5]), [(EFFECTS[1], 0, 1.5)], seed=1), (EFFECTS[1].id,)
-    with ThreadPoolExecutor(2) as pool:
-        linearised = linearise(model, EFFECTS, np.zeros(3), Discrepancy(), SLACK, POWER, pool)
-        singles = linearised.evidence.singles()
-        fits = Fits(linearised, weighted(singles + linearised.evidence.pairs(singles), linearised.columns, linearised.effects), pool)
-        fits.first()
-        fits.others()
-        before = fits.fitted[true]
-        fits.settle(true)
-        full = fits.at_full_power([true])[true]
-    assert fits.fitted[true].log_evidence >= before.log_evidence
-
-    def full_cost(fitted):
-        basis = linearised.basis.otherwise(1.0, 1.0)
-        left = [c.residual(p) for c, p in zip(linearised.comparisons, fitted.predictions, strict=True)]
-        return basis.misfit(left) + float(fitted.theta @ fitted.theta)
-
-    assert full_cost(full) <= full_cost(before)

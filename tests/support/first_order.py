@@ -26,7 +26,7 @@ class FirstOrder:
     The first recording is the loop as built; in the second, which is longer, the true effects act too.
     """
 
-    difference, thresholds = 0.01, ()
+    difference = 0.01
 
     def __init__(self, theta, acting=(), seed=0, seconds=(60.0, 90.0)):
         rng = np.random.default_rng(seed)

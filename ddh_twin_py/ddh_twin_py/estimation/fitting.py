@@ -12,7 +12,7 @@ Tarantola, Inverse Problem Theory, SIAM 2005, chapter 3, for the posterior covar
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
@@ -23,7 +23,7 @@ from scipy.optimize import lsq_linear
 from ddh_twin_py.estimation.comparison import Comparison, Discrepancy, scatter_of
 from ddh_twin_py.estimation.experiment import Experiment
 from ddh_twin_py.estimation.held_out import rms_over_noise
-from ddh_twin_py.estimation.unknowns import opens, same_everywhere
+from ddh_twin_py.estimation.unknowns import same_everywhere
 from ddh_twin_py.estimation.weighting import Weighting
 from ddh_twin_py.rig import Rig
 from ddh_twin_py.rig.own_oil import refer_to_own_oil
@@ -38,7 +38,6 @@ RESTARTS = 2
 _AT_END = 0.05  # how near to the end of its tolerance a deviation is at it
 _WELL_KNOWN = 0.5  # standard deviation after the fit, below which it is odd to stand there
 _FAR, _MILD_SWEEPS = 4.0, 3  # RMS of a signal's deviations above which it is judged milder, and for how long
-_WEAK = 1.0  # information below which sensitivities are not taken anew
 _SETTLED = 1.0e-3  # share of chi-square that a further step would promise or gain
 _SETTLED_EACH = 0.1  # the same in squared posterior deviations per unknown, which is less where unknowns are few
 _STEP = 2.0e-3  # s, hydraulic step of the runs of a fit; its error is below 1e-4 of a rise of temperature
@@ -53,8 +52,7 @@ class FitError(ValueError):
 class Fit:
     """Where a fit stands: deviations (k,), predictions there and at the start, what the recordings say, what was done.
 
-    ``deviance``: -2 log of likelihood and prior but for a constant. ``jacobians``: sensitivities by recording, (rows, k), as they were
-    taken last, at deviations ``taken``, (k,), in the deviations of ``comparisons``.
+    ``deviance``: -2 log of likelihood and prior but for a constant.
     """
 
     theta: np.ndarray
@@ -66,9 +64,6 @@ class Fit:
     deviance: float
     sweeps: int
     settled: bool
-    jacobians: list[np.ndarray]
-    comparisons: list[Comparison]
-    taken: np.ndarray
 
     @property
     def spread(self) -> np.ndarray:
@@ -216,10 +211,7 @@ class Problem:
                 k * (b.spread / c.spread)[:, None] for k, b, c in zip(fresh, before.comparisons, judged.comparisons, strict=True)]
             base = None if sweep == 1 else predictions
             difference = _DIFFERENCES[min(sweep, len(_DIFFERENCES)) - 1]
-            weak = [] if before is None else self._weak(before, fresh)
-            if not (known and keep):
-                taken = theta
-            jacobians = self.jacobians(pool, theta, judged.comparisons, difference, told, base, known, keep, weak)
+            jacobians = self.jacobians(pool, theta, judged.comparisons, difference, told, base, known, keep)
             fresh = [jacobian.copy() for jacobian in jacobians]  # as taken, before Broyden's updates
             temper = judged.tempers(predictions, sweep)
             full = all(np.all(t == 1.0) for t in temper)
@@ -258,13 +250,7 @@ class Problem:
         covariance = np.linalg.inv(state.information + np.eye(self.size))
         allowances = judged.weighting.classes(judged.residuals(predictions))
         deviance = self._judge(predictions).deviance(predictions, theta)
-        return Fit(theta, predictions, first, state.information, covariance, allowances, deviance, sweep, settled,
-                   fresh, judged.comparisons, taken)
-
-    def _weak(self, judged: _Judged, jacobians) -> list[int]:
-        """Deviations of which the recordings tell less than their prior, but for those of valves: a small error there moves nothing."""
-        told = np.diagonal(judged.weighting.products(jacobians, jacobians))
-        return [i for i in range(self.size) if told[i] < _WEAK and not (i < len(self.paths) and opens(self.paths[i]))]
+        return Fit(theta, predictions, first, state.information, covariance, allowances, deviance, sweep, settled)
 
     def _check_finite(self, state: _Stand, jacobians) -> None:
         """Refuse to go on where the runs broke down."""
@@ -296,13 +282,13 @@ class Problem:
         self.discrepancy = replace(plain, scatter=scatter)
 
     def jacobians(self, pool, theta, comparisons, difference: float, progress=None, predictions=None, known=(),
-                  keep: bool = False, weak: Collection[int] = ()) -> list[np.ndarray]:
+                  keep: bool = False) -> list[np.ndarray]:
         """Sensitivities of every recording's features by every deviation, (rows, k) each.
 
         Args:
             difference: of a tolerance. progress: told the share done.
             predictions: at ``theta`` with the step of `predict`; None takes a coarser one for base and differences.
-            known: sensitivities from another place; those that are the same everywhere are kept and of ``weak`` parameters,
+            known: sensitivities from another place; those that are the same everywhere are kept,
                 or with ``keep`` all.
         """
         step = self._steps(theta, difference)
@@ -313,7 +299,7 @@ class Problem:
             moved[i] += step[i]
             return [c.features(p) for c, p in zip(comparisons, self.predict(moved, size), strict=True)]
 
-        alike = {*weak, *(i for i, path in enumerate(self.paths) if same_everywhere(path))}
+        alike = {i for i, path in enumerate(self.paths) if same_everywhere(path)}
         wanted = [i for i in range(self.size) if not (known and (keep or i in alike))]
         at_theta = self.predict(theta, size) if predictions is None else predictions
         base = [c.features(p) for c, p in zip(comparisons, at_theta, strict=True)]

@@ -35,11 +35,6 @@ def same_everywhere(path: str) -> bool:
     return path.startswith(("measurement.pressure_", "measurement.motor_")) and path.endswith("_offset")
 
 
-def opens(path: str) -> bool:
-    """Whether a quantity is one of a valve, which moves nothing in a run that keeps it shut."""
-    return path.startswith(("relief_valve.", "check_valve."))
-
-
 def with_offsets(rig: Rig, paths: Sequence[str]) -> Rig:
     """The rig with the sheet's tolerance on those zero errors that nothing is known of yet."""
     quantities = dict(rig.quantities)

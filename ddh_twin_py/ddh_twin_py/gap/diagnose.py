@@ -20,7 +20,6 @@ from ddh_twin_py.gap.doubts import damage, doubts, undeclared
 from ddh_twin_py.gap.drive_case import DriveCase
 from ddh_twin_py.gap.hypotheses import POWER, POWER_WITHOUT_COMMISSIONING
 from ddh_twin_py.gap.search import Found, search
-from ddh_twin_py.gap.slopes import Taken
 from ddh_twin_py.gap.suitability import no_answer, no_twice, one_rig, out_of_order, refuse_unfit, unseen
 from ddh_twin_py.gap.unknown import structure_left
 from ddh_twin_py.rig import Rig
@@ -84,35 +83,22 @@ def diagnose(recordings: Recordings, rig: Rig, without: Collection[str] = (), on
     if reason:
         return _noted(answer.insufficient(model, reason), read, rig)
     with ThreadPoolExecutor(max_workers=threads) as pool:
-        power = POWER if commissioning else POWER_WITHOUT_COMMISSIONING
-        fitted, discrepancy, taken = _fitted(commissioning or field, model, power, pool, lambda done: told(_FITTED * done))
+        problem = Problem(commissioning or field, model.rig, model.paths, Discrepancy())
+        fit = problem.fit(pool, lambda done: told(_FITTED * done), sweeps=_SWEEPS if commissioning else _SWEEPS_OF_SHEET,
+                          restarts=RESTARTS if commissioning else 0)
+        discrepancy = sized(problem.discrepancy, fit.allowances) if commissioning else Discrepancy()
+        fitted = model.of_first(fit.theta)
         sheet = None if commissioning else np.zeros(model.size)  # a fit takes a large effect for parameters
         lap("fit of the rig")
+        power = POWER if commissioning else POWER_WITHOUT_COMMISSIONING
         found: Found = search(model, effects, fitted, discrepancy, power, pool,
                               lambda done: told(_FITTED + (_SEARCHED - _FITTED) * done), sheet,
-                              lambda linearised, fitted: structure_left(model, linearised, fitted), taken)
+                              lambda linearised, fitted: structure_left(model, linearised, fitted))
         lap("search")
         result = answer.diagnosis(model, found, fitted, unseen(effects, found.linearised.columns), seconds)
     lap("answer")
     told(1.0)
     return _noted(replace(result, seconds=seconds), read, rig, out_of_order(recordings.field, recordings.commissioning))
-
-
-def _fitted(experiments: Sequence[Experiment], model: DriveCase, power: float, pool: ThreadPoolExecutor,
-            progress: Callable[[float], None]) -> tuple[np.ndarray, Discrepancy, Taken | None]:
-    """Where the recordings that are not in question put the rig, or those in question where there are no others.
-
-    Returns:
-        parameters of the whole case, in deviations, (k,); what the model is forgiven; sensitivities that the fit took. Those of the rig
-        as built are kept as they are, so that they must have been taken near the end of the fit.
-    """
-    problem, built = Problem(experiments, model.rig, model.paths, Discrepancy()), not all(model.altered)
-    fit = problem.fit(pool, progress, sweeps=_SWEEPS if built else _SWEEPS_OF_SHEET, restarts=RESTARTS if built else 0)
-    fitted, beyond = model.of_first(fit.theta), model.size - fit.theta.size
-    slopes = [np.pad(j, ((0, 0), (0, beyond))) if beyond else j for j in fit.jacobians]
-    taken = Taken(model.of_first(fit.taken), fit.comparisons, slopes, np.pad(power * np.diagonal(fit.information), (0, beyond)))
-    discrepancy = sized(problem.discrepancy, fit.allowances) if built else Discrepancy()
-    return fitted, discrepancy, taken if not built or taken.near(fitted) else None
 
 
 def _noted(result: Diagnosis, recordings: Sequence[Recording], rig: Rig, late: Sequence[str] = ()) -> Diagnosis:

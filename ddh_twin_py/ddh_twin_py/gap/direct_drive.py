@@ -10,7 +10,7 @@ import numpy as np
 from ddh_twin_py.estimation.comparison import Comparison, Discrepancy
 from ddh_twin_py.estimation.experiment import Experiment
 from ddh_twin_py.estimation.fitting import Problem
-from ddh_twin_py.estimation.unknowns import offset_paths, opens, uncertain_paths, with_offsets
+from ddh_twin_py.estimation.unknowns import offset_paths, uncertain_paths, with_offsets
 from ddh_twin_py.gap.learned import PREFIX
 from ddh_twin_py.gap.model import Acting
 from ddh_twin_py.physics.thermal_network import TANK
@@ -48,7 +48,6 @@ class DirectDrive:
         self.held = list(held)
         self._held_problem = Problem(self.held, self.rig, self.paths, Discrepancy())
         self.size = self.problem.size
-        self.thresholds = [i for i, path in enumerate(self.paths) if opens(path)]
         self.altered = [False] * len(commissioning) + [True] * len(field)
         self.signals = [e.signals for e in self.experiments]
 

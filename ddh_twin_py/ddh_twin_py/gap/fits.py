@@ -40,8 +40,6 @@ _JUDGED, _SLIGHT = 3, 1.0  # leading pairs held against a free law of their firs
 _ANY_SIZE = 10.0  # columns: width of the prior of sizes, once it is asked how large an effect is and not whether it is there
 _SHORT, _SHORT_SHARE = 10.0, 0.05  # log evidence, and share of it, that the linear model promises and no run finds: a fit that lost its way
 _SHARPENED = 3  # leading sets that are then fitted with sensitivities of their own
-CLOSE = 3.0
-"""Difference of log evidence between linear and full that needs no further pass."""
 _POOR = 1.5  # chi-square per row above which the leading hypothesis explains too little to be the last word
 
 
@@ -73,7 +71,6 @@ class Fits:
         self._misjudged: dict[Ids, tuple[Refitted, float]] = {}
         self._beside_first: dict[Ids, float] = {}
         self.fitted: dict[Ids, Refitted] = {}
-        self._settled = linearised
         self._learnt = before.short() if before else {}
         self._elsewhere, self._off_elsewhere = before.estimates() if before else ({}, math.inf)
 
@@ -89,21 +86,13 @@ class Fits:
 
         self._take(fit, known.items())
 
-    def first(self) -> None:
-        """Fit the leading sets."""
+    def leaders(self) -> None:
+        """Fit the leading sets, and further ones for as long as one is expected to be as good as the best that was fitted."""
         promised = self._expected()
         best = max(promised.values())
         ranked = sorted((ids for ids in promised if ids and best - promised[ids] < _FAR_BEHIND), key=lambda ids: -promised[ids])
         single = max((ids for ids in promised if len(ids) == 1), key=lambda ids: promised[ids], default=())
         self._fit(dict.fromkeys([(), *ranked[:_AT_ONCE], single]))
-
-    def far(self) -> bool:
-        """Whether the best has gone so far that all will be looked at again from there."""
-        best = self._best()
-        return self.bent(best) >= CLOSE and not self._linearised.slopes().near(self.fitted[best].theta)
-
-    def others(self) -> None:
-        """Fit further sets for as long as one is expected to be as good as the best that was fitted, and those that may be told for it."""
         while len(self.fitted) < _MOST:
             expected, best = self._expected(), self._best()
             least = {ids: self._full(best) - (_RIVAL if set(ids) >= set(best) else _ANOTHER) for ids in expected}
@@ -214,36 +203,17 @@ class Fits:
         Those of the linear model know no effect. A resistance between winding and housing that is grown eightfold turns a motor's heat
         another way, and steps by them creep.
         """
-        altered = [i for i, acts in enumerate(self._linearised.model.altered) if acts]
+        own = self._linearised
+        altered = [i for i, acts in enumerate(own.model.altered) if acts]
         leading = sorted((ids for ids in self.fitted if ids and ids in self._weights), key=lambda ids: -self._full(ids))[:_SHARPENED]
         reached = []
         for fitted in [self.fitted[ids] for ids in leading]:
-            reached.append(Refit(self._about(fitted, altered)).again(fitted))
+            fresh = slopes_of(own.model, self._pool, fitted.theta, own.comparisons, altered, acting=fitted.acting)
+            beside = list(own.sensitivities)
+            for i, rows in zip(altered, fresh, strict=True):
+                beside[i] = without_astray(rows)
+            reached.append(Refit(replace(own, sensitivities=beside)).again(fitted))
         self._take(self._refit.again, reached)
-
-    def settle(self, ids: Ids) -> None:
-        """Fit the leading set on with sensitivities taken where it is at its optimum, which serve for `at_full_power` too.
-
-        Steps by those of another place creep along what the recordings hardly tell, and held-out data feel where they have stopped.
-        """
-        leader = self.fitted[ids]
-        own = self._linearised
-        self._settled = self._about(leader, range(len(own.comparisons)), own.slopes().strong(own.model))
-        self._take(self._refit.again, [Refit(self._settled).again(leader)])
-
-    def _about(self, fitted: Refitted, numbers: Sequence[int], wanted: np.ndarray | None = None) -> Linearised:
-        """The linearisation with sensitivities taken where a hypothesis is at its optimum, its effects acting.
-
-        Args:
-            numbers: recordings of which they are taken. wanted: parameters whose sensitivities are taken, (k,); None: all.
-        """
-        own = self._linearised
-        beside = list(own.sensitivities)
-        fresh = slopes_of(own.model, self._pool, fitted.theta, own.comparisons, numbers, acting=fitted.acting,
-                          beside=[beside[i] for i in numbers], wanted=wanted)
-        for i, rows in zip(numbers, fresh, strict=True):
-            beside[i] = without_astray(rows)
-        return replace(own, sensitivities=beside)
 
     def gain(self, ids: Ids) -> float:
         """Log evidence over no effect, in full."""
@@ -311,7 +281,7 @@ class Fits:
 
         The power makes evidence and deviations honest, but gives priors the upper hand over what commissioning told of the rig.
         """
-        own = self._settled
+        own = self._linearised
         refit = Refit(own, own.basis.otherwise(1.0, 1.0), _ANY_SIZE)
 
         def fit(ids: Ids) -> Refitted:

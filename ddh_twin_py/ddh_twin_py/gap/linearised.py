@@ -16,7 +16,7 @@ from ddh_twin_py.gap.effect import Effect
 from ddh_twin_py.gap.hypotheses import WIDTH, Evidence, Hypothesis, slack_shares
 from ddh_twin_py.gap.model import Model
 from ddh_twin_py.gap.sensitivity import Column, columns_of, without_astray
-from ddh_twin_py.gap.slopes import Taken, slopes_of
+from ddh_twin_py.gap.slopes import slopes_of
 
 STANDS_OUT = 4.5
 """Standard deviations of what tolerances can feign, by which an effect without a commissioning recording typically stands out."""
@@ -90,10 +90,6 @@ class Linearised:
         typical = STANDS_OUT * feigned / (math.sqrt(2.0) * WIDTH)
         return replace(self, columns=[c.longer(max(1.0, float(t))) for c, t in zip(self.columns, typical, strict=True)])
 
-    def slopes(self) -> Taken:
-        """Its sensitivities to the parameters, for another place."""
-        return Taken(self.taken, self.comparisons, self.sensitivities, np.diagonal(self.basis.information)[: self.theta.size])
-
     def with_scatter(self, hypothesis: Hypothesis | None) -> Linearised:
         """The same with classes as uncertain as their bins scatter under a hypothesis; no run is needed."""
         found: dict[tuple, list[float]] = {}
@@ -120,26 +116,22 @@ class Linearised:
 
 
 def linearise(model: Model, effects: Sequence[Effect], theta: np.ndarray, discrepancy: Discrepancy, slack: float, power: float,
-              pool: ThreadPoolExecutor, progress: Callable[[float], None] | None = None, near: Taken | None = None,
-              columns_near: Sequence[Column] = ()) -> Linearised:
+              pool: ThreadPoolExecutor, progress: Callable[[float], None] | None = None, near: Linearised | None = None) -> Linearised:
     """Take all sensitivities at a place.
 
     Args:
         effects: that may act. theta: parameters, in deviations, (k,). progress: told the share done.
-        near: sensitivities to the parameters taken elsewhere, of which those of recordings in which no effect acts are kept, of the
-            others those that are weak, or all where the place is near. columns_near: of effects, whose sizes are taken again.
+        near: taken nearby: its sensitivities of recordings in which no effect acts are kept, and the sizes of its columns.
     """
     predictions = model.run(theta, ())
     comparisons = [Comparison(s, p, discrepancy) for s, p in zip(model.signals, predictions, strict=True)]
-    beside = [near.beside(i, c) if near else None for i, c in enumerate(comparisons)]
-    numbers = [i for i, altered in enumerate(model.altered) if beside[i] is None or (altered and not near.near(theta))]
+    numbers = [i for i, altered in enumerate(model.altered) if altered or near is None]
     told = (lambda share: progress(0.5 * share)) if progress else None
-    fresh = slopes_of(model, pool, theta, comparisons, numbers, told, beside=[beside[i] for i in numbers],
-                      wanted=near.strong(model) if near else None)
-    sensitivities = beside
-    for number, rows in zip(numbers, fresh, strict=True):
-        sensitivities[number] = without_astray(rows)
+    fresh = {number: without_astray(rows)
+             for number, rows in zip(numbers, slopes_of(model, pool, theta, comparisons, numbers, told), strict=True)}
+    sensitivities = [fresh[i] if i in fresh else near.sensitivities[i] * (near.comparisons[i].spread / c.spread)[:, None]
+                     for i, c in enumerate(comparisons)]
     told = (lambda share: progress(0.5 + 0.5 * share)) if progress else None
-    columns = columns_of(effects, model, theta, comparisons, pool, told, columns_near)
+    columns = columns_of(effects, model, theta, comparisons, pool, told, near.columns if near else ())
     found = Linearised(model, theta, discrepancy, slack, power, predictions, comparisons, sensitivities, columns, len(effects), theta)
     return found.standing_out() if all(model.altered) else found

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
@@ -30,14 +30,12 @@ class Model(Protocol):
         signals: by recording, name to signal (``time`` s, ``measured``, ``noise``, ``unit``, ``binning``).
         altered: by recording, whether effects act in it; they do not in a commissioning recording.
         size: number of parameters, k. difference: of a deviation, over which sensitivities to them are taken.
-        thresholds: indices of parameters of what opens or gives way at a threshold: they may move nothing here and much elsewhere.
     """
 
     signals: Sequence[Mapping]
     altered: Sequence[bool]
     size: int
     difference: float
-    thresholds: Collection[int]
 
     def within(self, theta: np.ndarray) -> np.ndarray:
         """Deviations (k,) brought within what tolerances and laws allow."""

@@ -10,16 +10,17 @@ import numpy as np
 
 from ddh_twin_py.estimation.comparison import Discrepancy
 from ddh_twin_py.gap.effect import Effect
-from ddh_twin_py.gap.fits import CLOSE, Fits, Start
+from ddh_twin_py.gap.fits import Fits, Start
 from ddh_twin_py.gap.hypotheses import SLACK, weighted
 from ddh_twin_py.gap.linearised import Linearised, linearise
 from ddh_twin_py.gap.model import Model
 from ddh_twin_py.gap.refit import Refitted
-from ddh_twin_py.gap.slopes import Taken
 
 _PASSES = 3
 _LIKELY, _SIZED = 0.02, 4  # sets whose sizes are sought with the whole likelihood
 _USUAL = 8  # sets that are fitted in a pass
+_NEARBY = 0.5  # deviations of every parameter, within which sensitivities are not taken anew
+_CLOSE = 3.0  # difference of log evidence between linear and full that needs no further pass
 
 
 @dataclass(frozen=True)
@@ -44,14 +45,13 @@ class Found:
 
 def search(model: Model, effects: Sequence[Effect], theta: np.ndarray, discrepancy: Discrepancy, power: float,
            pool: ThreadPoolExecutor, progress: Callable[[float], None] | None = None, otherwise: np.ndarray | None = None,
-           left_over: Callable[[Linearised, Refitted], bool] | None = None, taken: Taken | None = None) -> Found:
+           left_over: Callable[[Linearised, Refitted], bool] | None = None) -> Found:
     """Search from parameters ``theta`` (k,), in deviations.
 
     Args:
         effects: that may act. discrepancy: what the model is forgiven. power: see `hypotheses.POWER`.
         progress: told the share done. otherwise: parameters from which to begin again, (k,), where too little is explained from there.
         left_over: says whether a hypothesis leaves structure behind; None: it is not asked.
-        taken: sensitivities taken by an earlier fit.
     """
     linearised, fits, known = None, None, {(): Start(theta, np.zeros(0))}
     near = False  # whether sensitivities are those of a place nearby
@@ -61,45 +61,34 @@ def search(model: Model, effects: Sequence[Effect], theta: np.ndarray, discrepan
         if near:
             linearised = linearised.nearby(theta)
         else:
-            linearised = linearise(model, effects, theta, discrepancy, SLACK, power, pool, told, taken,
-                                   linearised.columns if linearised else ())
-            taken = linearised.slopes()
+            linearised = linearise(model, effects, theta, discrepancy, SLACK, power, pool, told, linearised)
         weights = _weights(linearised)
         linearised = linearised.with_scatter(max(weights.values(), key=lambda w: w[0])[1])
         weights = _weights(linearised)
         fits = Fits(linearised, weights, pool, fits, _after(progress, number))
         fits.again(known)
-        fits.first()
-        whole = number == _PASSES - 1 or fits.poor() or fits.misled() or not fits.far()
-        if whole:
-            fits.others()
+        fits.leaders()
         poor = fits.poor()
         if wide and (poor or fits.misled()):
             fits.every_effect()
             wide = False
         found = Found(linearised, fits.probability(), fits.fitted)
         leader = found.leader if found.leader in fits.fitted else ()
-        again = whole and otherwise is not None and (poor or (left_over is not None and left_over(linearised, fits.fitted[leader])))
+        again = otherwise is not None and (poor or (left_over is not None and left_over(linearised, fits.fitted[leader])))
         moved = number < _PASSES - 1 and model.begin_anew(fits.fitted[leader].theta, fits.fitted[leader].acting)
-        if whole and not again and not poor and not moved and fits.bent(leader) < CLOSE:
+        if not again and not poor and not moved and fits.bent(leader) < _CLOSE:
             break
         known, discrepancy = fits.starts(found), linearised.discrepancy
         wide = wide or again
         theta, otherwise = (otherwise, None) if again else (fits.fitted[leader].theta, otherwise)
-        near = not moved and linearised.slopes().near(theta)
+        near = not moved and np.abs(theta - linearised.taken).max() < _NEARBY
     if fits.fell_short():
         fits.sharpen()
         found = Found(linearised, fits.probability(), fits.fitted)
-    fits.settle(_likely(found)[0])
-    found = Found(linearised, fits.probability(), fits.fitted)
+    likely = [ids for ids, p in found.probability.items() if p >= _LIKELY][:_SIZED]
     if progress:
         progress(1.0)
-    return replace(found, fitted=fits.at_full_power(_likely(found)))
-
-
-def _likely(found: Found) -> list[tuple[str, ...]]:
-    """Sets that were fitted and are likely, the most probable first; none where there is no such."""
-    return [ids for ids, p in found.probability.items() if p >= _LIKELY and ids in found.fitted][:_SIZED] or [()]
+    return replace(found, fitted=fits.at_full_power(likely))
 
 
 def _after(progress: Callable[[float], None] | None, number: int) -> Callable[[int], None] | None:

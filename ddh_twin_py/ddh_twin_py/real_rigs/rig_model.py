@@ -55,7 +55,6 @@ class RigModel:
     """
 
     difference = 0.02
-    thresholds = ()
 
     def __init__(self, description: Description, runs: Sequence[Run], held: Sequence[Run] = (), built_in: Sequence[BuiltIn] = (),
                  commissioning: Sequence[Run] = (), tests: Sequence[CandidateTest] = ()) -> None:
