@@ -82,3 +82,26 @@ def test_where_the_linear_model_misjudges_no_effect_others_are_judged_as_elsewhe
     assert known.probability()[unrelated] < 1e-3
     promised = linearised.evidence.log_of_none + known.linear((true,))
     assert known.bent((true,)) == pytest.approx(abs(known.fitted[(true,)].log_evidence - promised))
+
+
+def test_the_leader_stands_at_its_own_lowest_point_and_keeps_its_evidence():
+    """Sensitivities of a place far off, where no effect acts, stop a fit elsewhere."""
+    model, true = FirstOrder(np.array([1.0, -0.8, 0.5]), [(EFFECTS[1], 0, 1.5)], seed=1), (EFFECTS[1].id,)
+    with ThreadPoolExecutor(2) as pool:
+        linearised = linearise(model, EFFECTS, np.array([-3.0, 3.0, -2.0]), Discrepancy(), SLACK, POWER, pool)
+        singles = linearised.evidence.singles()
+        fits = Fits(linearised, weighted(singles + linearised.evidence.pairs(singles), linearised.columns, linearised.effects), pool)
+        fits.leaders()
+        was, now = fits.fitted[true], fits.at_full_power([true])[true]
+    basis = linearised.basis.otherwise(1.0, 1.0)
+
+    def cost(theta, x):
+        runs = model.run(theta, [(EFFECTS[1], 0, float(x))])
+        return basis.misfit([c.residual(p) for c, p in zip(linearised.comparisons, runs, strict=True)]) + theta @ theta
+
+    assert now.log_evidence == was.log_evidence
+    least = cost(now.theta, now.x[0])
+    assert least < cost(was.theta, was.x[0])
+    for i in range(3):
+        for step in (-0.05, 0.05):
+            assert cost(now.theta + step * np.eye(3)[i], now.x[0]) > least - 0.1

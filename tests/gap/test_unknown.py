@@ -8,6 +8,7 @@ from ddh_twin_py.gap.unknown import (
     Unknown,
     bent,
     borne_out,
+    drifted,
     far_off,
     halfway,
     left_behind,
@@ -139,6 +140,14 @@ def test_strokes_and_winding_may_be_moved_away():
 ])
 def test_a_cause_that_asks_for_another_rig_than_was_built_is_not_the_cause(as_built, least, most):
     after = strained(Unknown(0.01, [], 0.0, "1"), as_built)
+    assert least <= after.probability <= most and bool(after.notes) is (least > 0.5)
+
+
+@pytest.mark.parametrize(("drift", "effects", "least", "most"), [
+    (3.0, 0, 0.0, 0.06), (6.9, 0, 0.9, 1.0), (6.7, 1, 0.0, 0.15), (10.6, 1, 0.95, 1.0), (-3.0, 2, 0.0, 0.02),
+])
+def test_what_fits_only_with_another_rig_than_was_commissioned_is_doubted(drift, effects, least, most):
+    after = drifted(Unknown(0.01, [], 0.0, "1"), drift, effects)
     assert least <= after.probability <= most and bool(after.notes) is (least > 0.5)
 
 

@@ -81,6 +81,16 @@ def test_a_cause_of_which_held_out_data_show_nothing_shrinks_nothing():
     assert "shrinks" not in said and "it shrinks from 0.8 to 0.5" in sentence({**report, "gap": {**report["gap"], "after": 0.5}}, EFFECTS)
 
 
+@pytest.mark.parametrize(("without", "alone"), [(4.4, True), (8.3, False)])
+def test_what_parameters_close_as_well_is_not_said_to_be_closed_by_a_cause(without, alone):
+    report = {"verdict": "explained", "gap": {"as_is": 20.1, "before": 8.5, "after": 4.5}, "classes": [], "shrink": SHRINK, "why": [],
+              "hypotheses": [{"effects": ["motor.flange_conduction"], "probability": 0.6, "gap_after": 4.5},
+                             {"effects": [], "probability": 0.1, "gap_after": without}]}
+    said = sentence(report, EFFECTS)
+    assert ("lie 4.5 times the floor off with it and 4.4 times without it, once the rig's parameters" in said) is alone
+    assert ("it shrinks from 8.5 to 4.5" in said) is not alone
+
+
 def test_a_cause_that_leaves_held_out_data_off_shrinks_nothing():
     report = {"verdict": "explained", "gap": {"as_is": 9.0, "before": 1.2, "after": 1.8}, "classes": [], "shrink": SHRINK,
               "hypotheses": [{"effects": ["motor.pwm_loss"], "probability": 0.9}], "why": []}

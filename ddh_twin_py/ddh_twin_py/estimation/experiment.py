@@ -28,7 +28,7 @@ from ddh_twin_py.estimation.sensors import NODE_INDEX, NODE_OF_SENSOR
 from ddh_twin_py.estimation.start import EARLY, START, spread_start, start_error
 from ddh_twin_py.physics.balance import OPERATING_DTYPE
 from ddh_twin_py.physics.cylinder import holding_pressure
-from ddh_twin_py.physics.free_run import COMMAND_PARTS, HYDRAULIC_STEP, SAMPLED, free_run_sampled, settle
+from ddh_twin_py.physics.free_run import COMMAND_PARTS, HYDRAULIC_STEP, SAMPLED, free_run, free_run_sampled, settle
 from ddh_twin_py.physics.hydraulics import HYDRAULIC_STATES
 from ddh_twin_py.physics.motor_samples import electrical_samples
 from ddh_twin_py.physics.oil import ZERO_CELSIUS
@@ -58,7 +58,8 @@ _BEFORE_THE_END = 1.0e-6  # s from the end of a run at which the last samples ar
 _PAST = 1.0  # m that a run may go past such a stop
 _OIL_OPEN = 8.0  # K, standard deviation of how warm unread oil begins
 _COLD = 1.0  # K from ambient, within which a unit has no history
-_ROUNDS, _WORKED_EVERY, _ROUGH = 2, 60.0, 4.0e-3  # of the recording's own duty; s between the lengths of work that are tried; s, step
+_ROUNDS, _WORKED_EVERY = 2, 60.0  # of the recording's own duty; s between the lengths of work that are tried
+_ROUGH, _ROUGH_INTERVAL = 20.0e-3, 0.2  # s, step and interval of such work: a likely history need not be known to 0.1 K
 _SLOW_BIN = 20.0  # s, of temperatures
 OIL = "tank_oil"
 """Sensor without which it is open how warm the oil begins."""
@@ -194,10 +195,20 @@ class Experiment:
             return np.zeros((0, N))
         worked, temperature = [np.full((1, N), air)], np.full(N, air)
         for _ in range(_ROUNDS):
-            _, _, temperatures, _ = self._run(parameters, _ROUGH, self.axis.size, temperature)
-            worked.append(temperatures[:: max(1, round(_WORKED_EVERY / self.interval))])
+            temperatures = self._work(parameters, temperature)
+            worked.append(temperatures[:: max(1, round(_WORKED_EVERY / _ROUGH_INTERVAL))])
             temperature = temperatures[-1].copy()
         return rests(parameters, np.vstack(worked), air, self._start[STROKE]).reshape(-1, N)
+
+    def _work(self, parameters: np.ndarray, begin: np.ndarray) -> np.ndarray:
+        """Temperatures, roughly, each `_ROUGH_INTERVAL` of the own duty of a unit that began as warm as (N,) says, K, (m, N)."""
+        group = min(self.axis.size, max(1, round(_ROUGH_INTERVAL / self.interval)))
+        n = self.axis.size // group
+        temperature, temperatures = begin.copy(), np.empty((n, N))
+        free_run(parameters, self._settled(parameters), temperature, np.ascontiguousarray(self._command[::group][: command_size(n)]),
+                 np.ascontiguousarray(self.air[::group][:n]), group * self.interval, _ROUGH, self._put(parameters)[::group][:n].copy(),
+                 np.zeros(n, OPERATING_DTYPE), temperatures)
+        return temperatures
 
     def _open_oil(self) -> np.ndarray:
         """How far what holds oil and no sensor reads may begin otherwise, K, (1, N); nothing, (0, N), where the tank's oil is read."""
@@ -344,23 +355,31 @@ class Experiment:
         Args:
             begin: temperatures at the start, K, (N,); None: by the first readings.
         """
-        p = parameters[0]
-        state = np.zeros(len(HYDRAULIC_STATES))
+        state = self._settled(parameters)
+        begin = self._start_of(parameters, self._rise) if begin is None else begin
+        temperature = begin.copy()
+        points, temperatures = np.zeros(n, OPERATING_DTYPE), np.empty((n, N))
+        skew = parameters[0]["measurement_time_skew"]
+        instants, at_drive, at_hydraulic = self._merged if skew == 0.0 else self._merge(skew)
+        samples = np.full((instants.size, len(SAMPLED)), np.nan)
+        free_run_sampled(parameters, state, temperature, self._command, self.air, self.interval, step,
+                         self._put(parameters), points, temperatures, instants, samples)
+        return begin, points, temperatures, (samples[at_drive], samples[at_hydraulic])
+
+    def _settled(self, parameters: np.ndarray) -> np.ndarray:
+        """Hydraulic state at the start, at rest where it was measured; (`HYDRAULIC_STATES`,)."""
+        p, state = parameters[0], np.zeros(len(HYDRAULIC_STATES))
         piston, rod = (self._start[name] for name in PRESSURES)
         if self._read_pressures[0]:  # what is not measured has no zero error
             piston -= p["measurement_pressure_piston_side_offset"]
         if self._read_pressures[1]:
             rod = (rod - p["measurement_pressure_rod_side_offset"]) / p["measurement_pressure_rod_side_gain"]
         settle(parameters, state, self._start["rod_position"] / p["measurement_rod_position_scale"], piston, rod)
-        begin = self._start_of(parameters, self._rise) if begin is None else begin
-        temperature = begin.copy()
-        points, temperatures = np.zeros(n, OPERATING_DTYPE), np.empty((n, N))
-        skew = p["measurement_time_skew"]
-        instants, at_drive, at_hydraulic = self._merged if skew == 0.0 else self._merge(skew)
-        samples = np.full((instants.size, len(SAMPLED)), np.nan)
-        free_run_sampled(parameters, state, temperature, self._command, self.air, self.interval, step,
-                         self._placed / p["measurement_rod_position_scale"], points, temperatures, instants, samples)
-        return begin, points, temperatures, (samples[at_drive], samples[at_hydraulic])
+        return state
+
+    def _put(self, parameters: np.ndarray) -> np.ndarray:
+        """Where the rod truly is put at standstills, m, (n,), NaN elsewhere."""
+        return self._placed / parameters[0]["measurement_rod_position_scale"]
 
     def _merge(self, skew: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Both streams' instants in order, the hydraulic ones earlier by a skew, s, none after the end; where in it those of each are."""

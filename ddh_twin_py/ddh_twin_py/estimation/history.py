@@ -11,6 +11,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from ddh_twin_py.physics.compiled import kernel
 from ddh_twin_py.physics.thermal_network import N, N_EDGES, N_FLOWS, N_SURFACES, N_WALLS, NODES, capacities, conductances, network_step
 
 RESTS = np.concatenate([[0.0], np.geomspace(60.0, 7200.0, 14)])
@@ -30,19 +31,27 @@ def rests(parameters: np.ndarray, worked: np.ndarray, air: float, position: floa
     Args:
         parameters: record (1,). air: K. position: of the rod, m.
     """
+    ends = np.round(RESTS / _REST_STEP).astype(np.int64)
+    out = np.empty((len(worked), ends.size, N))
+    _cool_down(parameters, np.ascontiguousarray(worked), air, position, ends, out)
+    return out
+
+
+@kernel
+def _cool_down(parameters, worked, air, position, ends, out):
+    """Write temperatures after each of sorted numbers ``ends`` of rest steps into ``out``; see `rests`."""
     edge, wall, surface, capacity = np.empty(N_EDGES), np.empty(N_WALLS), np.empty((N_SURFACES, 3)), np.empty(N)
     conductances(parameters, edge, wall, surface)
     capacities(parameters, position, capacity)
     heat, flow, work = np.zeros(N), np.zeros(N_FLOWS), np.empty((N + 3, N))
-    ends = np.unique(np.round(RESTS / _REST_STEP).astype(int))
-    out = np.empty((len(worked), RESTS.size, N))
-    for i, begun in enumerate(worked):
-        temperature, course = begun.copy(), [begun]
-        for _ in range(ends[-1]):
-            network_step(parameters, edge, wall, surface, capacity, temperature, air, heat, 0.0, flow, _REST_STEP, work)
-            course.append(temperature.copy())
-        out[i] = np.array(course)[np.round(RESTS / _REST_STEP).astype(int)]
-    return out
+    for i in range(worked.shape[0]):
+        temperature = worked[i].copy()
+        done = 0
+        for j in range(ends.size):
+            while done < ends[j]:
+                network_step(parameters, edge, wall, surface, capacity, temperature, air, heat, 0.0, flow, _REST_STEP, work)
+                done += 1
+            out[i, j] = temperature
 
 
 def likely_rise(histories: np.ndarray, read: Mapping[str, float], air: float) -> np.ndarray:

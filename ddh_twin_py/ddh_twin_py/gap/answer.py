@@ -14,6 +14,7 @@ from ddh_twin_py.gap.classes import classes_of
 from ddh_twin_py.gap.departure import departure_of
 from ddh_twin_py.gap.detection import SIZES, Detection, detections
 from ddh_twin_py.gap.diagnosis import Diagnosis, Weighed
+from ddh_twin_py.gap.drift import Drift
 from ddh_twin_py.gap.held_best import AtBest, HeldBest
 from ddh_twin_py.gap.held_runs import HeldRuns, ratios_of
 from ddh_twin_py.gap.law_freedom import gain_of_freedom
@@ -33,6 +34,7 @@ from ddh_twin_py.gap.unknown import (
     Unknown,
     bent,
     borne_out,
+    drifted,
     far_off,
     halfway,
     left_behind,
@@ -173,6 +175,7 @@ def _heard(unknown: Unknown, model: Diagnosable, found: Found, leader: Refitted,
         unknown = strained(unknown, _in_fitted(model, leader, floor, acts=False))
     followed = {name: over[name] for name in model.followed if name in over and name in first}
     if built and followed:
+        unknown = drifted(unknown, Drift(found.linearised, plain).of(leader), len(leader.columns))
         unknown = far_off(unknown, over, closed, len(leader.columns))
     if leader.columns:
         sizes = {n: (floor[n] * first[n].noise, first[n].unit) for n in followed}

@@ -98,18 +98,20 @@ def diagnose(recordings: Recordings, rig: Rig, without: Collection[str] = (), on
         result = answer.diagnosis(model, found, fitted, unseen(effects, found.linearised.columns), seconds)
     lap("answer")
     told(1.0)
-    return _noted(replace(result, seconds=seconds), read, rig, out_of_order(recordings.field, recordings.commissioning))
+    late = out_of_order(recordings.field, recordings.commissioning)
+    return _noted(replace(result, seconds=seconds), read, rig, late, model.missing())
 
 
-def _noted(result: Diagnosis, recordings: Sequence[Recording], rig: Rig, late: Sequence[str] = ()) -> Diagnosis:
+def _noted(result: Diagnosis, recordings: Sequence[Recording], rig: Rig, late: Sequence[str] = (),
+           missing: Sequence[str] = ()) -> Diagnosis:
     """A diagnosis that says what is wrong with its recordings: what is damaged or contradicts itself at once, what is doubtful last.
 
     Args:
-        late: that their order is wrong.
+        late: that their order is wrong. missing: signals that there are not.
     """
     damaged = [*damage(recordings), *late, *(text for recording in recordings for text in contradictions(recording, rig))]
     blamed = any("load.mass" in h["effects"] for h in result.report["hypotheses"])
-    said = [*damaged, *(undeclared(recordings, rig[PAYLOAD]) if blamed else [])]
+    said = [*damaged, *missing, *(undeclared(recordings, rig[PAYLOAD]) if blamed else [])]
     first = f"Careful: {said[0]}. {result.sentence}" if said and said[0] not in result.sentence else result.sentence
     notes = [*said, *result.report["notes"], *doubts(recordings)]
     return replace(result, report={**result.report, "notes": list(dict.fromkeys(notes))}, sentence=first, damage=damaged)

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from ddh_twin_py.estimation.calibration import INFORMED, FittedParameter
-from ddh_twin_py.estimation.experiment import Experiment
+from ddh_twin_py.estimation.experiment import DRIVE_SIGNALS, HYDRAULIC_SIGNALS, Experiment
 from ddh_twin_py.gap.catalogue import EFFECTS
 from ddh_twin_py.gap.diagnosis import Lack
 from ddh_twin_py.gap.direct_drive import STEP, DirectDrive
@@ -126,17 +126,25 @@ class DriveCase(DirectDrive):
         source = source or "fitted to " + ", ".join(e.recording.path for e in self.experiments)
         return super().rig_with(theta, acting, spread, source, joint)
 
+    def _there(self) -> set[str]:
+        """Signals of which the field recordings hold a usable sample."""
+        return {name for e, altered in zip(self.experiments, self.altered, strict=True) if altered for name in e.signals}
+
+    def missing(self) -> list[str]:
+        """A note on signals of the drive and of the hydraulics that the field recordings do not hold, none where nothing is missing."""
+        there = self._there()
+        names = [name for name in (*DRIVE_SIGNALS, *HYDRAULIC_SIGNALS) if name not in there]
+        alone = "these" if len(names) > 1 else "it"
+        return [f"there is no usable {', '.join(names)}; what shows in {alone} alone cannot be known"] if names else []
+
     def notes(self) -> list[str]:
         """What these recordings cannot say, whatever was found."""
         notes = []
         if self._of_another:
             notes.append(f"{self.rig.file} describes {self._of_another}, the recordings are of {self.rig.rig_id}; what was fitted to "
                          "another rig is no tolerance of this one")
-        field = [e for e, altered in zip(self.experiments, self.altered, strict=True) if altered]
-        there = {name for e in field for name in e.signals}
-        for name in ("pressure_piston_side", "pressure_rod_side", "current", "rod_velocity"):
-            if name not in there:
-                notes.append(f"there is no usable {name}; what shows in it alone cannot be known")
+        notes += self.missing()
+        there = self._there()
         unread = [sensor for sensor in SENSORS if f"temperature/{sensor}" not in there]
         if len(unread) == len(SENSORS):
             notes.append("there is no temperature sensor but ambient; thermal effects cannot be known")

@@ -203,17 +203,19 @@ class Fits:
         Those of the linear model know no effect. A resistance between winding and housing that is grown eightfold turns a motor's heat
         another way, and steps by them creep.
         """
-        own = self._linearised
-        altered = [i for i, acts in enumerate(own.model.altered) if acts]
+        altered = [i for i, acts in enumerate(self._linearised.model.altered) if acts]
         leading = sorted((ids for ids in self.fitted if ids and ids in self._weights), key=lambda ids: -self._full(ids))[:_SHARPENED]
-        reached = []
-        for fitted in [self.fitted[ids] for ids in leading]:
-            fresh = slopes_of(own.model, self._pool, fitted.theta, own.comparisons, altered, acting=fitted.acting)
-            beside = list(own.sensitivities)
-            for i, rows in zip(altered, fresh, strict=True):
-                beside[i] = without_astray(rows)
-            reached.append(Refit(replace(own, sensitivities=beside)).again(fitted))
+        reached = [Refit(self._about(fitted, altered)).again(fitted) for fitted in (self.fitted[ids] for ids in leading)]
         self._take(self._refit.again, reached)
+
+    def _about(self, fitted: Refitted, numbers: Sequence[int]) -> Linearised:
+        """The linearisation with sensitivities of the recordings ``numbers`` where a hypothesis is at its optimum, its effects acting."""
+        own = self._linearised
+        beside = list(own.sensitivities)
+        fresh = slopes_of(own.model, self._pool, fitted.theta, own.comparisons, numbers, acting=fitted.acting)
+        for i, rows in zip(numbers, fresh, strict=True):
+            beside[i] = without_astray(rows)
+        return replace(own, sensitivities=beside)
 
     def gain(self, ids: Ids) -> float:
         """Log evidence over no effect, in full."""
@@ -279,19 +281,20 @@ class Fits:
     def at_full_power(self, wanted: Sequence[Ids]) -> dict[Ids, Refitted]:
         """The fits, those wanted with parameters, sizes and runs where the likelihood counts in full.
 
-        The power makes evidence and deviations honest, but gives priors the upper hand over what commissioning told of the rig.
+        The power makes evidence and deviations honest, but gives priors the upper hand over what commissioning told of the rig. The
+        first of those wanted is fitted with sensitivities of its own place: steps by those of another stop where the other place's
+        model is at its lowest, not its own, and held-out data feel that. Its evidence stays as it was, in fairness to the others.
         """
-        own = self._linearised
-        refit = Refit(own, own.basis.otherwise(1.0, 1.0), _ANY_SIZE)
-
-        def fit(ids: Ids) -> Refitted:
-            was = self.fitted[ids]
-            now = refit.again(was)
+        own, wanted = self._linearised, [ids for ids in dict.fromkeys([*wanted, ()]) if ids in self.fitted]
+        refit = _at_full_power(own)
+        reached = dict(zip(wanted, self._pool.map(lambda ids: refit.again(self.fitted[ids]), wanted), strict=True))
+        first = reached[wanted[0]]
+        reached[wanted[0]] = _at_full_power(self._about(first, range(len(own.comparisons)))).again(first)
+        out = dict(self.fitted)
+        for ids, now in reached.items():
             misfit = own.basis.misfit([c.residual(p) for c, p in zip(own.comparisons, now.predictions, strict=True)])
-            return replace(was, x=now.x, theta=now.theta, predictions=now.predictions, chi_square=misfit)
-
-        wanted = [ids for ids in dict.fromkeys([(), *wanted]) if ids in self.fitted]
-        return {**self.fitted, **dict(zip(wanted, self._pool.map(fit, wanted), strict=True))}
+            out[ids] = replace(self.fitted[ids], x=now.x, theta=now.theta, predictions=now.predictions, chi_square=misfit)
+        return out
 
     def starts(self, found) -> dict[Ids, Start]:
         """Where the leading sets stand, for another linearisation."""
@@ -361,3 +364,8 @@ class Fits:
         beside = self._beside_first
         more = max(0.0, self._full(best) - beside[best]) if best in beside else 0.0
         return {**out, **{ids: weight + more for ids, weight in beside.items()}}
+
+
+def _at_full_power(linearised: Linearised) -> Refit:
+    """Fits where the likelihood counts in full and effects may be of any size."""
+    return Refit(linearised, linearised.basis.otherwise(1.0, 1.0), _ANY_SIZE)

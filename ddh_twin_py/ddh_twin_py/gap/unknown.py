@@ -43,6 +43,9 @@ something unknown is as likely; the same where no commissioning recording showed
 STRAINED, _STRAINED_SOFTNESS = 1.15, 0.025
 """Floors by which a fast signal of a commissioning recording may be off with the parameters that the best listed hypothesis asks for, until
 something unknown is as likely: by itself the rig as built is at its floor."""
+DRIFTED, DRIFTED_ALONE, _DRIFT_SOFTNESS = 8.0, 5.0, 0.7
+"""Standard deviations by which the best listed hypothesis may ask for another rig than was commissioned (`drift.Drift.of`), until something
+unknown is as likely; the same of no effect, which has no law that is a little off."""
 FREEDOM = 3.0
 """Multiple of an effect's law error by which it may do more or less, signal by signal, in every phase and over speed and warmth."""
 BENT, BENT_SHARE, _BENT_SOFTNESS = 40.0, 0.01, 5.0
@@ -227,6 +230,19 @@ def strained(unknown: Unknown, as_built: Mapping[str, float]) -> Unknown:
     note = (f"with the parameters that the best listed hypothesis asks for, {worst} of the commissioning recording is {prompt[worst]:.2f} "
             "times its floor; the rig as built had others")
     return unknown.at_least(float(expit((prompt[worst] - STRAINED) / _STRAINED_SOFTNESS)), note)
+
+
+def drifted(unknown: Unknown, drift: float, effects: int) -> Unknown:
+    """The same, more probable where the best listed hypothesis asks for another rig than was commissioned.
+
+    Args:
+        drift: see `drift.Drift.of`. effects: of which the hypothesis consists.
+    """
+    limit = DRIFTED if effects else DRIFTED_ALONE
+    best = "the best listed hypothesis" if effects else "that no effect acts"
+    note = (f"{best} fits the recordings only with another rig than the commissioning recording shows ({drift:.0f} standard deviations "
+            "beyond what that recording left open)")
+    return unknown.at_least(float(expit((drift - limit) / _DRIFT_SOFTNESS)), note)
 
 
 def bent(unknown: Unknown, gained: float, explained: float) -> Unknown:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 
 from ddh_twin_py.gap.effect import Effect
@@ -81,9 +82,14 @@ def _explained(report: Mapping, catalogue: Mapping[str, Effect], at_best: Mappin
         text += f", which this recording cannot tell from {', '.join(members)}"
     worst, times = _left_most(report, at_best)
     left = f"; {worst} stays {times:.1f} times its floor off, which nothing that is listed explains" if times > _LEFT else ""
+    without = next((h["gap_after"] for h in report["hypotheses"] if not h["effects"] and h["gap_after"] is not None), math.inf)
     if gap["before"] <= 1.0 and gap["after"] > _HARDLY * gap["before"]:
         much = (f"data not used to find it lie within the floor without it as with it ({gap['before']:.1f} and {gap['after']:.1f} times), "
                 "and what tells of it is in the recording in which it was sought")
+    elif _HARDLY * without < gap["after"] and without < _HARDLY * gap["before"]:
+        much = (f"data not used to find it lie {gap['after']:.1f} times the floor off with it and {without:.1f} times without it, once the "
+                f"rig's parameters are fitted anew ({gap['before']:.1f} before), so that what tells of it is in the recording in which it "
+                "was sought alone")
     elif gap["after"] < gap["before"]:
         much = f"it shrinks from {gap['before']:.1f} to {gap['after']:.1f} times the floor on data not used to find it"
     else:
