@@ -12,6 +12,7 @@ from ddh_twin_py.bags.errors import BagError
 from ddh_twin_py.bags.message_types import telemetry_typestore
 from ddh_twin_py.bags.reader import read_recording
 from ddh_twin_py.bags.writer import BagWriter, write_recording
+from ddh_twin_py.telemetry.signals import BESIDE_SENSORS
 from rosbags.highlevel import AnyReader
 from rosbags.rosbag2 import StoragePlugin, Writer
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
@@ -376,6 +377,12 @@ def test_unknown_sensor_is_pointed_out(tmp_path, bag):
     (finding,) = read_recording(target).warnings
     assert "topic /ddh/temperature/oil_tank is no sensor of the interface and is ignored" in finding.message
     assert "valid are ambient, motor_winding" in finding.message
+
+
+def test_what_the_twin_itself_publishes_is_no_misspelt_sensor(tmp_path, bag):
+    names = iter(BESIDE_SENSORS)
+    target = rewritten(bag, tmp_path / "own", topic=lambda t: f"/ddh/{next(names)}" if t.startswith("/ddh/temperature/line_") else t)
+    assert not [f for f in read_recording(target).findings if "is no sensor" in f.message]
 
 
 def test_rig_missing(tmp_path, short):

@@ -122,7 +122,7 @@ def test_pressures_in_bar_are_said_beside_the_answer(new, drifted):
     in_bar = {name: lambda v: v * 1e-5 for name in ("pressure_piston_side", "pressure_rod_side")}
     wrong = replace(drifted, hydraulic=put(drifted.hydraulic, **in_bar))
     report, notes = answer(wrong, new)
-    assert "look as if given in bar" in notes and "there is no usable pressure_rod_side" in notes
+    assert "look as if given in bar" in notes and "there is no usable pressure_piston_side, pressure_rod_side;" in notes
     assert "pressure_rod_side" not in report["shrink"]
 
 

@@ -18,13 +18,14 @@ from ddh_twin_py.bags.writer import write_recording
 from ddh_twin_py.cli.main import main
 from ddh_twin_py.diagnosis.process import Outcome
 from ddh_twin_py.fleet import run as fleet_run
-from ddh_twin_py.fleet.page import fleet_document, verdict
+from ddh_twin_py.fleet.page import fleet_document, remark, verdict
 from ddh_twin_py.fleet.parquet import write_parquet
 from ddh_twin_py.fleet.recordings import FleetError, find_recordings
 from ddh_twin_py.fleet.results import Results
 from ddh_twin_py.fleet.row import COLUMNS, Row, as_csv, row_of
 from ddh_twin_py.fleet.run import Settings, run_fleet
 from ddh_twin_py.report.document import version
+from ddh_twin_py.rig.files import held
 
 FAKE = (sys.executable, str(Path(__file__).parents[1] / "support" / "fake_diagnosis.py"))
 
@@ -293,6 +294,35 @@ def test_the_verb_writes_table_and_page_and_says_what_failed(folder, tmp_path, m
     assert "<svg" in page.read_text()
     assert main(["fleet", str(folder), "--out", str(out), "--quiet", "--csv", str(tmp_path / "t.csv")]) == 0
     assert capsys.readouterr().out == "" and (tmp_path / "t.csv").read_text() == (out / "fleet.csv").read_text()
+
+
+def test_what_warns_of_a_recording_is_told_beside_the_count():
+    bar = "Careful: kpa: look as if given in bar. No gap: with its parameters"
+    told = [remark(row) for row in (Row("a", error="torn"), Row("b", verdict="insufficient", sentence="The recordings allow no answer: x."),
+                                    Row("c", verdict="no_gap", sentence=bar), Row("d", verdict="no_gap", sentence="No gap: with"))]
+    assert told == ["torn", "The recordings allow no answer: x.", bar, ""]
+
+
+def test_two_fleets_do_not_share_results(folder, tmp_path, capsys):
+    with held(tmp_path / "out", ".fleet.lock", FleetError("busy")):
+        assert main(["fleet", str(folder), "--out", str(tmp_path / "out"), "--quiet"]) == 2
+    (line,) = capsys.readouterr().err.strip().splitlines()
+    assert f"{tmp_path / 'out'}: another ddh-twin fleet writes its results there" in line
+
+
+def test_an_interrupted_fleet_says_what_is_kept(folder, tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(fleet_run.Settings, "__init__", _with_fake(fleet_run.Settings.__init__))
+    asked = ["fleet", str(folder), "--out", str(tmp_path), "--quiet"]
+    assert main(asked) == 0
+    capsys.readouterr()
+
+    def interrupt(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(fleet_run, "diagnose_recording", interrupt)
+    assert main([*asked, "--again"]) == 130
+    said = capsys.readouterr().err
+    assert re.search(rf"\d of 5 recordings are finished and kept in {tmp_path}/results; started again, it goes on", said)
 
 
 def test_answers_of_other_versions_are_counted(folder, tmp_path, monkeypatch, capsys):

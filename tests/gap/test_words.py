@@ -12,7 +12,7 @@ NO_GAP = {"verdict": "no_gap", "gap": {"as_is": 5.0, "before": 6.0, "after": 1.0
 @pytest.mark.parametrize(("unseen", "ends"), [
     ((), "that no effect acts is > 99.5 % likely."),
     (("pump_1.leakage", "line_a.loss"),
-     "no effect acts is > 99.5 % likely; 2 effects of the catalogue would not have shown even at a moderate size."),
+     "acts that would have shown is > 99.5 % likely, and 2 effects of the catalogue would not have shown even at a moderate size."),
 ])  # fmt: skip
 def test_no_gap_is_said_of_what_would_show(unseen, ends):
     said = sentence(NO_GAP, EFFECTS, unseen)

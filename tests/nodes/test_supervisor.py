@@ -58,6 +58,13 @@ def test_a_crashed_child_is_started_again_with_growing_pauses():
     assert pauses == ["0.05 s", "0.1 s", "0.2 s", "0.2 s"]
 
 
+def test_what_would_begin_from_the_start_is_not_started_again_and_ends_the_whole():
+    model = Child("model", shell("trap 'exit 0' TERM; while :; do sleep 0.05; done"))
+    run = Run(model, Child("player", shell("echo plays; kill -9 $$"), source=True, once=True))
+    assert run.until("player ended (signal SIGKILL)") == 1
+    assert not run.said("started again (") and not model.running
+
+
 def test_a_child_that_ran_long_begins_with_the_shortest_pause_again(monkeypatch):
     monkeypatch.setattr(module, "STEADY", 0.0)
     run = Run(Child("weak", shell("exit 3")))

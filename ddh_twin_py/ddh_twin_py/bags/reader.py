@@ -20,6 +20,7 @@ from ddh_twin_py.bags.topics import choose_namespace, nearest_telemetry, split_t
 from ddh_twin_py.rig import LARGEST_PAYLOAD, OIL_GRADE
 from ddh_twin_py.telemetry.recording import Finding, Recording, RigInfo, Stream
 from ddh_twin_py.telemetry.signals import (
+    BESIDE_SENSORS,
     DRIVE_FIELDS,
     DRIVE_TOPIC,
     HYDRAULIC_FIELDS,
@@ -31,8 +32,6 @@ from ddh_twin_py.telemetry.signals import (
     ZERO_CELSIUS,
 )
 
-_OWN_TOPICS = frozenset({"temperature/estimates", "temperature/residuals"})
-"""What the twin itself publishes below the prefix of the sensors."""
 _WHOLE = 0.95  # of the messages that a bag should hold, below which what was recovered is not the recording
 _REACH = 30 * 86400 * 10**9  # ns; a stamp older than the others by more is no time of measurement
 
@@ -243,7 +242,7 @@ def _other_topics(file: str, namespace: str, collector: Collector) -> list[Findi
     findings = []
     for topic in others:
         relative = topic[len(namespace) + 1 :] if topic.startswith(namespace + "/") else ""
-        if relative.startswith(TEMPERATURE_PREFIX) and relative not in _OWN_TOPICS:
+        if relative.startswith(TEMPERATURE_PREFIX) and relative not in BESIDE_SENSORS:
             message = (
                 f"{file}: topic {topic} is no sensor of the interface and is ignored; nearest is "
                 f"{nearest_telemetry(topic, namespace)}, valid are {', '.join(TEMPERATURE_SENSORS)}"

@@ -55,7 +55,7 @@ def choose_namespace(path: str, types: dict[str, str], wanted: str | None) -> st
         raise BagError(f"{path} has no telemetry: expected topics such as /ddh/{DRIVE_TOPIC}; it has {_listed(types)}")
     if len(candidates) > 1:
         names = " and ".join(repr(n or "/") for n in candidates)
-        raise BagError(f"{path} holds {len(candidates)} rigs, in the namespaces {names}; choose one by namespace")
+        raise BagError(f"{path} holds {len(candidates)} rigs, in the namespaces {names}; choose one with --namespace NAME")
     return candidates[0]
 
 

@@ -13,5 +13,6 @@ EXIT_CODES = {
 NO = {
     "calibrate": "nothing that --only asked for can be identified; no rig file is written",
     "doctor": "something does not work",
+    "up": "the player of a bag crashed",
 }
 """Verbs that can answer no, and what it means."""

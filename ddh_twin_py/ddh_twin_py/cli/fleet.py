@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import os
+import sys
 from pathlib import Path
 
 from ddh_twin_py.cli.arguments import InputError, add_html, add_json, add_quiet, add_rig, add_verb, output_file, positive, refuse_unwritable
@@ -13,6 +14,7 @@ _EXAMPLE = """\
   ddh-twin fleet /data/cranes --jobs 4 --out out/cranes --parquet out/cranes.parquet"""
 
 _TABLE = "fleet.csv"
+_LOCK = ".fleet.lock"  # held as long as recordings are diagnosed; the file stays
 
 
 def add_parser(subparsers) -> None:
@@ -53,14 +55,15 @@ def run(args: argparse.Namespace) -> int:
     from dataclasses import asdict
 
     from ddh_twin_py.cli.console import put_json, stage
-    from ddh_twin_py.fleet.page import fleet_document, fleet_end, of_other_versions, verdict
+    from ddh_twin_py.fleet.page import fleet_document, fleet_end, of_other_versions, remark, verdict
     from ddh_twin_py.fleet.parquet import write_parquet
-    from ddh_twin_py.fleet.recordings import find_recordings
+    from ddh_twin_py.fleet.recordings import FleetError, find_recordings
     from ddh_twin_py.fleet.results import Results
     from ddh_twin_py.fleet.row import as_csv
     from ddh_twin_py.fleet.run import Settings, run_fleet
     from ddh_twin_py.report.document import write_text
     from ddh_twin_py.rig import load_rig
+    from ddh_twin_py.rig.files import held
 
     rig = load_rig(args.rig)
     for name, given in (("FOLDER", args.folder), ("--out", args.out)):
@@ -69,8 +72,16 @@ def run(args: argparse.Namespace) -> int:
     out = Path(args.out)
     refuse_unwritable("--out", out, [out / _TABLE])
     found = find_recordings(args.folder, out, Path(args.rig) if args.rig else None)
-    with stage(f"diagnosing {len(found)} recordings", args.quiet) as progress:
-        rows = run_fleet(found, Results(out / "results"), Settings(args.longest), args.jobs, args.cluster, args.again, progress)
+    busy = FleetError(f"{out}: another ddh-twin fleet writes its results there; wait for it, or give --out another folder")
+    results = Results(out / "results")
+    with held(out, _LOCK, busy), stage(f"diagnosing {len(found)} recordings", args.quiet) as progress:
+        try:
+            rows = run_fleet(found, results, Settings(args.longest), args.jobs, args.cluster, args.again, progress)
+        except KeyboardInterrupt:
+            kept = sum(results.finished(one) is not None for one in found)
+            print(f"{kept} of {len(found)} recordings are finished and kept in {results.folder}; started again, it goes on with the others",
+                  file=sys.stderr, flush=True)
+            raise
     table = args.csv or str(out / _TABLE)
     write_text(table, as_csv(rows))
     if args.parquet:
@@ -83,8 +94,8 @@ def run(args: argparse.Namespace) -> int:
     if not args.quiet and args.json != "-":
         print(verdict(rows))
         for row in rows:
-            if row.error:
-                print(f"  {row.recording}: {row.error}")
+            if said := remark(row):
+                print(f"  {row.recording}: {said}")
         if others := of_other_versions(rows):
             print(f"answers of other versions: {others}; --again makes them anew")
         print(f"table: {table}" + (f", page: {args.html}" if args.html else ""))

@@ -18,6 +18,8 @@ BACK_OFF = (1.0, 2.0, 4.0, 8.0, 16.0, 30.0)
 """s of waiting before the first, second ... restart in a row."""
 STEADY = 60.0
 """s of running after which the back-off begins anew."""
+CUT_OFF = 1
+"""Exit code where a child that is run once crashed."""
 UNUSABLE = 2
 """Exit code of a node that cannot use what it was given; a restart would not help."""
 # Not SIGINT first: a Python that is still importing answers it with a traceback.
@@ -29,12 +31,14 @@ _PR_SET_PDEATHSIG = 1
 class Child:
     """A process to be kept: its name in the log, its command.
 
-    `source`: may end, and the whole ends when all sources have. `last`: stopped after the others.
+    `source`: may end, and the whole ends when all sources have. `once`: begins from the start if started again, so that the whole ends
+    where it crashes. `last`: stopped after the others.
     """
 
     name: str
     command: Sequence[str]
     source: bool = False
+    once: bool = False
     last: bool = False
     process: subprocess.Popen | None = None
     restarts: int = 0
@@ -132,6 +136,9 @@ class Supervisor:
             self._line("up", f"{child.name} cannot use what it was given, stopping")
             return UNUSABLE
         ran = time.monotonic() - child.started
+        if child.once:
+            self._line("up", f"{child.name} ended ({_reason(code)}) after {ran:.1f} s; again it would begin from the start, stopping")
+            return CUT_OFF
         child.in_a_row = 0 if ran > STEADY else child.in_a_row
         wait = BACK_OFF[min(child.in_a_row, len(BACK_OFF) - 1)]
         child.in_a_row += 1

@@ -48,7 +48,8 @@ def add_parser(subparsers) -> None:
     parser = add_verb(
         subparsers, "up", "run the twin's nodes beside a machine, a bag or a simulated rig",
         "Starts the nodes as processes, restarts one that crashes (after 1, 2, 4 ... 30 s), and stops all of them on\n"
-        "Ctrl-C, or when the bag or the duty has come to its end. `ros2 launch ddh_twin_py twin.launch.py` does the\n"
+        "Ctrl-C, when the bag or the duty has come to its end, or when the player of a bag crashes, which would begin\n"
+        "from the start. `ros2 launch ddh_twin_py twin.launch.py` does the\n"
         "same, with the same arguments, where ROS 2 is installed.",
         _EXAMPLE,
     )
@@ -196,7 +197,7 @@ def run(args: argparse.Namespace) -> int:
     children = [
         Child(
             name, command(name, parameters, args.namespace, args.params),
-            source=name in ENDING, last=name == "bag_recorder",
+            source=name in ENDING, once=name == "bag_player", last=name == "bag_recorder",
         )
         for name, parameters in nodes.items()
     ]  # fmt: skip

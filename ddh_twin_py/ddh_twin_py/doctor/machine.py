@@ -11,10 +11,10 @@ from ddh_twin_py.bags.message_types import know
 from ddh_twin_py.bags.topics import nearest_telemetry, split_topic
 from ddh_twin_py.doctor.check import Check
 from ddh_twin_py.doctor.survey import HeardTopic, Survey
-from ddh_twin_py.doctor.twin import BESIDE_SENSORS
 from ddh_twin_py.telemetry.recording import Recording, Stream
 from ddh_twin_py.telemetry.screening import screen_recording
 from ddh_twin_py.telemetry.signals import (
+    BESIDE_SENSORS,
     DRIVE_FIELDS,
     DRIVE_TOPIC,
     HYDRAULIC_FIELDS,

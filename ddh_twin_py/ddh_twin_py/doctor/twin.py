@@ -11,8 +11,6 @@ GROUP = "twin"
 NODES = ("hydraulic_model", "machine_thermal", "temperature_fusion", "gap_monitor")
 OUTPUTS = {"hydraulics/state": "hydraulic_model", "motor/thermal_state": "machine_thermal", "temperature/estimates": "temperature_fusion"}
 """Topics that come with each interval, and the node that publishes them."""
-BESIDE_SENSORS = ("temperature/estimates", "temperature/limits", "temperature/residuals")
-"""Topics of the twin that lie among those of the temperature sensors."""
 _LEAST_RATE = 10.0  # 1/s of 20, beside a machine in real time
 _LEVELS = {0: "ok", 1: "warning", 2: "error", 3: "error"}
 

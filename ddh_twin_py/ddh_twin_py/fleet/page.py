@@ -48,6 +48,13 @@ def fleet_end(rows: Sequence[Row], rig_file: str) -> doc.EndMatter:
     )
 
 
+def remark(row: Row) -> str:
+    """What must be known of a recording before its verdict is read: why there is none, or what its answer warns of; else empty."""
+    if row.error or row.verdict == "insufficient":
+        return row.error or row.sentence
+    return row.sentence if row.sentence.startswith("Careful") else ""
+
+
 def verdict(rows: Sequence[Row]) -> str:
     """One sentence: of how many recordings and rigs, and what is wrong with how many."""
     rigs = {row.rig for row in rows if row.rig}

@@ -193,7 +193,8 @@ def no_answer(field: Sequence[Experiment], validated: bool) -> str:
         return _NO_FORCE
     longest = max(e.duration - e.held_from for e in field)
     if not validated and longest < HELD:
-        return f"the recordings are too short to hold a part of them out: {longest:.0f} s of it would count, {HELD:.0f} s are needed"
+        return (f"the field recordings are too short to hold a part of them out: of {max(e.duration for e in field):.0f} s the last "
+                f"{longest:.0f} s would count, {HELD:.0f} s are needed; a validation recording, or a longer field recording, is")
     return ""
 
 

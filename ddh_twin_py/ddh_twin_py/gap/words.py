@@ -60,8 +60,10 @@ def _no_gap(report: Mapping, unseen: int, at_best: Mapping[str, float] | None, a
     worst, times = _left_most(report, at_best)
     if times > _LEFT:
         text += f"; {worst} stays {times:.1f} times its floor off, and no listed effect explains that"
-    but = f"; {unseen} effect{'s' * (unseen > 1)} of the catalogue would not have shown even at a moderate size" if unseen else ""
-    return f"{text}; that no effect acts is {probably(none)} likely{but}."
+    if not unseen:
+        return f"{text}; that no effect acts is {probably(none)} likely."
+    return (f"{text}; that no effect acts that would have shown is {probably(none)} likely, and {unseen} "
+            f"effect{'s' * (unseen > 1)} of the catalogue would not have shown even at a moderate size.")
 
 
 def _left_most(report: Mapping, at_best: Mapping[str, float] | None) -> tuple[str, float]:

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import fcntl
 import json
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from concurrent.futures import Executor, ProcessPoolExecutor, as_completed
-from contextlib import contextmanager
 from multiprocessing import get_context
 from pathlib import Path
 
@@ -15,7 +13,7 @@ from ddh_twin_py.gap_bench.plan import SUITES, PlanError, Planned, plan
 from ddh_twin_py.gap_bench.running import executor
 from ddh_twin_py.gap_bench.sealing import SEAL, seal
 from ddh_twin_py.rig import load_rig
-from ddh_twin_py.rig.files import write_whole
+from ddh_twin_py.rig.files import held, write_whole
 
 RECIPE = "recipe.json"
 """What a bench was asked to be."""
@@ -50,7 +48,8 @@ def make_bench(out: Path, cases: int, seed: int, suites: tuple[str, ...] = (), j
     if (out / SEAL).is_file():
         seal(out)
         return []
-    with _alone(out):
+    busy = PlanError(f"{out}: another ddh-twin gap-bench is making cases there; wait for it, or use another folder")
+    with held(out, _LOCK, busy):
         write_whole(file, json.dumps(recipe))
         planned = plan(cases, seed, suites)
         failed = []
@@ -63,22 +62,6 @@ def make_bench(out: Path, cases: int, seed: int, suites: tuple[str, ...] = (), j
                     progress(done / len(waiting))
         seal(out)
     return sorted(failed)
-
-
-@contextmanager
-def _alone(out: Path) -> Iterator[None]:
-    """Hold a folder for making; freed also where the process is killed.
-
-    Raises:
-        PlanError: another process holds it.
-    """
-    out.mkdir(parents=True, exist_ok=True)
-    with open(out / _LOCK, "w") as lock:
-        try:
-            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            raise PlanError(f"{out}: another ddh-twin gap-bench is making cases there; wait for it, or use another folder") from None
-        yield
 
 
 def _makers(jobs: int, cluster: str | None) -> Executor:

@@ -19,8 +19,9 @@ from ddh_twin_py.diagnosis.child import ENGINE
 from ddh_twin_py.diagnosis.process import DiagnosisProcess
 from ddh_twin_py.gap_bench.result_files import is_answered, read_result, result_file
 from ddh_twin_py.gap_bench.sealing import suite_of, truth_of, verify
-from ddh_twin_py.rig.files import write_whole
+from ddh_twin_py.rig.files import held, write_whole
 
+_LOCK = ".run.lock"  # held as long as cases are answered; the file stays
 TIMEOUT = 1800.0
 """s after which a diagnosis counts as crashed."""
 
@@ -104,7 +105,7 @@ def run_bench(out: Path, jobs: int = 1, suites: tuple[str, ...] = (), cases: int
         names of the cases of which a process did not end well.
 
     Raises:
-        SealError: the truth is not what was sealed. BenchError: no such case, no such engine, or no dask.
+        SealError: the truth is not what was sealed. BenchError: no such case, no such engine, no dask, or another process runs it.
     """
     names = selected(out, suites, cases)
     module = engine.partition(":")[0]
@@ -113,7 +114,8 @@ def run_bench(out: Path, jobs: int = 1, suites: tuple[str, ...] = (), cases: int
     if again:
         forget(out, names, crashed=again == "crashed")
     crashed = []
-    with executor(jobs, cluster) as pool:
+    busy = BenchError(f"{out}: another ddh-twin gap-bench is running there; wait for it")
+    with held(out, _LOCK, busy), executor(jobs, cluster) as pool:
         waiting = [pool.submit(run_case, str(out.absolute()), name, engine, oracle) for name in names]
         for done, future in enumerate(as_completed(waiting), 1):
             name, well = future.result()

@@ -1,9 +1,12 @@
-"""Files that people name: written whole or not at all; the nearest of one that is not there; names as they can be shown."""
+"""Files that people name: written whole or not at all, in folders that one process holds; what lies near; names as they can be shown."""
 
 from __future__ import annotations
 
 import difflib
+import fcntl
 import os
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 
@@ -49,3 +52,19 @@ def write_whole(path: str | Path, content: str | bytes) -> Path:
             raise OSError(error.errno, error.strerror, str(path)) from None
         raise
     return path
+
+
+@contextmanager
+def held(folder: Path, lock: str, refusal: Exception) -> Iterator[None]:
+    """Hold a folder, which is made where there is none, by a file in it named ``lock``; freed also where the process is killed.
+
+    Raises:
+        Exception: ``refusal``, where another process holds it. OSError: the folder cannot be made.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    with open(folder / lock, "w") as file:
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            raise refusal from None
+        yield

@@ -12,6 +12,8 @@ ZERO_CELSIUS = 273.15  # K
 DRIVE_TOPIC = "drive/telemetry"
 HYDRAULIC_TOPIC = "hydraulics/telemetry"
 TEMPERATURE_PREFIX = "temperature/"
+BESIDE_SENSORS = ("temperature/estimates", "temperature/limits", "temperature/residuals")
+"""Topics of the twin that lie among those of the temperature sensors."""
 RIG_TOPIC = "rig"
 
 DRIVE_TYPE = "ddh_msgs/msg/DriveTelemetry"
