@@ -43,9 +43,9 @@ something unknown is as likely; the same where no commissioning recording showed
 STRAINED, _STRAINED_SOFTNESS = 1.15, 0.025
 """Floors by which a fast signal of a commissioning recording may be off with the parameters that the best listed hypothesis asks for, until
 something unknown is as likely: by itself the rig as built is at its floor."""
-DRIFTED, DRIFTED_ALONE, _DRIFT_SOFTNESS = 8.0, 5.0, 0.7
+DRIFTED, DRIFTED_ALONE, _DRIFT_SOFTNESS, _DRIFT_MOST = 8.0, 5.0, 0.7, 0.8
 """Standard deviations by which the best listed hypothesis may ask for another rig than was commissioned (`drift.Drift.of`), until something
-unknown is as likely; the same of no effect, which has no law that is a little off."""
+unknown is about as likely; the same of no effect, which has no law that is a little off; how sure that makes it at most."""
 FREEDOM = 3.0
 """Multiple of an effect's law error by which it may do more or less, signal by signal, in every phase and over speed and warmth."""
 BENT, BENT_SHARE, _BENT_SOFTNESS = 40.0, 0.01, 5.0
@@ -242,7 +242,7 @@ def drifted(unknown: Unknown, drift: float, effects: int) -> Unknown:
     best = "the best listed hypothesis" if effects else "that no effect acts"
     note = (f"{best} fits the recordings only with another rig than the commissioning recording shows ({drift:.0f} standard deviations "
             "beyond what that recording left open)")
-    return unknown.at_least(float(expit((drift - limit) / _DRIFT_SOFTNESS)), note)
+    return unknown.at_least(_DRIFT_MOST * float(expit((drift - limit) / _DRIFT_SOFTNESS)), note)
 
 
 def bent(unknown: Unknown, gained: float, explained: float) -> Unknown:
