@@ -59,7 +59,7 @@ class Basis:
         other = copy(self)
         scale = np.ones(self.size)
         scale[self.parameters :] = wider
-        other.power, other.columns = power, [c * scale for c in self.columns]
+        other.power, other.columns = power, self.columns if wider == 1.0 else [c * scale for c in self.columns]
         other.information = power / self.power * np.outer(scale, scale) * self.information
         other._prepare()
         return other
