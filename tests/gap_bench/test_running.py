@@ -9,6 +9,7 @@ from ddh_twin_py.gap_bench import running
 from ddh_twin_py.gap_bench.running import BenchError, executor, result_file, run_bench
 from ddh_twin_py.gap_bench.scoring import answers_of_all
 from ddh_twin_py.gap_bench.sealing import SealError, seal, verify
+from ddh_twin_py.rig.files import held
 from support.gap_reports import truth
 
 
@@ -45,6 +46,15 @@ def test_an_unfinished_case_is_run(bench, engine):
     result_file(bench, "case_0004", "blind").unlink()
     run_bench(bench, engine=name)
     assert asked.read_text() == "case_0004 [] None\n"
+
+
+def test_who_comes_second_is_refused_and_forgets_nothing(bench, engine):
+    name, asked = engine
+    run_bench(bench, engine=name, oracle=False)
+    asked.unlink()
+    with held(bench, ".run.lock", BenchError("first")), pytest.raises(BenchError, match="another ddh-twin gap-bench is running there"):
+        run_bench(bench, engine=name, oracle=False, again="all")
+    assert result_file(bench, "case_0001", "blind").is_file() and not asked.exists()
 
 
 def test_asked_again(bench, engine):

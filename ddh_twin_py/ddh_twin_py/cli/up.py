@@ -49,8 +49,8 @@ def add_parser(subparsers) -> None:
         subparsers, "up", "run the twin's nodes beside a machine, a bag or a simulated rig",
         "Starts the nodes as processes, restarts one that crashes (after 1, 2, 4 ... 30 s), and stops all of them on\n"
         "Ctrl-C, when the bag or the duty has come to its end, or when the player of a bag crashes, which would begin\n"
-        "from the start. `ros2 launch ddh_twin_py twin.launch.py` does the\n"
-        "same, with the same arguments, where ROS 2 is installed.",
+        "from the start. `ros2 launch ddh_twin_py twin.launch.py` does the same, with the same arguments, where ROS 2 is\n"
+        "installed.",
         _EXAMPLE,
     )
     parser.add_argument(

@@ -205,8 +205,8 @@ class Experiment:
         group = min(self.axis.size, max(1, round(_ROUGH_INTERVAL / self.interval)))
         n = self.axis.size // group
         temperature, temperatures = begin.copy(), np.empty((n, N))
-        free_run(parameters, self._settled(parameters), temperature, np.ascontiguousarray(self._command[::group][: command_size(n)]),
-                 np.ascontiguousarray(self.air[::group][:n]), group * self.interval, _ROUGH, self._put(parameters)[::group][:n].copy(),
+        command, air, put = self._command[::group][: command_size(n)], self.air[::group][:n], self._put(parameters)[::group][:n]
+        free_run(parameters, self._settled(parameters), temperature, command.copy(), air.copy(), group * self.interval, _ROUGH, put.copy(),
                  np.zeros(n, OPERATING_DTYPE), temperatures)
         return temperatures
 

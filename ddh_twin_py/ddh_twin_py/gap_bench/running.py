@@ -111,11 +111,11 @@ def run_bench(out: Path, jobs: int = 1, suites: tuple[str, ...] = (), cases: int
     module = engine.partition(":")[0]
     if engine == ENGINE and find_spec(module) is None:
         raise BenchError(f"{module}: this installation has no gap diagnosis, there is nothing to run")
-    if again:
-        forget(out, names, crashed=again == "crashed")
     crashed = []
     busy = BenchError(f"{out}: another ddh-twin gap-bench is running there; wait for it")
     with held(out, _LOCK, busy), executor(jobs, cluster) as pool:
+        if again:
+            forget(out, names, crashed=again == "crashed")
         waiting = [pool.submit(run_case, str(out.absolute()), name, engine, oracle) for name in names]
         for done, future in enumerate(as_completed(waiting), 1):
             name, well = future.result()
