@@ -68,8 +68,14 @@ def test_every_quantity_of_the_sheet_stands_on_the_page(names):
     (r"(\S+) nodes: slot winding", thermal_network.N, 1.0),
     (r"constant, (\S+)·10⁻⁸ \|", thermal_network.STEFAN_BOLTZMANN, 1e-8),
     (r"smoothed over (\S+) s", AMBIENT_LAG, 1.0),
-    (r"\| (\S+) ms; 12\.5 ms", free_run.HYDRAULIC_STEP, 1e-3),
+    (r"\| (\S+) ms; 2\.5 ms", free_run.HYDRAULIC_STEP, 1e-3),
+    (r"1 ms; (\S+) ms once", free_run.DAMPED_FACTOR * free_run.HYDRAULIC_STEP, 1e-3),
+    (r"not bent by (\S+) rad", free_run.BEND, 1.0),
+    (r"rad/s² for (\S+) s", free_run.DAMPED_AFTER, 1.0),
+    (r"(\S+) ms once it has been constant", free_run.CALM_STEP, 1e-3),
     (r"been constant for (\S+) s", free_run.CALM_AFTER, 1.0),
+    (r"(\S+) ms after 1 s", free_run.STILL_STEP, 1e-3),
+    (r"50 ms after (\S+) s", free_run.STILL_AFTER, 1.0),
     (r"at 23 °C: (\S+) Pa·s|oefficients were found: (\S+) Pa·s", RIG["oil.reference_viscosity"], 1.0),
 ])
 def test_constants_of_the_page_are_those_of_the_code(page, text, value, scale):

@@ -7,13 +7,14 @@ import numpy as np
 from ddh_twin_py.physics.balance import add_further_heat, add_hydraulics, add_motor, clear, motor_current
 from ddh_twin_py.physics.compiled import inlined, kernel
 from ddh_twin_py.physics.hydraulics import (
-    CALM,
+    COMMAND_SLOPE,
     HYDRAULIC_STATES,
     POSITION,
     PRESSURE_A,
     PRESSURE_B,
     SPEED,
     SPEED_REFERENCE,
+    UNBENT,
     VELOCITY,
     VISCOUS_NODES,
     WARMING,
@@ -41,14 +42,18 @@ from ddh_twin_py.physics.thermal_network import (
 from ddh_twin_py.physics.valves import check_flow, relief_flow
 
 HYDRAULIC_STEP = 1.0e-3
-"""s, default step of pressures, piston and shaft while something changes; the thermal network moves once per interval."""
+"""s, default step of pressures, piston and shaft where the oil springs may ring; the thermal network moves once per interval."""
 COMMAND_PARTS = 5
 """Parts of an interval at whose edges the speed command is given."""
-CALM_AFTER = 0.3
-"""s of constant command after which the oil springs have settled and a longer step does."""
-CALM_FACTOR, CALM_STEP = 12, 0.0125
-"""How much longer that step is, and the longest, s. The choice hangs on the command, so that a fit sees a smooth function, and on the end
-stops: a piston that could meet one within the interval takes no long step, whose error would leave a void in the oil."""
+BEND = 20.0
+"""rad/s2, change of the command's slope that makes the oil springs ring; what a clock's jitter bends a ramp by is less."""
+DAMPED_AFTER, DAMPED_FACTOR = 0.15, 2.5
+CALM_AFTER, CALM_FACTOR, CALM_STEP = 0.3, 12.0, 0.0125
+STILL_AFTER, STILL_FACTOR, STILL_STEP = 1.0, 50.0, 0.05
+"""s since the command last bent, how many times longer a step then is, and the longest, s: in a ramp, and twice for a constant command.
+The choice hangs on the command, so that a fit sees a smooth function, but for a shaft that the current limit holds back, which takes
+none of them, and a piston that could meet an end stop within the interval, which takes none of the latter two: their error would leave
+a void in the oil."""
 
 
 @inlined
@@ -78,6 +83,12 @@ def _clear_of_stops(position, way, p):
     """Whether a piston at ``position`` that may go twice ``way`` (both m) stays off the end stops."""
     reach = 2.0 * abs(way)
     return position > reach - p.cylinder_run_past_retracted and position < p.cylinder_stroke + p.cylinder_run_past_extended - reach
+
+
+@inlined
+def _longer(interval, factor, step, longest):
+    """Steps that an interval is divided into (interval and steps in s) where they may be ``factor`` times longer, up to ``longest``."""
+    return max(1, int(round(interval / min(factor * step, max(step, longest)))))
 
 
 @inlined
@@ -138,9 +149,9 @@ def free_run_sampled(params, state, temperature, command, ambient, interval, ste
     middle = temperature.copy()
     conductances(params, edge, wall, surface)
     fine = max(1, int(round(interval / (COMMAND_PARTS * step))))
-    coarse = max(1, int(round(interval / min(CALM_FACTOR * step, max(step, CALM_STEP)))))
-    fine_decays, coarse_decays = follow_decays(interval / (COMMAND_PARTS * fine), p), follow_decays(interval / coarse, p)
-    calm = state[CALM]
+    damped = _longer(interval / COMMAND_PARTS, DAMPED_FACTOR, step, interval)
+    calm, still = _longer(interval, CALM_FACTOR, step, CALM_STEP), _longer(interval, STILL_FACTOR, step, STILL_STEP)
+    unbent, last_slope = state[UNBENT], state[COMMAND_SLOPE]
     iron = iron_coefficients(p)
     lost = 0.0
     at = 0
@@ -158,14 +169,23 @@ def free_run_sampled(params, state, temperature, command, ambient, interval, ste
         resistance = winding_resistance(temperature, p)
         torque_limit = available_current(temperature[SLOT_WINDING], temperature[END_WINDING], p) * magnets * p.motor_torque_constant
         first = k * COMMAND_PARTS
-        steady = True
+        steady, bent = True, False
         for j in range(COMMAND_PARTS):
-            steady = steady and command[first + j + 1] == command[first + j]
-        calm = calm + interval if steady else 0.0
-        settled = calm > CALM_AFTER and _clear_of_stops(state[POSITION], state[VELOCITY] * interval, p)
-        parts, count, decays = (1, coarse, coarse_decays) if settled else (COMMAND_PARTS, fine, fine_decays)
+            slope = (command[first + j + 1] - command[first + j]) * COMMAND_PARTS / interval
+            steady = steady and slope == 0.0
+            bent = bent or abs(slope - last_slope) > BEND
+            last_slope = slope
+        since = unbent + 0.5 * interval  # up to the middle of the interval
+        if bent or state[SPEED] != state[SPEED_REFERENCE]:
+            since = 0.0
+        unbent = 0.0 if bent else unbent + interval
+        parts, count = COMMAND_PARTS, damped if since > DAMPED_AFTER else fine
+        settled = steady and since > CALM_AFTER and _clear_of_stops(state[POSITION], state[VELOCITY] * interval, p)
+        if settled:
+            parts, count = 1, still if since > STILL_AFTER else calm
         span = interval / parts
         h = span / count
+        decay_early, decay_late = follow_decays(h, p)
         share = 1.0 / (parts * count)
         soft = softness(state, p)
         acceleration, limited = 0.0, 0.0
@@ -182,7 +202,7 @@ def free_run_sampled(params, state, temperature, command, ambient, interval, ste
                 earlier = (state[SPEED], current, max(state[PRESSURE_A], VAPOUR_PRESSURE), max(state[PRESSURE_B], VAPOUR_PRESSURE),
                            state[POSITION], state[VELOCITY])
                 speed, acceleration, pressure_a, pressure_b, velocity, position, soft, limited = hydraulic_step(
-                    state, command[first + j] + slope * (m * h), slope, h, decays[0], decays[1], torque_limit, soft, c, p)
+                    state, command[first + j] + slope * (m * h), slope, h, decay_early, decay_late, torque_limit, soft, c, p)
                 last = j == parts - 1 and m == count - 1
                 if last:
                     _take(point, -1.0 / share, swing_heat, swing_flow, False)
@@ -215,7 +235,7 @@ def free_run_sampled(params, state, temperature, command, ambient, interval, ste
         for i in range(len(VISCOUS_NODES)):
             state[WARMING + i] += temperature[VISCOUS_NODES[i]] / interval
         temperatures[k] = temperature
-    state[CALM] = calm
+    state[UNBENT], state[COMMAND_SLOPE] = unbent, last_slope
     return lost
 
 
@@ -234,6 +254,7 @@ def settle(params, state, position, pressure_a, pressure_b):
     state[PRESSURE_B] = pressure_b
     state[VELOCITY] = 0.0
     state[POSITION] = position
-    state[CALM] = 0.0
+    state[UNBENT] = 0.0
+    state[COMMAND_SLOPE] = 0.0
     for i in range(len(VISCOUS_NODES)):
         state[WARMING + i] = 0.0

@@ -30,12 +30,12 @@ from ddh_twin_py.physics.oil import VAPOUR_PRESSURE, compressibility, pressure_f
 from ddh_twin_py.physics.thermal_network import LINE_A, LINE_B, PUMP_1_OIL, PUMP_2_OIL
 from ddh_twin_py.physics.valves import check_flow, relief_flow, relief_flow_slope
 
-HYDRAULIC_STATES = ("speed_reference", "speed", "pressure_piston_side", "pressure_rod_side", "rod_velocity", "rod_position", "calm",
-                    "warming_pump_1_oil", "warming_pump_2_oil", "warming_line_a_oil", "warming_line_b_oil")
-"""Order of the hydraulic state: rad/s, rad/s, Pa, Pa, m/s, m, s since the command last changed, and K/s of the oil whose
-viscosity counts, over the interval before."""
-SPEED_REFERENCE, SPEED, PRESSURE_A, PRESSURE_B, VELOCITY, POSITION, CALM = range(7)
-WARMING = 7
+HYDRAULIC_STATES = ("speed_reference", "speed", "pressure_piston_side", "pressure_rod_side", "rod_velocity", "rod_position", "unbent",
+                    "command_slope", "warming_pump_1_oil", "warming_pump_2_oil", "warming_line_a_oil", "warming_line_b_oil")
+"""Order of the hydraulic state: rad/s, rad/s, Pa, Pa, m/s, m, s since the command last bent, rad/s2 of the command at the end
+of the interval before, and K/s of the oil whose viscosity counts, over that interval."""
+SPEED_REFERENCE, SPEED, PRESSURE_A, PRESSURE_B, VELOCITY, POSITION, UNBENT, COMMAND_SLOPE = range(8)
+WARMING = 8
 """First of the states of warming, in the order of `VISCOUS_NODES`."""
 VISCOUS_NODES = (PUMP_1_OIL, PUMP_2_OIL, LINE_A, LINE_B)
 """Nodes whose oil leaks, rubs and flows through the lines."""
