@@ -24,7 +24,7 @@ def inputs():
     heat[[NODES.index(f"pump_{k}_oil") for k in (1, 2)]] += 1500.0
     heat[[NODES.index(f"pump_{k}_case") for k in (1, 2)]] += 300.0  # friction of either kind, and leakage
     return {
-        "params": load_rig().parameters, "lag": 6.0, "heat": heat, "square": 60.0,
+        "params": load_rig().parameters, "lag": np.full(NODE.size, 6.0), "heat": heat, "square": 60.0,
         "flow": rng.uniform(1.0e-5, 2.0e-4, N_FLOWS), "position": 0.2, "ambient": 296.0,
         "dynamic": 296.0 + rng.uniform(2.0, 40.0, D),
     }

@@ -11,7 +11,7 @@ import numpy as np
 from ddh_msgs.msg import HydraulicState, MotorThermalState, ResidualArray, TemperatureEstimateArray
 from ddh_twin_py.cli.arguments import InputError
 from ddh_twin_py.estimation.replay import ReplayResult, lagged
-from ddh_twin_py.estimation.sensors import NODE_INDEX
+from ddh_twin_py.estimation.sensors import NODE_INDEX, SENSORS
 from ddh_twin_py.estimation.temperature_filter import GATE
 from ddh_twin_py.estimation.temperature_fusion import Innovation
 from ddh_twin_py.nodes.conversion import FREE_RUN, FUSION, SOFT_SENSOR, to_kelvin
@@ -22,6 +22,7 @@ from ddh_twin_py.sources.raw_bag import RawBag
 from ddh_twin_py.telemetry.signals import TEMPERATURE_PREFIX
 from ddh_twin_py.twin.hydraulic_model import RESIDUAL_SIGNALS
 from ddh_twin_py.twin.losses import LOSSES
+from ddh_twin_py.twin.sensor_errors import sensor_lags
 
 _TYPES = {
     f"ddh_msgs/msg/{kind.__name__}": kind
@@ -186,9 +187,9 @@ def _innovations(series: _Series | None, stamps: np.ndarray) -> list[Innovation]
 
 
 def _sensors(offline: ReplayResult, fused: np.ndarray, std: np.ndarray, predicted: np.ndarray) -> dict:
-    """Each sensor beside the live estimate, seen through the sheet's lag."""
+    """Each sensor beside the live estimate, seen through its lag."""
     interval = float(np.median(np.diff(offline.time)))
-    lag = offline.rig["sensors.temperature.time_constant"]
+    lags = dict(zip(SENSORS, sensor_lags(offline.rig), strict=True))
     sensors = {}
     for name, c in offline.sensors.items():
         node = NODE_INDEX[name]
@@ -196,7 +197,7 @@ def _sensors(offline: ReplayResult, fused: np.ndarray, std: np.ndarray, predicte
         seen = {}
         for key, values in (("predicted", predicted), ("fused", fused)):
             whole = _filled(values[:, node : node + 1])
-            reading = lagged(whole, whole[0], interval, lag)[place, 0]
+            reading = lagged(whole, whole[0], interval, np.array([lags[name]]))[place, 0]
             seen[key] = np.where(np.isfinite(values[place, node]), reading, np.nan)
         sensors[name] = replace(c, **seen, fused_std=std[place, node])
     return sensors

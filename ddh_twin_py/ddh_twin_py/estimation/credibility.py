@@ -13,6 +13,7 @@ from ddh_twin_py.estimation.sensors import SENSORS
 from ddh_twin_py.estimation.temperature_fusion import FusionState
 from ddh_twin_py.estimation.uncertain_parameters import AMBIENT_AT, UNKNOWN_HEAT_AT, uncertain_parameters
 from ddh_twin_py.rig import Rig
+from ddh_twin_py.twin.sensor_errors import temperature_zero_errors
 
 FARTHEST_PARAMETER = 3.5
 """Prior standard deviations by which a parameter may be off."""
@@ -29,7 +30,7 @@ class Credibility:
         self._prior = np.where(prior > 0.0, prior, np.inf)
         self._middle = np.zeros(UNKNOWN_HEAT_AT)
         self._middle[AMBIENT_AT] = rig["surroundings.enclosure_rise"]
-        self._zero, spread = np.array([rig.zero_error(sensor) for sensor in SENSORS]).T
+        self._zero, spread = temperature_zero_errors(rig)
         self._spread = np.where(spread > 0.0, spread, np.inf)
 
     def parameter(self, state: FusionState) -> tuple[str, float]:

@@ -34,6 +34,7 @@ from ddh_twin_py.physics.oil import ZERO_CELSIUS
 from ddh_twin_py.physics.thermal_network import END_WINDING, N, NODES, SLOT_WINDING, copper_loss
 from ddh_twin_py.rig import Rig
 from ddh_twin_py.twin.operating_point import OperatingPoint, ScaledDuty
+from ddh_twin_py.twin.sensor_errors import sensor_lags
 
 HOT_SPOT_SHARE, HOT_SPOT_SPREAD = 0.095, 0.05
 DRAWS = 48
@@ -114,7 +115,7 @@ class LookAhead:
 
     def __init__(self, rig: Rig, limits: dict[str, float]) -> None:
         self._parameters = rig.parameters
-        self._lag = rig["sensors.temperature.time_constant"]
+        self._lag = sensor_lags(rig)
         self._node = np.array([NODE_INDEX[sensor] for sensor in SENSORS])
         self._current_limit = rig["motor.current_limit"]
         self.limits = limits

@@ -29,7 +29,14 @@ from ddh_twin_py.twin.ambient import AmbientTracker
 from ddh_twin_py.twin.hydraulic_model import HydraulicModel, HydraulicResult
 from ddh_twin_py.twin.intervals import INTERVAL, command_size, new_carry, reduce_intervals
 from ddh_twin_py.twin.machine_thermal import MachineThermal, MotorResult
-from ddh_twin_py.twin.sensor_errors import take_off_delay, take_off_sensor_errors, temperature_zero_errors
+from ddh_twin_py.twin.sensor_errors import (
+    sensor_lags,
+    take_off_air,
+    take_off_delay,
+    take_off_sensor_errors,
+    temperature_noise,
+    temperature_zero_errors,
+)
 from ddh_twin_py.twin.temperature_sensors import all_sensed
 
 BLOCK = 5.0
@@ -45,7 +52,7 @@ class SensorComparison:
     """One temperature sensor against the twin.
 
     Attributes:
-        node: thermal node that it reads. time: s, (m,). measured: K, (m,).
+        node: thermal node that it reads. time: s, (m,). measured: K, less what the rig file says that it reads of the air, (m,).
         predicted: K, the free run seen through the sensor's lag, (m,).
         fused: K, the estimate seen through the lag, (m,). fused_std: K, of the node, (m,).
         noise: K. used: whether the fusion was given this sensor.
@@ -172,7 +179,7 @@ class _Run:
         self.smoothing = self.keeping = False
         self._trace_start = 0
         self._smoothed: list[tuple[np.ndarray, ...]] = []
-        self.zero = temperature_zero_errors(rig, SENSORS)
+        self.zero, _ = temperature_zero_errors(rig)
 
     def segment(self, start: int, stop: int, progress: Callable[[float], None] | None) -> None:
         """Run the intervals start..stop, which follow each other without a break."""
@@ -191,7 +198,7 @@ class _Run:
         air = AmbientTracker(ZERO_CELSIUS + rig["ambient"], self.interval).advance(air_read)
         self.ambient[start:stop] = air
         first_air = air[min(len(air) - 1, round(START / self.interval))]
-        begin = start_temperature(readings, first_air, self.interval, self.zero)
+        begin = start_temperature(readings.off_the_air(air, rig), first_air, self.interval, self.zero)
         payload = self.recording.rig.payload_mass if self.recording.rig is not None else None
         hydraulics = HydraulicModel(rig, begin, payload, self.interval)
         motor = MachineThermal(rig, begin, self.interval)
@@ -217,7 +224,7 @@ class _Run:
                                  for i in estimate.innovations]
             if progress is not None:
                 progress(rows.stop / len(self.ticks))
-        lag, top = rig["sensors.temperature.time_constant"], rig["tank.top_share"]
+        lag, top = sensor_lags(rig), rig["tank.top_share"]
         met = all_sensed(self.free_temperature[start:stop], top)
         self.free_reading[start:stop] = lagged(met, all_sensed(begin, top), self.interval, lag) + self.zero
 
@@ -284,7 +291,7 @@ class _Run:
 
     def result(self) -> ReplayResult:
         """All outputs, with each temperature sensor against the twin."""
-        sensors = {}
+        sensors, noise = {}, temperature_noise(self.rig)
         for i, name in enumerate(SENSORS):
             topic = TEMPERATURE_PREFIX + name
             if topic not in self.ticks.samples:
@@ -292,10 +299,11 @@ class _Run:
             last = self.ticks.last[topic]
             index = np.searchsorted(last, np.arange(int(last[-1])), "right")
             samples = self.ticks.samples[topic]
+            measured = take_off_air(samples.values[: index.size, 0], i, self.ambient[index], self.rig)
             sensors[name] = SensorComparison(
                 NODE_OF_SENSOR[name], (samples.stamp[: index.size] - self.recording.epoch_ns) * 1e-9,
-                samples.values[: index.size, 0], self.free_reading[index, i], self.fused_reading[index, i],
-                self.fused_std[index, NODE_INDEX[name]], self.rig.sensors["temperature"].noise, name not in self.without, index,
+                measured, self.free_reading[index, i], self.fused_reading[index, i],
+                self.fused_std[index, NODE_INDEX[name]], noise[i], name not in self.without, index,
             )
         smoothed = dict(zip(("smoothed_row", "smoothed", "smoothed_std", "smoothed_heat", "smoothed_heat_std", "covariance"),
                             (np.concatenate(column) for column in zip(*self._smoothed, strict=True)), strict=False))
@@ -324,8 +332,9 @@ def fusion_inputs(hydraulic: HydraulicResult, motor: MotorResult, ambient: np.nd
     )
 
 
-def lagged(temperature: np.ndarray, start: np.ndarray, interval: float, lag: float) -> np.ndarray:
-    """What sensors with a first-order lag (s) read of temperatures (n, m), which were at ``start`` (m,)."""
-    keep = np.exp(-interval / lag)
-    out, _ = lfilter([1.0 - keep], [1.0, -keep], temperature, axis=0, zi=keep * start[np.newaxis])
+def lagged(temperature: np.ndarray, start: np.ndarray, interval: float, lag: np.ndarray) -> np.ndarray:
+    """What sensors with first-order lags (m,), s, read of temperatures (n, m), which were at ``start`` (m,)."""
+    out = np.empty_like(temperature)
+    for i, keep in enumerate(np.exp(-interval / lag)):
+        out[:, i], _ = lfilter([1.0 - keep], [1.0, -keep], temperature[:, i], zi=[keep * start[i]])
     return out

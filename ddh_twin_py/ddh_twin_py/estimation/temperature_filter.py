@@ -216,7 +216,7 @@ def predict_mean(params, dynamic, deviation, sensor_node, lag, heat, square, flo
         square * (1.0 + deviation[0]), flow, interval, work,
     )
     for k in range(sensor_node.shape[0]):
-        decay = np.exp(-interval / (lag * (1.0 + deviation[LAG_AT + k])))
+        decay = np.exp(-interval / (lag[k] * (1.0 + deviation[LAG_AT + k])))
         node, beside, share = sensor_node[k], sensor_node[k], 0.0
         if node == TANK:  # this sensor reads the mean of both layers
             beside, share = TANK_TOP, params[0].tank_top_share
@@ -335,7 +335,7 @@ def predict_covariance(params, dynamic, deviation, covariance, sensor_node, lag,
         transition[:N, d + j] = column
     for k in range(m):
         share = 1.0 + deviation[LAG_AT + k]
-        decay = 1.0 / (1.0 + elapsed / (lag * share))
+        decay = 1.0 / (1.0 + elapsed / (lag[k] * share))
         node, beside, top = sensor_node[k], sensor_node[k], 0.0
         if node == TANK:
             beside, top = TANK_TOP, p.tank_top_share
@@ -388,7 +388,7 @@ def predict_covariance(params, dynamic, deviation, covariance, sensor_node, lag,
         covariance[i, j] -= power * at_i * at_j
         covariance[j, i] -= power * at_i * at_j
     for k in range(m):
-        covariance[N + k, N + k] += _LAG_SHARE * elapsed / (lag * (1.0 + deviation[LAG_AT + k])) * lagging[k]
+        covariance[N + k, N + k] += _LAG_SHARE * elapsed / (lag[k] * (1.0 + deviation[LAG_AT + k])) * lagging[k]
         covariance[d + k, d + k] += _OFFSET_DRIFT * _OFFSET_DRIFT * elapsed
 
 

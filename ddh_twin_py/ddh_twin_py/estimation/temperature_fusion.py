@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -23,6 +23,7 @@ from ddh_twin_py.physics.thermal_network import HYDRAULIC_NODES, MOTOR_NODES, N,
 from ddh_twin_py.rig import Rig
 from ddh_twin_py.twin.ambient import AmbientTracker
 from ddh_twin_py.twin.intervals import INTERVAL
+from ddh_twin_py.twin.sensor_errors import sensor_lags, take_off_air, temperature_noise, temperature_zero_errors
 
 EPOCH = 1.0
 """s between two steps of the covariance."""
@@ -105,6 +106,10 @@ class Readings:
         return cls(np.array([r.index for r in good], dtype=np.int64), np.array([SENSORS.index(r.sensor) for r in good], dtype=np.int64),
                    np.array([r.temperature for r in good], dtype=float))
 
+    def off_the_air(self, air: np.ndarray, rig: Rig) -> Readings:
+        """As sensors would read that touch their surfaces well, where the air had ``air``, K, by interval, (n,), the last before them."""
+        return replace(self, temperature=take_off_air(self.temperature, self.sensor, air[np.maximum(self.index, -1)], rig))
+
     def between(self, start: int, stop: int) -> Readings:
         """Those of the intervals start..stop, counted from start."""
         rows = slice(*np.searchsorted(self.index, (start, stop)))
@@ -186,8 +191,7 @@ class TemperatureFusion:
         self.parameters = rig.parameters
         self._per_epoch = max(1, round(epoch / interval))
         self._node = np.array([NODE_INDEX[sensor] for sensor in SENSORS])
-        self._lag = rig["sensors.temperature.time_constant"]
-        self._noise = rig.sensors["temperature"].noise
+        self._lag, self._noise = sensor_lags(rig), temperature_noise(rig)
         self._first_air = ZERO_CELSIUS + rig["ambient"] if ambient is None else ambient
         self._first_air_known = ambient is not None
         self._longest_delay = round(LONGEST_DELAY / interval)
@@ -207,7 +211,7 @@ class TemperatureFusion:
         covariance[:N, :N] = start_covariance()
         dynamic_rows = np.concatenate([np.arange(N), self._node])
         covariance[: N + _M, : N + _M] = covariance[np.ix_(dynamic_rows, dynamic_rows)]
-        offset, spread = np.array([self.rig.zero_error(sensor) for sensor in SENSORS]).T
+        offset, spread = temperature_zero_errors(self.rig)
         covariance[N + _M: N + 2 * _M, N + _M: N + 2 * _M] = np.diag(spread**2)
         prior = uncertain_parameters(self.rig).prior
         covariance[N + 2 * _M:, N + 2 * _M:] = np.diag(prior**2)
@@ -255,6 +259,7 @@ class TemperatureFusion:
         assumed = state.ambient
         ambient, told = self._ambient(inputs, () if isinstance(readings, Readings) else readings)
         given = readings if isinstance(readings, Readings) else Readings.of(readings)
+        given = given.off_the_air(np.append(ambient, assumed), self.rig)  # a late one before the call meets the air before it
         temperature, deviation = np.empty((n, N)), np.empty((n, N))
         expected = np.empty((n, _M))
         innovations: list[Innovation] = []
@@ -276,7 +281,7 @@ class TemperatureFusion:
             if now.index.size:
                 self._pending.append((now.index + start, now.sensor, now.temperature,
                                       expected[now.index + start, now.sensor] + state.offset[now.sensor],
-                                      np.full(now.index.size, self._noise)))
+                                      self._noise[now.sensor]))
             length = stop - start
             self._heat += heat[rows].sum(axis=0)
             self._unknown += unknown[rows].sum(axis=0)
@@ -314,9 +319,9 @@ class TemperatureFusion:
         past = np.concatenate([rows for _, rows in self._past]) + self._learned
         index, sensor, covariance = given.index[late], given.sensor[late], self.state.covariance
         node, reading = self._node[sensor], N + sensor
-        rate = np.sqrt(np.maximum(covariance[node, node] + covariance[reading, reading] - 2.0 * covariance[node, reading], 0.0)) / self._lag
+        apart = np.sqrt(np.maximum(covariance[node, node] + covariance[reading, reading] - 2.0 * covariance[node, reading], 0.0))
         self._pending.append((index, sensor, given.temperature[late], past[index, sensor] + self.state.offset[sensor],
-                              np.hypot(self._noise, rate * -index * self.interval)))
+                              np.hypot(self._noise[sensor], apart / self._lag[sensor] * -index * self.interval)))
 
     def _deviation(self) -> np.ndarray:
         """Standard deviation of the node temperatures now, K, (N,)."""

@@ -47,11 +47,11 @@ class FreeRunResiduals:
 class FreeRunTemperatures:
     """Readings out of `temperature/residuals`, those that the filter refused too, beside what the free run lets the sensors read.
 
-    The free run's temperatures come with the estimates; here the sensors meet them (`sensed`), they pass the sensors' lag (s) and wait
+    The free run's temperatures come with the estimates; here the sensors meet them (`sensed`), they pass the sensors' lags, s, and wait
     for the readings of their time.
     """
 
-    def __init__(self, lag: float, top_share: float) -> None:
+    def __init__(self, lag: np.ndarray, top_share: float) -> None:
         self._estimates, self._readings = BulkParser(TemperatureEstimateArray), BulkParser(ResidualArray)
         self._lag, self._top_share = lag, top_share
         self._last: tuple[int, np.ndarray] | None = None  # stamp in ns, degC (S,)

@@ -24,6 +24,7 @@ from ddh_twin_py.nodes.parameters import NodeError, Parameter
 from ddh_twin_py.nodes.progress import Progress
 from ddh_twin_py.rig import load_rig
 from ddh_twin_py.telemetry.signals import RIG_TOPIC
+from ddh_twin_py.twin.sensor_errors import sensor_lags
 
 _POLL_PERIOD = 0.1  # s of wall time
 _SOURCE = "gap"
@@ -78,7 +79,7 @@ class GapMonitorNode(TwinNode):
         self._residuals = self._inputs.add(RESIDUAL_TOPIC, ResidualArray, qos.stream(reliable=True))
         self._estimates = self._inputs.add(ESTIMATE_TOPIC, TemperatureEstimateArray, qos.stream(reliable=True))
         self._readings = self._inputs.add(READING_TOPIC, ResidualArray, qos.stream(reliable=True))
-        self._free_temperatures = FreeRunTemperatures(self._rig["sensors.temperature.time_constant"], self._rig["tank.top_share"])
+        self._free_temperatures = FreeRunTemperatures(sensor_lags(self._rig), self._rig["tank.top_share"])
         self._parsers = {RESIDUAL_TOPIC: FreeRunResiduals(), READING_TOPIC: self._free_temperatures}
         self._layouts = [residual_layout(_SOURCE, names, ["1"] * len(names))
                          for names in ([name for name, _, _ in HYDRAULIC], TEMPERATURES)]  # fmt: skip

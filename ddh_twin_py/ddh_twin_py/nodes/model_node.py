@@ -9,8 +9,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ddh_msgs.msg import RigInfo
-from ddh_twin_py.estimation.sensors import SENSORS
 from ddh_twin_py.estimation.start import START, start_temperature
+from ddh_twin_py.estimation.temperature_fusion import Readings
 from ddh_twin_py.nodes import qos
 from ddh_twin_py.nodes.health import Health, Report, add_streams, judge_clock
 from ddh_twin_py.nodes.intervals_feed import Batch, IntervalsFeed
@@ -220,8 +220,10 @@ class ModelNode(TelemetryNode):
         for batch in self._intervals.add(ticks, flush):
             self._advance(batch)
 
-    def _first_temperature(self, batch: Batch, air: float) -> np.ndarray:
-        return start_temperature(batch.readings, air, self.interval, temperature_zero_errors(self.rig, SENSORS))
+    def _first_temperature(self, batch: Batch, air: np.ndarray) -> np.ndarray:
+        first_air = float(air[min(len(batch) - 1, round(START / self.interval))])
+        readings = Readings.of(batch.readings).off_the_air(air, self.rig)
+        return start_temperature(readings, first_air, self.interval, temperature_zero_errors(self.rig)[0])
 
     def _advance(self, batch: Batch) -> None:
         take_off_sensor_errors(batch.measured, self.rig)
@@ -229,9 +231,8 @@ class ModelNode(TelemetryNode):
             self._air = AmbientTracker(ZERO_CELSIUS + self.rig["ambient"], self.interval)
         air = self._air.advance(batch.air)
         if batch.first or self._model is None:
-            first_air = air[min(len(batch) - 1, round(START / self.interval))]
             payload = known_payload(self.rig_info)
-            self._model = self.make_model(self._first_temperature(batch, first_air), payload)
+            self._model = self.make_model(self._first_temperature(batch, air), payload)
             taken = payload or self.rig["load.payload_mass"]
             self.unit = Unit(self.rig_id, taken if self.payload_matters else np.nan)
         known = self.run_model(self._model, batch, air)

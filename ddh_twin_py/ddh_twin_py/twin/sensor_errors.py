@@ -1,12 +1,11 @@
 """What a rig file knows of how its sensors err, taken off what they read before it is compared with the model.
 
-A calibration writes it as ``measurement.*``; a rig file without these entries changes nothing. How
-surface sensors lag and how far they read the air (``measurement.surface_*``) is not taken off.
+A calibration writes it as ``measurement.*``; a rig file without these entries changes nothing. A sensor
+that touches a surface badly reads (1 - c) x + c a + z where one that touches well reads x + z; a the air around the unit.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -14,6 +13,9 @@ import numpy as np
 from ddh_twin_py.rig import Rig
 from ddh_twin_py.telemetry.recording import Recording
 from ddh_twin_py.telemetry.signals import HYDRAULIC_TOPIC
+from ddh_twin_py.twin.temperature_sensors import INNER_SENSORS, SENSORS
+
+_INNER = np.array([sensor in INNER_SENSORS for sensor in SENSORS])
 
 
 def delay_ns(rig: Rig, topic: str) -> int:
@@ -47,6 +49,32 @@ def take_off_sensor_errors(measured: np.ndarray, rig: Rig) -> None:
     measured["current_square"] /= gain * gain
 
 
-def temperature_zero_errors(rig: Rig, sensors: Sequence[str]) -> np.ndarray:
-    """Mean zero error of temperature sensors, K, in that order."""
-    return np.array([rig.zero_error(sensor)[0] for sensor in sensors])
+def sensor_lags(rig: Rig) -> np.ndarray:
+    """Time constant of each of `SENSORS`, s, (m,)."""
+    return rig["sensors.temperature.time_constant"] * np.where(_INNER, 1.0, rig["measurement.surface_lag_ratio"])
+
+
+def air_shares(rig: Rig) -> np.ndarray:
+    """How far each of `SENSORS` reads the air instead of its surface, 1, (m,)."""
+    return np.where(_INNER, 0.0, rig["measurement.surface_contact"])
+
+
+def take_off_air(reading: np.ndarray, sensor: np.ndarray | int, air: np.ndarray | float, rig: Rig) -> np.ndarray:
+    """What sensors would read if they touched their surfaces well, K, (r,); noise and zero errors are larger by 1/(1 - c) then.
+
+    Args:
+        reading: K, (r,). sensor: of each, index into `SENSORS`. air: K, that a sensor of the air reads at the time.
+    """
+    share = air_shares(rig)[sensor]
+    return (reading - share * (air + rig["surroundings.enclosure_rise"])) / (1.0 - share)
+
+
+def temperature_noise(rig: Rig) -> np.ndarray:
+    """Noise of what `take_off_air` makes of a reading of each of `SENSORS`, K, (m,)."""
+    return rig.sensors["temperature"].noise / (1.0 - air_shares(rig))
+
+
+def temperature_zero_errors(rig: Rig) -> tuple[np.ndarray, np.ndarray]:
+    """Mean zero error of what `take_off_air` makes of the readings of `SENSORS`, and its standard deviation, K, both (m,)."""
+    mean, spread = np.array([rig.zero_error(sensor) for sensor in SENSORS]).T
+    return mean / (1.0 - air_shares(rig)), spread / (1.0 - air_shares(rig))
