@@ -5,7 +5,9 @@ import time
 
 import pytest
 from ddh_twin_py.bags.reader import read_recording
+from diagnostic_msgs.msg import DiagnosticArray
 from nodes.processes import NodeProcess
+from std_msgs.msg import String
 
 pytestmark = pytest.mark.live
 NS = "/kept"
@@ -13,7 +15,7 @@ NS = "/kept"
 
 @pytest.fixture(scope="module")
 def playing(short_bag):
-    """A bag played in a loop at real time, as a machine would publish."""
+    """A bag played once at real time, as a machine would publish."""
     with NodeProcess("bag_player", NS, bag=str(short_bag), wait=0.5) as player:
         player.says("playing at")
         yield player
@@ -48,3 +50,15 @@ def test_a_killed_recorder_loses_five_seconds_at_most(playing, tmp_path):
     assert recording.duration > 1.4  # of 6.5 s and less a start
     assert recording.rig.rig_id == "rig_000"
     assert {"ambient", "tank_oil"} <= set(recording.temperatures)
+
+
+def test_a_recorder_that_hears_nothing_of_what_is_published_says_so(listener, tmp_path):
+    silent = [listener.node.create_publisher(String, f"/deaf/{name}", 10) for name in ("first", "second")]
+    health = listener.collect(DiagnosticArray, "/diagnostics")
+    with NodeProcess("bag_recorder", "/deaf", bag=str(tmp_path / "bag")) as recorder:
+        recorder.says("2 of 2 topics are published and bring nothing, such as /deaf/first", 30.0)
+        said = [s for message in health for s in message.status if s.name == "deaf/bag_recorder: recording"]
+        assert any("bring nothing" in s.message for s in said)
+        recorder.stop(signal.SIGINT)
+    for publisher in silent:
+        listener.node.destroy_publisher(publisher)

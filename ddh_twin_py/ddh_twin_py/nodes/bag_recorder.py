@@ -17,6 +17,7 @@ from ddh_twin_py.nodes.parameters import NodeError, Parameter
 from ddh_twin_py.nodes.wire import stamp_of
 
 _LOOK_PERIOD = 0.2  # s of wall time between two looks for new topics
+_DEAF_AFTER, _MOST_DEAF = 10.0, 0.5  # s of wall time, and share of the topics that somebody publishes and that brought nothing in it
 
 
 class BagRecorder(TwinNode):
@@ -52,6 +53,7 @@ class BagRecorder(TwinNode):
         self._profiles: dict[str, object] = {}  # as offered, by topic
         self._stamped: set[str] = set()
         self._counts: dict[str, int] = {}
+        self._since: dict[str, float] = {}  # s, wall clock of the subscription
         self._progress = progress.Progress(self, self._inputs)
         self._health = Health(self)
         self._health.add("recording", self._judge)
@@ -97,7 +99,7 @@ class BagRecorder(TwinNode):
         )
         if next(iter(kind.get_fields_and_field_types().values()), "") == "std_msgs/Header":
             self._stamped.add(topic)
-        self._counts[topic] = 0
+        self._counts[topic], self._since[topic] = 0, self.wall()
         self._inputs.add(topic, kind, qos.LATCHED if latched else None, reliable=not best_effort)
 
     # --- recording ---------------------------------------------------------------------------
@@ -126,7 +128,17 @@ class BagRecorder(TwinNode):
         report.add("topics", len(self._counts), "1")
         if not self._counts:
             report.warn("nothing to record yet")
+        deaf = self._deaf()
+        if len(deaf) > _MOST_DEAF * len(self._counts):
+            said = f"{len(deaf)} of {len(self._counts)} topics are published and bring nothing, such as {deaf[0]}: start the recorder again"
+            report.warn(said)
+            self.warn_once("deaf", said)
         return str(self._writer.path)
+
+    def _deaf(self) -> list[str]:
+        """Topics that somebody publishes and that have brought nothing for some time, as where a killed node has upset the discovery."""
+        old = self.wall() - _DEAF_AFTER
+        return [topic for topic, count in self._counts.items() if not count and self._since[topic] < old and self.count_publishers(topic)]
 
     def close(self) -> None:
         self._poll()
