@@ -108,6 +108,15 @@ def test_current_limit_is_kept_and_the_shaft_slows(rig):
     assert points["current"].max() > rig["motor.current_limit"] * 0.9
 
 
+def test_a_drive_at_its_limit_goes_the_way_that_short_steps_show(rig):
+    """What the current limit holds back takes no long steps, even where the command is constant."""
+    heavy = rig.with_values({"load.payload_mass": 4000.0})
+    command, held = lift_and_lower(cycles=2, stroke_seconds=3.0, speed=60.0), 4000.0 * 9.81 / (math.pi / 4 * 0.06**2)
+    fine, default = (run(heavy, command, step=step, start_position=0.2, pressures=(held, 0.0))[0] for step in (5e-5, 1e-3))
+    assert fine["current"].max() > 0.99 * heavy["motor.current_limit"]
+    assert np.abs(default["rod_position"] - fine["rod_position"]).max() < 5e-3  # of 0.2 m
+
+
 @pytest.mark.parametrize("mass", [2800.0, 3200.0])  # the load's torque below and above the limit's, within dry friction of it
 def test_a_stalled_shaft_takes_the_limit_of_current(rig, mass):
     heavy = rig.with_values({"load.payload_mass": mass})
