@@ -263,6 +263,14 @@ def add_bag(parser: Parser) -> None:
     parser.add_argument("bag", metavar="BAG", help="rosbag2 folder, or one .mcap or .db3 file")
 
 
+def add_interval(parser: Parser) -> None:
+    """The option `--interval`, s; None where it is not given."""
+    parser.add_argument(
+        "--interval", metavar="S", type=between(0.01, 0.2, "s"), default=None,
+        help="tick of the twin, over which it integrates and takes means, 0.01 to 0.2 s (default 0.05); no thinning of what is written",
+    )
+
+
 def add_quiet(parser: Parser, help: str = "no progress, no summary") -> None:
     """The option `--quiet`."""
     parser.add_argument("--quiet", action="store_true", help=help)
