@@ -18,6 +18,7 @@ from ddh_twin_py.report.gap_words import (
     effect_name,
     ending,
     percent,
+    places,
     set_name,
     signal_name,
     times_floor,
@@ -116,13 +117,13 @@ def _hypotheses(diagnosis: Diagnosis) -> list[Text]:
 
 def _places(report: dict) -> list[Text]:
     lines = []
-    for i, row in enumerate(report["where"][:_MOST_PLACES]):
+    for i, place in enumerate(places(report["where"])[:_MOST_PLACES]):
+        row = place.largest
         phase = "mean" if row["phase"] == "all" else row["phase"]
-        said = (f"{percent(row['share']):>8}  {component_name(row['component'])}, {row['domain']}, {phase}: "
+        most = f"{percent(row['share'])} " if place.rows > 1 else ""
+        said = (f"{component_name(place.component)}: {most}{row['domain']}, {phase}, "
                 f"{plus_minus(row['missing'], row['std'], row['unit'], sign=True)}")
-        line = Text(("where      " if i == 0 else " " * 11) + said)
-        line.truncate(WIDTH, overflow="ellipsis")
-        lines.append(line)
+        lines += _weighed("" if i else "where", percent(place.share), said)
     return lines
 
 
@@ -169,6 +170,12 @@ def _notes(notes: list[str], room: int) -> list[Text]:
 def _titled(title: str, words: str, most: int) -> list[Text]:
     cut = _wrapped(words, most, WIDTH - 11)
     return [Text(f"{title:<11}{cut[0]}"), *(Text(" " * 11 + line) for line in cut[1:])]
+
+
+def _weighed(title: str, share: str, words: str) -> list[Text]:
+    """A share and what it is of, in two lines at most."""
+    cut = _wrapped(words, 2, WIDTH - 21)
+    return [Text(f"{title:<11}{share:>8}  {cut[0]}"), *(Text(" " * 21 + line) for line in cut[1:])]
 
 
 def _wrapped(words: str, most: int, width: int = WIDTH) -> list[str]:
