@@ -58,6 +58,13 @@ def test_notes_without_room_are_counted(count, said):
     assert lines[0] == "note       one" and said in lines[-1] and len(lines) == 4 and "1 further" not in lines[-1]
 
 
+def test_what_to_be_careful_of_is_a_sentence_of_its_own():
+    diagnosis = made_diagnosis("no_gap", seconds=120.0)
+    careful = replace(diagnosis, sentence="Careful: the clocks are 2 s apart. No gap: with its parameters fitted nothing is left.")
+    said = " ".join(" ".join(rendered(careful)).split())
+    assert said.startswith("No gap. Careful: the clocks are 2 s apart. With its parameters fitted nothing is left.")
+
+
 def test_numbers_are_those_of_the_report():
     diagnosis = made_diagnosis("explained", seconds=300.0)
     lines = rendered(diagnosis)

@@ -45,7 +45,7 @@ def gap_summary(diagnosis: Diagnosis) -> list[Text]:
     words, level = VERDICTS[report["verdict"]]
     gap, causes = _gap(diagnosis), _hypotheses(diagnosis)
     test = _titled("next test", report["next_test"]["description"], _MOST_OF_TEST) if report["next_test"] else []
-    sentence = f"{words}: {''.join(map(capital, diagnosis.sentence.partition(f'{words}: ')[::2]))}"
+    sentence = _sentence(words, diagnosis.sentence)
     lines, missing, lost = _begin(diagnosis, sentence, _LEAST_OF_SENTENCE)
     spare = LINES - sum(map(len, (lines, missing, gap, causes, test))) - _LEAST_OF_REST - _LEAST_OF_SIGNALS
     if spare > 0:
@@ -59,6 +59,12 @@ def gap_summary(diagnosis: Diagnosis) -> list[Text]:
     lines += _signals(report, LINES - len(lines) - len(test) - min(len(notes), _LEAST_OF_NOTES))
     lines += test
     return (lines + _notes(notes, LINES - len(lines)))[:LINES]
+
+
+def _sentence(words: str, said: str) -> str:
+    """The verdict's words and the sentence, which does not repeat them; what to be careful of is a sentence of its own."""
+    rest = "".join(map(capital, said.partition(f"{words}: ")[::2]))
+    return f"{words}{'.' if said.startswith('Careful: ') else ':'} {rest}"
 
 
 def _begin(diagnosis: Diagnosis, sentence: str, most: int) -> tuple[list[Text], list[Text], list[str]]:
