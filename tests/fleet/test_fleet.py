@@ -118,6 +118,14 @@ def diagnosed(folder, results, **given):
     return {row.recording: row for row in rows}, calls
 
 
+@pytest.mark.parametrize("out", ["a/april", "a/march"])
+def test_results_are_not_written_into_a_recording(out, folder, capsys):
+    before = sorted(folder.rglob("*"))
+    assert main(["fleet", str(folder), "--out", str(folder / out)]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert f"--out: {folder / out} is a recording, nothing is written into it" in line and sorted(folder.rglob("*")) == before
+
+
 def test_every_recording_has_a_row_whatever_happens(folder, tmp_path):
     rows, calls = diagnosed(folder, tmp_path / "results")
     march = rows["a/march"]

@@ -215,6 +215,15 @@ def refuse_unwritable(name: str, folder: Path, files: Iterable[Path]) -> None:
             raise InputError(f"{name}: {error}") from None
 
 
+def refuse_recording(name: str, folder: Path) -> None:
+    """Raise InputError where a folder for results is a recording: a bag, or a case of bags; nothing is written into one."""
+    from ddh_twin_py.bags.case import is_case
+    from ddh_twin_py.bags.folder import holds_bag
+
+    if holds_bag(folder) or is_case(folder):
+        raise InputError(f"{name}: {folder} is a recording, nothing is written into it; give a folder of its own")
+
+
 def new_folder(text: str) -> str:
     """A folder that does not exist yet and can be made."""
     if os.path.lexists(text.rstrip(os.sep) or text):
