@@ -109,17 +109,22 @@ def _table(rows: Sequence[Row]) -> doc.Html:
     columns = (
         doc.Column("Recording", number=False), doc.Column("Rig", number=False), doc.Column("Begin", "UTC", number=False),
         doc.Column("Duration", "s"), doc.Column("Verdict", number=False), doc.Column("Effect or class", number=False),
-        doc.Column("Probability", "of the effect"), doc.Column("Size ± std"), doc.Column("Gap", "before → after, floors"),
+        doc.Column("Probability", "of the effect"), doc.Column("Size ± std"), doc.Column("Gap, floors", "before → after"),
     )  # fmt: skip
     ordered = sorted(rows, key=lambda row: (row.rig, row.begin, row.recording))
     shown = [
         (row.recording, row.rig, _begin(row), _number(row.duration, ".0f"),
          doc.mark(_MARKS.get(row.verdict, "none"), row.verdict.replace("_", " ")) if row.verdict else "–",
-         " + ".join(filter(None, (row.effect, row.also))) or "–",
+         _effect(row),
          "–" if row.probability is None else percent(row.probability), _size(row), _gap(row))
         for row in ordered
     ]  # fmt: skip
     return doc.Html(f'<div class="whole-words">{doc.table(columns, shown, below=[remark(row) for row in ordered])}</div>')
+
+
+def _effect(row: Row) -> doc.Html:
+    """What acts; a name may break after its component."""
+    return doc.Html(doc.text(" + ".join(filter(None, (row.effect, row.also))) or "–").replace(".", ".<wbr>"))
 
 
 def _size(row: Row) -> str:
