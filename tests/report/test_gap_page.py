@@ -229,3 +229,12 @@ def test_a_missing_sample_and_a_signal_without_any_do_not_break_the_page(diagnos
     none = replace(speed, **{n: np.zeros(0) for n in ("time", "measured", "before", "after")})
     page = Page(gap_document(replace(diagnosis, traces={"speed": holes, "current": none})).html())
     assert len(page.charts) == 1 and not page.open
+
+
+@pytest.mark.parametrize(("effects", "unknown", "told"), [
+    (("pump_1.leakage", "load.mass"), 0.25, True), (("pump_1.leakage",), 0.25, False), (("pump_1.leakage", "load.mass"), 0.4, False),
+])  # fmt: skip
+def test_the_quarter_that_is_always_left_beside_two_effects_is_told(effects, unknown, told, diagnoses):
+    weighed = [Weighed(effects, 0.99 - unknown, 1.0, {}, {}, {}), Weighed(("unknown",), unknown, None, {}, {}, {})]
+    page = gap_document(replace(diagnoses["ambiguous"], weighed=weighed)).html()
+    assert ("Where two effects lead, 25 % is always left to such a cause" in page) == told
