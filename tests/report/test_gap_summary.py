@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import pytest
 from ddh_twin_py.gap.catalogue import EFFECTS
-from ddh_twin_py.report.gap_summary import LINES, _notes, print_gap
+from ddh_twin_py.report.gap_summary import LINES, _notes, _weighed, print_gap
 from ddh_twin_py.report.gap_words import effect_name, set_name, signal_name
 from rich.console import Console
 from support.made_diagnosis import KINDS, made_diagnosis
@@ -133,3 +133,9 @@ def test_the_floor_is_explained_below_the_gap_where_a_line_is_left(built, said):
 def test_nothing_is_claimed_where_nothing_is_known():
     said = " ".join(rendered(made_diagnosis("insufficient")))
     assert said.startswith("Cannot tell") and "12 s of motion" in said and "floor" not in said
+
+
+def test_a_value_and_its_deviation_stand_in_one_line():
+    words = "pump 1: leakage and relief valve: seat leakage  1.728 ± 0.079; 0.097 ± 0.065 mL/(min·bar)"
+    first, second = (line.plain for line in _weighed("cause", "2 %", words, 80, 2))
+    assert first.endswith("seat leakage") and second.strip() == "1.728 ± 0.079; 0.097 ± 0.065 mL/(min·bar)"

@@ -198,4 +198,6 @@ def _weighed(title: str, share: str, words: str, width: int, most: int) -> list[
 
 
 def _wrapped(words: str, most: int, width: int) -> list[str]:
-    return textwrap.wrap(words, width, max_lines=most, placeholder=" …") or [""]
+    whole = words.replace(" ± ", "\N{NO-BREAK SPACE}±\N{NO-BREAK SPACE}")
+    cut = textwrap.wrap(whole, width, max_lines=most, placeholder=" …") or [""]
+    return [line.replace("\N{NO-BREAK SPACE}", " ") for line in cut]
