@@ -10,6 +10,7 @@ import pytest
 from ddh_twin_py.bags.reader import read_recording
 from ddh_twin_py.bags.writer import write_recording
 from ddh_twin_py.cli.main import main
+from ddh_twin_py.report.calibration_groups import SignalFit, unfitted
 from ddh_twin_py.rig import load_rig
 
 
@@ -81,6 +82,25 @@ def test_nothing_identified_is_exit_1(bag, tmp_path, capsys):
     assert main(["calibrate", str(bag), "--only", "tank.emissivity", "-o", str(tmp_path / "rig.yaml"), "--quiet"]) == 1
     assert "tank.emissivity refused" in capsys.readouterr().err
     assert not (tmp_path / "rig.yaml").exists()
+
+
+@pytest.mark.parametrize("more", [[], ["--quiet"]])
+def test_a_recording_that_cannot_be_fitted_is_exit_1_and_said_first(more, bag, tmp_path, capsys):
+    odd = read_recording(bag).between(0.0, 40.0)
+    odd.drive.values[:, 0] *= 0.5
+    write_recording(tmp_path / "odd", odd)
+    file = tmp_path / "rig.yaml"
+    assert main(["calibrate", str(tmp_path / "odd"), "--only", "pump_1.leakage", "-o", str(file), *more]) == 1
+    out, err = capsys.readouterr()
+    said = "The fit does not describe this machine: with it "
+    assert err.startswith(f"ddh-twin calibrate: error: {said}") if more else " ".join(out.split()).startswith(said)
+    assert not more or not out
+    assert said in " ".join(file.read_text().replace("#", " ").split()) and "pump_1.leakage" in load_rig(file).quantities
+
+
+@pytest.mark.parametrize(("off", "fits"), [([0.9, 1.1, 7.0, 300.0], True), ([1.1, 7.0, 9.0], False), ([5.0, 4.9, 300.0], True)])
+def test_most_signals_far_off_are_no_fit(off, fits):
+    assert (not unfitted([SignalFit(str(i), 400.0, after, 900.0, 10) for i, after in enumerate(off)])) == fits
 
 
 @pytest.mark.parametrize("options, said", [

@@ -59,7 +59,14 @@ def test_unknown_option_names_the_nearest(capsys):
 def test_what_is_missing_or_too_much(capsys):
     assert "BAG" in failure(capsys, "replay")
     assert "'b' is one too many" in failure(capsys, "info", "a", "b")
-    assert "'-1' is no number above 0" in failure(capsys, "replay", "bag", "--interval=-1")
+    assert "'-1' is no number above 0" in failure(capsys, "fleet", "bags", "--longest=-1")
+
+
+@pytest.mark.parametrize("verb", ["replay", "export"])
+@pytest.mark.parametrize("tick", ["-1", "0.009", "0.21", "1", "1e9", "nan"])
+def test_a_tick_with_which_the_twin_would_be_wrong_is_refused(capsys, verb, tick):
+    said = failure(capsys, verb, "bag", f"--interval={tick}")
+    assert f"argument --interval: '{tick}' is no number from 0.01 to 0.2 s" in said
 
 
 def test_a_bag_that_is_none(capsys, tmp_path):

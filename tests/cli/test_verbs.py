@@ -1,6 +1,7 @@
 """Verbs at work on the example recording."""
 
 import json
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -83,6 +84,10 @@ def test_info_names_what_is_wrong(paper_cycle_bag, tmp_path, capsys):
     assert main(["info", str(bag)]) == 0
     out = " ".join(capsys.readouterr().out.split())
     assert "pressure_piston_side" in out and "temperature/ambient" in out and "warning" in out
+    for options in (["--quiet"], ["--json", "-"]):
+        assert main(["info", str(bag), *options]) == 0
+        out, err = capsys.readouterr()
+        assert re.search("^warning: .*pressure_piston_side", err, re.MULTILINE) and "warning:" not in out
     assert main(["replay", str(bag), "--json", "-"]) == 0
     out, err = capsys.readouterr()
     assert "pressure_piston_side" in err and "100" in err

@@ -113,3 +113,12 @@ def test_installed_layouts_are_what_the_verb_writes(repo_root, tmp_path, capsys)
     (tmp_path / "file").write_text("")
     assert main(["layouts", str(tmp_path / "file")]) == 2
     assert "is no folder" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("name", ["metadata.yaml", "x.mcap", "x.db3", "x.mcap.zstd"])
+def test_layouts_are_not_written_into_a_bag(name, tmp_path, capsys):
+    (tmp_path / name).write_text("")
+    assert main(["layouts", str(tmp_path)]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert f"FOLDER: {tmp_path} is a recording, nothing is written into it" in line
+    assert [path.name for path in tmp_path.iterdir()] == [name]

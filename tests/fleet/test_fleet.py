@@ -9,6 +9,7 @@ import sys
 import threading
 import types
 from concurrent.futures import Future
+from dataclasses import replace
 from pathlib import Path
 
 import pyarrow.parquet
@@ -116,6 +117,14 @@ def diagnosed(folder, results, **given):
     command = FAKE
     rows = run_fleet(find_recordings(folder), Results(results), Settings(30.0, command), jobs=2, progress=calls.append, **given)
     return {row.recording: row for row in rows}, calls
+
+
+@pytest.mark.parametrize("out", ["a/april", "a/march"])
+def test_results_are_not_written_into_a_recording(out, folder, capsys):
+    before = sorted(folder.rglob("*"))
+    assert main(["fleet", str(folder), "--out", str(folder / out)]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert f"--out: {folder / out} is a recording, nothing is written into it" in line and sorted(folder.rglob("*")) == before
 
 
 def test_every_recording_has_a_row_whatever_happens(folder, tmp_path):
@@ -239,6 +248,17 @@ def test_the_page_shows_each_rig_over_time_and_all_recordings():
     xs = [float(x) for x in re.findall(r'<circle cx="([\d.]+)"', page)]
     assert all(0.0 <= x <= 620.0 for x in xs)
     assert fleet_document("x", [Row("c", error="torn")], "").html().count("<svg") == 0
+
+
+def test_the_table_says_below_a_row_why_there_is_no_answer_and_one_probability():
+    told = "The gap is explained by x: it shrinks from 3.0 to 1.1 times the floor (probability 97 %)."
+    rows = [*(replace(row, sentence=told, probability=0.999) if row.sentence else row for row in some_rows()),
+            Row("d", verdict="insufficient", sentence="The recordings allow no answer: too short.")]
+    page = fleet_document("x", rows, "").html()
+    below = re.findall(r'<tr class="told"><th scope="row">([^<]*)</th>.*?</tr><tr class="below"><td colspan="9"><span>([^<]*)</span>', page)
+    assert below == [("c", "torn, &lt;all&gt;"), ("d", "The recordings allow no answer: too short.")]
+    assert "97 %" not in page and "times the floor." in page and "&gt; 99.5 %" in page
+    assert ">1.5 ± 0.1</td>" in page and ">3.00 → 1.10</td>" in page
 
 
 def test_parquet(tmp_path):

@@ -1,12 +1,13 @@
 """Recordings that allow no diagnosis, and those that are taken for one another."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from ddh_twin_py.estimation.experiment import ExperimentError
+from ddh_twin_py.estimation.experiment import Experiment, ExperimentError
 from ddh_twin_py.gap.diagnose import Recordings, diagnose
-from ddh_twin_py.gap.suitability import no_twice, out_of_order, undriven
+from ddh_twin_py.gap.suitability import no_answer, no_twice, out_of_order, undriven
 from ddh_twin_py.rig import load_rig
 from ddh_twin_py.telemetry.recording import Stream
 from support.simulated import simulated
@@ -25,6 +26,15 @@ def test_a_command_that_comes_too_seldom_drives_no_free_run(recording):
     every = round(1.0 / (drive.time[1] - drive.time[0]))
     slow = replace(recording, drive=Stream(drive.time[::every], drive.values[::every], drive.fields))
     assert "/drive/telemetry: comes every 1 s, and the free run needs its command at least every 0.25 s" in undriven(slow)
+
+
+@pytest.mark.parametrize(("held", "told"), [(4.98, "4.9 s would count, 5 s are needed"), (5.0, ""), (2.0, "2.0 s would count, 5 s are")])
+def test_a_held_out_part_that_is_too_short_is_told_as_less_than_what_is_needed(held, told, recording):
+    experiment = Experiment(recording, load_rig())
+    short = SimpleNamespace(recording=recording, signals=experiment.signals, duration=40.0, held_from=40.0 - held,
+                            phase_of_intervals=experiment.phase_of_intervals, interval=experiment.interval)
+    said = no_answer([short], False)
+    assert (told in said) if told else said == ""
 
 
 def test_a_rig_as_built_that_is_younger_than_the_field_is_noted(recording):

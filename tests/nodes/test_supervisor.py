@@ -1,5 +1,6 @@
 """What keeps the graph running, tried on small shell programs."""
 
+import io
 import os
 import signal
 import subprocess
@@ -9,7 +10,7 @@ import time
 
 import pytest
 from ddh_twin_py.cli import supervisor as module
-from ddh_twin_py.cli.supervisor import Child, Supervisor
+from ddh_twin_py.cli.supervisor import Child, Supervisor, combined_log
 from nodes.processes import runs, wait_for
 
 
@@ -121,6 +122,22 @@ def test_every_line_is_logged_with_time_and_name():
     said = [line for line in run.lines if line.split()[1] == "talker"]
     assert [line.split("| ")[1] for line in said] == ["one", "two", "three"]
     time.strptime(said[0].split(".")[0], "%H:%M:%S")
+
+
+@pytest.mark.parametrize("quiet", [False, True])
+def test_warnings_and_errors_go_to_standard_error_whether_quiet_or_not(quiet, capsys):
+    file = io.StringIO()
+    bad = "echo INFO begun; echo error: no such file; exit 2"
+    crashing = "echo Traceback of a call; echo '  File'; echo 'KeyError: x'; echo WARN late; echo INFO done; echo 'KeyError: y'; sleep 0.3"
+    log = combined_log(file, None if quiet else sys.stdout)
+    children = [Child("crashing", shell(crashing)), Child("one", shell("sleep 0.3; " + bad)), Child("two", shell("sleep 0.3; " + bad))]
+    assert Supervisor(children, log, os.environ).run() == 2
+    out, err = capsys.readouterr()
+    said = [line.split(" | ")[1] for line in err.splitlines()]
+    assert said[:4] == ["Traceback of a call", "  File", "KeyError: x", "WARN late"]
+    assert said.count("error: no such file") == 1 and any("cannot use what it was given, stopping" in line for line in said)
+    assert ("KeyError: y" in out) != quiet and "KeyError: y" not in err and "no such" not in out
+    assert {*out.splitlines(), *err.splitlines()} <= {*file.getvalue().splitlines()}
 
 
 def test_children_do_not_outlive_a_supervisor_that_is_killed(tmp_path):

@@ -117,3 +117,9 @@ def test_of_sensors_only_those_that_err_take_the_colour():
     assert drawn.attrib["class"] == "q5" and len(plain) == 6 and "592" not in plain
     drawn = groups(circuit_drawing({"sensor": Tint(5, "all")}, "one"))["sensor"]
     assert not [c for c in drawn.iter("circle") if "class" in c.attrib]
+
+
+def test_the_drawing_fits_a_phone():
+    style = (resources.files("ddh_twin_py.report") / "assets" / "style.css").read_text()
+    (least,) = re.findall(r"^\.circuit \{[^}]*min-width: (\d+)px", style, re.MULTILINE)
+    assert int(least) <= 390 - 2 * 14  # less the page's padding

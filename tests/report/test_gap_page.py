@@ -9,10 +9,11 @@ import jsonschema
 import numpy as np
 import pytest
 from ddh_twin_py.gap.catalogue import EFFECTS
-from ddh_twin_py.gap.diagnosis import Weighed
+from ddh_twin_py.gap.diagnosis import Lack, Weighed
 from ddh_twin_py.report.document import json_text
 from ddh_twin_py.report.gap_parameters import in_file
 from ddh_twin_py.report.gap_report import gap_document
+from ddh_twin_py.report.gap_summary import gap_summary
 from ddh_twin_py.report.units import plus_minus
 from support.made_diagnosis import KINDS, made_diagnosis
 
@@ -104,6 +105,27 @@ def test_every_hypothesis_place_and_signal_is_there_with_its_figures(diagnoses):
             assert parameter.name in said and in_file(parameter.value, parameter.std) in said
             if parameter.name in diagnosis.rig.quantities:
                 assert diagnosis.rig.quantities[parameter.name].source in said
+
+
+def of_several_places():
+    """Most single evidence in the sensors, most together in the relief valve."""
+    rows = [Lack("sensor", "measurement", "all", "", 2.0, 0.1, "K", 0.4, signals=("temperature/motor_housing", "rod_position")),
+            Lack("relief_valve", "hydraulic", "holding", "", 1e-6, 1e-7, "m3/s", 0.35),
+            Lack("relief_valve", "hydraulic", "lifting", "", 2e-6, 1e-7, "m3/s", 0.25)]
+    where = [{"component": r.component, "domain": r.domain, "phase": r.phase, "share": r.share, "missing": r.value, "unit": r.unit,
+              "std": r.std} for r in rows]
+    diagnosis = made_diagnosis("unknown")
+    return replace(diagnosis, report={**diagnosis.report, "where": where}, lacking=rows)
+
+
+def test_card_drawing_and_terminal_name_the_same_place_first():
+    diagnosis = of_several_places()
+    page = " ".join(" ".join(Page(gap_document(diagnosis).html()).words).split())
+    assert "Relief valve 60 % of the evidence; hydraulic, most in holding" in page
+    assert "Relief valve: 60 % of the evidence, hydraulic, most in holding; sensor: 40 % of the evidence, measurement, " \
+           "mean of all phases, in readings of temperature, motor housing and of stroke error." in page
+    told = " ".join(" ".join(line.plain for line in gap_summary(diagnosis)).split())
+    assert "where 60 % relief valve: 35 % hydraulic, holding, +0.0600 ± 0.0060 L/min 40 % sensor: measurement, mean, +2.00" in told
 
 
 def test_reasons_and_the_next_test_are_there(diagnoses):
@@ -207,3 +229,12 @@ def test_a_missing_sample_and_a_signal_without_any_do_not_break_the_page(diagnos
     none = replace(speed, **{n: np.zeros(0) for n in ("time", "measured", "before", "after")})
     page = Page(gap_document(replace(diagnosis, traces={"speed": holes, "current": none})).html())
     assert len(page.charts) == 1 and not page.open
+
+
+@pytest.mark.parametrize(("effects", "unknown", "told"), [
+    (("pump_1.leakage", "load.mass"), 0.25, True), (("pump_1.leakage",), 0.25, False), (("pump_1.leakage", "load.mass"), 0.4, False),
+])  # fmt: skip
+def test_the_quarter_that_is_always_left_beside_two_effects_is_told(effects, unknown, told, diagnoses):
+    weighed = [Weighed(effects, 0.99 - unknown, 1.0, {}, {}, {}), Weighed(("unknown",), unknown, None, {}, {}, {})]
+    page = gap_document(replace(diagnoses["ambiguous"], weighed=weighed)).html()
+    assert ("Where two effects lead, 25 % is always left to such a cause" in page) == told

@@ -5,15 +5,16 @@ from dataclasses import replace
 
 import pytest
 from ddh_twin_py.gap.catalogue import EFFECTS
-from ddh_twin_py.report.gap_summary import LINES, _notes, print_gap
-from ddh_twin_py.report.gap_words import effect_name, signal_name
+from ddh_twin_py.report.gap_summary import LINES, _notes, _weighed, print_gap
+from ddh_twin_py.report.gap_words import effect_name, set_name, signal_name
 from rich.console import Console
 from support.made_diagnosis import KINDS, made_diagnosis
 
 
 def rendered(diagnosis, width=80):
+    """What a terminal of so many columns shows; a file with None."""
     out = io.StringIO()
-    print_gap(diagnosis, Console(file=out, width=width))
+    print_gap(diagnosis, Console(file=out, width=width, force_terminal=width is not None, color_system=None))
     return out.getvalue().splitlines()
 
 
@@ -58,6 +59,46 @@ def test_notes_without_room_are_counted(count, said):
     assert lines[0] == "note       one" and said in lines[-1] and len(lines) == 4 and "1 further" not in lines[-1]
 
 
+def with_long_words():
+    diagnosis = made_diagnosis("ambiguous", seconds=120.0)
+    longest = tuple(sorted(EFFECTS, key=len)[-2:])
+    notes = [f"note {n} " + "with many words " * 20 + f"ends {n}." for n in range(5)]
+    report = {**diagnosis.report, "notes": notes, "next_test": {"description": "a test " * 99 + "ends", "expected_separation": 3.0}}
+    return replace(diagnosis, report=report, weighed=[replace(diagnosis.weighed[0], effects=longest, probability=0.9)]), longest, notes
+
+
+def test_nothing_is_cut_in_a_file():
+    diagnosis, longest, notes = with_long_words()
+    lines = rendered(diagnosis, None)
+    assert len(lines) <= LINES and not any("…" in line or "further notes" in line for line in lines)
+    said = " ".join(" ".join(lines).split())
+    assert all(note in said for note in notes) and set_name(longest) in said and "a test ends" in said
+    assert "…" in " ".join(rendered(diagnosis, 80))
+
+
+def test_a_terminal_is_used_as_wide_as_it_is():
+    diagnosis, longest, _ = with_long_words()
+    wide = rendered(diagnosis, 160)
+    assert 80 < max(map(len, wide)) <= 160 and len(wide) <= LINES and max(map(len, rendered(diagnosis, 70))) <= 70
+    at = next(i for i, line in enumerate(wide) if line.startswith("cause"))
+    assert set_name(longest) in wide[at]
+
+
+def test_a_long_hypothesis_goes_on_in_a_second_line():
+    diagnosis = made_diagnosis("explained", seconds=120.0)
+    longest = tuple(sorted(EFFECTS, key=len)[-2:])
+    lines = rendered(replace(diagnosis, weighed=[replace(diagnosis.weighed[0], effects=longest)]))
+    at = next(i for i, line in enumerate(lines) if line.startswith("cause"))
+    assert set_name(longest) in " ".join(" ".join(lines[at : at + 2]).split()) and set_name(longest) not in lines[at]
+
+
+def test_what_to_be_careful_of_is_a_sentence_of_its_own():
+    diagnosis = made_diagnosis("no_gap", seconds=120.0)
+    careful = replace(diagnosis, sentence="Careful: the clocks are 2 s apart. No gap: with its parameters fitted nothing is left.")
+    said = " ".join(" ".join(rendered(careful)).split())
+    assert said.startswith("No gap. Careful: the clocks are 2 s apart. With its parameters fitted nothing is left.")
+
+
 def test_numbers_are_those_of_the_report():
     diagnosis = made_diagnosis("explained", seconds=300.0)
     lines = rendered(diagnosis)
@@ -92,3 +133,9 @@ def test_the_floor_is_explained_below_the_gap_where_a_line_is_left(built, said):
 def test_nothing_is_claimed_where_nothing_is_known():
     said = " ".join(rendered(made_diagnosis("insufficient")))
     assert said.startswith("Cannot tell") and "12 s of motion" in said and "floor" not in said
+
+
+def test_a_value_and_its_deviation_stand_in_one_line():
+    words = "pump 1: leakage and relief valve: seat leakage  1.728 ± 0.079; 0.097 ± 0.065 mL/(min·bar)"
+    first, second = (line.plain for line in _weighed("cause", "2 %", words, 80, 2))
+    assert first.endswith("seat leakage") and second.strip() == "1.728 ± 0.079; 0.097 ± 0.065 mL/(min·bar)"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass, field
 from pathlib import Path, PurePath
 from typing import Any
@@ -40,6 +41,14 @@ class BagFolder:
     compression_mode: str = ""
     topics: dict[str, TopicEntry] | None = None
     notes: list[str] = field(default_factory=list)
+
+
+def holds_bag(path: str | Path) -> bool:
+    """Whether there is metadata.yaml or a file of a bag in a folder; False where it cannot be looked into."""
+    try:
+        return any(name == METADATA or name.endswith((*SUFFIXES, *_PACKED_SUFFIXES)) for name in os.listdir(path))
+    except OSError:
+        return False
 
 
 def open_folder(path: str | Path) -> BagFolder:

@@ -92,9 +92,8 @@ class McapStorage:
 
     def _cut(self, at: int, total: int, ended: bool) -> None:
         if not ended:
-            self.damage.append(
-                f"has no end: the last whole record ends at byte {at} of {total}, the recorder was stopped hard"
-            )
+            beyond = ", and read beyond as far as its messages are whole" if at < total else ""
+            self.damage.append(f"has no end, the recorder was stopped hard: it is whole up to byte {at} of {total}{beyond}")
 
     def _chunk(self, content: bytes, length: int, at: int, position: float) -> Iterator[Block]:
         if len(content) < 40:

@@ -215,6 +215,15 @@ def refuse_unwritable(name: str, folder: Path, files: Iterable[Path]) -> None:
             raise InputError(f"{name}: {error}") from None
 
 
+def refuse_recording(name: str, folder: Path) -> None:
+    """Raise InputError where a folder for results is a recording: a bag, or a case of bags; nothing is written into one."""
+    from ddh_twin_py.bags.case import is_case
+    from ddh_twin_py.bags.folder import holds_bag
+
+    if holds_bag(folder) or is_case(folder):
+        raise InputError(f"{name}: {folder} is a recording, nothing is written into it; give a folder of its own")
+
+
 def new_folder(text: str) -> str:
     """A folder that does not exist yet and can be made."""
     if os.path.lexists(text.rstrip(os.sep) or text):
@@ -261,6 +270,14 @@ def add_json(parser: Parser, help: str = "write the numbers as JSON; - is standa
 def add_bag(parser: Parser) -> None:
     """The argument `BAG`."""
     parser.add_argument("bag", metavar="BAG", help="rosbag2 folder, or one .mcap or .db3 file")
+
+
+def add_interval(parser: Parser) -> None:
+    """The option `--interval`, s; None where it is not given."""
+    parser.add_argument(
+        "--interval", metavar="S", type=between(0.01, 0.2, "s"), default=None,
+        help="tick of the twin, over which it integrates and takes means, 0.01 to 0.2 s (default 0.05); no thinning of what is written",
+    )
 
 
 def add_quiet(parser: Parser, help: str = "no progress, no summary") -> None:

@@ -49,7 +49,8 @@ def add_parser(subparsers) -> None:
         subparsers, "calibrate", "fit a rig's uncertain parameters to recordings of it",
         "Fits what the rig file gives a tolerance to commissioning recordings of one rig, with the tolerances as prior, and\n"
         "says which parameters the recordings inform. The rig file that it writes is taken by every --rig.\n"
-        "Exit code 1: nothing that --only asked for can be identified; no rig file is written then.",
+        "Exit code 1: nothing that --only asked for can be identified, and no rig file is written; or the fit does not describe\n"
+        "the machine, as more than half of the signals stay beyond 5 times noise, and the rig file that is written says so.",
         _EXAMPLE,
     )
     parser.add_argument("bags", metavar="BAG", nargs="+", help="rosbag2 folders, or .mcap or .db3 files, of one rig")
@@ -80,7 +81,7 @@ def run(args: argparse.Namespace) -> int:
         from ddh_twin_py.estimation.calibration import CalibrationError, calibrate, check_paths
         from ddh_twin_py.estimation.experiment import Experiment
         from ddh_twin_py.estimation.held_out import held_out
-        from ddh_twin_py.report.calibration_groups import signal_fits, verdict
+        from ddh_twin_py.report.calibration_groups import signal_fits, unfitted, verdict
         from ddh_twin_py.report.calibration_report import calibration_document, calibration_json
         from ddh_twin_py.report.calibration_summary import print_calibration
     check_paths(rig, args.only)
@@ -104,16 +105,23 @@ def run(args: argparse.Namespace) -> int:
         put_json(args.json, calibration_json(fit, experiments, signals, args.held_out, said, rig.file, seconds))
     for experiment in experiments:
         show_findings(experiment.recording.findings, "what `ddh-twin info` tells of the bag")
+    failed = unfitted(signals)
     if not args.quiet and args.json != "-":
         print_calibration(fit, signals, said)
-    code = _finish(args, fit, rig)
+    elif failed:
+        say(f"ddh-twin calibrate: error: {failed}")
+    code = _finish(args, fit, rig, failed)
     if not fit.settled:
         say("ddh-twin calibrate: warning: the fit was stopped before it had settled")
     return code
 
 
-def _finish(args: argparse.Namespace, fit, rig) -> int:
-    """Say what was refused and write the rig file; the exit code."""
+def _finish(args: argparse.Namespace, fit, rig, failed: str) -> int:
+    """Say what was refused and write the rig file; the exit code.
+
+    Args:
+        failed: that the fit does not describe the machine, empty where it does; the file says so then.
+    """
     from ddh_twin_py.cli.console import say
     from ddh_twin_py.rig.files import printable
     from ddh_twin_py.rig.writer import write_rig
@@ -125,9 +133,10 @@ def _finish(args: argparse.Namespace, fit, rig) -> int:
         return 1
     if args.output:
         heading = "Fitted by ddh-twin calibrate to " + ", ".join(printable(bag) for bag in args.bags)
+        heading += f"\n{failed}" if failed else ""
         heading += f"\npriors: {printable(rig.file)}\nEntries that are not named here are the reference sheet's.\n"
         heading += "std: one standard deviation; correlations between fitted values are not kept here."
         write_rig(args.output, fit.rig, heading)
         if not args.quiet:
-            say(f"{args.output}: rig {fit.rig.rig_id}")
-    return 0
+            say(f"{args.output}: rig {fit.rig.rig_id}" + (", which does not describe the machine" if failed else ""))
+    return 1 if failed else 0

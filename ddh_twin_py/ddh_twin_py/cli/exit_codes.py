@@ -11,7 +11,7 @@ EXIT_CODES = {
 """Code to meaning, for every verb."""
 
 NO = {
-    "calibrate": "nothing that --only asked for can be identified; no rig file is written",
+    "calibrate": "nothing that --only asked for can be identified, and no rig file is written; or the fit does not describe the machine",
     "doctor": "something does not work",
     "up": "the player of a bag crashed",
 }

@@ -7,6 +7,7 @@ import argparse
 from ddh_twin_py.cli.arguments import (
     InputError,
     add_bag,
+    add_interval,
     add_json,
     add_namespace,
     add_quiet,
@@ -14,7 +15,6 @@ from ddh_twin_py.cli.arguments import (
     add_verb,
     new_folder,
     output_file,
-    positive,
 )
 
 _EXAMPLE = "  ddh-twin export bags/paper_cycle --csv out/paper_cycle.csv --parquet out/paper_cycle.parquet --mcap out/with_twin"
@@ -36,7 +36,7 @@ def add_parser(subparsers) -> None:
     parser.add_argument("--parquet", metavar="FILE", type=output_file, help="write the table as Parquet, units in the fields' metadata")
     parser.add_argument("--mcap", metavar="BAG", type=new_folder, help="write a rosbag2 folder with everything in it, must not exist")
     parser.add_argument("--telemetry", metavar="FOLDER", type=new_folder, help="write the samples as CSV, a file for each topic")
-    parser.add_argument("--interval", metavar="S", type=positive, default=None, help="of one row, s (default 0.05)")
+    add_interval(parser)
     parser.add_argument("--no-smoothing", action="store_true", help="leave the smoothed temperatures out")
     add_json(parser, "write what each column is, and what the numbers rest on, as JSON; - is standard output")
     add_quiet(parser)

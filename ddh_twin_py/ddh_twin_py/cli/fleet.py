@@ -7,7 +7,18 @@ import os
 import sys
 from pathlib import Path
 
-from ddh_twin_py.cli.arguments import InputError, add_html, add_json, add_quiet, add_rig, add_verb, output_file, positive, refuse_unwritable
+from ddh_twin_py.cli.arguments import (
+    InputError,
+    add_html,
+    add_json,
+    add_quiet,
+    add_rig,
+    add_verb,
+    output_file,
+    positive,
+    refuse_recording,
+    refuse_unwritable,
+)
 
 _EXAMPLE = """\
   ddh-twin fleet bags --html out/fleet.html
@@ -71,6 +82,7 @@ def run(args: argparse.Namespace) -> int:
             raise InputError(f"{name} is {given!r}; allowed is the name of a folder")
     out = Path(args.out)
     refuse_unwritable("--out", out, [out / _TABLE])
+    refuse_recording("--out", out)
     found = find_recordings(args.folder, out, Path(args.rig) if args.rig else None)
     busy = FleetError(f"{out}: another ddh-twin fleet writes its results there; wait for it, or give --out another folder")
     results = Results(out / "results")

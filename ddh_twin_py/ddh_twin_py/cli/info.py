@@ -25,7 +25,7 @@ def add_parser(subparsers) -> None:
     add_rig(parser)
     add_namespace(parser)
     add_json(parser)
-    add_quiet(parser, "no table")
+    add_quiet(parser, "no table; warnings and errors stay")
 
 
 def run(args: argparse.Namespace) -> int:
@@ -33,7 +33,7 @@ def run(args: argparse.Namespace) -> int:
     from dataclasses import replace
 
     from ddh_twin_py.bags.reader import read_recording
-    from ddh_twin_py.cli.console import put_json
+    from ddh_twin_py.cli.console import put_json, show_findings
     from ddh_twin_py.gap.contradictions import contradictions
     from ddh_twin_py.rig import load_rig
     from ddh_twin_py.telemetry.recording import Finding
@@ -46,7 +46,9 @@ def run(args: argparse.Namespace) -> int:
     screened = replace(screened, findings=[*screened.findings, *apart])
     if args.json:
         put_json(args.json, recording_json(screened))
-    if not args.quiet and args.json != "-":
+    if args.quiet or args.json == "-":
+        show_findings(screened.findings, args.json if args.json and args.json != "-" else "ddh-twin info without --quiet")
+    else:
         _show(screened)
     return 0
 

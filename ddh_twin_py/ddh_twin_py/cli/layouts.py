@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from ddh_twin_py.cli.arguments import InputError, add_json, add_quiet, add_verb, namespace
+from ddh_twin_py.cli.arguments import InputError, add_json, add_quiet, add_verb, namespace, refuse_recording
 
 _EXAMPLE = "  ddh-twin layouts out/layouts --namespace /crane_1"
 
@@ -36,6 +36,7 @@ def run(args: argparse.Namespace) -> int:
     folder = Path(args.folder)
     if folder.exists() and not folder.is_dir():
         raise InputError(f"{folder}: is no folder")
+    refuse_recording("FOLDER", folder)
     written = [write_whole(folder / name, content) for name, content in layout_files(normalised(namespace(args.namespace))).items()]
     if args.json:
         put_json(args.json, {"files": [str(path) for path in written]})

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from ddh_twin_py.cli.arguments import add_bag, add_html, add_json, add_namespace, add_quiet, add_rig, add_verb, positive
+from ddh_twin_py.cli.arguments import add_bag, add_html, add_interval, add_json, add_namespace, add_quiet, add_rig, add_verb
 
 _EXAMPLE = "  ddh-twin replay bags/paper_cycle --html out/report.html --json out/report.json"
 
@@ -22,7 +22,7 @@ def add_parser(subparsers) -> None:
     add_namespace(parser)
     add_html(parser)
     add_json(parser)
-    parser.add_argument("--interval", metavar="S", type=positive, default=None, help="of one output, s (default 0.05)")
+    add_interval(parser)
     parser.add_argument(
         "--leave-one-out", action="store_true",
         help="estimate each location once more without its own sensor: a test of the fusion (takes longer)",

@@ -25,6 +25,9 @@ UNUSABLE = 2
 # Not SIGINT first: a Python that is still importing answers it with a traceback.
 _GRACE = ((signal.SIGTERM, 10.0), (signal.SIGKILL, 2.0))
 _PR_SET_PDEATHSIG = 1
+_REFUSED = ("error:", "FATAL ")  # what a node says that cannot use what it was given
+_GRAVE = (*_REFUSED, "WARN ", "ERROR ")
+_SEVERITIES = (*_GRAVE, "DEBUG ", "INFO ")
 
 
 @dataclass
@@ -133,17 +136,17 @@ class Supervisor:
             self._line("up", f"{child.name} has ended")
             return 0
         if code == UNUSABLE and not child.restarts:
-            self._line("up", f"{child.name} cannot use what it was given, stopping")
+            self._line("up", f"ERROR {child.name} cannot use what it was given, stopping")
             return UNUSABLE
         ran = time.monotonic() - child.started
         if child.once:
-            self._line("up", f"{child.name} ended ({_reason(code)}) after {ran:.1f} s; again it would begin from the start, stopping")
+            self._line("up", f"ERROR {child.name} ended ({_reason(code)}) after {ran:.1f} s; again it would begin from the start, stopping")
             return CUT_OFF
         child.in_a_row = 0 if ran > STEADY else child.in_a_row
         wait = BACK_OFF[min(child.in_a_row, len(BACK_OFF) - 1)]
         child.in_a_row += 1
         child.again_at = time.monotonic() + wait
-        self._line("up", f"{child.name} ended ({_reason(code)}) after {ran:.1f} s, starting it again in {wait:g} s")
+        self._line("up", f"WARN {child.name} ended ({_reason(code)}) after {ran:.1f} s, starting it again in {wait:g} s")
         return 0
 
     def stop(self) -> None:
@@ -157,7 +160,7 @@ class Supervisor:
                 if not still:
                     break
                 if number == signal.SIGKILL:
-                    self._line("up", f"{', '.join(c.name for c in still)} did not stop, sending {number.name}")
+                    self._line("up", f"WARN {', '.join(c.name for c in still)} did not stop, sending {number.name}")
                 for child in still:
                     child.process.send_signal(number)
                 deadline = time.monotonic() + grace
@@ -166,7 +169,7 @@ class Supervisor:
             for child in group:
                 self._drain(child)
                 if child.process.returncode not in (0, -signal.SIGTERM):
-                    self._line("up", f"{child.name} ended with {_reason(child.process.returncode)}")
+                    self._line("up", f"WARN {child.name} ended with {_reason(child.process.returncode)}")
 
     # --- log ---------------------------------------------------------------------------------
 
@@ -212,11 +215,28 @@ class Supervisor:
         self._log(f"{now:%H:%M:%S}.{now.microsecond // 1000:03d} {name:<18} | {text}")
 
 
-def combined_log(file: TextIO | None, screen: TextIO | None = sys.stdout) -> Callable[[str], None]:
-    """A log that goes to a file, to the screen, or both."""
+def combined_log(file: TextIO | None, screen: TextIO | None = sys.stdout, errors: TextIO | None = None) -> Callable[[str], None]:
+    """A log of which a file gets all; warnings, errors and tracebacks go to ``errors``, by default standard error, the rest to the screen.
+
+    What several children cannot use alike is said to ``errors`` once.
+    """
+    failing: set[str] = set()
+    refused: set[str] = set()
+
+    def grave(name: str, text: str) -> bool:
+        if text.startswith("Traceback"):
+            failing.add(name)
+        elif text.startswith(_SEVERITIES):
+            failing.discard(name)
+        return name in failing or text.startswith(_GRAVE)
 
     def write(line: str) -> None:
-        for target in (file, screen):
+        who, _, text = line.partition(" | ")
+        wrong = grave(who.split()[-1], text)
+        again = text in refused
+        if text.startswith(_REFUSED):
+            refused.add(text)
+        for target in (file, None if wrong and again else (errors or sys.stderr) if wrong else screen):
             if target is not None:
                 target.write(line + "\n")
                 target.flush()

@@ -76,7 +76,7 @@ def add_parser(subparsers) -> None:
     parser.add_argument("--params", metavar="FILE", help="parameter file (YAML) for all nodes, see config/twin.yaml")
     parser.add_argument("--log", metavar="FILE", help="write the log of all nodes here too")
     add_json(parser, "when it ends, write what ran, how often it was started again, and where the files are; - is standard output")
-    add_quiet(parser, "no log on the screen")
+    add_quiet(parser, "no log on the screen; warnings and errors stay")
 
 
 def rate(text: str) -> float:

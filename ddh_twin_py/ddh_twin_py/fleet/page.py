@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from collections.abc import Sequence
 
 from ddh_twin_py.fleet.row import Row
 from ddh_twin_py.fleet.trend_chart import Line, trend_chart
 from ddh_twin_py.report import document as doc
+from ddh_twin_py.report.gap_words import percent
 
 _VERDICTS = ("no_gap", "explained", "ambiguous", "unknown", "insufficient")
+_OF_THE_SET = re.compile(r" \(probability [^()]*\)")  # of all that acts together; the table has that of the effect
 _MARKS = {"no_gap": "good", "explained": "fair", "ambiguous": "fair", "unknown": "poor", "insufficient": "none", "": "none"}
 
 
@@ -39,8 +42,8 @@ def fleet_end(rows: Sequence[Row], rig_file: str) -> doc.EndMatter:
         "Each recording is diagnosed by itself: what its own report says of data split and held-out data holds here.", rig_file,
         [
             "Gaps are in multiples of the noise floor, on data that took no part in fitting; 1 is the floor.",
-            "Sizes are those of the most probable effect; bars are two standard deviations. The probability of a class is that of its "
-            "members together.",
+            "Sizes are those of the most probable effect; bars are two standard deviations. The probability in the table is that the "
+            "effect acts, alone or with others; that of a class is that of its members together.",
             "A rig's recordings are told by the rig id in the bag; those without one are in the table alone.",
         ],
         (("Recordings", str(len(rows))), ("Rigs", str(len({row.rig for row in rows if row.rig}))),
@@ -99,25 +102,41 @@ def _size_charts(rows: Sequence[Row]) -> list[doc.Html]:
 
 def _newest(rows: Sequence[Row]) -> doc.Html:
     told = [row for row in sorted(rows, key=lambda row: row.begin) if row.sentence]
-    return doc.note(f"Newest, {told[-1].begin}: {told[-1].sentence}") if told else doc.Html("")
+    return doc.note(f"Newest, {told[-1].begin}: {_OF_THE_SET.sub('', told[-1].sentence)}") if told else doc.Html("")
 
 
 def _table(rows: Sequence[Row]) -> doc.Html:
     columns = (
         doc.Column("Recording", number=False), doc.Column("Rig", number=False), doc.Column("Begin", "UTC", number=False),
         doc.Column("Duration", "s"), doc.Column("Verdict", number=False), doc.Column("Effect or class", number=False),
-        doc.Column("Probability"), doc.Column("Size"), doc.Column("Unit", number=False), doc.Column("Gap before", "floors"),
-        doc.Column("Gap after", "floors"), doc.Column("Error", number=False),
+        doc.Column("Probability", "of the effect"), doc.Column("Size ± std"), doc.Column("Gap, floors", "before → after"),
     )  # fmt: skip
+    ordered = sorted(rows, key=lambda row: (row.rig, row.begin, row.recording))
     shown = [
         (row.recording, row.rig, _begin(row), _number(row.duration, ".0f"),
          doc.mark(_MARKS.get(row.verdict, "none"), row.verdict.replace("_", " ")) if row.verdict else "–",
-         " + ".join(filter(None, (row.effect, row.also))) or "–", _number(row.probability, ".2f"), _number(row.size, ".4g"),
-         row.unit, _number(row.gap_before, ".2f"), _number(row.gap_after, ".2f"),
-         doc.Html(f'<span class="anywhere">{doc.text(row.error)}</span>') if row.error else "")
-        for row in sorted(rows, key=lambda row: (row.rig, row.begin, row.recording))
+         _effect(row),
+         "–" if row.probability is None else percent(row.probability), _size(row), _gap(row))
+        for row in ordered
     ]  # fmt: skip
-    return doc.Html(f'<div class="whole-words">{doc.table(columns, shown)}</div>')
+    return doc.Html(f'<div class="whole-words">{doc.table(columns, shown, below=[remark(row) for row in ordered])}</div>')
+
+
+def _effect(row: Row) -> doc.Html:
+    """What acts; a name may break after its component."""
+    return doc.Html(doc.text(" + ".join(filter(None, (row.effect, row.also))) or "–").replace(".", ".<wbr>"))
+
+
+def _size(row: Row) -> str:
+    if row.size is None:
+        return "–"
+    return f"{row.size:.4g}" + (f" ± {row.size_std:.2g}" if row.size_std else "") + (f" {row.unit}" if row.unit not in ("", "1") else "")
+
+
+def _gap(row: Row) -> str:
+    if row.gap_before is None:
+        return "–"
+    return f"{row.gap_before:.2f}" + (f" → {row.gap_after:.2f}" if row.gap_after is not None else "")
 
 
 def _begin(row: Row) -> doc.Html:

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from ddh_twin_py.bags.case import COMMISSIONING, FIELD, VALIDATION, Case, case_of, is_case
 from ddh_twin_py.bags.errors import BagError
-from ddh_twin_py.bags.folder import METADATA, SUFFIXES
+from ddh_twin_py.bags.folder import METADATA, SUFFIXES, holds_bag
 from ddh_twin_py.rig.files import did_you_mean
 
 _ENDINGS = (*SUFFIXES, *(f"{suffix}.zstd" for suffix in SUFFIXES))
@@ -66,14 +66,7 @@ def find_recordings(folder: str | Path, leave_out: Path | None = None, rig: Path
 
 def _one_case(path: Path) -> bool:
     """Whether a folder is a case: with field/, or without it and with a bag where the rig as built or another duty would be."""
-    return is_case(path) and ((path / FIELD).is_dir() or any(_is_bag(path / role) for role in (COMMISSIONING, VALIDATION)))
-
-
-def _is_bag(path: Path) -> bool:
-    try:
-        return any(name == METADATA or name.endswith(_ENDINGS) for name in os.listdir(path))
-    except OSError:
-        return False
+    return is_case(path) and ((path / FIELD).is_dir() or any(holds_bag(path / role) for role in (COMMISSIONING, VALIDATION)))
 
 
 def _found(name: str, path: Path, rig: Path | None) -> Found:

@@ -11,7 +11,7 @@ from html import escape
 from ddh_twin_py.report.document import Html
 
 _WIDTH, _HEIGHT = 620, 190
-_LEFT, _RIGHT, _TOP, _BOTTOM = 64, 14, 12, 34
+_LEFT, _RIGHT, _TOP, _BOTTOM = 84, 14, 12, 34
 _TICKS = 5
 _SHORT = 3.0 * 86400.0  # s, below which hours are shown
 
@@ -47,7 +47,8 @@ def trend_chart(title: str, unit: str, lines: Sequence[Line], level: tuple[str, 
     caption = f"{named}: {legend}" if len(lines) > 1 else named
     return Html(
         f'<div class="map"><p class="caption">{caption}</p><div class="scroll" tabindex="0">'
-        f'<svg viewBox="0 0 {_WIDTH} {_HEIGHT}" width="{_WIDTH}" height="{_HEIGHT}" role="img" aria-label="{escape(title)} over time">'
+        f'<svg class="trend" viewBox="0 0 {_WIDTH} {_HEIGHT}" width="{_WIDTH}" height="{_HEIGHT}" role="img" '
+        f'aria-label="{escape(title)} over time">'
         f"{''.join(parts)}</svg></div></div>"
     )
 
@@ -91,7 +92,8 @@ def _frame(x: _Axis, y: _Axis) -> list[str]:
         second = x.low + (x.high - x.low) * n / max(1, count - 1)
         anchor = "middle" if count == 1 else "start" if n == 0 else "end" if n == count - 1 else "middle"
         label = datetime.fromtimestamp(second, UTC).strftime(form)
-        parts.append(f'<text x="{x.place(second):.1f}" y="{_HEIGHT - 12}" text-anchor="{anchor}" class="axis">{label}</text>')
+        name = "axis" if n in (0, count - 1) or 2 * n == count - 1 else "axis finer"
+        parts.append(f'<text x="{x.place(second):.1f}" y="{_HEIGHT - 12}" text-anchor="{anchor}" class="{name}">{label}</text>')
     return parts
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -193,8 +194,9 @@ def no_answer(field: Sequence[Experiment], validated: bool) -> str:
         return _NO_FORCE
     longest = max(e.duration - e.held_from for e in field)
     if not validated and longest < HELD:
+        count = math.floor(10.0 * longest) / 10.0  # never as much as is needed
         return (f"the field recordings are too short to hold a part of them out: of {max(e.duration for e in field):.0f} s the last "
-                f"{longest:.0f} s would count, {HELD:.0f} s are needed; a validation recording, or a longer field recording, is")
+                f"{count:.1f} s would count, {HELD:.0f} s are needed; a validation recording, or a longer field recording, is")
     return ""
 
 

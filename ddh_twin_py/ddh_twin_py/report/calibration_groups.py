@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from ddh_twin_py.report.agreement import FLOOR
+from ddh_twin_py.report.agreement import FAR, FLOOR
 from ddh_twin_py.report.units import words
 
 if TYPE_CHECKING:
@@ -56,6 +56,15 @@ def grouped(fit: Calibration) -> dict[str, list[FittedParameter]]:
     return found
 
 
+def unfitted(signals: Sequence[SignalFit]) -> str:
+    """That more than half of the signals end beyond `FAR` times noise on what was fitted, in a sentence; empty where they do not."""
+    far = [s for s in sorted(signals, key=lambda s: -s.after) if s.after > FAR]
+    if 2 * len(far) <= len(signals):
+        return ""
+    return (f"The fit does not describe this machine: with it {len(far)} of {len(signals)} signals stay more than {FAR:g} times sensor "
+            f"noise off on what it was fitted to, {words(far[0].name)} {far[0].after:.0f} times.")
+
+
 def verdict(fit: Calibration, signals: Sequence[SignalFit], share: float) -> tuple[str, str]:
     """One sentence that says how it came out, and its level (good, fair, poor); a fit that has not settled is not good."""
     where = f"on the last {100 * share:.0f} % of the recordings, held out" if share else "on the recordings it was fitted to"
@@ -68,6 +77,7 @@ def verdict(fit: Calibration, signals: Sequence[SignalFit], share: float) -> tup
         level = "fair" if far[0].judged < 3.0 * FLOOR else "poor"
         if fit.asked:
             said += " What was held at the sheet may be the cause; the standard deviations do not count it."
+    said = f"{unfitted(signals)} {said}".lstrip()
     if not fit.settled:
         level = "fair" if level == "good" else level
         said += " The fit was stopped before it had settled."

@@ -9,7 +9,7 @@ from rich.console import Console
 from rich.text import Text
 
 from ddh_twin_py.report.agreement import level
-from ddh_twin_py.report.calibration_groups import SignalFit, grouped
+from ddh_twin_py.report.calibration_groups import SignalFit, grouped, unfitted
 from ddh_twin_py.report.summary import STYLE, plain_table
 from ddh_twin_py.report.units import number, words
 
@@ -20,8 +20,13 @@ _MOST_PAIRS = 12
 
 
 def print_calibration(fit: Calibration, signals: Sequence[SignalFit], said: str, console: Console | None = None) -> None:
-    """Print signals, parameters by group, pairs of which only a combination is informed, and the verdict."""
+    """Print signals, parameters by group, pairs of which only a combination is informed, and the verdict.
+
+    The verdict comes first where the fit does not describe the machine.
+    """
     console = console or Console()
+    if failed := unfitted(signals):
+        console.print(said, style=STYLE["poor"], highlight=False)
     table = plain_table("signal", "as given", "fitted", "held out")
     for s in signals:
         held = Text("–") if s.held_out is None else Text(number(s.held_out, 2), style=STYLE[level(s.held_out)])
@@ -46,4 +51,5 @@ def print_calibration(fit: Calibration, signals: Sequence[SignalFit], said: str,
         console.print(f"only together: {a} and {b} (correlation {r:+.3f})", highlight=False)
     if len(pairs) > _MOST_PAIRS:
         console.print(f"and {len(pairs) - _MOST_PAIRS} further pairs, see the report")
-    console.print(said, highlight=False)
+    if not failed:
+        console.print(said, highlight=False)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 import platform
 import subprocess
@@ -142,17 +143,22 @@ def figures(several: Iterable[Figure]) -> Html:
     return Html(f'<dl class="figures">{cards}</dl>')
 
 
-def table(columns: Sequence[Column], rows: Iterable[Sequence[object]], caption: str = "") -> Html:
-    """A table; the first cell of a row names it."""
+def table(columns: Sequence[Column], rows: Iterable[Sequence[object]], caption: str = "", below: Sequence[str] = ()) -> Html:
+    """A table; the first cell of a row names it.
+
+    Args:
+        below: for each row what stands below it across the table, '' for nothing; empty where no row has any.
+    """
     head = "".join(
         f'<th scope="col"{_numeric(c)}>{text(c.title)}' + (f"<small>{text(c.unit)}</small>" if c.unit else "") + "</th>"
         for c in columns
     )
     body = ""
-    for row in rows:
-        cells = list(zip(columns, row, strict=True))
-        body += f'<tr><th scope="row"{_numeric(cells[0][0])}>{text(cells[0][1])}</th>'
+    for row, words in itertools.zip_longest(rows, below, fillvalue=""):
+        cells, told = list(zip(columns, row, strict=True)), ' class="told"' if words else ""
+        body += f'<tr{told}><th scope="row"{_numeric(cells[0][0])}>{text(cells[0][1])}</th>'
         body += "".join(f"<td{_numeric(column)}>{text(cell)}</td>" for column, cell in cells[1:]) + "</tr>"
+        body += f'<tr class="below"><td colspan="{len(columns)}"><span>{text(words)}</span></td></tr>' if words else ""
     title = f"<caption>{text(caption)}</caption>" if caption else ""
     return Html(
         f'<div class="scroll" tabindex="0"><table>{title}<thead><tr>{head}</tr></thead>'

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 
 from ddh_twin_py.gap.diagnosis import Diagnosis, Weighed
 from ddh_twin_py.gap.effect import Effect
+from ddh_twin_py.gap.two_effects import DOUBT
 from ddh_twin_py.report import document as doc
 from ddh_twin_py.report.gap_symbols import legend
 from ddh_twin_py.report.gap_words import (
@@ -44,7 +45,7 @@ def hypotheses(diagnosis: Diagnosis) -> doc.Html:
     blocks = [
         doc.paragraph("Each hypothesis is an effect of the catalogue, or two together, added to the twin. Its probability weighs how much "
                       "better the twin then agrees against how freely the hypothesis could have been chosen; all of them sum to 100 %."),
-        *(_card(w, i, diagnosis.catalogue) for i, w in enumerate(leading, 1)),
+        *(_card(w, i, diagnosis.catalogue, _left_beside_two(weighed)) for i, w in enumerate(leading, 1)),
     ]
     if rest:
         columns = (doc.Column("Hypothesis", number=False), doc.Column("Probability"), doc.Column("Gap left", "× floor"),
@@ -90,7 +91,16 @@ def classes(diagnosis: Diagnosis) -> doc.Html:
     return doc.Html("".join(blocks))
 
 
-def _card(w: Weighed, place: int, catalogue: Mapping[str, Effect]) -> doc.Html:
+def _left_beside_two(weighed: Sequence[Weighed]) -> str:
+    """That the unknown has what is always left to it where two effects lead; empty where it does not stem from that."""
+    named = max((w for w in weighed if w.effects != (UNKNOWN,)), key=lambda w: w.probability, default=None)
+    unknown = next((w.probability for w in weighed if w.effects == (UNKNOWN,)), 0.0)
+    if named is None or len(named.effects) < 2 or abs(unknown - DOUBT) > 0.005:
+        return ""
+    return f"Where two effects lead, {probably(DOUBT)} is always left to such a cause; nothing in this record asks for more."
+
+
+def _card(w: Weighed, place: int, catalogue: Mapping[str, Effect], left: str) -> doc.Html:
     title = set_name(w.effects)
     blocks = [
         f'<div class="cause"><h3>{place}. {doc.text(capital(title))}</h3><dl class="bars"><dt>Probability</dt>'
@@ -102,7 +112,7 @@ def _card(w: Weighed, place: int, catalogue: Mapping[str, Effect]) -> doc.Html:
         blocks.append(doc.paragraph("The rig's parameters within their tolerances, the sensors' zero errors and noise explain what was "
                                     "recorded."))
     if w.effects == (UNKNOWN,):
-        blocks.append(doc.paragraph("Something acts on the rig that is real and that no effect of the catalogue explains."))
+        blocks.append(doc.paragraph(f"Something acts on the rig that is real and that no effect of the catalogue explains. {left}".strip()))
     if w.gap_after is not None:
         blocks.append(doc.paragraph(f"With it the gap is {number(w.gap_after, 2)} times the noise floor."))
     blocks += [_in_words(w), _evidence(w, folded=place > 1), "</div>"]

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from ddh_twin_py.gap.diagnosis import Diagnosis, Lack
 from ddh_twin_py.report import document as doc
 from ddh_twin_py.report.circuit_drawing import COMPONENTS, Tint, circuit_drawing, scale, step_of
-from ddh_twin_py.report.gap_words import PHASE_MEANING, PHASES, capital, component_name, percent, regime_name, signal_name
+from ddh_twin_py.report.gap_words import PHASE_MEANING, PHASES, capital, component_name, mostly, percent, places, regime_name, signal_name
 from ddh_twin_py.report.units import plus_minus
 
 _UNSURE = re.compile(r" ± \S+")
@@ -84,8 +84,8 @@ def sureness(value: float, std: float) -> doc.Html:
 
 def _figure(title: str, words: str, tints: dict[str, Tint], recorded: frozenset[str] | None = None,
             erring: Sequence[str] = (), wide: bool = False) -> str:
-    said = "; ".join(t.title for t in tints.values()) or "nothing is missing here"
-    said += f"; of {', '.join(signal_name(name) for name in erring)}" if erring and "sensor" in tints else ""
+    said = "; ".join(tint.title + (_readings(erring) if name == "sensor" else "") for name, tint in tints.items())
+    said = said or "nothing is missing here"
     head = f'<p class="caption">{doc.text(title)} <span class="unit">{doc.text(words)}</span></p>'
     drawn = circuit_drawing(tints, f"{title}: {said}", recorded, erring)
     return (
@@ -94,12 +94,18 @@ def _figure(title: str, words: str, tints: dict[str, Tint], recorded: frozenset[
     )
 
 
+def _readings(erring: Sequence[str]) -> str:
+    """Of which signals it is that readings err; empty where that is not known."""
+    return f", in readings of {' and of '.join(signal_name(name) for name in erring)}" if erring else ""
+
+
 def _whole(rows: Sequence[Lack]) -> dict[str, Tint]:
-    shares: dict[str, float] = {}
-    for row in rows:
-        shares[row.component] = shares.get(row.component, 0.0) + row.share
-    return {name: Tint(step_of(share), percent(share), f"{component_name(name)}: {percent(share)} of the evidence")
-            for name, share in shares.items() if share > 0.0}
+    found = places([{"component": row.component, "domain": row.domain, "phase": row.phase, "share": row.share} for row in rows])
+    return {
+        p.component: Tint(step_of(p.share), percent(p.share), f"{component_name(p.component)}: {percent(p.share)} of the evidence, "
+                          + mostly(p.largest["domain"], p.largest["phase"]))
+        for p in found if p.share > 0.0
+    }
 
 
 def _of_phase(rows: Sequence[Lack]) -> dict[str, Tint]:

@@ -5,14 +5,25 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ddh_twin_py.gap.words import by_component
 from ddh_twin_py.report import document as doc
 from ddh_twin_py.report.gap_detectable import detectable
 from ddh_twin_py.report.gap_hypotheses import classes, effects_ranked, hypotheses
 from ddh_twin_py.report.gap_parameters import parameters_table
 from ddh_twin_py.report.gap_places import drawing_of, drawings, lacking_table
 from ddh_twin_py.report.gap_rest import shrink_table, unknown
-from ddh_twin_py.report.gap_words import NEAR, VERDICTS, capital, closed, component_name, ending, percent, set_name, times_floor
+from ddh_twin_py.report.gap_words import (
+    NEAR,
+    VERDICTS,
+    capital,
+    closed,
+    component_name,
+    ending,
+    mostly,
+    percent,
+    places,
+    set_name,
+    times_floor,
+)
 from ddh_twin_py.report.next_test_block import next_test_block
 from ddh_twin_py.report.residual_charts import residual_sections
 from ddh_twin_py.report.units import number, probably
@@ -72,11 +83,9 @@ def _key_figures(diagnosis: Diagnosis) -> list[doc.Figure]:
         cards.append(doc.Figure(capital(ending(report["verdict"], diagnosis.added)), f"{number(gap['after'], 2)} ×", "noise floor" if
                                 gap["closed_fraction"] is None else f"noise floor; {closed(gap['closed_fraction'])} of the gap closed"))
     if report["where"]:
-        first = report["where"][0]
-        shares = by_component(report["where"])
-        name = max(shares, key=shares.get)
-        most = "mean of all phases" if first["phase"] == "all" else f"most in {first['phase']}"
-        cards.append(doc.Figure("Where", capital(component_name(name)), f"{percent(shares[name])} of the evidence; {most}"))
+        first = places(report["where"])[0]
+        cards.append(doc.Figure("Where", capital(component_name(first.component)), f"{percent(first.share)} of the evidence; "
+                                + mostly(first.largest["domain"], first.largest["phase"])))
     if report["shrink"]:
         near = sum(times_floor(row, "after") <= NEAR for row in report["shrink"].values())
         cards.append(doc.Figure("Signals explained", f"{near} of {len(report['shrink'])}", f"within {NEAR:g} × floor at the end"))

@@ -5,8 +5,10 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 from ddh_twin_py.gap.learned import PREFIX
+from ddh_twin_py.gap.words import by_component
 from ddh_twin_py.report.units import ZERO_CELSIUS, decimals, number, probably, shown, words
 
 UNKNOWN = "unknown"
@@ -48,6 +50,29 @@ _STRENGTH = ((1e4, "overwhelming"), (1e3, "very strong"), (1e2, "strong"), (10.0
 _NUMBER = r"[−-]?\d+(?:\.\d+)?(?:e[+-]?\d+)?"
 _AMOUNT = re.compile(rf"(?P<low>{_NUMBER}) to (?P<high>{_NUMBER}) (?P<unit>rad/s|Pa|m/s|m|K)$")
 _AXIS = re.compile(r"^(?P<name>.*?),? *[\[(]?(?P<unit>rad/s|Pa|m/s|m3/s|N\*m|degC|K|m|s|A|W|V)[\])]?$")
+
+
+@dataclass(frozen=True)
+class Place:
+    """A component at which a gap lies: share of the evidence of all its rows, and the largest of these rows."""
+
+    component: str
+    share: float
+    largest: Mapping
+    rows: int
+
+
+def places(where: Sequence[Mapping]) -> list[Place]:
+    """Components of a report's places, that with the largest share first."""
+    own = {name: [row for row in where if row["component"] == name] for name in by_component(where)}
+    found = [Place(name, round(sum(row["share"] for row in rows), 9), max(rows, key=lambda row: row["share"]), len(rows))
+             for name, rows in own.items()]
+    return sorted(found, key=lambda place: -place.share)
+
+
+def mostly(domain: str, phase: str) -> str:
+    """Kind and phase in which most of a place's evidence lies."""
+    return f"{domain}, " + ("mean of all phases" if phase == "all" else f"most in {phase}")
 
 
 def component_name(component: str) -> str:
