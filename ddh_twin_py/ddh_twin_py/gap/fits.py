@@ -257,7 +257,7 @@ class Fits:
         """Log weights of the sets that were fitted, less what a law that is off may be to blame for."""
         full = {ids: self._full(ids) for ids in self.fitted if ids in self._weights}
         leading = sorted((ids for ids in full if len(ids) == 2), key=lambda ids: -full[ids])[:_JUDGED]
-        beyond = dict(zip(leading, self._pool.map(self._beyond_law, leading), strict=True))
+        beyond = self._beyond_law(leading)
         return {ids: weight - (beyond[ids] if ids in beyond else self._by_law(ids)) for ids, weight in full.items()}
 
     def _by_law(self, ids: Ids) -> float:
@@ -265,18 +265,28 @@ class Fits:
         first = [(name,) for name in ids if len(ids) > 1 and (name,) in self.fitted]
         return max([0.0, *(self._law_error[single[0]] ** 2 * self.gain(single) for single in first)])
 
-    def _beyond_law(self, ids: Ids) -> float:
-        """The same of a pair that was fitted, as far as the first with its law free does take up what the second explains."""
-        most = self._by_law(ids)
-        if most < _SLIGHT:
-            return most
-        own = self.fitted[ids]
-        if ids not in self._misjudged or self._misjudged[ids][0] is not own:
-            first = self.fitted[max(((name,) for name in ids if (name,) in self.fitted), key=self.gain)]
-            freedom = LawFreedom(self._linearised, first, {name: self._law_error[name] for name in first.effects})
-            beyond = freedom.log_evidence(own) - freedom.log_evidence(first)
-            self._misjudged[ids] = own, max(0.0, own.log_evidence - first.log_evidence - beyond)
-        return self._misjudged[ids][1]
+    def _beyond_law(self, pairs: Sequence[Ids]) -> dict[Ids, float]:
+        """The same of pairs that were fitted, as far as the first with its law free does take up what the second explains."""
+        most = {ids: self._by_law(ids) for ids in pairs}
+        known = {ids for ids in pairs if ids in self._misjudged and self._misjudged[ids][0] is self.fitted[ids]}
+        asked = {ids: max(((name,) for name in ids if (name,) in self.fitted), key=self.gain)
+                 for ids in pairs if most[ids] >= _SLIGHT and ids not in known}
+        firsts = [*dict.fromkeys(asked.values())]
+        freed = dict(zip(firsts, self._pool.map(self._freed, firsts), strict=True))
+
+        def misjudged(ids: Ids) -> tuple[Refitted, float]:
+            own, (first, freedom, explained) = self.fitted[ids], freed[asked[ids]]
+            beyond = freedom.log_evidence(own) - explained
+            return own, max(0.0, own.log_evidence - first.log_evidence - beyond)
+
+        self._misjudged.update(zip(asked, self._pool.map(misjudged, asked), strict=True))
+        return {ids: self._misjudged[ids][1] if most[ids] >= _SLIGHT else most[ids] for ids in pairs}
+
+    def _freed(self, ids: Ids) -> tuple[Refitted, LawFreedom, float]:
+        """A single effect as it is fitted, the freedom of its law, and its log evidence with that; pairs share it."""
+        first = self.fitted[ids]
+        freedom = LawFreedom(self._linearised, first, {name: self._law_error[name] for name in ids})
+        return first, freedom, freedom.log_evidence(first)
 
     def at_full_power(self, wanted: Sequence[Ids]) -> dict[Ids, Refitted]:
         """The fits, those wanted with parameters, sizes and runs where the likelihood counts in full.
