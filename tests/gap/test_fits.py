@@ -6,23 +6,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from ddh_twin_py.estimation.comparison import Discrepancy
-from ddh_twin_py.gap.fits import Fits, Start
+from ddh_twin_py.gap.fits import Fits, Learnt, Start
 from ddh_twin_py.gap.hypotheses import POWER, SLACK, weighted
 from ddh_twin_py.gap.linearised import linearise
 from support.first_order import EFFECTS, FirstOrder
-
-
-class Elsewhere:
-    """Fits of another linearisation, in which effects fell far short, and what it held for likely where it was so far wrong of none."""
-
-    def __init__(self, *names, estimates=None, off=np.inf):
-        self._names, self._estimates = names, (estimates or {}, off)
-
-    def short(self):
-        return dict.fromkeys(self._names, -1000.0)
-
-    def estimates(self):
-        return self._estimates
 
 
 @pytest.mark.parametrize("index, departure", [(0, 0.15), (2, 0.12)])
@@ -32,7 +19,7 @@ def test_what_fell_short_elsewhere_is_fitted_before_it_is_dismissed(index, depar
         linearised = linearise(model, EFFECTS, np.zeros(3), Discrepancy(), SLACK, POWER, pool)
         singles = linearised.evidence.singles()
         weights = weighted(singles + linearised.evidence.pairs(singles), linearised.columns, linearised.effects)
-        fits = Fits(linearised, weights, pool, Elsewhere(EFFECTS[index].id))
+        fits = Fits(linearised, weights, pool, Learnt(short={EFFECTS[index].id: -1000.0}))
         fits.leaders()
         assert true in fits.fitted and next(iter(fits.probability())) == true
 
@@ -76,9 +63,9 @@ def test_where_the_linear_model_misjudges_no_effect_others_are_judged_as_elsewhe
             fits.fitted = {ids: replace(f, log_evidence=f.log_evidence + 500.0) for ids, f in fits.fitted.items()}
             return fits
 
-        known = fits_after(Elsewhere(estimates={unrelated: -9.0}, off=1.0))
+        known = fits_after(Learnt(expected={unrelated: -9.0}, off=1.0))
         unknown = fits_after(None)
-    assert known.estimates() == ({unrelated: -9.0}, 1.0) and unknown.estimates()[1] > 400.0
+    assert (known.learnt().expected, known.learnt().off) == ({unrelated: -9.0}, 1.0) and unknown.learnt().off > 400.0
     assert known.probability()[unrelated] < 1e-3
     promised = linearised.evidence.log_of_none + known.linear((true,))
     assert known.bent((true,)) == pytest.approx(abs(known.fitted[(true,)].log_evidence - promised))

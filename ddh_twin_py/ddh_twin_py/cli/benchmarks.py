@@ -5,8 +5,6 @@ from __future__ import annotations
 import json
 import os
 import platform
-import subprocess
-import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator
@@ -17,10 +15,12 @@ import numpy as np
 from ddh_twin_py.bags.reader import read_recording
 from ddh_twin_py.bags.writer import write_recording
 from ddh_twin_py.benchmarks.calibration_speed import time_calibration
+from ddh_twin_py.benchmarks.diagnosis_speed import FULL, time_diagnosis
 from ddh_twin_py.benchmarks.figure import Figure
 from ddh_twin_py.benchmarks.filters import compare_filters
 from ddh_twin_py.benchmarks.free_run_speed import compare_solvers
-from ddh_twin_py.cli.arguments import InputError, duty_file
+from ddh_twin_py.benchmarks.timed_process import timed
+from ddh_twin_py.cli.arguments import duty_file
 from ddh_twin_py.cli.console import stage
 from ddh_twin_py.cli.simulate import START_NS
 from ddh_twin_py.cli.simulated import collect
@@ -38,6 +38,11 @@ def _filters(quick: bool) -> tuple[list[Figure], list[str]]:
     return compare_filters(500 if quick else 5000)
 
 
+def _diagnosis(quick: bool) -> tuple[list[Figure], list[str]]:
+    with tempfile.TemporaryDirectory(prefix="ddh_diagnosis_") as scratch:
+        return time_diagnosis(load_rig(), Path(scratch), 300.0 if quick else FULL), []
+
+
 def _calibration(quick: bool) -> tuple[list[Figure], list[str]]:
     return time_calibration(load_rig(), load_duty(duty_file("mixed")), 120.0 if quick else 600.0), []
 
@@ -46,6 +51,7 @@ COMPARISONS: tuple[tuple[str, Callable[[bool], tuple[list[Figure], list[str]]]],
     ("free run beside general solvers", _solvers),
     ("Kalman filter beside others", _filters),
     ("calibration of six parameters", _calibration),
+    ("diagnosis of a long recording", _diagnosis),
 )
 """Comparisons in one run: what the progress says, and a function of ``quick`` that gives figures and
 what was left out, each with its reason. A further benchmark is one more row."""
@@ -93,24 +99,10 @@ def measure(quick: bool = False, live: bool = True, quiet: bool = False) -> tupl
 def _replay(bag: Path, scratch: Path, duration: float) -> Iterator[Figure]:
     """Replay with report and JSON, start of Python included."""
     out = scratch / "replay.json"
-    command = [sys.executable, "-m", "ddh_twin_py.cli.main", "replay", str(bag), "--quiet", "--json", str(out),
-               "--html", str(scratch / "replay.html")]
     runs = []
     for _ in range(2):  # the second finds everything in the file cache, as the first of a user's would
-        started = time.perf_counter()
-        process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
-        try:
-            _, status, usage = os.wait4(process.pid, 0)
-        except BaseException:  # interrupted: nobody waits for it any more
-            process.kill()
-            raise
-        elapsed = time.perf_counter() - started
-        if os.waitstatus_to_exitcode(status) != 0:
-            raise InputError(f"replay of {bag} failed: {process.stderr.read().decode(errors='replace').strip()[-300:]}")
-        process.stderr.close()
-        process.returncode = 0
-        seconds = sum(json.loads(out.read_text())["end_matter"]["computing_time_s"].values())
-        runs.append((elapsed, seconds, usage.ru_maxrss / 1024.0))
+        elapsed, memory = timed("replay", str(bag), "--quiet", "--json", str(out), "--html", str(scratch / "replay.html"))
+        runs.append((elapsed, sum(json.loads(out.read_text())["end_matter"]["computing_time_s"].values()), memory))
     elapsed, seconds, memory = min(runs)
     label, share = f"replay {duration / 60:.0f} min", duration / 3600.0
     limit = "limit" if share == 1.0 else "limit of 1 h"

@@ -25,6 +25,7 @@ VARIANT = 1.0
 """Size of what a stretch of a recording has for itself in a shared class, over what is shared."""
 STRETCH = 120.0
 """s; oil warms, and with it what the model's laws are off by."""
+_AT_ONCE = 32  # columns that are weighed at once; all of them of half an hour would be a further copy of hundreds of megabytes
 
 
 class Weighting:
@@ -97,7 +98,9 @@ class Weighting:
 
     def products(self, left: Sequence[np.ndarray], right: Sequence[np.ndarray]) -> np.ndarray:
         """left' P right, summed over recordings; ``right`` should be the narrower."""
-        return sum(a.T @ b for a, b in zip(left, self.applied(right), strict=True))
+        width = right[0].shape[1]
+        parts = [[b[:, at : at + _AT_ONCE] for b in right] for at in range(0, max(width, 1), _AT_ONCE)]
+        return np.hstack([sum(a.T @ b for a, b in zip(left, self.applied(part), strict=True)) for part in parts])
 
 
 def _rowwise(factor: np.ndarray, rows: np.ndarray) -> np.ndarray:

@@ -10,7 +10,7 @@ import itertools
 import math
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from scipy.special import logsumexp
@@ -51,6 +51,21 @@ class Start:
     x: np.ndarray
 
 
+@dataclass(frozen=True)
+class Learnt:
+    """What the fits of one linearisation tell those of another nearby; it holds no runs and no sensitivities.
+
+    Attributes:
+        short: by how much sets with an effect fell short of the linear model at least, log weight, by effect.
+        expected: what every set is expected to be worth where the linear model was least wrong of no effect so far.
+        off: by how much log evidence it was wrong there.
+    """
+
+    short: Mapping[str, float] = field(default_factory=dict)
+    expected: Mapping[Ids, float] = field(default_factory=dict)
+    off: float = math.inf
+
+
 class Fits:
     """Full fits of one linearisation.
 
@@ -63,7 +78,7 @@ class Fits:
     """
 
     def __init__(self, linearised: Linearised, weights: Mapping[Ids, tuple[float, Hypothesis | None]], pool: ThreadPoolExecutor,
-                 before: Fits | None = None, told: Callable[[int], None] | None = None) -> None:
+                 before: Learnt | None = None, told: Callable[[int], None] | None = None) -> None:
         self._told, self._count = told, 0
         self._linearised, self._weights, self._pool = linearised, weights, pool
         self._refit = Refit(linearised)
@@ -71,8 +86,8 @@ class Fits:
         self._misjudged: dict[Ids, tuple[Refitted, float]] = {}
         self._beside_first: dict[Ids, float] = {}
         self.fitted: dict[Ids, Refitted] = {}
-        self._learnt = before.short() if before else {}
-        self._elsewhere, self._off_elsewhere = before.estimates() if before else ({}, math.inf)
+        before = before or Learnt()
+        self._learnt, self._elsewhere, self._off_elsewhere = before.short, before.expected, before.off
 
     def again(self, known: Mapping[Ids, Start]) -> None:
         """Fit sets from where they stood before."""
@@ -231,10 +246,11 @@ class Fits:
         wrong = abs(self.fitted[ids].log_evidence - self._linearised.evidence.log_of_none - self.linear(ids))
         return wrong if self._off_elsewhere < abs(self._off()) else max(wrong, abs(self._off()), abs(self.gain(ids) - self.linear(ids)))
 
-    def estimates(self) -> tuple[dict[Ids, float], float]:
-        """What every set is expected to be worth where the linear model was least wrong of no effect so far, and by how much it was."""
+    def learnt(self) -> Learnt:
+        """What these fits tell those of another linearisation."""
         off = abs(self._off())
-        return (self._expected(), off) if off <= self._off_elsewhere else (self._elsewhere, self._off_elsewhere)
+        known = (self._expected(), off) if off <= self._off_elsewhere else (self._elsewhere, self._off_elsewhere)
+        return Learnt(self._short(), *known)
 
     def _off(self) -> float:
         """Log evidence of no effect over what the linear model says; about where effects act it knows little of none."""
@@ -255,8 +271,9 @@ class Fits:
 
     def _judged(self) -> dict[Ids, float]:
         """Log weights of the sets that were fitted, less what a law that is off may be to blame for."""
+        leading = sorted((ids for ids in self.fitted if len(ids) == 2 and ids in self._weights), key=lambda ids: -self._full(ids))[:_JUDGED]
+        self._fit([one for one in dict.fromkeys(map(self._first_of, leading)) if one not in self.fitted])
         full = {ids: self._full(ids) for ids in self.fitted if ids in self._weights}
-        leading = sorted((ids for ids in full if len(ids) == 2), key=lambda ids: -full[ids])[:_JUDGED]
         beyond = self._beyond_law(leading)
         return {ids: weight - (beyond[ids] if ids in beyond else self._by_law(ids)) for ids, weight in full.items()}
 
@@ -281,6 +298,12 @@ class Fits:
 
         self._misjudged.update(zip(asked, self._pool.map(misjudged, asked), strict=True))
         return {ids: self._misjudged[ids][1] if most[ids] >= _SLIGHT else most[ids] for ids in pairs}
+
+    def _first_of(self, pair: Ids) -> Ids:
+        """The effect of a pair that is held to explain more by itself; one that nobody fitted would have no law to be off."""
+        expected = self._expected()
+        ones = [(name,) for name in pair if (name,) in expected]
+        return max(ones, key=lambda one: self._full(one) if one in self.fitted else expected[one], default=())
 
     def _freed(self, ids: Ids) -> tuple[Refitted, LawFreedom, float]:
         """A single effect as it is fitted, the freedom of its law, and its log evidence with that; pairs share it."""
@@ -345,7 +368,7 @@ class Fits:
         """Log weight of a set that was fitted."""
         return self._weights[ids][0] - self.linear(ids) + self.gain(ids)
 
-    def short(self) -> dict[str, float]:
+    def _short(self) -> dict[str, float]:
         """By how much sets with an effect fell short of the linear model at least, log weight, by effect."""
         found: dict[str, float] = {}
         for ids in self.fitted:
@@ -365,7 +388,7 @@ class Fits:
         Where the best that was fitted does better than the linear model said, others with one of its effects are expected to do so too;
         pairs that were weighed beside their first effect as it acts are expected to do as well as there.
         """
-        short, best = self.short(), self._best()
+        short, best = self._short(), self._best()
         more = max(0.0, self._full(best) - self._weights[best][0]) if best else 0.0
         out = {ids: weight + min((short.get(name, 0.0) for name in ids), default=0.0) + (more if set(ids) & set(best) else 0.0)
                for ids, (weight, _) in self._weights.items()}

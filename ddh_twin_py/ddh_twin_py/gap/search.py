@@ -53,7 +53,7 @@ def search(model: Model, effects: Sequence[Effect], theta: np.ndarray, discrepan
         progress: told the share done. otherwise: parameters from which to begin again, (k,), where too little is explained from there.
         left_over: says whether a hypothesis leaves structure behind; None: it is not asked.
     """
-    linearised, fits, known = None, None, {(): Start(theta, np.zeros(0))}
+    linearised, learnt, known = None, None, {(): Start(theta, np.zeros(0))}
     near = False  # whether sensitivities are those of a place nearby
     wide = True  # whether large effects, which bend, were not looked for yet
     for number in range(_PASSES):
@@ -65,7 +65,7 @@ def search(model: Model, effects: Sequence[Effect], theta: np.ndarray, discrepan
         weights = _weights(linearised)
         linearised = linearised.with_scatter(max(weights.values(), key=lambda w: w[0])[1])
         weights = _weights(linearised)
-        fits = Fits(linearised, weights, pool, fits, _after(progress, number))
+        fits = Fits(linearised, weights, pool, learnt, _after(progress, number))
         fits.again(known)
         fits.leaders()
         poor = fits.poor()
@@ -76,12 +76,13 @@ def search(model: Model, effects: Sequence[Effect], theta: np.ndarray, discrepan
         leader = found.leader if found.leader in fits.fitted else ()
         again = otherwise is not None and (poor or (left_over is not None and left_over(linearised, fits.fitted[leader])))
         moved = number < _PASSES - 1 and model.begin_anew(fits.fitted[leader].theta, fits.fitted[leader].acting)
-        if not again and not poor and not moved and fits.bent(leader) < _CLOSE:
+        if number == _PASSES - 1 or (not again and not poor and not moved and fits.bent(leader) < _CLOSE):
             break
-        known, discrepancy = fits.starts(found), linearised.discrepancy
+        known, discrepancy, learnt = fits.starts(found), linearised.discrepancy, fits.learnt()
         wide = wide or again
         theta, otherwise = (otherwise, None) if again else (fits.fitted[leader].theta, otherwise)
         near = not moved and np.abs(theta - linearised.taken).max() < _NEARBY
+        fits = found = None  # with runs and sensitivities of half an hour these are hundreds of megabytes
     if fits.fell_short():
         fits.sharpen()
         found = Found(linearised, fits.probability(), fits.fitted)

@@ -1,0 +1,72 @@
+"""How long a diagnosis of a long recording takes, and how much memory: a sealed plant's rig with moderate effects, all sensors, 50 Hz."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+
+from ddh_twin_py.bags.writer import write_recording
+from ddh_twin_py.benchmarks.figure import Figure
+from ddh_twin_py.benchmarks.timed_process import timed
+from ddh_twin_py.gap_bench.duties import drawn
+from ddh_twin_py.gap_bench.recordings import recording_of
+from ddh_twin_py.plant.listed_faults import LISTED
+from ddh_twin_py.plant.machine import build
+from ddh_twin_py.plant.sensors import SENSORS, Instruments, measure
+from ddh_twin_py.rig import Rig
+
+COMMISSIONED = {"pump_1.leakage": 0.12, "motor.cooling": -0.45}
+"""Effects since the rig was commissioned, and their departures."""
+UNCOMMISSIONED = {"motor.copper_resistance": 0.25}
+"""The same where no recording tells how the rig was built."""
+FULL = 1800.0
+_RATE, _SLOW_RATE = 50.0, 1.0  # Hz
+_COMMISSIONING, _VALIDATION = 600.0, 540.0  # s
+_SECONDS, _MEGABYTES = 180.0, 2000.0
+_DAY = 86_400 * 10**9
+_EPOCH = 1_767_225_600 * 10**9
+
+
+def time_diagnosis(sheet: Rig, scratch: Path, seconds: float = FULL) -> list[Figure]:
+    """Time (s) and peak memory (MB) of `ddh-twin gap`, a process of its own, with and without commissioning.
+
+    Args:
+        scratch: folder for the recordings. seconds: of field data; limits are stated for `FULL` alone.
+
+    Raises:
+        ProcessFailed: the diagnosis ended without a report.
+    """
+    figures = []
+    for label, effects in (("with commissioning", COMMISSIONED), ("without", UNCOMMISSIONED)):
+        case = scratch / label.split()[0]
+        make_case(case, sheet, effects, effects is COMMISSIONED, seconds)
+        took, memory, verdict = _diagnosed(case, scratch / "report.json")
+        name = f"diagnosis of {seconds / 60:.0f} min at 50 Hz, {label}"
+        limits = (_SECONDS, _MEGABYTES, "limit") if seconds == FULL else (None, None, "")
+        figures += [Figure(f"{name} ({verdict})", took, "s", limits[0], limits[2]),
+                    Figure(f"{name}, peak memory", memory, "MB", limits[1], limits[2])]
+    return figures
+
+
+def make_case(case: Path, sheet: Rig, effects: dict[str, float], commissioned: bool, seconds: float) -> None:
+    """Write the bags of one rig, always the same one, with effects acting in field and validation."""
+    rng = np.random.default_rng(50)
+    machine = build(sheet, rng)
+    instruments = Instruments.drawn(sheet, machine.rig["sensors.temperature.time_constant"], rng)
+    parts = {"commissioning": _COMMISSIONING, "field": seconds, "validation": _VALIDATION}
+    for days, (part, duration) in enumerate(parts.items()):
+        duty = drawn(rng, duration, 180.0, _RATE, warm=False)
+        if part == "commissioning" and not commissioned:
+            continue
+        faults = [] if part == "commissioning" else [(LISTED[name], departure) for name, departure in effects.items()]
+        course = machine.run(duty.exercise, faults, duty.drive_time, duty.hydraulic_time)
+        readings = measure(course, instruments, duty.exercise.ambient, SENSORS, _SLOW_RATE, rng)
+        write_recording(case / part, recording_of(readings, case.name, duty.exercise.payload, _EPOCH + days * _DAY))
+
+
+def _diagnosed(case: Path, out: Path) -> tuple[float, float, str]:
+    """Seconds, megabytes and verdict; reading of the bags included."""
+    seconds, megabytes = timed("gap", str(case), "--quiet", "--json", str(out))
+    return seconds, megabytes, json.loads(out.read_text())["verdict"]
