@@ -7,7 +7,7 @@ import pytest
 from ddh_twin_py.estimation.binning import by_cycle, cycle_of
 from ddh_twin_py.estimation.experiment import Signal
 from ddh_twin_py.gap.effect import Effect
-from ddh_twin_py.gap.held_best import HeldBest
+from ddh_twin_py.gap.held_best import AtBest, HeldBest
 from ddh_twin_py.gap.held_runs import HeldRuns
 from ddh_twin_py.gap.open_rig import asked_of_rig, told
 from ddh_twin_py.gap.size import counted
@@ -126,11 +126,19 @@ def test_held_out_data_ask_for_another_size_as_far_as_it_is_open_and_allowed(pus
     best = HeldBest(held, {"flow": 1.0}, lambda theta: theta, np.zeros(1), np.diag([0.01]) ** 2)
     kept, other = best.beside(np.zeros(1), [(PUSH, 0, 0.3)]), best.beside(np.zeros(1), [(PUSH, 0, 0.3)], spread=spread)
     assert kept.departures == pytest.approx([0.3]) and other.departures == pytest.approx([found], abs=0.02)
-    assert other.cost <= kept.cost and (other.cost < 0.6 * kept.cost) == (found != 0.3)
+    assert other.cost({}) <= kept.cost({}) and (other.cost({}) < 0.6 * kept.cost({})) == (found != 0.3)
 
 
 def test_another_size_costs_its_deviations():
     best = HeldBest(Pushed(0.3 + 0.2), {"flow": 1.0}, lambda theta: theta, np.zeros(1), np.diag([0.01]) ** 2)
     at = best.beside(np.zeros(1), [(PUSH, 0, 0.3)], spread=(0.05,))
     square = (at.departures[0] - 0.3) ** 2 / 0.05**2
-    assert at.cost == pytest.approx(10.0 * at.over["flow"] ** 2 + square, rel=0.02) and square > 1.0
+    assert at.cost({}) == pytest.approx(10.0 * at.over["flow"] ** 2 + square, rel=0.02) and square > 1.0
+
+
+def test_what_sums_up_small_flaws_costs_what_is_beyond_its_limit_alone():
+    near, far = (AtBest({}, np.zeros(0), np.zeros(0), {"flow": 1.0, "strokes": square}, 0.5) for square in (1.9, 16.0))
+    assert near.cost({}) == pytest.approx(10.0 * 2.9 + 0.5)
+    none = AtBest({}, np.zeros(0), np.zeros(0), {"flow": 1.0, "strokes": 0.5}, 0.5)
+    assert near.cost({"strokes": 3.0}) == none.cost({"strokes": 3.0})
+    assert far.cost({"strokes": 3.0}) - none.cost({"strokes": 3.0}) == pytest.approx(10.0 * (16.0 - 9.0))

@@ -29,7 +29,9 @@ from ddh_twin_py.gap.taken_up import not_shown
 from ddh_twin_py.gap.tolerance import too_small, without_parameters
 from ddh_twin_py.gap.two_effects import doubted
 from ddh_twin_py.gap.unknown import (
+    FAR,
     FREEDOM,
+    NEEDED_BY,
     RESIZE,
     Unknown,
     bent,
@@ -188,7 +190,8 @@ def _heard(unknown: Unknown, model: Diagnosable, found: Found, leader: Refitted,
     if built and leader.columns:
         other = best.beside(leader.theta, leader.acting, closely, _spread_elsewhere(leader))
         times = {c.effect.id: float(y / x) for c, x, y in zip(leader.columns, leader.x, other.departures, strict=True)}
-        unknown = resized(unknown, beside.cost - other.cost, times)
+        least = dict.fromkeys(NEEDED_BY, FAR)  # strokes and winding sum up what another duty lets a law be off by
+        unknown = resized(unknown, beside.cost(least) - other.cost(least), times)
     if len(leader.columns) > 1:
         unknown = doubted(halfway(unknown, shrunk, closed, slow), found.linearised, leader)
     unknown = refuted(unknown, beside_none.gap, shrunk) if leader.columns else unknown

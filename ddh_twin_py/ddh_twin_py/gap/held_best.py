@@ -34,18 +34,24 @@ class AtBest:
 
     Attributes:
         over: RMS over floor of each signal. theta: parameters there, in deviations, (k,). departures: of the effects there, (m,).
-        cost: what is left, `_WEIGHT` times the signals' mean squares over their floors, and squared deviations of what is open.
+        squares: mean square over floor of each signal's samples that were used, of several recordings their sum.
+        moved: squared deviations of what is open.
     """
 
     over: dict[str, float]
     theta: np.ndarray
     departures: np.ndarray
-    cost: float
+    squares: dict[str, float]
+    moved: float
 
     @property
     def gap(self) -> float:
         """Of all signals, in multiples of the floor; see `size.of_all`."""
         return of_all(self.over)
+
+    def cost(self, least: Mapping[str, float]) -> float:
+        """What is left, as `HeldBest` weighs it, squared deviations; of signals in ``least`` what is beyond that many floors."""
+        return _WEIGHT * sum(max(square, least.get(name, 0.0) ** 2) for name, square in self.squares.items()) + self.moved
 
 
 @dataclass(frozen=True)
@@ -111,7 +117,7 @@ class HeldBest:
             z, runs = self._descended(ways, z, runs, self._sensitivities(ways, range(z.size), z, runs))
         at, _, acts = self._at(ways, z)
         return AtBest({name: ratio / self._floor[name] for name, ratio in ratios_of(self._held, runs).items()}, at,
-                      np.array([x for _, _, x in acts]), self._cost(ways, z, runs))
+                      np.array([x for _, _, x in acts]), self._squares(runs), float(z @ ways.precision @ z))
 
     def _ways(self, theta: np.ndarray, acting: Acting, spread: Sequence[float]) -> _Ways:
         sizes = np.diag(spread) if len(spread) else np.zeros((0, len(acting)))
@@ -149,9 +155,16 @@ class HeldBest:
         return [{name: (s[name].measured[i] - run[name][i]) / (s[name].noise * self._floor[name]) for name, i in used.items()}
                 for used, s, run in zip(self._used, self._held.signals(), runs, strict=True)]
 
+    def _squares(self, runs: Runs) -> dict[str, float]:
+        """Mean square of the residuals over floors of each signal, summed over recordings."""
+        out: dict[str, float] = {}
+        for own in self._off(runs):
+            for name, off in own.items():
+                out[name] = out.get(name, 0.0) + float(np.mean(off**2))
+        return out
+
     def _cost(self, ways: _Ways, z: np.ndarray, runs: Runs) -> float:
-        squares = sum(float(np.mean(off**2)) for own in self._off(runs) for off in own.values())
-        return _WEIGHT * squares + float(z @ ways.precision @ z)
+        return _WEIGHT * sum(self._squares(runs).values()) + float(z @ ways.precision @ z)
 
     def _step(self, ways: _Ways, z: np.ndarray, runs: Runs, slopes: Runs) -> np.ndarray:
         """Gauss-Newton's step."""

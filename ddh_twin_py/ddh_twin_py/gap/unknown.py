@@ -262,7 +262,8 @@ def resized(unknown: Unknown, gained: float, times: Mapping[str, float]) -> Unkn
     Two effects that mimic a third together do so in the proportion of one duty.
 
     Args:
-        gained: squared deviations that these data lose with other sizes. times: effect to the size that they ask for, over that found.
+        gained: squared deviations that these data lose with other sizes, of what sums up small flaws (`NEEDED_BY`) those beyond `FAR`.
+            times: effect to the size that they ask for, over that found.
     """
     asked = " and ".join(f"{name} {ratio:.2f} times as large" for name, ratio in times.items())
     note = f"the held-out data ask for other sizes of the best listed hypothesis ({asked} as found); what is true would be the same in them"
