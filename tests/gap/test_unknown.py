@@ -147,8 +147,14 @@ def test_a_cause_that_asks_for_another_rig_than_was_built_is_not_the_cause(as_bu
     (3.0, 0, 0.0, 0.06), (6.9, 0, 0.7, 0.8), (6.7, 1, 0.0, 0.15), (10.6, 1, 0.75, 0.8), (-3.0, 2, 0.0, 0.02),
 ])
 def test_what_fits_only_with_another_rig_than_was_commissioned_is_doubted(drift, effects, least, most):
-    after = drifted(Unknown(0.01, [], 0.0, "1"), drift, effects)
+    after = drifted(Unknown(0.01, [], 0.0, "1"), drift, effects, 1.4)
     assert least <= after.probability <= most and bool(after.notes) is (least > 0.5)
+
+
+def test_a_rig_whose_further_data_are_as_commissioned_has_not_drifted_wherever_a_fit_went():
+    nothing = Unknown(0.01, [], 0.0, "1")
+    assert drifted(nothing, 10.2, 0, 1.02) is nothing
+    assert drifted(nothing, 10.2, 1, 1.02).probability > 0.7, "that a cause acts is doubted all the same"
 
 
 @pytest.mark.parametrize("gained, explained, least, most", [

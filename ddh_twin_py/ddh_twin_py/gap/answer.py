@@ -177,7 +177,7 @@ def _heard(unknown: Unknown, model: Diagnosable, found: Found, leader: Refitted,
         unknown = strained(unknown, _in_fitted(model, leader, floor, acts=False))
     followed = {name: over[name] for name in model.followed if name in over and name in first}
     if built and followed:
-        unknown = drifted(unknown, Drift(found.linearised, plain).of(leader), len(leader.columns))
+        unknown = drifted(unknown, Drift(found.linearised, plain).of(leader), len(leader.columns), size.gap(as_run, floor))
         unknown = far_off(unknown, over, closed, len(leader.columns))
     if leader.columns:
         sizes = {n: (floor[n] * first[n].noise, first[n].unit) for n in followed}
