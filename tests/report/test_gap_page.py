@@ -13,6 +13,7 @@ from ddh_twin_py.gap.diagnosis import Lack, Weighed
 from ddh_twin_py.report.document import json_text
 from ddh_twin_py.report.gap_parameters import in_file
 from ddh_twin_py.report.gap_report import gap_document
+from ddh_twin_py.report.gap_rest import unknown as unknown_part
 from ddh_twin_py.report.gap_summary import gap_summary
 from ddh_twin_py.report.units import plus_minus
 from support.made_diagnosis import KINDS, made_diagnosis
@@ -126,6 +127,16 @@ def test_card_drawing_and_terminal_name_the_same_place_first():
            "mean of all phases, in readings of temperature, motor housing and of stroke error." in page
     told = " ".join(" ".join(line.plain for line in gap_summary(diagnosis)).split())
     assert "where 60 % relief valve: 35 % hydraulic, holding, +0.0600 ± 0.0060 L/min 40 % sensor: measurement, mean, +2.00" in told
+
+
+@pytest.mark.parametrize(("size", "large"), [(410.0, "about 410 N"), (0.0, "something")])
+def test_what_is_unknown_is_told_with_its_size_and_drawn_in_its_signal(size, large, diagnoses):
+    diagnosis = diagnoses["unknown"]
+    found = {**diagnosis.report["unknown"], "size": size}
+    shapes = [replace(shape, signal="pressure_rod_side", unit="Pa") for shape in diagnosis.shapes]
+    said = unknown_part(replace(diagnosis, report={**diagnosis.report, "unknown": found}, shapes=shapes))
+    assert f"Cylinder, mechanical: {large} that no effect of the catalogue explains." in said
+    assert said.count(">missing in pressure, rod side, bar<") == len(shapes) > 0
 
 
 def test_reasons_and_the_next_test_are_there(diagnoses):
