@@ -148,7 +148,8 @@ def diagnosis(model: Diagnosable, found: Found, theta: np.ndarray, hidden: Seque
     believed = acting if learned or verdict.word in ("explained", "ambiguous") else []
     return Diagnosis(
         report=report, recordings=model.recordings,
-        sentence=sentence(report, model.catalogue, [*hidden, *missed], reading, at_best.over if at_best else None, asked_for, pressed),
+        sentence=sentence(report, model.catalogue, [*hidden, *missed], reading, at_best.over if at_best else None, asked_for, pressed,
+                          not all(model.altered)),
         traces=held.traces(before_runs[0], runs.of(leader)[0], floor), axes=held.axes(leader.theta, acting),
         lacking=rows, alone=alone(model, found), inputs=inputs, weighed=weighed, confusable=confusable, parameters=parameters,
         shapes=unknown.shapes, rig=model.rig_with(leader.theta, believed, spread, joint=leader.joint if believed else None),
