@@ -176,6 +176,24 @@ def test_a_payload_that_was_found_holds_for_recordings_that_declare_another(mode
     assert anew.parameters(read)["load_payload_mass"][0] == pytest.approx(anew.payload * read["load.payload_ratio"])
 
 
+def test_a_fitted_payload_is_told_as_the_ratio_to_what_is_declared(recording):
+    """Whatever the sheet's own kilograms are; a rig file may have a ratio already."""
+    sheet = load_rig()
+    heavy = replace(recording, rig=replace(recording.rig, payload_mass=180.0))
+    for ratio in (1.0, 1.2):
+        model = DriveCase([], [Experiment(heavy, sheet.with_values({"load.payload_ratio": ratio}))],
+                          sheet.with_values({"load.payload_ratio": ratio}))
+        theta, spread = np.zeros(model.size), np.full(model.size, 0.2)
+        theta[model.paths.index("load.payload_mass")] = -2.5
+        told = {p.name: p for p in model.fitted_parameters(theta, spread)}
+        assert "load.payload_mass" not in told and told["load.payload_ratio"].unit == "1"
+        payload = told["load.payload_ratio"]
+        assert (payload.prior, payload.value, payload.moved) == pytest.approx((ratio, 0.975 * ratio, -2.5))
+        assert payload.std == pytest.approx(0.2 * payload.prior_std) and payload.share == pytest.approx(0.2)
+        assert payload.value * 180.0 == pytest.approx(model.record(0, theta)["load_payload_mass"][0])
+        assert payload.value == pytest.approx(model.rig_with(theta, [], spread)["load.payload_ratio"])
+
+
 @pytest.mark.parametrize(("described", "tells"), [("crane_1", True), ("ddh_reference", False), (None, False)])
 def test_a_rig_file_of_another_rig_is_told(recording, described, tells):
     """None is the file of the rig that is recorded; the reference sheet is of any."""

@@ -6,12 +6,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from ddh_twin_py.estimation.comparison import Discrepancy
+from ddh_twin_py.gap.diagnosis import Lack
 from ddh_twin_py.gap.drive_case import reader_of
 from ddh_twin_py.gap.drive_learned import terms, terms_at
 from ddh_twin_py.gap.free_places import FreePlace, free_places
 from ddh_twin_py.gap.hypotheses import POWER, SLACK
 from ddh_twin_py.gap.linearised import linearise
-from ddh_twin_py.gap.places import unknown_places
+from ddh_twin_py.gap.places import located, sized, unknown_places
 from ddh_twin_py.gap.refit import Refit
 from ddh_twin_py.gap.search import Found
 from ddh_twin_py.gap.unknown import Unknown
@@ -78,3 +79,26 @@ def test_each_of_several_likely_places_has_one_row_and_a_sure_one_its_phases(sha
     lacking = unknown_places(model, Found(linearised, {(): 1.0}, {(): none}), Unknown(1.0, [], 0.1, "m3/s", places=likely), none)
     assert [row.component for row in lacking] == rows and sum(row.share for row in lacking) == pytest.approx(1.0)
     assert len({row.phase for row in lacking if row.component == "a"}) == rows.count("a")
+
+
+def test_what_is_unknown_is_as_large_as_what_its_place_lacks():
+    at = [FreePlace("sensor", "measurement", 9.0, 0.7, None), FreePlace("tank", "thermal", 5.0, 0.3, None)]
+    left = Unknown(0.9, [], 0.099, "A", places=at)
+    rows = [Lack("tank", "thermal", "all", "", 40.0, 4.0, "W", 0.3), Lack("sensor", "measurement", "holding", "", 0.0, 0.0, "Pa", 0.4),
+            Lack("sensor", "measurement", "lifting", "", -24870.0, 100.0, "Pa", 0.3)]
+    assert sized(left, rows).entry() == {"component": "sensor", "domain": "measurement", "size": 24870.0, "unit": "Pa", "depends_on": []}
+    none = sized(left, rows[:2])
+    assert (none.size, none.unit) == (0.0, "Pa")
+
+
+def test_a_reading_that_errs_is_as_large_as_it_errs_also_where_its_mean_is_nothing():
+    model = FirstOrder(np.zeros(3))
+    misread(model, "other_flow", lambda share: 0.4 * (share - 0.5))
+    with ThreadPoolExecutor(2) as pool:
+        linearised = linearise(model, [GAIN, LAG], np.zeros(3), Discrepancy(), SLACK, POWER, pool)
+    found = places(model, [GAIN, LAG])
+    none = Refit(linearised).of([], np.zeros(3), np.zeros(0))
+    unknown = located(Unknown(1.0, [], 7.0, "K"), linearised, found)
+    rows = unknown_places(model, Found(linearised, {(): 1.0}, {(): none}), unknown, none)
+    assert sized(unknown, rows) is unknown and unknown.places[0].signal == "other_flow"
+    assert unknown.size == pytest.approx(0.4 / 12.0**0.5, rel=0.15) and unknown.unit == model.signals[1]["other_flow"].unit

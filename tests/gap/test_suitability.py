@@ -5,6 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from ddh_twin_py.estimation.binning import HOLDING
 from ddh_twin_py.estimation.experiment import Experiment, ExperimentError
 from ddh_twin_py.gap.diagnose import Recordings, diagnose
 from ddh_twin_py.gap.suitability import no_answer, no_twice, out_of_order, undriven
@@ -33,6 +34,16 @@ def test_a_held_out_part_that_is_too_short_is_told_as_less_than_what_is_needed(h
     experiment = Experiment(recording, load_rig())
     short = SimpleNamespace(recording=recording, signals=experiment.signals, duration=40.0, held_from=40.0 - held,
                             phase_of_intervals=experiment.phase_of_intervals, interval=experiment.interval)
+    said = no_answer([short], False)
+    assert (told in said) if told else said == ""
+
+
+@pytest.mark.parametrize(("moving", "told"), [(9.97, "turns for 9.9 s only; at least 10 s"), (0.04, "for 0.0 s only"), (10.0, "")])
+def test_motion_that_is_too_short_is_told_as_less_than_what_is_needed(moving, told, recording):
+    experiment = Experiment(recording, load_rig())
+    phases = np.where(np.arange(6000) < round(moving / 0.01), HOLDING - 1, HOLDING)
+    short = SimpleNamespace(recording=recording, signals=experiment.signals, duration=60.0, held_from=45.0,
+                            phase_of_intervals=lambda: phases, interval=0.01)
     said = no_answer([short], False)
     assert (told in said) if told else said == ""
 

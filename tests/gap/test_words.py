@@ -116,3 +116,14 @@ def test_an_unknown_place_that_is_not_sure_is_named_with_the_next_ones(shares, p
 
 def test_a_reading_that_errs_is_named():
     assert " at sensor (mechanical: pressure_rod_side) that " in sentence(_unknown(("sensor", 1.0)), EFFECTS, reading="pressure_rod_side")
+
+
+@pytest.mark.parametrize(("commissioned", "said"), [
+    (True, "than at commissioning"), (False, "than the sheet says"), (None, "than expected"),
+])  # fmt: skip
+def test_a_cause_is_told_against_what_it_was_counted_from(commissioned, said):
+    oil = {"value": 0.8, "std": 0.1, "unit": "1", "nominal": 1.0}
+    report = {"verdict": "explained", "gap": {"as_is": 9.0, "before": 2.8, "after": 1.1}, "classes": [], "shrink": SHRINK,
+              "hypotheses": [{"effects": ["tank.oil_level"], "probability": 1.0}],
+              "why": [{"effect": "tank.oil_level", "probability": 1.0, "parameters": {"level_ratio": oil}}]}
+    assert f"there is less oil in the tank {said})" in sentence(report, EFFECTS, commissioned=commissioned)

@@ -16,9 +16,9 @@ def test_every_effect_has_a_page_that_says_all(repo_root):
     assert set(pages) == {INDEX, *(f"{name}.md" for name in EFFECTS)}
     for name, effect in EFFECTS.items():
         page = pages[f"{name}.md"].replace("\\|", "|")
-        for said in (effect.about, effect.law, effect.signature, effect.check, effect.domain):
+        for said in (effect.happens(1.0), effect.law, effect.signature, effect.check, effect.domain):
             assert said and said in page, (name, said)
-        assert effect.about_below[1:] in page
+        assert effect.happens(-1.0)[1:] in page and "{" not in f"{effect.happens(1.0)}{effect.happens(-1.0)}"
         assert all(f"({other}.md)" in page for other in effect.confused_with)
 
 

@@ -56,3 +56,16 @@ def test_page_and_terminal_have_the_same_numbers():
     page = design_document(design, load_rig(), "a duty", 1.0).html()
     for said in ("3561.3", "ratio +0.1"):
         assert said in out.getvalue() and said in page
+
+
+@pytest.mark.parametrize(("width", "most"), [(100, 76), (72, 72), (40, 72)])
+def test_no_number_is_cut_however_narrow_the_terminal(width, most):
+    effects = ["pump_1.leakage", "sensor.pressure_rod_side_offset"]
+    found = [Detection(effect, "m3/(s*Pa)", 2.0e-10, 1.0, "current", dict.fromkeys(SIZES, 5.0)) for effect in effects]
+    design = replace(a_design((), []), detections=found, names=effects, separation=np.full((2, 2), 139705.4))
+    out = io.StringIO()
+    print_design(design, Console(file=out, width=width))
+    said = "\n".join(line.rstrip() for line in out.getvalue().splitlines() if line)
+    assert said.count("  yes  yes  yes  139705.4") == said.count("+1200 mL/(min·bar)") == 2 and "…" not in said
+    assert ("pump_1.leakage  " in said) == (width > 40) and ("sensor.pressure_rod_side_offset  " in said) == (width == 100)
+    assert max(len(line) for line in out.getvalue().splitlines() if "yes" in line) <= most

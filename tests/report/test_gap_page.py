@@ -11,8 +11,10 @@ import pytest
 from ddh_twin_py.gap.catalogue import EFFECTS
 from ddh_twin_py.gap.diagnosis import Lack, Weighed
 from ddh_twin_py.report.document import json_text
+from ddh_twin_py.report.gap_hypotheses import hypotheses
 from ddh_twin_py.report.gap_parameters import in_file
 from ddh_twin_py.report.gap_report import gap_document
+from ddh_twin_py.report.gap_rest import unknown as unknown_part
 from ddh_twin_py.report.gap_summary import gap_summary
 from ddh_twin_py.report.units import plus_minus
 from support.made_diagnosis import KINDS, made_diagnosis
@@ -98,7 +100,7 @@ def test_every_hypothesis_place_and_signal_is_there_with_its_figures(diagnoses):
             if row["effect"] in EFFECTS and row["probability"] > 0.4:
                 known = EFFECTS[row["effect"]]
                 moved = sum(v["value"] - (v["nominal"] or 0.0) for v in row.get("parameters", {}).values())
-                assert all(words in said for words in (known.happens(moved), known.law, known.signature, known.check))
+                assert all(words in said for words in (known.happens(moved, True), known.law, known.signature, known.check))
         for name, row in diagnosis.report["shrink"].items():
             assert f"{row['before'] / row['noise']:.2f}" in said and f"{row['after'] / row['noise']:.2f}" in said, name
         for parameter in diagnosis.parameters:
@@ -126,6 +128,26 @@ def test_card_drawing_and_terminal_name_the_same_place_first():
            "mean of all phases, in readings of temperature, motor housing and of stroke error." in page
     told = " ".join(" ".join(line.plain for line in gap_summary(diagnosis)).split())
     assert "where 60 % relief valve: 35 % hydraulic, holding, +0.0600 ± 0.0060 L/min 40 % sensor: measurement, mean, +2.00" in told
+
+
+@pytest.mark.parametrize(("size", "large"), [(410.0, "about 410 N"), (0.0, "something")])
+def test_what_is_unknown_is_told_with_its_size_and_drawn_in_its_signal(size, large, diagnoses):
+    diagnosis = diagnoses["unknown"]
+    found = {**diagnosis.report["unknown"], "size": size}
+    shapes = [replace(shape, signal="pressure_rod_side", unit="Pa") for shape in diagnosis.shapes]
+    said = unknown_part(replace(diagnosis, report={**diagnosis.report, "unknown": found}, shapes=shapes))
+    assert f"Cylinder, mechanical: {large} that no effect of the catalogue explains." in said
+    assert said.count(">missing in pressure, rod side, bar<") == len(shapes) > 0
+
+
+@pytest.mark.parametrize("commissioned", [True, False])
+def test_a_cause_is_told_against_what_it_was_counted_from(commissioned, diagnoses):
+    diagnosis = diagnoses["explained"]
+    ids, values = ("tank.oil_level",), {"tank.oil_level": (1.2, 0.1, "1", 1.0)}
+    recordings = {kind: paths for kind, paths in diagnosis.recordings.items() if commissioned or kind != "commissioning"}
+    said = hypotheses(replace(diagnosis, recordings=recordings, weighed=[Weighed(ids, 0.9, 1.0, values, {}, {})]))
+    assert ("There is more oil in the tank than at commissioning." in said) == commissioned
+    assert ("There is more oil in the tank than the sheet says." in said) != commissioned
 
 
 def test_reasons_and_the_next_test_are_there(diagnoses):

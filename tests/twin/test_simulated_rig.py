@@ -1,5 +1,7 @@
 """A simulated rig that is exactly the one of its file."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from ddh_twin_py.cli.arguments import duty_file
@@ -49,3 +51,22 @@ def test_a_sensor_on_a_surface_reads_the_air_beside_it(path, sensor, inner):
     air = last["ambient"][0]
     assert (last[sensor][1] - air) == pytest.approx(0.5 * (last[sensor][0] - air), abs=0.1)
     assert last[inner][1] == pytest.approx(last[inner][0], abs=0.1)
+
+
+@pytest.mark.parametrize(("text", "name"), [("rig_id: press_7\n", "press_7"), ("", "simulated_3"), (None, "simulated_3")])
+@pytest.mark.parametrize("exactly", [True, False])
+def test_it_is_announced_by_the_name_of_its_file_else_by_its_seed(exactly, text, name, tmp_path):
+    file = None if text is None else tmp_path / "rig.yaml"
+    if file is not None:
+        file.write_text(text + "ambient: {value: 18.0, unit: degC}\n")
+    run = SimulatedRig(load_rig(file), load_duty(duty_file("mixed")), 3, exactly=exactly)
+    assert run.info.rig_id == name and next(run.run(1.0)).rig.rig_id == name
+
+
+def test_the_name_of_a_rig_changes_nothing_else():
+    """A rig as new and worn: both files name it, and the seed still draws the same one."""
+    sheet, duty = load_rig(), load_duty(duty_file("mixed"))
+    plain, named = (SimulatedRig(rig, duty, 3) for rig in (sheet, replace(sheet, rig_id="press_7")))
+    np.testing.assert_array_equal(plain.rig.parameters, named.rig.parameters)
+    one, other = (next(run.run(1.0)) for run in (plain, named))
+    np.testing.assert_array_equal(one.hydraulic.values, other.hydraulic.values)

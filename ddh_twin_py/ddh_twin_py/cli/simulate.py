@@ -18,7 +18,8 @@ def add_parser(subparsers) -> None:
     parser = add_verb(
         subparsers, "simulate", "record a simulated rig that does a duty",
         "Draws a rig within the tolerances of the sheet, lets it do a duty, and writes what its sensors say, with\n"
-        "their noise, as a bag. The twin does not know what was drawn; with --exact nothing but noise is.",
+        "their noise, as a bag. The twin does not know what was drawn; with --exact nothing but noise is. The bag is of the rig_id\n"
+        "of the rig file; where none is given, of simulated_SEED.",
         _EXAMPLE,
     )
     parser.add_argument(

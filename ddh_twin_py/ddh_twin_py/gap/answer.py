@@ -21,7 +21,7 @@ from ddh_twin_py.gap.law_freedom import gain_of_freedom
 from ddh_twin_py.gap.learned import described, learn
 from ddh_twin_py.gap.model import Diagnosable
 from ddh_twin_py.gap.open_rig import asked_of_rig, told
-from ddh_twin_py.gap.places import alone, entry_of, located, places, unknown_places
+from ddh_twin_py.gap.places import alone, entry_of, located, places, sized, unknown_places
 from ddh_twin_py.gap.refit import Refitted
 from ddh_twin_py.gap.search import Found
 from ddh_twin_py.gap.sensitivity import AMPLIFIED
@@ -113,6 +113,7 @@ def diagnosis(model: Diagnosable, found: Found, theta: np.ndarray, hidden: Seque
     rows = places(model, found, verdict)
     if verdict.word == "unknown":
         rows = unknown_places(model, found, unknown, best)
+        unknown = sized(unknown, rows)
     listed = [ids for ids, p in list(verdict.sets.items())[:_MOST] if p >= LISTED and ids]
     listed = sorted([*listed, ()], key=lambda ids: -verdict.sets.get(ids, 0.0))
     weighed = [_weighed(model, found, ids, verdict.sets.get(ids, 0.0), runs) for ids in listed]
@@ -137,7 +138,8 @@ def diagnosis(model: Diagnosable, found: Found, theta: np.ndarray, hidden: Seque
         "shrink": {name: {"unit": first[name].unit, "before": before[name] * first[name].noise, "after": after[name] * first[name].noise,
                           "noise": floor[name] * first[name].noise, "before_interval": runs.interval(name, before_runs),
                           "after_interval": runs.interval(name, runs.of(leader))} for name in names if name in before and name in first},
-        "unknown": verdict.unknown, "next_test": model.next_test(found, verdict, unknown), "held_out": held.words,
+        "unknown": unknown.entry() if verdict.word == "unknown" else None, "next_test": model.next_test(found, verdict, unknown),
+        "held_out": held.words,
         "notes": [*unknown.notes, *notes, *other_rig, *([described(learned, gap_before, gap_after)] if learned else []), *model.notes(),
                   *_not_held(model, before), *_not_seen(hidden), *_since_when(unsure), *_would_not_show(missed),
                   *_at_the_end(pressed)],
@@ -146,7 +148,8 @@ def diagnosis(model: Diagnosable, found: Found, theta: np.ndarray, hidden: Seque
     believed = acting if learned or verdict.word in ("explained", "ambiguous") else []
     return Diagnosis(
         report=report, recordings=model.recordings,
-        sentence=sentence(report, model.catalogue, [*hidden, *missed], reading, at_best.over if at_best else None, asked_for, pressed),
+        sentence=sentence(report, model.catalogue, [*hidden, *missed], reading, at_best.over if at_best else None, asked_for, pressed,
+                          not all(model.altered)),
         traces=held.traces(before_runs[0], runs.of(leader)[0], floor), axes=held.axes(leader.theta, acting),
         lacking=rows, alone=alone(model, found), inputs=inputs, weighed=weighed, confusable=confusable, parameters=parameters,
         shapes=unknown.shapes, rig=model.rig_with(leader.theta, believed, spread, joint=leader.joint if believed else None),

@@ -80,6 +80,7 @@ class Shape:
 
     Attributes:
         variable: name with unit. at: its values, (k,). value, std: of what is lacking, in ``unit``, (k,).
+        signal: in which it is lacking, empty where it is not a signal.
     """
 
     variable: str
@@ -87,6 +88,7 @@ class Shape:
     value: np.ndarray
     std: np.ndarray
     unit: str
+    signal: str = ""
 
 
 @dataclass(frozen=True)

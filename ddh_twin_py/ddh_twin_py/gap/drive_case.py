@@ -29,6 +29,7 @@ from ddh_twin_py.gap.sensitivity import columns_of
 from ddh_twin_py.gap.unknown import NEEDED_BY, Unknown
 from ddh_twin_py.gap.verdict import Verdict
 from ddh_twin_py.rig import Rig
+from ddh_twin_py.rig.payload import PAYLOAD, RATIO
 from ddh_twin_py.rig.sheet import FIELD_OF_PATH
 from ddh_twin_py.telemetry.signals import DRIVE_FIELDS
 from ddh_twin_py.twin.temperature_sensors import SENSORS
@@ -112,12 +113,14 @@ class DriveCase(DirectDrive):
         return next_test(self, found)
 
     def fitted_parameters(self, theta: np.ndarray, spread: np.ndarray) -> list[FittedParameter]:
-        """Parameters with prior and posterior."""
+        """Parameters with prior and posterior; the payload as the ratio to what each recording declares."""
         out = []
         for path, deviation, std, scale in zip(self.paths, theta, spread, self.problem.scale, strict=False):  # begins are not the rig's
             q = self.rig.quantities[path]
+            if path == PAYLOAD:
+                path, scale, q = RATIO, scale / q.value * self.rig[RATIO], self.rig.quantities[RATIO]
             value = q.value + float(deviation * scale)
-            out.append(FittedParameter(path, q.unit, q.value, scale, value, float(std * scale), bool(std < INFORMED)))
+            out.append(FittedParameter(path, q.unit, q.value, float(scale), value, float(std * scale), bool(std < INFORMED)))
         return out
 
     def rig_with(self, theta: np.ndarray, acting: Acting, spread: np.ndarray, source: str = "",

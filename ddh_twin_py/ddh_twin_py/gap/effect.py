@@ -10,6 +10,7 @@ import numpy as np
 
 DOMAINS = ("electrical", "mechanical", "hydraulic", "thermal", "measurement")
 Apply = Callable[[np.ndarray, float], None]
+_REFERENCES = {True: "at commissioning", False: "the sheet says", None: "expected"}
 
 
 @dataclass(frozen=True)
@@ -25,8 +26,8 @@ class Effect:
         step: a departure to begin with when the sensitivity is not known.
         lowest, highest: allowed departures.
         about: what happens, in one sentence; about_below where the departure is negative and that reads
-            otherwise. law: the equation. signature: what it shows in the
-            signals. check: how to see it on the machine.
+            otherwise; in both ``{reference}`` stands for what the departure is counted from, see `happens`.
+        law: the equation. signature: what it shows in the signals. check: how to see it on the machine.
         confused_with: ids of effects that show alike in common duties and sensors.
         law_error: share of a departure by which the law may misjudge it.
         steady: whether its size is the same in every duty; heat into a body of which the warmth is not known has another in each.
@@ -54,9 +55,14 @@ class Effect:
     steady: bool = True
     lacked: tuple[str, str] | None = None
 
-    def happens(self, x: float) -> str:
-        """What happens, in one sentence, where the departure is x."""
-        return self.about_below if x < 0.0 and self.about_below else self.about
+    def happens(self, x: float, commissioned: bool | None = None) -> str:
+        """What happens, in one sentence, where the departure is x.
+
+        Args:
+            commissioned: whether x is counted from the rig as it was commissioned, or from its sheet; None leaves that open.
+        """
+        said = self.about_below if x < 0.0 and self.about_below else self.about
+        return said.replace("{reference}", _REFERENCES[commissioned])
 
     @property
     def directions(self) -> tuple[float, ...]:

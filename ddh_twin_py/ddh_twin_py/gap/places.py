@@ -115,6 +115,19 @@ def located(unknown: Unknown, linearised: Linearised, places: list[FreePlace]) -
     return replace(unknown, places=places, size=float(np.sqrt(np.mean(value**2))), unit=unit)
 
 
+def sized(unknown: Unknown, rows: Sequence[Lack]) -> Unknown:
+    """The same, as large as what is lacking at its likeliest place; a reading that errs keeps the size that `located` gave it.
+
+    Args:
+        rows: of `unknown_places`; the mean of the first that is not nothing counts.
+    """
+    own = [row for row in rows if row.component == unknown.places[0].component]
+    if not own or unknown.places[0].course is not None:
+        return unknown
+    row = next((row for row in own if row.value), own[0])
+    return replace(unknown, size=abs(row.value), unit=row.unit)
+
+
 def _misreading(linearised: Linearised, place: FreePlace) -> tuple[np.ndarray, np.ndarray, str]:
     """What the reading of a place is off by in the recordings in which effects act, in its unit, (b,), phases (b,), and that unit."""
     value, phase, unit = [], [], ""

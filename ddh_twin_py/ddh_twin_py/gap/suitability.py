@@ -176,7 +176,12 @@ def _still(experiments: Sequence[Experiment]) -> str:
     """That the drive hardly turns, else empty; asked first, as a rod that never moves looks like a sensor that is stuck."""
     moving = turning(experiments)
     told = all(_known(e.recording.drive, "speed_command") for e in experiments)
-    return f"the drive turns for {moving:.0f} s only" if told and moving < MOTION else ""
+    return f"the drive turns for {_at_most(moving)} s only" if told and moving < MOTION else ""
+
+
+def _at_most(seconds: float) -> str:
+    """Cut to tenths, so that too few never read as enough."""
+    return f"{math.floor(10.0 * seconds) / 10.0:.1f}"
 
 
 def no_answer(field: Sequence[Experiment], validated: bool) -> str:
@@ -194,9 +199,8 @@ def no_answer(field: Sequence[Experiment], validated: bool) -> str:
         return _NO_FORCE
     longest = max(e.duration - e.held_from for e in field)
     if not validated and longest < HELD:
-        count = math.floor(10.0 * longest) / 10.0  # never as much as is needed
         return (f"the field recordings are too short to hold a part of them out: of {max(e.duration for e in field):.0f} s the last "
-                f"{count:.1f} s would count, {HELD:.0f} s are needed; a validation recording, or a longer field recording, is")
+                f"{_at_most(longest)} s would count, {HELD:.0f} s are needed; a validation recording, or a longer field recording, is")
     return ""
 
 

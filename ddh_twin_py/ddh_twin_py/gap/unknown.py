@@ -71,7 +71,8 @@ class Unknown:
 
     Attributes:
         probability: that something outside the catalogue acts. forms: free forms, largest gain first.
-        size, unit: RMS of the largest free form. shapes: drawn. places: where, the likeliest first; see `free_places`.
+        size, unit: of what is left, as RMS of the largest free form; once its places are known, of what is lacking at the likeliest.
+        shapes: drawn. places: where, the likeliest first; see `free_places`.
     """
 
     probability: float
@@ -328,5 +329,5 @@ def _shapes(linearised, fitted: Refitted, variables, number: int, form: FreeForm
         mean = np.bincount(which, y, edges.size - 1)[good] / count[good]
         spread = np.sqrt(np.maximum(np.bincount(which, y**2, edges.size - 1)[good] / count[good] - mean**2, 0.0) / count[good])
         at = np.bincount(which, x, edges.size - 1)[good] / count[good]
-        out.append(Shape(name, at, mean, spread, unit))
+        out.append(Shape(name, at, mean, spread, unit, form.signal))
     return out

@@ -24,14 +24,13 @@ class Verdict:
 
     Attributes:
         word: of the contract. leader: most probable set of listed effects. sets: set to probability; ``("unknown",)`` is
-            outside the catalogue. effects: effect to marginal probability, largest first. unknown: entry of the contract or None.
+            outside the catalogue. effects: effect to marginal probability, largest first.
     """
 
     word: str
     leader: tuple[str, ...]
     sets: dict[tuple[str, ...], float]
     effects: dict[str, float]
-    unknown: dict | None = None
 
 
 def less_believed(found: Found) -> Found:
@@ -61,7 +60,7 @@ def judge(found: Found, unknown: Unknown, nothing_beyond: bool = False) -> Verdi
         sets = dict(sorted(sets.items(), key=lambda item: -item[1]))
         return Verdict("no_gap", (), sets, marginal_of(sets))
     if unknown.probability >= LIKELY:
-        return Verdict("unknown", leader, sets, effects, unknown.entry())
+        return Verdict("unknown", leader, sets, effects)
     if sets.get((), 0.0) >= LIKELY:
         return Verdict("no_gap", (), sets, effects)
     together = _together(found, sets, effects, leader)

@@ -18,7 +18,8 @@ _LEFT = 2.0  # floors from which a signal that is left off is named beside "no g
 
 
 def sentence(report: Mapping, catalogue: Mapping[str, Effect], unseen: Sequence[str] = (), reading: str = "",
-             at_best: Mapping[str, float] | None = None, asked_for: str = "", pressed: Sequence[str] = ()) -> str:
+             at_best: Mapping[str, float] | None = None, asked_for: str = "", pressed: Sequence[str] = (),
+             commissioned: bool | None = None) -> str:
     """One sentence with its confidence, for an engineer who reads nothing else.
 
     Args:
@@ -26,13 +27,15 @@ def sentence(report: Mapping, catalogue: Mapping[str, Effect], unseen: Sequence[
         reading: signal that errs where something unknown lies in a reading; empty where it does not.
         at_best: floors by which signals of held-out data are off where what is open of the rig is at its best for them; None: not known.
         asked_for: parameters that have to move for that; empty where it makes little difference.
-        pressed: parameters that a fit pressed against the end of their tolerance.
+        pressed: parameters that a fit pressed against the end of their tolerance. commissioned: see `Effect.happens`.
     """
     if report["verdict"] == "no_gap":
         return _no_gap(report, len(unseen), at_best, asked_for, pressed)
     if report["verdict"] == "unknown":
         return _unknown(report, reading)
-    return _explained(report, catalogue, at_best, asked_for) if report["verdict"] == "explained" else _BY_VERDICT[report["verdict"]](report)
+    if report["verdict"] == "explained":
+        return _explained(report, catalogue, at_best, asked_for, commissioned)
+    return _BY_VERDICT[report["verdict"]](report)
 
 
 def by_component(where: Sequence[Mapping]) -> dict[str, float]:
@@ -74,10 +77,11 @@ def _left_most(report: Mapping, at_best: Mapping[str, float] | None) -> tuple[st
     return worst, left.get(worst, 0.0)
 
 
-def _explained(report: Mapping, catalogue: Mapping[str, Effect], at_best: Mapping[str, float] | None, asked_for: str) -> str:
+def _explained(report: Mapping, catalogue: Mapping[str, Effect], at_best: Mapping[str, float] | None, asked_for: str,
+               commissioned: bool | None) -> str:
     leader = _leader(report)
     gap = report["gap"]
-    named = " and ".join(_named(report, name, catalogue) for name in leader)
+    named = " and ".join(_named(report, name, catalogue, commissioned) for name in leader)
     members = [m for c in report["classes"] if c[0] in leader or set(c) & set(leader) for m in c if m not in leader]
     text = f"The gap is explained by {named}"
     if members:
@@ -145,12 +149,12 @@ def _probability(report: Mapping, leader: list[str]) -> float:
     return next(h["probability"] for h in report["hypotheses"] if h["effects"] == leader)
 
 
-def _named(report: Mapping, name: str, catalogue: Mapping[str, Effect]) -> str:
+def _named(report: Mapping, name: str, catalogue: Mapping[str, Effect], commissioned: bool | None) -> str:
     row = next((r for r in report["why"] if r["effect"] == name), {})
     parameters = row.get("parameters", {})
     values = [f"{p.replace('_', ' ')} {plus_minus(v['value'], v['std'], v['unit'])}{_usual(v)}" for p, v in parameters.items()]
     moved = sum(v["value"] - (v.get("nominal") or 0.0) for v in parameters.values())
-    about = catalogue[name].happens(moved).rstrip(".") if name in catalogue else ""
+    about = catalogue[name].happens(moved, commissioned).rstrip(".") if name in catalogue else ""
     return f"{name} ({'; '.join(values + [about[:1].lower() + about[1:]] if about else values)})"
 
 

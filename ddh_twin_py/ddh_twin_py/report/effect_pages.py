@@ -58,7 +58,8 @@ def _page(effect: Effect) -> str:
 
 def _both(effect: Effect) -> str:
     """What happens, in both directions where it may act in both."""
-    return f"{effect.about} Or: {effect.about_below[:1].lower()}{effect.about_below[1:]}" if effect.about_below else effect.about
+    above, below = effect.happens(1.0), effect.happens(-1.0)
+    return f"{above} Or: {below[:1].lower()}{below[1:]}" if effect.about_below else above
 
 
 def _link(effect: Effect) -> str:

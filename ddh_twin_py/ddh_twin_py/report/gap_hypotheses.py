@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 from ddh_twin_py.gap.diagnosis import Diagnosis, Weighed
 from ddh_twin_py.gap.effect import Effect
@@ -45,7 +45,7 @@ def hypotheses(diagnosis: Diagnosis) -> doc.Html:
     blocks = [
         doc.paragraph("Each hypothesis is an effect of the catalogue, or two together, added to the twin. Its probability weighs how much "
                       "better the twin then agrees against how freely the hypothesis could have been chosen; all of them sum to 100 %."),
-        *(_card(w, i, diagnosis.catalogue, _left_beside_two(weighed)) for i, w in enumerate(leading, 1)),
+        *(_card(w, i, diagnosis, _left_beside_two(weighed)) for i, w in enumerate(leading, 1)),
     ]
     if rest:
         columns = (doc.Column("Hypothesis", number=False), doc.Column("Probability"), doc.Column("Gap left", "× floor"),
@@ -100,14 +100,15 @@ def _left_beside_two(weighed: Sequence[Weighed]) -> str:
     return f"Where two effects lead, {probably(DOUBT)} is always left to such a cause; nothing in this record asks for more."
 
 
-def _card(w: Weighed, place: int, catalogue: Mapping[str, Effect], left: str) -> doc.Html:
+def _card(w: Weighed, place: int, diagnosis: Diagnosis, left: str) -> doc.Html:
+    commissioned = bool(diagnosis.recordings.get("commissioning"))
     title = set_name(w.effects)
     blocks = [
         f'<div class="cause"><h3>{place}. {doc.text(capital(title))}</h3><dl class="bars"><dt>Probability</dt>'
         f"<dd>{_bar(w.probability, probably(w.probability))}</dd></dl>"
     ]
     for effect in w.effects:
-        blocks.append(_effect(effect, w, catalogue.get(effect)))
+        blocks.append(_effect(effect, w, diagnosis.catalogue.get(effect), commissioned))
     if not w.effects:
         blocks.append(doc.paragraph("The rig's parameters within their tolerances, the sensors' zero errors and noise explain what was "
                                     "recorded."))
@@ -119,7 +120,7 @@ def _card(w: Weighed, place: int, catalogue: Mapping[str, Effect], left: str) ->
     return doc.Html("".join(blocks))
 
 
-def _effect(effect: str, w: Weighed, known: Effect | None) -> doc.Html:
+def _effect(effect: str, w: Weighed, known: Effect | None, commissioned: bool) -> doc.Html:
     blocks, moved = [], 0.0
     if effect in w.values:
         value, std, unit, nominal = w.values[effect]
@@ -129,7 +130,7 @@ def _effect(effect: str, w: Weighed, known: Effect | None) -> doc.Html:
         blocks.append(f'<p class="found">{doc.text(capital(name))}: <strong>{doc.text(plus_minus(value, std, unit))}</strong>'
                       f"{doc.text(against)}</p>")
     if known is not None:
-        blocks.append(doc.paragraph(known.happens(moved)))
+        blocks.append(doc.paragraph(known.happens(moved, commissioned)))
         alike = ", ".join(effect_name(e) for e in known.confused_with)
         rows = (("Law", known.law), ("Symbols", legend(known.law)), ("What it shows", known.signature), ("Often taken for", alike),
                 ("How to check on the machine", known.check))

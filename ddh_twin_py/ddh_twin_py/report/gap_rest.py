@@ -82,8 +82,8 @@ def unknown(diagnosis: Diagnosis) -> doc.Html:
     hangs = " It changes with none of the variables that were looked at."
     if depends:
         hangs = f" It changes with {depends}" + (", strongest first." if len(found["depends_on"]) > 1 else ".")
-    words = (f"{capital(component_name(found['component']))}, {found['domain']}: about {plus_minus(found['size'], None, found['unit'])} "
-             f"that no effect of the catalogue explains.{hangs}")
+    large = f"about {plus_minus(found['size'], None, found['unit'])}" if found["size"] else "something"
+    words = f"{capital(component_name(found['component']))}, {found['domain']}: {large} that no effect of the catalogue explains.{hangs}"
     return doc.Html(doc.paragraph(words) + shapes(diagnosis.shapes))
 
 
@@ -95,7 +95,8 @@ def shapes(several: list[Shape]) -> doc.Html:
         name, axis_unit, factor, shift = axis_scale(shape.variable, float(np.nanmin(shape.at)) if shape.at.size else 0.0)
         value, spread = shape.value * unit.factor, 2.0 * shape.std * unit.factor
         curve = Curve("missing", "fused", (shape.at - shift) * factor, value, value - spread, value + spread)
-        plots.append(curve_plot([curve], f"{name}, {axis_unit}" if axis_unit else name, f"missing, {unit.unit}", width=460, height=240))
+        missing = f"missing in {signal_name(shape.signal)}, {unit.unit}" if shape.signal else f"missing, {unit.unit}"
+        plots.append(curve_plot([curve], f"{name}, {axis_unit}" if axis_unit else name, missing, width=460, height=240))
     if not any(plots):
         return doc.Html("")
     note = doc.note("Line: what is missing over the variable. Band: two standard deviations, it holds the truth 19 times out of 20.")

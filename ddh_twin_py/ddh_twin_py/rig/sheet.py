@@ -97,9 +97,14 @@ class Rig:
             record[field] = self.quantities[path].value
         return record
 
+    @property
+    def named(self) -> bool:
+        """Whether it has a name of its own, other than the reference sheet's."""
+        return self.rig_id != _REFERENCE.rig_id
+
     def may_be_of(self, rig_id: str) -> bool:
         """Whether it may describe the rig that a recording names: the same one, any by the reference sheet, or one without a name."""
-        return rig_id in ("", self.rig_id) or self.rig_id == _REFERENCE.rig_id
+        return rig_id in ("", self.rig_id) or not self.named
 
     def declaring(self, payload: float | None) -> Rig:
         """The same rig as a recording or a duty declares its payload, kg; what is no mass, None or NaN or infinite, declares nothing."""

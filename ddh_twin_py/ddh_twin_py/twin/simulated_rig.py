@@ -74,7 +74,7 @@ class SimulatedRig:
         surroundings: what no duty tells. exactly: the rig is that of the sheet, with the sensors' zeros that the sheet knows and no others.
 
     Attributes:
-        rig: the rig as drawn; a test may look, a twin may not.
+        rig: the rig as drawn; a test may look, a twin may not. info: as it is announced, by the name of its file, else by its seed.
 
     Raises:
         DutyError: for a duty that is not within the rig's stroke, or a negative seed.
@@ -86,7 +86,7 @@ class SimulatedRig:
         check_for_rig(duty, sheet)
         rng = np.random.default_rng(seed)
         self.rig = (sheet if exactly else sheet.draw(rng)).declaring(duty.payload)
-        self.info = RigInfo(f"simulated_{seed}", OIL_GRADE, duty.payload)
+        self.info = RigInfo(sheet.rig_id if sheet.named else f"simulated_{seed}", OIL_GRADE, duty.payload)
         self._duty = duty
         self._rng = rng
         self._surroundings = surroundings

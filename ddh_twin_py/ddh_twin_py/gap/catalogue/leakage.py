@@ -10,7 +10,7 @@ def _pump(number: int, side: str, *confused_with: str) -> Effect:
         id=f"pump_{number}.leakage", component=f"pump_{number}", domain="hydraulic", parameter="leakage_ratio", unit="1",
         reference=fixed(1.0), laws=(scaled(f"pump_{number}_leakage"),), step=0.1, lowest=-0.8, highest=30.0,
         about=f"Internal leakage of pump {number} grows with wear; flow is lost and turned to heat in the pump.",
-        about_below=f"Pump {number} leaks less inside than the sheet says.",
+        about_below=f"Pump {number} leaks less inside than {{reference}}.",
         law=f"Q_leak = r L_{number} (mu_0/mu(T)) p_{number}",
         signature=f"Pressure of the {side} side in motion, strokes a little shorter, pump {number} warmer.",
         check="Close the line behind the pump, turn the shaft slowly and measure speed against pressure.",

@@ -21,7 +21,7 @@ EFFECTS = (
     Effect(
         id="oil.viscosity_temperature", component="oil", domain="hydraulic", parameter="viscosity_index_slope", unit="1",
         reference=value_of("oil_walther_b"), laws=(_slope,), step=0.05, lowest=-0.9, highest=0.9,
-        about="The oil's viscosity changes with temperature otherwise than the sheet says (another grade in the tank).",
+        about="The oil's viscosity changes with temperature otherwise than {reference} (another grade in the tank).",
         law="log10 log10(nu + 0.7) = A - B log10 T, viscosity at 40 degC kept",
         signature="Leakage, viscous friction and line drop change together, and with the oil's temperature.",
         check="Draw a sample and measure its viscosity at two temperatures.",
@@ -33,7 +33,7 @@ EFFECTS = (
         id="oil.air_content", component="oil", domain="hydraulic", parameter="volume_fraction", unit="1",
         reference=value_of("oil_air_fraction"), laws=(added("oil_air_fraction"),), step=0.005, lowest=-0.006, highest=0.25,
         about="Entrained air makes the oil softer at low pressure.",
-        about_below="There is less air in the oil than the sheet says, which makes it stiffer at low pressure.",
+        about_below="There is less air in the oil than {reference}, which makes it stiffer at low pressure.",
         law="1/K = 1/K_liquid + (phi/(n p)) (p_0/p)^(1/n)",
         signature="Pressure rises later at the start of a stroke; strokes lose a little; nothing when steady.",
         check="Look at the oil in the sight glass; repeat after an hour of rest.",
