@@ -142,3 +142,10 @@ def test_what_sums_up_small_flaws_costs_what_is_beyond_its_limit_alone():
     none = AtBest({}, np.zeros(0), np.zeros(0), {"flow": 1.0, "strokes": 0.5}, 0.5)
     assert near.cost({"strokes": 3.0}) == none.cost({"strokes": 3.0})
     assert far.cost({"strokes": 3.0}) - none.cost({"strokes": 3.0}) == pytest.approx(10.0 * (16.0 - 9.0))
+
+
+def test_what_has_no_say_moves_nothing():
+    best = HeldBest(Pushed(0.2), {"flow": 1.0}, lambda theta: theta, np.zeros(1), np.diag([0.01]) ** 2)
+    heard, deaf = (best.beside(np.zeros(1), [(PUSH, 0, 0.3)], spread=(0.1,), least=least) for least in ({"flow": 0.5}, {"flow": 1e6}))
+    assert heard.departures == pytest.approx([0.2], abs=0.02)
+    assert deaf.departures == pytest.approx([0.3]) and deaf.moved == 0.0

@@ -167,7 +167,13 @@ def test_a_cause_whose_law_must_bend_is_not_the_cause(gained, explained, least, 
 
 
 @pytest.mark.parametrize(("gained", "least", "most"), [(0.6, 0.0, 0.02), (3.0, 0.0, 0.05), (12.0, 0.95, 1.0)])
-def test_a_cause_of_which_held_out_data_ask_for_another_size_is_doubted(gained, least, most):
+def test_a_pair_of_which_held_out_data_ask_for_another_size_is_doubted(gained, least, most):
     seen = resized(Unknown(0.01, [], 0.0, "1"), gained, {"pump_1.friction": 0.69, "motor.pwm_loss": 1.17})
     assert least <= seen.probability <= most
     assert any("pump_1.friction 0.69 times as large and motor.pwm_loss 1.17" in note for note in seen.notes) == (least > 0.5)
+
+
+def test_one_cause_whose_size_another_duty_shifts_a_little_is_believed():
+    nothing = Unknown(0.01, [], 0.0, "1")
+    assert resized(nothing, 18.0, {"ambient.enclosure": 0.67}).probability < 0.02
+    assert resized(nothing, 240.0, {"sensor.rod_position_scale": 0.6}).probability > 0.99

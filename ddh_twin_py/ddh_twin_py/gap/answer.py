@@ -191,10 +191,10 @@ def _heard(unknown: Unknown, model: Diagnosable, found: Found, leader: Refitted,
     if leader.columns:
         unknown = bent(unknown, gain_of_freedom(found.linearised, leader, FREEDOM), leader.log_evidence - none.log_evidence)
     if built and leader.columns:
-        other = best.beside(leader.theta, leader.acting, closely, _spread_elsewhere(leader))
-        times = {c.effect.id: float(y / x) for c, x, y in zip(leader.columns, leader.x, other.departures, strict=True)}
         least = dict.fromkeys(NEEDED_BY, FAR)  # strokes and winding sum up what another duty lets a law be off by
-        unknown = resized(unknown, beside.cost(least) - other.cost(least), times)
+        kept, other = (best.beside(leader.theta, leader.acting, closely, spread, least) for spread in ((), _spread_elsewhere(leader)))
+        times = {c.effect.id: float(y / x) for c, x, y in zip(leader.columns, leader.x, other.departures, strict=True)}
+        unknown = resized(unknown, kept.cost(least) - other.cost(least), times)
     if len(leader.columns) > 1:
         unknown = doubted(halfway(unknown, shrunk, closed, slow), found.linearised, leader)
     unknown = refuted(unknown, beside_none.gap, shrunk) if leader.columns else unknown

@@ -51,7 +51,7 @@ class AtBest:
 
     def cost(self, least: Mapping[str, float]) -> float:
         """What is left, as `HeldBest` weighs it, squared deviations; of signals in ``least`` what is beyond that many floors."""
-        return _WEIGHT * sum(max(square, least.get(name, 0.0) ** 2) for name, square in self.squares.items()) + self.moved
+        return _cost(self.squares, least) + self.moved
 
 
 @dataclass(frozen=True)
@@ -99,22 +99,25 @@ class HeldBest:
         ways, z = self._ways(theta, (), ()), np.zeros(len(self._moves))
         self._slopes = self._sensitivities(ways, self._of_rig, z, self._run(ways, z))
 
-    def beside(self, theta: np.ndarray, acting: Acting, closely: bool = False, spread: Sequence[float] = ()) -> AtBest:
+    def beside(self, theta: np.ndarray, acting: Acting, closely: bool = False, spread: Sequence[float] = (),
+               least: Mapping[str, float] | None = None) -> AtBest:
         """The data beside a hypothesis.
 
         Args:
             theta: parameters that a fit found, (k,). acting: effects. closely: take sensitivities anew where the first steps lead; a
                 valve may be open there that is shut where they were taken. spread: standard deviations by which the effects'
                 departures may be others, (m,); empty: they may not.
+            least: signals that have no say in what is best until they are so many floors off.
         """
+        least = least or {}
         ways = self._ways(theta, acting, spread)
         z = np.zeros(len(ways.moves))
         runs = self._run(ways, z)
         own = self._sensitivities(ways, range(len(self._of_rig), z.size), z, runs)  # the warmth of oil bends, and what acts bends it
         slopes = [{name: np.hstack([rig[name], more[name]]) for name in more} for rig, more in zip(self._slopes, own, strict=True)]
-        z, runs = self._descended(ways, z, runs, slopes)
+        z, runs = self._descended(ways, z, runs, slopes, least)
         if closely:
-            z, runs = self._descended(ways, z, runs, self._sensitivities(ways, range(z.size), z, runs))
+            z, runs = self._descended(ways, z, runs, self._sensitivities(ways, range(z.size), z, runs), least)
         at, _, acts = self._at(ways, z)
         return AtBest({name: ratio / self._floor[name] for name, ratio in ratios_of(self._held, runs).items()}, at,
                       np.array([x for _, _, x in acts]), self._squares(runs), float(z @ ways.precision @ z))
@@ -124,15 +127,18 @@ class HeldBest:
         return _Ways(theta, np.zeros(int(self._ends[-1])), acting, block_diag(self._moves, sizes),
                      block_diag(self._precision, np.eye(len(sizes))))
 
-    def _descended(self, ways: _Ways, z: np.ndarray, runs: Runs, slopes: Runs) -> tuple[np.ndarray, Runs]:
+    def _descended(self, ways: _Ways, z: np.ndarray, runs: Runs, slopes: Runs, least: Mapping[str, float]) -> tuple[np.ndarray, Runs]:
         """Where a few steps with the same sensitivities lead, and the runs there."""
-        cost = self._cost(ways, z, runs)
+        def cost_of(z: np.ndarray, runs: Runs) -> float:
+            return _cost(self._squares(runs), least) + float(z @ ways.precision @ z)
+
+        cost = cost_of(z, runs)
         for _ in range(_STEPS):
-            step, gained = self._step(ways, z, runs, slopes), 0.0
+            step, gained = self._step(ways, z, runs, slopes, least), 0.0
             for share in _SHARES:
                 tried = z + share * step
                 other = self._run(ways, tried)
-                reached = self._cost(ways, tried, other)
+                reached = cost_of(tried, other)
                 if reached < cost:
                     gained, z, runs, cost = cost - reached, tried, other, reached
                     break
@@ -163,14 +169,14 @@ class HeldBest:
                 out[name] = out.get(name, 0.0) + float(np.mean(off**2))
         return out
 
-    def _cost(self, ways: _Ways, z: np.ndarray, runs: Runs) -> float:
-        return _WEIGHT * sum(self._squares(runs).values()) + float(z @ ways.precision @ z)
-
-    def _step(self, ways: _Ways, z: np.ndarray, runs: Runs, slopes: Runs) -> np.ndarray:
+    def _step(self, ways: _Ways, z: np.ndarray, runs: Runs, slopes: Runs, least: Mapping[str, float]) -> np.ndarray:
         """Gauss-Newton's step."""
         information, score = ways.precision.copy(), -ways.precision @ z
+        speak = {name for name, square in self._squares(runs).items() if square > least.get(name, 0.0) ** 2}
         for off, own in zip(self._off(runs), slopes, strict=True):
             for name, slope in own.items():
+                if name not in speak:
+                    continue
                 information += _WEIGHT / off[name].size * (slope.T @ slope)
                 score -= _WEIGHT / off[name].size * (slope.T @ off[name])
         return cho_solve(cho_factor(information), score)
@@ -186,6 +192,11 @@ class HeldBest:
             changed = list(pool.map(moved, moves))
         return [{name: np.nan_to_num(np.array([(other[number][name] - off) / _DIFFERENCE for other in changed]).reshape(-1, off.size).T,
                                      posinf=0.0, neginf=0.0) for name, off in own.items()} for number, own in enumerate(base)]
+
+
+def _cost(squares: Mapping[str, float], least: Mapping[str, float]) -> float:
+    """Of mean squares over floors; of signals in ``least`` what is beyond that many floors."""
+    return _WEIGHT * sum(max(square, least.get(name, 0.0) ** 2) for name, square in squares.items())
 
 
 def _spread_out(counts: np.ndarray) -> np.ndarray:

@@ -53,8 +53,9 @@ BENT, BENT_SHARE, _BENT_SOFTNESS = 40.0, 0.01, 5.0
 unknown is as likely."""
 RESIZE = 2.0
 """Multiple of an effect's law error by which its size may be another in another duty, beside what the fit leaves open of it."""
-RESIZED, _RESIZED_SOFTNESS = 6.5, 1.0
-"""Squared deviations that held-out data lose with other sizes of the best listed hypothesis, until something unknown is as likely; see
+RESIZED, RESIZED_ALONE, _RESIZED_SOFTNESS = 6.5, 25.0, 1.0
+"""Squared deviations that held-out data lose with other sizes of two effects that lead, until something unknown is as likely; the same of
+one, whose size a begin that is open or a law that errs in another duty moves, but which mimics nothing by a proportion. See
 `held_best.AtBest.cost`."""
 _AS_BUILT = 1.25  # floors: gap of held-out data at which a rig still is as it was commissioned; of 18 sound rigs 17 had 1.2 or less
 _HELPED = 0.8  # share of what a signal was off, below which a hypothesis brings it nearer
@@ -274,7 +275,8 @@ def resized(unknown: Unknown, gained: float, times: Mapping[str, float]) -> Unkn
     """
     asked = " and ".join(f"{name} {ratio:.2f} times as large" for name, ratio in times.items())
     note = f"the held-out data ask for other sizes of the best listed hypothesis ({asked} as found); what is true would be the same in them"
-    return unknown.at_least(float(expit((gained - RESIZED) / _RESIZED_SOFTNESS)), note)
+    limit = RESIZED if len(times) > 1 else RESIZED_ALONE
+    return unknown.at_least(float(expit((gained - limit) / _RESIZED_SOFTNESS)), note)
 
 
 def worsened(unknown: Unknown, left: Mapping[str, float], before: Mapping[str, float]) -> Unknown:
