@@ -183,7 +183,7 @@ def stand_in():
 
 
 def test_the_action_diagnoses_cancels_refuses_and_leaves_nothing_behind(listener, tmp_path):
-    space = "/asked"
+    space = f"/asked_{time.monotonic_ns()}"  # run again, it must not find the server of the node that has just ended
     for name in ("well", "slow", "bad", "crash"):
         (tmp_path / name / "field").mkdir(parents=True)
     with NodeProcess("gap_monitor", space, **SHORT) as node:
