@@ -7,7 +7,6 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Sequence
 
 
 class ProcessFailed(ValueError):
@@ -23,7 +22,7 @@ def timed(*arguments: str) -> tuple[float, float]:
     Raises:
         ProcessFailed: it left with another status than 0; the last of what it said is kept.
     """
-    command: Sequence[str] = [sys.executable, "-m", "ddh_twin_py.cli.main", *arguments]
+    command = [sys.executable, "-m", "ddh_twin_py.cli.main", *arguments]
     with tempfile.TemporaryFile() as said:
         started = time.perf_counter()
         process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=said)

@@ -75,8 +75,9 @@ def search(model: Model, effects: Sequence[Effect], theta: np.ndarray, discrepan
         found = Found(linearised, fits.probability(), fits.fitted)
         leader = found.leader if found.leader in fits.fitted else ()
         again = otherwise is not None and (poor or (left_over is not None and left_over(linearised, fits.fitted[leader])))
-        moved = number < _PASSES - 1 and model.begin_anew(fits.fitted[leader].theta, fits.fitted[leader].acting)
-        if number == _PASSES - 1 or (not again and not poor and not moved and fits.bent(leader) < _CLOSE):
+        last = number == _PASSES - 1
+        moved = not last and model.begin_anew(fits.fitted[leader].theta, fits.fitted[leader].acting)
+        if last or (not again and not poor and not moved and fits.bent(leader) < _CLOSE):
             break
         known, discrepancy, learnt = fits.starts(found), linearised.discrepancy, fits.learnt()
         wide = wide or again
