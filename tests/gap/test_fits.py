@@ -92,3 +92,37 @@ def test_the_leader_stands_at_its_own_lowest_point_and_keeps_its_evidence():
     for i in range(3):
         for step in (-0.05, 0.05):
             assert cost(now.theta + step * np.eye(3)[i], now.x[0]) > least - 0.1
+
+
+def _judged(changed, by_freedom):
+    """Log weights of fits whose log evidence over no effect is ``changed``, where free laws gain ``by_freedom`` (a single, a set)."""
+    model = FirstOrder(np.array([1.0, -0.8, 0.5]), [(EFFECTS[0], 0, 0.15)], seed=1)
+    with ThreadPoolExecutor(2) as pool:
+        linearised = linearise(model, EFFECTS, np.zeros(3), Discrepancy(), SLACK, POWER, pool)
+        singles = linearised.evidence.singles()
+        fits = Fits(linearised, weighted(singles + linearised.evidence.pairs(singles), linearised.columns, linearised.effects), pool)
+        fits.again({(): Start(np.zeros(3), np.zeros(0)), **{ids: Start(np.zeros(3), np.full(len(ids), 0.1)) for ids in changed}})
+        none = fits.fitted[()].log_evidence
+        fits.fitted = {ids: replace(f, log_evidence=none + changed.get(ids, 0.0)) for ids, f in fits.fitted.items()}
+        fits._law_error = dict.fromkeys(fits._law_error, 0.1)
+        fits._freed = lambda one, pairs: {ids: by_freedom[one, ids] for ids in (one, *pairs)}
+        return fits, fits._judged()
+
+
+def test_a_pair_is_not_held_against_another_by_how_badly_its_first_effect_does_alone():
+    gain, lag, zero = ((effect.id,) for effect in (EFFECTS[0], EFFECTS[1], EFFECTS[2]))
+    true, mimic = tuple(sorted(gain + zero)), tuple(sorted(lag + zero))
+    evidence = {gain: 1127.0, lag: 1280.0, zero: 1086.0, true: 1622.0, mimic: 1587.0}
+    freedom = {(gain, gain): 129.0, (gain, true): 8.0, (lag, lag): 46.0, (lag, mimic): 28.0}
+    fits, weight = _judged(evidence, freedom)
+    assert weight[true] - weight[mimic] == pytest.approx(1622.0 + 8.0 - 1587.0 - 28.0, abs=0.1)
+    assert fits._full(lag) < weight[mimic] < fits._full(mimic)
+
+
+def test_a_second_effect_that_only_mends_the_law_of_the_first_is_not_believed():
+    gain, lag, zero = ((effect.id,) for effect in (EFFECTS[0], EFFECTS[1], EFFECTS[2]))
+    mends, other = tuple(sorted(gain + zero)), tuple(sorted(gain + lag))
+    evidence = {gain: 1000.0, lag: 10.0, zero: 5.0, mends: 1030.0, other: 1028.0}
+    fits, weight = _judged(evidence, {(gain, gain): 41.0, (gain, mends): 3.0, (gain, other): 0.0})
+    assert max(weight, key=weight.get) == gain
+    assert weight[mends] == pytest.approx(fits._full(mends) - 38.0)

@@ -83,7 +83,8 @@ class Fits:
         self._linearised, self._weights, self._pool = linearised, weights, pool
         self._refit = Refit(linearised)
         self._law_error = {column.effect.id: column.effect.law_error for column in linearised.columns}
-        self._misjudged: dict[Ids, tuple[Refitted, float]] = {}
+        self._by_freedom: dict[tuple[Ids, Ids], tuple[Refitted, Refitted, float]] = {}
+        self._least = 0.0
         self._beside_first: dict[Ids, float] = {}
         self.fitted: dict[Ids, Refitted] = {}
         before = before or Learnt()
@@ -275,29 +276,37 @@ class Fits:
         self._fit([one for one in dict.fromkeys(map(self._first_of, leading)) if one not in self.fitted])
         full = {ids: self._full(ids) for ids in self.fitted if ids in self._weights}
         beyond = self._beyond_law(leading)
+        self._least = min(beyond.values(), default=0.0)
         return {ids: weight - (beyond[ids] if ids in beyond else self._by_law(ids)) for ids, weight in full.items()}
 
     def _by_law(self, ids: Ids) -> float:
-        """Log evidence that a second effect may gain where the law of the first is off: the square of that share of what it explains."""
-        first = [(name,) for name in ids if len(ids) > 1 and (name,) in self.fitted]
+        """Log weight that a pair may owe to the law of its first effect, which is off: the square of that share of what it explains.
+
+        It is no less than what pairs lose of which it was asked in full.
+        """
+        return max(self._square(ids), self._least) if len(ids) > 1 else 0.0
+
+    def _square(self, ids: Ids) -> float:
+        first = [(name,) for name in ids if (name,) in self.fitted]
         return max([0.0, *(self._law_error[single[0]] ** 2 * self.gain(single) for single in first)])
 
     def _beyond_law(self, pairs: Sequence[Ids]) -> dict[Ids, float]:
-        """The same of pairs that were fitted, as far as the first with its law free does take up what the second explains."""
-        most = {ids: self._by_law(ids) for ids in pairs}
-        known = {ids for ids in pairs if ids in self._misjudged and self._misjudged[ids][0] is self.fitted[ids]}
-        asked = {ids: max(((name,) for name in ids if (name,) in self.fitted), key=self.gain)
-                 for ids in pairs if most[ids] >= _SLIGHT and ids not in known}
-        firsts = [*dict.fromkeys(asked.values())]
-        freed = dict(zip(firsts, self._pool.map(self._freed, firsts), strict=True))
+        """The same of pairs that were fitted, in full.
 
-        def misjudged(ids: Ids) -> tuple[Refitted, float]:
-            own, (first, freedom, explained) = self.fitted[ids], freed[asked[ids]]
-            beyond = freedom.log_evidence(own) - explained
-            return own, max(0.0, own.log_evidence - first.log_evidence - beyond)
-
-        self._misjudged.update(zip(asked, self._pool.map(misjudged, asked), strict=True))
-        return {ids: self._misjudged[ids][1] if most[ids] >= _SLIGHT else most[ids] for ids in pairs}
+        With the law of its first effect free, a pair must be ahead of the best single effect with its law free as far as it is to count
+        as ahead of the best single effect. So two pairs are held against each other as they are with free laws, not by how badly the
+        first effect of each does alone.
+        """
+        if not any(self._square(ids) >= _SLIGHT for ids in pairs):
+            return {ids: self._square(ids) for ids in pairs}
+        singles = [ids for ids in self.fitted if len(ids) == 1 and ids in self._weights]
+        best = max(singles, key=self._full)
+        asked: dict[Ids, list[Ids]] = {best: []}
+        for ids in pairs:
+            asked.setdefault(max(((name,) for name in ids if (name,) in self.fitted), key=self.gain, default=best), []).append(ids)
+        gained = list(self._pool.map(self._freed, asked, asked.values()))
+        ahead = max(self._full(one) + own[one] for one, own in zip(asked, gained, strict=True)) - self._full(best)
+        return {ids: max(0.0, ahead - own[ids]) for one, own in zip(asked, gained, strict=True) for ids in asked[one]}
 
     def _first_of(self, pair: Ids) -> Ids:
         """The effect of a pair that is held to explain more by itself; one that nobody fitted would have no law to be off."""
@@ -305,11 +314,19 @@ class Fits:
         ones = [(name,) for name in pair if (name,) in expected]
         return max(ones, key=lambda one: self._full(one) if one in self.fitted else expected[one], default=())
 
-    def _freed(self, ids: Ids) -> tuple[Refitted, LawFreedom, float]:
-        """A single effect as it is fitted, the freedom of its law, and its log evidence with that; pairs share it."""
-        first = self.fitted[ids]
-        freedom = LawFreedom(self._linearised, first, {name: self._law_error[name] for name in ids})
-        return first, freedom, freedom.log_evidence(first)
+    def _freed(self, one: Ids, pairs: Sequence[Ids]) -> dict[Ids, float]:
+        """Log evidence that a single effect, and pairs of which it is the first, gain where its law is free."""
+        first, asked = self.fitted[one], []
+        for ids in (one, *pairs):
+            known = self._by_freedom.get((one, ids))
+            if known is None or known[0] is not first or known[1] is not self.fitted[ids]:
+                asked.append(ids)
+        if asked:
+            freedom = LawFreedom(self._linearised, first, {one[0]: self._law_error[one[0]]})
+            for ids in asked:
+                fitted = self.fitted[ids]
+                self._by_freedom[one, ids] = first, fitted, freedom.log_evidence(fitted) - fitted.log_evidence
+        return {ids: self._by_freedom[one, ids][2] for ids in (one, *pairs)}
 
     def at_full_power(self, wanted: Sequence[Ids]) -> dict[Ids, Refitted]:
         """The fits, those wanted with parameters, sizes and runs where the likelihood counts in full.
