@@ -147,14 +147,21 @@ def test_a_cause_that_asks_for_another_rig_than_was_built_is_not_the_cause(as_bu
     (3.0, 0, 0.0, 0.06), (6.9, 0, 0.7, 0.8), (6.7, 1, 0.0, 0.15), (10.6, 1, 0.75, 0.8), (-3.0, 2, 0.0, 0.02),
 ])
 def test_what_fits_only_with_another_rig_than_was_commissioned_is_doubted(drift, effects, least, most):
-    after = drifted(Unknown(0.01, [], 0.0, "1"), drift, effects, 1.4)
+    after = drifted(Unknown(0.01, [], 0.0, "1"), drift, effects, 1.4, 1.3)
     assert least <= after.probability <= most and bool(after.notes) is (least > 0.5)
 
 
 def test_a_rig_whose_further_data_are_as_commissioned_has_not_drifted_wherever_a_fit_went():
     nothing = Unknown(0.01, [], 0.0, "1")
-    assert drifted(nothing, 10.2, 0, 1.02) is nothing
-    assert drifted(nothing, 10.2, 1, 1.02).probability > 0.7, "that a cause acts is doubted all the same"
+    assert drifted(nothing, 10.2, 0, 1.02, 1.02) is nothing
+    assert drifted(nothing, 10.2, 1, 1.02, 1.3).probability > 0.7, "that a cause acts is doubted all the same"
+
+
+def test_a_cause_with_whose_rig_held_out_data_are_at_the_floor_is_not_doubted_by_that_rig():
+    nothing = Unknown(0.01, [], 0.0, "1")
+    assert drifted(nothing, 16.8, 1, 7.8, 1.0) is nothing
+    assert drifted(nothing, 16.8, 2, 4.9, 1.32).probability > 0.75
+    assert drifted(nothing, 16.8, 0, 2.0, 1.0).probability > 0.75, "parameters that take up a gap confirm nothing"
 
 
 @pytest.mark.parametrize("gained, explained, least, most", [
@@ -168,12 +175,20 @@ def test_a_cause_whose_law_must_bend_is_not_the_cause(gained, explained, least, 
 
 @pytest.mark.parametrize(("gained", "least", "most"), [(0.6, 0.0, 0.02), (3.0, 0.0, 0.05), (12.0, 0.95, 1.0)])
 def test_a_pair_of_which_held_out_data_ask_for_another_size_is_doubted(gained, least, most):
-    seen = resized(Unknown(0.01, [], 0.0, "1"), gained, {"pump_1.friction": 0.69, "motor.pwm_loss": 1.17})
+    spread = {"pump_1.friction": 0.2, "motor.pwm_loss": 0.2}
+    seen = resized(Unknown(0.01, [], 0.0, "1"), gained, {"pump_1.friction": 0.69, "motor.pwm_loss": 1.17}, spread)
     assert least <= seen.probability <= most
     assert any("pump_1.friction 0.69 times as large and motor.pwm_loss 1.17" in note for note in seen.notes) == (least > 0.5)
 
 
 def test_one_cause_whose_size_another_duty_shifts_a_little_is_believed():
     nothing = Unknown(0.01, [], 0.0, "1")
-    assert resized(nothing, 18.0, {"ambient.enclosure": 0.67}).probability < 0.02
-    assert resized(nothing, 240.0, {"sensor.rod_position_scale": 0.6}).probability > 0.99
+    assert resized(nothing, 18.0, {"ambient.enclosure": 0.67}, {"ambient.enclosure": 0.2}).probability < 0.02
+    assert resized(nothing, 240.0, {"sensor.rod_position_scale": 0.6}, {"sensor.rod_position_scale": 0.0}).probability > 0.99
+
+
+def test_a_size_within_a_deviation_of_that_found_tells_nothing():
+    nothing, spread = Unknown(0.01, [], 0.0, "1"), {"drive.torque_estimate": 0.2, "ambient.solar_load": 0.21}
+    assert resized(nothing, 9.9, {"drive.torque_estimate": 1.001, "ambient.solar_load": 0.81}, spread) is nothing
+    assert resized(nothing, 9.9, {"drive.torque_estimate": 1.001, "ambient.solar_load": 0.7}, spread).probability > 0.9
+    assert resized(nothing, 9.9, {"drive.torque_estimate": 0.7, "ambient.solar_load": 0.81}, spread).probability > 0.9

@@ -180,7 +180,7 @@ def _heard(unknown: Unknown, model: Diagnosable, found: Found, leader: Refitted,
         unknown = strained(unknown, _in_fitted(model, leader, floor, acts=False))
     followed = {name: over[name] for name in model.followed if name in over and name in first}
     if built and followed:
-        unknown = drifted(unknown, Drift(found.linearised, plain).of(leader), len(leader.columns), size.gap(as_run, floor))
+        unknown = drifted(unknown, Drift(found.linearised, plain).of(leader), len(leader.columns), size.gap(as_run, floor), shrunk)
         unknown = far_off(unknown, over, closed, len(leader.columns))
     if leader.columns:
         sizes = {n: (floor[n] * first[n].noise, first[n].unit) for n in followed}
@@ -192,9 +192,11 @@ def _heard(unknown: Unknown, model: Diagnosable, found: Found, leader: Refitted,
         unknown = bent(unknown, gain_of_freedom(found.linearised, leader, FREEDOM), leader.log_evidence - none.log_evidence)
     if built and leader.columns:
         least = dict.fromkeys(NEEDED_BY, FAR)  # strokes and winding sum up what another duty lets a law be off by
-        kept, other = (best.beside(leader.theta, leader.acting, closely, spread, least) for spread in ((), _spread_elsewhere(leader)))
+        spread = _spread_elsewhere(leader)
+        kept, other = (best.beside(leader.theta, leader.acting, closely, free, least) for free in ((), spread))
         times = {c.effect.id: float(y / x) for c, x, y in zip(leader.columns, leader.x, other.departures, strict=True)}
-        unknown = resized(unknown, kept.cost(least) - other.cost(least), times)
+        shares = {c.effect.id: float(s / abs(x)) for c, x, s in zip(leader.columns, leader.x, spread, strict=True)}
+        unknown = resized(unknown, kept.cost(least) - other.cost(least), times, shares)
     if len(leader.columns) > 1:
         unknown = doubted(halfway(unknown, shrunk, closed, slow), found.linearised, leader)
     unknown = refuted(unknown, beside_none.gap, shrunk) if leader.columns else unknown
