@@ -8,6 +8,7 @@ from ddh_twin_py.gap.unknown import (
     Unknown,
     bent,
     borne_out,
+    displaced,
     drifted,
     far_off,
     halfway,
@@ -162,6 +163,12 @@ def test_a_cause_with_whose_rig_held_out_data_are_at_the_floor_is_not_doubted_by
     assert drifted(nothing, 16.8, 1, 7.8, 1.0) is nothing
     assert drifted(nothing, 16.8, 2, 4.9, 1.32).probability > 0.75
     assert drifted(nothing, 16.8, 0, 2.0, 1.0).probability > 0.75, "parameters that take up a gap confirm nothing"
+
+
+@pytest.mark.parametrize(("moved", "least", "most"), [(3.0, 0.0, 0.02), (6.9, 0.0, 0.1), (13.4, 0.9, 1.0)])
+def test_a_cause_beside_which_another_duty_asks_for_another_rig_is_doubted(moved, least, most):
+    after = displaced(Unknown(0.01, [], 0.0, "1"), moved)
+    assert least <= after.probability <= most and bool(after.notes) is (least > 0.5)
 
 
 @pytest.mark.parametrize("gained, explained, least, most", [

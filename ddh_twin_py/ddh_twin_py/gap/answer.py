@@ -36,6 +36,7 @@ from ddh_twin_py.gap.unknown import (
     Unknown,
     bent,
     borne_out,
+    displaced,
     drifted,
     far_off,
     halfway,
@@ -187,7 +188,7 @@ def _heard(unknown: Unknown, model: Diagnosable, found: Found, leader: Refitted,
         unknown = left_behind(unknown, followed, {n: as_run[n] / floor[n] for n in followed}, sizes, built,
                               _in_fitted(model, leader, floor, acts=True))
     if built and leader.columns:  # without a commissioning recording any other duty may ask for other parameters
-        unknown = worsened(unknown, over, before.over)
+        unknown = worsened(displaced(unknown, beside.moved), over, before.over)
     if leader.columns:
         unknown = bent(unknown, gain_of_freedom(found.linearised, leader, FREEDOM), leader.log_evidence - none.log_evidence)
     if built and leader.columns:

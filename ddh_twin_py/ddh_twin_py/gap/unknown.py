@@ -46,6 +46,9 @@ something unknown is as likely: by itself the rig as built is at its floor."""
 DRIFTED, DRIFTED_ALONE, _DRIFT_SOFTNESS, _DRIFT_MOST = 8.0, 5.0, 0.7, 0.8
 """Standard deviations by which the best listed hypothesis may ask for another rig than was commissioned (`drift.Drift.of`), until something
 unknown is about as likely; the same of no effect, which has no law that is a little off; how sure that makes it at most."""
+DISPLACED, _DISPLACED_SOFTNESS = 9.0, 0.8
+"""Squared deviations by which held-out data may ask for another rig or begin than the fitted recordings left open, beside the best listed
+hypothesis, until something unknown is as likely."""
 FREEDOM = 3.0
 """Multiple of an effect's law error by which it may do more or less, signal by signal, in every phase and over speed and warmth."""
 BENT, BENT_SHARE, _BENT_SOFTNESS = 40.0, 0.01, 5.0
@@ -254,6 +257,19 @@ def drifted(unknown: Unknown, drift: float, effects: int, as_built: float, besid
     note = (f"{best} fits the recordings only with another rig than the commissioning recording shows ({drift:.0f} standard deviations "
             "beyond what that recording left open)")
     return unknown.at_least(_DRIFT_MOST * float(expit((drift - limit) / _DRIFT_SOFTNESS)), note)
+
+
+def displaced(unknown: Unknown, moved: float) -> Unknown:
+    """The same, more probable where held-out data ask for a rig, or a begin, far from what the fitted recordings left open of them.
+
+    What is true leaves them where they were; beside what only mimics it in one duty, another duty moves them.
+
+    Args:
+        moved: squared deviations of what is open, where it is at its best for held-out data; see `held_best.AtBest`.
+    """
+    note = ("beside the best listed hypothesis the held-out data ask for a rig, or a begin, that the fitted recordings exclude "
+            f"({moved:.0f} squared deviations from what they left open)")
+    return unknown.at_least(float(expit((moved - DISPLACED) / _DISPLACED_SOFTNESS)), note)
 
 
 def bent(unknown: Unknown, gained: float, explained: float) -> Unknown:
