@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
@@ -188,10 +189,12 @@ def _heard(unknown: Unknown, model: Diagnosable, found: Found, leader: Refitted,
         unknown = left_behind(unknown, followed, {n: as_run[n] / floor[n] for n in followed}, sizes, built,
                               _in_fitted(model, leader, floor, acts=True))
     if built and leader.columns:  # without a commissioning recording any other duty may ask for other parameters
-        unknown = worsened(displaced(unknown, beside.moved), over, before.over)
+        unknown = worsened(unknown, over, before.over)
     if leader.columns:
         unknown = bent(unknown, gain_of_freedom(found.linearised, leader, FREEDOM), leader.log_evidence - none.log_evidence)
     if built and leader.columns:
+        prompt = best.beside(leader.theta, leader.acting, closely, (), dict.fromkeys(NEEDED_BY, math.inf))
+        unknown = displaced(unknown, prompt.moved)
         least = dict.fromkeys(NEEDED_BY, FAR)  # strokes and winding sum up what another duty lets a law be off by
         spread = _spread_elsewhere(leader)
         kept, other = (best.beside(leader.theta, leader.acting, closely, free, least) for free in ((), spread))

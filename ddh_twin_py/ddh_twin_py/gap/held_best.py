@@ -8,6 +8,7 @@ An effect's own size is held, unless it is asked which size these data would hav
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -107,7 +108,7 @@ class HeldBest:
             theta: parameters that a fit found, (k,). acting: effects. closely: take sensitivities anew where the first steps lead; a
                 valve may be open there that is shut where they were taken. spread: standard deviations by which the effects'
                 departures may be others, (m,); empty: they may not.
-            least: signals that have no say in what is best until they are so many floors off.
+            least: signals that have no say in what is best until they are so many floors off; infinite: none at all.
         """
         least = least or {}
         ways = self._ways(theta, acting, spread)
@@ -195,8 +196,9 @@ class HeldBest:
 
 
 def _cost(squares: Mapping[str, float], least: Mapping[str, float]) -> float:
-    """Of mean squares over floors; of signals in ``least`` what is beyond that many floors."""
-    return _WEIGHT * sum(max(square, least.get(name, 0.0) ** 2) for name, square in squares.items())
+    """Of mean squares over floors; of signals in ``least`` what is beyond that many floors, where these are infinite nothing."""
+    bounds = {name: least.get(name, 0.0) ** 2 for name in squares}
+    return _WEIGHT * sum(max(square, bounds[name]) for name, square in squares.items() if math.isfinite(bounds[name]))
 
 
 def _spread_out(counts: np.ndarray) -> np.ndarray:

@@ -46,7 +46,7 @@ something unknown is as likely: by itself the rig as built is at its floor."""
 DRIFTED, DRIFTED_ALONE, _DRIFT_SOFTNESS, _DRIFT_MOST = 8.0, 5.0, 0.7, 0.8
 """Standard deviations by which the best listed hypothesis may ask for another rig than was commissioned (`drift.Drift.of`), until something
 unknown is about as likely; the same of no effect, which has no law that is a little off; how sure that makes it at most."""
-DISPLACED, _DISPLACED_SOFTNESS = 9.0, 0.8
+DISPLACED, _DISPLACED_SOFTNESS = 7.0, 0.6
 """Squared deviations by which held-out data may ask for another rig or begin than the fitted recordings left open, beside the best listed
 hypothesis, until something unknown is as likely."""
 FREEDOM = 3.0
@@ -265,7 +265,8 @@ def displaced(unknown: Unknown, moved: float) -> Unknown:
     What is true leaves them where they were; beside what only mimics it in one duty, another duty moves them.
 
     Args:
-        moved: squared deviations of what is open, where it is at its best for held-out data; see `held_best.AtBest`.
+        moved: squared deviations of what is open, where it is at its best for held-out data but for what sums up small flaws
+            (`NEEDED_BY`); see `held_best.AtBest`.
     """
     note = ("beside the best listed hypothesis the held-out data ask for a rig, or a begin, that the fitted recordings exclude "
             f"({moved:.0f} squared deviations from what they left open)")
