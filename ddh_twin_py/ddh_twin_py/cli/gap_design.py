@@ -15,7 +15,10 @@ _COMMISSIONING = "mixed"
 
 def _sensors(text: str) -> list[str]:
     """Temperature sensors, a list with commas, or `none`."""
-    return [] if text.strip() == "none" else list(dict.fromkeys(part.strip() for part in text.split(",") if part.strip()))
+    named = list(dict.fromkeys(part.strip() for part in text.split(",") if part.strip()))
+    if not named:
+        raise argparse.ArgumentTypeError("names no sensor; `none` says that there is none")
+    return [] if named == ["none"] else named
 
 
 def _length(text: str) -> float:

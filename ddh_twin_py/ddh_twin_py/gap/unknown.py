@@ -284,15 +284,14 @@ def bent(unknown: Unknown, gained: float, explained: float) -> Unknown:
     return unknown.at_least(float(expit((gained - BENT - BENT_SHARE * explained) / _BENT_SOFTNESS)), note)
 
 
-def resized(unknown: Unknown, gained: float, times: Mapping[str, float],
-            spread: Mapping[str, float]) -> Unknown:
+def resized(unknown: Unknown, gained: float, times: Mapping[str, float], spread: Mapping[str, float]) -> Unknown:
     """The same, more probable where held-out data ask for other sizes of the best listed hypothesis: what is true has one size.
 
     Two effects that mimic a third together do so in the proportion of one duty. Sizes within a deviation of those found say nothing.
 
     Args:
         gained: squared deviations that these data lose with other sizes, of what sums up small flaws (`NEEDED_BY`) those beyond `FAR`.
-            times: effect to the size that they ask for, over that found.
+        times: effect to the size that they ask for, over that found.
         spread: effect to the standard deviation of that ratio, by what the fit leaves open and by laws that err in another duty (`RESIZE`).
     """
     if all(abs(ratio - 1.0) <= spread[name] for name, ratio in times.items()):
