@@ -84,3 +84,10 @@ def test_bench_is_made_sealed_and_not_made_twice(tmp_path):
     assert make_bench(tmp_path, 1, 2, ("none",)) == []
     with pytest.raises(PlanError, match="use another folder"):
         make_bench(tmp_path, 2, 2, ("none",))
+
+
+def test_a_folder_that_holds_something_else_is_no_place_for_a_bench(tmp_path):
+    (tmp_path / "metadata.yaml").write_text("of a bag")
+    with pytest.raises(PlanError, match="metadata.yaml: is of no bench, .* use an empty folder or a new one"):
+        make_bench(tmp_path, 1, 2, ("none",))
+    assert [entry.name for entry in tmp_path.iterdir()] == ["metadata.yaml"]

@@ -175,6 +175,27 @@ def test_a_score_is_kept_and_pooled_with_another(tmp_path):
     assert answers_of_all([file], ("none",))[0] == []
 
 
+def test_copied_answers_do_not_count_twice(tmp_path):
+    found = summary([answer(truth(), report(why=[(P1, 0.9), (P2, 0.1)]), oracle=report(closed=1.0))])
+    files = [tmp_path / "one.json", tmp_path / "copy.json"]
+    for file in files:
+        file.write_text(json.dumps(found))
+    with pytest.raises(ResultError, match="copy.json: the answer to case_0001 is among the others already"):
+        answers_of_all(files)
+
+
+@pytest.mark.parametrize(("name", "value"), [
+    ("commissioning", [1, 2]), ("seconds", "x"), ("pairs", [[0.5]]), ("right", None), ("true", "x"),
+])
+def test_a_kept_answer_of_another_kind_is_named(tmp_path, name, value):
+    found = summary([answer(truth(), report(why=[(P1, 0.9), (P2, 0.1)]), oracle=report(closed=1.0))])
+    found["answers"][0][name] = value
+    file = tmp_path / "odd.json"
+    file.write_text(json.dumps(found))
+    with pytest.raises(ResultError, match=f"odd.json: is no score of a bench .answers 1: {name} is "):
+        answers_of_all([file])
+
+
 @pytest.mark.parametrize(("content", "why"), [
     ("{", "Expecting"), ("[]", "answers not in it"), ('{"answers": []}', "answers not in it"), ('{"answers": [3]}', "answers 1: no row"),
     ('{"answers": [{"name": "a"}]}', "answers 1: .*suite"),

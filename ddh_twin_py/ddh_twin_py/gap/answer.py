@@ -125,7 +125,7 @@ def diagnosis(model: Diagnosable, found: Found, theta: np.ndarray, hidden: Seque
     pressed = _pressed(parameters)
     at_best = bests.get(leader.effects)
     asked_for = asked_of_rig(model, leader, at_best, runs) if at_best else ""
-    other_rig = [told(gap_after, at_best.gap, asked_for)] if asked_for else []
+    other_rig = [told(gap_after, at_best.gap, asked_for, "validation" in model.recordings)] if asked_for else []
     unsure = _taken_up(found) if verdict.word == "no_gap" else []
     detectable = _detectable(found, unsure) if verdict.word == "no_gap" else []
     missed = _missed(detectable)

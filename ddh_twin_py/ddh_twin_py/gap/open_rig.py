@@ -34,11 +34,13 @@ def asked_of_rig(model: Diagnosable, fitted: Refitted, at_best: AtBest, runs: He
     return " and ".join(name for name in sorted(alone, key=lambda name: -alone[name]) if alone[name] > _ITS_PART * nearer)
 
 
-def told(as_run: float, at_best: float, names: str) -> str:
+def told(as_run: float, at_best: float, names: str, validation: bool) -> str:
     """A note on a gap of held-out data that another value of these parameters explains.
 
     Args:
-        as_run, at_best: gap of held-out data with the fitted values and with those, in multiples of the floor.
+        as_run, at_best: gap of held-out data with the fitted values and with those, in multiples of the floor. validation: whether they
+            are a recording of their own; else they are the end of the one that was fitted.
     """
-    return (f"the held-out data lie {as_run:.1f} times the floor off, but {at_best:.1f} with another {names}: that duty shows of the rig "
-            "what no fitted recording does, and it is within tolerance")
+    shows = ("that duty shows of the rig what no fitted recording does, and it is within tolerance" if validation else
+             "the end of the recording asks for another rig than what was fitted before it, within tolerance all the same")
+    return f"the held-out data lie {as_run:.1f} times the floor off, but {at_best:.1f} with another {names}: {shows}"

@@ -43,8 +43,8 @@ def make_bench(out: Path, cases: int, seed: int, suites: tuple[str, ...] = (), j
             raise PlanError(f"{file}: is no recipe of a bench ({' '.join(str(error).split())}); use another folder") from None
         if found != recipe:
             raise PlanError(f"{file}: holds the bench {found}, asked for is {recipe}; use another folder")
-    elif strange := [name for name in ("cases", "truth") if (out / name).exists()]:
-        raise PlanError(f"{out / strange[0]}: is of no bench, there is no {RECIPE} beside it, and cases would overwrite it")
+    elif out.is_dir() and (strange := sorted(entry.name for entry in out.iterdir() if entry.name != _LOCK)):
+        raise PlanError(f"{out / strange[0]}: is of no bench, there is no {RECIPE} beside it; use an empty folder or a new one")
     if (out / SEAL).is_file():
         seal(out)
         return []

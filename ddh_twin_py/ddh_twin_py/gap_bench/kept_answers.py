@@ -7,6 +7,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import MISSING, fields
 from pathlib import Path
+from typing import get_args, get_origin, get_type_hints
 
 from ddh_twin_py.gap_bench.answers import Answer
 from ddh_twin_py.gap_bench.result_files import ResultError
@@ -14,6 +15,7 @@ from ddh_twin_py.gap_bench.result_files import ResultError
 KEY = "answers"
 """Of a score's JSON: its rows."""
 _WITHOUT_VALUE = {"ranks": math.inf, "seconds": math.nan, "megabytes": math.nan}  # what JSON has no number for
+_HINTS = get_type_hints(Answer)
 _NEEDED = {f.name for f in fields(Answer) if f.default is MISSING}
 
 
@@ -43,10 +45,24 @@ def _answer(row: object, file: Path, number: int) -> Answer:
     if not isinstance(row, Mapping) or not known >= set(row) >= _NEEDED:
         odd = sorted(set(row) ^ known) if isinstance(row, Mapping) else ["no row"]
         raise _no_score(file, f"{KEY} {number}: {', '.join(odd)}")
-    try:
-        return Answer(**{name: _full(value, _WITHOUT_VALUE.get(name)) for name, value in row.items()})
-    except TypeError as error:
-        raise _no_score(file, f"{KEY} {number}: {error}") from None
+    full = {name: _full(value, _WITHOUT_VALUE.get(name)) for name, value in row.items()}
+    for name, value in full.items():
+        if not _is(value, _HINTS[name]):
+            raise _no_score(file, f"{KEY} {number}: {name} is {row[name]!r}")
+    return Answer(**full)
+
+
+def _is(value: object, hint) -> bool:
+    """Whether a value is of an annotation of `Answer`."""
+    inner = get_args(hint)
+    if get_origin(hint) is tuple:
+        if not isinstance(value, tuple):
+            return False
+        each = [inner[0]] * len(value) if inner[-1] is Ellipsis else inner
+        return len(value) == len(each) and all(map(_is, value, each))
+    if inner:
+        return any(_is(value, one) for one in inner)
+    return type(value) is hint or (hint is float and type(value) is int)
 
 
 def _plain(value):
@@ -62,4 +78,4 @@ def _full(value, instead: float | None):
 
 
 def _no_score(file: Path, why: str) -> ResultError:
-    return ResultError(f"{file}: is no score of a bench ({why}); ddh-twin gap-bench score OUT --json {file} writes one")
+    return ResultError(f"{file}: is no score of a bench ({why}); ddh-twin gap-bench score OUT --json FILE writes one")

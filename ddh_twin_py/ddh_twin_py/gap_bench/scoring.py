@@ -12,7 +12,7 @@ from ddh_twin_py.gap_bench.answers import Answer, answer_of
 from ddh_twin_py.gap_bench.intervals import Estimate, mean, median, share
 from ddh_twin_py.gap_bench.kept_answers import KEY, kept_answers, plain
 from ddh_twin_py.gap_bench.plan import LEVELS, SUITES
-from ddh_twin_py.gap_bench.result_files import read_result, result_file
+from ddh_twin_py.gap_bench.result_files import ResultError, read_result, result_file
 from ddh_twin_py.gap_bench.running import BenchError, questions, selected
 from ddh_twin_py.gap_bench.sealing import truth_of
 
@@ -43,7 +43,11 @@ def answers_of_all(folders: Sequence[Path], suites: tuple[str, ...] = (), cases:
     waiting = 0
     for out in folders:
         if out.is_file():
-            found += [a for a in kept_answers(out) if not suites or a.suite in suites]
+            own = [a for a in kept_answers(out) if not suites or a.suite in suites]
+            known = set(found)
+            if twice := next((a.name for a in own if a in known), ""):
+                raise ResultError(f"{out}: the answer to {twice} is among the others already; copies would count twice")
+            found += own
             continue
         names = selected(out, suites, cases)
         own = _answers_of(out, names)
