@@ -100,7 +100,8 @@ def test_what_the_fitted_recordings_told_is_not_asked_for():
 
 
 def test_the_note_names_it_with_both_gaps():
-    assert "3.9 times the floor off, but 1.0 with another tank.volume:" in told(3.94, 1.02, "tank.volume")
+    assert "3.9 times the floor off, but 1.0 with another tank.volume: that duty shows" in told(3.94, 1.02, "tank.volume", True)
+    assert "with another tank.volume: the end of the recording asks" in told(3.94, 1.02, "tank.volume", False)
 
 
 class Pushed(Warming):
