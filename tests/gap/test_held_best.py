@@ -147,6 +147,7 @@ def test_what_sums_up_small_flaws_costs_what_is_beyond_its_limit_alone():
 
 def test_what_has_no_say_moves_nothing():
     best = HeldBest(Pushed(0.2), {"flow": 1.0}, lambda theta: theta, np.zeros(1), np.diag([0.01]) ** 2)
-    heard, deaf = (best.beside(np.zeros(1), [(PUSH, 0, 0.3)], spread=(0.1,), least=least) for least in ({"flow": 0.5}, {"flow": 1e6}))
+    heard, deaf, mute = (best.beside(np.zeros(1), [(PUSH, 0, 0.3)], spread=(0.1,), least={"flow": least}) for least in (0.5, 1e6, np.inf))
     assert heard.departures == pytest.approx([0.2], abs=0.02)
-    assert deaf.departures == pytest.approx([0.3]) and deaf.moved == 0.0
+    assert deaf.departures == mute.departures == pytest.approx([0.3]) and deaf.moved == mute.moved == 0.0
+    assert mute.cost({"flow": np.inf}) == 0.0
