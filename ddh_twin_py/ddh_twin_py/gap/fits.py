@@ -287,6 +287,7 @@ class Fits:
         return max(self._square(ids), self._least) if len(ids) > 1 else 0.0
 
     def _square(self, ids: Ids) -> float:
+        """The share by which a law is off, squared, of what an effect of a pair explains by itself, the larger of the two."""
         first = [(name,) for name in ids if (name,) in self.fitted]
         return max([0.0, *(self._law_error[single[0]] ** 2 * self.gain(single) for single in first)])
 

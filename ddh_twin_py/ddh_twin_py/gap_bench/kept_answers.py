@@ -41,9 +41,8 @@ def kept_answers(file: Path) -> list[Answer]:
 
 
 def _answer(row: object, file: Path, number: int) -> Answer:
-    known = {f.name for f in fields(Answer)}
-    if not isinstance(row, Mapping) or not known >= set(row) >= _NEEDED:
-        odd = sorted(set(row) ^ known) if isinstance(row, Mapping) else ["no row"]
+    if not isinstance(row, Mapping) or not _HINTS.keys() >= set(row) >= _NEEDED:
+        odd = sorted(set(row) ^ _HINTS.keys()) if isinstance(row, Mapping) else ["no row"]
         raise _no_score(file, f"{KEY} {number}: {', '.join(odd)}")
     full = {name: _full(value, _WITHOUT_VALUE.get(name)) for name, value in row.items()}
     for name, value in full.items():
