@@ -36,3 +36,15 @@ def test_sensitivities_follow_the_deviations_of_a_place_nearby():
     nearby = taken.nearby(np.array([0.4, 0.4, 0.0]))
     for before, after, old, new in zip(taken.sensitivities, nearby.sensitivities, taken.comparisons, nearby.comparisons, strict=True):
         assert after * new.spread[:, None] == pytest.approx(before * old.spread[:, None])
+
+
+def test_a_rig_that_is_held_takes_nothing_up():
+    built = np.array([1.0, -0.8, 0.5])
+    model = FirstOrder(built, [(EFFECTS[0], 0, 0.2)], seed=3)
+    with ThreadPoolExecutor(2) as pool:
+        taken = linearise(model, EFFECTS, np.zeros(3), Discrepancy(), SLACK, POWER, pool)
+    held, nearby = taken.held_at(built), taken.nearby(built)
+    for value, comparison, prediction in zip(held.values(), nearby.comparisons, nearby.predictions, strict=True):
+        assert value == pytest.approx(comparison.residual(prediction))
+    best = [max(case.evidence.singles(), key=lambda h: h.log_evidence) for case in (held, nearby)]
+    assert best[0].log_evidence > best[1].log_evidence + 3.0, "what parameters took up is the effect's"

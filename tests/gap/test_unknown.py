@@ -1,10 +1,12 @@
 """Something outside the catalogue is believed where held-out data show it too."""
 
 import pytest
+from ddh_twin_py.gap.as_commissioned import Surprise
 from ddh_twin_py.gap.hypotheses import POWER
 from ddh_twin_py.gap.leftover import FreeForm
 from ddh_twin_py.gap.unknown import (
     FAR_PROBABILITY,
+    SURPRISED,
     Unknown,
     bent,
     borne_out,
@@ -13,8 +15,10 @@ from ddh_twin_py.gap.unknown import (
     far_off,
     halfway,
     left_behind,
+    nobody_surprised,
     refuted,
     resized,
+    something_acts,
     strained,
     worsened,
 )
@@ -199,3 +203,13 @@ def test_a_size_within_a_deviation_of_that_found_tells_nothing():
     assert resized(nothing, 9.9, {"drive.torque_estimate": 1.001, "ambient.solar_load": 0.81}, spread) is nothing
     assert resized(nothing, 9.9, {"drive.torque_estimate": 1.001, "ambient.solar_load": 0.7}, spread).probability > 0.9
     assert resized(nothing, 9.9, {"drive.torque_estimate": 0.7, "ambient.solar_load": 0.81}, spread).probability > 0.9
+
+
+@pytest.mark.parametrize(("ratio", "least", "most"), [(1.0, 0.0, 0.001), (2.45, 0.0, 0.05), (3.8, 0.95, 1.0)])
+def test_what_the_rig_as_commissioned_would_not_show_is_not_shown_by_it(ratio, least, most):
+    probability, note = something_acts([Surprise("temperature/motor_housing", ratio, 3.0, 1.5), Surprise("speed", 1.0, 1.0, 1.0)])
+    assert least <= probability <= most and "temperature/motor_housing is 3.0 times its floor off" in note
+
+
+def test_where_nothing_was_worth_asking_nothing_acts():
+    assert something_acts([]) == (0.0, "") and 1.0 < nobody_surprised() < SURPRISED

@@ -2,7 +2,8 @@
 
 import pytest
 from ddh_twin_py.gap.search import Found
-from ddh_twin_py.gap.verdict import less_believed
+from ddh_twin_py.gap.unknown import Unknown
+from ddh_twin_py.gap.verdict import judge, less_believed, something_acting
 
 FAN, PAIR = ("motor.cooling",), ("motor.cooling", "oil.viscosity_temperature")
 
@@ -20,3 +21,17 @@ def test_an_effect_that_does_not_help_must_be_spoken_for_the_louder():
 def test_odds_among_effects_stay_and_all_sum_to_one():
     after = less_believed(found(0.6, 0.1, 0.3)).probability
     assert after[FAN] / after[PAIR] == pytest.approx(6.0) and sum(after.values()) == pytest.approx(1.0)
+
+
+def test_what_spoke_for_no_effect_speaks_for_nothing_listed_where_something_acts():
+    after, unknown = something_acting(found(0.3, 0.1, 0.6), Unknown(0.1, [], 0.0, "1"), 0.95, "why")
+    sets = judge(after, unknown).sets
+    assert sets[FAN] == pytest.approx(0.9 * 0.3) and sets[PAIR] == pytest.approx(0.9 * 0.1)
+    assert sets[("unknown",)] == pytest.approx(0.1 + 0.9 * 0.57) and sum(sets.values()) == pytest.approx(1.0)
+    assert unknown.notes == ["why"]
+
+
+def test_where_nothing_surprises_nothing_changes():
+    was, unknown = found(0.3, 0.1, 0.6), Unknown(0.1, [], 0.0, "1")
+    assert something_acting(was, unknown, 0.0, "") == (was, unknown)
+    assert something_acting(found(0.9, 0.1, 0.0), unknown, 1.0, "why")[1] is unknown, "no effect was out of the question anyway"

@@ -11,6 +11,7 @@ import numpy as np
 
 from ddh_twin_py.estimation.calibration import FittedParameter
 from ddh_twin_py.gap import size
+from ddh_twin_py.gap.as_commissioned import surprises
 from ddh_twin_py.gap.classes import classes_of
 from ddh_twin_py.gap.departure import departure_of
 from ddh_twin_py.gap.detection import SIZES, Detection, detections
@@ -42,13 +43,15 @@ from ddh_twin_py.gap.unknown import (
     far_off,
     halfway,
     left_behind,
+    nobody_surprised,
     refuted,
     resized,
+    something_acts,
     strained,
     unknown_beside,
     worsened,
 )
-from ddh_twin_py.gap.verdict import LIKELY, Verdict, judge, less_believed
+from ddh_twin_py.gap.verdict import LIKELY, Verdict, judge, less_believed, something_acting
 from ddh_twin_py.gap.words import sentence
 from ddh_twin_py.rig.sheet import CUT
 
@@ -58,6 +61,7 @@ LISTED = 0.01
 """Probability from which an effect or a set is listed."""
 _NO_NEARER = 0.99  # share of the gap of held-out data without any effect, from which a hypothesis does not help with it
 _NO_HELP = "held-out data show nothing beyond the floor, and the best listed hypothesis brings them no nearer; it is less believed"
+_OUT_OF_THE_QUESTION = 1e-3  # probability of no effect, below which nothing more is asked of it
 _SUSPECT = 2.0  # floors that a signal of held-out data is off beside the leader, from which all is looked at closely before it is doubted
 _MOST_AT_END = 4  # parameters named that are pressed against the end of their tolerance
 _AT_END = 0.01  # deviations from the end of its tolerance within which a parameter is pressed against it
@@ -84,18 +88,23 @@ def diagnosis(model: Diagnosable, found: Found, theta: np.ndarray, hidden: Seque
     as_is, before = ratios_of(held, sheet_runs), ratios_of(held, before_runs)
     gap_before = size.gap(before, floor)
     notes = []
-    if leader.columns and not all(model.altered) and runs.gap(none) <= _NEARLY and runs.gap(leader) > _NO_NEARER * runs.gap(none):
+    drift = None if all(model.altered) else Drift(found.linearised, plain)
+    acts, why = _something_acts(model, found, runs, plain, drift) if drift else (0.0, "")
+    no_help = runs.gap(none) <= _NEARLY and runs.gap(leader) > _NO_NEARER * runs.gap(none)
+    if leader.columns and drift and acts < LIKELY and no_help:
         found, notes = less_believed(found), [_NO_HELP]
         leader = leader if found.leader else none
     best, shrunk = leader, runs.gap(leader) if leader.columns else gap_before
-    unknown, bests = _heard(unknown_beside(model, found, leader), model, found, leader, runs, plain, before)
+    unknown, bests = _heard(unknown_beside(model, found, leader), model, found, leader, runs, plain, before, drift)
+    found, unknown = something_acting(found, unknown, acts, why)
     speaks = leader.log_evidence - none.log_evidence
     gaps = [(gap_before, shrunk)]
     if unknown.probability >= LIKELY:  # what nobody listed is asked for only where no rig within tolerance does as well
         gaps.append((bests[()].gap, bests[leader.effects].gap))
     within = speaks < _LOUD and any(without <= _NEARLY and beside > _SHRINKS * without for without, beside in gaps)
     if unknown.probability >= LIKELY:
-        unknown = located(unknown, found.linearised, model.free_places(found, unknown.forms))
+        where = replace(found, linearised=found.linearised.held_at(plain)) if acts >= LIKELY and not leader.columns else found
+        unknown = located(unknown, where.linearised, model.free_places(where, unknown.forms))
     verdict = judge(found, unknown, all(model.altered) and within)
     reading = unknown.places[0].signal if unknown.places else ""
     learned = None
@@ -114,7 +123,7 @@ def diagnosis(model: Diagnosable, found: Found, theta: np.ndarray, hidden: Seque
     classes, confusable = classes_of(found.linearised, verdict.effects)
     rows = places(model, found, verdict)
     if verdict.word == "unknown":
-        rows = unknown_places(model, found, unknown, best)
+        rows = unknown_places(model, where, unknown, best)
         unknown = sized(unknown, rows)
     listed = [ids for ids, p in list(verdict.sets.items())[:_MOST] if p >= LISTED and ids]
     listed = sorted([*listed, ()], key=lambda ids: -verdict.sets.get(ids, 0.0))
@@ -160,11 +169,12 @@ def diagnosis(model: Diagnosable, found: Found, theta: np.ndarray, hidden: Seque
 
 
 def _heard(unknown: Unknown, model: Diagnosable, found: Found, leader: Refitted, runs: HeldRuns, plain: np.ndarray,
-           as_run: Mapping[str, float]) -> tuple[Unknown, dict[tuple[str, ...], AtBest]]:
+           as_run: Mapping[str, float], drift: Drift | None) -> tuple[Unknown, dict[tuple[str, ...], AtBest]]:
     """What is unknown beside the leader, once held-out data had their say; and these beside it and beside no effect, by set of effects.
 
     Args:
         plain: parameters without it, (k,). as_run: multiples of their noise by which signals are off with them.
+        drift: from the rig as commissioned, None where nothing showed that.
     """
     floor, none = runs.floor, found.fitted[()]
     best = HeldBest(runs.held, floor, model.within, plain, found.linearised.basis.covariance())
@@ -177,12 +187,12 @@ def _heard(unknown: Unknown, model: Diagnosable, found: Found, leader: Refitted,
     closed = size.closed(before.gap, shrunk)
     slow = max((ratio for name, ratio in over.items() if name.startswith("temperature/") and name not in AMPLIFIED), default=0.0)
     unknown = borne_out(unknown, found.linearised.power, runs.over(leader), closed, len(leader.columns))
-    first, built = runs.held.signals()[0], not all(model.altered)
+    first, built = runs.held.signals()[0], drift is not None
     if built:
         unknown = strained(unknown, _in_fitted(model, leader, floor, acts=False))
     followed = {name: over[name] for name in model.followed if name in over and name in first}
     if built and followed:
-        unknown = drifted(unknown, Drift(found.linearised, plain).of(leader), len(leader.columns), size.gap(as_run, floor), shrunk)
+        unknown = drifted(unknown, drift.of(leader), len(leader.columns), size.gap(as_run, floor), shrunk)
         unknown = far_off(unknown, over, closed, len(leader.columns))
     if leader.columns:
         sizes = {n: (floor[n] * first[n].noise, first[n].unit) for n in followed}
@@ -205,6 +215,19 @@ def _heard(unknown: Unknown, model: Diagnosable, found: Found, leader: Refitted,
         unknown = doubted(halfway(unknown, shrunk, closed, slow), found.linearised, leader)
     unknown = refuted(unknown, beside_none.gap, shrunk) if leader.columns else unknown
     return unknown, {(): beside_none, leader.effects: beside}
+
+
+def _something_acts(model: Diagnosable, found: Found, runs: HeldRuns, plain: np.ndarray, drift: Drift) -> tuple[float, str]:
+    """How probable it is that the rig is not as it was commissioned, and why; not asked where no effect is out of the question anyway.
+
+    Args:
+        plain: parameters of the rig as commissioned, (k,). drift: from it.
+    """
+    if found.probability.get((), 0.0) < _OUT_OF_THE_QUESTION:
+        return 0.0, ""
+    elsewhere = runs.held if "validation" in model.recordings else None
+    found_off = surprises(model, elsewhere, runs.floor, plain, drift.open, nobody_surprised())
+    return something_acts([one for one in found_off if one.signal in model.followed])
 
 
 def _spread_elsewhere(fitted: Refitted) -> np.ndarray:

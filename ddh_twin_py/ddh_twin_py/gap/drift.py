@@ -35,7 +35,7 @@ class Drift:
         linearised: the case, with a recording at least in which no effect acts. as_built: parameters fitted to these alone, (k,).
 
     Attributes:
-        expected: n, degrees of freedom.
+        expected: n, degrees of freedom. open: covariance that these recordings leave of the parameters, (k, k).
     """
 
     def __init__(self, linearised: Linearised, as_built: np.ndarray) -> None:
@@ -46,6 +46,7 @@ class Drift:
         rows = [linearised.sensitivities[number] for number in self._numbers]
         commissioned = self._power * self._weighting.products(rows, rows) + np.eye(k)
         known = cho_factor(basis.information[:k, :k] + np.eye(k), lower=True, check_finite=False)
+        self.open = np.linalg.inv(commissioned)
         self.expected = max(_LEAST, k - float(np.trace(cho_solve(known, commissioned, check_finite=False))))
         self._least = self._cost(as_built, [model.run_one(number, as_built) for number in self._numbers])
 

@@ -106,6 +106,11 @@ class Linearised:
         """The same about parameters (k,) nearby, with the sensitivities as they are: each recording is run once."""
         return self._with(theta, self.discrepancy, self.model.run(theta, ()))
 
+    def held_at(self, theta: np.ndarray) -> Linearised:
+        """The same as seen from parameters (k,) that are held there: nothing of the rig is left open. Columns stay what they are here."""
+        there = self.nearby(theta)
+        return replace(there, theta=self.theta, sensitivities=[np.zeros_like(rows) for rows in there.sensitivities])
+
     def _with(self, theta: np.ndarray, discrepancy: Discrepancy, predictions: list[dict[str, np.ndarray]]) -> Linearised:
         """The same sensitivities in the deviations of another comparison."""
         comparisons = [Comparison(s, p, discrepancy) for s, p in zip(self.model.signals, predictions, strict=True)]

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 from scipy.special import expit
 
+from ddh_twin_py.gap.as_commissioned import Surprise
 from ddh_twin_py.gap.diagnosis import Shape
 from ddh_twin_py.gap.free_places import FreePlace
 from ddh_twin_py.gap.hypotheses import POWER
@@ -46,6 +47,9 @@ something unknown is as likely: by itself the rig as built is at its floor."""
 DRIFTED, DRIFTED_ALONE, _DRIFT_SOFTNESS, _DRIFT_MOST = 8.0, 5.0, 0.7, 0.8
 """Standard deviations by which the best listed hypothesis may ask for another rig than was commissioned (`drift.Drift.of`), until something
 unknown is about as likely; the same of no effect, which has no law that is a little off; how sure that makes it at most."""
+SURPRISED, _SURPRISED_SOFTNESS = 3.0, 0.15
+"""Mean square by which a signal may be off beside the rig as commissioned, over what is expected (`as_commissioned.Surprise.ratio`), until
+something is as likely to act as nothing; four softnesses below nobody is surprised."""
 DISPLACED, _DISPLACED_SOFTNESS = 7.0, 0.6
 """Squared deviations by which held-out data may ask for another rig or begin than the fitted recordings left open, beside the best listed
 hypothesis, until something unknown is as likely."""
@@ -257,6 +261,25 @@ def drifted(unknown: Unknown, drift: float, effects: int, as_built: float, besid
     note = (f"{best} fits the recordings only with another rig than the commissioning recording shows ({drift:.0f} standard deviations "
             "beyond what that recording left open)")
     return unknown.at_least(_DRIFT_MOST * float(expit((drift - limit) / _DRIFT_SOFTNESS)), note)
+
+
+def something_acts(surprises: Sequence[Surprise]) -> tuple[float, str]:
+    """How probable it is that something acts, as the rig as commissioned would not show what was recorded since; and a note that says so.
+
+    Args:
+        surprises: of the signals that a run follows, the largest first.
+    """
+    if not surprises:
+        return 0.0, ""
+    worst = surprises[0]
+    note = (f"without any effect the rig as commissioned would not show this: {worst.signal} is {worst.off:.1f} times its floor off, and "
+            f"what the commissioning recording left open of the rig makes it {worst.expected:.1f}")
+    return float(expit((worst.ratio - SURPRISED) / _SURPRISED_SOFTNESS)), note
+
+
+def nobody_surprised() -> float:
+    """Mean square over floor below which no signal is asked about in `something_acts`."""
+    return SURPRISED - 4.0 * _SURPRISED_SOFTNESS
 
 
 def displaced(unknown: Unknown, moved: float) -> Unknown:

@@ -43,6 +43,23 @@ def less_believed(found: Found) -> Found:
     return replace(found, probability=dict(sorted(((ids, p / whole) for ids, p in odds.items()), key=lambda item: -item[1])))
 
 
+def something_acting(found: Found, unknown: Unknown, probability: float, note: str) -> tuple[Found, Unknown]:
+    """The same where the rig as commissioned would hardly show what was recorded since: what spoke for no effect speaks for nothing listed.
+
+    Listed effects keep what they have: that no rig within reach explains the recordings without them is no evidence for one of them.
+
+    Args:
+        probability: that something acts. note: that says why.
+    """
+    lost = probability * found.probability.get((), 0.0)
+    if lost <= 0.0:
+        return found, unknown
+    kept = {ids: p * (1.0 if ids else 1.0 - probability) / (1.0 - lost) for ids, p in found.probability.items()}
+    found = replace(found, probability=dict(sorted(kept.items(), key=lambda item: -item[1])))
+    whole = unknown.probability + (1.0 - unknown.probability) * lost
+    return found, unknown.raised(whole, note) if probability >= LIKELY else replace(unknown, probability=whole)
+
+
 def judge(found: Found, unknown: Unknown, nothing_beyond: bool = False) -> Verdict:
     """Judge what a search found and what is left beside it.
 

@@ -1,0 +1,73 @@
+"""Whether later recordings are what the rig would show as it was commissioned."""
+
+import numpy as np
+import pytest
+from ddh_twin_py.gap.as_commissioned import surprises
+from ddh_twin_py.gap.size import counted
+from support.first_order import EFFECTS, FirstOrder
+
+BUILT = np.array([1.0, -0.8, 0.5])
+FLOOR = {"flow": 1.0, "other_flow": 1.0}
+KNOWN, OPEN = 1e-4 * np.eye(3), np.diag([25.0, 1e-4, 1e-4])
+
+
+class Later:
+    """Another recording of such a loop, held out."""
+
+    def __init__(self, acting=(), lost=False):
+        self._loop = FirstOrder(BUILT, acting, seed=9)
+        self._signals = dict(self._loop.signals[1])
+        if lost:
+            self._signals = {"other_flow": self._signals["other_flow"]}
+
+    def signals(self):
+        return [self._signals]
+
+    def mask(self):
+        return counted
+
+    def open_begins(self):
+        return [0]
+
+    def run(self, theta, acting, begin=None):
+        return [self._loop.run_one(1, theta, acting)]
+
+
+def asked(acting, later, covariance=KNOWN, least=2.0, theta=BUILT):
+    return surprises(FirstOrder(BUILT, acting, seed=4), later, FLOOR, theta, covariance, least)
+
+
+def test_a_rig_as_commissioned_surprises_nobody():
+    assert asked([], Later()) == []
+    everything = asked([], Later(), least=0.0)
+    assert {one.signal for one in everything} == set(FLOOR)
+    assert all(one.ratio == pytest.approx(1.0, abs=0.15) for one in everything)
+
+
+def test_what_has_changed_since_surprises():
+    change = [(EFFECTS[0], 0, 0.2)]
+    worst = asked(change, Later(change))[0]
+    assert worst.ratio > 10.0 and worst.off > 3.0 and worst.expected == pytest.approx(1.0, abs=0.1)
+
+
+def test_what_commissioning_left_open_explains_as_much():
+    change = [(EFFECTS[0], 0, 0.2)]
+    assert asked(change, Later(change), OPEN)[0].ratio < 0.5, "a gain that is 50 % uncertain may be 20 % off"
+
+
+def test_a_change_that_one_of_both_shows_counts_by_half():
+    change = [(EFFECTS[0], 0, 0.2)]
+    both, one, field = asked(change, Later(change)), asked(change, Later()), asked(change, None)
+    assert one[0].ratio == pytest.approx(0.5 * (field[0].ratio + 1.0), rel=0.05)
+    assert one[0].ratio < both[0].ratio and one[0].off == field[0].off
+
+
+def test_a_signal_that_held_out_data_lack_is_asked_of_the_field_alone():
+    change = [(EFFECTS[0], 0, 0.2)]
+    lost = {one.signal: one.ratio for one in asked(change, Later(change, lost=True))}
+    assert lost["flow"] == {one.signal: one.ratio for one in asked(change, None)}["flow"]
+
+
+def test_the_same_question_has_the_same_answer():
+    change = [(EFFECTS[0], 0, 0.2)]
+    assert asked(change, Later(change), OPEN) == asked(change, Later(change), OPEN)
