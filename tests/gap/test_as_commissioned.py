@@ -71,3 +71,11 @@ def test_a_signal_that_held_out_data_lack_is_asked_of_the_field_alone():
 def test_the_same_question_has_the_same_answer():
     change = [(EFFECTS[0], 0, 0.2)]
     assert asked(change, Later(change), OPEN) == asked(change, Later(change), OPEN)
+
+
+def test_where_a_drawn_run_goes_astray_nothing_is_said():
+    change = [(EFFECTS[0], 0, 0.2)]
+    loop = FirstOrder(BUILT, change, seed=4)
+    run_one = loop.run_one
+    loop.run_one = lambda number, theta, acting=(): run_one(number, theta if theta[0] < 1.5 else theta * np.nan, acting)
+    assert all(one.ratio == 0.0 for one in surprises(loop, None, FLOOR, BUILT, OPEN, 2.0))

@@ -6,9 +6,9 @@ squares over a signal's samples,
 
     surprise = o_measured^2 / (1 + E o_drawn^2),   o in floors
 
-is about one or less where nothing has changed since, and grows with the square of what has. Parameters that are fitted to the later
-recordings, too, would take a change up as far as they were left open. What has changed shows in field and held-out data alike, what is
-uncertain of one recording's begin in that one alone: so the mean of both is taken.
+is about one or less where nothing has changed since, and grows with the square of what has; where a drawn run goes astray, it is none.
+Parameters that are fitted to the later recordings, too, would take a change up as far as they were left open. What has changed shows in
+field and held-out data alike, what is uncertain of one recording's begin in that one alone: so the mean of both is taken.
 
 Box, Sampling and Bayes' inference in scientific modelling and robustness, J. R. Stat. Soc. A 143 (1980) 383, on prior predictive checks.
 """
@@ -99,7 +99,7 @@ def surprises(model: Model, held: Held | None, floor: Mapping[str, float], theta
             drawn = list(pool.map(moved, zip(*moves, strict=True)))
         for name in asked & set(own):
             expected = 1.0 + float(np.mean([one[name] for one in drawn]))
-            found.setdefault(name, []).append((own[name] / expected, own[name], expected))
+            found.setdefault(name, []).append((own[name] / expected if np.isfinite(expected) else 0.0, own[name], expected))
     out = [Surprise(name, float(np.mean([r for r, _, _ in several])), *(float(np.sqrt(v)) for v in max(several)[1:]))
            for name, several in found.items()]
     return sorted(out, key=lambda one: -one.ratio)
