@@ -66,6 +66,19 @@ def test_a_hypothesis_keeps_to_its_bounds():
     assert left(Warming(gain=6.0), open_gain=5.0) == pytest.approx(0.3 * np.sqrt(2.0 / 3.0) / NOISE, rel=0.1)
 
 
+def beside(held, open_gain):
+    best = HeldBest(held, {"flow": 1.0}, lambda theta: np.clip(theta, -3.0, 3.0), np.zeros(2), np.diag([open_gain, 0.01]) ** 2)
+    return best.beside(np.zeros(2), ())
+
+
+def test_a_move_is_held_against_what_these_data_tell_anew():
+    """Of two ways to move, gain and begin, each is expected to be found where these data tell more of it than the fitted ones."""
+    found = beside(Warming(gain=0.5, begin=1.0), 0.5)
+    assert found.expected == pytest.approx(2.0, abs=0.3) and found.moved == pytest.approx(2.0, abs=0.5) and abs(found.displaced) < 0.5
+    assert beside(Warming(gain=2.0, begin=1.0), 0.5).displaced > 3.0, "four deviations of the gain"
+    assert beside(Warming(is_open=False), 0.05).expected == 0.0, "nothing is open"
+
+
 class Opening(Warming):
     """The same with a valve that is open where its deviation is above 1, shut below."""
 
@@ -138,9 +151,9 @@ def test_another_size_costs_its_deviations():
 
 
 def test_what_sums_up_small_flaws_costs_what_is_beyond_its_limit_alone():
-    near, far = (AtBest({}, np.zeros(0), np.zeros(0), {"flow": 1.0, "strokes": square}, 0.5) for square in (1.9, 16.0))
+    near, far = (AtBest({}, np.zeros(0), np.zeros(0), {"flow": 1.0, "strokes": square}, 0.5, 1.0) for square in (1.9, 16.0))
     assert near.cost({}) == pytest.approx(10.0 * 2.9 + 0.5)
-    none = AtBest({}, np.zeros(0), np.zeros(0), {"flow": 1.0, "strokes": 0.5}, 0.5)
+    none = AtBest({}, np.zeros(0), np.zeros(0), {"flow": 1.0, "strokes": 0.5}, 0.5, 1.0)
     assert near.cost({"strokes": 3.0}) == none.cost({"strokes": 3.0})
     assert far.cost({"strokes": 3.0}) - none.cost({"strokes": 3.0}) == pytest.approx(10.0 * (16.0 - 9.0))
 

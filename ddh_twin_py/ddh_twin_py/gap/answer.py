@@ -204,7 +204,7 @@ def _heard(unknown: Unknown, model: Diagnosable, found: Found, leader: Refitted,
         unknown = bent(unknown, gain_of_freedom(found.linearised, leader, FREEDOM), leader.log_evidence - none.log_evidence)
     if built and leader.columns:
         prompt = best.beside(leader.theta, leader.acting, closely, (), dict.fromkeys(NEEDED_BY, math.inf))
-        unknown = displaced(unknown, prompt.moved)
+        unknown = displaced(unknown, prompt.displaced)
         least = dict.fromkeys(NEEDED_BY, FAR)  # strokes and winding sum up what another duty lets a law be off by
         spread = _spread_elsewhere(leader)
         kept, other = (best.beside(leader.theta, leader.acting, closely, free, least) for free in ((), spread))

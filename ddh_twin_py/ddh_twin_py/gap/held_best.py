@@ -24,6 +24,7 @@ _OPEN = 0.3  # deviations: what is known better than that does not move
 _DIFFERENCE = 0.05  # deviations
 _SAMPLES = 2000  # of a signal at most that a step is computed from
 _WEIGHT = 10.0  # of a signal's mean square against one deviation: as many independent samples has it at least
+_LEAST_FREE = 1.0  # degrees of freedom: where these data tell nothing anew, a move of one deviation is none
 _STEPS, _SHARES, _SETTLED = 3, (1.0, 0.4, 0.15), 0.05  # steps, what is tried of each, cost that one must gain
 
 Runs = list[dict[str, np.ndarray]]
@@ -36,7 +37,7 @@ class AtBest:
     Attributes:
         over: RMS over floor of each signal. theta: parameters there, in deviations, (k,). departures: of the effects there, (m,).
         squares: mean square over floor of each signal's samples that were used, of several recordings their sum.
-        moved: squared deviations of what is open.
+        moved: squared deviations of what is open. expected: of them, where the fitted recordings and these are of one rig.
     """
 
     over: dict[str, float]
@@ -44,6 +45,12 @@ class AtBest:
     departures: np.ndarray
     squares: dict[str, float]
     moved: float
+    expected: float
+
+    @property
+    def displaced(self) -> float:
+        """Standard deviations by which what is open moved farther than is expected, as a chi-squared with so many degrees of freedom."""
+        return (self.moved - self.expected) / math.sqrt(2.0 * max(self.expected, _LEAST_FREE))
 
     @property
     def gap(self) -> float:
@@ -118,10 +125,13 @@ class HeldBest:
         slopes = [{name: np.hstack([rig[name], more[name]]) for name in more} for rig, more in zip(self._slopes, own, strict=True)]
         z, runs = self._descended(ways, z, runs, slopes, least)
         if closely:
-            z, runs = self._descended(ways, z, runs, self._sensitivities(ways, range(z.size), z, runs), least)
+            slopes = self._sensitivities(ways, range(z.size), z, runs)
+            z, runs = self._descended(ways, z, runs, slopes, least)
         at, _, acts = self._at(ways, z)
+        told = self._information(ways, slopes, self._speaking(runs, least))
+        expected = float(np.trace(np.linalg.solve(ways.precision + told, told)))
         return AtBest({name: ratio / self._floor[name] for name, ratio in ratios_of(self._held, runs).items()}, at,
-                      np.array([x for _, _, x in acts]), self._squares(runs), float(z @ ways.precision @ z))
+                      np.array([x for _, _, x in acts]), self._squares(runs), float(z @ ways.precision @ z), expected)
 
     def _ways(self, theta: np.ndarray, acting: Acting, spread: Sequence[float]) -> _Ways:
         sizes = np.diag(spread) if len(spread) else np.zeros((0, len(acting)))
@@ -170,17 +180,23 @@ class HeldBest:
                 out[name] = out.get(name, 0.0) + float(np.mean(off**2))
         return out
 
+    def _speaking(self, runs: Runs, least: Mapping[str, float]) -> set[str]:
+        """Signals that have a say."""
+        return {name for name, square in self._squares(runs).items() if square > least.get(name, 0.0) ** 2}
+
+    def _information(self, ways: _Ways, slopes: Runs, speaking: set[str]) -> np.ndarray:
+        """What these signals tell of the moves, (n, n)."""
+        told = [_WEIGHT / len(slope) * (slope.T @ slope) for own in slopes for name, slope in own.items() if name in speaking]
+        return sum(told, np.zeros_like(ways.precision))
+
     def _step(self, ways: _Ways, z: np.ndarray, runs: Runs, slopes: Runs, least: Mapping[str, float]) -> np.ndarray:
         """Gauss-Newton's step."""
-        information, score = ways.precision.copy(), -ways.precision @ z
-        speak = {name for name, square in self._squares(runs).items() if square > least.get(name, 0.0) ** 2}
+        speaking, score = self._speaking(runs, least), -ways.precision @ z
         for off, own in zip(self._off(runs), slopes, strict=True):
             for name, slope in own.items():
-                if name not in speak:
-                    continue
-                information += _WEIGHT / off[name].size * (slope.T @ slope)
-                score -= _WEIGHT / off[name].size * (slope.T @ off[name])
-        return cho_solve(cho_factor(information), score)
+                if name in speaking:
+                    score -= _WEIGHT / off[name].size * (slope.T @ off[name])
+        return cho_solve(cho_factor(ways.precision + self._information(ways, slopes, speaking)), score)
 
     def _sensitivities(self, ways: _Ways, moves: Sequence[int], z: np.ndarray, runs: Runs) -> Runs:
         """Of residuals over floors to some moves, by recording, signal to (samples, moves); ``runs`` are those at ``z``."""

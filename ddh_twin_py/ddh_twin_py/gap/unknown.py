@@ -50,9 +50,9 @@ unknown is about as likely; the same of no effect, which has no law that is a li
 SURPRISED, _SURPRISED_SOFTNESS = 3.0, 0.15
 """Mean square by which a signal may be off beside the rig as commissioned, over what is expected (`as_commissioned.Surprise.ratio`), until
 something is as likely to act as nothing; four softnesses below nobody is surprised."""
-DISPLACED, _DISPLACED_SOFTNESS = 7.0, 0.6
-"""Squared deviations by which held-out data may ask for another rig or begin than the fitted recordings left open, beside the best listed
-hypothesis, until something unknown is as likely."""
+DISPLACED, _DISPLACED_SOFTNESS = 1.5, 0.2
+"""Standard deviations by which held-out data may ask for another rig or begin than the fitted recordings left open, beyond what is expected
+beside a right hypothesis (`held_best.AtBest.displaced`), until something unknown is as likely."""
 FREEDOM = 3.0
 """Multiple of an effect's law error by which it may do more or less, signal by signal, in every phase and over speed and warmth."""
 BENT, BENT_SHARE, _BENT_SOFTNESS = 40.0, 0.01, 5.0
@@ -282,18 +282,18 @@ def nobody_surprised() -> float:
     return SURPRISED - 4.0 * _SURPRISED_SOFTNESS
 
 
-def displaced(unknown: Unknown, moved: float) -> Unknown:
+def displaced(unknown: Unknown, beyond: float) -> Unknown:
     """The same, more probable where held-out data ask for a rig, or a begin, far from what the fitted recordings left open of them.
 
     What is true leaves them where they were; beside what only mimics it in one duty, another duty moves them.
 
     Args:
-        moved: squared deviations of what is open, where it is at its best for held-out data but for what sums up small flaws
-            (`NEEDED_BY`); see `held_best.AtBest`.
+        beyond: standard deviations by which what is open moves farther than is expected, where it is at its best for held-out data but for
+            what sums up small flaws (`NEEDED_BY`); see `held_best.AtBest`.
     """
     note = ("beside the best listed hypothesis the held-out data ask for a rig, or a begin, that the fitted recordings exclude "
-            f"({moved:.0f} squared deviations from what they left open)")
-    return unknown.at_least(float(expit((moved - DISPLACED) / _DISPLACED_SOFTNESS)), note)
+            f"({beyond:.0f} standard deviations beyond what they left open)")
+    return unknown.at_least(float(expit((beyond - DISPLACED) / _DISPLACED_SOFTNESS)), note)
 
 
 def bent(unknown: Unknown, gained: float, explained: float) -> Unknown:
