@@ -35,6 +35,7 @@ from ddh_twin_py.gap.unknown import (
     FREEDOM,
     NEEDED_BY,
     RESIZE,
+    UNSURPRISING,
     Unknown,
     bent,
     borne_out,
@@ -43,7 +44,6 @@ from ddh_twin_py.gap.unknown import (
     far_off,
     halfway,
     left_behind,
-    nobody_surprised,
     refuted,
     resized,
     something_acts,
@@ -226,7 +226,7 @@ def _something_acts(model: Diagnosable, found: Found, runs: HeldRuns, plain: np.
     if found.probability.get((), 0.0) < _OUT_OF_THE_QUESTION:
         return 0.0, ""
     elsewhere = runs.held if "validation" in model.recordings else None
-    found_off = surprises(model, elsewhere, runs.floor, plain, drift.open, nobody_surprised())
+    found_off = surprises(model, elsewhere, runs.floor, plain, drift.open, UNSURPRISING)
     return something_acts([one for one in found_off if one.signal in model.followed])
 
 

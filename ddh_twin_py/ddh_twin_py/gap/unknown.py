@@ -49,7 +49,9 @@ DRIFTED, DRIFTED_ALONE, _DRIFT_SOFTNESS, _DRIFT_MOST = 8.0, 5.0, 0.7, 0.8
 unknown is about as likely; the same of no effect, which has no law that is a little off; how sure that makes it at most."""
 SURPRISED, _SURPRISED_SOFTNESS = 3.0, 0.15
 """Mean square by which a signal may be off beside the rig as commissioned, over what is expected (`as_commissioned.Surprise.ratio`), until
-something is as likely to act as nothing; four softnesses below nobody is surprised."""
+something is as likely to act as nothing."""
+UNSURPRISING = SURPRISED - 4.0 * _SURPRISED_SOFTNESS
+"""The same below which a signal need not be asked about."""
 DISPLACED, _DISPLACED_SOFTNESS = 1.5, 0.2
 """Standard deviations by which held-out data may ask for another rig or begin than the fitted recordings left open, beyond what is expected
 beside a right hypothesis (`held_best.AtBest.displaced`), until something unknown is as likely."""
@@ -275,11 +277,6 @@ def something_acts(surprises: Sequence[Surprise]) -> tuple[float, str]:
     note = (f"without any effect the rig as commissioned would not show this: {worst.signal} is {worst.off:.1f} times its floor off, and "
             f"what the commissioning recording left open of the rig makes it {worst.expected:.1f}")
     return float(expit((worst.ratio - SURPRISED) / _SURPRISED_SOFTNESS)), note
-
-
-def nobody_surprised() -> float:
-    """Mean square over floor below which no signal is asked about in `something_acts`."""
-    return SURPRISED - 4.0 * _SURPRISED_SOFTNESS
 
 
 def displaced(unknown: Unknown, beyond: float) -> Unknown:
