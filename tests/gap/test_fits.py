@@ -71,6 +71,21 @@ def test_where_the_linear_model_misjudges_no_effect_others_are_judged_as_elsewhe
     assert known.bent((true,)) == pytest.approx(abs(known.fitted[(true,)].log_evidence - promised))
 
 
+def test_sets_that_nobody_fitted_do_not_outweigh_those_that_were():
+    true, model = (EFFECTS[1].id,), FirstOrder(np.array([1.0, -0.8, 0.5]), [(EFFECTS[1], 0, 0.3)], seed=1)
+    with ThreadPoolExecutor(2) as pool:
+        linearised = linearise(model, EFFECTS, np.zeros(3), Discrepancy(), SLACK, POWER, pool)
+        singles = linearised.evidence.singles()
+        weights = weighted(singles + linearised.evidence.pairs(singles), linearised.columns, linearised.effects)
+        promising = {ids: (weight + 1000.0 * (ids not in ((), true)), way) for ids, (weight, way) in weights.items()}
+        fits = Fits(linearised, promising, pool)
+        fits.again({(): Start(np.zeros(3), np.zeros(0)), true: Start(np.zeros(3), np.array([0.3]))})
+        rest = [ids for ids in fits.probability() if ids not in fits.fitted]
+        assert sum(fits.probability()[ids] for ids in rest) > 0.5
+        fits.settle()
+        assert sum(p for ids, p in fits.probability().items() if ids not in fits.fitted) <= 0.3
+
+
 def test_the_leader_stands_at_its_own_lowest_point_and_keeps_its_evidence():
     """Sensitivities of a place far off, where no effect acts, stop a fit elsewhere."""
     model, true = FirstOrder(np.array([1.0, -0.8, 0.5]), [(EFFECTS[1], 0, 1.5)], seed=1), (EFFECTS[1].id,)

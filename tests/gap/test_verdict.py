@@ -3,7 +3,7 @@
 import pytest
 from ddh_twin_py.gap.search import Found
 from ddh_twin_py.gap.unknown import Unknown
-from ddh_twin_py.gap.verdict import judge, less_believed, something_acting
+from ddh_twin_py.gap.verdict import judge, less_believed, nothing_to_explain, something_acting
 
 FAN, PAIR = ("motor.cooling",), ("motor.cooling", "oil.viscosity_temperature")
 
@@ -35,3 +35,15 @@ def test_where_nothing_surprises_nothing_changes():
     was, unknown = found(0.3, 0.1, 0.6), Unknown(0.1, [], 0.0, "1")
     assert something_acting(was, unknown, 0.0, "") == (was, unknown)
     assert something_acting(found(0.9, 0.1, 0.0), unknown, 1.0, "why")[1] is unknown, "no effect was out of the question anyway"
+
+
+@pytest.mark.parametrize("gaps, speaks, relieved, nothing", [
+    ([(0.8, 0.8)], 9.0, 2.0, True),  # flaws of the laws gain as much
+    ([(0.8, 0.7)], 9.0, 2.0, False),  # it shrinks what there is
+    ([(1.5, 1.5)], 9.0, 2.0, False),  # a gap that nobody shrinks is one all the same
+    ([(1.5, 1.5), (0.8, 0.8)], 9.0, 2.0, True),  # a rig within its tolerances does as well
+    ([(0.8, 0.8)], 40.0, 2.0, False),
+    ([(0.8, 0.8)], 11.0, 12.0, False),  # parameters had taken it up, far from the sheet
+])
+def test_without_commissioning_a_small_gap_is_none_unless_an_effect_is_loud_or_relieves_the_rig(gaps, speaks, relieved, nothing):
+    assert nothing_to_explain(gaps, speaks, relieved) is nothing

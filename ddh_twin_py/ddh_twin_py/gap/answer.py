@@ -51,14 +51,13 @@ from ddh_twin_py.gap.unknown import (
     unknown_beside,
     worsened,
 )
-from ddh_twin_py.gap.verdict import LIKELY, Verdict, judge, less_believed, something_acting
+from ddh_twin_py.gap.verdict import LIKELY, Verdict, judge, less_believed, nothing_to_explain, something_acting
 from ddh_twin_py.gap.words import sentence
 from ddh_twin_py.rig.sheet import CUT
 
-_NEARLY, _SHRINKS, _LOUD = 1.25, 0.95, 15.0  # without commissioning: a gap so small that no effect shrinks is none, unless
-# parameters would have to be so far off that the log evidence of an effect is larger than a flaw of the laws makes it
 LISTED = 0.01
 """Probability from which an effect or a set is listed."""
+_NEARLY = 1.25  # floors: gap of held-out data without any effect, with commissioning, up to which there may be none
 _NO_NEARER = 0.99  # share of the gap of held-out data without any effect, from which a hypothesis does not help with it
 _NO_HELP = "held-out data show nothing beyond the floor, and the best listed hypothesis brings them no nearer; it is less believed"
 _OUT_OF_THE_QUESTION = 1e-3  # probability of no effect, below which nothing more is asked of it
@@ -97,15 +96,15 @@ def diagnosis(model: Diagnosable, found: Found, theta: np.ndarray, hidden: Seque
     best, shrunk = leader, runs.gap(leader) if leader.columns else gap_before
     unknown, bests = _heard(unknown_beside(model, found, leader), model, found, leader, runs, plain, before, drift)
     found, unknown = something_acting(found, unknown, acts, why)
-    speaks = leader.log_evidence - none.log_evidence
     gaps = [(gap_before, shrunk)]
     if unknown.probability >= LIKELY:  # what nobody listed is asked for only where no rig within tolerance does as well
         gaps.append((bests[()].gap, bests[leader.effects].gap))
-    within = speaks < _LOUD and any(without <= _NEARLY and beside > _SHRINKS * without for without, beside in gaps)
+    relieved = 0.5 * float(none.theta @ none.theta - leader.theta @ leader.theta) / max(1, len(leader.columns))
+    within = all(model.altered) and nothing_to_explain(gaps, leader.log_evidence - none.log_evidence, relieved)
     if unknown.probability >= LIKELY:
         where = replace(found, linearised=found.linearised.held_at(plain)) if acts >= LIKELY and not leader.columns else found
         unknown = located(unknown, where.linearised, model.free_places(where, unknown.forms))
-    verdict = judge(found, unknown, all(model.altered) and within)
+    verdict = judge(found, unknown, within)
     reading = unknown.places[0].signal if unknown.places else ""
     learned = None
     if verdict.word == "no_gap":

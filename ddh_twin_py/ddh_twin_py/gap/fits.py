@@ -40,6 +40,7 @@ _JUDGED, _SLIGHT = 3, 1.0  # leading pairs held against a free law of their firs
 _ANY_SIZE = 10.0  # columns: width of the prior of sizes, once it is asked how large an effect is and not whether it is there
 _SHORT, _SHORT_SHARE = 10.0, 0.05  # log evidence, and share of it, that the linear model promises and no run finds: a fit that lost its way
 _SHARPENED = 3  # leading sets that are then fitted with sensitivities of their own
+_UNFITTED, _ROUNDS = 0.3, 3  # probability that sets may hold together which nobody fitted; rounds of fits that see to it
 _POOR = 1.5  # chi-square per row above which the leading hypothesis explains too little to be the last word
 
 
@@ -183,6 +184,17 @@ class Fits:
             return self._refit.of([fitted.columns[i] for i in rest], theta, np.array([fitted.x[i] / fitted.columns[i].x for i in rest]))
 
         self._take(fit, [(), *parts])
+
+    def settle(self) -> None:
+        """Fit the likeliest of those sets that were not fitted, where together they hold much of the probability.
+
+        Each is held to be worth less than those that were fitted, but ten of them would outweigh these.
+        """
+        for _ in range(_ROUNDS):
+            rest = {ids: p for ids, p in self.probability().items() if ids not in self.fitted}
+            if sum(rest.values()) <= _UNFITTED:
+                break
+            self._fit(list(rest)[:_AT_ONCE])
 
     def poor(self) -> bool:
         """Whether even the best leaves much more than noise."""

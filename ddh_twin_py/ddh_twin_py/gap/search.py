@@ -86,7 +86,8 @@ def search(model: Model, effects: Sequence[Effect], theta: np.ndarray, discrepan
         fits = found = None  # with runs and sensitivities of half an hour these are hundreds of megabytes
     if fits.fell_short():
         fits.sharpen()
-        found = Found(linearised, fits.probability(), fits.fitted)
+    fits.settle()
+    found = Found(linearised, fits.probability(), fits.fitted)
     likely = [ids for ids, p in found.probability.items() if p >= _LIKELY][:_SIZED]
     if progress:
         progress(1.0)

@@ -10,9 +10,9 @@ from ddh_twin_py.gap.linearised import Linearised
 from ddh_twin_py.gap.refit import Refitted
 from ddh_twin_py.gap.unknown import Unknown
 
-DOUBT = 0.25
-"""Probability of something unknown beside two effects: of nine pairs that led on sealed recordings of an independent plant five were not
-what acted, two of which nothing else spoke against."""
+DOUBT = 0.12
+"""Probability of something unknown beside two effects: of 45 pairs that led on sealed recordings of an independent plant, with nothing else
+against them, six were not what acted."""
 CANCEL, CANCEL_DOUBT = 0.3, 0.5
 """Share of what two effects do that cancels, from which it is as likely as not that something else acts."""
 

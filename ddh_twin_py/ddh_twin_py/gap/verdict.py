@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from ddh_twin_py.gap.classes import classes_of, marginal
@@ -15,6 +16,8 @@ LIKELY = 0.5
 """Probability from which there is no gap, or from which its cause is unknown."""
 UNKNOWN = "unknown"
 _NO_HELP = 5.0  # log odds that a hypothesis loses against no effect, where it brings held-out data within the floor no nearer
+_NEARLY, _SHRINKS = 1.25, 0.95  # floors, and share of it left, of a gap that is nearly none and that a hypothesis hardly shrinks
+_LOUD, _RELIEVED = 15.0, 10.0  # log evidence of a hypothesis, and what of it is relief of parameters: larger than flaws of laws make them
 _NOTHING_LEFT = 0.1  # what is left of every probability where held-out data have no gap
 
 
@@ -58,6 +61,20 @@ def something_acting(found: Found, unknown: Unknown, probability: float, note: s
     found = replace(found, probability=dict(sorted(kept.items(), key=lambda item: -item[1])))
     whole = unknown.probability + (1.0 - unknown.probability) * lost
     return found, unknown.raised(whole, note) if probability >= LIKELY else replace(unknown, probability=whole)
+
+
+def nothing_to_explain(gaps: Sequence[tuple[float, float]], speaks: float, relieved: float) -> bool:
+    """Whether, without commissioning, there is nothing to explain: hardly a gap, and none that the leader shrinks.
+
+    Parameters take an effect up and leave no gap in other duties either, but at a price: they must leave the sheet far. An effect that
+    relieves them of that is no flaw of the laws, which would not know where the sheet lies.
+
+    Args:
+        gaps: of held-out data without and beside the leader, in multiples of the floor. speaks: log evidence of the leader over no effect.
+        relieved: that part of it which parameters cost less, by their tolerances, than without it, for each of its effects.
+    """
+    small = any(without <= _NEARLY and beside > _SHRINKS * without for without, beside in gaps)
+    return small and speaks < _LOUD and relieved < _RELIEVED
 
 
 def judge(found: Found, unknown: Unknown, nothing_beyond: bool = False) -> Verdict:
