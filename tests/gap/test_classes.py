@@ -9,7 +9,7 @@ import pytest
 from ddh_twin_py.gap.basis import Sums
 from ddh_twin_py.gap.box import Normal
 from ddh_twin_py.gap.catalogue import EFFECTS
-from ddh_twin_py.gap.classes import TELLS_APART, classes_of, marginal, separation
+from ddh_twin_py.gap.classes import TELLS_APART, classes_of, found_apart, marginal, separation
 from ddh_twin_py.gap.hypotheses import WIDTH, Evidence
 from ddh_twin_py.gap.sensitivity import Column
 
@@ -34,24 +34,24 @@ def linearised(likeness, size=30.0, laws=1):
 
 def test_look_alikes_are_a_class_and_the_other_is_not():
     made, _ = linearised(0.98, 20.0)
-    classes, why = classes_of(made, {A: 0.6, B: 0.3, C: 0.1})
+    classes, why = classes_of(made, {A: 0.6, B: 0.3, C: 0.1}, {})
     assert classes == [[A, B]] and set(why) == {A, B}
     assert f"to 98 % what {B} does" in why[A] and f"to 98 % what {A} does" in why[B]
 
 
 def test_what_is_told_apart_is_no_class():
     made, _ = linearised(0.5)
-    assert classes_of(made, {A: 0.6, B: 0.3, C: 0.1}) == ([], {})
+    assert classes_of(made, {A: 0.6, B: 0.3, C: 0.1}, {}) == ([], {})
 
 
 def test_what_is_improbable_is_in_no_class():
     made, _ = linearised(0.995)
-    assert classes_of(made, {A: 0.97, B: 0.03}) == ([], {})
+    assert classes_of(made, {A: 0.97, B: 0.03}, {}) == ([], {})
 
 
 def test_the_law_that_fits_stands_for_an_effect():
     made, _ = linearised(0.995, laws=2)
-    assert classes_of(made, {A: 0.6, B: 0.3, C: 0.1})[0] == [[A, B]]
+    assert classes_of(made, {A: 0.6, B: 0.3, C: 0.1}, {})[0] == [[A, B]]
 
 
 def test_separation_is_what_the_other_leaves_of_chi_square():
@@ -62,6 +62,25 @@ def test_separation_is_what_the_other_leaves_of_chi_square():
     left = float(np.sum((y - b * x[:, 1]) ** 2)) + b**2 / WIDTH**2
     assert separation(made, 0, 1, 1.7) == pytest.approx(0.5 * left)
     assert separation(made, 0, 2, 1.7) > TELLS_APART > separation(linearised(0.999)[0], 0, 1, 1.7)
+
+
+def test_what_fits_in_full_hardly_tell_apart_is_a_class_whatever_sensitivities_expect():
+    made, _ = linearised(0.5)
+    fitted = {ids: SimpleNamespace(log_evidence=log) for ids, log in {(): 0.0, (A,): 40.0, (B,): 38.0, (C,): 30.0}.items()}
+    classes, why = classes_of(made, {A: 0.6, B: 0.3, C: 0.1}, fitted)
+    assert classes == [[A, B]] and "this recording tells them apart by 2.0 of the 3" in why[B]
+
+
+def test_effects_are_held_against_each_other_beside_the_same_third():
+    fitted = {(A,): 40.0, (B,): 39.0, tuple(sorted((A, C))): 90.0, tuple(sorted((B, C))): 80.0}
+    fitted = {ids: SimpleNamespace(log_evidence=log) for ids, log in fitted.items()}
+    assert found_apart(fitted, A, B) == 10.0 and found_apart(fitted, B, A) == -10.0
+    assert found_apart(fitted, A, C) == math.inf and found_apart({}, A, B) == math.inf
+
+
+def test_two_that_explain_more_together_are_no_class():
+    fitted = {ids: SimpleNamespace(log_evidence=log) for ids, log in {(A,): 40.0, (B,): 39.0, tuple(sorted((A, B))): 90.0}.items()}
+    assert found_apart(fitted, A, B) == math.inf
 
 
 def test_marginal_sums_the_sets_with_an_effect():

@@ -83,7 +83,7 @@ def test_sets_that_nobody_fitted_do_not_outweigh_those_that_were():
         rest = [ids for ids in fits.probability() if ids not in fits.fitted]
         assert sum(fits.probability()[ids] for ids in rest) > 0.5
         fits.settle()
-        assert sum(p for ids, p in fits.probability().items() if ids not in fits.fitted) <= 0.3
+        assert sum(p for ids, p in fits.probability().items() if ids not in fits.fitted) <= 0.1
 
 
 def test_the_leader_stands_at_its_own_lowest_point_and_keeps_its_evidence():

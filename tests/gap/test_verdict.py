@@ -44,6 +44,7 @@ def test_where_nothing_surprises_nothing_changes():
     ([(1.5, 1.5), (0.8, 0.8)], 9.0, 2.0, True),  # a rig within its tolerances does as well
     ([(0.8, 0.8)], 40.0, 2.0, False),
     ([(0.8, 0.8)], 11.0, 12.0, False),  # parameters had taken it up, far from the sheet
+    ([(0.8, 0.8)], 6.0, 12.0, True),  # what relieves them and is gained little by costs elsewhere
 ])
 def test_without_commissioning_a_small_gap_is_none_unless_an_effect_is_loud_or_relieves_the_rig(gaps, speaks, relieved, nothing):
     assert nothing_to_explain(gaps, speaks, relieved) is nothing

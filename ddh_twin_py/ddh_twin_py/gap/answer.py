@@ -119,7 +119,7 @@ def diagnosis(model: Diagnosable, found: Found, theta: np.ndarray, hidden: Seque
         unknown = replace(unknown, notes=[*unknown.notes, *named])
     acting, after = leader.acting, runs.ratios(leader)
     gap_after = size.gap(after, floor)
-    classes, confusable = classes_of(found.linearised, verdict.effects)
+    classes, confusable = classes_of(found.linearised, verdict.effects, found.fitted)
     rows = places(model, found, verdict)
     if verdict.word == "unknown":
         rows = unknown_places(model, where, unknown, best)

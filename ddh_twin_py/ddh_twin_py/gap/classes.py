@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from ddh_twin_py.gap.hypotheses import WIDTH
 from ddh_twin_py.gap.linearised import Linearised
+from ddh_twin_py.gap.refit import Refitted
 
 TELLS_APART = 3.0
-"""Expected log Bayes factor from which two effects count as told apart."""
+"""Log Bayes factor from which two effects count as told apart: expected by the sensitivities, or found by fits in full."""
 NOTICEABLE = 0.05
 """Probability below which an effect is in no class."""
 
@@ -28,11 +30,31 @@ def separation(linearised: Linearised, one: int, other: int, departure: float) -
     return 0.5 * departure**2 * float(i[one, one] - i[one, other] ** 2 / (i[other, other] + WIDTH**-2))
 
 
-def classes_of(linearised: Linearised, probability: dict[str, float]) -> tuple[list[list[str]], dict[str, str]]:
+def found_apart(fitted: Mapping[tuple[str, ...], Refitted], one: str, other: str) -> float:
+    """Log Bayes factor of an effect against another in its place, by fits in full; infinite where these do not show it.
+
+    Sensitivities know neither how the rig's parameters bend nor how well either law is the rig's. Two that explain more together than one
+    of them does stand in no one's place.
+
+    Args:
+        fitted: sets of effects, fitted; the one of most evidence that holds ``one`` and not ``other`` is asked.
+    """
+    places = [ids for ids in fitted if one in ids and other not in ids]
+    best = max(places, key=lambda ids: fitted[ids].log_evidence, default=None)
+    instead = fitted.get(tuple(sorted({*best} - {one} | {other}))) if best else None
+    if instead is None:
+        return math.inf
+    log = fitted[best].log_evidence
+    together = max((f.log_evidence for ids, f in fitted.items() if {one, other} <= {*ids}), default=-math.inf)
+    return math.inf if together - log > TELLS_APART else log - instead.log_evidence
+
+
+def classes_of(linearised: Linearised, probability: Mapping[str, float],
+               fitted: Mapping[tuple[str, ...], Refitted]) -> tuple[list[list[str]], dict[str, str]]:
     """Classes among effects of noticeable probability, and why each member cannot be told from the others.
 
     Args:
-        probability: of each effect.
+        probability: of each effect. fitted: sets of effects, fitted in full.
     """
     columns = linearised.columns
     best: dict[str, int] = {}
@@ -50,22 +72,23 @@ def classes_of(linearised: Linearised, probability: dict[str, float]) -> tuple[l
     for name in names:
         for members in classes:
             lead = members[0]
-            apart = separation(linearised, best[lead], best[name], departures[lead])
-            if apart < TELLS_APART:
+            expected, found = separation(linearised, best[lead], best[name], departures[lead]), abs(found_apart(fitted, lead, name))
+            if min(expected, found) < TELLS_APART:
                 members.append(name)
-                why[name] = _why(linearised, best[name], best[lead], name, lead, apart)
-                why.setdefault(lead, _why(linearised, best[lead], best[name], lead, name, apart))
+                said = f"is expected to tell them apart by {expected:.1f}" if expected < TELLS_APART else f"tells them apart by {found:.1f}"
+                why[name] = _why(linearised, best[name], best[lead], name, lead, said)
+                why.setdefault(lead, _why(linearised, best[lead], best[name], lead, name, said))
                 break
         else:
             classes.append([name])
     return [members for members in classes if len(members) > 1], why
 
 
-def _why(linearised: Linearised, one: int, other: int, name: str, lead: str, apart: float) -> str:
+def _why(linearised: Linearised, one: int, other: int, name: str, lead: str, said: str) -> str:
     i = linearised.evidence.sums.information
     likeness = float(i[one, other] / np.sqrt(i[one, one] * i[other, other]))
     return (f"what {name} does to the signals is, after the rig's parameters are refitted, to {100.0 * likeness:.0f} % what {lead} does; "
-            f"this recording is expected to tell them apart by {apart:.1f} of the {TELLS_APART:.0f} that would be needed (log of odds)")
+            f"this recording {said} of the {TELLS_APART:.0f} that would be needed (log of odds)")
 
 
 def marginal(probability: dict[tuple[str, ...], float], ids: Sequence[str]) -> dict[str, float]:

@@ -33,14 +33,15 @@ _RIVAL = 2.0  # log weight behind the best fitted within which a set is fitted b
 _ANOTHER = 4.0  # the same of a set that explains without one of the best's effects: told from it wrongly, it would mislead
 _KEPT = 3  # leading sets whose fits the next linearisation begins from
 _TOLD = 2.0  # by which log odds between one effect and another in its place are tempered: laws that are not quite the rig's speak for one
-_ALIKE = 25.0  # log weight behind the best within which a set with an effect of like signature is fitted, whatever the linear model says
+_ALIKE, _ALIKE_SHARE = 25.0, 0.02  # log weight behind the best, and share of what that explains, within which a set with an effect of like
+# signature is fitted, whatever the linear model says
 _BENDS = 20.0  # log evidence of a single effect from which others are looked for beside it as it acts
 _MISLED = 0.2  # share of what the best set explains by which the linear model falls short of it, from which every effect is fitted
 _JUDGED, _SLIGHT = 3, 1.0  # leading pairs held against a free law of their first effect; log evidence that is not worth it
 _ANY_SIZE = 10.0  # columns: width of the prior of sizes, once it is asked how large an effect is and not whether it is there
 _SHORT, _SHORT_SHARE = 10.0, 0.05  # log evidence, and share of it, that the linear model promises and no run finds: a fit that lost its way
 _SHARPENED = 3  # leading sets that are then fitted with sensitivities of their own
-_UNFITTED, _ROUNDS = 0.3, 3  # probability that sets may hold together which nobody fitted; rounds of fits that see to it
+_UNFITTED, _ROUNDS = 0.1, 3  # probability that sets may hold together which nobody fitted; rounds of fits that see to it
 _POOR = 1.5  # chi-square per row above which the leading hypothesis explains too little to be the last word
 
 
@@ -142,7 +143,8 @@ class Fits:
             others = {*confused[name], *(other for other, known in confused.items() if name in known)} - set(best)
             found += [tuple(sorted({*best} - {name} | {other})) for other in others]
         wanted = [ids for ids in dict.fromkeys(found) if ids in expected and ids not in self.fitted]
-        wanted = [ids for ids in wanted if max(expected[ids], self._weights[ids][0]) > self._full(best) - _ALIKE]
+        least = self._full(best) - max(_ALIKE, _ALIKE_SHARE * self.gain(best))
+        wanted = [ids for ids in wanted if max(expected[ids], self._weights[ids][0]) > least]
         return sorted(wanted, key=lambda ids: -expected[ids])[:_AT_ONCE]
 
     def _beside(self) -> None:

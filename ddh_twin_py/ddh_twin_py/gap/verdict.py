@@ -17,7 +17,7 @@ LIKELY = 0.5
 UNKNOWN = "unknown"
 _NO_HELP = 5.0  # log odds that a hypothesis loses against no effect, where it brings held-out data within the floor no nearer
 _NEARLY, _SHRINKS = 1.25, 0.95  # floors, and share of it left, of a gap that is nearly none and that a hypothesis hardly shrinks
-_LOUD, _RELIEVED = 15.0, 10.0  # log evidence of a hypothesis, and what of it is relief of parameters: larger than flaws of laws make them
+_LOUD, _RELIEVED = 15.0, 8.0  # log evidence of a hypothesis, and what of it is relief of parameters: larger than flaws of laws make them
 _NOTHING_LEFT = 0.1  # what is left of every probability where held-out data have no gap
 
 
@@ -74,7 +74,7 @@ def nothing_to_explain(gaps: Sequence[tuple[float, float]], speaks: float, relie
         relieved: that part of it which parameters cost less, by their tolerances, than without it, for each of its effects.
     """
     small = any(without <= _NEARLY and beside > _SHRINKS * without for without, beside in gaps)
-    return small and speaks < _LOUD and relieved < _RELIEVED
+    return small and speaks < _LOUD and min(speaks, relieved) < _RELIEVED
 
 
 def judge(found: Found, unknown: Unknown, nothing_beyond: bool = False) -> Verdict:
@@ -109,7 +109,7 @@ def marginal_of(sets: dict[tuple[str, ...], float]) -> dict[str, float]:
 
 def _together(found: Found, sets, effects, leader: tuple[str, ...]) -> float:
     """Probability of all sets that hold the leader, members of one class standing for each other."""
-    classes, _ = classes_of(found.linearised, effects)
+    classes, _ = classes_of(found.linearised, effects, found.fitted)
     of = {name: number for number, members in enumerate(classes) for name in members}
 
     def key(ids: tuple[str, ...]) -> set[str]:
