@@ -68,14 +68,26 @@ def test_what_fits_in_full_hardly_tell_apart_is_a_class_whatever_sensitivities_e
     made, _ = linearised(0.5)
     fitted = {ids: SimpleNamespace(log_evidence=log) for ids, log in {(): 0.0, (A,): 40.0, (B,): 38.0, (C,): 30.0}.items()}
     classes, why = classes_of(made, {A: 0.6, B: 0.3, C: 0.1}, fitted)
-    assert classes == [[A, B]] and "this recording tells them apart by 2.0 of the 3" in why[B]
+    assert classes == [[A, B]] and "this recording tells them apart by 1.6 of the 3" in why[B]
 
 
 def test_effects_are_held_against_each_other_beside_the_same_third():
     fitted = {(A,): 40.0, (B,): 39.0, tuple(sorted((A, C))): 90.0, tuple(sorted((B, C))): 80.0}
     fitted = {ids: SimpleNamespace(log_evidence=log) for ids, log in fitted.items()}
-    assert found_apart(fitted, A, B) == 10.0 and found_apart(fitted, B, A) == -10.0
+    assert found_apart(fitted, A, B) == found_apart(fitted, B, A) == 10.0
     assert found_apart(fitted, A, C) == math.inf and found_apart({}, A, B) == math.inf
+
+
+def test_what_a_law_that_is_off_costs_its_effect_is_no_evidence_for_another():
+    fitted = {ids: SimpleNamespace(log_evidence=log) for ids, log in {(): 100.0, (A,): 900.0, (B,): 890.0, (C,): 500.0}.items()}
+    assert found_apart(fitted, A, B, 0.1) == pytest.approx(2.0) and found_apart(fitted, A, C, 0.1) == pytest.approx(392.0)
+    assert found_apart(fitted, B, A, 0.1) == pytest.approx(10.0 - 7.9)
+    made, _ = linearised(0.5)
+    exact = replace(made.columns[0].effect, law_error=0.0)
+    probability = {A: 0.9, B: 0.1}
+    assert classes_of(made, probability, fitted)[0] == [[A, B]]
+    made.columns[0] = replace(made.columns[0], effect=exact)
+    assert classes_of(made, probability, fitted)[0] == []
 
 
 def test_two_that_explain_more_together_are_no_class():
