@@ -51,13 +51,12 @@ from ddh_twin_py.gap.unknown import (
     unknown_beside,
     worsened,
 )
-from ddh_twin_py.gap.verdict import LIKELY, Verdict, judge, less_believed, nothing_to_explain, something_acting
+from ddh_twin_py.gap.verdict import LIKELY, NEARLY, Verdict, judge, less_believed, nothing_to_explain, something_acting
 from ddh_twin_py.gap.words import sentence
 from ddh_twin_py.rig.sheet import CUT
 
 LISTED = 0.01
 """Probability from which an effect or a set is listed."""
-_NEARLY = 1.25  # floors: gap of held-out data without any effect, with commissioning, up to which there may be none
 _NO_NEARER = 0.99  # share of the gap of held-out data without any effect, from which a hypothesis does not help with it
 _NO_HELP = "held-out data show nothing beyond the floor, and the best listed hypothesis brings them no nearer; it is less believed"
 _OUT_OF_THE_QUESTION = 1e-3  # probability of no effect, below which nothing more is asked of it
@@ -89,7 +88,7 @@ def diagnosis(model: Diagnosable, found: Found, theta: np.ndarray, hidden: Seque
     notes = []
     drift = None if all(model.altered) else Drift(found.linearised, plain)
     acts, why = _something_acts(model, found, runs, plain, drift) if drift else (0.0, "")
-    no_help = runs.gap(none) <= _NEARLY and runs.gap(leader) > _NO_NEARER * runs.gap(none)
+    no_help = runs.gap(none) <= NEARLY and runs.gap(leader) > _NO_NEARER * runs.gap(none)
     if leader.columns and drift and acts < LIKELY and no_help:
         found, notes = less_believed(found), [_NO_HELP]
         leader = leader if found.leader else none

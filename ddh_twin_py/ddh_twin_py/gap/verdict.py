@@ -15,8 +15,10 @@ SURE = 0.7
 LIKELY = 0.5
 """Probability from which there is no gap, or from which its cause is unknown."""
 UNKNOWN = "unknown"
+NEARLY = 1.25
+"""Multiple of the floor up to which a gap of held-out data is nearly none."""
 _NO_HELP = 5.0  # log odds that a hypothesis loses against no effect, where it brings held-out data within the floor no nearer
-_NEARLY, _SHRINKS = 1.25, 0.95  # floors, and share of it left, of a gap that is nearly none and that a hypothesis hardly shrinks
+_SHRINKS = 0.95  # share of a gap that is left, from which a hypothesis hardly shrinks it
 _LOUD, _RELIEVED = 15.0, 8.0  # log evidence of a hypothesis, and what of it is relief of parameters: larger than flaws of laws make them
 _NOTHING_LEFT = 0.1  # what is left of every probability where held-out data have no gap
 
@@ -73,7 +75,7 @@ def nothing_to_explain(gaps: Sequence[tuple[float, float]], speaks: float, relie
         gaps: of held-out data without and beside the leader, in multiples of the floor. speaks: log evidence of the leader over no effect.
         relieved: that part of it which parameters cost less, by their tolerances, than without it, for each of its effects.
     """
-    small = any(without <= _NEARLY and beside > _SHRINKS * without for without, beside in gaps)
+    small = any(without <= NEARLY and beside > _SHRINKS * without for without, beside in gaps)
     return small and speaks < _LOUD and min(speaks, relieved) < _RELIEVED
 
 
