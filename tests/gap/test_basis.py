@@ -52,6 +52,15 @@ def test_misfits_of_rows_sum_to_it(case):
     np.testing.assert_allclose(np.concatenate(basis.misfits(split(made, y))), expected, atol=1e-8)
 
 
+def test_what_rows_tell_of_columns_sums_to_their_information_less_what_the_shared_unknowns_pay(case):
+    basis, made, p, f, c, y = case
+    solved = np.linalg.solve(f.T @ p @ f + np.eye(f.shape[1]), f.T @ p @ c)
+    told = np.concatenate(basis.beyond(split(made, c)))
+    np.testing.assert_allclose(told, (c - f @ solved) * (p @ (c - f @ solved)), atol=1e-8)
+    information = np.diagonal(basis.sums(split(made, c), split(made, y)).information)
+    np.testing.assert_allclose(told.sum(axis=0) + np.sum(solved**2, axis=0), information, atol=1e-8)
+
+
 def test_no_columns_at_all(case):
     basis, made, _, f, _, y = case
     sums = basis.sums(split(made, np.zeros((y.size, 0))), split(made, y))

@@ -38,6 +38,16 @@ def test_a_held_out_part_that_is_too_short_is_told_as_less_than_what_is_needed(h
     assert (told in said) if told else said == ""
 
 
+def test_a_held_out_part_without_a_sample_sizes_nothing(recording):
+    experiment = Experiment(recording, load_rig())
+    early = {name: replace(s, time=s.time[s.time < 45.0], measured=s.measured[s.time < 45.0])
+             for name, s in experiment.signals.items()}
+    short = SimpleNamespace(recording=recording, signals=early, duration=60.0, held_from=45.0,
+                            phase_of_intervals=experiment.phase_of_intervals, interval=experiment.interval)
+    assert f"hold no usable sample in the part that would be held out (of {recording.path} from 45 s on)" in no_answer([short], False)
+    assert no_answer([short], True) == ""
+
+
 @pytest.mark.parametrize(("moving", "told"), [(9.97, "turns for 9.9 s only; at least 10 s"), (0.04, "for 0.0 s only"), (10.0, "")])
 def test_motion_that_is_too_short_is_told_as_less_than_what_is_needed(moving, told, recording):
     experiment = Experiment(recording, load_rig())

@@ -1,22 +1,29 @@
 """Two effects that explain a recording together."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from ddh_twin_py.gap.refit import Refitted
 from ddh_twin_py.gap.sensitivity import Column
-from ddh_twin_py.gap.two_effects import CANCEL_DOUBT, DOUBT, cancelling, doubted
+from ddh_twin_py.gap.two_effects import CANCEL_DOUBT, cancelling, doubted
 from ddh_twin_py.gap.unknown import Unknown
 from support.first_order import EFFECTS
 
-COLUMNS = [Column(effect, 0, 0.1, 5.0, "flow", []) for effect in EFFECTS]
+SIGNALS = ("pressure", "current", "housing")
+COLUMNS = [Column(replace(effect, law_error=0.1), 0, 0.1, 5.0, signal, []) for effect, signal in zip(EFFECTS, SIGNALS, strict=True)]
 NOTHING = Unknown(0.01, [], 0.0, "1")
 
 
-def linearised(likeness):
+def linearised(likeness, told=((1.0, 0.0), (0.0, 1.0), (0.0, 0.0))):
+    """Of three effects; ``told``: information in each of three signals about the first two."""
     information = np.array([[100.0, likeness * 100.0, 0.0], [likeness * 100.0, 100.0, 0.0], [0.0, 0.0, 100.0]])
-    return SimpleNamespace(columns=COLUMNS, evidence=SimpleNamespace(sums=SimpleNamespace(information=information)))
+    rows = np.sqrt(np.column_stack([np.array(told, float), np.zeros(3)]))
+    blocks = [SimpleNamespace(signal=signal, rows=slice(i, i + 1)) for i, signal in enumerate(SIGNALS)]
+    return SimpleNamespace(columns=COLUMNS, evidence=SimpleNamespace(sums=SimpleNamespace(information=information)),
+                           comparisons=[SimpleNamespace(blocks=blocks)], of_columns=lambda: [rows],
+                           basis=SimpleNamespace(beyond=lambda columns: [c**2 for c in columns]))
 
 
 def fitted(*departures):
@@ -29,9 +36,28 @@ def test_share_of_two_that_cancels(likeness, share):
     assert cancelling(linearised(likeness), fitted(1.0, 1.0)) == pytest.approx(share)
 
 
-def test_two_effects_are_less_sure_than_one_and_two_that_cancel_less_still():
-    one, two, against = (doubted(NOTHING, linearised(likeness), leader) for likeness, leader in (
-        (-0.9, fitted(1.0)), (0.1, fitted(1.0, 1.0)), (-0.6, fitted(1.0, 1.0))))
-    assert one is NOTHING
-    assert (two.probability, two.notes) == (DOUBT, [])
+SHARED = ((0.7, 0.6), (0.3, 0.4), (0.0, 0.0))
+
+
+@pytest.mark.parametrize(("told", "departures", "least", "most"), [
+    (SHARED, (1.0, 0.3), 0.6, 0.9),  # one traces what the other's law lacks
+    (SHARED, (1.0, 0.8), 0.2, 0.45),
+    (((1.0, 0.0), (0.0, 1.0), (0.0, 0.0)), (1.0, 0.3), 0.1, 0.3),
+    (((1.0, 0.0), (0.0, 1.0), (0.0, 0.0)), (1.0, 0.8), 0.0, 0.05),  # each speaks for itself
+    (SHARED, (8.0, 0.8), 0.2, 0.45),  # the lesser may be what the greater one's law is off by
+])  # fmt: skip
+def test_two_that_share_their_signals_are_doubted_the_more_if_one_is_slight(told, departures, least, most):
+    doubt = doubted(NOTHING, linearised(0.1, told), fitted(*departures))
+    assert least < doubt.probability < most
+    assert ("one cause that no catalogue has" in "".join(doubt.notes)) == (doubt.probability >= 0.5)
+
+
+def test_the_lesser_of_two_is_no_flaw_of_the_greater_once_it_is_beyond_its_law_error():
+    slight, owed = (doubted(NOTHING, linearised(0.1, SHARED), fitted(greater, 0.3)).probability for greater in (1.0, 2.1))
+    assert slight > 0.6 > owed
+
+
+def test_one_effect_is_not_doubted_by_this_and_two_that_cancel_are_as_likely_as_not_something_else():
+    assert doubted(NOTHING, linearised(-0.9), fitted(1.0)) is NOTHING
+    against = doubted(NOTHING, linearised(-0.6), fitted(1.0, 1.0))
     assert against.probability == CANCEL_DOUBT and "cancel 60%" in against.notes[0]

@@ -1,5 +1,7 @@
 """What is true helps with data that took no part."""
 
+from types import SimpleNamespace
+
 import pytest
 from ddh_twin_py.gap.search import Found
 from ddh_twin_py.gap.unknown import Unknown
@@ -35,6 +37,19 @@ def test_where_nothing_surprises_nothing_changes():
     was, unknown = found(0.3, 0.1, 0.6), Unknown(0.1, [], 0.0, "1")
     assert something_acting(was, unknown, 0.0, "") == (was, unknown)
     assert something_acting(found(0.9, 0.1, 0.0), unknown, 1.0, "why")[1] is unknown, "no effect was out of the question anyway"
+
+
+def test_where_nothing_but_no_effect_was_asked_and_something_surely_acts_it_is_unknown():
+    after, unknown = something_acting(Found(None, {(): 1.0}, {}), Unknown(0.0, [], 0.0, "1"), 1.0, "why")
+    assert judge(after, unknown).word == "unknown" and unknown.probability == 1.0
+
+
+def test_one_effect_of_a_class_does_not_stand_for_two_of_it(monkeypatch):
+    monkeypatch.setattr("ddh_twin_py.gap.verdict.classes_of", lambda *_: ([list(PAIR)], {}))
+    case = SimpleNamespace(leader=PAIR, probability={PAIR: 0.4, FAN: 0.35, (): 0.25}, linearised=None, fitted={})
+    assert judge(case, Unknown(0.0, [], 0.0, "1")).word == "ambiguous"
+    case.leader, case.probability = FAN, {FAN: 0.4, (PAIR[1],): 0.35, (): 0.25}
+    assert judge(case, Unknown(0.0, [], 0.0, "1")).word == "explained", "either stands for the other"
 
 
 @pytest.mark.parametrize("gaps, speaks, relieved, nothing", [

@@ -64,6 +64,13 @@ def test_sizes_are_in_the_units_of_the_page_and_nothing_is_quite_sure(left, ends
     assert "Pa*s2" not in said and "e+" not in said and said.endswith(ends) and "it shrinks from 2.8 to 1.1 times the floor" in said
 
 
+def test_an_effect_explains_though_what_is_unknown_is_likelier_than_each_of_its_class():
+    report = {"verdict": "explained", "gap": {"as_is": 9.0, "before": 2.8, "after": 1.1}, "shrink": SHRINK, "why": [],
+              "classes": [["pump_1.leakage", "pump_2.leakage"]],
+              "hypotheses": [{"effects": ["unknown"], "probability": 0.25}, {"effects": ["pump_1.leakage"], "probability": 0.24}]}
+    assert "explained by unknown" not in sentence(report, EFFECTS) and "pump_1.leakage" in sentence(report, EFFECTS)
+
+
 @pytest.mark.parametrize(("rise", "air"), [(3.0, "warmer"), (-3.0, "cooler")])
 def test_what_happens_is_said_in_the_direction_found(rise, air):
     found = {"value": rise, "std": 0.2, "unit": "K", "nominal": 0.0}

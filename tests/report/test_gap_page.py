@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from ddh_twin_py.gap.catalogue import EFFECTS
 from ddh_twin_py.gap.diagnosis import Lack, Weighed
-from ddh_twin_py.gap.two_effects import DOUBT
+from ddh_twin_py.gap.unknown import UNLISTED
 from ddh_twin_py.report.document import json_text
 from ddh_twin_py.report.gap_hypotheses import hypotheses
 from ddh_twin_py.report.gap_parameters import in_file
@@ -255,9 +255,10 @@ def test_a_missing_sample_and_a_signal_without_any_do_not_break_the_page(diagnos
 
 
 @pytest.mark.parametrize(("effects", "unknown", "told"), [
-    (("pump_1.leakage", "load.mass"), DOUBT, True), (("pump_1.leakage",), DOUBT, False), (("pump_1.leakage", "load.mass"), 0.4, False),
+    (("pump_1.leakage", "load.mass"), UNLISTED, True), ((), UNLISTED, False), (("pump_1.leakage",), UNLISTED, True),
+    (("pump_1.leakage", "load.mass"), 0.4, False),
 ])  # fmt: skip
-def test_what_is_always_left_beside_two_effects_is_told(effects, unknown, told, diagnoses):
+def test_what_is_always_left_beside_an_effect_is_told(effects, unknown, told, diagnoses):
     weighed = [Weighed(effects, 0.99 - unknown, 1.0, {}, {}, {}), Weighed(("unknown",), unknown, None, {}, {}, {})]
     page = gap_document(replace(diagnoses["ambiguous"], weighed=weighed)).html()
-    assert (f"Where two effects lead, {100.0 * DOUBT:.0f} % is always left to such a cause" in page) == told
+    assert (f"Where an effect leads, {100.0 * UNLISTED:.0f} % is always left to such a cause" in page) == told

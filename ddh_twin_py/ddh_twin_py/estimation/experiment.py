@@ -172,12 +172,14 @@ class Experiment:
         self._open = np.zeros((0, N)) if cold else np.vstack([open_motor(histories, read, air), self._open_oil()])
         self._first_readings |= self._better_start(rig)
 
-    def begin_anew(self, parameters: np.ndarray) -> float:
-        """Let what no sensor reads begin as a unit with these parameters would have left it; by how much that moves a node, K."""
+    def other_begin(self, parameters: np.ndarray) -> tuple[np.ndarray, float]:
+        """How a unit with these parameters would have left what no sensor reads: rise of every node, K, (N,), and by how much a node moves, K."""
         rise = self._likely_rise(parameters)
-        moved = float(np.abs(self._start_of(parameters, rise) - self._start_of(parameters, self._rise)).max())
+        return rise, float(np.abs(self._start_of(parameters, rise) - self._start_of(parameters, self._rise)).max())
+
+    def begin_with(self, rise: np.ndarray) -> None:
+        """Let what no sensor reads begin so warm: K above ambient, by node, (N,)."""
         self._rise = rise
-        return moved
 
     def _holding_pressure(self, rig: Rig) -> float:
         """Pressure of the piston side that holds the load at the start, Pa."""

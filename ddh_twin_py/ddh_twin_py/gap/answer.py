@@ -73,6 +73,7 @@ def diagnosis(model: Diagnosable, found: Found, theta: np.ndarray, hidden: Seque
         model, found: of the case. theta: parameters fitted to the commissioning recording, (k,).
         hidden: effects asked about that no signal would show. seconds: by stage so far.
     """
+    with_slight = found.fitted.get(found.leader)
     found = without_parameters(model, found)
     leader = found.fitted.get(found.leader) or found.fitted[()]
     held, none = model.held_data(), found.fitted[()]
@@ -94,6 +95,8 @@ def diagnosis(model: Diagnosable, found: Found, theta: np.ndarray, hidden: Seque
         leader = leader if found.leader else none
     best, shrunk = leader, runs.gap(leader) if leader.columns else gap_before
     unknown, bests = _heard(unknown_beside(model, found, leader), model, found, leader, runs, plain, before, drift)
+    if leader.columns and with_slight is not None:  # what is too slight to be an effect may be what the other one lacks
+        unknown = doubted(unknown, found.linearised, with_slight)
     found, unknown = something_acting(found, unknown, acts, why)
     gaps = [(gap_before, shrunk)]
     if unknown.probability >= LIKELY:  # what nobody listed is asked for only where no rig within tolerance does as well
@@ -187,7 +190,7 @@ def _heard(unknown: Unknown, model: Diagnosable, found: Found, leader: Refitted,
     unknown = borne_out(unknown, found.linearised.power, runs.over(leader), closed, len(leader.columns))
     first, built = runs.held.signals()[0], drift is not None
     if built:
-        unknown = strained(unknown, _in_fitted(model, leader, floor, acts=False))
+        unknown = strained(unknown, _in_fitted(model, leader, floor, acts=False), len(leader.columns))
     followed = {name: over[name] for name in model.followed if name in over and name in first}
     if built and followed:
         unknown = drifted(unknown, drift.of(leader), len(leader.columns), size.gap(as_run, floor), shrunk)
@@ -210,7 +213,7 @@ def _heard(unknown: Unknown, model: Diagnosable, found: Found, leader: Refitted,
         shares = {c.effect.id: float(s / abs(x)) for c, x, s in zip(leader.columns, leader.x, spread, strict=True)}
         unknown = resized(unknown, kept.cost(least) - other.cost(least), times, shares)
     if len(leader.columns) > 1:
-        unknown = doubted(halfway(unknown, shrunk, closed, slow), found.linearised, leader)
+        unknown = halfway(unknown, shrunk, closed, slow)
     unknown = refuted(unknown, beside_none.gap, shrunk) if leader.columns else unknown
     return unknown, {(): beside_none, leader.effects: beside}
 
@@ -224,6 +227,8 @@ def _something_acts(model: Diagnosable, found: Found, runs: HeldRuns, plain: np.
     if found.probability.get((), 0.0) < _OUT_OF_THE_QUESTION:
         return 0.0, ""
     elsewhere = runs.held if "validation" in model.recordings else None
+    if not model.followed:
+        return 0.0, ""
     found_off = surprises(model, elsewhere, runs.floor, plain, drift.open, UNSURPRISING)
     return something_acts([one for one in found_off if one.signal in model.followed])
 

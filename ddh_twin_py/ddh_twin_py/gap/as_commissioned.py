@@ -75,7 +75,8 @@ def surprises(model: Model, held: Held | None, floor: Mapping[str, float], theta
     """Signals that are off beside the rig as commissioned, the most surprising first.
 
     Args:
-        model: of the case. held: data of another duty; None where held-out data are of the field recordings, which count anyway.
+        model: of the case. held: data of another duty; None where held-out data are the end of the field recordings, of which the
+            fitted part is asked.
         floor: of each signal, in multiples of its noise.
         theta: parameters fitted to commissioning alone, in deviations, (k,). covariance: what it left open of them, (k, k).
         least: mean square over floor from which a signal is asked about; what is off by less surprises nobody.

@@ -139,6 +139,16 @@ class Basis:
         taken = self.weighting.applied([(c[:, self.parameters :] @ left)[:, None] for c in self.columns])
         return [r * (w - self.power * t[:, 0]) for r, w, t in zip(residual, weighted, taken, strict=True)]
 
+    def beyond(self, columns: Rows) -> list[np.ndarray]:
+        """What every row tells of each column, parameters and slack having done what they can of it, by recording, (rows, m).
+
+        Its sum over all rows, and what these unknowns pay for it, is the column's own place in `Sums.information`.
+        """
+        cross = self.power * self.weighting.products(self.columns, columns)
+        solved = cho_solve(self._factor, cross, check_finite=False)
+        left = [c - f @ solved for c, f in zip(columns, self.columns, strict=True)]
+        return [self.power * rest * weighted for rest, weighted in zip(left, self.weighting.applied(left), strict=True)]
+
     def _against_slack(self, residual: Rows) -> tuple[list[np.ndarray], np.ndarray]:
         """Residuals as they are weighed, by recording, (rows,), and against the slack, (m,)."""
         weighted = [self.power * w[:, 0] for w in self.weighting.applied([r[:, None] for r in residual])]

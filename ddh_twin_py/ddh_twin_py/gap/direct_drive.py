@@ -74,9 +74,14 @@ class DirectDrive:
         return self.held[number].predict(self.held_record(number, theta, acting), step, own_history=True, begin=begin)
 
     def begin_anew(self, theta: np.ndarray, acting: Acting) -> bool:
-        """Let field recordings begin as effects would have left what no sensor reads; whether a node moves by more than `_ANEW`."""
+        """Let field recordings begin as effects would have left what no sensor reads, if a node moves by more than `_ANEW`; whether it does."""
         field = [(number, experiment) for number, experiment in enumerate(self.experiments) if self.altered[number]]
-        return max([experiment.begin_anew(self.record(number, theta, acting)) for number, experiment in field]) > _ANEW
+        begins = [experiment.other_begin(self.record(number, theta, acting)) for number, experiment in field]
+        if max(moved for _, moved in begins) <= _ANEW:
+            return False
+        for (_, experiment), (rise, _) in zip(field, begins, strict=True):
+            experiment.begin_with(rise)
+        return True
 
     def held_record(self, number: int, theta: np.ndarray, acting: Acting = ()) -> np.ndarray:
         """Parameter record (1,) of a recording that took no part, effects acting."""

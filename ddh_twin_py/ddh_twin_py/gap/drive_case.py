@@ -66,7 +66,7 @@ class DriveCase(DirectDrive):
     def followed(self) -> tuple[str, ...]:
         """All but those that sum up small flaws; none of the end of a field recording whose begin is open."""
         signals = self.held_data().signals()
-        if not self.held and any(e.open_begins for e in self.experiments):
+        if not self.held and any(e.open_begins for e, altered in zip(self.experiments, self.altered, strict=True) if altered):
             return ()
         return tuple(dict.fromkeys(name for own in signals for name in own if name not in NEEDED_BY))
 
@@ -96,7 +96,7 @@ class DriveCase(DirectDrive):
         return unknown_inputs(field[0], built[0] if built else None, self.rig_with(theta, (), spread))
 
     def learned_terms(self, component: str, domain: str) -> Sequence[Effect]:
-        """Heat or friction that no law of the model gives."""
+        """Heat, friction, leaks, pressure drops or compliance that no law of the model gives."""
         return terms_at(component, domain)
 
     def course(self, effect: Effect, without: np.ndarray, acting: np.ndarray) -> Course:

@@ -41,6 +41,7 @@ _JUDGED, _SLIGHT = 3, 1.0  # leading pairs held against a free law of their firs
 _ANY_SIZE = 10.0  # columns: width of the prior of sizes, once it is asked how large an effect is and not whether it is there
 _SHORT, _SHORT_SHARE = 10.0, 0.05  # log evidence, and share of it, that the linear model promises and no run finds: a fit that lost its way
 _SHARPENED = 3  # leading sets that are then fitted with sensitivities of their own
+_BEHIND = 0.1  # log weight by which a set that nobody fitted is behind the best at least
 _UNFITTED, _ROUNDS = 0.1, 3  # probability that sets may hold together which nobody fitted; rounds of fits that see to it
 _POOR = 1.5  # chi-square per row above which the leading hypothesis explains too little to be the last word
 
@@ -279,7 +280,7 @@ class Fits:
         for ids in out:
             if len(ids) == len(best) == len({*ids} & {*best}) + 1:
                 out[ids] += (1.0 - 1.0 / _TOLD) * (out[best] - out[ids])
-        highest = max(min(out.values()), logsumexp(list(out.values())) - 1.0)
+        highest = min(max(out.values()) - _BEHIND, max(min(out.values()), logsumexp(list(out.values())) - 1.0))
         for ids, weight in self._expected().items():
             out.setdefault(ids, min(weight - self._by_law(ids), highest))
         return probabilities(out)

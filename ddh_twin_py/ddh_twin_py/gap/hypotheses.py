@@ -69,7 +69,7 @@ class Hypothesis:
 def weigh(information: np.ndarray, score: np.ndarray, room: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
     """What departures along columns add to the log evidence, each in its own direction and within its bounds alone.
 
-    The prior of a departure x is x^2/w^2 N(x; 0, w^2) beyond `LEAST`, w = `WIDTH`: what is too small to be
+    The prior of a departure x is 2 x^2/w^2 N(x; 0, w^2) beyond `LEAST`, w = `WIDTH`: what is too small to be
     seen is not asked about (a moment prior, Johnson & Rossell, J. R. Stat. Soc. B 72, 2010).
 
     Args:

@@ -1,7 +1,7 @@
 """A hypothesis fitted in full: the model runs with its effects, the rig's parameters follow.
 
 Gauss-Newton with the parameters' sensitivities of one place (chord steps); the effects' own
-columns are taken anew at every step. At the end the model is linear about the optimum and its
+columns are taken anew after every step that gains much. At the end the model is linear about the optimum and its
 evidence is that of `hypotheses.weigh` (Laplace's approximation).
 """
 

@@ -30,7 +30,8 @@ class Found:
     Attributes:
         linearised: sensitivities about the leading hypothesis' parameters.
         probability: sets of effects, most probable first; () is none.
-        fitted: the leaders and () fitted in full.
+        fitted: the leaders and () fitted in full; of the likeliest x, theta and predictions where the likelihood counts in full, evidence
+            and covariances where it counts by its power.
     """
 
     linearised: Linearised

@@ -28,6 +28,7 @@ def without_parameters(model: Diagnosable, found: Found) -> Found:
         if fitted and all(model.altered):
             mere |= within_tolerance(model, fitted)
         kept = tuple(name for name in ids if name not in mere)
+        kept = kept if kept in found.fitted else ids  # what nobody fitted has no value
         probability[kept] = probability.get(kept, 0.0) + p
     return replace(found, probability=dict(sorted(probability.items(), key=lambda item: -item[1])))
 

@@ -2,30 +2,47 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Mapping, Sequence
 
 import numpy as np
+from scipy.special import expit
 
 from ddh_twin_py.gap.linearised import Linearised
 from ddh_twin_py.gap.refit import Refitted
+from ddh_twin_py.gap.sensitivity import Column
 from ddh_twin_py.gap.unknown import Unknown
 
-DOUBT = 0.12
-"""Probability of something unknown beside two effects: of 45 pairs that led on sealed recordings of an independent plant, with nothing else
-against them, six were not what acted."""
+LOG_ODDS = -2.0
+"""Of something unknown beside two effects: of 45 pairs that led on sealed recordings of an independent plant, with nothing else against
+them, six were not what acted."""
+SAME, _SAME_SOFTNESS, _SAME_BOUNDS = 0.62, 0.12, (-1.0, 1.5)
+"""Likeness of the signals that two effects speak through, at which it tells nothing; what of it adds 1 to those log odds; and at most."""
+SLIGHT, _SLIGHT_SOFTNESS, _SLIGHT_BOUNDS = 2.67, 0.67, (-0.5, 1.5)
+"""The same of the noises by which the lesser of two effects moves its worst signal: a fault that is faint moves it by some 2.2."""
+_OWES = 1.5  # law errors of the greater effect, within which the lesser one may be its flaw and is not slight
 CANCEL, CANCEL_DOUBT = 0.3, 0.5
 """Share of what two effects do that cancels, from which it is as likely as not that something else acts."""
 
 
 def doubted(unknown: Unknown, linearised: Linearised, leader: Refitted) -> Unknown:
-    """The same, more probable where the leading hypothesis consists of two effects, the more where they cancel each other."""
+    """The same, more probable where the leading hypothesis consists of two effects that one cause in no catalogue would look like.
+
+    Two faults rarely speak through the same signals, and each is large enough to be one. Two laws that together trace a third which nobody
+    listed share its signals, and the lesser of them is as slight as the difference between the other law and this one.
+    """
     if len(leader.columns) < 2:
         return unknown
-    share = cancelling(linearised, leader)
-    if share >= CANCEL:
-        note = f"the two leading effects cancel {share:.0%} of what they do to the signals; something that no catalogue has may act instead"
-        return unknown.raised(CANCEL_DOUBT, note)
-    return replace(unknown, probability=max(unknown.probability, DOUBT))
+    places = _places(linearised, leader)
+    share, likeness = cancelling(linearised, leader), _likeness(witnesses(linearised, leader, places))
+    least, slight = _least_rise(linearised, leader, places)
+    odds = LOG_ODDS + _told((likeness - SAME) / _SAME_SOFTNESS, _SAME_BOUNDS) + _told((SLIGHT - slight) / _SLIGHT_SOFTNESS, _SLIGHT_BOUNDS)
+    note = (f"the two leading effects speak through the same signals (alike by {likeness:.0%}), and the lesser of them moves none by more than "
+            f"{least:.1f} times its noise; one cause that no catalogue has may act instead")
+    unknown = unknown.at_least(float(expit(odds)), note)
+    if share < CANCEL:
+        return unknown
+    note = f"the two leading effects cancel {share:.0%} of what they do to the signals; something that no catalogue has may act instead"
+    return unknown.raised(CANCEL_DOUBT, note)
 
 
 def cancelling(linearised: Linearised, fitted: Refitted) -> float:
@@ -33,9 +50,54 @@ def cancelling(linearised: Linearised, fitted: Refitted) -> float:
 
     With departures x and information I of their columns it is -sum of x_i I_ij x_j, i other than j, over sum of x_i I_ii x_i.
     """
-    ways = [(column.effect.id, column.law, column.x > 0.0) for column in linearised.columns]
-    places = [ways.index((column.effect.id, column.law, column.x > 0.0)) for column in fitted.columns]
+    places = _places(linearised, fitted)
     information = linearised.evidence.sums.information[np.ix_(places, places)]
-    x = fitted.x / np.array([column.x for column in fitted.columns])
+    x = _lengths(linearised, fitted, places)
     own = float(np.sum(x**2 * np.diagonal(information)))
     return max(0.0, (own - float(x @ information @ x)) / own) if own > 0.0 else 0.0
+
+
+def witnesses(linearised: Linearised, fitted: Refitted, places: Sequence[int]) -> list[dict[str, float]]:
+    """Share of what each effect tells, rig's parameters refitted, by the signal that tells it; by effect, signal to share.
+
+    Args:
+        places: of the effects among the columns.
+    """
+    columns = [rows[:, list(places)] * _lengths(linearised, fitted, places) for rows in linearised.of_columns()]
+    told: list[dict[str, float]] = [{} for _ in places]
+    for comparison, rows in zip(linearised.comparisons, linearised.basis.beyond(columns), strict=True):
+        for block in comparison.blocks:
+            for own, amount in zip(told, np.sum(rows[block.rows], axis=0), strict=True):
+                own[block.signal] = own.get(block.signal, 0.0) + max(0.0, float(amount))
+    return [{name: amount / (sum(own.values()) or 1.0) for name, amount in own.items()} for own in told]
+
+
+def _likeness(told: Sequence[Mapping[str, float]]) -> float:
+    """Bhattacharyya's coefficient of two effects' shares: 0 where no signal tells of both, 1 where all tell alike of both."""
+    one, other = told
+    return sum(float(np.sqrt(share * other.get(name, 0.0))) for name, share in one.items())
+
+
+def _least_rise(linearised: Linearised, fitted: Refitted, places: Sequence[int]) -> tuple[float, float]:
+    """Noises by which the lesser of two effects moves its worst signal; and the same, without bound where it may be the other's flaw."""
+    columns: list[Column] = [linearised.columns[i] for i in places]
+    rises = np.abs(_lengths(linearised, fitted, places)) * [c.rise for c in columns]
+    greater = int(np.argmax(rises))
+    least = float(rises.min())
+    owed = _OWES * columns[greater].effect.law_error * float(rises[greater])
+    return least, least if least > owed else np.inf
+
+
+def _told(value: float, bounds: tuple[float, float]) -> float:
+    return float(np.clip(value, *bounds))
+
+
+def _places(linearised: Linearised, fitted: Refitted) -> list[int]:
+    """Of a hypothesis' effects, each the way it acts, among the columns."""
+    ways = [(column.effect.id, column.law, column.x > 0.0) for column in linearised.columns]
+    return [ways.index((column.effect.id, column.law, column.x > 0.0)) for column in fitted.columns]
+
+
+def _lengths(linearised: Linearised, fitted: Refitted, places: Sequence[int]) -> np.ndarray:
+    """Departures in multiples of those columns, (m,)."""
+    return fitted.x / np.array([linearised.columns[i].x for i in places])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -59,8 +60,9 @@ def something_acting(found: Found, unknown: Unknown, probability: float, note: s
     lost = probability * found.probability.get((), 0.0)
     if lost <= 0.0:
         return found, unknown
-    kept = {ids: p * (1.0 if ids else 1.0 - probability) / (1.0 - lost) for ids, p in found.probability.items()}
-    found = replace(found, probability=dict(sorted(kept.items(), key=lambda item: -item[1])))
+    if lost < 1.0:
+        kept = {ids: p * (1.0 if ids else 1.0 - probability) / (1.0 - lost) for ids, p in found.probability.items()}
+        found = replace(found, probability=dict(sorted(kept.items(), key=lambda item: -item[1])))
     whole = unknown.probability + (1.0 - unknown.probability) * lost
     return found, unknown.raised(whole, note) if probability >= LIKELY else replace(unknown, probability=whole)
 
@@ -114,7 +116,7 @@ def _together(found: Found, sets, effects, leader: tuple[str, ...]) -> float:
     classes, _ = classes_of(found.linearised, effects, found.fitted)
     of = {name: number for number, members in enumerate(classes) for name in members}
 
-    def key(ids: tuple[str, ...]) -> set[str]:
-        return {str(of.get(name, name)) for name in ids}
+    def key(ids: tuple[str, ...]) -> Counter[int | str]:
+        return Counter(of.get(name, name) for name in ids)
 
     return sum(p for ids, p in sets.items() if key(ids) >= key(leader))

@@ -142,7 +142,7 @@ def _insufficient(report: Mapping) -> str:
 
 
 def _leader(report: Mapping) -> list[str]:
-    return max((h for h in report["hypotheses"] if h["effects"]), key=lambda h: h["probability"])["effects"]
+    return max((h for h in report["hypotheses"] if h["effects"] and h["effects"] != ["unknown"]), key=lambda h: h["probability"])["effects"]
 
 
 def _probability(report: Mapping, leader: list[str]) -> float:

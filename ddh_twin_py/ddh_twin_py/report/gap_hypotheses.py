@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from ddh_twin_py.gap.diagnosis import Diagnosis, Weighed
 from ddh_twin_py.gap.effect import Effect
-from ddh_twin_py.gap.two_effects import DOUBT
+from ddh_twin_py.gap.unknown import UNLISTED
 from ddh_twin_py.report import document as doc
 from ddh_twin_py.report.gap_symbols import legend
 from ddh_twin_py.report.gap_words import (
@@ -45,7 +45,7 @@ def hypotheses(diagnosis: Diagnosis) -> doc.Html:
     blocks = [
         doc.paragraph("Each hypothesis is an effect of the catalogue, or two together, added to the twin. Its probability weighs how much "
                       "better the twin then agrees against how freely the hypothesis could have been chosen; all of them sum to 100 %."),
-        *(_card(w, i, diagnosis, _left_beside_two(weighed)) for i, w in enumerate(leading, 1)),
+        *(_card(w, i, diagnosis, _always_left(weighed)) for i, w in enumerate(leading, 1)),
     ]
     if rest:
         columns = (doc.Column("Hypothesis", number=False), doc.Column("Probability"), doc.Column("Gap left", "× floor"),
@@ -91,13 +91,13 @@ def classes(diagnosis: Diagnosis) -> doc.Html:
     return doc.Html("".join(blocks))
 
 
-def _left_beside_two(weighed: Sequence[Weighed]) -> str:
-    """That the unknown has what is always left to it where two effects lead; empty where it does not stem from that."""
+def _always_left(weighed: Sequence[Weighed]) -> str:
+    """That the unknown has what is always left to it where an effect leads; empty where it does not stem from that."""
     named = max((w for w in weighed if w.effects != (UNKNOWN,)), key=lambda w: w.probability, default=None)
     unknown = next((w.probability for w in weighed if w.effects == (UNKNOWN,)), 0.0)
-    if named is None or len(named.effects) < 2 or abs(unknown - DOUBT) > 0.005:
+    if named is None or not named.effects or abs(unknown - UNLISTED) > 0.005:
         return ""
-    return f"Where two effects lead, {probably(DOUBT)} is always left to such a cause; nothing in this record asks for more."
+    return f"Where an effect leads, {probably(UNLISTED)} is always left to such a cause; nothing in this record asks for more."
 
 
 def _card(w: Weighed, place: int, diagnosis: Diagnosis, left: str) -> doc.Html:
