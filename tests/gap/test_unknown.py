@@ -52,6 +52,13 @@ def test_the_winding_alone_must_be_far_off(left, believed):
     assert seen.probability == (0.98 if believed else pytest.approx(0.4))
 
 
+@pytest.mark.parametrize(("others", "built", "believed"), [((), False, False), ((), True, True), (((HOUSING, 60.0),), False, True)])
+def test_the_winding_alone_proves_nothing_where_nothing_showed_the_laws(others, built, believed):
+    seen = borne_out(unknown((WINDING, 300.0), *others), POWER, {WINDING: 3.8, HOUSING: 1.9}, None, 0, built)
+    assert seen.probability == (0.98 if believed else 0.1)
+    assert ("no commissioning recording" in "".join(seen.notes)) is not believed
+
+
 def test_a_signal_that_held_out_data_lack_tells_nothing_against_it():
     assert borne_out(unknown((HOUSING, 60.0)), POWER, {WINDING: 1.0}, 0.9).probability == 0.98
 

@@ -173,7 +173,7 @@ class Experiment:
         self._first_readings |= self._better_start(rig)
 
     def other_begin(self, parameters: np.ndarray) -> tuple[np.ndarray, float]:
-        """How a unit with these parameters would have left what no sensor reads: rise of every node, K, (N,), and by how much a node moves, K."""
+        """How a unit with these parameters would have left what no sensor reads: rise of nodes, (N,), and how far one moves by it, K."""
         rise = self._likely_rise(parameters)
         return rise, float(np.abs(self._start_of(parameters, rise) - self._start_of(parameters, self._rise)).max())
 

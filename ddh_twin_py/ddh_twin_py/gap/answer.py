@@ -187,8 +187,8 @@ def _heard(unknown: Unknown, model: Diagnosable, found: Found, leader: Refitted,
     over, shrunk = beside.over, beside.gap
     closed = size.closed(before.gap, shrunk)
     slow = max((ratio for name, ratio in over.items() if name.startswith("temperature/") and name not in AMPLIFIED), default=0.0)
-    unknown = borne_out(unknown, found.linearised.power, runs.over(leader), closed, len(leader.columns))
     first, built = runs.held.signals()[0], drift is not None
+    unknown = borne_out(unknown, found.linearised.power, runs.over(leader), closed, len(leader.columns), built)
     if built:
         unknown = strained(unknown, _in_fitted(model, leader, floor, acts=False), len(leader.columns))
     followed = {name: over[name] for name in model.followed if name in over and name in first}

@@ -74,7 +74,7 @@ class DirectDrive:
         return self.held[number].predict(self.held_record(number, theta, acting), step, own_history=True, begin=begin)
 
     def begin_anew(self, theta: np.ndarray, acting: Acting) -> bool:
-        """Let field recordings begin as effects would have left what no sensor reads, if a node moves by more than `_ANEW`; whether it does."""
+        """Let field recordings begin as effects would have left what no sensor reads, if a node moves by more than `_ANEW`; if it does."""
         field = [(number, experiment) for number, experiment in enumerate(self.experiments) if self.altered[number]]
         begins = [experiment.other_begin(self.record(number, theta, acting)) for number, experiment in field]
         if max(moved for _, moved in begins) <= _ANEW:

@@ -27,8 +27,8 @@ showed how well the laws hold."""
 NEEDED_BY = {"temperature/motor_winding": 60.0, "rod_position": 40.0}
 """The same for signals that a small flaw of the model moves far: the winding follows the square of every torque, strokes integrate."""
 UNLISTED = 0.05
-"""Probability of something outside the catalogue beside an effect that leads, whatever it explains: of 157 answers that were given with 0.9 or
-more on sealed recordings of an independent plant, ten were wrong."""
+"""Probability of something outside the catalogue beside an effect that leads, whatever it explains: of 157 answers that were given with 0.9
+or more on sealed recordings of an independent plant, ten were wrong."""
 REFUTED = 0.05
 """Worsening of the gap of held-out data, as a share of it and at least of the floor, from which a hypothesis is refuted."""
 REFUTED_PROBABILITY = 0.7
@@ -75,6 +75,7 @@ _HELPED = 0.8  # share of what a signal was off, below which a hypothesis brings
 _CLOSED = 0.8
 """Share of the gap of held-out data from which the best listed hypothesis is believed instead, where free forms are not."""
 _NOT_SEEN, _CLOSED_INSTEAD = 0.4, 0.25  # probabilities that are left of something outside the catalogue
+_NO_PROOF = 0.1  # the same, where nothing but a signal speaks that small flaws of laws move far, and nothing showed these
 _SOFTNESS = 2.0  # by which log odds are tempered: a free form's gain is no calibrated number
 _POINTS = 12  # of a drawn shape
 
@@ -157,15 +158,22 @@ def unknown_beside(model: Diagnosable, found: Found, fitted: Refitted) -> Unknow
     return Unknown(max(probability, UNLISTED if fitted.columns else 0.0), forms, forms[0].size * noise if forms else 0.0, unit, shapes)
 
 
-def borne_out(unknown: Unknown, power: float, left: Mapping[str, float], closed: float | None, effects: int = 1) -> Unknown:
+def borne_out(unknown: Unknown, power: float, left: Mapping[str, float], closed: float | None, effects: int = 1,
+              built: bool = True) -> Unknown:
     """The same, less probable where held-out data show nothing of what the field recording's free forms speak of.
+
+    Signals that small flaws of the laws move far (`AMPLIFIED`) bear witness alone only where a commissioning recording showed these laws.
 
     Args:
         power: see `needed`. left: of held-out data beside the best listed hypothesis, signal to RMS over floor.
         closed: share of the gap of held-out data that this hypothesis closes, None where there was none. effects: of which it consists;
-            two close much of many a gap.
+            two close much of many a gap. built: whether a commissioning recording showed the laws.
     """
     speaking = [form.signal for form in unknown.forms if form.gain > needed(form.signal, power) and form.signal in left]
+    if speaking and not built and {form.signal for form in unknown.forms if form.gain > needed(form.signal, power)} <= set(AMPLIFIED):
+        note = (f"the recordings leave structure in {', '.join(speaking)} alone, which small flaws of the model's laws move far, and "
+                "there is no commissioning recording that showed these laws; it is no proof of anything")
+        return replace(unknown, probability=min(unknown.probability, _NO_PROOF), notes=[*unknown.notes, note])
     if not speaking or any(left[signal] >= (FAR if signal in AMPLIFIED else OUT_OF_SAMPLE) for signal in speaking):
         return unknown
     most = _CLOSED_INSTEAD if closed is not None and closed >= _CLOSED and effects == 1 else _NOT_SEEN
