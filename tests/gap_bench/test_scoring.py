@@ -71,7 +71,10 @@ def test_both_of_two():
     one = answer(case, report(why=[(P1, 0.9), (P2, 0.4), ("load.mass", 0.3)]))
     through_a_class = answer(case, report(why=[(P2, 0.9), ("load.mass", 0.8)], classes=[(P1, P2)],
                                           hypotheses=[{"effects": [P2, "load.mass"], "probability": 0.8}]))
+    of_one_class = answer(truth(suite="two", effects=(P1, P2)), report(why=[(P1, 0.9), (P2, 0.1)], classes=[(P1, P2)],
+                                                                       hypotheses=[{"effects": [P1], "probability": 0.8}]))
     assert (both.both, one.both, through_a_class.both) == (True, False, True)
+    assert not of_one_class.both, "one that leads stands for one effect"
     assert score([both])["first"].value == 1.0
     assert score([one])["first"].value == 0.5
 

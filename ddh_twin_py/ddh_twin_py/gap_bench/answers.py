@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import permutations
 
 LARGEST_CLASS = 3
 """A class of at most so many effects that contains the true one counts as it."""
@@ -131,10 +132,14 @@ def _pairs(groups: Sequence[Group], truth: Mapping, true: tuple[str, ...]) -> tu
 
 
 def _both(report: Mapping, true: tuple[str, ...]) -> bool:
-    leading = set(report["hypotheses"][0]["effects"]) if report.get("hypotheses") else set()
+    """Whether each true effect is in the leading hypothesis, or in a class with a member of it that stands for no other true effect."""
+    leading = report["hypotheses"][0]["effects"] if report.get("hypotheses") else []
     small = [set(g) for g in report.get("classes", []) if len(g) <= LARGEST_CLASS]
-    named = leading.union(*(g for g in small if g & leading)) if small else leading
-    return set(true) <= named
+
+    def stands_for(named: str, effect: str) -> bool:
+        return named == effect or any({named, effect} <= members for members in small)
+
+    return any(all(map(stands_for, chosen, true)) for chosen in permutations(leading, len(true)))
 
 
 def _closed(report: Mapping, oracle: Mapping | None) -> float | None:
