@@ -98,6 +98,14 @@ def test_what_parameters_close_as_well_is_not_said_to_be_closed_by_a_cause(witho
     assert ("it shrinks from 8.5 to 4.5" in said) is not alone
 
 
+@pytest.mark.parametrize(("without", "share"), [(6.0, ", where the rig's parameters fitted anew without it leave 6.0"), (8.2, "")])
+def test_what_parameters_close_of_a_gap_is_not_credited_to_the_cause(without, share):
+    report = {"verdict": "explained", "gap": {"as_is": 20.1, "before": 8.5, "after": 1.1}, "classes": [], "shrink": SHRINK, "why": [],
+              "hypotheses": [{"effects": ["motor.flange_conduction"], "probability": 0.8, "gap_after": 1.1},
+                             {"effects": [], "probability": 0.1, "gap_after": without}]}
+    assert f"it shrinks from 8.5 to 1.1 times the floor on data not used to find it{share} (probability" in sentence(report, EFFECTS)
+
+
 def test_a_cause_that_leaves_held_out_data_off_shrinks_nothing():
     report = {"verdict": "explained", "gap": {"as_is": 9.0, "before": 1.2, "after": 1.8}, "classes": [], "shrink": SHRINK,
               "hypotheses": [{"effects": ["motor.pwm_loss"], "probability": 0.9}], "why": []}

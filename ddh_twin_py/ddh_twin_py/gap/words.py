@@ -98,6 +98,8 @@ def _explained(report: Mapping, catalogue: Mapping[str, Effect], at_best: Mappin
                 "was sought alone")
     elif gap["after"] < gap["before"]:
         much = f"it shrinks from {gap['before']:.1f} to {gap['after']:.1f} times the floor on data not used to find it"
+        if without < _HARDLY * gap["before"]:
+            much += f", where the rig's parameters fitted anew without it leave {without:.1f}"
     else:
         much = f"data not used to find it lie {gap['after']:.1f} times the floor off, {gap['before']:.1f} without it"
     return f"{text}: {much}{_another(at_best, asked_for)} (probability {probably(_probability(report, leader))}){left}."

@@ -118,6 +118,7 @@ def _fits(diagnosis: Diagnosis) -> doc.Html:
 
 def _residual_note(diagnosis: Diagnosis) -> str:
     end = ending(diagnosis.report["verdict"], diagnosis.added)
+    end += ", parameters refitted, too" * bool(diagnosis.added)
     return (
         "Only data that took no part in finding or fitting. Orange (before): the twin with its parameters fitted; blue (after): "
         f"{end}. Grey band: the noise floor; it bounds the usual size, single samples of plain noise leave it now and then. Small plots: "
