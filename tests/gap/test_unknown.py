@@ -99,6 +99,15 @@ def test_what_neither_field_nor_held_out_data_show_explained_is_unknown():
     assert left_behind(nothing, far, far, floor, False, far) is nothing  # it may be a flaw of the laws in the field, too
 
 
+@pytest.mark.parametrize(("in_field", "believed"), [(6.4, True), (3.0, False)])
+def test_what_a_field_recording_leaves_without_structure_is_no_sign_in_held_out_data(in_field, believed):
+    """A rod that sticks and comes free at other moments than the model's."""
+    nothing, floor = Unknown(0.01, [], 0.0, "1"), {"speed": (0.1, "rad/s")}
+    after = left_behind(nothing, {"speed": 6.6}, {"speed": 20.0}, floor, False, {"speed": in_field})
+    assert (after is nothing) if believed else after.probability > 0.95
+    assert left_behind(nothing, {"speed": 6.6}, {"speed": 20.0}, floor, True, {"speed": in_field}).probability > 0.95
+
+
 def test_a_rig_whose_laws_follow_no_signal_to_the_floor_leaves_nothing_behind():
     nothing = Unknown(0.01, [], 0.0, "1")
     assert left_behind(nothing, {}, {}, {}) is nothing

@@ -222,11 +222,17 @@ def left_behind(unknown: Unknown, left: Mapping[str, float], before: Mapping[str
         before: the same without it and as run; a signal that it brings no nearer may show a flaw of the laws in a duty that nothing else
             showed, and has no say. floor: of each, with its unit. built: whether a commissioning recording showed the laws.
         in_field: beside it in the field recordings; a signal that is as far off there, too, has its say in any case, if a commissioning
-            recording showed that it is not so without any effect.
+            recording showed that it is not so without any effect. Else it has none: free forms asked there what is left, and what they do
+            not find is no flaw of a law, such as a rod that sticks and comes free at other moments than the model's.
     """
-    limit = LEFT_BEHIND if built else LEFT_WITHOUT_COMMISSIONING
-    beyond = {name: ratio - limit for name, ratio in left.items()
-              if ratio < _HELPED * before[name] or built and (in_field or {}).get(name, 0.0) > limit}
+    limit, there = LEFT_BEHIND if built else LEFT_WITHOUT_COMMISSIONING, in_field or {}
+
+    def has_a_say(name: str, ratio: float) -> bool:
+        if built:
+            return ratio < _HELPED * before[name] or there.get(name, 0.0) > limit
+        return ratio < _HELPED * before[name] and ratio > _AS_FAR * there.get(name, 0.0)
+
+    beyond = {name: ratio - limit for name, ratio in left.items() if has_a_say(name, ratio)}
     worst = max(beyond, key=beyond.get, default="")
     probability = float(expit(beyond[worst] / _LEFT_SOFTNESS)) if worst else 0.0
     if probability <= unknown.probability:
