@@ -128,7 +128,7 @@ class HeldBest:
             slopes = self._sensitivities(ways, range(z.size), z, runs)
             z, runs = self._descended(ways, z, runs, slopes, least)
         at, _, acts = self._at(ways, z)
-        told = self._information(ways, slopes, self._speaking(runs, least))
+        told = _summed(_told(slopes), self._speaking(runs, least), np.zeros_like(ways.precision))
         expected = float(np.trace(np.linalg.solve(ways.precision + told, told)))
         return AtBest({name: ratio / self._floor[name] for name, ratio in ratios_of(self._held, runs).items()}, at,
                       np.array([x for _, _, x in acts]), self._squares(runs), float(z @ ways.precision @ z), expected)
@@ -143,9 +143,9 @@ class HeldBest:
         def cost_of(z: np.ndarray, runs: Runs) -> float:
             return _cost(self._squares(runs), least) + float(z @ ways.precision @ z)
 
-        cost = cost_of(z, runs)
+        cost, told = cost_of(z, runs), _told(slopes)
         for _ in range(_STEPS):
-            step, gained = self._step(ways, z, runs, slopes, least), 0.0
+            step, gained = self._step(ways, z, runs, slopes, told, least), 0.0
             for share in _SHARES:
                 tried = z + share * step
                 other = self._run(ways, tried)
@@ -184,19 +184,15 @@ class HeldBest:
         """Signals that have a say."""
         return {name for name, square in self._squares(runs).items() if square > least.get(name, 0.0) ** 2}
 
-    def _information(self, ways: _Ways, slopes: Runs, speaking: set[str]) -> np.ndarray:
-        """What these signals tell of the moves, (n, n)."""
-        told = [_WEIGHT / len(slope) * (slope.T @ slope) for own in slopes for name, slope in own.items() if name in speaking]
-        return sum(told, np.zeros_like(ways.precision))
-
-    def _step(self, ways: _Ways, z: np.ndarray, runs: Runs, slopes: Runs, least: Mapping[str, float]) -> np.ndarray:
-        """Gauss-Newton's step."""
+    def _step(self, ways: _Ways, z: np.ndarray, runs: Runs, slopes: Runs, told: Mapping[str, np.ndarray],
+              least: Mapping[str, float]) -> np.ndarray:
+        """Gauss-Newton's step; ``told``: see `_told`."""
         speaking, score = self._speaking(runs, least), -ways.precision @ z
         for off, own in zip(self._off(runs), slopes, strict=True):
             for name, slope in own.items():
                 if name in speaking:
                     score -= _WEIGHT / off[name].size * (slope.T @ off[name])
-        return cho_solve(cho_factor(ways.precision + self._information(ways, slopes, speaking)), score)
+        return cho_solve(cho_factor(_summed(told, speaking, ways.precision)), score)
 
     def _sensitivities(self, ways: _Ways, moves: Sequence[int], z: np.ndarray, runs: Runs) -> Runs:
         """Of residuals over floors to some moves, by recording, signal to (samples, moves); ``runs`` are those at ``z``."""
@@ -209,6 +205,19 @@ class HeldBest:
             changed = list(pool.map(moved, moves))
         return [{name: np.nan_to_num(np.array([(other[number][name] - off) / _DIFFERENCE for other in changed]).reshape(-1, off.size).T,
                                      posinf=0.0, neginf=0.0) for name, off in own.items()} for number, own in enumerate(base)]
+
+
+def _told(slopes: Runs) -> dict[str, np.ndarray]:
+    """What each signal tells of the moves, (n, n), over all recordings."""
+    out: dict[str, np.ndarray] = {}
+    for own in slopes:
+        for name, slope in own.items():
+            out[name] = out.get(name, 0.0) + _WEIGHT / len(slope) * (slope.T @ slope)
+    return out
+
+
+def _summed(told: Mapping[str, np.ndarray], speaking: set[str], more: np.ndarray) -> np.ndarray:
+    return sum((own for name, own in told.items() if name in speaking), more)
 
 
 def _cost(squares: Mapping[str, float], least: Mapping[str, float]) -> float:
