@@ -2,6 +2,7 @@
 
 import shutil
 import struct
+import subprocess
 from dataclasses import replace
 from pathlib import Path
 
@@ -307,16 +308,23 @@ def test_chunk_compression_that_nobody_knows(bag):
     assert "compression 'brot' cannot be read; known are '', 'zstd', 'lz4'" in refusal(bag)
 
 
-def test_cut_sqlite_file(tmp_path, bag):
+def test_cut_sqlite_file(tmp_path, bag, monkeypatch):
     target = rewritten(bag, tmp_path / "sql", storage=StoragePlugin.SQLITE3)
     file = damage.storage_file(target)
-    file.write_bytes(file.read_bytes()[: file.stat().st_size // 2])
-    try:
-        read = read_recording(target)
-    except BagError as error:
-        assert "sql" in str(error)
-    else:
-        assert "is damaged" in read.warnings[0].message
+    damage.truncate(target, 0.5, keep_metadata=True)
+    message = refusal(target)
+    assert message.startswith(f"{file} is a damaged SQLite3 file: database disk image is malformed; what is left of it goes into another")
+    if shutil.which("sqlite3"):
+        monkeypatch.chdir(tmp_path)
+        subprocess.run(["sh", "-c", message.partition("another by: ")[2]], stderr=subprocess.DEVNULL, check=False)
+        assert len(read_recording(tmp_path / "saved_sql.db3").drive) > 100
+
+
+def test_a_sqlite_file_whose_texts_are_damaged_is_said_to_be_so(tmp_path, bag):
+    target = rewritten(bag, tmp_path / "sql", storage=StoragePlugin.SQLITE3)
+    file = damage.storage_file(target)
+    file.write_bytes(file.read_bytes().replace(b"hydraulics/telemetry", b"hydraulics/\xffelemetry"))
+    assert "is a damaged SQLite3 file: 'utf-8' codec can't decode byte 0xff" in refusal(target)
 
 
 def test_packed_file_that_is_damaged(tmp_path, bag):
