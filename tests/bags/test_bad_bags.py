@@ -1,6 +1,8 @@
 """Bags that are not as they should be: each a message that names file, topic and value."""
 
 import shutil
+import struct
+import subprocess
 from dataclasses import replace
 from pathlib import Path
 
@@ -40,6 +42,11 @@ def rewritten(bag, target, types=None, topic=lambda t: t, storage=StoragePlugin.
         for connection, at, raw in reader.messages():
             writer.write(ids[connection.id], at, raw)
     return target
+
+
+def messages(bag):
+    with AnyReader([bag]) as reader:
+        yield from reader.messages()
 
 
 def type_of(name, text):
@@ -234,6 +241,46 @@ def test_damaged_bytes_are_survived(tmp_path, paper):
             assert str(bag) in str(error)
 
 
+@pytest.mark.parametrize("told_by", ["chunk", "metadata.yaml", "neither"])
+def test_a_damaged_log_time_makes_no_recording_longer(tmp_path, bag, short, told_by):
+    """Chunks without a checksum, as rosbag2 writes them by default."""
+    target = rewritten(bag, tmp_path / "plain")
+    file = damage.storage_file(target)
+    content = bytearray(file.read_bytes())
+    chunk = content.index(b"\x06", 8) + 9
+    assert struct.unpack_from("<I", content, chunk + 24) == (0,)
+    drive = next(content.index(raw) for c, _, raw in messages(target) if c.topic == DRIVE)
+    content[drive - 9] ^= 0x45  # the highest byte of its log time stands before that of its publish time
+    if told_by != "chunk":
+        struct.pack_into("<QQ", content, chunk, 0, 2**64 - 1)
+    file.write_bytes(content)
+    metadata = target / "metadata.yaml"
+    whole = yaml.safe_load(metadata.read_text())
+    listed = whole["rosbag2_bagfile_information"]
+    listed["topics_with_message_count"][0]["message_count"] += 3
+    if told_by != "metadata.yaml":
+        del listed["duration"]
+    metadata.write_text(yaml.safe_dump(whole))
+    (finding,) = [f for f in read_recording(target).findings if "recovered" in f.message]
+    seconds = float(finding.message.split()[-2])
+    assert (seconds <= short.duration + 0.1) == (told_by != "neither")
+
+
+def test_flipped_bytes_make_no_recording_longer(tmp_path, paper):
+    long = paper.between(0.0, 40.0)
+    target = rewritten(write_recording(tmp_path / "field", long), tmp_path / "plain")
+    file = damage.storage_file(target)
+    whole = np.frombuffer(file.read_bytes(), np.uint8)
+    told = []
+    for seed in range(20):
+        rng = np.random.default_rng(seed)
+        broken = whole.copy()
+        broken[rng.integers(12_000, whole.size, 60)] ^= rng.integers(1, 256, 60, np.uint8)
+        file.write_bytes(broken.tobytes())
+        told += [float(f.message.split()[-2]) for f in read_recording(target).findings if "recovered" in f.message]
+    assert len(told) == 20 and max(told) <= long.duration + 0.1
+
+
 def test_damaged_chunk_is_left_out_and_said(tmp_path, paper):
     long = paper.between(0.0, 120.0)
     bag = write_recording(tmp_path / "bits", long, flush_interval=1e6)
@@ -261,16 +308,23 @@ def test_chunk_compression_that_nobody_knows(bag):
     assert "compression 'brot' cannot be read; known are '', 'zstd', 'lz4'" in refusal(bag)
 
 
-def test_cut_sqlite_file(tmp_path, bag):
+def test_cut_sqlite_file(tmp_path, bag, monkeypatch):
     target = rewritten(bag, tmp_path / "sql", storage=StoragePlugin.SQLITE3)
     file = damage.storage_file(target)
-    file.write_bytes(file.read_bytes()[: file.stat().st_size // 2])
-    try:
-        read = read_recording(target)
-    except BagError as error:
-        assert "sql" in str(error)
-    else:
-        assert "is damaged" in read.warnings[0].message
+    damage.truncate(target, 0.5, keep_metadata=True)
+    message = refusal(target)
+    assert message.startswith(f"{file} is a damaged SQLite3 file: database disk image is malformed; what is left of it goes into another")
+    if shutil.which("sqlite3"):
+        monkeypatch.chdir(tmp_path)
+        subprocess.run(["sh", "-c", message.partition("another by: ")[2]], stderr=subprocess.DEVNULL, check=False)
+        assert len(read_recording(tmp_path / "saved_sql.db3").drive) > 100
+
+
+def test_a_sqlite_file_whose_texts_are_damaged_is_said_to_be_so(tmp_path, bag):
+    target = rewritten(bag, tmp_path / "sql", storage=StoragePlugin.SQLITE3)
+    file = damage.storage_file(target)
+    file.write_bytes(file.read_bytes().replace(b"hydraulics/telemetry", b"hydraulics/\xffelemetry"))
+    assert "is a damaged SQLite3 file: 'utf-8' codec can't decode byte 0xff" in refusal(target)
 
 
 def test_packed_file_that_is_damaged(tmp_path, bag):

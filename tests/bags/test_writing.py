@@ -18,7 +18,7 @@ from ddh_twin_py.bags.errors import BagError
 from ddh_twin_py.bags.message_types import typestore
 from ddh_twin_py.bags.qos import LATCHED, SENSOR_DATA, qos_profile
 from ddh_twin_py.bags.reader import read_recording
-from ddh_twin_py.bags.writer import BagWriter, write_recording
+from ddh_twin_py.bags.writer import BagWriter, whole_bag, write_recording
 from rosbags.highlevel import AnyReader
 from rosbags.rosbag2 import Reader
 
@@ -170,6 +170,45 @@ def test_a_full_disk_is_said(tmp_path, short, monkeypatch):
             time.sleep(0.01)
     monkeypatch.undo()
     writer.close()
+
+
+def full(monkeypatch, after):
+    """The disk is full once so many flushes have been made."""
+    flushes = iter([True] * after)
+    sound = os.fsync
+
+    def fsync(number):
+        if not next(flushes, False):
+            raise OSError(28, "No space left on device")
+        sound(number)
+
+    monkeypatch.setattr(os, "fsync", fsync)
+
+
+@pytest.mark.parametrize("after", [0, 1])
+def test_of_a_bag_that_does_not_fit_nothing_is_left(tmp_path, short, monkeypatch, after):
+    full(monkeypatch, after)
+    target = tmp_path / "tiny" / "field"
+    with pytest.raises(BagError) as caught, whole_bag(target, flush_interval=1e6) as writer:
+        writer.write_rig(short.rig, short.epoch_ns)
+        writer.flush()
+    assert str(caught.value) == f"{target} cannot be written: No space left on device"
+    assert list(tmp_path.iterdir()) == []
+    monkeypatch.undo()
+    assert len(read_recording(write_recording(target, short)).drive) == len(short.drive)
+    assert {path.name for path in tmp_path.rglob("*")} == {"tiny", "field", "metadata.yaml", "field.mcap"}
+
+
+def test_a_recording_is_written_whole_or_not_at_all(tmp_path, short, monkeypatch):
+    target = tmp_path / "field"
+    monkeypatch.setattr(BagWriter, "write_raw", lambda *_: (_ for _ in ()).throw(KeyboardInterrupt))
+    with pytest.raises(KeyboardInterrupt):
+        write_recording(target, short)
+    assert list(tmp_path.iterdir()) == []
+    monkeypatch.undo()
+    write_recording(target, short)
+    with pytest.raises(BagError, match="field cannot be written: it exists already"):
+        write_recording(target, short)
 
 
 def test_unknown_quality_is_named():

@@ -1,5 +1,7 @@
 """Progress where no terminal shows a bar."""
 
+import time
+
 from ddh_twin_py.cli import console
 
 
@@ -10,6 +12,17 @@ def test_a_long_stage_tells_how_far_it_is_now_and_then(monkeypatch, capsys):
         for share in (0.1, 0.4, 0.5, 0.8):
             told(share)
     assert capsys.readouterr().err.splitlines() == ["weighing: 40% after 16 s", "weighing: 80% after 33 s", "weighing: 40.0 s"]
+
+
+def test_a_stage_whose_share_stands_still_is_seen_to_live(monkeypatch, capsys):
+    monkeypatch.setattr(console, "_ALIVE", 0.2)
+    with console.stage("weighing") as told:
+        time.sleep(0.3)
+        told(0.4)
+        time.sleep(0.5)
+    *lines, last = capsys.readouterr().err.splitlines()
+    assert lines[0].startswith("weighing: going on after ") and lines[-1].startswith("weighing: 40% after ")
+    assert len(lines) >= 3 and last.startswith("weighing: ") and "after" not in last
 
 
 def test_quiet_tells_nothing(capsys):

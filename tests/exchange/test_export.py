@@ -2,6 +2,7 @@
 
 import csv
 import json
+import os
 from pathlib import Path
 
 import numpy as np
@@ -147,6 +148,17 @@ def test_the_verb_writes_what_was_asked_for(short_bag, tmp_path, capsys):
         main(["export", str(short_bag), "--mcap", str(bag)])
     assert f"'{bag}' exists; nothing is overwritten" in capsys.readouterr().err
     assert Path(csv_file).read_text().startswith("stamp [ns],time [s],speed_command/measured [rad/s],")
+
+
+@pytest.mark.parametrize("option", ["--mcap", "--telemetry"])
+def test_of_a_folder_that_does_not_fit_on_the_disk_nothing_is_left(short_bag, tmp_path, monkeypatch, capsys, option):
+    full = OSError(28, "No space left on device")
+    monkeypatch.setattr(os, "fsync", lambda _: (_ for _ in ()).throw(full))
+    target = tmp_path / "tiny" / "z"
+    assert main(["export", str(short_bag), option, str(target), "--interval", "0.2", "--no-smoothing", "--quiet"]) == 2
+    said = capsys.readouterr().err
+    assert f"error: {target}" in said and "No space left on device" in said
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_samples_of_a_recording_that_was_cut_off_come_with_a_warning(short_bag, tmp_path, capsys):

@@ -72,6 +72,12 @@ def test_a_folder_without_recordings_is_an_error(tmp_path):
             find_recordings(path)
 
 
+def test_a_file_is_said_to_be_one(folder):
+    with pytest.raises(FleetError) as caught:
+        find_recordings(folder / "b/torn/torn.mcap")
+    assert str(caught.value) == f"{folder}/b/torn/torn.mcap: is a file; give a folder of recordings, such as {folder}/b/torn"
+
+
 @pytest.mark.parametrize("role", ["commissioning", "validation"])
 def test_a_case_without_field_is_a_row_that_says_so_and_alone_an_error(role, folder, tmp_path, second, capsys):
     write_recording(folder / "half" / role, second)

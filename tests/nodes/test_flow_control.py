@@ -83,6 +83,14 @@ def test_stamps_that_jump_in_the_bag_itself_do_not_stall():
     assert flow.limit() is None
 
 
+def test_a_node_that_died_is_not_called_slow():
+    flow = flow_with("node")
+    sent(flow, 1.0, 2.0)
+    flow.report("node", {TOPIC: S}, 5.0)
+    assert flow.held_by(6.4, 2.0) == ("slow", "node cannot take 2 times real time; playing as fast as it can")
+    assert flow.held_by(6.6, 2.0) == ("gone", "node has said nothing for 1.5 s, it died or hangs; waiting for it up to 4 s")
+
+
 def test_a_silent_node_is_given_up():
     flow = flow_with("gone")
     sent(flow, 1.0)

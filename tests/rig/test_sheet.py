@@ -63,6 +63,9 @@ def test_a_partial_file_changes_only_what_it_names(tmp_path):
     ("tank:\n  emissivity: {value: 0.9, source: 2024}\n", "tank.emissivity.source: value is 2024, a text is needed"),
     ("tank:\n  emissivity: {value: 0.9, value: 0.8}\n", "tank.emissivity.value: given twice, in lines 2 and 2"),
     ("tank:\n  emissivity: {value: 0.9}\nambient: {value: 20}\ntank:\n  area: {value: 1}\n", "tank: given twice, in lines 1 and 4"),
+    ("cylinder: &a {bore: *a}\n", "cylinder.bore: is an alias to what it lies in itself, which begins in line 1"),
+    ("cylinder: &a\n  bore: [{value: *a}]\n", "cylinder.bore.value: is an alias to what it lies in itself"),
+    ("- &a [*a]\n", "bad.yaml: is an alias to what it lies in itself"),
     ("measurement:\n  pressure_rod_side_offset: {value: 0, unit: Pa, std: 1.0e+9}\n",
      "_offset.std: value is 1e+09 Pa, allowed are 0 to 2e+07 Pa"),
     ("pump_1:\n  leakage: {value: 2.0e-12, unit: m3/(s*Pa), std: 3.0e-12}\n",
@@ -75,6 +78,13 @@ def test_what_cannot_be_used_is_named(tmp_path, text, expected):
         load_rig(file)
     assert str(file) in str(error.value) and expected in str(error.value)
     assert "\n" not in str(error.value)
+
+
+def test_a_file_that_is_nested_too_deep_is_named(tmp_path):
+    file = tmp_path / "deep.yaml"
+    file.write_text("tank: " + 4000 * "[" + 4000 * "]")
+    with pytest.raises(RigError, match="deep.yaml: is nested too deep to be read"):
+        load_rig(file)
 
 
 def test_a_fitted_value_near_0_may_keep_its_priors_deviation(tmp_path):

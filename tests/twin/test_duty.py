@@ -49,6 +49,7 @@ def test_the_projects_own_are_sound(repo_root, name):
     ("ramp_rpm_per_s: 1.0e+12", "ramp_rpm_per_s: value is 1e+12"),
     ("repeat: -1", "repeat: value is -1, a whole number from 0 on"),
     ("repeat: 2\nrepeat: 3", "repeat: given twice, in lines 1 and 2"),
+    ("phases: &a [*a]", "phases: is an alias to what it lies in itself, which begins in line 1"),
     ("repeat: 2.5", "repeat: value is 2.5"),
     ("repeat: 2026-13-45", "is not YAML"),
 ])

@@ -12,7 +12,7 @@ from ddh_twin_py.bags.cdr import stamped_floats
 from ddh_twin_py.bags.compression import unpack_message
 from ddh_twin_py.bags.definitions import type_problem
 from ddh_twin_py.bags.message_types import telemetry_typestore
-from ddh_twin_py.bags.storage import Block, Channel, Storage
+from ddh_twin_py.bags.storage import EVER, Block, Channel, Storage
 from ddh_twin_py.bags.topics import split_topic
 from ddh_twin_py.telemetry.recording import RigInfo
 from ddh_twin_py.telemetry.signals import (
@@ -52,9 +52,9 @@ class Rows:
 
 
 class Collector:
-    """Everything read from the files of one bag, by absolute topic."""
+    """Everything read from the files of one bag, by absolute topic. `span`: of its log times as its metadata.yaml tells it, ns."""
 
-    def __init__(self, message_compression: bool = False) -> None:
+    def __init__(self, message_compression: bool = False, span: tuple[int, int] = EVER) -> None:
         self.types: dict[str, str] = {}
         self.problems: dict[str, str] = {}  # known topics whose type cannot be used
         self.counts: Counter[str] = Counter()
@@ -62,6 +62,7 @@ class Collector:
         self.rigs: dict[str, list[RigInfo]] = {}
         self._first_log, self._last_log = 2**63 - 1, 0
         self._message_compression = message_compression
+        self._span = span
 
     def read(self, storage: Storage, hashes: dict[str, str], progress: Callable[[float], None] | None) -> None:
         """Read one opened file. `hashes`: type hashes by topic from metadata.yaml, where known."""
@@ -74,7 +75,7 @@ class Collector:
 
     @property
     def lasting(self) -> float:
-        """From the first to the last message by the recorder's clock, s."""
+        """From the first to the last message by the recorder's clock, s; one outside of what chunk or metadata.yaml tell is damaged."""
         return max(0, self._last_log - self._first_log) * 1e-9
 
     def _know(self, channel: Channel, hashes: dict[str, str]) -> bool:
@@ -93,7 +94,8 @@ class Collector:
     def _take(self, block: Block, channels: dict[int, Channel], hashes: dict[str, str]) -> None:
         if not block.channel.size:
             return
-        told = block.log_time[block.log_time > 0]  # a message without a time says nothing of how long a recording is
+        first, last = max(block.span[0], self._span[0]), min(block.span[1], self._span[1])
+        told = block.log_time[(block.log_time >= first) & (block.log_time <= last)]  # any other says nothing of how long a recording is
         if told.size:
             self._first_log = min(self._first_log, int(told.min()))
             self._last_log = max(self._last_log, int(told.max()))

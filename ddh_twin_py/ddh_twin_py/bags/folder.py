@@ -10,6 +10,7 @@ from typing import Any
 import yaml
 
 from ddh_twin_py.bags.errors import BagError
+from ddh_twin_py.bags.storage import EVER
 from ddh_twin_py.rig.files import did_you_mean
 
 SUFFIXES = (".mcap", ".db3")
@@ -31,9 +32,9 @@ class TopicEntry:
 
 @dataclass
 class BagFolder:
-    """The files of a bag in order, its compression mode ('', file, message), its topic list.
+    """The files of a bag in order, its compression mode ('', file, message), its topic list, the span of its log times in ns.
 
-    `topics` is None where metadata.yaml is absent or unusable; `notes` says why.
+    `topics` is None where metadata.yaml is absent or unusable; `notes` says why. `span` is `EVER` where it is not told.
     """
 
     path: Path
@@ -41,6 +42,7 @@ class BagFolder:
     compression_mode: str = ""
     topics: dict[str, TopicEntry] | None = None
     notes: list[str] = field(default_factory=list)
+    span: tuple[int, int] = EVER
 
 
 def holds_bag(path: str | Path) -> bool:
@@ -76,7 +78,7 @@ def open_folder(path: str | Path) -> BagFolder:
         return BagFolder(path, found, _mode_of(found[0]), notes=[note])
     try:
         information = yaml.load(metadata.read_text("utf8"), _LOADER)["rosbag2_bagfile_information"]
-        folder = BagFolder(path, [], _compression(metadata, information), _topics(information))
+        folder = BagFolder(path, [], _compression(metadata, information), _topics(information), span=_span(information))
         listed = [path / name for name in information["relative_file_paths"]]
     except (yaml.YAMLError, KeyError, TypeError, AttributeError, UnicodeDecodeError) as error:
         if not found:
@@ -119,6 +121,14 @@ def _topics(information: dict[str, Any]) -> dict[str, TopicEntry]:
         )
         for entry in information["topics_with_message_count"]
     }
+
+
+def _span(information: dict[str, Any]) -> tuple[int, int]:
+    try:
+        start, duration = int(information["starting_time"]["nanoseconds_since_epoch"]), int(information["duration"]["nanoseconds"])
+    except (KeyError, TypeError, ValueError):
+        return EVER
+    return (start, start + duration) if duration > 0 else EVER
 
 
 def _mode_of(path: Path) -> str:

@@ -17,7 +17,7 @@ import numpy as np
 
 from ddh_twin_py.bags.compression import UnknownCompression, unpack_chunk
 from ddh_twin_py.bags.errors import BagError
-from ddh_twin_py.bags.storage import Block, Channel
+from ddh_twin_py.bags.storage import EVER, Block, Channel
 from ddh_twin_py.physics.compiled import kernel
 
 MAGIC = b"\x89MCAP0\r\n"
@@ -98,7 +98,7 @@ class McapStorage:
     def _chunk(self, content: bytes, length: int, at: int, position: float) -> Iterator[Block]:
         if len(content) < 40:
             return
-        size, crc = struct.unpack_from("<QI", content, 16)
+        *told, size, crc = struct.unpack_from("<QQQI", content)
         (name_length,) = struct.unpack_from("<I", content, 28)
         name = content[32 : 32 + name_length].decode("ascii", "replace")
         packed = content[40 + name_length :]
@@ -111,9 +111,10 @@ class McapStorage:
         elif whole and crc and zlib.crc32(raw) != crc:  # sound compression, wrong sum: contents cannot be trusted
             self.damage.append(f"has a damaged chunk at byte {at} ({length} bytes): its {size} bytes do not fit its checksum")
             return
-        yield self._block(raw, position)
+        checked = whole and crc
+        yield self._block(raw, position, EVER if checked or not told[1] else (told[0], told[1]))
 
-    def _block(self, raw: bytes, position: float) -> Block:
+    def _block(self, raw: bytes, position: float, span: tuple[int, int] = EVER) -> Block:
         data = np.frombuffer(raw, np.uint8)
         most = data.size // (_RECORD_HEAD + _MESSAGE_HEAD) + 1
         channel = np.empty(most, np.int64)
@@ -124,7 +125,7 @@ class McapStorage:
         count, other = _walk(data, channel, log_time, start, size, others)
         for opcode, begin, length in others[:other]:
             self._define(int(opcode), raw[begin : begin + length])
-        return Block(data, channel[:count], log_time[:count], start[:count], size[:count], position)
+        return Block(data, channel[:count], log_time[:count], start[:count], size[:count], position, span)
 
     def _define(self, opcode: int, content: bytes) -> None:
         try:

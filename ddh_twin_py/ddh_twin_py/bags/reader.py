@@ -51,7 +51,7 @@ def read_recording(
     """
     try:
         folder = open_folder(path)
-        collector = Collector(folder.compression_mode == "message")
+        collector = Collector(folder.compression_mode == "message", folder.span)
         damage = _read_files(folder, collector, progress)
     except OSError as error:
         raise BagError(f"{error.filename or path} cannot be read: {error.strerror or error}") from None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -14,12 +15,13 @@ from rosbags.rosbag2.storage_sqlite3 import Sqlite3Reader
 from ddh_twin_py.bags.errors import BagError
 from ddh_twin_py.bags.storage import Block, Channel
 
+_MAGIC = b"SQLite format 3\0"
 _MESSAGES_PER_BLOCK = 20_000
 _ENCODINGS = {MessageDefinitionFormat.MSG: "ros2msg", MessageDefinitionFormat.IDL: "ros2idl"}
 
 
 class SqliteStorage:
-    """One .db3 file, opened. Raises BagError when it is no database of rosbag2."""
+    """One .db3 file, opened. Raises BagError when it is no database of rosbag2, or too damaged to be opened."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
@@ -29,7 +31,9 @@ class SqliteStorage:
         self._reader = Sqlite3Reader(path)
         try:
             self._reader.open()
-        except (ReaderError, apsw.Error) as error:
+        except (ReaderError, apsw.Error, UnicodeDecodeError) as error:
+            if _damaged(path, error):
+                raise BagError(f"{path} is a damaged SQLite3 file: {_line(error.__cause__ or error)}; {_saving(path)}") from None
             raise BagError(f"{path} is no SQLite3 file of rosbag2: {_line(error)}") from None
         self.channels = {
             connection.id: Channel(
@@ -61,6 +65,18 @@ class SqliteStorage:
             self._reader.close()
         if rows:
             yield _block(rows, 1.0)
+
+
+def _damaged(path: Path, error: Exception) -> bool:
+    """Whether a file that cannot be opened is SQLite3 all the same: it begins as one, and its pages or texts are not as they should be."""
+    with path.open("rb") as file:
+        begins = file.read(len(_MAGIC)) == _MAGIC
+    return begins and isinstance(error.__cause__ or error, (apsw.CorruptError, apsw.NotADBError, UnicodeDecodeError))
+
+
+def _saving(path: Path) -> str:
+    file, saved = shlex.quote(str(path)), shlex.quote(f"saved_{path.name}")
+    return f"what is left of it goes into another by: sqlite3 {file} .dump | sed 's/^ROLLBACK.*/COMMIT;/' | sqlite3 {saved}"
 
 
 def _block(rows: list[tuple[int, int, bytes]], position: float) -> Block:

@@ -8,6 +8,9 @@ from typing import Protocol
 
 import numpy as np
 
+EVER = (1, 2**63 - 1)
+"""The widest span of log times, ns; 0 is no time."""
+
 
 @dataclass(frozen=True)
 class Channel:
@@ -27,7 +30,8 @@ class Block:
 
     `data` uint8[...]; message i is of channel `channel[i]` (a key of the storage's channels),
     was logged at `log_time[i]` ns and is data[start[i]:start[i] + size[i]].
-    `position` is how far into the file the block reached, 0..1.
+    `position` is how far into the file the block reached, 0..1. `span`: ns from first to last log
+    time as the file tells them apart from the messages; a message of another time is damaged.
     """
 
     data: np.ndarray
@@ -36,6 +40,7 @@ class Block:
     start: np.ndarray
     size: np.ndarray
     position: float
+    span: tuple[int, int] = EVER
 
 
 class Storage(Protocol):

@@ -6,7 +6,8 @@ import os
 import struct
 import threading
 import zlib
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
 
@@ -21,6 +22,7 @@ from ddh_twin_py.bags.mcap_storage import CHUNK_CRC
 from ddh_twin_py.bags.message_types import know
 from ddh_twin_py.bags.qos import LATCHED, RELIABLE, SENSOR_DATA
 from ddh_twin_py.bags.topics import normalised
+from ddh_twin_py.rig.files import whole_folder
 from ddh_twin_py.telemetry.recording import Recording, RigInfo
 from ddh_twin_py.telemetry.signals import (
     RIG_TOPIC,
@@ -40,11 +42,12 @@ class BagWriter:
     chunk, however few they are, by a thread that lives as long as the writer is open. A reader
     recovers all chunks of a writer that was killed. Leaving the context writes index and
     metadata.yaml, also after an exception. May be called from several threads.
+    `shown` is the path that errors name, where it is another.
     Raises BagError when the folder exists, or when the disk can take no more.
     """
 
-    def __init__(self, path: str | Path, flush_interval: float = FLUSH_INTERVAL) -> None:
-        self.path = Path(path)
+    def __init__(self, path: str | Path, flush_interval: float = FLUSH_INTERVAL, shown: str | Path | None = None) -> None:
+        self.path = Path(path if shown is None else shown)
         self.message_count = 0
         self._interval = flush_interval
         self._lock = threading.Lock()
@@ -52,14 +55,14 @@ class BagWriter:
         self._failure: OSError | None = None
         self._connections: dict[str, Connection] = {}
         try:
-            self._writer = Writer(self.path, version=Writer.VERSION_LATEST, storage_plugin=StoragePlugin.MCAP)
+            self._writer = Writer(Path(path), version=Writer.VERSION_LATEST, storage_plugin=StoragePlugin.MCAP)
             self._writer.set_compression(CompressionMode.STORAGE, CompressionFormat.ZSTD)
             self._writer.open()
             self._writer.storage.compressor = pack_chunk
             self._writer.storage.close_chunk = partial(_close_chunk, self._writer.storage)
+            self._flush()  # the header, so that even an empty file says what it is
         except (WriterError, OSError) as error:
-            raise BagError(f"{self.path} cannot be written: {' '.join(str(error).split())}") from None
-        self._flush()  # the header, so that even an empty file says what it is
+            raise _cannot(self.path, error) from None
         self._thread = threading.Thread(target=self._keep_flushing, name="bag flush", daemon=True)
         self._thread.start()
 
@@ -82,7 +85,7 @@ class BagWriter:
                     self._writer.storage.message_start_time = 0
                 self._writer.close()
             except OSError as error:
-                raise BagError(f"{self.path} cannot be written: {error}") from None
+                raise _cannot(self.path, error) from None
 
     def write_raw(
         self, topic: str, message_type: str, qos: Sequence[Qos] | None, log_time_ns: int, cdr: bytes | memoryview
@@ -94,14 +97,14 @@ class BagWriter:
         """
         with self._lock:
             if self._failure is not None:
-                raise BagError(f"{self.path} cannot be written: {self._failure}")
+                raise _cannot(self.path, self._failure)
             connection = self._connections.get(topic)
             if connection is None:
                 connection = self._connect(topic, message_type, qos)
             try:
                 self._writer.write(connection, log_time_ns, cdr)
             except OSError as error:
-                raise BagError(f"{self.path} cannot be written: {error}") from None
+                raise _cannot(self.path, error) from None
             self.message_count += 1
 
     def write_message(self, topic: str, message: object, log_time_ns: int, qos: Sequence[Qos] | None = None) -> None:
@@ -181,6 +184,25 @@ def _close_chunk(storage) -> None:
     storage.bio.seek(end)
 
 
+@contextmanager
+def whole_bag(path: str | Path, flush_interval: float = FLUSH_INTERVAL) -> Iterator[BagWriter]:
+    """A writer whose folder is there once the bag is whole; where that fails, nothing is left behind.
+
+    Raises BagError when the folder exists, or when the disk can take no more.
+    """
+    if os.path.lexists(path):
+        raise BagError(f"{path} cannot be written: it exists already")
+    try:
+        with whole_folder(path) as folder, BagWriter(folder, flush_interval, path) as writer:
+            yield writer
+    except OSError as error:
+        raise _cannot(path, error) from None
+
+
+def _cannot(path: str | Path, error: Exception) -> BagError:
+    return BagError(f"{path} cannot be written: {' '.join(str(getattr(error, 'strerror', None) or error).split())}")
+
+
 def write_recording(
     path: str | Path,
     recording: Recording,
@@ -192,7 +214,7 @@ def write_recording(
 
     Samples keep their order within each stream; the log time is the stamp plus `latency_ns`,
     and never runs backwards within a stream, as a recorder's own clock would not.
-    Temperatures are written in degC. Raises BagError when the folder exists.
+    Temperatures are written in degC. Raises BagError as `whole_bag` does.
     """
     namespace = normalised(namespace)
     parts = []
@@ -205,7 +227,7 @@ def write_recording(
             values = values - np.array([ZERO_CELSIUS, 0.0])
         log_times = np.maximum.accumulate(stamps + latency_ns)
         parts.append((relative, log_times, encode_stamped_floats(stamps, values, frame)))
-    with BagWriter(path, flush_interval) as writer:
+    with whole_bag(path, flush_interval) as writer:
         if recording.rig is not None:
             writer.write_rig(recording.rig, recording.epoch_ns, namespace)
         if parts:
@@ -223,4 +245,4 @@ def _stamp(store, stamp_ns: int):
     return store.types["builtin_interfaces/msg/Time"](stamp_ns // 1_000_000_000, stamp_ns % 1_000_000_000)
 
 
-__all__ = ["FLUSH_INTERVAL", "BagWriter", "write_recording"]
+__all__ = ["FLUSH_INTERVAL", "BagWriter", "whole_bag", "write_recording"]

@@ -41,9 +41,9 @@ def command_line_page(parser: Parser) -> str:
         "| verb | |", "|---|---|", *(f"| [`{name}`](#{name}) | {about} |" for name, (_, about) in verbs.items()), "",
         "## What means the same everywhere", "",
         "| option | |", "|---|---|", *(f"| {name} | {about} |" for name, about in _COMMON), "",
-        "Results go to standard output and to the files that were named, progress with the remaining time, warnings and errors to "
-        "standard error. A file is written whole or not at all; a bag or folder that exists is not overwritten; one path for two "
-        "outputs is refused.", "",
+        "Results go to standard output and to the files that were named, progress, warnings and errors to standard error; progress is a "
+        "bar with the remaining time on a terminal, else a line at least every 30 s. A file or a bag is written whole or not at all, but "
+        "for what `up` records as it comes; a bag or folder that exists is not overwritten; one path for two outputs is refused.", "",
         "## Exit codes", "",
         "| code | |", "|---|---|", *(f"| {code} | {about} |" for code, about in EXIT_CODES.items()), "",
         "| verb | its code 1 |", "|---|---|", *(f"| `{name}` | {about} |" for name, about in NO.items()), "",

@@ -1,8 +1,9 @@
-"""What people see while a verb runs: stages with progress and remaining time, warnings."""
+"""What people see while a verb runs: stages with progress, warnings."""
 
 from __future__ import annotations
 
 import sys
+import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -13,27 +14,21 @@ if TYPE_CHECKING:
 
 _MOST_WARNINGS = 8
 _NOW_AND_THEN = 15.0  # s between lines where no terminal shows a bar
+_ALIVE = 30.0  # s of silence after which a line comes although nothing was told
 
 
 @contextmanager
 def stage(name: str, quiet: bool = False) -> Iterator[Callable[[float], None]]:
     """One stage of work; call what it yields with the share done, 0 to 1.
 
-    On a terminal a bar with the remaining time, else a line now and then and one at the end; all on standard error.
+    On a terminal a bar with the remaining time, else a line at least every 30 s and one at the end; all on standard error.
     """
-    started = told = time.perf_counter()
+    started = time.perf_counter()
     if quiet:
         yield lambda share: None
     elif not sys.stderr.isatty():
-
-        def line(share: float) -> None:
-            nonlocal told
-            now = time.perf_counter()
-            if now - told >= _NOW_AND_THEN:
-                told = now
-                print(f"{name}: {share:.0%} after {now - started:.0f} s", file=sys.stderr, flush=True)
-
-        yield line
+        with _lines(name, started) as line:
+            yield line
         print(f"{name}: {time.perf_counter() - started:.1f} s", file=sys.stderr, flush=True)
     else:
         from rich.console import Console
@@ -51,6 +46,43 @@ def stage(name: str, quiet: bool = False) -> Iterator[Callable[[float], None]]:
             yield done
             took = f"{name}, {time.perf_counter() - started:.1f} s"
             progress.update(task, total=1.0, completed=1.0, description=took)
+
+
+@contextmanager
+def _lines(name: str, started: float) -> Iterator[Callable[[float], None]]:
+    """Lines of a stage: what it yields puts one where the last is `_NOW_AND_THEN` ago, a thread where it is `_ALIVE` ago."""
+    told, done = started, None
+    lock, ended = threading.Lock(), threading.Event()
+
+    def put(silence: float) -> float:
+        """A line where the last is so many s ago; returns how long ago the last now is, s."""
+        nonlocal told
+        with lock:
+            now = time.perf_counter()
+            if now - told < silence:
+                return now - told
+            told = now
+            far = "going on" if done is None else f"{done:.0%}"
+            print(f"{name}: {far} after {now - started:.0f} s", file=sys.stderr, flush=True)
+            return 0.0
+
+    def line(share: float) -> None:
+        nonlocal done
+        done = share
+        put(_NOW_AND_THEN)
+
+    def live() -> None:
+        silent = 0.0
+        while not ended.wait(_ALIVE - silent):
+            silent = put(_ALIVE)
+
+    thread = threading.Thread(target=live, daemon=True, name="progress")
+    thread.start()
+    try:
+        yield line
+    finally:
+        ended.set()
+        thread.join()
 
 
 def output():

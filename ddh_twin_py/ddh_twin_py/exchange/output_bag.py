@@ -10,7 +10,7 @@ import numpy as np
 from ddh_twin_py.bags.message_types import know
 from ddh_twin_py.bags.qos import LATCHED, RELIABLE, SENSOR_DATA
 from ddh_twin_py.bags.topics import split_topic
-from ddh_twin_py.bags.writer import BagWriter
+from ddh_twin_py.bags.writer import BagWriter, whole_bag
 from ddh_twin_py.estimation.replay import ReplayResult
 from ddh_twin_py.exchange.bulk_messages import BulkMessages, Numbers
 from ddh_twin_py.exchange.errors import ExchangeError
@@ -52,7 +52,7 @@ def write_output_bag(
     raw = RawBag(source)
     left_out = [topic for topic, kind in raw.topics if not _defined(kind)]
     kept_out = {f"{result.recording.namespace}/{topic}" for topic, _, _ in outputs} | set(left_out)  # an earlier twin gives way
-    with BagWriter(target) as writer:
+    with whole_bag(target) as writer:
         done = 0
         waiting = _blocks(result, outputs)
         ahead = next(waiting, None)

@@ -8,7 +8,7 @@ import numpy as np
 import yaml
 
 from ddh_twin_py.exchange.errors import ExchangeError
-from ddh_twin_py.rig.files import write_whole
+from ddh_twin_py.rig.files import whole_folder, write_whole
 from ddh_twin_py.telemetry.recording import Recording
 from ddh_twin_py.telemetry.signals import TEMPERATURE_PREFIX, signals_of
 
@@ -19,10 +19,17 @@ _STAMP = "stamp [ns]"
 def write_telemetry(folder: str | Path, recording: Recording) -> list[Path]:
     """Write `drive_telemetry.csv`, `hydraulics_telemetry.csv`, `temperature_<sensor>.csv` and `mapping.yaml`; returns their paths.
 
+    The folder must not exist; it is written whole or not at all.
     Every number has all its digits, in the unit of the message. A variance that changes from reading to reading is left out.
-    Raises ExchangeError where there is no sample.
+    Raises ExchangeError where there is no sample, OSError where the disk can take no more.
     """
-    folder, written, columns = Path(folder), [], {}
+    with whole_folder(folder) as made:
+        written = _write(made, recording)
+    return [Path(folder) / path.name for path in written]
+
+
+def _write(folder: Path, recording: Recording) -> list[Path]:
+    written, columns = [], {}
     for topic, stream in recording.streams():
         if not len(stream):
             continue

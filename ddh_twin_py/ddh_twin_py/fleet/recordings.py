@@ -37,9 +37,11 @@ def find_recordings(folder: str | Path, leave_out: Path | None = None, rig: Path
     that cannot be looked into. Hidden folders, and `leave_out`, are not looked into.
 
     Raises:
-        FleetError: there is no such folder, no recording in it, it is `leave_out` itself, or it is a case without field/.
+        FleetError: there is no such folder, it is a file, no recording in it, it is `leave_out` itself, or it is a case without field/.
     """
     folder = Path(folder)
+    if folder.exists() and not folder.is_dir():
+        raise FleetError(f"{folder}: is a file; give a folder of recordings, such as {folder.parent}")
     if not folder.is_dir():
         raise FleetError(f"{folder}: there is no such folder{did_you_mean(folder)}")
     found: list[Found] = []

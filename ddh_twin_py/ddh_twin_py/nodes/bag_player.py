@@ -180,8 +180,7 @@ class BagPlayer(TwinNode):
             self._held += STEP
             wanted = self._anchor_ns + (wall - self._anchor_wall) * self.rate * 1e9
             if self.rate > 0.0 and wanted - limit > _LAG:
-                slowest = self._flow.slowest()
-                self.warn_once("slow", f"{slowest.name} cannot take {self.rate:g} times real time; playing as fast as it can")
+                self.warn_once(*self._flow.held_by(wall, self.rate))
                 self._position_ns = max(self._position_ns, due)
                 self._anchor()
         if due > self._position_ns:

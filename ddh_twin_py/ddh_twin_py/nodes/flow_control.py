@@ -7,6 +7,7 @@ from collections.abc import Collection
 from dataclasses import dataclass, field
 
 JUMP = 500_000_000  # ns; stamps that step back further are another time
+_QUIET = 1.5  # s of wall time; a node that lives tells its progress once a second
 
 
 class Pending:
@@ -102,6 +103,13 @@ class FlowControl:
         """Log time in ns up to which may be sent now, None for any."""
         slowest = self.slowest()
         return None if slowest is None else slowest.oldest + self._lead
+
+    def held_by(self, wall: float, rate: float) -> tuple[str, str]:
+        """Cause and sentence where the slowest consumer keeps the player from its rate: a node that is silent is gone, not slow."""
+        slowest = self.slowest()
+        if wall - slowest.heard > _QUIET:
+            return "gone", f"{slowest.name} has said nothing for {_QUIET:g} s, it died or hangs; waiting for it up to {self._silence:g} s"
+        return "slow", f"{slowest.name} cannot take {rate:g} times real time; playing as fast as it can"
 
     def keep(self, names: Collection[str]) -> None:
         """Forget the consumers that are not among these nodes: they were stopped."""

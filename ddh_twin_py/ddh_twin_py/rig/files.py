@@ -1,10 +1,11 @@
-"""Files that people name: written whole or not at all, in folders that one process holds; what lies near; names as they can be shown."""
+"""Files and folders that people name: written whole or not at all, held by one process; what lies near; names as they can be shown."""
 
 from __future__ import annotations
 
 import difflib
 import fcntl
 import os
+import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -52,6 +53,34 @@ def write_whole(path: str | Path, content: str | bytes) -> Path:
             raise OSError(error.errno, error.strerror, str(path)) from None
         raise
     return path
+
+
+@contextmanager
+def whole_folder(path: str | Path) -> Iterator[Path]:
+    """Make a folder whole or not at all: what is yielded is its name in a folder beside it, from where it is moved at the end.
+
+    Raises:
+        OSError: with the path that was given; nothing is left behind, and no folder above it that was not there.
+    """
+    path = Path(path)
+    above = [folder for folder in path.parents if not folder.exists()]
+    partial = path.with_name(f"{path.name}.{os.getpid()}")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        partial.mkdir()
+        yield partial / path.name
+        (partial / path.name).rename(path)
+        partial.rmdir()
+    except BaseException as error:
+        shutil.rmtree(partial, ignore_errors=True)
+        try:
+            for folder in above:
+                folder.rmdir()
+        except OSError:
+            pass  # another one wrote into it
+        if isinstance(error, OSError):
+            raise OSError(error.errno, error.strerror, str(path)) from None
+        raise
 
 
 @contextmanager

@@ -1,4 +1,4 @@
-"""YAML in which no key of a mapping may be given twice; of two, YAML's own reader silently keeps the later."""
+"""YAML in which no key of a mapping may be given twice, of two YAML's own reader silently keeps the later, and which has an end."""
 
 from __future__ import annotations
 
@@ -9,30 +9,40 @@ class DuplicateKeyError(ValueError):
     """A key that a mapping has twice; the message is its dotted path and both lines."""
 
 
+class EndlessError(ValueError):
+    """An alias to a mapping or a list in which it lies itself; the message is its dotted path and the line of what it names."""
+
+
 def read_unique(text: str) -> object:
     """What the text holds, as `yaml.safe_load` reads it.
 
     Raises:
-        DuplicateKeyError: for a key given twice. yaml.YAMLError, ValueError: for what is not YAML.
+        DuplicateKeyError: for a key given twice. EndlessError: for an alias to what it lies in. yaml.YAMLError, ValueError: for what is
+            not YAML.
     """
     loader = yaml.SafeLoader(text)
     try:
         node = loader.get_single_node()
         if node is None:
             return None
-        _check(node, "", set())
+        _check(node, "", set(), set())
         return loader.construct_document(node)
     finally:
         loader.dispose()
 
 
-def _check(node: yaml.Node, path: str, seen: set[int]) -> None:
+def _check(node: yaml.Node, path: str, seen: set[int], around: set[int]) -> None:
+    """`seen`: nodes that were looked at. `around`: those of them in which this one lies."""
+    if id(node) in around:
+        where = f"{path}: " if path else ""
+        raise EndlessError(f"{where}is an alias to what it lies in itself, which begins in line {node.start_mark.line + 1}")
     if id(node) in seen:  # an alias
         return
     seen.add(id(node))
+    around = around | {id(node)}
     if isinstance(node, yaml.SequenceNode):
         for child in node.value:
-            _check(child, path, seen)
+            _check(child, path, seen, around)
     if not isinstance(node, yaml.MappingNode):
         return
     lines: dict[str, int] = {}
@@ -43,4 +53,4 @@ def _check(node: yaml.Node, path: str, seen: set[int]) -> None:
         if name and name in lines:
             raise DuplicateKeyError(f"{whole}: given twice, in lines {lines[name]} and {line}")
         lines[name] = line
-        _check(child, whole, seen)
+        _check(child, whole, seen, around)

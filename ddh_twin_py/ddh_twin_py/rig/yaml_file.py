@@ -7,7 +7,7 @@ from pathlib import Path
 import yaml
 
 from ddh_twin_py.rig.files import did_you_mean
-from ddh_twin_py.rig.unique_keys import DuplicateKeyError, read_unique
+from ddh_twin_py.rig.unique_keys import DuplicateKeyError, EndlessError, read_unique
 
 
 def read_yaml(path: str | Path, kind: str, error: type[ValueError]) -> object:
@@ -17,7 +17,7 @@ def read_yaml(path: str | Path, kind: str, error: type[ValueError]) -> object:
         path: the file. kind: what it is, such as ``rig file``, for the message. error: what to raise.
 
     Raises:
-        error: file missing or not readable, not YAML, or a key given twice.
+        error: file missing or not readable, not YAML, a key given twice, or an alias to what it lies in.
     """
     try:
         text = Path(path).read_text(encoding="utf-8")
@@ -34,10 +34,12 @@ def parse_yaml(text: str, name: str, error: type[ValueError]) -> object:
     """What a text holds; ``name`` is put before what is wrong, see `read_yaml`."""
     try:
         return read_unique(text)
-    except DuplicateKeyError as cause:
+    except (DuplicateKeyError, EndlessError) as cause:
         raise error(f"{name}: {cause}") from None
     except yaml.YAMLError as cause:
         mark = getattr(cause, "problem_mark", None)
         raise error(f"{name}: is not YAML{f' (line {mark.line + 1})' if mark else ''}") from None
+    except RecursionError:
+        raise error(f"{name}: is nested too deep to be read") from None
     except ValueError as cause:  # such as an impossible date
         raise error(f"{name}: is not YAML: {cause}") from None
