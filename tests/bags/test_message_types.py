@@ -3,6 +3,7 @@
 import re
 
 import pytest
+from ddh_twin_py.bags.definitions import definition_problem
 from ddh_twin_py.bags.message_types import TELEMETRY_DEFINITIONS, know, output_definitions, typestore
 
 HASHES = {  # as recorded in bags/paper_cycle/metadata.yaml, by rosidl's own rule
@@ -39,3 +40,9 @@ def test_without_a_workspace_the_telemetry_is_still_known(monkeypatch, tmp_path)
     assert set(HASHES) <= set(message_types.telemetry_typestore().fielddefs)
     with pytest.raises(KeyError, match="no definition of 'ddh_msgs/msg/Absent'; source the workspace"):
         know("ddh_msgs/msg/Absent")
+
+
+def test_a_definition_that_lacks_a_type_it_needs_is_told_and_not_followed():
+    damaged = f"std_msgs/Header header\nfloat64 temperature\n{'=' * 80}\nMSG: std_msgs/Headez\nstring frame_id\n"
+    said = definition_problem("sensor_msgs/msg/Temperature", damaged, "ros2msg", "")
+    assert said == "has a definition of 'sensor_msgs/msg/Temperature' that cannot be parsed: 'std_msgs/msg/Header'"

@@ -32,9 +32,9 @@ def definition_problem(message_type: str, text: str, encoding: str, type_hash: s
     if text and encoding in ("ros2msg", "ros2idl"):
         try:
             recorded = _parse(message_type, text, encoding)
+            found = recorded.hash_rihs01(message_type)
         except (TypesysError, KeyError, ValueError, IndexError) as error:
             return f"has a definition of {message_type!r} that cannot be parsed: {' '.join(str(error).split())}"
-        found = recorded.hash_rihs01(message_type)
         if found != expected:
             return f"has another definition of {message_type!r}: {_difference(recorded, store, message_type)}"
     if type_hash and type_hash != expected:
