@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from ddh_twin_py.gap.refit import Refitted
 from ddh_twin_py.gap.sensitivity import Column
-from ddh_twin_py.gap.two_effects import CANCEL_DOUBT, cancelling, doubted
+from ddh_twin_py.gap.two_effects import CANCEL_DOUBT, cancelling, doubted, leans
 from ddh_twin_py.gap.unknown import Unknown
 from support.first_order import EFFECTS
 
@@ -55,6 +55,13 @@ def test_two_that_share_their_signals_are_doubted_the_more_if_one_is_slight(told
 def test_the_lesser_of_two_is_no_flaw_of_the_greater_once_it_is_beyond_its_law_error():
     slight, owed = (doubted(NOTHING, linearised(0.1, SHARED), fitted(greater, 0.3)).probability for greater in (1.0, 2.1))
     assert slight > 0.6 > owed
+
+
+@pytest.mark.parametrize(("alone", "both", "needed"), [
+    (44.0, 86.0, True), (44.0, 46.0, False), (1298.0, 1303.0, False), (1298.0, 1330.0, True)])
+def test_an_effect_leans_on_a_slight_one_that_adds_more_than_its_law_may_be_off_by(alone, both, needed):
+    of = [replace(fitted(*x), log_evidence=log) for x, log in (((1.0,), alone), ((1.0, 0.19), both), ((), 0.0))]
+    assert leans(*of) is needed
 
 
 def test_one_effect_is_not_doubted_by_this_and_two_that_cancel_are_as_likely_as_not_something_else():

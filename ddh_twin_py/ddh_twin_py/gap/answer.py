@@ -29,7 +29,7 @@ from ddh_twin_py.gap.search import Found
 from ddh_twin_py.gap.sensitivity import AMPLIFIED
 from ddh_twin_py.gap.taken_up import not_shown
 from ddh_twin_py.gap.tolerance import too_small, without_parameters
-from ddh_twin_py.gap.two_effects import doubted
+from ddh_twin_py.gap.two_effects import doubted, leans
 from ddh_twin_py.gap.unknown import (
     FAR,
     FREEDOM,
@@ -95,7 +95,9 @@ def diagnosis(model: Diagnosable, found: Found, theta: np.ndarray, hidden: Seque
         leader = leader if found.leader else none
     best, shrunk = leader, runs.gap(leader) if leader.columns else gap_before
     unknown, bests = _heard(unknown_beside(model, found, leader), model, found, leader, runs, plain, before, drift)
-    if leader.columns and with_slight is not None:  # what is too slight to be an effect may be what the other one lacks
+    if len(leader.columns) > 1:
+        unknown = doubted(unknown, found.linearised, leader)
+    elif leader.columns and with_slight is not None and leans(leader, with_slight, none):  # too slight to be one, and needed all the same
         unknown = doubted(unknown, found.linearised, with_slight)
     found, unknown = something_acting(found, unknown, acts, why)
     gaps = [(gap_before, shrunk)]

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from scipy.special import expit
 
+from ddh_twin_py.gap.classes import TELLS_APART
 from ddh_twin_py.gap.linearised import Linearised
 from ddh_twin_py.gap.refit import Refitted
 from ddh_twin_py.gap.sensitivity import Column
@@ -43,6 +44,15 @@ def doubted(unknown: Unknown, linearised: Linearised, leader: Refitted) -> Unkno
         return unknown
     note = f"the two leading effects cancel {share:.0%} of what they do to the signals; something that no catalogue has may act instead"
     return unknown.raised(CANCEL_DOUBT, note)
+
+
+def leans(kept: Refitted, both: Refitted, none: Refitted) -> bool:
+    """Whether what is kept of a hypothesis needs an effect of it that is too slight to be one.
+
+    It does where that effect adds more evidence than would tell two effects apart and than a law that is off costs the one that is kept.
+    """
+    owed = max(c.effect.law_error for c in kept.columns) ** 2 * max(0.0, kept.log_evidence - none.log_evidence)
+    return both.log_evidence - kept.log_evidence > TELLS_APART + owed
 
 
 def cancelling(linearised: Linearised, fitted: Refitted) -> float:
