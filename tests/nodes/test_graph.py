@@ -163,7 +163,7 @@ def test_the_clock_jumping_back_resets_the_models_and_is_counted(recorded, graph
     estimates = listener.collect(TemperatureEstimateArray, "/ddh/temperature/estimates")
     first = raw_messages(recorded, TemperatureEstimateArray, "/ddh/temperature/estimates")[0]
     play(short_bag, *MODELS)  # the same stamps again: 20 s back
-    wait_for(lambda: len(estimates) >= 400, 10.0, "estimates of the second round")
+    wait_for(lambda: len(estimates) >= 400, 30.0, "estimates of the second round")
     again = next(m for m in estimates if stamp_ns(m) == stamp_ns(first))
     assert again.estimates[5].standard_deviation == pytest.approx(first.estimates[5].standard_deviation, rel=0.2)
     for node in MODELS:
@@ -188,7 +188,7 @@ def test_with_sensors_alone_the_fusion_still_estimates(short_bag, listener):
     estimates = listener.collect(TemperatureEstimateArray, "/bare/temperature/estimates")
     with NodeProcess("temperature_fusion", "/bare", flush_after=0.5) as fusion:
         play(short_bag, "temperature_fusion", namespace="/bare", topics=["temperature/*"])
-        wait_for(lambda: len(estimates) >= 390, 10.0, "estimates")
+        wait_for(lambda: len(estimates) >= 390, 30.0, "estimates")
         fusion.stop()
     tank = estimates[-1].estimates[NODES.index("tank_oil")]
     assert abs(tank.temperature - tank.measured) < 1.0 and np.isnan(tank.predicted)
@@ -202,7 +202,7 @@ def test_the_estimate_survives_a_restart(short_recording, listener, tmp_path):
         estimates = listener.collect(TemperatureEstimateArray, "/kept/temperature/estimates")
         with NodeProcess("temperature_fusion", "/kept", flush_after=0.5, model_timeout=0.5, state_file=str(state)) as fusion:
             play(bag, "temperature_fusion", namespace="/kept", topics=["temperature/*", "rig"])
-            wait_for(lambda e=estimates: len(e) >= 190, 10.0, "estimates")
+            wait_for(lambda e=estimates: len(e) >= 190, 30.0, "estimates")
             fusion.stop()
             said.append(fusion.text)
         tank = NODES.index("tank_oil")
@@ -230,7 +230,7 @@ def test_a_rig_that_is_told_late_changes_nothing_unless_it_is_another(told, word
     given = {"flush_after": 0.5, "model_timeout": 0.5, "state_file": str(tmp_path / "state")}
     with NodeProcess("temperature_fusion", namespace, **given) as fusion:
         play(parts[0], "temperature_fusion", namespace=namespace, topics=["temperature/line_a"])
-        wait_for(lambda: len(estimates) >= 120, 10.0, "estimates")
+        wait_for(lambda: len(estimates) >= 120, 30.0, "estimates")
         before = estimates[-1].estimates[tank].standard_deviation
         latched = QoSProfile(depth=1, durability=QoSDurabilityPolicy.TRANSIENT_LOCAL)
         rig = listener.node.create_publisher(RigInfo, f"{namespace}/rig", latched)
@@ -238,7 +238,7 @@ def test_a_rig_that_is_told_late_changes_nothing_unless_it_is_another(told, word
         fusion.says(f"rig {told}", 10.0)
         count = len(estimates)
         play(parts[1], "temperature_fusion", namespace=namespace, topics=["temperature/line_a"])
-        wait_for(lambda: len(estimates) >= count + 60, 10.0, "further estimates")
+        wait_for(lambda: len(estimates) >= count + 60, 30.0, "further estimates")
         after = estimates[-1].estimates[tank].standard_deviation
         listener.node.destroy_publisher(rig)
         fusion.stop()
@@ -272,7 +272,7 @@ def test_bad_input_is_named_in_log_and_diagnostics(graph, short_recording, liste
     bad = with_clock_jump(bad, 16.0, -10.0)
     play(write_recording(tmp_path / "bad", bad), *MODELS)
     wait_for_quiet()
-    pressure = wait_for(lambda: _with(health, "ddh/hydraulic_model: hydraulics/telemetry", "unit suspect"), 5.0, "unit suspect")
+    pressure = wait_for(lambda: _with(health, "ddh/hydraulic_model: hydraulics/telemetry", "unit suspect"), 30.0, "unit suspect")
     assert pressure.level == DiagnosticStatus.ERROR
     for name, words in (
         ("ddh/temperature_fusion: temperature/line_a", "not a number"),
@@ -300,7 +300,7 @@ def test_two_rigs_on_one_network_stay_apart(graph, short_bag, listener):
     theirs = listener.collect(MotorThermalState, "/site/rig_b/motor/thermal_state")
     with NodeProcess("machine_thermal", "/site/rig_b", flush_after=0.5, stale_after=0.5) as other:
         play(short_bag, "machine_thermal", namespace="/site/rig_b")
-        wait_for(lambda: len(theirs) >= 350, 10.0, "states of the other rig")
+        wait_for(lambda: len(theirs) >= 350, 30.0, "states of the other rig")
         other.stop()
     assert not ours
 
