@@ -21,8 +21,9 @@ def linearised(likeness, told=((1.0, 0.0), (0.0, 1.0), (0.0, 0.0))):
     information = np.array([[100.0, likeness * 100.0, 0.0], [likeness * 100.0, 100.0, 0.0], [0.0, 0.0, 100.0]])
     rows = np.sqrt(np.column_stack([np.array(told, float), np.zeros(3)]))
     blocks = [SimpleNamespace(signal=signal, rows=slice(i, i + 1)) for i, signal in enumerate(SIGNALS)]
-    return SimpleNamespace(columns=COLUMNS, evidence=SimpleNamespace(sums=SimpleNamespace(information=information)),
-                           comparisons=[SimpleNamespace(blocks=blocks)], of_columns=lambda: [rows],
+    columns = [replace(column, change=[own]) for column, own in zip(COLUMNS, rows.T, strict=True)]
+    return SimpleNamespace(columns=columns, evidence=SimpleNamespace(sums=SimpleNamespace(information=information)),
+                           comparisons=[SimpleNamespace(blocks=blocks)],
                            basis=SimpleNamespace(beyond=lambda columns: [c**2 for c in columns]))
 
 

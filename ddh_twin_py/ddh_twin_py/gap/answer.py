@@ -226,11 +226,9 @@ def _something_acts(model: Diagnosable, found: Found, runs: HeldRuns, plain: np.
     Args:
         plain: parameters of the rig as commissioned, (k,). drift: from it.
     """
-    if found.probability.get((), 0.0) < _OUT_OF_THE_QUESTION:
+    if found.probability.get((), 0.0) < _OUT_OF_THE_QUESTION or not model.followed:
         return 0.0, ""
     elsewhere = runs.held if "validation" in model.recordings else None
-    if not model.followed:
-        return 0.0, ""
     found_off = surprises(model, elsewhere, runs.floor, plain, drift.open, UNSURPRISING)
     return something_acts([one for one in found_off if one.signal in model.followed])
 

@@ -73,13 +73,14 @@ def witnesses(linearised: Linearised, fitted: Refitted, places: Sequence[int]) -
     Args:
         places: of the effects among the columns.
     """
-    columns = [rows[:, list(places)] * _lengths(linearised, fitted, places) for rows in linearised.of_columns()]
+    own, lengths = [linearised.columns[i] for i in places], _lengths(linearised, fitted, places)
+    columns = [np.column_stack([c.change[number] for c in own]) * lengths for number in range(len(linearised.comparisons))]
     told: list[dict[str, float]] = [{} for _ in places]
     for comparison, rows in zip(linearised.comparisons, linearised.basis.beyond(columns), strict=True):
         for block in comparison.blocks:
-            for own, amount in zip(told, np.sum(rows[block.rows], axis=0), strict=True):
-                own[block.signal] = own.get(block.signal, 0.0) + max(0.0, float(amount))
-    return [{name: amount / (sum(own.values()) or 1.0) for name, amount in own.items()} for own in told]
+            for shares, amount in zip(told, np.sum(rows[block.rows], axis=0), strict=True):
+                shares[block.signal] = shares.get(block.signal, 0.0) + max(0.0, float(amount))
+    return [{name: amount / (sum(shares.values()) or 1.0) for name, amount in shares.items()} for shares in told]
 
 
 def _likeness(told: Sequence[Mapping[str, float]]) -> float:

@@ -169,8 +169,9 @@ def borne_out(unknown: Unknown, power: float, left: Mapping[str, float], closed:
         closed: share of the gap of held-out data that this hypothesis closes, None where there was none. effects: of which it consists;
             two close much of many a gap. built: whether a commissioning recording showed the laws.
     """
-    speaking = [form.signal for form in unknown.forms if form.gain > needed(form.signal, power) and form.signal in left]
-    if speaking and not built and {form.signal for form in unknown.forms if form.gain > needed(form.signal, power)} <= set(AMPLIFIED):
+    loud = [form.signal for form in unknown.forms if form.gain > needed(form.signal, power)]
+    speaking = [signal for signal in loud if signal in left]
+    if speaking and not built and set(loud) <= set(AMPLIFIED):
         note = (f"the recordings leave structure in {', '.join(speaking)} alone, which small flaws of the model's laws move far, and "
                 "there is no commissioning recording that showed these laws; it is no proof of anything")
         return replace(unknown, probability=min(unknown.probability, _NO_PROOF), notes=[*unknown.notes, note])
