@@ -18,6 +18,7 @@ from ddh_twin_py.gap.hypotheses import (
     Hypothesis,
     probabilities,
     slack_shares,
+    way_shares,
     weigh,
     weighted,
 )
@@ -131,6 +132,15 @@ def test_priors_of_sets_sum_to_one_whatever_ways_an_effect_has():
     assert weights[(NAMES[0],)] == pytest.approx(weights[(NAMES[1],)]) == pytest.approx((1.0 - PRIOR_NONE - PRIOR_PAIRS) / 3)
     assert sum(w for ids, w in weights.items() if len(ids) == 2) == pytest.approx(PRIOR_PAIRS)
     np.testing.assert_allclose(slack_shares(columns), [2**-0.5, 2**-0.5, 1.0, 1.0])
+
+
+def test_an_effect_that_is_known_for_growing_seldom_shrinks():
+    """One law in two directions, another law up alone; and an effect that goes either way."""
+    wear, wrong = EFFECTS["pump_1.leakage"], EFFECTS["load.mass"]
+    columns = [Column(wear, 0, 0.1, 5.0, "speed", []), Column(wear, 0, -0.1, 5.0, "speed", []),
+               Column(wrong, 0, 3.0, 5.0, "speed", []), Column(wrong, 0, -3.0, 5.0, "speed", [])]
+    np.testing.assert_allclose(way_shares(columns), [0.9, 0.1, 0.5, 0.5])
+    np.testing.assert_allclose(way_shares(columns[1:]), [1.0, 0.5, 0.5])
 
 
 def test_probabilities_are_normalised_and_sorted():

@@ -25,6 +25,7 @@ class Effect:
             given the quantity's departure x from ``reference``. At x = 0 none changes anything.
         step: a departure to begin with when the sensitivity is not known.
         lowest, highest: allowed departures.
+        grows: whether it is known for growing, as wear makes it, and a negative departure is rare.
         about: what happens, in one sentence; about_below where the departure is negative and that reads
             otherwise; in both ``{reference}`` stands for what the departure is counted from, see `happens`.
         law: the equation. signature: what it shows in the signals. check: how to see it on the machine.
@@ -45,6 +46,7 @@ class Effect:
     step: float
     lowest: float = -math.inf
     highest: float = math.inf
+    grows: bool = False
     about: str = ""
     about_below: str = ""
     law: str = ""

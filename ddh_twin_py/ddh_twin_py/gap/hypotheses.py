@@ -46,6 +46,8 @@ PRIOR_NONE = 0.3
 """Prior probability that nothing but parameters is off."""
 PRIOR_PAIRS = 0.15
 """Prior probability that two effects act at once."""
+_SHRINKS = 0.1
+"""Prior probability that an effect that is known for growing is smaller than expected; see `Effect.grows`."""
 _PAIRS_AMONG = 30  # columns whose pairs are tried
 
 
@@ -150,18 +152,24 @@ def effects_of(hypothesis: Hypothesis, columns: Sequence[Column]) -> tuple[str, 
     return tuple(sorted({columns[i].effect.id for i in hypothesis.columns}))
 
 
+def way_shares(columns: Sequence[Column]) -> np.ndarray:
+    """Prior probability of each column among those of its effect, (m,): its laws are alike, and so are its directions unless it grows."""
+    of_direction = np.array([(_SHRINKS if c.x < 0.0 else 1.0 - _SHRINKS) if c.effect.grows else 0.5 for c in columns])
+    ids = [column.effect.id for column in columns]
+    total = {own: sum(share for share, other in zip(of_direction, ids, strict=True) if other == own) for own in set(ids)}
+    return of_direction / np.array([total[own] for own in ids])
+
+
 def weighted(hypotheses: Sequence[Hypothesis], columns: Sequence[Column],
              effects: int) -> dict[tuple[str, ...], tuple[float, Hypothesis | None]]:
     """Log posterior weight of every set of effects (laws and directions summed) and its best way; () is no effect."""
-    ways: dict[str, int] = {}
-    for column in columns:
-        ways[column.effect.id] = ways.get(column.effect.id, 0) + 1
+    of_way = np.log(way_shares(columns))
     groups: dict[tuple[str, ...], list[tuple[float, Hypothesis]]] = {}
     pairs = max(1, effects * (effects - 1) // 2)
     for hypothesis in hypotheses:
         ids = effects_of(hypothesis, columns)
         prior = math.log(PRIOR_PAIRS / pairs) if len(ids) == 2 else math.log((1.0 - PRIOR_NONE - PRIOR_PAIRS) / effects)
-        prior -= sum(math.log(ways[i]) for i in ids)
+        prior += float(np.sum(of_way[list(hypothesis.columns)]))
         groups.setdefault(ids, []).append((hypothesis.log_evidence + prior, hypothesis))
     out: dict[tuple[str, ...], tuple[float, Hypothesis | None]] = {(): (math.log(PRIOR_NONE), None)}
     for ids, members in groups.items():

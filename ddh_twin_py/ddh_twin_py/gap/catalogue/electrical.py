@@ -74,7 +74,7 @@ EFFECTS = (
     Effect(
         id="drive.speed_lag", component="drive", domain="electrical", parameter="time_constant", unit="s",
         reference=value_of("motor_speed_loop_time_constant"), laws=(added("motor_speed_loop_time_constant"),), step=0.005,
-        lowest=-0.012, highest=0.3,
+        lowest=-0.012, highest=0.3, grows=True,
         about="The speed loop follows its command more slowly than {reference}.",
         about_below="The speed loop follows its command faster than {reference}.",
         law="tau dw/dt = w_command - w",

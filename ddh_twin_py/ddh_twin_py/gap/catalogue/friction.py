@@ -43,7 +43,7 @@ EFFECTS = (
     Effect(
         id="cylinder.seal_friction", component="cylinder", domain="mechanical", parameter="force", unit="N",
         reference=value_of("cylinder_friction_coulomb"), laws=(added("cylinder_friction_coulomb"), _seals_with_stribeck),
-        step=60.0, lowest=-280.0, highest=2e4,
+        step=60.0, lowest=-280.0, highest=2e4, grows=True,
         about="Piston and rod seals rub harder than {reference}, with a Stribeck rise at low speed.",
         about_below="Piston and rod seals rub less than {reference}.",
         law="F = sign(v) (F_c + k |dp|) (1 + (r_s - 1) exp(-(v/v_s)^2)) + b v",

@@ -50,7 +50,7 @@ EFFECTS = (
     Effect(
         id="sensor.temperature_lag", component="sensor", domain="measurement", parameter="time_constant", unit="s",
         reference=lambda record: float(record["sensors_temperature_time_constant"][0] * record["measurement_surface_lag_ratio"][0]),
-        laws=(_lag,), step=10.0, lowest=-4.5, highest=1000.0,
+        laws=(_lag,), step=10.0, lowest=-4.5, highest=1000.0, grows=True,
         about="The surface sensors follow more slowly than {reference}.",
         about_below="The surface sensors follow faster than {reference}.",
         law="tau dT_read/dt = T - T_read",

@@ -21,7 +21,7 @@ def _cooling(name: str, component: str, what: str, fields: tuple[str, ...], *con
 EFFECTS = (
     Effect(
         id="motor.contact_resistance", component="motor", domain="thermal", parameter="resistance_ratio", unit="1",
-        reference=fixed(1.0), laws=(divided("motor_yoke_to_housing"),), step=1.0, lowest=-0.9, highest=500.0,
+        reference=fixed(1.0), laws=(divided("motor_yoke_to_housing"),), step=1.0, lowest=-0.9, highest=500.0, grows=True,
         about="Heat passes worse from stator to housing (interface gap).",
         about_below="Heat passes better from stator to housing than {reference}.",
         law="G = G_0/r between yoke and housing",

@@ -28,7 +28,7 @@ EFFECTS = (
     Effect(
         id="check_valve.cracking", component="check_valve", domain="hydraulic", parameter="cracking_pressure", unit="Pa",
         reference=value_of("check_valve_cracking_pressure"), laws=(added("check_valve_cracking_pressure"),), step=1e4,
-        lowest=-3e4, highest=9e4,
+        lowest=-3e4, highest=9e4, grows=True,
         about="The anti-cavitation check valve opens late, the rod side runs at a vacuum when lowering.",
         about_below="The anti-cavitation check valve opens earlier than {reference}.",
         law="Q = G max(0, -p - p_crack)",
