@@ -22,6 +22,7 @@ from ddh_twin_py.gap.held_runs import HeldRuns, ratios_of
 from ddh_twin_py.gap.law_freedom import gain_of_freedom
 from ddh_twin_py.gap.learned import described, learn
 from ddh_twin_py.gap.model import Diagnosable
+from ddh_twin_py.gap.one_witness import doubted_alone
 from ddh_twin_py.gap.open_rig import asked_of_rig, told
 from ddh_twin_py.gap.places import alone, entry_of, located, places, sized, unknown_places
 from ddh_twin_py.gap.refit import Refitted
@@ -99,6 +100,8 @@ def diagnosis(model: Diagnosable, found: Found, theta: np.ndarray, hidden: Seque
         unknown = doubted(unknown, found.linearised, leader)
     elif leader.columns and with_slight is not None and leans(leader, with_slight, none):  # too slight to be one, and needed all the same
         unknown = doubted(unknown, found.linearised, with_slight)
+    if len(leader.columns) == 1:
+        unknown = doubted_alone(unknown, found.linearised, leader)
     found, unknown = something_acting(found, unknown, acts, why)
     gaps = [(gap_before, shrunk)]
     if unknown.probability >= LIKELY:  # what nobody listed is asked for only where no rig within tolerance does as well

@@ -12,6 +12,7 @@ from ddh_twin_py.gap.linearised import Linearised
 from ddh_twin_py.gap.refit import Refitted
 from ddh_twin_py.gap.sensitivity import Column
 from ddh_twin_py.gap.unknown import Unknown
+from ddh_twin_py.gap.witnesses import lengths_of, places_of, witnesses
 
 LOG_ODDS = -2.0
 """Of something unknown beside two effects: of 45 pairs that led on sealed recordings of an independent plant, with nothing else against
@@ -33,8 +34,8 @@ def doubted(unknown: Unknown, linearised: Linearised, leader: Refitted) -> Unkno
     """
     if len(leader.columns) < 2:
         return unknown
-    places = _places(linearised, leader)
-    share, likeness = cancelling(linearised, leader), _likeness(witnesses(linearised, leader, places))
+    places = places_of(linearised, leader)
+    share, likeness = cancelling(linearised, leader), _likeness(witnesses(linearised, leader))
     least, slight = _least_rise(linearised, leader, places)
     odds = LOG_ODDS + _told((likeness - SAME) / _SAME_SOFTNESS, _SAME_BOUNDS) + _told((SLIGHT - slight) / _SLIGHT_SOFTNESS, _SLIGHT_BOUNDS)
     note = (f"the two leading effects speak through the same signals (alike by {likeness:.0%}), and the lesser of them moves none by more "
@@ -60,27 +61,11 @@ def cancelling(linearised: Linearised, fitted: Refitted) -> float:
 
     With departures x and information I of their columns it is -sum of x_i I_ij x_j, i other than j, over sum of x_i I_ii x_i.
     """
-    places = _places(linearised, fitted)
+    places = places_of(linearised, fitted)
     information = linearised.evidence.sums.information[np.ix_(places, places)]
-    x = _lengths(linearised, fitted, places)
+    x = lengths_of(linearised, fitted, places)
     own = float(np.sum(x**2 * np.diagonal(information)))
     return max(0.0, (own - float(x @ information @ x)) / own) if own > 0.0 else 0.0
-
-
-def witnesses(linearised: Linearised, fitted: Refitted, places: Sequence[int]) -> list[dict[str, float]]:
-    """Share of what each effect tells, rig's parameters refitted, by the signal that tells it; by effect, signal to share.
-
-    Args:
-        places: of the effects among the columns.
-    """
-    own, lengths = [linearised.columns[i] for i in places], _lengths(linearised, fitted, places)
-    columns = [np.column_stack([c.change[number] for c in own]) * lengths for number in range(len(linearised.comparisons))]
-    told: list[dict[str, float]] = [{} for _ in places]
-    for comparison, rows in zip(linearised.comparisons, linearised.basis.beyond(columns), strict=True):
-        for block in comparison.blocks:
-            for shares, amount in zip(told, np.sum(rows[block.rows], axis=0), strict=True):
-                shares[block.signal] = shares.get(block.signal, 0.0) + max(0.0, float(amount))
-    return [{name: amount / (sum(shares.values()) or 1.0) for name, amount in shares.items()} for shares in told]
 
 
 def _likeness(told: Sequence[Mapping[str, float]]) -> float:
@@ -92,7 +77,7 @@ def _likeness(told: Sequence[Mapping[str, float]]) -> float:
 def _least_rise(linearised: Linearised, fitted: Refitted, places: Sequence[int]) -> tuple[float, float]:
     """Noises by which the lesser of two effects moves its worst signal; and the same, without bound where it may be the other's flaw."""
     columns: list[Column] = [linearised.columns[i] for i in places]
-    rises = np.abs(_lengths(linearised, fitted, places)) * [c.rise for c in columns]
+    rises = np.abs(lengths_of(linearised, fitted, places)) * [c.rise for c in columns]
     greater = int(np.argmax(rises))
     least = float(rises.min())
     owed = _OWES * columns[greater].effect.law_error * float(rises[greater])
@@ -101,14 +86,3 @@ def _least_rise(linearised: Linearised, fitted: Refitted, places: Sequence[int])
 
 def _told(value: float, bounds: tuple[float, float]) -> float:
     return float(np.clip(value, *bounds))
-
-
-def _places(linearised: Linearised, fitted: Refitted) -> list[int]:
-    """Of a hypothesis' effects, each the way it acts, among the columns."""
-    ways = [(column.effect.id, column.law, column.x > 0.0) for column in linearised.columns]
-    return [ways.index((column.effect.id, column.law, column.x > 0.0)) for column in fitted.columns]
-
-
-def _lengths(linearised: Linearised, fitted: Refitted, places: Sequence[int]) -> np.ndarray:
-    """Departures in multiples of those columns, (m,)."""
-    return fitted.x / np.array([linearised.columns[i].x for i in places])
