@@ -21,11 +21,13 @@ from ddh_twin_py.gap.held_best import AtBest, HeldBest
 from ddh_twin_py.gap.held_runs import HeldRuns, ratios_of
 from ddh_twin_py.gap.law_freedom import gain_of_freedom
 from ddh_twin_py.gap.learned import described, learn
+from ddh_twin_py.gap.linearised import Linearised
 from ddh_twin_py.gap.model import Diagnosable
 from ddh_twin_py.gap.one_witness import doubted_alone
 from ddh_twin_py.gap.open_rig import asked_of_rig, told
 from ddh_twin_py.gap.places import alone, entry_of, located, places, sized, unknown_places
 from ddh_twin_py.gap.refit import Refitted
+from ddh_twin_py.gap.rivals import next_believed
 from ddh_twin_py.gap.search import Found
 from ddh_twin_py.gap.sensitivity import AMPLIFIED
 from ddh_twin_py.gap.taken_up import not_shown
@@ -94,14 +96,17 @@ def diagnosis(model: Diagnosable, found: Found, theta: np.ndarray, hidden: Seque
     if leader.columns and drift and acts < LIKELY and no_help:
         found, notes = less_believed(found), [_NO_HELP]
         leader = leader if found.leader else none
-    best, shrunk = leader, runs.gap(leader) if leader.columns else gap_before
-    unknown, bests = _heard(unknown_beside(model, found, leader), model, found, leader, runs, plain, before, drift)
-    if len(leader.columns) > 1:
-        unknown = doubted(unknown, found.linearised, leader)
-    elif leader.columns and with_slight is not None and leans(leader, with_slight, none):  # too slight to be one, and needed all the same
-        unknown = doubted(unknown, found.linearised, with_slight)
-    if len(leader.columns) == 1:
-        unknown = doubted_alone(unknown, found.linearised, leader)
+    heard: dict[tuple[str, ...], dict[tuple[str, ...], AtBest]] = {}
+
+    def hear(ids: tuple[str, ...]) -> Unknown:
+        beside, heard[ids] = _heard(unknown_beside(model, found, found.fitted[ids]), model, found, found.fitted[ids], runs, plain, before,
+                                    drift)
+        slight = with_slight if found.fitted[ids] is leader else None
+        return _of_what_leads(beside, found.linearised, found.fitted[ids], slight, none)
+
+    found, unknown = next_believed(found, hear(leader.effects), hear)
+    leader = found.fitted.get(found.leader) or none
+    best, shrunk, bests = leader, runs.gap(leader) if leader.columns else gap_before, heard[leader.effects]
     found, unknown = something_acting(found, unknown, acts, why)
     gaps = [(gap_before, shrunk)]
     if unknown.probability >= LIKELY:  # what nobody listed is asked for only where no rig within tolerance does as well
@@ -221,6 +226,19 @@ def _heard(unknown: Unknown, model: Diagnosable, found: Found, leader: Refitted,
         unknown = halfway(unknown, shrunk, closed, slow)
     unknown = refuted(unknown, beside_none.gap, shrunk) if leader.columns else unknown
     return unknown, {(): beside_none, leader.effects: beside}
+
+
+def _of_what_leads(unknown: Unknown, linearised: Linearised, leader: Refitted, with_slight: Refitted | None, none: Refitted) -> Unknown:
+    """The same with what the effects that lead say of each other, and of the signals that tell of them.
+
+    Args:
+        with_slight: the leader with what is too slight to be an effect; None where that is not known.
+    """
+    if len(leader.columns) > 1:
+        unknown = doubted(unknown, linearised, leader)
+    elif leader.columns and with_slight is not None and leans(leader, with_slight, none):  # too slight to be one, and needed all the same
+        unknown = doubted(unknown, linearised, with_slight)
+    return doubted_alone(unknown, linearised, leader) if len(leader.columns) == 1 else unknown
 
 
 def _something_acts(model: Diagnosable, found: Found, runs: HeldRuns, plain: np.ndarray, drift: Drift) -> tuple[float, str]:
