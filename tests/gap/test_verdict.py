@@ -54,7 +54,9 @@ def test_one_effect_of_a_class_does_not_stand_for_two_of_it(monkeypatch):
 
 @pytest.mark.parametrize("gaps, speaks, relieved, nothing", [
     ([(0.8, 0.8)], 9.0, 2.0, True),  # flaws of the laws gain as much
-    ([(0.8, 0.7)], 9.0, 2.0, False),  # it shrinks what there is
+    ([(1.2, 1.0)], 9.0, 2.0, False),  # it shrinks what there is
+    ([(0.8, 0.7)], 9.0, 2.0, True),  # of which nothing is beyond the floor
+    ([(1.7, 1.5), (0.9, 0.87)], 17.0, 5.0, True),  # all but what sums up the flaws of laws is within it
     ([(1.5, 1.5)], 9.0, 2.0, False),  # a gap that nobody shrinks is one all the same
     ([(1.5, 1.5), (0.8, 0.8)], 9.0, 2.0, True),  # a rig within its tolerances does as well
     ([(0.8, 0.8)], 40.0, 2.0, False),

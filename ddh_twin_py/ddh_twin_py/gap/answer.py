@@ -108,7 +108,7 @@ def diagnosis(model: Diagnosable, found: Found, theta: np.ndarray, hidden: Seque
     leader = found.fitted.get(found.leader) or none
     best, shrunk, bests = leader, runs.gap(leader) if leader.columns else gap_before, heard[leader.effects]
     found, unknown = something_acting(found, unknown, acts, why)
-    gaps = [(gap_before, shrunk)]
+    gaps = [(gap_before, shrunk), (_but_sums(before, floor), _but_sums(runs.ratios(leader), floor))]
     if unknown.probability >= LIKELY:  # what nobody listed is asked for only where no rig within tolerance does as well
         gaps.append((bests[()].gap, bests[leader.effects].gap))
     relieved = 0.5 * float(none.theta @ none.theta - leader.theta @ leader.theta) / max(1, len(leader.columns))
@@ -239,6 +239,11 @@ def _of_what_leads(unknown: Unknown, linearised: Linearised, leader: Refitted, w
     elif leader.columns and with_slight is not None and leans(leader, with_slight, none):  # too slight to be one, and needed all the same
         unknown = doubted(unknown, linearised, with_slight)
     return doubted_alone(unknown, linearised, leader) if len(leader.columns) == 1 else unknown
+
+
+def _but_sums(ratios: Mapping[str, float], floor: Mapping[str, float]) -> float:
+    """Gap of all signals but those that a small flaw of the model moves far."""
+    return size.gap({name: ratio for name, ratio in ratios.items() if name not in NEEDED_BY}, floor)
 
 
 def _something_acts(model: Diagnosable, found: Found, runs: HeldRuns, plain: np.ndarray, drift: Drift) -> tuple[float, str]:

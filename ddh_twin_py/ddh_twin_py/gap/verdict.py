@@ -20,7 +20,7 @@ NEARLY = 1.25
 """Multiple of the floor up to which a gap of held-out data is nearly none."""
 _NO_HELP = 5.0  # log odds that a hypothesis loses against no effect, where it brings held-out data within the floor no nearer
 _SHRINKS = 0.95  # share of a gap that is left, from which a hypothesis hardly shrinks it
-_LOUD, _RELIEVED = 15.0, 8.0  # log evidence of a hypothesis, and what of it is relief of parameters: larger than flaws of laws make them
+_LOUD, _RELIEVED = 30.0, 8.0  # log evidence of a hypothesis, and what of it is relief of parameters: larger than flaws of laws make them
 _NOTHING_LEFT = 0.1  # what is left of every probability where held-out data have no gap
 
 
@@ -74,10 +74,11 @@ def nothing_to_explain(gaps: Sequence[tuple[float, float]], speaks: float, relie
     relieves them of that is no flaw of the laws, which would not know where the sheet lies.
 
     Args:
-        gaps: of held-out data without and beside the leader, in multiples of the floor. speaks: log evidence of the leader over no effect.
+        gaps: of held-out data without and beside the leader, in multiples of the floor, in each way in which they may be small: within the
+            floor, or nearly and with the leader hardly less. speaks: log evidence of the leader over no effect.
         relieved: that part of it which parameters cost less, by their tolerances, than without it, for each of its effects.
     """
-    small = any(without <= NEARLY and beside > _SHRINKS * without for without, beside in gaps)
+    small = any(without <= 1.0 or (without <= NEARLY and beside > _SHRINKS * without) for without, beside in gaps)
     return small and speaks < _LOUD and min(speaks, relieved) < _RELIEVED
 
 
