@@ -68,7 +68,7 @@ def something_acting(found: Found, unknown: Unknown, probability: float, note: s
 
 
 def nothing_to_explain(gaps: Sequence[tuple[float, float]], speaks: float, relieved: float) -> bool:
-    """Whether, without commissioning, there is nothing to explain: no gap beyond the floor, or hardly one, and none that the leader shrinks.
+    """Whether, without commissioning, nothing is to be explained: no gap beyond the floor, or hardly one that the leader does not shrink.
 
     Parameters take an effect up and leave no gap in other duties either, but at a price: they must leave the sheet far. An effect that
     relieves them of that is no flaw of the laws, which would not know where the sheet lies.
