@@ -1,5 +1,7 @@
 """One effect of which one signal alone tells, and one of which several do."""
 
+from dataclasses import replace
+
 import pytest
 from ddh_twin_py.gap.one_witness import DOUBT, doubted_alone
 from ddh_twin_py.gap.unknown import Unknown
@@ -19,3 +21,10 @@ def test_the_more_one_signal_bears_of_the_evidence_the_more_it_is_doubted(told, 
 def test_what_is_doubted_more_already_stays_so():
     found = doubted_alone(Unknown(0.6, [], 0.0, "1"), linearised(0.0, ((1.0, 0.0), (0.0, 0.0), (0.0, 0.0))), fitted(1.0))
     assert found.probability == 0.6
+
+
+def test_a_listed_fault_of_a_sensor_speaks_through_it_alone_by_nature():
+    alone = fitted(1.0)
+    column = alone.columns[0]
+    faulty = replace(alone, columns=(replace(column, effect=replace(column.effect, domain="measurement")),))
+    assert doubted_alone(SURE, linearised(0.0, ((1.0, 0.0), (0.0, 0.0), (0.0, 0.0))), faulty) is SURE

@@ -10,8 +10,8 @@ from ddh_twin_py.gap.unknown import Unknown
 from ddh_twin_py.gap.witnesses import witnesses
 
 DOUBT = 0.25
-"""Probability of something unknown beside an effect of which one signal alone tells: of five that led so on sealed recordings of an
-independent plant two were wrong, a sensor that drifts and an encoder that slips; drawn towards the one in twenty of all others."""
+"""Probability of something unknown beside an effect of which one signal alone tells: of two that led so on sealed recordings of an
+independent plant one was a sensor that drifts; drawn towards the one in twenty of all others."""
 _HEARD, _ALONE = 0.75, 0.95
 """Share of what tells of an effect that the loudest signal may have without doubt, and from which it stands alone."""
 
@@ -19,8 +19,11 @@ _HEARD, _ALONE = 0.75, 0.95
 def doubted_alone(unknown: Unknown, linearised: Linearised, leader: Refitted) -> Unknown:
     """The same, more probable where one effect leads and one signal bears nearly all evidence of it.
 
-    A wrong flow, force or heat shows in several signals. What one alone shows may be its sensor.
+    A wrong flow, force or heat shows in several signals. What one alone shows may be its sensor. A listed fault of a sensor speaks through
+    that sensor by nature and is not doubted for it.
     """
+    if leader.columns[0].effect.domain == "measurement":
+        return unknown
     (shares,) = witnesses(linearised, leader)
     loudest = max(shares, key=shares.get)
     doubt = DOUBT * float(np.clip((shares[loudest] - _HEARD) / (_ALONE - _HEARD), 0.0, 1.0))
