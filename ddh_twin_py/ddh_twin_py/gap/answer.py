@@ -96,13 +96,15 @@ def diagnosis(model: Diagnosable, found: Found, theta: np.ndarray, hidden: Seque
     if leader.columns and drift and acts < LIKELY and no_help:
         found, notes = less_believed(found), [_NO_HELP]
         leader = leader if found.leader else none
+    at_best_of = HeldBest(held, floor, model.within, plain, found.linearised.basis.covariance())
     heard: dict[tuple[str, ...], dict[tuple[str, ...], AtBest]] = {}
+    slight = {leader.effects: with_slight}
 
-    def hear(ids: tuple[str, ...]) -> Unknown:
-        beside, heard[ids] = _heard(unknown_beside(model, found, found.fitted[ids]), model, found, found.fitted[ids], runs, plain, before,
-                                    drift)
-        slight = with_slight if found.fitted[ids] is leader else None
-        return _of_what_leads(beside, found.linearised, found.fitted[ids], slight, none)
+    def hear(ids: tuple[str, ...], searched: Found = found) -> Unknown:
+        fitted = searched.fitted[ids]
+        beside = unknown_beside(model, searched, fitted)
+        unknown, heard[ids] = _heard(beside, model, searched, fitted, runs, at_best_of, plain, before, drift)
+        return _of_what_leads(unknown, searched.linearised, fitted, slight.get(ids), none)
 
     found, unknown = next_believed(found, hear(leader.effects), hear)
     leader = found.fitted.get(found.leader) or none
@@ -179,16 +181,16 @@ def diagnosis(model: Diagnosable, found: Found, theta: np.ndarray, hidden: Seque
         assumptions=model.assumptions, seconds=dict(seconds), catalogue=model.catalogue)
 
 
-def _heard(unknown: Unknown, model: Diagnosable, found: Found, leader: Refitted, runs: HeldRuns, plain: np.ndarray,
+def _heard(unknown: Unknown, model: Diagnosable, found: Found, leader: Refitted, runs: HeldRuns, best: HeldBest, plain: np.ndarray,
            as_run: Mapping[str, float], drift: Drift | None) -> tuple[Unknown, dict[tuple[str, ...], AtBest]]:
     """What is unknown beside the leader, once held-out data had their say; and these beside it and beside no effect, by set of effects.
 
     Args:
-        plain: parameters without it, (k,). as_run: multiples of their noise by which signals are off with them.
+        best: held-out data at best. plain: parameters without it, (k,).
+        as_run: multiples of their noise by which signals are off with them.
         drift: from the rig as commissioned, None where nothing showed that.
     """
     floor, none = runs.floor, found.fitted[()]
-    best = HeldBest(runs.held, floor, model.within, plain, found.linearised.basis.covariance())
     beside = best.beside(leader.theta, leader.acting)
     closely = max(beside.over.values(), default=0.0) > _SUSPECT
     beside = best.beside(leader.theta, leader.acting, closely) if closely else beside
@@ -234,11 +236,11 @@ def _of_what_leads(unknown: Unknown, linearised: Linearised, leader: Refitted, w
     Args:
         with_slight: the leader with what is too slight to be an effect; None where that is not known.
     """
-    if len(leader.columns) > 1:
-        unknown = doubted(unknown, linearised, leader)
-    elif leader.columns and with_slight is not None and leans(leader, with_slight, none):  # too slight to be one, and needed all the same
+    if len(leader.columns) != 1:
+        return doubted(unknown, linearised, leader)
+    if with_slight is not None and leans(leader, with_slight, none):  # too slight to be one, and needed all the same
         unknown = doubted(unknown, linearised, with_slight)
-    return doubted_alone(unknown, linearised, leader) if len(leader.columns) == 1 else unknown
+    return doubted_alone(unknown, linearised, leader)
 
 
 def _but_sums(ratios: Mapping[str, float], floor: Mapping[str, float]) -> float:

@@ -156,7 +156,9 @@ def way_shares(columns: Sequence[Column]) -> np.ndarray:
     """Prior probability of each column among those of its effect, (m,): its laws are alike, and so are its directions unless it grows."""
     of_direction = np.array([(_SHRINKS if c.x < 0.0 else 1.0 - _SHRINKS) if c.effect.grows else 0.5 for c in columns])
     ids = [column.effect.id for column in columns]
-    total = {own: sum(share for share, other in zip(of_direction, ids, strict=True) if other == own) for own in set(ids)}
+    total = dict.fromkeys(ids, 0.0)
+    for own, share in zip(ids, of_direction, strict=True):
+        total[own] += share
     return of_direction / np.array([total[own] for own in ids])
 
 

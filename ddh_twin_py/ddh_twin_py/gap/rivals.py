@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 
+from ddh_twin_py.gap.fits import Ids
 from ddh_twin_py.gap.search import Found
 from ddh_twin_py.gap.unknown import UNLISTED, Unknown
 from ddh_twin_py.gap.verdict import LIKELY
 
-Ids = tuple[str, ...]
 _MOST = 2  # rivals that are heard
 
 
