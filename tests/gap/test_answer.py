@@ -6,9 +6,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from ddh_twin_py.estimation.calibration import FittedParameter
-from ddh_twin_py.gap.answer import _at_the_end, _missed, _not_held, _pressed, _spread_elsewhere, _would_not_show
+from ddh_twin_py.gap.answer import _at_the_end, _missed, _not_held, _pressed, _would_not_show
 from ddh_twin_py.gap.catalogue import EFFECTS
 from ddh_twin_py.gap.detection import Detection
+from ddh_twin_py.gap.hearing import spread_elsewhere
 
 
 def test_what_a_record_would_not_have_shown_is_no_part_of_no_gap():
@@ -37,7 +38,7 @@ def test_sizes_in_another_duty_err_by_fit_and_law_and_heat_into_an_unknown_body_
     names = ("motor.pwm_loss", "sensor.rod_position_scale", "tank.mount_conduction")
     fitted = SimpleNamespace(columns=[SimpleNamespace(effect=EFFECTS[name]) for name in names], x=np.array([10.0, 0.02, 4.0]),
                              covariance=np.diag([9.0, 1.0e-6, 1.0]))
-    assert _spread_elsewhere(fitted) == pytest.approx([np.hypot(3.0, 2.0), 1.0e-3, 0.0])
+    assert spread_elsewhere(fitted) == pytest.approx([np.hypot(3.0, 2.0), 1.0e-3, 0.0])
 
 
 def test_what_held_out_data_lack_is_said():

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Collection, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
@@ -17,42 +16,23 @@ from ddh_twin_py.gap.departure import departure_of
 from ddh_twin_py.gap.detection import SIZES, Detection, detections
 from ddh_twin_py.gap.diagnosis import Diagnosis, Weighed
 from ddh_twin_py.gap.drift import Drift
+from ddh_twin_py.gap.hearing import Hearing
 from ddh_twin_py.gap.held_best import AtBest, HeldBest
 from ddh_twin_py.gap.held_runs import HeldRuns, ratios_of
-from ddh_twin_py.gap.law_freedom import gain_of_freedom
+from ddh_twin_py.gap.hypotheses import Ids
 from ddh_twin_py.gap.learned import described, learn
-from ddh_twin_py.gap.linearised import Linearised
 from ddh_twin_py.gap.model import Diagnosable
-from ddh_twin_py.gap.one_witness import doubted_alone
 from ddh_twin_py.gap.open_rig import asked_of_rig, told
 from ddh_twin_py.gap.places import alone, entry_of, located, places, sized, unknown_places
 from ddh_twin_py.gap.refit import Refitted
 from ddh_twin_py.gap.rivals import next_believed
 from ddh_twin_py.gap.search import Found
-from ddh_twin_py.gap.sensitivity import AMPLIFIED
 from ddh_twin_py.gap.taken_up import not_shown
 from ddh_twin_py.gap.tolerance import too_small, without_parameters
-from ddh_twin_py.gap.two_effects import doubted, leans
 from ddh_twin_py.gap.unknown import (
-    FAR,
-    FREEDOM,
     NEEDED_BY,
-    RESIZE,
     UNSURPRISING,
-    Unknown,
-    bent,
-    borne_out,
-    displaced,
-    drifted,
-    far_off,
-    halfway,
-    left_behind,
-    refuted,
-    resized,
     something_acts,
-    strained,
-    unknown_beside,
-    worsened,
 )
 from ddh_twin_py.gap.verdict import LIKELY, NEARLY, Verdict, judge, less_believed, nothing_to_explain, something_acting
 from ddh_twin_py.gap.words import sentence
@@ -63,7 +43,6 @@ LISTED = 0.01
 _NO_NEARER = 0.99  # share of the gap of held-out data without any effect, from which a hypothesis does not help with it
 _NO_HELP = "held-out data show nothing beyond the floor, and the best listed hypothesis brings them no nearer; it is less believed"
 _OUT_OF_THE_QUESTION = 1e-3  # probability of no effect, below which nothing more is asked of it
-_SUSPECT = 2.0  # floors that a signal of held-out data is off beside the leader, from which all is looked at closely before it is doubted
 _MOST_AT_END = 4  # parameters named that are pressed against the end of their tolerance
 _AT_END = 0.01  # deviations from the end of its tolerance within which a parameter is pressed against it
 _MOST = 12  # sets and effects listed
@@ -96,25 +75,13 @@ def diagnosis(model: Diagnosable, found: Found, theta: np.ndarray, hidden: Seque
     if leader.columns and drift and acts < LIKELY and no_help:
         found, notes = less_believed(found), [_NO_HELP]
         leader = leader if found.leader else none
-    at_best_of = HeldBest(held, floor, model.within, plain, found.linearised.basis.covariance())
-    heard: dict[tuple[str, ...], dict[tuple[str, ...], AtBest]] = {}
-    slight = {leader.effects: with_slight}
-
-    def hear(ids: tuple[str, ...], searched: Found = found) -> Unknown:
-        fitted = searched.fitted[ids]
-        beside = unknown_beside(model, searched, fitted)
-        unknown, heard[ids] = _heard(beside, model, searched, fitted, runs, at_best_of, plain, before, drift)
-        return _of_what_leads(unknown, searched.linearised, fitted, slight.get(ids), none)
-
-    found, unknown = next_believed(found, hear(leader.effects), hear)
+    open_rig = HeldBest(held, floor, model.within, plain, found.linearised.basis.covariance())
+    hearing = Hearing(model, found, runs, open_rig, plain, before, drift, {leader.effects: with_slight})
+    found, unknown = next_believed(found, hearing.of(leader.effects), hearing.of)
     leader = found.fitted.get(found.leader) or none
-    best, shrunk, bests = leader, runs.gap(leader) if leader.columns else gap_before, heard[leader.effects]
+    best, bests = leader, hearing.at_best[leader.effects]
     found, unknown = something_acting(found, unknown, acts, why)
-    gaps = [(gap_before, shrunk), (_but_sums(before, floor), _but_sums(runs.ratios(leader), floor))]
-    if unknown.probability >= LIKELY:  # what nobody listed is asked for only where no rig within tolerance does as well
-        gaps.append((bests[()].gap, bests[leader.effects].gap))
-    relieved = 0.5 * float(none.theta @ none.theta - leader.theta @ leader.theta) / max(1, len(leader.columns))
-    within = all(model.altered) and nothing_to_explain(gaps, leader.log_evidence - none.log_evidence, relieved)
+    within = all(model.altered) and _nothing_beyond(runs, leader, none, bests if unknown.probability >= LIKELY else None)
     if unknown.probability >= LIKELY:
         where = replace(found, linearised=found.linearised.held_at(plain)) if acts >= LIKELY and not leader.columns else found
         unknown = located(unknown, where.linearised, model.free_places(where, unknown.forms))
@@ -181,66 +148,18 @@ def diagnosis(model: Diagnosable, found: Found, theta: np.ndarray, hidden: Seque
         assumptions=model.assumptions, seconds=dict(seconds), catalogue=model.catalogue)
 
 
-def _heard(unknown: Unknown, model: Diagnosable, found: Found, leader: Refitted, runs: HeldRuns, best: HeldBest, plain: np.ndarray,
-           as_run: Mapping[str, float], drift: Drift | None) -> tuple[Unknown, dict[tuple[str, ...], AtBest]]:
-    """What is unknown beside the leader, once held-out data had their say; and these beside it and beside no effect, by set of effects.
+def _nothing_beyond(runs: HeldRuns, leader: Refitted, none: Refitted, bests: Mapping[Ids, AtBest] | None) -> bool:
+    """Whether, without commissioning, held-out data show nothing that is to be explained.
 
     Args:
-        best: held-out data at best. plain: parameters without it, (k,).
-        as_run: multiples of their noise by which signals are off with them.
-        drift: from the rig as commissioned, None where nothing showed that.
+        bests: these data at best, beside the leader and beside no effect, where something unknown is likely: what nobody listed is asked
+            for only where no rig within tolerance does as well. None elsewhere.
     """
-    floor, none = runs.floor, found.fitted[()]
-    beside = best.beside(leader.theta, leader.acting)
-    closely = max(beside.over.values(), default=0.0) > _SUSPECT
-    beside = best.beside(leader.theta, leader.acting, closely) if closely else beside
-    before = best.beside(plain, (), closely)
-    beside_none = best.beside(none.theta, (), closely) if leader.columns else beside
-    over, shrunk = beside.over, beside.gap
-    closed = size.closed(before.gap, shrunk)
-    slow = max((ratio for name, ratio in over.items() if name.startswith("temperature/") and name not in AMPLIFIED), default=0.0)
-    first, built = runs.held.signals()[0], drift is not None
-    unknown = borne_out(unknown, found.linearised.power, runs.over(leader), closed, len(leader.columns), built)
-    if built:
-        unknown = strained(unknown, _in_fitted(model, leader, floor, acts=False), len(leader.columns))
-    followed = {name: over[name] for name in model.followed if name in over and name in first}
-    if built and followed:
-        unknown = drifted(unknown, drift.of(leader), len(leader.columns), size.gap(as_run, floor), shrunk)
-        unknown = far_off(unknown, over, closed, len(leader.columns))
-    if leader.columns:
-        sizes = {n: (floor[n] * first[n].noise, first[n].unit) for n in followed}
-        unknown = left_behind(unknown, followed, {n: as_run[n] / floor[n] for n in followed}, sizes, built,
-                              _in_fitted(model, leader, floor, acts=True))
-    if built and leader.columns:  # without a commissioning recording any other duty may ask for other parameters
-        unknown = worsened(unknown, over, before.over)
-    if leader.columns:
-        unknown = bent(unknown, gain_of_freedom(found.linearised, leader, FREEDOM), leader.log_evidence - none.log_evidence)
-    if built and leader.columns:
-        prompt = best.beside(leader.theta, leader.acting, closely, (), dict.fromkeys(NEEDED_BY, math.inf))
-        unknown = displaced(unknown, prompt.displaced)
-        least = dict.fromkeys(NEEDED_BY, FAR)  # strokes and winding sum up what another duty lets a law be off by
-        spread = _spread_elsewhere(leader)
-        kept, other = (best.beside(leader.theta, leader.acting, closely, free, least) for free in ((), spread))
-        times = {c.effect.id: float(y / x) for c, x, y in zip(leader.columns, leader.x, other.departures, strict=True)}
-        shares = {c.effect.id: float(s / abs(x)) for c, x, s in zip(leader.columns, leader.x, spread, strict=True)}
-        unknown = resized(unknown, kept.cost(least) - other.cost(least), times, shares)
-    if len(leader.columns) > 1:
-        unknown = halfway(unknown, shrunk, closed, slow)
-    unknown = refuted(unknown, beside_none.gap, shrunk) if leader.columns else unknown
-    return unknown, {(): beside_none, leader.effects: beside}
-
-
-def _of_what_leads(unknown: Unknown, linearised: Linearised, leader: Refitted, with_slight: Refitted | None, none: Refitted) -> Unknown:
-    """The same with what the effects that lead say of each other, and of the signals that tell of them.
-
-    Args:
-        with_slight: the leader with what is too slight to be an effect; None where that is not known.
-    """
-    if len(leader.columns) != 1:
-        return doubted(unknown, linearised, leader)
-    if with_slight is not None and leans(leader, with_slight, none):  # too slight to be one, and needed all the same
-        unknown = doubted(unknown, linearised, with_slight)
-    return doubted_alone(unknown, linearised, leader)
+    gaps = [(runs.gap(none), runs.gap(leader)), (_but_sums(runs.ratios(none), runs.floor), _but_sums(runs.ratios(leader), runs.floor))]
+    if bests is not None:
+        gaps.append((bests[()].gap, bests[leader.effects].gap))
+    relieved = 0.5 * float(none.theta @ none.theta - leader.theta @ leader.theta) / max(1, len(leader.columns))
+    return nothing_to_explain(gaps, leader.log_evidence - none.log_evidence, relieved)
 
 
 def _but_sums(ratios: Mapping[str, float], floor: Mapping[str, float]) -> float:
@@ -259,19 +178,6 @@ def _something_acts(model: Diagnosable, found: Found, runs: HeldRuns, plain: np.
     elsewhere = runs.held if "validation" in model.recordings else None
     found_off = surprises(model, elsewhere, runs.floor, plain, drift.open, UNSURPRISING)
     return something_acts([one for one in found_off if one.signal in model.followed])
-
-
-def _spread_elsewhere(fitted: Refitted) -> np.ndarray:
-    """Standard deviations by which a hypothesis' departures may be others in another duty, (m,)."""
-    laws = np.array([RESIZE * c.effect.law_error for c in fitted.columns]) * fitted.x
-    asked = np.array([c.effect.steady for c in fitted.columns])
-    return asked * np.sqrt(np.maximum(np.diagonal(fitted.covariance), 0.0) + laws**2)
-
-
-def _in_fitted(model: Diagnosable, fitted: Refitted, floor: Mapping[str, float], acts: bool) -> dict[str, float]:
-    """RMS over floor of each signal of the recordings in which effects act, or of the others, beside a fit."""
-    some = [(s, p) for s, p, altered in zip(model.signals, fitted.predictions, model.altered, strict=True) if altered is acts]
-    return {name: ratio / floor[name] for name, ratio in size.pooled(some).items() if name in floor}
 
 
 def _not_seen(hidden: Sequence[str]) -> list[str]:

@@ -15,7 +15,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from scipy.special import logsumexp
 
-from ddh_twin_py.gap.hypotheses import Hypothesis, probabilities
+from ddh_twin_py.gap.hypotheses import Hypothesis, Ids, probabilities
 from ddh_twin_py.gap.law_freedom import LawFreedom
 from ddh_twin_py.gap.linearised import Linearised
 from ddh_twin_py.gap.partners import partners
@@ -23,8 +23,6 @@ from ddh_twin_py.gap.refit import Refit, Refitted
 from ddh_twin_py.gap.sensitivity import Column, without_astray
 from ddh_twin_py.gap.slopes import slopes_of
 from ddh_twin_py.gap.taken_up import taken_up
-
-Ids = tuple[str, ...]
 
 _AT_ONCE = 6  # sets fitted side by side
 _MOST = 12  # sets fitted in full, from which no further round of expected or close ones is begun

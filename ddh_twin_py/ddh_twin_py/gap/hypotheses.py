@@ -32,6 +32,8 @@ from ddh_twin_py.gap.basis import Sums
 from ddh_twin_py.gap.box import Held, Normal
 from ddh_twin_py.gap.sensitivity import Column
 
+Ids = tuple[str, ...]
+"""A set of effects, by their ids, sorted; empty for no effect."""
 WIDTH = 1.2
 """Width of a departure's prior, in multiples of its column; the most likely departure is the square root of two of it."""
 LEAST = 0.2

@@ -6,13 +6,11 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
-from ddh_twin_py.gap.hypotheses import Evidence, Hypothesis
+from ddh_twin_py.gap.hypotheses import Evidence, Hypothesis, Ids
 from ddh_twin_py.gap.linearised import Linearised
 from ddh_twin_py.gap.model import Acting, Model
 from ddh_twin_py.gap.refit import Refit, Refitted
 from ddh_twin_py.gap.sensitivity import columns_of
-
-Ids = tuple[str, ...]
 
 
 class _Acted:

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 
-from ddh_twin_py.gap.fits import Ids
+from ddh_twin_py.gap.hypotheses import Ids
 from ddh_twin_py.gap.search import Found
 from ddh_twin_py.gap.unknown import UNLISTED, Unknown
 from ddh_twin_py.gap.verdict import LIKELY
@@ -33,14 +32,13 @@ def next_believed(found: Found, unknown: Unknown, hear: Callable[[Ids], Unknown]
     heard = {found.leader: unknown} | {ids: hear(ids) for ids in rivals_of(found)}
     speak = {ids: _factor(one.probability) for ids, one in heard.items()}
     weights = {ids: p * speak.get(ids, speak[found.leader]) for ids, p in found.probability.items()}
-    best, listed = max(weights, key=weights.get), sum(weights.values())
-    doubt = UNLISTED / (UNLISTED + listed)
+    best = max(weights, key=weights.get)
+    doubt = UNLISTED / (UNLISTED + sum(weights.values()))
     if best == found.leader or best not in heard or max(doubt, heard[best].probability) >= LIKELY:
         return found, unknown
     note = (f"held-out data speak against {' and '.join(found.leader)}, which explains the field recording best; not against "
             f"{' and '.join(best)}, which explains it nearly as well")
-    probability = {ids: w / listed for ids, w in sorted(weights.items(), key=lambda item: -item[1])}
-    return replace(found, probability=probability), heard[best].raised(doubt, note)
+    return found.reweighed(weights), heard[best].raised(doubt, note)
 
 
 def _factor(unknown: float) -> float:

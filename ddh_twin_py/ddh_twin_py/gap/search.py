@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
@@ -11,7 +11,7 @@ import numpy as np
 from ddh_twin_py.estimation.comparison import Discrepancy
 from ddh_twin_py.gap.effect import Effect
 from ddh_twin_py.gap.fits import Fits, Start
-from ddh_twin_py.gap.hypotheses import SLACK, weighted
+from ddh_twin_py.gap.hypotheses import SLACK, Ids, weighted
 from ddh_twin_py.gap.linearised import Linearised, linearise
 from ddh_twin_py.gap.model import Model
 from ddh_twin_py.gap.refit import Refitted
@@ -35,13 +35,18 @@ class Found:
     """
 
     linearised: Linearised
-    probability: dict[tuple[str, ...], float]
-    fitted: dict[tuple[str, ...], Refitted]
+    probability: dict[Ids, float]
+    fitted: dict[Ids, Refitted]
 
     @property
-    def leader(self) -> tuple[str, ...]:
+    def leader(self) -> Ids:
         """The most probable set."""
         return next(iter(self.probability))
+
+    def reweighed(self, weights: Mapping[Ids, float]) -> Found:
+        """The same with other weights of its sets, which become their probabilities."""
+        whole = sum(weights.values()) or 1.0
+        return replace(self, probability={ids: w / whole for ids, w in sorted(weights.items(), key=lambda item: -item[1])})
 
 
 def search(model: Model, effects: Sequence[Effect], theta: np.ndarray, discrepancy: Discrepancy, power: float,

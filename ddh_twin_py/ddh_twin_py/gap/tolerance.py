@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 from ddh_twin_py.gap.hypotheses import LEAST
@@ -30,7 +28,7 @@ def without_parameters(model: Diagnosable, found: Found) -> Found:
         kept = tuple(name for name in ids if name not in mere)
         kept = kept if kept in found.fitted else ids  # what nobody fitted has no value
         probability[kept] = probability.get(kept, 0.0) + p
-    return replace(found, probability=dict(sorted(probability.items(), key=lambda item: -item[1])))
+    return found.reweighed(probability)
 
 
 def too_small(fitted: Refitted) -> set[str]:

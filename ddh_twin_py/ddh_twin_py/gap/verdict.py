@@ -45,8 +45,7 @@ def less_believed(found: Found) -> Found:
     How strongly the field recording speaks for it still counts, as its effect may be one that the held-out duty does not show.
     """
     odds = {ids: p * (math.exp(-_NO_HELP) if ids else 1.0) for ids, p in found.probability.items()}
-    whole = sum(odds.values()) or 1.0
-    return replace(found, probability=dict(sorted(((ids, p / whole) for ids, p in odds.items()), key=lambda item: -item[1])))
+    return found.reweighed(odds)
 
 
 def something_acting(found: Found, unknown: Unknown, probability: float, note: str) -> tuple[Found, Unknown]:
@@ -61,8 +60,7 @@ def something_acting(found: Found, unknown: Unknown, probability: float, note: s
     if lost <= 0.0:
         return found, unknown
     if lost < 1.0:
-        kept = {ids: p * (1.0 if ids else 1.0 - probability) / (1.0 - lost) for ids, p in found.probability.items()}
-        found = replace(found, probability=dict(sorted(kept.items(), key=lambda item: -item[1])))
+        found = found.reweighed({ids: p * (1.0 if ids else 1.0 - probability) for ids, p in found.probability.items()})
     whole = unknown.probability + (1.0 - unknown.probability) * lost
     return found, unknown.raised(whole, note) if probability >= LIKELY else replace(unknown, probability=whole)
 
