@@ -4,45 +4,31 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import replace
 
 import numpy as np
 
 from ddh_twin_py.estimation.calibration import FittedParameter
 from ddh_twin_py.gap import size
-from ddh_twin_py.gap.as_commissioned import surprises
 from ddh_twin_py.gap.classes import classes_of
+from ddh_twin_py.gap.conclusion import conclude
 from ddh_twin_py.gap.departure import departure_of
 from ddh_twin_py.gap.detection import SIZES, Detection, detections
 from ddh_twin_py.gap.diagnosis import Diagnosis, Weighed
-from ddh_twin_py.gap.drift import Drift
-from ddh_twin_py.gap.hearing import Hearing
-from ddh_twin_py.gap.held_best import AtBest, HeldBest
 from ddh_twin_py.gap.held_runs import HeldRuns, ratios_of
-from ddh_twin_py.gap.hypotheses import Ids
 from ddh_twin_py.gap.learned import described, learn
 from ddh_twin_py.gap.model import Diagnosable
 from ddh_twin_py.gap.open_rig import asked_of_rig, told
-from ddh_twin_py.gap.places import alone, entry_of, located, places, sized, unknown_places
+from ddh_twin_py.gap.places import alone, entry_of, places, sized, unknown_places
 from ddh_twin_py.gap.refit import Refitted
-from ddh_twin_py.gap.rivals import next_believed
 from ddh_twin_py.gap.search import Found
 from ddh_twin_py.gap.taken_up import not_shown
-from ddh_twin_py.gap.tolerance import too_small, without_parameters
-from ddh_twin_py.gap.unknown import (
-    NEEDED_BY,
-    UNSURPRISING,
-    something_acts,
-)
-from ddh_twin_py.gap.verdict import LIKELY, NEARLY, Verdict, judge, less_believed, nothing_to_explain, something_acting
+from ddh_twin_py.gap.tolerance import too_small
+from ddh_twin_py.gap.verdict import Verdict
 from ddh_twin_py.gap.words import sentence
 from ddh_twin_py.rig.sheet import CUT
 
 LISTED = 0.01
 """Probability from which an effect or a set is listed."""
-_NO_NEARER = 0.99  # share of the gap of held-out data without any effect, from which a hypothesis does not help with it
-_NO_HELP = "held-out data show nothing beyond the floor, and the best listed hypothesis brings them no nearer; it is less believed"
-_OUT_OF_THE_QUESTION = 1e-3  # probability of no effect, below which nothing more is asked of it
 _MOST_AT_END = 4  # parameters named that are pressed against the end of their tolerance
 _AT_END = 0.01  # deviations from the end of its tolerance within which a parameter is pressed against it
 _MOST = 12  # sets and effects listed
@@ -55,56 +41,30 @@ def diagnosis(model: Diagnosable, found: Found, theta: np.ndarray, hidden: Seque
         model, found: of the case. theta: parameters fitted to the commissioning recording, (k,).
         hidden: effects asked about that no signal would show. seconds: by stage so far.
     """
-    with_slight = found.fitted.get(found.leader)
-    found = without_parameters(model, found)
-    leader = found.fitted.get(found.leader) or found.fitted[()]
-    held, none = model.held_data(), found.fitted[()]
-    plain = none.theta if all(model.altered) else theta
+    plain = found.fitted[()].theta if all(model.altered) else theta
+    held = model.held_data()
     signals = held.signals()
     names = list(dict.fromkeys(name for own in signals for name in own))
     commissioning = [(s, p) for s, p, altered in zip(model.signals, model.run(plain, ()), model.altered, strict=True) if not altered]
     floor = size.floors(commissioning, names)
     runs = HeldRuns(held, floor)
-    sheet_runs, before_runs = held.run(np.zeros(model.size), ()), runs.of(none) if all(model.altered) else held.run(plain, ())
-    as_is, before = ratios_of(held, sheet_runs), ratios_of(held, before_runs)
+    before_runs = runs.of(found.fitted[()]) if all(model.altered) else held.run(plain, ())
+    as_is, before = ratios_of(held, held.run(np.zeros(model.size), ())), ratios_of(held, before_runs)
     gap_before = size.gap(before, floor)
-    notes = []
-    drift = None if all(model.altered) else Drift(found.linearised, plain)
-    acts, why = _something_acts(model, found, runs, plain, drift) if drift else (0.0, "")
-    no_help = runs.gap(none) <= NEARLY and runs.gap(leader) > _NO_NEARER * runs.gap(none)
-    if leader.columns and drift and acts < LIKELY and no_help:
-        found, notes = less_believed(found), [_NO_HELP]
-        leader = leader if found.leader else none
-    open_rig = HeldBest(held, floor, model.within, plain, found.linearised.basis.covariance())
-    hearing = Hearing(model, found, runs, open_rig, plain, before, drift, {leader.effects: with_slight})
-    found, unknown = next_believed(found, hearing.of(leader.effects), hearing.of)
-    leader = found.fitted.get(found.leader) or none
-    best, bests = leader, hearing.at_best[leader.effects]
-    found, unknown = something_acting(found, unknown, acts, why)
-    within = all(model.altered) and _nothing_beyond(runs, leader, none, bests if unknown.probability >= LIKELY else None)
-    if unknown.probability >= LIKELY:
-        where = replace(found, linearised=found.linearised.held_at(plain)) if acts >= LIKELY and not leader.columns else found
-        unknown = located(unknown, where.linearised, model.free_places(where, unknown.forms))
-    verdict = judge(found, unknown, within)
-    reading = unknown.places[0].signal if unknown.places else ""
-    learned = None
-    if verdict.word == "no_gap":
-        if leader.columns:  # they speak of a hypothesis that the answer does not name
-            unknown = replace(unknown, notes=[])
-        leader = none
-    elif verdict.word == "unknown":
+    concluded = conclude(model, found, plain, runs, before)
+    found, verdict, unknown, best = concluded.found, concluded.verdict, concluded.unknown, concluded.best
+    leader, learned = found.fitted[()] if verdict.word == "no_gap" else best, None
+    if verdict.word == "unknown":
         terms = model.learned_terms(unknown.places[0].component, unknown.places[0].domain)
         learned = learn(model, found, terms, runs.gap, gap_before) if terms else None
-        leader = learned or min((none, leader), key=runs.gap)
-        named = [f"the best listed hypothesis is {' and '.join(best.effects)}"] if best.columns else []
-        unknown = replace(unknown, notes=[*unknown.notes, *named])
+        leader = learned or min((found.fitted[()], best), key=runs.gap)
+        rows = unknown_places(model, concluded.sought, unknown, best)
+        unknown = sized(unknown, rows)
+    else:
+        rows = places(model, found, verdict)
     acting, after = leader.acting, runs.ratios(leader)
     gap_after = size.gap(after, floor)
     classes, confusable = classes_of(found.linearised, verdict.effects, found.fitted)
-    rows = places(model, found, verdict)
-    if verdict.word == "unknown":
-        rows = unknown_places(model, where, unknown, best)
-        unknown = sized(unknown, rows)
     listed = [ids for ids, p in list(verdict.sets.items())[:_MOST] if p >= LISTED and ids]
     listed = sorted([*listed, ()], key=lambda ids: -verdict.sets.get(ids, 0.0))
     weighed = [_weighed(model, found, ids, verdict.sets.get(ids, 0.0), runs) for ids in listed]
@@ -112,7 +72,7 @@ def diagnosis(model: Diagnosable, found: Found, theta: np.ndarray, hidden: Seque
     spread = np.sqrt(np.diagonal(found.linearised.basis.covariance()))
     parameters = model.fitted_parameters(leader.theta, spread)
     pressed = _pressed(parameters)
-    at_best = bests.get(leader.effects)
+    at_best = concluded.at_best.get(leader.effects)
     asked_for = asked_of_rig(model, leader, at_best, runs) if at_best else ""
     other_rig = [told(gap_after, at_best.gap, asked_for, "validation" in model.recordings)] if asked_for else []
     unsure = _taken_up(found) if verdict.word == "no_gap" else []
@@ -131,53 +91,21 @@ def diagnosis(model: Diagnosable, found: Found, theta: np.ndarray, hidden: Seque
                           "after_interval": runs.interval(name, runs.of(leader))} for name in names if name in before and name in first},
         "unknown": unknown.entry() if verdict.word == "unknown" else None, "next_test": model.next_test(found, verdict, unknown),
         "held_out": held.words,
-        "notes": [*unknown.notes, *notes, *other_rig, *([described(learned, gap_before, gap_after)] if learned else []), *model.notes(),
-                  *_not_held(model, before), *_not_seen(hidden), *_since_when(unsure), *_would_not_show(missed),
+        "notes": [*unknown.notes, *concluded.notes, *other_rig, *([described(learned, gap_before, gap_after)] if learned else []),
+                  *model.notes(), *_not_held(model, before), *_not_seen(hidden), *_since_when(unsure), *_would_not_show(missed),
                   *_at_the_end(pressed)],
     }
     inputs = model.unknown_inputs(plain, spread) if verdict.word != "no_gap" else []
     believed = acting if learned or verdict.word in ("explained", "ambiguous") else []
     return Diagnosis(
         report=report, recordings=model.recordings,
-        sentence=sentence(report, model.catalogue, [*hidden, *missed], reading, at_best.over if at_best else None, asked_for, pressed,
-                          not all(model.altered)),
+        sentence=sentence(report, model.catalogue, [*hidden, *missed], unknown.reading, at_best.over if at_best else None, asked_for,
+                          pressed, not all(model.altered)),
         traces=held.traces(before_runs[0], runs.of(leader)[0], floor), axes=held.axes(leader.theta, acting),
         lacking=rows, alone=alone(model, found), inputs=inputs, weighed=weighed, confusable=confusable, parameters=parameters,
         shapes=unknown.shapes, rig=model.rig_with(leader.theta, believed, spread, joint=leader.joint if believed else None),
         added=leader.effects, detectable=detectable,
         assumptions=model.assumptions, seconds=dict(seconds), catalogue=model.catalogue)
-
-
-def _nothing_beyond(runs: HeldRuns, leader: Refitted, none: Refitted, bests: Mapping[Ids, AtBest] | None) -> bool:
-    """Whether, without commissioning, held-out data show nothing that is to be explained.
-
-    Args:
-        bests: these data at best, beside the leader and beside no effect, where something unknown is likely: what nobody listed is asked
-            for only where no rig within tolerance does as well. None elsewhere.
-    """
-    gaps = [(runs.gap(none), runs.gap(leader)), (_but_sums(runs.ratios(none), runs.floor), _but_sums(runs.ratios(leader), runs.floor))]
-    if bests is not None:
-        gaps.append((bests[()].gap, bests[leader.effects].gap))
-    relieved = 0.5 * float(none.theta @ none.theta - leader.theta @ leader.theta) / max(1, len(leader.columns))
-    return nothing_to_explain(gaps, leader.log_evidence - none.log_evidence, relieved)
-
-
-def _but_sums(ratios: Mapping[str, float], floor: Mapping[str, float]) -> float:
-    """Gap of all signals but those that a small flaw of the model moves far."""
-    return size.gap({name: ratio for name, ratio in ratios.items() if name not in NEEDED_BY}, floor)
-
-
-def _something_acts(model: Diagnosable, found: Found, runs: HeldRuns, plain: np.ndarray, drift: Drift) -> tuple[float, str]:
-    """How probable it is that the rig is not as it was commissioned, and why; not asked where no effect is out of the question anyway.
-
-    Args:
-        plain: parameters of the rig as commissioned, (k,). drift: from it.
-    """
-    if found.probability.get((), 0.0) < _OUT_OF_THE_QUESTION or not model.followed:
-        return 0.0, ""
-    elsewhere = runs.held if "validation" in model.recordings else None
-    found_off = surprises(model, elsewhere, runs.floor, plain, drift.open, UNSURPRISING)
-    return something_acts([one for one in found_off if one.signal in model.followed])
 
 
 def _not_seen(hidden: Sequence[str]) -> list[str]:

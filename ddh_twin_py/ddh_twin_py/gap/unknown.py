@@ -98,6 +98,11 @@ class Unknown:
     notes: list[str] = field(default_factory=list)
     places: list[FreePlace] = field(default_factory=list)
 
+    @property
+    def reading(self) -> str:
+        """Signal that errs where the likeliest place is a reading, empty elsewhere."""
+        return self.places[0].signal if self.places else ""
+
     def raised(self, probability: float, note: str) -> Unknown:
         """The same, at least so probable, with a note that says why."""
         return replace(self, probability=max(self.probability, probability), notes=[*self.notes, note])

@@ -1,0 +1,117 @@
+"""From hypotheses that were fitted to a verdict: tolerances and held-out data are heard, and what is unknown is weighed and located."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ddh_twin_py.gap import size
+from ddh_twin_py.gap.as_commissioned import surprises
+from ddh_twin_py.gap.drift import Drift
+from ddh_twin_py.gap.hearing import Hearing
+from ddh_twin_py.gap.held_best import AtBest, HeldBest
+from ddh_twin_py.gap.held_runs import HeldRuns
+from ddh_twin_py.gap.hypotheses import Ids
+from ddh_twin_py.gap.model import Diagnosable
+from ddh_twin_py.gap.places import located
+from ddh_twin_py.gap.refit import Refitted
+from ddh_twin_py.gap.rivals import next_believed
+from ddh_twin_py.gap.search import Found
+from ddh_twin_py.gap.tolerance import without_parameters
+from ddh_twin_py.gap.unknown import NEEDED_BY, UNSURPRISING, Unknown, something_acts
+from ddh_twin_py.gap.verdict import LIKELY, NEARLY, Verdict, judge, less_believed, nothing_to_explain, something_acting
+
+_NO_NEARER = 0.99  # share of the gap of held-out data without any effect, from which a hypothesis does not help with it
+_NO_HELP = "held-out data show nothing beyond the floor, and the best listed hypothesis brings them no nearer; it is less believed"
+_OUT_OF_THE_QUESTION = 1e-3  # probability of no effect, below which nothing more is asked of it
+
+
+@dataclass(frozen=True)
+class Conclusion:
+    """What is concluded of a case.
+
+    Attributes:
+        found: hypotheses with the probabilities that are left to them. verdict: on them. best: the leading one, or no effect.
+        unknown: beside it, with its places where something unknown is likely, and without notes where no hypothesis is named.
+        sought: hypotheses about which these places were sought. at_best: held-out data at best, beside `best` and beside no effect.
+        notes: why a hypothesis is less believed.
+    """
+
+    found: Found
+    verdict: Verdict
+    best: Refitted
+    unknown: Unknown
+    sought: Found
+    at_best: Mapping[Ids, AtBest]
+    notes: list[str]
+
+
+def conclude(model: Diagnosable, found: Found, plain: np.ndarray, runs: HeldRuns, as_run: Mapping[str, float]) -> Conclusion:
+    """Conclude from what a search found.
+
+    Args:
+        plain: parameters of the rig without any hypothesis, (k,): as commissioned, or of no effect where nothing showed that.
+        runs: free runs of held-out data. as_run: multiples of their noise by which signals of these are off with ``plain``.
+    """
+    with_slight = found.fitted.get(found.leader)
+    found = without_parameters(model, found)
+    none = found.fitted[()]
+    leader = found.fitted.get(found.leader) or none
+    drift = None if all(model.altered) else Drift(found.linearised, plain)
+    acts, why = _something_acts(model, found, runs, plain, drift) if drift else (0.0, "")
+    no_help = runs.gap(none) <= NEARLY and runs.gap(leader) > _NO_NEARER * runs.gap(none)
+    notes = []
+    if leader.columns and drift and acts < LIKELY and no_help:
+        found, notes = less_believed(found), [_NO_HELP]
+        leader = leader if found.leader else none
+    open_rig = HeldBest(runs.held, runs.floor, model.within, plain, found.linearised.basis.covariance())
+    hearing = Hearing(model, found, runs, open_rig, plain, as_run, drift, {leader.effects: with_slight})
+    found, unknown = next_believed(found, hearing.of(leader.effects), hearing.of)
+    leader = found.fitted.get(found.leader) or none
+    found, unknown = something_acting(found, unknown, acts, why)
+    at_best, sought = hearing.at_best[leader.effects], found
+    beyond = drift is not None or not _nothing_beyond(runs, leader, none, at_best if unknown.probability >= LIKELY else None)
+    verdict = judge(found, unknown, not beyond)
+    if verdict.word == "unknown":
+        if acts >= LIKELY and not leader.columns:
+            sought = replace(found, linearised=found.linearised.held_at(plain))
+        unknown = located(unknown, sought.linearised, model.free_places(sought, unknown.forms))
+        named = [f"the best listed hypothesis is {' and '.join(leader.effects)}"] if leader.columns else []
+        unknown = replace(unknown, notes=[*unknown.notes, *named])
+    if verdict.word == "no_gap" and leader.columns:  # they speak of a hypothesis that the answer does not name
+        unknown = replace(unknown, notes=[])
+    return Conclusion(found, verdict, leader, unknown, sought, at_best, notes)
+
+
+def _nothing_beyond(runs: HeldRuns, leader: Refitted, none: Refitted, bests: Mapping[Ids, AtBest] | None) -> bool:
+    """Whether, without commissioning, held-out data show nothing that is to be explained.
+
+    Args:
+        bests: these data at best, beside the leader and beside no effect, where something unknown is likely: what nobody listed is asked
+            for only where no rig within tolerance does as well. None elsewhere.
+    """
+    gaps = [(runs.gap(none), runs.gap(leader)), (_but_sums(runs.ratios(none), runs.floor), _but_sums(runs.ratios(leader), runs.floor))]
+    if bests is not None:
+        gaps.append((bests[()].gap, bests[leader.effects].gap))
+    relieved = 0.5 * float(none.theta @ none.theta - leader.theta @ leader.theta) / max(1, len(leader.columns))
+    return nothing_to_explain(gaps, leader.log_evidence - none.log_evidence, relieved)
+
+
+def _but_sums(ratios: Mapping[str, float], floor: Mapping[str, float]) -> float:
+    """Gap of all signals but those that a small flaw of the model moves far."""
+    return size.gap({name: ratio for name, ratio in ratios.items() if name not in NEEDED_BY}, floor)
+
+
+def _something_acts(model: Diagnosable, found: Found, runs: HeldRuns, plain: np.ndarray, drift: Drift) -> tuple[float, str]:
+    """How probable it is that the rig is not as it was commissioned, and why; not asked where no effect is out of the question anyway.
+
+    Args:
+        plain: parameters of the rig as commissioned, (k,). drift: from it.
+    """
+    if found.probability.get((), 0.0) < _OUT_OF_THE_QUESTION or not model.followed:
+        return 0.0, ""
+    elsewhere = runs.held if "validation" in model.recordings else None
+    off = surprises(model, elsewhere, runs.floor, plain, drift.open, UNSURPRISING)
+    return something_acts([one for one in off if one.signal in model.followed])
