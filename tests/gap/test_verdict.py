@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import pytest
 from ddh_twin_py.gap.search import Found
 from ddh_twin_py.gap.unknown import Unknown
-from ddh_twin_py.gap.verdict import judge, less_believed, nothing_to_explain, something_acting
+from ddh_twin_py.gap.verdict import explains_a_signal, judge, less_believed, nothing_to_explain, something_acting
 
 FAN, PAIR = ("motor.cooling",), ("motor.cooling", "oil.viscosity_temperature")
 
@@ -65,3 +65,13 @@ def test_one_effect_of_a_class_does_not_stand_for_two_of_it(monkeypatch):
 ])
 def test_without_commissioning_a_small_gap_is_none_unless_an_effect_is_loud_or_relieves_the_rig(gaps, speaks, relieved, nothing):
     assert nothing_to_explain(gaps, speaks, relieved) is nothing
+
+
+@pytest.mark.parametrize("without, beside, explained", [
+    ({"winding": 2.8, "strokes": 2.3}, {"winding": 1.7, "strokes": 1.9}, True),  # lost among what is within the floor
+    ({"winding": 2.5, "strokes": 5.4}, {"winding": 2.4, "strokes": 4.7}, False),  # off with it as without
+    ({"winding": 1.8}, {"winding": 0.9}, False),  # not far off
+    ({}, {}, False),
+])
+def test_what_brings_a_signal_much_nearer_that_is_far_off_explains_something(without, beside, explained):
+    assert explains_a_signal(without, beside) is explained

@@ -21,7 +21,7 @@ from ddh_twin_py.gap.rivals import next_believed
 from ddh_twin_py.gap.search import Found
 from ddh_twin_py.gap.tolerance import without_parameters
 from ddh_twin_py.gap.unknown import NEEDED_BY, UNSURPRISING, Unknown, something_acts
-from ddh_twin_py.gap.verdict import LIKELY, NEARLY, Verdict, judge, less_believed, nothing_to_explain, something_acting
+from ddh_twin_py.gap.verdict import LIKELY, NEARLY, Verdict, explains_a_signal, judge, less_believed, nothing_to_explain, something_acting
 
 _NO_NEARER = 0.99  # share of the gap of held-out data without any effect, from which a hypothesis does not help with it
 _NO_HELP = "held-out data show nothing beyond the floor, and the best listed hypothesis brings them no nearer; it is less believed"
@@ -92,6 +92,8 @@ def _nothing_beyond(runs: HeldRuns, leader: Refitted, none: Refitted, bests: Map
         bests: these data at best, beside the leader and beside no effect, where something unknown is likely: what nobody listed is asked
             for only where no rig within tolerance does as well. None elsewhere.
     """
+    if explains_a_signal(runs.over(none), runs.over(leader)):
+        return False
     gaps = [(runs.gap(none), runs.gap(leader)), (_but_sums(runs.ratios(none), runs.floor), _but_sums(runs.ratios(leader), runs.floor))]
     if bests is not None:
         gaps.append((bests[()].gap, bests[leader.effects].gap))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from ddh_twin_py.gap.classes import classes_of, marginal
@@ -21,6 +21,7 @@ NEARLY = 1.25
 _NO_HELP = 5.0  # log odds that a hypothesis loses against no effect, where it brings held-out data within the floor no nearer
 _SHRINKS = 0.95  # share of a gap that is left, from which a hypothesis hardly shrinks it
 _LOUD, _RELIEVED = 30.0, 8.0  # log evidence of a hypothesis, and what of it is relief of parameters: larger than flaws of laws make them
+_FAR, _NEARER = 2.0, 0.75  # floors that a signal is far off, and what of it is left where a hypothesis brings it much nearer
 _NOTHING_LEFT = 0.1  # what is left of every probability where held-out data have no gap
 
 
@@ -63,6 +64,18 @@ def something_acting(found: Found, unknown: Unknown, probability: float, note: s
         found = found.reweighed({ids: p * (1.0 if ids else 1.0 - probability) for ids, p in found.probability.items()})
     whole = unknown.probability + (1.0 - unknown.probability) * lost
     return found, unknown.raised(whole, note) if probability >= LIKELY else replace(unknown, probability=whole)
+
+
+def explains_a_signal(without: Mapping[str, float], beside: Mapping[str, float]) -> bool:
+    """Whether a hypothesis brings a signal of held-out data much nearer that is far off without it.
+
+    That all signals together are within the floor, or those that sum up no flaw of the laws, does not make it nothing: an effect that a
+    single signal shows, as the winding shows its own resistance, is lost among many.
+
+    Args:
+        without, beside: RMS over floor of each signal without and beside it.
+    """
+    return any(off > _FAR and beside[name] < _NEARER * off for name, off in without.items())
 
 
 def nothing_to_explain(gaps: Sequence[tuple[float, float]], speaks: float, relieved: float) -> bool:
