@@ -1,5 +1,6 @@
 """Bags that are not as they should be: each a message that names file, topic and value."""
 
+import os
 import shutil
 import struct
 import subprocess
@@ -60,6 +61,29 @@ def type_of(name, text):
 
 def test_nothing_there(tmp_path):
     assert "does not exist" in refusal(tmp_path / "absent")
+
+
+def test_a_link_to_nowhere_is_said_to_be_one(tmp_path):
+    link = tmp_path / "dangling.mcap"
+    link.symlink_to("gone.mcap")
+    told = f"{link} does not exist; it is a link to gone.mcap, which does not exist"
+    assert refusal(link) == told and refusal(tmp_path) == told
+
+
+@pytest.mark.parametrize("metadata", [False, True])
+def test_a_pipe_is_no_bag_and_no_file_of_one(tmp_path, bag, metadata):
+    pipe = tmp_path / "piped" / "field.mcap"
+    pipe.parent.mkdir()
+    os.mkfifo(pipe)
+    if metadata:
+        shutil.copy(bag / "metadata.yaml", pipe.parent)
+    assert refusal(pipe) == f"{pipe} is no bag but a named pipe; a bag is a rosbag2 folder or one .mcap or .db3 file"
+    assert refusal(pipe.parent) == f"{pipe} is no file of a bag but a named pipe; a regular file is needed"
+
+
+def test_a_folder_named_as_a_file_of_a_bag_is_said_to_be_one(tmp_path):
+    (tmp_path / "x.mcap").mkdir()
+    assert refusal(tmp_path) == f"{tmp_path / 'x.mcap'} is no file of a bag but a folder; a regular file is needed"
 
 
 def test_a_folder_that_is_no_bag(tmp_path):

@@ -80,6 +80,8 @@ def test_what_is_not_there_or_given_twice(folder, tmp_path):
 @pytest.mark.parametrize(("given", "words"), [
     (([],), "field is []"),
     (([""],), "none empty"),
+    ((["."], None, None, "/dev/zero"), "rig file /dev/zero is a character device, a regular file is needed"),
+    ((["."], None, None, "/"), "rig file / is a folder"),
     ((["."], None, None, "/nowhere.yaml"), "rig file /nowhere.yaml does not exist"),
 ])
 def test_nothing_given_and_no_rig(given, words):

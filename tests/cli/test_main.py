@@ -147,6 +147,10 @@ def test_a_write_that_fails_leaves_nothing_and_names_what_was_given(tmp_path):
     assert said.value.filename == str(target) and list(tmp_path.iterdir()) == [target]
 
 
+def test_a_name_that_is_not_utf8_is_written_as_an_escape(tmp_path):
+    assert write_whole(tmp_path / "x.json", '"h\udce4ngt ä"').read_bytes() == '"h\\udce4ngt ä"'.encode()
+
+
 def test_interrupted(capsys, monkeypatch):
     def interrupt(args):
         raise KeyboardInterrupt

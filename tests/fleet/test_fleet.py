@@ -22,7 +22,7 @@ from ddh_twin_py.fleet import run as fleet_run
 from ddh_twin_py.fleet.page import fleet_document, remark, verdict
 from ddh_twin_py.fleet.parquet import write_parquet
 from ddh_twin_py.fleet.recordings import FleetError, find_recordings
-from ddh_twin_py.fleet.results import Results
+from ddh_twin_py.fleet.results import Results, fingerprint
 from ddh_twin_py.fleet.row import COLUMNS, Row, as_csv, row_of
 from ddh_twin_py.fleet.run import Settings, run_fleet
 from ddh_twin_py.report.document import version
@@ -169,6 +169,56 @@ def test_what_is_finished_is_not_run_again_and_what_crashed_is(folder, tmp_path,
     ran.clear()
     diagnosed(folder, tmp_path / "results", again=True)
     assert len(ran) == 5
+
+
+def test_what_is_replaced_during_its_diagnosis_is_diagnosed_anew(folder, tmp_path, monkeypatch):
+    real, ran = fleet_run.diagnose_recording, []
+
+    def replaced(found, *rest):
+        answer = real(found, *rest)
+        ran.append(found.name)
+        if found.name == "a/april" and ran.count("a/april") == 1:
+            with open(found.case.field[0] / "april.mcap", "ab") as file:  # still being copied in
+                file.write(b"more")
+        return answer
+
+    monkeypatch.setattr(fleet_run, "diagnose_recording", replaced)
+    for often in (1, 2, 2):
+        diagnosed(folder, tmp_path / "results")
+        assert (ran.count("a/april"), ran.count("a/march")) == (often, 1)
+
+
+@pytest.mark.parametrize("wrong", [
+    {"begin": 5}, {"begin": "then"}, {"begin": "2026-01-01T00:00:00"}, {"size": "x"}, {"size": True}, {"size": 10**400}, {"verdict": None},
+    {"recording": "b"}, {"gap_before": [1.0]}, {"duration": float("nan")},
+], ids=str)  # fmt: skip
+def test_a_kept_result_of_wrong_types_is_none(wrong, folder, tmp_path):
+    results = Results(tmp_path)
+    (found,) = (f for f in find_recordings(folder) if f.name == "a/april")
+    row = Row("a/april", rig="r", begin="2026-01-01T00:00:00Z", duration=2.0, verdict="no_gap", gap_before=1)
+    results.keep(found, fingerprint(found), row, {})
+    assert results.finished(found) == row
+    content = json.loads(results.path(found.name).read_text())
+    results.path(found.name).write_text(json.dumps({**content, "row": content["row"] | wrong}))
+    assert results.finished(found) is None
+    results.path(found.name).write_text("[" * 100_000)
+    assert results.finished(found) is None
+
+
+def test_a_name_that_is_not_utf8_and_one_with_a_line_end_are_shown_and_end_nothing(folder, tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(fleet_run.Settings, "__init__", _with_fake(fleet_run.Settings.__init__))
+    odd = [os.fsdecode(b"b/h\xe4ngt.mcap"), "b/two\nlines.mcap"]
+    for name in odd:
+        (folder / name).write_bytes(b"")
+    out = tmp_path / "out"
+    written = [tmp_path / name for name in ("f.html", "f.json", "f.parquet")]
+    asked = ["fleet", str(folder), "--out", str(out), "--jobs", "2"]
+    assert main([*asked, "--html", str(written[0]), "--json", str(written[1]), "--parquet", str(written[2])]) == 0
+    said = capsys.readouterr().out
+    assert "  b/h\\udce4ngt.mcap: " in said and "  b/two\\nlines.mcap: " in said
+    assert all(b"h\\udce4ngt" in file.read_bytes() for file in (*written, out / "fleet.csv"))
+    assert odd[0] in [row["recording"] for row in json.loads(written[1].read_text())["rows"]]
+    assert {f.name for f in find_recordings(folder) if Results(out / "results").finished(f)} >= set(odd)
 
 
 def test_a_diagnosis_that_takes_too_long_is_given_up_and_tried_again(folder, tmp_path, second):

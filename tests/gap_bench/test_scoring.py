@@ -2,6 +2,7 @@
 
 import json
 import math
+from pathlib import Path
 
 import pytest
 from ddh_twin_py.gap_bench.answers import answer_of, groups_of
@@ -199,9 +200,45 @@ def test_a_kept_answer_of_another_kind_is_named(tmp_path, name, value):
         answers_of_all([file])
 
 
+@pytest.mark.parametrize(("name", "value", "said"), [
+    ("suite", "zzz", "is 'zzz', valid are 'none', 'single'"), ("level", "loud", "is 'loud', valid are '', 'clear'"),
+    ("expected", "", "is '', valid are 'explained'"), ("verdict", "zzz", "is 'zzz', valid are"), ("verdict", "", "is '' beside crashed ''"),
+    ("seconds", -1.0, "is -1.0, a finite number from 0 is needed"), ("seconds", math.nan, "is nan, a finite"),
+    ("megabytes", math.inf, "is inf, a finite"), ("megabytes", 10**400, "is 1000"), ("closed", -math.inf, "is -inf, a finite number is"),
+    ("probability", [1.5], "is 1.5, a finite number from 0 to 1 is needed"), ("pairs", [[-0.5, True]], "is -0.5"),
+    ("ranks", [0.0], "is 0.0, a finite number from 1"), ("ranks", [1.0, 2.0], "has 2 values, true 1"),
+    ("probability", [], "has 0 values, true 1"),
+    ("covered", [], "has 0 values, errors 1"),
+])  # fmt: skip
+def test_a_kept_answer_that_no_case_can_have_is_named(tmp_path, name, value, said):
+    found = summary([answer(truth(), report(why=[(P1, 0.9), (P2, 0.1)]), oracle=report(closed=1.0))])
+    found["answers"][0][name] = value
+    file = tmp_path / "odd.json"
+    file.write_text(json.dumps(found))
+    with pytest.raises(ResultError) as refused:
+        answers_of_all([file])
+    assert f"{file}: is no score of a bench (answers 1, case 'case_0001': {name} {said}" in str(refused.value)
+    assert len(str(refused.value)) < 500
+
+
+def test_a_kept_answer_that_is_nested_deeply_is_named_shortly(tmp_path):
+    found = summary([answer(truth(), report(why=[(P1, 0.9), (P2, 0.1)]))])
+    found["answers"][0]["pairs"] = "deep"
+    file = tmp_path / "odd.json"
+    file.write_text(json.dumps(found).replace('"deep"', "[" * 700 + "]" * 700))
+    with pytest.raises(ResultError, match="answers 1: pairs is "):
+        answers_of_all([file])
+
+
+@pytest.mark.parametrize("file", ["gap_bench_answers.json", "gap_bench_answers_earlier.json"])
+def test_the_answers_that_the_project_keeps_can_be_scored(file):
+    answers, waiting = answers_of_all([Path(__file__).parents[2] / "docs" / file])
+    assert len(answers) > 300 and waiting == 0
+
+
 @pytest.mark.parametrize(("content", "why"), [
     ("{", "Expecting"), ("[]", "answers not in it"), ('{"answers": []}', "answers not in it"), ('{"answers": [3]}', "answers 1: no row"),
-    ('{"answers": [{"name": "a"}]}', "answers 1: .*suite"),
+    ('{"answers": [{"name": "a"}]}', "answers 1: .*suite"), ("[" * 100_000, "nested too deep to be read"),
 ])
 def test_what_is_no_score_is_named(tmp_path, content, why):
     file = tmp_path / "other.json"

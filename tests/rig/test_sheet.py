@@ -1,5 +1,8 @@
 """The data sheet: what is read, what is refused, what is drawn."""
 
+import os
+from pathlib import Path
+
 import numpy as np
 import pytest
 from ddh_twin_py.rig import RigError, load_rig
@@ -47,6 +50,9 @@ def test_a_partial_file_changes_only_what_it_names(tmp_path):
     ("sensors:\n  pressure: {noise: 2.0e+4, full_scale: wide}\n", "sensors.pressure.full_scale: value is 'wide'"),
     ("sensors:\n  pressure: {noise: 2.0e+4, unit: Pa, full_scale: -4.0}\n", "sensors.pressure.full_scale: value is -4"),
     ("sensors:\n  temperature: {noise: 0.1, time_constant: 6}\n", "sensors.temperature.time_constant: found 6"),
+    ('rig_id: "\\ud800"\n', "rig_id: value is '\\ud800', it holds half a character (a lone surrogate)"),
+    ('pump_1:\n  leakage: {value: 1.0, source: "x\\udfff"}\n', "pump_1.leakage.source: value is 'x\\udfff', it holds half"),
+    ('pump_1: {"\\ud800": 1}\n', "pump_1: key is '\\ud800', it holds half"),
     ("rig_id: [1]\n", "rig_id: found [1], a name is needed"),
     ("rig_id: yes\n", "rig_id: found True"),
     ("pump_1:\n  leakage: {value: 1.3e-12, tolerance: -0.1}\n", "pump_1.leakage.tolerance: value is -0.1, allowed are 0 to 1"),
@@ -85,6 +91,17 @@ def test_a_file_that_is_nested_too_deep_is_named(tmp_path):
     file.write_text("tank: " + 4000 * "[" + 4000 * "]")
     with pytest.raises(RigError, match="deep.yaml: is nested too deep to be read"):
         load_rig(file)
+
+
+def test_what_is_no_regular_file_or_too_large_is_refused_at_once(tmp_path):
+    os.mkfifo(tmp_path / "pipe.yaml")
+    (tmp_path / "large.yaml").write_text("x" * 1_000_001)
+    for file, said in ((tmp_path / "pipe.yaml", "it is a named pipe, a regular file is needed"), (tmp_path, "Is a directory"),
+                       (Path("/dev/zero"), "it is a character device, a regular file is needed"),
+                       (tmp_path / "large.yaml", "it has 1000001 bytes, allowed are 1000000")):
+        with pytest.raises(RigError) as error:
+            load_rig(file)
+        assert str(error.value) == f"{file}: cannot be read as a rig file: {said}"
 
 
 def test_a_fitted_value_near_0_may_keep_its_priors_deviation(tmp_path):

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from ddh_twin_py.bags.errors import BagError
 from ddh_twin_py.bags.folder import METADATA, SUFFIXES
-from ddh_twin_py.rig.files import did_you_mean
+from ddh_twin_py.rig.files import did_you_mean, no_regular_file
 
 COMMISSIONING, FIELD, VALIDATION = "commissioning", "field", "validation"
 """Folders of a case: the rig as built, the rig in question, the same on another duty."""
@@ -64,8 +64,10 @@ def case_of(given: Sequence[str | Path], commissioning: str | Path | None = None
             found[role] = path / role
     _refuse_twice([*field, *(p for p in found.values() if p is not None)])
     try:
-        if rig is not None and not Path(rig).is_file():
+        if rig is not None and not Path(rig).exists():
             raise BagError(f"rig file {rig} does not exist{did_you_mean(rig)}")
+        if rig is not None and (what := no_regular_file(rig)):
+            raise BagError(f"rig file {rig} is {what}, a regular file is needed")
     except OSError as error:
         raise BagError(f"rig file {_short(rig)}: {error.strerror}") from None
     return Case(tuple(field), found[COMMISSIONING], found[VALIDATION], None if rig is None else Path(rig))

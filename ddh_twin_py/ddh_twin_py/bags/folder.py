@@ -11,7 +11,7 @@ import yaml
 
 from ddh_twin_py.bags.errors import BagError
 from ddh_twin_py.bags.storage import EVER
-from ddh_twin_py.rig.files import did_you_mean
+from ddh_twin_py.rig.files import did_you_mean, no_regular_file
 
 SUFFIXES = (".mcap", ".db3")
 _PACKED_SUFFIXES = tuple(f"{suffix}.zstd" for suffix in SUFFIXES)
@@ -56,8 +56,8 @@ def holds_bag(path: str | Path) -> bool:
 def open_folder(path: str | Path) -> BagFolder:
     """Look at a rosbag2 folder, or at one .mcap or .db3 file.
 
-    Raises BagError when there is no such path, nothing that could be a bag, or a compression
-    or storage that cannot be read.
+    Raises BagError when there is no such path, nothing that could be a bag, a file of it that is
+    no regular file, or a compression or storage that cannot be read.
     """
     path = Path(path)
     if not path.exists():
@@ -67,6 +67,8 @@ def open_folder(path: str | Path) -> BagFolder:
         if not path.name.endswith(SUFFIXES + _PACKED_SUFFIXES):
             raise BagError(f"{path} is no bag: its name ends in {path.suffix!r}, not in .mcap or .db3")
         return BagFolder(path, [path], _mode_of(path))
+    if not path.is_dir():
+        raise BagError(f"{path} is no bag but {no_regular_file(path)}; a bag is a rosbag2 folder or one .mcap or .db3 file")
     found = sorted(p for p in path.iterdir() if p.name.endswith(SUFFIXES + _PACKED_SUFFIXES))
     metadata = path / METADATA
     if not metadata.is_file():
@@ -75,7 +77,7 @@ def open_folder(path: str | Path) -> BagFolder:
             hint = f"; it holds the bags {', '.join(inside)}, give one of them" if inside else ""
             raise BagError(f"{path} is no bag: the folder has no {METADATA} and no .mcap or .db3 file{hint}")
         note = f"has no {METADATA}, the recorder was stopped hard"
-        return BagFolder(path, found, _mode_of(found[0]), notes=[note])
+        return BagFolder(path, _regular(found), _mode_of(found[0]), notes=[note])
     try:
         information = yaml.load(metadata.read_text("utf8"), _LOADER)["rosbag2_bagfile_information"]
         folder = BagFolder(path, [], _compression(metadata, information), _topics(information), span=_span(information))
@@ -84,7 +86,7 @@ def open_folder(path: str | Path) -> BagFolder:
         if not found:
             raise BagError(f"{metadata} cannot be used and the folder has no .mcap or .db3 file") from None
         note = f"has a {METADATA} that cannot be used ({_reason(error)})"
-        return BagFolder(path, found, _mode_of(found[0]), notes=[note])
+        return BagFolder(path, _regular(found), _mode_of(found[0]), notes=[note])
     for file in listed:
         here = file if file.is_file() else path / PurePath(file).name
         if here.is_file():
@@ -94,8 +96,18 @@ def open_folder(path: str | Path) -> BagFolder:
     if not folder.files:
         if not found:
             raise BagError(f"{path} has none of the files that its {METADATA} names: {_names(listed)}")
-        folder.files = found
+        folder.files = _regular(found)
     return folder
+
+
+def _regular(files: list[Path]) -> list[Path]:
+    """The files of a bag as they are; a pipe would never end, a folder cannot be read."""
+    for file in files:
+        if not file.exists():
+            raise BagError(f"{file} does not exist{did_you_mean(file)}")
+        if what := no_regular_file(file):
+            raise BagError(f"{file} is no file of a bag but {what}; a regular file is needed")
+    return files
 
 
 def _compression(metadata: Path, information: dict[str, Any]) -> str:

@@ -74,7 +74,7 @@ def run(args: argparse.Namespace) -> int:
     from ddh_twin_py.fleet.run import Settings, run_fleet
     from ddh_twin_py.report.document import write_text
     from ddh_twin_py.rig import load_rig
-    from ddh_twin_py.rig.files import held
+    from ddh_twin_py.rig.files import held, printable
 
     rig = load_rig(args.rig)
     for name, given in (("FOLDER", args.folder), ("--out", args.out)):
@@ -107,7 +107,7 @@ def run(args: argparse.Namespace) -> int:
         print(verdict(rows))
         for row in rows:
             if said := remark(row):
-                print(f"  {row.recording}: {said}")
+                print(f"  {printable(row.recording)}: {printable(said)}")
         if others := of_other_versions(rows):
             print(f"answers of other versions: {others}; --again makes them anew")
         print(f"table: {table}" + (f", page: {args.html}" if args.html else ""))

@@ -53,6 +53,8 @@ def _module(verb: str) -> str:
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one verb; returns the exit code."""
+    if hasattr(sys.stdout, "reconfigure"):
+        sys.stdout.reconfigure(errors="backslashreplace")  # names of files that are not UTF-8; standard error does so by itself
     with Interruption("ddh-twin") as interruption:
         try:
             return _run(argv, interruption)

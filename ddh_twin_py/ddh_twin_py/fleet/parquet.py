@@ -16,7 +16,7 @@ def write_parquet(path: str | Path, rows: Sequence[Row]) -> None:
     import pyarrow
     import pyarrow.parquet
 
-    columns = {name: [asdict(row)[name] for row in rows] for name in COLUMNS}
+    columns = {name: [_as_utf8(asdict(row)[name]) for row in rows] for name in COLUMNS}
     columns["begin"] = [row.time for row in rows]
     types = {name: pyarrow.float64() if name in NUMBERS else pyarrow.string() for name in COLUMNS}
     types["begin"] = pyarrow.timestamp("s", tz="UTC")
@@ -24,3 +24,7 @@ def write_parquet(path: str | Path, rows: Sequence[Row]) -> None:
     content = io.BytesIO()
     pyarrow.parquet.write_table(table, content)
     write_whole(path, content.getvalue())
+
+
+def _as_utf8(value: str | float | None) -> str | float | None:
+    return value.encode("utf-8", "backslashreplace").decode() if isinstance(value, str) else value

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import hashlib
 import json
+import os
 import re
 from dataclasses import asdict
 from pathlib import Path
 
 from ddh_twin_py.fleet.recordings import Found
-from ddh_twin_py.fleet.row import Row
+from ddh_twin_py.fleet.row import Row, kept_row
 from ddh_twin_py.rig.files import write_whole
 
 _VERSION = 2
@@ -24,21 +25,27 @@ class Results:
 
     def path(self, name: str) -> Path:
         """Of a recording's file: readable, and no two recordings share one."""
-        return self.folder / f"{_UNSAFE.sub('-', name)[:80]}-{hashlib.sha256(name.encode()).hexdigest()[:10]}.json"
+        return self.folder / f"{_UNSAFE.sub('-', name)[:80]}-{hashlib.sha256(os.fsencode(name)).hexdigest()[:10]}.json"
 
     def finished(self, found: Found) -> Row | None:
-        """The row of a recording that was diagnosed as it is now, with its rig file; None where it was not, or the file is damaged."""
+        """The row of a recording that was diagnosed as it is now, with its rig file; None where it was not, or the file is damaged or holds
+        something else."""
         try:
             content = json.loads(self.path(found.name).read_text("utf-8"))
             if content["version"] == _VERSION and content["recording"] == found.name and content["input"] == fingerprint(found):
-                return Row(**content["row"])
-        except (OSError, ValueError, KeyError, TypeError):
+                row = kept_row(content["row"])
+                return row if row.recording == found.name else None
+        except (OSError, ValueError, KeyError, TypeError, RecursionError):
             pass
         return None
 
-    def keep(self, found: Found, row: Row, report: dict) -> None:
-        """Write a recording's result, whole or not at all. Raises OSError."""
-        content = {"version": _VERSION, "recording": found.name, "input": fingerprint(found), "row": asdict(row), "report": report}
+    def keep(self, found: Found, before: str, row: Row, report: dict) -> None:
+        """Write a recording's result, whole or not at all. Raises OSError.
+
+        Args:
+            before: its `fingerprint` before it was diagnosed; one that changed meanwhile is not finished then.
+        """
+        content = {"version": _VERSION, "recording": found.name, "input": before, "row": asdict(row), "report": report}
         write_whole(self.path(found.name), json.dumps(content, indent=1) + "\n")
 
 
@@ -46,8 +53,19 @@ def fingerprint(found: Found) -> str:
     """Changes with the name, size or time of writing of any file of the case."""
     case, digest = found.case, hashlib.sha256()
     for part in (*case.field, case.commissioning, case.validation, case.rig):
-        files = [part] if part is None or part.is_file() else sorted(p for p in part.rglob("*") if p.is_file())
+        try:
+            files = [part] if part is None or part.is_file() else sorted(p for p in part.rglob("*") if p.is_file())
+        except OSError:
+            files = [part]
         for file in files:
-            stat = file.stat() if file is not None else None
-            digest.update(f"{file and file.resolve()}\0{(stat.st_size, stat.st_mtime_ns) if stat else None}\n".encode())
+            digest.update(os.fsencode(f"{file and file.resolve()}\0{_state(file)}\n"))
     return digest.hexdigest()
+
+
+def _state(file: Path | None) -> tuple[int, int] | None:
+    """Size and time of writing; None of no file, and of one that is gone or cannot be looked at."""
+    try:
+        stat = file.stat() if file is not None else None
+    except OSError:
+        return None
+    return (stat.st_size, stat.st_mtime_ns) if stat else None

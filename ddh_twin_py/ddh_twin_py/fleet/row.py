@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Sequence
+import sys
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, fields
 from datetime import UTC, datetime
 
@@ -54,6 +55,18 @@ class Row:
 COLUMNS = tuple(f.name for f in fields(Row))
 _FORMULA = ("=", "+", "-", "@")
 NUMBERS = tuple(f.name for f in fields(Row) if "float" in str(f.type))
+
+
+def kept_row(kept: Mapping) -> Row:
+    """A row as a file keeps it. Raises TypeError or ValueError where a value is of another type, no finite number, or no time in UTC."""
+    row = Row(**kept)
+    for name, value in asdict(row).items():
+        number = type(value) in (int, float) and abs(value) <= sys.float_info.max
+        if not (number or value is None if name in NUMBERS else isinstance(value, str)):
+            raise TypeError(f"{name} is {value!r}")
+    if row.time is not None and row.time.tzinfo is None:
+        raise ValueError(f"begin is {row.begin!r}")
+    return row
 
 
 def facts(name: str, case: Case) -> dict:

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from ddh_twin_py.bags.errors import BagError
 from ddh_twin_py.diagnosis.process import COMMAND, DiagnosisProcess, Outcome
 from ddh_twin_py.fleet.recordings import FleetError, Found
-from ddh_twin_py.fleet.results import Results
+from ddh_twin_py.fleet.results import Results, fingerprint
 from ddh_twin_py.fleet.row import Row, facts, row_of
 from ddh_twin_py.report.document import version
 
@@ -70,28 +70,33 @@ def run_fleet(found: Sequence[Found], results: Results, settings: Settings, jobs
     """
     rows = {} if again else {f.name: row for f in found if (row := results.finished(f)) is not None}
     left = [f for f in found if f.name not in rows]
-    for one, diagnosed in (_on_cluster(left, settings, cluster) if cluster else _here(left, settings, jobs)):
+    for one, before, diagnosed in (_on_cluster(left, settings, cluster) if cluster else _here(left, settings, jobs)):
         rows[one.name] = diagnosed.row
         if diagnosed.final:
-            results.keep(one, diagnosed.row, diagnosed.report)
+            results.keep(one, before, diagnosed.row, diagnosed.report)
         if progress is not None:
             progress(len(rows) / len(found))
     return [rows[f.name] for f in found]
 
 
-def _here(left: Sequence[Found], settings: Settings, jobs: int) -> Iterator[tuple[Found, Diagnosed]]:
+def _here(left: Sequence[Found], settings: Settings, jobs: int) -> Iterator[tuple[Found, str, Diagnosed]]:
+    """Each with its fingerprint as its diagnosis began: what is changed under way is another recording."""
     stop = threading.Event()
+
+    def one(found: Found) -> tuple[Found, str, Diagnosed]:
+        return found, fingerprint(found), diagnose_recording(found, settings, stop)
+
     with ThreadPoolExecutor(jobs, thread_name_prefix="fleet") as pool:
-        futures = {pool.submit(diagnose_recording, found, settings, stop): found for found in left}
+        futures = [pool.submit(one, found) for found in left]
         try:
             for future in as_completed(futures):
-                yield futures[future], future.result()
+                yield future.result()
         finally:
             stop.set()
             pool.shutdown(cancel_futures=True)
 
 
-def _on_cluster(left: Sequence[Found], settings: Settings, address: str) -> Iterator[tuple[Found, Diagnosed]]:
+def _on_cluster(left: Sequence[Found], settings: Settings, address: str) -> Iterator[tuple[Found, str, Diagnosed]]:
     try:
         import distributed
     except ImportError:
@@ -101,12 +106,13 @@ def _on_cluster(left: Sequence[Found], settings: Settings, address: str) -> Iter
     except (OSError, ValueError) as error:
         raise FleetError(f"--cluster {address}: no scheduler answers ({' '.join(str(error).split())})") from None
     with client:
+        before = {found.name: fingerprint(found) for found in left}
         futures = {client.submit(diagnose_recording, found, settings, pure=False): found for found in left}
         for future in distributed.as_completed(list(futures)):
             found = futures[future]
             error = future.exception()
             if error is not None:
                 said = f"on the cluster: {type(error).__name__}: {' '.join(str(error).split())}"
-                yield found, Diagnosed(Row(found.name, error=said, version=version()), {}, False)
+                yield found, before[found.name], Diagnosed(Row(found.name, error=said, version=version()), {}, False)
             else:
-                yield found, future.result()
+                yield found, before[found.name], future.result()

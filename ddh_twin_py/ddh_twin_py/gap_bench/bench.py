@@ -39,6 +39,8 @@ def make_bench(out: Path, cases: int, seed: int, suites: tuple[str, ...] = (), j
     if file.is_file():
         try:
             found = json.loads(file.read_text("utf-8"))
+        except RecursionError:
+            raise PlanError(f"{file}: is no recipe of a bench (nested too deep to be read); use another folder") from None
         except ValueError as error:
             raise PlanError(f"{file}: is no recipe of a bench ({' '.join(str(error).split())}); use another folder") from None
         if found != recipe:

@@ -4,17 +4,24 @@ from __future__ import annotations
 
 import json
 import math
+import reprlib
+import sys
 from collections.abc import Mapping
 from dataclasses import MISSING, fields
 from pathlib import Path
 from typing import get_args, get_origin, get_type_hints
 
 from ddh_twin_py.gap_bench.answers import Answer
+from ddh_twin_py.gap_bench.plan import LEVELS, SUITES
 from ddh_twin_py.gap_bench.result_files import ResultError
 
 KEY = "answers"
 """Of a score's JSON: its rows."""
 _WITHOUT_VALUE = {"ranks": math.inf, "seconds": math.nan, "megabytes": math.nan}  # what JSON has no number for
+_WORDS = {"suite": SUITES, "level": ("", *LEVELS), "expected": ("explained", "no_gap", "unknown"),
+          "verdict": ("", "no_gap", "explained", "ambiguous", "unknown", "insufficient")}  # fmt: skip
+_LOWEST = {"ranks": 1.0, "probability": 0.0, "pairs": 0.0, "errors": 0.0, "seconds": 0.0, "megabytes": 0.0}
+_HIGHEST = {"probability": 1.0, "pairs": 1.0}
 _HINTS = get_type_hints(Answer)
 _NEEDED = {f.name for f in fields(Answer) if f.default is MISSING}
 
@@ -34,6 +41,8 @@ def kept_answers(file: Path) -> list[Answer]:
         found = json.loads(file.read_text("utf-8"))
     except ValueError as error:
         raise _no_score(file, " ".join(str(error).split())) from None
+    except RecursionError:
+        raise _no_score(file, "nested too deep to be read") from None
     rows = found.get(KEY) if isinstance(found, dict) else None
     if not isinstance(rows, list) or not rows:
         raise _no_score(file, f"{KEY} not in it")
@@ -44,11 +53,48 @@ def _answer(row: object, file: Path, number: int) -> Answer:
     if not isinstance(row, Mapping) or not _HINTS.keys() >= set(row) >= _NEEDED:
         odd = sorted(set(row) ^ _HINTS.keys()) if isinstance(row, Mapping) else ["no row"]
         raise _no_score(file, f"{KEY} {number}: {', '.join(odd)}")
-    full = {name: _full(value, _WITHOUT_VALUE.get(name)) for name, value in row.items()}
-    for name, value in full.items():
-        if not _is(value, _HINTS[name]):
-            raise _no_score(file, f"{KEY} {number}: {name} is {row[name]!r}")
-    return Answer(**full)
+    full = {}
+    for name, value in row.items():
+        try:
+            full[name] = _full(value, _WITHOUT_VALUE.get(name))
+            sound = _is(full[name], _HINTS[name])
+        except RecursionError:
+            sound = False
+        if not sound:
+            raise _no_score(file, f"{KEY} {number}: {name} is {reprlib.repr(value)}")
+    answer = Answer(**full)
+    if odd := _impossible(answer, row):
+        raise _no_score(file, f"{KEY} {number}, case {answer.name!r}: {odd}")
+    return answer
+
+
+def _impossible(answer: Answer, row: Mapping) -> str:
+    """What no case can be answered with, in words that name the field; '' where there is nothing."""
+    for name, valid in _WORDS.items():
+        if (word := getattr(answer, name)) not in valid:
+            return f"{name} is {word!r}, valid are {', '.join(map(repr, valid))}"
+    if bool(answer.crashed) == bool(answer.verdict):
+        return f"verdict is {answer.verdict!r} beside crashed {reprlib.repr(answer.crashed)}; one of the two is given"
+    for name in row:
+        lowest, highest = _LOWEST.get(name, -sys.float_info.max), _HIGHEST.get(name, sys.float_info.max)
+        for value in _numbers(row[name]):
+            if not lowest <= value <= highest:
+                most = f" to {highest:g}" if name in _HIGHEST else ""
+                least = f" from {lowest:g}" if name in _LOWEST else ""
+                return f"{name} is {reprlib.repr(value)}, a finite number{least}{most} is needed"
+    for name, other in (("ranks", "true"), ("probability", "true"), ("covered", "errors")):
+        if len(getattr(answer, name)) != len(getattr(answer, other)):
+            return f"{name} has {len(getattr(answer, name))} values, {other} {len(getattr(answer, other))}"
+    if len(answer.covered) > len(answer.true):
+        return f"covered has {len(answer.covered)} values, true {len(answer.true)}"
+    return ""
+
+
+def _numbers(value) -> list[float]:
+    """The numbers in a value as the file has it; what has none, null, is left out."""
+    if isinstance(value, list):
+        return [number for one in value for number in _numbers(one)]
+    return [value] if type(value) in (int, float) else []
 
 
 def _is(value: object, hint) -> bool:

@@ -28,6 +28,8 @@ def read_result(file: Path) -> dict:
         found = json.loads(file.read_text("utf-8"))
     except ValueError as error:
         raise _damaged(file, " ".join(str(error).split())) from None
+    except RecursionError:
+        raise _damaged(file, "nested too deep to be read") from None
     if isinstance(found, dict) and "error" in found:
         return found
     lacking = sorted(_ANSWERED - set(found)) if isinstance(found, dict) else ["report"]

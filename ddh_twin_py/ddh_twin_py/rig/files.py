@@ -6,20 +6,39 @@ import difflib
 import fcntl
 import os
 import shutil
+import stat
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+_KINDS = ((stat.S_ISDIR, "a folder"), (stat.S_ISFIFO, "a named pipe"), (stat.S_ISSOCK, "a socket"),
+          (stat.S_ISCHR, "a character device"), (stat.S_ISBLK, "a block device"))
+
 
 def did_you_mean(path: str | Path) -> str:
-    """What lies beside a path that is not there and has a similar name, as `; the nearest is ...`; '' where nothing has."""
+    """What lies beside a path that is not there and has a similar name, as `; the nearest is ...`; '' where nothing has.
+
+    Of a link that leads nowhere: what it leads to.
+    """
     path = Path(path)
     try:
+        if path.is_symlink() and not path.exists():
+            return f"; it is a link to {os.readlink(path)}, which does not exist"
         names = os.listdir(path.parent)
     except OSError:
         return ""
     near = difflib.get_close_matches(path.name, names, n=1, cutoff=0.7)
     return f"; the nearest is {path.parent / near[0]}" if near else ""
+
+
+def no_regular_file(path: str | Path) -> str:
+    """What lies at a path, followed where it is a link, in words such as `a folder` or `a named pipe`; '' of a regular file.
+
+    Raises:
+        OSError: nothing is there.
+    """
+    mode = os.stat(path).st_mode
+    return "" if stat.S_ISREG(mode) else next((words for kind, words in _KINDS if kind(mode)), "a special file")
 
 
 def printable(text: object) -> str:
@@ -28,7 +47,8 @@ def printable(text: object) -> str:
 
 
 def write_whole(path: str | Path, content: str | bytes) -> Path:
-    """Write a file whole or not at all, making its folder where needed; text is written as UTF-8.
+    """Write a file whole or not at all, making its folder where needed; text is written as UTF-8, lone surrogates (names of files that
+    are not UTF-8) as `\\udcff`.
 
     The old file is replaced in one move once the new one is on the disk, so that a crash leaves one of the two.
 
@@ -40,7 +60,7 @@ def write_whole(path: str | Path, content: str | bytes) -> Path:
     partial = path.with_name(f"{path.name}.{os.getpid()}")  # two may write the same file
     try:
         with open(partial, "wb") as file:
-            file.write(content.encode("utf-8") if isinstance(content, str) else content)
+            file.write(content.encode("utf-8", "backslashreplace") if isinstance(content, str) else content)
             file.flush()
             os.fsync(file.fileno())
         partial.replace(path)

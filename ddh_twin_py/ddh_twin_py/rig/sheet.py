@@ -179,9 +179,10 @@ def load_rig(path: str | Path | None = None) -> Rig:
         path: YAML file; entries that it leaves out are those of the reference sheet.
 
     Raises:
-        RigError: file missing, not YAML, an entry given twice or unknown (with the nearest valid
-            one), a unit that is missing or another, a value that is no finite number or outside
-            its bounds (`bounds`), or values that contradict each other.
+        RigError: file missing, no regular file or too large, not YAML, an entry given twice or unknown
+            (with the nearest valid one), a text that holds a lone surrogate, a unit that is missing or
+            another, a value that is no finite number or outside its bounds (`bounds`), or values that
+            contradict each other.
     """
     if path is None:
         return _REFERENCE

@@ -1,8 +1,13 @@
-"""YAML in which no key of a mapping may be given twice, of two YAML's own reader silently keeps the later, and which has an end."""
+"""YAML in which no key of a mapping may be given twice, of two YAML's own reader silently keeps the later, which has an end, and whose
+texts are such that they can be written again."""
 
 from __future__ import annotations
 
+import re
+
 import yaml
+
+_SURROGATE = re.compile("[\ud800-\udfff]")
 
 
 class DuplicateKeyError(ValueError):
@@ -13,12 +18,16 @@ class EndlessError(ValueError):
     """An alias to a mapping or a list in which it lies itself; the message is its dotted path and the line of what it names."""
 
 
+class SurrogateError(ValueError):
+    """A text that holds half a character, such as `"\\ud800"`, which no file can hold; the message is its dotted path and the text."""
+
+
 def read_unique(text: str) -> object:
     """What the text holds, as `yaml.safe_load` reads it.
 
     Raises:
-        DuplicateKeyError: for a key given twice. EndlessError: for an alias to what it lies in. yaml.YAMLError, ValueError: for what is
-            not YAML.
+        DuplicateKeyError: for a key given twice. EndlessError: for an alias to what it lies in. SurrogateError: for a lone surrogate.
+        yaml.YAMLError, ValueError: for what is not YAML.
     """
     loader = yaml.SafeLoader(text)
     try:
@@ -39,6 +48,9 @@ def _check(node: yaml.Node, path: str, seen: set[int], around: set[int]) -> None
     if id(node) in seen:  # an alias
         return
     seen.add(id(node))
+    if isinstance(node, yaml.ScalarNode) and _SURROGATE.search(node.value):
+        where = f"{path}: " if path else ""
+        raise SurrogateError(f"{where}value is {node.value!r}, it holds half a character (a lone surrogate)")
     around = around | {id(node)}
     if isinstance(node, yaml.SequenceNode):
         for child in node.value:
@@ -48,6 +60,9 @@ def _check(node: yaml.Node, path: str, seen: set[int], around: set[int]) -> None
     lines: dict[str, int] = {}
     for key, child in node.value:
         name = key.value if isinstance(key, yaml.ScalarNode) else ""
+        if _SURROGATE.search(name):
+            where = f"{path}: " if path else ""
+            raise SurrogateError(f"{where}key is {name!r}, it holds half a character (a lone surrogate)")
         whole = f"{path}.{name}" if path else name
         line = key.start_mark.line + 1
         if name and name in lines:

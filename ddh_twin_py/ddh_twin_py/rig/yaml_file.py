@@ -6,8 +6,11 @@ from pathlib import Path
 
 import yaml
 
-from ddh_twin_py.rig.files import did_you_mean
-from ddh_twin_py.rig.unique_keys import DuplicateKeyError, EndlessError, read_unique
+from ddh_twin_py.rig.files import did_you_mean, no_regular_file
+from ddh_twin_py.rig.unique_keys import DuplicateKeyError, EndlessError, SurrogateError, read_unique
+
+LARGEST_FILE = 1_000_000
+"""Bytes; the reference sheet has a few ten thousand."""
 
 
 def read_yaml(path: str | Path, kind: str, error: type[ValueError]) -> object:
@@ -17,9 +20,14 @@ def read_yaml(path: str | Path, kind: str, error: type[ValueError]) -> object:
         path: the file. kind: what it is, such as ``rig file``, for the message. error: what to raise.
 
     Raises:
-        error: file missing or not readable, not YAML, a key given twice, or an alias to what it lies in.
+        error: file missing, not readable, no regular file or larger than `LARGEST_FILE`, not YAML, a key given twice, an alias to what
+            it lies in, or a lone surrogate.
     """
     try:
+        if (found := no_regular_file(path)) not in ("", "a folder"):
+            raise error(f"{path}: cannot be read as a {kind}: it is {found}, a regular file is needed")
+        if (size := Path(path).stat().st_size) > LARGEST_FILE:
+            raise error(f"{path}: cannot be read as a {kind}: it has {size} bytes, allowed are {LARGEST_FILE}")
         text = Path(path).read_text(encoding="utf-8")
     except FileNotFoundError:
         raise error(f"{path}: no such {kind}{did_you_mean(path)}") from None
@@ -34,7 +42,7 @@ def parse_yaml(text: str, name: str, error: type[ValueError]) -> object:
     """What a text holds; ``name`` is put before what is wrong, see `read_yaml`."""
     try:
         return read_unique(text)
-    except (DuplicateKeyError, EndlessError) as cause:
+    except (DuplicateKeyError, EndlessError, SurrogateError) as cause:
         raise error(f"{name}: {cause}") from None
     except yaml.YAMLError as cause:
         mark = getattr(cause, "problem_mark", None)
