@@ -41,7 +41,7 @@ def test_single_samples_that_are_missing_are_one_note():
 
 def test_a_payload_that_nobody_declared_is_said_to_be_assumed():
     declared, not_a_number = (replace(recording(), rig=RigInfo("rig_1", "", payload)) for payload in (120.0, float("nan")))
-    assert undeclared([declared], 149.5) == []
+    assert undeclared([declared], 149.5, True) == []
     said = "bag: no usable payload is declared, so that the rig file's 149.5 kg was assumed"
-    assert undeclared([declared, not_a_number], 149.5) == [said]
-    assert undeclared([recording()], 149.5)
+    assert undeclared([declared, not_a_number], 149.5, False) == [said], "another recording's load is assumed"
+    assert undeclared([recording()], 149.5, True) and not undeclared([recording()], 149.5, False)

@@ -110,8 +110,8 @@ def _noted(result: Diagnosis, recordings: Sequence[Recording], rig: Rig, late: S
         late: that their order is wrong. missing: signals that there are not.
     """
     damaged = [*damage(recordings), *late, *(text for recording in recordings for text in contradictions(recording, rig))]
-    blamed = any("load.mass" in h["effects"] for h in result.report["hypotheses"])
-    said = [*damaged, *missing, *(undeclared(recordings, rig[PAYLOAD]) if blamed else [])]
+    blamed = result.report["verdict"] == "unknown" or any("load.mass" in h["effects"] for h in result.report["hypotheses"])
+    said = [*damaged, *missing, *undeclared(recordings, rig[PAYLOAD], blamed)]
     first = f"Careful: {said[0]}. {result.sentence}" if said and said[0] not in result.sentence else result.sentence
     notes = [*said, *result.report["notes"], *doubts(recordings)]
     return replace(result, report={**result.report, "notes": list(dict.fromkeys(notes))}, sentence=first, damage=damaged)

@@ -15,9 +15,15 @@ def damage(recordings: Sequence[Recording]) -> list[str]:
     return [finding.message for recording in recordings for finding in recording.findings if finding.severity == "error"]
 
 
-def undeclared(recordings: Sequence[Recording], payload: float) -> list[str]:
-    """That no usable payload was declared and what was assumed, kg; empty where all declare one."""
+def undeclared(recordings: Sequence[Recording], payload: float, matters: bool) -> list[str]:
+    """That no usable payload was declared and what was assumed, kg; empty where all declare one.
+
+    Args:
+        matters: whether the load may be to blame. Where some declare one it matters anyway: what is assumed of the others is another's.
+    """
     silent = [recording.path for recording in recordings if recording.rig is None or not isfinite(recording.rig.payload_mass)]
+    if not matters and len(silent) == len(recordings):
+        return []
     return [f"{', '.join(silent)}: no usable payload is declared, so that the rig file's {payload:g} kg was assumed"] if silent else []
 
 
