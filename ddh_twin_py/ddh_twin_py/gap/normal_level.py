@@ -164,7 +164,7 @@ def load_levels(path: str | Path, bin_length: float) -> tuple[str, dict[str, Nor
         content = json.loads(Path(path).read_text("utf-8"))
     except OSError as error:
         raise NormalLevelError(f"{path}: {error.strerror or error}") from None
-    except ValueError as error:
+    except (ValueError, RecursionError) as error:
         raise NormalLevelError(f"{path}: is no JSON ({error})") from None
     try:
         if content["version"] != _VERSION:
