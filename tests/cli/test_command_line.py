@@ -161,6 +161,7 @@ def test_completion(tmp_path, capsys, monkeypatch):
     assert set(complete(script, "gap")) == {"gap", "gap-design", "gap-bench"}
     assert complete(script, "replay", "--leave") == ["--leave-one-out"]
     assert complete(script, "up", "--source", "sim") == ["simulation"]
+    assert complete(script, "gap", "--without", "pump_1.l") == ["pump_1.leakage"]
     monkeypatch.chdir(tmp_path)
     (tmp_path / "bag_of_mine").mkdir()
     assert "bag_of_mine" in complete(script, "info", "bag_")

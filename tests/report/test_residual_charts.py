@@ -65,6 +65,8 @@ def test_noise_is_told_from_a_pattern():
     white = rng.normal(size=4000)
     assert persistence(white) == pytest.approx(0.0, abs=0.06)
     assert persistence(np.sin(0.01 * np.arange(4000))) > 0.99
+    assert persistence(white + 4.0) > 0.9, "an offset keeps its sign"
+    assert persistence(np.tile([1.4, -1.4], 20)) > 0.9, "so do strokes in the same direction"
     assert np.isnan(persistence(white[:5]))
     assert "noise" in judged(1.1, trace(white)) and "beyond" not in judged(1.1, trace(white))
     assert "scatter beyond the noise" in judged(3.0, trace(3.0 * white))

@@ -33,6 +33,7 @@ from ddh_twin_py.telemetry.signals import (
 )
 
 _WHOLE = 0.95  # of the messages that a bag should hold, below which what was recovered is not the recording
+_MOST_NAMED = 10  # topics that are ignored
 _REACH = 30 * 86400 * 10**9  # ns; a stamp older than the others by more is no time of measurement
 
 
@@ -250,6 +251,7 @@ def _other_topics(file: str, namespace: str, collector: Collector) -> list[Findi
             findings.append(Finding("warning", file, topic, "", None, collector.counts[topic], message))
     listed = [topic for topic in others if topic not in {f.topic for f in findings}]
     if listed:
-        message = f"{file}: {len(listed)} other topics are ignored: {', '.join(listed)}"
+        more = f" and {len(listed) - _MOST_NAMED} more" if len(listed) > _MOST_NAMED else ""
+        message = f"{file}: {len(listed)} other topics are ignored: {', '.join(listed[:_MOST_NAMED])}{more}"
         findings.append(Finding("info", file, "", "", ", ".join(listed), len(listed), message))
     return findings

@@ -39,18 +39,22 @@ def run(args: argparse.Namespace) -> int:
         put_json(args.json, command_tree(parser))
     if args.json == "-":
         return 0
-    _mark_paths(parser, shtab)
+    _mark_values(parser, shtab)
     print(shtab.complete(parser, shell=args.shell))
     return 0
 
 
-def _mark_paths(parser: argparse.ArgumentParser, shtab) -> None:
-    """Tell which arguments are files and which are folders."""
+def _mark_values(parser: argparse.ArgumentParser, shtab) -> None:
+    """Tell which arguments are files, which are folders and which are effects."""
+    from ddh_twin_py.gap.catalogue import EFFECTS
+
     for action in parser._actions:
         if isinstance(action, argparse._SubParsersAction):
             for child in action.choices.values():
-                _mark_paths(child, shtab)
+                _mark_values(child, shtab)
         elif action.choices is None and (action.type in OUTPUTS or action.metavar in _FILES):
             action.complete = shtab.FILE
+        elif action.metavar == "EFFECT":
+            action.choices = sorted(EFFECTS)
         elif action.metavar in _FOLDERS:
             action.complete = shtab.DIRECTORY

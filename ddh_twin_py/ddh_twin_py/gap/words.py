@@ -60,7 +60,7 @@ def _no_gap(report: Mapping, unseen: int, at_best: Mapping[str, float] | None, a
     if pressed:
         others = f" and {len(pressed) - 1} more" if len(pressed) > 1 else ""
         text += f"; for that {pressed[0]}{others} had to go as far as the tolerance lets a fit go, where the sheet may be wrong"
-    worst, times = _left_most(report, at_best)
+    worst, times = _left_most(report, at_best, ())
     if times > _LEFT:
         text += f"; {worst} stays {times:.1f} times its floor off, and no listed effect explains that"
     if not unseen:
@@ -69,10 +69,10 @@ def _no_gap(report: Mapping, unseen: int, at_best: Mapping[str, float] | None, a
             f"effect{'s' * (unseen > 1)} of the catalogue would not have shown even at a moderate size.")
 
 
-def _left_most(report: Mapping, at_best: Mapping[str, float] | None) -> tuple[str, float]:
+def _left_most(report: Mapping, at_best: Mapping[str, float] | None, but: Sequence[str] = AMPLIFIED) -> tuple[str, float]:
     """The signal that stays farthest off held-out data, and by how many floors; what small flaws of the model move far is left out."""
     off = {name: row["after"] / row["noise"] for name, row in report["shrink"].items()} if at_best is None else at_best
-    left = {name: times for name, times in off.items() if name not in AMPLIFIED}
+    left = {name: times for name, times in off.items() if name not in but}
     worst = max(left, key=left.get, default="")
     return worst, left.get(worst, 0.0)
 

@@ -212,7 +212,8 @@ class Agreement:
         )
         name, rms, _, times = self.counted[0]
         if times > FLOOR:
-            sentence += f"; furthest off is {name}, RMS {rms} or {number(times, 1)} times noise"
+            digits = 2 if number(times, 1) == number(FLOOR, 1) else 1  # what is beyond the limit is seen to be
+            sentence += f"; furthest off is {name}, RMS {rms} or {number(times, digits)} times noise"
         fused = [t for t in self.temperatures if t.used]
         far = self._fused_far
         if far:

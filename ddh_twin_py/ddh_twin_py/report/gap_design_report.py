@@ -28,14 +28,21 @@ def design_document(design: Design, rig: Rig, duty: str, seconds: float) -> doc.
     """The page: what is detected, the matrix as a picture, classes."""
     said, level = verdict(design)
     page = doc.Document("Design of a test", f"{rig.rig_id}: what would {duty} tell?", said, _end(rig, seconds), level)
-    seen = {size: sum(bool(d.detects(size)) for d in design.detections) for size in SIZES}
+    seen = {size: [d.detects(size) for d in design.detections if d.detects(size) is not None] for size in SIZES}
+    asked = len(design.detections)
     page.add("The test", doc.paragraph(setting(design)), doc.figures(
-        [doc.Figure(f"{size} effects detected", f"{seen[size]} of {len(design.detections)}", SIZE_WORDS[size]) for size in SIZES]
+        [doc.Figure(f"{size} effects detected", f"{sum(own)} of {len(own)}", _of_so_many(size, len(own), asked))
+         for size, own in seen.items()]
         + [doc.Figure("not told apart", str(sum(map(len, design.classes))), "effects that are detected at a moderate size")]))
     page.add("What cannot be told apart", *_classes(design))
     page.add("Every effect against every other", *_matrix(design))
     page.add("What is detected", _detections(design))
     return page
+
+
+def _of_so_many(size: str, possible: int, asked: int) -> str:
+    """What a size is, and how many effects cannot be so large."""
+    return SIZE_WORDS[size] + (f"; {asked - possible} effects cannot be so large" if possible < asked else "")
 
 
 def _end(rig: Rig, seconds: float) -> doc.EndMatter:

@@ -110,14 +110,24 @@ def _card(w: Weighed, place: int, diagnosis: Diagnosis, left: str) -> doc.Html:
     for effect in w.effects:
         blocks.append(_effect(effect, w, diagnosis.catalogue.get(effect), commissioned))
     if not w.effects:
-        blocks.append(doc.paragraph("The rig's parameters within their tolerances, the sensors' zero errors and noise explain what was "
-                                    "recorded."))
+        blocks.append(doc.paragraph(_explained_by_none(w)))
     if w.effects == (UNKNOWN,):
         blocks.append(doc.paragraph(f"Something acts on the rig that is real and that no effect of the catalogue explains. {left}".strip()))
     if w.gap_after is not None:
         blocks.append(doc.paragraph(f"With it the gap is {number(w.gap_after, 2)} times the noise floor."))
     blocks += [_in_words(w), _evidence(w, folded=place > 1), "</div>"]
     return doc.Html("".join(blocks))
+
+
+def _explained_by_none(w: Weighed) -> str:
+    """What is recorded without any effect, and which signals that leaves open."""
+    said = "The rig's parameters within their tolerances, the sensors' zero errors and noise explain what was recorded"
+    off = [(name, times) for name, times in _sorted(w.left) if times > NEAR]
+    if not off:
+        return f"{said}."
+    named = ", ".join(f"{signal_name(name)} {number(times, 1)} times its floor" for name, times in off[:_MOST_NAMED])
+    more = f" and {len(off) - _MOST_NAMED} more" if len(off) > _MOST_NAMED else ""
+    return f"{said}, all but {len(off)} of {len(w.left)} signals, which it leaves open: {named}{more}."
 
 
 def _effect(effect: str, w: Weighed, known: Effect | None, commissioned: bool) -> doc.Html:

@@ -10,12 +10,14 @@ from typing import TYPE_CHECKING
 from ddh_twin_py.report import document as doc
 from ddh_twin_py.report.calibration_groups import BARELY, WELL
 from ddh_twin_py.report.units import number, plus_minus
+from ddh_twin_py.rig.sheet import CUT
 
 if TYPE_CHECKING:
     from ddh_twin_py.estimation.calibration import FittedParameter
     from ddh_twin_py.rig import Rig
 
 _MOST_OPEN = 10
+_AT_END = 0.01  # deviations from the end of its tolerance within which a parameter stands at it, as the answer counts it
 
 
 def parameters_table(parameters: Sequence[FittedParameter], rig: Rig, added: Sequence[str] = ()) -> doc.Html:
@@ -30,12 +32,28 @@ def parameters_table(parameters: Sequence[FittedParameter], rig: Rig, added: Seq
         doc.note("Units of the rig file. ± is one standard deviation: the prior's is the tolerance of the sheet, the fitted one is what "
                  "the recordings leave of it. Moved: distance from the prior in its standard deviations; beyond 3 is rare."
                  + (f" Source, where no other is named: {usual}." if usual else "")),
+        _at_the_end(ordered),
         _written(parameters, rig, added),
         _table(first, rig, usual),
     ]
     if rest:
         blocks.append(doc.details(f"{len(rest)} further parameters", _table(rest, rig, usual)))
     return doc.Html("".join(blocks))
+
+
+def _at_the_end(parameters: Sequence[FittedParameter]) -> doc.Html:
+    """Which stand at the end of their tolerance: those that the recordings ask for, which the answer names, and those drawn along."""
+    there = [p for p in parameters if abs(p.moved) > CUT - _AT_END]
+    asked, drawn = ([p.name for p in there if p.informed is told] for told in (True, False))
+    said = []
+    if asked:
+        said.append(f"At {CUT:g}, which is as far as a fit may go, and told by the recordings, so that the answer names them: "
+                    f"{', '.join(asked)}.")
+    if drawn:
+        said.append(f"At {CUT:g} too" if asked else f"At {CUT:g}, which is as far as a fit may go")
+        said[-1] += (f", but drawn there along with others, as the recordings say next to nothing of them; the answer does not name them: "
+                     f"{', '.join(drawn)}.")
+    return doc.note(" ".join(said)) if said else doc.Html("")
 
 
 def _written(parameters: Sequence[FittedParameter], rig: Rig, added: Sequence[str]) -> doc.Html:

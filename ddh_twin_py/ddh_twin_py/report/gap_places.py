@@ -25,7 +25,8 @@ def drawings(diagnosis: Diagnosis) -> doc.Html:
             for r in diagnosis.report["where"] if r["component"] in COMPONENTS]
     if not rows:
         return doc.Html(
-            doc.paragraph("Nothing is missing that these recordings would show." if diagnosis.report["gap"]["before"] is not None
+            doc.paragraph("Given the hypotheses nothing is missing at any place: that no effect acts is more likely than that one does. "
+                          "What the data alone ask for, and how surely, stands below." if diagnosis.report["gap"]["before"] is not None
                           else "The record does not say where anything is missing.")
             + f'<div class="phases"><div class="phase wide"><div class="scroll">{circuit_drawing({}, "The DDH circuit", recorded)}'
             + "</div></div></div>"

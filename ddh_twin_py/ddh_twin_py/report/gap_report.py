@@ -138,8 +138,8 @@ def _lacking(diagnosis: Diagnosis) -> doc.Html:
     if diagnosis.lacking:
         blocks.append(lacking_table(diagnosis.lacking, "Given the hypotheses, each weighed with its probability"))
     if diagnosis.alone:
-        blocks.append(doc.details("From the data alone, before any effect is assumed", drawing_of(diagnosis.alone, "From the data alone"),
-                                  lacking_table(diagnosis.alone)))
+        blocks.append(doc.details("From the data alone: each place as if it acted by itself, before hypotheses are weighed",
+                                  drawing_of(diagnosis.alone, "From the data alone"), lacking_table(diagnosis.alone)))
     if diagnosis.inputs:
         blocks.append(doc.details("Unknown inputs: what the recording's own balances leave over", doc.note(_INPUTS),
                                   lacking_table(diagnosis.inputs)))
@@ -151,7 +151,7 @@ def _lacking(diagnosis: Diagnosis) -> doc.Html:
 
 _NO_TEST = {
     "unknown": "The catalogue does not hold the cause, so no duty is known that would tell more. Look at the machine where the gap lies.",
-    "no_gap": "Nothing is left to tell apart. A duty and sensors that show more are found with ddh-twin gap-design, before "
+    "no_gap": "No test is proposed, as no effect is likely. A duty and sensors that show more are found with ddh-twin gap-design, before "
               "anything is recorded.",
 }
 

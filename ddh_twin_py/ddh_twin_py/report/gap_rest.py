@@ -11,22 +11,28 @@ from ddh_twin_py.report.gap_words import NEAR, axis_scale, capital, component_na
 from ddh_twin_py.report.units import in_unit, number, plus_minus, shown
 
 PERSISTENT = 0.5
-"""Correlation of neighbouring samples from which on a residual shows a pattern."""
+"""Persistence from which on a residual shows a pattern."""
+_FEWEST = 8  # samples that follow each other
 
 
 def persistence(residual: np.ndarray) -> float:
-    """Correlation of each sample with the next: 0 is noise, 1 a smooth curve; NaN where fewer than 8 samples follow each other.
+    """How far samples keep their sign, to the next or, as strokes to either side alternate, to the next but one: 0 is noise, 1 a smooth
+    curve or an offset; NaN where fewer than 8 samples follow each other.
 
     Args:
         residual: (n,), NaN where missing.
     """
-    first, second = residual[:-1], residual[1:]
+    found = [_kept(residual[:-lag], residual[lag:]) for lag in (1, 2)]
+    return max((one for one in found if not np.isnan(one)), default=float("nan"))
+
+
+def _kept(first: np.ndarray, second: np.ndarray) -> float:
+    """Mean product of pairs of samples, (n,) each, over their power; NaN where fewer than 8 are known."""
     both = np.isfinite(first) & np.isfinite(second)
-    if np.count_nonzero(both) < 8:
+    if np.count_nonzero(both) < _FEWEST:
         return float("nan")
-    first, second = (x[both] - np.mean(residual[np.isfinite(residual)]) for x in (first, second))
-    power = float(np.sqrt(np.mean(first**2) * np.mean(second**2)))
-    return float(np.mean(first * second)) / power if power > 0.0 else float("nan")
+    power = float(np.sqrt(np.mean(first[both] ** 2) * np.mean(second[both] ** 2)))
+    return float(np.mean(first[both] * second[both])) / power if power > 0.0 else float("nan")
 
 
 def judged(times: float, trace: Trace | None) -> doc.Html:
@@ -63,7 +69,7 @@ def shrink_table(diagnosis: Diagnosis) -> doc.Html:
         "RMS: the usual size of the difference between measured and twin (root of the mean square), on data that took no part in finding "
         "or fitting; in brackets where it lies with 95 %, by stretches of up to 30 s drawn again and again. "
         f"Up to {NEAR:g} times the floor nothing is left but noise. A pattern is a difference that keeps its sign from one "
-        "sample to the next; scatter does not."))
+        "sample to the next (of strokes, to the next in the same direction), a constant one included; scatter does not."))
 
 
 def _with_interval(row: dict, when: str) -> str:
