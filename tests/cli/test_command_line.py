@@ -162,9 +162,15 @@ def test_completion(tmp_path, capsys, monkeypatch):
     assert complete(script, "replay", "--leave") == ["--leave-one-out"]
     assert complete(script, "up", "--source", "sim") == ["simulation"]
     assert complete(script, "gap", "--without", "pump_1.l") == ["pump_1.leakage"]
+    assert complete(script, "gap-design", "--sensors", "motor_w") == ["motor_winding"]
+    assert complete(script, "gap-design", "mixed", "--sensors", "tank_oil,motor_w") == ["tank_oil,motor_winding"]
+    assert complete(script, "study", "cold-start", "--duty", "mixed,paper_cycle_f") == ["mixed,paper_cycle_fast"]
     monkeypatch.chdir(tmp_path)
     (tmp_path / "bag_of_mine").mkdir()
     assert "bag_of_mine" in complete(script, "info", "bag_")
+    (tmp_path / "mine.yaml").touch()
+    for words in (("gap-design",), ("simulate",), ("gap-design", "mixed", "--commissioning"), ("up", "--duty"), ("verify", "--duty")):
+        assert set(complete(script, *words, "mi")) == {"mixed", "mine.yaml"}, words
     assert main(["completion", "zsh"]) == 0
     zsh = capsys.readouterr().out
     assert zsh.startswith("#compdef ddh-twin") and "--leave-one-out" in zsh

@@ -125,6 +125,12 @@ def test_the_twins_own_nodes():
     survey = graph()
     silent = check_twin(survey, "/ddh")
     assert "/ddh/temperature/estimates: 0 messages in 5 s" in of(silent, "warning")
+    n = 100
+    stamps = NOW + np.arange(n) * 50_000_000
+    content = [bytes(m) for m in encode_stamped_floats(stamps, np.zeros((n, 1)))]
+    state = HeardTopic("/ddh/hydraulics/state", ("x",), ("/ddh/hydraulic_model",), False, False, NOW + np.arange(n) * 20_000_000, content)
+    piled_up = replace(survey, topics={**survey.topics, state.topic: state})
+    assert "/ddh/hydraulics/state: 20 per second" in of(check_twin(piled_up, "/ddh"), "ok"), "taken in at once, sent as before"
     bad = replace(survey, health=(Health("ddh/temperature_fusion: estimate", 2, "no estimate"), Health("other: x", 2, "not ours")))
     assert of(check_twin(bad, "/ddh"), "error") == ["ddh/temperature_fusion: estimate: no estimate"]
     twice = replace(survey, nodes=(*survey.nodes, "/ddh/gap_monitor"))

@@ -21,9 +21,11 @@ def test_no_gap_is_said_of_what_would_show(unseen, ends):
 
 def test_no_gap_names_a_signal_that_is_left_off():
     said = sentence({**NO_GAP, "shrink": {**SHRINK, "temperature/tank_wall": {"after": 0.62, "noise": 0.2}}}, EFFECTS)
-    assert "temperature/tank_wall stays 3.1 times its floor off, and no listed effect explains that" in said
+    assert "; temperature, tank wall stays 3.1 times its floor off, and no listed effect explains that" in said
     said = sentence({**NO_GAP, "shrink": {**SHRINK, "temperature/motor_winding": {"after": 2.8, "noise": 1.0}}}, EFFECTS)
-    assert "temperature/motor_winding stays 2.8 times its floor off" in said, "though a small flaw of the laws moves it far"
+    assert "; temperature, motor winding, which small flaws of the model move far, stays 2.8 times its floor off" in said
+    report = {**NO_GAP, "shrink": {"temperature/motor_winding": {"after": 2.2, "noise": 1.0}, "rod_position": {"after": 2.3, "noise": 1.0}}}
+    assert "; stroke error stays 2.3 times its floor off" in sentence(report, EFFECTS), "as the page's tables call it"
 
 
 @pytest.mark.parametrize(("pressed", "said"), [

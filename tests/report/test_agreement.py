@@ -32,6 +32,14 @@ def test_the_verdict_names_what_is_furthest_off(result):
     assert agreement.verdict.count(".") >= 1 and "\n" not in agreement.verdict
 
 
+@pytest.mark.parametrize(("times", "said"), [(1.63, "1.63"), (1.603, "1.603"), (1.66, "1.7"), (3.0, "3.0")])
+def test_what_is_beyond_the_limit_is_seen_to_be(result, times, said):
+    winding = result.sensors["motor_winding"]
+    off = replace(winding, predicted=winding.measured + times * winding.noise)
+    verdict = compare(replace(result, sensors={**result.sensors, "motor_winding": off})).verdict
+    assert "1 of 2 temperatures" in verdict and f"or {said} times noise" in verdict
+
+
 def test_all_within_noise_names_no_culprit(result):
     calm = {n: replace(c, predicted=c.measured + 0.1) for n, c in result.sensors.items()}
     agreement = compare(replace(result, sensors=calm))

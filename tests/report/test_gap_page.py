@@ -229,6 +229,33 @@ def test_no_effect_has_its_gap_shown_and_no_evidence(diagnoses):
     assert "Evidence signal by signal" not in alone and "Against it" not in alone
 
 
+def test_no_gap_does_not_contradict_what_is_left_open_and_what_rivals_lack(diagnoses):
+    none = Weighed((), 0.92, 1.1, {}, {"speed": 0.0}, {"speed": 1.0, "rod_position": 2.3, "temperature/motor_winding": 2.8})
+    rival = Weighed(("motor.resistance",), 0.07, 1.1, {}, {"current": 5.0}, {"speed": 1.0})
+    report = {**diagnoses["no_gap"].report, "hypotheses": [{"effects": list(w.effects), "probability": w.probability, "gap_after": 1.1}
+                                                           for w in (none, rival)]}
+    lack = Lack("motor", "electrical", "all", "", 22.9, 5.8, "W", 0.83)
+    found = replace(diagnoses["no_gap"], report=report, weighed=[none, rival], lacking=[lack], alone=[lack])
+    said = " ".join(" ".join(Page(gap_document(found).html()).words).split())
+    assert "No place is marked, as that no effect acts is likelier (92 %) than that any does. What would be missing if one did" in said
+    assert "all but 2 of 3 signals, which it leaves open: temperature, motor winding 2.8 times its floor, stroke error 2.3 times" in said
+    assert "That no effect acts is likelier than all that stands here." in said and "If one of the less likely hypotheses held" in said
+    assert "From the data alone, each place as if it acted by itself" in said
+    assert not any(words in said for words in ("Nothing is missing", "Nothing is left", "Given the hypotheses"))
+    plain = " ".join(" ".join(Page(gap_document(diagnoses["no_gap"]).html()).words).split())
+    assert "What would be missing if one did" not in plain and "noise explain what was recorded." in plain
+
+
+def test_parameters_at_the_end_of_their_tolerance_are_those_of_the_answer(diagnoses):
+    one, two = (replace(p, value=p.prior - 2.5 * p.prior_std) for p in diagnoses["explained"].parameters[:2])
+    drawn = replace(diagnoses["explained"].parameters[2], value=0.9 + 2.5 * 0.05)
+    assert one.informed and two.informed and not drawn.informed
+    said = " ".join(Page(gap_document(replace(diagnoses["no_gap"], parameters=[one, drawn, two])).html()).words)
+    named = re.search(r"so that the answer names them: (.*?)\. At 2.5 too, but drawn .*?: (.*?)\.\s", said)
+    assert named.groups() == (f"{one.name}, {two.name}", drawn.name)
+    assert "answer names them" not in " ".join(Page(gap_document(diagnoses["no_gap"]).html()).words)
+
+
 def test_what_an_effect_made_of_a_parameter_stands_beside_what_was_fitted(diagnoses):
     diagnosis = diagnoses["explained"]
     leakage = replace(diagnosis.rig.quantities["pump_1.leakage"], value=2.05e-12, std=8e-14, source="effect pump_1.leakage, fitted to x")

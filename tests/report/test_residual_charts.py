@@ -72,6 +72,17 @@ def test_noise_is_told_from_a_pattern():
     assert "scatter beyond the noise" in judged(3.0, trace(3.0 * white))
     assert "a pattern remains" in judged(3.0, trace(3.0 * np.sin(0.01 * np.arange(4000))))
     assert "more than noise" in judged(3.0, None)
+    assert "a pattern remains" in judged(2.8, trace(0.4 + 0.1 * white)), "an offset of some noises"
+    assert "a pattern remains" in judged(2.3, trace(np.tile([1.4, 0.0], 8) + 0.1 * white[:16])), "strokes that err in one direction alone"
+
+
+@pytest.mark.parametrize(("count", "patterns", "scatters"), [(6, 0.1, 0.0), (10, 0.1, 0.0), (20, 0.1, 0.8)])
+def test_few_samples_of_plain_noise_are_seldom_called_a_pattern(count, patterns, scatters):
+    rng = np.random.default_rng(2)
+    said = [judged(3.0, trace(rng.normal(size=count))) for _ in range(200)]
+    assert sum("pattern" in one for one in said) <= 200 * patterns and sum("scatter" in one for one in said) >= 200 * scatters
+    assert ("scatter" in "".join(said)) == (scatters > 0.0), "too few to tell"
+    assert "a pattern remains" in judged(3.0, trace(1.0 + 0.1 * rng.normal(size=count)))
 
 
 def test_plots_leave_out_what_is_missing():

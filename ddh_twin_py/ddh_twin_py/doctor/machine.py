@@ -73,7 +73,7 @@ def check_machine(survey: Survey, namespace: str, noise: Mapping[str, float]) ->
             checks.append(_rig(heard))
             continue
         stamps, values, sound = _decoded(heard, relative)
-        checks += _rate(heard, relative, survey.seconds, stamps)
+        checks += _rate(heard, relative, survey.seconds)
         if not sound:
             checks.append(Check(GROUP, heard.topic, "error", "messages cannot be decoded", expected, "build ddh_msgs of both sides anew"))
         if stamps.size:
@@ -115,8 +115,7 @@ def _decoded(heard: HeardTopic, relative: str) -> tuple[np.ndarray, Stream, bool
     return stamps, Stream(stamps * 1e-9, values, fields), bool(sound.all())
 
 
-def _rate(heard: HeardTopic, relative: str, seconds: float, stamps: np.ndarray) -> list[Check]:
-    """How often it comes, by arrival or by stamps, whichever is slower: a computer that is busy takes in at once what had piled up."""
+def _rate(heard: HeardTopic, relative: str, seconds: float) -> list[Check]:
     low, high = RATES[TEMPERATURE_PREFIX if relative.startswith(TEMPERATURE_PREFIX) else relative]
     right, count = f"{low:g} to {high:g} per second", heard.arrived.size
     if count < _FEW:
@@ -124,9 +123,7 @@ def _rate(heard: HeardTopic, relative: str, seconds: float, stamps: np.ndarray) 
         advice = f"{', '.join(heard.publishers)} announces it and sends nothing" if not count else "it comes more seldom than it should"
         return [Check(GROUP, heard.topic, "error" if enough and relative in _FIELDS else "warning" if enough else "note",
                       f"{count} messages in {seconds:.0f} s", right, advice if enough else "listen longer: --seconds 60")]
-    by_arrival = float(heard.arrived[-1] - heard.arrived[0]) * 1e-9 / (count - 1)
-    by_stamp = float(np.median(np.diff(stamps))) * 1e-9 if stamps.size > 1 else 0.0
-    rate = 1.0 / max(1e-9, by_arrival, by_stamp)
+    rate = heard.rate()
     found = f"{rate:.3g} per second"
     if rate * _SLACK < low:
         return [Check(GROUP, heard.topic, "warning", found, right, "publish it more often: what happens between two samples is lost")]

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from ddh_twin_py.doctor.check import Check
-from ddh_twin_py.doctor.survey import Survey
+from ddh_twin_py.doctor.survey import HeardTopic, Survey
 
 GROUP = "twin"
 NODES = ("hydraulic_model", "machine_thermal", "temperature_fusion", "gap_monitor")
@@ -31,7 +29,7 @@ def check_twin(survey: Survey, namespace: str) -> list[Check]:
     for topic, node in OUTPUTS.items():
         heard = survey.topics.get(f"{namespace}/{topic}")
         if node in running:
-            checks.append(_output(f"{namespace}/{topic}", heard.arrived if heard else np.empty(0), survey.seconds))
+            checks.append(_output(f"{namespace}/{topic}", heard, survey.seconds))
     own = [status for status in survey.health if status.name.split(":")[0] in {f"{namespace}/{name}".lstrip("/") for name in running}]
     bad = [status for status in own if status.level]
     checks += [Check(GROUP, status.name, _LEVELS.get(status.level, "error"), status.message, "",
@@ -44,12 +42,12 @@ def check_twin(survey: Survey, namespace: str) -> list[Check]:
     return checks
 
 
-def _output(topic: str, arrived: np.ndarray, seconds: float) -> Check:
-    right = "20 per second"
-    if arrived.size < 2:
-        return Check(GROUP, topic, "warning", f"{arrived.size} messages in {seconds:.0f} s", right,
+def _output(topic: str, heard: HeardTopic | None, seconds: float) -> Check:
+    right, count = "20 per second", heard.arrived.size if heard else 0
+    if heard is None or count < 2:
+        return Check(GROUP, topic, "warning", f"{count} messages in {seconds:.0f} s", right,
                      "the node waits for telemetry or for other nodes: see its status in /diagnostics")
-    rate = (arrived.size - 1) / max(1e-9, float(arrived[-1] - arrived[0]) * 1e-9)
+    rate = heard.rate()
     if rate < _LEAST_RATE:
         return Check(GROUP, topic, "warning", f"{rate:.3g} per second", right,
                      "the computer is too slow or busy, or a recording is played slowly")

@@ -14,6 +14,10 @@ from ddh_twin_py.rig.sheet import CUT
 _SURE, _OTHERS = 0.7, 2  # probability from which a place is named alone; how many others are named else
 _CLOSED_BY = 1.2  # times what is left, from which it is said what closes a gap
 _HARDLY = 0.9  # of the gap without a cause: more than that is left with it where it hardly closes anything
+_NAMES = {
+    "pressure_piston_side": "pressure, piston side", "pressure_rod_side": "pressure, rod side", "rod_position": "stroke error",
+    "electrical_power": "electrical power", "pump_1": "pump 1", "pump_2": "pump 2", "line_a": "line A", "line_b": "line B",
+}
 _LEFT = 2.0  # floors from which a signal that is left off is named beside "no gap"
 
 
@@ -36,6 +40,17 @@ def sentence(report: Mapping, catalogue: Mapping[str, Effect], unseen: Sequence[
     if report["verdict"] == "explained":
         return _explained(report, catalogue, at_best, asked_for, commissioned)
     return _BY_VERDICT[report["verdict"]](report)
+
+
+def component_name(component: str) -> str:
+    """A component in words, such as `line A`."""
+    return _NAMES.get(component, component.replace("_", " "))
+
+
+def signal_name(signal: str) -> str:
+    """A signal in words; temperatures by their place."""
+    place = signal.removeprefix("temperature/")
+    return component_name(signal) if place == signal else f"temperature, {component_name(place)}"
 
 
 def by_component(where: Sequence[Mapping]) -> dict[str, float]:
@@ -62,7 +77,8 @@ def _no_gap(report: Mapping, unseen: int, at_best: Mapping[str, float] | None, a
         text += f"; for that {pressed[0]}{others} had to go as far as the tolerance lets a fit go, where the sheet may be wrong"
     worst, times = _left_most(report, at_best, ())
     if times > _LEFT:
-        text += f"; {worst} stays {times:.1f} times its floor off, and no listed effect explains that"
+        easily = ", which small flaws of the model move far," if worst in AMPLIFIED else ""
+        text += f"; {signal_name(worst)}{easily} stays {times:.1f} times its floor off, and no listed effect explains that"
     if not unseen:
         return f"{text}; that no effect acts is {probably(none)} likely."
     return (f"{text}; that no effect acts that would have shown is {probably(none)} likely, and {unseen} "
@@ -70,7 +86,7 @@ def _no_gap(report: Mapping, unseen: int, at_best: Mapping[str, float] | None, a
 
 
 def _left_most(report: Mapping, at_best: Mapping[str, float] | None, but: Sequence[str] = AMPLIFIED) -> tuple[str, float]:
-    """The signal that stays farthest off held-out data, and by how many floors; what small flaws of the model move far is left out."""
+    """The signal that stays farthest off held-out data, and by how many floors; those in ``but`` are left out."""
     off = {name: row["after"] / row["noise"] for name, row in report["shrink"].items()} if at_best is None else at_best
     left = {name: times for name, times in off.items() if name not in but}
     worst = max(left, key=left.get, default="")

@@ -212,8 +212,7 @@ class Agreement:
         )
         name, rms, _, times = self.counted[0]
         if times > FLOOR:
-            digits = 2 if number(times, 1) == number(FLOOR, 1) else 1  # what is beyond the limit is seen to be
-            sentence += f"; furthest off is {name}, RMS {rms} or {number(times, digits)} times noise"
+            sentence += f"; furthest off is {name}, RMS {rms} or {_beyond(times)} times noise"
         fused = [t for t in self.temperatures if t.used]
         far = self._fused_far
         if far:
@@ -271,6 +270,11 @@ class Agreement:
             "losses": [{"component": x.component, "soft_sensor_W": x.soft, "free_run_W": x.free} for x in self.losses],
             "mean_power_W": dict(self.energy),
         }
+
+
+def _beyond(times: float) -> str:
+    """Multiples of noise beyond `FLOOR`, with as many decimals as it takes to see that."""
+    return number(times, next((digits for digits in (1, 2, 3) if round(times, digits) > FLOOR), 4))
 
 
 def level(in_noise: float) -> str:

@@ -33,7 +33,9 @@ def design_document(design: Design, rig: Rig, duty: str, seconds: float) -> doc.
     page.add("The test", doc.paragraph(setting(design)), doc.figures(
         [doc.Figure(f"{size} effects detected", f"{sum(own)} of {len(own)}", _of_so_many(size, len(own), asked))
          for size, own in seen.items()]
-        + [doc.Figure("not told apart", str(sum(map(len, design.classes))), "effects that are detected at a moderate size")]))
+        + [doc.Figure("not told apart", str(sum(map(len, design.classes))), "effects that are detected at a moderate size")]),
+        doc.note("Each size is asked of the effects that can be so large and show in a signal; these become fewer from faint to clear, and "
+                 "so may those that are detected."))
     page.add("What cannot be told apart", *_classes(design))
     page.add("Every effect against every other", *_matrix(design))
     page.add("What is detected", _detections(design))
@@ -42,7 +44,7 @@ def design_document(design: Design, rig: Rig, duty: str, seconds: float) -> doc.
 
 def _of_so_many(size: str, possible: int, asked: int) -> str:
     """What a size is, and how many effects cannot be so large."""
-    return SIZE_WORDS[size] + (f"; {asked - possible} effects cannot be so large" if possible < asked else "")
+    return SIZE_WORDS[size] + (f"; {asked - possible} more cannot be so large, or show nowhere" if possible < asked else "")
 
 
 def _end(rig: Rig, seconds: float) -> doc.EndMatter:

@@ -32,7 +32,7 @@ def parameters_table(parameters: Sequence[FittedParameter], rig: Rig, added: Seq
         doc.note("Units of the rig file. ± is one standard deviation: the prior's is the tolerance of the sheet, the fitted one is what "
                  "the recordings leave of it. Moved: distance from the prior in its standard deviations; beyond 3 is rare."
                  + (f" Source, where no other is named: {usual}." if usual else "")),
-        _at_the_end(ordered),
+        _at_the_end(parameters),
         _written(parameters, rig, added),
         _table(first, rig, usual),
     ]

@@ -9,7 +9,7 @@ from ddh_twin_py.gap.diagnosis import Diagnosis, Lack
 from ddh_twin_py.report import document as doc
 from ddh_twin_py.report.circuit_drawing import COMPONENTS, Tint, circuit_drawing, scale, step_of
 from ddh_twin_py.report.gap_words import PHASE_MEANING, PHASES, capital, component_name, mostly, percent, places, regime_name, signal_name
-from ddh_twin_py.report.units import plus_minus
+from ddh_twin_py.report.units import plus_minus, probably
 
 _UNSURE = re.compile(r" ± \S+")
 _AT_ALL_TIMES = "Whole recording", "the mean over all phases; evidence of readings that belong to no phase, such as temperatures"
@@ -25,9 +25,7 @@ def drawings(diagnosis: Diagnosis) -> doc.Html:
             for r in diagnosis.report["where"] if r["component"] in COMPONENTS]
     if not rows:
         return doc.Html(
-            doc.paragraph("Given the hypotheses nothing is missing at any place: that no effect acts is more likely than that one does. "
-                          "What the data alone ask for, and how surely, stands below." if diagnosis.report["gap"]["before"] is not None
-                          else "The record does not say where anything is missing.")
+            doc.paragraph(_nowhere(diagnosis))
             + f'<div class="phases"><div class="phase wide"><div class="scroll">{circuit_drawing({}, "The DDH circuit", recorded)}'
             + "</div></div></div>"
         )
@@ -46,6 +44,17 @@ def drawings(diagnosis: Diagnosis) -> doc.Html:
                       "share of the evidence: how strongly the recordings ask for it there, not how large it is.")
         + scale() + f'<div class="phases">{"".join(figures)}</div>'
     )
+
+
+def _nowhere(diagnosis: Diagnosis) -> str:
+    """Why nothing is marked."""
+    if diagnosis.report["gap"]["before"] is None:
+        return "The record does not say where anything is missing."
+    if diagnosis.report["verdict"] != "no_gap":
+        return "No place can be named at which something is missing."
+    none = next((row["probability"] for row in diagnosis.report["hypotheses"] if not row["effects"]), 0.0)
+    said = f"No place is marked, as that no effect acts is likelier ({probably(none)}) than that any does."
+    return said + (" What would be missing if one did stands under 'What the twin lacks'." if diagnosis.lacking or diagnosis.alone else "")
 
 
 def drawing_of(rows: Sequence[Lack], title: str) -> doc.Html:

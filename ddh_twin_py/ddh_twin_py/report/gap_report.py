@@ -135,10 +135,15 @@ _INPUTS = (
 
 def _lacking(diagnosis: Diagnosis) -> doc.Html:
     blocks = []
+    none = diagnosis.report["verdict"] == "no_gap"
+    if none and (diagnosis.lacking or diagnosis.alone):
+        blocks.append(doc.paragraph("That no effect acts is likelier than all that stands here. A row says what would be missing if "
+                                    "something acted at that place; share and certainty are among these rows, not against no effect."))
     if diagnosis.lacking:
-        blocks.append(lacking_table(diagnosis.lacking, "Given the hypotheses, each weighed with its probability"))
+        blocks.append(lacking_table(diagnosis.lacking, "If one of the less likely hypotheses held" if none else
+                                    "Given the hypotheses, each weighed with its probability"))
     if diagnosis.alone:
-        blocks.append(doc.details("From the data alone: each place as if it acted by itself, before hypotheses are weighed",
+        blocks.append(doc.details("From the data alone, each place as if it acted by itself, before any effect is assumed",
                                   drawing_of(diagnosis.alone, "From the data alone"), lacking_table(diagnosis.alone)))
     if diagnosis.inputs:
         blocks.append(doc.details("Unknown inputs: what the recording's own balances leave over", doc.note(_INPUTS),
@@ -151,13 +156,13 @@ def _lacking(diagnosis: Diagnosis) -> doc.Html:
 
 _NO_TEST = {
     "unknown": "The catalogue does not hold the cause, so no duty is known that would tell more. Look at the machine where the gap lies.",
-    "no_gap": "No test is proposed, as no effect is likely. A duty and sensors that show more are found with ddh-twin gap-design, before "
-              "anything is recorded.",
+    "no_gap": "No test is proposed, as that no effect acts is likelier than each of its rivals. A duty and sensors that show more of "
+              "these, and of what is left open, are found with ddh-twin gap-design, before anything is recorded.",
 }
 
 
 def _next_test(test: dict | None, verdict: str) -> doc.Html:
-    return next_test_block(test) if test else doc.paragraph(_NO_TEST.get(verdict, "Nothing is left to tell apart."))
+    return next_test_block(test) if test else doc.paragraph(_NO_TEST.get(verdict, "No test is known that would tell more."))
 
 
 def gap_end(diagnosis: Diagnosis) -> doc.EndMatter:

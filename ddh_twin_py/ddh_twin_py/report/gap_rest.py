@@ -12,12 +12,13 @@ from ddh_twin_py.report.units import in_unit, number, plus_minus, shown
 
 PERSISTENT = 0.5
 """Persistence from which on a residual shows a pattern."""
-_FEWEST = 8  # samples that follow each other
+_FEWEST = 5  # pairs of samples
+_MANY = 16  # pairs of samples from which on chance alone stays below `PERSISTENT`, by two standard deviations
 
 
 def persistence(residual: np.ndarray) -> float:
     """How far samples keep their sign, to the next or, as strokes to either side alternate, to the next but one: 0 is noise, 1 a smooth
-    curve or an offset; NaN where fewer than 8 samples follow each other.
+    curve or an offset; NaN where fewer than 5 samples follow each other so.
 
     Args:
         residual: (n,), NaN where missing.
@@ -27,7 +28,7 @@ def persistence(residual: np.ndarray) -> float:
 
 
 def _kept(first: np.ndarray, second: np.ndarray) -> float:
-    """Mean product of pairs of samples, (n,) each, over their power; NaN where fewer than 8 are known."""
+    """Mean product of pairs of samples, (n,) each, over their power; NaN where fewer than 5 are known."""
     both = np.isfinite(first) & np.isfinite(second)
     if np.count_nonzero(both) < _FEWEST:
         return float("nan")
@@ -44,10 +45,11 @@ def judged(times: float, trace: Trace | None) -> doc.Html:
     if times <= NEAR:
         return doc.mark("good", "noise")
     level = "fair" if times <= 2.0 else "poor"
-    pattern = float("nan") if trace is None else persistence(trace.measured - trace.after)
-    if np.isnan(pattern):
-        return doc.mark(level, "more than noise")
-    return doc.mark(level, "a pattern remains" if pattern > PERSISTENT else "scatter beyond the noise")
+    residual = np.zeros(0) if trace is None else trace.measured - trace.after
+    pattern, pairs = persistence(residual), int(np.count_nonzero(np.isfinite(residual[:-1]) & np.isfinite(residual[1:])))
+    if pattern > max(PERSISTENT, 2.0 / np.sqrt(max(pairs, 1))):
+        return doc.mark(level, "a pattern remains")
+    return doc.mark(level, "scatter beyond the noise" if pairs >= _MANY else "more than noise")  # of few samples chance may be either
 
 
 def shrink_table(diagnosis: Diagnosis) -> doc.Html:

@@ -8,9 +8,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from ddh_twin_py.gap.learned import PREFIX
-from ddh_twin_py.gap.words import by_component
+from ddh_twin_py.gap.words import by_component, component_name, signal_name
 from ddh_twin_py.report.units import ZERO_CELSIUS, decimals, number, probably, shown, words
 
+__all__ = ["NEAR", "PHASES", "PHASE_MEANING", "UNKNOWN", "VERDICTS", "Place", "axis_scale", "capital", "closed", "component_name",
+           "effect_name", "ending", "leaning", "mostly", "percent", "places", "regime_name", "set_name", "signal_name", "strength",
+           "times_floor"]
 UNKNOWN = "unknown"
 """Id that stands for an effect outside the catalogue."""
 PHASES = ("lifting", "lowering", "holding", "transient", "all")
@@ -32,10 +35,6 @@ VERDICTS = {
 """Verdict of the contract to its words and the colour beside them."""
 NEAR = 1.2
 """Multiples of the noise floor up to which a signal counts as explained."""
-_NAMES = {
-    "pressure_piston_side": "pressure, piston side", "pressure_rod_side": "pressure, rod side", "rod_position": "stroke error",
-    "electrical_power": "electrical power", "pump_1": "pump 1", "pump_2": "pump 2", "line_a": "line A", "line_b": "line B",
-}
 _EFFECT_NAMES = {
     "motor.pwm_loss": "motor: PWM loss", "oil.viscosity_temperature": "oil: viscosity over temperature",
     "pump_1.cooling": "pumps: cooling of both cases", "relief_valve.setting": "relief valve: opening pressure",
@@ -73,18 +72,6 @@ def places(where: Sequence[Mapping]) -> list[Place]:
 def mostly(domain: str, phase: str) -> str:
     """Kind and phase in which most of a place's evidence lies."""
     return f"{domain}, " + ("mean of all phases" if phase == "all" else f"most in {phase}")
-
-
-def component_name(component: str) -> str:
-    """A component in words, such as `line A`."""
-    return _NAMES.get(component, words(component))
-
-
-def signal_name(signal: str) -> str:
-    """A signal in words; temperatures by their place."""
-    if signal.startswith("temperature/"):
-        return f"temperature, {component_name(signal.split('/', 1)[1])}"
-    return _NAMES.get(signal, words(signal))
 
 
 def effect_name(effect: str) -> str:
