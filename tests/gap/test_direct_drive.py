@@ -65,6 +65,14 @@ def test_the_end_of_a_recording_is_followed_where_the_oils_warmth_is_read(record
     assert "pressure_rod_side" in validated.followed and validated.held_data().open_begins() == [1]
 
 
+def test_a_field_without_temperatures_says_so_at_once(recording):
+    sheet = load_rig()
+    ambient = {name: stream for name, stream in recording.temperatures.items() if name == "ambient"}
+    cold = DriveCase([], [Experiment(replace(recording, temperatures=ambient), sheet)], sheet)
+    assert any("thermal effects cannot be known" in note for note in cold.missing()) and len(set(cold.notes())) == len(cold.notes())
+    assert not DriveCase([], [Experiment(recording, sheet)], sheet).missing()
+
+
 def test_oil_that_no_sensor_reads_may_begin_warmer(recording):
     sheet = load_rig()
     few = replace(recording, temperatures={n: s for n, s in recording.temperatures.items() if n in ("motor_housing", "tank_wall")})

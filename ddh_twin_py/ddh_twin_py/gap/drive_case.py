@@ -134,11 +134,17 @@ class DriveCase(DirectDrive):
         return {name for e, altered in zip(self.experiments, self.altered, strict=True) if altered for name in e.signals}
 
     def missing(self) -> list[str]:
-        """A note on signals of the drive and of the hydraulics that the field recordings do not hold, none where nothing is missing."""
+        """Notes on what the field recordings do not hold: signals of the drive and of the hydraulics, all temperatures; none elsewhere."""
         there = self._there()
+        warmth = [] if self._sensors_there() else ["there is no temperature sensor but ambient; thermal effects cannot be known"]
         names = [name for name in (*DRIVE_SIGNALS, *HYDRAULIC_SIGNALS) if name not in there]
         alone = "these" if len(names) > 1 else "it"
-        return [f"there is no usable {', '.join(names)}; what shows in {alone} alone cannot be known"] if names else []
+        return [f"there is no usable {', '.join(names)}; what shows in {alone} alone cannot be known"] * bool(names) + warmth
+
+    def _sensors_there(self) -> list[str]:
+        """Temperature sensors beside ambient of which the field recordings hold a usable sample."""
+        there = self._there()
+        return [sensor for sensor in SENSORS if f"temperature/{sensor}" in there]
 
     def notes(self) -> list[str]:
         """What these recordings cannot say, whatever was found."""
@@ -147,11 +153,9 @@ class DriveCase(DirectDrive):
             notes.append(f"{self.rig.file} describes {self._of_another}, the recordings are of {self.rig.rig_id}; what was fitted to "
                          "another rig is no tolerance of this one")
         notes += self.missing()
-        there = self._there()
-        unread = [sensor for sensor in SENSORS if f"temperature/{sensor}" not in there]
-        if len(unread) == len(SENSORS):
-            notes.append("there is no temperature sensor but ambient; thermal effects cannot be known")
-        elif unread:
+        there = self._sensors_there()
+        unread = [sensor for sensor in SENSORS if sensor not in there]
+        if there and unread:
             notes.append(f"the temperatures of {', '.join(unread)} are not read: how warm they are at the start is inferred, what happens "
                          "to their heat is known from the others alone")
         if (free := len(set(self.paths) - self.unlisted)) < _FEW:
