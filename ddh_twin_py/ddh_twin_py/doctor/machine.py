@@ -6,7 +6,6 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from ddh_twin_py.bags.cdr import stamped_floats
 from ddh_twin_py.bags.message_types import know
 from ddh_twin_py.bags.topics import nearest_telemetry, split_topic
 from ddh_twin_py.doctor.check import Check
@@ -106,9 +105,7 @@ def _announced(heard: HeardTopic, expected: str) -> list[Check]:
 
 def _decoded(heard: HeardTopic, relative: str) -> tuple[np.ndarray, Stream, bool]:
     fields = _FIELDS.get(relative, TEMPERATURE_FIELDS)
-    size = np.array([len(message) for message in heard.messages], np.int64)
-    data = np.frombuffer(b"".join(heard.messages), np.uint8)
-    stamps, values, sound = stamped_floats(data, np.cumsum(size) - size, size, len(fields))
+    stamps, values, sound = heard.floats(len(fields))
     stamps, values = stamps[sound], values[sound]
     if relative.startswith(TEMPERATURE_PREFIX):
         values[:, 0] += ZERO_CELSIUS

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Literal
 
 import numpy as np
 
-_STAMPED = 12  # bytes: encapsulation and stamp
+from ddh_twin_py.bags.cdr import stamped_floats
 
 
 @dataclass(frozen=True)
@@ -26,14 +25,15 @@ class HeardTopic:
     arrived: np.ndarray
     messages: list[bytes]
 
+    def floats(self, fields: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Stamps, values (n, fields) that follow the header, and which messages are sound; see `stamped_floats`."""
+        size = np.array([len(message) for message in self.messages], np.int64)
+        return stamped_floats(np.frombuffer(b"".join(self.messages), np.uint8), np.cumsum(size) - size, size, fields)
+
     def stamps(self) -> np.ndarray:
         """Stamps of messages that begin with a header, int64[n] in ns; those that are too short or no plain CDR are left out."""
-        found = []
-        for message in self.messages:
-            if len(message) >= _STAMPED and message[0] == 0 and message[1] <= 1:
-                order: Literal["little", "big"] = "little" if message[1] else "big"
-                found.append(int.from_bytes(message[4:8], order, signed=True) * 1_000_000_000 + int.from_bytes(message[8:12], order))
-        return np.array(found, np.int64)
+        stamps, _, sound = self.floats(0)
+        return stamps[sound]
 
     def rate(self) -> float:
         """1/s by arrival or by stamps, whichever is slower, of two or more messages; a busy computer takes in at once what piled up."""

@@ -19,7 +19,7 @@ from ddh_twin_py.estimation.unknowns import offset_paths, uncertain_paths, with_
 from ddh_twin_py.rig import Rig
 from ddh_twin_py.rig.own_oil import of_own_oil
 from ddh_twin_py.rig.payload import of_declared_payload
-from ddh_twin_py.rig.sheet import Quantity
+from ddh_twin_py.rig.sheet import CUT, Quantity
 from ddh_twin_py.telemetry.recording import Recording
 from ddh_twin_py.telemetry.signals import DRIVE_TOPIC
 
@@ -27,6 +27,7 @@ INFORMED = 0.9
 """A parameter whose standard deviation fell below this share of its prior was informed by the recordings."""
 
 
+_AT_END = 0.01  # deviations from the end of its tolerance within which a parameter is pressed against it
 _SAME_SAMPLES = 20  # all fields alike at the same stamp: no chance meeting of two recordings
 
 
@@ -55,6 +56,11 @@ class FittedParameter:
     def moved(self) -> float:
         """How far it moved, in prior standard deviations."""
         return (self.value - self.prior) / self.prior_std
+
+    @property
+    def at_end(self) -> bool:
+        """Whether it is pressed against the end of its tolerance, which is as far as a fit may go."""
+        return abs(self.moved) > CUT - _AT_END
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from ddh_twin_py.fleet.recordings import Found
 from ddh_twin_py.fleet.row import Row, kept_row
-from ddh_twin_py.rig.files import write_whole
+from ddh_twin_py.rig.files import read_json, write_whole
 
 _VERSION = 2
 _UNSAFE = re.compile(r"[^A-Za-z0-9._-]+")
@@ -31,7 +31,7 @@ class Results:
         """The row of a recording that was diagnosed as it is now, with its rig file; None where it was not, or the file is damaged or holds
         something else."""
         try:
-            content = json.loads(self.path(found.name).read_text("utf-8"))
+            content = read_json(self.path(found.name))
             if content["version"] == _VERSION and content["recording"] == found.name and content["input"] == fingerprint(found):
                 row = kept_row(content["row"])
                 return row if row.recording == found.name else None

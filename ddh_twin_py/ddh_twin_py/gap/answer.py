@@ -30,7 +30,6 @@ from ddh_twin_py.rig.sheet import CUT
 LISTED = 0.01
 """Probability from which an effect or a set is listed."""
 _MOST_AT_END = 4  # parameters named that are pressed against the end of their tolerance
-_AT_END = 0.01  # deviations from the end of its tolerance within which a parameter is pressed against it
 _MOST = 12  # sets and effects listed
 
 
@@ -134,7 +133,7 @@ def _would_not_show(missed: Sequence[str]) -> list[str]:
 def _pressed(parameters: Sequence[FittedParameter]) -> list[str]:
     """Parameters that a fit pressed against the end of their tolerance, each with its value and that of the sheet."""
     return [f"{p.name} ({p.value:.4g} instead of {p.prior:.4g}{'' if p.unit == '1' else f' {p.unit}'})"
-            for p in parameters if p.informed and abs(p.moved) > CUT - _AT_END]
+            for p in parameters if p.informed and p.at_end]
 
 
 def _at_the_end(pressed: Sequence[str]) -> list[str]:

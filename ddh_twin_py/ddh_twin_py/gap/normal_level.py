@@ -18,7 +18,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ddh_twin_py.rig.files import write_whole
+from ddh_twin_py.rig.files import read_json, write_whole
 
 LEAST_BINS = 20
 """Bins below which nothing can be said of a signal's spread."""
@@ -161,10 +161,10 @@ def load_levels(path: str | Path, bin_length: float) -> tuple[str, dict[str, Nor
         NormalLevelError: the file cannot be read, is none of ours, or was learned with bins of another length.
     """
     try:
-        content = json.loads(Path(path).read_text("utf-8"))
+        content = read_json(path)
     except OSError as error:
         raise NormalLevelError(f"{path}: {error.strerror or error}") from None
-    except (ValueError, RecursionError) as error:
+    except ValueError as error:
         raise NormalLevelError(f"{path}: is no JSON ({error})") from None
     try:
         if content["version"] != _VERSION:

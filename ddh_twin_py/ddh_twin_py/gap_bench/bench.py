@@ -13,7 +13,7 @@ from ddh_twin_py.gap_bench.plan import SUITES, PlanError, Planned, plan
 from ddh_twin_py.gap_bench.running import executor
 from ddh_twin_py.gap_bench.sealing import SEAL, seal
 from ddh_twin_py.rig import load_rig
-from ddh_twin_py.rig.files import held, write_whole
+from ddh_twin_py.rig.files import held, read_json, write_whole
 
 RECIPE = "recipe.json"
 """What a bench was asked to be."""
@@ -38,11 +38,9 @@ def make_bench(out: Path, cases: int, seed: int, suites: tuple[str, ...] = (), j
     file = out / RECIPE
     if file.is_file():
         try:
-            found = json.loads(file.read_text("utf-8"))
-        except RecursionError:
-            raise PlanError(f"{file}: is no recipe of a bench (nested too deep to be read); use another folder") from None
+            found = read_json(file)
         except ValueError as error:
-            raise PlanError(f"{file}: is no recipe of a bench ({' '.join(str(error).split())}); use another folder") from None
+            raise PlanError(f"{file}: is no recipe of a bench ({error}); use another folder") from None
         if found != recipe:
             raise PlanError(f"{file}: holds the bench {found}, asked for is {recipe}; use another folder")
     elif out.is_dir() and (strange := sorted(entry.name for entry in out.iterdir() if entry.name != _LOCK)):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 import reprlib
 import sys
@@ -14,6 +13,7 @@ from typing import get_args, get_origin, get_type_hints
 from ddh_twin_py.gap_bench.answers import Answer
 from ddh_twin_py.gap_bench.plan import LEVELS, SUITES
 from ddh_twin_py.gap_bench.result_files import ResultError
+from ddh_twin_py.rig.files import read_json
 
 KEY = "answers"
 """Of a score's JSON: its rows."""
@@ -38,11 +38,9 @@ def kept_answers(file: Path) -> list[Answer]:
         ResultError: the file holds something else. OSError: it cannot be read.
     """
     try:
-        found = json.loads(file.read_text("utf-8"))
+        found = read_json(file)
     except ValueError as error:
-        raise _no_score(file, " ".join(str(error).split())) from None
-    except RecursionError:
-        raise _no_score(file, "nested too deep to be read") from None
+        raise _no_score(file, str(error)) from None
     rows = found.get(KEY) if isinstance(found, dict) else None
     if not isinstance(rows, list) or not rows:
         raise _no_score(file, f"{KEY} not in it")

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
+
+from ddh_twin_py.rig.files import read_json
 
 _ANSWERED = {"report", "seconds", "megabytes"}
 _NEEDED = {"verdict", "gap", "where", "why"}
@@ -25,11 +26,9 @@ def read_result(file: Path) -> dict:
         ResultError: the file is cut off, or holds something else. OSError: it cannot be read.
     """
     try:
-        found = json.loads(file.read_text("utf-8"))
+        found = read_json(file)
     except ValueError as error:
-        raise _damaged(file, " ".join(str(error).split())) from None
-    except RecursionError:
-        raise _damaged(file, "nested too deep to be read") from None
+        raise _damaged(file, str(error)) from None
     if isinstance(found, dict) and "error" in found:
         return found
     lacking = sorted(_ANSWERED - set(found)) if isinstance(found, dict) else ["report"]

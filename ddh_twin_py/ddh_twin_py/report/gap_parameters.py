@@ -17,7 +17,6 @@ if TYPE_CHECKING:
     from ddh_twin_py.rig import Rig
 
 _MOST_OPEN = 10
-_AT_END = 0.01  # deviations from the end of its tolerance within which a parameter stands at it, as the answer counts it
 
 
 def parameters_table(parameters: Sequence[FittedParameter], rig: Rig, added: Sequence[str] = ()) -> doc.Html:
@@ -43,7 +42,7 @@ def parameters_table(parameters: Sequence[FittedParameter], rig: Rig, added: Seq
 
 def _at_the_end(parameters: Sequence[FittedParameter]) -> doc.Html:
     """Which stand at the end of their tolerance: those that the recordings ask for, which the answer names, and those drawn along."""
-    there = [p for p in parameters if abs(p.moved) > CUT - _AT_END]
+    there = [p for p in parameters if p.at_end]
     asked, drawn = ([p.name for p in there if p.informed is told] for told in (True, False))
     said = []
     if asked:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 import fcntl
+import json
 import os
 import shutil
 import stat
@@ -44,6 +45,20 @@ def no_regular_file(path: str | Path) -> str:
 def printable(text: object) -> str:
     """A text on one line in which what no screen or YAML comment may hold (line ends, escapes, lone surrogates) is spelled out: `\\x1b`."""
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode("ascii") for c in str(text))
+
+
+def read_json(path: str | Path) -> object:
+    """What a JSON file holds.
+
+    Raises:
+        OSError: it cannot be read. ValueError: it is no JSON, or nested too deep; the message is one line.
+    """
+    try:
+        return json.loads(Path(path).read_text("utf-8"))
+    except ValueError as error:
+        raise ValueError(" ".join(str(error).split())) from None
+    except RecursionError:
+        raise ValueError("nested too deep to be read") from None
 
 
 def write_whole(path: str | Path, content: str | bytes) -> Path:

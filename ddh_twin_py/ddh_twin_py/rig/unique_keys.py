@@ -48,9 +48,8 @@ def _check(node: yaml.Node, path: str, seen: set[int], around: set[int]) -> None
     if id(node) in seen:  # an alias
         return
     seen.add(id(node))
-    if isinstance(node, yaml.ScalarNode) and _SURROGATE.search(node.value):
-        where = f"{path}: " if path else ""
-        raise SurrogateError(f"{where}value is {node.value!r}, it holds half a character (a lone surrogate)")
+    if isinstance(node, yaml.ScalarNode):
+        _check_text(node.value, path, "value")
     around = around | {id(node)}
     if isinstance(node, yaml.SequenceNode):
         for child in node.value:
@@ -60,12 +59,16 @@ def _check(node: yaml.Node, path: str, seen: set[int], around: set[int]) -> None
     lines: dict[str, int] = {}
     for key, child in node.value:
         name = key.value if isinstance(key, yaml.ScalarNode) else ""
-        if _SURROGATE.search(name):
-            where = f"{path}: " if path else ""
-            raise SurrogateError(f"{where}key is {name!r}, it holds half a character (a lone surrogate)")
+        _check_text(name, path, "key")
         whole = f"{path}.{name}" if path else name
         line = key.start_mark.line + 1
         if name and name in lines:
             raise DuplicateKeyError(f"{whole}: given twice, in lines {lines[name]} and {line}")
         lines[name] = line
         _check(child, whole, seen, around)
+
+
+def _check_text(text: str, path: str, what: str) -> None:
+    if _SURROGATE.search(text):
+        where = f"{path}: " if path else ""
+        raise SurrogateError(f"{where}{what} is {text!r}, it holds half a character (a lone surrogate)")
