@@ -6,6 +6,7 @@ from ddh_twin_py.gap.hypotheses import POWER
 from ddh_twin_py.gap.leftover import FreeForm
 from ddh_twin_py.gap.unknown import (
     FAR_PROBABILITY,
+    REFUTED_AS_RUN,
     SURPRISED,
     UNSURPRISING,
     Unknown,
@@ -123,6 +124,11 @@ def test_two_effects_are_not_blamed_for_a_start_that_nothing_tells():
 def test_what_makes_held_out_data_worse_is_not_believed(without, left, least):
     after = refuted(Unknown(0.01, [], 0.0, "1"), without, left)
     assert after.probability == least and bool(after.notes) is (least > 0.1)
+
+
+@pytest.mark.parametrize(("without", "left", "least"), [(1.03, 1.06, 0.01), (1.10, 1.12, 0.01), (1.51, 1.89, 0.7), (0.5, 0.64, 0.01)])
+def test_as_run_a_right_cause_may_spoil_held_out_data_a_little(without, left, least):
+    assert refuted(Unknown(0.01, [], 0.0, "1"), without, left, REFUTED_AS_RUN).probability == least
 
 
 @pytest.mark.parametrize("left, closed, effects, sure", [

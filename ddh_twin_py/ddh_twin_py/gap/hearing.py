@@ -24,6 +24,7 @@ from ddh_twin_py.gap.unknown import (
     FAR,
     FREEDOM,
     NEEDED_BY,
+    REFUTED_AS_RUN,
     RESIZE,
     Unknown,
     bent,
@@ -103,6 +104,7 @@ class Hearing:
         unknown = bent(unknown, gain_of_freedom(found.linearised, leader, FREEDOM), leader.log_evidence - none.log_evidence)
         if built:
             unknown = self._elsewhere(unknown, leader, closely)
+            unknown = refuted(unknown, size.gap(self._as_run, floor), runs.gap(leader), REFUTED_AS_RUN)
         if len(leader.columns) > 1:
             slow = max((ratio for name, ratio in over.items() if name.startswith("temperature/") and name not in AMPLIFIED), default=0.0)
             unknown = halfway(unknown, shrunk, closed, slow)

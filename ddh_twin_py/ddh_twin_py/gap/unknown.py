@@ -31,6 +31,8 @@ UNLISTED = 0.05
 or more on sealed recordings of an independent plant, ten were wrong."""
 REFUTED = 0.05
 """Worsening of the gap of held-out data, as a share of it and at least of the floor, from which a hypothesis is refuted."""
+REFUTED_AS_RUN = 0.15
+"""The same of the gap as run, with a commissioning recording, which the leader's parameters must not spoil either."""
 REFUTED_PROBABILITY = 0.7
 AWAY, _AS_FAR, _AWAY_SOFTNESS = 1.1, 1.2, 0.12
 """Floors by which the best listed hypothesis may move a signal of held-out data away from what was measured, beyond `_AS_FAR` times what
@@ -366,13 +368,13 @@ def worsened(unknown: Unknown, left: Mapping[str, float], before: Mapping[str, f
     return unknown.at_least(probability, note)
 
 
-def refuted(unknown: Unknown, without: float, left: float) -> Unknown:
+def refuted(unknown: Unknown, without: float, left: float, share: float = REFUTED) -> Unknown:
     """The same where the best listed hypothesis makes held-out data worse than no effect does: then it is not the cause.
 
     Args:
-        without, left: their gap with no effect and beside it, in multiples of the floor.
+        without, left: their gap with no effect and beside it, in multiples of the floor. share: of it that counts as worse.
     """
-    if left - without < REFUTED * max(1.0, without):
+    if left - without < share * max(1.0, without):
         return unknown
     note = ("the best listed hypothesis explains the field recording, but makes the held-out data worse by "
             f"{left - without:.2f} times the floor; it is not believed")
