@@ -58,6 +58,7 @@ class Hearing:
                  drift: Drift | None, slight: Mapping[Ids, Refitted | None]) -> None:
         self._model, self._found, self._runs, self._best = model, found, runs, best
         self._as_run, self._drift, self._slight = as_run, drift, slight
+        self._gap_as_run = size.gap(as_run, runs.floor)
         self._before = functools.cache(lambda closely: best.beside(plain, (), closely))
         self._beside_none = functools.cache(lambda closely: best.beside(found.fitted[()].theta, (), closely))
         self.at_best: dict[Ids, dict[Ids, AtBest]] = {}
@@ -92,7 +93,7 @@ class Hearing:
             unknown = strained(unknown, self._in_fitted(leader, acts=False), len(leader.columns))
         followed = {name: over[name] for name in self._model.followed if name in over and name in first}
         if built and followed:
-            unknown = drifted(unknown, drift.of(leader), len(leader.columns), size.gap(self._as_run, floor), shrunk)
+            unknown = drifted(unknown, drift.of(leader), len(leader.columns), self._gap_as_run, shrunk)
             unknown = far_off(unknown, over, closed, len(leader.columns))
         if not leader.columns:
             return unknown
@@ -104,7 +105,7 @@ class Hearing:
         unknown = bent(unknown, gain_of_freedom(found.linearised, leader, FREEDOM), leader.log_evidence - none.log_evidence)
         if built:
             unknown = self._elsewhere(unknown, leader, closely)
-            unknown = refuted(unknown, size.gap(self._as_run, floor), runs.gap(leader), REFUTED_AS_RUN)
+            unknown = refuted(unknown, self._gap_as_run, runs.gap(leader), REFUTED_AS_RUN)
         if len(leader.columns) > 1:
             slow = max((ratio for name, ratio in over.items() if name.startswith("temperature/") and name not in AMPLIFIED), default=0.0)
             unknown = halfway(unknown, shrunk, closed, slow)
