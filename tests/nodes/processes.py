@@ -1,5 +1,6 @@
 """Nodes as processes, and somebody who listens to them."""
 
+import contextlib
 import os
 import signal
 import subprocess
@@ -43,11 +44,15 @@ class HeldProcess:
         return self
 
     def __exit__(self, *_):
-        if self.process.poll() is None:
-            self.process.kill()
+        self.end()
         self.process.wait()
         self.join_readers()
         self.process.stdout.close()
+
+    def end(self):
+        """Kill it if it still runs."""
+        if self.process.poll() is None:
+            self.process.kill()
 
     def join_readers(self):
         """Wait for whatever reads its output."""
@@ -68,6 +73,14 @@ class NodeProcess(HeldProcess):
         self.lines = []
         self._reader = threading.Thread(target=lambda: self.lines.extend(iter(self.process.stdout.readline, "")), daemon=True)
         self._reader.start()
+
+    def end(self):
+        """Let it leave the graph, or the second try of a failed test would take it for its own for 20 s; then kill it."""
+        if self.process.poll() is None:
+            self.process.terminate()
+            with contextlib.suppress(subprocess.TimeoutExpired):
+                self.process.wait(5.0)
+        super().end()
 
     def join_readers(self):
         self._reader.join(5.0)
