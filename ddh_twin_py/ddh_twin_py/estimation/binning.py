@@ -12,6 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ddh_twin_py.physics.compiled import kernel
+
 PHASES = ("lifting", "lowering", "holding", "transient")
 LIFTING, LOWERING, HOLDING, TRANSIENT = range(4)
 MOVING = 2.0e-3
@@ -47,8 +49,17 @@ class Binning:
 
     def mean(self, values: np.ndarray) -> np.ndarray:
         """Means of samples (n,) over each bin, (b,)."""
-        used = self.bin >= 0
-        return np.bincount(self.bin[used], values[used], self.count.size) / self.count
+        total = np.zeros(self.count.size)
+        _sum_by_bin(self.bin, values, total)
+        return total / self.count
+
+
+@kernel
+def _sum_by_bin(bins, values, total):
+    """Add values (n,) to the sums of their bins, (b,); one of bin -1 counts nowhere."""
+    for i in range(bins.shape[0]):
+        if bins[i] >= 0:
+            total[bins[i]] += values[i]
 
 
 @dataclass(frozen=True)

@@ -24,6 +24,7 @@ from scipy.signal import lfilter
 from ddh_twin_py.estimation.begin import FIRST, SHARE, told_begin
 from ddh_twin_py.estimation.binning import Binning, by_cycle, by_time, cycle_of, one_by_one
 from ddh_twin_py.estimation.history import likely_rise, open_motor, rests
+from ddh_twin_py.estimation.lent import Lent, lend, made
 from ddh_twin_py.estimation.sensors import NODE_INDEX, NODE_OF_SENSOR
 from ddh_twin_py.estimation.start import EARLY, START, spread_start, start_error
 from ddh_twin_py.physics.balance import OPERATING_DTYPE
@@ -33,7 +34,7 @@ from ddh_twin_py.physics.hydraulics import HYDRAULIC_STATES
 from ddh_twin_py.physics.motor_samples import electrical_samples
 from ddh_twin_py.physics.oil import ZERO_CELSIUS
 from ddh_twin_py.physics.soft_sensor import MEASURED_DTYPE
-from ddh_twin_py.physics.thermal_network import END_WINDING, HYDRAULIC_NODES, N, NODES, ROTOR, SLOT_WINDING
+from ddh_twin_py.physics.thermal_network import HYDRAULIC_NODES, N, NODES
 from ddh_twin_py.rig import Rig
 from ddh_twin_py.rig.sheet import SensorSpec
 from ddh_twin_py.telemetry.alignment import REORDER_WINDOW, Ticks, align
@@ -144,7 +145,7 @@ class Experiment:
             self._start[PRESSURES[0]] = self._holding_pressure(rig)
         self._drive_time, self._hydraulic_time = drive_time, hydraulic_time
         self.axis = interval * np.arange(1, n + 1)
-        self._merged = self._merge(0.0)
+        self._in_order = (0.0, self._merge(0.0))
         self.cycle = cycle_of(self._command, interval / COMMAND_PARTS)
         self.signals: dict[str, Signal] = {}
         for name in DRIVE_SIGNALS:
@@ -223,8 +224,9 @@ class Experiment:
         """Readings at the start of the run, K, from those of its first `EARLY` seconds; tells the signals how sure they are."""
         n = max(1, round(min(EARLY, self.used_until) / self.interval))
         parameters = self.parameters(rig)
-        begin, _, temperatures, _ = self._run(parameters, HYDRAULIC_STEP, n)
-        better = {}
+        begin, lent = self._start_of(parameters, self._rise), made(n, 0)
+        self._run(parameters, HYDRAULIC_STEP, begin, np.empty(0), lent)
+        temperatures, better = lent.temperatures, {}
         for name, crude in self._first_readings.items():
             signal = self.signals[f"temperature/{name}"]
             reading = self._reading(name, parameters[0], begin, temperatures)
@@ -309,31 +311,33 @@ class Experiment:
         return self._readings(parameters, step, self.axis.size, self._start_of(parameters, rise, begin))
 
     def _readings(self, parameters: np.ndarray, step: float, n: int, start: np.ndarray) -> dict[str, np.ndarray]:
-        """What every sample should have read that was taken in the first n intervals; see `_run`."""
+        """What every sample should have read that was taken in the first n intervals, temperatures beginning at ``start``, K, (N,)."""
         p, axis = parameters[0], self.axis[:n]
-        begin, points, temperatures, (of_drive, of_hydraulic) = self._run(parameters, step, n, start)
-        speed, current = of_drive[:, 0], of_drive[:, 1]
-        slot, end, rotor = (np.interp(self._drive_time, axis, temperatures[:, node]) for node in (SLOT_WINDING, END_WINDING, ROTOR))
+        instants, at_drive, at_hydraulic = self._ordered(p["measurement_time_skew"])
+        points, temperatures, samples = lent = lend(n, instants.size)
+        self._run(parameters, step, start, instants, lent)
+        speed, current = samples[at_drive, SAMPLED.index("speed")], samples[at_drive, SAMPLED.index("current")]
         voltage, power = np.empty(speed.size), np.empty(speed.size)
-        electrical_samples(parameters, speed, current, slot, end, rotor, voltage, power)
+        electrical_samples(parameters, speed, current, self._drive_time, self.interval, temperatures, voltage, power)
         gain = p["measurement_current_gain"]
         out = {"speed": speed, "current": gain * current, "voltage": voltage, "electrical_power": gain * power}
         for name in HYDRAULIC_SIGNALS:
-            out[name] = of_hydraulic[:, SAMPLED.index(name)]
+            out[name] = samples[at_hydraulic, SAMPLED.index(name)]
         out[PRESSURES[0]] = out[PRESSURES[0]] + p["measurement_pressure_piston_side_offset"]
         out[PRESSURES[1]] = p["measurement_pressure_rod_side_gain"] * out[PRESSURES[1]] + p["measurement_pressure_rod_side_offset"]
         out["rod_velocity"] = p["measurement_rod_position_scale"] * out["rod_velocity"]
         out[STROKE] = p["measurement_rod_position_scale"] * points["rod_position"][np.minimum(self._stroke_ends, n) - 1]
         for name in self.sensors:
             key = f"temperature/{name}"
-            out[key] = np.interp(self.signals[key].time, axis, self._reading(name, p, begin, temperatures))
+            out[key] = np.interp(self.signals[key].time, axis, self._reading(name, p, start, temperatures))
         return {name: out[name] for name in self.signals}
 
     def operating(self, parameters: np.ndarray, step: float = HYDRAULIC_STEP,
                   begin: Sequence[float] = ()) -> tuple[np.ndarray, np.ndarray]:
         """Operating points (n,) and temperatures, K, (n, N), of the free run, interval by interval; see `predict`."""
-        _, points, temperatures, _ = self._run(parameters, step, self.axis.size, self._start_of(parameters, self._rise, begin))
-        return points, temperatures
+        lent = made(self.axis.size, 0)
+        self._run(parameters, step, self._start_of(parameters, self._rise, begin), np.empty(0), lent)
+        return lent.points, lent.temperatures
 
     def _first(self, p: np.void) -> tuple[dict[str, float], float]:
         """Temperature of each node that is read at the start, and of the air around the unit, K."""
@@ -350,23 +354,16 @@ class Experiment:
         start = spread_start(*self._first(parameters[0]), rise)
         return start + np.asarray(begin) @ self._open if len(begin) else start
 
-    def _run(self, parameters: np.ndarray, step: float, n: int, begin: np.ndarray | None = None
-             ) -> tuple[np.ndarray, np.ndarray, np.ndarray, tuple[np.ndarray, np.ndarray]]:
-        """The first n intervals: temperatures at the start (N,), operating points (n,), temperatures (n, N), samples of both streams.
+    def _run(self, parameters: np.ndarray, step: float, begin: np.ndarray, instants: np.ndarray, lent: Lent) -> None:
+        """Run as many intervals as there are operating points.
 
         Args:
-            begin: temperatures at the start, K, (N,); None: by the first readings.
+            begin: temperatures at the start, K, (N,). instants: s, (m,). lent: where operating points, temperatures and samples go.
         """
-        state = self._settled(parameters)
-        begin = self._start_of(parameters, self._rise) if begin is None else begin
-        temperature = begin.copy()
-        points, temperatures = np.zeros(n, OPERATING_DTYPE), np.empty((n, N))
-        skew = parameters[0]["measurement_time_skew"]
-        instants, at_drive, at_hydraulic = self._merged if skew == 0.0 else self._merge(skew)
-        samples = np.full((instants.size, len(SAMPLED)), np.nan)
-        free_run_sampled(parameters, state, temperature, self._command, self.air, self.interval, step,
+        points, temperatures, samples = lent
+        samples[:] = np.nan
+        free_run_sampled(parameters, self._settled(parameters), begin.copy(), self._command, self.air, self.interval, step,
                          self._put(parameters), points, temperatures, instants, samples)
-        return begin, points, temperatures, (samples[at_drive], samples[at_hydraulic])
 
     def _settled(self, parameters: np.ndarray) -> np.ndarray:
         """Hydraulic state at the start, at rest where it was measured; (`HYDRAULIC_STATES`,)."""
@@ -382,6 +379,14 @@ class Experiment:
     def _put(self, parameters: np.ndarray) -> np.ndarray:
         """Where the rod truly is put at standstills, m, (n,), NaN elsewhere."""
         return self._placed / parameters[0]["measurement_rod_position_scale"]
+
+    def _ordered(self, skew: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """`_merge`, kept from the run before: of all parameters one alone changes it."""
+        known, order = self._in_order
+        if known != skew:
+            order = self._merge(skew)
+            self._in_order = skew, order
+        return order
 
     def _merge(self, skew: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Both streams' instants in order, the hydraulic ones earlier by a skew, s, none after the end; where in it those of each are."""

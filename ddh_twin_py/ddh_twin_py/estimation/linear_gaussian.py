@@ -9,7 +9,27 @@ Inverse Problem Theory (2005), chapter 3.
 from __future__ import annotations
 
 import numpy as np
-from scipy.linalg import cho_factor, cho_solve
+from scipy.linalg import LinAlgError
+from scipy.linalg.lapack import dpotrf, dpotrs
+
+
+def factored(matrix: np.ndarray) -> np.ndarray:
+    """Lower Cholesky factor of a positive definite matrix, (n, n), with anything above it.
+
+    That of LAPACK itself: for the few dozens of unknowns here SciPy's checks of what is given take longer than the work.
+
+    Raises:
+        LinAlgError: it is not positive definite.
+    """
+    factor, failed = dpotrf(matrix, lower=1, clean=0)
+    if failed:
+        raise LinAlgError(f"leading minor {failed} is not positive")
+    return factor
+
+
+def solved(factor: np.ndarray, right: np.ndarray) -> np.ndarray:
+    """Solution of the equations of a matrix that was `factored`, for right-hand sides (n,) or (n, m)."""
+    return dpotrs(factor, right, lower=1)[0] if factor.size and right.size else np.zeros(right.shape)
 
 
 def gain(information: np.ndarray, score: np.ndarray, prior: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
@@ -22,8 +42,8 @@ def gain(information: np.ndarray, score: np.ndarray, prior: np.ndarray) -> tuple
         log evidence gained, estimate (k,), covariance (k, k), in the units of the columns.
     """
     scaled = information * np.outer(prior, prior) + np.eye(prior.size)
-    factor = cho_factor(scaled, lower=True, check_finite=False)
-    estimate = cho_solve(factor, prior * score, check_finite=False)
-    log = 0.5 * float(prior * score @ estimate) - float(np.sum(np.log(np.diagonal(factor[0]))))
-    covariance = cho_solve(factor, np.eye(prior.size), check_finite=False) * np.outer(prior, prior)
+    factor = factored(scaled)
+    estimate = solved(factor, prior * score)
+    log = 0.5 * float(prior * score @ estimate) - float(np.sum(np.log(np.diagonal(factor))))
+    covariance = solved(factor, np.eye(prior.size)) * np.outer(prior, prior)
     return log, prior * estimate, covariance

@@ -9,8 +9,9 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from scipy.linalg import cho_factor, cho_solve
 from scipy.special import erfcx, ndtr
+
+from ddh_twin_py.estimation.linear_gaussian import factored, solved
 
 _ROUNDS = 200
 
@@ -33,8 +34,8 @@ def lowest_point(matrix: np.ndarray, slope: np.ndarray, start: np.ndarray, lowes
             break
         while True:  # what rests on a bound and would go through it stays
             step = np.zeros(u.size)
-            factor = cho_factor(matrix[np.ix_(free, free)], lower=True, check_finite=False)
-            step[free] = cho_solve(factor, -gradient[free], check_finite=False)
+            index = np.flatnonzero(free)
+            step[index] = solved(factored(matrix[index[:, None], index]), -gradient[index])
             through = ((u <= lowest) & (step < 0.0)) | ((u >= highest) & (step > 0.0))
             if not through.any():
                 break
@@ -114,11 +115,15 @@ class Normal:
     def covariance(self, width: float) -> np.ndarray:
         """Of the shared unknowns and all columns together, (k + m, k + m), bounds left out; ``width``: of the columns' prior."""
         matrix = self._together(self.cross, self.own, width)
-        return cho_solve(cho_factor(matrix, lower=True, check_finite=False), np.eye(matrix.shape[0]), check_finite=False)
+        return solved(factored(matrix), np.eye(matrix.shape[0]))
 
     def _together(self, cross: np.ndarray, own: np.ndarray, width: float) -> np.ndarray:
         """Information of the shared unknowns and of columns with their prior, (k + m, k + m)."""
-        return np.block([[self.information, cross], [cross.T, own + np.eye(own.shape[0]) / width**2]])
+        k, m = cross.shape
+        out = np.empty((k + m, k + m))
+        out[:k, :k], out[:k, k:], out[k:, :k] = self.information, cross, cross.T
+        out[k:, k:] = own + np.eye(m) / width**2
+        return out
 
     def _integrated(self, t, at_end, steep, cross, own, own_score, departure, value) -> Held:
         free = ~at_end
@@ -129,19 +134,19 @@ class Normal:
         square = self.square - 2.0 * self.score[at_end] @ fixed + fixed @ self.information[np.ix_(at_end, at_end)] @ fixed
         factor, spread = self._alone(free)
         m = departure.size
-        solved = cho_solve(factor, np.column_stack([cross[free], score, mixed]), check_finite=False)
-        by_columns, by_score, by_mixed = solved[:, :m], solved[:, m], solved[:, m + 1 :]
+        by_all = solved(factor, np.column_stack([cross[free], score, mixed]))
+        by_columns, by_score, by_mixed = by_all[:, :m], by_all[:, m], by_all[:, m + 1 :]
         stiff = np.maximum(np.diagonal(self.information)[at_end] - np.sum(mixed * by_mixed, axis=0), 1e-12)
         inside = ndtr((self.highest[free] - t[free]) / spread) - ndtr((self.lowest[free] - t[free]) / spread)
-        log_volume = (-float(np.sum(np.log(np.diagonal(factor[0])))) + float(np.sum(np.log(np.maximum(inside, 1e-300))))
+        log_volume = (-float(np.sum(np.log(np.diagonal(factor)))) + float(np.sum(np.log(np.maximum(inside, 1e-300))))
                       + float(np.sum(np.log(0.5 * erfcx(steep[at_end] / np.sqrt(2.0 * stiff))) - 0.5 * np.log(stiff))))
         return Held(own - cross[free].T @ by_columns, aside - cross[free].T @ by_score, float(square - score @ by_score), log_volume, t,
                     departure, value)
 
-    def _alone(self, free: np.ndarray) -> tuple[tuple, np.ndarray]:
+    def _alone(self, free: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Factor of A of the unknowns that no bound holds, and their deviations; the same for most sets of columns."""
         if free.tobytes() not in self._known:
-            factor = cho_factor(self.information[np.ix_(free, free)], lower=True, check_finite=False)
-            inverse = cho_solve(factor, np.eye(int(free.sum())), check_finite=False)
+            factor = factored(self.information[np.ix_(free, free)])
+            inverse = solved(factor, np.eye(int(free.sum())))
             self._known[free.tobytes()] = factor, np.sqrt(np.diagonal(inverse))
         return self._known[free.tobytes()]

@@ -122,11 +122,11 @@ class Evidence:
         self.none = normal.held(np.zeros(0, np.int64), np.zeros(0), WIDTH)
         self.log_of_none = evidence_of(self.none, np.zeros(0))[0]
 
-    def of(self, chosen: Sequence[int]) -> Hypothesis:
-        """Gain of a set of columns over none."""
+    def of(self, chosen: Sequence[int], near: Hypothesis | None = None) -> Hypothesis:
+        """Gain of a set of columns over none; ``near`` is one beside which the rig's parameters are about the same."""
         index = np.array(chosen, dtype=np.int64)
         room = np.array([self.columns[i].room for i in index])
-        held = self._normal.held(index, room, WIDTH, self.none.shared)
+        held = self._normal.held(index, room, WIDTH, near.shared if near else self.none.shared)
         log, estimate, covariance = evidence_of(held, room)
         return Hypothesis(tuple(int(i) for i in index), log - self.log_of_none, estimate, np.sqrt(np.diagonal(covariance)), held.shared)
 
@@ -140,7 +140,8 @@ class Evidence:
         # what lies hidden behind another effect shows only beside it: the partner of each of the leading few
         wanted = {tuple(sorted(p)) for p in itertools.combinations(best, 2)}
         wanted |= {tuple(sorted((i, j))) for i in best[:6] for j in range(len(self.columns)) if i != j}
-        return [self.of(p) for p in sorted(wanted) if self.columns[p[0]].effect.id != self.columns[p[1]].effect.id]
+        wanted = [p for p in sorted(wanted) if self.columns[p[0]].effect.id != self.columns[p[1]].effect.id]
+        return [self.of(p, max((singles[i] for i in p), key=lambda one: one.log_evidence)) for p in wanted]
 
 
 def slack_shares(columns: Sequence[Column]) -> np.ndarray:

@@ -16,6 +16,7 @@ import numpy as np
 from ddh_twin_py.estimation.comparison import Comparison
 from ddh_twin_py.gap.effect import Effect
 from ddh_twin_py.gap.model import Model
+from ddh_twin_py.physics.compiled import kernel
 
 TYPICAL = 5.0
 """Rise of the worst signal, in multiples of its noise, at which a column is taken."""
@@ -72,6 +73,17 @@ def without_astray(columns: np.ndarray) -> np.ndarray:
     return np.where(sane(columns).all(axis=0), columns, 0.0)
 
 
+@kernel
+def rms_change(bins, changed, base):
+    """RMS by which samples (n,) of bins that count changed; infinite of a run that went astray."""
+    total, count = 0.0, 0
+    for i in range(bins.shape[0]):
+        if bins[i] >= 0:
+            total += (changed[i] - base[i]) ** 2
+            count += 1
+    return math.sqrt(total / count)
+
+
 def rise_of(signals: Sequence[dict], with_effect: Sequence[dict], without: Sequence[dict]) -> tuple[float, str]:
     """RMS change of the worst signal over its noise, and which it is; one of `AMPLIFIED` where no other is moved."""
     rises: dict[str, float] = {}
@@ -79,9 +91,7 @@ def rise_of(signals: Sequence[dict], with_effect: Sequence[dict], without: Seque
         for name, signal in own.items():
             if not np.isfinite(signal.noise) or signal.binning.count.size == 0:
                 continue
-            used = signal.binning.bin >= 0
-            with np.errstate(over="ignore"):  # a run that went astray is left out
-                rise = float(np.sqrt(np.mean((changed[name] - base[name])[used] ** 2))) / signal.noise
+            rise = rms_change(signal.binning.bin, changed[name], base[name]) / signal.noise
             rises[name] = max(rises.get(name, 0.0), rise)
     others = {name: rise for name, rise in rises.items() if name not in AMPLIFIED and not rise <= _NOTICEABLE}
     worst = max(others or rises, key=rises.get, default="")
