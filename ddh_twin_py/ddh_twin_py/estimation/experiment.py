@@ -25,6 +25,7 @@ from ddh_twin_py.estimation.begin import FIRST, SHARE, told_begin
 from ddh_twin_py.estimation.binning import Binning, by_cycle, by_time, cycle_of, one_by_one
 from ddh_twin_py.estimation.history import likely_rise, open_motor, rests
 from ddh_twin_py.estimation.lent import Lent, lend, made
+from ddh_twin_py.estimation.run_inputs import RunInputs
 from ddh_twin_py.estimation.sensors import NODE_INDEX, NODE_OF_SENSOR
 from ddh_twin_py.estimation.start import EARLY, START, spread_start, start_error
 from ddh_twin_py.physics.balance import OPERATING_DTYPE
@@ -61,6 +62,7 @@ _OIL_OPEN = 8.0  # K, standard deviation of how warm unread oil begins
 _COLD = 1.0  # K from ambient, within which a unit has no history
 _ROUNDS, _WORKED_EVERY = 2, 60.0  # of the recording's own duty; s between the lengths of work that are tried
 _ROUGH, _ROUGH_INTERVAL = 20.0e-3, 0.2  # s, step and interval of such work: a likely history need not be known to 0.1 K
+_ROUGHLY = 2  # intervals that a rough run takes as one
 _SLOW_BIN = 20.0  # s, of temperatures
 OIL = "tank_oil"
 """Sensor without which it is open how warm the oil begins."""
@@ -146,6 +148,8 @@ class Experiment:
         self._drive_time, self._hydraulic_time = drive_time, hydraulic_time
         self.axis = interval * np.arange(1, n + 1)
         self._in_order = (0.0, self._merge(0.0))
+        own = RunInputs(interval, self._command, self.air, self._placed)
+        self._inputs = {False: own, True: own.of_every(_ROUGHLY)}
         self.cycle = cycle_of(self._command, interval / COMMAND_PARTS)
         self.signals: dict[str, Signal] = {}
         for name in DRIVE_SIGNALS:
@@ -208,9 +212,9 @@ class Experiment:
         group = min(self.axis.size, max(1, round(_ROUGH_INTERVAL / self.interval)))
         n = self.axis.size // group
         temperature, temperatures = begin.copy(), np.empty((n, N))
-        command, air, put = self._command[::group][: command_size(n)], self.air[::group][:n], self._put(parameters)[::group][:n]
-        free_run(parameters, self._settled(parameters), temperature, command.copy(), air.copy(), group * self.interval, _ROUGH, put.copy(),
-                 np.zeros(n, OPERATING_DTYPE), temperatures)
+        inputs = self._inputs[False].of_every(group)
+        free_run(parameters, self._settled(parameters), temperature, inputs.command[: command_size(n)], inputs.air[:n], inputs.interval,
+                 _ROUGH, self._put(parameters, inputs.placed[:n]), np.zeros(n, OPERATING_DTYPE), temperatures)
         return temperatures
 
     def _open_oil(self) -> np.ndarray:
@@ -225,11 +229,11 @@ class Experiment:
         n = max(1, round(min(EARLY, self.used_until) / self.interval))
         parameters = self.parameters(rig)
         begin, lent = self._start_of(parameters, self._rise), made(n, 0)
-        self._run(parameters, HYDRAULIC_STEP, begin, np.empty(0), lent)
+        self._run(parameters, HYDRAULIC_STEP, begin, np.empty(0), lent, self._inputs[False])
         temperatures, better = lent.temperatures, {}
         for name, crude in self._first_readings.items():
             signal = self.signals[f"temperature/{name}"]
-            reading = self._reading(name, parameters[0], begin, temperatures)
+            reading = self._reading(name, parameters[0], begin, temperatures, self._inputs[False])
             used = np.isfinite(signal.measured) & (signal.time <= self.axis[n - 1])
             off = signal.measured[used] - np.interp(signal.time[used], self.axis[:n], reading)
             error, std = start_error(signal.time[used], off, float(reading[-1] - crude) * EARLY / self.axis[n - 1], signal.noise)
@@ -294,31 +298,34 @@ class Experiment:
         return record
 
     def predict(self, parameters: np.ndarray, step: float = HYDRAULIC_STEP, own_history: bool = False,
-                begin: Sequence[float] | None = ()) -> dict[str, np.ndarray]:
+                begin: Sequence[float] | None = (), roughly: bool = False) -> dict[str, np.ndarray]:
         """What every sample of `signals` should have read.
 
         Args:
             parameters: shape (1,), see `parameters`; its ``measurement_*`` say how the sensors err.
             step: s, hydraulic step. own_history: what no sensor reads begins as a unit with these parameters would have left it,
                 not as the rig that the experiment was made with. begin: standard deviations of each of the `open_begins` ways in which
-                it begins otherwise; (): of none; None: as its first minutes tell.
+                it begins otherwise; (): of none; None: as its first minutes tell. roughly: in `_ROUGHLY` times longer intervals, for
+                differences of two such runs.
         """
         rise = self._likely_rise(parameters) if own_history else self._rise
         if begin is None:
             n = max(1, round(min(FIRST, SHARE * self.duration) / self.interval))
             begin = told_begin(self.signals, self.axis[n - 1], self.open_begins,
                                lambda z: self._readings(parameters, step, n, self._start_of(parameters, rise, z)))
-        return self._readings(parameters, step, self.axis.size, self._start_of(parameters, rise, begin))
+        return self._readings(parameters, step, self._inputs[roughly].axis.size, self._start_of(parameters, rise, begin), roughly)
 
-    def _readings(self, parameters: np.ndarray, step: float, n: int, start: np.ndarray) -> dict[str, np.ndarray]:
+    def _readings(self, parameters: np.ndarray, step: float, n: int, start: np.ndarray, roughly: bool = False) -> dict[str, np.ndarray]:
         """What every sample should have read that was taken in the first n intervals, temperatures beginning at ``start``, K, (N,)."""
-        p, axis = parameters[0], self.axis[:n]
+        inputs = self._inputs[roughly]
+        p, axis = parameters[0], inputs.axis[:n]
+        ends = -(-self._stroke_ends // (_ROUGHLY if roughly else 1))
         instants, at_drive, at_hydraulic = self._ordered(p["measurement_time_skew"])
         points, temperatures, samples = lent = lend(n, instants.size)
-        self._run(parameters, step, start, instants, lent)
+        self._run(parameters, step, start, instants, lent, inputs)
         speed, current = samples[at_drive, SAMPLED.index("speed")], samples[at_drive, SAMPLED.index("current")]
         voltage, power = np.empty(speed.size), np.empty(speed.size)
-        electrical_samples(parameters, speed, current, self._drive_time, self.interval, temperatures, voltage, power)
+        electrical_samples(parameters, speed, current, self._drive_time, inputs.interval, temperatures, voltage, power)
         gain = p["measurement_current_gain"]
         out = {"speed": speed, "current": gain * current, "voltage": voltage, "electrical_power": gain * power}
         for name in HYDRAULIC_SIGNALS:
@@ -326,17 +333,17 @@ class Experiment:
         out[PRESSURES[0]] = out[PRESSURES[0]] + p["measurement_pressure_piston_side_offset"]
         out[PRESSURES[1]] = p["measurement_pressure_rod_side_gain"] * out[PRESSURES[1]] + p["measurement_pressure_rod_side_offset"]
         out["rod_velocity"] = p["measurement_rod_position_scale"] * out["rod_velocity"]
-        out[STROKE] = p["measurement_rod_position_scale"] * points["rod_position"][np.minimum(self._stroke_ends, n) - 1]
+        out[STROKE] = p["measurement_rod_position_scale"] * points["rod_position"][np.minimum(ends, n) - 1]
         for name in self.sensors:
             key = f"temperature/{name}"
-            out[key] = np.interp(self.signals[key].time, axis, self._reading(name, p, start, temperatures))
+            out[key] = np.interp(self.signals[key].time, axis, self._reading(name, p, start, temperatures, inputs))
         return {name: out[name] for name in self.signals}
 
     def operating(self, parameters: np.ndarray, step: float = HYDRAULIC_STEP,
                   begin: Sequence[float] = ()) -> tuple[np.ndarray, np.ndarray]:
         """Operating points (n,) and temperatures, K, (n, N), of the free run, interval by interval; see `predict`."""
         lent = made(self.axis.size, 0)
-        self._run(parameters, step, self._start_of(parameters, self._rise, begin), np.empty(0), lent)
+        self._run(parameters, step, self._start_of(parameters, self._rise, begin), np.empty(0), lent, self._inputs[False])
         return lent.points, lent.temperatures
 
     def _first(self, p: np.void) -> tuple[dict[str, float], float]:
@@ -354,16 +361,17 @@ class Experiment:
         start = spread_start(*self._first(parameters[0]), rise)
         return start + np.asarray(begin) @ self._open if len(begin) else start
 
-    def _run(self, parameters: np.ndarray, step: float, begin: np.ndarray, instants: np.ndarray, lent: Lent) -> None:
-        """Run as many intervals as there are operating points.
+    def _run(self, parameters: np.ndarray, step: float, begin: np.ndarray, instants: np.ndarray, lent: Lent,
+             inputs: RunInputs) -> None:
+        """Run as many of the intervals as there are operating points.
 
         Args:
             begin: temperatures at the start, K, (N,). instants: s, (m,). lent: where operating points, temperatures and samples go.
         """
         points, temperatures, samples = lent
         samples[:] = np.nan
-        free_run_sampled(parameters, self._settled(parameters), begin.copy(), self._command, self.air, self.interval, step,
-                         self._put(parameters), points, temperatures, instants, samples)
+        free_run_sampled(parameters, self._settled(parameters), begin.copy(), inputs.command, inputs.air, inputs.interval, step,
+                         self._put(parameters, inputs.placed), points, temperatures, instants, samples)
 
     def _settled(self, parameters: np.ndarray) -> np.ndarray:
         """Hydraulic state at the start, at rest where it was measured; (`HYDRAULIC_STATES`,)."""
@@ -376,9 +384,9 @@ class Experiment:
         settle(parameters, state, self._start["rod_position"] / p["measurement_rod_position_scale"], piston, rod)
         return state
 
-    def _put(self, parameters: np.ndarray) -> np.ndarray:
-        """Where the rod truly is put at standstills, m, (n,), NaN elsewhere."""
-        return self._placed / parameters[0]["measurement_rod_position_scale"]
+    def _put(self, parameters: np.ndarray, placed: np.ndarray) -> np.ndarray:
+        """Where the rod truly is that was measured where it is put at standstills, m, (n,), NaN elsewhere."""
+        return placed / parameters[0]["measurement_rod_position_scale"]
 
     def _ordered(self, skew: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """`_merge`, kept from the run before: of all parameters one alone changes it."""
@@ -397,16 +405,16 @@ class Experiment:
         n = self._drive_time.size
         return np.minimum(both[order], self.duration - _BEFORE_THE_END), place[:n], place[n:]
 
-    def _reading(self, name: str, p: np.void, begin: np.ndarray, temperatures: np.ndarray) -> np.ndarray:
+    def _reading(self, name: str, p: np.void, begin: np.ndarray, temperatures: np.ndarray, inputs: RunInputs) -> np.ndarray:
         """What a temperature sensor reads at the end of each interval, K, (n,), of nodes that began at (N,) and went on as (n, N)."""
         node = sensed(temperatures, name, p["tank_top_share"])
         inner = name in INNER_SENSORS
         lag = p["sensors_temperature_time_constant"] * (1.0 if inner else p["measurement_surface_lag_ratio"])
-        keep = np.exp(-self.interval / lag)
+        keep = np.exp(-inputs.interval / lag)
         reading, _ = lfilter([1.0 - keep], [1.0, -keep], node, zi=[keep * begin[NODE_INDEX[name]]])
         if not inner:
             contact = p["measurement_surface_contact"]
-            reading = (1.0 - contact) * reading + contact * (self.air[: reading.size] + p["surroundings_enclosure_rise"])
+            reading = (1.0 - contact) * reading + contact * (inputs.air[: reading.size] + p["surroundings_enclosure_rise"])
         return reading + p[f"measurement_{name}_offset"]
 
 

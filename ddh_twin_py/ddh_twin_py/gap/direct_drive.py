@@ -21,7 +21,7 @@ from ddh_twin_py.rig.sheet import BOUNDS, FIELD_OF_PATH, largest_std
 
 STEP = 2.0e-3
 """s, hydraulic step of a diagnosis's runs."""
-_COARSE = 4.0e-3  # s, of runs of which only sizes matter
+_COARSE = 4.0e-3  # s, of runs of which only differences matter
 _ANEW = 0.5  # K
 
 
@@ -61,8 +61,8 @@ class DirectDrive:
 
     def run_one(self, number: int, theta: np.ndarray, acting: Acting = (), roughly: bool = False) -> dict[str, np.ndarray]:
         """Free run of one recording; effects act where it is altered."""
-        step = _COARSE if roughly else STEP
-        return self.experiments[number].predict(self.record(number, theta, acting), step, begin=self.problem.begin(number, theta))
+        return self.experiments[number].predict(self.record(number, theta, acting), _COARSE if roughly else STEP,
+                                                begin=self.problem.begin(number, theta), roughly=roughly)
 
     def of_first(self, theta: np.ndarray) -> np.ndarray:
         """Deviations (k,) of the whole case from those of a fit to its first recordings alone; the others begin as is likely."""

@@ -318,7 +318,7 @@ class Fits:
         asked: dict[Ids, list[Ids]] = {best: []}
         for ids in pairs:
             asked.setdefault(max(((name,) for name in ids if (name,) in self.fitted), key=self.gain, default=best), []).append(ids)
-        gained = list(self._pool.map(self._freed, asked, asked.values()))
+        gained = [self._freed(one, own) for one, own in asked.items()]
         ahead = max(self._full(one) + own[one] for one, own in zip(asked, gained, strict=True)) - self._full(best)
         return {ids: max(0.0, ahead - own[ids]) for one, own in zip(asked, gained, strict=True) for ids in asked[one]}
 
@@ -337,9 +337,9 @@ class Fits:
                 asked.append(ids)
         if asked:
             freedom = LawFreedom(self._linearised, first, {one[0]: self._law_error[one[0]]})
-            for ids in asked:
-                fitted = self.fitted[ids]
-                self._by_freedom[one, ids] = first, fitted, freedom.log_evidence(fitted) - fitted.log_evidence
+            fits = [self.fitted[ids] for ids in asked]
+            for ids, fitted, log in zip(asked, fits, self._pool.map(freedom.log_evidence, fits), strict=True):
+                self._by_freedom[one, ids] = first, fitted, log - fitted.log_evidence
         return {ids: self._by_freedom[one, ids][2] for ids in (one, *pairs)}
 
     def at_full_power(self, wanted: Sequence[Ids]) -> dict[Ids, Refitted]:

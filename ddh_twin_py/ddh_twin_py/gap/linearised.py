@@ -133,7 +133,7 @@ def linearise(model: Model, effects: Sequence[Effect], theta: np.ndarray, discre
     numbers = [i for i, altered in enumerate(model.altered) if altered or near is None]
     told = (lambda share: progress(0.5 * share)) if progress else None
     fresh = {number: without_astray(rows)
-             for number, rows in zip(numbers, slopes_of(model, pool, theta, comparisons, numbers, told), strict=True)}
+             for number, rows in zip(numbers, slopes_of(model, pool, theta, comparisons, numbers, told, roughly=True), strict=True)}
     sensitivities = [fresh[i] if i in fresh else near.sensitivities[i] * (near.comparisons[i].spread / c.spread)[:, None]
                      for i, c in enumerate(comparisons)]
     told = (lambda share: progress(0.5 + 0.5 * share)) if progress else None

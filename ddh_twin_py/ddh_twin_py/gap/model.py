@@ -50,7 +50,7 @@ class Model(Protocol):
         ...
 
     def run_one(self, number: int, theta: np.ndarray, acting: Acting, roughly: bool = False) -> dict[str, np.ndarray]:
-        """The same of one recording; ``roughly`` where only the size of an effect is asked."""
+        """The same of one recording; ``roughly`` where only its difference to another such run is asked."""
         ...
 
     def begin_anew(self, theta: np.ndarray, acting: Acting) -> bool:

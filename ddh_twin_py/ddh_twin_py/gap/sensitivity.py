@@ -6,6 +6,7 @@ its noise: what is asked is how the effect looks when it matters, and many laws 
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -136,34 +137,30 @@ def columns_of(effects: Sequence[Effect], model: Model, theta: np.ndarray, compa
         return []
     altered = [i for i, acts in enumerate(model.altered) if acts]
     signals = [model.signals[i] for i in altered]
-    base, rough = ([model.run_one(i, theta, (), roughly=roughly) for i in altered] for roughly in (False, True))
-    features = {i: comparisons[i].features(b) for i, b in zip(altered, base, strict=True)}
+    base = {roughly: [model.run_one(i, theta, (), roughly=roughly) for i in altered] for roughly in (False, True)}
+    features = {roughly: [comparisons[i].features(p) for i, p in zip(altered, runs, strict=True)] for roughly, runs in base.items()}
     known = {(c.effect.id, c.law, np.sign(c.x)): c.taken for c in near}
     tasks = [(effect, law, sign) for effect in effects for law in range(len(effect.laws)) for sign in effect.directions]
     if near:
         tasks = [task for task in tasks if (task[0].id, task[1], task[2]) in known]
 
-    def acted(effect: Effect, law: int, x: float, roughly: bool) -> tuple[list[dict[str, np.ndarray]], float, str]:
+    def acted(effect: Effect, law: int, x: float, roughly: bool) -> tuple[list[np.ndarray], float, str]:
         predicted = [model.run_one(i, theta, [(effect, law, x)], roughly=roughly) for i in altered]
-        return predicted, *rise_of(signals, predicted, rough if roughly else base)
-
-    def typical(effect: Effect, law: int, x: float, roughly: bool) -> float:
-        return reaching(lambda x: acted(effect, law, x, roughly)[1], effect.limit, x)
+        change = [np.zeros(c.size) for c in comparisons]
+        for i, p, at in zip(altered, predicted, features[roughly], strict=True):
+            change[i] = comparisons[i].features(p) - at
+        return change, *rise_of(signals, predicted, base[roughly])
 
     def column(task: tuple[Effect, int, float]) -> Column | None:
         effect, law, sign = task
         begin = known.get((effect.id, law, sign), effect.limit(sign * abs(effect.step)))
-        for roughly in (None,) if near else (True, False):  # a rough run may go astray where a fine one does not
-            x = begin if roughly is None else typical(effect, law, begin, roughly)
-            predicted, rise, worst = acted(effect, law, x, False)
-            if 0.1 * TYPICAL <= rise <= 10.0 * TYPICAL:
+        for roughly in (True, False):  # a rough run may go astray where a fine one does not
+            once = functools.cache(functools.partial(acted, effect, law, roughly=roughly))
+            x = begin if near else reaching(lambda x, once=once: once(x)[1], effect.limit, begin)
+            change, rise, worst = once(x)
+            if rise <= 10.0 * TYPICAL:
                 break
-        if not np.isfinite(rise) or rise < _NOTICEABLE:
-            return None
-        change = [np.zeros(c.size) for c in comparisons]
-        for i, p in zip(altered, predicted, strict=True):
-            change[i] = comparisons[i].features(p) - features[i]
-        if not all(sane(rows).all() for rows in change):
+        if not np.isfinite(rise) or rise < _NOTICEABLE or not all(sane(rows).all() for rows in change):
             return None
         return Column(effect, law, x, rise, worst, change)
 

@@ -12,16 +12,17 @@ from ddh_twin_py.gap.model import Acting, Model
 
 
 def slopes_of(model: Model, pool: ThreadPoolExecutor, theta: np.ndarray, comparisons: Sequence[Comparison], numbers: Sequence[int],
-              progress: Callable[[float], None] | None = None, acting: Acting = ()) -> list[np.ndarray]:
+              progress: Callable[[float], None] | None = None, acting: Acting = (), roughly: bool = False) -> list[np.ndarray]:
     """Differences of features by every deviation, of the recordings ``numbers``, (rows, k) each.
 
     Args:
         theta: parameters, in deviations, (k,). comparisons: of every recording. progress: told the share done. acting: effects.
+        roughly: see `Model.run_one`.
     """
     steps = np.where(theta > 0.0, -model.difference, model.difference)
 
     def features(at: np.ndarray) -> list[np.ndarray]:
-        return [comparisons[number].features(model.run_one(number, at, acting)) for number in numbers]
+        return [comparisons[number].features(model.run_one(number, at, acting, roughly=roughly)) for number in numbers]
 
     def column(i: int) -> list[np.ndarray]:
         moved = theta.copy()
