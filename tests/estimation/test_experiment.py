@@ -86,3 +86,40 @@ def test_both_streams_are_merged_in_order_whatever_their_clocks_are_apart(paper_
         end = experiment.duration
         assert instants[at_drive] == pytest.approx(np.minimum(experiment._drive_time, end), abs=2e-6)
         assert instants[at_hydraulic] == pytest.approx(np.minimum(experiment._hydraulic_time - skew, end), abs=2e-6)
+
+
+def test_a_run_leaves_what_earlier_ones_predicted(paper_cycle_bag):
+    """Runs of one thread write into the same arrays; nothing of these is handed out."""
+    rig = load_rig()
+    experiment = Experiment(read_recording(paper_cycle_bag).between(0.0, 40.0), rig)
+    parameters = experiment.parameters(rig)
+    first = experiment.predict(parameters)
+    kept = {name: values.copy() for name, values in first.items()}
+    points, temperatures = experiment.operating(parameters)
+    speed, warmest = points["speed"].copy(), temperatures.copy()
+    parameters["pump_1_leakage"] *= 2.0
+    other = experiment.predict(parameters)
+    assert np.abs(other["pressure_piston_side"] - kept["pressure_piston_side"]).max() > 1e3
+    for name, values in first.items():
+        np.testing.assert_array_equal(values, kept[name])
+    np.testing.assert_array_equal(points["speed"], speed)
+    np.testing.assert_array_equal(temperatures, warmest)
+
+
+@pytest.mark.parametrize("length", [60.0, 60.05])
+@pytest.mark.parametrize("field, factor", [("pump_1_leakage", 1.3), ("load_payload_mass", 1.1), ("motor_housing_capacity", 0.9)])
+def test_rough_runs_differ_as_fine_ones_do(field, factor, length, paper_cycle_bag):
+    """Whether the last of the longer intervals is whole or not."""
+    rig = load_rig()
+    experiment = Experiment(read_recording(paper_cycle_bag).between(0.0, length), rig)
+    plain, changed = experiment.parameters(rig), experiment.parameters(rig)
+    changed[field] *= factor
+    difference = {}
+    for roughly, step in ((False, 1.0e-3), (True, 4.0e-3)):
+        base, moved = (experiment.predict(p, step, roughly=roughly) for p in (plain, changed))
+        counted = [s.binning.bin >= 0 for s in experiment.signals.values()]
+        difference[roughly] = np.concatenate([(moved[name] - base[name])[used] / s.noise
+                                              for (name, s), used in zip(experiment.signals.items(), counted, strict=True)])
+    assert np.isfinite(difference[True]).all()
+    apart = np.sqrt(np.mean((difference[True] - difference[False]) ** 2))
+    assert apart < 0.08 * np.sqrt(np.mean(difference[False] ** 2))
