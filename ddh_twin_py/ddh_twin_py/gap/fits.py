@@ -351,9 +351,10 @@ class Fits:
         """
         own, wanted = self._linearised, [ids for ids in dict.fromkeys([*wanted, ()]) if ids in self.fitted]
         refit = _at_full_power(own)
-        reached = dict(zip(wanted, self._pool.map(lambda ids: refit.again(self.fitted[ids]), wanted), strict=True))
-        first = reached[wanted[0]]
-        reached[wanted[0]] = _at_full_power(self._about(first, range(len(own.comparisons)))).again(first)
+        others = {ids: self._pool.submit(refit.again, self.fitted[ids]) for ids in wanted[1:]}
+        first = refit.again(self.fitted[wanted[0]])  # here meanwhile: it takes the longest, one step after another
+        first = _at_full_power(self._about(first, range(len(own.comparisons)))).again(first)
+        reached = {wanted[0]: first, **{ids: fit.result() for ids, fit in others.items()}}
         out = dict(self.fitted)
         for ids, now in reached.items():
             misfit = own.basis.misfit([c.residual(p) for c, p in zip(own.comparisons, now.predictions, strict=True)])
