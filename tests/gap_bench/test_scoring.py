@@ -9,6 +9,7 @@ from ddh_twin_py.gap_bench.answers import answer_of, groups_of
 from ddh_twin_py.gap_bench.intervals import mean, median, share
 from ddh_twin_py.gap_bench.result_files import ResultError
 from ddh_twin_py.gap_bench.scoring import answers_of_all, confusion, reliability, score, summary
+from ddh_twin_py.report.gap_bench_report import shown
 from ddh_twin_py.report.gap_bench_table import BEGIN, END, TableError, gap_bench_table, write_table
 from support.gap_reports import report, result, truth
 
@@ -165,6 +166,13 @@ def test_table_is_written_between_its_marks(tmp_path):
     page.write_text("no marks")
     with pytest.raises(TableError, match="README.md: no place for the table"):
         write_table(found, page)
+
+
+@pytest.mark.parametrize("hits, n, said", [(4, 77, "5.2 %"), (1, 20, "5 %"), (4, 82, "4.9 %"), (5, 77, "6 %")])
+def test_a_share_is_told_from_its_bound(hits, n, said):
+    estimate = {"value": hits / n, "low": 0.02, "high": 0.13, "n": n}
+    assert shown("false_alarm", estimate, 0.05) == f"{said} (2–13), {n}"
+    assert shown("false_alarm", estimate).startswith(f"{100 * hits / n:.0f} %")
 
 
 def test_a_score_is_kept_and_pooled_with_another(tmp_path):

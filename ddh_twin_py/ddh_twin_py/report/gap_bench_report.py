@@ -14,13 +14,18 @@ _SIDE, _EDGE = 320, 44
 _FEW = 20  # cases, below which an interval that holds the bound says neither yes nor no
 
 
-def shown(name: str, estimate: Mapping) -> str:
-    """A score with its interval: shares in per cent; '–' where no case says anything."""
+def shown(name: str, estimate: Mapping, bound: float | None = None) -> str:
+    """A score with its interval: shares in per cent; '–' where no case says anything.
+
+    Args:
+        bound: to be reached; a share that whole per cents would not tell from it has a decimal.
+    """
     if estimate["n"] == 0 or estimate["value"] is None:
         return "–"
     if name in SHARES:
         value, low, high = (100 * estimate[k] for k in ("value", "low", "high"))
-        return f"{value:.0f} % ({low:.0f}–{high:.0f}), {estimate['n']}"
+        close = bound is not None and round(value) == round(100 * bound) and estimate["value"] != bound
+        return f"{value:.{int(close)}f} % ({low:.0f}–{high:.0f}), {estimate['n']}"
     digits = 0 if name == "megabytes" else 1 if name == "seconds" else 2
     return f"{estimate['value']:.{digits}f} ({estimate['low']:.{digits}f}–{estimate['high']:.{digits}f}), {estimate['n']}"
 
@@ -73,7 +78,7 @@ def gap_bench_document(summary: Mapping, folder: str) -> doc.Document:
 def _aims(rows: Sequence[Mapping]) -> Html:
     columns = [doc.Column("of the sealed cases", number=False), doc.Column("aim"), doc.Column("measured", "95 %, number"),
                doc.Column("reached", number=False)]
-    body = [(row["words"].replace("`", ""), aim(row), shown(row["metric"], row["score"]), reached(row)) for row in rows]
+    body = [(row["words"].replace("`", ""), aim(row), shown(row["metric"], row["score"], row["bound"]), reached(row)) for row in rows]
     return doc.table(columns, body)
 
 

@@ -19,7 +19,7 @@ def gap_bench_table(summary: Mapping) -> str:
     """Bounds and what was measured, as lines of Markdown."""
     scores = summary["all"]["scores"]
     lines = ["| of the sealed cases | aim | measured (95 % interval), number |", "|---|---|---|"]
-    lines += [f"| {row['words']} | {aim(row)} | {shown(row['metric'], row['score'])} |" for row in summary["aims"]]
+    lines += [f"| {row['words']} | {aim(row)} | {shown(row['metric'], row['score'], row['bound'])} |" for row in summary["aims"]]
     lines += [f"| {summary['metrics'][name]} | | {shown(name, scores[name])} |" for name in ("seconds", "megabytes")]
     return "\n".join(lines)
 
