@@ -132,7 +132,8 @@ def test_a_bag_without_an_end_is_played_as_far_as_it_goes(short_recording, tmp_p
     with NodeProcess("bag_player", NS, bag=str(bag), rate=0.0) as player:
         assert player.ends() == 0
         assert "has no end" in player.text
-    assert 0.1 < len(drive) / len(short_recording.drive) < 0.9
+    wait_for(lambda: len(drive) > 0.1 * len(short_recording.drive), 10.0, "what was played")  # a busy listener is behind
+    assert len(drive) < 0.9 * len(short_recording.drive)
 
 
 @pytest.mark.parametrize(
