@@ -128,15 +128,15 @@ class Experiment:
         drive, hydraulic = ticks.samples[DRIVE_TOPIC], ticks.samples[HYDRAULIC_TOPIC]
         drive_time = (drive.stamp - recording.epoch_ns) * 1e-9 - begin
         hydraulic_time = (hydraulic.stamp - recording.epoch_ns) * 1e-9 - begin
-        measured, self._command = np.zeros(n, MEASURED_DTYPE), np.empty(command_size(n))
+        measured, command = np.zeros(n, MEASURED_DTYPE), np.empty(command_size(n))
         reduce_intervals(0.0, interval, drive_time, np.ascontiguousarray(drive.values), ticks.last[DRIVE_TOPIC],
                          hydraulic_time, np.ascontiguousarray(hydraulic.values), ticks.last[HYDRAULIC_TOPIC],
-                         new_carry(), measured, self._command)
-        edges = interval / COMMAND_PARTS * np.arange(self._command.size)
-        self._command = command_at(drive_time, drive.values[:, DRIVE_FIELDS.index("speed_command")], edges)
+                         new_carry(), measured, command)
+        edges = interval / COMMAND_PARTS * np.arange(command.size)
+        command = command_at(drive_time, drive.values[:, DRIVE_FIELDS.index("speed_command")], edges)
         standing = (measured["standstill"] >= STANDSTILL) & np.isfinite(measured["rod_position"])
         self._put_back = _smoothed(np.where(standing, measured["rod_position"], np.nan), round(_REST / interval))
-        self._placed = off_the_stops(self._put_back, rig, 2.0 * _REST * len(hydraulic_time) / (n * interval))
+        placed = off_the_stops(self._put_back, rig, 2.0 * _REST * len(hydraulic_time) / (n * interval))
         self._stroke_ends = np.flatnonzero(standing[1:] & ~standing[:-1]) + 1
         self._stroke_ends = self._stroke_ends[self._stroke_ends * interval > 1.0]
         self.air = self._ambient(ticks, rig, n)
@@ -146,11 +146,11 @@ class Experiment:
         if not self._read_pressures[0]:
             self._start[PRESSURES[0]] = self._holding_pressure(rig)
         self._drive_time, self._hydraulic_time = drive_time, hydraulic_time
-        self.axis = interval * np.arange(1, n + 1)
-        self._in_order = (0.0, self._merge(0.0))
-        own = RunInputs(interval, self._command, self.air, self._placed)
+        own = RunInputs(interval, command, self.air, placed)
         self._inputs = {False: own, True: own.of_every(_ROUGHLY)}
-        self.cycle = cycle_of(self._command, interval / COMMAND_PARTS)
+        self.axis = own.axis
+        self._in_order = (0.0, self._merge(0.0))
+        self.cycle = cycle_of(command, interval / COMMAND_PARTS)
         self.signals: dict[str, Signal] = {}
         for name in DRIVE_SIGNALS:
             self._add(name, rig.sensors[name], drive_time, drive.values[:, DRIVE_FIELDS.index(name)], self._fast)

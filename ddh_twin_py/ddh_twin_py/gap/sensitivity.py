@@ -137,19 +137,25 @@ def columns_of(effects: Sequence[Effect], model: Model, theta: np.ndarray, compa
         return []
     altered = [i for i, acts in enumerate(model.altered) if acts]
     signals = [model.signals[i] for i in altered]
-    base = {roughly: [model.run_one(i, theta, (), roughly=roughly) for i in altered] for roughly in (False, True)}
-    features = {roughly: [comparisons[i].features(p) for i, p in zip(altered, runs, strict=True)] for roughly, runs in base.items()}
+
+    @functools.cache
+    def base(roughly: bool) -> tuple[list[dict[str, np.ndarray]], list[np.ndarray]]:
+        predicted = [model.run_one(i, theta, (), roughly=roughly) for i in altered]
+        return predicted, [comparisons[i].features(p) for i, p in zip(altered, predicted, strict=True)]
+
+    base(True)  # before several threads ask for it; a fine one is hardly ever asked for
     known = {(c.effect.id, c.law, np.sign(c.x)): c.taken for c in near}
     tasks = [(effect, law, sign) for effect in effects for law in range(len(effect.laws)) for sign in effect.directions]
     if near:
         tasks = [task for task in tasks if (task[0].id, task[1], task[2]) in known]
 
     def acted(effect: Effect, law: int, x: float, roughly: bool) -> tuple[list[np.ndarray], float, str]:
+        without, features = base(roughly)
         predicted = [model.run_one(i, theta, [(effect, law, x)], roughly=roughly) for i in altered]
         change = [np.zeros(c.size) for c in comparisons]
-        for i, p, at in zip(altered, predicted, features[roughly], strict=True):
+        for i, p, at in zip(altered, predicted, features, strict=True):
             change[i] = comparisons[i].features(p) - at
-        return change, *rise_of(signals, predicted, base[roughly])
+        return change, *rise_of(signals, predicted, without)
 
     def column(task: tuple[Effect, int, float]) -> Column | None:
         effect, law, sign = task
