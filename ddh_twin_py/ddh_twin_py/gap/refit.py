@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -18,6 +19,7 @@ from ddh_twin_py.gap.effect import Effect
 from ddh_twin_py.gap.hypotheses import WIDTH, evidence_of
 from ddh_twin_py.gap.linearised import Linearised
 from ddh_twin_py.gap.sensitivity import Column, sane
+from ddh_twin_py.gap.side_by_side import side_by_side
 from ddh_twin_py.gap.step_length import Lengths
 
 _STEPS = 8
@@ -145,8 +147,9 @@ class Refit:
     def _run(self, columns, theta, x) -> list[dict[str, np.ndarray]]:
         acting = [(c.effect, c.law, float(v)) for c, v in zip(columns, x, strict=True)]
         known = theta is self._place
-        return [self._at_place[number] if known and not (altered and x.any()) else self._model.run_one(number, theta, acting)
-                for number, altered in enumerate(self._model.altered)]
+        wanted = [number for number, altered in enumerate(self._model.altered) if not known or (altered and x.any())]
+        ran = dict(zip(wanted, side_by_side([partial(self._model.run_one, number, theta, acting) for number in wanted]), strict=True))
+        return [ran[number] if number in ran else self._at_place[number] for number in range(len(self._model.altered))]
 
     def _residual(self, predictions) -> list[np.ndarray]:
         return [c.residual(p) for c, p in zip(self._comparisons, predictions, strict=True)]
@@ -161,17 +164,22 @@ class Refit:
         """Differences of the features by every departure in multiples of its column, by recording, (rows, m)."""
         out = [np.zeros((c.size, len(columns))) for c in self._comparisons]
         features = [c.features(p) for c, p in zip(self._comparisons, predictions, strict=True)]
+        altered = [number for number, acts in enumerate(self._model.altered) if acts]  # elsewhere no effect acts
+
+        def fill(j: int, number: int, moved: np.ndarray) -> None:
+            acting = [(c.effect, c.law, float(v)) for c, v in zip(columns, moved, strict=True)]
+            change = self._comparisons[number].features(self._model.run_one(number, theta, acting)) - features[number]
+            out[number][:, j] = change * scale[j] / (moved[j] - x[j]) if sane(change).all() else 0.0
+
+        calls = []
         for j, column in enumerate(columns):
             moved = x.copy()
             for reach in (_NEAR, -_NEAR):
                 moved[j] = column.effect.limit(float(x[j] + reach * scale[j]))
                 if moved[j] != x[j]:
                     break
-            acting = [(c.effect, c.law, float(v)) for c, v in zip(columns, moved, strict=True)]
-            for number, altered in enumerate(self._model.altered):
-                if altered:  # elsewhere no effect acts
-                    change = self._comparisons[number].features(self._model.run_one(number, theta, acting)) - features[number]
-                    out[number][:, j] = change * scale[j] / (moved[j] - x[j]) if sane(change).all() else 0.0
+            calls += [partial(fill, j, number, moved) for number in altered]
+        side_by_side(calls)
         return out
 
     def _normal(self, residual, local, theta, departure) -> Normal:
