@@ -105,10 +105,13 @@ class GapMonitorNode(TwinNode):
     def _poll(self) -> None:
         wall, finished = self.wall(), 0
         takers = (self._watch.take_hydraulics, self._watch.take_temperatures)
-        estimates = self._free_temperatures.take_estimates(self._inputs.take(self._estimates, wall))
-        self._estimates.newest_ns = estimates or self._estimates.newest_ns
-        for entry, take, layout in zip((self._residuals, self._readings), takers, self._layouts, strict=True):
-            for stamps, *arrays in self._parsers[entry.topic].parse(self._inputs.take(entry, wall)):
+        # readings first: what a reading needs that came before it is then among what is taken after it
+        readings, residuals, estimates = (self._inputs.take(entry, wall) for entry in (self._readings, self._residuals, self._estimates))
+        newest = self._free_temperatures.take_estimates(estimates)
+        self._estimates.newest_ns = newest or self._estimates.newest_ns
+        inputs = ((self._residuals, residuals), (self._readings, readings))
+        for (entry, came), take, layout in zip(inputs, takers, self._layouts, strict=True):
+            for stamps, *arrays in self._parsers[entry.topic].parse(came):
                 entry.newest_ns = int(stamps[-1])
                 resets = self._watch.resets
                 scaled, bins = take(stamps, *arrays)
