@@ -2,6 +2,7 @@
 
 import os
 import shutil
+import sqlite3
 import struct
 import subprocess
 from dataclasses import replace
@@ -172,6 +173,37 @@ def test_metadata_that_is_no_yaml_is_recovered(bag, short):
     read = read_recording(bag)
     assert "has a metadata.yaml that cannot be used" in read.findings[0].message
     assert len(read.drive) == len(short.drive)
+
+
+@pytest.mark.parametrize(("entry", "value"), [("message_count", "lots"), ("message_count", float("inf")), ("message_count", float("nan")),
+                                              ("type", [1]), ("type_description_hash", [1])])
+def test_metadata_of_a_wrong_type_is_recovered(bag, short, entry, value):
+    path = bag / "metadata.yaml"
+    content = yaml.safe_load(path.read_text())
+    topic = content["rosbag2_bagfile_information"]["topics_with_message_count"][0]
+    (topic if entry == "message_count" else topic["topic_metadata"])[entry] = value
+    path.write_text(yaml.safe_dump(content))
+    read = read_recording(bag)
+    assert "has a metadata.yaml that cannot be used" in read.findings[0].message and len(read.drive) == len(short.drive)
+
+
+def test_metadata_of_an_endless_duration_is_lived_with(bag, short):
+    path = bag / "metadata.yaml"
+    content = yaml.safe_load(path.read_text())
+    content["rosbag2_bagfile_information"]["duration"]["nanoseconds"] = float("inf")
+    path.write_text(yaml.safe_dump(content))
+    assert len(read_recording(bag).drive) == len(short.drive)
+
+
+def test_rows_of_sqlite_that_are_no_messages_are_left_out_and_told(tmp_path, short):
+    bag = write_recording(tmp_path / "odd", short)
+    kept = rewritten(bag, tmp_path / "lite", storage=StoragePlugin.SQLITE3)
+    (file,) = Path(kept or tmp_path / "lite").glob("*.db3")
+    with sqlite3.connect(file) as database:
+        database.execute("update messages set data = 'text' where id = 5")
+        database.execute("update messages set timestamp = 'noon' where id = 6")
+    read = read_recording(tmp_path / "lite")
+    assert any("2 of its messages have no whole number as time or no bytes as content" in f.message for f in read.findings)
 
 
 def test_metadata_without_an_entry_is_recovered(bag):

@@ -101,6 +101,25 @@ def test_a_link_to_nowhere_is_a_row_and_stops_nothing(folder, tmp_path):
     assert "gone.mcap" in rows["b/gone.mcap"].error and rows["a/march"].verdict == "explained"
 
 
+def test_links_to_recordings_are_followed_once(folder, tmp_path, second):
+    before = [f.name for f in find_recordings(folder)]
+    elsewhere = tmp_path / "elsewhere"
+    write_recording(elsewhere / "bag", second)
+    (folder / "linked").symlink_to(elsewhere)
+    (folder / "again").symlink_to(folder)
+    assert sorted(f.name for f in find_recordings(folder)) == sorted([*before, "linked/bag"])
+
+
+@pytest.mark.parametrize("option", ["--csv", "--html", "--json", "--parquet"])
+def test_what_a_case_holds_is_not_overwritten(option, folder, tmp_path, second, capsys):
+    write_recording(folder / "deep" / "case" / "field", second)
+    for file in (folder / "deep/case/field").iterdir():
+        before = file.read_bytes()
+        with pytest.raises(SystemExit) as left:
+            main(["fleet", str(folder), "--out", str(tmp_path / "out"), option, str(file)])
+        assert left.value.code == 2 and "would overwrite" in capsys.readouterr().err and file.read_bytes() == before
+
+
 def test_a_folder_that_cannot_be_looked_into_is_found(folder, monkeypatch):
     real = os.scandir
 

@@ -75,6 +75,14 @@ def test_an_effect_explains_though_what_is_unknown_is_likelier_than_each_of_its_
     assert "explained by unknown" not in sentence(report, EFFECTS) and "pump_1.leakage" in sentence(report, EFFECTS)
 
 
+def test_a_class_stands_beside_the_effect_that_it_is_of():
+    report = {"verdict": "explained", "gap": {"as_is": 9.0, "before": 2.8, "after": 1.1}, "shrink": SHRINK, "why": [],
+              "classes": [["pump_1.leakage", "pump_2.leakage"]],
+              "hypotheses": [{"effects": ["pump_1.leakage", "sensor.surface_contact"], "probability": 0.9, "gap_after": 1.1}]}
+    said = sentence(report, EFFECTS)
+    assert said.index("pump_1.leakage") < said.index("cannot tell from pump_2.leakage, and sensor.surface_contact")
+
+
 @pytest.mark.parametrize(("rise", "air"), [(3.0, "warmer"), (-3.0, "cooler")])
 def test_what_happens_is_said_in_the_direction_found(rise, air):
     found = {"value": rise, "std": 0.2, "unit": "K", "nominal": 0.0}

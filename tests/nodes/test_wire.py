@@ -84,3 +84,11 @@ def test_a_name_that_is_no_field_is_refused():
 
 def test_rig_info_has_a_layout_too():
     assert Layout(RigInfo(rig_id="x")).columns == {"payload_mass": 0}
+
+
+@pytest.mark.parametrize("message_type", [ResidualArray, TemperatureEstimateArray], ids=lambda t: t.__name__)
+def test_a_list_without_entries_has_no_values(message_type):
+    (example, stamps, values), = BulkParser(message_type).parse([bytes(serialize_message(message_type()))])
+    assert isinstance(example, message_type) and stamps.tolist() == [0]
+    nested = {name: block.shape for name, block in values.items() if "." in name}
+    assert nested and set(nested.values()) == {(1, 0)}

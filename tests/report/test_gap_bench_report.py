@@ -1,7 +1,7 @@
 """The page of a sealed bench: an aim is reached only where the cases are enough to say so."""
 
 import pytest
-from ddh_twin_py.report.gap_bench_report import reached
+from ddh_twin_py.report.gap_bench_report import reached, verdict
 
 
 def a_row(value, low, high, n, bound, most=False):
@@ -22,3 +22,11 @@ def test_few_cases_say_neither_yes_nor_no(row, said):
 
 def test_nothing_is_said_where_no_case_tells():
     assert reached(a_row(None, None, None, 0, 0.5)) == "–"
+
+
+def test_the_sentence_says_how_many_aims_are_met_and_of_how_many_cases():
+    share = {"value": 0.8, "low": 0.7, "high": 0.9, "n": 60}
+    none = {"value": None, "low": None, "high": None, "n": 0}
+    aims = [a_row(0.96, 0.88, 0.99, 60, 0.95), a_row(0.9, 0.8, 0.96, 60, 0.95), a_row(1.0, 0.21, 1.0, 1, 0.5)]
+    said = verdict({"all": {"scores": {"right": share, "first": share, "false_alarm": none}}, "crashed": [], "aims": aims})
+    assert said == "Of 60 sealed cases 80 % (70–90) are answered rightly; true effect first in 80 % (70–90) of 60; 1 of 2 aims is met."

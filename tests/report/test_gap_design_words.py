@@ -53,7 +53,7 @@ def test_effects_that_cannot_be_so_large_are_not_counted_as_missed():
     design = a_design(("load.mass", "tank.cooling"), [])
     small = replace(design.detections[2], gain={"faint": 5.0, "moderate": None, "clear": None})
     design = replace(design, detections=[*design.detections[:2], small])
-    assert "detects 1 of 3 effects, of which 1 cannot be so large or show nowhere" in verdict(design)[0]
+    assert "detects 1 of 3 effects (1 cannot be so large or show nowhere)" in verdict(design)[0]
     page = design_document(design, load_rig(), "a duty", 1.0).html()
     assert "2 of 3" in page and page.count("1 of 2") == 2
     assert page.count("1 more cannot be so large, or show nowhere") == 2 and "these become fewer from faint to clear" in page

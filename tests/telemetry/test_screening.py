@@ -174,6 +174,13 @@ def test_other_units_are_named(paper, noise, stream, field, factor, offset, said
     assert any("looks as if given in" in f.message and f.severity == "error" for f in screened.findings)
 
 
+def test_what_is_in_another_unit_is_not_used_where_it_happens_to_be_in_range(paper, noise):
+    wrong = damage.with_wrong_unit(paper, HYDRAULIC, "rod_velocity", 1e3, 0.0)
+    finding, screened = only(wrong, noise)
+    assert "looks as if given in mm/s" in finding.message and finding.message.endswith("not used, nor are the others")
+    assert np.isnan(screened.hydraulic.values[:, 3]).all() and np.isfinite(screened.hydraulic.values[:, :3]).any()
+
+
 @pytest.mark.parametrize(("share", "severity"), [(0.5, "warning"), (0.99, "error"), (1.0, "warning")])
 def test_a_signal_with_next_to_no_values_is_lost_and_one_without_any_is_not_measured(paper, noise, share, severity):
     values = paper.drive.values.copy()

@@ -82,7 +82,9 @@ def open_folder(path: str | Path) -> BagFolder:
         information = yaml.load(metadata.read_text("utf8"), _LOADER)["rosbag2_bagfile_information"]
         folder = BagFolder(path, [], _compression(metadata, information), _topics(information), span=_span(information))
         listed = [path / name for name in information["relative_file_paths"]]
-    except (yaml.YAMLError, KeyError, TypeError, AttributeError, UnicodeDecodeError) as error:
+    except BagError:
+        raise
+    except (yaml.YAMLError, KeyError, TypeError, ValueError, OverflowError, AttributeError) as error:
         if not found:
             raise BagError(f"{metadata} cannot be used and the folder has no .mcap or .db3 file") from None
         note = f"has a {METADATA} that cannot be used ({_reason(error)})"
@@ -127,18 +129,29 @@ def _compression(metadata: Path, information: dict[str, Any]) -> str:
 def _topics(information: dict[str, Any]) -> dict[str, TopicEntry]:
     return {
         entry["topic_metadata"]["name"]: TopicEntry(
-            entry["topic_metadata"]["type"],
-            entry["topic_metadata"].get("type_description_hash") or "",
+            _text(entry["topic_metadata"]["type"]),
+            _text(entry["topic_metadata"].get("type_description_hash")),
             int(entry["message_count"]),
         )
         for entry in information["topics_with_message_count"]
     }
 
 
+def _text(value: object) -> str:
+    """A text, empty where none is given.
+
+    Raises:
+        TypeError: it is something else.
+    """
+    if value and not isinstance(value, str):
+        raise TypeError(f"{value!r} is no text")
+    return value or ""
+
+
 def _span(information: dict[str, Any]) -> tuple[int, int]:
     try:
         start, duration = int(information["starting_time"]["nanoseconds_since_epoch"]), int(information["duration"]["nanoseconds"])
-    except (KeyError, TypeError, ValueError):
+    except (KeyError, TypeError, ValueError, OverflowError):
         return EVER
     return (start, start + duration) if duration > 0 else EVER
 

@@ -50,10 +50,13 @@ class SqliteStorage:
     def blocks(self) -> Iterator[Block]:
         """Raw messages in order of log time; what cannot be read is told in `damage`."""
         total = max(1, self._reader.metadata.message_count)
-        done = 0
+        done, odd = 0, 0
         rows: list[tuple[int, int, bytes]] = []
         try:
             for connection, log_time, data in self._reader.messages(self._reader.connections):
+                if not isinstance(log_time, int) or not isinstance(data, bytes):
+                    odd += 1
+                    continue
                 rows.append((connection.id, log_time, data))
                 if len(rows) == _MESSAGES_PER_BLOCK:
                     done += len(rows)
@@ -63,6 +66,8 @@ class SqliteStorage:
             self.damage.append(f"is damaged: {_line(error)}")
         finally:
             self._reader.close()
+        if odd:
+            self.damage.append(f"is damaged: {odd} of its messages have no whole number as time or no bytes as content")
         if rows:
             yield _block(rows, 1.0)
 

@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 
 _OF_BAGS = (".mcap", ".db3", ".zstd")
+_BESIDE_BAGS = ("metadata.yaml", "rig.yaml")
 _LONGEST_NAME = 250  # bytes; what is added to it while it is written has room below 255
 _NAMESPACE = re.compile(r"(/[A-Za-z_][A-Za-z0-9_]*)+", re.ASCII)
 _LONGEST_NAMESPACE = 180  # of the 245 that ROS has for a namespace, a topic and a node included
@@ -90,29 +91,27 @@ class Parser(argparse.ArgumentParser):
     def refuse_inputs(self, found: argparse.Namespace) -> None:
         """An output that is one of the inputs is an error: it would be lost, and a bag with it."""
         given = {action: getattr(found, action.dest, None) for action in self._actions}
-        read: dict[str, str] = {}
-        for action, values in given.items():
-            if action.type not in OUTPUTS:
-                for value in values if isinstance(values, list) else [values]:
-                    if isinstance(value, str) and value:
-                        read |= dict.fromkeys(_files_of(value), value)
+        read = [value for action, values in given.items() if action.type not in OUTPUTS
+                for value in (values if isinstance(values, list) else [values]) if isinstance(value, str) and value]
         for action, value in given.items():
-            if action.type in OUTPUTS and isinstance(value, str) and os.path.realpath(value) in read:
+            source = next((s for s in read if _reads(s, value)), "") if action.type in OUTPUTS and isinstance(value, str) else ""
+            if source:
                 name = action.option_strings[-1] if action.option_strings else action.metavar
-                source = read[os.path.realpath(value)]
                 self.error(f"{name} would overwrite {value!r}, an input of this run ({source}); give it a path of its own")
 
 
-def _files_of(given: str) -> list[str]:
-    """Real paths of the files that an argument reads: itself, or those of a folder's bags."""
-    path = Path(given)
+def _reads(given: str, written: str) -> bool:
+    """Whether what an argument reads, a file or a folder of recordings however deep, is or holds the file that is to be written."""
     try:
-        if path.is_file():
-            return [os.path.realpath(path)]
-        inside = [file for pattern in ("*", "*/*") for file in path.glob(pattern)] if path.is_dir() else []
-        return [os.path.realpath(file) for file in inside if file.suffix in _OF_BAGS or file.name == "metadata.yaml"]
-    except OSError:
-        return []
+        if Path(given).is_file():
+            return os.path.realpath(given) == os.path.realpath(written)
+        file = Path(os.path.realpath(written))
+        of_a_bag = file.suffix in _OF_BAGS or file.name in _BESIDE_BAGS
+        if not (of_a_bag and file.is_file() and Path(given).is_dir()):
+            return False
+        return any(Path(way(given)) in Path(way(written)).parents for way in (os.path.abspath, os.path.realpath))
+    except (OSError, ValueError):
+        return False
 
 
 def nearest_of(kind: str, given: str, valid: list[str]) -> str:

@@ -110,5 +110,6 @@ def run(args: argparse.Namespace) -> int:
                 print(f"  {printable(row.recording)}: {printable(said)}")
         if others := of_other_versions(rows):
             print(f"answers of other versions: {others}; --again makes them anew")
-        print(f"table: {table}" + (f", page: {args.html}" if args.html else ""))
+        further = {"Parquet": args.parquet, "JSON": args.json, "page": args.html}
+        print(", ".join([f"table: {table}", *(f"{what}: {path}" for what, path in further.items() if path)]))
     return 0

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import os
 import re
 from dataclasses import dataclass
 from pathlib import Path
 
+from ddh_twin_py.bags.below import below
 from ddh_twin_py.bags.case import COMMISSIONING, FIELD, VALIDATION, Case, case_of, is_case
 from ddh_twin_py.bags.errors import BagError
 from ddh_twin_py.bags.folder import METADATA, SUFFIXES, holds_bag
@@ -34,7 +34,8 @@ def find_recordings(folder: str | Path, leave_out: Path | None = None, rig: Path
 
     A folder that holds field/ and is no bag is one case, whatever else lies in it; one with a bag commissioning/ or validation/ and without
     field/ is a case that is refused. A rosbag2 folder is one recording, as are .mcap and .db3 files that belong to no bag, and a folder
-    that cannot be looked into. Hidden folders, and `leave_out`, are not looked into.
+    that cannot be looked into. Hidden folders, and `leave_out`, are not looked into; links are followed,
+    and what is reached twice counts once.
 
     Raises:
         FleetError: there is no such folder, it is a file, no recording in it, it is `leave_out` itself, or it is a case without field/.
@@ -48,8 +49,7 @@ def find_recordings(folder: str | Path, leave_out: Path | None = None, rig: Path
     closed: list[Path] = []
     if leave_out is not None and leave_out.resolve() == folder.resolve():
         raise FleetError(f"{folder}: recordings and results are in the same folder; give --out a folder of its own")
-    for here, folders, files in os.walk(folder, onerror=lambda error: closed.append(Path(error.filename))):
-        path = Path(here)
+    for path, folders, files in below(folder, lambda error: closed.append(Path(error.filename))):
         if leave_out is not None and path.resolve() == leave_out.resolve():
             folders.clear()
             continue
@@ -59,7 +59,7 @@ def find_recordings(folder: str | Path, leave_out: Path | None = None, rig: Path
             raise FleetError(found[0].refused)
         if path in paths:
             folders.clear()
-        folders[:] = sorted(name for name in folders if not name.startswith("."))
+        folders[:] = [name for name in folders if not name.startswith(".")]
     found += [_found(p.relative_to(folder).as_posix(), p, rig) for p in closed]
     if not found:
         raise FleetError(f"{folder}: holds no recording, neither a folder with field/, nor a rosbag2 folder, nor a .mcap or .db3 file")

@@ -97,11 +97,8 @@ def _explained(report: Mapping, catalogue: Mapping[str, Effect], at_best: Mappin
                commissioned: bool | None) -> str:
     leader = _leader(report)
     gap = report["gap"]
-    named = " and ".join(_named(report, name, catalogue, commissioned) for name in leader)
-    members = [m for c in report["classes"] if c[0] in leader or set(c) & set(leader) for m in c if m not in leader]
-    text = f"The gap is explained by {named}"
-    if members:
-        text += f", which this recording cannot tell from {', '.join(members)}"
+    named = [_named(report, name, catalogue, commissioned) + _not_told_from(report, name, leader) for name in leader]
+    text = f"The gap is explained by {' and '.join(named)}"
     worst, times = _left_most(report, at_best)
     left = f"; {worst} stays {times:.1f} times its floor off, which nothing that is listed explains" if times > _LEFT else ""
     without = next((h["gap_after"] for h in report["hypotheses"] if not h["effects"] and h["gap_after"] is not None), math.inf)
@@ -118,7 +115,13 @@ def _explained(report: Mapping, catalogue: Mapping[str, Effect], at_best: Mappin
             much += f", where the rig's parameters fitted anew without it leave {without:.1f}"
     else:
         much = f"data not used to find it lie {gap['after']:.1f} times the floor off, {gap['before']:.1f} without it"
-    return f"{text}: {much}{_another(at_best, asked_for)} (probability {probably(_probability(report, leader))}){left}."
+    return f"{text.removesuffix(',')}: {much}{_another(at_best, asked_for)} (probability {probably(_probability(report, leader))}){left}."
+
+
+def _not_told_from(report: Mapping, name: str, leader: Sequence[str]) -> str:
+    """Other effects of the class of one that leads; empty where it has none."""
+    members = dict.fromkeys(m for c in report["classes"] if name in c for m in c if m not in leader)
+    return f", which this recording cannot tell from {', '.join(members)}," if members else ""
 
 
 def _another(at_best: Mapping[str, float] | None, asked_for: str) -> str:

@@ -8,6 +8,7 @@ messages is an array.
 
 from __future__ import annotations
 
+import importlib
 from collections.abc import Mapping, Sequence
 
 import numpy as np
@@ -41,8 +42,9 @@ class Layout:
         self._template = data
         self._fixed = np.flatnonzero(fixed)
         self._fixed_bytes = data[self._fixed]
-        self._places = {name: np.array(places) // 8 for name, places in walk.numbers.items()}
+        self._places = {name: np.array(places, np.intp) // 8 for name, places in walk.numbers.items()}
         self.columns = {name: 0 if name in walk.scalars else len(p) for name, p in walk.numbers.items()}
+        self._scalars = frozenset(walk.scalars)
         self._bools = {name: _ENCAPSULATION + at for name, at in walk.bools.items()}
 
     def compose(self, stamps_ns: np.ndarray, values: Mapping[str, np.ndarray]) -> list[bytes]:
@@ -76,7 +78,7 @@ class Layout:
         words = rows[:, _ENCAPSULATION:].view("<f8")
         values: dict[str, np.ndarray] = {}
         for name, place in self._places.items():
-            values[name] = words[:, place] if self.columns[name] else words[:, place[0]]
+            values[name] = words[:, place[0]] if name in self._scalars else words[:, place]
         for name, place in self._bools.items():
             values[name] = rows[:, place].astype(bool)
         return seconds * 1_000_000_000 + nanoseconds, values
@@ -94,7 +96,7 @@ class BulkParser:
         self.example: object | None = None
 
     def parse(self, messages: Sequence[bytes]) -> list[tuple[object, np.ndarray, dict[str, np.ndarray]]]:
-        """Runs of messages of one layout, in order: example, stamps int64[n] ns, values by name."""
+        """Runs of messages of one layout, in order: example, stamps int64[n] ns, values by name; (n, 0) of a list without entries."""
         runs = []
         while messages:
             parsed = self._layout.parse(messages) if self._layout is not None else None
@@ -164,8 +166,16 @@ class _Walk:
                 self._fix(len(value))
                 for entry in value:
                     self.message(entry, f"{name}.")
+                if not value:
+                    self._without_entries(kind, f"{name}.")
             else:
                 raise TypeError(f"{type(message).__name__}: field {name} is of type {kind}, which has no fixed layout")
+
+    def _without_entries(self, kind: str, prefix: str) -> None:
+        """Numbers of a list of messages, such as ``sequence<ddh_msgs/Residual>``, in which there is none: each has no value."""
+        package, entry = kind.removeprefix("sequence<").removesuffix(">").split("/")
+        fields = getattr(importlib.import_module(f"{package}.msg"), entry).get_fields_and_field_types()
+        self.numbers.update({prefix + attribute: [] for attribute, of in fields.items() if of in ("double", "sequence<double>")})
 
     def _take(self, size: int, alignment: int) -> int:
         start = self.at + -self.at % alignment

@@ -39,9 +39,24 @@ def verdict(summary: Mapping) -> str:
     """How it came out, in one sentence."""
     scores = summary["all"]["scores"]
     crashed = len(summary["crashed"])
-    return (f"Of {summary['cases']} sealed cases {shown('right', scores['right'])} were answered rightly; true effect first in "
-            f"{shown('first', scores['first'])}, false alarms in {shown('false_alarm', scores['false_alarm'])}"
-            + (f"; {crashed} crashed" if crashed else "") + ".")
+    told = _told(summary)
+    aims = f"; {sum(told)} of {len(told)} aims {'is' if sum(told) == 1 else 'are'} met" if told else ""
+    return (f"{_of('sealed cases', 'right', scores)} answered rightly{_also('true effect first in', 'first', scores)}"
+            f"{_also('false alarms in', 'false_alarm', scores)}{aims}" + (f"; {crashed} crashed" if crashed else "") + ".")
+
+
+def _of(what: str, name: str, scores: Mapping) -> str:
+    """A share in words, such as `Of 40 cases 80 % (65-90) are`."""
+    share, count = shown(name, scores[name]).rsplit(", ", 1)
+    return f"Of {count} {what} {share} are"
+
+
+def _also(words: str, name: str, scores: Mapping) -> str:
+    """A further share of so many, nothing where no case tells."""
+    if not scores[name]["n"]:
+        return ""
+    share, count = shown(name, scores[name]).rsplit(", ", 1)
+    return f"; {words} {share} of {count}"
 
 
 def gap_bench_end(folder: str) -> doc.EndMatter:
@@ -56,12 +71,8 @@ def gap_bench_end(folder: str) -> doc.EndMatter:
 
 def gap_bench_document(summary: Mapping, folder: str) -> doc.Document:
     """The page of `gap_bench.scoring.summary`."""
-    scores = summary["all"]["scores"]
-    first = scores["first"]["value"] or 0.0
     document = doc.Document(
-        "Gap bench", "Sealed proof of the gap diagnosis", verdict(summary),
-        gap_bench_end(folder),
-        "good" if first >= 0.8 else "fair" if first >= 0.5 else "poor",
+        "Gap bench", "Sealed proof of the gap diagnosis", verdict(summary), gap_bench_end(folder), _level(summary),
     )
     document.add("Aims", _aims(summary["aims"]))
     document.add("Scores", _scores([summary["all"], *summary["by_commissioning"]], summary["metrics"], "Overall"),
@@ -84,13 +95,30 @@ def _aims(rows: Sequence[Mapping]) -> Html:
 
 def reached(row: Mapping) -> Html | str:
     """Whether a bound is reached, as a mark with words; too few cases say neither."""
+    if row["score"]["value"] is None:
+        return "–"
+    met = _met(row)
+    return doc.mark("none", "too few cases") if met is None else doc.mark("good", "yes") if met else doc.mark("poor", "no")
+
+
+def _met(row: Mapping) -> bool | None:
+    """Whether a bound is reached; None where too few cases tell, or none."""
     score, bound = row["score"], row["bound"]
     value = score["value"]
-    if value is None:
-        return "–"
-    if score["n"] < _FEW and score["low"] < bound < score["high"]:
-        return doc.mark("none", "too few cases")
-    return doc.mark("good", "yes") if (value <= bound if row["most"] else value >= bound) else doc.mark("poor", "no")
+    if value is None or (score["n"] < _FEW and score["low"] < bound < score["high"]):
+        return None
+    return value <= bound if row["most"] else value >= bound
+
+
+def _told(summary: Mapping) -> list[bool]:
+    """Of the aims of which enough cases tell, which are met."""
+    return [met for met in map(_met, summary["aims"]) if met is not None]
+
+
+def _level(summary: Mapping) -> str:
+    """good where all aims that cases tell of are met, fair where half of them are."""
+    told = _told(summary)
+    return "good" if told and all(told) else "fair" if told and 2 * sum(told) >= len(told) else "poor"
 
 
 def _scores(rows: Sequence[Mapping], metrics: Mapping[str, str], caption: str) -> Html:

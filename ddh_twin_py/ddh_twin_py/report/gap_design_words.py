@@ -17,7 +17,7 @@ def verdict(design: Design) -> tuple[str, str]:
     said = f"At a moderate size this test detects {len(seen)} of {len(design.detections)} effects"
     never = sum(d.detects("moderate") is None for d in design.detections)
     if never:
-        said += f", of which {never} cannot be so large or show nowhere"
+        said += f" ({never} cannot be so large or show nowhere)"
     if design.classes:
         said += (f"; {alone} of these {'is' if alone == 1 else 'are'} told from every other one that it detects, the others form "
                  f"{len(design.classes)} {'class' if len(design.classes) == 1 else 'classes'}")

@@ -44,7 +44,8 @@ def hypotheses(diagnosis: Diagnosis) -> doc.Html:
     leading, rest = weighed[:count], weighed[count:]
     blocks = [
         doc.paragraph("Each hypothesis is an effect of the catalogue, or two together, added to the twin. Its probability weighs how much "
-                      "better the twin then agrees against how freely the hypothesis could have been chosen; all of them sum to 100 %."),
+                      "better the twin then agrees against how freely the hypothesis could have been chosen; all of them, those below "
+                      "1 % that are not listed too, sum to 100 %."),
         *(_card(w, i, diagnosis, _always_left(weighed)) for i, w in enumerate(leading, 1)),
     ]
     if rest:

@@ -40,7 +40,9 @@ def drawings(diagnosis: Diagnosis) -> doc.Html:
             figures.append(_figure(*_AT_ALL_TIMES, _of_phase(by_phase["all"]), recorded, erring))
     return doc.Html(
         doc.paragraph("What is missing is what would have to be added at a place of the twin for it to agree with the rig: a flow, a "
-                      "force, a torque, a heat, or a reading. A minus means that the rig has less of it than the twin. The colour is the "
+                      "force, a torque, a heat, or a reading. A minus means that the rig has less of it than the twin. Friction "
+                      "has the sign of the motion: where the rig has more of it in lowering the number is negative, and in a mean over "
+                      "both ways it cancels. The colour is the "
                       "share of the evidence: how strongly the recordings ask for it there, not how large it is.")
         + scale() + f'<div class="phases">{"".join(figures)}</div>'
     )

@@ -128,8 +128,10 @@ def _residual_note(diagnosis: Diagnosis) -> str:
 
 _INPUTS = (
     "Torque, force and flow: measured less what the laws of the fitted rig say at measured speed, pressures and motion, while the shaft "
-    "turns steadily. Heat: what the smoother adds to each part so that its temperatures fit; it is drawn towards zero by some watts. What "
-    "the commissioning recording leaves over alike is taken off; without one the rig's tolerances are in it, and ± knows of scatter alone."
+    "turns steadily. Torque that the shaft asks for is told as the motor's, whichever of its bearings and pumps it comes from. No effect "
+    "is assumed, so that what one cause does to speed and pressures is in several rows. Heat: what the smoother adds to each part so that "
+    "its temperatures fit; it is drawn towards zero by some watts. What the commissioning recording leaves over alike is taken off; "
+    "without one the rig's tolerances are in it, and ± knows of scatter alone."
 )
 
 

@@ -6,7 +6,7 @@ One implementation for whole recordings and for the few samples that a live node
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence, Set
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -15,7 +15,7 @@ from ddh_twin_py.telemetry.alignment import REORDER_WINDOW, to_ns
 from ddh_twin_py.telemetry.causes import OF_FIELD, OF_SAMPLE, Cause
 from ddh_twin_py.telemetry.clock import clock_segments, sorted_order
 from ddh_twin_py.telemetry.recording import Finding, Recording, Stream
-from ddh_twin_py.telemetry.screening_report import findings_of
+from ddh_twin_py.telemetry.screening_report import findings_of, in_another_unit
 from ddh_twin_py.telemetry.signals import Signal, signals_of
 from ddh_twin_py.telemetry.spans import apart, missing_ends
 from ddh_twin_py.telemetry.unit_rules import EVIDENCE, UnitSuspicion, judge, rules_of
@@ -207,6 +207,10 @@ class StreamScreen:
             counts[cause.name.lower()] = self.count(cause)
         return counts
 
+    def in_another_unit(self) -> list[int]:
+        """Fields, by number, of which so many samples are out of range that all look as if given in another unit."""
+        return in_another_unit(self.signals, self._counts, int(self._stream[kernel.COUNT]), self._mistaken)
+
     def findings(self, file: str = "", topic: str | None = None, epoch_ns: int = 0) -> list[Finding]:
         """One finding per cause and field. `topic` as people know it (default: relative name).
 
@@ -252,9 +256,14 @@ def screen_recording(
             for column in suspicion.fields:
                 suspect = np.flatnonzero(flags[:, column] & Cause.WRONG_UNIT)
                 values[: 1 + suspect.max(initial=-1), column] = np.nan
+        mistaken = screen.in_another_unit()
+        values[:, mistaken] = np.nan
         order = sorted_order(stamps[topic], segments[topic])
         streams[topic] = Stream(stream.time[order], values[order], stream.fields)
-        findings += screen.findings(recording.path, f"{recording.namespace}/{topic}", recording.epoch_ns)
+        told = screen.findings(recording.path, f"{recording.namespace}/{topic}", recording.epoch_ns)
+        others = {screen.signals[j].field for j in mistaken}
+        findings += [replace(f, message=f"{f.message}, nor are the others") if f.field in others and "out of range" in f.message else f
+                     for f in told]
     strange = apart(recording)
     findings += strange
     if not strange and not any(segments[topic].any() for topic in segments):

@@ -80,6 +80,12 @@ def _field_sentence(cause, signal, value, count, samples, at, mistaken, noise, s
     return said
 
 
+def in_another_unit(signals: Sequence[Signal], counts: np.ndarray, samples: int, mistaken: np.ndarray) -> list[int]:
+    """Which signals look as if all of their samples are in a wrong unit, those that happen to be within range too."""
+    row = (*OF_FIELD, *OF_SAMPLE).index(Cause.OUT_OF_RANGE)
+    return [j for j, signal in enumerate(signals) if _mistake(signal, int(counts[row, j]), samples, mistaken[j]) is not None]
+
+
 def _mistake(signal: Signal, count: int, samples: int, mistaken) -> UnitMistake | None:
     """The unit in which a signal looks as if given, of which so many samples are out of range."""
     if count < max(_LEAST_FOR_UNIT, _LEAST_SHARE_FOR_UNIT * samples):
