@@ -16,6 +16,7 @@ from ddh_twin_py.diagnosis.process import COMMAND, DiagnosisProcess, Outcome
 from ddh_twin_py.nodes.health import Report
 from ddh_twin_py.nodes.node_base import TwinNode
 from ddh_twin_py.nodes.parameters import Parameter
+from ddh_twin_py.rig.files import printable
 
 DIAGNOSE_PARAMETERS = (
     Parameter("diagnosis_nice", 10, "How far the process of a diagnosis steps back behind others.", "1", 0, 19),
@@ -124,8 +125,8 @@ def _answer(handle: ServerGoalHandle, end: Callable[[], None], outcome: Outcome)
     end()
     report = outcome.report
     return DiagnoseGap.Result(
-        success=not outcome.error, message=outcome.error, verdict=str(report.get("verdict", "")), sentence=outcome.sentence,
-        report=json.dumps(report) if report else "",
+        success=not outcome.error, message=printable(" ".join(outcome.error.split())), verdict=str(report.get("verdict", "")),
+        sentence=outcome.sentence, report=json.dumps(report) if report else "",
     )
 
 

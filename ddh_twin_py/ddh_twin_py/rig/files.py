@@ -51,8 +51,10 @@ def read_json(path: str | Path) -> object:
     """What a JSON file holds.
 
     Raises:
-        OSError: it cannot be read. ValueError: it is no JSON, or nested too deep; the message is one line.
+        OSError: it cannot be read. ValueError: it is no regular file, no JSON, or nested too deep; the message is one line.
     """
+    if what := no_regular_file(path):
+        raise ValueError(f"it is {what}, a regular file is needed")
     try:
         return json.loads(Path(path).read_text("utf-8"))
     except ValueError as error:
