@@ -23,6 +23,13 @@ def changed(recording, stream, change):
     return replace(recording, **{stream: replace(own, values=values)})
 
 
+def test_no_current_at_all_has_no_wrong_sign(recording):
+    def none(values, at):
+        values[:, at("current")] = 0.0
+
+    assert contradictions(changed(recording, "drive", none), load_rig()) == []
+
+
 def later(recording, seconds):
     return replace(recording, hydraulic=replace(recording.hydraulic, time=recording.hydraulic.time + seconds))
 
@@ -40,6 +47,22 @@ def reversed_current(values, at):
     values[:, at("current")] *= -1.0
 
 
+def reversed_command(values, at):
+    values[:, at("speed_command")] *= -1.0
+
+
+def stuck_command(values, at):
+    values[:, at("speed_command")] = 60.0
+
+
+def command_in_percent(values, at):
+    values[:, at("speed_command")] /= 3.0
+
+
+def speeds_in_revolutions(values, at):
+    values[:, [at("speed_command"), at("speed")]] /= 2.0 * np.pi
+
+
 def swapped(values, at):
     one, other = at("pressure_piston_side"), at("pressure_rod_side")
     values[:, [one, other]] = values[:, [other, one]]
@@ -52,6 +75,9 @@ def test_a_sound_recording_is_not_suspected(recording):
 
 @pytest.mark.parametrize(("stream", "change", "said"), [
     ("hydraulic", flipped, "one of them counts from the other end"), ("hydraulic", reversed_rod, "has the wrong sign"),
+    ("drive", reversed_command, "speed_command is negative"), ("drive", stuck_command, "speed_command is 60 rad/s throughout"),
+    ("drive", command_in_percent, "speed is 3 times speed_command"),
+    ("drive", speeds_in_revolutions, "/telemetry rod_velocity is 6."),
     ("drive", reversed_current, "its sign is likely the wrong one"), ("hydraulic", swapped, "connectors are likely swapped"),
 ])  # fmt: skip
 def test_what_cannot_be_is_told(recording, stream, change, said):

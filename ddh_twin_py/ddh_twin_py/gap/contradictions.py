@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from ddh_twin_py.gap.temperature_units import temperature_units
-from ddh_twin_py.physics.cylinder import load_force, piston_area, rod_side_area
+from ddh_twin_py.physics.cylinder import load_force, piston_area, rod_side_area, rod_travel
 from ddh_twin_py.rig import Rig
 from ddh_twin_py.telemetry.recording import Recording, Stream
 from ddh_twin_py.telemetry.signals import DRIVE_TOPIC, HYDRAULIC_TOPIC
@@ -18,6 +18,8 @@ _TURNING, _MOVING = 10.0, 0.01  # rad/s, m/s: a shaft that turns, a rod that mov
 _LEAST = 100  # points of the axis that tell something
 _AGAINST = -0.5  # correlation from which two channels run against each other
 _LATEST, _LATE, _ALIKE = 10.0, 0.3, 0.1  # s of lag that is looked for and that is told, correlation that it must gain
+_FOLLOWED, _SCATTER = 1.25, 0.1  # how far a steady shaft may be from its command, as a ratio, and how little that ratio varies elsewhere
+_TRAVELLED = 2.0  # how many times as fast as its pump delivers, or as slowly, a rod must move to be told
 _BETTER = 4.0  # times by which exchanged pressures must fit the load better
 
 
@@ -34,12 +36,12 @@ def contradictions(recording: Recording, rig: Rig) -> list[str]:
     axis = np.arange(begin, end, _STEP)
     if axis.size < _LEAST:
         return []
-    on = {name: _resampled(drive, name, axis) for name in ("speed", "current")}
+    on = {name: _resampled(drive, name, axis) for name in ("speed_command", "speed", "current")}
     on |= {name: _resampled(hydraulic, name, axis) for name in
            ("rod_velocity", "rod_position", "pressure_piston_side", "pressure_rod_side")}
-    said = [_position(on), _shaft(on), _current(on), _pressures(on, recording, rig)]
+    said = [_command(on), _position(on), _shaft(on) or _travel(on, rig), _current(on), _pressures(on, recording, rig)]
     drive_topic, hydraulic_topic = (f"{recording.namespace}/{topic}" for topic in (DRIVE_TOPIC, HYDRAULIC_TOPIC))
-    said = [text.format(drive=drive_topic, hydraulic=hydraulic_topic) for text in said if text]
+    said = [text.format(drive=drive_topic, hydraulic=hydraulic_topic, rig=rig.file) for text in said if text]
     return [f"{recording.path}: {text}" for text in (*said, *temperature_units(recording))]
 
 
@@ -49,6 +51,27 @@ def _resampled(stream: Stream, name: str, axis: np.ndarray) -> np.ndarray:
     good = np.isfinite(values)
     order = np.argsort(stream.time[good], kind="stable")
     return np.interp(axis, stream.time[good][order], values[good][order]) if good.sum() > _LEAST else np.full(axis.size, np.nan)
+
+
+def _command(on: dict[str, np.ndarray]) -> str:
+    """The speed against its command: whether it stands still, its sign, and its size while both are steady."""
+    command, speed = on["speed_command"], on["speed"]
+    here = np.isfinite(command) & np.isfinite(speed)
+    if here.sum() < _LEAST:
+        return ""
+    if np.ptp(command[here]) == 0.0 and np.ptp(speed[here]) > 2.0 * _TURNING:
+        return (f"{{drive}}: speed_command is {command[here][0]:.4g} rad/s throughout while speed goes from {speed[here].min():.4g} to "
+                f"{speed[here].max():.4g} rad/s; it is not the command that the drive followed")
+    if _correlation(command, speed, here) < _AGAINST:
+        return "{drive}: speed is positive while speed_command is negative; one of the two has the wrong sign"
+    steady = here & (np.abs(np.gradient(command)) == 0.0) & (np.abs(speed) > _TURNING) & (command != 0.0)
+    steady &= np.abs(np.gradient(speed)) < 0.05 * np.abs(speed)
+    if steady.sum() < _LEAST:
+        return ""
+    low, ratio, high = np.quantile(speed[steady] / command[steady], [0.25, 0.5, 0.75])
+    if 1.0 / _FOLLOWED < ratio < _FOLLOWED or high - low > _SCATTER * abs(ratio):
+        return ""
+    return f"{{drive}}: while both are steady, speed is {ratio:.3g} times speed_command; one of the two is likely in another unit"
 
 
 def _position(on: dict[str, np.ndarray]) -> str:
@@ -77,11 +100,24 @@ def _shaft(on: dict[str, np.ndarray]) -> str:
     return f"{{hydraulic}} follows {{drive}} best when it is taken {abs(late):.1f} s {way}; their clocks differ"
 
 
+def _travel(on: dict[str, np.ndarray], rig: Rig) -> str:
+    """Velocity against speed: its size, beside what the pump delivers."""
+    speed, velocity = on["speed"], on["rod_velocity"]
+    moving = np.isfinite(speed) & np.isfinite(velocity) & (speed != 0.0) & (np.abs(velocity) > _MOVING)
+    if moving.sum() < _LEAST:
+        return ""
+    low, ratio, high = np.quantile(velocity[moving] / (speed[moving] * float(rod_travel(rig.parameters[0]))), [0.25, 0.5, 0.75])
+    if 1.0 / _TRAVELLED < ratio < _TRAVELLED or high - low > _SCATTER * abs(ratio):
+        return ""
+    return (f"{{hydraulic}} rod_velocity is {ratio:.3g} times what {{drive}} speed and the displacement of pump 1 in {{rig}} make of "
+            "it; one of the two is likely in another unit")
+
+
 def _current(on: dict[str, np.ndarray]) -> str:
     """Friction asks for more current one way than the other, whatever the load."""
     known = np.isfinite(on["current"])
     lifting, lowering = (on["current"][known & (sign * on["speed"] > _TURNING)] for sign in (1.0, -1.0))
-    if min(lifting.size, lowering.size) < _LEAST or lifting.mean() > lowering.mean() - (lifting.std() + lowering.std()):
+    if min(lifting.size, lowering.size) < _LEAST or lifting.mean() >= lowering.mean() - (lifting.std() + lowering.std()):
         return ""
     return (f"{{drive}}: the current is {lifting.mean():.3g} A on average at positive speed and {lowering.mean():.3g} A at negative; "
             "friction makes it larger at positive speed, so its sign is likely the wrong one")
