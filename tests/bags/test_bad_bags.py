@@ -197,8 +197,8 @@ def test_metadata_of_an_endless_duration_is_lived_with(bag, short):
 
 def test_rows_of_sqlite_that_are_no_messages_are_left_out_and_told(tmp_path, short):
     bag = write_recording(tmp_path / "odd", short)
-    kept = rewritten(bag, tmp_path / "lite", storage=StoragePlugin.SQLITE3)
-    (file,) = Path(kept or tmp_path / "lite").glob("*.db3")
+    rewritten(bag, tmp_path / "lite", storage=StoragePlugin.SQLITE3)
+    (file,) = (tmp_path / "lite").glob("*.db3")
     with sqlite3.connect(file) as database:
         database.execute("update messages set data = 'text' where id = 5")
         database.execute("update messages set timestamp = 'noon' where id = 6")

@@ -6,10 +6,10 @@ import re
 from dataclasses import dataclass
 from pathlib import Path
 
-from ddh_twin_py.bags.below import below
 from ddh_twin_py.bags.case import COMMISSIONING, FIELD, VALIDATION, Case, case_of, is_case
 from ddh_twin_py.bags.errors import BagError
 from ddh_twin_py.bags.folder import METADATA, SUFFIXES, holds_bag
+from ddh_twin_py.fleet.below import below
 from ddh_twin_py.rig.files import did_you_mean
 
 _ENDINGS = (*SUFFIXES, *(f"{suffix}.zstd" for suffix in SUFFIXES))

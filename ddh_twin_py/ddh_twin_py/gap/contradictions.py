@@ -64,12 +64,10 @@ def _command(on: dict[str, np.ndarray]) -> str:
                 f"{speed[here].max():.4g} rad/s; it is not the command that the drive followed")
     if _correlation(command, speed, here) < _AGAINST:
         return "{drive}: speed is positive while speed_command is negative; one of the two has the wrong sign"
-    steady = here & (np.abs(np.gradient(command)) == 0.0) & (np.abs(speed) > _TURNING) & (command != 0.0)
+    steady = here & (np.gradient(command) == 0.0) & (np.abs(speed) > _TURNING) & (command != 0.0)
     steady &= np.abs(np.gradient(speed)) < 0.05 * np.abs(speed)
-    if steady.sum() < _LEAST:
-        return ""
-    low, ratio, high = np.quantile(speed[steady] / command[steady], [0.25, 0.5, 0.75])
-    if 1.0 / _FOLLOWED < ratio < _FOLLOWED or high - low > _SCATTER * abs(ratio):
+    ratio = _odd(speed[steady] / command[steady], _FOLLOWED)
+    if ratio is None:
         return ""
     return f"{{drive}}: while both are steady, speed is {ratio:.3g} times speed_command; one of the two is likely in another unit"
 
@@ -104,10 +102,8 @@ def _travel(on: dict[str, np.ndarray], rig: Rig) -> str:
     """Velocity against speed: its size, beside what the pump delivers."""
     speed, velocity = on["speed"], on["rod_velocity"]
     moving = np.isfinite(speed) & np.isfinite(velocity) & (speed != 0.0) & (np.abs(velocity) > _MOVING)
-    if moving.sum() < _LEAST:
-        return ""
-    low, ratio, high = np.quantile(velocity[moving] / (speed[moving] * float(rod_travel(rig.parameters[0]))), [0.25, 0.5, 0.75])
-    if 1.0 / _TRAVELLED < ratio < _TRAVELLED or high - low > _SCATTER * abs(ratio):
+    ratio = _odd(velocity[moving] / (speed[moving] * float(rod_travel(rig.parameters[0]))), _TRAVELLED)
+    if ratio is None:
         return ""
     return (f"{{hydraulic}} rod_velocity is {ratio:.3g} times what {{drive}} speed and the displacement of pump 1 in {{rig}} make of "
             "it; one of the two is likely in another unit")
@@ -136,6 +132,14 @@ def _pressures(on: dict[str, np.ndarray], recording: Recording, rig: Rig) -> str
         return ""
     return ("{hydraulic}: pressure_piston_side and pressure_rod_side carry the load only if they are exchanged; their connectors are "
             "likely swapped")
+
+
+def _odd(ratios: np.ndarray, most: float) -> float | None:
+    """The middle one of ratios that should be 1, (n,); None where it is less than ``most`` off, they scatter or are too few."""
+    if ratios.size < _LEAST:
+        return None
+    low, ratio, high = np.quantile(ratios, [0.25, 0.5, 0.75])
+    return None if 1.0 / most < ratio < most or high - low > _SCATTER * abs(ratio) else float(ratio)
 
 
 def _correlation(one: np.ndarray, other: np.ndarray, here: np.ndarray) -> float:

@@ -70,6 +70,7 @@ class DiagnoseAction:
         self._node.get_logger().info(f"diagnosis of {', '.join(map(str, case.field))} begins")
 
     def _refuse(self, goal: ServerGoalHandle, why: str) -> None:
+        why = printable(" ".join(why.split()))  # paths of a goal may hold anything
         self._node.get_logger().warning(f"diagnose: {why}")
         goal.execute(lambda handle: _answer(handle, handle.abort, Outcome(error=why)))
 
@@ -125,8 +126,8 @@ def _answer(handle: ServerGoalHandle, end: Callable[[], None], outcome: Outcome)
     end()
     report = outcome.report
     return DiagnoseGap.Result(
-        success=not outcome.error, message=printable(" ".join(outcome.error.split())), verdict=str(report.get("verdict", "")),
-        sentence=outcome.sentence, report=json.dumps(report) if report else "",
+        success=not outcome.error, message=outcome.error, verdict=str(report.get("verdict", "")), sentence=outcome.sentence,
+        report=json.dumps(report) if report else "",
     )
 
 

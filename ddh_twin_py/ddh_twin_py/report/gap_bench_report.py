@@ -12,22 +12,29 @@ SHARES = ("right", "detected", "false_alarm", "first", "third", "component", "bo
 """Metrics that are shares."""
 _SIDE, _EDGE = 320, 44
 _FEW = 20  # cases, below which an interval that holds the bound says neither yes nor no
+_NOTHING = "–"
 
 
 def shown(name: str, estimate: Mapping, bound: float | None = None) -> str:
-    """A score with its interval: shares in per cent; '–' where no case says anything.
+    """A score with its interval and the number of cases: shares in per cent; '–' where no case says anything.
 
     Args:
         bound: to be reached; a share that whole per cents would not tell from it has a decimal.
     """
+    said = _with_interval(name, estimate, bound)
+    return said if said == _NOTHING else f"{said}, {estimate['n']}"
+
+
+def _with_interval(name: str, estimate: Mapping, bound: float | None = None) -> str:
+    """The same without the number of cases."""
     if estimate["n"] == 0 or estimate["value"] is None:
-        return "–"
+        return _NOTHING
     if name in SHARES:
         value, low, high = (100 * estimate[k] for k in ("value", "low", "high"))
         close = bound is not None and round(value) == round(100 * bound) and estimate["value"] != bound
-        return f"{value:.{int(close)}f} % ({low:.0f}–{high:.0f}), {estimate['n']}"
+        return f"{value:.{int(close)}f} % ({low:.0f}–{high:.0f})"
     digits = 0 if name == "megabytes" else 1 if name == "seconds" else 2
-    return f"{estimate['value']:.{digits}f} ({estimate['low']:.{digits}f}–{estimate['high']:.{digits}f}), {estimate['n']}"
+    return f"{estimate['value']:.{digits}f} ({estimate['low']:.{digits}f}–{estimate['high']:.{digits}f})"
 
 
 def aim(row: Mapping) -> str:
@@ -41,22 +48,17 @@ def verdict(summary: Mapping) -> str:
     crashed = len(summary["crashed"])
     told = _told(summary)
     aims = f"; {sum(told)} of {len(told)} aims {'is' if sum(told) == 1 else 'are'} met" if told else ""
-    return (f"{_of('sealed cases', 'right', scores)} answered rightly{_also('true effect first in', 'first', scores)}"
+    right = scores["right"]
+    return (f"Of {right['n']} sealed cases {_with_interval('right', right)} are answered rightly"
+            f"{_also('true effect first in', 'first', scores)}"
             f"{_also('false alarms in', 'false_alarm', scores)}{aims}" + (f"; {crashed} crashed" if crashed else "") + ".")
-
-
-def _of(what: str, name: str, scores: Mapping) -> str:
-    """A share in words, such as `Of 40 cases 80 % (65-90) are`."""
-    share, count = shown(name, scores[name]).rsplit(", ", 1)
-    return f"Of {count} {what} {share} are"
 
 
 def _also(words: str, name: str, scores: Mapping) -> str:
     """A further share of so many, nothing where no case tells."""
     if not scores[name]["n"]:
         return ""
-    share, count = shown(name, scores[name]).rsplit(", ", 1)
-    return f"; {words} {share} of {count}"
+    return f"; {words} {_with_interval(name, scores[name])} of {scores[name]['n']}"
 
 
 def gap_bench_end(folder: str) -> doc.EndMatter:
@@ -96,7 +98,7 @@ def _aims(rows: Sequence[Mapping]) -> Html:
 def reached(row: Mapping) -> Html | str:
     """Whether a bound is reached, as a mark with words; too few cases say neither."""
     if row["score"]["value"] is None:
-        return "–"
+        return _NOTHING
     met = _met(row)
     return doc.mark("none", "too few cases") if met is None else doc.mark("good", "yes") if met else doc.mark("poor", "no")
 

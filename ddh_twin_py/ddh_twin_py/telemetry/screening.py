@@ -6,7 +6,7 @@ One implementation for whole recordings and for the few samples that a live node
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence, Set
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -209,12 +209,13 @@ class StreamScreen:
 
     def in_another_unit(self) -> list[int]:
         """Fields, by number, of which so many samples are out of range that all look as if given in another unit."""
-        return in_another_unit(self.signals, self._counts, int(self._stream[kernel.COUNT]), self._mistaken)
+        out_of_range = self._counts[_CAUSES.index(Cause.OUT_OF_RANGE)]
+        return in_another_unit(self.signals, out_of_range, int(self._stream[kernel.COUNT]), self._mistaken)
 
-    def findings(self, file: str = "", topic: str | None = None, epoch_ns: int = 0) -> list[Finding]:
+    def findings(self, file: str = "", topic: str | None = None, epoch_ns: int = 0, whole: bool = False) -> list[Finding]:
         """One finding per cause and field. `topic` as people know it (default: relative name).
 
-        Times in the findings are s relative to `epoch_ns`.
+        Times in the findings are s relative to `epoch_ns`. ``whole``: fields `in_another_unit` are not used at all.
         """
         return findings_of(
             self.signals,
@@ -229,6 +230,7 @@ class StreamScreen:
             self.suspicions,
             self.noise,
             self._stuck_since,
+            whole,
         )
 
 
@@ -256,14 +258,10 @@ def screen_recording(
             for column in suspicion.fields:
                 suspect = np.flatnonzero(flags[:, column] & Cause.WRONG_UNIT)
                 values[: 1 + suspect.max(initial=-1), column] = np.nan
-        mistaken = screen.in_another_unit()
-        values[:, mistaken] = np.nan
+        values[:, screen.in_another_unit()] = np.nan
         order = sorted_order(stamps[topic], segments[topic])
         streams[topic] = Stream(stream.time[order], values[order], stream.fields)
-        told = screen.findings(recording.path, f"{recording.namespace}/{topic}", recording.epoch_ns)
-        others = {screen.signals[j].field for j in mistaken}
-        findings += [replace(f, message=f"{f.message}, nor are the others") if f.field in others and "out of range" in f.message else f
-                     for f in told]
+        findings += screen.findings(recording.path, f"{recording.namespace}/{topic}", recording.epoch_ns, whole=True)
     strange = apart(recording)
     findings += strange
     if not strange and not any(segments[topic].any() for topic in segments):

@@ -30,8 +30,12 @@ def findings_of(
     suspicions: Sequence[UnitSuspicion],
     noise: np.ndarray,
     stuck_since: np.ndarray,
+    whole: bool,
 ) -> list[Finding]:
-    """What looks like a wrong unit, then one per cause and field from the kernel's counts int64[9, m]; `stuck_since` int64[m] in ns."""
+    """What looks like a wrong unit, then one per cause and field from the kernel's counts int64[9, m]; `stuck_since` int64[m] in ns.
+
+    ``whole``: whether nothing is used of a signal that is out of range in another unit.
+    """
     where = f"{file}: {topic}" if file else topic
     causes = (*OF_FIELD, *OF_SAMPLE)
     found = [_unit_finding(s, signals, where, file, topic, counts, first, first_value, epoch_ns) for s in suspicions]
@@ -46,7 +50,7 @@ def findings_of(
                 shown = signal.to_message(value)
                 subject = f"{where} {signal.field}"
                 since = (int(stuck_since[j]) - epoch_ns) * 1e-9
-                said = _field_sentence(cause, signal, shown, count, samples, at, mistaken[j], noise[j], since)
+                said = _field_sentence(cause, signal, shown, count, samples, at, mistaken[j], noise[j], since, whole)
                 severity = "error" if _lost(cause, signal, count, samples, mistaken[j]) else "warning"
                 found.append(Finding(severity, file, topic, signal.field, shown, count, f"{subject} {said}", at, cause in _MENDED))
             else:
@@ -55,7 +59,7 @@ def findings_of(
     return found
 
 
-def _field_sentence(cause, signal, value, count, samples, at, mistaken, noise, since) -> str:
+def _field_sentence(cause, signal, value, count, samples, at, mistaken, noise, since, whole) -> str:
     often = f"{count} of {samples} samples"
     unit = signal.message_unit
     if cause is Cause.NOT_A_NUMBER:
@@ -76,14 +80,14 @@ def _field_sentence(cause, signal, value, count, samples, at, mistaken, noise, s
     )
     likely = _mistake(signal, count, samples, mistaken)
     if likely is not None:
-        said = f"looks as if given in {likely.unit} ({_factor(likely, signal)}), expected is {unit}: it {said}"
+        others = ", nor are the others" if whole else ""
+        said = f"looks as if given in {likely.unit} ({_factor(likely, signal)}), expected is {unit}: it {said}{others}"
     return said
 
 
-def in_another_unit(signals: Sequence[Signal], counts: np.ndarray, samples: int, mistaken: np.ndarray) -> list[int]:
-    """Which signals look as if all of their samples are in a wrong unit, those that happen to be within range too."""
-    row = (*OF_FIELD, *OF_SAMPLE).index(Cause.OUT_OF_RANGE)
-    return [j for j, signal in enumerate(signals) if _mistake(signal, int(counts[row, j]), samples, mistaken[j]) is not None]
+def in_another_unit(signals: Sequence[Signal], out_of_range: Sequence[int], samples: int, mistaken: np.ndarray) -> list[int]:
+    """Which signals, of whose samples so many are out of range, look as if given in a wrong unit, those within range too."""
+    return [j for j, signal in enumerate(signals) if _mistake(signal, int(out_of_range[j]), samples, mistaken[j]) is not None]
 
 
 def _mistake(signal: Signal, count: int, samples: int, mistaken) -> UnitMistake | None:
