@@ -152,6 +152,27 @@ def test_results_are_not_written_into_a_recording(out, folder, capsys):
     assert f"--out: {folder / out} is a recording, nothing is written into it" in line and sorted(folder.rglob("*")) == before
 
 
+def test_results_are_not_written_below_a_bag_but_beside_loose_files(folder, monkeypatch, capsys):
+    monkeypatch.setattr(fleet_run.Settings, "__init__", _with_fake(fleet_run.Settings.__init__))
+    assert main(["fleet", str(folder), "--out", str(folder / "a/april/deep/er")]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert f"lies in the recording {folder / 'a/april'}" in line and not (folder / "a/april/deep").exists()
+    assert main(["fleet", str(folder), "--out", str(folder / "b/torn/out"), "--quiet"]) == 0
+
+
+def test_a_result_that_cannot_be_kept_ends_nothing_and_is_told(folder, tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(fleet_run.Settings, "__init__", _with_fake(fleet_run.Settings.__init__))
+    out = tmp_path / "out"
+    march = next(f for f in find_recordings(folder) if f.name == "a/march")
+    Results(out / "results").path(march.name).mkdir(parents=True)  # where its file would be
+    assert main(["fleet", str(folder), "--out", str(out), "--quiet"]) == 1
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.startswith("1 of 5 results could not be kept (") and "a-march" in line
+    rows = {row["recording"]: row for row in csv.DictReader((out / "fleet.csv").open())}
+    assert len(rows) == 5 and rows["a/march"]["effect"] == "pump_1.leakage"
+    assert Results(out / "results").finished(march) is None
+
+
 def test_every_recording_has_a_row_whatever_happens(folder, tmp_path):
     rows, calls = diagnosed(folder, tmp_path / "results")
     march = rows["a/march"]

@@ -215,12 +215,15 @@ def refuse_unwritable(name: str, folder: Path, files: Iterable[Path]) -> None:
 
 
 def refuse_recording(name: str, folder: Path) -> None:
-    """Raise InputError where a folder for results is a recording: a bag, or a case of bags; nothing is written into one."""
+    """Raise InputError where a folder for results is a recording, a bag or a case of bags, or lies in a rosbag2 folder."""
     from ddh_twin_py.bags.case import is_case
-    from ddh_twin_py.bags.folder import holds_bag
+    from ddh_twin_py.bags.folder import METADATA, holds_bag
 
+    around = next((one for one in folder.absolute().parents if (one / METADATA).is_file()), None)
     if holds_bag(folder) or is_case(folder):
         raise InputError(f"{name}: {folder} is a recording, nothing is written into it; give a folder of its own")
+    if around is not None:
+        raise InputError(f"{name}: {folder} lies in the recording {around}, nothing is written into it; give a folder of its own")
 
 
 def new_folder(text: str) -> str:

@@ -86,9 +86,10 @@ def run(args: argparse.Namespace) -> int:
     found = find_recordings(args.folder, out, Path(args.rig) if args.rig else None)
     busy = FleetError(f"{out}: another ddh-twin fleet writes its results there; wait for it, or give --out another folder")
     results = Results(out / "results")
+    unkept: list[OSError] = []
     with held(out, _LOCK, busy), stage(f"diagnosing {len(found)} recordings", args.quiet) as progress:
         try:
-            rows = run_fleet(found, results, Settings(args.longest), args.jobs, args.cluster, args.again, progress)
+            rows = run_fleet(found, results, Settings(args.longest), args.jobs, args.cluster, args.again, progress, unkept.append)
         except KeyboardInterrupt:
             kept = sum(results.finished(one) is not None for one in found)
             print(f"{kept} of {len(found)} recordings are finished and kept in {results.folder}; started again, it goes on with the others",
@@ -112,4 +113,7 @@ def run(args: argparse.Namespace) -> int:
             print(f"answers of other versions: {others}; --again makes them anew")
         further = {"Parquet": args.parquet, "JSON": args.json, "page": args.html}
         print(", ".join([f"table: {table}", *(f"{what}: {path}" for what, path in further.items() if path)]))
-    return 0
+    if unkept:
+        print(f"{len(unkept)} of {len(found)} results could not be kept ({unkept[0]}); they are in the table, and a next run makes them anew",
+              file=sys.stderr)
+    return 1 if unkept else 0

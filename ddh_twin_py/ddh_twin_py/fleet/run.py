@@ -58,22 +58,28 @@ def diagnose_recording(found: Found, settings: Settings, stop: threading.Event |
 
 
 def run_fleet(found: Sequence[Found], results: Results, settings: Settings, jobs: int = 1, cluster: str = "", again: bool = False,
-              progress: Callable[[float], None] | None = None) -> list[Row]:
+              progress: Callable[[float], None] | None = None, unkept: Callable[[OSError], None] | None = None) -> list[Row]:
     """Rows of all recordings, in their order; those that are finished are taken from their files.
 
     Args:
         jobs: how many are diagnosed at once here. cluster: address of a Dask scheduler, '' for none; its workers must see
-            the recordings at the same paths. again: also what is finished. progress: told the share done.
+            the recordings at the same paths. again: also what is finished. progress: told the share done. unkept: told why a result
+            cannot be written, whose row is returned all the same; where nobody is told, that ends the run.
 
     Raises:
-        FleetError: no cluster there, or dask.distributed is not installed. OSError: a result cannot be written.
+        FleetError: no cluster there, or dask.distributed is not installed. OSError: a result cannot be written, and nobody is told.
     """
     rows = {} if again else {f.name: row for f in found if (row := results.finished(f)) is not None}
     left = [f for f in found if f.name not in rows]
     for one, before, diagnosed in (_on_cluster(left, settings, cluster) if cluster else _here(left, settings, jobs)):
         rows[one.name] = diagnosed.row
         if diagnosed.final:
-            results.keep(one, before, diagnosed.row, diagnosed.report)
+            try:
+                results.keep(one, before, diagnosed.row, diagnosed.report)
+            except OSError as error:
+                if unkept is None:
+                    raise
+                unkept(error)
         if progress is not None:
             progress(len(rows) / len(found))
     return [rows[f.name] for f in found]
