@@ -114,6 +114,6 @@ def run(args: argparse.Namespace) -> int:
         further = {"Parquet": args.parquet, "JSON": args.json, "page": args.html}
         print(", ".join([f"table: {table}", *(f"{what}: {path}" for what, path in further.items() if path)]))
     if unkept:
-        print(f"{len(unkept)} of {len(found)} results could not be kept ({unkept[0]}); they are in the table, and a next run makes them anew",
-              file=sys.stderr)
+        print(f"{len(unkept)} of {len(found)} results could not be kept ({unkept[0]}); they are in the table, and the next run makes them "
+              "anew", file=sys.stderr)
     return 1 if unkept else 0
