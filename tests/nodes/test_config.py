@@ -1,7 +1,9 @@
 """Parameter file, pages and launch file say what the code says."""
 
+import argparse
 import importlib
 import re
+import signal
 import sys
 import types
 from types import SimpleNamespace
@@ -139,6 +141,35 @@ def test_a_played_bag_is_a_reference_for_the_normal_levels_and_a_machine_is_not(
         monitor = up.node_parameters(launch_file.parser().parse_args(["--normal-file=levels.json", *given]))["gap_monitor"]
         assert (monitor["normal_file"], monitor["learn_until_end"]) == ("levels.json", whole)
     assert "normal_file" not in up.node_parameters(launch_file.parser().parse_args([]))["gap_monitor"]
+
+
+def test_normal_levels_that_were_not_written_are_told_at_the_end(launch_file, paper_cycle_bag, tmp_path, monkeypatch):
+    class Ended:
+        said = []
+
+        def __init__(self, children, line, environment):
+            self.ask_to_stop = signal.SIG_DFL
+
+        def say(self, text):
+            self.said.append(text)
+
+        def run(self):
+            return 0
+
+    monkeypatch.setattr(up, "Supervisor", Ended)
+    levels = tmp_path / "levels.json"
+
+    def ended(*given):
+        parser = argparse.ArgumentParser()
+        up.add_parser(parser.add_subparsers())
+        Ended.said.clear()
+        return up.run(parser.parse_args(["up", "--quiet", *map(str, given)])), Ended.said[1:]
+
+    code, said = ended("--source", "bag", "--bag", paper_cycle_bag, "--normal-file", levels)
+    assert code == 1 and len(said) == 1 and f"{levels} was not written" in said[0] and str(paper_cycle_bag) in said[0]
+    assert ended("--normal-file", levels) == (0, [])  # a machine may be stopped before it has shown enough
+    levels.touch()
+    assert ended("--source", "bag", "--bag", paper_cycle_bag, "--normal-file", levels) == (0, [])
 
 
 def test_the_live_page_is_an_option_and_no_player_waits_for_it(launch_file, paper_cycle_bag):

@@ -130,6 +130,13 @@ def _ran(args: argparse.Namespace, children: Sequence[Child], code: int) -> dict
     }  # fmt: skip
 
 
+def _not_learned(args: argparse.Namespace) -> str:
+    """That a whole bag was played and no normal levels came of it, '' where there is a file of them or none was asked for."""
+    if args.source != "bag" or not args.normal_file or Path(args.normal_file).is_file():
+        return ""
+    return f"--normal-file: {args.normal_file} was not written; no level was learned from {args.bag}, or the folder cannot be written to"
+
+
 def _recorded(record: str | None) -> list[str]:
     """Every folder that was recorded into: a recorder that was started again goes on in the next one."""
     return [str(path) for path in itertools.takewhile(Path.exists, numbered(record))] if record else []
@@ -213,6 +220,9 @@ def run(args: argparse.Namespace) -> int:
     try:
         supervisor.say(f"starting {', '.join(nodes)} in {args.namespace}; Ctrl-C stops them")
         code = supervisor.run()
+        if missed := _not_learned(args):
+            supervisor.say(missed)
+            code = code or 1
         if args.json:
             put_json(args.json, _ran(args, children, code))
         return code

@@ -30,6 +30,7 @@ HELD_SHARE = 0.25
 """Last share of a field recording that takes no part where there is no validation recording."""
 _FITTED, _SEARCHED = 0.3, 0.9
 """Shares of the work that are done when the rig is fitted, and when the hypotheses are weighed."""
+_THREADS = 2  # free runs side by side
 _SWEEPS, _SWEEPS_OF_SHEET = 5, 3  # of the first fit, with and without commissioning; the search goes on from there
 
 
@@ -48,13 +49,13 @@ def stage_of(done: float) -> str:
 
 
 def diagnose(recordings: Recordings, rig: Rig, without: Collection[str] = (), only: Collection[str] | None = None,
-             progress: Callable[[float], None] | None = None, threads: int = 2) -> Diagnosis:
+             progress: Callable[[float], None] | None = None) -> Diagnosis:
     """Diagnose one case.
 
     Args:
         recordings: of one rig. rig: its sheet; values and tolerances are the prior.
         without: effects that are not asked about. only: ask about these alone; None asks about all.
-        progress: told the share done. threads: free runs side by side.
+        progress: told the share done.
 
     Raises:
         ExperimentError: a recording that no free run can be compared with, or recordings of several rigs.
@@ -82,7 +83,7 @@ def diagnose(recordings: Recordings, rig: Rig, without: Collection[str] = (), on
     read = [e.recording for e in (*field, *commissioning, *held)]
     if reason:
         return _noted(answer.insufficient(model, reason), read, rig)
-    with ThreadPoolExecutor(max_workers=threads) as pool:
+    with ThreadPoolExecutor(max_workers=_THREADS) as pool:
         problem = Problem(commissioning or field, model.rig, model.paths, Discrepancy())
         fit = problem.fit(pool, lambda done: told(_FITTED * done), sweeps=_SWEEPS if commissioning else _SWEEPS_OF_SHEET,
                           restarts=RESTARTS if commissioning else 0)
