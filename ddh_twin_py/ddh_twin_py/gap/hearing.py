@@ -24,6 +24,7 @@ from ddh_twin_py.gap.unknown import (
     FAR,
     FREEDOM,
     NEEDED_BY,
+    REFUTED,
     REFUTED_AS_RUN,
     RESIZE,
     Unknown,
@@ -105,11 +106,15 @@ class Hearing:
         unknown = bent(unknown, gain_of_freedom(found.linearised, leader, FREEDOM), leader.log_evidence - none.log_evidence)
         if built:
             unknown = self._elsewhere(unknown, leader, closely)
-            unknown = refuted(unknown, self._gap_as_run, runs.gap(leader), REFUTED_AS_RUN)
         if len(leader.columns) > 1:
             slow = max((ratio for name, ratio in over.items() if name.startswith("temperature/") and name not in AMPLIFIED), default=0.0)
             unknown = halfway(unknown, shrunk, closed, slow)
-        return refuted(unknown, beside_none.gap, shrunk)
+        return refuted(unknown, self._gaps(leader, beside_none.gap, shrunk))
+
+    def _gaps(self, leader: Refitted, without: float, beside: float) -> list[tuple[float, float, float]]:
+        """Gaps of held-out data that a hypothesis must not widen: at best, and as run where a commissioning recording showed the rig."""
+        at_best = (without, beside, REFUTED)
+        return [at_best] if self._drift is None else [at_best, (self._gap_as_run, self._runs.gap(leader), REFUTED_AS_RUN)]
 
     def _elsewhere(self, unknown: Unknown, leader: Refitted, closely: bool) -> Unknown:
         """The same once it is asked whether held-out data want another rig, or other sizes of the effects, than the fitted recordings."""

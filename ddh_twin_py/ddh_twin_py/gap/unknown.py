@@ -368,16 +368,18 @@ def worsened(unknown: Unknown, left: Mapping[str, float], before: Mapping[str, f
     return unknown.at_least(probability, note)
 
 
-def refuted(unknown: Unknown, without: float, left: float, share: float = REFUTED) -> Unknown:
+def refuted(unknown: Unknown, gaps: Sequence[tuple[float, float, float]]) -> Unknown:
     """The same where the best listed hypothesis makes held-out data worse than no effect does: then it is not the cause.
 
     Args:
-        without, left: their gap with no effect and beside it, in multiples of the floor. share: of it that counts as worse.
+        gaps: of held-out data with no effect and beside it, in multiples of the floor, and the share of it that counts as worse; in each way
+            in which the data are looked at.
     """
-    if left - without < share * max(1.0, without):
+    worse = [left - without for without, left, share in gaps if left - without >= share * max(1.0, without)]
+    if not worse:
         return unknown
     note = ("the best listed hypothesis explains the field recording, but makes the held-out data worse by "
-            f"{left - without:.2f} times the floor; it is not believed")
+            f"{max(worse):.2f} times the floor; it is not believed")
     return unknown.raised(REFUTED_PROBABILITY, note)
 
 
