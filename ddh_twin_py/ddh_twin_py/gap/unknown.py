@@ -372,8 +372,8 @@ def refuted(unknown: Unknown, gaps: Sequence[tuple[float, float, float]]) -> Unk
     """The same where the best listed hypothesis makes held-out data worse than no effect does: then it is not the cause.
 
     Args:
-        gaps: of held-out data with no effect and beside it, in multiples of the floor, and the share of it that counts as worse; in each way
-            in which the data are looked at.
+        gaps: of held-out data with no effect and beside it, in multiples of the floor, and the share of it that counts as worse; for each
+            way in which the data are looked at.
     """
     worse = [left - without for without, left, share in gaps if left - without >= share * max(1.0, without)]
     if not worse:
