@@ -168,8 +168,12 @@ class Listener:
         assert client.wait_for_service(seconds), f"no service {name}"
         future = client.call_async(request)
         wait_for(future.done, seconds, f"answer of {name}")
-        self.node.destroy_client(client)
+        self.here(lambda: self.node.destroy_client(client))
         return future.result()
+
+    def withdraw(self, publisher):
+        """Destroy a publisher in the thread that spins, which would else wait for a handle that is going."""
+        self.here(lambda: self.node.destroy_publisher(publisher))
 
     def publishers(self, topic):
         return self.node.count_publishers(topic)

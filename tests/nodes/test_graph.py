@@ -241,7 +241,7 @@ def test_a_rig_that_is_told_late_changes_nothing_unless_it_is_another(told, word
         play(parts[1], "temperature_fusion", namespace=namespace, topics=["temperature/line_a"])
         wait_for(lambda: len(estimates) >= count + 60, 30.0, "further estimates")
         after = estimates[-1].estimates[tank].standard_deviation
-        listener.node.destroy_publisher(rig)
+        listener.withdraw(rig)
         fusion.stop()
     assert "going on from the state of" in fusion.text
     assert ("begins anew" in fusion.text) == bool(words) and words in fusion.text
@@ -260,7 +260,7 @@ def test_two_publishers_on_one_topic_are_named(graph, listener):
         wait_for(lambda: _with(health, "ddh/hydraulic_model: drive/telemetry", words), 30.0, words)
     finally:
         for publisher in made:
-            listener.node.destroy_publisher(publisher)
+            listener.withdraw(publisher)
 
 
 def test_bad_input_is_named_in_log_and_diagnostics(graph, short_recording, listener, tmp_path):

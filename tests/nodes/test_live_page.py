@@ -164,7 +164,7 @@ def test_the_gap_is_told_where_it_opens(browser, listener):
     status.opened, status.component, status.signals = False, "", [quiet]
     publisher.publish(status)
     browser.wait("!document.querySelector('.sensors .gap')", 20.0)
-    listener.node.destroy_publisher(publisher)
+    listener.withdraw(publisher)
 
 
 def test_keys_and_focus_are_enough(browser):

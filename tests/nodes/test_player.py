@@ -110,7 +110,7 @@ def test_the_pace_is_that_of_a_slow_listener_and_nothing_is_lost(short_bag, list
         assert player.ends() == 0, player.text
     assert len(drive) == len(short_recording.drive)
     assert 0.2 < max(ahead) < 1.1  # lead, and what was on its way
-    listener.node.destroy_publisher(publisher)
+    listener.withdraw(publisher)
 
 
 def test_loop_begins_again_and_the_rig_is_told_once(short_bag, listener, drive):

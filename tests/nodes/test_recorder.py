@@ -61,4 +61,4 @@ def test_a_recorder_that_hears_nothing_of_what_is_published_says_so(listener, tm
         assert any("bring nothing" in s.message for s in said)
         recorder.stop(signal.SIGINT)
     for publisher in silent:
-        listener.node.destroy_publisher(publisher)
+        listener.withdraw(publisher)
