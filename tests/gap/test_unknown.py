@@ -34,7 +34,7 @@ def unknown(*gains):
 
 
 def test_what_held_out_data_show_too_stays():
-    seen = borne_out(unknown((HOUSING, 60.0)), POWER, {HOUSING: 1.4}, 0.9)
+    seen = borne_out(unknown((HOUSING, 60.0)), POWER, {HOUSING: 1.4}, {HOUSING: 1.4}, 0.9)
     assert seen.probability == 0.98 and not seen.notes
 
 
@@ -43,26 +43,41 @@ def test_what_held_out_data_show_too_stays():
 ])  # fmt: skip
 def test_what_they_do_not_show_is_no_sure_unknown(closed, effects, verdict):
     seen = unknown((HOUSING, 60.0), (WINDING, 40.0))  # the winding needs 60
-    weak = borne_out(seen, POWER, {HOUSING: 1.1, WINDING: 2.0}, closed, effects)
+    weak = borne_out(seen, POWER, {HOUSING: 1.1, WINDING: 2.0}, {HOUSING: 1.1, WINDING: 2.0}, closed, effects)
     assert weak.probability < 0.3 if verdict == "listed" else 0.3 < weak.probability < 0.5
     assert HOUSING in weak.notes[0] and WINDING not in weak.notes[0]
 
 
 @pytest.mark.parametrize(("left", "believed"), [(1.9, False), (3.2, True)])
 def test_the_winding_alone_must_be_far_off(left, believed):
-    seen = borne_out(unknown((WINDING, 111.0)), POWER, {WINDING: left, HOUSING: 1.0}, None, 0)
+    seen = borne_out(unknown((WINDING, 111.0)), POWER, {WINDING: left, HOUSING: 1.0}, {WINDING: left, HOUSING: 1.0}, None, 0)
     assert seen.probability == (0.98 if believed else pytest.approx(0.4))
 
 
 @pytest.mark.parametrize(("others", "built", "believed"), [((), False, False), ((), True, True), (((HOUSING, 60.0),), False, True)])
 def test_the_winding_alone_proves_nothing_where_nothing_showed_the_laws(others, built, believed):
-    seen = borne_out(unknown((WINDING, 300.0), *others), POWER, {WINDING: 3.8, HOUSING: 1.9}, None, 0, built)
+    over = {WINDING: 3.8, HOUSING: 1.9}
+    seen = borne_out(unknown((WINDING, 300.0), *others), POWER, over, over, None, 0, built)
     assert seen.probability == (0.98 if believed else 0.1)
     assert ("no commissioning recording" in "".join(seen.notes)) is not believed
 
 
+@pytest.mark.parametrize(("best", "closed", "effects", "built", "listed"), [
+    (1.4, 0.98, 1, True, True),
+    (2.5, 0.98, 1, True, False),  # also at best they are off
+    (1.4, 0.9, 1, True, False),  # much is left of the gap
+    (1.4, 0.98, 2, True, False),  # any two close much
+    (1.4, 0.98, 1, False, False),  # nothing showed the laws
+])  # fmt: skip
+def test_a_cause_that_closes_nearly_all_needs_no_free_form(best, closed, effects, built, listed):
+    far = unknown(("rod_position", 90.0), (HOUSING, 10.0))
+    after = borne_out(far, POWER, {"rod_position": 4.6, HOUSING: 1.0}, {"rod_position": best, HOUSING: 1.0}, closed, effects, built)
+    assert after.probability == (0.25 if listed else 0.98)
+    assert ("98% of the gap" in "".join(after.notes)) is listed
+
+
 def test_a_signal_that_held_out_data_lack_tells_nothing_against_it():
-    assert borne_out(unknown((HOUSING, 60.0)), POWER, {WINDING: 1.0}, 0.9).probability == 0.98
+    assert borne_out(unknown((HOUSING, 60.0)), POWER, {WINDING: 1.0}, {WINDING: 1.0}, 0.9).probability == 0.98
 
 
 @pytest.mark.parametrize(("left", "closed", "sure"), [(1.5, 0.58, False), (1.1, 0.58, True), (1.5, 0.9, True), (0.9, None, True)])

@@ -89,7 +89,7 @@ class Hearing:
         over, shrunk = beside.over, beside.gap
         closed = size.closed(before.gap, shrunk)
         first, built = runs.held.signals()[0], drift is not None
-        unknown = borne_out(unknown, found.linearised.power, runs.over(leader), closed, len(leader.columns), built)
+        unknown = borne_out(unknown, found.linearised.power, runs.over(leader), over, closed, len(leader.columns), built)
         if built:
             unknown = strained(unknown, self._in_fitted(leader, acts=False), len(leader.columns))
         followed = {name: over[name] for name in self._model.followed if name in over and name in first}

@@ -76,6 +76,7 @@ _CONFIRMED = 1.1  # floors: the same beside a cause whose rig held-out data conf
 _HELPED = 0.8  # share of what a signal was off, below which a hypothesis brings it nearer
 _CLOSED = 0.8
 """Share of the gap of held-out data from which the best listed hypothesis is believed instead, where free forms are not."""
+_NEARLY_ALL = 0.95  # the same, from which it needs no free form, where these data need none beside it with what is open at its best
 _NOT_SEEN, _CLOSED_INSTEAD = 0.4, 0.25  # probabilities that are left of something outside the catalogue
 _NO_PROOF = 0.1  # the same, where nothing but a signal speaks that small flaws of laws move far, and nothing showed these
 _SOFTNESS = 2.0  # by which log odds are tempered: a free form's gain is no calibrated number
@@ -165,14 +166,18 @@ def unknown_beside(model: Diagnosable, found: Found, fitted: Refitted) -> Unknow
     return Unknown(max(probability, UNLISTED if fitted.columns else 0.0), forms, forms[0].size * noise if forms else 0.0, unit, shapes)
 
 
-def borne_out(unknown: Unknown, power: float, left: Mapping[str, float], closed: float | None, effects: int = 1,
-              built: bool = True) -> Unknown:
+def borne_out(unknown: Unknown, power: float, left: Mapping[str, float], best: Mapping[str, float], closed: float | None,
+              effects: int = 1, built: bool = True) -> Unknown:
     """The same, less probable where held-out data show nothing of what the field recording's free forms speak of.
+
+    They show nothing either where one listed effect closes nearly all of their gap and they need no form beside it, once what is open of
+    the rig is at its best: strokes and winding, which sum up small flaws, are then far off as run alone.
 
     Signals that small flaws of the laws move far (`AMPLIFIED`) bear witness alone only where a commissioning recording showed these laws.
 
     Args:
-        power: see `needed`. left: of held-out data beside the best listed hypothesis, signal to RMS over floor.
+        power: see `needed`. left: of held-out data beside the best listed hypothesis as run, signal to RMS over floor. best: the same with
+            what is open of rig and begin at its best.
         closed: share of the gap of held-out data that this hypothesis closes, None where there was none. effects: of which it consists;
             two close much of many a gap. built: whether a commissioning recording showed the laws.
     """
@@ -182,8 +187,15 @@ def borne_out(unknown: Unknown, power: float, left: Mapping[str, float], closed:
         note = (f"the recordings leave structure in {', '.join(speaking)} alone, which small flaws of the model's laws move far, and "
                 "there is no commissioning recording that showed these laws; it is no proof of anything")
         return replace(unknown, probability=min(unknown.probability, _NO_PROOF), notes=[*unknown.notes, note])
-    if not speaking or any(left[signal] >= (FAR if signal in AMPLIFIED else OUT_OF_SAMPLE) for signal in speaking):
+    if not speaking:
         return unknown
+    if any(left[signal] >= (FAR if signal in AMPLIFIED else OUT_OF_SAMPLE) for signal in speaking):
+        open_rig = all(best[signal] < (LEFT_BEHIND if signal in NEEDED_BY else OUT_OF_SAMPLE) for signal in speaking)
+        if not (built and effects == 1 and closed is not None and closed >= _NEARLY_ALL and open_rig):
+            return unknown
+        note = (f"the field recording leaves structure in {', '.join(speaking)} beside the best listed hypothesis, which closes "
+                f"{closed:.0%} of the gap of held-out data and leaves none of it there, with what is open of the rig at its best")
+        return replace(unknown, probability=min(unknown.probability, _CLOSED_INSTEAD), notes=[*unknown.notes, note])
     most = _CLOSED_INSTEAD if closed is not None and closed >= _CLOSED and effects == 1 else _NOT_SEEN
     seen = "little" if set(speaking) <= set(AMPLIFIED) else "nothing"
     note = (f"the field recording leaves structure in {', '.join(speaking)} beside the best listed hypothesis, of which held-out data show "
