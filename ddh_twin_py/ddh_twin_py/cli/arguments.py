@@ -219,10 +219,9 @@ def refuse_recording(name: str, folder: Path) -> None:
     from ddh_twin_py.bags.case import is_case
     from ddh_twin_py.bags.folder import METADATA, holds_bag
 
-    around = next((one for one in folder.absolute().parents if (one / METADATA).is_file()), None)
     if holds_bag(folder) or is_case(folder):
         raise InputError(f"{name}: {folder} is a recording, nothing is written into it; give a folder of its own")
-    if around is not None:
+    if around := next((one for one in folder.absolute().parents if (one / METADATA).is_file()), None):
         raise InputError(f"{name}: {folder} lies in the recording {around}, nothing is written into it; give a folder of its own")
 
 

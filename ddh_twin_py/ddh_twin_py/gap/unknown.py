@@ -116,6 +116,10 @@ class Unknown:
             return self
         return self.raised(probability, note) if probability >= 0.5 else replace(self, probability=probability)
 
+    def at_most(self, probability: float, note: str) -> Unknown:
+        """The same, at most so probable, with a note that says why."""
+        return replace(self, probability=min(self.probability, probability), notes=[*self.notes, note])
+
     def entry(self) -> dict:
         """By the contract's schema."""
         return {"component": self.places[0].component, "domain": self.places[0].domain, "size": self.size, "unit": self.unit,
@@ -183,24 +187,23 @@ def borne_out(unknown: Unknown, power: float, left: Mapping[str, float], best: M
     """
     loud = [form.signal for form in unknown.forms if form.gain > needed(form.signal, power)]
     speaking = [signal for signal in loud if signal in left]
+    names = ", ".join(speaking)
     if speaking and not built and set(loud) <= set(AMPLIFIED):
-        note = (f"the recordings leave structure in {', '.join(speaking)} alone, which small flaws of the model's laws move far, and "
+        note = (f"the recordings leave structure in {names} alone, which small flaws of the model's laws move far, and "
                 "there is no commissioning recording that showed these laws; it is no proof of anything")
-        return replace(unknown, probability=min(unknown.probability, _NO_PROOF), notes=[*unknown.notes, note])
+        return unknown.at_most(_NO_PROOF, note)
     if not speaking:
         return unknown
-    if any(left[signal] >= (FAR if signal in AMPLIFIED else OUT_OF_SAMPLE) for signal in speaking):
-        open_rig = all(best[signal] < (LEFT_BEHIND if signal in NEEDED_BY else OUT_OF_SAMPLE) for signal in speaking)
-        if not (built and effects == 1 and closed is not None and closed >= _NEARLY_ALL and open_rig):
-            return unknown
-        note = (f"the field recording leaves structure in {', '.join(speaking)} beside the best listed hypothesis, which closes "
-                f"{closed:.0%} of the gap of held-out data and leaves none of it there, with what is open of the rig at its best")
-        return replace(unknown, probability=min(unknown.probability, _CLOSED_INSTEAD), notes=[*unknown.notes, note])
-    most = _CLOSED_INSTEAD if closed is not None and closed >= _CLOSED and effects == 1 else _NOT_SEEN
-    seen = "little" if set(speaking) <= set(AMPLIFIED) else "nothing"
-    note = (f"the field recording leaves structure in {', '.join(speaking)} beside the best listed hypothesis, of which held-out data show "
-            f"{seen}")
-    return replace(unknown, probability=min(unknown.probability, most), notes=[*unknown.notes, note])
+    alone = closed if effects == 1 and closed is not None else 0.0  # share that one effect closes
+    there = f"the field recording leaves structure in {names} beside the best listed hypothesis"
+    if all(left[signal] < (FAR if signal in AMPLIFIED else OUT_OF_SAMPLE) for signal in speaking):
+        seen = "little" if set(speaking) <= set(AMPLIFIED) else "nothing"
+        return unknown.at_most(_CLOSED_INSTEAD if alone >= _CLOSED else _NOT_SEEN, f"{there}, of which held-out data show {seen}")
+    if built and alone >= _NEARLY_ALL and all(best.get(s, math.inf) < (LEFT_BEHIND if s in NEEDED_BY else OUT_OF_SAMPLE) for s in speaking):
+        note = (f"{there}, which closes {alone:.0%} of the gap of held-out data and leaves none of it there, with what is open of the rig "
+                "at its best")
+        return unknown.at_most(_CLOSED_INSTEAD, note)
+    return unknown
 
 
 def halfway(unknown: Unknown, left: float, closed: float | None, slow: float = 0.0) -> Unknown:
