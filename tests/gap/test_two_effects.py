@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 import pytest
-from ddh_twin_py.gap.two_effects import CANCEL_DOUBT, cancelling, doubted, leans
+from ddh_twin_py.gap.two_effects import CANCEL_DOUBT, cancelling, doubted, leans, proportioned
 from ddh_twin_py.gap.unknown import Unknown
 from support.three_signals import fitted, linearised
 
@@ -29,6 +29,12 @@ def test_two_that_share_their_signals_are_doubted_the_more_if_one_is_slight(told
     doubt = doubted(NOTHING, linearised(0.1, told), fitted(*departures))
     assert least < doubt.probability < most
     assert ("one cause that no catalogue has" in "".join(doubt.notes)) == (doubt.probability >= 0.5)
+
+
+@pytest.mark.parametrize(("told", "departures", "could"), [
+    (SHARED, (1.0, 0.8), True), (((1.0, 0.0), (0.0, 1.0), (0.0, 0.0)), (1.0, 0.8), False), (SHARED, (1.0,), False)])
+def test_two_mimic_a_third_in_a_proportion_only_if_they_share_their_signals(told, departures, could):
+    assert proportioned(linearised(0.1, told), fitted(*departures)) is could
 
 
 def test_the_lesser_of_two_is_no_flaw_of_the_greater_once_it_is_beyond_its_law_error():

@@ -230,22 +230,22 @@ def test_a_cause_whose_law_must_bend_is_not_the_cause(gained, explained, least, 
 @pytest.mark.parametrize(("gained", "least", "most"), [(0.6, 0.0, 0.02), (3.0, 0.0, 0.05), (12.0, 0.95, 1.0)])
 def test_a_pair_of_which_held_out_data_ask_for_another_size_is_doubted(gained, least, most):
     spread = {"pump_1.friction": 0.2, "motor.pwm_loss": 0.2}
-    seen = resized(Unknown(0.01, [], 0.0, "1"), gained, {"pump_1.friction": 0.69, "motor.pwm_loss": 1.17}, spread)
+    seen = resized(Unknown(0.01, [], 0.0, "1"), gained, {"pump_1.friction": 0.69, "motor.pwm_loss": 1.17}, spread, True)
     assert least <= seen.probability <= most
     assert any("pump_1.friction 0.69 times as large and motor.pwm_loss 1.17" in note for note in seen.notes) == (least > 0.5)
 
 
 def test_one_cause_whose_size_another_duty_shifts_a_little_is_believed():
     nothing = Unknown(0.01, [], 0.0, "1")
-    assert resized(nothing, 18.0, {"ambient.enclosure": 0.67}, {"ambient.enclosure": 0.2}).probability < 0.02
-    assert resized(nothing, 240.0, {"sensor.rod_position_scale": 0.6}, {"sensor.rod_position_scale": 0.0}).probability > 0.99
+    assert resized(nothing, 18.0, {"ambient.enclosure": 0.67}, {"ambient.enclosure": 0.2}, False).probability < 0.02
+    assert resized(nothing, 240.0, {"sensor.rod_position_scale": 0.6}, {"sensor.rod_position_scale": 0.0}, False).probability > 0.99
 
 
 def test_a_size_within_a_deviation_of_that_found_tells_nothing():
     nothing, spread = Unknown(0.01, [], 0.0, "1"), {"drive.torque_estimate": 0.2, "ambient.solar_load": 0.21}
-    assert resized(nothing, 9.9, {"drive.torque_estimate": 1.001, "ambient.solar_load": 0.81}, spread) is nothing
-    assert resized(nothing, 9.9, {"drive.torque_estimate": 1.001, "ambient.solar_load": 0.7}, spread).probability > 0.9
-    assert resized(nothing, 9.9, {"drive.torque_estimate": 0.7, "ambient.solar_load": 0.81}, spread).probability > 0.9
+    assert resized(nothing, 9.9, {"drive.torque_estimate": 1.001, "ambient.solar_load": 0.81}, spread, True) is nothing
+    assert resized(nothing, 9.9, {"drive.torque_estimate": 1.001, "ambient.solar_load": 0.7}, spread, True).probability > 0.9
+    assert resized(nothing, 9.9, {"drive.torque_estimate": 0.7, "ambient.solar_load": 0.81}, spread, True).probability > 0.9
 
 
 @pytest.mark.parametrize(("ratio", "least", "most"), [(1.0, 0.0, 0.001), (2.45, 0.0, 0.05), (3.8, 0.95, 1.0)])

@@ -19,7 +19,7 @@ from ddh_twin_py.gap.one_witness import doubted_alone
 from ddh_twin_py.gap.refit import Refitted
 from ddh_twin_py.gap.search import Found
 from ddh_twin_py.gap.sensitivity import AMPLIFIED
-from ddh_twin_py.gap.two_effects import doubted, leans
+from ddh_twin_py.gap.two_effects import doubted, leans, proportioned
 from ddh_twin_py.gap.unknown import (
     FAR,
     FREEDOM,
@@ -127,7 +127,7 @@ class Hearing:
         kept, other = best((), least), best(spread, least)
         times = {c.effect.id: float(y / x) for c, x, y in zip(leader.columns, leader.x, other.departures, strict=True)}
         shares = {c.effect.id: float(s / abs(x)) for c, x, s in zip(leader.columns, leader.x, spread, strict=True)}
-        return resized(unknown, kept.cost(least) - other.cost(least), times, shares)
+        return resized(unknown, kept.cost(least) - other.cost(least), times, shares, proportioned(self._found.linearised, leader))
 
     def _in_fitted(self, fitted: Refitted, acts: bool) -> dict[str, float]:
         """RMS over floor of each signal of the recordings in which effects act, or of the others, beside a fit."""

@@ -47,6 +47,11 @@ def doubted(unknown: Unknown, linearised: Linearised, leader: Refitted) -> Unkno
     return unknown.raised(CANCEL_DOUBT, note)
 
 
+def proportioned(linearised: Linearised, leader: Refitted) -> bool:
+    """Whether a hypothesis consists of two effects that could mimic a third in some proportion: they speak through the same signals."""
+    return len(leader.columns) > 1 and _likeness(witnesses(linearised, leader)) >= SAME
+
+
 def leans(kept: Refitted, both: Refitted, none: Refitted) -> bool:
     """Whether what is kept of a hypothesis needs an effect of it that is too slight to be one.
 

@@ -69,8 +69,8 @@ RESIZE = 2.0
 """Multiple of an effect's law error by which its size may be another in another duty, beside what the fit leaves open of it."""
 RESIZED, RESIZED_ALONE, _RESIZED_SOFTNESS = 6.5, 25.0, 1.0
 """Squared deviations that held-out data lose with other sizes of two effects that lead, until something unknown is as likely; the same of
-one, whose size a begin that is open or a law that errs in another duty moves, but which mimics nothing by a proportion. See
-`held_best.AtBest.cost`."""
+one, or of two with hardly a signal in common: a begin that is open or a law that errs in another duty moves their sizes, but they mimic
+nothing by a proportion. See `held_best.AtBest.cost`."""
 _AS_BUILT = 1.25  # floors: gap of held-out data at which a rig still is as it was commissioned; of 18 sound rigs 17 had 1.2 or less
 _CONFIRMED = 1.1  # floors: the same beside a cause whose rig held-out data confirm; beside two right ones 0.99 and 1.00, a wrong one 1.32
 _HELPED = 0.8  # share of what a signal was off, below which a hypothesis brings it nearer
@@ -347,7 +347,7 @@ def bent(unknown: Unknown, gained: float, explained: float) -> Unknown:
     return unknown.at_least(float(expit((gained - BENT - BENT_SHARE * explained) / _BENT_SOFTNESS)), note)
 
 
-def resized(unknown: Unknown, gained: float, times: Mapping[str, float], spread: Mapping[str, float]) -> Unknown:
+def resized(unknown: Unknown, gained: float, times: Mapping[str, float], spread: Mapping[str, float], proportion: bool) -> Unknown:
     """The same, more probable where held-out data ask for other sizes of the best listed hypothesis: what is true has one size.
 
     Two effects that mimic a third together do so in the proportion of one duty. Sizes within a deviation of those found say nothing.
@@ -356,12 +356,13 @@ def resized(unknown: Unknown, gained: float, times: Mapping[str, float], spread:
         gained: squared deviations that these data lose with other sizes, of what sums up small flaws (`NEEDED_BY`) those beyond `FAR`.
         times: effect to the size that they ask for, over that found.
         spread: effect to the standard deviation of that ratio, by what the fit leaves open and by laws that err in another duty (`RESIZE`).
+        proportion: whether they are two that could mimic a third in some proportion; see `two_effects.proportioned`.
     """
     if all(abs(ratio - 1.0) <= spread[name] for name, ratio in times.items()):
         return unknown
     asked = " and ".join(f"{name} {ratio:.2f} times as large" for name, ratio in times.items())
     note = f"the held-out data ask for other sizes of the best listed hypothesis ({asked} as found); what is true would be the same in them"
-    limit = RESIZED if len(times) > 1 else RESIZED_ALONE
+    limit = RESIZED if proportion else RESIZED_ALONE
     return unknown.at_least(float(expit((gained - limit) / _RESIZED_SOFTNESS)), note)
 
 
