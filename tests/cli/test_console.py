@@ -11,7 +11,7 @@ def test_a_long_stage_tells_how_far_it_is_now_and_then(monkeypatch, capsys):
     with console.stage("weighing") as told:
         for share in (0.1, 0.4, 0.5, 0.8):
             told(share)
-    assert capsys.readouterr().err.splitlines() == ["weighing: 40% after 16 s", "weighing: 80% after 33 s", "weighing: 40.0 s"]
+    assert capsys.readouterr().err.splitlines() == ["weighing: 40 % after 16 s", "weighing: 80 % after 33 s", "weighing: 40.0 s"]
 
 
 def test_a_stage_whose_share_stands_still_is_seen_to_live(monkeypatch, capsys):
@@ -21,7 +21,7 @@ def test_a_stage_whose_share_stands_still_is_seen_to_live(monkeypatch, capsys):
         told(0.4)
         time.sleep(0.5)
     *lines, last = capsys.readouterr().err.splitlines()
-    assert lines[0].startswith("weighing: going on after ") and lines[-1].startswith("weighing: 40% after ")
+    assert lines[0].startswith("weighing: going on after ") and lines[-1].startswith("weighing: 40 % after ")
     assert len(lines) >= 3 and last.startswith("weighing: ") and "after" not in last
 
 

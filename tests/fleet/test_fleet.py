@@ -469,7 +469,7 @@ def _with_fake(real):
     ("arguments", "words"),
     [
         (["/nowhere"], "/nowhere: there is no such folder"),
-        ([".", "--jobs", "0"], "'0' is no whole number from 1 on"),
+        ([".", "--jobs", "0"], "'0' is no whole number from 1 to 256"),
         ([".", "--rig", "/nowhere.yaml"], "/nowhere.yaml"),
         ([".", "--out", __file__], "is no folder"),
         ([".", "--out", "/dev/null/results"], "cannot be written: /dev/null is no folder"),

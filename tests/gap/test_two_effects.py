@@ -52,4 +52,4 @@ def test_an_effect_leans_on_a_slight_one_that_adds_more_than_its_law_may_be_off_
 def test_one_effect_is_not_doubted_by_this_and_two_that_cancel_are_as_likely_as_not_something_else():
     assert doubted(NOTHING, linearised(-0.9), fitted(1.0)) is NOTHING
     against = doubted(NOTHING, linearised(-0.6), fitted(1.0, 1.0))
-    assert against.probability == CANCEL_DOUBT and "cancel 60%" in against.notes[0]
+    assert against.probability == CANCEL_DOUBT and "cancel 60 %" in against.notes[0]

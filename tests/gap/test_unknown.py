@@ -73,7 +73,7 @@ def test_a_cause_that_closes_nearly_all_needs_no_free_form(best, closed, effects
     far = unknown(("rod_position", 90.0), (HOUSING, 10.0))
     after = borne_out(far, POWER, {"rod_position": 4.6, HOUSING: 1.0}, {"rod_position": best, HOUSING: 1.0}, closed, effects, built)
     assert after.probability == (0.25 if listed else 0.98)
-    assert ("98% of the gap" in "".join(after.notes)) is listed
+    assert ("98 % of the gap" in "".join(after.notes)) is listed
 
 
 def test_a_signal_that_held_out_data_lack_tells_nothing_against_it():

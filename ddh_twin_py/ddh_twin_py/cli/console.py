@@ -62,7 +62,7 @@ def _lines(name: str, started: float) -> Iterator[Callable[[float], None]]:
             if now - told < silence:
                 return now - told
             told = now
-            far = "going on" if done is None else f"{done:.0%}"
+            far = "going on" if done is None else f"{100.0 * done:.0f} %"
             print(f"{name}: {far} after {now - started:.0f} s", file=sys.stderr, flush=True)
             return 0.0
 

@@ -18,6 +18,7 @@ from ddh_twin_py.cli.arguments import (
     positive,
     refuse_recording,
     refuse_unwritable,
+    whole,
 )
 
 _EXAMPLE = """\
@@ -39,8 +40,8 @@ def add_parser(subparsers) -> None:
     )
     parser.add_argument("folder", metavar="FOLDER", help="folder with the recordings")
     parser.add_argument("--out", metavar="FOLDER", default="out/fleet", help="results, one file each, and fleet.csv (default out/fleet)")
-    parser.add_argument("--jobs", metavar="N", type=jobs, default=max(1, (os.cpu_count() or 1) // 2), help="recordings at once (default "
-                        "half of the processors)")
+    parser.add_argument("--jobs", metavar="N", type=whole(1, 256), default=max(1, (os.cpu_count() or 1) // 2),
+                        help="recordings at once (default half of the processors)")
     parser.add_argument("--cluster", metavar="ADDRESS", default="", help="run on this Dask scheduler (tcp://host:8786), whose workers see "
                         "the recordings at the same paths; needs dask.distributed")
     parser.add_argument("--again", action="store_true", help="diagnose also what is finished")
@@ -52,13 +53,6 @@ def add_parser(subparsers) -> None:
     add_html(parser, "write the page with the trend of each rig")
     add_json(parser, "write the rows as JSON; - is standard output")
     add_quiet(parser)
-
-
-def jobs(text: str) -> int:
-    """A whole number from 1 on."""
-    if not text.strip().isdecimal() or int(text) < 1:
-        raise argparse.ArgumentTypeError(f"{text!r} is no whole number from 1 on")
-    return int(text)
 
 
 def run(args: argparse.Namespace) -> int:

@@ -58,8 +58,8 @@ def print_consistency(told: dict) -> None:
     print(told["verdict"])
     for name, band in (("errors of all nodes, whitened", told["nees_per_node"]), ("innovations", told["nis_per_reading"])):
         print(f"{name}: mean {band['mean']:.3f}, band of one instant {band['lower']:.3f} to {band['upper']:.3f}, "
-              f"{band['inside']:.0%} of {band['instants']} instants inside")
-    print(f"winding hot spot without its sensor: {told['hot_spot_inside_95']:.1%} within the 95 % interval, "
+              f"{100.0 * band['inside']:.0f} % of {band['instants']} instants inside")
+    print(f"winding hot spot without its sensor: {100.0 * told['hot_spot_inside_95']:.1f} % within the 95 % interval, "
           f"sigma {told['hot_spot_std_mean_K']:.1f} K on average")
     square = told["mean_squared_error_K2"]
     print(f"mean squared error of all nodes: filtered {square['filtered']:.3f} K2, smoothed {square['smoothed']:.3f} K2")

@@ -169,8 +169,8 @@ def verdict(nees: Band, nis: Band, hot_spot: float, rigs: int) -> str:
         size = "smaller than" if band.mean <= band.lower else "larger than" if band.mean >= band.upper else "as large as"
         told.append(f"{name} are {size} said")
     least = float(binom.ppf(0.5 - 0.5 * LEVEL, rigs, LEVEL)) / rigs
-    told.append(f"the hidden hot spot lies in its {LEVEL:.0%} interval {hot_spot:.0%} of the time, at least {least:.0%} are expected "
-                f"of {rigs} rigs")
+    told.append(f"the hidden hot spot lies in its {100.0 * LEVEL:.0f} % interval {100.0 * hot_spot:.0f} % of the time, at least "
+                f"{100.0 * least:.0f} % are expected of {rigs} rigs")
     sound = all("as large as" in words for words in told[:2]) and hot_spot >= least
     return f"The estimate is {'as' if sound else 'not as'} wrong as it says: {'; '.join(told)}."
 

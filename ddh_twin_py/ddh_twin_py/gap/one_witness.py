@@ -29,5 +29,6 @@ def doubted_alone(unknown: Unknown, linearised: Linearised, leader: Refitted) ->
     doubt = DOUBT * float(np.clip((shares[loudest] - _HEARD) / (_ALONE - _HEARD), 0.0, 1.0))
     if doubt == 0.0:
         return unknown
-    note = f"{shares[loudest]:.0%} of what tells of {leader.effects[0]} is told by {loudest}; a fault of that sensor may look the same"
+    note = (f"{100.0 * shares[loudest]:.0f} % of what tells of {leader.effects[0]} is told by {loudest}; a fault of that sensor may look "
+            "the same")
     return unknown.raised(doubt, note)

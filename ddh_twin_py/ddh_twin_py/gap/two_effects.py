@@ -38,12 +38,13 @@ def doubted(unknown: Unknown, linearised: Linearised, leader: Refitted) -> Unkno
     share, likeness = cancelling(linearised, leader), _likeness(witnesses(linearised, leader))
     least, slight = _least_rise(linearised, leader, places)
     odds = LOG_ODDS + _told((likeness - SAME) / _SAME_SOFTNESS, _SAME_BOUNDS) + _told((SLIGHT - slight) / _SLIGHT_SOFTNESS, _SLIGHT_BOUNDS)
-    note = (f"the two leading effects speak through the same signals (alike by {likeness:.0%}), and the lesser of them moves none by more "
-            f"than {least:.1f} times its noise; one cause that no catalogue has may act instead")
+    note = (f"the two leading effects speak through the same signals (alike by {100.0 * likeness:.0f} %), and the lesser of them moves "
+            f"none by more than {least:.1f} times its noise; one cause that no catalogue has may act instead")
     unknown = unknown.at_least(float(expit(odds)), note)
     if share < CANCEL:
         return unknown
-    note = f"the two leading effects cancel {share:.0%} of what they do to the signals; something that no catalogue has may act instead"
+    note = (f"the two leading effects cancel {100.0 * share:.0f} % of what they do to the signals; something that no catalogue has may act "
+            "instead")
     return unknown.raised(CANCEL_DOUBT, note)
 
 

@@ -200,8 +200,8 @@ def borne_out(unknown: Unknown, power: float, left: Mapping[str, float], best: M
         seen = "little" if set(speaking) <= set(AMPLIFIED) else "nothing"
         return unknown.at_most(_CLOSED_INSTEAD if alone >= _CLOSED else _NOT_SEEN, f"{there}, of which held-out data show {seen}")
     if built and alone >= _NEARLY_ALL and all(best.get(s, math.inf) < (LEFT_BEHIND if s in NEEDED_BY else OUT_OF_SAMPLE) for s in speaking):
-        note = (f"{there}, which closes {alone:.0%} of the gap of held-out data and leaves none of it there, with what is open of the rig "
-                "at its best")
+        note = (f"{there}, which closes {100.0 * alone:.0f} % of the gap of held-out data and leaves none of it there, with what is open "
+                "of the rig at its best")
         return unknown.at_most(_CLOSED_INSTEAD, note)
     return unknown
 

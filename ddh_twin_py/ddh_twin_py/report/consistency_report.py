@@ -17,7 +17,8 @@ _ASSUMPTIONS = (
     "Each rig is drawn within the sheet's tolerances, with a start, unknown heats, sensor lags, offsets and noise as the filter believes "
     "them: this tests the filter's arithmetic and linearisation, and not whether a real rig is of that kind.",
     "The simulated rigs run the twin's own equations at a finer step.",
-    f"Bands are the central {LEVEL:.0%} of the chi-square distribution over the rigs at one instant; instants depend on each other.",
+    f"Bands are the central {100.0 * LEVEL:.0f} % of the chi-square distribution over the rigs at one instant; instants depend on each "
+    "other.",
 )
 
 
