@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from ddh_twin_py.gap.as_commissioned import surprises
+from ddh_twin_py.gap.as_commissioned import SURPRISED, UNSURPRISING, Surprise, something_acts, surprises
 from ddh_twin_py.gap.size import counted
 from support.first_order import EFFECTS, FirstOrder
 
@@ -79,3 +79,13 @@ def test_where_a_drawn_run_goes_astray_nothing_is_said():
     run_one = loop.run_one
     loop.run_one = lambda number, theta, acting=(): run_one(number, theta if theta[0] < 1.5 else theta * np.nan, acting)
     assert all(one.ratio == 0.0 for one in surprises(loop, None, FLOOR, BUILT, OPEN, 2.0))
+
+
+@pytest.mark.parametrize(("ratio", "least", "most"), [(1.0, 0.0, 0.001), (2.45, 0.0, 0.05), (3.8, 0.95, 1.0)])
+def test_what_the_rig_as_commissioned_would_not_show_is_not_shown_by_it(ratio, least, most):
+    probability, note = something_acts([Surprise("temperature/motor_housing", ratio, 3.0, 1.5), Surprise("speed", 1.0, 1.0, 1.0)])
+    assert least <= probability <= most and "temperature/motor_housing is 3.0 times its floor off" in note
+
+
+def test_where_nothing_was_worth_asking_nothing_acts():
+    assert something_acts([]) == (0.0, "") and 1.0 < UNSURPRISING < SURPRISED

@@ -20,10 +20,16 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.special import expit
 
 from ddh_twin_py.gap.model import Held, Model
 from ddh_twin_py.gap.size import counted
 
+SURPRISED, _SURPRISED_SOFTNESS = 3.0, 0.15
+"""Mean square by which a signal may be off beside the rig as commissioned, over what is expected (`Surprise.ratio`), until
+something is as likely to act as nothing."""
+UNSURPRISING = SURPRISED - 4.0 * _SURPRISED_SOFTNESS
+"""The same below which a signal need not be asked about."""
 _DRAWS = 40
 _POSITIVE = 1e-9  # added to what is open, as a fit may know a parameter all but exactly
 
@@ -104,6 +110,20 @@ def surprises(model: Model, held: Held | None, floor: Mapping[str, float], theta
     out = [Surprise(name, float(np.mean([r for r, _, _ in several])), *(float(np.sqrt(v)) for v in max(several)[1:]))
            for name, several in found.items()]
     return sorted(out, key=lambda one: -one.ratio)
+
+
+def something_acts(surprises: Sequence[Surprise]) -> tuple[float, str]:
+    """How probable it is that something acts, as the rig as commissioned would not show what was recorded since; and a note that says so.
+
+    Args:
+        surprises: of the signals that a run follows, the largest first.
+    """
+    if not surprises:
+        return 0.0, ""
+    worst = surprises[0]
+    note = (f"without any effect the rig as commissioned would not show this: {worst.signal} is {worst.off:.1f} times its floor off, and "
+            f"what the commissioning recording left open of the rig makes it {worst.expected:.1f}")
+    return float(expit((worst.ratio - SURPRISED) / _SURPRISED_SOFTNESS)), note
 
 
 def _field(model: Model) -> _Data:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ddh_twin_py.gap import size
-from ddh_twin_py.gap.as_commissioned import surprises
+from ddh_twin_py.gap.as_commissioned import UNSURPRISING, something_acts, surprises
 from ddh_twin_py.gap.drift import Drift
 from ddh_twin_py.gap.hearing import Hearing
 from ddh_twin_py.gap.held_best import AtBest, HeldBest
@@ -20,7 +20,7 @@ from ddh_twin_py.gap.refit import Refitted
 from ddh_twin_py.gap.rivals import next_believed
 from ddh_twin_py.gap.search import Found
 from ddh_twin_py.gap.tolerance import without_parameters
-from ddh_twin_py.gap.unknown import NEEDED_BY, UNSURPRISING, Unknown, something_acts
+from ddh_twin_py.gap.unknown import NEEDED_BY, Unknown
 from ddh_twin_py.gap.verdict import LIKELY, NEARLY, Verdict, explains_a_signal, judge, less_believed, nothing_to_explain, something_acting
 
 _NO_NEARER = 0.99  # share of the gap of held-out data without any effect, from which a hypothesis does not help with it

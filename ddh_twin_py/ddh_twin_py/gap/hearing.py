@@ -11,23 +11,12 @@ import numpy as np
 from ddh_twin_py.gap import size
 from ddh_twin_py.gap.drift import Drift
 from ddh_twin_py.gap.held_best import AtBest, HeldBest
-from ddh_twin_py.gap.held_runs import HeldRuns
-from ddh_twin_py.gap.hypotheses import Ids
-from ddh_twin_py.gap.law_freedom import gain_of_freedom
-from ddh_twin_py.gap.model import Diagnosable
-from ddh_twin_py.gap.one_witness import doubted_alone
-from ddh_twin_py.gap.refit import Refitted
-from ddh_twin_py.gap.search import Found
-from ddh_twin_py.gap.sensitivity import AMPLIFIED
-from ddh_twin_py.gap.two_effects import doubted, leans, proportioned
-from ddh_twin_py.gap.unknown import (
+from ddh_twin_py.gap.held_out_rules import (
     FAR,
     FREEDOM,
-    NEEDED_BY,
     REFUTED,
     REFUTED_AS_RUN,
     RESIZE,
-    Unknown,
     bent,
     borne_out,
     displaced,
@@ -38,9 +27,18 @@ from ddh_twin_py.gap.unknown import (
     refuted,
     resized,
     strained,
-    unknown_beside,
     worsened,
 )
+from ddh_twin_py.gap.held_runs import HeldRuns
+from ddh_twin_py.gap.hypotheses import Ids
+from ddh_twin_py.gap.law_freedom import gain_of_freedom
+from ddh_twin_py.gap.model import Diagnosable
+from ddh_twin_py.gap.one_witness import doubted_alone
+from ddh_twin_py.gap.refit import Refitted
+from ddh_twin_py.gap.search import Found
+from ddh_twin_py.gap.sensitivity import AMPLIFIED
+from ddh_twin_py.gap.two_effects import doubted, leans, proportioned
+from ddh_twin_py.gap.unknown import NEEDED_BY, Unknown, unknown_beside
 
 _SUSPECT = 2.0  # floors that a signal is off beside a hypothesis, from which all is looked at closely before it is doubted
 
