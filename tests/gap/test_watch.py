@@ -57,6 +57,17 @@ def test_a_pressure_that_departs_opens_its_gap_and_points_to_the_sensor(rig):
     assert watch.component(watch.status())[0] == "sensor"
 
 
+@pytest.mark.parametrize(("times", "hidden"), [(1.0, []), (15.0, ["current"])])
+def test_a_signal_whose_floor_is_far_beyond_its_noise_hides_gaps(rig, times, hidden):
+    watch = GapWatch(rig, SETTINGS)
+    machine = Machine(rig, watch)
+    machine.noise[NAMES.index("current")] *= times
+    machine.run(90.0)
+    blunt = watch.blunt()
+    assert [name for name in blunt if name in NAMES and name != "pressure_piston_side"] == hidden
+    assert all(ratio == pytest.approx(times, rel=0.1) for ratio in (blunt[name] for name in hidden))
+
+
 def test_a_temperature_that_departs_opens_its_gap(rig):
     watch = GapWatch(rig, SETTINGS)
     machine = Machine(rig, watch)

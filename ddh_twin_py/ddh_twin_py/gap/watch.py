@@ -23,6 +23,8 @@ UNITS = {name: unit for name, _, unit in HYDRAULIC} | dict.fromkeys(TEMPERATURES
 """Unit of each watched signal's residual."""
 MOVING = 0.002
 """m/s of rod velocity above which the rig lifts or lowers."""
+BLUNT = 10.0
+"""Multiple of a sample's noise from which a learned floor hides what a fitted twin would show."""
 _PHASES = 3  # holding, lifting, lowering
 _REMEMBERED = 120_000_000_000  # ns in which temperatures may come after the hydraulics of the same time
 
@@ -126,6 +128,16 @@ class GapWatch:
     def status(self) -> list[SignalStatus]:
         """How each signal stands: hydraulics, then temperatures."""
         return [*self.hydraulics.status(), *self.temperatures.status()]
+
+    def blunt(self) -> dict[str, float]:
+        """Signals whose learned floor is `BLUNT` times a sample's noise or more, the worst first, with that multiple.
+
+        So far off is a twin of parameters that are not the rig's: its gaps are small beside what it leaves anyway.
+        """
+        noise = {name: float(value) for test in (self.hydraulics, self.temperatures)
+                 for name, value in zip(test.signals, test.noise, strict=True)}  # fmt: skip
+        times = {name: level.floor / noise[name] for name, level in self.levels.items() if noise[name] > 0.0}
+        return dict(sorted(((name, ratio) for name, ratio in times.items() if ratio >= BLUNT), key=lambda row: -row[1]))
 
     def component(self, statuses: list[SignalStatus]) -> tuple[str, str]:
         """What the open signals point to, and why; see `pointed_component`."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from datetime import UTC, datetime
 
 import numpy as np
@@ -10,7 +11,7 @@ import numpy as np
 from ddh_msgs.msg import GapStatus, ResidualArray, RigInfo, SignalGap, TemperatureEstimateArray
 from ddh_twin_py.gap.normal_level import NormalLevelError
 from ddh_twin_py.gap.running_test import SignalStatus
-from ddh_twin_py.gap.watch import HYDRAULIC, TEMPERATURES, UNITS, GapWatch, Scaled, Settings
+from ddh_twin_py.gap.watch import BLUNT, HYDRAULIC, TEMPERATURES, UNITS, GapWatch, Scaled, Settings
 from ddh_twin_py.nodes import qos
 from ddh_twin_py.nodes.conversion import residual_layout
 from ddh_twin_py.nodes.diagnose_action import DIAGNOSE_PARAMETERS, DiagnoseAction
@@ -197,6 +198,7 @@ class GapMonitorNode(TwinNode):
             unit, tested = UNITS[status.signal], tested + status.tested
             report.add(f"{status.signal} learned", status.learned, "1")
             report.add(f"{status.signal} noise floor", status.floor, unit)
+            report.add(f"{status.signal} smallest gap", status.detectable, unit)
             report.add(f"{status.signal} statistic", status.statistic, "1")
             report.add(f"{status.signal} threshold", status.threshold, "1")
             report.add(f"{status.signal} size", status.size, unit)
@@ -209,7 +211,16 @@ class GapMonitorNode(TwinNode):
         if not tested:
             share = max(status.learned for status in self._statuses)
             return f"learns what is normal, {100.0 * share:.0f} % of {self._settings.learning:g} s"
+        blunt = self._watch.blunt()
+        if blunt:
+            report.warn(_blunt_words(blunt, tested))
         return f"no gap in {tested} signals"
+
+
+def _blunt_words(blunt: Mapping[str, float], tested: int) -> str:
+    worst, times = next(iter(blunt.items()))
+    return (f"a small gap stays hidden: {len(blunt)} of {tested} signals have a noise floor of {BLUNT:g} times the sensor's noise or more, "
+            f"{worst} {times:.0f} times; the rig file does not fit this rig, ddh-twin calibrate makes one that does")
 
 
 def _words(status: SignalStatus) -> str:
