@@ -4,6 +4,7 @@ import html
 import json
 import sys
 import types
+from dataclasses import replace
 
 import jsonschema
 import pytest
@@ -80,6 +81,16 @@ def test_the_rig_file_is_the_diagnosis_and_can_be_read(engine, case, tmp_path):
     assert main(["gap", str(case), "-o", str(path), "--quiet"]) == 0
     assert load_rig(path).quantities == engine.answer.rig.quantities
     assert engine.answer.sentence in path.read_text()
+
+
+@pytest.mark.parametrize(("nameless", "said"), [(True, "and not in this file; its parameters are those of the commissioning"), (False, "")])
+def test_a_rig_file_without_the_cause_says_so(nameless, said, engine, case, tmp_path, capsys):
+    engine.answer = replace(made_diagnosis("unknown", seconds=60.0), nameless=nameless)
+    path = tmp_path / "out.yaml"
+    assert main(["gap", str(case), "-o", str(path)]) == 0
+    assert ("What acts is unknown" in path.read_text()) is nameless and said in path.read_text()
+    assert ("careful, what acts is unknown and not in it" in capsys.readouterr().err) is nameless
+    load_rig(path)
 
 
 def test_a_bag_with_control_characters_in_its_name_has_one_line_of_the_rig_file(engine, case, tmp_path):

@@ -97,7 +97,18 @@ def test_a_cause_of_which_held_out_data_show_nothing_shrinks_nothing():
               "hypotheses": [{"effects": ["motor.contact_resistance"], "probability": 0.96}], "why": []}
     said = sentence(report, EFFECTS)
     assert "lie within the floor without it as with it (0.8 and 0.8 times), and what tells of it is in the recording" in said
-    assert "shrinks" not in said and "it shrinks from 0.8 to 0.5" in sentence({**report, "gap": {**report["gap"], "after": 0.5}}, EFFECTS)
+    shrinks = {**report, "gap": {**report["gap"], "after": 0.5}}
+    assert "shrinks" not in said and "it shrinks from 0.8 to 0.5" in sentence(shrinks, EFFECTS)
+
+
+@pytest.mark.parametrize(("before", "commissioned", "hidden", "taken_up"), [
+    (1.03, False, True, True), (1.03, True, True, False), (3.4, False, False, False)])
+def test_a_cause_without_a_gap_in_held_out_data_says_what_hides_it_there(before, commissioned, hidden, taken_up):
+    report = {"verdict": "explained", "gap": {"as_is": 9.0, "before": before, "after": 0.9}, "classes": [], "shrink": SHRINK,
+              "hypotheses": [{"effects": ["motor.copper_resistance"], "probability": 0.73}], "why": []}
+    said = sentence(report, EFFECTS, commissioned=commissioned)
+    assert ("hardly anything is beyond the floor" in said) is hidden
+    assert ("the rig's own parameters may take up what it does" in said) is taken_up
 
 
 @pytest.mark.parametrize(("without", "alone"), [(4.4, True), (8.3, False)])

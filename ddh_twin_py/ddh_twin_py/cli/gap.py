@@ -99,7 +99,9 @@ def _write_rig(args: argparse.Namespace, diagnosis, case, rig) -> None:
             return
         write_rig(args.output, diagnosis.rig, _heading(diagnosis, case, rig.file))
         if not args.quiet:
-            careful = "; careful, it was fitted to recordings that are damaged or contradict themselves" if diagnosis.damage else ""
+            doubts = ["what acts is unknown and not in it"] * diagnosis.nameless
+            doubts += ["it was fitted to recordings that are damaged or contradict themselves"] * bool(diagnosis.damage)
+            careful = f"; careful, {' and '.join(doubts)}" if doubts else ""
             say(f"{args.output}: rig {diagnosis.rig.rig_id}{careful}")
 
 
@@ -108,6 +110,10 @@ def _heading(diagnosis, case, given: str) -> str:
     from ddh_twin_py.rig.files import printable
 
     bags = ", ".join(printable(path) for path in (*case.field, case.commissioning) if path is not None)
-    return (f"Written by ddh-twin gap from {bags}\npriors: {printable(given)}\n{printable(diagnosis.sentence)}\n"
+    alone = "those of the commissioning recording alone" if case.commissioning else "fitted as if nothing acted, and may have taken it up"
+    unknown = f"What acts is unknown and not in this file; its parameters are {alone}.\n" if diagnosis.nameless else ""
+    at_end = [] if diagnosis.nameless and case.commissioning else [p.name for p in diagnosis.parameters if p.informed and p.at_end]
+    pressed = f"At the end of their tolerance, which is as far as a fit goes: {', '.join(at_end)}\n" if at_end else ""
+    return (f"Written by ddh-twin gap from {bags}\npriors: {printable(given)}\n{printable(diagnosis.sentence)}\n{unknown}{pressed}"
             "Entries that are not named here are the reference sheet's.\n"
             "std: one standard deviation; correlations between fitted values are not kept here.")

@@ -94,6 +94,7 @@ def diagnosis(model: Diagnosable, found: Found, theta: np.ndarray, hidden: Seque
                   *model.notes(), *_not_held(model, before), *_not_seen(hidden), *_since_when(unsure), *_would_not_show(missed),
                   *_at_the_end(pressed)],
     }
+    nameless = verdict.word == "unknown" and not learned  # what acts is in no rig file then, and parameters fitted beside it took it up
     inputs = model.unknown_inputs(plain, spread) if verdict.word != "no_gap" else []
     believed = acting if learned or verdict.word in ("explained", "ambiguous") else []
     return Diagnosis(
@@ -102,8 +103,9 @@ def diagnosis(model: Diagnosable, found: Found, theta: np.ndarray, hidden: Seque
                           pressed, not all(model.altered)),
         traces=held.traces(before_runs[0], runs.of(leader)[0], floor), axes=held.axes(leader.theta, acting),
         lacking=rows, alone=alone(model, found), inputs=inputs, weighed=weighed, confusable=confusable, parameters=parameters,
-        shapes=unknown.shapes, rig=model.rig_with(leader.theta, believed, spread, joint=leader.joint if believed else None),
-        added=leader.effects, detectable=detectable,
+        shapes=unknown.shapes,
+        rig=model.rig_with(plain if nameless else leader.theta, believed, spread, joint=leader.joint if believed else None),
+        added=leader.effects, nameless=nameless, detectable=detectable,
         assumptions=model.assumptions, seconds=dict(seconds), catalogue=model.catalogue)
 
 

@@ -105,6 +105,7 @@ class Diagnosis:
         alone: the same from the data alone, before any effect is assumed.
         inputs: torque, force, flow and heat left over by the balances of the recording itself.
         added: effects or learned terms with which the gap "after" was taken; empty where parameters alone were fitted anew.
+        nameless: whether something acts that the rig holds nothing of, whose parameters are then those known without it.
         damage: what is wrong with the recordings so far that data are lost by it.
         weighed: hypotheses, most probable first. confusable: for each effect of a class, why it cannot be told from the others.
         parameters: of the rig, fitted, with prior, posterior and source (``rig.quantities[name].source``).
@@ -131,4 +132,5 @@ class Diagnosis:
     inputs: list[Lack] = field(default_factory=list)
     damage: list[str] = field(default_factory=list)
     added: tuple[str, ...] = ()
+    nameless: bool = False
     detectable: list[Detection] = field(default_factory=list)

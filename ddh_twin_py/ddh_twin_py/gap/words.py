@@ -113,6 +113,9 @@ def _explained(report: Mapping, catalogue: Mapping[str, Effect], at_best: Mappin
         much = f"it shrinks from {gap['before']:.1f} to {gap['after']:.1f} times the floor on data not used to find it"
         if without < _HARDLY * gap["before"]:
             much += f", where the rig's parameters fitted anew without it leave {without:.1f}"
+        if gap["before"] <= _CLOSED_BY:
+            much += ", where without it hardly anything is beyond the floor"
+            much += "" if commissioned else ", as the rig's own parameters may take up what it does"
     else:
         much = f"data not used to find it lie {gap['after']:.1f} times the floor off, {gap['before']:.1f} without it"
     return f"{text.removesuffix(',')}: {much}{_another(at_best, asked_for)} (probability {probably(_probability(report, leader))}){left}."

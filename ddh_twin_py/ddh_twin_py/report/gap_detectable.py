@@ -21,5 +21,6 @@ def detectable(diagnosis: Diagnosis) -> doc.Html:
     rows = [(effect_name(d.effect), smallest(d), number(d.rise, 1), shows_in(d)) for d in ordered]
     table = doc.table(columns, rows, "Found: the evidence for it is expected to be 20 times that for none. The departure is that of the "
                                      "quantity that a diagnosis reports, from its value without the effect; a dash: at no possible size.")
-    return doc.Html(doc.note("That there is no gap says that nothing larger than this acts; what is smaller may, unseen.")
+    return doc.Html(doc.note("No gap says that an effect of this size or more is unlikely to act: it would be expected to have shown. "
+                             "What is smaller may act unseen, and the table of hypotheses holds what is not unlikely.")
                     + doc.details("How large an effect would have to be", doc.Html(f'<div class="whole-words">{table}</div>')))

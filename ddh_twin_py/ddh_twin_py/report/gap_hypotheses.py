@@ -30,7 +30,7 @@ EVIDENCE = (
     "Evidence is how much of the misfit goes away with the hypothesis: each sample's misfit in multiples of what noise allows, squared and "
     "summed (a chi-square). Up to 4 is chance; from 4 on some, from 10 clear, from 100 strong, from 1000 very strong, from 10 000 "
     "overwhelming; below 0 the signal fits worse with it. "
-    "Left is what remains of the signal with it, in multiples of its noise floor; 1 is noise alone. Evidence is of the recordings in which "
+    "Left is what remains of the signal with it, in multiples of its noise floor. Evidence is of the recordings in which "
     "the cause was sought, what is left of those held out: a signal may fit a little worse in the one and better in the other."
 )
 
