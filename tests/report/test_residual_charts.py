@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from ddh_twin_py.gap.diagnosis import Trace
 from ddh_twin_py.report.curve_plot import Curve, curve_plot, ticks
-from ddh_twin_py.report.gap_rest import judged, persistence
+from ddh_twin_py.report.gap_rest import followed, judged, persistence
 from ddh_twin_py.report.residual_charts import along, binned, broken, varies
 from ddh_twin_py.report.times import going_on
 
@@ -74,6 +74,17 @@ def test_noise_is_told_from_a_pattern():
     assert "more than noise" in judged(3.0, None)
     assert "a pattern remains" in judged(2.8, trace(0.4 + 0.1 * white)), "an offset of some noises"
     assert "a pattern remains" in judged(2.3, trace(np.tile([1.4, 0.0], 8) + 0.1 * white[:16])), "strokes that err in one direction alone"
+
+
+def test_what_follows_a_variable_is_no_scatter():
+    rng = np.random.default_rng(3)
+    white, pressure, at = rng.normal(size=4000), rng.uniform(1e6, 8e6, 4000), 0.05 * np.arange(4000)
+    rising = white + 0.8 * (pressure - 4.5e6) / 2e6
+    assert followed(white, pressure) == pytest.approx(0.0, abs=0.01) and followed(rising, pressure) == pytest.approx(0.39, abs=0.04)
+    assert np.isnan(followed(white[:30], pressure[:30])) and np.isnan(followed(white, np.ones(4000)))
+    axes = {"pressure, Pa": (at, pressure), "speed, rad/s": (at, rng.normal(size=4000))}
+    assert "follows pressure" in judged(2.0, trace(rising), axes) and "scatter beyond the noise" in judged(2.0, trace(white), axes)
+    assert "scatter beyond the noise" in judged(2.0, trace(rising)), "no variable was looked at"
 
 
 @pytest.mark.parametrize(("count", "patterns", "scatters"), [(6, 0.1, 0.0), (10, 0.1, 0.0), (20, 0.1, 0.8)])

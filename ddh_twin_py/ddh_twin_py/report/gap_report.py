@@ -153,6 +153,9 @@ def _lacking(diagnosis: Diagnosis) -> doc.Html:
     if blocks:
         blocks.append(doc.note("± is one standard deviation: the truth lies within it two times out of three. 'Clear' is beyond four of "
                                "them, 'likely' beyond two."))
+    if any(row.domain == "thermal" and row.unit == "K" for row in (*diagnosis.lacking, *diagnosis.alone)):
+        blocks.append(doc.note("A thermal place in kelvin: what acts there is no heat but a capacity or an exchange; told is how much "
+                               "warmer it makes the reading that it moves most."))
     return doc.Html("".join(blocks))
 
 

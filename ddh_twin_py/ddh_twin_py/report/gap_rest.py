@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from ddh_twin_py.gap.diagnosis import Diagnosis, Shape, Trace
@@ -14,6 +16,8 @@ PERSISTENT = 0.5
 """Persistence from which on a residual shows a pattern."""
 _FEWEST = 5  # pairs of samples
 _MANY = 16  # pairs of samples from which on chance alone stays below `PERSISTENT`, by two standard deviations
+_FOLLOWS = 0.25  # share of a residual's variance that follows a variable, from which it is no scatter
+_PARTS = 10  # of equal count along the variable
 
 
 def persistence(residual: np.ndarray) -> float:
@@ -36,11 +40,34 @@ def _kept(first: np.ndarray, second: np.ndarray) -> float:
     return float(np.mean(first[both] * second[both])) / power if power > 0.0 else float("nan")
 
 
-def judged(times: float, trace: Trace | None) -> doc.Html:
+def followed(residual: np.ndarray, variable: np.ndarray) -> float:
+    """Share of a residual's variance that follows a variable, by the means of parts of equal count (omega squared); 0 is chance.
+
+    Args:
+        residual, variable: (n,), NaN where missing.
+
+    Returns:
+        NaN where fewer than 5 samples fall into a part.
+    """
+    known = np.isfinite(residual) & np.isfinite(variable)
+    y, x = residual[known], variable[known]
+    edges = np.unique(np.quantile(x, np.linspace(0.0, 1.0, _PARTS + 1))) if x.size else np.zeros(0)
+    if edges.size < 3 or y.size < _FEWEST * edges.size or np.ptp(y) == 0.0:
+        return float("nan")
+    part = np.clip(np.searchsorted(edges, x, "right") - 1, 0, edges.size - 2)
+    count = np.bincount(part, minlength=edges.size - 1)
+    mean = np.divide(np.bincount(part, y, edges.size - 1), count, out=np.zeros(edges.size - 1), where=count > 0)
+    between, whole = float(np.sum(count * (mean - y.mean()) ** 2)), float(np.sum((y - y.mean()) ** 2))
+    chance = (whole - between) / (y.size - count.size)
+    return max(0.0, (between - (count.size - 1) * chance) / (whole + chance))
+
+
+def judged(times: float, trace: Trace | None, axes: Mapping[str, tuple[np.ndarray, np.ndarray]] | None = None) -> doc.Html:
     """Whether what is left of a signal is noise, as a mark with words.
 
     Args:
-        times: RMS of what is left in multiples of the floor. trace: None where there is none.
+        times: RMS of what is left in multiples of the floor. trace: None where there is none. axes: variables that it may follow, name with
+            unit to times (m,) and values (m,).
     """
     if times <= NEAR:
         return doc.mark("good", "noise")
@@ -49,6 +76,10 @@ def judged(times: float, trace: Trace | None) -> doc.Html:
     pattern, pairs = persistence(residual), int(np.count_nonzero(np.isfinite(residual[:-1]) & np.isfinite(residual[1:])))
     if pattern > max(PERSISTENT, 2.0 / np.sqrt(max(pairs, 1))):
         return doc.mark(level, "a pattern remains")
+    along = {} if trace is None else {name: followed(residual, np.interp(trace.time, *course)) for name, course in (axes or {}).items()}
+    most = max(along, key=lambda name: np.nan_to_num(along[name]), default="")
+    if most and along[most] > _FOLLOWS:
+        return doc.mark(level, f"follows {_variable(most)}")
     return doc.mark(level, "scatter beyond the noise" if pairs >= _MANY else "more than noise")  # of few samples chance may be either
 
 
@@ -66,12 +97,14 @@ def shrink_table(diagnosis: Diagnosis) -> doc.Html:
     for name, row in sorted(shrink.items(), key=lambda item: -times_floor(item[1], "before")):
         before, after = times_floor(row, "before"), times_floor(row, "after")
         rows.append((capital(signal_name(name)), _with_interval(row, "before"), _with_interval(row, "after"),
-                     in_unit(row["noise"], row["unit"]), number(before, 2), number(after, 2), judged(after, diagnosis.traces.get(name))))
+                     in_unit(row["noise"], row["unit"]), number(before, 2), number(after, 2),
+                     judged(after, diagnosis.traces.get(name), diagnosis.axes)))
     return doc.Html(doc.table(columns, rows) + doc.note(
         "RMS: the usual size of the difference between measured and twin (root of the mean square), on data that took no part in finding "
         "or fitting; in brackets where it lies with 95 %, by stretches of up to 30 s drawn again and again. "
         f"Up to {NEAR:g} times the floor nothing is left but noise. A pattern is a difference that keeps its sign from one "
-        "sample to the next (of strokes, to the next in the same direction), a constant one included; scatter does not."))
+        "sample to the next (of strokes, to the next in the same direction), a constant one included; scatter does not. What follows a "
+        "variable has a quarter of its variance or more in its means over that variable."))
 
 
 def _with_interval(row: dict, when: str) -> str:
@@ -107,7 +140,8 @@ def shapes(several: list[Shape]) -> doc.Html:
         plots.append(curve_plot([curve], f"{name}, {axis_unit}" if axis_unit else name, missing, width=460, height=240))
     if not any(plots):
         return doc.Html("")
-    note = doc.note("Line: what is missing over the variable. Band: two standard deviations, it holds the truth 19 times out of 20.")
+    note = doc.note("Line: what is still missing in one signal beside the best listed hypothesis, the rig's parameters fitted anew, so "
+                    "less than what acts at the place as a whole. Band: two standard deviations of the mean.")
     return doc.Html(f'<div class="plots large">{"".join(plots)}</div>{note}')
 
 
