@@ -25,6 +25,14 @@ def test_a_stage_whose_share_stands_still_is_seen_to_live(monkeypatch, capsys):
     assert len(lines) >= 3 and last.startswith("weighing: ") and "after" not in last
 
 
+def test_what_is_under_way_is_named(monkeypatch, capsys):
+    now = iter([0.0, 16.0, 40.0])
+    monkeypatch.setattr(console.time, "perf_counter", lambda: next(now))
+    with console.stage("diagnosing", part=lambda share: "weighing effects" if share < 0.9 else "sizing the gap") as told:
+        told(0.4)
+    assert capsys.readouterr().err.splitlines() == ["diagnosing: 40 %, weighing effects, after 16 s", "diagnosing: 40.0 s"]
+
+
 def test_quiet_tells_nothing(capsys):
     with console.stage("weighing", quiet=True) as told:
         told(0.5)

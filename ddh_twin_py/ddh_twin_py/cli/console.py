@@ -18,8 +18,8 @@ _ALIVE = 30.0  # s of silence after which a line comes although nothing was told
 
 
 @contextmanager
-def stage(name: str, quiet: bool = False) -> Iterator[Callable[[float], None]]:
-    """One stage of work; call what it yields with the share done, 0 to 1.
+def stage(name: str, quiet: bool = False, part: Callable[[float], str] | None = None) -> Iterator[Callable[[float], None]]:
+    """One stage of work; call what it yields with the share done, 0 to 1. What is under way at a share may be named by ``part``.
 
     On a terminal a bar with the remaining time, else a line at least every 30 s and one at the end; all on standard error.
     """
@@ -27,7 +27,7 @@ def stage(name: str, quiet: bool = False) -> Iterator[Callable[[float], None]]:
     if quiet:
         yield lambda share: None
     elif not sys.stderr.isatty():
-        with _lines(name, started) as line:
+        with _lines(name, started, part) as line:
             yield line
         print(f"{name}: {time.perf_counter() - started:.1f} s", file=sys.stderr, flush=True)
     else:
@@ -41,7 +41,7 @@ def stage(name: str, quiet: bool = False) -> Iterator[Callable[[float], None]]:
             task = progress.add_task(name, total=None)
 
             def done(share: float) -> None:
-                progress.update(task, total=1.0, completed=share)
+                progress.update(task, total=1.0, completed=share, description=f"{name}, {part(share)}" if part else name)
 
             yield done
             took = f"{name}, {time.perf_counter() - started:.1f} s"
@@ -49,7 +49,7 @@ def stage(name: str, quiet: bool = False) -> Iterator[Callable[[float], None]]:
 
 
 @contextmanager
-def _lines(name: str, started: float) -> Iterator[Callable[[float], None]]:
+def _lines(name: str, started: float, part: Callable[[float], str] | None) -> Iterator[Callable[[float], None]]:
     """Lines of a stage: what it yields puts one where the last is `_NOW_AND_THEN` ago, a thread where it is `_ALIVE` ago."""
     told, done = started, None
     lock, ended = threading.Lock(), threading.Event()
@@ -62,7 +62,7 @@ def _lines(name: str, started: float) -> Iterator[Callable[[float], None]]:
             if now - told < silence:
                 return now - told
             told = now
-            far = "going on" if done is None else f"{100.0 * done:.0f} %"
+            far = "going on" if done is None else f"{100.0 * done:.0f} %{f', {part(done)},' if part else ''}"
             print(f"{name}: {far} after {now - started:.0f} s", file=sys.stderr, flush=True)
             return 0.0
 

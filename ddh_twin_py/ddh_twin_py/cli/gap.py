@@ -46,12 +46,12 @@ def run(args: argparse.Namespace) -> int:
     case = case_of(args.field, args.commissioning, args.validation)
     rig = load_rig(args.rig)
     with stage("loading", args.quiet):
-        from ddh_twin_py.diagnosis.of_bags import diagnose
+        from ddh_twin_py.diagnosis.of_bags import diagnose, stage_of
         from ddh_twin_py.gap.catalogue import EFFECTS
     for effect in args.without:
         if effect not in EFFECTS:
             raise InputError(f"--without: {nearest_of('effect', effect, sorted(EFFECTS))}")
-    with stage("diagnosing", args.quiet) as progress:
+    with stage("diagnosing", args.quiet, stage_of) as progress:
         diagnosis = diagnose(case.field, case.commissioning, case.validation, rig, without=tuple(dict.fromkeys(args.without)),
                              progress=progress, namespace=args.namespace)
     failed: list[OSError] = []
