@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
@@ -17,7 +17,7 @@ from ddh_twin_py.gap.diagnosis import Diagnosis, Weighed
 from ddh_twin_py.gap.held_runs import HeldRuns, ratios_of
 from ddh_twin_py.gap.learned import described, learn
 from ddh_twin_py.gap.model import Diagnosable
-from ddh_twin_py.gap.open_rig import asked_of_rig, told
+from ddh_twin_py.gap.open_rig import asked_of_rig
 from ddh_twin_py.gap.places import alone, entry_of, places, sized, unknown_places
 from ddh_twin_py.gap.refit import Refitted
 from ddh_twin_py.gap.search import Found
@@ -29,16 +29,18 @@ from ddh_twin_py.rig.sheet import CUT
 
 LISTED = 0.01
 """Probability from which an effect or a set is listed."""
+_RUN, _HEARD = 0.1, 0.7  # shares of the work that are done when held-out data were run, and when they were heard
 _MOST_AT_END = 4  # parameters named that are pressed against the end of their tolerance
 _MOST = 12  # sets and effects listed
 
 
-def diagnosis(model: Diagnosable, found: Found, theta: np.ndarray, hidden: Sequence[str], seconds: Mapping[str, float]) -> Diagnosis:
+def diagnosis(model: Diagnosable, found: Found, theta: np.ndarray, hidden: Sequence[str], seconds: Mapping[str, float],
+              progress: Callable[[float], None] | None = None) -> Diagnosis:
     """The whole answer.
 
     Args:
         model, found: of the case. theta: parameters fitted to the commissioning recording, (k,).
-        hidden: effects asked about that no signal would show. seconds: by stage so far.
+        hidden: effects asked about that no signal would show. seconds: by stage so far. progress: told the share done.
     """
     plain = found.fitted[()].theta if all(model.altered) else theta
     held = model.held_data()
@@ -50,7 +52,10 @@ def diagnosis(model: Diagnosable, found: Found, theta: np.ndarray, hidden: Seque
     before_runs = runs.of(found.fitted[()]) if all(model.altered) else held.run(plain, ())
     as_is, before = ratios_of(held, held.run(np.zeros(model.size), ())), ratios_of(held, before_runs)
     gap_before = size.gap(before, floor)
+    told = progress or (lambda share: None)
+    told(_RUN)
     concluded = conclude(model, found, plain, runs, before)
+    told(_HEARD)
     found, verdict, unknown, best = concluded.found, concluded.verdict, concluded.unknown, concluded.best
     leader, learned = found.fitted[()] if verdict.word == "no_gap" else best, None
     if verdict.word == "unknown":
