@@ -29,8 +29,8 @@ from ddh_twin_py.telemetry.recording import Recording
 HELD_SHARE = 0.25
 """Last share of a field recording that takes no part where there is no validation recording."""
 _FITTED, _SEARCHED = 0.1, 0.75
-"""Shares of the work that are done when the rig is fitted, and when the hypotheses are weighed; in three cases 0.06 to 0.19 and 0.57 to 0.84
-of the time."""
+"""Shares of the work that are done when the rig is fitted, and when the hypotheses are weighed; in three cases 0.06 to 0.19 and 0.57
+to 0.84 of the time."""
 _THREADS = 2  # free runs side by side
 _SWEEPS, _SWEEPS_OF_SHEET = 5, 3  # of the first fit, with and without commissioning; the search goes on from there
 
