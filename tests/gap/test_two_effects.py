@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 import pytest
-from ddh_twin_py.gap.two_effects import CANCEL_DOUBT, cancelling, doubted, leans, proportioned
+from ddh_twin_py.gap.two_effects import CANCEL, cancelling, doubted, leans, proportioned
 from ddh_twin_py.gap.unknown import Unknown
 from support.three_signals import fitted, linearised
 
@@ -49,7 +49,13 @@ def test_an_effect_leans_on_a_slight_one_that_adds_more_than_its_law_may_be_off_
     assert leans(*of) is needed
 
 
-def test_one_effect_is_not_doubted_by_this_and_two_that_cancel_are_as_likely_as_not_something_else():
+def test_one_effect_is_not_doubted_by_this():
     assert doubted(NOTHING, linearised(-0.9), fitted(1.0)) is NOTHING
-    against = doubted(NOTHING, linearised(-0.6), fitted(1.0, 1.0))
-    assert against.probability == CANCEL_DOUBT and "cancel 60 %" in against.notes[0]
+
+
+@pytest.mark.parametrize(("share", "least", "most"), [(0.2, 0.0, 0.1), (0.4, 0.2, 0.35), (CANCEL, 0.49, 0.51), (0.7, 0.8, 0.95)])
+def test_the_more_two_effects_take_from_each_other_the_likelier_is_something_else(share, least, most):
+    apart = ((1.0, 0.0), (0.0, 1.0), (0.0, 0.0))
+    against = doubted(NOTHING, linearised(-share, apart), fitted(1.0, 1.0))
+    assert least <= against.probability <= most
+    assert (f"cancel {100.0 * share:.0f} %" in "".join(against.notes)) is (against.probability >= 0.5)
