@@ -24,6 +24,27 @@ def test_what_fell_short_elsewhere_is_fitted_before_it_is_dismissed(index, depar
         assert true in fits.fitted and next(iter(fits.probability())) == true
 
 
+def test_what_is_left_of_a_set_with_an_effect_too_slight_to_be_one_is_fitted():
+    acts, slight = EFFECTS[1], EFFECTS[0]
+    model, pair = FirstOrder(np.array([1.0, -0.8, 0.5]), [(acts, 0, 0.3)], seed=1), tuple(sorted((acts.id, slight.id)))
+    with ThreadPoolExecutor(2) as pool:
+        linearised = linearise(model, EFFECTS, np.zeros(3), Discrepancy(), SLACK, POWER, pool)
+        singles = linearised.evidence.singles()
+        weights = weighted(singles + linearised.evidence.pairs(singles), linearised.columns, linearised.effects)
+        fits = Fits(linearised, weights, pool, Learnt(short={acts.id: -1000.0}))
+        fits.again({(): Start(np.zeros(3), np.zeros(0)), (slight.id,): Start(np.zeros(3), np.array([0.1]))})
+        of = Fits(linearised, weights, pool)
+        of.again({pair: Start(np.zeros(3), np.array([0.3 if name == acts.id else 1e-6 for name in pair]))})
+        both = of.fitted[pair]
+        nearly_none = [x if c.effect.id == acts.id else 1e-9 * x for c, x in zip(both.columns, both.x, strict=True)]
+        alone = fits.fitted[(slight.id,)]
+        high = both.log_evidence + 50.0  # so that the slight one seems to be what explains most of the pair
+        fits.fitted |= {pair: replace(both, x=np.array(nearly_none), log_evidence=high), (slight.id,): replace(alone, log_evidence=high)}
+        assert fits.fitted[pair].slight == {slight.id} and (acts.id,) not in fits.fitted
+        fits.probability()
+    assert fits.fitted[(acts.id,)].x == pytest.approx([0.3], abs=0.05)
+
+
 def test_a_fit_that_lost_its_way_is_found_again_with_sensitivities_of_its_own():
     model, true = FirstOrder(np.array([1.0, -0.8, 0.5]), [(EFFECTS[1], 0, 1.5)], seed=1), (EFFECTS[1].id,)
     with ThreadPoolExecutor(2) as pool:

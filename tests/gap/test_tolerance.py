@@ -7,7 +7,6 @@ import pytest
 from ddh_twin_py.gap.hypotheses import LEAST
 from ddh_twin_py.gap.refit import Refitted
 from ddh_twin_py.gap.sensitivity import Column
-from ddh_twin_py.gap.tolerance import too_small
 from support.first_order import EFFECTS
 
 VALVE, LAG, _ = EFFECTS
@@ -22,11 +21,11 @@ def fitted(*departures):
 @pytest.mark.parametrize(("departures", "small"), [
     ((0.9 * LEAST,), {"valve.gain"}), ((1.1 * LEAST,), set()), ((2.0, 0.5 * LEAST), {"valve.lag"}), ((2.0, 2.0), set()), ((), set())])
 def test_it_has_to_be_seen(departures, small):
-    assert too_small(fitted(*departures)) == small
+    assert fitted(*departures).slight == small
 
 
 def test_a_column_that_moves_little_is_no_measure():
     """Half of a column that moves the worst signal by two of its noise, instead of five, moves it by one."""
     found = fitted(0.45)
     little = replace(found, columns=(replace(found.columns[0], rise=2.0),))
-    assert too_small(found) == set() and too_small(little) == {"valve.gain"}
+    assert found.slight == set() and little.slight == {"valve.gain"}

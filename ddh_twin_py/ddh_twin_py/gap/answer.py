@@ -22,7 +22,6 @@ from ddh_twin_py.gap.places import alone, entry_of, places, sized, unknown_place
 from ddh_twin_py.gap.refit import Refitted
 from ddh_twin_py.gap.search import Found
 from ddh_twin_py.gap.taken_up import not_shown
-from ddh_twin_py.gap.tolerance import too_small
 from ddh_twin_py.gap.verdict import Verdict
 from ddh_twin_py.gap.words import sentence
 from ddh_twin_py.rig.sheet import CUT
@@ -160,7 +159,7 @@ def _not_held(model: Diagnosable, held: Collection[str]) -> list[str]:
 
 def _taken_up(found: Found) -> list[str]:
     """Effects in whose place the rig's own value, which field recordings alone show, may stand."""
-    single = [(ids[0], fitted) for ids, fitted in found.fitted.items() if len(ids) == 1 and not too_small(fitted)]
+    single = [(ids[0], fitted) for ids, fitted in found.fitted.items() if len(ids) == 1 and not fitted.slight]
     return [name for name, fitted in single if not_shown(found.linearised, fitted)]
 
 

@@ -283,8 +283,22 @@ class Fits:
             out.setdefault(ids, min(weight - self._by_law(ids), highest))
         return probabilities(out)
 
+    def _without_slight(self) -> None:
+        """Fit what is left of leading sets of which an effect came out too slight to be one: nothing else would stand for it."""
+        leading = [ids for ids in self.fitted if ids in self._weights and self._full(self._best()) - self._full(ids) < _FAR_BEHIND]
+
+        def rest(fitted: Refitted) -> Ids:
+            return tuple(name for name in fitted.effects if name not in fitted.slight)
+
+        def fit(fitted: Refitted) -> Refitted:
+            kept = [(c, x) for c, x in zip(fitted.columns, fitted.x, strict=True) if c.effect.id not in fitted.slight]
+            return self._refit.of([c for c, _ in kept], fitted.theta, np.array([x / c.x for c, x in kept]))
+
+        self._take(fit, [fitted for fitted in (self.fitted[ids] for ids in leading) if rest(fitted) not in self.fitted])
+
     def _judged(self) -> dict[Ids, float]:
         """Log weights of the sets that were fitted, less what a law that is off may be to blame for."""
+        self._without_slight()
         leading = sorted((ids for ids in self.fitted if len(ids) == 2 and ids in self._weights), key=lambda ids: -self._full(ids))[:_JUDGED]
         self._fit([one for one in dict.fromkeys(map(self._first_of, leading)) if one not in self.fitted])
         full = {ids: self._full(ids) for ids in self.fitted if ids in self._weights}

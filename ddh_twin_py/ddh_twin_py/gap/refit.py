@@ -16,9 +16,9 @@ import numpy as np
 from ddh_twin_py.gap.basis import Basis
 from ddh_twin_py.gap.box import Normal
 from ddh_twin_py.gap.effect import Effect
-from ddh_twin_py.gap.hypotheses import WIDTH, evidence_of
+from ddh_twin_py.gap.hypotheses import LEAST, WIDTH, evidence_of
 from ddh_twin_py.gap.linearised import Linearised
-from ddh_twin_py.gap.sensitivity import Column, sane
+from ddh_twin_py.gap.sensitivity import TYPICAL, Column, sane
 from ddh_twin_py.gap.side_by_side import side_by_side
 from ddh_twin_py.gap.step_length import Lengths
 
@@ -53,6 +53,12 @@ class Refitted:
     def acting(self) -> list[tuple[Effect, int, float]]:
         """Its effects as a model runs them; see `model.Acting`."""
         return [(c.effect, c.law, float(x)) for c, x in zip(self.columns, self.x, strict=True)]
+
+    @property
+    def slight(self) -> set[str]:
+        """Those of its effects that move no signal by as much as `hypotheses.LEAST` asks for, whatever their columns rise to."""
+        both = zip(self.columns, self.x, strict=True)
+        return {column.effect.id for column, x in both if abs(x / column.x) * min(1.0, column.rise / TYPICAL) < LEAST}
 
     @property
     def effects(self) -> tuple[str, ...]:

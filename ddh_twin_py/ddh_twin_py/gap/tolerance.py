@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from ddh_twin_py.gap.hypotheses import LEAST
 from ddh_twin_py.gap.model import Diagnosable
 from ddh_twin_py.gap.refit import Refitted
 from ddh_twin_py.gap.search import Found
-from ddh_twin_py.gap.sensitivity import TYPICAL
 
 BEYOND = 3.0
 """Standard deviations of the sheet's tolerance from which a quantity that it gives counts as an effect; it must lie there surely,
@@ -22,19 +20,13 @@ def without_parameters(model: Diagnosable, found: Found) -> Found:
     probability: dict[tuple[str, ...], float] = {}
     for ids, p in found.probability.items():
         fitted = found.fitted.get(ids)
-        mere = too_small(fitted) if fitted else set()
+        mere = fitted.slight if fitted else set()
         if fitted and all(model.altered):
             mere |= within_tolerance(model, fitted)
         kept = tuple(name for name in ids if name not in mere)
         kept = kept if kept in found.fitted else ids  # what nobody fitted has no value
         probability[kept] = probability.get(kept, 0.0) + p
     return found.reweighed(probability)
-
-
-def too_small(fitted: Refitted) -> set[str]:
-    """Effects of a hypothesis that move no signal by as much as `hypotheses.LEAST` asks for, whatever their columns rise to."""
-    both = zip(fitted.columns, fitted.x, strict=True)
-    return {column.effect.id for column, x in both if abs(x / column.x) * min(1.0, column.rise / TYPICAL) < LEAST}
 
 
 def within_tolerance(model: Diagnosable, fitted: Refitted) -> set[str]:
