@@ -51,10 +51,10 @@ def diagnosis(model: Diagnosable, found: Found, theta: np.ndarray, hidden: Seque
     before_runs = runs.of(found.fitted[()]) if all(model.altered) else held.run(plain, ())
     as_is, before = ratios_of(held, held.run(np.zeros(model.size), ())), ratios_of(held, before_runs)
     gap_before = size.gap(before, floor)
-    told = progress or (lambda share: None)
-    told(_RUN)
+    progress = progress or (lambda share: None)
+    progress(_RUN)
     concluded = conclude(model, found, plain, runs, before)
-    told(_HEARD)
+    progress(_HEARD)
     found, verdict, unknown, best = concluded.found, concluded.verdict, concluded.unknown, concluded.best
     leader, learned = found.fitted[()] if verdict.word == "no_gap" else best, None
     if verdict.word == "unknown":
