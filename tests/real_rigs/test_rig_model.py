@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from ddh_twin_py.estimation.comparison import Comparison, Discrepancy
+from ddh_twin_py.gap import answer
 from ddh_twin_py.gap.slopes import slopes_of
 from ddh_twin_py.real_rigs.controls import on_real, on_simulated
 from ddh_twin_py.real_rigs.diagnose import diagnose, found_by, rounds
@@ -30,6 +31,14 @@ def test_none_is_none_and_parameters_are_found():
     assert outcome.verdict == "no_gap" and outcome.believed == ()
     assert outcome.plain.theta == pytest.approx([0.5, -0.5], abs=0.15)
     assert {p.name: p.unit for p in outcome.diagnosis.parameters} == {"gain": "K/W", "lag": "s"}
+
+
+def test_what_held_out_data_ask_of_the_rig_is_told_and_progress_goes_on(monkeypatch):
+    monkeypatch.setattr(answer, "asked_of_rig", lambda *_: "gain")
+    shares = []
+    outcome = diagnose(block(theta=(0.5, -0.5)), shares.append)
+    assert any("with another gain" in note for note in outcome.diagnosis.report["notes"])
+    assert shares == sorted(shares) and shares[-1] == 1.0 and any(0.9 < share < 1.0 for share in shares)
 
 
 def test_neutral_values_are_the_baseline_exactly():

@@ -17,7 +17,7 @@ from ddh_twin_py.gap.diagnosis import Diagnosis, Weighed
 from ddh_twin_py.gap.held_runs import HeldRuns, ratios_of
 from ddh_twin_py.gap.learned import described, learn
 from ddh_twin_py.gap.model import Diagnosable
-from ddh_twin_py.gap.open_rig import asked_of_rig
+from ddh_twin_py.gap.open_rig import asked_of_rig, told
 from ddh_twin_py.gap.places import alone, entry_of, places, sized, unknown_places
 from ddh_twin_py.gap.refit import Refitted
 from ddh_twin_py.gap.search import Found

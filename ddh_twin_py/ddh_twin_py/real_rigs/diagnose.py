@@ -117,7 +117,8 @@ def diagnose(model: RigModel, progress: Callable[[float], None] | None = None, d
         found = search(model, model.effects, begun, discrepancy or Discrepancy(), power_of(model), pool,
                        lambda done: told(0.3 + 0.6 * done))
         seconds["search"] = time.perf_counter() - started - sum(seconds.values())
-        result = answer.diagnosis(model, found, begun, unseen(model.effects, found.linearised.columns), seconds)
+        result = answer.diagnosis(model, found, begun, unseen(model.effects, found.linearised.columns), seconds,
+                                  lambda done: told(0.9 + 0.1 * done))
     seconds["answer"] = time.perf_counter() - started - sum(seconds.values())
     kept = without_parameters(model, found)
     plain = found.fitted[()]
