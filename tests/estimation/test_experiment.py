@@ -123,3 +123,25 @@ def test_rough_runs_differ_as_fine_ones_do(field, factor, length, paper_cycle_ba
     assert np.isfinite(difference[True]).all()
     apart = np.sqrt(np.mean((difference[True] - difference[False]) ** 2))
     assert apart < 0.08 * np.sqrt(np.mean(difference[False] ** 2))
+
+
+def test_a_topic_with_a_stamp_far_from_its_others_is_named(paper_cycle_bag):
+    recording = read_recording(paper_cycle_bag).between(0.0, 60.0)
+    oil = recording.temperatures["tank_oil"]
+    time = oil.time.copy()
+    time[-1] += 3600.0
+    odd = replace(recording, temperatures=recording.temperatures | {"tank_oil": Stream(time, oil.values, oil.fields)})
+    with pytest.raises(ExperimentError, match=r"/temperature/tank_oil has 1 stamp far after all its others, at 36\d\d\.\d s of"):
+        Experiment(odd, load_rig())
+
+
+def test_a_temperature_in_whole_degrees_is_noisier_by_its_rounding(paper_cycle_bag):
+    rig, recording = load_rig(), read_recording(paper_cycle_bag).between(0.0, 300.0)
+    oil = recording.temperatures["tank_oil"]
+    values = oil.values.copy()
+    values[:, 0] = np.round(values[:, 0] - 273.15) + 273.15
+    coarse = replace(recording, temperatures=recording.temperatures | {"tank_oil": Stream(oil.time, values, oil.fields)})
+    fine, rounded = (Experiment(r, rig).signals["temperature/tank_oil"] for r in (recording, coarse))
+    assert fine.rounding == 0.0 and fine.noise == rig.sensors["temperature"].noise
+    assert rounded.rounding == pytest.approx(1.0 / np.sqrt(12.0), rel=0.01)
+    assert rounded.noise == pytest.approx(np.hypot(fine.noise, rounded.rounding))

@@ -138,3 +138,13 @@ def test_what_is_hot_or_alone_is_not_in_degf(recording):
     assert only(tank_oil=104.0) == only(motor_winding=110.0, tank_oil=40.0) == []
     assert only(motor_winding=100.0, motor_housing=55.0, tank_oil=45.0, ambient=20.0) == []
     assert only(pump_1_case=75.0, pump_2_case=50.0, ambient=-5.0) == only(ambient=48.0, tank_oil=70.0) == []
+
+
+def test_sensors_of_winding_and_housing_that_are_exchanged_are_told(recording):
+    time = np.arange(200.0)
+    warm = {"motor_winding": temperature_stream(time, ZERO_CELSIUS + 60.0 + 0.01 * time),
+            "motor_housing": temperature_stream(time, np.full(200, ZERO_CELSIUS + 50.0))}  # fmt: skip
+    assert contradictions(replace(recording, temperatures=warm), load_rig()) == []
+    exchanged = {"motor_winding": warm["motor_housing"], "motor_housing": warm["motor_winding"]}
+    (said,) = contradictions(replace(recording, temperatures=exchanged), load_rig())
+    assert f"{recording.namespace}/temperature/motor_winding is 11 K colder than motor_housing most of the time" in said

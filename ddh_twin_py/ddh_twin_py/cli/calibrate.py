@@ -49,8 +49,8 @@ def add_parser(subparsers) -> None:
         subparsers, "calibrate", "fit a rig's uncertain parameters to recordings of it",
         "Fits what the rig file gives a tolerance to commissioning recordings of one rig, with the tolerances as prior, and\n"
         "says which parameters the recordings inform. The rig file that it writes is taken by every --rig.\n"
-        "Exit code 1: nothing that --only asked for can be identified, and no rig file is written; or the fit does not describe\n"
-        "the machine, as more than half of the signals stay beyond 5 times noise, and the rig file that is written says so.",
+        "Exit code 1: nothing, or nothing that --only asked for, can be identified, and no rig file is written; or the fit does not\n"
+        "describe the machine, as more than half of the signals stay beyond 5 times noise, and the rig file that is written says so.",
         _EXAMPLE,
     )
     parser.add_argument("bags", metavar="BAG", nargs="+", help="rosbag2 folders, or .mcap or .db3 files, of one rig")
@@ -123,6 +123,7 @@ def _finish(args: argparse.Namespace, fit, rig, failed: str) -> int:
         failed: that the fit does not describe the machine, empty where it does; the file says so then.
     """
     from ddh_twin_py.cli.console import say
+    from ddh_twin_py.report.calibration_groups import group_of
     from ddh_twin_py.rig.files import printable
     from ddh_twin_py.rig.writer import write_rig
 
@@ -130,6 +131,9 @@ def _finish(args: argparse.Namespace, fit, rig, failed: str) -> int:
         say(f"ddh-twin calibrate: {p.name} refused: the recordings leave {100 * p.share:.0f} % of its prior deviation; it keeps its prior")
     if args.only and len(fit.refused) == len(set(args.only)):
         say("ddh-twin calibrate: error: nothing that was asked for can be identified from these recordings; no rig file was written")
+        return 1
+    if all(group_of(p, fit) in ("stays at prior", "refused") for p in fit.parameters):
+        say("ddh-twin calibrate: error: these recordings inform no parameter, too little happens in them; no rig file was written")
         return 1
     if args.output:
         heading = "Fitted by ddh-twin calibrate to " + ", ".join(printable(bag) for bag in args.bags)

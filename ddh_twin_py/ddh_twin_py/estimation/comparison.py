@@ -93,7 +93,8 @@ class Comparison:
             b = binning.count.size
             if b == 0:
                 continue
-            variance = signal.noise**2 / binning.count
+            shared = getattr(signal, "rounding", 0.0) ** 2
+            variance = (signal.noise**2 - shared) / binning.count + shared
             if signal.time.size > 2 and name.split("/")[0] != "temperature" and name != "rod_position":
                 slope = np.gradient(reference[name], np.maximum.accumulate(signal.time + 1e-9 * np.arange(signal.time.size)))
                 variance = variance + CLOCK_JITTER**2 * binning.mean(np.where(np.isfinite(slope), slope, 0.0) ** 2) / binning.count

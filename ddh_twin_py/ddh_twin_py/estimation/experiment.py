@@ -15,6 +15,7 @@ begins as a likely history leaves it (`history`).
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -40,6 +41,7 @@ from ddh_twin_py.rig import Rig
 from ddh_twin_py.rig.sheet import SensorSpec
 from ddh_twin_py.telemetry.alignment import REORDER_WINDOW, Ticks, align
 from ddh_twin_py.telemetry.recording import Recording
+from ddh_twin_py.telemetry.resolution import rounding_error
 from ddh_twin_py.telemetry.screening import screen_recording
 from ddh_twin_py.telemetry.signals import DRIVE_FIELDS, DRIVE_TOPIC, HYDRAULIC_FIELDS, HYDRAULIC_TOPIC
 from ddh_twin_py.telemetry.spans import apart
@@ -63,6 +65,8 @@ _COLD = 1.0  # K from ambient, within which a unit has no history
 _ROUNDS, _WORKED_EVERY = 2, 60.0  # of the recording's own duty; s between the lengths of work that are tried
 _ROUGH, _ROUGH_INTERVAL = 20.0e-3, 0.2  # s, step and interval of such work: a likely history need not be known to 0.1 K
 _ROUGHLY = 2  # intervals that a rough run takes as one
+_COARSE = 0.5  # of its noise, from which the rounding of a temperature counts: finer steps are lost in it
+_STRAY, _STRAY_SHARE = 60.0, 1e-3  # s from all others of its topic, and share of these, at which a stamp is wrong and not a pause
 _SLOW_BIN = 20.0  # s, of temperatures
 OIL = "tank_oil"
 """Sensor without which it is open how warm the oil begins."""
@@ -78,7 +82,7 @@ class Signal:
     """Samples of one signal: s since the start of the run, values in SI, noise of one sample, unit, bins.
 
     ``start_std``: standard deviation of what a run's reading is off by at the start, in its unit. ``held_from``: s from which samples count
-    as held out.
+    as held out. ``rounding``: the part of the noise that rounding makes, which neighbouring samples share.
     """
 
     time: np.ndarray
@@ -88,6 +92,7 @@ class Signal:
     binning: Binning
     start_std: float = 0.0
     held_from: float = np.inf
+    rounding: float = 0.0
 
 
 class Experiment:
@@ -245,7 +250,11 @@ class Experiment:
         """Take up a signal of which there is at least one number."""
         usable = np.isfinite(measured) & (time <= self.used_until)
         if usable.any():
-            self.signals[name] = Signal(time, measured, sensor.noise, sensor.unit, binning(time, usable), held_from=self.held_from)
+            rounding = rounding_error(measured) if name.startswith("temperature/") else 0.0
+            rounding = rounding if rounding > _COARSE * sensor.noise else 0.0
+            noise = float(np.hypot(sensor.noise, rounding))
+            bins = binning(time, usable)
+            self.signals[name] = Signal(time, measured, noise, sensor.unit, bins, held_from=self.held_from, rounding=rounding)
 
     def _fast(self, time: np.ndarray, usable: np.ndarray) -> Binning:
         return by_cycle(self.cycle, time, usable, UNSEEN)
@@ -428,8 +437,26 @@ def _jumps(recording: Recording, ticks: Ticks) -> str:
     said = (f"{recording.path}: {whose} jump {times} time{'s' * (times > 1)}, first by {after - before:+.1f} s "
             f"at {before - min(begin, 0.0):.1f} s; "
             "a free run needs one stretch of time")
+    if strays := _strays(recording):
+        return f"{said} ({strays}; leave out what has such stamps)"
     strangers = apart(recording)
     return f"{said} ({strangers[0].message.removeprefix(f'{recording.path}: ')})" if strangers else f"{said}, cut the recording there"
+
+
+def _strays(recording: Recording) -> str:
+    """Topics of which a few stamps lie far before or after all their others, in words; '' where there are none."""
+    said = []
+    for topic, stream in recording.streams():
+        time = np.sort(stream.time)
+        few = math.ceil(_STRAY_SHARE * time.size)
+        leaps = np.flatnonzero(np.diff(time) > _STRAY)
+        before = int(max((i + 1 for i in leaps if i < few), default=0))
+        after = int(max((time.size - 1 - i for i in leaps if time.size - 1 - i <= few), default=0))
+        for count, at, where in ((before, time[0], "before"), (after, time[-1], "after")):
+            if count and time.size > 2:
+                stamps = f"{count} stamp{'s' * (count > 1)}"
+                said.append(f"{recording.namespace}/{topic} has {stamps} far {where} all its others, at {at:.1f} s of the recording")
+    return "; ".join(said)
 
 
 def _alone(recording: Recording) -> str:

@@ -9,6 +9,7 @@ import numpy as np
 
 from ddh_twin_py.estimation.calibration import FittedParameter
 from ddh_twin_py.gap import size
+from ddh_twin_py.gap.at_odds import at_odds
 from ddh_twin_py.gap.classes import classes_of
 from ddh_twin_py.gap.conclusion import conclude
 from ddh_twin_py.gap.departure import departure_of
@@ -81,6 +82,7 @@ def diagnosis(model: Diagnosable, found: Found, theta: np.ndarray, hidden: Seque
     unsure = _taken_up(found) if verdict.word == "no_gap" else []
     detectable = _detectable(found, unsure) if verdict.word == "no_gap" else []
     missed = _missed(detectable)
+    odd = at_odds(model, best, runs, as_is, before) if verdict.word == "unknown" else []
     report = {
         "verdict": verdict.word,
         "gap": {"as_is": size.gap(as_is, floor), "before": gap_before, "after": gap_after,
@@ -94,7 +96,7 @@ def diagnosis(model: Diagnosable, found: Found, theta: np.ndarray, hidden: Seque
                           "after_interval": runs.interval(name, runs.of(leader))} for name in names if name in before and name in first},
         "unknown": unknown.entry() if verdict.word == "unknown" else None, "next_test": model.next_test(found, verdict, unknown),
         "held_out": held.words,
-        "notes": [*unknown.notes, *concluded.notes, *other_rig, *([described(learned, gap_before, gap_after)] if learned else []),
+        "notes": [*odd, *unknown.notes, *concluded.notes, *other_rig, *([described(learned, gap_before, gap_after)] if learned else []),
                   *model.notes(), *_not_held(model, before), *_not_seen(hidden), *_since_when(unsure), *_would_not_show(missed),
                   *_at_the_end(pressed)],
     }
@@ -103,14 +105,19 @@ def diagnosis(model: Diagnosable, found: Found, theta: np.ndarray, hidden: Seque
     believed = acting if learned or verdict.word in ("explained", "ambiguous") else []
     return Diagnosis(
         report=report, recordings=model.recordings,
-        sentence=sentence(report, model.catalogue, [*hidden, *missed], unknown.reading, at_best.over if at_best else None, asked_for,
-                          pressed, not all(model.altered)),
+        sentence=_careful(odd) + sentence(report, model.catalogue, [*hidden, *missed], unknown.reading, at_best.over if at_best else None,
+                                          asked_for, pressed, not all(model.altered)),
         traces=held.traces(before_runs[0], runs.of(leader)[0], floor), axes=held.axes(leader.theta, acting),
         lacking=rows, alone=alone(model, found), inputs=inputs, weighed=weighed, confusable=confusable, parameters=parameters,
         shapes=unknown.shapes,
         rig=model.rig_with(plain if nameless else leader.theta, believed, spread, joint=leader.joint if believed else None),
         added=leader.effects, nameless=nameless, detectable=detectable,
         assumptions=model.assumptions, seconds=dict(seconds), catalogue=model.catalogue)
+
+
+def _careful(odd: Sequence[str]) -> str:
+    """What stands before a sentence on recordings that may not go together; empty where they do."""
+    return f"Careful: {odd[0]}. " if odd else ""
 
 
 def _not_seen(hidden: Sequence[str]) -> list[str]:

@@ -20,6 +20,7 @@ _AGAINST = -0.5  # correlation from which two channels run against each other
 _LATEST, _LATE, _ALIKE = 10.0, 0.3, 0.1  # s of lag that is looked for and that is told, correlation that it must gain
 _FOLLOWED, _SCATTER = 1.25, 0.1  # how far a steady shaft may be from its command, as a ratio, and how little that ratio varies elsewhere
 _TRAVELLED = 2.0  # how many times as fast as its pump delivers, or as slowly, a rod must move to be told
+_MOSTLY, _COLDER = 0.9, 1.0  # share of the time, and K, for which a winding must be colder than its housing to be told
 _BETTER = 4.0  # times by which exchanged pressures must fit the load better
 
 
@@ -42,7 +43,8 @@ def contradictions(recording: Recording, rig: Rig) -> list[str]:
     said = [_command(on), _position(on), _shaft(on) or _travel(on, rig), _current(on), _pressures(on, recording, rig)]
     drive_topic, hydraulic_topic = (f"{recording.namespace}/{topic}" for topic in (DRIVE_TOPIC, HYDRAULIC_TOPIC))
     said = [text.format(drive=drive_topic, hydraulic=hydraulic_topic, rig=rig.file) for text in said if text]
-    return [f"{recording.path}: {text}" for text in (*said, *temperature_units(recording))]
+    warmth = temperature_units(recording) or [text for text in [_winding(recording)] if text]
+    return [f"{recording.path}: {text}" for text in (*said, *warmth)]
 
 
 def _resampled(stream: Stream, name: str, axis: np.ndarray) -> np.ndarray:
@@ -132,6 +134,20 @@ def _pressures(on: dict[str, np.ndarray], recording: Recording, rig: Rig) -> str
         return ""
     return ("{hydraulic}: pressure_piston_side and pressure_rod_side carry the load only if they are exchanged; their connectors are "
             "likely swapped")
+
+
+def _winding(recording: Recording) -> str:
+    """Heat goes from a winding to its housing: one that stays colder than the housing is the other sensor."""
+    winding, housing = (recording.temperatures.get(name) for name in ("motor_winding", "motor_housing"))
+    if winding is None or housing is None or min(len(winding), len(housing)) < _LEAST:
+        return ""
+    axis = np.arange(max(winding.time.min(), housing.time.min()), min(winding.time.max(), housing.time.max()), _STEP)
+    warmer = _resampled(winding, winding.fields[0], axis) - _resampled(housing, housing.fields[0], axis)
+    warmer = warmer[np.isfinite(warmer)]
+    if warmer.size < _LEAST or np.quantile(warmer, _MOSTLY) > -_COLDER:
+        return ""
+    return (f"{recording.namespace}/temperature/motor_winding is {-np.median(warmer):.0f} K colder than motor_housing most of the time, "
+            "though the winding is what heats it; their sensors are likely exchanged")
 
 
 def _odd(ratios: np.ndarray, most: float) -> float | None:

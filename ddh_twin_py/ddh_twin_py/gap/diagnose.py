@@ -13,6 +13,7 @@ from ddh_twin_py.estimation.comparison import Discrepancy, sized
 from ddh_twin_py.estimation.experiment import Experiment
 from ddh_twin_py.estimation.fitting import RESTARTS, Problem
 from ddh_twin_py.gap import answer
+from ddh_twin_py.gap.carried_load import undeclared_loads
 from ddh_twin_py.gap.catalogue import EFFECTS
 from ddh_twin_py.gap.contradictions import contradictions
 from ddh_twin_py.gap.diagnosis import Diagnosis
@@ -102,7 +103,8 @@ def diagnose(recordings: Recordings, rig: Rig, without: Collection[str] = (), on
     lap("answer")
     told(1.0)
     late = out_of_order(recordings.field, recordings.commissioning)
-    return _noted(replace(result, seconds=seconds), read, rig, late, model.missing())
+    loads = undeclared_loads(*([e.recording for e in own] for own in (field, commissioning, held)), rig)
+    return _noted(replace(result, seconds=seconds), read, rig, [*loads, *late], model.missing())
 
 
 def _noted(result: Diagnosis, recordings: Sequence[Recording], rig: Rig, late: Sequence[str] = (),
@@ -110,7 +112,7 @@ def _noted(result: Diagnosis, recordings: Sequence[Recording], rig: Rig, late: S
     """A diagnosis that says what is wrong with its recordings: what is damaged or contradicts itself at once, what is doubtful last.
 
     Args:
-        late: that their order is wrong. missing: signals that there are not.
+        late: what does not go together: their order, their loads. missing: signals that there are not.
     """
     damaged = [*damage(recordings), *late, *(text for recording in recordings for text in contradictions(recording, rig))]
     blamed = result.report["verdict"] == "unknown" or any("load.mass" in h["effects"] for h in result.report["hypotheses"])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
@@ -146,6 +147,13 @@ class DriveCase(DirectDrive):
         there = self._there()
         return [sensor for sensor in SENSORS if f"temperature/{sensor}" in there]
 
+    def _rounded(self) -> list[str]:
+        """A note on signals that are given in steps coarser than their noise, none where there are none."""
+        steps = {name: signal.rounding * math.sqrt(12.0) for e in self.experiments for name, signal in e.signals.items() if signal.rounding}
+        if not steps:
+            return []
+        return [f"{', '.join(steps)}: given in steps of {max(steps.values()):.3g} K at most; what is smaller than these is not seen there"]
+
     def notes(self) -> list[str]:
         """What these recordings cannot say, whatever was found."""
         notes = []
@@ -158,6 +166,7 @@ class DriveCase(DirectDrive):
         if there and unread:
             notes.append(f"the temperatures of {', '.join(unread)} are not read: how warm they are at the start is inferred, what happens "
                          "to their heat is known from the others alone")
+        notes += self._rounded()
         if (free := len(set(self.paths) - self.unlisted)) < _FEW:
             notes.append(f"the rig's sheet leaves {free} quantities a tolerance: whatever else differs from it is called an effect or "
                          "unknown")

@@ -45,8 +45,10 @@ def answers_of_all(folders: Sequence[Path], suites: tuple[str, ...] = (), cases:
         if out.is_file():
             own = [a for a in kept_answers(out) if not suites or a.suite in suites]
             known = set(found)
-            if twice := next((a.name for a in own if a in known), ""):
-                raise ResultError(f"{out}: the answer to {twice} is among the others already; copies would count twice")
+            for answer in own:
+                if answer in known:
+                    raise ResultError(f"{out}: the answer to {answer.name} is among the others already; copies would count twice")
+                known.add(answer)
             found += own
             continue
         names = selected(out, suites, cases)
