@@ -196,3 +196,9 @@ def test_a_rig_file_that_is_far_from_the_rig_is_one_line(bag, tmp_path, capsys):
     rig.write_text("pump_1:\n  displacement: {value: 1.0e-4, unit: m3/rev}\n")
     said = error_of([bag, "--rig", rig], capsys)
     assert str(bag) in said and str(rig) in said and "no finite value" in said
+
+
+def test_a_second_of_data_informs_nothing_and_gives_no_rig_file(repo_root, tmp_path, capsys):
+    write_recording(tmp_path / "second", read_recording(repo_root / "bags" / "paper_cycle").between(100.0, 101.0))
+    assert main(["calibrate", str(tmp_path / "second"), "-o", str(tmp_path / "rig.yaml"), "--quiet"]) == 1
+    assert "these recordings inform no parameter" in capsys.readouterr().err and not (tmp_path / "rig.yaml").exists()

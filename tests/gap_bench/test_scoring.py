@@ -194,6 +194,10 @@ def test_copied_answers_do_not_count_twice(tmp_path):
         file.write_text(json.dumps(found))
     with pytest.raises(ResultError, match="copy.json: the answer to case_0001 is among the others already"):
         answers_of_all(files)
+    found["answers"] *= 2
+    files[0].write_text(json.dumps(found))
+    with pytest.raises(ResultError, match="one.json: the answer to case_0001 is among the others already"):
+        answers_of_all(files[:1])
 
 
 @pytest.mark.parametrize(("name", "value"), [
