@@ -2,7 +2,7 @@
 
 import pytest
 from ddh_twin_py.gap.catalogue import EFFECTS
-from ddh_twin_py.gap.words import sentence
+from ddh_twin_py.gap.words import careful, sentence
 
 SHRINK = {"speed": {"after": 0.1, "noise": 0.1}, "temperature/motor_winding": {"after": 1.5, "noise": 1.0}}
 NO_GAP = {"verdict": "no_gap", "gap": {"as_is": 5.0, "before": 6.0, "after": 1.0}, "hypotheses": [{"effects": [], "probability": 1.0}],
@@ -165,3 +165,9 @@ def test_a_cause_is_told_against_what_it_was_counted_from(commissioned, said):
               "hypotheses": [{"effects": ["tank.oil_level"], "probability": 1.0}],
               "why": [{"effect": "tank.oil_level", "probability": 1.0, "parameters": {"level_ratio": oil}}]}
     assert f"there is less oil in the tank {said})" in sentence(report, EFFECTS, commissioned=commissioned)
+
+
+def test_what_is_wrong_with_recordings_stands_first_as_a_sentence_of_its_own():
+    assert careful([]) == ""
+    assert careful(["v: is it of the same rig?", "more"]) == "Careful: v: is it of the same rig? "
+    assert careful(["a note"]) == "Careful: a note. "

@@ -24,7 +24,7 @@ from ddh_twin_py.gap.refit import Refitted
 from ddh_twin_py.gap.search import Found
 from ddh_twin_py.gap.taken_up import not_shown
 from ddh_twin_py.gap.verdict import Verdict
-from ddh_twin_py.gap.words import sentence
+from ddh_twin_py.gap.words import careful, sentence
 from ddh_twin_py.rig.sheet import CUT
 
 LISTED = 0.01
@@ -105,19 +105,14 @@ def diagnosis(model: Diagnosable, found: Found, theta: np.ndarray, hidden: Seque
     believed = acting if learned or verdict.word in ("explained", "ambiguous") else []
     return Diagnosis(
         report=report, recordings=model.recordings,
-        sentence=_careful(odd) + sentence(report, model.catalogue, [*hidden, *missed], unknown.reading, at_best.over if at_best else None,
-                                          asked_for, pressed, not all(model.altered)),
+        sentence=careful(odd) + sentence(report, model.catalogue, [*hidden, *missed], unknown.reading, at_best.over if at_best else None,
+                                         asked_for, pressed, not all(model.altered)),
         traces=held.traces(before_runs[0], runs.of(leader)[0], floor), axes=held.axes(leader.theta, acting),
         lacking=rows, alone=alone(model, found), inputs=inputs, weighed=weighed, confusable=confusable, parameters=parameters,
         shapes=unknown.shapes,
         rig=model.rig_with(plain if nameless else leader.theta, believed, spread, joint=leader.joint if believed else None),
         added=leader.effects, nameless=nameless, detectable=detectable,
         assumptions=model.assumptions, seconds=dict(seconds), catalogue=model.catalogue)
-
-
-def _careful(odd: Sequence[str]) -> str:
-    """What stands before a sentence on recordings that may not go together; empty where they do."""
-    return f"Careful: {odd[0]}. " if odd else ""
 
 
 def _not_seen(hidden: Sequence[str]) -> list[str]:

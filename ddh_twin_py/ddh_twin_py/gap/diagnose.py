@@ -23,6 +23,7 @@ from ddh_twin_py.gap.hypotheses import POWER, POWER_WITHOUT_COMMISSIONING
 from ddh_twin_py.gap.search import Found, search
 from ddh_twin_py.gap.suitability import no_answer, no_twice, one_rig, out_of_order, refuse_unfit, unseen
 from ddh_twin_py.gap.unknown import structure_left
+from ddh_twin_py.gap.words import careful
 from ddh_twin_py.rig import Rig
 from ddh_twin_py.rig.payload import PAYLOAD
 from ddh_twin_py.telemetry.recording import Recording
@@ -117,6 +118,6 @@ def _noted(result: Diagnosis, recordings: Sequence[Recording], rig: Rig, late: S
     damaged = [*damage(recordings), *late, *(text for recording in recordings for text in contradictions(recording, rig))]
     blamed = result.report["verdict"] == "unknown" or any("load.mass" in h["effects"] for h in result.report["hypotheses"])
     said = [*damaged, *missing, *undeclared(recordings, rig[PAYLOAD], blamed)]
-    first = f"Careful: {said[0]}. {result.sentence}" if said and said[0] not in result.sentence else result.sentence
+    first = f"{careful(said)}{result.sentence}" if said and said[0] not in result.sentence else result.sentence
     notes = [*said, *result.report["notes"], *doubts(recordings)]
     return replace(result, report={**result.report, "notes": list(dict.fromkeys(notes))}, sentence=first, damage=damaged)

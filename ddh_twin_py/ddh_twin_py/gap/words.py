@@ -42,6 +42,11 @@ def sentence(report: Mapping, catalogue: Mapping[str, Effect], unseen: Sequence[
     return _BY_VERDICT[report["verdict"]](report)
 
 
+def careful(said: Sequence[str]) -> str:
+    """The first of what is wrong with recordings, to stand before a sentence; empty where nothing is."""
+    return f"Careful: {said[0]}{'' if said[0].endswith('?') else '.'} " if said else ""
+
+
 def component_name(component: str) -> str:
     """A component in words, such as `line A`."""
     return _NAMES.get(component, component.replace("_", " "))
