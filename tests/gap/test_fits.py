@@ -140,8 +140,8 @@ def _judged(changed, by_freedom):
         fits.again({(): Start(np.zeros(3), np.zeros(0)), **{ids: Start(np.zeros(3), np.full(len(ids), 0.1)) for ids in changed}})
         none = fits.fitted[()].log_evidence
         fits.fitted = {ids: replace(f, log_evidence=none + changed.get(ids, 0.0)) for ids, f in fits.fitted.items()}
-        fits._law_error = dict.fromkeys(fits._law_error, 0.1)
-        fits._freed = lambda one, pairs: {ids: by_freedom[one, ids] for ids in (one, *pairs)}
+        fits._owed._law_error = dict.fromkeys(fits._owed._law_error, 0.1)
+        fits._owed._freed = lambda one, pairs, fitted: {ids: by_freedom[one, ids] for ids in (one, *pairs)}
         return fits, fits._judged()
 
 

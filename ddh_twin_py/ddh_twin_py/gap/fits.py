@@ -16,7 +16,7 @@ import numpy as np
 from scipy.special import logsumexp
 
 from ddh_twin_py.gap.hypotheses import Hypothesis, Ids, probabilities
-from ddh_twin_py.gap.law_freedom import LawFreedom
+from ddh_twin_py.gap.law_debt import LawDebt
 from ddh_twin_py.gap.linearised import Linearised
 from ddh_twin_py.gap.partners import partners
 from ddh_twin_py.gap.refit import Refit, Refitted
@@ -35,7 +35,7 @@ _ALIKE, _ALIKE_SHARE = 25.0, 0.02  # log weight behind the best, and share of wh
 # signature is fitted, whatever the linear model says
 _BENDS = 20.0  # log evidence of a single effect from which others are looked for beside it as it acts
 _MISLED = 0.2  # share of what the best set explains by which the linear model falls short of it, from which every effect is fitted
-_JUDGED, _SLIGHT = 3, 1.0  # leading pairs held against a free law of their first effect; log evidence that is not worth it
+_JUDGED = 3  # leading pairs held against a free law of their first effect
 _ANY_SIZE = 10.0  # columns: width of the prior of sizes, once it is asked how large an effect is and not whether it is there
 _SHORT, _SHORT_SHARE = 10.0, 0.05  # log evidence, and share of it, that the linear model promises and no run finds: a fit that lost its way
 _SHARPENED = 3  # leading sets that are then fitted with sensitivities of their own
@@ -83,9 +83,7 @@ class Fits:
         self._told, self._count = told, 0
         self._linearised, self._weights, self._pool = linearised, weights, pool
         self._refit = Refit(linearised)
-        self._law_error = {column.effect.id: column.effect.law_error for column in linearised.columns}
-        self._by_freedom: dict[tuple[Ids, Ids], tuple[Refitted, Refitted, float]] = {}
-        self._least = 0.0
+        self._owed = LawDebt(linearised, pool)
         self._beside_first: dict[Ids, float] = {}
         self.fitted: dict[Ids, Refitted] = {}
         before = before or Learnt()
@@ -302,59 +300,18 @@ class Fits:
         leading = sorted((ids for ids in self.fitted if len(ids) == 2 and ids in self._weights), key=lambda ids: -self._full(ids))[:_JUDGED]
         self._fit([one for one in dict.fromkeys(map(self._first_of, leading)) if one not in self.fitted])
         full = {ids: self._full(ids) for ids in self.fitted if ids in self._weights}
-        beyond = self._beyond_law(leading)
-        self._least = min(beyond.values(), default=0.0)
+        beyond = self._owed.in_full(leading, self.fitted, full)
         return {ids: weight - (beyond[ids] if ids in beyond else self._by_law(ids)) for ids, weight in full.items()}
 
     def _by_law(self, ids: Ids) -> float:
-        """Log weight that a pair may owe to the law of its first effect, which is off: the square of that share of what it explains.
-
-        It is no less than what pairs lose of which it was asked in full.
-        """
-        return max(self._square(ids), self._least) if len(ids) > 1 else 0.0
-
-    def _square(self, ids: Ids) -> float:
-        """The share by which a law is off, squared, of what an effect of a pair explains by itself, the larger of the two."""
-        first = [(name,) for name in ids if (name,) in self.fitted]
-        return max([0.0, *(self._law_error[single[0]] ** 2 * self.gain(single) for single in first)])
-
-    def _beyond_law(self, pairs: Sequence[Ids]) -> dict[Ids, float]:
-        """The same of pairs that were fitted, in full.
-
-        With the law of its first effect free, a pair must be ahead of the best single effect with its law free as far as it is to count
-        as ahead of the best single effect. So two pairs are held against each other as they are with free laws, not by how badly the
-        first effect of each does alone.
-        """
-        if not any(self._square(ids) >= _SLIGHT for ids in pairs):
-            return {ids: self._square(ids) for ids in pairs}
-        singles = [ids for ids in self.fitted if len(ids) == 1 and ids in self._weights]
-        best = max(singles, key=self._full)
-        asked: dict[Ids, list[Ids]] = {best: []}
-        for ids in pairs:
-            asked.setdefault(max(((name,) for name in ids if (name,) in self.fitted), key=self.gain, default=best), []).append(ids)
-        gained = [self._freed(one, own) for one, own in asked.items()]
-        ahead = max(self._full(one) + own[one] for one, own in zip(asked, gained, strict=True)) - self._full(best)
-        return {ids: max(0.0, ahead - own[ids]) for one, own in zip(asked, gained, strict=True) for ids in asked[one]}
+        """Log weight that a set may owe to a law that is off; see `LawDebt`."""
+        return self._owed.at_most(ids, self.fitted)
 
     def _first_of(self, pair: Ids) -> Ids:
         """The effect of a pair that is held to explain more by itself; one that nobody fitted would have no law to be off."""
         expected = self._expected()
         ones = [(name,) for name in pair if (name,) in expected]
         return max(ones, key=lambda one: self._full(one) if one in self.fitted else expected[one], default=())
-
-    def _freed(self, one: Ids, pairs: Sequence[Ids]) -> dict[Ids, float]:
-        """Log evidence that a single effect, and pairs of which it is the first, gain where its law is free."""
-        first, asked = self.fitted[one], []
-        for ids in (one, *pairs):
-            known = self._by_freedom.get((one, ids))
-            if known is None or known[0] is not first or known[1] is not self.fitted[ids]:
-                asked.append(ids)
-        if asked:
-            freedom = LawFreedom(self._linearised, first, {one[0]: self._law_error[one[0]]})
-            fits = [self.fitted[ids] for ids in asked]
-            for ids, fitted, log in zip(asked, fits, self._pool.map(freedom.log_evidence, fits), strict=True):
-                self._by_freedom[one, ids] = first, fitted, log - fitted.log_evidence
-        return {ids: self._by_freedom[one, ids][2] for ids in (one, *pairs)}
 
     def at_full_power(self, wanted: Sequence[Ids]) -> dict[Ids, Refitted]:
         """The fits, those wanted with parameters, sizes and runs where the likelihood counts in full.
