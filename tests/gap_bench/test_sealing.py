@@ -36,6 +36,12 @@ def test_missing_truth_is_refused(sealed):
         verify(sealed)
 
 
+def test_recordings_of_a_case_that_was_not_sealed_are_refused(sealed):
+    (sealed / "cases" / "case_0003" / "field").mkdir(parents=True)
+    with pytest.raises(SealError, match=r"cases/case_0003: was added after the bench was sealed"):
+        verify(sealed)
+
+
 def test_added_truth_is_refused(sealed):
     (sealed / "truth" / "case_0003.yaml").write_text("name: case_0003\n")
     with pytest.raises(SealError, match=r"case_0003\.yaml: was added after"):

@@ -45,7 +45,7 @@ def verify(out: Path) -> list[str]:
     """Names of the sealed cases, their truth being what was sealed.
 
     Raises:
-        SealError: no seal, a truth that is missing, was changed or came later.
+        SealError: no seal, a truth that is missing, was changed or came later, or recordings of a case that was not sealed.
     """
     target = out / SEAL
     if not target.is_file():
@@ -66,6 +66,9 @@ def verify(out: Path) -> list[str]:
     extra = sorted({file.stem for file in (out / "truth").glob("*.yaml")} - set(names))
     if extra:
         raise SealError(f"{out}/truth/{extra[0]}.yaml: was added after the bench was sealed")
+    strangers = sorted({folder.name for folder in (out / "cases").glob("case_*") if folder.is_dir()} - set(names))
+    if strangers:
+        raise SealError(f"{out}/cases/{strangers[0]}: was added after the bench was sealed")
     return names
 
 
