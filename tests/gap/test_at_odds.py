@@ -19,7 +19,7 @@ def asked(field, held, as_is=4.0, before=3.0, **recordings):
                             recordings={"field": ["f"], "commissioning": ["c"], "validation": ["v"]} | recordings)
     best = SimpleNamespace(predictions=[{"flow": np.zeros(50)}] * 2)
     runs = SimpleNamespace(floor=FLOOR, gap=lambda fitted: held)
-    return at_odds(model, best, runs, {"flow": as_is}, {"flow": before})
+    return at_odds(model, best, runs, as_is, before)
 
 
 def test_a_validation_of_which_the_field_shows_nothing_is_asked_about():
@@ -35,7 +35,7 @@ def test_a_field_that_is_off_too_or_a_validation_that_is_not_is_not(field, held)
 def test_the_end_of_the_field_recording_is_no_validation():
     model = SimpleNamespace(signals=[signal(1.0)], altered=[True], recordings={"field": ["f"]})
     runs = SimpleNamespace(floor=FLOOR, gap=lambda fitted: 7.2)
-    assert at_odds(model, SimpleNamespace(predictions=[{"flow": np.zeros(50)}]), runs, {"flow": 4.0}, {"flow": 4.0}) == []
+    assert at_odds(model, SimpleNamespace(predictions=[{"flow": np.zeros(50)}]), runs, 4.0, 4.0) == []
 
 
 def test_a_commissioning_that_makes_things_worse_is_asked_about():

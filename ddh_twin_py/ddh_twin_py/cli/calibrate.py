@@ -123,7 +123,7 @@ def _finish(args: argparse.Namespace, fit, rig, failed: str) -> int:
         failed: that the fit does not describe the machine, empty where it does; the file says so then.
     """
     from ddh_twin_py.cli.console import say
-    from ddh_twin_py.report.calibration_groups import group_of
+    from ddh_twin_py.report.calibration_groups import grouped
     from ddh_twin_py.rig.files import printable
     from ddh_twin_py.rig.writer import write_rig
 
@@ -132,7 +132,8 @@ def _finish(args: argparse.Namespace, fit, rig, failed: str) -> int:
     if args.only and len(fit.refused) == len(set(args.only)):
         say("ddh-twin calibrate: error: nothing that was asked for can be identified from these recordings; no rig file was written")
         return 1
-    if all(group_of(p, fit) in ("stays at prior", "refused") for p in fit.parameters):
+    groups = grouped(fit)
+    if not groups["informed"] and not groups["partly informed"]:
         say("ddh-twin calibrate: error: these recordings inform no parameter, too little happens in them; no rig file was written")
         return 1
     if args.output:

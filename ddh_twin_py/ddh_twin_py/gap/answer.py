@@ -51,7 +51,7 @@ def diagnosis(model: Diagnosable, found: Found, theta: np.ndarray, hidden: Seque
     runs = HeldRuns(held, floor)
     before_runs = runs.of(found.fitted[()]) if all(model.altered) else held.run(plain, ())
     as_is, before = ratios_of(held, held.run(np.zeros(model.size), ())), ratios_of(held, before_runs)
-    gap_before = size.gap(before, floor)
+    gap_as_is, gap_before = size.gap(as_is, floor), size.gap(before, floor)
     progress = progress or (lambda share: None)
     progress(_RUN)
     concluded = conclude(model, found, plain, runs, before)
@@ -82,10 +82,10 @@ def diagnosis(model: Diagnosable, found: Found, theta: np.ndarray, hidden: Seque
     unsure = _taken_up(found) if verdict.word == "no_gap" else []
     detectable = _detectable(found, unsure) if verdict.word == "no_gap" else []
     missed = _missed(detectable)
-    odd = at_odds(model, best, runs, as_is, before) if verdict.word == "unknown" else []
+    odd = at_odds(model, best, runs, gap_as_is, gap_before) if verdict.word == "unknown" else []
     report = {
         "verdict": verdict.word,
-        "gap": {"as_is": size.gap(as_is, floor), "before": gap_before, "after": gap_after,
+        "gap": {"as_is": gap_as_is, "before": gap_before, "after": gap_after,
                 "closed_fraction": size.closed(gap_before, gap_after)},
         "where": [entry_of(row) for row in rows if row.regime == ""] if verdict.word != "no_gap" else [],
         "why": _why(model, found, verdict),

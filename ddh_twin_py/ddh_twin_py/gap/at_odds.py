@@ -5,10 +5,8 @@ A cause is in the field recording, where it was sought. What the validation alon
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 from ddh_twin_py.gap import size
-from ddh_twin_py.gap.held_runs import HeldRuns
+from ddh_twin_py.gap.held_runs import HeldRuns, in_fitted
 from ddh_twin_py.gap.model import Diagnosable
 from ddh_twin_py.gap.refit import Refitted
 
@@ -16,26 +14,24 @@ _EXPLAINED = 1.3  # floors within which a field recording is explained
 _FAR = 2.0  # floors from which other recordings are off
 
 
-def at_odds(model: Diagnosable, best: Refitted, runs: HeldRuns, as_is: Mapping[str, float], before: Mapping[str, float]) -> list[str]:
+def at_odds(model: Diagnosable, best: Refitted, runs: HeldRuns, as_is: float, before: float) -> list[str]:
     """What to ask about the recordings of a case of which something unknown is said; none where they go together.
 
     Args:
         best: hypothesis as fitted. runs: of held-out data.
-        as_is, before: multiples of their noise by which signals of these are off with the sheet's parameters, and as commissioned.
+        as_is, before: gap of these with the sheet's parameters, and as commissioned, in multiples of the floor.
     """
-    said, floor = [], runs.floor
+    said = []
     if "validation" in model.recordings:
-        fitted = [(s, p) for s, p, altered in zip(model.signals, best.predictions, model.altered, strict=True) if altered]
-        inside = size.gap({name: ratio for name, ratio in size.pooled(fitted).items() if name in floor}, floor)
+        inside = size.of_all(in_fitted(model, best, runs.floor, acts=True))
         outside = runs.gap(best)
         if inside <= _EXPLAINED and outside > _FAR:
             paths = ", ".join(model.recordings["validation"])
             said.append(f"{paths}: it lies {outside:.1f} times the floor off with what explains the field recording to {inside:.1f}; is it "
                         "of the same rig, in the state of the field recording and with the payload that it declares? If it is, what it "
                         "shows does not act, or hardly, in the field recording's duty")
-    unfitted, commissioned = size.gap(as_is, floor), size.gap(before, floor)
-    if not all(model.altered) and commissioned > max(_FAR, unfitted):
+    if not all(model.altered) and before > max(_FAR, as_is):
         paths = ", ".join(model.recordings["commissioning"])
-        said.append(f"{paths}: fitted to it, the twin is farther off what was recorded later ({commissioned:.1f} times the floor) than "
-                    f"with the sheet's parameters ({unfitted:.1f}); is it of the same rig, and with the payload that it declares?")
+        said.append(f"{paths}: fitted to it, the twin is farther off what was recorded later ({before:.1f} times the floor) than "
+                    f"with the sheet's parameters ({as_is:.1f}); is it of the same rig, and with the payload that it declares?")
     return said

@@ -26,17 +26,15 @@ def carried(recording: Recording, rig: Rig) -> float:
     if stream is None:
         return math.nan
     names = ("pressure_piston_side", "pressure_rod_side", "rod_velocity", "rod_position")
-    piston, rod, velocity, position = (stream.values[:, stream.fields.index(name)] for name in names)
+    piston, rod, velocity, position = map(stream.column, names)
     known = np.isfinite(piston) & np.isfinite(rod) & np.isfinite(position)
     ways = [known & (sign * velocity > _MOVING) for sign in (1.0, -1.0)]
     if min(int(way.sum()) for way in ways) < _LEAST:
         return math.nan
-    one, two = (rig.declaring(mass).parameters[0] for mass in (1.0, 2.0))
-    force = piston * float(piston_area(one)) - rod * float(rod_side_area(one))
-    here = [(float(force[way].mean()), float(position[way].mean())) for way in ways]
-    per_kg = float(load_force(0.0, two)) - float(load_force(0.0, one))
-    beyond = [f - float(load_force(x, one)) for f, x in here]
-    return 1.0 + float(np.mean(beyond)) / per_kg
+    record = rig.parameters[0]
+    force = piston * float(piston_area(record)) - rod * float(rod_side_area(record))
+    beyond = [float(force[way].mean() - load_force(position[way].mean(), record)) for way in ways]
+    return rig["load.payload_mass"] + float(np.mean(beyond)) / (rig["load.payload_ratio"] * rig["load.gravity"])
 
 
 def undeclared_loads(field: Sequence[Recording], commissioning: Sequence[Recording], validation: Sequence[Recording],

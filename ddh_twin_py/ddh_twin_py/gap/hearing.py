@@ -29,7 +29,7 @@ from ddh_twin_py.gap.held_out_rules import (
     strained,
     worsened,
 )
-from ddh_twin_py.gap.held_runs import HeldRuns
+from ddh_twin_py.gap.held_runs import HeldRuns, in_fitted
 from ddh_twin_py.gap.hypotheses import Ids
 from ddh_twin_py.gap.law_freedom import gain_of_freedom
 from ddh_twin_py.gap.model import Diagnosable
@@ -89,7 +89,7 @@ class Hearing:
         first, built = runs.held.signals()[0], drift is not None
         unknown = borne_out(unknown, found.linearised.power, runs.over(leader), over, closed, len(leader.columns), built)
         if built:
-            unknown = strained(unknown, self._in_fitted(leader, acts=False), len(leader.columns))
+            unknown = strained(unknown, in_fitted(self._model, leader, floor, acts=False), len(leader.columns))
         followed = {name: over[name] for name in self._model.followed if name in over and name in first}
         if built and followed:
             unknown = drifted(unknown, drift.of(leader), len(leader.columns), self._gap_as_run, shrunk)
@@ -98,7 +98,7 @@ class Hearing:
             return unknown
         sizes = {n: (floor[n] * first[n].noise, first[n].unit) for n in followed}
         unknown = left_behind(unknown, followed, {n: self._as_run[n] / floor[n] for n in followed}, sizes, built,
-                              self._in_fitted(leader, acts=True))
+                              in_fitted(self._model, leader, floor, acts=True))
         if built:  # without a commissioning recording any other duty may ask for other parameters
             unknown = worsened(unknown, over, before.over)
         unknown = bent(unknown, gain_of_freedom(found.linearised, leader, FREEDOM), leader.log_evidence - none.log_evidence)
@@ -126,12 +126,6 @@ class Hearing:
         times = {c.effect.id: float(y / x) for c, x, y in zip(leader.columns, leader.x, other.departures, strict=True)}
         shares = {c.effect.id: float(s / abs(x)) for c, x, s in zip(leader.columns, leader.x, spread, strict=True)}
         return resized(unknown, kept.cost(least) - other.cost(least), times, shares, proportioned(self._found.linearised, leader))
-
-    def _in_fitted(self, fitted: Refitted, acts: bool) -> dict[str, float]:
-        """RMS over floor of each signal of the recordings in which effects act, or of the others, beside a fit."""
-        model, floor = self._model, self._runs.floor
-        some = [(s, p) for s, p, altered in zip(model.signals, fitted.predictions, model.altered, strict=True) if altered is acts]
-        return {name: ratio / floor[name] for name, ratio in size.pooled(some).items() if name in floor}
 
 
 def spread_elsewhere(fitted: Refitted) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""Free runs of held-out data under fits, and how far they are off."""
+"""Free runs of held-out data under fits, and how far these and the fitted recordings are off."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from ddh_twin_py.gap import size
-from ddh_twin_py.gap.model import Held
+from ddh_twin_py.gap.model import Diagnosable, Held
 from ddh_twin_py.gap.refit import Refitted
 
 
@@ -50,3 +50,9 @@ class HeldRuns:
 def ratios_of(held: Held, runs) -> dict[str, float]:
     """RMS over noise of each signal, all held-out recordings together."""
     return size.pooled(list(zip(held.signals(), runs, strict=True)), held.mask())
+
+
+def in_fitted(model: Diagnosable, fitted: Refitted, floor: Mapping[str, float], acts: bool) -> dict[str, float]:
+    """RMS over floor of each signal of the fitted recordings in which effects act, or of the others, beside a fit."""
+    some = [(s, p) for s, p, altered in zip(model.signals, fitted.predictions, model.altered, strict=True) if altered is acts]
+    return {name: ratio / floor[name] for name, ratio in size.pooled(some).items() if name in floor}
