@@ -12,6 +12,7 @@ from ddh_twin_py.gap.held_out_rules import (
     far_off,
     halfway,
     left_behind,
+    off_its_noise,
     refuted,
     resized,
     strained,
@@ -185,6 +186,16 @@ def test_strokes_and_winding_may_be_moved_away():
 def test_a_cause_that_asks_for_another_rig_than_was_built_is_not_the_cause(as_built, least, most):
     after = strained(Unknown(0.01, [], 0.0, "1"), as_built)
     assert least <= after.probability <= most and bool(after.notes) is (least > 0.5)
+
+
+@pytest.mark.parametrize(("off", "least", "most"), [
+    ({}, 0.0, 0.02), ({"speed": 1.0, "rod_velocity": 1.15}, 0.0, 0.03), ({"speed": 1.0, "rod_velocity": 1.4}, 0.95, 1.0),
+])
+def test_a_signal_that_was_at_its_noise_as_built_and_is_not_since_is_not_explained(off, least, most):
+    forms = [FreeForm(name, gain, 1.0, [], "all") for name, gain in ((WINDING, 99.0), ("rod_velocity", 3.0))]
+    after = off_its_noise(Unknown(0.01, forms, 0.0, "1"), off)
+    assert least <= after.probability <= most
+    assert (after.forms[0].signal == "rod_velocity" and "rod_velocity" in after.notes[0]) if least > 0.5 else after.forms == forms
 
 
 @pytest.mark.parametrize(("drift", "effects", "least", "most"), [

@@ -20,7 +20,7 @@ from ddh_twin_py.gap.refit import Refitted
 from ddh_twin_py.gap.rivals import next_believed
 from ddh_twin_py.gap.search import Found
 from ddh_twin_py.gap.tolerance import without_parameters
-from ddh_twin_py.gap.unknown import NEEDED_BY, Unknown
+from ddh_twin_py.gap.unknown import NEEDED_BY, Unknown, drawn
 from ddh_twin_py.gap.verdict import LIKELY, NEARLY, Verdict, explains_a_signal, judge, less_believed, nothing_to_explain, something_acting
 
 _NO_NEARER = 0.99  # share of the gap of held-out data without any effect, from which a hypothesis does not help with it
@@ -78,6 +78,7 @@ def conclude(model: Diagnosable, found: Found, plain: np.ndarray, runs: HeldRuns
         if acts >= LIKELY and not leader.columns:
             sought = replace(found, linearised=found.linearised.held_at(plain))
         unknown = located(unknown, sought.linearised, model.free_places(sought, unknown.forms))
+        unknown = drawn(model, found.linearised, leader, unknown)
         named = [f"the best listed hypothesis is {' and '.join(leader.effects)}"] if leader.columns else []
         unknown = replace(unknown, notes=[*unknown.notes, *named])
     if verdict.word == "no_gap" and leader.columns:  # they speak of a hypothesis that the answer does not name

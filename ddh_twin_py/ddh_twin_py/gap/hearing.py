@@ -9,6 +9,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from ddh_twin_py.gap import size
+from ddh_twin_py.gap.bin_means import beyond_noise
 from ddh_twin_py.gap.drift import Drift
 from ddh_twin_py.gap.held_best import AtBest, HeldBest
 from ddh_twin_py.gap.held_out_rules import (
@@ -24,6 +25,7 @@ from ddh_twin_py.gap.held_out_rules import (
     far_off,
     halfway,
     left_behind,
+    off_its_noise,
     refuted,
     resized,
     strained,
@@ -90,6 +92,7 @@ class Hearing:
         unknown = borne_out(unknown, found.linearised.power, runs.over(leader), over, closed, len(leader.columns), built)
         if built:
             unknown = strained(unknown, in_fitted(self._model, leader, floor, acts=False), len(leader.columns))
+            unknown = off_its_noise(unknown, beyond_noise(self._model, leader), len(leader.columns))
         followed = {name: over[name] for name in self._model.followed if name in over and name in first}
         if built and followed:
             unknown = drifted(unknown, drift.of(leader), len(leader.columns), self._gap_as_run, shrunk)

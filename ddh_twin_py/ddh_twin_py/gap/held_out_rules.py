@@ -36,6 +36,9 @@ something unknown is as likely; the same where no commissioning recording showed
 STRAINED, _STRAINED_SOFTNESS = 1.15, 0.025
 """Floors by which a fast signal of a commissioning recording may be off with the parameters that the best listed hypothesis asks for, until
 something unknown is as likely: by itself the rig as built is at its floor."""
+OFF_ITS_NOISE, _OFF_SOFTNESS = 1.28, 0.03
+"""Noises of a mean over a steady stretch by which a signal may be off in the field recordings beside the best listed hypothesis, which the
+commissioning recording shows at its noise, until something unknown is as likely."""
 DRIFTED, DRIFTED_ALONE, _DRIFT_SOFTNESS, _DRIFT_MOST = 8.0, 5.0, 0.7, 0.8
 """Standard deviations by which the best listed hypothesis may ask for another rig than was commissioned (`drift.Drift.of`), until something
 unknown is about as likely; the same of no effect, which has no law that is a little off; how sure that makes it at most."""
@@ -179,6 +182,25 @@ def strained(unknown: Unknown, as_built: Mapping[str, float], effects: int = 1) 
     note = (f"with the parameters that {asking}, {worst} of the commissioning recording is {prompt[worst]:.2f} "
             "times its floor; the rig as built had others")
     return unknown.at_least(float(expit((prompt[worst] - STRAINED) / _STRAINED_SOFTNESS)), note)
+
+
+def off_its_noise(unknown: Unknown, off: Mapping[str, float], effects: int = 1) -> Unknown:
+    """The same, more probable where a signal is off in the field recordings beside the best hypothesis that as built was at its noise.
+
+    Such a signal follows a command or the geometry, and no law of the rig may err in it. What is left is of that signal first.
+
+    Args:
+        off: of those signals, see `bin_means.beyond_noise`. effects: of which the hypothesis consists.
+    """
+    worst = max(off, key=off.get, default="")
+    probability = float(expit((off[worst] - OFF_ITS_NOISE) / _OFF_SOFTNESS)) if worst else 0.0
+    if probability <= 0.5:
+        return unknown.at_least(probability, "")
+    best = "beside the best listed hypothesis" if effects else "without any effect"
+    note = (f"{best} the means of {worst} over steady stretches of the field recording are off by {off[worst]:.1f} times their noise; "
+            "in the commissioning recording they are at it")
+    forms = sorted(unknown.forms, key=lambda form: form.signal != worst)
+    return replace(unknown.raised(probability, note), forms=forms)
 
 
 def drifted(unknown: Unknown, drift: float, effects: int, as_built: float, beside: float) -> Unknown:

@@ -103,18 +103,29 @@ def unknown_beside(model: Diagnosable, found: Found, fitted: Refitted) -> Unknow
         fitted: the best listed hypothesis, or none, at its optimum.
     """
     linearised = found.linearised
-    variables = model.variables(linearised.comparisons, fitted.theta, fitted.acting)
-    forms, probability = _judged(linearised, fitted, variables)
-    number = model.altered.index(True)
-    noise, unit = 1.0, "1"
-    if forms:  # of several field recordings not all read every signal
-        number = next(i for i, c in enumerate(linearised.comparisons)
-                      if model.altered[i] and any(block.signal == forms[0].signal for block in c.blocks))
-        signal = model.signals[number][forms[0].signal]
-        noise, unit = signal.noise, signal.unit
-    named = {f"{name}, {model.variable_units[name]}": values for name, values in variables[number].items()}
-    shapes = _shapes(linearised, fitted, named, number, forms[0], unit) if forms and probability > 0.5 else []
-    return Unknown(max(probability, UNLISTED if fitted.columns else 0.0), forms, forms[0].size * noise if forms else 0.0, unit, shapes)
+    forms, probability = _judged(linearised, fitted, model.variables(linearised.comparisons, fitted.theta, fitted.acting))
+    size, unit = 0.0, "1"
+    if forms:
+        signal = model.signals[_reading_it(model, linearised, forms[0])][forms[0].signal]
+        size, unit = forms[0].size * signal.noise, signal.unit
+    return Unknown(max(probability, UNLISTED if fitted.columns else 0.0), forms, size, unit)
+
+
+def drawn(model: Diagnosable, linearised: Linearised, fitted: Refitted, unknown: Unknown) -> Unknown:
+    """The same with the shape of what is left beside a hypothesis, of the free form that comes first."""
+    if not unknown.forms:
+        return unknown
+    form = unknown.forms[0]
+    number = _reading_it(model, linearised, form)
+    variables = model.variables(linearised.comparisons, fitted.theta, fitted.acting)[number]
+    named = {f"{name}, {model.variable_units[name]}": values for name, values in variables.items()}
+    return replace(unknown, shapes=_shapes(linearised, fitted, named, number, form, model.signals[number][form.signal].unit))
+
+
+def _reading_it(model: Diagnosable, linearised: Linearised, form: FreeForm) -> int:
+    """Number of the first recording in which effects act and that reads a form's signal; of several not all do."""
+    return next(i for i, c in enumerate(linearised.comparisons)
+                if model.altered[i] and any(block.signal == form.signal for block in c.blocks))
 
 
 def _shapes(linearised, fitted: Refitted, variables, number: int, form: FreeForm, unit: str) -> list[Shape]:
