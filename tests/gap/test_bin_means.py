@@ -21,7 +21,7 @@ def _signal(offset: np.ndarray, seed: int, broken: int = 0):
 
 
 def _asked(commissioning, field):
-    model = SimpleNamespace(signals=[commissioning, field], altered=[False, True])
+    model = SimpleNamespace(signals=[commissioning, field], altered=[False, True], kinematic=("speed", "current"))
     nothing = [{name: np.zeros(s.measured.size) for name, s in own.items()} for own in model.signals]
     return beyond_noise(model, SimpleNamespace(predictions=nothing))
 

@@ -74,7 +74,7 @@ class Comparison:
     """One recording against predictions of it.
 
     Args:
-        signals: name to signal with ``time``, ``measured``, ``noise``, ``binning``, ``start_std``.
+        signals: name to signal with ``time``, ``measured``, ``noise``, ``binning``, ``start_std``, ``rounding`` if a logger rounds.
         reference: a prediction by which steep places are known.
         discrepancy: what the model is forgiven.
 

@@ -1,18 +1,16 @@
-"""Means of fast signals over steady stretches: what one sample's noise hides, the mean of many does not.
+"""Means of kinematic signals over steady stretches: what one sample's noise hides, the mean of many does not.
 
 A signal that merely follows a command or the geometry, as a speed does or a rod's velocity, is off by nothing but its noise on
-a sound rig, even in such means. Over single samples a drive that gives way under load by half its speed's noise is one tenth above the
-floor; over means of forty it is three times above it.
+a sound rig, even in such means. Pressures are not: laws err in them by more. Over single samples a drive that gives way under
+load by half its speed's noise is one tenth above the floor; over means of forty it is three times above it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
-
 import numpy as np
 
 from ddh_twin_py.gap.lacking import PHASES
-from ddh_twin_py.gap.model import Model
+from ddh_twin_py.gap.model import Diagnosable
 from ddh_twin_py.gap.refit import Refitted
 
 AT_NOISE = 1.25
@@ -22,8 +20,8 @@ _LARGEST = 0.02  # share of the bins that are left out, the largest: a few broke
 _STEADY = [PHASES.index(phase) for phase in PHASES[:3]]
 
 
-def beyond_noise(model: Model, fitted: Refitted) -> dict[str, float]:
-    """RMS of a signal's means over steady stretches of the recordings in which effects act, beside a fit, in noises of such means.
+def beyond_noise(model: Diagnosable, fitted: Refitted) -> dict[str, float]:
+    """RMS of a kinematic signal's means over steady stretches of recordings in which effects act, beside a fit, in noises of such means.
 
     Only of signals that the other recordings show at their noise (`AT_NOISE`) beside the same fit; empty where there are none.
     """
@@ -31,22 +29,19 @@ def beyond_noise(model: Model, fitted: Refitted) -> dict[str, float]:
     return {name: off for name, off in since.items() if built.get(name, np.inf) <= AT_NOISE}
 
 
-def _pooled(model: Model, fitted: Refitted, acts: bool) -> dict[str, float]:
+def _pooled(model: Diagnosable, fitted: Refitted, acts: bool) -> dict[str, float]:
     squares: dict[str, list[np.ndarray]] = {}
     for signals, prediction, altered in zip(model.signals, fitted.predictions, model.altered, strict=True):
         if altered is acts:
-            for name, values in _squares(signals, prediction):
-                squares.setdefault(name, []).append(values)
+            for name in (name for name in model.kinematic if name in signals):
+                squares.setdefault(name, []).append(_squares(signals[name], prediction[name]))
     pooled = {name: np.sort(np.concatenate(values)) for name, values in squares.items()}
     return {name: float(np.sqrt(values[: values.size - int(_LARGEST * values.size)].mean()))
             for name, values in pooled.items() if values.size >= _FEWEST}
 
 
-def _squares(signals: Mapping, prediction: Mapping[str, np.ndarray]) -> Iterable[tuple[str, np.ndarray]]:
-    """Name and squared means, in squared noises of a mean, (b,)."""
-    for name, signal in signals.items():
-        binning = signal.binning
-        steady = np.isin(binning.phase, _STEADY)
-        if steady.any():
-            off = binning.mean(np.where(np.isfinite(signal.measured), signal.measured - prediction[name], 0.0)) / signal.noise
-            yield name, (binning.count * off**2)[steady]
+def _squares(signal, prediction: np.ndarray) -> np.ndarray:
+    """Squared means over steady stretches, in squared noises of a mean, (b,)."""
+    binning = signal.binning
+    off = binning.mean(np.where(np.isfinite(signal.measured), signal.measured - prediction, 0.0)) / signal.noise
+    return (binning.count * off**2)[np.isin(binning.phase, _STEADY)]

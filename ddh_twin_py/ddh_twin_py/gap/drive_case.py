@@ -55,6 +55,7 @@ class DriveCase(DirectDrive):
     catalogue = EFFECTS
     assumptions = ASSUMPTIONS
     variable_units: Mapping[str, str] = {"oil temperature": "K", "speed": "rad/s"}
+    kinematic = ("speed", "rod_velocity")
 
     def __init__(self, commissioning: Sequence[Experiment], field: Sequence[Experiment], rig: Rig, held: Sequence[Experiment] = ()) -> None:
         recorded = next((e.recording.rig.rig_id for e in field if e.recording.rig is not None and e.recording.rig.rig_id), rig.rig_id)

@@ -187,10 +187,10 @@ def strained(unknown: Unknown, as_built: Mapping[str, float], effects: int = 1) 
 def off_its_noise(unknown: Unknown, off: Mapping[str, float], effects: int = 1) -> Unknown:
     """The same, more probable where a signal is off in the field recordings beside the best hypothesis that as built was at its noise.
 
-    Such a signal follows a command or the geometry, and no law of the rig may err in it. What is left is of that signal first.
+    What is left is of that signal first.
 
     Args:
-        off: of those signals, see `bin_means.beyond_noise`. effects: of which the hypothesis consists.
+        off: of signals in which no law of the rig errs, see `bin_means.beyond_noise`. effects: of which the hypothesis consists.
     """
     worst = max(off, key=off.get, default="")
     probability = float(expit((off[worst] - OFF_ITS_NOISE) / _OFF_SOFTNESS)) if worst else 0.0

@@ -106,7 +106,8 @@ class Diagnosable(Model, Protocol):
     Attributes:
         catalogue: effects by id. recordings: kind (``field``, ...) to names. assumptions: texts.
         variable_units: of what `variables` gives. followed: signals that a run of held-out data under the true cause follows to the
-            floor where what is open of rig and begin is at its best; others sum up small flaws.
+            floor where what is open of rig and begin is at its best; others sum up small flaws. kinematic: signals that follow a command
+            or the geometry, in which no law of the rig errs by more than their noise.
         rig: its description as known before; has ``rig_id``, ``file``, ``quantities``.
     """
 
@@ -115,6 +116,7 @@ class Diagnosable(Model, Protocol):
     assumptions: list[str]
     variable_units: Mapping[str, str]
     followed: Sequence[str]
+    kinematic: Sequence[str]
     rig: Any
 
     def tolerances(self) -> Mapping[str, float | None]:

@@ -76,6 +76,7 @@ class RigModel:
         self.recordings = {kind: [run.name for run in own] for kind, own in kinds.items() if own}
         names = self.field[0].variables(self._base)
         self.followed: tuple[str, ...] = ()  # no law of these rigs holds to the floor
+        self.kinematic: tuple[str, ...] = ()
         self.variable_units = {_plain(name): name.rpartition(", ")[2] for name in names}
         self.rig = RigCard(description.rig, description.source,
                            {p.name: Known(p.value, p.std, p.unit, p.source) for p in description.parameters})
