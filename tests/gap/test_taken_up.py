@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from ddh_twin_py.gap.taken_up import not_shown, taken_up
+from ddh_twin_py.gap.taken_up import not_shown, shown_since, taken_up
 from support.first_order import DEVIATION, EFFECTS, FirstOrder
 
 GAIN, _, OFFSET = EFFECTS
@@ -45,3 +45,17 @@ def test_what_commissioning_does_not_show_may_have_been_so_from_the_start(shown,
     linearised = SimpleNamespace(model=model, power=1.0, sensitivities=[np.tile(shown, (5, 1)), np.full((5, 3), 9.0)])
     fitted = SimpleNamespace(theta=np.zeros(3), acting=[(effect, 0, 0.05)])
     assert not_shown(linearised, fitted) is unsaid
+
+
+@pytest.mark.parametrize(("built", "theta", "altered", "told"), [
+    ((0.0, 9.0, 9.0), (-0.9, 0.0, 0.0), [False, True], {"valve.gain": 0}),
+    ((9.0, 9.0, 9.0), (-0.9, 0.0, 0.0), [False, True], {}),  # commissioning shows it, too
+    ((0.0, 9.0, 9.0), (-0.1, 0.0, 0.0), [False, True], {}),  # the sheet may be right
+    ((0.0, 9.0, 9.0), (-0.9, 0.0, 0.0), [True, True], {}),  # nothing was recorded before
+])  # fmt: skip
+def test_a_parameter_that_only_altered_recordings_show_stands_in_the_place_of_an_effect(built, theta, altered, told):
+    model = FirstOrder([0.0, 0.0, 0.0])
+    model.altered = altered
+    columns = [SimpleNamespace(effect=effect, law=0, x=0.05) for effect in EFFECTS]
+    linearised = SimpleNamespace(model=model, power=1.0, columns=columns, sensitivities=[np.tile(built, (5, 1)), np.full((5, 3), 9.0)])
+    assert shown_since(linearised, np.array(theta), np.array([0.05, 0.05, 0.05])) == told

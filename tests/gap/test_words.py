@@ -36,6 +36,15 @@ def test_no_gap_names_what_had_to_go_to_the_end_of_its_tolerance(pressed, said):
     assert said in sentence(NO_GAP, EFFECTS, pressed=pressed) and "had to go" not in sentence(NO_GAP, EFFECTS)
 
 
+@pytest.mark.parametrize(("since", "said"), [
+    ((), "show of the rig what that one does not, and a fit"),
+    (["a 1 bar instead of 2 bar"], "show of the rig what that one does not, such as a 1 bar instead of 2 bar, and a fit"),
+    (["a 1 bar instead of 2 bar", "b", "c"], "such as a 1 bar instead of 2 bar and 2 more, and a fit"),
+])  # fmt: skip
+def test_no_gap_names_what_only_the_field_shows_of_the_rig(since, said):
+    assert said in sentence(NO_GAP, EFFECTS, since=since)
+
+
 @pytest.mark.parametrize(("before", "begins"), [
     (2.3, "There is a gap of 2.3 times the floor, and these cannot be told apart surely: "),
     (0.9, "Data not used for that lie 0.9 times the floor off, which is no gap, but the recording in which it was sought asks for a cause"),

@@ -22,9 +22,10 @@ from ddh_twin_py.gap.open_rig import asked_of_rig, told
 from ddh_twin_py.gap.places import alone, entry_of, places, sized, unknown_places
 from ddh_twin_py.gap.refit import Refitted
 from ddh_twin_py.gap.search import Found
-from ddh_twin_py.gap.taken_up import not_shown
+from ddh_twin_py.gap.taken_up import not_shown, shown_since
 from ddh_twin_py.gap.verdict import Verdict
 from ddh_twin_py.gap.words import careful, sentence
+from ddh_twin_py.rig.reader_units import plus_minus
 from ddh_twin_py.rig.sheet import CUT
 
 LISTED = 0.01
@@ -79,7 +80,8 @@ def diagnosis(model: Diagnosable, found: Found, theta: np.ndarray, hidden: Seque
     at_best = concluded.at_best.get(leader.effects)
     asked_for = asked_of_rig(model, leader, at_best, runs) if at_best else ""
     other_rig = [told(gap_after, at_best.gap, asked_for, "validation" in model.recordings)] if asked_for else []
-    unsure = _taken_up(found) if verdict.word == "no_gap" else []
+    since = _since(found, leader.theta, spread, parameters) if verdict.word == "no_gap" else {}
+    unsure = list(dict.fromkeys([*_taken_up(found), *since])) if verdict.word == "no_gap" else []
     detectable = _detectable(found, unsure) if verdict.word == "no_gap" else []
     missed = _missed(detectable)
     odd = at_odds(model, best, runs, gap_as_is, gap_before) if verdict.word == "unknown" else []
@@ -97,7 +99,8 @@ def diagnosis(model: Diagnosable, found: Found, theta: np.ndarray, hidden: Seque
         "unknown": unknown.entry() if verdict.word == "unknown" else None, "next_test": model.next_test(found, verdict, unknown),
         "held_out": held.words,
         "notes": [*odd, *unknown.notes, *concluded.notes, *other_rig, *([described(learned, gap_before, gap_after)] if learned else []),
-                  *model.notes(), *_not_held(model, before), *_not_seen(hidden), *_since_when(unsure), *_would_not_show(missed),
+                  *model.notes(), *_not_held(model, before), *_not_seen(hidden),
+                  *_since_when([name for name in unsure if name not in since]), *_only_since(since), *_would_not_show(missed),
                   *_at_the_end(pressed)],
     }
     nameless = verdict.word == "unknown" and not learned  # what acts is in no rig file then, and parameters fitted beside it took it up
@@ -106,7 +109,7 @@ def diagnosis(model: Diagnosable, found: Found, theta: np.ndarray, hidden: Seque
     return Diagnosis(
         report=report, recordings=model.recordings,
         sentence=careful(odd) + sentence(report, model.catalogue, [*hidden, *missed], unknown.reading, at_best.over if at_best else None,
-                                         asked_for, pressed, not all(model.altered)),
+                                         asked_for, pressed, not all(model.altered), list(since.values())),
         traces=held.traces(before_runs[0], runs.of(leader)[0], floor), axes=held.axes(leader.theta, acting),
         lacking=rows, alone=alone(model, found), inputs=inputs, weighed=weighed, confusable=confusable, parameters=parameters,
         shapes=unknown.shapes,
@@ -163,6 +166,20 @@ def _taken_up(found: Found) -> list[str]:
     """Effects in whose place the rig's own value, which field recordings alone show, may stand."""
     single = [(ids[0], fitted) for ids, fitted in found.fitted.items() if len(ids) == 1 and not fitted.slight]
     return [name for name, fitted in single if not_shown(found.linearised, fitted)]
+
+
+def _since(found: Found, theta: np.ndarray, spread: np.ndarray, parameters: Sequence[FittedParameter]) -> dict[str, str]:
+    """Effect to the parameter, with its value, that stands in its place and that only the field recordings show; see `shown_since`."""
+    shown = shown_since(found.linearised, theta, spread)
+    told = {name: parameters[number] for name, number in shown.items() if number < len(parameters)}
+    return {name: f"{p.name} {plus_minus(p.value, p.std, p.unit)} instead of {plus_minus(p.prior, p.prior_std, p.unit)}"
+            for name, p in told.items()}
+
+
+def _only_since(since: Mapping[str, str]) -> list[str]:
+    """Notes on what `_since` found."""
+    return [f"the field recordings show {said}, which is within tolerance; the commissioning recording does not show it, so whether "
+            f"{name} has changed since cannot be known" for name, said in since.items()]
 
 
 def _since_when(names: Sequence[str]) -> list[str]:

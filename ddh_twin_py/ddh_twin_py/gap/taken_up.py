@@ -16,6 +16,7 @@ _STEP = 0.01  # deviations
 _REACHED = 0.05  # of what the effect changes, that parameters may leave over
 _MOVED = 0.3  # deviations of a parameter that count
 _SHOWN = 1.0  # information, in inverse squares of its tolerance, from which a recording shows a parameter
+_SURELY = 3.0  # posterior deviations from the sheet, from which a parameter surely is another
 
 
 def taken_up(model: Model, theta: np.ndarray, acting: Acting) -> np.ndarray | None:
@@ -51,9 +52,34 @@ def not_shown(linearised: Linearised, fitted: Refitted) -> bool:
     if instead is None or all(linearised.model.altered):
         return False
     moved = np.flatnonzero(np.abs(instead - fitted.theta) > _MOVED)
-    built = [j[:, moved] for j, altered in zip(linearised.sensitivities, linearised.model.altered, strict=True) if not altered]
-    told = linearised.power * sum(np.sum(j**2, axis=0) for j in built)
-    return bool(moved.size and (told < _SHOWN).all())
+    return bool(moved.size and (_told_before(linearised)[moved] < _SHOWN).all())
+
+
+def shown_since(linearised: Linearised, theta: np.ndarray, spread: np.ndarray) -> dict[str, int]:
+    """Effects in whose place one parameter stands that altered recordings alone show, and surely show otherwise than the sheet says.
+
+    Args:
+        theta, spread: parameters and their posterior standard deviations, in deviations, (k,).
+
+    Returns:
+        effect to the index of that parameter; empty where there are no recordings without effects.
+    """
+    if all(linearised.model.altered):
+        return {}
+    otherwise = (_told_before(linearised) < _SHOWN) & (np.abs(theta) > _SURELY * spread)
+    found: dict[str, int] = {}
+    for column in linearised.columns:
+        instead = None if column.effect.id in found else taken_up(linearised.model, theta, [(column.effect, column.law, column.x)])
+        moved = [] if instead is None else np.flatnonzero(np.abs(instead - theta) > _MOVED)
+        if len(moved) == 1 and otherwise[moved[0]]:
+            found[column.effect.id] = int(moved[0])
+    return found
+
+
+def _told_before(linearised: Linearised) -> np.ndarray:
+    """Information that recordings without effects hold of each parameter, as the evidence weighs it, (k,)."""
+    built = [j for j, altered in zip(linearised.sensitivities, linearised.model.altered, strict=True) if not altered]
+    return linearised.power * sum(np.sum(j**2, axis=0) for j in built)
 
 
 def _numbers(record: np.ndarray) -> np.ndarray:

@@ -23,7 +23,7 @@ _LEFT = 2.0  # floors from which a signal that is left off is named beside "no g
 
 def sentence(report: Mapping, catalogue: Mapping[str, Effect], unseen: Sequence[str] = (), reading: str = "",
              at_best: Mapping[str, float] | None = None, asked_for: str = "", pressed: Sequence[str] = (),
-             commissioned: bool | None = None) -> str:
+             commissioned: bool | None = None, since: Sequence[str] = ()) -> str:
     """One sentence with its confidence, for an engineer who reads nothing else.
 
     Args:
@@ -32,9 +32,10 @@ def sentence(report: Mapping, catalogue: Mapping[str, Effect], unseen: Sequence[
         at_best: floors by which signals of held-out data are off where what is open of the rig is at its best for them; None: not known.
         asked_for: parameters that have to move for that; empty where it makes little difference.
         pressed: parameters that a fit pressed against the end of their tolerance. commissioned: see `Effect.happens`.
+        since: parameters that only the field recordings show, each with its value.
     """
     if report["verdict"] == "no_gap":
-        return _no_gap(report, len(unseen), at_best, asked_for, pressed)
+        return _no_gap(report, len(unseen), at_best, asked_for, pressed, since)
     if report["verdict"] == "unknown":
         return _unknown(report, reading)
     if report["verdict"] == "explained":
@@ -66,14 +67,15 @@ def by_component(where: Sequence[Mapping]) -> dict[str, float]:
     return shares
 
 
-def _no_gap(report: Mapping, unseen: int, at_best: Mapping[str, float] | None, asked_for: str, pressed: Sequence[str]) -> str:
+def _no_gap(report: Mapping, unseen: int, at_best: Mapping[str, float] | None, asked_for: str, pressed: Sequence[str],
+            since: Sequence[str]) -> str:
     as_is, before, after = (report["gap"][name] for name in ("as_is", "before", "after"))
     none = next((h["probability"] for h in report["hypotheses"] if not h["effects"]), 0.0)
     text = (f"No gap: with its parameters fitted within {CUT:g} times their tolerance the twin explains data not used for that to "
             f"{after:.1f} times the floor")
     if before > _CLOSED_BY * after:  # what the recordings in question show of the rig, its commissioning did not
         text += (f" (unfitted it was {as_is:.1f} times, fitted to the commissioning recording alone {before:.1f}; the field recordings "
-                 "show of the rig what that one does not, and a fit to them, too, closes that)")
+                 f"show of the rig what that one does not{_such_as(since)}, and a fit to them, too, closes that)")
     elif as_is > _CLOSED_BY * after:
         text += f" (unfitted it was {as_is:.1f} times; calibration closes that)"
     text += _another(at_best, asked_for)
@@ -88,6 +90,12 @@ def _no_gap(report: Mapping, unseen: int, at_best: Mapping[str, float] | None, a
         return f"{text}; that no effect acts is {probably(none)} likely."
     return (f"{text}; that no effect acts that would have shown is {probably(none)} likely, and {unseen} "
             f"effect{'s' * (unseen > 1)} of the catalogue would not have shown even at a moderate size.")
+
+
+def _such_as(since: Sequence[str]) -> str:
+    """What the field recordings show, the first of it in full; empty where nothing is known of it."""
+    more = f" and {len(since) - 1} more" if len(since) > 1 else ""
+    return f", such as {since[0]}{more}" if since else ""
 
 
 def _left_most(report: Mapping, at_best: Mapping[str, float] | None, but: Sequence[str] = AMPLIFIED) -> tuple[str, float]:
