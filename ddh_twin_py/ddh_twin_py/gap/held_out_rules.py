@@ -1,4 +1,4 @@
-"""Rules by which held-out data make it more or less probable that something outside the catalogue acts beside a hypothesis.
+"""Rules by which held-out data, and the fitted ones, make something outside the catalogue more or less probable beside a hypothesis.
 
 Each takes what is unknown beside a hypothesis and gives it back, with another probability and a note that says why. `hearing` says in which
 order they act.
