@@ -21,12 +21,12 @@ from support.first_order import EFFECTS, FirstOrder
 GAIN, LAG, _ = EFFECTS
 
 
-def places(model, effects):
+def places(model, effects, off=""):
     with ThreadPoolExecutor(2) as pool:
         linearised = linearise(model, effects, np.zeros(3), Discrepancy(), SLACK, POWER, pool)
     variables = [{"flow rate": np.concatenate([np.abs(c.features(p)[b.rows]) for b in c.blocks])}
                  for c, p in zip(linearised.comparisons, linearised.predictions, strict=True)]
-    return free_places(linearised, linearised.columns, variables, lambda signal: (f"{signal} meter", "measurement"))
+    return free_places(linearised, linearised.columns, variables, lambda signal: (f"{signal} meter", "measurement"), off)
 
 
 def misread(model, name, error):
@@ -54,6 +54,17 @@ def test_a_reading_that_drifts_away_alone_lies_in_its_meter():
     misread(model, "other_flow", lambda share: 0.2 * share)
     first = places(model, [GAIN, LAG])[0]
     assert (first.component, first.signal, first.column) == ("other_flow meter", "other_flow", None) and first.share > 0.9
+
+
+def test_a_place_explains_the_signal_that_surely_is_off():
+    """One meter drifts far, the other a little; it is the latter of which something is known."""
+    model = FirstOrder(np.zeros(3))
+    misread(model, "flow", lambda share: 0.5 * share)
+    misread(model, "other_flow", lambda share: 0.1 * share)
+    assert places(model, [GAIN, LAG])[0].signal == "flow"
+    found = places(model, [GAIN, LAG], off="other_flow")
+    assert found[0].signal == "other_flow" and "flow" not in [place.signal for place in found]
+    assert places(model, [GAIN, LAG], off="read by nothing")[0].signal == "flow"
 
 
 def test_where_nothing_is_off_no_place_is_sure():

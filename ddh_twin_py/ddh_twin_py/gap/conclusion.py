@@ -77,7 +77,7 @@ def conclude(model: Diagnosable, found: Found, plain: np.ndarray, runs: HeldRuns
     if verdict.word == "unknown":
         if acts >= LIKELY and not leader.columns:
             sought = replace(found, linearised=found.linearised.held_at(plain))
-        unknown = located(unknown, sought.linearised, model.free_places(sought, unknown.forms))
+        unknown = located(unknown, sought.linearised, model.free_places(sought, unknown.forms, unknown.off))
         unknown = drawn(model, found.linearised, leader, unknown)
         named = [f"the best listed hypothesis is {' and '.join(leader.effects)}"] if leader.columns else []
         unknown = replace(unknown, notes=[*unknown.notes, *named])

@@ -84,12 +84,12 @@ class DriveCase(DirectDrive):
         """The validation recordings, else the end of each field recording."""
         return HeldData.of(self)
 
-    def free_places(self, found: Found, forms: list[FreeForm]) -> list[FreePlace]:
+    def free_places(self, found: Found, forms: list[FreeForm], off: str = "") -> list[FreePlace]:
         """Places by how much their free inputs explain, the likeliest first."""
         own = found.linearised
         with ThreadPoolExecutor(max_workers=2) as pool:
             columns = [*own.columns, *columns_of(terms(), self, own.theta, own.comparisons, pool)]
-        return free_places(own, columns, self.variables(own.comparisons, own.theta), lambda signal: (reader_of(signal), "measurement"))
+        return free_places(own, columns, self.variables(own.comparisons, own.theta), lambda signal: (reader_of(signal), "measurement"), off)
 
     def unknown_inputs(self, theta: np.ndarray, spread: np.ndarray) -> list[Lack]:
         """Torque, force, flow and heat left over in the first field recording, less those of the commissioning recording."""

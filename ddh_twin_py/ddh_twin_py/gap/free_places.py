@@ -28,6 +28,7 @@ _CONSTANT, _VARYING = 3.0, 1.0  # prior standard deviations of an input and of h
 _LEAST = 1e-9  # information below which an input moves nothing
 _SOFTNESS = 0.2  # share of the best place's log evidence by which the odds of places are tempered: the inputs are crude
 _HARDEST = 2.0  # log evidence by which they are tempered at least
+_ALSO = 0.5  # share of what the best place explains of one signal, from which a place explains that signal
 
 
 @dataclass(frozen=True)
@@ -64,13 +65,14 @@ class _Inputs:
 
 
 def free_places(linearised: Linearised, columns: Sequence[Column], variables: Sequence[Mapping[str, np.ndarray]],
-                reads: Callable[[str], tuple[str, str]]) -> list[FreePlace]:
+                reads: Callable[[str], tuple[str, str]], off: str = "") -> list[FreePlace]:
     """Places, the likeliest first; one entry for each component.
 
     Args:
         linearised: of the case. columns: of effects and of terms that no effect is asked of, taken there.
         variables: with which an input may grow, by recording: name to values at all bins (rows,).
-        reads: signal to component and domain that errs where its reading does.
+        reads: signal to component and domain that errs where its reading does. off: signal that surely is off; places that explain little
+            of it are left out. Empty where none is sure.
     """
     courses = [_courses(c, v) for c, v in zip(linearised.comparisons, variables, strict=True)]
     places: dict[tuple[str, str, str], _Inputs] = {}
@@ -80,6 +82,10 @@ def free_places(linearised: Linearised, columns: Sequence[Column], variables: Se
         own.columns.append(column)
     readings = _readings(linearised)
     places |= {(*reads(inputs.signal), inputs.signal): inputs for inputs in readings}
+    if off:
+        told = {key: _told_of(linearised, inputs, courses, off) for key, inputs in places.items()}
+        least = _ALSO * max(told.values())
+        places = {key: inputs for key, inputs in places.items() if least <= 0.0 or told[key] >= least}
     found = [_explained(linearised, key, inputs, courses, math.log(len(readings)) if inputs.signal else 0.0)
              for key, inputs in places.items()]
     best: dict[str, FreePlace] = {}
@@ -126,14 +132,33 @@ def _readings(linearised: Linearised) -> list[_Inputs]:
     return out
 
 
+def _stacked(linearised: Linearised, inputs: _Inputs, courses: Sequence[Sequence[np.ndarray]]) -> tuple[list[np.ndarray], np.ndarray]:
+    """All inputs of a place, the constant ones first, by recording, (rows, m), and prior standard deviations of them, (m,)."""
+    varying = [*inputs.further, *(varied for change in inputs.constant for varied in _varied(change, courses))]
+    every = [*inputs.constant, *varying]
+    widths = np.array([_CONSTANT] * len(inputs.constant) + [_VARYING] * len(varying))
+    return [np.column_stack([rows[i] for rows in every]) for i in range(len(linearised.comparisons))], widths
+
+
+def _told_of(linearised: Linearised, inputs: _Inputs, courses: Sequence[Sequence[np.ndarray]], signal: str) -> float:
+    """What a place's inputs explain in the rows of one signal alone: half the chi-square that they take away, as the evidence weighs it."""
+    stacked, widths = _stacked(linearised, inputs, courses)
+    own = [np.zeros(c.size) for c in linearised.comparisons]
+    for rows, comparison in zip(own, linearised.comparisons, strict=True):
+        for block in comparison.blocks:
+            rows[block.rows] = block.signal == signal
+    values = [v * rows for v, rows in zip(linearised.values(), own, strict=True)]
+    sums = linearised.basis.sums([s * rows[:, None] for s, rows in zip(stacked, own, strict=True)], values)
+    seen = np.flatnonzero(np.diagonal(sums.information) > _LEAST)
+    penalised = sums.information[np.ix_(seen, seen)] + np.diag(widths[seen] ** -2)
+    return 0.5 * float(sums.score[seen] @ np.linalg.solve(penalised, sums.score[seen])) if seen.size else 0.0
+
+
 def _explained(linearised: Linearised, key: tuple[str, str, str], inputs: _Inputs, courses: Sequence[Sequence[np.ndarray]],
                penalty: float) -> FreePlace | None:
     """A place by its constant inputs, or by these and how they vary, whichever has more evidence; None where nothing is moved."""
-    varying = [*inputs.further, *(varied for change in inputs.constant for varied in _varied(change, courses))]
-    every = [*inputs.constant, *varying]
-    stacked = [np.column_stack([rows[i] for rows in every]) for i in range(len(linearised.comparisons))]
+    stacked, widths = _stacked(linearised, inputs, courses)
     sums = linearised.basis.sums(stacked, linearised.values())
-    widths = np.array([_CONSTANT] * len(inputs.constant) + [_VARYING] * len(varying))
     seen = np.flatnonzero(np.diagonal(sums.information) > _LEAST)
     steady = seen[seen < len(inputs.constant)]
     if not steady.size:

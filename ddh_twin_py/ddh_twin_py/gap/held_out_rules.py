@@ -200,7 +200,7 @@ def off_its_noise(unknown: Unknown, off: Mapping[str, float], effects: int = 1) 
     note = (f"{best} the means of {worst} over steady stretches of the field recording are off by {off[worst]:.1f} times their noise; "
             "in the commissioning recording they are at it")
     forms = sorted(unknown.forms, key=lambda form: form.signal != worst)
-    return replace(unknown.raised(probability, note), forms=forms)
+    return replace(unknown.raised(probability, note), forms=forms, off=worst)
 
 
 def drifted(unknown: Unknown, drift: float, effects: int, as_built: float, beside: float) -> Unknown:

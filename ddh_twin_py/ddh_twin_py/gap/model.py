@@ -127,11 +127,12 @@ class Diagnosable(Model, Protocol):
         """What took no part."""
         ...
 
-    def free_places(self, found: Found, forms: list[FreeForm]) -> list[FreePlace]:
+    def free_places(self, found: Found, forms: list[FreeForm], off: str = "") -> list[FreePlace]:
         """Places where something unknown may act, the likeliest first, at least one.
 
         Args:
-            forms: free-form discrepancies beside the best listed hypothesis, that which speaks loudest first.
+            forms: free-form discrepancies beside the best listed hypothesis, that which speaks loudest first. off: signal that surely is
+                off, which a place has to explain; empty where none is sure.
         """
         ...
 

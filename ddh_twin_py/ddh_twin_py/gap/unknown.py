@@ -38,6 +38,7 @@ class Unknown:
         probability: that something outside the catalogue acts. forms: free forms, largest gain first.
         size, unit: of what is left, as RMS of the largest free form; once its places are known, of what is lacking at the likeliest.
         shapes: drawn. places: where, the likeliest first; see `free_places`.
+        off: signal that is off its noise, whatever the rig; see `bin_means`. Empty where none is.
     """
 
     probability: float
@@ -47,6 +48,7 @@ class Unknown:
     shapes: list[Shape] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
     places: list[FreePlace] = field(default_factory=list)
+    off: str = ""
 
     @property
     def reading(self) -> str:

@@ -151,7 +151,7 @@ class RigModel:
         """Held runs, or the ends of the others."""
         return RigHeld(self)
 
-    def free_places(self, found: Found, forms: list[FreeForm]) -> list[FreePlace]:
+    def free_places(self, found: Found, forms: list[FreeForm], off: str = "") -> list[FreePlace]:
         """The place of the signal whose free form gains most."""
         named = (self.description.places[form.signal] for form in forms if form.signal in self.description.places)
         component, domain = next(named, ("rig", "mechanical"))
