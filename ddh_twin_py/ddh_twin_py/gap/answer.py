@@ -15,7 +15,7 @@ from ddh_twin_py.gap.conclusion import conclude
 from ddh_twin_py.gap.departure import departure_of
 from ddh_twin_py.gap.detection import SIZES, Detection, detections
 from ddh_twin_py.gap.diagnosis import Diagnosis, Weighed
-from ddh_twin_py.gap.held_runs import HeldRuns, ratios_of
+from ddh_twin_py.gap.held_runs import HeldRuns, ratios_of, recorded
 from ddh_twin_py.gap.learned import described, learn
 from ddh_twin_py.gap.model import Diagnosable
 from ddh_twin_py.gap.open_rig import asked_of_rig, told
@@ -47,8 +47,7 @@ def diagnosis(model: Diagnosable, found: Found, theta: np.ndarray, hidden: Seque
     held = model.held_data()
     signals = held.signals()
     names = list(dict.fromkeys(name for own in signals for name in own))
-    commissioning = [(s, p) for s, p, altered in zip(model.signals, model.run(plain, ()), model.altered, strict=True) if not altered]
-    floor = size.floors(commissioning, names)
+    floor = size.floors(recorded(model, model.run(plain, ()), acts=False), names)
     runs = HeldRuns(held, floor)
     before_runs = runs.of(found.fitted[()]) if all(model.altered) else held.run(plain, ())
     as_is, before = ratios_of(held, held.run(np.zeros(model.size), ())), ratios_of(held, before_runs)

@@ -9,7 +9,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ddh_twin_py.gap.lacking import PHASES
+from ddh_twin_py.gap.held_runs import recorded
+from ddh_twin_py.gap.lacking import PHASES, STEADY
 from ddh_twin_py.gap.model import Diagnosable
 from ddh_twin_py.gap.refit import Refitted
 
@@ -17,7 +18,7 @@ AT_NOISE = 1.25
 """Noises of a mean over a steady stretch within which a commissioning recording shows a signal at its noise."""
 _FEWEST = 30  # bins of a signal that tell
 _LARGEST = 0.02  # share of the bins that are left out, the largest: a few broken readings are no cause
-_STEADY = [PHASES.index(phase) for phase in PHASES[:3]]
+_STEADY = [PHASES.index(phase) for phase in STEADY]
 
 
 def beyond_noise(model: Diagnosable, fitted: Refitted) -> dict[str, float]:
@@ -31,10 +32,9 @@ def beyond_noise(model: Diagnosable, fitted: Refitted) -> dict[str, float]:
 
 def _pooled(model: Diagnosable, fitted: Refitted, acts: bool) -> dict[str, float]:
     squares: dict[str, list[np.ndarray]] = {}
-    for signals, prediction, altered in zip(model.signals, fitted.predictions, model.altered, strict=True):
-        if altered is acts:
-            for name in (name for name in model.kinematic if name in signals):
-                squares.setdefault(name, []).append(_squares(signals[name], prediction[name]))
+    for signals, prediction in recorded(model, fitted.predictions, acts):
+        for name in (name for name in model.kinematic if name in signals):
+            squares.setdefault(name, []).append(_squares(signals[name], prediction[name]))
     pooled = {name: np.sort(np.concatenate(values)) for name, values in squares.items()}
     return {name: float(np.sqrt(values[: values.size - int(_LARGEST * values.size)].mean()))
             for name, values in pooled.items() if values.size >= _FEWEST}

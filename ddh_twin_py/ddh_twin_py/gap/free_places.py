@@ -19,7 +19,7 @@ import numpy as np
 
 from ddh_twin_py.estimation.comparison import Block, Comparison
 from ddh_twin_py.estimation.linear_gaussian import gain
-from ddh_twin_py.gap.lacking import PHASES
+from ddh_twin_py.gap.lacking import PHASES, STEADY
 from ddh_twin_py.gap.linearised import Linearised
 from ddh_twin_py.gap.modulation import centred
 from ddh_twin_py.gap.sensitivity import TYPICAL, Column
@@ -82,14 +82,15 @@ def free_places(linearised: Linearised, columns: Sequence[Column], variables: Se
         own.columns.append(column)
     readings = _readings(linearised)
     places |= {(*reads(inputs.signal), inputs.signal): inputs for inputs in readings}
-    if off:
-        told = {key: _told_of(linearised, inputs, courses, off) for key, inputs in places.items()}
-        least = _ALSO * max(told.values())
-        places = {key: inputs for key, inputs in places.items() if least <= 0.0 or told[key] >= least}
-    found = [_explained(linearised, key, inputs, courses, math.log(len(readings)) if inputs.signal else 0.0)
-             for key, inputs in places.items()]
+    values, own = linearised.values(), _rows_of(linearised.comparisons, off)
+    found, told = [], []
+    for key, inputs in places.items():
+        stacked, widths = _stacked(inputs, courses)
+        told.append(_told_of(linearised, stacked, widths, values, own) if off else 0.0)
+        found.append(_explained(linearised, key, inputs, stacked, widths, values, math.log(len(readings)) if inputs.signal else 0.0))
+    least = _ALSO * max(told, default=0.0)
     best: dict[str, FreePlace] = {}
-    for place in sorted((p for p in found if p is not None), key=lambda p: -p.log_evidence):
+    for place in sorted((p for p, t in zip(found, told, strict=True) if p is not None and t >= least), key=lambda p: -p.log_evidence):
         best.setdefault(place.component, place)
     return _shared(list(best.values()))
 
@@ -100,7 +101,7 @@ def _courses(comparison: Comparison, variables: Mapping[str, np.ndarray]) -> lis
     for block in comparison.blocks:
         if _follows_at_once(block):
             prompt[block.rows], phase[block.rows] = 1.0, block.binning.phase
-    return [*((phase == PHASES.index(name)).astype(float) for name in PHASES[:3]), *(prompt * centred(v) for v in variables.values())]
+    return [*((phase == PHASES.index(name)).astype(float) for name in STEADY), *(prompt * centred(v) for v in variables.values())]
 
 
 def _follows_at_once(block: Block) -> bool:
@@ -132,33 +133,36 @@ def _readings(linearised: Linearised) -> list[_Inputs]:
     return out
 
 
-def _stacked(linearised: Linearised, inputs: _Inputs, courses: Sequence[Sequence[np.ndarray]]) -> tuple[list[np.ndarray], np.ndarray]:
+def _stacked(inputs: _Inputs, courses: Sequence[Sequence[np.ndarray]]) -> tuple[list[np.ndarray], np.ndarray]:
     """All inputs of a place, the constant ones first, by recording, (rows, m), and prior standard deviations of them, (m,)."""
     varying = [*inputs.further, *(varied for change in inputs.constant for varied in _varied(change, courses))]
-    every = [*inputs.constant, *varying]
     widths = np.array([_CONSTANT] * len(inputs.constant) + [_VARYING] * len(varying))
-    return [np.column_stack([rows[i] for rows in every]) for i in range(len(linearised.comparisons))], widths
+    return [np.column_stack(rows) for rows in zip(*inputs.constant, *varying, strict=True)], widths
 
 
-def _told_of(linearised: Linearised, inputs: _Inputs, courses: Sequence[Sequence[np.ndarray]], signal: str) -> float:
-    """What a place's inputs explain in the rows of one signal alone: half the chi-square that they take away, as the evidence weighs it."""
-    stacked, widths = _stacked(linearised, inputs, courses)
-    own = [np.zeros(c.size) for c in linearised.comparisons]
-    for rows, comparison in zip(own, linearised.comparisons, strict=True):
+def _rows_of(comparisons: Sequence[Comparison], signal: str) -> list[np.ndarray]:
+    """1 in the rows of one signal and 0 in all others, by recording, (rows,)."""
+    out = [np.zeros(c.size) for c in comparisons]
+    for rows, comparison in zip(out, comparisons, strict=True):
         for block in comparison.blocks:
             rows[block.rows] = block.signal == signal
-    values = [v * rows for v, rows in zip(linearised.values(), own, strict=True)]
-    sums = linearised.basis.sums([s * rows[:, None] for s, rows in zip(stacked, own, strict=True)], values)
+    return out
+
+
+def _told_of(linearised: Linearised, stacked: Sequence[np.ndarray], widths: np.ndarray, values: Sequence[np.ndarray],
+             own: Sequence[np.ndarray]) -> float:
+    """What a place's inputs explain in some rows alone: half the chi-square that they take away, as the evidence weighs it."""
+    sums = linearised.basis.sums([s * rows[:, None] for s, rows in zip(stacked, own, strict=True)],
+                                 [v * rows for v, rows in zip(values, own, strict=True)])
     seen = np.flatnonzero(np.diagonal(sums.information) > _LEAST)
-    penalised = sums.information[np.ix_(seen, seen)] + np.diag(widths[seen] ** -2)
-    return 0.5 * float(sums.score[seen] @ np.linalg.solve(penalised, sums.score[seen])) if seen.size else 0.0
+    _, estimate, _ = gain(sums.information[np.ix_(seen, seen)], sums.score[seen], widths[seen])
+    return 0.5 * float(sums.score[seen] @ estimate)
 
 
-def _explained(linearised: Linearised, key: tuple[str, str, str], inputs: _Inputs, courses: Sequence[Sequence[np.ndarray]],
-               penalty: float) -> FreePlace | None:
+def _explained(linearised: Linearised, key: tuple[str, str, str], inputs: _Inputs, stacked: Sequence[np.ndarray], widths: np.ndarray,
+               values: Sequence[np.ndarray], penalty: float) -> FreePlace | None:
     """A place by its constant inputs, or by these and how they vary, whichever has more evidence; None where nothing is moved."""
-    stacked, widths = _stacked(linearised, inputs, courses)
-    sums = linearised.basis.sums(stacked, linearised.values())
+    sums = linearised.basis.sums(stacked, values)
     seen = np.flatnonzero(np.diagonal(sums.information) > _LEAST)
     steady = seen[seen < len(inputs.constant)]
     if not steady.size:

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from ddh_twin_py.gap import size
-from ddh_twin_py.gap.model import Diagnosable, Held
+from ddh_twin_py.gap.model import Diagnosable, Held, Model
 from ddh_twin_py.gap.refit import Refitted
 
 
@@ -54,5 +54,9 @@ def ratios_of(held: Held, runs) -> dict[str, float]:
 
 def in_fitted(model: Diagnosable, fitted: Refitted, floor: Mapping[str, float], acts: bool) -> dict[str, float]:
     """RMS over floor of each signal of the fitted recordings in which effects act, or of the others, beside a fit."""
-    some = [(s, p) for s, p, altered in zip(model.signals, fitted.predictions, model.altered, strict=True) if altered is acts]
-    return {name: ratio / floor[name] for name, ratio in size.pooled(some).items() if name in floor}
+    return {name: ratio / floor[name] for name, ratio in size.pooled(recorded(model, fitted.predictions, acts)).items() if name in floor}
+
+
+def recorded(model: Model, predictions: Sequence[Mapping[str, np.ndarray]], acts: bool) -> list[tuple[Mapping, Mapping[str, np.ndarray]]]:
+    """Signals of the fitted recordings in which effects act, or of the others, each with what was predicted of it."""
+    return [(s, p) for s, p, altered in zip(model.signals, predictions, model.altered, strict=True) if altered is acts]

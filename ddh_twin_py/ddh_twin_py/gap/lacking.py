@@ -12,6 +12,7 @@ from ddh_twin_py.gap.diagnosis import Lack
 from ddh_twin_py.gap.effect import Effect
 
 PHASES = ("lifting", "lowering", "holding", "transient")
+STEADY = PHASES[:3]
 _REGIMES = 3  # parts of equal count along a variable
 _NOTHING = 1.0e-6  # of the largest value, below which a mean is rounding
 

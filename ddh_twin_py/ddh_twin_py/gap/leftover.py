@@ -14,7 +14,7 @@ import numpy as np
 
 from ddh_twin_py.estimation.linear_gaussian import gain
 from ddh_twin_py.gap.hypotheses import WIDTH
-from ddh_twin_py.gap.lacking import PHASES
+from ddh_twin_py.gap.lacking import STEADY
 from ddh_twin_py.gap.linearised import Linearised
 from ddh_twin_py.gap.modulation import modulations
 from ddh_twin_py.gap.refit import Refitted
@@ -23,7 +23,6 @@ from ddh_twin_py.gap.sensitivity import TYPICAL
 _SLACK, _MOST_SLACK = 0.06, 0.15
 """Of the laws, in multiples of an effect's column: what no free form may claim. An effect of several columns has laws that are as many
 times as much off; without a commissioning recording that showed them it is the most."""
-_STEADY = PHASES[:3]  # what is left while a motion begins or ends is the model's own
 
 
 @dataclass(frozen=True)
@@ -97,7 +96,7 @@ def _of_signal(name: str, comparison, variables) -> tuple[list[tuple[str, str]],
     block = next((b for b in comparison.blocks if b.signal == name), None)
     if block is None or variables is None:
         return [], None
-    kinds, forms = modulations(block, variables, _STEADY)
+    kinds, forms = modulations(block, variables, STEADY)  # what is left while a motion begins or ends is the model's own
     scale = TYPICAL * comparison.noise(name) / block.spread
     out = np.zeros((comparison.size, len(kinds)))
     out[block.rows] = forms * scale[:, None]

@@ -25,17 +25,24 @@ def taken_up(model: Model, theta: np.ndarray, acting: Acting) -> np.ndarray | No
     Args:
         theta: parameters beside the effects, in deviations, (k,).
     """
+    return _instead(model, theta, acting, _nearby(model, theta))
+
+
+def _nearby(model: Model, theta: np.ndarray) -> np.ndarray:
+    """Record of the first altered recording with each parameter a step further, (fields, k)."""
+    number = model.altered.index(True)
+    return np.column_stack([_numbers(model.record(number, theta + step)) for step in _STEP * np.eye(theta.size)])
+
+
+def _instead(model: Model, theta: np.ndarray, acting: Acting, near: np.ndarray) -> np.ndarray | None:
+    """As `taken_up`; near as of `_nearby`, which several effects at the same parameters have in common."""
     number = model.altered.index(True)
     plain, acted = _numbers(model.record(number, theta)), _numbers(model.record(number, theta, acting))
     moved = np.flatnonzero(acted != plain)
     if not moved.size:
         return None
     scale = np.abs(plain[moved]) + np.abs(acted[moved])
-    slopes = np.empty((moved.size, theta.size))
-    for i in range(theta.size):
-        near = theta.copy()
-        near[i] += _STEP
-        slopes[:, i] = (_numbers(model.record(number, near))[moved] - plain[moved]) / (_STEP * scale)
+    slopes = (near[moved] - plain[moved, None]) / (_STEP * scale[:, None])
     wanted = (acted[moved] - plain[moved]) / scale
     change = np.linalg.lstsq(slopes, wanted, rcond=None)[0]
     if np.linalg.norm(slopes @ change - wanted) > _REACHED * np.linalg.norm(wanted):
@@ -48,10 +55,9 @@ def not_shown(linearised: Linearised, fitted: Refitted) -> bool:
 
     Then no recording says since when it is so.
     """
-    instead = taken_up(linearised.model, fitted.theta, fitted.acting)
-    if instead is None or all(linearised.model.altered):
+    if all(linearised.model.altered):
         return False
-    moved = np.flatnonzero(np.abs(instead - fitted.theta) > _MOVED)
+    moved = _moved(taken_up(linearised.model, fitted.theta, fitted.acting), fitted.theta)
     return bool(moved.size and (_told_before(linearised)[moved] < _SHOWN).all())
 
 
@@ -68,12 +74,18 @@ def shown_since(linearised: Linearised, theta: np.ndarray, spread: np.ndarray) -
         return {}
     otherwise = (_told_before(linearised) < _SHOWN) & (np.abs(theta) > _SURELY * spread)
     found: dict[str, int] = {}
+    near = _nearby(linearised.model, theta)
     for column in linearised.columns:
-        instead = None if column.effect.id in found else taken_up(linearised.model, theta, [(column.effect, column.law, column.x)])
-        moved = [] if instead is None else np.flatnonzero(np.abs(instead - theta) > _MOVED)
-        if len(moved) == 1 and otherwise[moved[0]]:
-            found[column.effect.id] = int(moved[0])
+        if column.effect.id not in found:
+            moved = _moved(_instead(linearised.model, theta, [(column.effect, column.law, column.x)], near), theta)
+            if moved.size == 1 and otherwise[moved[0]]:
+                found[column.effect.id] = int(moved[0])
     return found
+
+
+def _moved(instead: np.ndarray | None, theta: np.ndarray) -> np.ndarray:
+    """Indices of parameters that have to move to do what effects do; none where they cannot."""
+    return np.flatnonzero([] if instead is None else np.abs(instead - theta) > _MOVED)
 
 
 def _told_before(linearised: Linearised) -> np.ndarray:
