@@ -54,6 +54,16 @@ def test_a_part_of_which_little_is_read_has_no_history(parameters):
     assert motor[ROTOR] > 1.0 and motor[NODES.index("tank_wall")] == 0.0
 
 
+@pytest.mark.parametrize("watts", [40.0, 110.0])
+def test_a_housing_as_cold_as_the_air_leaves_its_winding_open(parameters, watts):
+    """After a minute of work a winding is many kelvin ahead of a housing that has hardly begun to rise."""
+    histories = rests(parameters, np.vstack([np.full((1, N), AIR), worked(parameters, range(1, 30))]), AIR, 0.2).reshape(-1, N)
+    true = worked(parameters, [2], watts)[0]
+    ways = open_motor(histories, {"housing": true[HOUSING], "tank_oil": AIR}, AIR)
+    assert true[HOUSING] - AIR < 1.0 < 3.0 < true[WINDING] - true[HOUSING] < 2.5 * np.linalg.norm(ways[:, WINDING])
+    assert np.allclose(ways[:, HOUSING], 0.0)
+
+
 def test_a_cold_unit_has_none(parameters):
     histories = rests(parameters, np.vstack([np.full((1, N), AIR), worked(parameters, [10, 30])]), AIR, 0.2).reshape(-1, N)
     rise = likely_rise(histories, {"housing": AIR, "end_winding": AIR, "tank_oil": AIR, "pump_1_case": AIR}, AIR)

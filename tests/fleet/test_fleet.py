@@ -341,6 +341,8 @@ def test_the_page_shows_each_rig_over_time_and_all_recordings():
     assert verdict(some_rows()) == "3 of 4 diagnosed recordings show a gap, on 1 of 2 rigs; 1 could not be diagnosed."
     unclear = [*some_rows(), Row("d", verdict="insufficient")]
     assert "3 of 4 diagnosed recordings" in verdict(unclear) and "; 1 does not allow an answer; 1 could not" in verdict(unclear)
+    within = [replace(some_rows()[0], gap_before=0.8), *some_rows()[1:]]
+    assert ", on 1 of 2 rigs, of which 1 lies within the floor and is told by the cause; 1 could" in verdict(within)
     xs = [float(x) for x in re.findall(r'<circle cx="([\d.]+)"', page)]
     assert all(0.0 <= x <= 620.0 for x in xs)
     assert fleet_document("x", [Row("c", error="torn")], "").html().count("<svg") == 0

@@ -85,6 +85,32 @@ def test_what_cannot_be_is_told(recording, stream, change, said):
     assert len(found) == 1 and said in found[0] and recording.path in found[0] and "/telemetry" in found[0]
 
 
+def rig_with(**changed):
+    """The reference rig with other values, by path with dots as double underscores."""
+    rig = load_rig()
+    paths = {name.replace("__", "."): value for name, value in changed.items()}
+    return replace(rig, quantities={p: replace(q, value=paths.get(p, q.value)) for p, q in rig.quantities.items()})
+
+
+@pytest.mark.parametrize(("changed", "said"), [
+    ({"pump_1__displacement": 1.3}, "rod_velocity is 0.7"), ({"pump_1__displacement": 0.8}, "rod_velocity is 1.2"),
+    ({"cylinder__stroke": 0.7}, "and the stroke in"),
+])  # fmt: skip
+def test_a_rig_file_of_another_machine_is_asked_about(recording, changed, said):
+    sheet = {name: factor * load_rig()[name.replace("__", ".")] for name, factor in changed.items()}
+    (found,) = contradictions(recording, rig_with(**sheet))
+    assert said in found and found.endswith("is that the rig file of this machine?")
+
+
+@pytest.mark.parametrize("ways", [(0.7, 1.3), (0.8, 1.15), (1.08, 1.08)])
+def test_leakage_and_tolerances_are_no_other_machine(recording, ways):
+    def leaky(values, at):
+        velocity = values[:, at("rod_velocity")]
+        values[:, at("rod_velocity")] = np.where(velocity > 0.0, ways[0], ways[1]) * velocity
+
+    assert contradictions(changed(recording, "hydraulic", leaky), load_rig()) == []
+
+
 @pytest.mark.parametrize(("seconds", "said"), [(2.0, "2.0 s earlier"), (-1.5, "1.5 s later")])
 def test_clocks_that_differ_are_told(recording, seconds, said):
     assert [said in text for text in contradictions(later(recording, seconds), load_rig())] == [True]

@@ -3,7 +3,8 @@
 from dataclasses import replace
 
 import numpy as np
-from ddh_twin_py.gap.doubts import damage, doubts, undeclared
+from ddh_twin_py.gap.doubts import damage, doubts, of_reference, undeclared
+from ddh_twin_py.rig import load_rig
 from ddh_twin_py.telemetry.recording import Finding, Recording, RigInfo, drive_stream
 
 
@@ -45,3 +46,10 @@ def test_a_payload_that_nobody_declared_is_said_to_be_assumed():
     said = "bag: no usable payload is declared, so that the rig file's 149.5 kg was assumed"
     assert undeclared([declared, not_a_number], 149.5, False) == [said], "another recording's load is assumed"
     assert undeclared([recording()], 149.5, True) and not undeclared([recording()], 149.5, False)
+
+
+def test_a_rig_that_a_recording_names_is_asked_about_where_it_was_held_against_the_reference_s_sheet():
+    named, sheet = replace(recording(), rig=RigInfo("press_7", "", 100.0)), load_rig()
+    (said,) = of_reference([recording(), named], sheet)
+    assert "name press_7" in said and "--rig" in said
+    assert of_reference([named], replace(sheet, rig_id="press_7")) == of_reference([recording()], sheet) == []

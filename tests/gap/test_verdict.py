@@ -49,7 +49,8 @@ def test_one_effect_of_a_class_does_not_stand_for_two_of_it(monkeypatch):
     case = SimpleNamespace(leader=PAIR, probability={PAIR: 0.4, FAN: 0.35, (): 0.25}, linearised=None, fitted={})
     assert judge(case, Unknown(0.0, [], 0.0, "1")).word == "ambiguous"
     case.leader, case.probability = FAN, {FAN: 0.4, (PAIR[1],): 0.35, (): 0.25}
-    assert judge(case, Unknown(0.0, [], 0.0, "1")).word == "explained", "either stands for the other"
+    judged = judge(case, Unknown(0.0, [], 0.0, "1"))
+    assert judged.word == "explained" and judged.together == pytest.approx(0.75), "either stands for the other"
 
 
 @pytest.mark.parametrize("gaps, speaks, relieved, nothing", [

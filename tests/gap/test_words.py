@@ -11,12 +11,37 @@ NO_GAP = {"verdict": "no_gap", "gap": {"as_is": 5.0, "before": 6.0, "after": 1.0
 
 @pytest.mark.parametrize(("unseen", "ends"), [
     ((), "that no effect acts is > 99.5 % likely."),
-    (("pump_1.leakage", "line_a.loss"),
-     "acts that would have shown is > 99.5 % likely, and 2 effects of the catalogue would not have shown even at a moderate size."),
+    (("pump_1.leakage below 2.1 mL/(min·bar)", "line_a.loss"),
+     "acts that would have shown is > 99.5 % likely, and 2 effects of the catalogue would not have shown even at a moderate size: "
+     "pump_1.leakage below 2.1 mL/(min·bar), line_a.loss."),
+    (("a", "b", "c", "d", "e"), "5 effects of the catalogue would not have shown even at a moderate size: a, b, c and 2 more."),
 ])  # fmt: skip
 def test_no_gap_is_said_of_what_would_show(unseen, ends):
     said = sentence(NO_GAP, EFFECTS, unseen)
     assert said.startswith("No gap: ") and "(unfitted it was 5.0 times" in said and said.endswith(ends) and "stays" not in said
+
+
+@pytest.mark.parametrize(("none", "others", "begins", "ends"), [
+    (0.95, [(["unknown"], 0.05)], "No gap: ", "that no effect acts is 95 % likely."),
+    (0.6, [(["unknown"], 0.38), (["load.mass"], 0.02)], "Probably no gap: ",
+     "that no effect acts is 60 % likely (something that is not listed 38 %)."),
+])  # fmt: skip
+def test_no_gap_that_is_not_sure_says_what_else_it_may_be(none, others, begins, ends):
+    sets = [{"effects": [], "probability": none}, *({"effects": ids, "probability": p} for ids, p in others)]
+    said = sentence({**NO_GAP, "hypotheses": sets}, EFFECTS)
+    assert said.startswith(begins) and said.endswith(ends)
+
+
+def test_the_surest_of_two_effects_is_named_first_and_each_has_its_probability():
+    why = [{"effect": "pump_1.leakage", "probability": 0.95}, {"effect": "motor.flange_conduction", "probability": 0.52}]
+    report = {"verdict": "explained", "gap": {"as_is": 9.0, "before": 2.8, "after": 1.1}, "shrink": SHRINK, "why": why, "classes": [],
+              "hypotheses": [{"effects": ["motor.flange_conduction", "pump_1.leakage"], "probability": 0.5}]}
+    said = sentence(report, EFFECTS, together=0.93)
+    assert said.startswith("The gap is explained by pump_1.leakage")
+    assert said.endswith("(probability 50 %, 93 % with what it cannot be told from; pump_1.leakage 95 %, motor.flange_conduction 52 % each "
+                         "for itself).")
+    sure = {**report, "hypotheses": [{**report["hypotheses"][0], "probability": 0.94}]}
+    assert sentence(sure, EFFECTS, together=0.94).endswith("(probability 94 %).")
 
 
 def test_no_gap_names_a_signal_that_is_left_off():

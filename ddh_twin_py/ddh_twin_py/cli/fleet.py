@@ -81,7 +81,11 @@ def run(args: argparse.Namespace) -> int:
     busy = FleetError(f"{out}: another ddh-twin fleet writes its results there; wait for it, or give --out another folder")
     results = Results(out / "results")
     unkept: list[OSError] = []
-    with held(out, _LOCK, busy), stage(f"diagnosing {len(found)} recordings", args.quiet) as progress:
+    def part(share: float) -> str:
+        return f"{round(share * len(found))} finished"
+
+    with held(out, _LOCK, busy), stage(f"diagnosing {len(found)} recordings", args.quiet, part) as progress:
+        progress(0.0)
         try:
             rows = run_fleet(found, results, Settings(args.longest), args.jobs, args.cluster, args.again, progress, unkept.append)
         except KeyboardInterrupt:

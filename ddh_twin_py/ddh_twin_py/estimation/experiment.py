@@ -61,7 +61,7 @@ _CLEAR = 2.0e-3  # m from an end stop that a rod must keep to have never met it
 _BEFORE_THE_END = 1.0e-6  # s from the end of a run at which the last samples are taken: its last step ends there but for rounding
 _PAST = 1.0  # m that a run may go past such a stop
 _OIL_OPEN = 8.0  # K, standard deviation of how warm unread oil begins
-_COLD = 1.0  # K from ambient, within which a unit has no history
+_COLD = 1.0  # K from ambient, within which a unit has likely rested
 _ROUNDS, _WORKED_EVERY = 2, 60.0  # of the recording's own duty; s between the lengths of work that are tried
 _ROUGH, _ROUGH_INTERVAL = 20.0e-3, 0.2  # s, step and interval of such work: a likely history need not be known to 0.1 K
 _ROUGHLY = 2  # intervals that a rough run takes as one
@@ -175,11 +175,7 @@ class Experiment:
             name: float(np.nanmean(s.measured[s.time <= START])) for name in self.sensors
             if np.isfinite((s := self.signals[f"temperature/{name}"]).measured[s.time <= START]).any()
         }
-        histories = self._histories(self.parameters(rig))
-        read, air = self._first(self.parameters(rig)[0])
-        self._rise = likely_rise(histories, read, air)
-        cold = not len(histories)  # such a unit begins as warm as the air, and nothing of it is open
-        self._open = np.zeros((0, N)) if cold else np.vstack([open_motor(histories, read, air), self._open_oil()])
+        self._rise, self._open = self._likely_begin(self.parameters(rig))
         self._first_readings |= self._better_start(rig)
 
     def other_begin(self, parameters: np.ndarray) -> tuple[np.ndarray, float]:
@@ -196,15 +192,29 @@ class Experiment:
         record = self.parameters(rig)[0]
         return float(holding_pressure(self._start["rod_position"], self._start[PRESSURES[1]], record))
 
+    def _likely_begin(self, parameters: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Rise as of `_likely_rise`, (N,), and ways in which what no sensor reads may begin otherwise, K, (c, N).
+
+        A unit as warm as the air has likely rested. A minute of work, though, warms a winding by many kelvin and a housing by
+        less than one; so of a cold unit, too, an unread motor is open. Its oil is not where a part that holds oil is read.
+        """
+        histories, (read, air) = self._histories(parameters), self._first(parameters[0])
+        cold = self._cold(parameters)
+        oil = np.zeros((0, N)) if cold and any(node in HYDRAULIC_NODES for node in read) else self._open_oil()
+        return np.zeros(N) if cold else likely_rise(histories, read, air), np.vstack([open_motor(histories, read, air), oil])
+
     def _likely_rise(self, parameters: np.ndarray) -> np.ndarray:
-        """Rise of every node above ambient at the start, K, (N,), by the likeliest history; see `history`."""
-        return likely_rise(self._histories(parameters), *self._first(parameters[0]))
+        """Rise of every node above ambient at the start, K, (N,), by the likeliest history (`history`); 0 of a cold unit."""
+        return np.zeros(N) if self._cold(parameters) else likely_rise(self._histories(parameters), *self._first(parameters[0]))
+
+    def _cold(self, parameters: np.ndarray) -> bool:
+        """If all that is read begins as warm as the air."""
+        read, air = self._first(parameters[0])
+        return all(abs(value - air) < _COLD for value in read.values())
 
     def _histories(self, parameters: np.ndarray) -> np.ndarray:
-        """Temperatures of every node at the end of what the unit may have been through, K, (h, N); none of a cold unit."""
-        read, air = self._first(parameters[0])
-        if all(abs(value - air) < _COLD for value in read.values()):
-            return np.zeros((0, N))
+        """Temperatures of every node at the end of what the unit may have been through, K, (h, N)."""
+        _, air = self._first(parameters[0])
         worked, temperature = [np.full((1, N), air)], np.full(N, air)
         for _ in range(_ROUNDS):
             temperatures = self._work(parameters, temperature)

@@ -19,7 +19,7 @@ RESTS = np.concatenate([[0.0], np.geomspace(60.0, 7200.0, 14)])
 _OF_MOTOR = np.isin(np.arange(N), [NODES.index(name) for name in ("slot_winding", "end_winding", "teeth", "rotor", "yoke", "housing")])
 _SPEAK = 2  # nodes of a part that must be read
 _WAYS, _NOTICEABLE = 2, 0.5  # in which what is not read may begin otherwise; K that one must move a node
-_WIDER = 2.0  # than histories of all rests: as often as not a recording begins straight after work
+_WIDER = 1.5  # than such histories differ, as none is the true one
 _REST_STEP = 30.0  # s
 _READ = 1.0  # K, of a first reading: zero errors, and that no history is the true one
 _OTHER_DUTY = 0.35  # of the logarithm of the ratio in which another duty would have warmed the unit
@@ -77,7 +77,8 @@ def likely_rise(histories: np.ndarray, read: Mapping[str, float], air: float) ->
 def open_motor(histories: np.ndarray, read: Mapping[str, float], air: float) -> np.ndarray:
     """How far the motor's nodes may begin from where `likely_rise` lets them, K, (c, N): the two main ways in which histories differ.
 
-    None, (0, N), where two of its nodes are read; all that is known is then in the mean. Arguments as of `likely_rise`.
+    As often as not a recording begins straight after work: such histories count as much as those of all rests. None, (0, N), where
+    two of the motor's nodes are read; all that is known is then in the mean. Arguments as of `likely_rise`, histories as of `rests`.
     """
     rise = histories - air
     nodes = [NODES.index(name) for name in read]
@@ -86,8 +87,10 @@ def open_motor(histories: np.ndarray, read: Mapping[str, float], air: float) -> 
         return np.zeros((0, N))
     heard = own or nodes
     scale, weight = _agreement(rise[:, heard], np.array([read[NODES[node]] for node in heard]) - air)
+    weight = weight.reshape(-1, RESTS.size) * np.where(RESTS == 0.0, RESTS.size - 1.0, 1.0)
+    weight = (weight / weight.sum()).ravel()
     ahead = scale[:, None] * np.where(_OF_MOTOR, rise - (rise[:, own] if own else 0.0), 0.0)
-    _, size, ways = np.linalg.svd(np.sqrt(weight / weight.sum())[:, None] * ahead, full_matrices=False)
+    _, size, ways = np.linalg.svd(np.sqrt(weight)[:, None] * ahead, full_matrices=False)
     found = _WIDER * (size[:, None] * ways)[:_WAYS]
     return found[np.abs(found).max(axis=1) > _NOTICEABLE]
 

@@ -13,6 +13,7 @@ from ddh_twin_py.report.gap_words import percent
 
 _VERDICTS = ("no_gap", "explained", "ambiguous", "unknown", "insufficient")
 _OF_THE_SET = re.compile(r" \(probability [^()]*\)")  # of all that acts together; the table has that of the effect
+_FLOOR = 1.0  # gap below which nothing is beyond the noise
 _MARKS = {"no_gap": "good", "explained": "fair", "ambiguous": "fair", "unknown": "poor", "insufficient": "none", "": "none"}
 
 
@@ -66,6 +67,8 @@ def verdict(rows: Sequence[Row]) -> str:
     failed = sum(bool(row.error) for row in rows)
     unclear = sum(row.verdict == "insufficient" for row in rows)
     said = f"{len(gaps)} of {len(rows) - failed - unclear} diagnosed recordings show a gap, on {len(concerned)} of {len(rigs)} rigs"
+    if within := sum(row.verdict == "explained" and (row.gap_before or _FLOOR) < _FLOOR for row in gaps):
+        said += f", of which {within} {'lies within the floor and is' if within == 1 else 'lie within the floor and are'} told by the cause"
     said += f"; {unclear} {'does' if unclear == 1 else 'do'} not allow an answer" if unclear else ""
     return said + (f"; {failed} could not be diagnosed." if failed else ".")
 

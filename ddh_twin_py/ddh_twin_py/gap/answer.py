@@ -107,8 +107,9 @@ def diagnosis(model: Diagnosable, found: Found, theta: np.ndarray, hidden: Seque
     believed = acting if learned or verdict.word in ("explained", "ambiguous") else []
     return Diagnosis(
         report=report, recordings=model.recordings,
-        sentence=careful(odd) + sentence(report, model.catalogue, [*hidden, *missed], unknown.reading, at_best.over if at_best else None,
-                                         asked_for, pressed, not all(model.altered), list(since.values())),
+        sentence=careful(odd) + sentence(report, model.catalogue, [*map(_with_size, missed), *hidden], unknown.reading,
+                                         at_best.over if at_best else None, asked_for, pressed, not all(model.altered),
+                                         list(since.values()), verdict.together),
         traces=held.traces(before_runs[0], runs.of(leader)[0], floor), axes=held.axes(leader.theta, acting),
         lacking=rows, alone=alone(model, found), inputs=inputs, weighed=weighed, confusable=confusable, parameters=parameters,
         shapes=unknown.shapes,
@@ -129,15 +130,20 @@ def _detectable(found: Found, unsure: Sequence[str]) -> list[Detection]:
         return detections(found.linearised, list(asked.values()), pool)
 
 
-def _missed(detectable: Sequence[Detection]) -> list[str]:
+def _missed(detectable: Sequence[Detection]) -> list[Detection]:
     """Effects that a moderate size would not have shown."""
-    return [d.effect for d in detectable if d.smallest is None or d.rise > SIZES["moderate"]]
+    return [d for d in detectable if d.smallest is None or d.rise > SIZES["moderate"]]
 
 
-def _would_not_show(missed: Sequence[str]) -> list[str]:
+def _with_size(missed: Detection) -> str:
+    """Such an effect, with the size from which it would have shown where there is one."""
+    return missed.effect if missed.smallest is None else f"{missed.effect} below {plus_minus(abs(missed.smallest), None, missed.unit)}"
+
+
+def _would_not_show(missed: Sequence[Detection]) -> list[str]:
     """A note on what no gap does not exclude, none where every effect would have been found."""
     return [f"'no gap' does not exclude these, which would likely have been missed even at {SIZES['moderate']:g} times the noise of their "
-            f"worst signal, or as large as they can be: {', '.join(missed)}"] if missed else []
+            f"worst signal, or as large as they can be: {', '.join(d.effect for d in missed)}"] if missed else []
 
 
 def _pressed(parameters: Sequence[FittedParameter]) -> list[str]:

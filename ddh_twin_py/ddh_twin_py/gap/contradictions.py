@@ -1,9 +1,11 @@
-"""Channels of one recording that cannot all be right, whatever rig it is: a sign, two channels exchanged, a clock, a unit.
+"""Channels of one recording that cannot all be right: a sign, two channels exchanged, a clock, a unit, another rig's geometry.
 
 Such a recording leaves a gap that no effect explains, or worse, that one feigns. What is said here stands beside any verdict.
 """
 
 from __future__ import annotations
+
+import math
 
 import numpy as np
 
@@ -20,6 +22,9 @@ _AGAINST = -0.5  # correlation from which two channels run against each other
 _LATEST, _LATE, _ALIKE = 10.0, 0.3, 0.1  # s of lag that is looked for and that is told, correlation that it must gain
 _FOLLOWED, _SCATTER = 1.25, 0.1  # how far a steady shaft may be from its command, as a ratio, and how little that ratio varies elsewhere
 _TRAVELLED = 2.0  # how many times as fast as its pump delivers, or as slowly, a rod must move to be told
+_ANOTHER = 1.15  # such times from which it is told where they are the same both ways, as leakage slows one and speeds up the other
+_BOTH_WAYS = 1.2  # ratio of the two up to which they are the same
+_BEYOND = 1.05  # strokes that a rod must travel to be told
 _MOSTLY, _COLDER = 0.9, 1.0  # share of the time, and K, for which a winding must be colder than its housing to be told
 _BETTER = 4.0  # times by which exchanged pressures must fit the load better
 
@@ -40,7 +45,8 @@ def contradictions(recording: Recording, rig: Rig) -> list[str]:
     on = {name: _resampled(drive, name, axis) for name in ("speed_command", "speed", "current")}
     on |= {name: _resampled(hydraulic, name, axis) for name in
            ("rod_velocity", "rod_position", "pressure_piston_side", "pressure_rod_side")}
-    said = [_command(on), _position(on), _shaft(on) or _travel(on, rig), _current(on), _pressures(on, recording, rig)]
+    said = [_command(on), _position(on), _shaft(on) or _travel(on, rig), _stroke(hydraulic, rig), _current(on),
+            _pressures(on, recording, rig)]
     drive_topic, hydraulic_topic = (f"{recording.namespace}/{topic}" for topic in (DRIVE_TOPIC, HYDRAULIC_TOPIC))
     said = [text.format(drive=drive_topic, hydraulic=hydraulic_topic, rig=rig.file) for text in said if text]
     warmth = temperature_units(recording) or [text for text in [_winding(recording)] if text]
@@ -103,12 +109,33 @@ def _shaft(on: dict[str, np.ndarray]) -> str:
 def _travel(on: dict[str, np.ndarray], rig: Rig) -> str:
     """Velocity against speed: its size, beside what the pump delivers."""
     speed, velocity = on["speed"], on["rod_velocity"]
-    moving = np.isfinite(speed) & np.isfinite(velocity) & (speed != 0.0) & (np.abs(velocity) > _MOVING)
-    ratio = _odd(velocity[moving] / (speed[moving] * float(rod_travel(rig.parameters[0]))), _TRAVELLED)
-    if ratio is None:
+    moving = np.isfinite(speed) & np.isfinite(velocity) & (np.abs(speed) > _TURNING) & (np.abs(velocity) > _MOVING)
+    travelled = velocity / np.where(moving, speed * float(rod_travel(rig.parameters[0])), 1.0)
+    made = "what {drive} speed makes of it with pump 1 and the piston of {rig}"
+    if ratio := _odd(travelled[moving], _TRAVELLED):
+        return (f"{{hydraulic}} rod_velocity is {ratio:.3g} times {made}; one of the two is likely in another unit, or is that not the rig "
+                "file of this machine?")
+    ways = [_odd(travelled[moving & (sign * speed > 0.0)], 1.0) for sign in (1.0, -1.0)]
+    if None in ways or min(ways) <= 0.0 or max(ways) > _BOTH_WAYS * min(ways):
         return ""
-    return (f"{{hydraulic}} rod_velocity is {ratio:.3g} times what {{drive}} speed and the displacement of pump 1 in {{rig}} make of "
-            "it; one of the two is likely in another unit")
+    ratio = math.sqrt(ways[0] * ways[1])
+    if 1.0 / _ANOTHER < ratio < _ANOTHER:
+        return ""
+    return f"{{hydraulic}} rod_velocity is {ratio:.3g} times {made}, up and down alike; is that the rig file of this machine?"
+
+
+def _stroke(hydraulic: Stream, rig: Rig) -> str:
+    """How far the rod goes, beside the stroke."""
+    position = hydraulic.column("rod_position")
+    position = position[np.isfinite(position)]
+    if position.size < _LEAST:
+        return ""
+    low, high = np.quantile(position, [0.01, 0.99])
+    stroke = rig["cylinder.stroke"]
+    if high - low < _BEYOND * stroke:
+        return ""
+    return (f"{{hydraulic}} rod_position goes from {low:.3g} to {high:.3g} m, and the stroke in {{rig}} is {stroke:.3g} m; is that the rig "
+            "file of this machine?")
 
 
 def _current(on: dict[str, np.ndarray]) -> str:

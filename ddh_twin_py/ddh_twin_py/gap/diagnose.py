@@ -17,7 +17,7 @@ from ddh_twin_py.gap.carried_load import undeclared_loads
 from ddh_twin_py.gap.catalogue import EFFECTS
 from ddh_twin_py.gap.contradictions import contradictions
 from ddh_twin_py.gap.diagnosis import Diagnosis
-from ddh_twin_py.gap.doubts import damage, doubts, undeclared
+from ddh_twin_py.gap.doubts import damage, doubts, of_reference, undeclared
 from ddh_twin_py.gap.drive_case import DriveCase
 from ddh_twin_py.gap.hypotheses import POWER, POWER_WITHOUT_COMMISSIONING
 from ddh_twin_py.gap.search import Found, search
@@ -119,5 +119,6 @@ def _noted(result: Diagnosis, recordings: Sequence[Recording], rig: Rig, late: S
     blamed = result.report["verdict"] == "unknown" or any("load.mass" in h["effects"] for h in result.report["hypotheses"])
     said = [*damaged, *missing, *undeclared(recordings, rig[PAYLOAD], blamed)]
     first = f"{careful(said)}{result.sentence}" if said and said[0] not in result.sentence else result.sentence
-    notes = [*said, *result.report["notes"], *doubts(recordings)]
+    sheet = of_reference(recordings, rig) if result.report["verdict"] == "unknown" else []
+    notes = [*said, *sheet, *result.report["notes"], *doubts(recordings)]
     return replace(result, report={**result.report, "notes": list(dict.fromkeys(notes))}, sentence=first, damage=damaged)

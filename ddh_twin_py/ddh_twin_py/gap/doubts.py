@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from math import isfinite
 
+from ddh_twin_py.rig import Rig
 from ddh_twin_py.telemetry.recording import Recording
 
 _MOST = 6  # notes on one recording
@@ -25,6 +26,14 @@ def undeclared(recordings: Sequence[Recording], payload: float, matters: bool) -
     if not matters and len(silent) == len(recordings):
         return []
     return [f"{', '.join(silent)}: no usable payload is declared, so that the rig file's {payload:g} kg was assumed"] if silent else []
+
+
+def of_reference(recordings: Sequence[Recording], rig: Rig) -> list[str]:
+    """A question where recordings that name their rig were held against the reference rig's sheet; none where a rig file was given."""
+    named = next((r.rig.rig_id for r in recordings if r.rig is not None and r.rig.rig_id), "")
+    return [] if rig.named or not named else [
+        f"the recordings name {named} and were held against the reference rig's sheet; if {named} is another machine, give its rig file "
+        "(--rig)"]
 
 
 def doubts(recordings: Sequence[Recording]) -> list[str]:

@@ -31,13 +31,15 @@ class Verdict:
 
     Attributes:
         word: of the contract. leader: most probable set of listed effects. sets: set to probability; ``("unknown",)`` is
-            outside the catalogue. effects: effect to marginal probability, largest first.
+            outside the catalogue. effects: effect to marginal probability, largest first. together: probability of the leader with
+            all that it cannot be told from; 0 where it is not asked.
     """
 
     word: str
     leader: tuple[str, ...]
     sets: dict[tuple[str, ...], float]
     effects: dict[str, float]
+    together: float = 0.0
 
 
 def less_believed(found: Found) -> Found:
@@ -114,7 +116,7 @@ def judge(found: Found, unknown: Unknown, nothing_beyond: bool = False) -> Verdi
     if sets.get((), 0.0) >= LIKELY:
         return Verdict("no_gap", (), sets, effects)
     together = _together(found, sets, effects, leader)
-    return Verdict("explained" if leader and together >= SURE else "ambiguous", leader, sets, effects)
+    return Verdict("explained" if leader and together >= SURE else "ambiguous", leader, sets, effects, together)
 
 
 def marginal_of(sets: dict[tuple[str, ...], float]) -> dict[str, float]:

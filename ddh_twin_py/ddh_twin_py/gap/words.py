@@ -11,6 +11,7 @@ from ddh_twin_py.gap.size import of_all
 from ddh_twin_py.rig.reader_units import plain, plus_minus, probably, shown
 from ddh_twin_py.rig.sheet import CUT
 
+_DIFFERS = 0.05  # by which another probability is worth a word
 _SURE, _OTHERS = 0.7, 2  # probability from which a place is named alone; how many others are named else
 _CLOSED_BY = 1.2  # times what is left, from which it is said what closes a gap
 _HARDLY = 0.9  # of the gap without a cause: more than that is left with it where it hardly closes anything
@@ -18,28 +19,32 @@ _NAMES = {
     "pressure_piston_side": "pressure, piston side", "pressure_rod_side": "pressure, rod side", "rod_position": "stroke error",
     "electrical_power": "electrical power", "pump_1": "pump 1", "pump_2": "pump 2", "line_a": "line A", "line_b": "line B",
 }
+_PLAIN, _COUNTS = 0.8, 0.1  # probability from which "no gap" is said without doubt, and from which what else it may be is named
+_NAMED = 3  # effects named that would not have shown
 _LEFT = 2.0  # floors from which a signal that is left off is named beside "no gap"
 
 
 def sentence(report: Mapping, catalogue: Mapping[str, Effect], unseen: Sequence[str] = (), reading: str = "",
              at_best: Mapping[str, float] | None = None, asked_for: str = "", pressed: Sequence[str] = (),
-             commissioned: bool | None = None, since: Sequence[str] = ()) -> str:
+             commissioned: bool | None = None, since: Sequence[str] = (), together: float = 0.0) -> str:
     """One sentence with its confidence, for an engineer who reads nothing else.
 
     Args:
-        catalogue: effects that were asked about, by id. unseen: those that no signal would have shown, or not at a moderate size.
+        catalogue: effects that were asked about, by id. unseen: those that no signal would have shown, or not at a moderate size, each
+            with the size that would have shown where that is known.
         reading: signal that errs where something unknown lies in a reading; empty where it does not.
         at_best: floors by which signals of held-out data are off where what is open of the rig is at its best for them; None: not known.
         asked_for: parameters that have to move for that; empty where it makes little difference.
         pressed: parameters that a fit pressed against the end of their tolerance. commissioned: see `Effect.happens`.
         since: parameters that only the field recordings show, each with its value.
+        together: probability of the leading set with all that it cannot be told from.
     """
     if report["verdict"] == "no_gap":
-        return _no_gap(report, len(unseen), at_best, asked_for, pressed, since)
+        return _no_gap(report, unseen, at_best, asked_for, pressed, since)
     if report["verdict"] == "unknown":
         return _unknown(report, reading)
     if report["verdict"] == "explained":
-        return _explained(report, catalogue, at_best, asked_for, commissioned)
+        return _explained(report, catalogue, at_best, asked_for, commissioned, together)
     return _BY_VERDICT[report["verdict"]](report)
 
 
@@ -67,11 +72,12 @@ def by_component(where: Sequence[Mapping]) -> dict[str, float]:
     return shares
 
 
-def _no_gap(report: Mapping, unseen: int, at_best: Mapping[str, float] | None, asked_for: str, pressed: Sequence[str],
+def _no_gap(report: Mapping, unseen: Sequence[str], at_best: Mapping[str, float] | None, asked_for: str, pressed: Sequence[str],
             since: Sequence[str]) -> str:
     as_is, before, after = (report["gap"][name] for name in ("as_is", "before", "after"))
     none = next((h["probability"] for h in report["hypotheses"] if not h["effects"]), 0.0)
-    text = (f"No gap: with its parameters fitted within {CUT:g} times their tolerance the twin explains data not used for that to "
+    said = "No gap" if none >= _PLAIN else "Probably no gap"
+    text = (f"{said}: with its parameters fitted within {CUT:g} times their tolerance the twin explains data not used for that to "
             f"{after:.1f} times the floor")
     if before > _CLOSED_BY * after:  # what the recordings in question show of the rig, its commissioning did not
         text += (f" (unfitted it was {as_is:.1f} times, fitted to the commissioning recording alone {before:.1f}; the field recordings "
@@ -87,9 +93,28 @@ def _no_gap(report: Mapping, unseen: int, at_best: Mapping[str, float] | None, a
         easily = ", which small flaws of the model move far," if worst in AMPLIFIED else ""
         text += f"; {signal_name(worst)}{easily} stays {times:.1f} times its floor off, and no listed effect explains that"
     if not unseen:
-        return f"{text}; that no effect acts is {probably(none)} likely."
-    return (f"{text}; that no effect acts that would have shown is {probably(none)} likely, and {unseen} "
-            f"effect{'s' * (unseen > 1)} of the catalogue would not have shown even at a moderate size.")
+        return f"{text}; that no effect acts is {probably(none)} likely{_else(report)}."
+    many = len(unseen) > 1
+    return (f"{text}; that no effect acts that would have shown is {probably(none)} likely{_else(report)}, and {len(unseen)} "
+            f"effect{'s' * many} of the catalogue would not have shown even at a moderate size: {_first_of(unseen)}.")
+
+
+def _else(report: Mapping) -> str:
+    """What else it may be where "no gap" is not sure, each with its probability; empty where nothing else counts."""
+    others = [h for h in report["hypotheses"] if h["effects"] and h["probability"] >= _COUNTS]
+    named = ", ".join(f"{_in_words(h['effects'])} {probably(h['probability'])}" for h in others[:_OTHERS])
+    return f" ({named})" if named else ""
+
+
+def _in_words(effects: Sequence[str]) -> str:
+    """A set in words."""
+    return "something that is not listed" if list(effects) == ["unknown"] else " + ".join(effects) or "no effect"
+
+
+def _first_of(names: Sequence[str]) -> str:
+    """The first few of names, and how many more."""
+    more = f" and {len(names) - _NAMED} more" if len(names) > _NAMED else ""
+    return ", ".join(names[:_NAMED]) + more
 
 
 def _such_as(since: Sequence[str]) -> str:
@@ -107,8 +132,9 @@ def _left_most(report: Mapping, at_best: Mapping[str, float] | None, but: Sequen
 
 
 def _explained(report: Mapping, catalogue: Mapping[str, Effect], at_best: Mapping[str, float] | None, asked_for: str,
-               commissioned: bool | None) -> str:
-    leader = _leader(report)
+               commissioned: bool | None, together: float) -> str:
+    marginal = {row["effect"]: row["probability"] for row in report["why"]}
+    leader = sorted(_leader(report), key=lambda name: -marginal.get(name, 0.0))  # what is surest first
     gap = report["gap"]
     named = [_named(report, name, catalogue, commissioned) + _not_told_from(report, name, leader) for name in leader]
     text = f"The gap is explained by {' and '.join(named)}"
@@ -131,7 +157,18 @@ def _explained(report: Mapping, catalogue: Mapping[str, Effect], at_best: Mappin
             much += "" if commissioned else ", as the rig's own parameters may take up what it does"
     else:
         much = f"data not used to find it lie {gap['after']:.1f} times the floor off, {gap['before']:.1f} without it"
-    return f"{text.removesuffix(',')}: {much}{_another(at_best, asked_for)} (probability {probably(_probability(report, leader))}){left}."
+    return f"{text.removesuffix(',')}: {much}{_another(at_best, asked_for)} ({_how_sure(report, leader, marginal, together)}){left}."
+
+
+def _how_sure(report: Mapping, leader: Sequence[str], marginal: Mapping[str, float], together: float) -> str:
+    """Probability of the leading set; of it and all that it cannot be told from, and of each effect, where those differ much."""
+    own = _probability(report, leader)
+    text = f"probability {probably(own)}"
+    if together > own + _DIFFERS:
+        text += f", {probably(together)} with what it cannot be told from"
+    if len(leader) > 1 and marginal.get(leader[0], own) > own + _DIFFERS:
+        text += "; " + ", ".join(f"{name} {probably(marginal.get(name, own))}" for name in leader) + " each for itself"
+    return text
 
 
 def _not_told_from(report: Mapping, name: str, leader: Sequence[str]) -> str:
@@ -149,7 +186,7 @@ def _another(at_best: Mapping[str, float] | None, asked_for: str) -> str:
 
 def _ambiguous(report: Mapping) -> str:
     sets = [h for h in report["hypotheses"] if h["probability"] >= 0.05][:4]
-    named = "; ".join((" + ".join(h["effects"]) or "no effect") + f" {probably(h['probability'])}" for h in sets)
+    named = "; ".join(f"{_in_words(h['effects'])} {probably(h['probability'])}" for h in sets)
     before = report["gap"]["before"]
     if before <= _CLOSED_BY:
         return (f"Data not used for that lie {before:.1f} times the floor off, which is no gap, but the recording in which it was sought "
@@ -182,8 +219,8 @@ def _leader(report: Mapping) -> list[str]:
     return max((h for h in report["hypotheses"] if h["effects"] and h["effects"] != ["unknown"]), key=lambda h: h["probability"])["effects"]
 
 
-def _probability(report: Mapping, leader: list[str]) -> float:
-    return next(h["probability"] for h in report["hypotheses"] if h["effects"] == leader)
+def _probability(report: Mapping, leader: Sequence[str]) -> float:
+    return next(h["probability"] for h in report["hypotheses"] if set(h["effects"]) == set(leader))
 
 
 def _named(report: Mapping, name: str, catalogue: Mapping[str, Effect], commissioned: bool | None) -> str:

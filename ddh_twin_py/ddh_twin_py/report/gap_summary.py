@@ -69,6 +69,8 @@ def gap_summary(diagnosis: Diagnosis, width: int = WIDTH) -> list[Text]:
 
 def _sentence(words: str, said: str) -> str:
     """The verdict's words and the sentence, which does not repeat them; what to be careful of is a sentence of its own."""
+    if said.startswith(f"Probably {words.lower()}: "):
+        return said
     rest = "".join(map(capital, said.partition(f"{words}: ")[::2]))
     return f"{words}{'.' if said.startswith('Careful: ') else ':'} {rest}"
 
