@@ -1,5 +1,7 @@
 """Energy is kept: electrical, mechanical, hydraulic and thermal accounts close to 0.1 %."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from ddh_twin_py.physics.balance import OPERATING_DTYPE
@@ -12,9 +14,15 @@ from support.cycles import INTERVAL, START, lift_and_lower, run
 LOSSES = [name for name in OPERATING_DTYPE.names if name.startswith("loss_")]
 
 
-@pytest.fixture(scope="module")
-def rig():
-    return load_rig()
+def starving(rig, **unfilled):
+    """The rig with pumps that their suctions do not fill."""
+    quantities = {name: replace(rig.quantities[name.replace("__", ".")], value=value) for name, value in unfilled.items()}
+    return replace(rig, quantities={**rig.quantities, **{name.replace("__", "."): q for name, q in quantities.items()}})
+
+
+@pytest.fixture(scope="module", params=[{}, {"pump_1__unfilled_by_speed": 1e-3, "pump_2__unfilled_by_viscosity": 0.05}])
+def rig(request):
+    return starving(load_rig(), **request.param)
 
 
 @pytest.fixture(scope="module")
@@ -95,3 +103,14 @@ def test_soft_sensor_electrical_account(rig, cycle):
     motion = integral(points, "shaft_power") + integral(points, "loss_motor_friction") + integral(points, "loss_iron")
     copper = 3.0 * rig["motor.phase_resistance_20C"] * (points["current"] ** 2).sum() * INTERVAL
     assert integral(points, "electrical_power") == pytest.approx(motion + copper, rel=0.02)
+
+
+def test_a_pump_that_starves_lifts_slower_and_lowers_as_fast():
+    rig = load_rig()
+    full, starved = (run(there, lift_and_lower(cycles=1))[0] for there in (rig, starving(rig, pump_1__unfilled_by_speed=1e-3)))
+    speed = full["speed"]
+    up, down = speed > 0.9 * speed.max(), speed < 0.9 * speed.min()
+    lost = 1e-3 * speed[up].mean()
+    swept, filled = ((p["pump_1_flow"] + p["pump_1_leakage"])[up].mean() for p in (full, starved))
+    assert filled / swept == pytest.approx(1.0 - lost, abs=0.02 * lost)
+    assert starved["rod_velocity"][down].mean() == pytest.approx(full["rod_velocity"][down].mean(), rel=1e-3)

@@ -33,7 +33,7 @@ def names(page):
 
 def code_has(name: str) -> bool:
     module, _, attribute = name.rpartition(".")
-    if module in ("balance", "cylinder", "hydraulics", "motor", "oil", "thermal_network"):
+    if module in ("balance", "cylinder", "hydraulics", "motor", "oil", "pump", "thermal_network"):
         return hasattr(importlib.import_module(f"ddh_twin_py.physics.{module}"), attribute)
     return any(fnmatchcase(field, name) for field in OPERATING_FIELDS)
 

@@ -60,7 +60,7 @@ def diagnosis(model: Diagnosable, found: Found, theta: np.ndarray, hidden: Seque
     leader, learned = found.fitted[()] if verdict.word == "no_gap" else best, None
     if verdict.word == "unknown":
         terms = model.learned_terms(unknown.places[0].component, unknown.places[0].domain)
-        learned = learn(model, found, terms, runs.gap, gap_before) if terms else None
+        learned = concluded.law.fitted if concluded.law else learn(model, found, terms, runs.gap, gap_before) if terms else None
         leader = learned or min((found.fitted[()], best), key=runs.gap)
         rows = unknown_places(model, concluded.sought, unknown, best)
         unknown = sized(unknown, rows)

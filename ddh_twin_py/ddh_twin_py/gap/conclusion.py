@@ -20,7 +20,8 @@ from ddh_twin_py.gap.refit import Refitted
 from ddh_twin_py.gap.rivals import next_believed
 from ddh_twin_py.gap.search import Found
 from ddh_twin_py.gap.tolerance import without_parameters
-from ddh_twin_py.gap.unknown import NEEDED_BY, Unknown, drawn
+from ddh_twin_py.gap.unknown import NEEDED_BY, Unknown, drawn, unknown_beside
+from ddh_twin_py.gap.unlisted_laws import UnlistedLaw, beside_law, best_unlisted, place_of, size_of
 from ddh_twin_py.gap.verdict import LIKELY, NEARLY, Verdict, explains_a_signal, judge, less_believed, nothing_to_explain, something_acting
 
 _NO_NEARER = 0.99  # share of the gap of held-out data without any effect, from which a hypothesis does not help with it
@@ -35,7 +36,8 @@ class Conclusion:
     Attributes:
         found: hypotheses with the probabilities that are left to them. verdict: on them. best: the leading one, or no effect.
         unknown: beside it, with its places where something unknown is likely, and without notes where no hypothesis is named.
-        sought: hypotheses about which these places were sought. at_best: held-out data at best, beside `best` and beside no effect.
+        sought: hypotheses about which these places were sought. law: that no catalogue lists and that explains more than any listed one;
+            None where there is none. at_best: held-out data at best, beside `best` and beside no effect.
         notes: why a hypothesis is less believed.
     """
 
@@ -44,6 +46,7 @@ class Conclusion:
     best: Refitted
     unknown: Unknown
     sought: Found
+    law: UnlistedLaw | None
     at_best: Mapping[Ids, AtBest]
     notes: list[str]
 
@@ -70,6 +73,10 @@ def conclude(model: Diagnosable, found: Found, plain: np.ndarray, runs: HeldRuns
     hearing = Hearing(model, found, runs, open_rig, plain, as_run, drift, {leader.effects: with_slight})
     found, unknown = next_believed(found, hearing.of(leader.effects), hearing.of)
     leader = found.fitted.get(found.leader) or none
+    law = best_unlisted(model, found, leader, runs.gap) if drift or leader.columns else None
+    if law is not None:
+        unknown = beside_law(unknown, law, unknown_beside(model, found, none), leader.effects, size_of(model, law))
+        law = law if law.probability >= LIKELY else None
     found, unknown = something_acting(found, unknown, acts, why)
     at_best, sought = hearing.at_best[leader.effects], found
     beyond = drift is not None or not _nothing_beyond(runs, leader, none, at_best if unknown.probability >= LIKELY else None)
@@ -77,13 +84,14 @@ def conclude(model: Diagnosable, found: Found, plain: np.ndarray, runs: HeldRuns
     if verdict.word == "unknown":
         if acts >= LIKELY and not leader.columns:
             sought = replace(found, linearised=found.linearised.held_at(plain))
-        unknown = located(unknown, sought.linearised, model.free_places(sought, unknown.forms, unknown.off))
-        unknown = drawn(model, found.linearised, leader, unknown)
-        named = [f"the best listed hypothesis is {' and '.join(leader.effects)}"] if leader.columns else []
+        likely = model.free_places(sought, unknown.forms, unknown.off)
+        unknown = located(unknown, sought.linearised, place_of(law, likely) if law else likely)
+        unknown = drawn(model, found.linearised, none if law else leader, unknown)
+        named = [f"the best listed hypothesis is {' and '.join(leader.effects)}"] if leader.columns and not law else []
         unknown = replace(unknown, notes=[*unknown.notes, *named])
     if verdict.word == "no_gap" and leader.columns:  # they speak of a hypothesis that the answer does not name
         unknown = replace(unknown, notes=[])
-    return Conclusion(found, verdict, leader, unknown, sought, at_best, notes)
+    return Conclusion(found, verdict, leader, unknown, sought, law, at_best, notes)
 
 
 def _nothing_beyond(runs: HeldRuns, leader: Refitted, none: Refitted, bests: Mapping[Ids, AtBest] | None) -> bool:

@@ -15,7 +15,7 @@ from ddh_twin_py.gap.catalogue import EFFECTS
 from ddh_twin_py.gap.diagnosis import Lack
 from ddh_twin_py.gap.direct_drive import STEP, DirectDrive
 from ddh_twin_py.gap.drive_inputs import unknown_inputs
-from ddh_twin_py.gap.drive_learned import terms, terms_at
+from ddh_twin_py.gap.drive_learned import terms, terms_at, unlisted_laws
 from ddh_twin_py.gap.drive_places import course
 from ddh_twin_py.gap.effect import Effect
 from ddh_twin_py.gap.free_places import FreePlace, free_places
@@ -100,6 +100,10 @@ class DriveCase(DirectDrive):
     def learned_terms(self, component: str, domain: str) -> Sequence[Effect]:
         """Heat, friction, leaks, pressure drops or compliance that no law of the model gives."""
         return terms_at(component, domain)
+
+    def unlisted_laws(self) -> Sequence[Effect]:
+        """Pumps that their suction does not fill."""
+        return unlisted_laws()
 
     def course(self, effect: Effect, without: np.ndarray, acting: np.ndarray) -> Course:
         """What an effect adds over the first field recording."""

@@ -24,14 +24,32 @@ _FLOWS = {  # further ways of the oil and what it takes to drive it through: nam
 }
 
 
+_UNFILLED = {  # of a pump's swept volume, while it draws from the tank: unit, step, about
+    "unfilled_by_speed": ("s/rad", 2.0e-4, "pump {} delivers less the faster it draws from the tank, as where its suction starves"),
+    "unfilled_by_viscosity": ("1", 0.01, "pump {} delivers less the colder the oil is that it draws, as where its suction is choked"),
+}
+
+
+def unlisted_laws() -> list[Effect]:
+    """Pumps that their suction does not fill, with speed and with the oil's viscosity."""
+    return [
+        Effect(
+            id=f"{PREFIX}pump_{number}_{name}", component=f"pump_{number}", domain="hydraulic", parameter=name, unit=unit,
+            reference=fixed(0.0), laws=(added(f"pump_{number}_{name}"),), step=step, lowest=0.0, highest=40.0 * step,
+            about=about.format(number), law_error=0.1, lacked=(f"pump_{number}_flow", "m3/s"),
+        )
+        for number in (1, 2) for name, (unit, step, about) in _UNFILLED.items()
+    ]  # fmt: skip
+
+
 def terms() -> list[Effect]:
-    """Heat, constant and growing with speed; friction, constant and growing; flows and pressure drops."""
+    """Heat, constant and growing with speed; friction, constant and growing; flows and pressure drops; pumps that are not filled."""
     heat = [_term(component, "thermal", f"learned_{component}_{name}", name, unit, step)
             for component in _HEATED for name, unit, step in (("heat", "W", 10.0), ("heat_by_speed", "W*s", 0.3))]
     others = [_term(component, domain, f"{component}_{name}", name, *row)
               for domain, table in (("mechanical", _RESISTANCES), ("hydraulic", _FLOWS))
               for component, several in table.items() for name, *row in several]
-    return heat + others
+    return heat + others + unlisted_laws()
 
 
 def terms_at(component: str, domain: str) -> list[Effect]:

@@ -165,18 +165,23 @@ def way_shares(columns: Sequence[Column]) -> np.ndarray:
     return of_direction / np.array([total[own] for own in ids])
 
 
+def log_prior(ids: Ids, effects: int) -> float:
+    """Log prior probability of a set of at most two effects, of so many that were asked about; () is no effect."""
+    if len(ids) == 2:
+        return math.log(PRIOR_PAIRS / max(1, effects * (effects - 1) // 2))
+    return math.log((1.0 - PRIOR_NONE - PRIOR_PAIRS) / effects if ids else PRIOR_NONE)
+
+
 def weighted(hypotheses: Sequence[Hypothesis], columns: Sequence[Column],
              effects: int) -> dict[tuple[str, ...], tuple[float, Hypothesis | None]]:
     """Log posterior weight of every set of effects (laws and directions summed) and its best way; () is no effect."""
     of_way = np.log(way_shares(columns))
     groups: dict[tuple[str, ...], list[tuple[float, Hypothesis]]] = {}
-    pairs = max(1, effects * (effects - 1) // 2)
     for hypothesis in hypotheses:
         ids = effects_of(hypothesis, columns)
-        prior = math.log(PRIOR_PAIRS / pairs) if len(ids) == 2 else math.log((1.0 - PRIOR_NONE - PRIOR_PAIRS) / effects)
-        prior += float(np.sum(of_way[list(hypothesis.columns)]))
+        prior = log_prior(ids, effects) + float(np.sum(of_way[list(hypothesis.columns)]))
         groups.setdefault(ids, []).append((hypothesis.log_evidence + prior, hypothesis))
-    out: dict[tuple[str, ...], tuple[float, Hypothesis | None]] = {(): (math.log(PRIOR_NONE), None)}
+    out: dict[tuple[str, ...], tuple[float, Hypothesis | None]] = {(): (log_prior((), effects), None)}
     for ids, members in groups.items():
         best = max(members, key=lambda m: m[0])[1]
         out[ids] = (float(logsumexp([m[0] for m in members])), best)

@@ -144,6 +144,10 @@ class Diagnosable(Model, Protocol):
         """Terms of the model that may be learned at a place; none where it has none."""
         ...
 
+    def unlisted_laws(self) -> Sequence[Effect]:
+        """Laws in no catalogue that listed effects together may be mistaken for; none where none is known."""
+        ...
+
     def course(self, effect: Effect, without: np.ndarray, acting: np.ndarray) -> Course:
         """What an effect adds at its place over the first recording in which effects act; parameter records (1,)."""
         ...

@@ -188,7 +188,10 @@ def add_hydraulics(point, weight, speed, pressure_a, pressure_b, velocity, posit
     heat_1, heat_2 = lost_1 * speed, lost_2 * speed
     added_1 = p.pump_1_friction_added * abs(speed)
     added_2 = p.pump_2_friction_added * abs(speed)
-    leak_heat_1, leak_heat_2 = leak_1 * port_1, leak_2 * port_2
+    empty_1 = hydraulics.displacement_1(p) - hydraulics.delivered_1(speed, c, p)
+    empty_2 = hydraulics.displacement_2(p) - hydraulics.delivered_2(speed, c, p)
+    leak_heat_1 = leak_1 * port_1 + empty_1 * speed * port_1
+    leak_heat_2 = leak_2 * port_2 + empty_2 * speed * port_2
     share_1, share_2 = p.pump_1_friction_share_to_case, p.pump_2_friction_share_to_case
     line_a, line_b = (port_1 - pressure_a) * flow_1, (port_2 - pressure_b) * flow_2
     cross = p.cylinder_cross_leakage * (pressure_a - pressure_b)

@@ -49,7 +49,7 @@ def coefficients(temperature, pressure_a, pressure_b, p):
 
     L mu_0/mu, R mu/mu_0 and b mu/mu_0 with mu(T, p); pump 1 and line A at ``pressure_a``, pump 2 and line B at ``pressure_b``.
 
-    Returns (leakage 1, leakage 2, m3/(s*Pa); line resistance A, B, Pa*s/m3; viscous friction 1, 2, N*m*s), for
+    Returns (leakage 1, leakage 2, m3/(s*Pa); line resistance A, B, Pa*s/m3; viscous friction 1, 2, N*m*s; mu/mu_0 of pump 1, 2), for
     temperatures (N) in K and pressures in Pa gauge.
     """
     under_a, under_b = pressure_factor(pressure_a, p), pressure_factor(pressure_b, p)
@@ -61,6 +61,7 @@ def coefficients(temperature, pressure_a, pressure_b, p):
         p.pump_1_leakage / ratio_1, p.pump_2_leakage / ratio_2,
         p.line_a_pressure_drop_laminar * ratio_a, p.line_b_pressure_drop_laminar * ratio_b,
         p.pump_1_friction_viscous * ratio_1, p.pump_2_friction_viscous * ratio_2,
+        ratio_1, ratio_2,
     )
 
 
@@ -77,14 +78,30 @@ def displacement_2(p):
 
 
 @inlined
+def delivered_1(speed, c, p):
+    """m3/rad that pump 1 moves at ``speed``, rad/s: less than `displacement_1` where its suction does not fill it while it draws."""
+    if p.pump_1_unfilled_by_speed == 0.0 and p.pump_1_unfilled_by_viscosity == 0.0:
+        return displacement_1(p)
+    return displacement_1(p) * pump.filled_share(speed, p.pump_1_unfilled_by_speed, p.pump_1_unfilled_by_viscosity, c[6])
+
+
+@inlined
+def delivered_2(speed, c, p):
+    """m3/rad that pump 2 moves at ``speed``, rad/s: less than `displacement_2` where its suction does not fill it while it draws."""
+    if p.pump_2_unfilled_by_speed == 0.0 and p.pump_2_unfilled_by_viscosity == 0.0:
+        return displacement_2(p)
+    return displacement_2(p) * pump.filled_share(-speed, p.pump_2_unfilled_by_speed, p.pump_2_unfilled_by_viscosity, c[7])
+
+
+@inlined
 def pump_flows(speed, pressure_a, pressure_b, c, p):
     """Port flows of both pumps, m3/s, and their port pressures p + R Q + S Q|Q|, Pa.
 
     ``speed`` in rad/s, pressures of the chambers in Pa gauge, ``c`` from `coefficients`; see `pump.port_flow`.
     """
     rough_a, rough_b = p.line_a_pressure_drop_quadratic, p.line_b_pressure_drop_quadratic
-    flow_1 = pump.port_flow(displacement_1(p), c[0], c[2], rough_a, speed, pressure_a)
-    flow_2 = pump.port_flow(displacement_2(p), c[1], c[3], rough_b, speed, pressure_b)
+    flow_1 = pump.port_flow(delivered_1(speed, c, p), c[0], c[2], rough_a, speed, pressure_a)
+    flow_2 = pump.port_flow(delivered_2(speed, c, p), c[1], c[3], rough_b, speed, pressure_b)
     port_1 = pressure_a + (c[2] + rough_a * abs(flow_1)) * flow_1
     port_2 = pressure_b + (c[3] + rough_b * abs(flow_2)) * flow_2
     return flow_1, flow_2, port_1, port_2
@@ -126,12 +143,12 @@ def _sweep(base_a, base_b, base_v, base_x, step, speed, y_a, y_b, v, soft_a, sof
 
     cross = p.cylinder_cross_leakage
     through = cross * (pressure_a - pressure_b)
-    q_a = pump.port_flow(displacement_1(p), c[0], c[2], p.line_a_pressure_drop_quadratic, speed, pressure_a)
+    q_a = pump.port_flow(delivered_1(speed, c, p), c[0], c[2], p.line_a_pressure_drop_quadratic, speed, pressure_a)
     q_a += check_flow(pressure_a, p) - through
     slope_a = pump.port_flow_slope(c[0], c[2]) - cross
     if -pressure_a > p.check_valve_cracking_pressure:
         slope_a -= p.check_valve_conductance
-    q_b = pump.port_flow(displacement_2(p), c[1], c[3], p.line_b_pressure_drop_quadratic, speed, pressure_b)
+    q_b = pump.port_flow(delivered_2(speed, c, p), c[1], c[3], p.line_b_pressure_drop_quadratic, speed, pressure_b)
     q_b += check_flow(pressure_b, p) - relief_flow(pressure_b, p) + through
     slope_b = pump.port_flow_slope(c[1], c[3]) - cross - relief_flow_slope(pressure_b, p)
     if -pressure_b > p.check_valve_cracking_pressure:

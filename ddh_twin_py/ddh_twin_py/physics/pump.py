@@ -8,6 +8,8 @@ from ddh_twin_py.physics.compiled import inlined
 
 SIGN_WIDTH = 0.2
 """rad/s over which a friction torque changes its sign; the drive holds the shaft at rest."""
+FILLS_AT = 1.0
+"""rad/s below which a slow pump fills whatever the oil's viscosity is."""
 
 
 @inlined
@@ -22,6 +24,19 @@ def port_flow(displacement_per_rad, leakage, line_resistance, line_quadratic, sp
     flow = (displacement_per_rad * speed - leakage * chamber_pressure) * share
     rough = leakage * line_quadratic * share
     return 2.0 * flow / (1.0 + math.sqrt(1.0 + 4.0 * rough * abs(flow))) if rough > 0.0 else flow
+
+
+@inlined
+def filled_share(turning, by_speed, by_viscosity, viscosity):
+    """Share of the swept volume that a pump draws from the tank: 1 - s w - v mu/mu_0, not below 0; 1 where it does not draw.
+
+    ``turning`` w in rad/s, positive where the pump draws; ``by_speed`` s, share lost per rad/s; ``by_viscosity`` v, share lost at the
+    reference viscosity; ``viscosity`` mu/mu_0. A suction that cannot follow loses oil with speed, a cold one with viscosity
+    (Ivantysyn & Ivantysynova, Hydrostatic Pumps and Motors, 2001, on filling losses).
+    """
+    if turning <= 0.0:
+        return 1.0
+    return max(0.0, 1.0 - by_speed * turning - by_viscosity * viscosity * turning / (turning + FILLS_AT))
 
 
 @inlined

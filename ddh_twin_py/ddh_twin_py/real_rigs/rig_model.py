@@ -165,6 +165,10 @@ class RigModel:
         """None: nothing is learned of these rigs."""
         return ()
 
+    def unlisted_laws(self) -> Sequence[Effect]:
+        """None: none is known of these rigs."""
+        return ()
+
     def course(self, effect: Effect, without: np.ndarray, acting: np.ndarray) -> Course:
         """Change of the reading of the first recording in question that changes most for its noise."""
         run = self.field[0]

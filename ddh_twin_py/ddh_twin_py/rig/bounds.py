@@ -56,6 +56,8 @@ TABLE: tuple[tuple[str, tuple[str, float, float]], ...] = (
     ("motor.torque_constant_slope", _between(-0.01, 0.01)),
     ("motor.flange_conductance", _between(0.0, 1000.0)),
     ("pump_?.friction_added", _between(-5.0, 50.0)),
+    ("pump_?.unfilled_by_speed", _between(-0.001, 0.01)),
+    ("pump_?.unfilled_by_viscosity", _between(-0.2, 0.9)),
     ("cylinder.cross_leakage", _between(0.0, 1.0e-9)),
     ("line_?.pressure_drop_quadratic", _between(0.0, 2.0e14)),
     ("line_b.compliance", _between(0.0, 1.0e-10)),
