@@ -56,7 +56,8 @@ HYDRAULIC_SIGNALS = ("pressure_piston_side", "pressure_rod_side", "rod_velocity"
 STROKE = "rod_position"
 NEIGHBOURHOOD = 20.0
 """s after the used part of a recording that count neither here nor there; at most half of what is held out."""
-_REST = 0.5  # s of a standstill to either side over which positions are averaged
+_REST = 0.5  # s of a standstill to either side through whose positions a line is laid
+_FEW = 4  # of them that tell no slope
 _CLEAR = 2.0e-3  # m from an end stop that a rod must keep to have never met it
 _BEFORE_THE_END = 1.0e-6  # s from the end of a run at which the last samples are taken: its last step ends there but for rounding
 _PAST = 1.0  # m that a run may go past such a stop
@@ -481,15 +482,26 @@ def _alone(recording: Recording) -> str:
 
 
 def _smoothed(position: np.ndarray, reach: int) -> np.ndarray:
-    """Mean of each standstill's positions over ``reach`` intervals to either side, NaN where it moves."""
+    """Each standstill's positions by the straight line through those of ``reach`` intervals to either side, NaN where it moves.
+
+    A heavy rod sinks at rest by millimetres a second. Where a standstill begins or ends its neighbours lie to one side, and their mean
+    would be that much off.
+    """
     known = np.isfinite(position)
-    total = np.concatenate([[0.0], np.cumsum(np.where(known, position, 0.0))])
     index = np.arange(position.size)
     begun = np.maximum.accumulate(np.where(known, 0, index + 1))
     ended = np.minimum.accumulate(np.where(known, position.size, index)[::-1])[::-1]
     first, last = np.maximum(begun, index - reach), np.minimum(ended, index + reach + 1)
-    with np.errstate(invalid="ignore"):
-        return np.where(known, (total[last] - total[first]) / np.maximum(last - first, 1), np.nan)
+    since, value = np.where(known, index - begun, 0.0), np.where(known, position, 0.0)
+
+    def mean(values: np.ndarray) -> np.ndarray:
+        total = np.concatenate([[0.0], np.cumsum(values)])
+        return (total[last] - total[first]) / np.maximum(last - first, 1)
+
+    level, middle = mean(value), mean(since)
+    spread = mean(since**2) - middle**2
+    steep = np.where(last - first > _FEW, (mean(since * value) - middle * level) / np.maximum(spread, 1e-12), 0.0)
+    return np.where(known, level + steep * (since - middle), np.nan)
 
 
 def _never_met(position: np.ndarray, rig: Rig) -> dict[str, float]:
