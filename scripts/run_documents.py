@@ -4,7 +4,7 @@ usage: python scripts/run_documents.py [--write] [PAGE ...]        (default: REA
 
 A comment before a fenced block says what becomes of it:
 
-    <!-- run -->               a bash block: run, in a folder of the page's own with bags/ and config/ in it
+    <!-- run -->               a bash block: run, in a folder of the page's own with bags/ and ddh_twin_py/config/ in it
     <!-- refused: N -->        a bash block of one command that has to leave with exit code N
     <!-- output -->            a text block: what the block before it prints on standard output, a refused one on standard error too
     <!-- file: NAME -->        a block of any kind: written to that file, for the commands that follow
@@ -32,7 +32,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
-LINKED = {"bags": ROOT / "bags", "config": ROOT / "ddh_twin_py" / "config"}
+LINKED = ("bags", "ddh_twin_py/config")
+"""Paths of the checkout that commands may name, as one who stands in it would."""
 _BLOCK = re.compile(
     r"^(?P<indent> *)(?:<!-- (?P<mark>run|refused: \d+|output|file: \S+|not run: [^\n]+?) -->\n(?P=indent))?"
     r"```(?P<kind>[\w-]*)\n(?P<text>.*?)"
@@ -89,8 +90,9 @@ def run_page(path: Path, write: bool = False, say=print) -> list[str]:
     page, wrong, offset = path.read_text("utf-8"), [], 0
     printed = None
     with tempfile.TemporaryDirectory(prefix="ddh_docs_") as scratch:
-        for name, target in LINKED.items():
-            os.symlink(target, Path(scratch) / name)
+        for name in LINKED:
+            (Path(scratch) / name).parent.mkdir(parents=True, exist_ok=True)
+            os.symlink(ROOT / name, Path(scratch) / name)
         for block in blocks_of(page):
             where = f"{path.name}:{block.line}"
             if block.mark.startswith("file: "):
