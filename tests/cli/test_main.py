@@ -107,6 +107,9 @@ def test_an_unknown_duty_names_the_nearest(capsys, tmp_path):
     ("--duration=0", "argument --duration: '0' is no number from 0.05 to 86400 s"),
     ("--duration=-5", "argument --duration: '-5' is no number from 0.05 to 86400 s"),
     ("--duration=1e12", "argument --duration: '1e12' is no number from 0.05 to 86400 s"),
+    ("--noise-seed=-1", "argument --noise-seed: '-1' is no whole number"),
+    ("--begin=monday", "argument --begin: 'monday' is no moment such as 2026-05-01T08:00:00Z"),
+    ("--begin=2039-01-01", "argument --begin: '2039-01-01' is beyond what a stamp can say"),
 ])
 def test_numbers_that_a_simulation_cannot_use(capsys, tmp_path, option, expected):
     assert expected in failure(capsys, "simulate", "paper_cycle", "-o", str(tmp_path / "b"), option)
