@@ -41,7 +41,7 @@ for name in casadi filterpy numbalsoda; do
   elif grep -q 'No CMAKE_Fortran_COMPILER' "$log"; then
     reason="is built from source and needs a Fortran compiler: sudo apt-get install -y gfortran, or make bench FORTRAN=1"
   else
-    reason="could not be installed, see ${log#"$root"/}"
+    reason="could not be installed, see ${log#"$root"/}: $(last_error "$log")"
   fi
   printf '%s\n' "$reason" >"$folder/$name.reason"
   echo "bench: $name $reason; its rows are left out"

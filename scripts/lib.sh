@@ -65,6 +65,11 @@ apt_python() { # what this machine's distribution calls it
 
 digest() { cat "$@" | sha256sum | cut -c1-32; }
 
+# The last line of a log in which pip says what is wrong, else its last line that says anything.
+last_error() { # log
+  { grep -a '^ *\(ERROR\|error\):' "$1" || grep -a '[^[:space:]]' "$1"; } 2>/dev/null | tail -n 1 | tr -d '\r' | cut -c1-300 || true
+}
+
 # step NAME LABEL INPUTS COMMAND...: skipped while INPUTS are what they were when it last succeeded.
 steps_done=0
 step() {

@@ -2,20 +2,35 @@
 # Writes requirements/lock-py312.txt and lock-py311.txt from the .in files, lock-bench-py312.txt and lock-bench-py311.txt (what
 # `make bench` compares with) from bench.in, lock-tools-py312.txt and lock-tools-py311.txt (what checks the FMU and builds the
 # site) from tools.in, each with the Python that it is for: every package, direct or not, with its version and hashes.
+# A package may ask for a patch version of Python (>= 3.11.5), so each lock is made with a Python that is no newer than the
+# oldest that it has to serve: 3.11.2 of Debian 12, 3.12.3 of Ubuntu 24.04.
 # Keeps what is locked where the .in files still allow it; --upgrade takes the newest.
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd -P)
 cd "$root/requirements"
 . ../scripts/lib.sh
 leave_foreign_ros_alone
-unset DDH_PYTHON
+oldest_11=3.11.2 oldest_12=3.12.3
+
+python_for_lock() { # minor version, oldest that is served; sets python to the first of this machine that is no newer
+  local candidate version found=
+  python=
+  while read -r candidate; do
+    version=$("$candidate" -I -c 'import venv, ensurepip, sys; print("%d.%d.%d" % sys.version_info[:3])' 2>/dev/null) || continue
+    case "$version" in 3."$1".*) ;; *) continue ;; esac
+    found="$found $version"
+    [ "$(printf '%s\n' "$version" "$2" | sort -V | tail -n 1)" = "$2" ] && python=$candidate && return
+  done < <([ -z "${DDH_PYTHON:-}" ] || printf '%s\n' "$DDH_PYTHON"; DDH_PYTHON= candidates "$1")
+  echo "lock: needs a Python 3.$1 with venv that is no newer than $2, found:${found:- none}; DDH_PYTHON=... names another" >&2
+  exit 1
+}
 
 scratch=$(mktemp -d)
 trap 'rm -rf "$scratch"' EXIT
 for minor in 12 11; do
-  find_python "$minor"
-  [ -n "$python" ] || { echo "lock: no working Python 3.$minor on this machine" >&2; exit 1; }
-  echo "lock: resolving for Python 3.$minor ($python), takes 1 to 3 min"
+  oldest=oldest_$minor
+  python_for_lock "$minor" "${!oldest}"
+  echo "lock: resolving for Python ${!oldest} and newer ($python), takes 1 to 3 min"
   "$python" -m venv "$scratch/$minor"
   "$scratch/$minor/bin/pip" --disable-pip-version-check -q install pip-tools==7.6.2
   # No trace of where the packages came from: the same lock serves any index.

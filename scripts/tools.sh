@@ -21,4 +21,5 @@ if "$python" -m venv "$folder" >"$log" 2>&1 &&
 fi
 rm -rf "$folder"
 echo "tools: could not be installed, see ${log#"$root"/}; the site cannot be built, and the FMU's test is skipped" >&2
+echo "tools: $(last_error "$log")" >&2
 [ "${1:-}" = --optional ]

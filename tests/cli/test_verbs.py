@@ -10,6 +10,7 @@ from ddh_twin_py.bags.reader import read_recording
 from ddh_twin_py.bags.writer import write_recording
 from ddh_twin_py.cli.benchmarks import Figure
 from ddh_twin_py.cli.main import main
+from ddh_twin_py.rig import load_rig
 from ddh_twin_py.telemetry.recording import Stream
 
 
@@ -63,6 +64,20 @@ def test_simulate_then_info_then_replay(tmp_path, capsys):
     rates = {stream["topic"]: stream["rate_Hz"] for stream in told["streams"]}
     assert rates["drive/telemetry"] == pytest.approx(100.0, rel=0.01)
     assert main(["replay", str(first), "--json", "-"]) == 0
+
+
+def test_the_same_rig_is_recorded_again_at_another_time(tmp_path):
+    first, again = tmp_path / "first", tmp_path / "again"
+    command = ["simulate", "paper_cycle", "--seed", "5", "--duration", "20", "--quiet", "-o"]
+    assert main([*command, str(first)]) == 0
+    assert main([*command, str(again), "--noise-seed", "6", "--begin", "2026-01-02T09:00:00+01:00"]) == 0
+    a, b = read_recording(first), read_recording(again)
+    assert b.epoch_ns - a.epoch_ns == pytest.approx(32 * 3600e9, abs=1e6)
+    pressure, other = (recording.hydraulic.column("pressure_piston_side") for recording in (a, b))
+    assert not np.any(pressure == other)  # noise of its own
+    noise = load_rig().sensors["pressure"].noise
+    assert np.mean(pressure - other) == pytest.approx(0.0, abs=0.2 * noise)  # of the same rig, with the same zero
+    assert np.std(pressure - other) == pytest.approx(np.sqrt(2.0) * noise, rel=0.1)
 
 
 def test_info_holds_channels_against_each_other(paper_cycle_bag, tmp_path, capsys):

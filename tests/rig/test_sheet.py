@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from ddh_twin_py.rig import RigError, load_rig
 from ddh_twin_py.rig.bounds import bound_of, contradiction
+from ddh_twin_py.rig.oil_grades import with_oil
 from ddh_twin_py.rig.sheet import BOUNDS
 
 
@@ -27,11 +28,34 @@ def test_a_partial_file_changes_only_what_it_names(tmp_path):
     assert rig["pump_2.leakage"] == load_rig()["pump_2.leakage"]
 
 
+@pytest.mark.parametrize("written, value", [("1.3e7", 1.3e7), ("13E+6", 1.3e7), ("1.3e+7", 1.3e7), ("13.e6", 1.3e7), ("13000000", 1.3e7)])
+def test_a_number_is_understood_however_its_exponent_is_written(tmp_path, written, value):
+    file = tmp_path / "mine.yaml"
+    file.write_text(f"relief_valve:\n  opening_pressure: {{value: {written}, unit: Pa, tolerance: 3e-2}}\n")
+    quantity = load_rig(file).quantities["relief_valve.opening_pressure"]
+    assert (quantity.value, quantity.tolerance) == (value, 0.03)
+
+
+def test_an_oil_may_be_named_by_its_grade(tmp_path):
+    file, sheet = tmp_path / "mine.yaml", load_rig()
+    for grade in ("ISO VG 46", "46", "vg 46"):
+        file.write_text(f"oil:\n  grade: {grade}\n  air_fraction: {{value: 0.01}}\n")
+        rig, filled = load_rig(file), with_oil(sheet, "ISO VG 46")
+        assert all(rig[path] == filled[path] for path in ("oil.walther_a", "oil.walther_b", "oil.density_15C"))
+        assert rig["oil.air_fraction"] == 0.01 and rig["pump_1.leakage"] == sheet["pump_1.leakage"]
+        assert rig.quantities["oil.walther_a"].tolerance == sheet.quantities["oil.walther_a"].tolerance
+    file.write_text("oil:\n  grade: ISO VG 46\n  density_15C: {value: 880, unit: kg/m3}\n")
+    assert load_rig(file)["oil.density_15C"] == 880.0  # the supplier's own number stands before the grade's
+
+
 @pytest.mark.parametrize("text, expected", [
     ("pump_1:\n  leekage: {value: 1.0}\n", "pump_1.leekage: no such entry; the nearest is 'pump_1.leakage'"),
     ("pump_1:\n  leakage: {value: lots}\n", "pump_1.leakage: value is 'lots'"),
     ("pump_1:\n  leakage: {value: .nan}\n", "finite number"),
-    ("oil:\n  bulk_modulus: {value: 1e9}\n", "value is '1e9', a finite number is needed; YAML wants a point and a sign"),
+    ("oil:\n  bulk_modulus: {value: 1e999}\n", "value is '1e999', a finite number is needed"),
+    ("oil:\n  bulk_modulus: {value: e9}\n", "value is 'e9', a finite number is needed"),
+    ("oil:\n  grade: ISO VG 45\n", "oil.grade: no oil grade 'ISO VG 45'; the nearest is 'ISO VG 46'"),
+    ("oil:\n  grade: [46]\n", "oil.grade: found [46], the name of a grade is needed"),
     ("pump_1:\n  leakage: {value: 1.0, unit: l/min}\n", "unit is 'l/min'"),
     ("pump_1:\n  leakage: {value: 1.3e-12}\n", "pump_1.leakage: unit is missing, this entry is in 'm3/(s*Pa)'"),
     ("sensors:\n  speed: {noise: 0.1}\n", "sensors.speed: unit is missing, this sensor is in 'rad/s'"),

@@ -25,7 +25,7 @@ def pages(repo_root):
 
 def test_every_command_block_is_run_or_says_why_not(documents, pages):
     missing = []
-    count = {"run": 0, "not run": 0}
+    count = {"run": 0, "refused": 0, "not run": 0}
     for path, page in pages.items():
         blocks = documents["blocks_of"](page)
         fences = re.findall(r"^[ >]*(?:```|~~~) *(?:bash|sh|shell|console)\b", page, re.M)
@@ -37,7 +37,7 @@ def test_every_command_block_is_run_or_says_why_not(documents, pages):
                     count[mark] += 1
                 else:
                     missing.append(f"{path.name}:{block.line}")
-    assert not missing, f"put <!-- run --> or <!-- not run: WHY --> before: {missing}"
+    assert not missing, f"put <!-- run -->, <!-- refused: N --> or <!-- not run: WHY --> before: {missing}"
     assert count["run"] >= 10
 
 
@@ -96,7 +96,45 @@ def test_the_runner_runs_compares_and_writes(documents, page):
     assert run_page(page(OUTPUT.format("x")), say=quiet) == ["page.md:4: an output with no command before it"]
     inside = "1. A list:\n\n   <!-- run -->\n   ```bash\n   exit 4\n   ```"
     assert run_page(page(inside), say=quiet) == ["page.md:6: exit code 4: "]
+    listed = page("1. A list:\n\n   <!-- run -->\n   ```bash\n   echo two; echo lines\n   ```",
+                  "   <!-- output -->\n   ```text\n   x\n   ```",
+                  RUN.format("true"), OUTPUT.format("y"))
+    assert run_page(listed, write=True, say=quiet) == [] and run_page(listed, say=quiet) == []
+    assert "   ```text\n   two\n   lines\n   ```" in listed.read_text() and "```text\n```\n\nEnd." in listed.read_text()
     assert run_page(page("<!-- not run: never -->\n```bash\nfalse\n```"), say=quiet) == []
+
+
+@pytest.mark.parametrize("commands", [
+    "false && true\ntrue", "false || true", "false &\ntrue", "! false\ntrue", "if false; then true; fi", "echo $(false)", "echo `false`",
+    "cat <(false)", "until true; do false; done", "false |& cat\ntrue",
+])
+def test_the_runner_refuses_what_hides_a_failure(documents, page, commands):
+    (wrong,) = documents["run_page"](page(RUN.format(commands)), say=quiet)
+    assert "hides whether a command failed" in wrong
+
+
+@pytest.mark.parametrize("commands", ["false\ntrue", "false; true", "false | cat\ntrue", "(false)\ntrue", "echo $never_set\ntrue"])
+def test_the_runner_sees_a_failure_wherever_it_is(documents, page, commands):
+    (wrong,) = documents["run_page"](page(RUN.format(commands)), say=quiet)
+    assert "exit code 1" in wrong or "exit code 127" in wrong
+
+
+def test_the_runner_wants_what_is_refused_to_be_refused(documents, page):
+    run_page = documents["run_page"]
+    refused = "<!-- refused: 2 -->\n```bash\n{}\n```"
+    assert run_page(page(refused.format("ls --no-such"), OUTPUT.format(
+        "ls: unrecognized option '--no-such'\nTry 'ls --help' for more information.")), say=quiet) == []
+    assert run_page(page(refused.format("true")), say=quiet) == ["page.md:4: exit code 0 and not 2: "]
+    (wrong,) = run_page(page(refused.format("ls --no-such\ntrue")), say=quiet)
+    assert "one command is refused in a block" in wrong
+    assert run_page(page(RUN.format("echo 'a && b' | grep -e \"a && b\"  # or: && || !")), say=quiet) == []
+
+
+def test_no_page_hides_a_failure(documents, pages):
+    for path, text in pages.items():
+        for block in documents["blocks_of"](text):
+            if block.mark == "run" or block.mark.startswith("refused"):
+                assert not documents["hiding"](block.text), f"{path.name}:{block.line}"
 
 
 @pytest.mark.timeout(900)  # compiles, where it is the first

@@ -7,6 +7,7 @@ import sys
 
 import pytest
 from packaging.requirements import Requirement
+from packaging.specifiers import SpecifierSet
 from packaging.utils import canonicalize_name
 
 VERSIONS = ("py312", "py311")
@@ -113,6 +114,24 @@ def test_environment_is_the_lock_and_nothing_is_missing(repo_root):
             requirement = Requirement(text)
             if requirement.marker is None or requirement.marker.evaluate({"extra": ""}):
                 assert canonicalize_name(requirement.name) in lock, f"{name} needs {text}"
+
+
+@pytest.mark.parametrize("version", VERSIONS)
+def test_locks_serve_the_oldest_python(version, repo_root):
+    """No pin asks for a later patch version of Python than Debian 12 and Ubuntu 24.04 have; asked is what is installed here."""
+    (oldest,) = re.findall(rf"oldest_{version[3:]}=(\S+)", (repo_root / "scripts/lock.sh").read_text())
+    pins = set()
+    for name in ("lock", "lock-tools"):
+        lock = locked((repo_root / f"requirements/{name}-{version}.txt").read_text())
+        pins |= {(package, pin[0]) for package, pin in lock.items()}
+    tools = [str(path) for path in (repo_root / ".venv/tools/lib").glob("python3*/site-packages")]
+    asked = 0
+    for distribution in (*importlib.metadata.distributions(), *importlib.metadata.distributions(path=tools)):
+        needs = distribution.metadata.get("Requires-Python")
+        if needs and (canonicalize_name(distribution.name), distribution.version) in pins:
+            asked += 1
+            assert SpecifierSet(needs).contains(oldest), f"{distribution.name} needs Python {needs}; run scripts/lock.sh"
+    assert asked > 30
 
 
 def test_no_address_of_an_index(repo_root):

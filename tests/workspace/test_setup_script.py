@@ -124,3 +124,27 @@ def test_a_set_up_that_is_complete_costs_nothing(repo_root):
     )
     assert result.returncode == 0, result.stderr
     assert time.monotonic() - started < 1.5
+
+
+NO_INDEX = """#!/bin/sh
+case "$*" in
+  *version_info*) echo 312 ;;
+  *venv*) mkdir -p "$3/bin"; cp "$0" "$3/bin/python" ;;
+  *) echo "Collecting furo"; echo "ERROR: No matching distribution found for furo==1" >&2; echo "bye"; exit 1 ;;
+esac
+"""
+
+
+@pytest.mark.parametrize(("option", "code"), [((), 1), (("--optional",), 0)])
+def test_what_pip_says_last_is_on_the_screen(bare, option, code):
+    put(bare, "cp", f'#!/bin/sh\nexec {shutil.which("cp")} "$@"\n')
+    python = bare / "project/.venv/bin/python"
+    python.parent.mkdir(parents=True)
+    python.write_text(NO_INDEX)
+    python.chmod(0o755)
+    (bare / "project/requirements").mkdir()
+    (bare / "project/requirements/lock-tools-py312.txt").write_text("furo==1\n")
+    done = subprocess.run(["bash", bare / "project/scripts/tools.sh", *option], env={"PATH": str(bare / "bin")}, capture_output=True,
+                          text=True, timeout=20)
+    assert done.returncode == code
+    assert done.stderr.splitlines()[-1] == "tools: ERROR: No matching distribution found for furo==1"

@@ -83,7 +83,7 @@ def run(args: argparse.Namespace) -> int:
     if not args.quiet and args.json != "-":
         speed = f"live at {played.speed:.1f} times real time, {played.lost} messages lost"
         print_summary(agreement, f"{recording.path}, {speed}")
-        print(f"live against one process: {_sentence(apart)}")
+        print(f"live against one process: {_sentence(apart)}.")
         print(f"report: {out / _REPORT}")
     if played.lost or share < 0.99:
         came = f"{100.0 * share:.1f} % of the intervals came"
@@ -111,12 +111,17 @@ def _remove_old(folder) -> None:
 
 
 def _sentence(apart) -> str:
-    """The largest differences in one sentence."""
+    """The largest differences in two sentences: how large, and what they come from."""
+    from ddh_twin_py.report.units import shown
+
     by_name = {d.name: d for d in apart}
     fused, predicted = by_name["fused temperatures"], by_name["predicted temperatures"]
     signals = [d for d in apart if "," in d.name and d.in_noise is not None]
     worst = max(signals, key=lambda d: d.in_noise)
+    unit = shown(worst.unit)
     return (
-        f"largest difference of a fused temperature {fused.largest:.2g} K, "
-        f"of a predicted one {predicted.largest:.2g} K, of a signal {worst.in_noise:.2g} times noise ({worst.name})"
+        f"largest difference at any instant {fused.largest:.2g} K of a fused temperature, {predicted.largest:.2g} K of a predicted one, "
+        f"and, counted in noise of a sample, {worst.largest * unit.factor:.2g} {unit.unit} of a signal ({worst.name}; "
+        f"{worst.in_noise:.2g} times the noise of that sensor). It comes from when messages arrive: the live soft sensor knows the fused "
+        "temperatures that had come by then, one process those of the same instant"
     )

@@ -9,7 +9,7 @@ from ddh_twin_py.cli.arguments import InputError, add_html, add_json, add_namesp
 
 _EXAMPLE = """\
   ddh-twin gap bags/paper_cycle --html out/gap.html
-  ddh-twin gap bags/press_7 --commissioning bags/press_7_new -o out/press_7_now.yaml"""
+  ddh-twin gap out/today --commissioning out/new -o out/press_7_now.yaml    with the recordings that the tutorial makes"""
 
 
 def add_parser(subparsers) -> None:

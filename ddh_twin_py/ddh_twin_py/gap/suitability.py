@@ -118,8 +118,8 @@ def undriven(recording: Recording) -> str:
                 f"at least every {SLOWEST:g} s")
     ambient = recording.temperatures.get("ambient")
     if ambient is None or not np.isfinite(ambient.values[:, 0]).any():
-        return (f"{recording.path}: {recording.namespace}/temperature/ambient: there is no usable value, and the free run is given it"
-                + _because(recording, "temperature/ambient", ""))
+        return (f"{recording.path}: {recording.namespace}/temperature/ambient: there is no usable value, and the free run needs the "
+                "ambient temperature" + _because(recording, "temperature/ambient", ""))
     return ""
 
 
@@ -200,7 +200,7 @@ def no_answer(field: Sequence[Experiment], validated: bool) -> str:
     longest = max(e.duration - e.held_from for e in field)
     if not validated and longest < HELD:
         return (f"the field recordings are too short to hold a part of them out: of {max(e.duration for e in field):.0f} s the last "
-                f"{_at_most(longest)} s would count, {HELD:.0f} s are needed; a validation recording, or a longer field recording, is")
+                f"{_at_most(longest)} s would count, {HELD:.0f} s are needed; give a validation recording or a longer field recording")
     if not validated and not any((np.isfinite(s.measured) & (s.time > e.held_from)).any() for e in field for s in e.signals.values()):
         return (f"the field recordings hold no usable sample in the part that would be held out (of {field[0].recording.path} from "
                 f"{field[0].held_from:.0f} s on); a validation recording, or a whole field recording, is needed")

@@ -11,6 +11,11 @@ from ddh_twin_py.report.units import shown, words
 from ddh_twin_py.rig import load_rig
 
 INDEX = "README.md"
+_SAFETY = (
+    "**Before a check on the machine.** Qualified people only. Lower the load, or secure it by more than its oil; lock the drive out while "
+    "anybody works on the unit; relieve the pressure, and see on a gauge that it is gone, before anything is opened. Gauges, hoses and "
+    "plugs are rated for the unit's highest pressure, and tests stay below the relief valve's setting. A pump's outlet is never closed "
+    "without a relief valve between; in this circuit only the rod side has one.")
 _FOOT = "*Written by `scripts/effect_pages.py` from `ddh_twin_py/gap/catalogue`; change it there.*"
 
 
@@ -25,6 +30,7 @@ def _index() -> str:
         f"{len(EFFECTS)} effects by domain. An effect is an extension of the twin with a neutral value, at which the twin is as its sheet "
         "says; each page says by what law it acts, what it shows in the signals, what it is easily taken for, and how to check it on the "
         "machine.", "",
+        _SAFETY, "",
     ]
     for domain in DOMAINS:
         lines += [f"## {capital(domain)}", "", "| effect | what happens |", "|---|---|"]
@@ -38,6 +44,7 @@ def _page(effect: Effect) -> str:
         f"# {capital(effect_name(effect.id))}", "",
         f"`{effect.id}`: {effect.domain}, {component_name(effect.component)}. [All effects]({INDEX})", "",
         _both(effect), "",
+        _SAFETY, "",
         "| | |", "|---|---|",
         f"| law | `{_cell(effect.law)}` |",
         f"| what is reported | {words(effect.parameter)}{_unit(effect)} |",

@@ -7,7 +7,8 @@ import re
 
 PURE_NUMBER = "1"
 """Unit of what has none; an entry of such a quantity may leave its unit out."""
-_EXPONENT = re.compile(r"[-+]?[0-9]*\.?[0-9]+[eE][-+]?[0-9]+")
+_EXPONENT = re.compile(r"[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)[eE][-+]?[0-9]+")
+"""What people write for a number and YAML 1.1 reads as text, as it wants a point and a sign (1.0e+9): 1.3e7, 1e9."""
 _LONGEST = 40
 
 
@@ -18,15 +19,15 @@ def finite_number(where: str, value: object, error: type[ValueError]) -> float:
         where: file and entry, for the message. value: as YAML gave it. error: what to raise.
 
     Raises:
-        error: for text, true or false, infinity, NaN and integers beyond a float.
+        error: for text other than a number with an exponent, true or false, infinity, NaN and integers beyond a float.
     """
     try:
-        number = math.nan if isinstance(value, bool) or not isinstance(value, (int, float)) else float(value)
+        written = isinstance(value, str) and len(value) <= _LONGEST and _EXPONENT.fullmatch(value)
+        number = float(value) if written or isinstance(value, (int, float)) and not isinstance(value, bool) else math.nan
     except OverflowError:
         number = math.inf
     if math.isfinite(number):
         return number
     shown = repr(value)
     shown = shown if len(shown) <= _LONGEST else shown[: _LONGEST - 3] + "..."
-    hint = "; YAML wants a point and a sign, as in 1.0e+9" if isinstance(value, str) and _EXPONENT.fullmatch(value) else ""
-    raise error(f"{where}: value is {shown}, a finite number is needed{hint}")
+    raise error(f"{where}: value is {shown}, a finite number is needed")

@@ -176,7 +176,8 @@ def load_rig(path: str | Path | None = None) -> Rig:
     """Read a rig file, or the reference sheet where ``path`` is None.
 
     Args:
-        path: YAML file; entries that it leaves out are those of the reference sheet.
+        path: YAML file; entries that it leaves out are those of the reference sheet. ``oil: {grade: ISO VG 46}`` stands for the
+            entries that a grade decides (`oil_grades`), with the reference sheet's tolerances.
 
     Raises:
         RigError: file missing, no regular file or too large, not YAML, an entry given twice or unknown
@@ -189,8 +190,9 @@ def load_rig(path: str | Path | None = None) -> Rig:
     tree = read_yaml(path, "rig file", RigError)
     if not isinstance(tree, dict):
         raise RigError(f"{path}: a rig file is a mapping of sections, found {type(tree).__name__}")
+    tree, grade = _named_oil(tree, str(path))
     rig_id, quantities, sensors = _parse(tree, str(path))
-    merged = dict(_REFERENCE.quantities)
+    merged = dict(_filled_with(grade, str(path)).quantities) if grade else dict(_REFERENCE.quantities)
     for name, quantity in quantities.items():
         if name not in merged:
             raise RigError(_unknown(str(path), name, merged))
@@ -213,6 +215,27 @@ def load_rig(path: str | Path | None = None) -> Rig:
     if odd:
         raise RigError(f"{path}: {odd}")
     return Rig(rig_id or _REFERENCE.rig_id, merged, {**_REFERENCE.sensors, **sensors}, str(path))
+
+
+def _named_oil(tree: dict, file: str) -> tuple[dict, str]:
+    """The tree without the grade that its oil names, and that name, '' where there is none."""
+    oil = tree.get("oil")
+    if not isinstance(oil, dict) or "grade" not in oil:
+        return tree, ""
+    grade = oil["grade"]
+    if isinstance(grade, bool) or not isinstance(grade, (str, int)) or not str(grade).strip():
+        raise RigError(f"{file}: oil.grade: found {grade!r}, the name of a grade is needed, such as ISO VG 46")
+    return {**tree, "oil": {entry: node for entry, node in oil.items() if entry != "grade"}}, str(grade)
+
+
+def _filled_with(grade: str, file: str) -> Rig:
+    """The reference sheet's rig with an oil of that grade."""
+    from ddh_twin_py.rig.oil_grades import with_oil  # built on this module
+
+    try:
+        return with_oil(_REFERENCE, grade)
+    except RigError as error:
+        raise RigError(f"{file}: oil.grade: {error}") from None
 
 
 def _within(what: str, value: float, bound: Bound, unit: str) -> None:

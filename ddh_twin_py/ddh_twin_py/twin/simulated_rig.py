@@ -72,6 +72,7 @@ class SimulatedRig:
 
     Args:
         surroundings: what no duty tells. exactly: the rig is that of the sheet, with the sensors' zeros that the sheet knows and no others.
+        noise_seed: of the samples' noise alone; None: the seed is that of the noise too.
 
     Attributes:
         rig: the rig as drawn; a test may look, a twin may not. info: as it is announced, by the name of its file, else by its seed.
@@ -80,7 +81,8 @@ class SimulatedRig:
         DutyError: for a duty that is not within the rig's stroke, or a negative seed.
     """
 
-    def __init__(self, sheet: Rig, duty: Duty, seed: int, surroundings: Surroundings | None = None, exactly: bool = False) -> None:
+    def __init__(self, sheet: Rig, duty: Duty, seed: int, surroundings: Surroundings | None = None, exactly: bool = False,
+                 noise_seed: int | None = None) -> None:
         if seed < 0:
             raise DutyError(f"the seed of the simulated rig is {seed}, a whole number from 0 on is needed")
         check_for_rig(duty, sheet)
@@ -99,6 +101,8 @@ class SimulatedRig:
                 known = sheet.quantities[f"measurement.{name}_offset"]
                 if exactly or known.value or known.standard_deviation:  # of a fitted sheet; drawn with the rest
                     offsets[i] = self.rig[f"measurement.{name}_offset"]
+        if noise_seed is not None:
+            self._rng = np.random.default_rng([noise_seed, 1])
 
     def truth(self) -> np.ndarray:
         """Temperatures of every node now, K, (N,)."""

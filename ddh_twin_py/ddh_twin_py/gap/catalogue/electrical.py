@@ -31,7 +31,10 @@ EFFECTS = (
         about_below="The winding's resistance at 20 degC is smaller than {reference}.",
         law="P_cu = 3 r R_20 (1 + alpha (T - 20)) i^2",
         signature="Voltage and power at the same current; winding and housing warmer.",
-        check="Measure the cold resistance between two terminals.",
+        check=(
+            "Secure the load, lock the drive out, wait until its link is discharged, and measure the cold resistance between two "
+            "terminals."
+        ),
         confused_with=("motor.iron_loss", "motor.contact_resistance", "drive.torque_estimate"),
     ),
     Effect(
@@ -40,7 +43,7 @@ EFFECTS = (
         about="Iron loss beyond the Steinmetz term (eddy and excess loss, growing faster than speed).",
         law="P_fe += (r - 1) P_fe(500 rpm) (f/f_500)^n, n between 1.5 and 2",
         signature="Power grows with speed at the same torque; housing and winding warmer on fast duties.",
-        check="Spin the uncoupled motor at several speeds and measure its power.",
+        check="Secure the load, which an uncoupled motor does not hold; spin the motor at several speeds and measure its power.",
         confused_with=("motor.bearing_friction", "line_a.pressure_drop", "motor.copper_resistance", "motor.pwm_loss", "motor.cooling"),
     ),
     Effect(
@@ -49,7 +52,7 @@ EFFECTS = (
         about="Switching harmonics heat the stator whenever the drive is enabled, at standstill too.",
         law="heat P into teeth and yoke at all times",
         signature="Motor warms at rest; power at standstill where the drive counts it.",
-        check="Leave the drive enabled at rest for half an hour and watch the housing.",
+        check="Lower the load, leave the drive enabled at rest for half an hour and watch the housing.",
         confused_with=("motor.iron_loss", "motor.cooling", "ambient.solar_load"),
     ),
     Effect(
@@ -58,7 +61,7 @@ EFFECTS = (
         about="The torque constant falls as the magnets warm up; the drive's torque estimate does not know it.",
         law="K_t = K_t0 (1 + s (T_rotor - 23 degC))",
         signature="Current and estimated torque rise with the motor's temperature at the same pressures; voltage falls.",
-        check="Compare the back-EMF of the cold and of the warm motor.",
+        check="Secure the load, uncouple the motor, turn it from outside and compare the back-EMF of the cold and of the warm motor.",
         confused_with=("motor.bearing_friction", "drive.torque_estimate"),
     ),
     Effect(
@@ -79,7 +82,7 @@ EFFECTS = (
         about_below="The speed loop follows its command faster than {reference}.",
         law="tau dw/dt = w_command - w",
         signature="Speed trails its command at every change, and all that moves with it.",
-        check="Record speed and command of one step at 1 kHz.",
+        check="Record speed and command of one small step at 1 kHz, nobody within reach of the load.",
         confused_with=("oil.air_content", "line_b.compliance", "sensor.time_skew"),
     ),
 )

@@ -14,7 +14,10 @@ def _pump(number: int, *confused_with: str) -> Effect:
         about=f"Added hydromechanical torque loss of pump {number}, heating its case.",
         law="T = T_added sign(omega), heat T omega into the case",
         signature=f"Current and torque shift with the direction of turning; case of pump {number} warmer.",
-        check="Measure the no-load torque with the lines open, and the case's temperature after an hour.",
+        check=(
+            "Secure the load; depressurised, connect both pumps so that they circulate to tank; measure the torque without pressure, "
+            "and the case's temperature after an hour."
+        ),
         confused_with=confused_with,
     )
 
@@ -37,7 +40,7 @@ EFFECTS = (
         about="Added torque loss in the motor's bearings, heating the motor.",
         law="T = T_added sign(omega), heat T omega into rotor and housing",
         signature="Current and torque shift with the direction of turning; housing warmer, pump cases not.",
-        check="Turn the uncoupled motor and measure its current.",
+        check="Secure the load, which an uncoupled motor does not hold; turn the motor and measure its current.",
         confused_with=("pump_1.friction", "pump_2.friction", "drive.torque_estimate", "motor.iron_loss", "motor.demagnetisation"),
     ),
     Effect(
@@ -48,7 +51,7 @@ EFFECTS = (
         about_below="Piston and rod seals rub less than {reference}.",
         law="F = sign(v) (F_c + k |dp|) (1 + (r_s - 1) exp(-(v/v_s)^2)) + b v",
         signature="Pressure difference between lifting and lowering grows; jumps where motion begins; barrel warmer.",
-        check="Move the rod slowly both ways without load and read both pressures.",
+        check="Lower, secure and disconnect the load, move the rod slowly both ways and read both pressures.",
         confused_with=("load.mass", "load.geometry", "sensor.pressure_piston_side_offset", "cylinder.cooling"),
     ),
 )

@@ -13,7 +13,11 @@ def _pump(number: int, side: str, *confused_with: str) -> Effect:
         about_below=f"Pump {number} leaks less inside than {{reference}}.",
         law=f"Q_leak = r L_{number} (mu_0/mu(T)) p_{number}",
         signature=f"Pressure of the {side} side in motion, strokes a little shorter, pump {number} warmer.",
-        check="Close the line behind the pump, turn the shaft slowly and measure speed against pressure.",
+        check=(
+            "Secure the load; depressurised, lead the pump to tank through a throttle, with a rated gauge and a relief valve between "
+            "pump and throttle, set below the ratings of pump and hose, and let the other pump circulate to tank; turn the shaft "
+            "slowly, close the throttle in steps below the relief setting and measure speed against pressure."
+        ),
         confused_with=confused_with,
     )
 
@@ -28,7 +32,11 @@ EFFECTS = (
         about="Oil passes the piston seal between the chambers.",
         law="Q = G (p_A - p_B)",
         signature="Pressures of both sides come closer; the rod creeps under load; barrel a little warmer.",
-        check="Block both ports under load and watch the rod creep.",
+        check=(
+            "Extend the rod to its end stop and secure the load; depressurised, take both lines off the cylinder and plug them, lead "
+            "the rod-side port into a measuring glass, raise the piston side with a hand pump that has a gauge and a relief valve, "
+            "and measure what comes. Never block both ports under load: past a leaking seal both sides rise to load over rod area."
+        ),
         confused_with=("pump_1.leakage", "pump_2.leakage", "relief_valve.seat_leakage"),
     ),
 )

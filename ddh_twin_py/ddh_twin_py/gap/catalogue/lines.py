@@ -13,7 +13,10 @@ def _drop(side: str, name: str, *confused_with: str) -> Effect:
         about=f"Fittings and hose of the {name} side throttle the flow.",
         law="dp = S Q |Q| between pump port and cylinder",
         signature="Torque and current grow with the square of speed while the cylinder's pressures stay.",
-        check="Put a gauge at the pump's port and compare with the cylinder's while moving fast.",
+        check=(
+            "Lower the load; depressurised, fit a gauge and hose rated for the unit's highest pressure at the pump's port; compare "
+            "with the cylinder's while moving fast, from outside the reach of hose and load."
+        ),
         confused_with=confused_with, lacked=(f"loss_line_{side}", "W"),
     )
 
@@ -27,7 +30,10 @@ EFFECTS = (
         about="The rod-side hose swells with pressure.",
         law="dp_B/dt = (Q_B + A_B v)/(V_B/K + C)",
         signature="Rod-side pressure rises and falls more slowly; nothing when steady.",
-        check="Measure the hose's diameter at two pressures, or replace it.",
+        check=(
+            "Replace the hose, load lowered and depressurised; or read its diameter at two steady pressures on a gauge fixed to it "
+            "before, hands away from it under pressure."
+        ),
         confused_with=("oil.air_content", "drive.speed_lag", "sensor.time_skew"),
     ),
 )

@@ -12,7 +12,7 @@ EFFECTS = (
         about_below="The payload is lighter than was declared.",
         law="m dv/dt = p_A A_A - p_B A_B - m g - F_f",
         signature="Piston-side pressure shifts alike in lifting, lowering and rest.",
-        check="Weigh the load.",
+        check="Weigh the load on a scale or a load cell rated for it; on a hoist nobody stands beneath.",
         confused_with=("cylinder.seal_friction", "load.geometry", "sensor.pressure_piston_side_offset"),
     ),
     Effect(
@@ -21,7 +21,7 @@ EFFECTS = (
         about="The load force changes along the stroke (a boom, a linkage); zero at mid-stroke.",
         law="F = s (x - stroke/2)",
         signature="Piston-side pressure changes with the rod's position, in rest and in motion.",
-        check="Stop at both ends of the stroke and compare the pressures.",
+        check="Stop near both ends of the stroke, nobody beneath the load, and compare the pressures.",
         confused_with=("cylinder.seal_friction", "load.mass"),
     ),
 )

@@ -15,7 +15,10 @@ def _offset(side: str, *confused_with: str) -> Effect:
         about_below=f"Zero error of the {side}-side pressure transducer: it reads too little.",
         law="p_read = p + offset",
         signature=f"{side.capitalize()}-side pressure is off by the same in all phases; current and temperatures are not.",
-        check="Read it with the line open to air.",
+        check=(
+            "Lower and secure the load, stop the drive, relieve both sides to tank and see on a second gauge that the pressure is "
+            "gone: the sensor should read 0."
+        ),
         confused_with=confused_with,
     )
 
@@ -34,7 +37,10 @@ EFFECTS = (
         about_below="Span error of the rod-side pressure transducer: it reads too little.",
         law="p_read = g p",
         signature="Rod-side pressure is off in proportion to itself; current does not follow.",
-        check="Compare with a gauge at high pressure.",
+        check=(
+            "Depressurised, fit a calibrated gauge rated for the unit's highest pressure beside it; compare at several pressures "
+            "below the relief setting."
+        ),
         confused_with=("pump_2.leakage", "relief_valve.setting", "relief_valve.seat_leakage", "sensor.pressure_rod_side_offset"),
     ),
     Effect(
@@ -44,7 +50,7 @@ EFFECTS = (
         about_below="The wire encoder's scale is off: position and velocity read too little.",
         law="x_read = g x",
         signature="Strokes and velocity are off by one factor; pressures are not.",
-        check="Measure a stroke with a tape.",
+        check="Measure the rod at two standstills with a tape, the drive stopped and nobody beneath the load.",
         confused_with=("pump_1.leakage",),
     ),
     Effect(

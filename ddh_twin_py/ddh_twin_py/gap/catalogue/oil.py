@@ -24,7 +24,7 @@ EFFECTS = (
         about="The oil's viscosity changes with temperature otherwise than {reference} (another grade in the tank).",
         law="log10 log10(nu + 0.7) = A - B log10 T, viscosity at 40 degC kept",
         signature="Leakage, viscous friction and line drop change together, and with the oil's temperature.",
-        check="Draw a sample and measure its viscosity at two temperatures.",
+        check="Draw a sample from the tank, at rest and depressurised, and measure its viscosity at two temperatures.",
         confused_with=(
             "pump_1.leakage", "pump_2.leakage", "pump_1.friction", "pump_2.friction", "line_a.pressure_drop", "line_b.pressure_drop",
         ),

@@ -38,7 +38,7 @@ EFFECTS = (
         about="Heat flows between motor and pump 1 through flange and shaft.",
         law="q = G (T_housing - T_pump_1_case)",
         signature="Housing and case of pump 1 come closer to each other.",
-        check="Put a temperature sensor on the flange.",
+        check="With the drive locked out put a temperature sensor on the flange, its cable clear of the shaft.",
         confused_with=("pump_1.friction", "motor.cooling", "pump_1.cooling"),
     ),
     _cooling("pump_1.cooling", "pump_1", "both pump cases", ("pump_1_convection", "pump_2_convection"),

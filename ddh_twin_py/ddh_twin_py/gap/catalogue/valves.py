@@ -13,7 +13,10 @@ EFFECTS = (
         about_below="The rod-side relief valve opens at a lower pressure than {reference}.",
         law="Q = s max(0, p_B - p_open)",
         signature="Rod-side pressure of the lift is cut at another level; nothing while it stays below.",
-        check="Lift against a closed line and read the pressure at which flow to tank begins.",
+        check=(
+            "Secure the load, depressurise, take the valve to a test stand and raise its pressure slowly with a hand pump, with a "
+            "rated gauge and a second relief valve set above it, until flow to tank begins."
+        ),
         confused_with=("pump_2.leakage", "relief_valve.seat_leakage", "sensor.pressure_rod_side_gain"),
     ),
     Effect(
@@ -22,7 +25,10 @@ EFFECTS = (
         about="The rod-side relief valve leaks to tank below its opening pressure.",
         law="Q = G max(0, p_B) to tank",
         signature="Rod-side pressure falls in the lift and at rest; the heat appears in tank and valve, not in pump 2.",
-        check="Feel or measure the valve's tank line while the rod side is under pressure.",
+        check=(
+            "Fix a thermometer to the valve's tank line, or, depressurised, a flow meter into it, and read it while the rod side is "
+            "under pressure below the valve's setting; no hand on a line under pressure."
+        ),
         confused_with=("pump_2.leakage", "cylinder.cross_leakage", "relief_valve.setting", "sensor.pressure_rod_side_gain"),
     ),
     Effect(
@@ -33,7 +39,7 @@ EFFECTS = (
         about_below="The anti-cavitation check valve opens earlier than {reference}.",
         law="Q = G max(0, -p - p_crack)",
         signature="Rod-side pressure while lowering lies further below tank pressure.",
-        check="Read the rod-side pressure while lowering slowly.",
+        check="Read the rod-side pressure while lowering slowly, nobody beneath the load.",
         confused_with=("sensor.pressure_rod_side_offset",),
     ),
 )

@@ -1,0 +1,47 @@
+"""The listener that the README shows hears what the fusion publishes."""
+
+import os
+import re
+import runpy
+import subprocess
+import sys
+
+import pytest
+import rclpy
+from nodes.processes import wait_for
+from rclpy.context import Context
+from rclpy.qos import qos_profile_sensor_data
+
+from ddh_msgs.msg import TemperatureEstimate, TemperatureEstimateArray
+
+
+@pytest.mark.live
+@pytest.mark.timeout(60)
+def test_the_readmes_listener_prints_estimates_with_their_band(repo_root, tmp_path):
+    documents = runpy.run_path(str(repo_root / "scripts/run_documents.py"))
+    (shown,) = (b.text for b in documents["blocks_of"]((repo_root / "README.md").read_text("utf-8")) if b.mark == "file: listen.py")
+    script = tmp_path / "listen.py"
+    script.write_text(shown, "utf-8")
+    (topic,) = re.findall(r'"(/\S+)"', shown)
+    context = Context()
+    rclpy.init(context=context)
+    node = rclpy.create_node("fusion", context=context)
+    publisher = node.create_publisher(TemperatureEstimateArray, topic, qos_profile_sensor_data)
+    message = TemperatureEstimateArray(estimates=[
+        TemperatureEstimate(location="tank_oil", temperature=41.26, standard_deviation=0.2),
+        TemperatureEstimate(location="line_a_oil", temperature=50.0, standard_deviation=1.0),
+    ])
+    with (tmp_path / "heard").open("wb") as heard:
+        listener = subprocess.Popen([sys.executable, "-u", script], stdout=heard, stderr=subprocess.STDOUT, env=dict(os.environ))
+    try:
+        def told():
+            publisher.publish(message)
+            return (tmp_path / "heard").read_text("utf-8").splitlines()
+
+        lines = wait_for(told, 30, "a line of the listener")
+    finally:
+        listener.kill()
+        listener.wait()
+        node.destroy_node()
+        rclpy.shutdown(context=context)
+    assert set(lines) == {"tank_oil: 41.3 ± 0.4 °C"}
