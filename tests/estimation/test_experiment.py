@@ -10,6 +10,7 @@ from ddh_twin_py.estimation.experiment import Experiment, ExperimentError
 from ddh_twin_py.physics.cylinder import piston_area
 from ddh_twin_py.rig import load_rig
 from ddh_twin_py.telemetry.recording import Stream
+from support.simulated import of_the_sheet
 
 
 def test_a_load_of_unknown_pressure_is_held_at_the_start(paper_cycle_bag):
@@ -27,6 +28,29 @@ def test_a_load_of_unknown_pressure_is_held_at_the_start(paper_cycle_bag):
     for name in ("pressure_piston_side", "pressure_rod_side"):
         off[f"measurement_{name}_offset"] = 5.0e4  # of a transducer that is not there
     np.testing.assert_array_equal(held.operating(off)[0], points)
+
+
+SINKING = """
+payload_kg: 420
+ambient_degC: 40
+start_position_m: 0.03
+ramp_rpm_per_s: 3000
+repeat: 0
+cycle:
+  - lift: {speed_rpm: 1400, to_m: 0.37}
+  - dwell: {duration_s: 1}
+  - lower: {speed_rpm: 1400, to_m: 0.03}
+  - dwell: {duration_s: 3}
+"""
+
+
+def test_a_rod_that_sinks_at_rest_makes_no_stroke_error():
+    """Leakage lets it sink by two millimetres a second: positions of half a second after a stroke are not those of its end."""
+    rig, recording = load_rig(), of_the_sheet(SINKING, 90.0)
+    experiment = Experiment(recording, rig)
+    strokes = experiment.signals["rod_position"]
+    off = (strokes.measured - experiment.predict(experiment.parameters(rig))["rod_position"])[strokes.binning.bin >= 0]
+    assert off.size > 10 and np.sqrt(np.mean(off**2)) < strokes.noise and abs(off.mean()) < 0.3 * strokes.noise
 
 
 def test_a_sensor_that_begins_in_what_is_held_out_is_as_if_it_were_not_there(paper_cycle_bag):

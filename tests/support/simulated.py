@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 from ddh_twin_py.rig import load_rig
 from ddh_twin_py.telemetry.recording import Recording, Stream
-from ddh_twin_py.twin.duty import load_duty
+from ddh_twin_py.twin.duty import load_duty, parse_duty
 from ddh_twin_py.twin.simulated_rig import SimulatedRig
 
 DUTY = Path(__file__).parents[2] / "ddh_twin_py" / "config" / "duty"
@@ -22,6 +22,11 @@ def joined(chunks):
         "simulated", 0, chunks[0].rig, cat(lambda c: c.drive), cat(lambda c: c.hydraulic),
         {name: cat(lambda c, name=name: c.temperatures[name]) for name in chunks[0].temperatures},
     )
+
+
+def of_the_sheet(duty: str, seconds: float, seed: int = 1) -> Recording:
+    """A recording of the reference rig itself on a duty, given as the text of its file."""
+    return joined(list(SimulatedRig(load_rig(), parse_duty(duty), seed, exactly=True).run(seconds)))
 
 
 @functools.cache
