@@ -87,5 +87,11 @@ def test_what_the_rig_as_commissioned_would_not_show_is_not_shown_by_it(ratio, l
     assert least <= probability <= most and "temperature/motor_housing is 3.0 times its floor off" in note
 
 
+def test_a_field_recording_alone_has_to_surprise_more():
+    off = [Surprise("temperature/motor_housing", 3.8, 3.0, 1.5)]
+    assert something_acts(off)[0] > 0.95 and something_acts(off, alone=True)[0] < 0.05
+    assert something_acts([Surprise("temperature/motor_housing", 7.0, 4.0, 1.5)], alone=True)[0] > 0.95
+
+
 def test_where_nothing_was_worth_asking_nothing_acts():
     assert something_acts([]) == (0.0, "") and 1.0 < UNSURPRISING < SURPRISED

@@ -3,9 +3,9 @@
 from dataclasses import replace
 
 import numpy as np
-from ddh_twin_py.gap.doubts import damage, doubts, of_reference, undeclared
+from ddh_twin_py.gap.doubts import at_the_stops, damage, doubts, of_reference, pauses, undeclared
 from ddh_twin_py.rig import load_rig
-from ddh_twin_py.telemetry.recording import Finding, Recording, RigInfo, drive_stream
+from ddh_twin_py.telemetry.recording import Finding, Recording, RigInfo, drive_stream, hydraulic_stream
 
 
 def finding(severity, message, field=""):
@@ -53,3 +53,43 @@ def test_a_rig_that_a_recording_names_is_asked_about_where_it_was_held_against_t
     (said,) = of_reference([recording(), named], sheet)
     assert "name press_7" in said and "--rig" in said
     assert of_reference([named], replace(sheet, rig_id="press_7")) == of_reference([recording()], sheet) == []
+
+
+def moving(seconds, command, position, velocity):
+    """A recording of 50 Hz in which these are constant."""
+    time = np.arange(0.0, seconds, 0.02)
+    return replace(recording(), drive=drive_stream(time, np.tile([command, *5 * [0.0]], (time.size, 1))),
+                   hydraulic=hydraulic_stream(time, np.tile([1e6, 1e6, position, velocity], (time.size, 1))))
+
+
+def cut_out(one, begin, end):
+    """The same without anything between."""
+    def kept(stream):
+        apart = (stream.time <= begin) | (stream.time >= end)
+        return replace(stream, time=stream.time[apart], values=stream.values[apart])
+
+    return replace(one, drive=kept(one.drive), hydraulic=kept(one.hydraulic))
+
+
+def test_a_pause_of_the_recorder_is_told_with_its_begin_and_end():
+    whole = moving(120.0, 50.0, 0.2, 0.05)
+    (said,) = pauses([whole, cut_out(whole, 30.0, 70.0)])
+    assert said.startswith("bag: nothing was recorded from 30 s to 70 s; ")
+    assert ", and 1 times more" in pauses([cut_out(cut_out(whole, 30.0, 50.0), 80.0, 100.0)])[0]
+    assert pauses([whole, cut_out(whole, 30.0, 35.0), recording()]) == []
+
+
+def test_a_rod_that_is_pressed_against_a_stop_is_told_and_one_that_rests_there_is_not():
+    stroke = load_rig()["cylinder.stroke"]
+    (said,) = at_the_stops([moving(30.0, 60.0, stroke - 1e-3, 0.0)], load_rig())
+    assert "against an end stop for 30 s" in said
+    assert at_the_stops([moving(30.0, -60.0, 0.0, 0.0)], load_rig())
+    for command, position, velocity in ((0.0, 0.0, 0.0), (60.0, 0.0, 0.0), (60.0, 0.5 * stroke, 0.0), (60.0, stroke, 0.05)):
+        assert at_the_stops([moving(30.0, command, position, velocity), recording()], load_rig()) == []
+
+
+def test_what_strikes_most_samples_of_a_topic_is_told_first():
+    one = replace(moving(100.0, 0.0, 0.2, 0.0), namespace="/ddh")
+    often, seldom = (replace(finding("warning", said), topic="/ddh/drive/telemetry", count=count)
+                     for said, count in (("repeats a stamp", 4000), ("late", 40)))
+    assert damage([replace(one, findings=(often, seldom))]) == ["repeats a stamp"]

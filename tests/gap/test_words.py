@@ -173,7 +173,7 @@ def test_a_cause_that_leaves_held_out_data_off_shrinks_nothing():
 
 def _unknown(*shares):
     where = [{"component": name, "share": share} for name, share in shares]
-    return {"verdict": "unknown", "gap": {"as_is": 9.0, "before": 2.8, "after": 2.8}, "where": where,
+    return {"verdict": "unknown", "gap": {"as_is": 9.0, "before": 2.8, "after": 2.8}, "where": where, "hypotheses": [],
             "unknown": {"component": shares[0][0], "domain": "mechanical"}}
 
 
@@ -205,3 +205,12 @@ def test_what_is_wrong_with_recordings_stands_first_as_a_sentence_of_its_own():
     assert careful([]) == ""
     assert careful(["v: is it of the same rig?", "more"]) == "Careful: v: is it of the same rig? "
     assert careful(["a note"]) == "Careful: a note. "
+
+
+def test_a_gap_that_parameters_close_is_not_the_size_of_what_acts():
+    report = {**_unknown(("motor", 1.0)), "hypotheses": [{"effects": [], "probability": 0.1, "gap_after": 0.97}]}
+    said = sentence(report, EFFECTS)
+    assert said.startswith("Something acts at motor (mechanical) that no listed effect explains: ")
+    assert "lie 2.8 times the floor off, and 1.0 times with the rig's parameters fitted anew." in said
+    report["hypotheses"][0]["gap_after"] = 2.7
+    assert sentence(report, EFFECTS).startswith("There is a gap of 2.8 times the floor at motor")

@@ -84,6 +84,7 @@ def diagnosis(model: Diagnosable, found: Found, theta: np.ndarray, hidden: Seque
     detectable = _detectable(found, unsure) if verdict.word == "no_gap" else []
     missed = _missed(detectable)
     odd = at_odds(model, best, runs, gap_as_is, gap_before) if verdict.word == "unknown" else []
+    odd = [*([concluded.crossed.said] if concluded.crossed and verdict.word == "unknown" else []), *odd]
     report = {
         "verdict": verdict.word,
         "gap": {"as_is": gap_as_is, "before": gap_before, "after": gap_after,

@@ -28,6 +28,9 @@ from ddh_twin_py.gap.size import counted
 SURPRISED, _SURPRISED_SOFTNESS = 3.0, 0.15
 """Mean square by which a signal may be off beside the rig as commissioned, over what is expected (`Surprise.ratio`), until
 something is as likely to act as nothing."""
+SURPRISED_ALONE = 6.0
+"""The same where held-out data are the end of the field recording itself: what is open of the rig may shift a signal throughout one
+recording as one number, of which the square is three times what is expected in one of twelve."""
 UNSURPRISING = SURPRISED - 4.0 * _SURPRISED_SOFTNESS
 """The same below which a signal need not be asked about."""
 _DRAWS = 40
@@ -112,18 +115,18 @@ def surprises(model: Model, held: Held | None, floor: Mapping[str, float], theta
     return sorted(out, key=lambda one: -one.ratio)
 
 
-def something_acts(surprises: Sequence[Surprise]) -> tuple[float, str]:
+def something_acts(surprises: Sequence[Surprise], alone: bool = False) -> tuple[float, str]:
     """How probable it is that something acts, as the rig as commissioned would not show what was recorded since; and a note that says so.
 
     Args:
-        surprises: of the signals that a run follows, the largest first.
+        surprises: of the signals that a run follows, the largest first. alone: whether they are of the field recordings alone.
     """
     if not surprises:
         return 0.0, ""
     worst = surprises[0]
     note = (f"without any effect the rig as commissioned would not show this: {worst.signal} is {worst.off:.1f} times its floor off, and "
             f"what the commissioning recording left open of the rig makes it {worst.expected:.1f}")
-    return float(expit((worst.ratio - SURPRISED) / _SURPRISED_SOFTNESS)), note
+    return float(expit((worst.ratio - (SURPRISED_ALONE if alone else SURPRISED)) / _SURPRISED_SOFTNESS)), note
 
 
 def _field(model: Model) -> _Data:

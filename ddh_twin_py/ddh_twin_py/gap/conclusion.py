@@ -10,6 +10,7 @@ import numpy as np
 from ddh_twin_py.gap import size
 from ddh_twin_py.gap.as_commissioned import UNSURPRISING, something_acts, surprises
 from ddh_twin_py.gap.drift import Drift
+from ddh_twin_py.gap.exchanged import PROBABILITY, Exchanged, exchanged, first_of_both
 from ddh_twin_py.gap.hearing import Hearing
 from ddh_twin_py.gap.held_best import AtBest, HeldBest
 from ddh_twin_py.gap.held_runs import HeldRuns
@@ -37,7 +38,8 @@ class Conclusion:
         found: hypotheses with the probabilities that are left to them. verdict: on them. best: the leading one, or no effect.
         unknown: beside it, with its places where something unknown is likely, and without notes where no hypothesis is named.
         sought: hypotheses about which these places were sought. law: that no catalogue lists and that explains more than any listed one;
-            None where there is none. at_best: held-out data at best, beside `best` and beside no effect.
+            None where there is none. crossed: sensors that are likely exchanged, None where none are.
+        at_best: held-out data at best, beside `best` and beside no effect.
         notes: why a hypothesis is less believed.
     """
 
@@ -47,6 +49,7 @@ class Conclusion:
     unknown: Unknown
     sought: Found
     law: UnlistedLaw | None
+    crossed: Exchanged | None
     at_best: Mapping[Ids, AtBest]
     notes: list[str]
 
@@ -77,6 +80,9 @@ def conclude(model: Diagnosable, found: Found, plain: np.ndarray, runs: HeldRuns
     if law is not None:
         unknown = beside_law(unknown, law, unknown_beside(model, found, none), leader.effects, size_of(model, law))
         law = law if law.probability >= LIKELY else None
+    crossed = exchanged(model, plain, leader) if drift else None
+    if crossed is not None:
+        unknown = unknown.raised(PROBABILITY, crossed.said)
     found, unknown = something_acting(found, unknown, acts, why)
     at_best, sought = hearing.at_best[leader.effects], found
     beyond = drift is not None or not _nothing_beyond(runs, leader, none, at_best if unknown.probability >= LIKELY else None)
@@ -85,13 +91,14 @@ def conclude(model: Diagnosable, found: Found, plain: np.ndarray, runs: HeldRuns
         if acts >= LIKELY and not leader.columns:
             sought = replace(found, linearised=found.linearised.held_at(plain))
         likely = model.free_places(sought, unknown.forms, unknown.off)
-        unknown = located(unknown, sought.linearised, place_of(law, likely) if law else likely)
+        likely = first_of_both(crossed, likely) if crossed else place_of(law, likely) if law else likely
+        unknown = located(unknown, sought.linearised, likely)
         unknown = drawn(model, found.linearised, none if law else leader, unknown)
         named = [f"the best listed hypothesis is {' and '.join(leader.effects)}"] if leader.columns and not law else []
         unknown = replace(unknown, notes=[*unknown.notes, *named])
     if verdict.word == "no_gap" and leader.columns:  # they speak of a hypothesis that the answer does not name
         unknown = replace(unknown, notes=[])
-    return Conclusion(found, verdict, leader, unknown, sought, law, at_best, notes)
+    return Conclusion(found, verdict, leader, unknown, sought, law, crossed, at_best, notes)
 
 
 def _nothing_beyond(runs: HeldRuns, leader: Refitted, none: Refitted, bests: Mapping[Ids, AtBest] | None) -> bool:
@@ -125,4 +132,4 @@ def _something_acts(model: Diagnosable, found: Found, runs: HeldRuns, plain: np.
         return 0.0, ""
     elsewhere = runs.held if "validation" in model.recordings else None
     off = surprises(model, elsewhere, runs.floor, plain, drift.open, UNSURPRISING)
-    return something_acts([one for one in off if one.signal in model.followed])
+    return something_acts([one for one in off if one.signal in model.followed], elsewhere is None)

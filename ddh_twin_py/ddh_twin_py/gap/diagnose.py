@@ -17,7 +17,7 @@ from ddh_twin_py.gap.carried_load import undeclared_loads
 from ddh_twin_py.gap.catalogue import EFFECTS
 from ddh_twin_py.gap.contradictions import contradictions
 from ddh_twin_py.gap.diagnosis import Diagnosis
-from ddh_twin_py.gap.doubts import damage, doubts, of_reference, undeclared
+from ddh_twin_py.gap.doubts import at_the_stops, damage, doubts, of_reference, pauses, undeclared
 from ddh_twin_py.gap.drive_case import DriveCase
 from ddh_twin_py.gap.hypotheses import POWER, POWER_WITHOUT_COMMISSIONING
 from ddh_twin_py.gap.search import Found, search
@@ -115,7 +115,8 @@ def _noted(result: Diagnosis, recordings: Sequence[Recording], rig: Rig, late: S
     Args:
         late: what does not go together: their order, their loads. missing: signals that there are not.
     """
-    damaged = [*damage(recordings), *late, *(text for recording in recordings for text in contradictions(recording, rig))]
+    against = (text for recording in recordings for text in contradictions(recording, rig))
+    damaged = [*damage(recordings), *pauses(recordings), *at_the_stops(recordings, rig), *late, *against]
     blamed = result.report["verdict"] == "unknown" or any("load.mass" in h["effects"] for h in result.report["hypotheses"])
     said = [*damaged, *missing, *undeclared(recordings, rig[PAYLOAD], blamed)]
     first = f"{careful(said)}{result.sentence}" if said and said[0] not in result.sentence else result.sentence

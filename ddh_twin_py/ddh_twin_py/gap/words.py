@@ -91,7 +91,8 @@ def _no_gap(report: Mapping, unseen: Sequence[str], at_best: Mapping[str, float]
     worst, times = _left_most(report, at_best, ())
     if times > _LEFT:
         easily = ", which small flaws of the model move far," if worst in AMPLIFIED else ""
-        text += f"; {signal_name(worst)}{easily} stays {times:.1f} times its floor off, and no listed effect explains that"
+        least = "" if at_best is None else "at least "
+        text += f"; {signal_name(worst)}{easily} stays {least}{times:.1f} times its floor off, and no listed effect explains that"
     if not unseen:
         return f"{text}; that no effect acts is {probably(none)} likely{_else(report)}."
     many = len(unseen) > 1
@@ -139,7 +140,8 @@ def _explained(report: Mapping, catalogue: Mapping[str, Effect], at_best: Mappin
     named = [_named(report, name, catalogue, commissioned) + _not_told_from(report, name, leader) for name in leader]
     text = f"The gap is explained by {' and '.join(named)}"
     worst, times = _left_most(report, at_best)
-    left = f"; {worst} stays {times:.1f} times its floor off, which nothing that is listed explains" if times > _LEFT else ""
+    least = "" if at_best is None else "at least "
+    left = f"; {worst} stays {least}{times:.1f} times its floor off, which nothing that is listed explains" if times > _LEFT else ""
     without = next((h["gap_after"] for h in report["hypotheses"] if not h["effects"] and h["gap_after"] is not None), math.inf)
     if gap["before"] <= 1.0 and gap["after"] > _HARDLY * gap["before"]:
         much = (f"data not used to find it lie within the floor without it as with it ({gap['before']:.1f} and {gap['after']:.1f} times), "
@@ -198,7 +200,12 @@ def _unknown(report: Mapping, reading: str) -> str:
     unknown = report["unknown"] or {}
     which = f": {reading}" if reading else ""
     place = f" at {unknown['component']} ({unknown['domain']}{which}){_or_elsewhere(report)}" if unknown else ""
-    return f"There is a gap of {report['gap']['before']:.1f} times the floor{place} that no listed effect explains."
+    before = report["gap"]["before"]
+    fitted = next((h["gap_after"] for h in report["hypotheses"] if not h["effects"] and h["gap_after"] is not None), math.inf)
+    if before > _CLOSED_BY and fitted < _HARDLY * before:  # its size is not that of what acts there
+        return (f"Something acts{place} that no listed effect explains: data not used to find it lie {before:.1f} times the floor off, and "
+                f"{fitted:.1f} times with the rig's parameters fitted anew.")
+    return f"There is a gap of {before:.1f} times the floor{place} that no listed effect explains."
 
 
 def _or_elsewhere(report: Mapping) -> str:
