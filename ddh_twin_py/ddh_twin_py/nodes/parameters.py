@@ -16,6 +16,7 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter as RosParameter
 
 _BOUNDLESS = 1e18
+_ANY = "any"  # in words, of what has no bounds
 
 
 class NodeError(Exception):
@@ -68,7 +69,7 @@ class Parameter:
             return f"{self.lowest:g} to {self.highest:g}"
         if self.lowest is not None:
             return f"{self.lowest:g} or more"
-        return f"{self.highest:g} or less" if self.highest is not None else "any"
+        return f"{self.highest:g} or less" if self.highest is not None else _ANY
 
 
 def declare(node: Node, parameters: Iterable[Parameter]) -> dict[str, object]:
@@ -88,10 +89,8 @@ def declare(node: Node, parameters: Iterable[Parameter]) -> dict[str, object]:
         except (InvalidParameterTypeException, InvalidParameterValueException, ParameterUninitializedException):
             shown = given.value if given is not None else None
             hint = f"; write {float(shown)}" if kind is RosParameter.Type.DOUBLE and type(shown) is int else ""
-            raise NodeError(
-                f"parameter {parameter.name} is {shown!r}, it must be of type {parameter.type_name} and "
-                f"{parameter.bounds()}{hint}"
-            ) from None
+            allowed = "" if parameter.bounds() == _ANY else f" and {parameter.bounds()}"
+            raise NodeError(f"parameter {parameter.name} is {shown!r}, it must be of type {parameter.type_name}{allowed}{hint}") from None
         if parameter.choices and chosen not in parameter.choices:
             raise NodeError(f"parameter {parameter.name} is {chosen!r}, it must be {parameter.bounds()}")
         values[parameter.name] = list(chosen) if isinstance(default, list) else chosen

@@ -7,15 +7,12 @@ import math
 from ddh_twin_py.gap.catalogue import EFFECTS
 from ddh_twin_py.gap.effect import DOMAINS, Effect
 from ddh_twin_py.report.gap_words import capital, component_name, effect_name
+from ddh_twin_py.report.safety import BEFORE, SAFETY
 from ddh_twin_py.report.units import shown, words
 from ddh_twin_py.rig import load_rig
 
 INDEX = "README.md"
-_SAFETY = (
-    "**Before a check on the machine.** Qualified people only. Lower the load, or secure it by more than its oil; lock the drive out while "
-    "anybody works on the unit; relieve the pressure, and see on a gauge that it is gone, before anything is opened. Gauges, hoses and "
-    "plugs are rated for the unit's highest pressure, and tests stay below the relief valve's setting. A pump's outlet is never closed "
-    "without a relief valve between; in this circuit only the rod side has one.")
+_SAFETY = f"**{BEFORE}** {SAFETY}"
 _FOOT = "*Written by `scripts/effect_pages.py` from `ddh_twin_py/gap/catalogue`; change it there.*"
 
 

@@ -20,6 +20,7 @@ from ddh_twin_py.report.gap_words import (
     signal_name,
     strength,
 )
+from ddh_twin_py.report.safety import BEFORE, SAFETY
 from ddh_twin_py.report.units import number, plus_minus, probably, words
 
 _NOTICEABLE = 0.01
@@ -48,6 +49,8 @@ def hypotheses(diagnosis: Diagnosis) -> doc.Html:
                       "1 % that are not listed too, sum to 100 %."),
         *(_card(w, i, diagnosis, _always_left(weighed)) for i, w in enumerate(leading, 1)),
     ]
+    if any(known.check for w in leading for e in w.effects if (known := diagnosis.catalogue.get(e)) is not None):
+        blocks.append(doc.note(f"{BEFORE} {SAFETY}"))
     if rest:
         columns = (doc.Column("Hypothesis", number=False), doc.Column("Probability"), doc.Column("Gap left", "× floor"),
                    doc.Column("Value", number=False))
