@@ -98,5 +98,5 @@ def test_a_recording_in_which_nothing_moves_has_a_report_that_says_so(case, tmp_
     assert main(["gap", str(bag), "--commissioning", str(case / "commissioning"), "--json", "-", "--quiet"]) == 0
     report = json.loads(capsys.readouterr().out)
     jsonschema.validate(report, schema)
-    assert report["verdict"] == "insufficient" and "the drive turns for 0.0 s only" in report["notes"][0]
+    assert report["verdict"] == "insufficient" and any("the drive turns for 0.0 s only" in note for note in report["notes"])
     assert "the drive turns for 0.0 s only" in refused([case / "field", "--commissioning", bag], capsys)

@@ -9,12 +9,12 @@ from ddh_twin_py.twin.rehearsal import rehearse
 from support.simulated import DUTY
 
 HEAT = 30.0
-SENSORS = ["motor_housing", "tank_oil"]
+SENSORS = ["motor_winding", "motor_housing", "tank_oil"]
 
 
 @pytest.fixture(scope="module")
 def diagnosis():
-    """A heater at the motor; the one effect that is asked about has nothing to do with it."""
+    """A heater at the motor, whose winding was not warm before; the one effect that is asked about has nothing to do with it."""
     rig, duty = load_rig(), load_duty(DUTY / "paper_cycle.yaml")
     heated = rig.with_values({"learned.motor_heat": HEAT})
     field, before = (rehearse(r, duty, 300.0, SENSORS) for r in (heated, rig))

@@ -8,6 +8,7 @@ from ddh_twin_py.bags.damage import with_value
 from ddh_twin_py.bags.reader import read_recording
 from ddh_twin_py.estimation.experiment import Experiment, ExperimentError
 from ddh_twin_py.physics.cylinder import piston_area
+from ddh_twin_py.physics.thermal_network import NODES
 from ddh_twin_py.rig import load_rig
 from ddh_twin_py.telemetry.recording import Stream
 from support.simulated import of_the_sheet
@@ -51,6 +52,25 @@ def test_a_rod_that_sinks_at_rest_makes_no_stroke_error():
     strokes = experiment.signals["rod_position"]
     off = (strokes.measured - experiment.predict(experiment.parameters(rig))["rod_position"])[strokes.binning.bin >= 0]
     assert off.size > 10 and np.sqrt(np.mean(off**2)) < strokes.noise and abs(off.mean()) < 0.3 * strokes.noise
+
+
+WORKING = SINKING.replace("420", "900").replace("1400", "500").replace("duration_s: 1", "duration_s: 3").replace("0.37", "0.35")
+
+
+def test_a_recording_that_begins_in_the_middle_of_work_begins_as_warm_as_the_unit_is():
+    """A winding that rises by a quarter of a kelvin each second is 1.4 K ahead of its sensor."""
+    rig, whole = load_rig(), of_the_sheet(WORKING, 200.0, 5)
+    true, begun = Experiment(whole, rig), Experiment(whole.between(150.0, 1e9), rig)
+    at = np.argmin(np.abs(true.axis - 150.0))
+    there = true.operating(true.parameters(rig))[1][at]
+    parameters = begun.parameters(rig)
+    node, housing = NODES.index("end_winding"), NODES.index("housing")
+    start = begun.operating(parameters)[1][0]
+    assert abs(start[node] - there[node]) < 0.4 and abs(start[housing] - there[housing]) < 0.1
+    winding = begun.signals["temperature/motor_winding"]
+    early = winding.time < 10.0
+    off = (winding.measured - begun.predict(parameters)["temperature/motor_winding"])[early]
+    assert abs(off.mean()) < 0.2 and abs(off[:3].mean()) < 0.3
 
 
 def test_a_sensor_that_begins_in_what_is_held_out_is_as_if_it_were_not_there(paper_cycle_bag):

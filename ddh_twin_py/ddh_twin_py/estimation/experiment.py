@@ -16,7 +16,7 @@ begins as a likely history leaves it (`history`).
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -56,13 +56,15 @@ HYDRAULIC_SIGNALS = ("pressure_piston_side", "pressure_rod_side", "rod_velocity"
 STROKE = "rod_position"
 NEIGHBOURHOOD = 20.0
 """s after the used part of a recording that count neither here nor there; at most half of what is held out."""
-_REST = 0.5  # s of a standstill to either side through whose positions a line is laid
-_FEW = 4  # of them that tell no slope
+_REST, _LEANING = 0.5, 8  # s of a standstill to either side that tell a position; how many times as far its slope is told
+_FEW = 4  # positions that tell no slope
 _CLEAR = 2.0e-3  # m from an end stop that a rod must keep to have never met it
 _BEFORE_THE_END = 1.0e-6  # s from the end of a run at which the last samples are taken: its last step ends there but for rounding
 _PAST = 1.0  # m that a run may go past such a stop
 _OIL_OPEN = 8.0  # K, standard deviation of how warm unread oil begins
 _COLD = 1.0  # K from ambient, within which a unit has likely rested
+_BEHIND, _BEHIND_SLOWLY, _RESTED = {"motor_winding": 0.02}, 0.01, 1.0e-3
+"""Share of what it reads above the air by which a sensor may lag behind its node at the start, and least K: copper is heated fast."""
 _ROUNDS, _WORKED_EVERY = 2, 60.0  # of the recording's own duty; s between the lengths of work that are tried
 _ROUGH, _ROUGH_INTERVAL = 20.0e-3, 0.2  # s, step and interval of such work: a likely history need not be known to 0.1 K
 _ROUGHLY = 2  # intervals that a rough run takes as one
@@ -176,6 +178,7 @@ class Experiment:
             name: float(np.nanmean(s.measured[s.time <= START])) for name in self.sensors
             if np.isfinite((s := self.signals[f"temperature/{name}"]).measured[s.time <= START]).any()
         }
+        self._sensor_at_start: dict[str, float] = {}
         self._rise, self._open = self._likely_begin(self.parameters(rig))
         self._first_readings |= self._better_start(rig)
 
@@ -241,7 +244,10 @@ class Experiment:
         return np.array([[_OIL_OPEN * (node in HYDRAULIC_NODES and node not in known) for node in NODES]])
 
     def _better_start(self, rig: Rig) -> dict[str, float]:
-        """Readings at the start of the run, K, from those of its first `EARLY` seconds; tells the signals how sure they are."""
+        """What sensors without lag would have read at the start, K, from the first `EARLY` seconds; tells the signals how sure that is.
+
+        What they read themselves goes to `_sensor_at_start`: while a winding is heated its sensor is a kelvin and more behind.
+        """
         n = max(1, round(min(EARLY, self.used_until) / self.interval))
         parameters = self.parameters(rig)
         begin, lent = self._start_of(parameters, self._rise), made(n, 0)
@@ -252,8 +258,10 @@ class Experiment:
             reading = self._reading(name, parameters[0], begin, temperatures, self._inputs[False])
             used = np.isfinite(signal.measured) & (signal.time <= self.axis[n - 1])
             off = signal.measured[used] - np.interp(signal.time[used], self.axis[:n], reading)
-            error, std = start_error(signal.time[used], off, float(reading[-1] - crude) * EARLY / self.axis[n - 1], signal.noise)
-            better[name] = crude + error
+            change = float(reading[-1] - crude) * EARLY / self.axis[n - 1]
+            behind = max(_RESTED, _BEHIND.get(name, _BEHIND_SLOWLY) * abs(crude - self.air[0]))
+            error, of_sensor, std = start_error(signal.time[used], off, change, signal.noise, _lag(name, parameters[0]), behind)
+            better[name], self._sensor_at_start[name] = crude + error, crude + of_sensor
             self.signals[f"temperature/{name}"] = replace(signal, start_std=std)
         return better
 
@@ -369,11 +377,9 @@ class Experiment:
     def _first(self, p: np.void) -> tuple[dict[str, float], float]:
         """Temperature of each node that is read at the start, and of the air around the unit, K."""
         at_start = self.air[min(self.air.size - 1, round(START / self.interval))] + p["surroundings_enclosure_rise"]
-        contact = p["measurement_surface_contact"]
         first = {}
         for name, value in self._first_readings.items():
-            value = value - p[f"measurement_{name}_offset"]
-            first[NODE_OF_SENSOR[name]] = value if name in INNER_SENSORS else (value - contact * at_start) / (1.0 - contact)
+            first[NODE_OF_SENSOR[name]] = _met(name, value, at_start, p)
         return first, at_start
 
     def _start_of(self, parameters: np.ndarray, rise: np.ndarray, begin: Sequence[float] = ()) -> np.ndarray:
@@ -429,13 +435,26 @@ class Experiment:
         """What a temperature sensor reads at the end of each interval, K, (n,), of nodes that began at (N,) and went on as (n, N)."""
         node = sensed(temperatures, name, p["tank_top_share"])
         inner = name in INNER_SENSORS
-        lag = p["sensors_temperature_time_constant"] * (1.0 if inner else p["measurement_surface_lag_ratio"])
-        keep = np.exp(-inputs.interval / lag)
-        reading, _ = lfilter([1.0 - keep], [1.0, -keep], node, zi=[keep * begin[NODE_INDEX[name]]])
+        keep = np.exp(-inputs.interval / _lag(name, p))
+        own = self._sensor_at_start.get(name)
+        at_start = begin[NODE_INDEX[name]] if own is None else _met(name, own, self._first(p)[1], p)
+        reading, _ = lfilter([1.0 - keep], [1.0, -keep], node, zi=[keep * at_start])
         if not inner:
             contact = p["measurement_surface_contact"]
             reading = (1.0 - contact) * reading + contact * (inputs.air[: reading.size] + p["surroundings_enclosure_rise"])
         return reading + p[f"measurement_{name}_offset"]
+
+
+def _lag(name: str, p: np.void) -> float:
+    """Lag of a temperature sensor, s."""
+    return float(p["sensors_temperature_time_constant"] * (1.0 if name in INNER_SENSORS else p["measurement_surface_lag_ratio"]))
+
+
+def _met(name: str, reading: float, air: float, p: np.void) -> float:
+    """Temperature that a sensor met where it read so, K, lag apart; ``air`` around the unit, K."""
+    reading = reading - p[f"measurement_{name}_offset"]
+    contact = 0.0 if name in INNER_SENSORS else p["measurement_surface_contact"]
+    return (reading - contact * air) / (1.0 - contact)
 
 
 def _jumps(recording: Recording, ticks: Ticks) -> str:
@@ -482,25 +501,26 @@ def _alone(recording: Recording) -> str:
 
 
 def _smoothed(position: np.ndarray, reach: int) -> np.ndarray:
-    """Each standstill's positions by the straight line through those of ``reach`` intervals to either side, NaN where it moves.
+    """Each standstill's positions by those of ``reach`` intervals to either side, NaN where it moves.
 
     A heavy rod sinks at rest by millimetres a second. Where a standstill begins or ends its neighbours lie to one side, and their mean
-    would be that much off.
+    would be that much off: it is moved along the slope of a line through `_LEANING` times as many, which adds little noise.
     """
     known = np.isfinite(position)
     index = np.arange(position.size)
     begun = np.maximum.accumulate(np.where(known, 0, index + 1))
     ended = np.minimum.accumulate(np.where(known, position.size, index)[::-1])[::-1]
-    first, last = np.maximum(begun, index - reach), np.minimum(ended, index + reach + 1)
     since, value = np.where(known, index - begun, 0.0), np.where(known, position, 0.0)
 
-    def mean(values: np.ndarray) -> np.ndarray:
-        total = np.concatenate([[0.0], np.cumsum(values)])
-        return (total[last] - total[first]) / np.maximum(last - first, 1)
+    def means(reach: int, *values: np.ndarray) -> Iterator[np.ndarray]:
+        first, last = np.maximum(begun, index - reach), np.minimum(ended, index + reach + 1)
+        for each in values:
+            total = np.concatenate([[0.0], np.cumsum(each)])
+            yield (total[last] - total[first]) / np.maximum(last - first, 1)
 
-    level, middle = mean(value), mean(since)
-    spread = mean(since**2) - middle**2
-    steep = np.where(last - first > _FEW, (mean(since * value) - middle * level) / np.maximum(spread, 1e-12), 0.0)
+    level, middle, product, square = means(_LEANING * reach, value, since, since * value, since**2)
+    steep = np.where(ended - begun > _FEW, (product - middle * level) / np.maximum(square - middle**2, 1e-12), 0.0)
+    level, middle = means(reach, value, since)
     return np.where(known, level + steep * (since - middle), np.nan)
 
 
