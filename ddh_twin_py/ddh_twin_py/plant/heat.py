@@ -101,11 +101,12 @@ def capacities(p, e, position, c):
 
 
 @kernel
-def heat_step(p, e, t, m, ambient, fan_on, step, c, rate):
+def heat_step(p, e, t, m, ambient, fan_on, draught, step, c, rate):
     """Advance temperatures t (N,), K, by ``step`` s with the means m of that step (MEANS,).
 
     Args:
         p, e: sheet and condition. ambient: K, as its sensor reads it. fan_on: of a thermostat, 0 or 1.
+        draught: share by which all surfaces cool better.
         c, rate: scratch, (N,).
 
     Returns:
@@ -219,18 +220,23 @@ def heat_step(p, e, t, m, ambient, fan_on, step, c, rate):
     _carry(t, TOP, MIDDLE, rho_c * (returned - third), rate)
     _carry(t, MIDDLE, LOW, rho_c * (drawn + third), rate)
 
-    fan = e.motor_wind * (1.0 + e.thermostat_fan * fan_on)
+    gust = 1.0 + draught
+    fan = e.motor_wind * (1.0 + e.thermostat_fan * fan_on) * gust
     lost = _surface(t, FRONT, air, 0.55 * p.motor_housing_area, p.motor_housing_convection, p.motor_housing_emissivity, fan, rate)
     lost += _surface(t, REAR, air, 0.45 * p.motor_housing_area, p.motor_housing_convection, p.motor_housing_emissivity, fan, rate)
-    lost += _surface(t, P1_SKIN, air, p.pump_1_case_area, p.pump_1_convection, p.pump_1_emissivity, e.pump_wind, rate)
-    lost += _surface(t, P2_SKIN, air, p.pump_2_case_area, p.pump_2_convection, p.pump_2_emissivity, e.pump_wind, rate)
+    lost += _surface(t, P1_SKIN, air, p.pump_1_case_area, p.pump_1_convection, p.pump_1_emissivity, e.pump_wind * gust, rate)
+    lost += _surface(t, P2_SKIN, air, p.pump_2_case_area, p.pump_2_convection, p.pump_2_emissivity, e.pump_wind * gust, rate)
+    wind = e.barrel_wind * gust
     for node, part in ((BAR_A, 0.25), (BAR_M, 0.5), (BAR_B, 0.25)):
-        lost += _surface(t, node, air, part * p.cylinder_barrel_area, p.cylinder_convection, p.cylinder_emissivity, e.barrel_wind, rate)
-    lost += _surface(t, TANK_WALL, air, p.tank_area, p.tank_convection, p.tank_emissivity, e.tank_wind, rate)
+        lost += _surface(t, node, air, part * p.cylinder_barrel_area, p.cylinder_convection, p.cylinder_emissivity, wind, rate)
+    lost += _surface(t, TANK_WALL, air, p.tank_area, p.tank_convection, p.tank_emissivity, e.tank_wind * gust, rate)
     for node, conductance in ((A_WALL, p.line_a_wall_to_ambient), (B_WALL, p.line_b_wall_to_ambient), (FRAME, _FRAME_LOSS)):
         q = conductance * (t[node] - air)
         rate[node] -= q
         lost += q
+    cooled = e.cooler * max(0.0, t[LOW] - air - e.cooler_above)
+    rate[LOW] -= cooled
+    lost += cooled
     for i in range(N):
         t[i] += step * rate[i] / c[i]
     return given * step, lost * step

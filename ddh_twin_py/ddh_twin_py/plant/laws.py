@@ -30,7 +30,9 @@ def sliding(velocity, difference, p, e, position):
     hump = 1.0 / (1.0 + ratio * ratio)
     dry = p.cylinder_friction_coulomb + p.cylinder_friction_pressure * math.sqrt(difference * difference + 1e8)
     bent = position / p.cylinder_stroke
-    return dry * (1.0 + (p.cylinder_stribeck_ratio - 1.0) * hump) + e.seal_rubbing * (1.0 + 0.25 * hump) + e.bent_rod * bent * bent
+    back = 0.5 * (1.0 - velocity / math.sqrt(velocity * velocity + 1e-6))
+    added = e.seal_rubbing * (1.0 + 0.25 * hump) + e.bent_rod * bent * bent + e.rubs_back * back
+    return dry * (1.0 + (p.cylinder_stribeck_ratio - 1.0) * hump) + added
 
 
 @kernel

@@ -87,7 +87,8 @@ def run(params, condition, oil, reference_viscosity, state, t, program, brake, s
                     fan = 1.0
                 elif t[heat.FRONT] < e.thermostat_from - 1.5:
                     fan = 0.0
-                now_given, now_lost = heat.heat_step(p, e, t, m, air, fan, THERMAL_STEPS * h, c, rate)
+                now_given, now_lost = heat.heat_step(p, e, t, m, air, fan, e.draught if now > 0.5 * duration else 0.0,
+                                                     THERMAL_STEPS * h, c, rate)
                 given += now_given
                 lost += now_lost
                 for i in range(heat.MEANS):
@@ -100,7 +101,8 @@ def run(params, condition, oil, reference_viscosity, state, t, program, brake, s
             mu_a = viscosity(0.5 * (t[heat.A_NEAR] + t[heat.A_FAR]), oil) / reference_viscosity
             mu_b = viscosity(0.5 * (t[heat.B_NEAR] + t[heat.B_FAR]), oil) / reference_viscosity
             growth = 1.0 + e.clearance_growth * max(0.0, t[heat.P2_OIL] - t[heat.P2_CORE])
-            leak_1, leak_2 = p.pump_1_leakage * e.leakage_1 / mu_1, p.pump_2_leakage * e.leakage_2 * growth / mu_2
+            worn = 1.0 + e.wear * now
+            leak_1, leak_2 = p.pump_1_leakage * e.leakage_1 * worn / mu_1, p.pump_2_leakage * e.leakage_2 * growth / mu_2
             drop_a, drop_b = p.line_a_pressure_drop_laminar * mu_a, p.line_b_pressure_drop_laminar * mu_b
             viscous_1 = p.pump_1_friction_viscous * mu_1
             viscous_2 = p.pump_2_friction_viscous * mu_2
@@ -143,7 +145,7 @@ def run(params, condition, oil, reference_viscosity, state, t, program, brake, s
                 phase, phase_until = 0, now + program[move, 2]
                 move += 1
         # drive
-        wanted = command * (1.0 - e.sag * abs(power_mean) * 1e-3)
+        wanted = command * (1.0 - e.sag * abs(power_mean) * 1e-3) + e.command_zero
         acceleration = (wanted - reference) / lag
         reference += h * acceleration
         error = reference - omega
@@ -152,15 +154,16 @@ def run(params, condition, oil, reference_viscosity, state, t, program, brake, s
         torque = min(max(asked, -limit), limit)
         if torque == asked:
             integral += integral_gain * error * h
-        current = torque / constant
+        current = torque / constant * (1.0 + e.saturation * abs(torque) / limit)
         # pumps, lines
+        lost_2 = leak_2 * (1.0 + e.one_way_leak * (0.5 + 0.5 * omega / math.sqrt(omega * omega + 25.0)))
         lost_flow = e.starvation * omega * abs(omega) + starve_cold * d1 * omega * abs(omega) * 0.01 if omega > 0.0 else 0.0
         q1 = d1 * omega - lost_flow - leakage(pa, leak_1)
-        q2 = -d2 * omega - leakage(pb, leak_2)
+        q2 = -d2 * omega - leakage(pb, lost_2)
         drop_1 = (drop_a + e.rough_a * math.sqrt(q1 * q1 + 4e-10)) * q1
-        drop_2 = (drop_b + e.rough_b * math.sqrt(q2 * q2 + 4e-10)) * q2
+        drop_2 = (drop_b * (1.0 + (e.flap if q2 > 0.0 else 0.0)) + e.rough_b * math.sqrt(q2 * q2 + 4e-10)) * q2
         port_1, port_2 = pa + drop_1, pb + drop_2
-        out_1, out_2 = leakage(port_1, leak_1), leakage(port_2, leak_2)
+        out_1, out_2 = leakage(port_1, leak_1), leakage(port_2, lost_2)
         q1, q2 = d1 * omega - lost_flow - out_1, -d2 * omega - out_2
         # shaft
         direction, slope = shaft_sign(omega)
@@ -183,7 +186,9 @@ def run(params, condition, oil, reference_viscosity, state, t, program, brake, s
         relief = p.relief_valve_slope * soft_positive(pb - p.relief_valve_opening_pressure, 2.0e4)
         relief += e.seat_leakage * pb * (1.05 - 0.1 * min(abs(pb), 2.0e7) / 1.6e7) + stuck * pb
         difference = pa - pb
-        cross = e.cross_leakage * difference * (1.04 - 0.08 * min(abs(difference), 1.2e7) / 1.0e7)
+        from_middle = (x - middle) / (0.25 * middle)
+        worn_open = e.cross_leakage + e.worn_middle * math.exp(-from_middle * from_middle)
+        cross = worn_open * difference * (1.04 - 0.08 * min(abs(difference), 1.2e7) / 1.0e7)
         # piston
         friction = sliding(v, difference, p, e, x)
         stuck_slope = 1.0 + h * abs(v) * BRISTLE_STIFFNESS / friction
@@ -192,6 +197,7 @@ def run(params, condition, oil, reference_viscosity, state, t, program, brake, s
         z = z_new
         boom = (x - middle) / middle
         pull = weight + e.boom_slope * (x - middle) * (1.06 - 0.1 * boom * boom) + e.sway * activity * math.sin(e.sway_rate * now)
+        pull += e.picked_up * p.load_gravity if now > 0.5 * duration else 0.0
         push = pa * area_a - pb * area_b - pull - bristles
         if x < 0.0:
             push += -_STOP_STIFFNESS * x - _STOP_DAMPING * v

@@ -90,6 +90,7 @@ def ideal(course: Course, instruments: Instruments, ambient: np.ndarray, when: n
     fluid = {name: course.hydraulic[:, _COLUMN[name]] for name in FAST[5:]}
     out["pressure_piston_side"] = fluid["pressure_piston_side"] + e["zero_a"] + instruments.pressure_zeros[0]
     out["pressure_rod_side"] = fluid["pressure_rod_side"] * e["span_b"] + e["zero_b"] + instruments.pressure_zeros[1]
+    out["pressure_rod_side"] = out["pressure_rod_side"] + e["pressure_drift"] * course.hydraulic_time
     out["rod_position"] = (fluid["rod_position"] - fluid["slipped"]) * e["rod_scale"]
     out["rod_velocity"] = fluid["rod_velocity"] * e["rod_scale"]
     grid = TEMPERATURE_GRID * np.arange(course.temperatures.shape[0])
@@ -105,6 +106,8 @@ def ideal(course: Course, instruments: Instruments, ambient: np.ndarray, when: n
         follow(true, TEMPERATURE_GRID / lag, read)
         if name == "motor_housing":
             read = read + e["drift"] * grid
+        elif name == "motor_winding":
+            read = read + e["winding_gain"] * (read - 293.15)
         out[f"temperature/{name}"] = np.interp(when, grid, read) + instruments.zeros[name]
     return out
 

@@ -26,10 +26,24 @@ UNLISTED: dict[str, Fault] = {fault.id: fault for fault in (
     _fault("sensor.drifting_housing", "measurement", "K/s", "drift", 1e-3, 2e-2),
     _fault("sensor.current_zero", "measurement", "A", "current_zero", 0.15, 3.0),
     _fault("motor.dragging_brake", "mechanical", "N*m", "brake_drag", 0.3, 4.0),
+    _fault("cylinder.worn_in_the_middle", "hydraulic", _G, "worn_middle", 3e-13, 1e-11),
+    _fault("load.picked_up", "mechanical", "kg", "picked_up", 5.0, 120.0),
+    _fault("motor.saturation", "electrical", "1", "saturation", 0.05, 1.0),
+    _fault("pump_1.wears_on", "hydraulic", "1/s", "wear", 4e-4, 2e-2),
+    _fault("pump_2.leaks_one_way", "hydraulic", "1", "one_way_leak", 0.2, 8.0),
+    _fault("tank.cooler_when_warm", "thermal", "W/K", "cooler", 5.0, 100.0),
+    _fault("ambient.draught", "thermal", "1", "draught", 0.5, 9.0),
+    _fault("cylinder.rubs_one_way", "mechanical", "N", "rubs_back", 80.0, 3000.0),
+    _fault("sensor.drifting_pressure", "measurement", "Pa/s", "pressure_drift", 300.0, 5000.0),
+    _fault("sensor.winding_gain", "measurement", "1", "winding_gain", 0.03, 0.4),
+    _fault("line_b.flap", "hydraulic", "1", "flap", 3.0, 60.0),
+    _fault("drive.command_zero", "electrical", "rad/s", "command_zero", 0.1, 3.0),
 )}
 """Fault to what it does to the plant."""
 
 NEEDS_SENSOR: dict[str, str] = {"sensor.drifting_housing": "motor_housing", "motor.thermostat_fan": "motor_housing",
-                                "line_a.heated_hose": "line_a", "tank.foam_in_motion": "tank_wall"}
+                                "line_a.heated_hose": "line_a", "tank.foam_in_motion": "tank_wall",
+                                "tank.cooler_when_warm": "tank_oil", "ambient.draught": "motor_housing",
+                                "sensor.winding_gain": "motor_winding"}
 """Fault to the temperature sensor without which nothing would be seen of it."""
 
