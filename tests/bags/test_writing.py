@@ -9,6 +9,7 @@ import textwrap
 import threading
 import time
 import zlib
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -37,6 +38,13 @@ def test_rosbags_reads_every_message_and_its_definition(tmp_path, short):
     with AnyReader([written]) as reader:
         messages = [reader.deserialize(raw, c.msgtype) for c, _, raw in reader.messages()]
         assert reader.message_count == len(messages) == 1 + sum(len(s) for _, s in short.streams())
+
+
+def test_a_stamp_that_ros_cannot_hold_is_refused_with_its_topic(tmp_path, short):
+    late = replace(short, epoch_ns=2**31 * 1_000_000_000)
+    with pytest.raises(BagError, match=r"drive/telemetry: stamp 2147483648\.\d s since 1970 .* January 2038"):
+        write_recording(tmp_path / "late", late)
+    assert not (tmp_path / "late").exists()
 
 
 def chunks_of(file):

@@ -214,12 +214,13 @@ def write_recording(
 
     Samples keep their order within each stream; the log time is the stamp plus `latency_ns`,
     and never runs backwards within a stream, as a recorder's own clock would not.
-    Temperatures are written in degC. Raises BagError as `whole_bag` does.
+    Temperatures are written in degC. Raises BagError as `whole_bag` does, and where a stamp is none of ROS 2.
     """
     namespace = normalised(namespace)
     parts = []
     for relative, stream in recording.streams():
         stamps = stream.stamps(recording.epoch_ns)
+        _check_stamps(path, f"{namespace}/{relative}", stamps)
         values = stream.values
         frame = "ddh"
         if relative.startswith(TEMPERATURE_PREFIX):
@@ -239,6 +240,14 @@ def write_recording(
                 relative, _, messages = parts[k]
                 writer.write_raw(f"{namespace}/{relative}", TOPIC_TYPES[relative], SENSOR_DATA, at, messages[i].data)
     return writer.path
+
+
+def _check_stamps(path: str | Path, topic: str, stamps: np.ndarray) -> None:
+    """Raises BagError where a stamp, int64[n] ns, is beyond the 32 bits that ROS 2 has for its seconds."""
+    beyond = np.flatnonzero(np.abs(stamps) >= 2**31 * 1_000_000_000)
+    if beyond.size:
+        said = f"{stamps[beyond[0]] * 1e-9:.1f} s since 1970"
+        raise BagError(f"{path}: {topic}: stamp {said} cannot be written, ROS 2 ends at {2**31} s (January 2038)")
 
 
 def _stamp(store, stamp_ns: int):

@@ -21,8 +21,8 @@ NEUTRAL: dict[str, float] = {
     "hot_valve": 0.0, "hot_valve_from": 273.15 + 27.0, "foam": 0.0, "starvation": 0.0, "sway": 0.0, "sway_rate": 5.0,
     "hose_heater": 0.0, "slip": 0.0, "sag": 0.0, "thermostat_fan": 0.0, "thermostat_from": 273.15 + 30.0, "bent_rod": 0.0,
     "cold_suction": 0.0, "drift": 0.0, "current_zero": 0.0, "clearance_growth": 0.0, "brake_drag": 0.0,
-    "worn_middle": 0.0, "picked_up": 0.0, "saturation": 0.0, "wear": 0.0, "one_way_leak": 0.0, "cooler": 0.0, "cooler_above": 6.0,
-    "draught": 0.0, "rubs_back": 0.0, "pressure_drift": 0.0, "winding_gain": 0.0, "flap": 0.0, "command_zero": 0.0,
+    "worn_middle": 0.0, "picked_up": 0.0, "saturation": 0.0, "wear": 0.0, "one_way_leak": 0.0, "cooler": 0.0, "cooler_above": 2.0,
+    "draught": 0.0, "rubs_back": 0.0, "pressure_drift": 0.0, "housing_gain": 0.0, "flap": 0.0, "command_zero": 0.0,
 }
 """Quantity to the value at which the rig is sound; SI, K where a temperature is meant. `payload` and `surface_lag`: 0
 takes the rig's own."""

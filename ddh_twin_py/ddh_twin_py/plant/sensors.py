@@ -105,9 +105,7 @@ def ideal(course: Course, instruments: Instruments, ambient: np.ndarray, when: n
         read = np.empty_like(true)
         follow(true, TEMPERATURE_GRID / lag, read)
         if name == "motor_housing":
-            read = read + e["drift"] * grid
-        elif name == "motor_winding":
-            read = read + e["winding_gain"] * (read - 293.15)
+            read = read + e["drift"] * grid + e["housing_gain"] * (read - 293.15)
         out[f"temperature/{name}"] = np.interp(when, grid, read) + instruments.zeros[name]
     return out
 

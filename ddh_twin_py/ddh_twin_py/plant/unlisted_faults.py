@@ -35,7 +35,7 @@ UNLISTED: dict[str, Fault] = {fault.id: fault for fault in (
     _fault("ambient.draught", "thermal", "1", "draught", 0.5, 9.0),
     _fault("cylinder.rubs_one_way", "mechanical", "N", "rubs_back", 80.0, 3000.0),
     _fault("sensor.drifting_pressure", "measurement", "Pa/s", "pressure_drift", 300.0, 5000.0),
-    _fault("sensor.winding_gain", "measurement", "1", "winding_gain", 0.03, 0.4),
+    _fault("sensor.housing_gain", "measurement", "1", "housing_gain", 0.03, 0.4),
     _fault("line_b.flap", "hydraulic", "1", "flap", 3.0, 60.0),
     _fault("drive.command_zero", "electrical", "rad/s", "command_zero", 0.1, 3.0),
 )}
@@ -44,6 +44,6 @@ UNLISTED: dict[str, Fault] = {fault.id: fault for fault in (
 NEEDS_SENSOR: dict[str, str] = {"sensor.drifting_housing": "motor_housing", "motor.thermostat_fan": "motor_housing",
                                 "line_a.heated_hose": "line_a", "tank.foam_in_motion": "tank_wall",
                                 "tank.cooler_when_warm": "tank_oil", "ambient.draught": "motor_housing",
-                                "sensor.winding_gain": "motor_winding"}
+                                "sensor.housing_gain": "motor_housing"}
 """Fault to the temperature sensor without which nothing would be seen of it."""
 
