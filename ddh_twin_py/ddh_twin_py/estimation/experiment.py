@@ -29,6 +29,7 @@ from ddh_twin_py.estimation.lent import Lent, lend, made
 from ddh_twin_py.estimation.run_inputs import RunInputs
 from ddh_twin_py.estimation.sensors import NODE_INDEX, NODE_OF_SENSOR
 from ddh_twin_py.estimation.start import EARLY, START, spread_start, start_error
+from ddh_twin_py.estimation.unpredictable import sticks_and_slips, sunk_onto_a_stop
 from ddh_twin_py.physics.balance import OPERATING_DTYPE
 from ddh_twin_py.physics.cylinder import holding_pressure
 from ddh_twin_py.physics.free_run import COMMAND_PARTS, HYDRAULIC_STEP, SAMPLED, free_run, free_run_sampled, settle
@@ -65,6 +66,7 @@ _OIL_OPEN = 8.0  # K, standard deviation of how warm unread oil begins
 _COLD = 1.0  # K from ambient, within which a unit has likely rested
 _BEHIND, _BEHIND_SLOWLY, _RESTED = {"motor_winding": 0.02}, 0.01, 1.0e-3
 """Share of what it reads above the air by which a sensor may lag behind its node at the start, and least K: copper is heated fast."""
+_LIMITED = 0.95  # of the drive's limit of current, beyond which its speed follows no command
 _ROUNDS, _WORKED_EVERY = 2, 60.0  # of the recording's own duty; s between the lengths of work that are tried
 _ROUGH, _ROUGH_INTERVAL = 20.0e-3, 0.2  # s, step and interval of such work: a likely history need not be known to 0.1 K
 _ROUGHLY = 2  # intervals that a rough run takes as one
@@ -85,7 +87,8 @@ class Signal:
     """Samples of one signal: s since the start of the run, values in SI, noise of one sample, unit, bins.
 
     ``start_std``: standard deviation of what a run's reading is off by at the start, in its unit. ``held_from``: s from which samples count
-    as held out. ``rounding``: the part of the noise that rounding makes, which neighbouring samples share.
+    as held out. ``rounding``: the part of the noise that rounding makes, which neighbouring samples share. ``follows``: where the signal
+    follows its command, bool (n,), as no limit of the drive holds it back; None: everywhere.
     """
 
     time: np.ndarray
@@ -96,6 +99,7 @@ class Signal:
     start_std: float = 0.0
     held_from: float = np.inf
     rounding: float = 0.0
+    follows: np.ndarray | None = None
 
 
 class Experiment:
@@ -160,11 +164,17 @@ class Experiment:
         self._in_order = (0.0, self._merge(0.0))
         self.cycle = cycle_of(command, interval / COMMAND_PARTS)
         self.signals: dict[str, Signal] = {}
+        sunk = sunk_onto_a_stop(measured["rod_position"], measured["standstill"] >= STANDSTILL, rig["cylinder.stroke"])
+        drive_values, hydraulic_values = (
+            np.where(sunk[np.clip((time / interval).astype(np.int64), 0, n - 1)][:, None], np.nan, stream.values)
+            for time, stream in ((drive_time, drive), (hydraulic_time, hydraulic)))
+        hydraulic_values = self._without_slips(hydraulic_values, rig)
         for name in DRIVE_SIGNALS:
-            self._add(name, rig.sensors[name], drive_time, drive.values[:, DRIVE_FIELDS.index(name)], self._fast)
+            self._add(name, rig.sensors[name], drive_time, drive_values[:, DRIVE_FIELDS.index(name)], self._fast)
         for name in HYDRAULIC_SIGNALS:
             kind = "pressure" if name in PRESSURES else name
-            self._add(name, rig.sensors[kind], hydraulic_time, hydraulic.values[:, HYDRAULIC_FIELDS.index(name)], self._fast)
+            self._add(name, rig.sensors[kind], hydraulic_time, hydraulic_values[:, HYDRAULIC_FIELDS.index(name)], self._fast)
+        self._mark_limited(rig, drive.values[:, DRIVE_FIELDS.index("current")])
         self._add(STROKE, rig.sensors[STROKE], self.axis[self._stroke_ends], self._put_back[self._stroke_ends], self._strokes)
         self.sensors = []
         for name in NODE_OF_SENSOR:
@@ -274,6 +284,29 @@ class Experiment:
             noise = float(np.hypot(sensor.noise, rounding))
             bins = binning(time, usable)
             self.signals[name] = Signal(time, measured, noise, sensor.unit, bins, held_from=self.held_from, rounding=rounding)
+
+    def _without_slips(self, values: np.ndarray, rig: Rig) -> np.ndarray:
+        """Hydraulic samples (n, m) whose rod velocity is NaN where the rod sticks and slips."""
+        velocity = HYDRAULIC_FIELDS.index("rod_velocity")
+        values, time = values.copy(), self._hydraulic_time
+        order = np.argsort(time, kind="stable")
+        edges = self.interval / COMMAND_PARTS * np.arange(self._inputs[False].command.size)
+        command = np.interp(time[order], edges, self._inputs[False].command)
+        slips = sticks_and_slips(time[order], values[order, velocity], command, rig.sensors["rod_velocity"].noise)
+        values[order[slips], velocity] = np.nan
+        return values
+
+    def _mark_limited(self, rig: Rig, current: np.ndarray) -> None:
+        """Tell what follows the command that it does not where the drive gives all the current it may, A, (n,)."""
+        order = np.argsort(self._drive_time, kind="stable")
+        known = order[np.isfinite(current[order])]
+        if not known.size:
+            return
+        limited = np.abs(current[known]) > _LIMITED * rig["motor.current_limit"]
+        for name in {"speed", "rod_velocity"} & self.signals.keys():
+            signal = self.signals[name]
+            free = np.interp(signal.time, self._drive_time[known], limited) <= 0.0
+            self.signals[name] = replace(signal, follows=free)
 
     def _fast(self, time: np.ndarray, usable: np.ndarray) -> Binning:
         return by_cycle(self.cycle, time, usable, UNSEEN)

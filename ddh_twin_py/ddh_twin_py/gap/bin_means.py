@@ -44,4 +44,7 @@ def _squares(signal, prediction: np.ndarray) -> np.ndarray:
     """Squared means over steady stretches, in squared noises of a mean, (b,)."""
     binning = signal.binning
     off = binning.mean(np.where(np.isfinite(signal.measured), signal.measured - prediction, 0.0)) / signal.noise
-    return (binning.count * off**2)[np.isin(binning.phase, _STEADY)]
+    told = np.isin(binning.phase, _STEADY)
+    if signal.follows is not None:
+        told &= binning.mean(signal.follows.astype(float)) == 1.0
+    return (binning.count * off**2)[told]

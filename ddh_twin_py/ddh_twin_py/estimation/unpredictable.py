@@ -1,0 +1,73 @@
+"""What a rod does that no free run predicts to the sample, so that it is not compared: sticking and slipping, sinking onto a stop.
+
+A rod that sticks and slips at low speed swings by its own velocity, at a phase that nothing tells. A load that sinks onto an end stop
+while it rests meets it some seconds earlier or later, by a leakage within its tolerance, and its pressure is gone from then on.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+_WINDOW = 0.8  # s
+_AFTER_A_STEP = 0.3  # s
+_SLOW, _OFTEN = 0.3, 0.15  # of the mean velocity, below which a rod sticks; share of either half of a window in which it does
+_STRETCH = 0.2  # share of a stretch in which it must be found
+_TOLD = 2.5  # noises of a velocity that tells
+_STILL = 1e-9  # rad/s of the command, and of its changes
+_AT_STOP, _SUNK, _UNSURE = 1.0e-3, 2.0e-3, 0.2  # m from a stop; m on the way to it that count; share of that way by which a run may differ
+
+
+def sticks_and_slips(time: np.ndarray, velocity: np.ndarray, command: np.ndarray, noise: float) -> np.ndarray:
+    """Whether a sample lies in a stretch of steady command in which the rod sticks and slips, bool (n,).
+
+    Args:
+        time: s, not falling, (n,). velocity: m/s, NaN where it is not known, (n,). command: of the speed at these times, rad/s, (n,).
+        noise: of a velocity, m/s.
+    """
+    found = np.zeros(time.size, bool)
+    if time.size < 2:
+        return found
+    changes = np.abs(np.diff(command, prepend=command[0])) > _STILL
+    last = np.maximum.accumulate(np.where(changes, time, time[0] - _AFTER_A_STEP))
+    steady = (time - last >= _AFTER_A_STEP) & (np.abs(command) > _STILL) & np.isfinite(velocity)
+    window = (time / (0.5 * _WINDOW)).astype(np.int64)
+    halves, index = np.unique(window[steady], return_inverse=True)
+    if not halves.size:
+        return found
+    count = np.bincount(index)
+    mean = np.bincount(index, velocity[steady]) / count
+    stuck = np.bincount(index, velocity[steady] * np.sign(mean[index]) < _SLOW * np.abs(mean[index])) / count
+    odd = (stuck > _OFTEN) & (np.abs(mean) > _TOLD * noise)
+    beside = np.diff(halves, prepend=halves[0]) == 1
+    twice = odd & beside & np.concatenate([[False], odd[:-1]])
+    twice |= np.concatenate([twice[1:], [False]])
+    stretch = np.cumsum(changes)[steady]
+    _, within = np.unique(stretch, return_inverse=True)
+    found[steady] = (np.bincount(within, twice[index]) > _STRETCH * np.bincount(within))[within]
+    return found
+
+
+def sunk_onto_a_stop(position: np.ndarray, standing: np.ndarray, stroke: float) -> np.ndarray:
+    """Whether an interval lies where a resting rod has sunk, or may have sunk, onto an end stop, bool (n,); until it is moved again.
+
+    Args:
+        position: m, NaN where it is not known, (n,). standing: whether the command is zero throughout, (n,). stroke: m.
+    """
+    begun = np.maximum.accumulate(np.where(standing & ~np.concatenate([[False], standing[:-1]]), np.arange(position.size), 0))
+    known = _last_known(position)
+    sunk = known - known[begun]
+    left = np.where(sunk < 0.0, known, stroke - known)
+    near = standing & (np.abs(sunk) > _SUNK) & (left < _AT_STOP + _UNSURE * np.abs(sunk))
+    met = standing & (np.abs(sunk) > _SUNK) & (left < _AT_STOP)
+    stretch = np.cumsum(standing & ~np.concatenate([[False], standing[:-1]]))
+    meets = np.isin(stretch, np.unique(stretch[met])) & standing
+    since = np.maximum.accumulate(np.where(near & meets, stretch, 0))
+    return meets & (since == stretch)
+
+
+def _last_known(values: np.ndarray) -> np.ndarray:
+    """Each value, or the last one before it that is known; the first known one before that."""
+    known = np.flatnonzero(np.isfinite(values))
+    if not known.size:
+        return np.zeros(values.size)
+    return values[known[np.maximum(np.searchsorted(known, np.arange(values.size), "right") - 1, 0)]]
