@@ -29,7 +29,8 @@ from ddh_twin_py.estimation.lent import Lent, lend, made
 from ddh_twin_py.estimation.run_inputs import RunInputs
 from ddh_twin_py.estimation.sensors import NODE_INDEX, NODE_OF_SENSOR
 from ddh_twin_py.estimation.start import EARLY, START, spread_start, start_error
-from ddh_twin_py.estimation.unpredictable import sticks_and_slips, sunk_onto_a_stop
+from ddh_twin_py.estimation.step_size import times_finer
+from ddh_twin_py.estimation.unpredictable import command_lost, sticks_and_slips, sunk_onto_a_stop
 from ddh_twin_py.physics.balance import OPERATING_DTYPE
 from ddh_twin_py.physics.cylinder import holding_pressure
 from ddh_twin_py.physics.free_run import COMMAND_PARTS, HYDRAULIC_STEP, SAMPLED, free_run, free_run_sampled, settle
@@ -114,6 +115,7 @@ class Experiment:
             ``rod_position``.
         axis: s, end of each interval, (n,). air: K, of each interval, (n,).
         sensors: temperature sensors of which a sample is used, ``ambient`` left out.
+        unpredictable: where fast signals are left out, as a load sinks onto a stop or commands were lost, bool (n,).
 
     Raises:
         ExperimentError: no drive or hydraulic telemetry, or a clock that jumped.
@@ -165,17 +167,22 @@ class Experiment:
         self.cycle = cycle_of(command, interval / COMMAND_PARTS)
         self.signals: dict[str, Signal] = {}
         sunk = sunk_onto_a_stop(measured["rod_position"], measured["standstill"] >= STANDSTILL, rig["cylinder.stroke"])
+        lost = command_lost(drive_time, drive.values[:, DRIVE_FIELDS.index("speed_command")], measured["rod_position"], placed, interval)
+        self.unpredictable = sunk | lost
         drive_values, hydraulic_values = (
-            np.where(sunk[np.clip((time / interval).astype(np.int64), 0, n - 1)][:, None], np.nan, stream.values)
+            np.where(self.unpredictable[np.clip((time / interval).astype(np.int64), 0, n - 1)][:, None], np.nan, stream.values)
             for time, stream in ((drive_time, drive), (hydraulic_time, hydraulic)))
-        hydraulic_values = self._without_slips(hydraulic_values, rig)
+        slips = self._slips(hydraulic_values[:, HYDRAULIC_FIELDS.index("rod_velocity")], rig)
+        hydraulic_values[slips, HYDRAULIC_FIELDS.index("rod_velocity")] = np.nan
         for name in DRIVE_SIGNALS:
             self._add(name, rig.sensors[name], drive_time, drive_values[:, DRIVE_FIELDS.index(name)], self._fast)
         for name in HYDRAULIC_SIGNALS:
             kind = "pressure" if name in PRESSURES else name
             self._add(name, rig.sensors[kind], hydraulic_time, hydraulic_values[:, HYDRAULIC_FIELDS.index(name)], self._fast)
         self._mark_limited(rig, drive.values[:, DRIVE_FIELDS.index("current")])
-        self._add(STROKE, rig.sensors[STROKE], self.axis[self._stroke_ends], self._put_back[self._stroke_ends], self._strokes)
+        slipped = np.histogram(self._hydraulic_time[slips], np.concatenate([[0.0], self.axis[self._stroke_ends]]))[0] > 0
+        ends = np.where(slipped | lost[self._stroke_ends - 1], np.nan, self._put_back[self._stroke_ends])
+        self._add(STROKE, rig.sensors[STROKE], self.axis[self._stroke_ends], ends, self._strokes)
         self.sensors = []
         for name in NODE_OF_SENSOR:
             samples = ticks.samples.get(f"temperature/{name}")
@@ -189,6 +196,7 @@ class Experiment:
             if np.isfinite((s := self.signals[f"temperature/{name}"]).measured[s.time <= START]).any()
         }
         self._sensor_at_start: dict[str, float] = {}
+        self._finer: int | None = None
         self._rise, self._open = self._likely_begin(self.parameters(rig))
         self._first_readings |= self._better_start(rig)
 
@@ -285,16 +293,14 @@ class Experiment:
             bins = binning(time, usable)
             self.signals[name] = Signal(time, measured, noise, sensor.unit, bins, held_from=self.held_from, rounding=rounding)
 
-    def _without_slips(self, values: np.ndarray, rig: Rig) -> np.ndarray:
-        """Hydraulic samples (n, m) whose rod velocity is NaN where the rod sticks and slips."""
-        velocity = HYDRAULIC_FIELDS.index("rod_velocity")
-        values, time = values.copy(), self._hydraulic_time
-        order = np.argsort(time, kind="stable")
-        edges = self.interval / COMMAND_PARTS * np.arange(self._inputs[False].command.size)
-        command = np.interp(time[order], edges, self._inputs[False].command)
-        slips = sticks_and_slips(time[order], values[order, velocity], command, rig.sensors["rod_velocity"].noise)
-        values[order[slips], velocity] = np.nan
-        return values
+    def _slips(self, velocity: np.ndarray, rig: Rig) -> np.ndarray:
+        """Whether a hydraulic sample, m/s (n,), lies where the rod sticks and slips, bool (n,)."""
+        order = np.argsort(self._hydraulic_time, kind="stable")
+        time, edges = self._hydraulic_time[order], self.interval / COMMAND_PARTS * np.arange(self._inputs[False].command.size)
+        command = np.interp(time, edges, self._inputs[False].command)
+        found = np.zeros(velocity.size, bool)
+        found[order] = sticks_and_slips(time, velocity[order], command, rig.sensors["rod_velocity"].noise)
+        return found
 
     def _mark_limited(self, rig: Rig, current: np.ndarray) -> None:
         """Tell what follows the command that it does not where the drive gives all the current it may, A, (n,)."""
@@ -358,18 +364,26 @@ class Experiment:
             record[f"cylinder_run_past_{end}"] = past
         return record
 
+    def refine(self, parameters: np.ndarray, step: float) -> int:
+        """Let runs take steps as much finer than asked as a fit with this ``step`` (s) needs, (`step_size`); how many times finer."""
+        if self._finer is None:
+            self._finer = 1
+            self._finer = times_finer(self.signals, lambda finer: self.predict(parameters, step / finer))
+        return self._finer
+
     def predict(self, parameters: np.ndarray, step: float = HYDRAULIC_STEP, own_history: bool = False,
                 begin: Sequence[float] | None = (), roughly: bool = False) -> dict[str, np.ndarray]:
         """What every sample of `signals` should have read.
 
         Args:
             parameters: shape (1,), see `parameters`; its ``measurement_*`` say how the sensors err.
-            step: s, hydraulic step. own_history: what no sensor reads begins as a unit with these parameters would have left it,
+            step: s, hydraulic step, shorter where `refine` said so.
+            own_history: what no sensor reads begins as a unit with these parameters would have left it,
                 not as the rig that the experiment was made with. begin: standard deviations of each of the `open_begins` ways in which
                 it begins otherwise; (): of none; None: as its first minutes tell. roughly: in `_ROUGHLY` times longer intervals, for
                 differences of two such runs.
         """
-        rise = self._likely_rise(parameters) if own_history else self._rise
+        rise, step = self._likely_rise(parameters) if own_history else self._rise, step / (self._finer or 1)
         if begin is None:
             n = max(1, round(min(FIRST, SHARE * self.duration) / self.interval))
             begin = told_begin(self.signals, self.axis[n - 1], self.open_begins,

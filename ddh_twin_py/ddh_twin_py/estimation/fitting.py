@@ -152,6 +152,8 @@ class Problem:
         open_begins = np.full(self.size - len(paths), CUT)
         self.lowest, self.highest = np.concatenate([-below, -open_begins]), np.concatenate([above, open_begins])
         self._base = [e.parameters(rig) for e in self.experiments]
+        for experiment, base in zip(self.experiments, self._base, strict=True):
+            experiment.refine(base, _STEP)
 
     def record(self, number: int, theta: np.ndarray) -> np.ndarray:
         """Parameters (1,) of recording ``number`` at deviations (k,), of which those of the parameters count, (p,)."""

@@ -1,7 +1,8 @@
-"""What a rod does that no free run predicts to the sample, so that it is not compared: sticking and slipping, sinking onto a stop.
+"""What no free run predicts to the sample, so that it is not compared: sticking and slipping, sinking onto a stop, commands that were lost.
 
 A rod that sticks and slips at low speed swings by its own velocity, at a phase that nothing tells. A load that sinks onto an end stop
 while it rests meets it some seconds earlier or later, by a leakage within its tolerance, and its pressure is gone from then on.
+Where messages of the drive are lost while the command changes, a run moves the rod at another time and to another place.
 """
 
 from __future__ import annotations
@@ -9,11 +10,12 @@ from __future__ import annotations
 import numpy as np
 
 _WINDOW = 0.8  # s
-_AFTER_A_STEP = 0.3  # s
+_AFTER_A_STEP = 0.2  # s
 _SLOW, _OFTEN = 0.3, 0.15  # of the mean velocity, below which a rod sticks; share of either half of a window in which it does
 _STRETCH = 0.2  # share of a stretch in which it must be found
 _TOLD = 2.5  # noises of a velocity that tells
 _STILL = 1e-9  # rad/s of the command, and of its changes
+_LOST, _CHANGED, _CARRIED = 0.25, 1.0, 5.0e-3  # s without a command; rad/s by which it, and m by which the rod, is another then
 _AT_STOP, _SUNK, _UNSURE = 1.0e-3, 2.0e-3, 0.2  # m from a stop; m on the way to it that count; share of that way by which a run may differ
 
 
@@ -71,3 +73,29 @@ def _last_known(values: np.ndarray) -> np.ndarray:
     if not known.size:
         return np.zeros(values.size)
     return values[known[np.maximum(np.searchsorted(known, np.arange(values.size), "right") - 1, 0)]]
+
+
+def command_lost(time: np.ndarray, command: np.ndarray, position: np.ndarray, placed: np.ndarray, interval: float) -> np.ndarray:
+    """Whether an interval lies where a run does not know what was commanded, or where the rod was left by it, bool (n,).
+
+    That lasts from the last message before a gap, in which the command changes or the rod is carried elsewhere, until the rod is
+    moved on from where it was placed anew: until then the oil holds the pressures of another move.
+
+    Args:
+        time, command: s, and rad/s, NaN where it is not known, (m,). position: m, measured, NaN where it is not known, (n,).
+        placed: m, where the run's rod is placed, NaN elsewhere, (n,). interval: s.
+    """
+    lost = np.zeros(position.size, bool)
+    known = np.flatnonzero(np.isfinite(command))
+    known = known[np.argsort(time[known], kind="stable")]
+    if known.size < 2:
+        return lost
+    where, anew = _last_known(position), np.isfinite(placed)
+    gaps = np.flatnonzero(np.diff(time[known]) > _LOST)
+    for before, after in zip(known[gaps], known[gaps + 1], strict=True):
+        first, last = (int(np.clip(time[k] / interval, 0, position.size - 1)) for k in (before, after))
+        still = abs(command[before]) <= _CHANGED and abs(command[after]) <= _CHANGED
+        if abs(command[after] - command[before]) > _CHANGED or (still and abs(where[last] - where[first]) > _CARRIED):
+            moved = np.flatnonzero(anew[last + 1 : -1] & ~anew[last + 2 :])
+            lost[first : last + 2 + int(moved[0]) if moved.size else position.size] = True
+    return lost

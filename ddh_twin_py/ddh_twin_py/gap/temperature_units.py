@@ -16,6 +16,7 @@ from ddh_twin_py.telemetry.signals import TEMPERATURE_PREFIX, TEMPERATURE_SENSOR
 _LEAST = 20  # samples that tell something
 _SHARE = 0.05  # of the samples, coldest or warmest, that may be otherwise
 _HOT = 55.0  # degC, of air that hardly any place has
+_RESTED = 5.0  # K by which a motor that has rested differs from the air
 _WITH_OIL = ("pump_1_case", "pump_2_case", "tank_oil", "tank_wall", "cylinder_barrel", "line_a", "line_b")
 _HELD_AGAINST = {  # degF adds 32 K at 0 degC and more above
     "ambient": (np.min, TEMPERATURE_SENSORS, 30.0, (-60.0, 3.0), "the coldest place of the machine"),
@@ -52,6 +53,8 @@ def _beside_others(name: str, read: Mapping[str, tuple[np.ndarray, np.ndarray]])
     least, most = np.quantile(right - against, (_SHARE, 1.0 - _SHARE))
     if np.quantile(own - against, _SHARE) < never or least < lowest or most > highest:
         return ""
+    if name == "motor_winding" and "ambient" in read and abs(against[0] - read["ambient"][1][0]) > _RESTED:
+        return ""  # a winding at work is warmer than its housing by as much
     return (f"looks as if given in degF: it reads {own.mean():.0f} degC on average, {words} {against.mean():.0f} degC; it would be "
             f"{right.mean():.0f} degC")
 
