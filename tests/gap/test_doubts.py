@@ -1,9 +1,10 @@
 """What is doubtful about recordings reaches the notes."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
-from ddh_twin_py.gap.doubts import at_the_stops, damage, doubts, of_reference, pauses, undeclared
+from ddh_twin_py.gap.doubts import at_the_stops, damage, doubts, left_out, of_reference, pauses, undeclared
 from ddh_twin_py.rig import load_rig
 from ddh_twin_py.telemetry.recording import Finding, Recording, RigInfo, drive_stream, hydraulic_stream
 
@@ -93,3 +94,13 @@ def test_what_strikes_most_samples_of_a_topic_is_told_first():
     often, seldom = (replace(finding("warning", said), topic="/ddh/drive/telemetry", count=count)
                      for said, count in (("repeats a stamp", 4000), ("late", 40)))
     assert damage([replace(one, findings=(often, seldom))]) == ["repeats a stamp"]
+
+
+def test_what_is_not_compared_is_told_with_its_reason():
+    experiments = [SimpleNamespace(recording=SimpleNamespace(path="field"), duration=600.0,
+                                   left_out={"commands of the drive were lost": 41.2, "the rod sticks and slips": 120.0,
+                                             "a resting load sinks onto an end stop": 0.05})]
+    end = "; no run predicts that to the second"
+    assert left_out(experiments) == [
+        f"field: what is fast is not compared for 41 s of 600 s, in which commands of the drive were lost{end}",
+        f"field: rod_velocity is not compared for 120 s of 600 s, in which the rod sticks and slips{end}"]

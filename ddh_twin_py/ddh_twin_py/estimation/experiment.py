@@ -115,7 +115,7 @@ class Experiment:
             ``rod_position``.
         axis: s, end of each interval, (n,). air: K, of each interval, (n,).
         sensors: temperature sensors of which a sample is used, ``ambient`` left out.
-        unpredictable: where fast signals are left out, as a load sinks onto a stop or commands were lost, bool (n,).
+        left_out: s in which fast signals are not compared, by reason; of a rod that sticks and slips its velocity alone is not.
 
     Raises:
         ExperimentError: no drive or hydraulic telemetry, or a clock that jumped.
@@ -168,9 +168,9 @@ class Experiment:
         self.signals: dict[str, Signal] = {}
         sunk = sunk_onto_a_stop(measured["rod_position"], measured["standstill"] >= STANDSTILL, rig["cylinder.stroke"])
         lost = command_lost(drive_time, drive.values[:, DRIVE_FIELDS.index("speed_command")], measured["rod_position"], placed, interval)
-        self.unpredictable = sunk | lost
+        left_out = sunk | lost
         drive_values, hydraulic_values = (
-            np.where(self.unpredictable[np.clip((time / interval).astype(np.int64), 0, n - 1)][:, None], np.nan, stream.values)
+            np.where(left_out[np.clip((time / interval).astype(np.int64), 0, n - 1)][:, None], np.nan, stream.values)
             for time, stream in ((drive_time, drive), (hydraulic_time, hydraulic)))
         slips = self._slips(hydraulic_values[:, HYDRAULIC_FIELDS.index("rod_velocity")], rig)
         hydraulic_values[slips, HYDRAULIC_FIELDS.index("rod_velocity")] = np.nan
@@ -180,6 +180,9 @@ class Experiment:
             kind = "pressure" if name in PRESSURES else name
             self._add(name, rig.sensors[kind], hydraulic_time, hydraulic_values[:, HYDRAULIC_FIELDS.index(name)], self._fast)
         self._mark_limited(rig, drive.values[:, DRIVE_FIELDS.index("current")])
+        slips_for = float(np.count_nonzero(slips)) / max(1, slips.size) * n * interval
+        self.left_out = {"a resting load sinks onto an end stop": sunk.sum() * interval,
+                         "commands of the drive were lost": lost.sum() * interval, "the rod sticks and slips": slips_for}
         slipped = np.histogram(self._hydraulic_time[slips], np.concatenate([[0.0], self.axis[self._stroke_ends]]))[0] > 0
         ends = np.where(slipped | lost[self._stroke_ends - 1], np.nan, self._put_back[self._stroke_ends])
         self._add(STROKE, rig.sensors[STROKE], self.axis[self._stroke_ends], ends, self._strokes)

@@ -17,7 +17,7 @@ from ddh_twin_py.gap.carried_load import undeclared_loads
 from ddh_twin_py.gap.catalogue import EFFECTS
 from ddh_twin_py.gap.contradictions import contradictions
 from ddh_twin_py.gap.diagnosis import Diagnosis
-from ddh_twin_py.gap.doubts import at_the_stops, damage, doubts, of_reference, pauses, undeclared
+from ddh_twin_py.gap.doubts import at_the_stops, damage, doubts, left_out, of_reference, pauses, undeclared
 from ddh_twin_py.gap.drive_case import DriveCase
 from ddh_twin_py.gap.hypotheses import POWER, POWER_WITHOUT_COMMISSIONING
 from ddh_twin_py.gap.search import Found, search
@@ -104,16 +104,18 @@ def diagnose(recordings: Recordings, rig: Rig, without: Collection[str] = (), on
     lap("answer")
     told(1.0)
     late = out_of_order(recordings.field, recordings.commissioning)
+    omitted = left_out([*field, *commissioning, *held])
     loads = undeclared_loads(*([e.recording for e in own] for own in (field, commissioning, held)), rig)
-    return _noted(replace(result, seconds=seconds), read, rig, [*loads, *late], model.missing())
+    return _noted(replace(result, seconds=seconds), read, rig, [*loads, *late], model.missing(), omitted)
 
 
 def _noted(result: Diagnosis, recordings: Sequence[Recording], rig: Rig, late: Sequence[str] = (),
-           missing: Sequence[str] = ()) -> Diagnosis:
+           missing: Sequence[str] = (), omitted: Sequence[str] = ()) -> Diagnosis:
     """A diagnosis that says what is wrong with its recordings: what is damaged or contradicts itself at once, what is doubtful last.
 
     Args:
-        late: what does not go together: their order, their loads. missing: signals that there are not.
+        late: what does not go together: their order, their loads. missing: signals that there are not. omitted: what is
+            not compared.
     """
     against = (text for recording in recordings for text in contradictions(recording, rig))
     damaged = [*damage(recordings), *pauses(recordings), *at_the_stops(recordings, rig), *late, *against]
@@ -121,5 +123,5 @@ def _noted(result: Diagnosis, recordings: Sequence[Recording], rig: Rig, late: S
     said = [*damaged, *missing, *undeclared(recordings, rig[PAYLOAD], blamed)]
     first = f"{careful(said)}{result.sentence}" if said and said[0] not in result.sentence else result.sentence
     sheet = of_reference(recordings, rig) if result.report["verdict"] == "unknown" else []
-    notes = [*said, *sheet, *result.report["notes"], *doubts(recordings)]
+    notes = [*said, *sheet, *result.report["notes"], *omitted, *doubts(recordings)]
     return replace(result, report={**result.report, "notes": list(dict.fromkeys(notes))}, sentence=first, damage=damaged)

@@ -7,6 +7,7 @@ from math import inf, isfinite
 
 import numpy as np
 
+from ddh_twin_py.estimation.experiment import Experiment
 from ddh_twin_py.rig import Rig
 from ddh_twin_py.telemetry.recording import Recording
 
@@ -16,6 +17,7 @@ _PAUSE = 10.0  # s without any telemetry that are told
 _LEAST = 100  # samples that tell something
 _AT_STOP, _STANDING, _TURNING = 5.0e-3, 2.0e-3, 10.0  # m from a stop, m/s, rad/s: a rod that stands there while the shaft is told to turn
 _PRESSED = 2.0  # s of that which are told
+_LEFT_OUT = 2.0  # s that are told of what is not compared
 
 
 def damage(recordings: Sequence[Recording]) -> list[str]:
@@ -40,6 +42,13 @@ def pauses(recordings: Sequence[Recording]) -> list[str]:
             found.append(f"{recording.path}: nothing was recorded from {begin:.0f} s to {end:.0f} s{more}; what the machine did then the "
                          "twin does not know, so cut the recording there unless it stood still")
     return found
+
+
+def left_out(experiments: Sequence[Experiment]) -> list[str]:
+    """What of recordings is not compared, for how long and why, where that is more than `_LEFT_OUT` s."""
+    return [f"{e.recording.path}: {'rod_velocity' if 'slips' in why else 'what is fast'} is not compared for {seconds:.0f} s of "
+            f"{e.duration:.0f} s, in which {why}; no run predicts that to the second"
+            for e in experiments for why, seconds in e.left_out.items() if seconds > _LEFT_OUT]
 
 
 def at_the_stops(recordings: Sequence[Recording], rig: Rig) -> list[str]:
