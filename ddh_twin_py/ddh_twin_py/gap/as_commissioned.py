@@ -31,6 +31,8 @@ something is as likely to act as nothing."""
 SURPRISED_ALONE = 6.0
 """The same where held-out data are the end of the field recording itself: what is open of the rig may shift a signal throughout one
 recording as one number, of which the square is three times what is expected in one of twelve."""
+_SELDOM = 6.6
+"""Square, over what is expected of it, that such a number exceeds in one of a hundred; field and held-out data may share the number."""
 UNSURPRISING = SURPRISED - 4.0 * _SURPRISED_SOFTNESS
 """The same below which a signal need not be asked about."""
 _DRAWS = 40
@@ -53,6 +55,11 @@ class Surprise:
     ratio: float
     off: float
     expected: float
+
+    def limit(self, alone: bool) -> float:
+        """Ratio at which something is as likely to act as nothing; ``alone``: of the field recordings alone."""
+        of_the_rig = max(self.expected, 1.0) ** 2 - 1.0
+        return max(SURPRISED_ALONE if alone else SURPRISED, (1.0 + _SELDOM * of_the_rig) / (1.0 + of_the_rig))
 
 
 @dataclass(frozen=True)
@@ -123,10 +130,10 @@ def something_acts(surprises: Sequence[Surprise], alone: bool = False) -> tuple[
     """
     if not surprises:
         return 0.0, ""
-    worst = surprises[0]
+    worst = max(surprises, key=lambda one: one.ratio - one.limit(alone))
     note = (f"without any effect the rig as commissioned would not show this: {worst.signal} is {worst.off:.1f} times its floor off, and "
             f"what the commissioning recording left open of the rig makes it {worst.expected:.1f}")
-    return float(expit((worst.ratio - (SURPRISED_ALONE if alone else SURPRISED)) / _SURPRISED_SOFTNESS)), note
+    return float(expit((worst.ratio - worst.limit(alone)) / _SURPRISED_SOFTNESS)), note
 
 
 def _field(model: Model) -> _Data:
