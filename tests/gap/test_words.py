@@ -130,7 +130,8 @@ def test_a_cause_of_which_held_out_data_show_nothing_shrinks_nothing():
     report = {"verdict": "explained", "gap": {"as_is": 5.0, "before": 0.8, "after": 0.76}, "classes": [], "shrink": SHRINK,
               "hypotheses": [{"effects": ["motor.contact_resistance"], "probability": 0.96}], "why": []}
     said = sentence(report, EFFECTS)
-    assert "lie within the floor without it as with it (0.8 and 0.8 times), and what tells of it is in the recording" in said
+    assert "only the recording in which it was sought tells of it: data not used" in said
+    assert "with it and without it (0.8 and 0.8 times)" in said
     shrinks = {**report, "gap": {**report["gap"], "after": 0.5}}
     assert "shrinks" not in said and "it shrinks from 0.8 to 0.5" in sentence(shrinks, EFFECTS)
 

@@ -158,7 +158,7 @@ def _at_the_end(pressed: Sequence[str]) -> list[str]:
     more = f" and {len(pressed) - _MOST_AT_END} further parameters" if len(pressed) > _MOST_AT_END else ""
     are = "are" if len(pressed) > 1 else "is"
     return [f"{', '.join(pressed[:_MOST_AT_END])}{more} {are} fitted {CUT:g} times the tolerance off, which is as far as a fit may go; the "
-            "sheet may be wrong there"] if pressed else []
+            "sheet may be wrong there, or something hide behind it"] if pressed else []
 
 
 def _not_held(model: Diagnosable, held: Collection[str]) -> list[str]:

@@ -87,7 +87,8 @@ def _no_gap(report: Mapping, unseen: Sequence[str], at_best: Mapping[str, float]
     text += _another(at_best, asked_for)
     if pressed:
         others = f" and {len(pressed) - 1} more" if len(pressed) > 1 else ""
-        text += f"; for that {pressed[0]}{others} had to go as far as the tolerance lets a fit go, where the sheet may be wrong"
+        text += (f"; for that {pressed[0]}{others} had to go as far as the tolerance lets a fit go, where the sheet may be wrong, "
+                 "or something hide behind it")
     worst, times = _left_most(report, at_best, ())
     if times > _LEFT:
         easily = ", which small flaws of the model move far," if worst in AMPLIFIED else ""
@@ -144,8 +145,8 @@ def _explained(report: Mapping, catalogue: Mapping[str, Effect], at_best: Mappin
     left = f"; {worst} stays {least}{times:.1f} times its floor off, which nothing that is listed explains" if times > _LEFT else ""
     without = next((h["gap_after"] for h in report["hypotheses"] if not h["effects"] and h["gap_after"] is not None), math.inf)
     if gap["before"] <= 1.0 and gap["after"] > _HARDLY * gap["before"]:
-        much = (f"data not used to find it lie within the floor without it as with it ({gap['before']:.1f} and {gap['after']:.1f} times), "
-                "and what tells of it is in the recording in which it was sought")
+        much = ("only the recording in which it was sought tells of it: data not used to find it lie within the floor with it and without "
+                f"it ({gap['after']:.1f} and {gap['before']:.1f} times)")
     elif _HARDLY * without < gap["after"] and without < _HARDLY * gap["before"]:
         much = (f"data not used to find it lie {gap['after']:.1f} times the floor off with it and {without:.1f} times without it, once the "
                 f"rig's parameters are fitted anew ({gap['before']:.1f} before), so that what tells of it is in the recording in which it "

@@ -95,10 +95,10 @@ def percent(share: float) -> str:
 
 
 def closed(fraction: float) -> str:
-    """The share of a gap that was closed; all of it where what is left lies below the floor."""
+    """The share of a gap that was closed; all of it where what is left lies below the floor, nothing where it has grown."""
     if fraction >= 1.0:
         return "all"
-    return f"{100.0 * fraction:.0f} %".replace("-", "−")
+    return "nothing" if fraction <= 0.0 else f"{100.0 * fraction:.0f} %"
 
 
 def ending(verdict: str, added: Sequence[str]) -> str:
