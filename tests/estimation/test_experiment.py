@@ -54,6 +54,17 @@ def test_a_rod_that_sinks_at_rest_makes_no_stroke_error():
     assert off.size > 10 and np.sqrt(np.mean(off**2)) < strokes.noise and abs(off.mean()) < 0.3 * strokes.noise
 
 
+def test_a_resting_rod_that_sinks_and_a_drive_at_its_limit_follow_no_command():
+    rig, recording = load_rig(), of_the_sheet(SINKING, 120.0, 5)
+    sunk = Experiment(recording, rig)
+    velocity, speed = sunk.signals["rod_velocity"], sunk.signals["speed"]
+    moving = np.interp(velocity.time, recording.drive.time, recording.drive.column("speed_command")) != 0.0
+    assert velocity.follows[moving].mean() > 0.9 and velocity.follows[~moving].mean() < 0.3 and speed.follows.all()
+    weak = rig.with_values({"motor.current_limit": 0.5 * float(np.abs(recording.drive.column("current")).max())})
+    limited = Experiment(recording, weak).signals["speed"]
+    assert 0.0 < np.count_nonzero(~limited.follows) < limited.time.size
+
+
 WORKING = SINKING.replace("420", "900").replace("1400", "500").replace("duration_s: 1", "duration_s: 3").replace("0.37", "0.35")
 
 

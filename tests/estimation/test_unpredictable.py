@@ -84,9 +84,9 @@ def lifted(lost):
 def test_a_command_that_changes_while_it_is_lost_is_unknown_until_the_rod_is_moved_on_from_its_place():
     found = command_lost(*lifted((4.5, 5.5)))
     at = INTERVAL * np.arange(found.size)
-    assert found[(at > 4.5) & (at < 14.9)].all() and not found[(at < 4.4) | (at > 15.1)].any()
+    assert found[(at > 4.5) & (at < 14.9)].all() and not found[(at < 4.4) | (at > 15.6)].any()
     whole = command_lost(*lifted((4.0, 11.0)))
-    assert whole[(at > 4.0) & (at < 14.9)].all() and not whole[(at < 3.9) | (at > 15.1)].any()
+    assert whole[(at > 4.0) & (at < 14.9)].all() and not whole[(at < 3.9) | (at > 15.6)].any()
 
 
 def test_what_is_lost_while_the_command_stays_is_no_matter():

@@ -17,7 +17,7 @@ def _signal(offset: np.ndarray, seed: int, broken: int = 0):
     measured[: broken * _EACH] = 400.0
     phase = np.where(np.arange(_BINS) % 5 == 0, TRANSIENT, np.where(np.arange(_BINS) % 2, LIFTING, HOLDING))
     binning = Binning(bins, np.full(_BINS, _EACH), np.zeros(_BINS, int), phase, np.arange(_BINS, dtype=float))
-    return SimpleNamespace(measured=measured, noise=_NOISE, binning=binning)
+    return SimpleNamespace(measured=measured, noise=_NOISE, binning=binning, follows=None)
 
 
 def _asked(commissioning, field):
@@ -56,3 +56,10 @@ def test_what_is_off_while_a_motion_begins_has_no_say():
 
 def test_nothing_is_said_of_what_only_one_kind_of_recording_reads():
     assert _asked({}, {"speed": _sound(1)}) == {} == _asked({"speed": _sound(1)}, {})
+
+
+def test_where_a_signal_follows_no_command_it_has_no_say():
+    field = _signal(3.0 * _NOISE * (np.arange(_BINS) < _BINS // 2), 2)
+    assert _asked({"speed": _sound(1)}, {"speed": field})["speed"] > 5.0
+    field.follows = np.repeat(np.arange(_BINS) >= _BINS // 2, _EACH)
+    assert _asked({"speed": _sound(1)}, {"speed": field})["speed"] == pytest.approx(1.0, abs=0.1)

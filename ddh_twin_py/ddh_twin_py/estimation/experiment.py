@@ -67,6 +67,7 @@ _OIL_OPEN = 8.0  # K, standard deviation of how warm unread oil begins
 _COLD = 1.0  # K from ambient, within which a unit has likely rested
 _BEHIND, _BEHIND_SLOWLY, _RESTED = {"motor_winding": 0.02}, 0.01, 1.0e-3
 """Share of what it reads above the air by which a sensor may lag behind its node at the start, and least K: copper is heated fast."""
+_SINKS = 0.1  # of the noise of its velocity, by which a resting rod sinks
 _LIMITED = 0.95  # of the drive's limit of current, beyond which its speed follows no command
 _ROUNDS, _WORKED_EVERY = 2, 60.0  # of the recording's own duty; s between the lengths of work that are tried
 _ROUGH, _ROUGH_INTERVAL = 20.0e-3, 0.2  # s, step and interval of such work: a likely history need not be known to 0.1 K
@@ -180,6 +181,7 @@ class Experiment:
             kind = "pressure" if name in PRESSURES else name
             self._add(name, rig.sensors[kind], hydraulic_time, hydraulic_values[:, HYDRAULIC_FIELDS.index(name)], self._fast)
         self._mark_limited(rig, drive.values[:, DRIVE_FIELDS.index("current")])
+        self._mark_sinking()
         slips_for = float(np.count_nonzero(slips)) / max(1, slips.size) * n * interval
         self.left_out = {"a resting load sinks onto an end stop": sunk.sum() * interval,
                          "commands of the drive were lost": lost.sum() * interval, "the rod sticks and slips": slips_for}
@@ -316,6 +318,16 @@ class Experiment:
             signal = self.signals[name]
             free = np.interp(signal.time, self._drive_time[known], limited) <= 0.0
             self.signals[name] = replace(signal, follows=free)
+
+    def _mark_sinking(self) -> None:
+        """Tell of the rod's velocity that it follows a leak, not the command, where the rod rests and sinks."""
+        signal = self.signals.get("rod_velocity")
+        if signal is None:
+            return
+        sinking = np.abs(np.gradient(self._put_back, self.interval)) > _SINKS * signal.noise
+        at = np.clip((signal.time / self.interval).astype(np.int64), 0, sinking.size - 1)
+        follows = np.ones(signal.time.size, bool) if signal.follows is None else signal.follows
+        self.signals["rod_velocity"] = replace(signal, follows=follows & ~sinking[at])
 
     def _fast(self, time: np.ndarray, usable: np.ndarray) -> Binning:
         return by_cycle(self.cycle, time, usable, UNSEEN)

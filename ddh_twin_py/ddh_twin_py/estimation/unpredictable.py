@@ -16,6 +16,7 @@ _STRETCH = 0.2  # share of a stretch in which it must be found
 _TOLD = 2.5  # noises of a velocity that tells
 _STILL = 1e-9  # rad/s of the command, and of its changes
 _LOST, _CHANGED, _CARRIED = 0.25, 1.0, 5.0e-3  # s without a command; rad/s by which it, and m by which the rod, is another then
+_SETTLED = 0.5  # s after the rod is moved on, in which the oil forgets
 _AT_STOP, _SUNK, _UNSURE = 1.0e-3, 2.0e-3, 0.2  # m from a stop; m on the way to it that count; share of that way by which a run may differ
 
 
@@ -97,5 +98,5 @@ def command_lost(time: np.ndarray, command: np.ndarray, position: np.ndarray, pl
         still = abs(command[before]) <= _CHANGED and abs(command[after]) <= _CHANGED
         if abs(command[after] - command[before]) > _CHANGED or (still and abs(where[last] - where[first]) > _CARRIED):
             moved = np.flatnonzero(anew[last + 1 : -1] & ~anew[last + 2 :])
-            lost[first : last + 2 + int(moved[0]) if moved.size else position.size] = True
+            lost[first : last + 2 + int(moved[0]) + round(_SETTLED / interval) if moved.size else position.size] = True
     return lost

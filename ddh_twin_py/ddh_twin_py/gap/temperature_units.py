@@ -16,7 +16,7 @@ from ddh_twin_py.telemetry.signals import TEMPERATURE_PREFIX, TEMPERATURE_SENSOR
 _LEAST = 20  # samples that tell something
 _SHARE = 0.05  # of the samples, coldest or warmest, that may be otherwise
 _HOT = 55.0  # degC, of air that hardly any place has
-_RESTED = 5.0  # K by which a motor that has rested differs from the air
+_RESTED = 2.0  # K by which a motor that has rested differs from the air
 _WITH_OIL = ("pump_1_case", "pump_2_case", "tank_oil", "tank_wall", "cylinder_barrel", "line_a", "line_b")
 _HELD_AGAINST = {  # degF adds 32 K at 0 degC and more above
     "ambient": (np.min, TEMPERATURE_SENSORS, 30.0, (-60.0, 3.0), "the coldest place of the machine"),
