@@ -6,9 +6,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from ddh_twin_py.estimation.binning import HOLDING
-from ddh_twin_py.estimation.experiment import Experiment, ExperimentError
+from ddh_twin_py.estimation.experiment import COMMANDS_LOST, Experiment, ExperimentError
 from ddh_twin_py.gap.diagnose import Recordings, diagnose
-from ddh_twin_py.gap.suitability import no_answer, no_twice, out_of_order, undriven
+from ddh_twin_py.gap.suitability import no_answer, no_twice, out_of_order, refuse_unfit, uncommanded, undriven
 from ddh_twin_py.rig import load_rig
 from ddh_twin_py.telemetry.recording import Stream
 from support.simulated import simulated
@@ -33,7 +33,7 @@ def test_a_command_that_comes_too_seldom_drives_no_free_run(recording):
 def test_a_held_out_part_that_is_too_short_is_told_as_less_than_what_is_needed(held, told, recording):
     experiment = Experiment(recording, load_rig())
     short = SimpleNamespace(recording=recording, signals=experiment.signals, duration=40.0, held_from=40.0 - held,
-                            phase_of_intervals=experiment.phase_of_intervals, interval=experiment.interval)
+                            phase_of_intervals=experiment.phase_of_intervals, interval=experiment.interval, left_out={})
     said = no_answer([short], False)
     assert (told in said) if told else said == ""
 
@@ -43,7 +43,7 @@ def test_a_held_out_part_without_a_sample_sizes_nothing(recording):
     early = {name: replace(s, time=s.time[s.time < 45.0], measured=s.measured[s.time < 45.0])
              for name, s in experiment.signals.items()}
     short = SimpleNamespace(recording=recording, signals=early, duration=60.0, held_from=45.0,
-                            phase_of_intervals=experiment.phase_of_intervals, interval=experiment.interval)
+                            phase_of_intervals=experiment.phase_of_intervals, interval=experiment.interval, left_out={})
     assert f"hold no usable sample in the part that would be held out (of {recording.path} from 45 s on)" in no_answer([short], False)
     assert no_answer([short], True) == ""
 
@@ -53,7 +53,7 @@ def test_motion_that_is_too_short_is_told_as_less_than_what_is_needed(moving, to
     experiment = Experiment(recording, load_rig())
     phases = np.where(np.arange(6000) < round(moving / 0.01), HOLDING - 1, HOLDING)
     short = SimpleNamespace(recording=recording, signals=experiment.signals, duration=60.0, held_from=45.0,
-                            phase_of_intervals=lambda: phases, interval=0.01)
+                            phase_of_intervals=lambda: phases, interval=0.01, left_out={})
     said = no_answer([short], False)
     assert (told in said) if told else said == ""
 
@@ -108,3 +108,14 @@ def test_recordings_of_one_beginning_are_no_copies(recording):
     no_twice([replace(recording, drive=None, hydraulic=None, temperatures={})] * 2)  # nothing of it could count at all
     still = replace(recording, drive=replace(recording.drive, values=np.zeros_like(recording.drive.values)), hydraulic=None)
     no_twice([still, still])
+
+
+def test_a_recording_that_does_not_know_where_the_rod_was_driven_is_refused(recording):
+    experiment = Experiment(recording, load_rig())
+    assert uncommanded(experiment) == ""
+    experiment.left_out[COMMANDS_LOST] = 0.2 * experiment.duration
+    said = uncommanded(experiment)
+    assert "drive/telemetry: messages were lost while speed_command changed, and for 12 s of 60 s" in said
+    assert no_answer([experiment], True) == said
+    with pytest.raises(ExperimentError, match="for 12 s of 60 s .* leave this validation recording out"):
+        refuse_unfit(experiment, "validation")

@@ -55,6 +55,8 @@ from ddh_twin_py.twin.temperature_sensors import INNER_SENSORS, sensed
 
 DRIVE_SIGNALS = ("speed", "current", "voltage", "electrical_power")
 HYDRAULIC_SIGNALS = ("pressure_piston_side", "pressure_rod_side", "rod_velocity")
+COMMANDS_LOST = "commands of the drive were lost"
+"""A reason for which fast signals are not compared."""
 STROKE = "rod_position"
 NEIGHBOURHOOD = 20.0
 """s after the used part of a recording that count neither here nor there; at most half of what is held out."""
@@ -184,7 +186,7 @@ class Experiment:
         self._mark_sinking()
         slips_for = float(np.count_nonzero(slips)) / max(1, slips.size) * n * interval
         self.left_out = {"a resting load sinks onto an end stop": sunk.sum() * interval,
-                         "commands of the drive were lost": lost.sum() * interval, "the rod sticks and slips": slips_for}
+                         COMMANDS_LOST: lost.sum() * interval, "the rod sticks and slips": slips_for}
         slipped = np.histogram(self._hydraulic_time[slips], np.concatenate([[0.0], self.axis[self._stroke_ends]]))[0] > 0
         ends = np.where(slipped | lost[self._stroke_ends - 1], np.nan, self._put_back[self._stroke_ends])
         self._add(STROKE, rig.sensors[STROKE], self.axis[self._stroke_ends], ends, self._strokes)

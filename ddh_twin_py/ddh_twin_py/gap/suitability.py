@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ddh_twin_py.estimation.binning import HOLDING
-from ddh_twin_py.estimation.experiment import Experiment, ExperimentError
+from ddh_twin_py.estimation.experiment import COMMANDS_LOST, Experiment, ExperimentError
 from ddh_twin_py.gap.effect import Effect
 from ddh_twin_py.gap.sensitivity import Column
 from ddh_twin_py.telemetry.recording import Recording, Stream
@@ -21,6 +21,8 @@ HELD = 5.0
 """s of a field recording's end that are needed to size the gap, where there is no validation recording."""
 PARTS = 20
 """Equal parts of a recording, in half of which what a free run cannot do without must be known."""
+UNCOMMANDED = 0.15
+"""Share of a recording in which it may be unknown where the rod was driven."""
 _COPIED = 100
 """Different samples of one topic with the same stamps and values, from which two recordings overlap: no measurement repeats itself."""
 _NO_FORCE = "there is neither pressure nor current, by which forces and losses would be known"
@@ -123,6 +125,16 @@ def undriven(recording: Recording) -> str:
     return ""
 
 
+def uncommanded(experiment: Experiment) -> str:
+    """That a run does not know for too long where the rod was driven, in one line, else empty."""
+    seconds, duration = experiment.left_out.get(COMMANDS_LOST, 0.0), experiment.duration
+    if seconds <= UNCOMMANDED * duration:
+        return ""
+    recording = experiment.recording
+    return (f"{recording.path}: {recording.namespace}/{DRIVE_TOPIC}: messages were lost while speed_command changed, and for "
+            f"{seconds:.0f} s of {duration:.0f} s the free run does not know where the rod was driven, nor what heat that made")
+
+
 def _known(stream: Stream | None, column: str) -> bool:
     """Whether a column has finite values in half of the `PARTS` of its stream."""
     return 2 * parts_known(stream, column) >= PARTS
@@ -156,7 +168,7 @@ def refuse_unfit(experiment: Experiment, role: str) -> None:
     if still := _still([experiment]):
         lacking = f"{experiment.recording.path}: {still}, at least {MOTION:.0f} s are needed"
     else:
-        lacking = undriven(experiment.recording) or _forceless(experiment)
+        lacking = undriven(experiment.recording) or uncommanded(experiment) or _forceless(experiment)
     if lacking:
         raise ExperimentError(f"{lacking}; leave this {role} recording out")
 
@@ -193,7 +205,7 @@ def no_answer(field: Sequence[Experiment], validated: bool) -> str:
     if still := _still(field):
         return f"{still}; at least {MOTION:.0f} s of motion are needed to tell effects apart"
     for experiment in field:
-        if lacking := undriven(experiment.recording):
+        if lacking := undriven(experiment.recording) or uncommanded(experiment):
             return lacking
     if not any(_tells(e, name) for e in field for name in _FORCES):
         return _NO_FORCE
