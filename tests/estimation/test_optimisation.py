@@ -31,6 +31,9 @@ class Curved:
     def parameters(self, rig):
         return rig.parameters
 
+    def refine(self, parameters, step):
+        """Its runs take no steps."""
+
     def predict(self, parameters, step, begin):
         u = [(parameters[0][FIELD_OF_PATH[p]] - self.rig[p]) / self.rig.quantities[p].standard_deviation for p in PATHS]
         return {name: np.full(SAMPLES, law(*u)) for name, law in self.laws.items()}
