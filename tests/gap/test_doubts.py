@@ -4,6 +4,7 @@ from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
+from ddh_twin_py.estimation.experiment import COMMANDS_LOST, SLIPS, SUNK
 from ddh_twin_py.gap.doubts import at_the_stops, damage, doubts, left_out, of_reference, pauses, undeclared
 from ddh_twin_py.rig import load_rig
 from ddh_twin_py.telemetry.recording import Finding, Recording, RigInfo, drive_stream, hydraulic_stream
@@ -98,8 +99,7 @@ def test_what_strikes_most_samples_of_a_topic_is_told_first():
 
 def test_what_is_not_compared_is_told_with_its_reason():
     experiments = [SimpleNamespace(recording=SimpleNamespace(path="field"), duration=600.0,
-                                   left_out={"commands of the drive were lost": 41.2, "the rod sticks and slips": 120.0,
-                                             "a resting load sinks onto an end stop": 0.05})]
+                                   left_out={COMMANDS_LOST: 41.2, SLIPS: 120.0, SUNK: 0.05})]
     end = "; no run predicts that to the second"
     assert left_out(experiments) == [
         f"field: what is fast is not compared for 41 s of 600 s, in which commands of the drive were lost{end}",

@@ -55,8 +55,10 @@ from ddh_twin_py.twin.temperature_sensors import INNER_SENSORS, sensed
 
 DRIVE_SIGNALS = ("speed", "current", "voltage", "electrical_power")
 HYDRAULIC_SIGNALS = ("pressure_piston_side", "pressure_rod_side", "rod_velocity")
-COMMANDS_LOST = "commands of the drive were lost"
-"""A reason for which fast signals are not compared."""
+SUNK, COMMANDS_LOST = "a resting load sinks onto an end stop", "commands of the drive were lost"
+"""Reasons for which fast signals are not compared."""
+SLIPS = "the rod sticks and slips"
+"""Reason for which its velocity is not."""
 STROKE = "rod_position"
 NEIGHBOURHOOD = 20.0
 """s after the used part of a recording that count neither here nor there; at most half of what is held out."""
@@ -173,7 +175,7 @@ class Experiment:
         lost = command_lost(drive_time, drive.values[:, DRIVE_FIELDS.index("speed_command")], measured["rod_position"], placed, interval)
         left_out = sunk | lost
         drive_values, hydraulic_values = (
-            np.where(left_out[np.clip((time / interval).astype(np.int64), 0, n - 1)][:, None], np.nan, stream.values)
+            np.where(left_out[self._intervals_at(time)][:, None], np.nan, stream.values)
             for time, stream in ((drive_time, drive), (hydraulic_time, hydraulic)))
         slips = self._slips(hydraulic_values[:, HYDRAULIC_FIELDS.index("rod_velocity")], rig)
         hydraulic_values[slips, HYDRAULIC_FIELDS.index("rod_velocity")] = np.nan
@@ -185,8 +187,7 @@ class Experiment:
         self._mark_limited(rig, drive.values[:, DRIVE_FIELDS.index("current")])
         self._mark_sinking()
         slips_for = float(np.count_nonzero(slips)) / max(1, slips.size) * n * interval
-        self.left_out = {"a resting load sinks onto an end stop": sunk.sum() * interval,
-                         COMMANDS_LOST: lost.sum() * interval, "the rod sticks and slips": slips_for}
+        self.left_out = {SUNK: sunk.sum() * interval, COMMANDS_LOST: lost.sum() * interval, SLIPS: slips_for}
         slipped = np.histogram(self._hydraulic_time[slips], np.concatenate([[0.0], self.axis[self._stroke_ends]]))[0] > 0
         ends = np.where(slipped | lost[self._stroke_ends - 1], np.nan, self._put_back[self._stroke_ends])
         self._add(STROKE, rig.sensors[STROKE], self.axis[self._stroke_ends], ends, self._strokes)
@@ -327,9 +328,12 @@ class Experiment:
         if signal is None:
             return
         sinking = np.abs(np.gradient(self._put_back, self.interval)) > _SINKS * signal.noise
-        at = np.clip((signal.time / self.interval).astype(np.int64), 0, sinking.size - 1)
         follows = np.ones(signal.time.size, bool) if signal.follows is None else signal.follows
-        self.signals["rod_velocity"] = replace(signal, follows=follows & ~sinking[at])
+        self.signals["rod_velocity"] = replace(signal, follows=follows & ~sinking[self._intervals_at(signal.time)])
+
+    def _intervals_at(self, time: np.ndarray) -> np.ndarray:
+        """The interval in which each time, s (m,), lies, (m,); the nearest one of a time outside the run."""
+        return np.clip((time / self.interval).astype(np.int64), 0, self.axis.size - 1)
 
     def _fast(self, time: np.ndarray, usable: np.ndarray) -> Binning:
         return by_cycle(self.cycle, time, usable, UNSEEN)

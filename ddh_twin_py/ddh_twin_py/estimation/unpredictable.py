@@ -56,13 +56,13 @@ def sunk_onto_a_stop(position: np.ndarray, standing: np.ndarray, stroke: float) 
     Args:
         position: m, NaN where it is not known, (n,). standing: whether the command is zero throughout, (n,). stroke: m.
     """
-    begun = np.maximum.accumulate(np.where(standing & ~np.concatenate([[False], standing[:-1]]), np.arange(position.size), 0))
+    begins = standing & ~np.concatenate([[False], standing[:-1]])
+    begun, stretch = np.maximum.accumulate(np.where(begins, np.arange(position.size), 0)), np.cumsum(begins)
     known = _last_known(position)
     sunk = known - known[begun]
     left = np.where(sunk < 0.0, known, stroke - known)
     near = standing & (np.abs(sunk) > _SUNK) & (left < _AT_STOP + _UNSURE * np.abs(sunk))
     met = standing & (np.abs(sunk) > _SUNK) & (left < _AT_STOP)
-    stretch = np.cumsum(standing & ~np.concatenate([[False], standing[:-1]]))
     meets = np.isin(stretch, np.unique(stretch[met])) & standing
     since = np.maximum.accumulate(np.where(near & meets, stretch, 0))
     return meets & (since == stretch)

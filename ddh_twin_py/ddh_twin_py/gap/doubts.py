@@ -7,7 +7,7 @@ from math import inf, isfinite
 
 import numpy as np
 
-from ddh_twin_py.estimation.experiment import Experiment
+from ddh_twin_py.estimation.experiment import SLIPS, Experiment
 from ddh_twin_py.rig import Rig
 from ddh_twin_py.telemetry.recording import Recording
 
@@ -46,7 +46,7 @@ def pauses(recordings: Sequence[Recording]) -> list[str]:
 
 def left_out(experiments: Sequence[Experiment]) -> list[str]:
     """What of recordings is not compared, for how long and why, where that is more than `_LEFT_OUT` s."""
-    return [f"{e.recording.path}: {'rod_velocity' if 'slips' in why else 'what is fast'} is not compared for {seconds:.0f} s of "
+    return [f"{e.recording.path}: {'rod_velocity' if why == SLIPS else 'what is fast'} is not compared for {seconds:.0f} s of "
             f"{e.duration:.0f} s, in which {why}; no run predicts that to the second"
             for e in experiments for why, seconds in e.left_out.items() if seconds > _LEFT_OUT]
 
