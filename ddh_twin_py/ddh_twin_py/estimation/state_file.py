@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import struct
+import tokenize
 import zipfile
 import zlib
 from collections.abc import Mapping, Sequence
@@ -19,7 +20,7 @@ _VERSION = 1
 _ROUNDING = 1e-6
 _DAMAGE = (
     ValueError, TypeError, KeyError, EOFError, AttributeError, MemoryError, OverflowError, NotImplementedError, RuntimeError,
-    SyntaxError, zipfile.BadZipFile, zlib.error, struct.error,
+    SyntaxError, tokenize.TokenError, zipfile.BadZipFile, zlib.error, struct.error,
 )
 """What zip and array readers raise on bytes that are not theirs."""
 OLDEST = 30 * 86400.0
