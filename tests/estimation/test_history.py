@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from ddh_twin_py.estimation.history import RESTS, likely_rise, open_motor, rests
+from ddh_twin_py.estimation.history import RESTS, likely_rise, open_motor, open_oil, rests
 from ddh_twin_py.physics.thermal_network import N, N_EDGES, N_FLOWS, N_SURFACES, N_WALLS, NODES, capacities, conductances, network_step
 from ddh_twin_py.rig import load_rig
 
@@ -80,6 +80,18 @@ def test_a_motor_of_which_the_housing_alone_is_read_may_begin_as_histories_diffe
         most = np.sqrt(np.sum(ways[:, [WINDING, ROTOR, TEETH]] ** 2, axis=0))
         assert ways.shape[0] in (1, 2) and np.all(np.abs(ahead) < 3.0 * most)
         assert not ways[:, HOUSING].any() and not ways[:, NODES.index("tank_oil")].any()
+
+
+def test_parts_that_hold_oil_and_of_which_nothing_is_read_begin_apart():
+    """As far as the tank's oil is warm, each by itself; who reads a node of one knows it."""
+    ways = open_oil({"tank_oil": AIR + 10.0, "pump_1_case": AIR + 8.0, "housing": AIR + 4.0}, AIR)
+    told = [{name for name, kelvin in zip(NODES, way, strict=True) if kelvin} for way in ways]
+    assert told == [{"cylinder_barrel", "chamber_a_oil", "chamber_b_oil"}, {"line_a_wall", "line_a_oil", "line_b_wall", "line_b_oil"},
+                    {"tank_wall"}]
+    assert np.all(ways[ways != 0.0] == 3.0)
+    everywhere = {"tank_oil": AIR + 10.0, "tank_wall": AIR, "cylinder_barrel": AIR, "line_a_wall": AIR, "pump_2_case": AIR}
+    for read in ({"tank_oil": AIR + 1.0}, {"housing": AIR + 20.0}, everywhere):  # as warm as the air; no oil is read; every part is
+        assert open_oil(read, AIR).shape == (0, N)
 
 
 def test_a_motor_of_which_two_nodes_are_read_and_a_cold_one_are_known(parameters):

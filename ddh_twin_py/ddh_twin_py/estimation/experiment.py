@@ -24,13 +24,13 @@ from scipy.signal import lfilter
 
 from ddh_twin_py.estimation.begin import FIRST, SHARE, told_begin
 from ddh_twin_py.estimation.binning import Binning, by_cycle, by_time, cycle_of, one_by_one
-from ddh_twin_py.estimation.history import likely_rise, open_motor, rests
+from ddh_twin_py.estimation.history import likely_rise, open_motor, open_oil, rests
 from ddh_twin_py.estimation.lent import Lent, lend, made
 from ddh_twin_py.estimation.run_inputs import RunInputs
 from ddh_twin_py.estimation.sensors import NODE_INDEX, NODE_OF_SENSOR
 from ddh_twin_py.estimation.start import EARLY, START, spread_start, start_error
 from ddh_twin_py.estimation.step_size import times_finer
-from ddh_twin_py.estimation.unpredictable import command_lost, sticks_and_slips, sunk_onto_a_stop
+from ddh_twin_py.estimation.unpredictable import unpredictable
 from ddh_twin_py.physics.balance import OPERATING_DTYPE
 from ddh_twin_py.physics.cylinder import holding_pressure
 from ddh_twin_py.physics.free_run import COMMAND_PARTS, HYDRAULIC_STEP, SAMPLED, free_run, free_run_sampled, settle
@@ -42,6 +42,7 @@ from ddh_twin_py.physics.thermal_network import HYDRAULIC_NODES, N, NODES
 from ddh_twin_py.rig import Rig
 from ddh_twin_py.rig.sheet import SensorSpec
 from ddh_twin_py.telemetry.alignment import REORDER_WINDOW, Ticks, align
+from ddh_twin_py.telemetry.in_order import in_order
 from ddh_twin_py.telemetry.recording import Recording
 from ddh_twin_py.telemetry.resolution import rounding_error
 from ddh_twin_py.telemetry.screening import screen_recording
@@ -55,11 +56,8 @@ from ddh_twin_py.twin.temperature_sensors import INNER_SENSORS, sensed
 
 DRIVE_SIGNALS = ("speed", "current", "voltage", "electrical_power")
 HYDRAULIC_SIGNALS = ("pressure_piston_side", "pressure_rod_side", "rod_velocity")
-SUNK, COMMANDS_LOST = "a resting load sinks onto an end stop", "commands of the drive were lost"
-"""Reasons for which fast signals are not compared."""
-SLIPS = "the rod sticks and slips"
-"""Reason for which its velocity is not."""
 STROKE = "rod_position"
+_VELOCITY = HYDRAULIC_FIELDS.index("rod_velocity")
 NEIGHBOURHOOD = 20.0
 """s after the used part of a recording that count neither here nor there; at most half of what is held out."""
 _REST, _LEANING = 0.5, 8  # s of a standstill to either side that tell a position; how many times as far its slope is told
@@ -152,7 +150,8 @@ class Experiment:
                          hydraulic_time, np.ascontiguousarray(hydraulic.values), ticks.last[HYDRAULIC_TOPIC],
                          new_carry(), measured, command)
         edges = interval / COMMAND_PARTS * np.arange(command.size)
-        command = command_at(drive_time, drive.values[:, DRIVE_FIELDS.index("speed_command")], edges)
+        speed_command = drive.values[:, DRIVE_FIELDS.index("speed_command")]
+        command = command_at(drive_time, speed_command, edges)
         standing = (measured["standstill"] >= STANDSTILL) & np.isfinite(measured["rod_position"])
         self._put_back = _smoothed(np.where(standing, measured["rod_position"], np.nan), round(_REST / interval))
         placed = off_the_stops(self._put_back, rig, 2.0 * _REST * len(hydraulic_time) / (n * interval))
@@ -171,14 +170,14 @@ class Experiment:
         self._in_order = (0.0, self._merge(0.0))
         self.cycle = cycle_of(command, interval / COMMAND_PARTS)
         self.signals: dict[str, Signal] = {}
-        sunk = sunk_onto_a_stop(measured["rod_position"], measured["standstill"] >= STANDSTILL, rig["cylinder.stroke"])
-        lost = command_lost(drive_time, drive.values[:, DRIVE_FIELDS.index("speed_command")], measured["rod_position"], placed, interval)
-        left_out = sunk | lost
+        hidden = unpredictable(
+            measured["rod_position"], measured["standstill"] >= STANDSTILL, placed, rig["cylinder.stroke"], interval,
+            (drive_time, speed_command), (hydraulic_time, hydraulic.values[:, _VELOCITY]), rig.sensors["rod_velocity"].noise)
+        self.left_out = hidden.seconds
         drive_values, hydraulic_values = (
-            np.where(left_out[self._intervals_at(time)][:, None], np.nan, stream.values)
+            np.where(hidden.intervals[self._intervals_at(time)][:, None], np.nan, stream.values)
             for time, stream in ((drive_time, drive), (hydraulic_time, hydraulic)))
-        slips = self._slips(hydraulic_values[:, HYDRAULIC_FIELDS.index("rod_velocity")], rig)
-        hydraulic_values[slips, HYDRAULIC_FIELDS.index("rod_velocity")] = np.nan
+        hydraulic_values[hidden.slips, _VELOCITY] = np.nan
         for name in DRIVE_SIGNALS:
             self._add(name, rig.sensors[name], drive_time, drive_values[:, DRIVE_FIELDS.index(name)], self._fast)
         for name in HYDRAULIC_SIGNALS:
@@ -186,10 +185,8 @@ class Experiment:
             self._add(name, rig.sensors[kind], hydraulic_time, hydraulic_values[:, HYDRAULIC_FIELDS.index(name)], self._fast)
         self._mark_limited(rig, drive.values[:, DRIVE_FIELDS.index("current")])
         self._mark_sinking()
-        slips_for = float(np.count_nonzero(slips)) / max(1, slips.size) * n * interval
-        self.left_out = {SUNK: sunk.sum() * interval, COMMANDS_LOST: lost.sum() * interval, SLIPS: slips_for}
-        slipped = np.histogram(self._hydraulic_time[slips], np.concatenate([[0.0], self.axis[self._stroke_ends]]))[0] > 0
-        ends = np.where(slipped | lost[self._stroke_ends - 1], np.nan, self._put_back[self._stroke_ends])
+        slipped = np.histogram(hydraulic_time[hidden.slips], np.concatenate([[0.0], self.axis[self._stroke_ends]]))[0] > 0
+        ends = np.where(slipped | hidden.lost[self._stroke_ends - 1], np.nan, self._put_back[self._stroke_ends])
         self._add(STROKE, rig.sensors[STROKE], self.axis[self._stroke_ends], ends, self._strokes)
         self.sensors = []
         for name in NODE_OF_SENSOR:
@@ -230,7 +227,7 @@ class Experiment:
         """
         histories, (read, air) = self._histories(parameters), self._first(parameters[0])
         cold = self._cold(parameters)
-        oil = np.zeros((0, N)) if cold and any(node in HYDRAULIC_NODES for node in read) else self._open_oil()
+        oil = np.zeros((0, N)) if cold and any(node in HYDRAULIC_NODES for node in read) else self._open_oil(read, air)
         return np.zeros(N) if cold else likely_rise(histories, read, air), np.vstack([open_motor(histories, read, air), oil])
 
     def _likely_rise(self, parameters: np.ndarray) -> np.ndarray:
@@ -262,12 +259,11 @@ class Experiment:
                  _ROUGH, self._put(parameters, inputs.placed[:n]), np.zeros(n, OPERATING_DTYPE), temperatures)
         return temperatures
 
-    def _open_oil(self) -> np.ndarray:
-        """How far what holds oil and no sensor reads may begin otherwise, K, (1, N); nothing, (0, N), where the tank's oil is read."""
+    def _open_oil(self, read: dict[str, float], air: float) -> np.ndarray:
+        """How far what holds oil and no sensor reads may begin otherwise, K, (c, N): all of it alike where the tank's oil is not read."""
         if OIL in self._first_readings:
-            return np.zeros((0, N))
-        known = {NODE_OF_SENSOR[name] for name in self._first_readings}
-        return np.array([[_OIL_OPEN * (node in HYDRAULIC_NODES and node not in known) for node in NODES]])
+            return open_oil(read, air)
+        return np.array([[_OIL_OPEN * (node in HYDRAULIC_NODES and node not in read) for node in NODES]])
 
     def _better_start(self, rig: Rig) -> dict[str, float]:
         """What sensors without lag would have read at the start, K, from the first `EARLY` seconds; tells the signals how sure that is.
@@ -301,19 +297,9 @@ class Experiment:
             bins = binning(time, usable)
             self.signals[name] = Signal(time, measured, noise, sensor.unit, bins, held_from=self.held_from, rounding=rounding)
 
-    def _slips(self, velocity: np.ndarray, rig: Rig) -> np.ndarray:
-        """Whether a hydraulic sample, m/s (n,), lies where the rod sticks and slips, bool (n,)."""
-        order = np.argsort(self._hydraulic_time, kind="stable")
-        time, edges = self._hydraulic_time[order], self.interval / COMMAND_PARTS * np.arange(self._inputs[False].command.size)
-        command = np.interp(time, edges, self._inputs[False].command)
-        found = np.zeros(velocity.size, bool)
-        found[order] = sticks_and_slips(time, velocity[order], command, rig.sensors["rod_velocity"].noise)
-        return found
-
     def _mark_limited(self, rig: Rig, current: np.ndarray) -> None:
         """Tell what follows the command that it does not where the drive gives all the current it may, A, (n,)."""
-        order = np.argsort(self._drive_time, kind="stable")
-        known = order[np.isfinite(current[order])]
+        known = in_order(self._drive_time, current)
         if not known.size:
             return
         limited = np.abs(current[known]) > _LIMITED * rig["motor.current_limit"]

@@ -14,6 +14,8 @@ import numpy as np
 from ddh_twin_py.physics.compiled import kernel
 from ddh_twin_py.physics.thermal_network import N, N_EDGES, N_FLOWS, N_SURFACES, N_WALLS, NODES, capacities, conductances, network_step
 
+TANK_OIL = "tank_oil"
+"""Node whose warmth tells how long a unit has rested."""
 RESTS = np.concatenate([[0.0], np.geomspace(60.0, 7200.0, 14)])
 """s of rest after the work, that are tried."""
 _OF_MOTOR = np.isin(np.arange(N), [NODES.index(name) for name in ("slot_winding", "end_winding", "teeth", "rotor", "yoke", "housing")])
@@ -21,6 +23,10 @@ _SPEAK = 2  # nodes of a part that must be read
 _WAYS, _NOTICEABLE = 2, 0.5  # in which what is not read may begin otherwise; K that one must move a node
 _WIDER = 1.5  # than such histories differ, as none is the true one
 _REST_STEP = 30.0  # s
+_OIL_PARTS = (("cylinder_barrel", "chamber_a_oil", "chamber_b_oil"), ("line_a_wall", "line_a_oil", "line_b_wall", "line_b_oil"),
+              ("pump_1_case", "pump_1_oil", "pump_2_case", "pump_2_oil"), ("tank_wall",))
+"""What oil flows through and cools by itself; who reads one node of a part knows the part."""
+_UNLIKE = 0.3  # of what the tank's oil is warmer than the air, by which such a part may be as no history has it
 _READ = 1.0  # K, of a first reading: zero errors, and that no history is the true one
 _OTHER_DUTY = 0.35  # of the logarithm of the ratio in which another duty would have warmed the unit
 
@@ -93,6 +99,16 @@ def open_motor(histories: np.ndarray, read: Mapping[str, float], air: float) -> 
     _, size, ways = np.linalg.svd(np.sqrt(weight)[:, None] * ahead, full_matrices=False)
     found = _WIDER * (size[:, None] * ways)[:_WAYS]
     return found[np.abs(found).max(axis=1) > _NOTICEABLE]
+
+
+def open_oil(read: Mapping[str, float], air: float) -> np.ndarray:
+    """How far parts that hold oil and of which nothing is read may begin from where `likely_rise` lets them, K, (c, N).
+
+    How fast a barrel cools beside a tank no reading of the tank tells. None of a unit that is as warm as the air; arguments as there.
+    """
+    apart = _UNLIKE * abs(read[TANK_OIL] - air) if TANK_OIL in read else 0.0
+    unread = [part for part in _OIL_PARTS if not any(node in read for node in part)] if apart > _NOTICEABLE else []
+    return np.array([[apart * (node in part) for node in NODES] for part in unread]).reshape(-1, N)
 
 
 def _agreement(own: np.ndarray, wanted: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -7,8 +7,18 @@ Where messages of the drive are lost while the command changes, a run moves the 
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import dataclass
+
 import numpy as np
 
+from ddh_twin_py.telemetry.in_order import in_order
+from ddh_twin_py.twin.command import command_at
+
+SUNK, COMMANDS_LOST = "a resting load sinks onto an end stop", "commands of the drive were lost"
+"""Reasons for which fast signals are not compared."""
+SLIPS = "the rod sticks and slips"
+"""Reason for which its velocity is not."""
 _WINDOW = 0.8  # s
 _AFTER_A_STEP = 0.2  # s
 _SLOW, _OFTEN = 0.3, 0.15  # of the mean velocity, below which a rod sticks; share of either half of a window in which it does
@@ -18,6 +28,51 @@ _STILL = 1e-9  # rad/s of the command, and of its changes
 _LOST, _CHANGED, _CARRIED = 0.25, 1.0, 5.0e-3  # s without a command; rad/s by which it, and m by which the rod, is another then
 _SETTLED = 0.5  # s after the rod is moved on, in which the oil forgets
 _AT_STOP, _SUNK, _UNSURE = 1.0e-3, 2.0e-3, 0.2  # m from a stop; m on the way to it that count; share of that way by which a run may differ
+
+
+@dataclass(frozen=True)
+class Unpredictable:
+    """Where a recording's fast signals are not compared.
+
+    Attributes:
+        sunk, lost: intervals, bool (n,); see `sunk_onto_a_stop`, `command_lost`. slips: samples of the hydraulics, bool (m,); see
+            `sticks_and_slips`. interval: s.
+    """
+
+    sunk: np.ndarray
+    lost: np.ndarray
+    slips: np.ndarray
+    interval: float
+
+    @property
+    def intervals(self) -> np.ndarray:
+        """Intervals in which no fast signal is compared, bool (n,)."""
+        return self.sunk | self.lost
+
+    @property
+    def seconds(self) -> Mapping[str, float]:
+        """How long it is so, s, by reason."""
+        slips = float(np.count_nonzero(self.slips)) / max(1, self.slips.size) * self.sunk.size
+        return {SUNK: self.sunk.sum() * self.interval, COMMANDS_LOST: self.lost.sum() * self.interval, SLIPS: slips * self.interval}
+
+
+def unpredictable(position: np.ndarray, standing: np.ndarray, placed: np.ndarray, stroke: float, interval: float,
+                  drive: tuple[np.ndarray, np.ndarray], hydraulic: tuple[np.ndarray, np.ndarray], noise: float) -> Unpredictable:
+    """Where no free run predicts a recording to the sample.
+
+    Args:
+        position, placed: m, of intervals, (n,); see `command_lost`. standing: whether the command is zero throughout, (n,).
+        stroke: m. interval: s. drive: times, s, and speed commands, rad/s, as they came, (k,) each. hydraulic: times, s, and velocities
+            of the rod, m/s, as they came, (m,) each. noise: of a velocity, m/s.
+    """
+    sunk = sunk_onto_a_stop(position, standing, stroke)
+    lost = command_lost(*drive, position, placed, interval)
+    time, velocity = hydraulic
+    order = np.argsort(time, kind="stable")
+    hidden = (sunk | lost)[np.clip((time / interval).astype(np.int64), 0, sunk.size - 1)]
+    slips = np.zeros(velocity.size, bool)
+    slips[order] = sticks_and_slips(time[order], np.where(hidden, np.nan, velocity)[order], command_at(*drive, time[order]), noise)
+    return Unpredictable(sunk, lost, slips, interval)
 
 
 def sticks_and_slips(time: np.ndarray, velocity: np.ndarray, command: np.ndarray, noise: float) -> np.ndarray:
@@ -87,8 +142,7 @@ def command_lost(time: np.ndarray, command: np.ndarray, position: np.ndarray, pl
         placed: m, where the run's rod is placed, NaN elsewhere, (n,). interval: s.
     """
     lost = np.zeros(position.size, bool)
-    known = np.flatnonzero(np.isfinite(command))
-    known = known[np.argsort(time[known], kind="stable")]
+    known = in_order(time, command)
     if known.size < 2:
         return lost
     where, anew = _last_known(position), np.isfinite(placed)

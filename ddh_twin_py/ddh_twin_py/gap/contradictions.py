@@ -12,6 +12,7 @@ import numpy as np
 from ddh_twin_py.gap.temperature_units import temperature_units
 from ddh_twin_py.physics.cylinder import load_force, piston_area, rod_side_area, rod_travel
 from ddh_twin_py.rig import Rig
+from ddh_twin_py.telemetry.in_order import in_order
 from ddh_twin_py.telemetry.recording import Recording, Stream
 from ddh_twin_py.telemetry.signals import DRIVE_TOPIC, HYDRAULIC_TOPIC
 
@@ -56,9 +57,8 @@ def contradictions(recording: Recording, rig: Rig) -> list[str]:
 def _resampled(stream: Stream, name: str, axis: np.ndarray) -> np.ndarray:
     """A field on an axis, (n,), NaN where it has no number."""
     values = stream.values[:, stream.fields.index(name)]
-    good = np.isfinite(values)
-    order = np.argsort(stream.time[good], kind="stable")
-    return np.interp(axis, stream.time[good][order], values[good][order]) if good.sum() > _LEAST else np.full(axis.size, np.nan)
+    known = in_order(stream.time, values)
+    return np.interp(axis, stream.time[known], values[known]) if known.size > _LEAST else np.full(axis.size, np.nan)
 
 
 def _command(on: dict[str, np.ndarray]) -> str:

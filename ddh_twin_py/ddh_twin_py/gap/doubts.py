@@ -7,8 +7,10 @@ from math import inf, isfinite
 
 import numpy as np
 
-from ddh_twin_py.estimation.experiment import SLIPS, Experiment
+from ddh_twin_py.estimation.experiment import Experiment
+from ddh_twin_py.estimation.unpredictable import SLIPS
 from ddh_twin_py.rig import Rig
+from ddh_twin_py.telemetry.in_order import in_order
 from ddh_twin_py.telemetry.recording import Recording
 
 _MOST = 6  # notes on one recording
@@ -71,8 +73,7 @@ def at_the_stops(recordings: Sequence[Recording], rig: Rig) -> list[str]:
 
 def _in_order(time: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Finite values by time."""
-    good = np.flatnonzero(np.isfinite(values))
-    good = good[np.argsort(time[good], kind="stable")]
+    good = in_order(time, values)
     return (time[good], values[good]) if good.size else (np.zeros(1), np.zeros(1))
 
 

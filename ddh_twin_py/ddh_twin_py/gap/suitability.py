@@ -8,7 +8,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from ddh_twin_py.estimation.binning import HOLDING
-from ddh_twin_py.estimation.experiment import COMMANDS_LOST, Experiment, ExperimentError
+from ddh_twin_py.estimation.experiment import Experiment, ExperimentError
+from ddh_twin_py.estimation.unpredictable import COMMANDS_LOST
 from ddh_twin_py.gap.effect import Effect
 from ddh_twin_py.gap.sensitivity import Column
 from ddh_twin_py.telemetry.recording import Recording, Stream

@@ -10,6 +10,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from ddh_twin_py.telemetry.in_order import in_order
 from ddh_twin_py.telemetry.recording import Recording, Stream
 from ddh_twin_py.telemetry.signals import TEMPERATURE_PREFIX, TEMPERATURE_SENSORS, ZERO_CELSIUS
 
@@ -37,8 +38,7 @@ def temperature_units(recording: Recording) -> list[str]:
 
 def _readings(stream: Stream) -> tuple[np.ndarray, np.ndarray]:
     """Times and degC of what was read, in order of time."""
-    known = np.flatnonzero(np.isfinite(stream.values[:, 0]))
-    known = known[np.argsort(stream.time[known], kind="stable")]
+    known = in_order(stream.time, stream.values[:, 0])
     return stream.time[known], stream.values[known, 0] - ZERO_CELSIUS
 
 
