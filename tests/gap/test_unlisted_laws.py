@@ -1,10 +1,12 @@
 """One law that no catalogue lists against what listed effects do together."""
 
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from ddh_twin_py.estimation.comparison import Discrepancy
+from ddh_twin_py.estimation.sensors import NODE_OF_SENSOR
 from ddh_twin_py.gap.drive_learned import terms_at, unlisted_laws
 from ddh_twin_py.gap.free_places import FreePlace
 from ddh_twin_py.gap.hypotheses import POWER, SLACK
@@ -97,4 +99,18 @@ def test_a_pump_s_filling_is_a_law_and_a_term_of_its_place(number):
         record = load_rig().parameters
         one.laws[0](record, 0.5 * one.highest)
         moved = [name for name in record.dtype.names if record[name][0] != load_rig().parameters[name][0]]
-        assert moved == [FIELD_OF_PATH[f"{one.component}.{one.parameter}"]]
+        assert moved == [FIELD_OF_PATH[f"{'measurement' if one.reading else one.component}.{one.parameter}"]]
+
+
+def test_each_temperature_sensor_s_zero_is_a_law_of_its_reading():
+    zeros = {one.reading: one for one in unlisted_laws() if one.reading}
+    assert zeros.keys() == {f"temperature/{name}" for name in NODE_OF_SENSOR} and all(one.component == "sensor" for one in zeros.values())
+    assert "tank_oil reads too warm" in zeros["temperature/tank_oil"].happens(3.0)
+    assert "tank_oil reads too cold" in zeros["temperature/tank_oil"].happens(-3.0)
+
+
+def test_a_law_of_one_reading_names_it():
+    found = law(0.8)
+    column = replace(found.fitted.columns[0], effect=replace(OFFSET, component="sensor", reading="temperature/tank_oil"))
+    own, *_ = place_of(replace(found, fitted=replace(found.fitted, columns=(column,))), [])
+    assert (own.component, own.signal) == ("sensor", "temperature/tank_oil")

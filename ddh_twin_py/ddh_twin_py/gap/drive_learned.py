@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ddh_twin_py.estimation.sensors import NODE_OF_SENSOR
 from ddh_twin_py.gap.effect import Apply, Effect, added, fixed
 from ddh_twin_py.gap.learned import PREFIX
 
@@ -31,7 +32,23 @@ _UNFILLED = {  # of a pump's swept volume, while it draws from the tank: unit, s
 
 
 def unlisted_laws() -> list[Effect]:
-    """Pumps that their suction does not fill, with speed and with the oil's viscosity."""
+    """Pumps that their suction does not fill, with speed and with the oil's viscosity; temperatures read too warm or cold by a constant."""
+    return _unfilled() + _zeros()
+
+
+def _zeros() -> list[Effect]:
+    return [
+        Effect(
+            id=f"{PREFIX}sensor_{name}_offset", component="sensor", domain="measurement", parameter=f"{name}_offset", unit="K",
+            reference=fixed(0.0), laws=(added(f"measurement_{name}_offset"),), step=1.0, lowest=-30.0, highest=30.0,
+            about=f"temperature/{name} reads too warm by a constant", about_below=f"temperature/{name} reads too cold by a constant",
+            reading=f"temperature/{name}",
+        )
+        for name in NODE_OF_SENSOR
+    ]  # fmt: skip
+
+
+def _unfilled() -> list[Effect]:
     return [
         Effect(
             id=f"{PREFIX}pump_{number}_{name}", component=f"pump_{number}", domain="hydraulic", parameter=name, unit=unit,
@@ -49,7 +66,7 @@ def terms() -> list[Effect]:
     others = [_term(component, domain, f"{component}_{name}", name, *row)
               for domain, table in (("mechanical", _RESISTANCES), ("hydraulic", _FLOWS))
               for component, several in table.items() for name, *row in several]
-    return heat + others + unlisted_laws()
+    return heat + others + _unfilled()
 
 
 def terms_at(component: str, domain: str) -> list[Effect]:

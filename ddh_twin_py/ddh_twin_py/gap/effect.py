@@ -34,6 +34,7 @@ class Effect:
         steady: whether its size is the same in every duty; heat into a body of which the warmth is not known has another in each.
         lacked: quantity of a free run, and its unit, that says what the place lacks without the effect;
             None for the one of its component and domain.
+        reading: the signal that errs, of a law that acts in one sensor alone.
     """
 
     id: str
@@ -56,6 +57,7 @@ class Effect:
     law_error: float = 0.0
     steady: bool = True
     lacked: tuple[str, str] | None = None
+    reading: str = ""
 
     def happens(self, x: float, commissioned: bool | None = None) -> str:
         """What happens, in one sentence, where the departure is x.

@@ -2,7 +2,8 @@
 
 Two listed effects can do together what one law does that nobody listed: a pump whose suction starves looks worn, with a stiff hose, and
 leaves nothing behind in either duty. One law that explains as much is the likelier, and the answer is then that the cause is not listed,
-with a place and a form. Each law is asked by itself and never beside listed effects, so that it takes nothing from these.
+with a place and a form. A temperature sensor whose zero has moved warms every node that begins as its neighbour, and looks like an oil
+or a tank. Each law is asked by itself and never beside listed effects, so that it takes nothing from these.
 """
 
 from __future__ import annotations
@@ -29,7 +30,7 @@ from ddh_twin_py.rig.reader_units import plus_minus
 PRIOR = 0.005
 """Prior probability of each such law: a third of a listed effect's."""
 _TOLD = 2.0  # by which log odds between one hypothesis and another in its place are tempered, as those among listed ones are
-_WORTH, _SHARE = 5.0, 0.4  # log evidence by the linear model, and share of the leader's, from which a law is fitted; a large one bends
+_WORTH, _SHARE = 5.0, 0.2  # log evidence by the linear model, and share of the leader's, from which a law is fitted; a large one bends
 _FITTED = 2  # laws fitted in full
 _WIDER = 1.1  # times the leader's gap of held-out data from which these speak against a law
 
@@ -101,7 +102,8 @@ def beside_law(unknown: Unknown, law: UnlistedLaw, forms_of_none: Unknown, inste
     if law.probability < LIKELY:
         return replace(unknown, probability=max(unknown.probability, whole))
     better = f"better than {' and '.join(instead_of)}" if instead_of else "well"
-    note = f"a law that no catalogue lists explains the recordings {better}: {law.effect.about.rstrip('.')} ({described})"
+    happens = law.effect.happens(float(law.fitted.x[0])).rstrip(".")
+    note = f"a law that no catalogue lists explains the recordings {better}: {happens} ({described})"
     shape = replace(unknown, forms=forms_of_none.forms, size=forms_of_none.size, unit=forms_of_none.unit)
     return shape.raised(max(whole, unknown.probability), note)
 
@@ -116,7 +118,8 @@ def place_of(law: UnlistedLaw, others: Sequence[FreePlace]) -> list[FreePlace]:
     """The law's place first, as probable as it is, then the others."""
     column, x = law.fitted.columns[0], float(law.fitted.x[0])
     std = float(np.sqrt(max(law.fitted.covariance[0, 0], 0.0)))
-    own = FreePlace(law.effect.component, law.effect.domain, law.fitted.log_evidence, law.probability, column, x / column.x, std / abs(x))
+    own = FreePlace(law.effect.component, law.effect.domain, law.fitted.log_evidence, law.probability, column, x / column.x, std / abs(x),
+                    law.effect.reading)
     rest = [place for place in others if place.component != own.component]
     whole = sum(place.share for place in rest) or 1.0
     return [own, *(replace(place, share=(1.0 - law.probability) * place.share / whole) for place in rest)]
