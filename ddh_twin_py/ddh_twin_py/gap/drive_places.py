@@ -75,11 +75,12 @@ def _heat(temperature: np.ndarray, record: np.ndarray, air: np.ndarray) -> np.nd
 
 
 def _reading(effect: Effect, experiment: Experiment, without, acting, step, phase, regimes) -> Course:
-    """Change of the reading that changes most for its noise, a temperature where the effect is thermal."""
+    """Change of the reading that errs, or of the one that changes most for its noise, a temperature where the effect is thermal."""
     before, after = experiment.predict(without, step), experiment.predict(acting, step)
-    warm = [name for name in experiment.signals if effect.domain == "thermal" and name.startswith("temperature/")]
+    own = [name for name in experiment.signals if name == effect.reading]
+    own = own or [name for name in experiment.signals if effect.domain == "thermal" and name.startswith("temperature/")]
     moved = {name: float(np.sqrt(np.mean((after[name] - before[name]) ** 2))) / experiment.signals[name].noise
-             for name in warm or experiment.signals}
+             for name in own or experiment.signals}
     worst = max(moved, key=moved.get)
     signal = experiment.signals[worst]
     order = np.argsort(signal.time, kind="stable")
