@@ -10,6 +10,7 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 from ddh_twin_py.cli.compiling import COMPILING, watched
+from ddh_twin_py.cli.standard_output import to_standard_output
 
 if TYPE_CHECKING:
     from ddh_twin_py.telemetry.recording import Finding
@@ -123,6 +124,7 @@ def put_json(target: str, data: object) -> None:
     from ddh_twin_py.report.document import json_text, write_json
 
     if target == "-":
-        print(json_text(data))
+        with to_standard_output():
+            print(json_text(data), flush=True)
     else:
         write_json(target, data)
