@@ -84,7 +84,7 @@ def test_every_verdict_makes_a_whole_page(kind, diagnoses):
 def test_no_gap_says_how_large_each_effect_would_have_to_be(diagnoses):
     table = gap_document(diagnoses["no_gap"]).html().partition("What would have shown")[2].partition("</table>")[0]
     rows = re.findall(r'<th scope="row">(.*?)</th>', table)
-    assert rows == ["load: mass", "motor: cooling", "pump 1: friction", "tank: cooling"]  # what shows least last
+    assert rows == ["load: mass", "pump 1: friction", "motor: cooling", "tank: cooling"]  # what shows least last
     assert "mass 147.5 kg (−2.00 kg)" in table and "torque +0.250 N·m<" in table
     assert "convection ratio 29.3 (+28.3), which no machine reaches" in table and '<td class="n">1.9</td>' in table
     assert all("What would have shown" not in gap_document(diagnoses[kind]).html() for kind in KINDS if kind != "no_gap")

@@ -19,7 +19,7 @@ def detectable(diagnosis: Diagnosis) -> doc.Html:
         return doc.Html("")
     columns = (doc.Column("Effect", number=False), doc.Column("Would have been found from", "value (departure)", False),
                doc.Column("Rise there", "× noise"), doc.Column("Shows most in", number=False))
-    ordered = sorted(diagnosis.detectable, key=lambda d: math.inf if d.rise is None else d.rise)
+    ordered = sorted(diagnosis.detectable, key=lambda d: (d.beyond or d.smallest is None, math.inf if d.rise is None else d.rise))
     rows = [(effect_name(d.effect), _found_from(d), number(d.rise, 1), shows_in(d)) for d in ordered]
     table = doc.table(columns, rows, "Found: the evidence for it is expected to be 20 times that for none. The value is that of the "
                                      "quantity that a diagnosis reports, in brackets its departure from that without the effect where "
