@@ -1,7 +1,10 @@
 """Progress where no terminal shows a bar."""
 
+import re
 import time
 
+import numba
+import numpy as np
 from ddh_twin_py.cli import console
 
 
@@ -31,6 +34,24 @@ def test_what_is_under_way_is_named(monkeypatch, capsys):
     with console.stage("diagnosing", part=lambda share: "weighing effects" if share < 0.9 else "sizing the gap") as told:
         told(0.4)
     assert capsys.readouterr().err.splitlines() == ["diagnosing: 40 %, weighing effects, after 16 s", "diagnosing: 40.0 s"]
+
+
+def test_a_kernel_that_is_compiled_is_told(monkeypatch, capsys):
+    monkeypatch.setattr(console, "_ALIVE", 0.05)
+
+    @numba.njit
+    def slow(x):
+        for i in range(3):
+            x += np.linalg.solve(np.eye(3) + i, np.ones(3)).sum()
+        return x
+
+    with console.stage("running") as told:
+        slow(1.0)
+        told(0.4)
+        time.sleep(0.2)
+    *lines, _ = capsys.readouterr().err.splitlines()
+    assert re.fullmatch(r"running: going on, compiling the model, once per version, after \d+ s", lines[0])
+    assert re.fullmatch(r"running: 40 % after \d+ s", lines[-1])
 
 
 def test_quiet_tells_nothing(capsys):

@@ -69,6 +69,15 @@ def test_a_namespace_chooses_among_the_rigs_of_a_bag(engine, case):
     assert engine.namespace == "/crane"
 
 
+@pytest.mark.parametrize("more", [["--quiet"], ["--json", "-"]])
+def test_data_that_are_lost_are_told_on_standard_error_where_there_is_no_summary(more, engine, case, capsys):
+    engine.answer.report["notes"] = ["field: metadata.yaml cannot be read; recovered 512 messages", "no temperature"]
+    engine.answer = replace(engine.answer, damage=["field: half of it is lost"])
+    assert main(["gap", str(case), *more]) == 0
+    said = [line for line in capsys.readouterr().err.splitlines() if "warning" in line]
+    assert said == ["warning: field: half of it is lost", "warning: field: metadata.yaml cannot be read; recovered 512 messages"]
+
+
 def test_json_to_standard_output_is_alone_there(engine, case, capsys):
     assert main(["gap", str(case), "--json", "-"]) == 0
     assert json.loads(capsys.readouterr().out)["verdict"] == "explained"

@@ -154,6 +154,21 @@ def test_a_name_that_is_not_utf8_is_written_as_an_escape(tmp_path):
     assert write_whole(tmp_path / "x.json", '"h\udce4ngt ä"').read_bytes() == '"h\\udce4ngt ä"'.encode()
 
 
+@pytest.mark.parametrize("argv", [["info"], ["info", "--json", "-"]])
+def test_a_closed_pipe_is_no_answer(argv, paper_cycle_bag):
+    command = [sys.executable, "-m", "ddh_twin_py.cli.main", *argv, str(paper_cycle_bag)]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    process.stdout.close()
+    assert (process.stderr.read(), process.wait(60)) == ("", 0)
+
+
+def test_standard_output_that_is_full_is_named(paper_cycle_bag):
+    command = [sys.executable, "-m", "ddh_twin_py.cli.main", "info", "--json", "-", str(paper_cycle_bag)]
+    with open("/dev/full", "w") as full:
+        done = subprocess.run(command, stdout=full, stderr=subprocess.PIPE, text=True)
+    assert (done.returncode, done.stderr) == (2, "ddh-twin info: error: standard output: No space left on device\n")
+
+
 def test_interrupted(capsys, monkeypatch):
     def interrupt(args):
         raise KeyboardInterrupt

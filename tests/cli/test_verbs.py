@@ -12,6 +12,7 @@ from ddh_twin_py.cli.benchmarks import Figure
 from ddh_twin_py.cli.main import main
 from ddh_twin_py.rig import load_rig
 from ddh_twin_py.telemetry.recording import Stream
+from ddh_twin_py.telemetry.signals import DRIVE_FIELDS
 
 
 def test_replay_writes_report_and_json_that_agree(paper_cycle_bag, tmp_path, capsys):
@@ -107,6 +108,17 @@ def test_info_names_what_is_wrong(paper_cycle_bag, tmp_path, capsys):
     out, err = capsys.readouterr()
     assert "pressure_piston_side" in err and "100" in err
     assert any("Ambient 23" in line for line in json.loads(out)["end_matter"]["assumptions"])
+
+
+def test_what_a_log_never_had_is_not_measured_and_not_rejected(paper_cycle_bag, tmp_path, capsys):
+    recording = read_recording(paper_cycle_bag).between(0.0, 20.0)
+    recording.drive.values[:, DRIVE_FIELDS.index("voltage")] = np.nan
+    recording.hydraulic.values[500:600, 0] = np.nan
+    bag = write_recording(tmp_path / "log", recording)
+    assert main(["info", str(bag)]) == 0
+    said = capsys.readouterr().out
+    rejected = dict(re.findall(r"^(drive|hydraulics)/telemetry +\d+ +\S+ +\S+ +\S+ *(\d*) *$", said, re.MULTILINE))
+    assert rejected == {"drive": "", "hydraulics": "100"} and "not measured: drive/telemetry voltage\n" in said
 
 
 def test_a_ratio_above_one_is_better():

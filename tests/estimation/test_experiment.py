@@ -133,6 +133,12 @@ def test_a_clock_that_goes_back_is_named_where_it_is_one_topics_alone(topics, by
     assert said in str(refused.value) and str(refused.value).startswith(f"{recording.path}: ")
 
 
+def test_a_recording_of_a_moment_is_refused_with_its_length(paper_cycle_bag):
+    recording = read_recording(paper_cycle_bag).between(0.0, 0.03)
+    with pytest.raises(ExperimentError, match=r"lasts 0\.02\d* s, which is too short for a free run; at least 1 s is needed$"):
+        Experiment(recording, load_rig())
+
+
 def test_both_streams_are_merged_in_order_whatever_their_clocks_are_apart(paper_cycle_bag):
     experiment = Experiment(read_recording(paper_cycle_bag), load_rig())
     for skew in (0.0, 0.004, -0.0137):

@@ -21,6 +21,7 @@ from ddh_twin_py.diagnosis.process import Outcome
 from ddh_twin_py.fleet import run as fleet_run
 from ddh_twin_py.fleet.page import fleet_document, remark, verdict
 from ddh_twin_py.fleet.parquet import write_parquet
+from ddh_twin_py.fleet.progress import FleetProgress
 from ddh_twin_py.fleet.recordings import FleetError, find_recordings
 from ddh_twin_py.fleet.results import Results, fingerprint
 from ddh_twin_py.fleet.row import COLUMNS, Row, as_csv, row_of
@@ -140,7 +141,8 @@ def test_results_among_the_recordings_are_refused(folder):
 def diagnosed(folder, results, **given):
     calls = []
     command = FAKE
-    rows = run_fleet(find_recordings(folder), Results(results), Settings(30.0, command), jobs=2, progress=calls.append, **given)
+    rows = run_fleet(find_recordings(folder), Results(results), Settings(30.0, command), jobs=2,
+                     progress=lambda share, running: calls.append(share), **given)
     return {row.recording: row for row in rows}, calls
 
 
@@ -276,13 +278,25 @@ def test_an_interruption_ends_the_processes(folder, tmp_path, second, monkeypatc
     monkeypatch.setattr(fleet_run.DiagnosisProcess, "stop", lambda self: (stop(self), stopped.append(self)))
     found = [f for f in find_recordings(folder) if f.name in ("a/april", "slow")]
 
-    def interrupt(share):
-        raise KeyboardInterrupt
+    def interrupt(share, running):
+        if list(running) == ["slow"] and running["slow"] > 0.0:
+            raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
         run_fleet(found, Results(tmp_path / "results"), Settings(60.0, FAKE), jobs=2, progress=interrupt)
     assert len(stopped) == 1 and stopped[0].outcome.error == "the diagnosis was stopped"
     assert not [t for t in threading.enumerate() if t.name.startswith("fleet")]
+
+
+def test_what_is_under_way_counts_by_its_share_and_is_named(folder, tmp_path, second):
+    write_recording(folder / "slow", second)
+    found = [f for f in find_recordings(folder) if f.name in ("a/april", "slow")]
+    told, far = [], FleetProgress(2, 0, iter((0.0, 60.0)).__next__)
+    run_fleet(found, Results(tmp_path / "results"), Settings(3.0, FAKE), jobs=2, progress=lambda *one: told.append(one))
+    assert any(running == {"slow": 0.5} and share == 0.75 for share, running in told) and told[-1] == (1.0, {})
+    shares = []
+    far.then(shares.append)(0.75, {"slow": 0.5})
+    assert shares == [0.75] and far.said(0.75) == "1 of 2 finished, slow 50 %, about 20 s left"
 
 
 def report(verdict, why, classes=()):

@@ -14,10 +14,11 @@ from ddh_twin_py.gap.hearing import spread_elsewhere
 
 def test_what_a_record_would_not_have_shown_is_no_part_of_no_gap():
     shown = Detection("load.mass", "kg", 1.0, 2.0, "current", {"faint": 0.1, "moderate": None, "clear": None})
-    faint = Detection("pump_1.leakage", "1", 1.0, 7.0, "speed", {"faint": 0.1, "moderate": 1.0, "clear": 50.0})
+    faint = Detection("pump_1.leakage", "1", -0.428, 7.0, "speed", {"faint": 0.1, "moderate": 1.0, "clear": 50.0}, 1.0)
     impossible = Detection("tank.cooling", "W/K", None, None, "", dict.fromkeys(("faint", "moderate", "clear")))
-    (note,) = _would_not_show(_missed([shown, faint, impossible]))
-    assert note.endswith(": pump_1.leakage, tank.cooling")
+    far = Detection("motor.cooling", "1", 28.3, 2.8, "speed", dict.fromkeys(("faint", "moderate", "clear"), 9.0), 1.0, beyond=True)
+    (note,) = _would_not_show(_missed([shown, faint, impossible, far]))
+    assert note.endswith(": pump_1.leakage down to 0.572, tank.cooling, motor.cooling up to 29.3")
     assert _would_not_show(_missed([shown])) == []
 
 

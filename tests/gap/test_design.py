@@ -2,6 +2,7 @@
 
 import math
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -50,6 +51,17 @@ def test_a_larger_effect_gains_more_and_the_smallest_is_just_detected(linearised
     assert 0.5 < d.rise < SIZES["clear"] and d.smallest != 0.0
     for size, rise in SIZES.items():
         assert (d.gain[size] >= DETECTED) == (rise >= d.rise), size
+
+
+def test_what_is_found_only_beyond_what_machines_reach_is_told_so(linearised):
+    mass = EFFECTS["load.mass"]
+    narrow = [replace(c, effect=replace(mass, reached=(-1e-3, 1e-3))) if c.effect.id == mass.id else c for c in linearised.columns]
+    with ThreadPoolExecutor(2) as pool:
+        near, gain = detections(linearised, [mass, EFFECTS["drive.torque_estimate"]], pool)
+        (far,) = detections(replace(linearised, columns=narrow), [mass], pool)
+    record = linearised.model.record(linearised.model.altered.index(True), linearised.theta)
+    assert (near.nominal, gain.nominal) == (record["load_payload_mass"][0], 1.0)
+    assert not near.beyond and far.beyond and far.smallest is not None
 
 
 def test_a_valve_is_found_only_where_it_opens(rig):

@@ -11,10 +11,11 @@ NO_GAP = {"verdict": "no_gap", "gap": {"as_is": 5.0, "before": 6.0, "after": 1.0
 
 @pytest.mark.parametrize(("unseen", "ends"), [
     ((), "that no effect acts is > 99.5 % likely."),
-    (("pump_1.leakage below 2.1 mL/(min·bar)", "line_a.loss"),
-     "acts that would have shown is > 99.5 % likely, and 2 effects of the catalogue would not have shown even at a moderate size: "
-     "pump_1.leakage below 2.1 mL/(min·bar), line_a.loss."),
-    (("a", "b", "c", "d", "e"), "5 effects of the catalogue would not have shown even at a moderate size: a, b, c and 2 more."),
+    (("pump_1.leakage up to 1.43", "line_a.loss"),
+     "acts that would have shown is > 99.5 % likely, and 2 effects of the catalogue would not have shown even at a moderate size, "
+     "or as large as machines have them: pump_1.leakage up to 1.43, line_a.loss."),
+    (("a", "b", "c", "d", "e"), "5 effects of the catalogue would not have shown even at a moderate size, or as large "
+                                 "as machines have them: a, b, c and 2 more."),
 ])  # fmt: skip
 def test_no_gap_is_said_of_what_would_show(unseen, ends):
     said = sentence(NO_GAP, EFFECTS, unseen)

@@ -3,6 +3,7 @@
 import os
 import re
 import runpy
+import signal
 import subprocess
 import sys
 
@@ -17,7 +18,8 @@ from ddh_msgs.msg import TemperatureEstimate, TemperatureEstimateArray
 
 @pytest.mark.live
 @pytest.mark.timeout(60)
-def test_the_readmes_listener_prints_estimates_with_their_band(repo_root, tmp_path):
+@pytest.mark.parametrize("end", [signal.SIGINT, signal.SIGTERM])
+def test_the_readmes_listener_prints_estimates_with_their_band_and_ends_quietly(end, repo_root, tmp_path):
     documents = runpy.run_path(str(repo_root / "scripts/run_documents.py"))
     (shown,) = (b.text for b in documents["blocks_of"]((repo_root / "README.md").read_text("utf-8")) if b.mark == "file: listen.py")
     script = tmp_path / "listen.py"
@@ -36,12 +38,16 @@ def test_the_readmes_listener_prints_estimates_with_their_band(repo_root, tmp_pa
     try:
         def told():
             publisher.publish(message)
-            return (tmp_path / "heard").read_text("utf-8").splitlines()
+            return (tmp_path / "heard").read_text("utf-8").splitlines()[1:]
 
         lines = wait_for(told, 30, "a line of the listener")
+        listener.send_signal(end)
+        assert listener.wait(10) == 0
     finally:
         listener.kill()
         listener.wait()
         node.destroy_node()
         rclpy.shutdown(context=context)
-    assert set(lines) == {"tank_oil: 41.3 ± 0.4 °C"}
+    first, *others = (tmp_path / "heard").read_text("utf-8").splitlines()
+    assert first == "waiting for the first estimate; Ctrl-C ends"
+    assert set(lines) == set(others) == {"tank_oil: 41.3 ± 0.4 °C"}

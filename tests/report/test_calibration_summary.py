@@ -1,12 +1,13 @@
 """The terminal summary of a calibration: readable at 80 columns."""
 
 import io
+from types import SimpleNamespace
 
 import numpy as np
 from ddh_twin_py.estimation.calibration import Calibration, FittedParameter
 from ddh_twin_py.estimation.comparison import Discrepancy
 from ddh_twin_py.estimation.unknowns import uncertain_paths
-from ddh_twin_py.report.calibration_groups import signal_fits
+from ddh_twin_py.report.calibration_groups import SignalFit, signal_fits, verdict
 from ddh_twin_py.report.calibration_summary import print_calibration
 from ddh_twin_py.rig import load_rig
 from rich.console import Console
@@ -31,3 +32,10 @@ def test_nothing_is_cut_at_80_columns():
     for p in parameters:
         assert p.name in first
         assert f"{p.value:.4g} ± {p.std:.1g}" in first[p.name] and f"{100 * p.share:.0f} %" in first[p.name]
+
+
+def test_a_signal_that_the_fit_made_worse_is_said_to_be():
+    fit = SimpleNamespace(asked=("pump_1.leakage",), settled=True)
+    signals = [SignalFit("temperature/cylinder_barrel", 1.5, 1.72, None, 0), SignalFit("current", 3.0, 1.69, None, 0)]
+    said, _ = verdict(fit, signals, 0.0)
+    assert "cylinder barrel temperature 1.72 (made worse by the fit, 1.50 as given), current 1.69 (2 of 2 signals)" in said

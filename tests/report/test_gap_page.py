@@ -84,9 +84,20 @@ def test_every_verdict_makes_a_whole_page(kind, diagnoses):
 def test_no_gap_says_how_large_each_effect_would_have_to_be(diagnoses):
     table = gap_document(diagnoses["no_gap"]).html().partition("What would have shown")[2].partition("</table>")[0]
     rows = re.findall(r'<th scope="row">(.*?)</th>', table)
-    assert rows == ["load: mass", "pump 1: friction", "tank: cooling"]  # what shows least last
-    assert "mass −2.00 kg" in table and '<td class="n">1.9</td>' in table
+    assert rows == ["load: mass", "pump 1: friction", "motor: cooling", "tank: cooling"]  # what shows least last
+    assert "mass 147.5 kg (−2.00 kg)" in table and "torque +0.250 N·m<" in table
+    assert "convection ratio 29.3 (+28.3), which no machine reaches" in table and '<td class="n">1.9</td>' in table
     assert all("What would have shown" not in gap_document(diagnoses[kind]).html() for kind in KINDS if kind != "no_gap")
+
+
+def test_each_table_of_flows_says_what_a_plus_is(diagnoses):
+    explained = replace(diagnoses["explained"], inputs=[Lack("pump_1", "hydraulic", "lifting", "", -3.0e-6, 1e-7, "m3/s", 1.0)])
+    said = " ".join(Page(gap_document(explained).html()).words)
+    assert "is its leak here: a plus means that more passes it, and less is delivered." in said
+    assert "what the pump delivers to the piston side, so that a leak is a minus here" in said
+    filled = replace(explained, added=("learned.pump_1_unfilled_by_speed",))
+    assert "its suction does not fill it is what is delivered." in " ".join(Page(gap_document(filled).html()).words)
+    assert "is its leak here" not in " ".join(Page(gap_document(diagnoses["no_gap"]).html()).words), "no flow is missing"
 
 
 def test_every_hypothesis_place_and_signal_is_there_with_its_figures(diagnoses):

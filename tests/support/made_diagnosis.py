@@ -25,7 +25,8 @@ _GAIN = {"faint": 0.4, "moderate": 9.0, "clear": 40.0}
 _DETECTABLE = [
     Detection("tank.cooling", "W/K", None, None, "temperature/tank_oil", {"faint": 0.1, "moderate": None, "clear": None}),
     Detection("pump_1.friction", "N*m", 0.25, 3.1, "current", _GAIN),
-    Detection("load.mass", "kg", -2.0, 1.9, "pressure_piston_side", _GAIN),
+    Detection("load.mass", "kg", -2.0, 1.9, "pressure_piston_side", _GAIN, nominal=149.5),
+    Detection("motor.cooling", "1", 28.3, 2.8, "temperature/motor_housing", _GAIN, nominal=1.0, beyond=True),
 ]
 
 

@@ -9,6 +9,9 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
+from ddh_twin_py.cli.compiling import COMPILING, watched
+from ddh_twin_py.cli.standard_output import to_standard_output
+
 if TYPE_CHECKING:
     from ddh_twin_py.telemetry.recording import Finding
 
@@ -21,13 +24,14 @@ _ALIVE = 30.0  # s of silence after which a line comes although nothing was told
 def stage(name: str, quiet: bool = False, part: Callable[[float], str] | None = None) -> Iterator[Callable[[float], None]]:
     """One stage of work; call what it yields with the share done, 0 to 1. What is under way at a share may be named by ``part``.
 
-    On a terminal a bar with the remaining time, else a line at least every 30 s and one at the end; all on standard error.
+    On a terminal a bar with the remaining time, else a line at least every 30 s and one at the end; all on standard error. Either says
+    where kernels are being compiled.
     """
     started = time.perf_counter()
     if quiet:
         yield lambda share: None
     elif not sys.stderr.isatty():
-        with _lines(name, started, part) as line:
+        with watched() as compiling, _lines(name, started, part, compiling) as line:
             yield line
         print(f"{name}: {time.perf_counter() - started:.1f} s", file=sys.stderr, flush=True)
     else:
@@ -38,18 +42,26 @@ def stage(name: str, quiet: bool = False, part: Callable[[float], str] | None = 
             SpinnerColumn(finished_text="✓"), TextColumn("{task.description}"), BarColumn(24), TimeRemainingColumn()
         )
         with Progress(*columns, console=Console(stderr=True)) as progress:
-            task = progress.add_task(name, total=None)
+            task, words = progress.add_task(name, total=None), name
+
+            def name_it() -> None:
+                progress.update(task, description=f"{words}, {COMPILING}" if compiling() else words)
 
             def done(share: float) -> None:
-                progress.update(task, total=1.0, completed=share, description=f"{name}, {part(share)}" if part else name)
+                nonlocal words
+                words = f"{name}, {part(share)}" if part else name
+                progress.update(task, total=1.0, completed=share)
+                name_it()
 
-            yield done
+            with watched(name_it) as compiling:
+                yield done
             took = f"{name}, {time.perf_counter() - started:.1f} s"
             progress.update(task, total=1.0, completed=1.0, description=took)
 
 
 @contextmanager
-def _lines(name: str, started: float, part: Callable[[float], str] | None) -> Iterator[Callable[[float], None]]:
+def _lines(name: str, started: float, part: Callable[[float], str] | None,
+           compiling: Callable[[], bool]) -> Iterator[Callable[[float], None]]:
     """Lines of a stage: what it yields puts one where the last is `_NOW_AND_THEN` ago, a thread where it is `_ALIVE` ago."""
     told, done = started, None
     lock, ended = threading.Lock(), threading.Event()
@@ -63,6 +75,7 @@ def _lines(name: str, started: float, part: Callable[[float], str] | None) -> It
                 return now - told
             told = now
             far = "going on" if done is None else f"{100.0 * done:.0f} %{f', {part(done)},' if part else ''}"
+            far += f"{',' * (done is None or part is None)} {COMPILING}," if compiling() else ""
             print(f"{name}: {far} after {now - started:.0f} s", file=sys.stderr, flush=True)
             return 0.0
 
@@ -111,6 +124,7 @@ def put_json(target: str, data: object) -> None:
     from ddh_twin_py.report.document import json_text, write_json
 
     if target == "-":
-        print(json_text(data))
+        with to_standard_output():
+            print(json_text(data), flush=True)
     else:
         write_json(target, data)

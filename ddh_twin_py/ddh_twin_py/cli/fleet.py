@@ -62,6 +62,7 @@ def run(args: argparse.Namespace) -> int:
     from ddh_twin_py.cli.console import put_json, stage
     from ddh_twin_py.fleet.page import fleet_document, fleet_end, of_other_versions, remark, verdict
     from ddh_twin_py.fleet.parquet import write_parquet
+    from ddh_twin_py.fleet.progress import FleetProgress
     from ddh_twin_py.fleet.recordings import FleetError, find_recordings
     from ddh_twin_py.fleet.results import Results
     from ddh_twin_py.fleet.row import as_csv
@@ -81,13 +82,12 @@ def run(args: argparse.Namespace) -> int:
     busy = FleetError(f"{out}: another ddh-twin fleet writes its results there; wait for it, or give --out another folder")
     results = Results(out / "results")
     unkept: list[OSError] = []
-    def part(share: float) -> str:
-        return f"{round(share * len(found))} finished"
-
-    with held(out, _LOCK, busy), stage(f"diagnosing {len(found)} recordings", args.quiet, part) as progress:
-        progress(0.0)
+    before = [results.finished(one) is not None and not args.again for one in found]
+    far = FleetProgress(len(found), sum(before))
+    with held(out, _LOCK, busy), stage(f"diagnosing {len(found)} recordings", args.quiet, far.said) as progress:
+        progress(far.share)
         try:
-            rows = run_fleet(found, results, Settings(args.longest), args.jobs, args.cluster, args.again, progress, unkept.append)
+            rows = run_fleet(found, results, Settings(args.longest), args.jobs, args.cluster, args.again, far.then(progress), unkept.append)
         except KeyboardInterrupt:
             kept = sum(results.finished(one) is not None for one in found)
             print(f"{kept} of {len(found)} recordings are finished and kept in {results.folder}; started again, it goes on with the others",

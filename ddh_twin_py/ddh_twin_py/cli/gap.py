@@ -83,10 +83,14 @@ def _write_json(args: argparse.Namespace, diagnosis, case, rig) -> None:
 
 
 def _print(args: argparse.Namespace, diagnosis, case, rig) -> None:
-    if not args.quiet and args.json != "-":
-        from ddh_twin_py.report.gap_summary import print_gap
+    from ddh_twin_py.cli.console import say
+    from ddh_twin_py.report.gap_summary import lost_data, print_gap
 
+    if not args.quiet and args.json != "-":
         print_gap(diagnosis)
+        return
+    for said in lost_data(diagnosis):
+        say(f"warning: {said}")
 
 
 def _write_rig(args: argparse.Namespace, diagnosis, case, rig) -> None:

@@ -49,8 +49,16 @@ def run(args: argparse.Namespace) -> int:
     if args.quiet or args.json == "-":
         show_findings(screened.findings, args.json if args.json and args.json != "-" else "ddh-twin info without --quiet")
     else:
-        _show(screened)
+        _show(screened, not_measured(recording))
     return 0
+
+
+def not_measured(recording: Recording) -> dict[str, list[str]]:
+    """Topic to the fields of which it holds no number at all, as where a log had no such column."""
+    import numpy as np
+
+    return {topic: [name for name, column in zip(stream.fields, stream.values.T, strict=True)
+                    if name != "variance" and not np.isfinite(column).any()] for topic, stream in recording.streams() if len(stream)}
 
 
 def recording_json(recording: Recording) -> dict:
@@ -69,7 +77,7 @@ def recording_json(recording: Recording) -> dict:
     }
 
 
-def _show(recording: Recording) -> None:
+def _show(recording: Recording, missing: dict[str, list[str]]) -> None:
     from datetime import UTC, datetime
 
     from rich.console import Console
@@ -92,14 +100,18 @@ def _show(recording: Recording) -> None:
         table.add_column(column, justify="right")
     for topic, stream in recording.streams():
         if len(stream):
-            # a variance of 0 or NaN means unknown and is no fault
-            values = stream.values[:, :1] if topic.startswith("temperature/") else stream.values
+            # a variance of 0 or NaN means unknown and is no fault, and what was never measured cannot be rejected
+            judged = [i for i, name in enumerate(stream.fields) if name != "variance" and name not in missing[topic]]
+            values = stream.values[:, judged]
             rejected = int((values != values).any(axis=1).sum())
             table.add_row(
                 topic, str(len(stream)), number(_rate(stream.time), 1), number(float(stream.time.min()), 1),
                 number(float(stream.time.max()), 1), str(rejected) if rejected else "",
             )
     console.print(table)
+    for topic, fields in missing.items():
+        if fields:
+            console.print(f"not measured: {topic} {', '.join(fields)}", soft_wrap=True)
     if not recording.findings:
         console.print("nothing wrong was found")
     style = {"error": "red", "warning": "yellow"}

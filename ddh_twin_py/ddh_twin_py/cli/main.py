@@ -11,6 +11,7 @@ from importlib import import_module
 from ddh_twin_py.cli.arguments import Parser
 from ddh_twin_py.cli.exit_codes import EXIT_CODES
 from ddh_twin_py.cli.interruption import Interruption
+from ddh_twin_py.cli.standard_output import STANDARD_OUTPUT, to_standard_output
 
 VERBS = ("demo", "replay", "calibrate", "gap", "gap-design", "fleet", "info", "doctor", "export", "import", "fmu", "layouts", "simulate",
          "up", "view", "paper", "study", "motor", "verify", "bench", "gap-bench", "real", "completion")
@@ -83,10 +84,17 @@ def _run(argv: Sequence[str] | None, interruption: Interruption) -> int:
     if args.verb in _WITH_NODES:
         interruption.release()
     try:
-        return import_module(_module(args.verb)).run(args)
+        code = import_module(_module(args.verb)).run(args)
+        with to_standard_output():  # what cannot be written is told here, not on the way out
+            sys.stdout.flush()
+        return code
     except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        _write_no_more()
         return 0
+    except SystemExit as left:
+        if not isinstance(left.__context__, BrokenPipeError):
+            raise
+        return 0  # rich makes this of a closed pipe
     except ModuleNotFoundError as error:
         package = (error.name or "").split(".")[0]
         if package not in _ROS | _BESIDE:
@@ -104,10 +112,17 @@ def _run(argv: Sequence[str] | None, interruption: Interruption) -> int:
         said = str(error)
         if isinstance(error, OSError) and error.filename and error.strerror:
             said = f"{error.filename}: {error.strerror}"
+            if error.filename == STANDARD_OUTPUT:
+                _write_no_more()
         from ddh_twin_py.rig.files import printable
 
         print(f"ddh-twin {args.verb}: error: {printable(' '.join(said.split()))}", file=sys.stderr)
         return 2
+
+
+def _write_no_more() -> None:
+    """What is still to be written to standard output goes nowhere."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 if __name__ == "__main__":

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor, as_completed
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
 from dataclasses import dataclass
 
 from ddh_twin_py.bags.errors import BagError
@@ -16,6 +16,9 @@ from ddh_twin_py.report.document import version
 
 LONGEST = 3600.0
 """s after which the diagnosis of one recording is given up."""
+_LOOK = 1.0  # s between looks at how far recordings are
+Progress = Callable[[float, Mapping[str, float]], None]
+"""Told the share done of all recordings, and of each that is under way here, by name."""
 
 
 @dataclass(frozen=True)
@@ -35,8 +38,9 @@ class Diagnosed:
     final: bool
 
 
-def diagnose_recording(found: Found, settings: Settings, stop: threading.Event | None = None) -> Diagnosed:
-    """Diagnose one recording in a process of its own; whatever goes wrong is a row with the error."""
+def diagnose_recording(found: Found, settings: Settings, stop: threading.Event | None = None,
+                       told: Callable[[float], None] | None = None) -> Diagnosed:
+    """Diagnose one recording in a process of its own; whatever goes wrong is a row with the error. ``told`` is the share done."""
     known: dict = {"recording": found.name, "version": version()}
     if found.refused:
         return Diagnosed(Row(**known, error=found.refused), {}, True)
@@ -53,25 +57,34 @@ def diagnose_recording(found: Found, settings: Settings, stop: threading.Event |
             process.stop()
             late = "" if stop is not None and stop.is_set() else f", it took longer than {settings.longest:g} s"
             return Diagnosed(row_of(known, Outcome(error=f"the diagnosis was stopped{late}")), {}, False)
+        if told is not None:
+            told(process.done)
         outcome, waited = process.wait(0.2), waited + 0.2
     return Diagnosed(row_of(known, outcome), outcome.report, outcome.answered)
 
 
 def run_fleet(found: Sequence[Found], results: Results, settings: Settings, jobs: int = 1, cluster: str = "", again: bool = False,
-              progress: Callable[[float], None] | None = None, unkept: Callable[[OSError], None] | None = None) -> list[Row]:
+              progress: Progress | None = None, unkept: Callable[[OSError], None] | None = None) -> list[Row]:
     """Rows of all recordings, in their order; those that are finished are taken from their files.
 
     Args:
         jobs: how many are diagnosed at once here. cluster: address of a Dask scheduler, '' for none; its workers must see
-            the recordings at the same paths. again: also what is finished. progress: told the share done. unkept: told why a result
-            cannot be written, whose row is returned all the same; where nobody is told, that ends the run.
+            the recordings at the same paths. again: also what is finished. unkept: told why a result cannot be written, whose row
+            is returned all the same; where nobody is told, that ends the run.
 
     Raises:
         FleetError: no cluster there, or dask.distributed is not installed. OSError: a result cannot be written, and nobody is told.
     """
     rows = {} if again else {f.name: row for f in found if (row := results.finished(f)) is not None}
     left = [f for f in found if f.name not in rows]
-    for one, before, diagnosed in (_on_cluster(left, settings, cluster) if cluster else _here(left, settings, jobs)):
+    running: dict[str, float] = {}
+
+    def tell() -> None:
+        if progress is not None:
+            now = {name: share for name, share in dict(running).items() if name not in rows}
+            progress((len(rows) + sum(now.values())) / len(found), now)
+
+    for one, before, diagnosed in (_on_cluster(left, settings, cluster) if cluster else _here(left, settings, jobs, running, tell)):
         rows[one.name] = diagnosed.row
         if diagnosed.final:
             try:
@@ -80,23 +93,35 @@ def run_fleet(found: Sequence[Found], results: Results, settings: Settings, jobs
                 if unkept is None:
                     raise
                 unkept(error)
-        if progress is not None:
-            progress(len(rows) / len(found))
+        tell()
     return [rows[f.name] for f in found]
 
 
-def _here(left: Sequence[Found], settings: Settings, jobs: int) -> Iterator[tuple[Found, str, Diagnosed]]:
-    """Each with its fingerprint as its diagnosis began: what is changed under way is another recording."""
+def _here(left: Sequence[Found], settings: Settings, jobs: int, running: dict[str, float],
+          look: Callable[[], None]) -> Iterator[tuple[Found, str, Diagnosed]]:
+    """Each with its fingerprint as its diagnosis began: what is changed under way is another recording.
+
+    Args:
+        running: kept as recordings begin, go on and end: name to share done. look: called now and then meanwhile.
+    """
     stop = threading.Event()
 
     def one(found: Found) -> tuple[Found, str, Diagnosed]:
-        return found, fingerprint(found), diagnose_recording(found, settings, stop)
+        running[found.name] = 0.0
+        try:
+            return found, fingerprint(found), diagnose_recording(found, settings, stop, lambda share: running.update({found.name: share}))
+        finally:
+            del running[found.name]
 
     with ThreadPoolExecutor(jobs, thread_name_prefix="fleet") as pool:
-        futures = [pool.submit(one, found) for found in left]
+        futures = {pool.submit(one, found) for found in left}
         try:
-            for future in as_completed(futures):
-                yield future.result()
+            while futures:
+                ended, futures = wait(futures, _LOOK, FIRST_COMPLETED)
+                for future in ended:
+                    yield future.result()
+                if not ended:
+                    look()
         finally:
             stop.set()
             pool.shutdown(cancel_futures=True)

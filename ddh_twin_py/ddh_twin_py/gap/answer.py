@@ -25,7 +25,7 @@ from ddh_twin_py.gap.search import Found
 from ddh_twin_py.gap.taken_up import not_shown, shown_since
 from ddh_twin_py.gap.verdict import Verdict
 from ddh_twin_py.gap.words import careful, sentence
-from ddh_twin_py.rig.reader_units import plus_minus
+from ddh_twin_py.rig.reader_units import moved, plus_minus
 from ddh_twin_py.rig.sheet import CUT
 
 LISTED = 0.01
@@ -132,19 +132,21 @@ def _detectable(found: Found, unsure: Sequence[str]) -> list[Detection]:
 
 
 def _missed(detectable: Sequence[Detection]) -> list[Detection]:
-    """Effects that a moderate size would not have shown."""
-    return [d for d in detectable if d.smallest is None or d.rise > SIZES["moderate"]]
+    """Effects that neither a moderate size would have shown nor one that machines reach."""
+    return [d for d in detectable if d.smallest is None or d.rise > SIZES["moderate"] or d.beyond]
 
 
 def _with_size(missed: Detection) -> str:
-    """Such an effect, with the size from which it would have shown where there is one."""
-    return missed.effect if missed.smallest is None else f"{missed.effect} below {plus_minus(abs(missed.smallest), None, missed.unit)}"
+    """Such an effect, with the value of its quantity up or down to which it may act unseen, where there is one."""
+    if missed.smallest is None:
+        return missed.effect
+    return f"{missed.effect} {'up' if missed.smallest > 0.0 else 'down'} to {moved(missed.nominal, missed.smallest, missed.unit)}"
 
 
 def _would_not_show(missed: Sequence[Detection]) -> list[str]:
     """A note on what no gap does not exclude, none where every effect would have been found."""
     return [f"'no gap' does not exclude these, which would likely have been missed even at {SIZES['moderate']:g} times the noise of their "
-            f"worst signal, or as large as they can be: {', '.join(d.effect for d in missed)}"] if missed else []
+            f"worst signal, or as large as machines have them: {', '.join(map(_with_size, missed))}"] if missed else []
 
 
 def _pressed(parameters: Sequence[FittedParameter]) -> list[str]:

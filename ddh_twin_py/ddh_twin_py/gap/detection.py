@@ -18,7 +18,7 @@ import numpy as np
 from ddh_twin_py.gap.effect import Effect
 from ddh_twin_py.gap.hypotheses import LEAST, weigh
 from ddh_twin_py.gap.linearised import Linearised
-from ddh_twin_py.gap.sensitivity import rise_of
+from ddh_twin_py.gap.sensitivity import Column, rise_of
 
 DETECTED = math.log(20.0)
 """Expected gain of log evidence over no effect from which an effect counts as detected."""
@@ -39,6 +39,7 @@ class Detection:
         effect: id. unit: of the departures.
         smallest: departure that is detected, None where its bounds allow none.
         rise: of the worst signal there, in multiples of its noise. worst: that signal, empty where the effect moves none.
+        nominal: value of its quantity without the effect. beyond: whether machines never reach that departure, see `Effect.reached`.
         gain: size (`SIZES`) to expected log evidence over no effect; None where the effect's bounds do not allow that size.
     """
 
@@ -48,6 +49,8 @@ class Detection:
     rise: float | None
     worst: str
     gain: dict[str, float | None]
+    nominal: float = 0.0
+    beyond: bool = False
 
     def detects(self, size: str) -> bool | None:
         """Whether a size is detected, None where it is not possible."""
@@ -74,7 +77,7 @@ def detection(linearised: Linearised, effect: Effect, rise_at: RiseAt) -> Detect
         return Detection(effect.id, effect.unit, None, None, "", dict.fromkeys(SIZES))
     smallest = {i: _smallest(linearised, i) for i in ways}
     within = [i for i in ways if smallest[i] is not None] or ways
-    hardest = max(within, key=lambda i: (smallest[i] or 0.0) * linearised.columns[i].rise)
+    hardest = max(within, key=lambda i: (_beyond(linearised.columns[i], smallest[i]), (smallest[i] or 0.0) * linearised.columns[i].rise))
     column, found = linearised.columns[hardest], smallest[hardest]
     rise = None if found is None else found * column.rise
     found = None if found is None else _confirmed(lambda share: rise_at(effect, column.law, share * column.x), found, rise)
@@ -82,7 +85,10 @@ def detection(linearised: Linearised, effect: Effect, rise_at: RiseAt) -> Detect
     for name, size in SIZES.items():
         possible = [i for i in ways if size <= linearised.columns[i].rise * linearised.columns[i].room]
         gain[name] = min((_gain(linearised, i, size / linearised.columns[i].rise) for i in possible), default=None)
-    return Detection(effect.id, effect.unit, None if found is None else found * column.x, rise, column.worst, gain)
+    model = linearised.model
+    nominal = effect.reference(model.record(model.altered.index(True), linearised.theta))
+    return Detection(effect.id, effect.unit, None if found is None else found * column.x, rise, column.worst, gain, nominal,
+                     _beyond(column, found))
 
 
 def ways_of(linearised: Linearised, effect: str) -> list[int]:
@@ -90,6 +96,12 @@ def ways_of(linearised: Linearised, effect: str) -> list[int]:
     every = [i for i, column in enumerate(linearised.columns) if column.effect.id == effect]
     possible = [i for i in every if linearised.columns[i].rise * linearised.columns[i].room >= SIZES["faint"]]
     return possible or every
+
+
+def _beyond(column: Column, found: float | None) -> bool:
+    """Whether a departure, in multiples of a column, is one that machines never reach."""
+    low, high = column.effect.reached
+    return found is not None and not low <= found * column.x <= high
 
 
 def _confirmed(rise_at: Callable[[float], float], found: float, wanted: float) -> float:

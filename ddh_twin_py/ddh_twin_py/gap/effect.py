@@ -24,7 +24,8 @@ class Effect:
         laws: ways in which the effect may act; each changes a parameter record (1,) in place,
             given the quantity's departure x from ``reference``. At x = 0 none changes anything.
         step: a departure to begin with when the sensitivity is not known.
-        lowest, highest: allowed departures.
+        lowest, highest: allowed departures. reached: between which machines are, where that is less; a fit may ask for more, but what
+            shows only beyond them is not excluded where nothing shows.
         grows: whether it is known for growing, as wear makes it, and a negative departure is rare.
         about: what happens, in one sentence; about_below where the departure is negative and that reads
             otherwise; in both ``{reference}`` stands for what the departure is counted from, see `happens`.
@@ -47,6 +48,7 @@ class Effect:
     step: float
     lowest: float = -math.inf
     highest: float = math.inf
+    reached: tuple[float, float] = (-math.inf, math.inf)
     grows: bool = False
     about: str = ""
     about_below: str = ""

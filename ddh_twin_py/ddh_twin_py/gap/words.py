@@ -31,7 +31,7 @@ def sentence(report: Mapping, catalogue: Mapping[str, Effect], unseen: Sequence[
 
     Args:
         catalogue: effects that were asked about, by id. unseen: those that no signal would have shown, or not at a moderate size, each
-            with the size that would have shown where that is known.
+            with the value up to which it may act unseen where that is known.
         reading: signal that errs where something unknown lies in a reading; empty where it does not.
         at_best: floors by which signals of held-out data are off where what is open of the rig is at its best for them; None: not known.
         asked_for: parameters that have to move for that; empty where it makes little difference.
@@ -98,7 +98,8 @@ def _no_gap(report: Mapping, unseen: Sequence[str], at_best: Mapping[str, float]
         return f"{text}; that no effect acts is {probably(none)} likely{_else(report)}."
     many = len(unseen) > 1
     return (f"{text}; that no effect acts that would have shown is {probably(none)} likely{_else(report)}, and {len(unseen)} "
-            f"effect{'s' * many} of the catalogue would not have shown even at a moderate size: {_first_of(unseen)}.")
+            f"effect{'s' * many} of the catalogue would not have shown even at a moderate size, or as large as machines have them: "
+            f"{_first_of(unseen)}.")
 
 
 def _else(report: Mapping) -> str:

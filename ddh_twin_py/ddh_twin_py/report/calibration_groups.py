@@ -18,6 +18,7 @@ BARELY = 0.9
 """Share from which on it stays at its prior; between the two it is partly informed."""
 GROUPS = ("informed", "partly informed", "stays at prior", "refused")
 _MOST_NAMES = 4
+_WORSE = 1.05  # times as far off as before, from which a fit made a signal worse
 
 
 @dataclass(frozen=True)
@@ -34,6 +35,11 @@ class SignalFit:
     def judged(self) -> float:
         """What the agreement is judged by: the part held out where there is one."""
         return self.after if self.held_out is None else self.held_out
+
+    @property
+    def worse(self) -> str:
+        """That the fit moved it further off what it was fitted to, in brackets; empty where it did not."""
+        return f" (made worse by the fit, {self.before:.2f} as given)" if self.after > _WORSE * self.before else ""
 
 
 def signal_fits(fit: Calibration, held: Mapping[str, tuple[float, int]]) -> list[SignalFit]:
@@ -72,7 +78,8 @@ def verdict(fit: Calibration, signals: Sequence[SignalFit], share: float) -> tup
     if not far:
         said, level = f"The fitted twin's free run is within {FLOOR:g} times sensor noise on all {len(signals)} signals {where}.", "good"
     else:
-        names = ", ".join(f"{words(s.name)} {s.judged:.2f}" for s in far[:_MOST_NAMES]) + (" and more" if len(far) > _MOST_NAMES else "")
+        named = ", ".join(f"{words(s.name)} {s.judged:.2f}{s.worse}" for s in far[:_MOST_NAMES])
+        names = named + (" and more" if len(far) > _MOST_NAMES else "")
         said = f"Beyond {FLOOR:g} times sensor noise {where}: {names} ({len(far)} of {len(signals)} signals)."
         level = "fair" if far[0].judged < 3.0 * FLOOR else "poor"
         if fit.asked:

@@ -4,23 +4,36 @@ from __future__ import annotations
 
 import math
 
+from ddh_twin_py.gap.catalogue import EFFECTS
+from ddh_twin_py.gap.detection import Detection
 from ddh_twin_py.gap.diagnosis import Diagnosis
 from ddh_twin_py.report import document as doc
-from ddh_twin_py.report.gap_design_words import shows_in, smallest
+from ddh_twin_py.report.gap_design_words import shows_in
 from ddh_twin_py.report.gap_words import effect_name
-from ddh_twin_py.report.units import number
+from ddh_twin_py.report.units import moved, number, plus_minus, words
 
 
 def detectable(diagnosis: Diagnosis) -> doc.Html:
     """From which size each effect would have been found, what shows least last; empty where that was not asked."""
     if not diagnosis.detectable:
         return doc.Html("")
-    columns = (doc.Column("Effect", number=False), doc.Column("Would have been found from", "departure", False),
+    columns = (doc.Column("Effect", number=False), doc.Column("Would have been found from", "value (departure)", False),
                doc.Column("Rise there", "× noise"), doc.Column("Shows most in", number=False))
-    ordered = sorted(diagnosis.detectable, key=lambda d: math.inf if d.rise is None else d.rise)
-    rows = [(effect_name(d.effect), smallest(d), number(d.rise, 1), shows_in(d)) for d in ordered]
-    table = doc.table(columns, rows, "Found: the evidence for it is expected to be 20 times that for none. The departure is that of the "
-                                     "quantity that a diagnosis reports, from its value without the effect; a dash: at no possible size.")
+    ordered = sorted(diagnosis.detectable, key=lambda d: (d.beyond or d.smallest is None, math.inf if d.rise is None else d.rise))
+    rows = [(effect_name(d.effect), _found_from(d), number(d.rise, 1), shows_in(d)) for d in ordered]
+    table = doc.table(columns, rows, "Found: the evidence for it is expected to be 20 times that for none. The value is that of the "
+                                     "quantity that a diagnosis reports, in brackets its departure from that without the effect where "
+                                     "this is not 0; a dash: at no possible size.")
     return doc.Html(doc.note("No gap says that an effect of this size or more is unlikely to act: it would be expected to have shown. "
                              "What is smaller may act unseen, and the table of hypotheses holds what is not unlikely.")
                     + doc.details("How large an effect would have to be", doc.Html(f'<div class="whole-words">{table}</div>')))
+
+
+def _found_from(d: Detection) -> str:
+    """The value from which an effect is found, with the quantity's name; a dash where there is none."""
+    if d.smallest is None:
+        return "–"
+    name = words(EFFECTS[d.effect].parameter) if d.effect in EFFECTS else ""
+    departure = plus_minus(d.smallest, None, d.unit, sign=True)
+    value = f"{moved(d.nominal, d.smallest, d.unit)} ({departure})" if d.nominal else departure
+    return f"{name} {value}{', which no machine reaches' if d.beyond else ''}".lstrip()

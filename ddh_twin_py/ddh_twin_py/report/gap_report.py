@@ -131,7 +131,8 @@ _INPUTS = (
     "turns steadily. Torque that the shaft asks for is told as the motor's, whichever of its bearings and pumps it comes from. No effect "
     "is assumed, so that what one cause does to speed and pressures is in several rows. Heat: what the smoother adds to each part so that "
     "its temperatures fit; it is drawn towards zero by some watts. What the commissioning recording leaves over alike is taken off; "
-    "without one the rig's tolerances are in it, and ± knows of scatter alone."
+    "without one the rig's tolerances are in it, and ± knows of scatter alone. A plus: the rig has more of it than the twin. The flow is "
+    "what the pump delivers to the piston side, so that a leak is a minus here."
 )
 
 
@@ -147,6 +148,8 @@ def _lacking(diagnosis: Diagnosis) -> doc.Html:
     if diagnosis.alone:
         blocks.append(doc.details("From the data alone, each place as if it acted by itself, before any effect is assumed",
                                   drawing_of(diagnosis.alone, "From the data alone"), lacking_table(diagnosis.alone)))
+    if flows := _flows(diagnosis):
+        blocks.append(doc.note(flows))
     if diagnosis.inputs:
         blocks.append(doc.details("Unknown inputs: what the recording's own balances leave over", doc.note(_INPUTS),
                                   lacking_table(diagnosis.inputs)))
@@ -157,6 +160,16 @@ def _lacking(diagnosis: Diagnosis) -> doc.Html:
         blocks.append(doc.note("A thermal place in kelvin: what acts there is no heat but a capacity or an exchange; told is how much "
                                "warmer it makes the reading that it moves most."))
     return doc.Html("".join(blocks))
+
+
+def _flows(diagnosis: Diagnosis) -> str:
+    """What a plus of a flow means; empty where none is among what is missing."""
+    if not any(row.unit == "m3/s" for row in (*diagnosis.lacking, *diagnosis.alone)):
+        return ""
+    starved = any("unfilled" in name for name in diagnosis.added)
+    unfilled = ", but of a pump that its suction does not fill it is what is delivered" if starved else ""
+    return ("A plus: the rig has more of it than the twin. The flow of a pump or a valve is its leak here: a plus means that more passes "
+            f"it, and less is delivered{unfilled}.")
 
 
 _NO_TEST = {

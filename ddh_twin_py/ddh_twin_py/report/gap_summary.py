@@ -81,9 +81,13 @@ def _begin(diagnosis: Diagnosis, sentence: str, most: int, width: int) -> tuple[
     Data on which a diagnosis rests come first.
     """
     lines = [Text(line) for line in _wrapped(sentence, most, width)]
-    notes = dict.fromkeys([*diagnosis.damage, *(note for note in diagnosis.report["notes"] if _RECOVERED in note)])
-    lost = [note for note in notes if note not in _plain(lines)][:_MOST_LOST]
+    lost = [note for note in lost_data(diagnosis) if note not in _plain(lines)][:_MOST_LOST]
     return lines, [line for i, note in enumerate(lost) for line in _titled("" if i else "data", note, 3, width)], lost
+
+
+def lost_data(diagnosis: Diagnosis) -> list[str]:
+    """What is wrong with the recordings so far that data are lost by it."""
+    return list(dict.fromkeys([*diagnosis.damage, *(note for note in diagnosis.report["notes"] if _RECOVERED in note)]))
 
 
 def _plain(lines: list[Text]) -> str:

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from ddh_twin_py.rig.reader_units import Shown, decimals, in_unit, number, plain, plus_minus, probably, shown
+from ddh_twin_py.rig.reader_units import Shown, decimals, in_unit, moved, number, plain, plus_minus, probably, shown
 
-__all__ = ["ZERO_CELSIUS", "Shown", "celsius", "decimals", "duration", "in_unit", "number", "plain", "plus_minus", "probably", "shown",
-           "words"]
+__all__ = ["ZERO_CELSIUS", "Shown", "celsius", "decimals", "duration", "in_unit", "moved", "number", "plain", "plus_minus", "probably",
+           "shown", "words"]
 ZERO_CELSIUS = 273.15  # K
 
 

@@ -84,6 +84,13 @@ def plus_minus(value: float, std: float | None, unit: str, sign: bool = False) -
     return f"{written} {s.unit}".rstrip()
 
 
+def moved(nominal: float, departure: float, unit: str) -> str:
+    """The value in SI that a quantity has where it departs from another, in the unit that people read, as finely as shows that it does."""
+    s = shown(unit)
+    value = (nominal + departure) * s.factor
+    return f"{number(value, max(decimals(value), decimals(departure * s.factor, 2)))} {s.unit}".rstrip()
+
+
 def probably(probability: float) -> str:
     """A probability in percent; one that was weighed is never quite 0 or 1."""
     if probability < 0.005:

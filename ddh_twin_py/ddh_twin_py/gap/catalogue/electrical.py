@@ -40,6 +40,7 @@ EFFECTS = (
     Effect(
         id="motor.iron_loss", component="motor", domain="electrical", parameter="loss_ratio", unit="1",
         reference=fixed(1.0), laws=(_iron(2.0), _iron(1.5)), step=0.5, lowest=0.0, highest=60.0,
+        reached=(0.0, 9.0),  # worked and aged laminations lose a few times what the sheet's do, never ten times
         about="Iron loss beyond the Steinmetz term (eddy and excess loss, growing faster than speed).",
         law="P_fe += (r - 1) P_fe(500 rpm) (f/f_500)^n, n between 1.5 and 2",
         signature="Power grows with speed at the same torque; housing and winding warmer on fast duties.",

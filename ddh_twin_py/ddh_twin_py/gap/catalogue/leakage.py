@@ -9,6 +9,7 @@ def _pump(number: int, side: str, *confused_with: str) -> Effect:
     return Effect(
         id=f"pump_{number}.leakage", component=f"pump_{number}", domain="hydraulic", parameter="leakage_ratio", unit="1",
         reference=fixed(1.0), laws=(scaled(f"pump_{number}_leakage"),), step=0.1, lowest=-0.8, highest=30.0, grows=True,
+        reached=(-0.8, 9.0),  # a pump is exchanged before it leaks ten times as much as new
         about=f"Internal leakage of pump {number} grows with wear; flow is lost and turned to heat in the pump.",
         about_below=f"Pump {number} leaks less inside than {{reference}}.",
         law=f"Q_leak = r L_{number} (mu_0/mu(T)) p_{number}",

@@ -8,6 +8,7 @@ EFFECTS = (
     Effect(
         id="ambient.solar_load", component="ambient", domain="thermal", parameter="power", unit="W",
         reference=fixed(0.0), laws=(added("surroundings_solar_load"),), step=30.0, lowest=0.0, highest=2000.0,
+        reached=(0.0, 1000.0),  # full sun on 1 m²
         about="Sunlight heats motor housing, tank and barrel in proportion to their area; the total of the three.",
         law="q_i = P A_i / sum(A)",
         signature="Housing, tank wall and barrel rise alike from the first minute, at rest too.",

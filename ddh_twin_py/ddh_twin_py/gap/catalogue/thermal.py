@@ -9,6 +9,7 @@ def _cooling(name: str, component: str, what: str, fields: tuple[str, ...], *con
     return Effect(
         id=name, component=component, domain="thermal", parameter="convection_ratio", unit="1",
         reference=fixed(1.0), laws=(scaled(*fields),), step=0.3, lowest=-0.98, highest=30.0,
+        reached=(-0.95, 9.0),  # wind or a fan carries about ten times what still air does
         about=f"Convection carries more heat away from {what} than {{reference}} (a fan, wind).",
         about_below=f"Convection carries less heat away from {what} than {{reference}} (dust, a cover).",
         law="q = A r C |dT|^1.25",
@@ -22,6 +23,7 @@ EFFECTS = (
     Effect(
         id="motor.contact_resistance", component="motor", domain="thermal", parameter="resistance_ratio", unit="1",
         reference=fixed(1.0), laws=(divided("motor_yoke_to_housing"),), step=1.0, lowest=-0.9, highest=500.0, grows=True,
+        reached=(-0.9, 30.0),  # a shrink fit against a gap of 0.2 mm of air
         about="Heat passes worse from stator to housing (interface gap).",
         about_below="Heat passes better from stator to housing than {reference}.",
         law="G = G_0/r between yoke and housing",
@@ -35,6 +37,7 @@ EFFECTS = (
     Effect(
         id="motor.flange_conduction", component="motor", domain="thermal", parameter="conductance", unit="W/K",
         reference=fixed(0.0), laws=(added("motor_flange_conductance"),), step=0.5, lowest=0.0, highest=200.0,
+        reached=(0.0, 40.0),  # a steel flange of 200 cm², 2 cm thick
         about="Heat flows between motor and pump 1 through flange and shaft.",
         law="q = G (T_housing - T_pump_1_case)",
         signature="Housing and case of pump 1 come closer to each other.",
@@ -58,6 +61,7 @@ EFFECTS = (
     Effect(
         id="tank.mount_conduction", component="tank", domain="thermal", parameter="conductance", unit="W/K",
         reference=fixed(0.0), laws=(added("tank_mount_conductance"),), step=1.0, lowest=0.0, highest=500.0, steady=False,
+        reached=(0.0, 50.0),  # steel feet of 100 cm² in all, 1 cm thick
         about="The tank loses heat through its mounts into the machine's frame.",
         law="q = G (T_wall - T_ambient)",
         signature="Tank wall and oil cooler in proportion to their rise, where convection would grow faster.",

@@ -1,0 +1,49 @@
+"""How far a fleet is, in words: how many are finished, what is under way, and how long the rest may take."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping
+
+from ddh_twin_py.rig.files import printable
+
+_NAMED = 3  # recordings under way that are named
+_SURE = 0.05  # share of what was left, from which on the time that it takes is told
+
+
+class FleetProgress:
+    """Keeps what it is told; `said` puts it into words.
+
+    Args:
+        recordings: how many there are. finished: how many of them were when this run began. clock: s.
+    """
+
+    def __init__(self, recordings: int, finished: int, clock: Callable[[], float] = time.monotonic) -> None:
+        self._recordings, self._finished = recordings, finished
+        self.share = self._begun = finished / recordings
+        self._clock, self._since = clock, clock()
+        self._running: Mapping[str, float] = {}
+
+    def then(self, progress: Callable[[float], None]) -> Callable[[float, Mapping[str, float]], None]:
+        """What keeps the share of all and of each that is under way, and passes the first on."""
+
+        def told(share: float, running: Mapping[str, float]) -> None:
+            self._finished = round(share * self._recordings - sum(running.values()))
+            self.share, self._running = share, running
+            progress(share)
+
+        return told
+
+    def said(self, share: float) -> str:
+        """Such as `2 of 4 finished, crane_3 41 %, about 12 min left`."""
+        named = [f"{printable(name)} {100.0 * done:.0f} %" for name, done in sorted(self._running.items())]
+        more = [f"{len(named) - _NAMED} more under way"] if len(named) > _NAMED else []
+        return ", ".join([f"{self._finished} of {self._recordings} finished", *named[:_NAMED], *more, *self._left()])
+
+    def _left(self) -> list[str]:
+        """How long the rest takes, if it goes on so; nothing where that cannot be told yet."""
+        done, left = self.share - self._begun, 1.0 - self.share
+        if done < _SURE * (1.0 - self._begun) or left <= 0.0:
+            return []
+        seconds = (self._clock() - self._since) * left / done
+        return [f"about {seconds / 60.0:.0f} min left" if seconds >= 90.0 else f"about {seconds:.0f} s left"]
