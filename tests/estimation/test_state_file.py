@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from ddh_twin_py.estimation.state_file import StateFileError, load_state, save_state
 from ddh_twin_py.estimation.temperature_fusion import TemperatureFusion
+from ddh_twin_py.nodes.parameters import NodeError
 from ddh_twin_py.nodes.state_keeper import StateKeeper
 from ddh_twin_py.rig import files, load_rig
 from hypothesis import given, settings
@@ -132,3 +133,9 @@ def test_a_node_starts_without_a_state_that_cannot_be_used(tmp_path, state):
     keeper.close()
     assert keeper.saved is None
     assert keeper.note == f"{tmp_path}/state: is no state file, or was cut short; starting without"
+
+
+@pytest.mark.parametrize("path", ["/dev/full", "/dev/zero", "/tmp"])
+def test_a_state_file_that_is_no_regular_file_is_refused(path, state):
+    with pytest.raises(NodeError, match=f"parameter state_file is {path}: that is no regular file"):
+        StateKeeper(path, state)

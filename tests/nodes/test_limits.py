@@ -89,6 +89,7 @@ def test_a_question_that_cannot_be_answered_says_why(watched, listener):
         ({"duty": request.GIVEN, "duty_file": "cycle: nothing"}, "a list of segments"),
         ({"duty": request.REST, "horizon": 1e9}, "horizon"),
         ({"duty": request.GIVEN, "rms_current": -1.0}, "rms_current"),
+        ({"duty": request.GIVEN, "mean_absolute_speed": math.inf}, "mean_absolute_speed: value is inf rad/s, it must be finite"),
     ):
         answer = ask(listener, **fields)
         assert not answer.success and words in answer.message

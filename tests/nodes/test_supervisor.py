@@ -103,8 +103,8 @@ def test_a_source_that_crashes_is_no_end():
 def test_a_child_that_does_not_stop_is_made_to(monkeypatch):
     monkeypatch.setattr(module, "_GRACE", ((signal.SIGTERM, 0.2), (signal.SIGKILL, 2.0)))
     run = Run(Child("stubborn", shell("trap '' INT TERM; echo here; while :; do sleep 0.05; done")))
-    run.until("stubborn           | here")
-    assert run.said("stubborn did not stop, sending SIGKILL")
+    assert run.until("stubborn           | here") == module.KILLED
+    assert run.said("ERROR stubborn did not stop within 0.2 s, sending SIGKILL")
     assert not run.supervisor.children[0].running
 
 

@@ -97,6 +97,8 @@ def test_no_node_outlives_a_twin_that_is_killed(tmp_path):
         (["--bag", "x"], "--bag was given, but --source is none"),
         (["--source", "bag", "--bag", "/nowhere"], "there is no /nowhere"),
         (["--rig", "/nowhere"], "--rig: there is no /nowhere"),
+        (["--state-file", "/dev/full"], "--state-file: /dev/full is no regular file"),
+        (["--normal-file", "/tmp"], "--normal-file: /tmp is no regular file"),
         (["--rate", "fast"], "'fast' is no number"),
         (["--namespace", "/bad ns!"], "--namespace is '/bad ns!'; allowed are names of letters"),
         (["--namespace", "/rig//b"], "--namespace is '/rig//b'"),

@@ -20,6 +20,8 @@ STEADY = 60.0
 """s of running after which the back-off begins anew."""
 CUT_OFF = 1
 """Exit code where a child that is run once crashed."""
+KILLED = 1
+"""Exit code where a child did not stop and had to be killed."""
 UNUSABLE = 2
 """Exit code of a node that cannot use what it was given; a restart would not help."""
 # Not SIGINT first: a Python that is still importing answers it with a traceback.
@@ -95,8 +97,8 @@ class Supervisor:
                         self.say("the source has come to its end, stopping")
                         break
         finally:
-            self.stop()
-        return code
+            killed = self.stop()
+        return code or (KILLED if killed else 0)
 
     def say(self, text: str) -> None:
         """A line of our own in the log."""
@@ -149,8 +151,9 @@ class Supervisor:
         self._line("up", f"WARN {child.name} ended ({_reason(code)}) after {ran:.1f} s, starting it again in {wait:g} s")
         return 0
 
-    def stop(self) -> None:
-        """Stop all that runs, those marked `last` after the others; nothing is left behind."""
+    def stop(self) -> bool:
+        """Stop all that runs, those marked `last` after the others; nothing is left behind. Whether one had to be killed."""
+        killed = False
         for child in self.children:
             child.again_at = None
         for last in (False, True):
@@ -160,7 +163,9 @@ class Supervisor:
                 if not still:
                     break
                 if number == signal.SIGKILL:
-                    self._line("up", f"WARN {', '.join(c.name for c in still)} did not stop, sending {number.name}")
+                    killed = True
+                    names = ", ".join(c.name for c in still)
+                    self._line("up", f"ERROR {names} did not stop within {_GRACE[0][1]:g} s, sending {number.name}")
                 for child in still:
                     child.process.send_signal(number)
                 deadline = time.monotonic() + grace
@@ -170,6 +175,7 @@ class Supervisor:
                 self._drain(child)
                 if child.process.returncode not in (0, -signal.SIGTERM):
                     self._line("up", f"WARN {child.name} ended with {_reason(child.process.returncode)}")
+        return killed
 
     # --- log ---------------------------------------------------------------------------------
 

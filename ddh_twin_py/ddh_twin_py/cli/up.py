@@ -174,6 +174,9 @@ def check(args: argparse.Namespace) -> None:
         raise InputError(f"{given} was given, but --source is {args.source}; it needs --source {wanted}")
     if args.record and Path(args.record).exists():
         raise InputError(f"{args.record} exists; nothing is overwritten")
+    for option, given in (("--state-file", args.state_file), ("--normal-file", args.normal_file)):
+        if given and os.path.exists(given) and not os.path.isfile(given):
+            raise InputError(f"{option}: {given} is no regular file; name a file that is one, or is not there yet")
     for name in ("rig", "params", "bag"):
         given = getattr(args, name)
         if given:

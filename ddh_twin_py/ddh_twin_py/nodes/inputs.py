@@ -8,6 +8,7 @@ milliseconds, takes all that came, and decodes them in bulk: 13 microseconds a m
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import accumulate
 
 from rclpy.callback_groups import CallbackGroup
 from rclpy.event_handler import SubscriptionEventCallbacks
@@ -102,15 +103,20 @@ class Inputs:
 
     def take(self, entry: Input, wall: float) -> list[bytes]:
         """All messages that wait on one input, oldest first, as CDR."""
-        taken = []
+        return self.take_timed(entry, wall)[0]
+
+    def take_timed(self, entry: Input, wall: float) -> tuple[list[bytes], list[int]]:
+        """The same, and when the middleware got each of them, ns of the computer's clock, never falling; 0 where it does not tell."""
+        taken, came = [], []
         handle, message_type = entry.subscription.handle, entry.message_type
         with handle:
             while (message := handle.take_message(message_type, True)) is not None:
                 taken.append(message[0])
+                came.append(message[1]["received_timestamp"] or 0)
         if taken:
             entry.received += len(taken)
             entry.arrived = wall
-        return taken
+        return taken, list(accumulate(came, max))
 
 
 def _unused(message: bytes) -> None:

@@ -163,7 +163,7 @@ class LimitWatch:
         if not 0.0 <= current <= most:
             raise DutyError(f"rms_current: value is {current:g} A, allowed are 0 to {most:g} A")
         if not math.isfinite(speed) or speed < 0.0:
-            raise DutyError(f"mean_absolute_speed: value is {speed:g} rad/s, it must not be below 0")
+            raise DutyError(f"mean_absolute_speed: value is {speed:g} rad/s, it must be finite and not below 0")
         if speed == 0.0:
             return 1.0, current
         if not changed.scales.size:

@@ -26,6 +26,7 @@ from ddh_twin_py.twin.ambient import AmbientTracker
 from ddh_twin_py.twin.sensor_errors import take_off_sensor_errors, temperature_zero_errors
 
 ADAPT_PERIOD = 0.25  # s of wall time
+_MOST_AT_ONCE = 1000  # ticks between two looks at whether to stop
 TEMPERATURE_TOPICS = tuple(TEMPERATURE_PREFIX + sensor for sensor in TEMPERATURE_SENSORS)
 AMBIENT_TOPIC = TEMPERATURE_PREFIX + "ambient"
 
@@ -103,16 +104,19 @@ class TelemetryNode(TwinNode, ABC):
         self.unit: Unit | None = None  # what the state in hand belongs to, None while there is none
         self.create_subscription(RigInfo, RIG_TOPIC, self._take_rig, qos.LATCHED)
         self._last_data: float | None = None
+        self._more = False  # whether ticks of what was taken in are left for the next look
         self.every(POLL_PERIOD, self.poll)
         self.every(ADAPT_PERIOD, self.feed.inputs.adapt)
 
     def poll(self) -> None:
         """Take in what came, do what can be done, tell how far we are."""
         wall = self.wall()
-        if self.take(wall):
+        if not self._more and self.take(wall):
             self._last_data = wall
-        ticks = self.feed.ready()
-        flush = self._last_data is not None and wall - self._last_data > self.flush_wait()
+            self.feed.align()
+        ticks = self.feed.ready(_MOST_AT_ONCE)
+        self._more = len(ticks) == _MOST_AT_ONCE
+        flush = not self._more and self._last_data is not None and wall - self._last_data > self.flush_wait()
         if flush:
             self._last_data = None
             ticks += self.feed.flush()
@@ -121,7 +125,8 @@ class TelemetryNode(TwinNode, ABC):
                 self._note_restart(tick)
         if ticks or flush:
             self.work(ticks, flush)
-        self.progress.tell(wall)
+        if not self._more:
+            self.progress.tell(wall)
 
     def flush_wait(self) -> float:
         """Wall time without a message after which nothing more is waited for, s."""

@@ -30,6 +30,8 @@ class StateKeeper:
         folder = self.path.absolute().parent
         try:
             folder.mkdir(parents=True, exist_ok=True)
+            if self.path.exists() and not self.path.is_file():
+                raise NodeError(f"parameter state_file is {path}: that is no regular file; name a file that is one, or is not there yet")
             self.saved = load_state(self.path, like)
             self.note = "" if self.saved else f"{self.path}: no state yet, starting without"
         except StateFileError as error:

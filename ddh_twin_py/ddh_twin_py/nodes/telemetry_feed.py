@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Iterable, Sequence
+from itertools import compress, islice
+from operator import itemgetter
 
 import numpy as np
 from rclpy.node import Node
@@ -42,8 +44,10 @@ class TelemetryFeed:
     """Subscribes to telemetry topics and cuts what comes into ticks.
 
     `awaited` names the streams that a tick waits for, see `TickAligner`; `others` maps further
-    streams of the aligner, which the node fills itself through `push` and which are computed from
+    streams of the aligner, which the node fills itself through `collect` and which are computed from
     telemetry, to their width; `keep_late` are streams whose late samples the node uses.
+    What was collected is aligned in the order in which it came, all topics together: a node that was
+    busy finds seconds of each, and a clock that jumped in them jumped once for all.
     """
 
     def __init__(
@@ -66,34 +70,46 @@ class TelemetryFeed:
         widths = {topic: field_count(topic) for topic in topics} | (others or {})
         self._delay = {topic: delay_ns(rig, topic) for topic in topics}
         self.last: dict[str, np.ndarray] = {}  # newest sample of each stream
+        self._collected: list[tuple[int, str, int, Sequence[float]]] = []  # came at, stream, stamp, row
         self.aligner = TickAligner(widths, interval, reorder_window, timeout, list(awaited), followers=tuple(others or ()),
                                    keep_late=keep_late)
 
     def take(self, wall: float) -> bool:
-        """Take in all telemetry that waits; whether there was any."""
+        """Take in all telemetry that waits; whether there was any. To be followed by `align`."""
         some = False
         for topic, screen in self.screens.items():
             entry = self.inputs.all[topic]
-            messages = self.inputs.take(entry, wall)
+            messages, came = self.inputs.take_timed(entry, wall)
             if messages:
-                self._take(entry, screen, messages)
+                self._take(entry, screen, messages, came)
                 some = True
         return some
 
-    def _take(self, entry: Input, screen: StreamScreen, messages: list[bytes]) -> None:
+    def collect(self, stream: str, came: Iterable[int], stamps: Iterable[int], rows: Iterable[Sequence[float]]) -> None:
+        """Samples of one stream for `align`: when they came and their stamps, ns, and their rows."""
+        self._collected += [(at, stream, stamp, row) for at, stamp, row in zip(came, stamps, rows, strict=True)]
+
+    def align(self) -> None:
+        """Give the aligner what was collected, in the order in which it came; of one time in the order of collection."""
+        collected, self._collected = self._collected, []
+        collected.sort(key=itemgetter(0))
+        push = self.aligner.push
+        for _, stream, stamp, row in collected:
+            push(stream, stamp, row)  # tells repetitions from stragglers itself
+
+    def _take(self, entry: Input, screen: StreamScreen, messages: list[bytes], came: list[int]) -> None:
         sizes = np.array([len(message) for message in messages], np.int64)
         data = np.frombuffer(b"".join(messages), np.uint8)
         stamps, values, sound = stamped_floats(data, np.cumsum(sizes) - sizes, sizes, field_count(entry.topic))
         if not sound.all():
             stamps, values = stamps[sound], values[sound]
+            came = list(compress(came, sound))
         if entry.topic.startswith(TEMPERATURE_PREFIX):
             values[:, 0] += ZERO_CELSIUS
         screened = screen.screen(stamps, values)
-        push, topic, delay = self.aligner.push, entry.topic, self._delay[entry.topic]
-        for stamp, row in zip(screened.stamp.tolist(), screened.values, strict=True):
-            push(topic, stamp - delay, row)  # tells repetitions from stragglers itself
+        self.collect(entry.topic, came, (screened.stamp - self._delay[entry.topic]).tolist(), screened.values)
         if len(screened.stamp):
-            self.last[topic] = screened.values[-1]
+            self.last[entry.topic] = screened.values[-1]
         entry.newest_ns = screen.newest_ns or 0
         lost = int((~sound).sum())
         entry.rejected += lost + int((~np.isfinite(screened.values[:, : len(screen.signals)])).any(axis=1).sum())
@@ -103,9 +119,9 @@ class TelemetryFeed:
         for topic in self.screens:
             StreamScreen(topic).screen([0], np.zeros((1, field_count(topic))))
 
-    def ready(self) -> list[Tick]:
-        """Ticks that are complete."""
-        return list(self.aligner.ready())
+    def ready(self, most: int) -> list[Tick]:
+        """The next ticks that are complete, so many at most."""
+        return list(islice(self.aligner.ready(), most))
 
     def flush(self) -> list[Tick]:
         """All ticks up to the newest sample, where nothing more comes for now."""

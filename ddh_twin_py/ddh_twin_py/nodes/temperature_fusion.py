@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import islice
+
 import numpy as np
 from sensor_msgs.msg import Temperature
 
@@ -119,7 +121,8 @@ class TemperatureFusionNode(TelemetryNode):
         """Sensors first: a model's message is never older than what it was computed from."""
         some = super().take(wall)
         for topic, (entry, parser) in self._models.items():
-            messages = self.feed.inputs.take(entry, wall)
+            messages, came = self.feed.inputs.take_timed(entry, wall)
+            arrivals = iter(came)
             for example, stamps, values in parser.parse(messages):
                 some = True
                 entry.newest_ns = int(stamps[-1])
@@ -127,8 +130,7 @@ class TemperatureFusionNode(TelemetryNode):
                     self._keep_predictions(stamps, node_temperatures(example.temperature_nodes, to_kelvin(values["temperature"])))
                     continue
                 rows = (state_rows if topic == STATE_TOPIC else motor_rows)(example, values)
-                for stamp, row in zip(stamps.tolist(), rows, strict=True):
-                    self.feed.aligner.push(topic, stamp, row)
+                self.feed.collect(topic, islice(arrivals, stamps.size), stamps.tolist(), rows)
         return some
 
     def flush_wait(self) -> float:

@@ -8,7 +8,7 @@ the reorder window late.
 from __future__ import annotations
 
 from bisect import bisect_right, insort
-from collections import Counter
+from collections import Counter, deque
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
@@ -174,19 +174,20 @@ class TickAligner:
     `reorder_window` beyond its end, so that nothing of it can still come. A stream that has
     stopped (or never began) holds a tick up by `timeout` once and is not waited for until it
     is back. Streams not named in `awaited` never hold a tick up.
-    After `longest_gap` without any sample the time up to the next one is skipped.
+    Where no sample comes for longer than `longest_gap` that time is skipped, all of it and at once.
 
     A stream of which the stamps lie more than the reorder window behind its newest, and which has gone
     on so for longer than that window or half of the step, shows a clock that jumped, unless more streams go on
-    as before meanwhile (more of the awaited ones, where it is one): all that waits is released and the
-    ticks begin anew. A stamp after which the stream goes on as before is of another clock, as of a second
-    machine on the topic, and left out; so is one by which all would lie more than `longest_gap`
-    ahead. Samples of the other streams are
-    left out until they have gone back too, fit the new time, or have gone on for longer than
+    as before meanwhile (more of the awaited ones, where it is one): all that waits is released, without the
+    time in which there was nothing for longer than messages can be under way, and the ticks begin anew. A
+    stamp after which the stream goes on as before is of another clock, as of a second machine on the topic,
+    and left out; so is one by which all would lie more than `longest_gap` ahead. Samples of the other streams
+    are left out until they have gone back too, fit the new time, or have gone on for longer than
     messages can be under way. `followers` are computed from the other streams and lag behind them:
     by up to `timeout` they tell the old time after a jump, so that they only restart themselves
     when they go back; they decide for all only where none of the others speaks, or says otherwise
-    for `timeout` of data. What they said in the meantime is not lost.
+    for `timeout` of data. What they said in the meantime is not lost. Samples must be pushed in the order in
+    which they came, whatever their stream: streams pushed one after the other would each tell every jump anew.
 
     Samples of the streams `keep_late` whose tick was released already are put into `late` (stream,
     stamp in ns, row) for a listener that can use them; it empties the list.
@@ -222,7 +223,7 @@ class TickAligner:
         self.strayed: dict[tuple[str, str], int] = {}
         self._pushed = 0
         self._keep_late = frozenset(keep_late)
-        self._done: list[Tick] = []
+        self._done: deque[Tick] = deque()
         self._newest: int | None = None  # over all streams
         self._last: int | None = None  # index of the tick released last
         self._empty = 0  # empty ticks released since the last one with samples
@@ -300,28 +301,32 @@ class TickAligner:
             if len(line.doubted) > 1 and not self._outvoted(line, line.first_doubted):  # one sample is no clock
                 self._believe(name, line)
         yield from self._finished()
-        yield from self._drain()
+        yield from self._drain(self._longest_gap)
 
     def _finished(self) -> Iterator[Tick]:
         while self._done:
-            yield self._done.pop(0)
+            yield self._done.popleft()
 
     @staticmethod
     def _beyond(line: _Line, edge: int) -> bool:
         return line.newest is not None and not line.stale and line.newest > edge
 
-    def _drain(self) -> Iterator[Tick]:
+    def _drain(self, longest_gap: int) -> Iterator[Tick]:
         while any(line.stamps for line in self._lines.values()):
-            yield self._release(self._following())
+            yield self._release(self._following(longest_gap))
 
-    def _following(self) -> int | None:
-        """Index of the next tick to be released, None while that cannot be known."""
-        if self._last is not None and self._empty < self._longest_gap:
-            return self._last + 1
+    def _following(self, longest_gap: int | None = None) -> int | None:
+        """Index of the next tick to be released, None while that cannot be known; more empty ticks than ``longest_gap`` are skipped."""
+        longest_gap = self._longest_gap if longest_gap is None else longest_gap
         if self._last is None:
             self._leave_out_strays()
         oldest = min((line.stamps[0] for line in self._lines.values() if line.stamps), default=None)
-        return None if oldest is None else tick_index(oldest, self.interval_ns)
+        filled = None if oldest is None else tick_index(oldest, self.interval_ns)
+        if self._last is None:
+            return filled
+        if filled is None:
+            return self._last + 1 if self._empty < longest_gap else None
+        return self._last + 1 if self._empty + filled - self._last - 1 <= longest_gap else filled
 
     def _leave_out_strays(self) -> None:
         """At the beginning: leave out what fewer streams tell than tell a time after a long silence; it is of another clock."""
@@ -432,6 +437,8 @@ class TickAligner:
 
     def _joins(self, line: _Line, stamp: int) -> bool:
         """Whether a stale stream is of the new clock with this stamp; it is stale no more then."""
+        if line.follows and any(self._far_ahead(leader, stamp) for leader in self._lines.values() if not leader.follows):
+            return False  # it tells what the others told before the jump, their way there included
         if line.since is None:
             line.since = stamp
         fits = not line.follows and (self._newest is None or stamp <= self._newest + self._window)
@@ -439,6 +446,10 @@ class TickAligner:
         if fits or stamp > line.since + longest:
             line.restart()
         return not line.stale
+
+    def _far_ahead(self, line: _Line, stamp: int) -> bool:
+        """Whether a stamp lies so far ahead of a stream that speaks that the time between would be skipped."""
+        return line.newest is not None and not line.stale and stamp > line.newest + self._longest_gap * self.interval_ns
 
     def _jump(self, stream: str) -> None:
         """The clock jumped back: everything that waits belongs to the old time."""
@@ -448,7 +459,7 @@ class TickAligner:
             self._lines[name].forget(held[0][0])
         before = followed | {name: [(stamp, row) for stamp, (row, _) in line.doubted.items()]
                              for name, line in self._lines.items() if line.went_back}
-        self._done += self._drain()
+        self._done += self._drain(min(self._longest_gap, (self._window + self._timeout) // self.interval_ns))
         self._restart = self._restart or self._last is not None
         self.late.clear()
         self._newest = self._last = None
@@ -527,9 +538,7 @@ def _tick_indices(stamps: list[np.ndarray], interval_ns: int, longest: int) -> t
         return np.empty(0, np.int64), np.empty(0, bool)
     filled = _distinct(np.sort(np.concatenate(filled)))
     runs = np.split(filled, np.flatnonzero(np.diff(filled) > longest + 1) + 1)
-    parts = [np.arange(run[0], run[-1] + 1 + longest) for run in runs]
-    parts[-1] = np.arange(runs[-1][0], runs[-1][-1] + 1)
-    index = np.concatenate(parts)
+    index = np.concatenate([np.arange(run[0], run[-1] + 1) for run in runs])
     restart = np.zeros(index.size, bool)
     restart[1:] = np.diff(index) != 1
     return index, restart
