@@ -138,3 +138,48 @@ def test_a_sensor_that_lies_leaves_the_rig_in_doubt(longer, rig, change, said):
     assert np.all(np.isfinite(result.fused)) and np.all(np.isfinite(result.fused_std))
     doubts = [str(finding) for finding in result.recording.warnings if "errors may exceed what is stated" in str(finding)]
     assert len(doubts) == 1 and said in doubts[0]
+
+
+@pytest.fixture(scope="module", params=[(21.0, 31.0), (25.0, 36.5), (28.0, 28.9)], ids=lambda gap: f"{gap[0]:g} to {gap[1]:g} s")
+def after_a_gap(request, sound, rig):
+    """Where drive and hydraulics were silent, s, and the replay of that."""
+    gapped = damage.without_samples(damage.without_samples(sound, DRIVE, *request.param), HYDRAULICS, *request.param)
+    return request.param, replay(gapped, rig)
+
+
+def test_a_run_that_lost_its_command_goes_on_from_what_is_measured(after_a_gap, healthy):
+    (begin, end), result = after_a_gap
+    n = min(len(result.time), len(healthy.time))
+    later = (result.time[:n] > end + 1.0) & np.isfinite(result.measured["rod_position"][:n])
+    apart = (result.free["rod_position"][:n] - healthy.free["rod_position"][:n])[later]
+    assert np.abs(apart).max() < 2e-3
+    pressure = (result.free["pressure_piston_side"][:n] - healthy.free["pressure_piston_side"][:n])[later]
+    assert np.sqrt(np.mean(pressure**2)) < 2e5
+    assert result.off.any() and result.settled[-1]
+    assert not result.off[(result.time < begin) | (result.time > end + 0.2)].any()
+
+
+def test_nothing_is_heated_by_a_rod_that_is_put_back(after_a_gap, healthy):
+    """In the gap it stands and holds its load; since then it is heated as the run that knew every command."""
+    (_, end), result = after_a_gap
+    n = min(len(result.time), len(healthy.time))
+    hotter = (result.free_temperature[:n] - healthy.free_temperature[:n])[result.time[:n] > end + 0.2]
+    assert (hotter - np.maximum(hotter[0], 0.0)).max() < 0.3
+
+
+def test_the_first_finding_says_that_the_free_run_was_off(after_a_gap):
+    (begin, end), result = after_a_gap
+    first = result.recording.findings[0]
+    assert first.severity == "warning" and first.topic.endswith(DRIVE) and first.value == pytest.approx(end - begin, abs=0.2)
+    assert f"from {begin:.1f} to {end:.1f} s" in first.message and "free run was off" in first.message
+
+
+def test_a_gap_in_which_the_rod_rests_is_no_loss(sound, rig):
+    standing = replay(sound, rig)
+    rest = standing.time[standing.measured["standstill"] > 1.0]
+    begin = rest[0]
+    end = min(begin + 1.5, standing.time[(standing.time > begin) & (standing.measured["standstill"] == 0.0)][0] - 0.1)
+    assert end > begin + 0.6
+    result = replay(damage.without_samples(sound, DRIVE, begin, end), rig)
+    assert not result.off.any() and not any("free run was off" in str(f) for f in result.recording.findings)
+    np.testing.assert_allclose(result.free["rod_position"], standing.free["rod_position"], atol=1e-3)

@@ -11,6 +11,7 @@ import numpy as np
 from scipy.signal import lfilter
 
 from ddh_twin_py.estimation.credibility import Credibility
+from ddh_twin_py.estimation.off_course import moved_on, off_course
 from ddh_twin_py.estimation.sensors import NODE_INDEX, NODE_OF_SENSOR, SENSORS
 from ddh_twin_py.estimation.start import START, start_temperature
 from ddh_twin_py.estimation.temperature_fusion import FusionInputs, Innovation, Readings, TemperatureFusion
@@ -86,6 +87,8 @@ class ReplayResult:
         covariance: K^2, of the fused temperatures at ``smoothed_row``, (k, N, N), none unless asked for.
         ambient: K, what the models took for the air, (n,); empty where nobody said.
         sampled_at: by topic of telemetry, s, mean time of each interval's samples, (n,), NaN where none came.
+        off: where the free run lost its command and the machine moved on, (n,). settled: see `HydraulicResult`, (n,). Both empty where
+            nobody said.
     """
 
     recording: Recording
@@ -108,6 +111,8 @@ class ReplayResult:
     covariance: np.ndarray = field(default_factory=lambda: np.empty((0, N, N)))
     ambient: np.ndarray = field(default_factory=lambda: np.empty(0))
     sampled_at: Mapping[str, np.ndarray] = field(default_factory=dict)
+    off: np.ndarray = field(default_factory=lambda: np.empty(0, bool))
+    settled: np.ndarray = field(default_factory=lambda: np.empty(0, bool))
 
     def free_where_sampled(self, name: str, topic: str) -> np.ndarray:
         """The free run at the mean time of each interval's samples, (n,), NaN where none came.
@@ -173,6 +178,7 @@ class _Run:
         self.free_temperature, self.fused, self.fused_std = np.empty((n, N)), np.empty((n, N)), np.empty((n, N))
         self.free_reading, self.fused_reading = np.empty((n, len(SENSORS))), np.empty((n, len(SENSORS)))
         self.ambient = np.empty(n)
+        self.off, self.taken_up, self.settled = np.zeros((3, n), bool)
         self.innovations: list[Innovation] = []
         self.seconds = {"hydraulic_model": 0.0, "machine_thermal": 0.0, "temperature_fusion": 0.0}
         self.fusion = TemperatureFusion(rig, interval)
@@ -218,6 +224,7 @@ class _Run:
             self.seconds["temperature_fusion"] += time.perf_counter() - clock
             self.soft[rows], self.free[rows] = scalars(result.soft), scalars(result.free)
             self.free_temperature[rows] = result.free_temperature
+            self.off[rows], self.taken_up[rows], self.settled[rows] = result.off, result.taken_up, result.settled
             self.fused[rows], self.fused_std[rows] = estimate.temperature, estimate.standard_deviation
             self.fused_reading[rows] = estimate.reading + self.zero
             self.innovations += [Innovation(i.index + low, i.sensor, i.measured, i.expected, i.standard_deviation, i.accepted)
@@ -284,10 +291,12 @@ class _Run:
         return Readings(index[order], sensor[order], value[order]), air
 
     def _told(self) -> Recording:
-        """The recording, with what is extrapolated, and what cannot be true of the rig at its end, among its findings."""
+        """The recording, with where the free run was off before its findings, and what is extrapolated, or cannot be true of the rig at its
+        end, behind them."""
         said = (outside_stated(self.fused), Credibility(self.rig).doubt(self.fusion.state)) if len(self.ticks) else ()
         findings = [Finding("warning", self.recording.path, "", "", None, 1, f"{self.recording.path}: {text}") for text in said if text]
-        return replace(self.recording, findings=[*self.recording.findings, *findings]) if findings else self.recording
+        first = off_course(self.recording, self.time, moved_on(self.off, self.taken_up), self.interval)
+        return replace(self.recording, findings=[*first, *self.recording.findings, *findings]) if first or findings else self.recording
 
     def result(self) -> ReplayResult:
         """All outputs, with each temperature sensor against the twin."""
@@ -311,6 +320,7 @@ class _Run:
             self._told(), self.rig, self.time, self.measured, self.soft, self.free, self.free_temperature,
             self.fused, self.fused_std, sensors, self.innovations, self.seconds, **smoothed, ambient=self.ambient,
             sampled_at={topic: self._sampled_at(topic) for topic in (DRIVE_TOPIC, HYDRAULIC_TOPIC) if topic in self.ticks.samples},
+            off=moved_on(self.off, self.taken_up), settled=self.settled,
         )
 
     def _sampled_at(self, topic: str) -> np.ndarray:

@@ -14,6 +14,7 @@ import numpy as np
 
 from ddh_twin_py.telemetry.in_order import in_order
 from ddh_twin_py.twin.command import command_at
+from ddh_twin_py.twin.course import CARRIED
 
 SUNK, COMMANDS_LOST = "a resting load sinks onto an end stop", "commands of the drive were lost"
 """Reasons for which fast signals are not compared."""
@@ -25,7 +26,7 @@ _SLOW, _OFTEN = 0.3, 0.15  # of the mean velocity, below which a rod sticks; sha
 _STRETCH = 0.2  # share of a stretch in which it must be found
 _TOLD = 2.5  # noises of a velocity that tells
 _STILL = 1e-9  # rad/s of the command, and of its changes
-_LOST, _CHANGED, _CARRIED = 0.25, 1.0, 5.0e-3  # s without a command; rad/s by which it, and m by which the rod, is another then
+_LOST, _CHANGED = 0.25, 1.0  # s without a command; rad/s by which it is another then
 _SETTLED = 0.5  # s after the rod is moved on, in which the oil forgets
 _AT_STOP, _SUNK, _UNSURE = 1.0e-3, 2.0e-3, 0.2  # m from a stop; m on the way to it that count; share of that way by which a run may differ
 
@@ -150,7 +151,7 @@ def command_lost(time: np.ndarray, command: np.ndarray, position: np.ndarray, pl
     for before, after in zip(known[gaps], known[gaps + 1], strict=True):
         first, last = (int(np.clip(time[k] / interval, 0, position.size - 1)) for k in (before, after))
         still = abs(command[before]) <= _CHANGED and abs(command[after]) <= _CHANGED
-        if abs(command[after] - command[before]) > _CHANGED or (still and abs(where[last] - where[first]) > _CARRIED):
+        if abs(command[after] - command[before]) > _CHANGED or (still and abs(where[last] - where[first]) > CARRIED):
             moved = np.flatnonzero(anew[last + 1 : -1] & ~anew[last + 2 :])
             lost[first : last + 2 + int(moved[0]) + round(_SETTLED / interval) if moved.size else position.size] = True
     return lost

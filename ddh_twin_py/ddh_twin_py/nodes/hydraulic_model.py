@@ -54,8 +54,10 @@ class HydraulicModelNode(ModelNode):
         self._fused_parser = BulkParser(TemperatureEstimateArray)
         self._fused: tuple[int, np.ndarray] | None = None  # stamp in ns, K (N,)
         self._fused_used = False
+        self._off, self._times_off = False, 0
         self.begin(required=[DRIVE_TOPIC])
         self.health.add(FUSED_TOPIC, self._judge_fused)
+        self.health.add("free run", self._judge_free)
 
     def take(self, wall: float) -> bool:
         messages = self.feed.inputs.take(self._fused_input, wall)
@@ -76,6 +78,7 @@ class HydraulicModelNode(ModelNode):
     def run_model(self, model: HydraulicModel, batch: Batch, air: np.ndarray) -> np.ndarray:
         model.use_temperatures(self._fresh_temperatures(int(batch.end_ns[0])))
         result = model.advance(*self.model_inputs(batch, air))
+        self._follow_course(batch, result.off)
         points = (result.soft, result.free)
         free = hydraulic_values(result.free, result.free_temperature, result.known, self.interval)
         soft = hydraulic_values(result.soft, result.soft_temperature, result.known, self.interval)
@@ -87,6 +90,15 @@ class HydraulicModelNode(ModelNode):
             self._send(self._residuals, layout, batch, hydraulic_residuals(self.rig, batch.measured, point, settled))
         return result.known
 
+    def _follow_course(self, batch: Batch, off: np.ndarray) -> None:
+        """Count how often the free run lost its command, (n,); say so the first time."""
+        begins = np.flatnonzero(off & ~np.concatenate([[self._off and not batch.first], off[:-1]]))
+        self._off = bool(off[-1])
+        self._times_off += begins.size
+        if begins.size:
+            self.warn_once("off", f"{DRIVE_TOPIC}: no speed_command is known at {batch.end_ns[begins[0]] * 1e-9:.3f} s; the free run is "
+                           "off until it is taken up from what is measured, its temperatures for minutes longer")
+
     def _send(self, publisher, layout, batch: Batch, values: dict) -> None:
         for message in layout.compose(batch.end_ns, values):
             publisher.publish(message)
@@ -96,6 +108,13 @@ class HydraulicModelNode(ModelNode):
         fresh = wanted and self._fused is not None and abs(now_ns - self._fused[0]) < FRESH
         self._fused_used = bool(fresh)
         return self._fused[1] if fresh else None
+
+    def _judge_free(self, report: Report) -> str:
+        report.add("times without a speed command", self._times_off, "1")
+        report.add("off", self._off)
+        if self._off:
+            report.warn("no speed command is known, the free run is off until it is taken up from what is measured")
+        return "follows the speed command"
 
     def _judge_fused(self, report: Report) -> str:
         age = (self.newest_ns - self._fused[0]) * 1e-9 if self._fused is not None else float("nan")

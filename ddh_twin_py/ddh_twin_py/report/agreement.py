@@ -51,6 +51,8 @@ COMPONENTS = {
 class SignalAgreement:
     """One signal of drive or hydraulics over all intervals in which it was sampled, from `UNSEEN` after each start where there is more, SI.
 
+    Of a free run that was off, what it said meanwhile and for `UNSEEN` after it was taken up is not compared.
+
     `rms_soft` is None for the soft sensor's own inputs; `largest_free` is the largest absolute
     difference of the free run and `largest_at` its time, s.
     """
@@ -371,6 +373,8 @@ def _signal(signal: Signal, result: ReplayResult) -> SignalAgreement | None:
     measured = measured_values(result, signal)
     difference = free_values(result, signal) - measured
     seen = _later(result.time, UNSEEN)
+    if result.off.any():
+        seen &= result.settled
     difference = np.where(seen, difference, np.nan) if np.isfinite(difference[seen]).any() else difference
     here = np.isfinite(difference)
     if not here.any():

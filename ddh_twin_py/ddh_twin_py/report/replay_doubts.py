@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ddh_twin_py.estimation.off_course import off_course
 from ddh_twin_py.gap.contradictions import contradictions
 from ddh_twin_py.gap.doubts import damage
 from ddh_twin_py.report.times import starts
@@ -34,6 +35,8 @@ def doubts(result: ReplayResult) -> tuple[str, ...]:
     if between > SLOWEST:
         found.append(f"the speed command comes every {number(between, 2)} s and the free run needs it every {SLOWEST:g} s at least: it "
                      "cannot follow the cycle")
+    interval = float(np.median(np.diff(result.time))) if result.time.size > 1 else 0.0
+    found += [finding.message.removeprefix(f"{recording.path}: ") for finding in off_course(recording, result.time, result.off, interval)]
     back = starts(result.time).size - 1
     if back > 0:
         found.append(f"the clock jumped back {'once' if back == 1 else f'{back} times'}, and all began anew there without knowing its "

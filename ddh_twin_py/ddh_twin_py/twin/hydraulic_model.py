@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
 from ddh_twin_py.physics.balance import OPERATING_DTYPE
 from ddh_twin_py.physics.cylinder import holding_pressure
-from ddh_twin_py.physics.free_run import HYDRAULIC_STEP, free_run, settle
+from ddh_twin_py.physics.free_run import COMMAND_PARTS, HYDRAULIC_STEP, free_run, settle
 from ddh_twin_py.physics.hydraulics import HYDRAULIC_STATES, POSITION
 from ddh_twin_py.physics.soft_sensor import soft_sensor
 from ddh_twin_py.physics.thermal_network import N
 from ddh_twin_py.rig import Rig
+from ddh_twin_py.twin.course import Course, rest_at, take_up
 from ddh_twin_py.twin.intervals import INTERVAL, STANDSTILL
 
 RESIDUAL_SIGNALS = (
@@ -32,6 +34,7 @@ _DRIVING = ("speed", "current", "current_square", "pressure_piston_side", "press
 _FREE_RUN_NAME = {"current_square": "mean_square_current"}
 UNSEEN = 5.0
 """s at the beginning that say nothing of a free run's fast signals: what moved before it began is not known."""
+_FALLS = 0.02  # m/s, of a run's rod at a standstill at which it is put back: what a leak lets sink is slower, one that fell is lifted
 _SURE = 3.0  # standard deviations of a position, within which an end stop says better where the rod is
 
 
@@ -60,7 +63,10 @@ class HydraulicResult:
         free: operating points of the free run, (n,).
         soft_temperature, free_temperature: K at the end of each interval, (n, N).
         known: true where the telemetry of the interval was there, (n,).
-        settled: true from `UNSEEN` after the model began, (n,); before, the free run is not to be held against what was measured.
+        settled: true from `UNSEEN` after the model began or was taken up, (n,); before, the free run is not to be held against what was
+            measured.
+        off: true where the free run lost its command, until it is taken up from what is measured, unless it turns out to have rested
+            (`course`), (n,). taken_up: true where it was, at the begin of an interval, (n,).
     """
 
     soft: np.ndarray
@@ -69,6 +75,8 @@ class HydraulicResult:
     free_temperature: np.ndarray
     known: np.ndarray
     settled: np.ndarray
+    off: np.ndarray
+    taken_up: np.ndarray
 
 
 class HydraulicModel:
@@ -93,7 +101,9 @@ class HydraulicModel:
         self._state = np.zeros(len(HYDRAULIC_STATES))
         self._started = False
         self._placed = False
-        self._run = 0  # intervals
+        self._course = Course(interval)
+        self._run = 0  # intervals since the begin, or since it was taken up
+        self._falls = 0  # of the rod, in the standstill in hand
 
     def use_temperatures(self, temperature: np.ndarray | None) -> None:
         """Take better known temperatures, K (N), for viscosity and resistance of the soft sensor; None: its own."""
@@ -115,15 +125,65 @@ class HydraulicModel:
         free_temperature, soft_temperature = np.empty((n, N)), np.empty((n, N))
         self._place(measured)
         known_command = np.where(np.isfinite(command), command, 0.0)
-        position = np.where(measured["standstill"] >= STANDSTILL, off_the_stops(measured["rod_position"], self.rig), np.nan)
-        free_run(self._parameters, self._state, self.free_temperature, known_command, ambient, self.interval,
-                 self.step, position, free, free_temperature)
+        taken_up, off = self._course.follow(measured, command)
+        standing = measured["standstill"] >= STANDSTILL
+        position = np.where(standing, off_the_stops(measured["rod_position"], self.rig), np.nan)
+        since = self.interval * (self._run + np.arange(n))
+        self._run += n
+        for first, stop in pairwise(np.unique([0, *np.flatnonzero(taken_up), n]).tolist()):
+            if taken_up[first]:
+                edges = known_command[first * COMMAND_PARTS : (first + 1) * COMMAND_PARTS + 1]
+                take_up(self._parameters, self._state, measured[first], edges, self.interval)
+                self._run = n - first
+                since[first:] = self.interval * np.arange(n - first)
+            rows = slice(first, stop)
+            self._advance_free(measured[rows], standing[rows], known_command[first * COMMAND_PARTS : stop * COMMAND_PARTS + 1],
+                               ambient[rows], position[rows], free[rows], free_temperature[rows])
         filled, known = self._filled(measured, free)
         soft_sensor(self._parameters, filled, self._better, self._use_better, self.interval, self.soft_temperature,
                     ambient, soft, soft_temperature)
-        settled = self.interval * (self._run + np.arange(n)) >= UNSEEN
-        self._run += n
-        return HydraulicResult(soft, free, soft_temperature, free_temperature, known, settled)
+        return HydraulicResult(soft, free, soft_temperature, free_temperature, known, (since >= UNSEEN) & ~off, off, taken_up)
+
+    def _advance_free(self, measured: np.ndarray, standing: np.ndarray, command: np.ndarray, ambient: np.ndarray, position: np.ndarray,
+                      free: np.ndarray, free_temperature: np.ndarray) -> None:
+        """The free run over intervals that follow each other, its rod put to positions (m, NaN: left alone) while it stands.
+
+        A rod that falls whenever it is put back would be lifted by nothing, over and over: once in a standstill it is set to rest at the
+        measured pressures, and where these do not hold it, it is left where it falls.
+        """
+        begin, n = 0, free.shape[0]
+        if self._falls > 1:
+            self._let_go(standing, position, 0)
+        while begin < n:
+            state, temperature = self._state.copy(), self.free_temperature.copy()
+            self._run_free(slice(begin, n), command, ambient, position, free, free_temperature)
+            fallen = np.flatnonzero(np.isfinite(position[begin:]) & (np.abs(free["rod_velocity"][begin:]) > _FALLS))
+            stop = begin + int(fallen[0]) + 1 if fallen.size else n
+            if not standing[begin:stop].all():
+                self._falls = 0
+            if not fallen.size:
+                return
+            self._falls += 1
+            self._state[:], self.free_temperature[:] = state, temperature
+            self._run_free(slice(begin, stop), command, ambient, position, free, free_temperature)
+            if self._falls > 1:
+                self._let_go(standing, position, stop)
+            else:
+                rest_at(self._parameters, self._state, measured[stop - 1], float(position[stop - 1]))
+            begin = stop
+
+    def _run_free(self, rows: slice, command: np.ndarray, ambient: np.ndarray, position: np.ndarray, free: np.ndarray,
+                  free_temperature: np.ndarray) -> None:
+        """The free run over some of the intervals that are given."""
+        edges = command[rows.start * COMMAND_PARTS : rows.stop * COMMAND_PARTS + 1]
+        free_run(self._parameters, self._state, self.free_temperature, edges, ambient[rows], self.interval, self.step, position[rows],
+                 free[rows], free_temperature[rows])
+
+    @staticmethod
+    def _let_go(standing: np.ndarray, position: np.ndarray, begin: int) -> None:
+        """Put the rod nowhere from an interval on until it is moved again."""
+        moves = np.flatnonzero(~standing[begin:])
+        position[begin : begin + int(moves[0]) if moves.size else None] = np.nan
 
     def _place(self, measured: np.ndarray) -> None:
         """Begin at rest at the measured pressures and position; take the position once it is there."""
