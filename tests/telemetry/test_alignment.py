@@ -452,3 +452,40 @@ def test_what_is_taken_a_part_at_a_time_is_the_same():
         parts += part
     parts += aligner.flush()
     assert [tick.end_ns for tick in parts] == [tick.end_ns for tick in whole]
+
+
+def disordered(delay, step_back=0.0, seed=1, period=20 * MS):
+    """Ticks of 40 s with messages up to so many s late at random from 10 to 30 s, the clock s back from 20 s on; and the aligner."""
+    rng = np.random.default_rng(seed)
+    aligner = TickAligner(WIDTHS, awaited=["drive/telemetry", "hydraulics/telemetry"])
+    arrivals = []
+    for k, name in enumerate(WIDTHS):
+        for t in range((k + 1) * MS, 40_000 * MS, 500 * MS if "ambient" in name else period):
+            late = rng.integers(0, round(delay * 1e9) + 1) if 10_000 * MS < t < 30_000 * MS else 0
+            arrivals.append((t + int(late), name, EPOCH + t - (round(step_back * 1e9) if t > 20_000 * MS else 0)))
+    ticks = []
+    for _, name, stamp in sorted(arrivals):
+        aligner.push(name, stamp, np.zeros(WIDTHS[name]))
+        ticks += aligner.ready()
+    return ticks + list(aligner.flush()), aligner
+
+
+@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("period", [1 * MS, 20 * MS, 100 * MS])
+def test_messages_that_are_seconds_late_are_dropped_and_named_and_no_clock_jumped(seed, period):
+    ticks, aligner = disordered(3.0, seed=seed, period=period)
+    assert len(ticks) >= 799 and not any(tick.restart for tick in ticks)
+    assert not any(cause == "clock_jump" for _, cause in aligner.counts)
+    for name in WIDTHS:
+        assert aligner.counts[name, "late"] and not aligner.counts[name, "other_clock"]
+        assert -3e9 <= aligner.strayed[name, "late"] < 0
+
+
+@pytest.mark.parametrize("delay", [0.0, 0.2])
+@pytest.mark.parametrize("period", [1 * MS, 20 * MS])
+@pytest.mark.parametrize("step", [0.8, 2.0, 4.8, 5.2, 3600.0])
+def test_a_clock_that_steps_back_by_seconds_is_found(step, period, delay):
+    ticks, aligner = disordered(delay, step, period=period)
+    assert sum(aligner.counts[name, "clock_jump"] for name in WIDTHS) == 1
+    (restart,) = [tick for tick in ticks if tick.restart]
+    assert restart.end_ns == pytest.approx(EPOCH + (20.0 - step) * 1e9, abs=0.3e9)

@@ -38,7 +38,7 @@ TWIN_PARAMETERS = (
     Parameter(
         "reorder_window", REORDER_WINDOW,
         "How late a message may be and is still sorted in; outputs lag behind the data by this. "
-        "Stamps that step back further are a clock that jumped.", "s", 0.05, 10.0,
+        "Streams that go on further back have a clock that jumped.", "s", 0.05, 10.0,
     ),
     STALE_AFTER,
     Parameter(

@@ -22,7 +22,9 @@ REORDER_WINDOW = 0.5  # s
 TIMEOUT = 1.0  # s
 LONGEST_GAP = 600.0  # s
 MOST_JUMPS = 1000
-_MOST_DOUBTED = 200  # samples of another clock that are put aside
+_MOST_DOUBTED = 2000  # samples of another clock that are put aside
+_LATEST = 5_000_000_000  # ns by which messages may be late without being taken for those of a clock that jumped
+_FEWEST = 5  # samples in a row that show a clock that jumped back by less
 
 
 class AlignmentError(ValueError):
@@ -111,10 +113,12 @@ class _Line:
     `owed` counts the clock jumps that others have shown and this stream has not; below 0 it went
     back by itself. `since` is its first stamp since it owes one, `top` its newest before it went back,
     `held` what came since then. `doubted` is what came by another clock, until it is believed: stamp to
-    row and number of the push. `spoke` is the number of the push that was taken in last.
+    row and number of the push. `spoke` is the number of the push that was taken in last, `rose` of the one that
+    brought the newest stamp; `first` is the first stamp since the ticks began and `told` counts the samples since then.
     """
 
-    __slots__ = ("alive", "awaited", "doubted", "follows", "held", "newest", "owed", "rows", "since", "spoke", "stamps", "top", "width")
+    __slots__ = ("alive", "awaited", "doubted", "first", "follows", "held", "newest", "owed", "rose", "rows", "since", "spoke", "stamps",
+                 "told", "top", "width")
 
     def __init__(self, width: int, awaited: bool, follows: bool) -> None:
         self.width = width
@@ -122,11 +126,13 @@ class _Line:
         self.follows = follows
         self.stamps: list[int] = []
         self.rows: dict[int, Sequence[float]] = {}
-        self.spoke = 0
+        self.spoke = self.rose = 0
         self.restart()
 
     def restart(self, owed: int = 0, newest: int | None = None) -> None:
         self.newest, self.owed = newest, owed
+        self.first: int | None = None
+        self.told = 0
         self.alive = self.awaited
         self.since: int | None = None
         self.top: int | None = None
@@ -181,8 +187,10 @@ class TickAligner:
     as before meanwhile (more of the awaited ones, where it is one): all that waits is released, without the
     time in which there was nothing for longer than messages can be under way, and the ticks begin anew. A
     stamp after which the stream goes on as before is of another clock, as of a second machine on the topic,
-    and left out; so is one by which all would lie more than `longest_gap` ahead. Samples of the other streams
-    are left out until they have gone back too, fit the new time, or have gone on for longer than
+    and left out. A step back of 5 s or less may be messages that are late: there it must be told by several
+    samples as close as the stream's are, while no stream goes on as before. Left out is, too, a stamp by
+    which all would lie more than `longest_gap` ahead, until the stream goes on by it. Samples of the other
+    streams are left out until they have gone back too, fit the new time, or have gone on for longer than
     messages can be under way. `followers` are computed from the other streams and lag behind them:
     by up to `timeout` they tell the old time after a jump, so that they only restart themselves
     when they go back; they decide for all only where none of the others speaks, or says otherwise
@@ -234,6 +242,7 @@ class TickAligner:
         line = self._lines[stream]
         stamp = int(stamp_ns)
         self._pushed += 1
+        line.told += 1
         if line.goes_on_doubted(stamp) or self._leaps(line, stamp):
             if not self._went_back(line, stamp):
                 self._doubt(stream, line, stamp, row)
@@ -258,7 +267,8 @@ class TickAligner:
             self.counts[stream, "duplicate"] += 1
             return
         if line.newest is None or stamp > line.newest:
-            line.newest = stamp
+            line.newest, line.rose = stamp, self._pushed
+            line.first = stamp if line.first is None else line.first
             line.alive = line.awaited
             if line.top is not None and stamp > line.top:
                 line.owed, line.top, line.held = 0, None, []  # it went back alone and is where it was
@@ -298,7 +308,7 @@ class TickAligner:
     def flush(self) -> Iterator[Tick]:
         """All ticks up to the newest sample, at the end of the data."""
         for name, line in self._lines.items():
-            if len(line.doubted) > 1 and not self._outvoted(line, line.first_doubted):  # one sample is no clock
+            if len(line.doubted) > 1 and not self._may_be_late(line) and not self._outvoted(line, line.first_doubted):  # one is no clock
                 self._believe(name, line)
         yield from self._finished()
         yield from self._drain(self._longest_gap)
@@ -391,17 +401,33 @@ class TickAligner:
             return
         line.doubted[stamp] = row, self._pushed
         first = line.first_doubted
-        shown = stamp > first + min(self._window, abs(newest - first) // 2) and not self._outvoted(line, stamp - self._window)
-        if shown or self._follower_at(stamp):
+        shown = stamp > first + min(self._window, abs(newest - first) // 2) and not self._may_be_late(line)
+        if shown and not self._outvoted(line, stamp - self._window) or self._follower_at(stamp):
             self._believe(stream, line)
         elif len(line.doubted) > _MOST_DOUBTED:
             self._leave_out(stream, line)
+
+    def _may_be_late(self, line: _Line) -> bool:
+        """Whether what came by an earlier clock may be late instead: by seconds at most, and not as much of it as goes on by a clock.
+
+        Of a clock that jumped come `_FEWEST` samples or more, half as close as the stream's at least, and no stream goes on meanwhile.
+        """
+        if not line.went_back or line.newest - line.first_doubted > _LATEST:
+            return False
+        count, span, before = len(line.doubted), max(line.doubted) - line.first_doubted, line.newest - (line.first or line.newest)
+        since = line.doubted[line.first_doubted][1]
+        goes_on = any(other.rose > since and not other.stale for other in self._voters(line))
+        return goes_on or count < _FEWEST or 2 * count * before < line.told * span
+
+    def _voters(self, doubted: _Line) -> list[_Line]:
+        """Streams that have a say in whether the clock of one jumped."""
+        return [line for line in self._lines.values() if not line.follows and (line.awaited or not doubted.awaited)]
 
     def _outvoted(self, doubted: _Line, since: int) -> bool:
         """Whether more streams went on as before, than by another clock, after a stream told the first stamp of that from ``since`` on."""
         told = next(number for stamp, (_, number) in doubted.doubted.items() if stamp >= since)
         near = self._window + self._timeout
-        voters = [line for line in self._lines.values() if not line.follows and (line.awaited or not doubted.awaited)]
+        voters = self._voters(doubted)
         agreeing = [line for line in voters if line.doubted and abs(max(line.doubted) - max(doubted.doubted)) <= near]
         return sum(line.spoke > told and not line.stale and line not in agreeing for line in voters) > len(agreeing)
 
@@ -421,8 +447,10 @@ class TickAligner:
 
     def _leave_out(self, stream: str, line: _Line) -> None:
         """Forget what was put aside; the stream goes on as before."""
-        self.counts[stream, "other_clock"] += len(line.doubted)
-        self.strayed.setdefault((stream, "other_clock"), line.first_doubted - self._newest_of(line))
+        behind = self._newest_of(line) - line.first_doubted
+        cause = "late" if 0 < behind <= _LATEST else "other_clock"
+        self.counts[stream, cause] += len(line.doubted)
+        self.strayed.setdefault((stream, cause), -behind)
         line.doubted = {}
 
     def _newest_of(self, line: _Line) -> int:
