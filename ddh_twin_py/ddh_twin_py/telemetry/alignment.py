@@ -22,6 +22,9 @@ REORDER_WINDOW = 0.5  # s
 TIMEOUT = 1.0  # s
 LONGEST_GAP = 600.0  # s
 MOST_JUMPS = 1000
+_MOST_EMPTY, _MOST_EMPTY_SHARE = 100_000, 5
+"""Ticks behind long pauses, and of these to one tick with samples, beyond which all of them are cut alike, so that many wrong stamps
+do not make a recording endless."""
 _MOST_DOUBTED = 200  # samples of another clock that are put aside
 
 
@@ -494,9 +497,11 @@ def align(
     restarts: list[np.ndarray] = []
     first: dict[str, list[np.ndarray]] = {name: [] for name in samples}
     last: dict[str, list[np.ndarray]] = {name: [] for name in samples}
-    for segment in range(count):
-        parts = {n: s.stamp[starts[n][segment] : starts[n][segment + 1]] for n, s in samples.items()}
-        index, restart = _tick_indices(list(parts.values()), interval_ns, longest)
+    stretches = [{n: s.stamp[starts[n][segment] : starts[n][segment + 1]] for n, s in samples.items()} for segment in range(count)]
+    filled = [_filled(list(parts.values()), interval_ns) for parts in stretches]
+    behind = _behind_pauses(filled, longest)
+    for segment, parts in enumerate(stretches):
+        index, restart = _tick_indices(filled[segment], longest, behind)
         if not index.size:
             continue
         restart[0] = bool(ends)
@@ -520,14 +525,25 @@ def _joined(arrays: list[np.ndarray], dtype) -> np.ndarray:
     return np.concatenate([np.empty(0, dtype), *arrays]).astype(dtype, copy=False)
 
 
-def _tick_indices(stamps: list[np.ndarray], interval_ns: int, longest: int) -> tuple[np.ndarray, np.ndarray]:
-    """Indices of all ticks of one segment, and where one does not follow the one before."""
+def _filled(stamps: list[np.ndarray], interval_ns: int) -> np.ndarray:
+    """Indices of the ticks of one segment that hold samples, in order."""
     filled = [_distinct(tick_index(s, interval_ns)) for s in stamps if s.size]
-    if not filled:
+    return _distinct(np.sort(np.concatenate(filled))) if filled else np.empty(0, np.int64)
+
+
+def _behind_pauses(filled: list[np.ndarray], longest: int) -> int:
+    """Ticks that follow the last samples before a pause of more than ``longest`` ticks: so many, fewer where there are many such pauses."""
+    pauses = sum(int(np.count_nonzero(np.diff(index) > longest + 1)) for index in filled)
+    most = max(_MOST_EMPTY, _MOST_EMPTY_SHARE * sum(index.size for index in filled))
+    return min(longest, most // pauses) if pauses else longest
+
+
+def _tick_indices(filled: np.ndarray, longest: int, behind: int) -> tuple[np.ndarray, np.ndarray]:
+    """Indices of all ticks of one segment, and where one does not follow the one before."""
+    if not filled.size:
         return np.empty(0, np.int64), np.empty(0, bool)
-    filled = _distinct(np.sort(np.concatenate(filled)))
     runs = np.split(filled, np.flatnonzero(np.diff(filled) > longest + 1) + 1)
-    parts = [np.arange(run[0], run[-1] + 1 + longest) for run in runs]
+    parts = [np.arange(run[0], run[-1] + 1 + behind) for run in runs]
     parts[-1] = np.arange(runs[-1][0], runs[-1][-1] + 1)
     index = np.concatenate(parts)
     restart = np.zeros(index.size, bool)
