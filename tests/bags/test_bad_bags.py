@@ -12,7 +12,9 @@ import numpy as np
 import pytest
 import yaml
 from ddh_twin_py.bags import damage
+from ddh_twin_py.bags.compression import unpack_chunk, zstd
 from ddh_twin_py.bags.errors import BagError
+from ddh_twin_py.bags.mcap_storage import CHUNK, DATA_END, FOOTER, MAGIC
 from ddh_twin_py.bags.message_types import telemetry_typestore
 from ddh_twin_py.bags.reader import read_recording
 from ddh_twin_py.bags.writer import BagWriter, write_recording
@@ -337,17 +339,82 @@ def test_flipped_bytes_make_no_recording_longer(tmp_path, paper):
     assert len(told) == 20 and max(told) <= long.duration + 0.1
 
 
-def test_damaged_chunk_is_left_out_and_said(tmp_path, paper):
+@pytest.mark.parametrize("which", ["first", "middle"])
+def test_damaged_chunk_is_left_out_and_said(tmp_path, paper, which):
+    """With how many messages it held; the definitions that stood in it are in the summary."""
     long = paper.between(0.0, 120.0)
     bag = write_recording(tmp_path / "bits", long, flush_interval=1e6)
     file = damage.storage_file(bag)
     content = bytearray(file.read_bytes())
-    content[len(content) // 2] ^= 0xFF
+    content[600 if which == "first" else len(content) // 2] ^= 0xFF
     file.write_bytes(content)
     read = read_recording(bag)
-    (finding,) = read.warnings
-    assert "has a damaged chunk at byte" in finding.message
+    (finding,) = [f for f in read.warnings if "has a damaged chunk at byte" in f.message]
     assert 0.2 * len(long.drive) < len(read.drive) < len(long.drive)
+    lost = sum(len(s) for _, s in long.streams()) - sum(len(s) for _, s in read.streams())
+    assert lost <= int(finding.message.split(" messages by its index")[0].split()[-1]) <= lost + 1, "the announcement of the rig, too"
+
+
+@pytest.mark.parametrize("packing", ["zstd", "plain zstd", "lz4", "none"])
+def test_no_value_of_a_damaged_chunk_is_believed(tmp_path, paper, packing):
+    """A flipped bit changes what is unpacked long before, or without, any error of the compression."""
+    bag = write_recording(tmp_path / "field", paper.between(0.0, 120.0), flush_interval=1e6)
+    file, plain = damage.storage_file(bag), packing == "plain zstd"
+    if packing in ("lz4", "none"):
+        repacked(file, "" if packing == "none" else packing)
+    elif plain:
+        repacked(file, "zstd")
+    whole = file.read_bytes()
+    sound = {topic: set(map(bytes, np.column_stack([s.time, s.values]))) for topic, s in read_recording(bag).streams()}
+    begin, end = whole.index(b"\x06", 8) + 60, len(whole) * 8 // 10
+    said = 0
+    for at in np.random.default_rng(5).integers(begin, end, 40):
+        content = bytearray(whole)
+        content[at] ^= 0x10
+        file.write_bytes(content)
+        try:
+            read = read_recording(bag)
+        except BagError:
+            continue
+        said += any("is left out" in f.message for f in read.warnings)
+        shift = (read.epoch_ns - paper.epoch_ns) * 1e-9
+        for topic, s in read.streams():
+            if abs(shift) < 1e-9:
+                assert set(map(bytes, np.column_stack([s.time, s.values]))) <= sound[topic]
+    assert said > 20
+
+
+def repacked(file, name):
+    """The chunks of an MCAP file packed otherwise, with their checksums: by zstd without one of its own, by lz4, or not at all."""
+    import lz4.frame
+
+    pack = {"": bytes, "lz4": lz4.frame.compress, "zstd": zstd.compress}[name]
+    content, at, out = file.read_bytes(), 8, bytearray(MAGIC)
+    while True:
+        opcode, length = struct.unpack_from("<BQ", content, at)
+        record = content[at + 9 : at + 9 + length]
+        if opcode == CHUNK:
+            packed = pack(unpack_chunk(record[44:], "zstd", struct.unpack_from("<Q", record, 16)[0])[0])
+            record = record[:28] + struct.pack("<I", len(name)) + name.encode() + struct.pack("<Q", len(packed)) + packed
+        if opcode == DATA_END:
+            break
+        out += struct.pack("<BQ", opcode, len(record)) + record
+        at += 9 + length
+    file.write_bytes(out + struct.pack("<BQI", DATA_END, 4, 0) + struct.pack("<BQQQI", FOOTER, 20, 0, 0, 0) + MAGIC)
+
+
+def test_of_a_file_that_was_cut_off_in_a_chunk_the_whole_messages_are_read(tmp_path, paper):
+    short = paper.between(0.0, 30.0)
+    bag = write_recording(tmp_path / "field", short, flush_interval=1e6)
+    damage.truncate(bag, 0.3)
+    read = read_recording(bag)
+    n = len(read.drive)
+    assert 500 < n < len(short.drive) and np.array_equal(read.drive.values, short.drive.values[:n], equal_nan=True)
+    file = damage.storage_file(bag)
+    content = bytearray(file.read_bytes())
+    content[len(content) // 2 : len(content) // 2 + 64] = bytes(64)
+    file.write_bytes(content)
+    assert "could be unpacked; all of it is left out" in refusal(bag)
 
 
 def test_tail_of_zeros_after_a_power_cut(tmp_path, short):

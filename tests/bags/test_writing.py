@@ -86,12 +86,13 @@ def test_a_chunk_whose_contents_changed_is_left_out_and_named(tmp_path, short):
     read = read_recording(tmp_path / "two")
     (finding,) = [f for f in read.findings if "damaged chunk" in f.message]
     assert finding.message.startswith(f"{tmp_path / 'two'}") and f"has a damaged chunk at byte {at} " in finding.message
-    assert f"its {size} bytes do not fit its checksum" in finding.message and len(read.drive) == 50
+    assert f"its {size} bytes do not fit its checksum; all of it, 50 messages by its index, is left out" in finding.message
+    assert len(read.drive) == 50
     parts = tmp_path / "parts"
     parts.mkdir()
     for k, part in enumerate((other, file)):
         part.rename(parts / f"x_{k}.mcap")
-    assert "do not fit its checksum (x_1.mcap)" in " ".join(f.message for f in read_recording(parts).findings)
+    assert "50 messages by its index, is left out (x_1.mcap)" in " ".join(f.message for f in read_recording(parts).findings)
 
 
 def test_outputs_and_foreign_types_are_written_with_their_definition(tmp_path):

@@ -20,27 +20,28 @@ class UnknownCompression(ValueError):
     """A compression that nobody here can undo; names it and those that are known."""
 
 
-def unpack_chunk(packed: bytes, name: str, size: int, partial: bool = False) -> tuple[bytes, bool]:
-    """Content of a chunk of `size` bytes and whether it is whole.
+def unpack_chunk(packed: bytes, name: str, size: int, partial: bool = False) -> tuple[bytes, bool, bool]:
+    """Content of a chunk of `size` bytes, whether it is whole, and whether nothing of the packed bytes was found to be damaged.
 
-    Where the packed bytes are cut or damaged, as much as could be unpacked is returned.
-    Raises UnknownCompression.
+    Where the packed bytes are cut or damaged, as much as could be unpacked is returned. Neither compression tells where the damage
+    began: it may have changed what was unpacked before. Raises UnknownCompression.
     """
+    sound = True
     if name == "":
         raw = packed
     elif name == "zstd" and not partial:
         try:
             raw = zstd.decompress(packed)
         except zstd.ZstdError:
-            raw = _piecewise(zstd.ZstdDecompressor(), packed, zstd.ZstdError)
+            raw, sound = _piecewise(zstd.ZstdDecompressor(), packed, zstd.ZstdError)
     elif name == "zstd":
-        raw = _piecewise(zstd.ZstdDecompressor(), packed, zstd.ZstdError)
+        raw, sound = _piecewise(zstd.ZstdDecompressor(), packed, zstd.ZstdError)
     elif name == "lz4":
-        raw = _piecewise(LZ4FrameDecompressor(), packed, RuntimeError)
+        raw, sound = _piecewise(LZ4FrameDecompressor(), packed, RuntimeError)
     else:
         known = ", ".join(repr(c) for c in CHUNK_COMPRESSIONS)
         raise UnknownCompression(f"compression {name!r} cannot be read; known are {known}")
-    return raw, len(raw) == size
+    return raw, len(raw) == size, sound
 
 
 def pack_chunk(raw: bytes) -> bytes:
@@ -48,16 +49,17 @@ def pack_chunk(raw: bytes) -> bytes:
     return zstd.compress(raw, options={zstd.CompressionParameter.checksum_flag: 1})
 
 
-def _piecewise(decompressor, packed: bytes, errors, step: int = 1 << 14) -> bytes:
-    parts = []
+def _piecewise(decompressor, packed: bytes, errors, step: int = 1 << 14) -> tuple[bytes, bool]:
+    """What could be unpacked, and whether it ended for want of bytes and not by an error."""
+    parts, sound = [], True
     try:
         for at in range(0, len(packed), step):
             if decompressor.eof:
                 break
             parts.append(decompressor.decompress(packed[at : at + step]))
     except (errors, EOFError):
-        pass
-    return b"".join(parts)
+        sound = False
+    return b"".join(parts), sound
 
 
 def unpack_message(packed: bytes) -> bytes:

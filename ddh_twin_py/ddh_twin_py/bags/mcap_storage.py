@@ -21,12 +21,14 @@ from ddh_twin_py.bags.storage import EVER, Block, Channel
 from ddh_twin_py.physics.compiled import kernel
 
 MAGIC = b"\x89MCAP0\r\n"
-FOOTER, SCHEMA, CHANNEL, MESSAGE, CHUNK, DATA_END = 0x02, 0x03, 0x04, 0x05, 0x06, 0x0F
+FOOTER, SCHEMA, CHANNEL, MESSAGE, CHUNK, MESSAGE_INDEX, DATA_END = 0x02, 0x03, 0x04, 0x05, 0x06, 0x07, 0x0F
 _LAST_KNOWN, _FIRST_PRIVATE = 0x0F, 0x80
 _RECORD_HEAD = 9
 CHUNK_CRC = _RECORD_HEAD + 24
 """Bytes from the begin of a chunk's record to the CRC-32 of its unpacked records, uint32; 0 says that there is none."""
 _MESSAGE_HEAD = 22
+_FOOTER = _RECORD_HEAD + 20 + len(MAGIC)  # bytes of a whole file's end, which tells where its summary begins
+_INDEX_HEAD, _INDEXED = 6, 16  # bytes of a message index and of its entry for one message
 _LOOSE_BLOCK = 4 << 20  # bytes of messages outside chunks that are handed on at once
 
 
@@ -71,7 +73,8 @@ class McapStorage:
                 break
             available = min(length, total - file.tell())
             if opcode == CHUNK:
-                yield from self._chunk(file.read(available), length, at, file.tell() / total)
+                content = file.read(available)
+                yield from self._chunk(content, length, at, file)
             elif opcode in (SCHEMA, CHANNEL, MESSAGE) and available == length:
                 content = file.read(length)
                 if opcode == MESSAGE:
@@ -95,24 +98,60 @@ class McapStorage:
             beyond = ", and read beyond as far as its messages are whole" if at < total else ""
             self.damage.append(f"has no end, the recorder was stopped hard: it is whole up to byte {at} of {total}{beyond}")
 
-    def _chunk(self, content: bytes, length: int, at: int, position: float) -> Iterator[Block]:
+    def _chunk(self, content: bytes, length: int, at: int, file: BinaryIO) -> Iterator[Block]:
+        """The messages of a chunk that is sound, or is cut off by the end of the file; of a damaged one none, as any may be wrong."""
         if len(content) < 40:
             return
+        position = file.tell() / self.path.stat().st_size
         *told, size, crc = struct.unpack_from("<QQQI", content)
         (name_length,) = struct.unpack_from("<I", content, 28)
         name = content[32 : 32 + name_length].decode("ascii", "replace")
         packed = content[40 + name_length :]
         try:
-            raw, whole = unpack_chunk(packed, name, size, partial=len(content) < length)
+            raw, whole, sound = unpack_chunk(packed, name, size, partial=len(content) < length)
         except UnknownCompression as error:
             raise BagError(f"{self.path}: chunk at byte {at}: {error}") from None
-        if len(content) == length and not whole:
-            self.damage.append(f"has a damaged chunk at byte {at} ({length} bytes): {len(raw)} of {size} bytes could be unpacked")
-        elif whole and crc and zlib.crc32(raw) != crc:  # sound compression, wrong sum: contents cannot be trusted
-            self.damage.append(f"has a damaged chunk at byte {at} ({length} bytes): its {size} bytes do not fit its checksum")
+        checked = bool(crc) and zlib.crc32(raw) == crc
+        cut = len(content) < length and not whole and sound  # the recorder was stopped: what is there is as it was written
+        why = ""
+        if not whole and not cut and not checked:
+            why = f"{len(raw)} of {size} bytes could be unpacked"
+        elif whole and (not sound or (crc and not checked)):
+            why = f"its {size} bytes do not fit its checksum"
+        if why:
+            lost = self._indexed(file)
+            behind = f", {lost} messages by its index," if lost else ""
+            self.damage.append(f"has a damaged chunk at byte {at} ({length} bytes): {why}; all of it{behind} is left out")
+            self._define_lost(raw, file)
             return
-        checked = whole and crc
         yield self._block(raw, position, EVER if checked or not told[1] else (told[0], told[1]))
+
+    @staticmethod
+    def _indexed(file: BinaryIO) -> int:
+        """Messages that the indexes behind a chunk list, where the file stands; it stays there. 0 where there are none."""
+        begin, count = file.tell(), 0
+        while len(head := file.read(_RECORD_HEAD)) == _RECORD_HEAD:
+            opcode, length = struct.unpack("<BQ", head)
+            if opcode != MESSAGE_INDEX or length < _INDEX_HEAD:
+                break
+            count += (length - _INDEX_HEAD) // _INDEXED
+            file.seek(length, 1)
+        file.seek(begin)
+        return count
+
+    def _define_lost(self, raw: bytes, file: BinaryIO) -> None:
+        """Definitions that a damaged chunk held: from the summary at the file's end; where that has none, from what could be unpacked."""
+        schemas, channels, begin = dict(self._schemas), dict(self.channels), file.tell()
+        self._block(raw, 0.0)
+        self._schemas |= schemas
+        self.channels |= channels
+        end = file.seek(-min(_FOOTER, file.seek(0, 2)), 2)
+        tail = file.read(_FOOTER)
+        at = struct.unpack_from("<Q", tail, _RECORD_HEAD)[0] if len(tail) == _FOOTER and tail[0] == FOOTER and tail.endswith(MAGIC) else 0
+        if 0 < at < end:
+            file.seek(at)
+            self._block(file.read(end - at), 0.0)
+        file.seek(begin)
 
     def _block(self, raw: bytes, position: float, span: tuple[int, int] = EVER) -> Block:
         data = np.frombuffer(raw, np.uint8)

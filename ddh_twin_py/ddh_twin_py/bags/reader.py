@@ -31,6 +31,7 @@ from ddh_twin_py.telemetry.signals import (
     TEMPERATURE_SENSORS,
     ZERO_CELSIUS,
 )
+from ddh_twin_py.telemetry.strays import strays
 
 _WHOLE = 0.95  # of the messages that a bag should hold, below which what was recovered is not the recording
 _MOST_NAMED = 10  # topics that are ignored
@@ -47,7 +48,7 @@ def read_recording(
     `namespace` is needed only where a bag holds more than one rig. `progress` is called with
     the share read, 0..1. Times are header stamps; streams are in order of arrival and not yet
     screened; temperatures are in kelvin. What is wrong but can be lived with (a recorder that
-    was killed, a missing stream, other topics) is in `findings`.
+    was killed, a missing stream, a few stamps far from all others, other topics) is in `findings`.
     Raises BagError, one line naming file, topic and value, when the bag cannot be used.
     """
     try:
@@ -75,7 +76,11 @@ def read_recording(
     rows = {relative: pair for relative, pair in rows.items() if pair[0].size}
     if not rows:
         raise BagError(f"{file} has no readable message on {chosen}/{DRIVE_TOPIC} or any other telemetry topic")
+    wrong = {relative: here for relative, here in strays({relative: stamp for relative, (stamp, _) in rows.items()}).items() if here.any()}
+    left_out = {relative: rows[relative][0][here] for relative, here in wrong.items()}
+    rows |= {relative: tuple(part[~here] for part in rows[relative]) for relative, here in wrong.items()}
     epoch = _epoch([stamp for stamp, _ in rows.values()])
+    findings += [_stray_finding(file, f"{chosen}/{relative}", stamps, rows[relative][0], epoch) for relative, stamps in left_out.items()]
     streams = {relative: _stream(relative, *pair, epoch) for relative, pair in rows.items()}
     rig, rig_findings = _rig(file, chosen, collector)
     findings += _unreadable_findings(file, chosen, collector.rows)
@@ -133,6 +138,16 @@ def _epoch(stamps: list[np.ndarray]) -> int:
     """Oldest stamp that lies near the others, ns."""
     near = int(np.median([np.median(s) for s in stamps])) - _REACH
     return min(int(s[s >= near].min()) for s in stamps if (s >= near).any())
+
+
+def _stray_finding(file: str, topic: str, left_out: np.ndarray, kept: np.ndarray, epoch: int) -> Finding:
+    """That stamps, ns, were left out of a topic's, as they are wrong."""
+    first, after = int(left_out[0]), left_out > kept[0]
+    where = "after" if after.all() else "before or after" if after.any() else "before"
+    at = (first - epoch) * 1e-9
+    message = (f"{file}: {left_out.size} of {left_out.size + kept.size} messages on {topic} have a stamp far {where} all others and are "
+               f"left out, the first {first * 1e-9:.3f} s, which is {at:+.1f} s of the recording")
+    return Finding("warning", file, topic, "header.stamp", first * 1e-9, int(left_out.size), message, at, mended=True)
 
 
 def _stream(relative: str, stamp: np.ndarray, values: np.ndarray, epoch: int) -> Stream:

@@ -15,7 +15,6 @@ begins as a likely history leaves it (`history`).
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
@@ -48,6 +47,7 @@ from ddh_twin_py.telemetry.resolution import rounding_error
 from ddh_twin_py.telemetry.screening import screen_recording
 from ddh_twin_py.telemetry.signals import DRIVE_FIELDS, DRIVE_TOPIC, HYDRAULIC_FIELDS, HYDRAULIC_TOPIC
 from ddh_twin_py.telemetry.spans import apart
+from ddh_twin_py.telemetry.strays import strays
 from ddh_twin_py.twin.ambient import AmbientTracker
 from ddh_twin_py.twin.command import command_at
 from ddh_twin_py.twin.hydraulic_model import UNSEEN, off_the_stops
@@ -76,7 +76,6 @@ _ROUNDS, _WORKED_EVERY = 2, 60.0  # of the recording's own duty; s between the l
 _ROUGH, _ROUGH_INTERVAL = 20.0e-3, 0.2  # s, step and interval of such work: a likely history need not be known to 0.1 K
 _ROUGHLY = 2  # intervals that a rough run takes as one
 _COARSE = 0.5  # of its noise, from which the rounding of a temperature counts: finer steps are lost in it
-_STRAY, _STRAY_SHARE = 60.0, 1e-3  # s from all others of its topic, and share of these, at which a stamp is wrong and not a pause
 _SLOW_BIN = 20.0  # s, of temperatures
 OIL = "tank_oil"
 """Sensor without which it is open how warm the oil begins."""
@@ -525,23 +524,20 @@ def _jumps(recording: Recording, ticks: Ticks) -> str:
     said = (f"{recording.path}: {whose} jump {times} time{'s' * (times > 1)}, first by {after - before:+.1f} s "
             f"at {before - min(begin, 0.0):.1f} s; "
             "a free run needs one stretch of time")
-    if strays := _strays(recording):
-        return f"{said} ({strays}; leave out what has such stamps)"
+    if wrong := _strays(recording):
+        return f"{said} ({wrong}; leave out what has such stamps)"
     strangers = apart(recording)
     return f"{said} ({strangers[0].message.removeprefix(f'{recording.path}: ')})" if strangers else f"{said}, cut the recording there"
 
 
 def _strays(recording: Recording) -> str:
     """Topics of which a few stamps lie far before or after all their others, in words; '' where there are none."""
-    said = []
-    for topic, stream in recording.streams():
-        time = np.sort(stream.time)
-        few = math.ceil(_STRAY_SHARE * time.size)
-        leaps = np.flatnonzero(np.diff(time) > _STRAY)
-        before = int(max((i + 1 for i in leaps if i < few), default=0))
-        after = int(max((time.size - 1 - i for i in leaps if time.size - 1 - i <= few), default=0))
-        for count, at, where in ((before, time[0], "before"), (after, time[-1], "after")):
-            if count and time.size > 2:
+    said, streams = [], dict(recording.streams())
+    for topic, wrong in strays({topic: stream.stamps(recording.epoch_ns) for topic, stream in streams.items()}).items():
+        time = streams[topic].time
+        for where, here in (("before", wrong & (time < np.median(time))), ("after", wrong & (time > np.median(time)))):
+            if count := int(np.count_nonzero(here)):
+                at = float(time[here].min() if where == "before" else time[here].max())
                 stamps = f"{count} stamp{'s' * (count > 1)}"
                 said.append(f"{recording.namespace}/{topic} has {stamps} far {where} all its others, at {at:.1f} s of the recording")
     return "; ".join(said)

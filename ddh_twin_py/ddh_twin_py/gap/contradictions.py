@@ -18,6 +18,7 @@ from ddh_twin_py.telemetry.signals import DRIVE_TOPIC, HYDRAULIC_TOPIC
 
 _STEP = 0.1  # s, of the common axis
 _TURNING, _MOVING = 10.0, 0.01  # rad/s, m/s: a shaft that turns, a rod that moves
+_PAUSE = 60.0  # s without a sample that are left out
 _LEAST = 100  # points of the axis that tell something
 _AGAINST = -0.5  # correlation from which two channels run against each other
 _LATEST, _LATE, _ALIKE = 10.0, 0.3, 0.1  # s of lag that is looked for and that is told, correlation that it must gain
@@ -39,8 +40,7 @@ def contradictions(recording: Recording, rig: Rig) -> list[str]:
     drive, hydraulic = recording.drive, recording.hydraulic
     if drive is None or hydraulic is None or min(len(drive), len(hydraulic)) < _LEAST:
         return []
-    begin, end = max(drive.time.min(), hydraulic.time.min()), min(drive.time.max(), hydraulic.time.max())
-    axis = np.arange(begin, end, _STEP)
+    axis = _axis(drive, hydraulic)
     if axis.size < _LEAST:
         return []
     on = {name: _resampled(drive, name, axis) for name in ("speed_command", "speed", "current")}
@@ -52,6 +52,18 @@ def contradictions(recording: Recording, rig: Rig) -> list[str]:
     said = [text.format(drive=drive_topic, hydraulic=hydraulic_topic, rig=rig.file) for text in said if text]
     warmth = temperature_units(recording) or [text for text in [_winding(recording)] if text]
     return [f"{recording.path}: {text}" for text in (*said, *warmth)]
+
+
+def _axis(one: Stream, other: Stream) -> np.ndarray:
+    """Times each `_STEP` that both streams span, s, without those of pauses: they grow with the samples, not with the span."""
+    begin, end = max(one.time.min(), other.time.min()), min(one.time.max(), other.time.max())
+    time = np.sort(np.concatenate([one.time, other.time]))
+    time = np.concatenate([[begin], time[(time > begin) & (time < end)], [max(begin, end)]])
+    long = np.flatnonzero(np.diff(time) > _PAUSE)
+    if not long.size:
+        return np.arange(begin, end, _STEP)
+    starts, stops = [begin, *time[long + 1]], [*time[long], end]
+    return np.concatenate([np.arange(start, stop, _STEP) for start, stop in zip(starts, stops, strict=True)])
 
 
 def _resampled(stream: Stream, name: str, axis: np.ndarray) -> np.ndarray:
@@ -168,7 +180,7 @@ def _winding(recording: Recording) -> str:
     winding, housing = (recording.temperatures.get(name) for name in ("motor_winding", "motor_housing"))
     if winding is None or housing is None or min(len(winding), len(housing)) < _LEAST:
         return ""
-    axis = np.arange(max(winding.time.min(), housing.time.min()), min(winding.time.max(), housing.time.max()), _STEP)
+    axis = _axis(winding, housing)
     warmer = _resampled(winding, winding.fields[0], axis) - _resampled(housing, housing.fields[0], axis)
     warmer = warmer[np.isfinite(warmer)]
     if warmer.size < _LEAST or np.quantile(warmer, _MOSTLY) > -_COLDER:
