@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping
 from ddh_twin_py.rig.files import printable
 
 _NAMED = 3  # recordings under way that are named
-_SURE = 0.05  # share of what was left, from which on the time that it takes is told
+_SURE = 0.1  # share of what was left, from which on the time that it takes is told
 
 
 class FleetProgress:

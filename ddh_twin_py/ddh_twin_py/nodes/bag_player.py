@@ -236,6 +236,7 @@ class BagPlayer(TwinNode):
                 f"end of the bag: {self.sent} messages, {data:.1f} s of data in {taken:.1f} s, {data / taken:.1f} times real time; "
                 f"the graph held the player up for {self._held:.1f} s"
             )
+            self._control.tell()
             if self.values["clock_rate"]:
                 self._tell_clock()  # whoever follows /clock sees the end, however soon the process ends
         self.finished = self.values["exit_at_end"]

@@ -16,6 +16,7 @@ from ddh_twin_py.nodes.health import Health, Report, add_streams, judge_clock
 from ddh_twin_py.nodes.intervals_feed import Batch, IntervalsFeed
 from ddh_twin_py.nodes.node_base import POLL_PERIOD, TwinNode
 from ddh_twin_py.nodes.parameters import Parameter
+from ddh_twin_py.nodes.player_watch import PlayerWatch
 from ddh_twin_py.nodes.progress import Progress
 from ddh_twin_py.nodes.telemetry_feed import TelemetryFeed, field_count
 from ddh_twin_py.physics.thermal_network import NODES
@@ -99,6 +100,7 @@ class TelemetryNode(TwinNode, ABC):
         add_streams(self.health, self, self.feed, required, self.values["stale_after"])
         self.health.add("clock", self._judge_clock)
         self.progress = Progress(self, self.feed.inputs)
+        self._player = PlayerWatch(self)
         self.restarts = 0
         self.rig_info: RigInfo | None = None
         self.unit: Unit | None = None  # what the state in hand belongs to, None while there is none
@@ -116,7 +118,8 @@ class TelemetryNode(TwinNode, ABC):
             self.feed.align()
         ticks = self.feed.ready(_MOST_AT_ONCE)
         self._more = len(ticks) == _MOST_AT_ONCE
-        flush = not self._more and self._last_data is not None and wall - self._last_data > self.flush_wait()
+        silent = not self._more and self._last_data is not None and wall - self._last_data > self.flush_wait()
+        flush = silent and not self._player.plays(wall)
         if flush:
             self._last_data = None
             ticks += self.feed.flush()

@@ -12,8 +12,8 @@ from std_srvs.srv import SetBool
 
 from ddh_msgs.srv import Seek, SetRate
 from ddh_twin_py.nodes.node_base import TwinNode
+from ddh_twin_py.nodes.player_watch import PLAYER
 
-PLAYER = "bag_player"
 _SHOWN = 40  # characters of a value that is none
 
 

@@ -13,7 +13,8 @@ from ddh_twin_py.nodes.node_base import TwinNode, run
 from ddh_twin_py.nodes.page_documents import gap_status_document, limits_document, page_document, player_document, rig_document
 from ddh_twin_py.nodes.page_inputs import Parsers, telemetry_rows
 from ddh_twin_py.nodes.parameters import NodeError, Parameter
-from ddh_twin_py.nodes.player_client import PLAYER, PlayerClient
+from ddh_twin_py.nodes.player_client import PlayerClient
+from ddh_twin_py.nodes.player_watch import GONE, PLAYER
 from ddh_twin_py.nodes.telemetry_feed import message_type
 from ddh_twin_py.rig import load_rig
 from ddh_twin_py.telemetry.signals import RIG_TOPIC
@@ -28,7 +29,6 @@ _DEPTH = 400  # messages; what a busy page misses is in nobody's way
 _SELDOM = 4  # updates between two looks at what comes now and then
 _SECOND = 1.0  # s of wall time between two looks at the health
 _SETTLE = 0.5  # s of wall time without a sample after which the last ones are shown as they are
-_PLAYER_GONE = 3.0  # s of wall time without a word; it speaks once a second
 
 
 class WebView(TwinNode):
@@ -133,7 +133,7 @@ class WebView(TwinNode):
 
     def _look(self, wall: float) -> None:
         player = self._board.document("player")
-        if player is not None and (self._status.arrived is None or wall - self._status.arrived > _PLAYER_GONE):
+        if player is not None and (self._status.arrived is None or wall - self._status.arrived > GONE):
             self._board.put("player", None)
             player = None
         still = player is not None and (player["paused"] or player["ended"] or player["waiting"])

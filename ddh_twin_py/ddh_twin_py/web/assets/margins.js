@@ -11,12 +11,12 @@ export function limits(body, data) {
     ? `if the duty of the last minutes goes on (${number(data.rms_current, 1)} A rms)`
     : "no duty is known, rest is looked at";
   body.replaceChildren(
-    ...data.limits.map((row) => margin(row, data.horizon)),
+    ...data.limits.map((row) => margin(row, data)),
     element("p", { class: "note" }, `Looked ${lasting(data.horizon)} ahead, ${duty}.`),
   );
 }
 
-function margin(row, horizon) {
+function margin(row, data) {
   const share = (value) => Math.min(100, Math.max(0, (100 * (value - COOL)) / (row.limit - COOL)));
   const soon = (row.time_to_limit !== null && row.time_to_limit <= SOON) || (row.time_to_limit_16 !== null && row.time_to_limit_16 <= SOON);
   const beyond = row.time_to_limit !== null && row.time_to_limit <= 0;
@@ -40,14 +40,22 @@ function margin(row, horizon) {
       ),
     ),
     element("div", { class: "gauge" }, fill, band),
-    element("span", { class: "then" }, sentence(row, horizon, beyond, soon)),
+    element("span", { class: "then" }, sentence(row, data, beyond, soon)),
   );
 }
 
-function sentence(row, horizon, beyond, soon) {
+/* Why a duty of more current than may be held keeps the limit all the same; empty elsewhere. */
+function falls(row, data) {
+  const keeps = data.duty_known && row.time_to_limit === null && row.allowed_speed !== null && row.allowed_speed >= data.mean_absolute_speed;
+  if (!keeps || row.allowed_current > data.rms_current - 0.1) return "";
+  return `; so does this duty, whose ${number(data.rms_current, 1)} A rms fall as the oil warms`;
+}
+
+function sentence(row, data, beyond, soon) {
+  const horizon = data.horizon;
   const keeps =
     row.allowed_current > 0
-      ? `${number(row.allowed_current, 1)} A rms${row.allowed_speed === null ? "" : ` or a mean of ${number((row.allowed_speed * 30) / Math.PI, 0)} rpm`} keep it for ever`
+      ? `${number(row.allowed_current, 1)} A rms held${row.allowed_speed === null ? "" : ` or a mean of ${number((row.allowed_speed * 30) / Math.PI, 0)} rpm`} keep it for ever${falls(row, data)}`
       : "no current keeps it";
   if (beyond) return `✕ exceeded; ${keeps}`;
   if (row.time_to_limit === null) {

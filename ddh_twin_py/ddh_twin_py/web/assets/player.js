@@ -1,6 +1,9 @@
 /* Replay: pause, seek, rate, where a bag plays. */
 import { span } from "./format.js";
 
+const SLOW = 0.8; // share of the rate asked for, below which the speed reached is told
+const STARTED = 3000; // ms until the speed over the last second is that of the rate
+
 export class Player {
   constructor(link) {
     this.link = link;
@@ -16,6 +19,8 @@ export class Player {
     this.aim = null; // s, where a seek goes, until the player has told that it is there
     this.answered = false;
     this.seeks = 0;
+    this.since = 0; // ms, when it began to move, or was told another rate
+    this.moving = "";
     this.play.addEventListener("click", () => this.toggle());
     get("back").addEventListener("click", () => this.step(-10));
     get("on").addEventListener("click", () => this.step(10));
@@ -80,6 +85,8 @@ export class Player {
     this.data = data;
     this.bar.hidden = !data;
     if (!data) return;
+    const moving = data.waiting || data.paused || data.ended || this.aim !== null ? "" : `at ${data.rate}`;
+    if (moving !== this.moving) [this.moving, this.since] = [moving, Date.now()];
     this.play.textContent = data.ended ? "Again" : data.paused ? "Play" : "Pause";
     this.slider.max = data.duration;
     if (!this.held && this.aim === null) {
@@ -95,8 +102,12 @@ export class Player {
     if (!this.note.textContent.startsWith("✕"))
       this.note.textContent = data.waiting
         ? "waits for the nodes"
-        : data.rate === 0 && !data.paused && !data.ended
-          ? `${data.speed.toFixed(1)} × real time`
-          : "";
+        : data.paused || data.ended
+          ? ""
+          : data.rate === 0
+            ? `${data.speed.toFixed(1)} × real time`
+            : data.speed < SLOW * data.rate && Date.now() - this.since > STARTED
+              ? `▲ ${data.speed.toFixed(1)} × real time, as fast as this computer can`
+              : "";
   }
 }
