@@ -35,6 +35,7 @@ _FREE_RUN_NAME = {"current_square": "mean_square_current"}
 UNSEEN = 5.0
 """s at the beginning that say nothing of a free run's fast signals: what moved before it began is not known."""
 _FALLS = 0.02  # m/s, of a run's rod at a standstill at which it is put back: what a leak lets sink is slower, one that fell is lifted
+_AHEAD = 1200  # intervals that are run before it is looked whether the rod fell, as what follows a fall is run once more
 _SURE = 3.0  # standard deviations of a position, within which an end stop says better where the rod is
 
 
@@ -156,13 +157,15 @@ class HydraulicModel:
             self._let_go(standing, position, 0)
         while begin < n:
             state, temperature = self._state.copy(), self.free_temperature.copy()
-            self._run_free(slice(begin, n), command, ambient, position, free, free_temperature)
-            fallen = np.flatnonzero(np.isfinite(position[begin:]) & (np.abs(free["rod_velocity"][begin:]) > _FALLS))
-            stop = begin + int(fallen[0]) + 1 if fallen.size else n
+            end = min(n, begin + _AHEAD)
+            self._run_free(slice(begin, end), command, ambient, position, free, free_temperature)
+            fallen = np.flatnonzero(np.isfinite(position[begin:end]) & (np.abs(free["rod_velocity"][begin:end]) > _FALLS))
+            stop = begin + int(fallen[0]) + 1 if fallen.size else end
             if not standing[begin:stop].all():
                 self._falls = 0
             if not fallen.size:
-                return
+                begin = end
+                continue
             self._falls += 1
             self._state[:], self.free_temperature[:] = state, temperature
             self._run_free(slice(begin, stop), command, ambient, position, free, free_temperature)
