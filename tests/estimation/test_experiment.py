@@ -135,7 +135,7 @@ def test_a_clock_that_goes_back_is_named_where_it_is_one_topics_alone(topics, by
 
 def test_a_recording_of_a_moment_is_refused_with_its_length(paper_cycle_bag):
     recording = read_recording(paper_cycle_bag).between(0.0, 0.03)
-    with pytest.raises(ExperimentError, match=r"lasts 0\.02\d* s, which is too short for a free run; at least 1 s is needed$"):
+    with pytest.raises(ExperimentError, match=r"lasts 0\.02\d* s, which is too short for a free run; at least 0\.2 s are needed$"):
         Experiment(recording, load_rig())
 
 
