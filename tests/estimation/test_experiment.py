@@ -139,6 +139,12 @@ def test_a_recording_of_a_moment_is_refused_with_its_length(paper_cycle_bag):
         Experiment(recording, load_rig())
 
 
+def test_half_a_second_whose_used_part_holds_no_temperature_is_taken_as_it_is(paper_cycle_bag):
+    recording = read_recording(paper_cycle_bag)
+    for begin in np.arange(0.0, 0.5, 0.1):
+        assert Experiment(recording.between(100.0 + begin, 100.5 + begin), load_rig(), used=0.75).duration < 0.6
+
+
 def test_both_streams_are_merged_in_order_whatever_their_clocks_are_apart(paper_cycle_bag):
     experiment = Experiment(read_recording(paper_cycle_bag), load_rig())
     for skew in (0.0, 0.004, -0.0137):

@@ -283,6 +283,8 @@ class Experiment:
             signal = self.signals[f"temperature/{name}"]
             reading = self._reading(name, parameters[0], begin, temperatures, self._inputs[False])
             used = np.isfinite(signal.measured) & (signal.time <= self.axis[n - 1])
+            if not used.any():  # of a recording of less than a second
+                continue
             off = signal.measured[used] - np.interp(signal.time[used], self.axis[:n], reading)
             change = float(reading[-1] - crude) * EARLY / self.axis[n - 1]
             behind = max(_RESTED, _BEHIND.get(name, _BEHIND_SLOWLY) * abs(crude - self.air[0]))
