@@ -135,8 +135,14 @@ def test_a_clock_that_goes_back_is_named_where_it_is_one_topics_alone(topics, by
 
 def test_a_recording_of_a_moment_is_refused_with_its_length(paper_cycle_bag):
     recording = read_recording(paper_cycle_bag).between(0.0, 0.03)
-    with pytest.raises(ExperimentError, match=r"lasts 0\.02\d* s, which is too short for a free run; at least 1 s is needed$"):
+    with pytest.raises(ExperimentError, match=r"lasts 0\.02\d* s, which is too short for a free run; at least 0\.2 s are needed$"):
         Experiment(recording, load_rig())
+
+
+def test_half_a_second_whose_used_part_holds_no_temperature_is_taken_as_it_is(paper_cycle_bag):
+    recording = read_recording(paper_cycle_bag)
+    for begin in np.arange(0.0, 0.5, 0.1):
+        assert Experiment(recording.between(100.0 + begin, 100.5 + begin), load_rig(), used=0.75).duration < 0.6
 
 
 def test_both_streams_are_merged_in_order_whatever_their_clocks_are_apart(paper_cycle_bag):

@@ -61,7 +61,7 @@ _VELOCITY = HYDRAULIC_FIELDS.index("rod_velocity")
 NEIGHBOURHOOD = 20.0
 """s after the used part of a recording that count neither here nor there; at most half of what is held out."""
 _REST, _LEANING = 0.5, 8  # s of a standstill to either side that tell a position; how many times as far its slope is told
-_SHORTEST = 1.0  # s of a recording that a run begins to say something of
+_SHORTEST = 0.2  # s of a recording over which a run can be made
 _FEW = 4  # positions that tell no slope
 _CLEAR = 2.0e-3  # m from an end stop that a rod must keep to have never met it
 _BEFORE_THE_END = 1.0e-6  # s from the end of a run at which the last samples are taken: its last step ends there but for rounding
@@ -134,7 +134,7 @@ class Experiment:
                     f"{recording.path}: {recording.namespace}/{topic}: no message; a free run cannot be compared without it")
         if recording.duration < _SHORTEST:
             raise ExperimentError(f"{recording.path}: lasts {recording.duration:.2g} s, which is too short for a free run; at least "
-                                  f"{_SHORTEST:g} s is needed")
+                                  f"{_SHORTEST:g} s are needed")
         ticks = align(recording, interval)
         if ticks.restart.any():
             raise ExperimentError(_jumps(recording, ticks))
@@ -282,6 +282,8 @@ class Experiment:
             signal = self.signals[f"temperature/{name}"]
             reading = self._reading(name, parameters[0], begin, temperatures, self._inputs[False])
             used = np.isfinite(signal.measured) & (signal.time <= self.axis[n - 1])
+            if not used.any():  # of a recording of less than a second
+                continue
             off = signal.measured[used] - np.interp(signal.time[used], self.axis[:n], reading)
             change = float(reading[-1] - crude) * EARLY / self.axis[n - 1]
             behind = max(_RESTED, _BEHIND.get(name, _BEHIND_SLOWLY) * abs(crude - self.air[0]))
