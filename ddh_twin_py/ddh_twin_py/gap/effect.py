@@ -48,7 +48,6 @@ class Effect:
     step: float
     lowest: float = -math.inf
     highest: float = math.inf
-    reached: tuple[float, float] = (-math.inf, math.inf)
     grows: bool = False
     about: str = ""
     about_below: str = ""
@@ -60,6 +59,7 @@ class Effect:
     steady: bool = True
     lacked: tuple[str, str] | None = None
     reading: str = ""
+    reached: tuple[float, float] = (-math.inf, math.inf)
 
     def happens(self, x: float, commissioned: bool | None = None) -> str:
         """What happens, in one sentence, where the departure is x.
