@@ -200,12 +200,13 @@ class Client:
 SUCCEEDED, CANCELED, ABORTED = 4, 5, 6
 
 
-def stand_in():
-    """Process id of the stand-in for the diagnosis, None where there is none."""
-    for entry in Path("/proc").iterdir():
+def stand_in(node):
+    """Process id of the stand-in for the diagnosis that a node has started, None where there is none; other tests have theirs."""
+    for entry in Path("/proc").glob("[0-9]*"):
         try:
             words = (entry / "cmdline").read_text().split("\0")
-            if entry.name.isdigit() and FAKE[1] in words and runs(int(entry.name)):
+            parent = (entry / "stat").read_text().rpartition(")")[2].split()[1]
+            if FAKE[1] in words and int(parent) == node.process.pid and runs(int(entry.name)):
                 return int(entry.name)
         except OSError:
             continue
@@ -238,14 +239,14 @@ def test_the_action_diagnoses_cancels_refuses_and_leaves_nothing_behind(listener
         wait_for(lambda: any(f.done == 0.5 and f.stage == "fitting" for f in client.feedback), 20.0, "feedback")
         status, result = client.result(client.send(tmp_path / "well"))
         assert status == ABORTED and "slow/field is under way (50 %)" in result.message
-        pid = stand_in()
+        pid = stand_in(node)
         assert pid is not None
         wait_for(slow.cancel_goal_async().done, 20.0, "the cancelling")
         status, result = client.result(slow)
         assert status == CANCELED and result.message == "the diagnosis was stopped" and not runs(pid)
 
         last = listener.here(client.send(tmp_path / "slow").get_result_async)
-        pid = wait_for(stand_in, 20.0, "the process")
+        pid = wait_for(lambda: stand_in(node), 20.0, "the process")
         node.stop()
         assert not runs(pid)
         wait_for(last.done, 20.0, "the end of the node to be told")
