@@ -29,7 +29,7 @@ from ddh_twin_py.estimation.run_inputs import RunInputs
 from ddh_twin_py.estimation.sensors import NODE_INDEX, NODE_OF_SENSOR
 from ddh_twin_py.estimation.start import EARLY, START, spread_start, start_error
 from ddh_twin_py.estimation.step_size import times_finer
-from ddh_twin_py.estimation.unpredictable import unpredictable
+from ddh_twin_py.estimation.unpredictable import intervals_at, unpredictable
 from ddh_twin_py.physics.balance import OPERATING_DTYPE
 from ddh_twin_py.physics.cylinder import holding_pressure
 from ddh_twin_py.physics.free_run import COMMAND_PARTS, HYDRAULIC_STEP, SAMPLED, free_run, free_run_sampled, settle
@@ -324,7 +324,7 @@ class Experiment:
 
     def _intervals_at(self, time: np.ndarray) -> np.ndarray:
         """The interval in which each time, s (m,), lies, (m,); the nearest one of a time outside the run."""
-        return np.clip((time / self.interval).astype(np.int64), 0, self.axis.size - 1)
+        return intervals_at(time, self.interval, self.axis.size)
 
     def _fast(self, time: np.ndarray, usable: np.ndarray) -> Binning:
         return by_cycle(self.cycle, time, usable, UNSEEN)

@@ -70,10 +70,15 @@ def unpredictable(position: np.ndarray, standing: np.ndarray, placed: np.ndarray
     lost = command_lost(*drive, position, placed, interval)
     time, velocity = hydraulic
     order = np.argsort(time, kind="stable")
-    hidden = (sunk | lost)[np.clip((time / interval).astype(np.int64), 0, sunk.size - 1)]
+    hidden = (sunk | lost)[intervals_at(time, interval, sunk.size)]
     slips = np.zeros(velocity.size, bool)
     slips[order] = sticks_and_slips(time[order], np.where(hidden, np.nan, velocity)[order], command_at(*drive, time[order]), noise)
     return Unpredictable(sunk, lost, slips, interval)
+
+
+def intervals_at(time: np.ndarray, interval: float, count: int) -> np.ndarray:
+    """The interval of ``count`` in which each time, s (m,), lies, (m,); the nearest one of a time outside."""
+    return np.clip((time / interval).astype(np.int64), 0, count - 1)
 
 
 def sticks_and_slips(time: np.ndarray, velocity: np.ndarray, command: np.ndarray, noise: float) -> np.ndarray:
@@ -149,7 +154,7 @@ def command_lost(time: np.ndarray, command: np.ndarray, position: np.ndarray, pl
     where, anew = _last_known(position), np.isfinite(placed)
     gaps = np.flatnonzero(np.diff(time[known]) > _LOST)
     for before, after in zip(known[gaps], known[gaps + 1], strict=True):
-        first, last = (int(np.clip(time[k] / interval, 0, position.size - 1)) for k in (before, after))
+        first, last = intervals_at(time[[before, after]], interval, position.size).tolist()
         still = abs(command[before]) <= _CHANGED and abs(command[after]) <= _CHANGED
         if abs(command[after] - command[before]) > _CHANGED or (still and abs(where[last] - where[first]) > CARRIED):
             moved = np.flatnonzero(anew[last + 1 : -1] & ~anew[last + 2 :])

@@ -535,7 +535,7 @@ def align(
     last: dict[str, list[np.ndarray]] = {name: [] for name in samples}
     for segment in range(count):
         parts = {name: s.stamp[starts[name][segment] : starts[name][segment + 1]] for name, s in samples.items()}
-        index, restart = _tick_indices(_filled(list(parts.values()), interval_ns), longest)
+        index, restart = _tick_indices(list(parts.values()), interval_ns, longest)
         if not index.size:
             continue
         restart[0] = bool(ends)
@@ -559,16 +559,12 @@ def _joined(arrays: list[np.ndarray], dtype) -> np.ndarray:
     return np.concatenate([np.empty(0, dtype), *arrays]).astype(dtype, copy=False)
 
 
-def _filled(stamps: list[np.ndarray], interval_ns: int) -> np.ndarray:
-    """Indices of the ticks of one segment that hold samples, in order."""
-    filled = [_distinct(tick_index(s, interval_ns)) for s in stamps if s.size]
-    return _distinct(np.sort(np.concatenate(filled))) if filled else np.empty(0, np.int64)
-
-
-def _tick_indices(filled: np.ndarray, longest: int) -> tuple[np.ndarray, np.ndarray]:
+def _tick_indices(stamps: list[np.ndarray], interval_ns: int, longest: int) -> tuple[np.ndarray, np.ndarray]:
     """Indices of all ticks of one segment, and where one does not follow the one before."""
-    if not filled.size:
+    filled = [_distinct(tick_index(s, interval_ns)) for s in stamps if s.size]
+    if not filled:
         return np.empty(0, np.int64), np.empty(0, bool)
+    filled = _distinct(np.sort(np.concatenate(filled)))
     runs = np.split(filled, np.flatnonzero(np.diff(filled) > longest + 1) + 1)
     index = np.concatenate([np.arange(run[0], run[-1] + 1) for run in runs])
     restart = np.zeros(index.size, bool)
