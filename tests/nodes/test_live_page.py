@@ -239,6 +239,28 @@ def test_any_quantity_can_be_charted_and_is_remembered(browser):
     browser.wait("document.querySelector('.chart select')?.value === 'pressure_piston_side'", 30.0)
 
 
+OBSERVED = """window.observers = [];
+window.IntersectionObserver = class extends IntersectionObserver {
+  constructor(told) { super(told); this.told = told; window.observers.push(this); }
+  observe() {}
+};"""
+SEEN = "observers.forEach((made) => made.told([{ isIntersecting: false }, { isIntersecting: true }]))"
+
+
+def test_a_chart_that_left_and_came_back_at_once_goes_on(browser):
+    script = browser.call("Page.addScriptToEvaluateOnNewDocument", source=OBSERVED)["identifier"]
+    legend = "document.querySelector('.chart .legend b').textContent"
+    try:
+        browser.call("Page.reload")
+        browser.wait(f"{legend} !== '–'", 30.0)
+        browser.value(SEEN)
+        browser.wait(f"{legend} !== {browser.value(legend)!r}", 30.0)
+    finally:
+        browser.call("Page.removeScriptToEvaluateOnNewDocument", identifier=script)
+        browser.call("Page.reload")
+        browser.wait("document.documentElement.dataset.ready === 'yes'", 30.0)
+
+
 SMALLEST = (
     "Math.min(...[...document.querySelectorAll('.circuit text')].filter((t) => t.textContent.trim() && t.getClientRects().length)"
     ".map((t) => parseFloat(getComputedStyle(t).fontSize) * t.getScreenCTM().a))"

@@ -29,8 +29,8 @@ export class Chart {
     this.box = element("div", { class: "plot" });
     this.legend = element("ul", { class: "legend" });
     this.figure = element("figure", { class: "chart" }, element("figcaption", {}, this.select, remove), this.box, this.legend);
-    this.watch = new IntersectionObserver(([entry]) => {
-      this.visible = entry.isIntersecting;
+    this.watch = new IntersectionObserver((entries) => {
+      this.visible = entries.at(-1).isIntersecting; // a busy browser tells several changes at once, the newest last
     });
     this.watch.observe(this.figure);
     this.resize = new ResizeObserver(() => {
