@@ -12,8 +12,9 @@ from ddh_twin_py.estimation.replay import replay
 from ddh_twin_py.physics.thermal_network import NODES
 from ddh_twin_py.rig import load_rig
 from ddh_twin_py.telemetry.alignment import align
+from ddh_twin_py.telemetry.signals import ZERO_CELSIUS
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
-from nodes.processes import NodeProcess, raw_messages, stamp_ns, wait_for
+from nodes.processes import LATCHED, NodeProcess, raw_messages, stamp_ns, wait_for
 from sensor_msgs.msg import FluidPressure, JointState, Temperature
 
 from ddh_msgs.msg import HydraulicState, MotorThermalState, NodeProgress, ResidualArray, TemperatureEstimateArray
@@ -211,6 +212,31 @@ def test_the_estimate_survives_a_restart(short_recording, listener, tmp_path):
     assert "no state yet" in said[0]
     assert "going on from the state of 0 s before" in said[1]
     assert deviation[2] < 1.5 * deviation[1] < deviation[0]  # warm start: no wider than it was left, give or take the pause
+
+
+def test_a_model_begins_from_what_is_read_when_another_rig_is_announced(short_recording, listener, tmp_path):
+    from ddh_msgs.msg import RigInfo
+
+    warm = short_recording
+    for sensor in ("motor_winding", "motor_housing"):
+        warm = with_value(warm, f"temperature/{sensor}", "temperature", 60.0 + ZERO_CELSIUS, 0.0)
+    bag = write_recording(tmp_path / "warm", warm)
+    states = listener.collect(MotorThermalState, "/swapped/motor/thermal_state")
+    with NodeProcess("machine_thermal", "/swapped", flush_after=0.5) as model:
+        rig = listener.node.create_publisher(RigInfo, "/swapped/rig", LATCHED)
+        given = {"bag": str(bag), "rate": 2.0, "wait_for_nodes": ["machine_thermal"], "topics": ["drive/telemetry", "temperature/*"]}
+        with NodeProcess("bag_player", "/swapped", **given) as player:
+            for number in range(4):  # every 4 s of data
+                rig.publish(RigInfo(rig_id=f"rig_{number}", oil_grade="ISO VG 32", payload_mass=149.5))
+                model.says(f"rig rig_{number}", 10.0)
+                count = len(states)
+                wait_for(lambda least=count: len(states) >= least + 20, 30.0, "states")
+            player.ends()
+        listener.withdraw(rig)
+        model.stop()
+    housing = np.array([state.temperature[list(state.nodes).index("housing")] for state in states])
+    assert model.text.count("it begins anew") == 3
+    assert (abs(housing - 60.0) < 2.0).all(), housing.min()
 
 
 @pytest.mark.parametrize(("told", "words"), [("rig_000", ""), ("rig_9", "rig 'rig_9' was announced, this was 'rig_000'; it begins anew")])

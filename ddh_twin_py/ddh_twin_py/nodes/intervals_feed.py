@@ -60,6 +60,10 @@ class IntervalsFeed:
         self._epoch_ns = epoch_ns
         self._started = False
 
+    def begin_anew(self) -> None:
+        """The model starts anew with what comes from now on, as after a restart of the ticks; what waits is kept."""
+        self._begin(self._waiting[0].start_ns if self._waiting else None)
+
     def add(self, ticks: list[Tick], flush: bool = False) -> Iterator[Batch]:
         """Batches that can be computed now; `flush`: hold nothing back."""
         for tick in ticks:

@@ -250,6 +250,7 @@ class ModelNode(TelemetryNode):
 
     def begin_anew(self) -> None:
         self._model = None
+        self._intervals.begin_anew()  # readings tell again where it starts
 
     def _judge_model(self, report: Report) -> str:
         newest = max((entry.newest_ns for entry in self.feed.inputs.all.values()), default=0)
