@@ -17,7 +17,7 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from nodes.processes import LATCHED, NodeProcess, raw_messages, stamp_ns, wait_for
 from sensor_msgs.msg import FluidPressure, JointState, Temperature
 
-from ddh_msgs.msg import HydraulicState, MotorThermalState, NodeProgress, ResidualArray, TemperatureEstimateArray
+from ddh_msgs.msg import HydraulicState, MotorThermalState, NodeProgress, ResidualArray, RigInfo, TemperatureEstimateArray
 
 pytestmark = pytest.mark.live
 MODELS = ("hydraulic_model", "machine_thermal", "temperature_fusion")
@@ -215,8 +215,6 @@ def test_the_estimate_survives_a_restart(short_recording, listener, tmp_path):
 
 
 def test_a_model_begins_from_what_is_read_when_another_rig_is_announced(short_recording, listener, tmp_path):
-    from ddh_msgs.msg import RigInfo
-
     warm = short_recording
     for sensor in ("motor_winding", "motor_housing"):
         warm = with_value(warm, f"temperature/{sensor}", "temperature", 60.0 + ZERO_CELSIUS, 0.0)
@@ -243,9 +241,6 @@ def test_a_model_begins_from_what_is_read_when_another_rig_is_announced(short_re
 def test_a_rig_that_is_told_late_changes_nothing_unless_it_is_another(told, words, short_recording, listener, tmp_path):
     from ddh_twin_py.estimation.state_file import save_state
     from ddh_twin_py.estimation.temperature_fusion import TemperatureFusion
-    from rclpy.qos import QoSDurabilityPolicy, QoSProfile
-
-    from ddh_msgs.msg import RigInfo
 
     warm = TemperatureFusion(load_rig())
     state = warm.state
@@ -259,8 +254,7 @@ def test_a_rig_that_is_told_late_changes_nothing_unless_it_is_another(told, word
         play(parts[0], "temperature_fusion", namespace=namespace, topics=["temperature/line_a"])
         wait_for(lambda: len(estimates) >= 120, 30.0, "estimates")
         before = estimates[-1].estimates[tank].standard_deviation
-        latched = QoSProfile(depth=1, durability=QoSDurabilityPolicy.TRANSIENT_LOCAL)
-        rig = listener.node.create_publisher(RigInfo, f"{namespace}/rig", latched)
+        rig = listener.node.create_publisher(RigInfo, f"{namespace}/rig", LATCHED)
         rig.publish(RigInfo(rig_id=told, oil_grade="ISO VG 32", payload_mass=149.5))
         fusion.says(f"rig {told}", 10.0)
         count = len(estimates)

@@ -235,10 +235,10 @@ class ModelNode(TelemetryNode):
 
     def _advance(self, batch: Batch) -> None:
         take_off_sensor_errors(batch.measured, self.rig)
-        if batch.first or self._model is None:
+        if batch.first:
             self._air = AmbientTracker(ZERO_CELSIUS + self.rig["ambient"], self.interval)
         air = self._air.advance(batch.air)
-        if batch.first or self._model is None:
+        if batch.first:
             payload = known_payload(self.rig_info)
             self._model = self.make_model(self._first_temperature(batch, air), payload)
             taken = payload or self.rig["load.payload_mass"]
@@ -249,7 +249,6 @@ class ModelNode(TelemetryNode):
         self.known_share = float(known.mean())
 
     def begin_anew(self) -> None:
-        self._model = None
         self._intervals.begin_anew()  # readings tell again where it starts
 
     def _judge_model(self, report: Report) -> str:
