@@ -2,8 +2,18 @@
 
 import numpy as np
 import pytest
-from ddh_twin_py.estimation.start import EARLY, spread_start, start_error
+from ddh_twin_py.estimation.start import (
+    EARLY,
+    UNDRIVEN,
+    FirstReadings,
+    same_unit,
+    spread_start,
+    start_error,
+    start_temperature,
+)
+from ddh_twin_py.estimation.temperature_fusion import Reading, Readings
 from ddh_twin_py.physics.thermal_network import NODES
+from ddh_twin_py.rig import load_rig
 
 NOISE = 0.1
 
@@ -56,3 +66,60 @@ def test_a_node_that_is_read_keeps_its_own():
 
 def test_where_nothing_is_read_all_begin_at_ambient():
     assert set(started().values()) == {293.0}
+
+
+def readings(**at):
+    """One reading of each sensor, K, in the interval given, `STEP` each."""
+    return Readings.of([Reading(index, sensor, temperature) for sensor, (index, temperature) in at.items()])
+
+
+STEP = 0.5
+DRIVEN = np.ones(100, bool)
+
+
+def test_a_start_is_told_by_the_readings_that_are_to_count():
+    slow = readings(tank_oil=(0, 300.0), motor_housing=(16, 320.0))
+    begun = start_temperature(slow, 293.0, STEP)
+    assert begun[NODES.index("tank_oil")] == 300.0 and begun[NODES.index("housing")] == 293.0
+    assert start_temperature(slow, 293.0, STEP, within=8.0)[NODES.index("housing")] == 320.0
+
+
+def test_a_sensor_that_was_silent_moves_what_it_tells_of_and_one_that_spoke_moves_nothing():
+    first = FirstReadings(load_rig(), STEP, readings(tank_oil=(0, 300.0)))
+    (told,) = first.follow(DRIVEN, readings(tank_oil=(20, 301.0), motor_housing=(21, 320.0)))
+    temperature = np.linspace(300.0, 310.0, len(NODES))
+    before = temperature.copy()
+    told.move(temperature)
+    moved = dict(zip(NODES, temperature - before, strict=True))
+    assert told.row == 21 and temperature[NODES.index("housing")] == pytest.approx(320.0)
+    assert moved["rotor"] == pytest.approx(moved["housing"]) and moved["tank_oil"] == moved["cylinder_barrel"] == 0.0
+
+
+def test_a_reading_that_comes_later_than_early_tells_no_start():
+    first, late = FirstReadings(load_rig(), STEP, readings()), int(EARLY / STEP)
+    assert not first.follow(np.ones(late, bool), readings())
+    assert not first.follow(DRIVEN, readings(motor_housing=(0, 320.0)))
+
+
+@pytest.mark.parametrize("cut", [1, 40, 77, 200])
+def test_after_a_time_without_telemetry_each_sensor_tells_again_however_it_is_cut(cut):
+    driven = np.ones(200, bool)
+    driven[50:50 + round(UNDRIVEN / STEP)] = False
+    read = [Reading(i, "tank_oil", 300.0 + i) for i in range(0, 200, 7)]
+    first, told = FirstReadings(load_rig(), STEP, []), []
+    for begin in range(0, 200, cut):
+        part = [Reading(r.index - begin, r.sensor, r.temperature) for r in read if begin <= r.index < begin + cut]
+        told += [begin + t.row for t in first.follow(driven[begin:begin + cut], Readings.of(part))]
+    assert told == [0, 112]  # the first after the 110th interval, with which the telemetry is back
+
+
+def test_a_short_time_without_telemetry_leaves_a_model_alone():
+    driven = np.ones(200, bool)
+    driven[50:50 + round(UNDRIVEN / STEP) - 1] = False
+    read = readings(tank_oil=(0, 300.0))
+    first = FirstReadings(load_rig(), STEP, read)
+    assert not first.follow(driven, Readings.of([Reading(i, "tank_oil", 310.0) for i in range(200)]))
+
+
+def test_a_clock_that_is_put_back_a_little_leaves_a_unit_as_warm_as_it_is():
+    assert same_unit(-0.6) and same_unit(-3.0) and not same_unit(-60.0) and not same_unit(0.0) and not same_unit(700.0)

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from action_msgs.srv import CancelGoal
 from ddh_twin_py.estimation.sensors import NODE_OF_SENSOR
 from ddh_twin_py.gap.normal_level import load_levels
 from ddh_twin_py.nodes import qos
@@ -239,11 +240,18 @@ def test_the_action_diagnoses_cancels_refuses_and_leaves_nothing_behind(listener
         wait_for(lambda: any(f.done == 0.5 and f.stage == "fitting" for f in client.feedback), 20.0, "feedback")
         status, result = client.result(client.send(tmp_path / "well"))
         assert status == ABORTED and "slow/field is under way (50 %)" in result.message
+        assert f"ros2 service call {space}/diagnose/_action/cancel_goal" in result.message
         pid = stand_in(node)
         assert pid is not None
         wait_for(slow.cancel_goal_async().done, 20.0, "the cancelling")
         status, result = client.result(slow)
         assert status == CANCELED and result.message == "the diagnosis was stopped" and not runs(pid)
+
+        orphan = client.send(tmp_path / "slow")
+        pid = wait_for(lambda: stand_in(node), 20.0, "the process")
+        answer = listener.call(CancelGoal, f"{space}/diagnose/_action/cancel_goal", CancelGoal.Request())  # by one who did not ask for it
+        assert len(answer.goals_canceling) == 1
+        assert client.result(orphan)[0] == CANCELED and not runs(pid)
 
         last = listener.here(client.send(tmp_path / "slow").get_result_async)
         pid = wait_for(lambda: stand_in(node), 20.0, "the process")

@@ -6,13 +6,13 @@ import time
 import numpy as np
 import pytest
 import yaml
-from ddh_twin_py.bags.damage import with_clock_jump, with_stuck_sensor, with_value, with_wrong_unit
+from ddh_twin_py.bags.damage import with_clock_jump, with_stuck_sensor, with_value, with_wrong_unit, without_samples
 from ddh_twin_py.bags.writer import write_recording
 from ddh_twin_py.estimation.replay import replay
 from ddh_twin_py.physics.thermal_network import NODES
 from ddh_twin_py.rig import load_rig
 from ddh_twin_py.telemetry.alignment import align
-from ddh_twin_py.telemetry.signals import ZERO_CELSIUS
+from ddh_twin_py.telemetry.signals import TEMPERATURE_SENSORS, ZERO_CELSIUS
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from nodes.processes import LATCHED, NodeProcess, raw_messages, stamp_ns, wait_for
 from sensor_msgs.msg import FluidPressure, JointState, Temperature
@@ -107,6 +107,45 @@ def test_the_live_graph_agrees_with_replay(recorded, short_recording):
     states = raw_messages(recorded, HydraulicState, "/ddh/hydraulics/prediction")
     place = np.searchsorted(ends, [stamp_ns(m) for m in states])
     assert np.abs(np.array([m.pressure_piston_side for m in states]) - result.free["pressure_piston_side"][place]).max() < 1.0  # Pa
+
+
+def test_the_live_graph_agrees_with_replay_where_sensors_come_late_telemetry_pauses_and_the_clock_is_put_back(
+        short_recording, listener, tmp_path):
+    """Warm sensors speak from 6 s on, at 8 s there is nothing for 50 s, at 14 s the clock is put back by 3 s and the sensors are gone."""
+    broken = short_recording
+    for sensor in TEMPERATURE_SENSORS:
+        name = f"temperature/{sensor}"
+        broken = without_samples(broken, name, 0.0, 6.0)
+        broken = without_samples(broken, name, 14.0, 30.0)
+        if sensor != "ambient":
+            broken = with_value(broken, name, "temperature", 40.0 + ZERO_CELSIUS, 0.0, 8.0)
+            broken = with_value(broken, name, "temperature", 45.0 + ZERO_CELSIUS, 8.0, 30.0)
+    broken = with_clock_jump(broken, 8.0, 50.0)
+    parts = [broken.between(0.0, 64.0), with_clock_jump(broken.between(64.0, 80.0), 0.0, -3.0)]
+    bags = [write_recording(tmp_path / name, part) for name, part in zip(("before", "after"), parts, strict=True)]
+    broken = with_clock_jump(broken, 64.0, -3.0)
+    result = replay(broken, load_rig())
+    ends = np.rint(result.time * 1e9).astype(np.int64) + broken.epoch_ns
+    assert (np.diff(ends) < 0).sum() == 1
+    late = ends - broken.epoch_ns > 59_000_000_000
+    assert result.free_temperature[late].min() > 44.0 + ZERO_CELSIUS  # put to what is read, and kept where the clock was put back
+    namespace = "/broken"
+    predictions = listener.collect(HydraulicState, f"{namespace}/hydraulics/prediction")
+    motor = listener.collect(MotorThermalState, f"{namespace}/motor/thermal_state")
+    with NodeProcess("hydraulic_model", namespace, flush_after=0.5) as hydraulics, \
+            NodeProcess("machine_thermal", namespace, flush_after=0.5) as thermal:
+        for bag in bags:  # one after the other, or the streams of the bag would not step back together
+            play(bag, "hydraulic_model", "machine_thermal", namespace=namespace)
+        for messages in (predictions, motor):
+            wait_for(lambda messages=messages: messages and stamp_ns(messages[-1]) == ends[-1], 60.0, "the last interval")
+        for node in (hydraulics, thermal):
+            node.stop()
+            assert "the clock was put back by 3." in node.text
+    told, housing = dict(zip(ends.tolist(), result.free_temperature, strict=True)), NODES.index("housing")
+    after = [m for m in predictions if stamp_ns(m) > ends[late][0]]  # stamps that came twice are those of the second time in both
+    assert len(after) > 100
+    assert max(np.abs(np.array(m.temperature) + ZERO_CELSIUS - told[stamp_ns(m)]).max() for m in after[-100:]) < 1e-6
+    assert min(m.temperature[housing] for m in motor if stamp_ns(m) > ends[late][0]) > 44.0
 
 
 def test_messages_hold_together(recorded):

@@ -40,14 +40,13 @@ from ddh_twin_py.physics.soft_sensor import MEASURED_DTYPE
 from ddh_twin_py.physics.thermal_network import HYDRAULIC_NODES, N, NODES
 from ddh_twin_py.rig import Rig
 from ddh_twin_py.rig.sheet import SensorSpec
-from ddh_twin_py.telemetry.alignment import REORDER_WINDOW, Ticks, align
+from ddh_twin_py.telemetry.alignment import align
 from ddh_twin_py.telemetry.in_order import in_order
+from ddh_twin_py.telemetry.jumps import why_apart
 from ddh_twin_py.telemetry.recording import Recording
 from ddh_twin_py.telemetry.resolution import rounding_error
 from ddh_twin_py.telemetry.screening import screen_recording
 from ddh_twin_py.telemetry.signals import DRIVE_FIELDS, DRIVE_TOPIC, HYDRAULIC_FIELDS, HYDRAULIC_TOPIC
-from ddh_twin_py.telemetry.spans import apart
-from ddh_twin_py.telemetry.strays import strays
 from ddh_twin_py.twin.ambient import AmbientTracker
 from ddh_twin_py.twin.command import command_at
 from ddh_twin_py.twin.hydraulic_model import UNSEEN, off_the_stops
@@ -137,7 +136,7 @@ class Experiment:
                                   f"{_SHORTEST:g} s are needed")
         ticks = align(recording, interval)
         if ticks.restart.any():
-            raise ExperimentError(_jumps(recording, ticks))
+            raise ExperimentError(why_apart(recording, ticks))
         self.recording, self.interval = recording, interval
         said = recording.rig.payload_mass if recording.rig is not None else np.nan
         self._sheet_payload = rig["load.payload_mass"]
@@ -199,10 +198,8 @@ class Experiment:
                 self._add(f"temperature/{name}", rig.sensors["temperature"], when, samples.values[:, 0], _slow)
                 if f"temperature/{name}" in self.signals:
                     self.sensors.append(name)
-        self._first_readings = {
-            name: float(np.nanmean(s.measured[s.time <= START])) for name in self.sensors
-            if np.isfinite((s := self.signals[f"temperature/{name}"]).measured[s.time <= START]).any()
-        }
+        firsts = {name: _first_reading(self.signals[f"temperature/{name}"]) for name in self.sensors}
+        self._first_readings = {name: first for name, first in firsts.items() if np.isfinite(first)}
         self._sensor_at_start: dict[str, float] = {}
         self._finer: int | None = None
         self._rise, self._open = self._likely_begin(self.parameters(rig))
@@ -516,44 +513,12 @@ def _met(name: str, reading: float, air: float, p: np.void) -> float:
     return (reading - contact * air) / (1.0 - contact)
 
 
-def _jumps(recording: Recording, ticks: Ticks) -> str:
-    """How often the clock jumps, of one topic alone or of all, first when and how far, and which streams have no time in common."""
-    first = int(np.argmax(ticks.restart))
-    begin, before, after = (float(ticks.end_ns[i] - recording.epoch_ns) * 1e-9 for i in (0, first - 1, first))
-    before = max((float(s.time[s.time <= before].max(initial=-np.inf)) for _, s in recording.streams()), default=before)
-    times = int(ticks.restart.sum())
-    whose = f"{recording.namespace}/{alone}: its stamps, and those of no other topic," if (alone := _alone(recording)) else "the stamps"
-    said = (f"{recording.path}: {whose} jump {times} time{'s' * (times > 1)}, first by {after - before:+.1f} s "
-            f"at {before - min(begin, 0.0):.1f} s; "
-            "a free run needs one stretch of time")
-    if wrong := _strays(recording):
-        return f"{said} ({wrong}; leave out what has such stamps)"
-    strangers = apart(recording)
-    return f"{said} ({strangers[0].message.removeprefix(f'{recording.path}: ')})" if strangers else f"{said}, cut the recording there"
-
-
-def _strays(recording: Recording) -> str:
-    """Topics of which a few stamps lie far before or after all their others, in words; '' where there are none."""
-    said, streams = [], dict(recording.streams())
-    for topic, wrong in strays({topic: stream.stamps(recording.epoch_ns) for topic, stream in streams.items()}).items():
-        time = streams[topic].time
-        for where, here in (("before", wrong & (time < np.median(time))), ("after", wrong & (time > np.median(time)))):
-            if count := int(np.count_nonzero(here)):
-                at = float(time[here].min() if where == "before" else time[here].max())
-                stamps = f"{count} stamp{'s' * (count > 1)}"
-                said.append(f"{recording.namespace}/{topic} has {stamps} far {where} all its others, at {at:.1f} s of the recording")
-    return "; ".join(said)
-
-
-def _alone(recording: Recording) -> str:
-    """The topic whose stamps go back while those of others that are dense enough to show it do not; '' where there is none such."""
-    streams = {topic: stream.time for topic, stream in recording.streams() if len(stream) > 1}
-    back = {topic: float((np.maximum.accumulate(time) - time).max()) for topic, time in streams.items()}
-    found = [topic for topic, far in back.items() if far > REORDER_WINDOW]
-    if len(found) != 1:
-        return ""
-    shown = back[found[0]] - REORDER_WINDOW
-    return found[0] if any(float(np.median(np.diff(time))) < shown for topic, time in streams.items() if topic != found[0]) else ""
+def _first_reading(signal: Signal) -> float:
+    """Mean of the readings of the first `START` seconds, of a slower sensor its first one within `EARLY`; NaN where there is none."""
+    read = np.isfinite(signal.measured)
+    first = signal.measured[read & (signal.time <= START)]
+    first = first if first.size else signal.measured[read & (signal.time <= EARLY)][:1]
+    return float(first.mean()) if first.size else np.nan
 
 
 def _smoothed(position: np.ndarray, reach: int) -> np.ndarray:

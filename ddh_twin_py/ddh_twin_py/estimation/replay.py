@@ -13,7 +13,7 @@ from scipy.signal import lfilter
 from ddh_twin_py.estimation.credibility import Credibility
 from ddh_twin_py.estimation.off_course import moved_on, off_course
 from ddh_twin_py.estimation.sensors import NODE_INDEX, NODE_OF_SENSOR, SENSORS
-from ddh_twin_py.estimation.start import START, start_temperature
+from ddh_twin_py.estimation.start import START, FirstReadings, Told, same_unit, start_temperature
 from ddh_twin_py.estimation.temperature_fusion import FusionInputs, Innovation, Readings, TemperatureFusion
 from ddh_twin_py.estimation.uncertain_parameters import N_UNKNOWN_HEATS
 from ddh_twin_py.physics.balance import SCALAR_DTYPE, scalars
@@ -190,8 +190,11 @@ class _Run:
     def segment(self, start: int, stop: int, progress: Callable[[float], None] | None) -> None:
         """Run the intervals start..stop, which follow each other without a break."""
         ticks, rig = self.ticks, self.rig
-        gap = (ticks.end_ns[start] - ticks.end_ns[start - 1]) * 1e-9 if start > 0 else -1.0
-        if gap < 0.0:
+        gap = (ticks.end_ns[start] - ticks.end_ns[start - 1]) * 1e-9 - self.interval if start > 0 else -np.inf
+        goes_on = same_unit(gap)
+        if goes_on:
+            self.fusion.rest(0.0)
+        elif gap < 0.0:
             self.smooth()
             self.fusion.reset()
             self._trace_start = start
@@ -201,39 +204,72 @@ class _Run:
             self.fusion.rest(gap)
         command = self._reduce(start, stop)
         readings, air_read = self._readings(start, stop)
-        air = AmbientTracker(ZERO_CELSIUS + rig["ambient"], self.interval).advance(air_read)
+        if not goes_on:
+            self._air = AmbientTracker(ZERO_CELSIUS + rig["ambient"], self.interval)
+        air = self._air.advance(air_read)
         self.ambient[start:stop] = air
-        first_air = air[min(len(air) - 1, round(START / self.interval))]
-        begin = start_temperature(readings.off_the_air(air, rig), first_air, self.interval, self.zero)
-        payload = self.recording.rig.payload_mass if self.recording.rig is not None else None
-        hydraulics = HydraulicModel(rig, begin, payload, self.interval)
-        motor = MachineThermal(rig, begin, self.interval)
-        block = max(1, round(BLOCK / self.interval))
-        for low in range(start, stop, block):
-            rows, part = slice(low, min(stop, low + block)), slice(low - start, min(stop, low + block) - start)
+        surface = readings.off_the_air(air, rig)
+        if goes_on:
+            self._hydraulics.begin_again()
+            self._motor.begin_again()
+        else:
+            self._begin(surface, float(air[min(len(air) - 1, round(START / self.interval))]))
+        hydraulics, motor = self._hydraulics, self._motor
+        of_hydraulics, of_motor = (
+            first.follow(driven, surface) for first, driven in zip(
+                self._first, (HydraulicModel.driven(self.measured[start:stop], command), MachineThermal.driven(self.measured[start:stop])),
+                strict=True))
+        told = {told.row for told in (*of_hydraulics, *of_motor)}
+        edges = sorted({*range(0, stop - start, max(1, round(BLOCK / self.interval))), *told, stop - start})
+        for first, last in pairwise(edges):
+            part, rows = slice(first, last), slice(start + first, start + last)
             clock = time.perf_counter()
-            result = hydraulics.advance(self.measured[rows], command[command_size(part.start) - 1: command_size(part.stop)], air[part])
+            if first in told:
+                self._tell([t for t in of_hydraulics if t.row == first], [t for t in of_motor if t.row == first])
+            result = hydraulics.advance(self.measured[rows], command[command_size(first) - 1: command_size(last)], air[part])
             self.seconds["hydraulic_model"] += time.perf_counter() - clock
             clock = time.perf_counter()
             motor_result = motor.advance(self.measured[rows], air[part])
             self.seconds["machine_thermal"] += time.perf_counter() - clock
             clock = time.perf_counter()
             inputs = fusion_inputs(result, motor_result, air_read[part])
-            estimate = self.fusion.advance(inputs, readings.between(part.start, part.stop))
+            estimate = self.fusion.advance(inputs, readings.between(first, last))
             hydraulics.use_temperatures(estimate.temperature[-1])
             self.seconds["temperature_fusion"] += time.perf_counter() - clock
             self.soft[rows], self.free[rows] = scalars(result.soft), scalars(result.free)
             self.free_temperature[rows] = result.free_temperature
+            self.free_reading[rows] = self._read(result.free_temperature)
             self.off[rows], self.taken_up[rows], self.settled[rows] = result.off, result.taken_up, result.settled
             self.fused[rows], self.fused_std[rows] = estimate.temperature, estimate.standard_deviation
             self.fused_reading[rows] = estimate.reading + self.zero
-            self.innovations += [Innovation(i.index + low, i.sensor, i.measured, i.expected, i.standard_deviation, i.accepted)
+            self.innovations += [Innovation(i.index + rows.start, i.sensor, i.measured, i.expected, i.standard_deviation, i.accepted)
                                  for i in estimate.innovations]
             if progress is not None:
                 progress(rows.stop / len(self.ticks))
-        lag, top = sensor_lags(rig), rig["tank.top_share"]
-        met = all_sensed(self.free_temperature[start:stop], top)
-        self.free_reading[start:stop] = lagged(met, all_sensed(begin, top), self.interval, lag) + self.zero
+
+    def _begin(self, readings: Readings, air: float) -> None:
+        """Make the models, as warm as the first readings of a segment say, in air of K."""
+        begin = start_temperature(readings, air, self.interval, self.zero)
+        payload = self.recording.rig.payload_mass if self.recording.rig is not None else None
+        self._hydraulics = HydraulicModel(self.rig, begin, payload, self.interval)
+        self._motor = MachineThermal(self.rig, begin, self.interval)
+        self._first = [FirstReadings(self.rig, self.interval, readings) for _ in range(2)]
+        self._reading = all_sensed(begin, self.rig["tank.top_share"])
+
+    def _tell(self, of_hydraulics: list[Told], of_motor: list[Told]) -> None:
+        """Put the models, and what sensors would read of the free run, to readings that tell anew how warm the unit is."""
+        top, free = self.rig["tank.top_share"], self._hydraulics.free_temperature
+        before = all_sensed(free, top)
+        for model, told in ((self._hydraulics, of_hydraulics), (self._motor, of_motor)):
+            for reading in told:
+                reading.move(*model.temperatures)
+        self._reading += all_sensed(free, top) - before
+
+    def _read(self, free_temperature: np.ndarray) -> np.ndarray:
+        """What sensors would read of the free run, K, (n, m), of its temperatures, K, (n, N)."""
+        seen = lagged(all_sensed(free_temperature, self.rig["tank.top_share"]), self._reading, self.interval, sensor_lags(self.rig))
+        self._reading = seen[-1].copy()
+        return seen + self.zero
 
     def smooth(self) -> None:
         """Smooth what the fusion has done since it began anew."""

@@ -2,18 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from ddh_twin_py.estimation.sensors import NODE_OF_SENSOR, SENSORS
 from ddh_twin_py.estimation.temperature_fusion import Reading, Readings
 from ddh_twin_py.physics.thermal_network import NODES
+from ddh_twin_py.rig import Rig
+from ddh_twin_py.twin.sensor_errors import temperature_zero_errors
+from ddh_twin_py.twin.temperature_sensors import sensed
 
 START = 3.0
 """s of readings at the beginning that tell where a run starts."""
 EARLY = 60.0
 """s of readings that tell it better, once a first run says how the temperature went on from there."""
+UNDRIVEN = 30.0
+"""s without telemetry after which readings tell anew how warm a unit is: nobody knows what it did meanwhile."""
+PUT_BACK = 10.0
+"""s by which a clock may be put back, and the unit is still as warm as it was."""
 _RISE_KNOWN = 0.15  # of the first run's own change, how well it knows that over `EARLY`
 
 _OIL = ("tank_oil", "cylinder_barrel", "tank_wall", "pump_2_case", "pump_1_case", "line_b_wall", "line_a_wall")
@@ -45,6 +53,11 @@ _NEIGHBOURS = {
 }
 
 
+def same_unit(gap: float) -> bool:
+    """Whether a unit goes on as warm as it was where stamps do not go on but are off by ``gap`` seconds: a clock was put back a little."""
+    return -PUT_BACK <= gap < 0.0
+
+
 def spread_start(read: Mapping[str, float], ambient: float, rise: np.ndarray | None = None) -> np.ndarray:
     """Temperature of every node, K, (N,): its own reading, else its nearest neighbour's, else ambient.
 
@@ -55,27 +68,109 @@ def spread_start(read: Mapping[str, float], ambient: float, rise: np.ndarray | N
     likely = np.zeros(len(NODES)) if rise is None else rise
     start = ambient + likely
     for i, node in enumerate(NODES):
-        for candidate in (node, *_NEIGHBOURS[node]):
-            if candidate in read:
-                start[i] = read[candidate] + likely[i] - likely[NODES.index(candidate)]
-                break
+        source = _source(node, read)
+        if source is not None:
+            start[i] = read[source] + likely[i] - likely[NODES.index(source)]
     return start
 
 
 def start_temperature(readings: Sequence[Reading] | Readings, ambient: float, interval: float,
-                      zero: np.ndarray | None = None) -> np.ndarray:
-    """Temperature of every node at the start, K, (N,): means of the readings of the first `START` seconds.
+                      zero: np.ndarray | None = None, within: float = START) -> np.ndarray:
+    """Temperature of every node at the start, K, (N,): of each sensor the mean over `START` from its first reading on.
 
     Args:
         readings: index counted from the start. ambient: K. interval: s. zero: K, what is known of
-            each of `SENSORS`' zero errors, taken off; None: nothing.
+            each of `SENSORS`' zero errors, taken off; None: nothing. within: s of readings that count.
     """
-    given = readings if isinstance(readings, Readings) else Readings.of(readings)
-    early = given.index * interval <= START
+    early = _within(readings, interval, within)
     known = np.zeros(len(SENSORS)) if zero is None else zero
-    read = {NODE_OF_SENSOR[SENSORS[k]]: float(given.temperature[early & (given.sensor == k)].mean() - known[k])
-            for k in np.unique(given.sensor[early])}
+    read = {}
+    for k in np.unique(early.sensor):
+        index, temperature = early.index[early.sensor == k], early.temperature[early.sensor == k]
+        read[NODE_OF_SENSOR[SENSORS[k]]] = float(temperature[(index - index[0]) * interval <= START].mean() - known[k])
     return spread_start(read, ambient)
+
+
+def _within(readings: Sequence[Reading] | Readings, interval: float, within: float) -> Readings:
+    """The readings of the first ``within`` seconds."""
+    given = readings if isinstance(readings, Readings) else Readings.of(readings)
+    return given.between(0, int(within / interval + 1.0e-9) + 1)
+
+
+@dataclass(frozen=True)
+class Told:
+    """A reading that tells how warm a model is: before which interval, of which sensor, K, and the nodes that move by it, bool (N,)."""
+
+    row: int
+    sensor: str
+    temperature: float
+    nodes: np.ndarray
+    top_share: float
+
+    def move(self, *temperatures: np.ndarray) -> None:
+        """Put temperatures, K, (N,) each, to it, in place."""
+        for temperature in temperatures:
+            temperature[self.nodes] += self.temperature - sensed(temperature, self.sensor, self.top_share)
+
+
+class FirstReadings:
+    """Tells which readings move a model that goes on by itself otherwise.
+
+    The first of each sensor that was silent while the start was told, within `EARLY` of it, and of each sensor after
+    `UNDRIVEN` in which nothing was known of what drives the model.
+
+    Args:
+        rig: the rig. interval: s. readings: index counted from the start. within: s of them that told the start.
+    """
+
+    def __init__(self, rig: Rig, interval: float, readings: Sequence[Reading] | Readings, within: float = START) -> None:
+        self._zero, self._top_share = temperature_zero_errors(rig)[0], rig["tank.top_share"]
+        self._heard = set(_within(readings, interval, within).sensor.tolist())
+        self._early, self._longest = round(EARLY / interval), round(UNDRIVEN / interval)
+        self._until = self._early  # interval up to which a first reading counts, from the first that comes next
+        self._undriven = 0
+
+    def follow(self, driven: np.ndarray, readings: Readings) -> list[Told]:
+        """What moves the model in n intervals that follow those before.
+
+        Args:
+            driven: whether it is known what drives the model, bool (n,). readings: index within these intervals.
+        """
+        anew = self._driven_again(driven)
+        told = []
+        for row, sensor, temperature in zip(readings.index.tolist(), readings.sensor.tolist(), readings.temperature.tolist(), strict=True):
+            while anew and anew[0] <= row:
+                self._until = anew.pop(0) + self._early
+                self._heard.clear()
+            if row < self._until and sensor not in self._heard:
+                self._heard.add(sensor)
+                told.append(self._told(row, sensor, temperature))
+        for row in anew:
+            self._until = row + self._early
+            self._heard.clear()
+        self._until -= driven.size
+        return told
+
+    def _driven_again(self, driven: np.ndarray) -> list[int]:
+        """Intervals with which a model is driven again after a long time."""
+        if driven.all() and not self._undriven:
+            return []
+        again = []
+        for row, known in enumerate(driven.tolist()):
+            if known and self._undriven >= self._longest:
+                again.append(row)
+            self._undriven = 0 if known else self._undriven + 1
+        return again
+
+    def _told(self, row: int, sensor: int, temperature: float) -> Told:
+        node, heard = NODE_OF_SENSOR[SENSORS[sensor]], {NODE_OF_SENSOR[SENSORS[k]] for k in self._heard}
+        nodes = np.array([_source(i, heard) == node for i in NODES])
+        return Told(row, SENSORS[sensor], temperature - float(self._zero[sensor]), nodes, self._top_share)
+
+
+def _source(node: str, read: Collection[str]) -> str | None:
+    """The node that is read of which another takes its temperature, None where nothing near is read."""
+    return next((candidate for candidate in (node, *_NEIGHBOURS[node]) if candidate in read), None)
 
 
 def start_error(time: np.ndarray, off: np.ndarray, change: float, noise: float, lag: float,

@@ -53,7 +53,8 @@ class DiagnoseAction:
     def _begin(self, goal: ServerGoalHandle) -> None:
         if self._process is not None:
             asked = ", ".join(map(str, self._process.case.field))
-            self._refuse(goal, f"a diagnosis of {asked} is under way ({100.0 * self._process.done:.0f} %); cancel it or wait for its end")
+            self._refuse(goal, f"a diagnosis of {asked} is under way ({100.0 * self._process.done:.0f} %); wait for its end or cancel it, "
+                         f"whoever asked for it: ros2 service call {self._server_name()}/_action/cancel_goal action_msgs/srv/CancelGoal")
             return
         request = goal.request
         try:
@@ -68,6 +69,9 @@ class DiagnoseAction:
         self._goal, self._told = goal, None
         self._process = DiagnosisProcess(case, self._node.values["diagnosis_nice"], given or COMMAND)
         self._node.get_logger().info(f"diagnosis of {', '.join(map(str, case.field))} begins")
+
+    def _server_name(self) -> str:
+        return self._node.resolve_service_name("diagnose")
 
     def _refuse(self, goal: ServerGoalHandle, why: str) -> None:
         why = printable(" ".join(why.split()))  # paths of a goal may hold anything

@@ -75,6 +75,9 @@ class HydraulicModelNode(ModelNode):
     def model_inputs(self, batch: Batch, air: np.ndarray) -> tuple:
         return batch.measured, batch.command, air
 
+    def driven(self, batch: Batch) -> np.ndarray:
+        return HydraulicModel.driven(batch.measured, batch.command)
+
     def run_model(self, model: HydraulicModel, batch: Batch, air: np.ndarray) -> np.ndarray:
         model.use_temperatures(self._fresh_temperatures(int(batch.end_ns[0])))
         result = model.advance(*self.model_inputs(batch, air))

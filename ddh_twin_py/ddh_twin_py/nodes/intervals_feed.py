@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -40,6 +40,12 @@ class Batch:
 
     def __len__(self) -> int:
         return self.end_ns.size
+
+    def part(self, start: int, stop: int) -> Batch:
+        """The intervals start..stop."""
+        rows, command = slice(start, stop), self.command[command_size(start) - 1 : command_size(stop)]
+        readings = [replace(r, index=r.index - start) for r in self.readings if start <= r.index < stop]
+        return Batch(self.first and start == 0, self.end_ns[rows], self.measured[rows], command, self.air[rows], readings)
 
 
 class IntervalsFeed:

@@ -31,6 +31,9 @@ class MachineThermalNode(ModelNode):
     def model_inputs(self, batch: Batch, air: np.ndarray) -> tuple:
         return batch.measured, air
 
+    def driven(self, batch: Batch) -> np.ndarray:
+        return MachineThermal.driven(batch.measured)
+
     def run_model(self, model: MachineThermal, batch: Batch, air: np.ndarray) -> np.ndarray:
         result = model.advance(*self.model_inputs(batch, air))
         for message in self._layout.compose(batch.end_ns, motor_values(result, self.interval)):

@@ -5,11 +5,12 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Collection, Iterable
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 
 from ddh_msgs.msg import RigInfo
-from ddh_twin_py.estimation.start import START, start_temperature
+from ddh_twin_py.estimation.start import START, FirstReadings, same_unit, start_temperature
 from ddh_twin_py.estimation.temperature_fusion import Readings
 from ddh_twin_py.nodes import qos
 from ddh_twin_py.nodes.health import Health, Report, add_streams, judge_clock
@@ -57,7 +58,8 @@ MODEL_PARAMETERS = (
     ),
     Parameter(
         "start", START,
-        "Length of data whose temperature readings tell where the model starts; nothing is published before.",
+        "Length of data whose temperature readings tell where the model starts; nothing is published before. A sensor that is silent "
+        "then moves the model by its first reading.",
         "s", 0.0, 60.0,
     ),
 )  # fmt: skip
@@ -106,6 +108,7 @@ class TelemetryNode(TwinNode, ABC):
         self.unit: Unit | None = None  # what the state in hand belongs to, None while there is none
         self.create_subscription(RigInfo, RIG_TOPIC, self._take_rig, qos.LATCHED)
         self._last_data: float | None = None
+        self._last_tick_ns = 0
         self._more = False  # whether ticks of what was taken in are left for the next look
         self.every(POLL_PERIOD, self.poll)
         self.every(ADAPT_PERIOD, self.feed.inputs.adapt)
@@ -126,6 +129,7 @@ class TelemetryNode(TwinNode, ABC):
         for tick in ticks:
             if tick.restart:
                 self._note_restart(tick)
+            self._last_tick_ns = tick.end_ns
         if ticks or flush:
             self.work(ticks, flush)
         if not self._more:
@@ -145,7 +149,11 @@ class TelemetryNode(TwinNode, ABC):
 
     def _note_restart(self, tick: Tick) -> None:
         self.restarts += 1
-        self.warn_once("restart", f"the stamps do not go on but restart at {tick.start_ns * 1e-9:.3f} s; the model begins anew")
+        off = (tick.start_ns - self._last_tick_ns) * 1e-9
+        if same_unit(off):
+            self.warn_once("put back", f"the clock was put back by {-off:.1f} s; the model goes on as warm as it is")
+        else:
+            self.warn_once("restart", f"the stamps do not go on but restart at {tick.start_ns * 1e-9:.3f} s; the model begins anew")
 
     @property
     def jumps(self) -> int:
@@ -217,6 +225,10 @@ class ModelNode(TelemetryNode):
         """Arguments of the model's `advance`."""
 
     @abstractmethod
+    def driven(self, batch: Batch) -> np.ndarray:
+        """In which intervals it is known what drives the model, bool (n,)."""
+
+    @abstractmethod
     def make_model(self, temperature: np.ndarray, payload_mass: float | None) -> object:
         """The model at its start: K (N,), kg or None."""
 
@@ -228,25 +240,38 @@ class ModelNode(TelemetryNode):
         for batch in self._intervals.add(ticks, flush):
             self._advance(batch)
 
-    def _first_temperature(self, batch: Batch, air: np.ndarray) -> np.ndarray:
-        first_air = float(air[min(len(batch) - 1, round(START / self.interval))])
-        readings = Readings.of(batch.readings).off_the_air(air, self.rig)
-        return start_temperature(readings, first_air, self.interval, temperature_zero_errors(self.rig)[0])
+    def _start(self, readings: Readings, air: np.ndarray) -> None:
+        """Make the model, as warm as the first readings say, in air of K (n,)."""
+        zero, within = temperature_zero_errors(self.rig)[0], self.values["start"]
+        first_air = float(air[min(air.size - 1, round(START / self.interval))])
+        payload = known_payload(self.rig_info)
+        self._model = self.make_model(start_temperature(readings, first_air, self.interval, zero, within), payload)
+        self._first_readings = FirstReadings(self.rig, self.interval, readings, within)
+        taken = payload or self.rig["load.payload_mass"]
+        self.unit = Unit(self.rig_id, taken if self.payload_matters else np.nan)
 
     def _advance(self, batch: Batch) -> None:
         take_off_sensor_errors(batch.measured, self.rig)
-        if batch.first:
+        back = (int(batch.end_ns[0]) - self.newest_ns) * 1e-9 - self.interval
+        anew = batch.first and not (self.unit is not None and same_unit(back))
+        if anew:
             self._air = AmbientTracker(ZERO_CELSIUS + self.rig["ambient"], self.interval)
         air = self._air.advance(batch.air)
-        if batch.first:
-            payload = known_payload(self.rig_info)
-            self._model = self.make_model(self._first_temperature(batch, air), payload)
-            taken = payload or self.rig["load.payload_mass"]
-            self.unit = Unit(self.rig_id, taken if self.payload_matters else np.nan)
-        known = self.run_model(self._model, batch, air)
+        readings = Readings.of(batch.readings).off_the_air(air, self.rig)
+        if anew:
+            self._start(readings, air)
+        elif batch.first:
+            self._model.begin_again()
+        told = self._first_readings.follow(self.driven(batch), readings)
+        rows = sorted({0, *(t.row for t in told), len(batch)})
+        known = []
+        for start, stop in pairwise(rows):
+            for reading in (t for t in told if t.row == start):
+                reading.move(*self._model.temperatures)
+            known.append(self.run_model(self._model, batch.part(start, stop), air[start:stop]))
         self.done += len(batch)
         self.newest_ns = int(batch.end_ns[-1])
-        self.known_share = float(known.mean())
+        self.known_share = float(np.concatenate(known).mean())
 
     def begin_anew(self) -> None:
         self._intervals.begin_anew()  # readings tell again where it starts

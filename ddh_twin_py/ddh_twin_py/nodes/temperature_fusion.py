@@ -10,6 +10,7 @@ from sensor_msgs.msg import Temperature
 from ddh_msgs.msg import HydraulicState, MotorThermalState, ResidualArray, TemperatureEstimateArray
 from ddh_twin_py.estimation.credibility import Credibility
 from ddh_twin_py.estimation.sensors import NODE_INDEX, SENSORS
+from ddh_twin_py.estimation.start import same_unit
 from ddh_twin_py.estimation.temperature_fusion import FusionInputs, FusionResult, Reading, TemperatureFusion
 from ddh_twin_py.nodes import qos
 from ddh_twin_py.nodes.conversion import FUSION, estimate_layout, location_layout, residual_layout, to_celsius, to_kelvin
@@ -165,6 +166,10 @@ class TemperatureFusionNode(TelemetryNode):
         if gap is None:
             self.unit = Unit(self.rig_id)
             self._restore(tick)
+        elif same_unit(gap):
+            self._fusion.rest(0.0)
+            self._predicted.clear()
+            self._measured_at += gap
         elif gap < 0.0:
             self.begin_anew()
         else:

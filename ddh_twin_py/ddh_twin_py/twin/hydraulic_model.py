@@ -99,12 +99,26 @@ class HydraulicModel:
         self.soft_temperature = self.free_temperature.copy()
         self._better = np.zeros(N)
         self._use_better = False
+        self.begin_again()
+
+    def begin_again(self) -> None:
+        """Begin at rest at what is measured next, as warm as it is."""
         self._state = np.zeros(len(HYDRAULIC_STATES))
         self._started = False
         self._placed = False
-        self._course = Course(interval)
+        self._course = Course(self.interval)
         self._run = 0  # intervals since the begin, or since it was taken up
         self._falls = 0  # of the rod, in the standstill in hand
+
+    @property
+    def temperatures(self) -> tuple[np.ndarray, ...]:
+        """Temperatures of the free run and of the soft sensor, K, (N,) each; to be changed in place."""
+        return self.free_temperature, self.soft_temperature
+
+    @staticmethod
+    def driven(measured: np.ndarray, command: np.ndarray) -> np.ndarray:
+        """In which of n intervals it is known what drives the free run, bool (n,): the command; see `advance`."""
+        return np.isfinite(command[:-1]).reshape(measured.shape[0], COMMAND_PARTS).all(axis=1)
 
     def use_temperatures(self, temperature: np.ndarray | None) -> None:
         """Take better known temperatures, K (N), for viscosity and resistance of the soft sensor; None: its own."""

@@ -36,13 +36,26 @@ class MachineThermal:
         self._parameters = rig.parameters
         self.temperature = np.full(N, temperature, dtype=float)
 
+    def begin_again(self) -> None:
+        """Nothing but its temperatures is carried from interval to interval, and these are kept."""
+
+    @property
+    def temperatures(self) -> tuple[np.ndarray, ...]:
+        """Temperatures, K, (N,); to be changed in place."""
+        return (self.temperature,)
+
+    @staticmethod
+    def driven(measured: np.ndarray) -> np.ndarray:
+        """In which of n intervals it is known what drives the motor, bool (n,): its speed and current, `MEASURED_DTYPE` (n,)."""
+        return np.isfinite(measured["speed"]) & np.isfinite(measured["current_square"])
+
     def advance(self, measured: np.ndarray, ambient: np.ndarray) -> MotorResult:
         """Run n intervals: ``measured`` of `MEASURED_DTYPE` (n,), ``ambient`` in K (n,).
 
         A motor whose telemetry stopped is taken as standing and reported as not known.
         """
         n = measured.shape[0]
-        known = np.isfinite(measured["speed"]) & np.isfinite(measured["current_square"])
+        known = self.driven(measured)
         speed = np.where(known, measured["speed"], 0.0)
         current = np.where(known, measured["current"], 0.0)
         square = np.where(known, measured["current_square"], 0.0)
