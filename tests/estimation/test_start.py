@@ -34,7 +34,7 @@ def test_it_is_as_sure_as_it_says(change):
     errors, sensor, said = [], [], 0.0
     for _ in range(400):
         time, off = drawn(random, change)
-        found, of_sensor, said = start_error(time, off, change, NOISE, LAG, 1.0)
+        found, of_sensor, said = start_error(time, off, change, NOISE, LAG, 1.0, np.zeros((time.size, 0)))
         errors.append((found - 0.07) / said)
         sensor.append(of_sensor)
     assert 0.9 < np.std(errors) < 1.1 and abs(np.mean(errors)) < 0.2
@@ -43,10 +43,22 @@ def test_it_is_as_sure_as_it_says(change):
 
 
 def test_a_single_reading_tells_a_node_as_well_as_a_sensor_follows_it():
-    rested = start_error(np.linspace(0.0, EARLY, 30), np.full(30, 0.5), 1.0, NOISE, LAG, 1e-3)
+    rested = start_error(np.linspace(0.0, EARLY, 30), np.full(30, 0.5), 1.0, NOISE, LAG, 1e-3, np.zeros((30, 0)))
     assert rested[0] == pytest.approx(rested[1], abs=1e-3) and rested[2] < 0.4 * NOISE
-    found, of_sensor, said = start_error(np.zeros(1), np.array([0.5]), 1.0, NOISE, LAG, 1.0)
+    found, of_sensor, said = start_error(np.zeros(1), np.array([0.5]), 1.0, NOISE, LAG, 1.0, np.zeros((1, 0)))
     assert found == pytest.approx(0.5) and of_sensor == pytest.approx(0.5) and said > 0.9
+
+
+def test_what_no_sensor_reads_is_not_laid_to_the_start():
+    """A line that is read begins as it is, and is warmed by oil that was warmer than a run had it."""
+    random, time = np.random.default_rng(5), np.linspace(0.0, EARLY, 60)
+    warmed = -np.expm1(-time / 30.0)
+    errors, said = [], 0.0
+    for _ in range(400):
+        off = 0.3 + random.standard_normal() * warmed + NOISE * random.standard_normal(time.size)
+        found, _, said = start_error(time, off, 0.0, NOISE, LAG, 0.0 + 1e-3, warmed[:, None])
+        errors.append((found - 0.3) / said)
+    assert 0.9 < np.std(errors) < 1.1 and abs(np.mean(errors)) < 0.2
 
 
 def started(ambient=293.0, **read):

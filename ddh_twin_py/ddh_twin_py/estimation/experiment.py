@@ -272,19 +272,23 @@ class Experiment:
         """
         n = max(1, round(min(EARLY, self.used_until) / self.interval))
         parameters = self.parameters(rig)
-        begin, lent = self._start_of(parameters, self._rise), made(n, 0)
-        self._run(parameters, HYDRAULIC_STEP, begin, np.empty(0), lent, self._inputs[False])
-        temperatures, better = lent.temperatures, {}
+        begins = [self._start_of(parameters, self._rise, way) for way in (*np.zeros((1, len(self._open))), *np.eye(len(self._open)))]
+        runs = [made(n, 0) for _ in begins]
+        for begin, lent in zip(begins, runs, strict=True):
+            self._run(parameters, HYDRAULIC_STEP, begin, np.empty(0), lent, self._inputs[False])
+        better = {}
         for name, crude in self._first_readings.items():
             signal = self.signals[f"temperature/{name}"]
-            reading = self._reading(name, parameters[0], begin, temperatures, self._inputs[False])
+            reading, *others = (self._reading(name, parameters[0], begin, lent.temperatures, self._inputs[False])
+                                for begin, lent in zip(begins, runs, strict=True))
             used = np.isfinite(signal.measured) & (signal.time <= self.axis[n - 1])
             if not used.any():  # of a recording of less than a second
                 continue
             off = signal.measured[used] - np.interp(signal.time[used], self.axis[:n], reading)
             change = float(reading[-1] - crude) * EARLY / self.axis[n - 1]
             behind = max(_RESTED, _BEHIND.get(name, _BEHIND_SLOWLY) * abs(crude - self.air[0]))
-            error, of_sensor, std = start_error(signal.time[used], off, change, signal.noise, _lag(name, parameters[0]), behind)
+            otherwise = np.reshape([np.interp(signal.time[used], self.axis[:n], other - reading) for other in others], (-1, off.size)).T
+            error, of_sensor, std = start_error(signal.time[used], off, change, signal.noise, _lag(name, parameters[0]), behind, otherwise)
             better[name], self._sensor_at_start[name] = crude + error, crude + of_sensor
             self.signals[f"temperature/{name}"] = replace(signal, start_std=std)
         return better

@@ -174,21 +174,22 @@ def _source(node: str, read: Collection[str]) -> str | None:
 
 
 def start_error(time: np.ndarray, off: np.ndarray, change: float, noise: float, lag: float,
-                behind: float) -> tuple[float, float, float]:
+                behind: float, otherwise: np.ndarray) -> tuple[float, float, float]:
     """How far a run's node, and its sensor, begin below what they were, and the standard deviation of the former, K.
 
-    off = a (1 - e) + d e + b t, e = exp(-t/lag): a of the node, d of the sensor, which follows it, b t of what the run's parameters
-    are off by; b ~ N(0, (0.15 change / `EARLY`)^2), d - a ~ N(0, behind^2).
+    off = a (1 - e) + d e + b t + w c, e = exp(-t/lag): a of the node, d of the sensor, which follows it, b t of what the run's parameters
+    are off by, w c of what no sensor reads; b ~ N(0, (0.15 change / `EARLY`)^2), d - a ~ N(0, behind^2), w ~ N(0, 1).
 
     Args:
         time: s since the start, (n,), up to `EARLY`. off: readings less those of the run, K, (n,).
         change: of the run's reading over `EARLY`, K. noise: of one reading, K. lag: of the sensor, s.
         behind: K by which the sensor may lag behind its node at the start.
+        otherwise: c, K, by how much the run would read otherwise if what no sensor reads began so, (n, ways).
     """
     fading = np.exp(-time / lag)
-    rows = np.column_stack([1.0 - fading, fading, time / EARLY])
-    prior = np.diag([0.0, 0.0, noise**2 / max(_RISE_KNOWN * change, 1.0e-6) ** 2])
+    rows = np.column_stack([1.0 - fading, fading, time / EARLY, otherwise])
+    prior = np.diag([0.0, 0.0, noise**2 / max(_RISE_KNOWN * change, 1.0e-6) ** 2, *[noise**2] * otherwise.shape[1]])
     prior[:2, :2] += (noise / behind) ** 2 * np.array([[1.0, -1.0], [-1.0, 1.0]])
     covariance = np.linalg.inv(rows.T @ rows + prior)
-    of_node, of_sensor, _ = covariance @ (rows.T @ off)
+    of_node, of_sensor = (covariance @ (rows.T @ off))[:2]
     return float(of_node), float(of_sensor), noise * float(np.sqrt(covariance[0, 0]))
