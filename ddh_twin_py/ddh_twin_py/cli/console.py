@@ -9,8 +9,8 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
-from ddh_twin_py.cli.compiling import COMPILING, watched
 from ddh_twin_py.cli.standard_output import to_standard_output
+from ddh_twin_py.physics.compiling import COMPILING, watched
 
 if TYPE_CHECKING:
     from ddh_twin_py.telemetry.recording import Finding

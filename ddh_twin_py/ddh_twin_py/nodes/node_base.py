@@ -10,11 +10,13 @@ from collections.abc import Callable, Iterable
 import rclpy
 from rclpy.clock import Clock, ClockType
 from rclpy.executors import SingleThreadedExecutor
+from rclpy.logging import get_logger
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
 from ddh_twin_py.bags.errors import BagError
 from ddh_twin_py.nodes.parameters import NodeError, Parameter, declare
+from ddh_twin_py.physics.compiling import COMPILING, watched
 from ddh_twin_py.rig import RigError
 
 NAMESPACE = "ddh"
@@ -87,6 +89,17 @@ def described(kind: type[TwinNode]) -> str:
     return "\n".join([about, "", usage, "", "parameters:", *rows])
 
 
+def _say_once(kind: type[TwinNode]) -> Callable[[], None]:
+    """What logs that the model is being compiled, the first time it is called."""
+    left = [COMPILING]
+
+    def say() -> None:
+        if left:
+            get_logger(kind.__module__.rsplit(".", 1)[-1]).info(f"{left.pop()}; nothing is told for a minute")
+
+    return say
+
+
 def run(kind: type[TwinNode], args: list[str] | None = None) -> int:
     """Spin a node of a kind that is made without arguments, until it is finished or SIGINT or SIGTERM come; returns the exit code.
 
@@ -103,7 +116,8 @@ def run(kind: type[TwinNode], args: list[str] | None = None) -> int:
         return 2
     node = None
     try:
-        node = kind()
+        with watched(_say_once(kind)):
+            node = kind()
         executor = SingleThreadedExecutor()
         executor.add_node(node)
         gc.collect()
