@@ -22,7 +22,8 @@ from ddh_twin_py.sources.raw_bag import RawBag
 from ddh_twin_py.telemetry.signals import TEMPERATURE_PREFIX
 from ddh_twin_py.twin.hydraulic_model import RESIDUAL_SIGNALS
 from ddh_twin_py.twin.losses import LOSSES
-from ddh_twin_py.twin.sensor_errors import sensor_lags
+from ddh_twin_py.twin.sensor_errors import sensor_lags, temperature_zero_errors
+from ddh_twin_py.twin.temperature_sensors import sensed
 
 _TYPES = {
     f"ddh_msgs/msg/{kind.__name__}": kind
@@ -187,17 +188,18 @@ def _innovations(series: _Series | None, stamps: np.ndarray) -> list[Innovation]
 
 
 def _sensors(offline: ReplayResult, fused: np.ndarray, std: np.ndarray, predicted: np.ndarray) -> dict:
-    """Each sensor beside the live estimate, seen through its lag."""
-    interval = float(np.median(np.diff(offline.time)))
+    """Each sensor beside what it would read of the live estimate: through its lag, and with what is known of its zero."""
+    interval, top = float(np.median(np.diff(offline.time))), offline.rig["tank.top_share"]
     lags = dict(zip(SENSORS, sensor_lags(offline.rig), strict=True))
+    zeros = dict(zip(SENSORS, temperature_zero_errors(offline.rig)[0].tolist(), strict=True))
     sensors = {}
     for name, c in offline.sensors.items():
         node = NODE_INDEX[name]
         place = np.clip(np.searchsorted(offline.time, c.time), 0, offline.time.size - 1)
         seen = {}
         for key, values in (("predicted", predicted), ("fused", fused)):
-            whole = _filled(values[:, node : node + 1])
-            reading = lagged(whole, whole[0], interval, np.array([lags[name]]))[place, 0]
+            whole = _filled(sensed(values, name, top)[:, None])
+            reading = lagged(whole, whole[0], interval, np.array([lags[name]]))[place, 0] + zeros[name]
             seen[key] = np.where(np.isfinite(values[place, node]), reading, np.nan)
         sensors[name] = replace(c, **seen, fused_std=std[place, node])
     return sensors

@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 
 from ddh_msgs.msg import ResidualArray, TemperatureEstimateArray
-from ddh_twin_py.estimation.replay import lagged
+from ddh_twin_py.estimation.replay import jumps, lagged
 from ddh_twin_py.gap.watch import HYDRAULIC
 from ddh_twin_py.nodes.conversion import FREE_RUN
 from ddh_twin_py.nodes.wire import BulkParser
@@ -54,7 +54,7 @@ class FreeRunTemperatures:
     def __init__(self, lag: np.ndarray, top_share: float) -> None:
         self._estimates, self._readings = BulkParser(TemperatureEstimateArray), BulkParser(ResidualArray)
         self._lag, self._top_share = lag, top_share
-        self._last: tuple[int, np.ndarray] | None = None  # stamp in ns, degC (S,)
+        self._last: tuple[int, np.ndarray, np.ndarray] | None = None  # stamp in ns, free run and what sensors read of it in degC (S,)
         self._expected: dict[int, np.ndarray] = {}  # degC (S,) by stamp in ns
 
     def take_estimates(self, messages: Sequence[bytes]) -> int | None:
@@ -78,11 +78,12 @@ class FreeRunTemperatures:
             self._last = None
             return
         if anew or self._last is None:
-            self._last = int(stamps[0]), predicted[0]
+            self._last = int(stamps[0]), predicted[0], predicted[0]
         interval = (int(stamps[-1]) - self._last[0]) * 1e-9 / stamps.size
-        seen = lagged(predicted, self._last[1], interval, self._lag) if interval > 0.0 else predicted
+        begin = self._last[2] + jumps(predicted[0] - self._last[1])
+        seen = lagged(predicted, begin, interval, self._lag) if interval > 0.0 else predicted
         self._expected.update(zip(stamps.tolist(), seen, strict=True))
-        self._last = int(stamps[-1]), seen[-1]
+        self._last = int(stamps[-1]), predicted[-1], seen[-1]
 
     def parse(self, messages: Sequence[bytes]) -> list[tuple[np.ndarray, ...]]:
         """Runs of stamps int64 (n,) in ns, measured and expected in degC (n, S); NaN where there is no reading, or no free run."""
