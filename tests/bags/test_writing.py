@@ -221,7 +221,7 @@ def test_a_recording_is_written_whole_or_not_at_all(tmp_path, short, monkeypatch
 
 
 def test_unknown_quality_is_named():
-    with pytest.raises(ValueError, match="no reliability 'besteffort'; nearest is 'best_effort'"):
+    with pytest.raises(ValueError, match="no reliability 'besteffort'; the nearest is 'best_effort'"):
         qos_profile("besteffort")
     assert LATCHED[0].depth == 1
 

@@ -107,7 +107,7 @@ def test_times_keep_their_digits(files, unit, texts, expected_ns):
     ("t;n_set;n;p;oil\n0;1_0;1;1;1\n", "LOG: line 2, column 'n_set': value is '1_0'; a number is needed"),
     ("t;n_set;n;p;oil\n0;1;1\n", "LOG: line 2: has 3 of the 5 cells of the heading"),
     ("t;n_set;n;oil\n0;1;1;1\n",
-     "LOG: line 1: no column 'p'; the nearest is 't', valid are t, n_set, n, oil (columns.pressure_rod_side of MAP)"),
+     "LOG: line 1: no column 'p'; valid are t, n_set, n, oil (columns.pressure_rod_side of MAP)"),
     ("time;n_set;n;p;oil\n0;1;1;1;1\n", "LOG: line 1: no column 't'; the nearest is 'time'"),
     ("t;n_set;n;n;p;oil\n0;1;1;1;1;1\n", "LOG: line 1: 2 columns are named 'n'"),
     ("t;n_set;n;p;oil\n0;;;;\n", "LOG: no line has a value in any column of MAP"),

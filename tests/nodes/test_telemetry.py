@@ -103,7 +103,7 @@ def test_sources_are_found_by_their_files(tmp_path, monkeypatch):
     monkeypatch.setattr(registry.sources, "__path__", [*registry.sources.__path__, str(tmp_path)])
     assert list(registry.source_modules()) == ["bag", "fieldbus", "simulation"]
     assert registry.open_source("fieldbus", {}) == "opened"
-    with pytest.raises(SourceError, match="there is no source 'fieldbas'; nearest is 'fieldbus'"):
+    with pytest.raises(SourceError, match="no source 'fieldbas'; the nearest is 'fieldbus'"):
         registry.open_source("fieldbas", {})
 
 

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Sequence
 
 from rosbags.interfaces import Qos, QosDurability, QosHistory, QosLiveliness, QosReliability, QosTime
+
+from ddh_twin_py.names import no_such
 
 _INFINITE = QosTime(9223372036, 854775807)
 
@@ -43,8 +44,7 @@ def _chosen(what: str, given: str, valid: dict):
     try:
         return valid[given]
     except KeyError:
-        near = difflib.get_close_matches(str(given), valid, n=1, cutoff=0.0)[0]
-        raise ValueError(f"no {what} {given!r}; nearest is {near!r}, valid are {', '.join(valid)}") from None
+        raise ValueError(no_such(what, given, valid)) from None
 
 
 SENSOR_DATA: Sequence[Qos] = qos_profile("best_effort", depth=5)

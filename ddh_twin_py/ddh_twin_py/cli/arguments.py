@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import argparse
-import difflib
 import os
 import re
 import shutil
 import tempfile
 from collections.abc import Callable, Iterable
 from pathlib import Path
+
+from ddh_twin_py.names import no_such
 
 _OF_BAGS = (".mcap", ".db3", ".zstd")
 _BESIDE_BAGS = ("metadata.yaml", "rig.yaml")
@@ -51,7 +52,7 @@ class Parser(argparse.ArgumentParser):
         if action.choices is None or value in action.choices:
             return
         what = "verb" if isinstance(action, argparse._SubParsersAction) else (action.metavar or action.dest).lower()
-        raise argparse.ArgumentError(None, nearest_of(what, str(value), [str(c) for c in action.choices]))
+        raise argparse.ArgumentError(None, no_such(what, str(value), [str(c) for c in action.choices]))
 
     def parse_args(self, args=None, namespace=None) -> argparse.Namespace:
         """Parse; an option that no parser knows is an error that names the nearest one."""
@@ -62,7 +63,7 @@ class Parser(argparse.ArgumentParser):
             if option is None:
                 parser.error(f"argument {extra[0]!r} is one too many")
             valid = [name for name in parser._option_string_actions if name.startswith("--")]
-            parser.error(nearest_of("option", option.split("=")[0], valid))
+            parser.error(no_such("option", option.split("=")[0], valid))
         verb = self.verb_parser(found)
         verb.refuse_twice(found)
         verb.refuse_inputs(found)
@@ -112,12 +113,6 @@ def _reads(given: str, written: str) -> bool:
         return any(Path(way(given)) in Path(way(written)).parents for way in (os.path.abspath, os.path.realpath))
     except (OSError, ValueError):
         return False
-
-
-def nearest_of(kind: str, given: str, valid: list[str]) -> str:
-    """What to say of a name that is none: the nearest, and all that are valid."""
-    nearest = difflib.get_close_matches(given, valid, n=1, cutoff=0.0)[0]
-    return f"no {kind} {given!r}; the nearest is {nearest!r}, valid are {', '.join(valid)}"
 
 
 def add_verb(subparsers, name: str, help: str, description: str, example: str) -> Parser:
@@ -308,6 +303,6 @@ def duty_file(given: str) -> Path:
     folders += [Path(prefix) / "share/ddh_twin_py/config/duty" for prefix in prefixes if prefix]
     known = {file.stem: file for folder in reversed(folders) for file in sorted(folder.glob("*.yaml"))}
     if given not in known:
-        nearest = f", and {nearest_of('duty', given, sorted(known))}" if known else ""
+        nearest = f", and {no_such('duty', given, sorted(known))}" if known else ""
         raise InputError(f"{given}: no such duty file{nearest}")
     return known[given]

@@ -5,7 +5,8 @@ from __future__ import annotations
 import argparse
 import os
 
-from ddh_twin_py.cli.arguments import InputError, add_html, add_json, add_namespace, add_quiet, add_rig, add_verb, nearest_of, output_file
+from ddh_twin_py.cli.arguments import InputError, add_html, add_json, add_namespace, add_quiet, add_rig, add_verb, output_file
+from ddh_twin_py.names import no_such
 
 _EXAMPLE = """\
   ddh-twin gap bags/paper_cycle --html out/gap.html
@@ -50,7 +51,7 @@ def run(args: argparse.Namespace) -> int:
         from ddh_twin_py.gap.catalogue import EFFECTS
     for effect in args.without:
         if effect not in EFFECTS:
-            raise InputError(f"--without: {nearest_of('effect', effect, sorted(EFFECTS))}")
+            raise InputError(f"--without: {no_such('effect', effect, sorted(EFFECTS))}")
     with stage("diagnosing", args.quiet, stage_of) as progress:
         diagnosis = diagnose(case.field, case.commissioning, case.validation, rig, without=tuple(dict.fromkeys(args.without)),
                              progress=progress, namespace=args.namespace)

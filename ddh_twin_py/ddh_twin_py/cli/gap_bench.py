@@ -6,7 +6,8 @@ import argparse
 import os
 from pathlib import Path
 
-from ddh_twin_py.cli.arguments import InputError, add_html, add_json, add_quiet, add_verb, nearest_of, seed, whole
+from ddh_twin_py.cli.arguments import InputError, add_html, add_json, add_quiet, add_verb, seed, whole
+from ddh_twin_py.names import no_such
 
 STEPS = ("make", "run", "score")
 _EXAMPLE = "  ddh-twin gap-bench out/bench --cases 60 --jobs 2 --html out/bench.html"
@@ -52,7 +53,7 @@ def run(args: argparse.Namespace) -> int:
     suites = tuple(dict.fromkeys(args.suite or ()))
     for suite in suites:
         if suite not in SUITES:
-            raise InputError(f"--suite: {nearest_of('suite', suite, list(SUITES))}")
+            raise InputError(f"--suite: {no_such('suite', suite, list(SUITES))}")
     _refuse_outputs(args, steps)
     if "make" in steps:
         from ddh_twin_py.gap_bench.bench import make_bench

@@ -5,7 +5,8 @@ from __future__ import annotations
 import argparse
 import os
 
-from ddh_twin_py.cli.arguments import InputError, add_html, add_json, add_quiet, add_rig, add_verb, duty_file, nearest_of, positive
+from ddh_twin_py.cli.arguments import InputError, add_html, add_json, add_quiet, add_rig, add_verb, duty_file, positive
+from ddh_twin_py.names import no_such
 
 _EXAMPLE = "  ddh-twin gap-design paper_cycle --duration 600 --sensors motor_winding,tank_oil --html out/design.html"
 _LONGEST = 3600.0  # s
@@ -76,7 +77,7 @@ def run(args: argparse.Namespace) -> int:
     sensors = list(SENSORS) if args.sensors is None else args.sensors
     for name in sensors:
         if name not in SENSORS:
-            raise InputError(f"--sensors: {nearest_of('temperature sensor', name, list(SENSORS))}")
+            raise InputError(f"--sensors: {no_such('temperature sensor', name, list(SENSORS))}")
     started = time.perf_counter()
     length = args.duration or (600.0 if duty.repeat == 0 else None)
     with stage("rehearsing", args.quiet):

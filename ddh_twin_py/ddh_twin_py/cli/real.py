@@ -7,7 +7,8 @@ import os
 from collections.abc import Sequence
 from pathlib import Path
 
-from ddh_twin_py.cli.arguments import InputError, add_json, add_verb, nearest_of, refuse_unwritable
+from ddh_twin_py.cli.arguments import InputError, add_json, add_verb, refuse_unwritable
+from ddh_twin_py.names import no_such
 
 TABLE = "real.csv"
 """In the folder of outputs: every figure of every study."""
@@ -44,7 +45,7 @@ def run(args: argparse.Namespace) -> int:
         raise InputError(f"--data: {data} is no folder{did_you_mean(data)}")
     for rig in args.rigs:
         if rig not in RIGS:
-            raise InputError(nearest_of("rig", rig, list(RIGS)))
+            raise InputError(no_such("rig", rig, list(RIGS)))
     wanted = list(dict.fromkeys(args.rigs)) or [rig for rig in RIGS if (data / rig).is_dir()]
     if not wanted:
         raise InputError(f"--data: {data} holds recordings of no rig; looked for the folders {', '.join(RIGS)}")

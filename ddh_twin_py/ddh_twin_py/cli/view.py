@@ -60,13 +60,14 @@ def _port(text: str) -> int:
 
 def run(args: argparse.Namespace) -> int:
     """Start the nodes, say where the page is, stay until Ctrl-C."""
+    from ddh_twin_py.bags.folder import open_folder
     from ddh_twin_py.cli.console import put_json
     from ddh_twin_py.cli.live_graph import LiveGraph
 
-    for name in ("rig", "bag"):
-        given = getattr(args, name)
-        if given:
-            refuse_missing("--rig" if name == "rig" else name, given)
+    if args.rig:
+        refuse_missing("--rig", args.rig)
+    if args.bag:
+        open_folder(args.bag)
     for option in ("rate", "normal_file", "paused"):
         if getattr(args, option) and not args.bag:
             raise InputError(f"--{option.replace('_', '-')} is for a recording, and none is named")

@@ -5,7 +5,6 @@ The fit itself is in `fitting`, what it does not know in `unknowns`.
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
@@ -16,6 +15,7 @@ from ddh_twin_py.estimation.comparison import Discrepancy, sized
 from ddh_twin_py.estimation.experiment import Experiment
 from ddh_twin_py.estimation.fitting import RESTARTS, Fit, Problem
 from ddh_twin_py.estimation.unknowns import offset_paths, uncertain_paths, with_offsets
+from ddh_twin_py.names import nearest
 from ddh_twin_py.rig import Rig
 from ddh_twin_py.rig.own_oil import of_own_oil
 from ddh_twin_py.rig.payload import of_declared_payload
@@ -162,8 +162,7 @@ def check_paths(rig: Rig, paths: Sequence[str]) -> list[str]:
     """
     for path in paths:
         if path not in rig.quantities:
-            nearest = difflib.get_close_matches(path, list(rig.quantities), 1, 0.0)[0]
-            raise CalibrationError(f"{path}: no such parameter; the nearest is {nearest!r}")
+            raise CalibrationError(f"{path}: no such parameter{nearest(path, rig.quantities)}")
         if rig.quantities[path].standard_deviation == 0.0:
             raise CalibrationError(f"{path}: {rig.file} holds it exact (tolerance 0), there is nothing to fit")
     return list(paths)

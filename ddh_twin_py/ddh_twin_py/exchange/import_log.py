@@ -10,7 +10,7 @@ import numpy as np
 from ddh_twin_py.exchange.errors import ExchangeError
 from ddh_twin_py.exchange.log_file import LogFile, read_log
 from ddh_twin_py.exchange.mapping import ColumnRule, LogMapping
-from ddh_twin_py.exchange.units import unknown
+from ddh_twin_py.names import no_such
 from ddh_twin_py.telemetry.recording import Recording, Stream, temperature_stream
 from ddh_twin_py.telemetry.signals import DRIVE_FIELDS, DRIVE_TOPIC, HYDRAULIC_FIELDS, HYDRAULIC_TOPIC, TEMPERATURE_PREFIX
 
@@ -51,12 +51,12 @@ def _all_there(logs: Sequence[LogFile], mapping: LogMapping) -> None:
     for log in logs:
         if mapping.time.column not in log.cells:
             raise ExchangeError(f"{log.file}: line {mapping.dialect.header_line}: "
-                                f"{unknown('column', mapping.time.column, list(log.headings))} (time.column of {mapping.file})")
+                                f"{no_such('column', mapping.time.column, list(log.headings))} (time.column of {mapping.file})")
     headings = list(dict.fromkeys(name for log in logs for name in log.headings))
     for rule in mapping.columns:
         if not any(rule.column in log.cells for log in logs):
             names = ", ".join(log.file for log in logs)
-            raise ExchangeError(f"{names}: line {mapping.dialect.header_line}: {unknown('column', rule.column, headings)} "
+            raise ExchangeError(f"{names}: line {mapping.dialect.header_line}: {no_such('column', rule.column, headings)} "
                                 f"(columns.{rule.signal.name} of {mapping.file})")
 
 

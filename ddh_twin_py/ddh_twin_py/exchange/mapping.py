@@ -10,7 +10,8 @@ from pathlib import Path
 import numpy as np
 
 from ddh_twin_py.exchange.errors import ExchangeError
-from ddh_twin_py.exchange.units import TIME_UNITS, to_inside, units_for, unknown
+from ddh_twin_py.exchange.units import TIME_UNITS, to_inside, units_for
+from ddh_twin_py.names import no_such
 from ddh_twin_py.rig import LARGEST_PAYLOAD
 from ddh_twin_py.rig.numbers import finite_number
 from ddh_twin_py.rig.yaml_file import read_yaml
@@ -118,13 +119,13 @@ def _part(file: str, tree: Mapping, name: str) -> Mapping:
 def _known(file: str, where: str, tree: Mapping, valid: tuple[str, ...]) -> None:
     for key in tree:
         if key not in valid:
-            raise ExchangeError(f"{file}: {where}{key}: {unknown('entry', key, list(valid))}")
+            raise ExchangeError(f"{file}: {where}{key}: {no_such('entry', key, list(valid))}")
 
 
 def _rule(file: str, name: str, entry: object) -> ColumnRule:
     where = f"{file}: columns.{name}"
     if name not in SIGNAL_NAMES:
-        raise ExchangeError(f"{where}: {unknown('signal', name, list(SIGNAL_NAMES))}")
+        raise ExchangeError(f"{where}: {no_such('signal', name, list(SIGNAL_NAMES))}")
     if not isinstance(entry, dict):
         raise ExchangeError(f"{where}: found {entry!r}, a mapping with column and unit is needed")
     signal, warm = signal_named(name), name.startswith(TEMPERATURE_PREFIX)
@@ -134,7 +135,7 @@ def _rule(file: str, name: str, entry: object) -> ColumnRule:
                             f"units of {name} are {', '.join(units_for(signal.unit))}")
     unit = str(entry["unit"])
     if unit not in units_for(signal.unit):
-        raise ExchangeError(f"{where}.unit: {unknown('unit', unit, list(units_for(signal.unit)))}")
+        raise ExchangeError(f"{where}.unit: {no_such('unit', unit, list(units_for(signal.unit)))}")
     numbers = {key: finite_number(f"{where}.{key}", entry[key], ExchangeError) for key in ("factor", "offset", "variance_K2", "every_s")
                if key in entry}
     for key, least in (("variance_K2", 0.0), ("every_s", 0.0)):
@@ -152,7 +153,7 @@ def _time(file: str, entry: Mapping) -> TimeRule:
     valid = [*TIME_UNITS, ISO]
     unit = str(entry.get("unit", "s"))
     if unit not in valid:
-        raise ExchangeError(f"{file}: time.unit: {unknown('unit', unit, valid)}")
+        raise ExchangeError(f"{file}: time.unit: {no_such('unit', unit, valid)}")
     return TimeRule(str(entry["column"]), unit, _moment(file, entry.get("since", "1970-01-01T00:00:00Z")))
 
 

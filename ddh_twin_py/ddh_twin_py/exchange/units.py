@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-import difflib
 import math
 from collections.abc import Mapping
 
 import numpy as np
+
+from ddh_twin_py.names import no_such
 
 _TURN = 2.0 * math.pi
 _UNITS: Mapping[str, Mapping[str, tuple[float, float]]] = {
@@ -41,12 +42,8 @@ def to_inside(values: np.ndarray, unit: str, inside: str) -> np.ndarray:
     """
     taken = _UNITS[inside]
     if unit not in taken:
-        raise KeyError(unknown("unit", unit, list(taken)))
+        raise KeyError(no_such("unit", unit, list(taken)))
     factor, offset = taken[unit]
     return values * factor + offset
 
 
-def unknown(kind: str, given: object, valid: list[str]) -> str:
-    """What to say of a name that is none: the nearest, and all that are valid."""
-    nearest = difflib.get_close_matches(str(given), valid, n=1, cutoff=0.0)[0]
-    return f"no {kind} {given!r}; the nearest is {nearest!r}, valid are {', '.join(valid)}"

@@ -7,7 +7,6 @@ sheet, why the generated value differs from the sheet's.
 
 from __future__ import annotations
 
-import difflib
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -16,6 +15,7 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
+from ddh_twin_py.names import nearest
 from ddh_twin_py.rig.numbers import PURE_NUMBER
 from ddh_twin_py.rig.yaml_file import parse_yaml, read_yaml
 
@@ -125,8 +125,7 @@ def _merged(entries: Mapping[str, Entry], leaves: Mapping[str, dict], file: str)
     merged = dict(entries)
     for path, leaf in leaves.items():
         if path not in merged:
-            nearest = difflib.get_close_matches(path, list(merged), 1, 0.0)[0]
-            raise MachineError(f"{file}: {path}: no such entry; the nearest is {nearest!r}")
+            raise MachineError(f"{file}: {path}: no such entry{nearest(path, merged)}")
         unit = str(leaf.get("unit", ""))
         if not unit and merged[path].unit != PURE_NUMBER:
             raise MachineError(f"{file}: {path}: unit is missing, this entry is in {merged[path].unit!r}")

@@ -10,12 +10,12 @@ The viscosity at which coefficients are stated stays that of the rig's first oil
 
 from __future__ import annotations
 
-import difflib
 import math
 from dataclasses import dataclass
 from functools import cache
 from importlib import resources
 
+from ddh_twin_py.names import no_such
 from ddh_twin_py.rig.sheet import Rig, RigError
 from ddh_twin_py.rig.yaml_file import parse_yaml
 
@@ -117,8 +117,7 @@ def oil_grade(name: str) -> OilGrade:
     wanted |= {key.removeprefix("VG "): value for key, value in wanted.items() if key.startswith("VG ")}
     given = " ".join(name.replace("_", " ").upper().split())
     if given not in wanted:
-        nearest = wanted[difflib.get_close_matches(given, list(wanted), 1, 0.0)[0]]
-        raise RigError(f"no oil grade {name!r}; the nearest is {nearest!r}, valid are {', '.join(known)}")
+        raise RigError(no_such("oil grade", name, known))
     return known[wanted[given]]
 
 

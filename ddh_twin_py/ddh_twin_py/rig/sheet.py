@@ -7,7 +7,6 @@ at 2.5. A rig file given by a user may name only what differs from the reference
 
 from __future__ import annotations
 
-import difflib
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -17,6 +16,7 @@ from typing import Any
 
 import numpy as np
 
+from ddh_twin_py.names import nearest, no_such
 from ddh_twin_py.rig.bounds import LARGEST_TOLERANCE, SENSOR_FACTOR, Bound, bound_of, contradiction
 from ddh_twin_py.rig.numbers import PURE_NUMBER, finite_number
 from ddh_twin_py.rig.own_oil import of_own_oil
@@ -270,8 +270,7 @@ def _check_sensor(where: str, spec: SensorSpec, reference: SensorSpec) -> None:
 
 
 def _unknown(file: str, name: str, valid: Any) -> str:
-    nearest = difflib.get_close_matches(name, list(valid), 1, 0.0)
-    return f"{file}: {name}: no such entry; the nearest is {nearest[0]!r}"
+    return f"{file}: {name}: no such entry{nearest(name, valid)}"
 
 
 def _number(file: str, name: str, value: Any) -> float:
@@ -285,8 +284,7 @@ def _parse(tree: dict, file: str) -> tuple[str, dict[str, Quantity], dict[str, S
     def leaf(name: str, node: dict) -> None:
         for key in node:
             if key not in LEAF:
-                nearest = (difflib.get_close_matches(str(key), LEAF, 1, 0.0) or LEAF)[0]
-                raise RigError(f"{file}: {name}.{key}: an entry has no such key; the nearest is {nearest!r} of {', '.join(LEAF)}")
+                raise RigError(f"{file}: {name}.{key}: an entry has {no_such('key', key, LEAF)}")
         source = node.get("source", "")
         if not isinstance(source, str):
             raise RigError(f"{file}: {name}.source: value is {source!r}, a text is needed; put it in quotes")

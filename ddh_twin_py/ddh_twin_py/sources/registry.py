@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Mapping
 from importlib import import_module
 from pkgutil import iter_modules
 from types import ModuleType
 
 from ddh_twin_py import sources
+from ddh_twin_py.names import no_such
 from ddh_twin_py.sources.protocol import Source, SourceError
 
 
@@ -26,6 +26,5 @@ def open_source(name: str, options: Mapping[str, object]) -> Source:
     """Open a source. Raises SourceError naming the nearest valid name where there is none of that name."""
     modules = source_modules()
     if name not in modules:
-        near = difflib.get_close_matches(name, list(modules), n=1, cutoff=0.0)[0]
-        raise SourceError(f"there is no source {name!r}; nearest is {near!r}, valid are {', '.join(modules)}")
+        raise SourceError(no_such("source", name, modules))
     return modules[name].open_source(options)

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-import difflib
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+
+from ddh_twin_py.names import no_such
 
 ZERO_CELSIUS = 273.15  # K
 
@@ -170,7 +171,7 @@ def signals_of(topic: str) -> tuple[Signal, ...]:
     """
     found = tuple(signal for signal in SIGNALS if signal.topic == topic)
     if not found:
-        raise KeyError(_unknown("topic", topic, sorted({s.topic for s in SIGNALS})))
+        raise KeyError(no_such("topic", topic, sorted({s.topic for s in SIGNALS})))
     return found
 
 
@@ -182,9 +183,4 @@ def signal_named(name: str) -> Signal:
     for signal in SIGNALS:
         if signal.name == name:
             return signal
-    raise KeyError(_unknown("signal", name, [s.name for s in SIGNALS]))
-
-
-def _unknown(kind: str, given: str, valid: list[str]) -> str:
-    nearest = difflib.get_close_matches(given, valid, n=1, cutoff=0.0)
-    return f"no {kind} {given!r}; nearest is {nearest[0]!r}, valid are {', '.join(valid)}"
+    raise KeyError(no_such("signal", name, [s.name for s in SIGNALS]))

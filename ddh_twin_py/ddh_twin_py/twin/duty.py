@@ -17,12 +17,12 @@ A duty file is YAML:
 
 from __future__ import annotations
 
-import difflib
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
+from ddh_twin_py.names import nearest
 from ddh_twin_py.physics.motor import RAD_PER_S_OF_RPM
 from ddh_twin_py.rig import LARGEST_PAYLOAD, Rig
 from ddh_twin_py.rig.numbers import finite_number
@@ -147,8 +147,7 @@ def check_for_rig(duty: Duty, rig: Rig) -> None:
 def _known(path: Path, where: str, tree: dict, valid: set[str]) -> None:
     for key in tree:
         if key not in valid:
-            nearest = difflib.get_close_matches(str(key), sorted(valid), 1, 0.0)[0]
-            raise DutyError(f"{path}: {where}{key}: no such entry; the nearest is {nearest!r}")
+            raise DutyError(f"{path}: {where}{key}: no such entry{nearest(key, sorted(valid))}")
 
 
 def _number(path: Path, name: str, value: object) -> float:
