@@ -28,10 +28,11 @@ def test_a_parameter_pressed_against_its_tolerance_is_named():
     assert _pressed([free, high, low]) == ["oil.b (15 instead of 10 bar)", "oil.c (5 instead of 10 bar)"]
     assert _pressed([replace(high, informed=False)]) == [], "nothing was learnt of it"
     assert _pressed([replace(high, unit="1")]) == ["oil.b (15 instead of 10)"]
-    assert _at_the_end([]) == []
-    assert _at_the_end(["a", "b"])[0].startswith("a, b are fitted 2.5 times the tolerance off")
-    assert _at_the_end(["c"])[0].startswith("c is fitted")
-    (note,) = _at_the_end(["c"] * 6)
+    assert _at_the_end([], False) == []
+    assert _at_the_end(["a", "b"], False)[0].startswith("a, b are fitted 2.5 times the tolerance off")
+    assert _at_the_end(["c"], False)[0].startswith("c is fitted")
+    assert _at_the_end(["c"], True)[0].startswith("in the fit that comes nearest, which no rig file is written from, c is fitted")
+    (note,) = _at_the_end(["c"] * 6, False)
     assert note.startswith("c, c, c, c and 2 further parameters are fitted")
 
 

@@ -219,6 +219,16 @@ def test_fitted_parameters_carry_their_spread_and_source(model):
     assert quantity.source == "fitted to a test"
 
 
+def test_the_source_of_what_was_fitted_as_built_is_the_commissioning_recording_alone(recording):
+    sheet = load_rig()
+    new, later = (Experiment(replace(recording.between(0.0, 30.0), path=path), sheet) for path in ("new", "later"))
+    case = DriveCase([new], [later], sheet)
+    path = next(p for p in case.paths if not p.startswith("measurement."))
+    for as_built, source in ((True, "fitted to new"), (False, "fitted to new, later")):
+        rig = case.rig_with(np.full(case.size, 0.1), [], np.full(case.size, 0.2), as_built=as_built)
+        assert rig.quantities[path].source == source
+
+
 def test_what_an_effect_wrote_has_the_spread_of_both(model):
     """A leakage ratio 1.2 of a leakage known to 0.2 of its tolerance: both are in the product, and what is shared cancels."""
     effect, theta, spread = EFFECTS["pump_1.leakage"], np.zeros(model.size), np.full(model.size, 0.2)

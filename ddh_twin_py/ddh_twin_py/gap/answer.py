@@ -85,6 +85,7 @@ def diagnosis(model: Diagnosable, found: Found, theta: np.ndarray, hidden: Seque
     missed = _missed(detectable)
     odd = at_odds(model, best, runs, gap_as_is, gap_before) if verdict.word == "unknown" else []
     odd = [*([concluded.crossed.said] if concluded.crossed and verdict.word == "unknown" else []), *odd]
+    nameless = verdict.word == "unknown" and not learned  # what acts is in no rig file then, and parameters fitted beside it took it up
     report = {
         "verdict": verdict.word,
         "gap": {"as_is": gap_as_is, "before": gap_before, "after": gap_after,
@@ -101,9 +102,8 @@ def diagnosis(model: Diagnosable, found: Found, theta: np.ndarray, hidden: Seque
         "notes": [*odd, *unknown.notes, *concluded.notes, *other_rig, *([described(learned, gap_before, gap_after)] if learned else []),
                   *model.notes(), *_not_held(model, before), *_not_seen(hidden),
                   *_since_when([name for name in unsure if name not in since]), *_only_since(since), *_would_not_show(missed),
-                  *_at_the_end(pressed)],
+                  *_at_the_end(pressed, nameless and leader.theta is not plain)],
     }
-    nameless = verdict.word == "unknown" and not learned  # what acts is in no rig file then, and parameters fitted beside it took it up
     inputs = model.unknown_inputs(plain, spread) if verdict.word != "no_gap" else []
     believed = acting if learned or verdict.word in ("explained", "ambiguous") else []
     return Diagnosis(
@@ -114,7 +114,8 @@ def diagnosis(model: Diagnosable, found: Found, theta: np.ndarray, hidden: Seque
         traces=held.traces(before_runs[0], runs.of(leader)[0], floor), axes=held.axes(leader.theta, acting),
         lacking=rows, alone=alone(model, found), inputs=inputs, weighed=weighed, confusable=confusable, parameters=parameters,
         shapes=unknown.shapes,
-        rig=model.rig_with(plain if nameless else leader.theta, believed, spread, joint=leader.joint if believed else None),
+        rig=model.rig_with(plain if nameless else leader.theta, believed, spread, joint=leader.joint if believed else None,
+                           as_built=nameless and not all(model.altered)),
         added=leader.effects, nameless=nameless, detectable=detectable,
         assumptions=model.assumptions, seconds=dict(seconds), catalogue=model.catalogue)
 
@@ -155,12 +156,13 @@ def _pressed(parameters: Sequence[FittedParameter]) -> list[str]:
             for p in parameters if p.informed and p.at_end]
 
 
-def _at_the_end(pressed: Sequence[str]) -> list[str]:
-    """A note on them, none where there are none."""
+def _at_the_end(pressed: Sequence[str], unwritten: bool) -> list[str]:
+    """A note on them, none where there are none; ``unwritten``: a rig file that is written holds other values."""
     more = f" and {len(pressed) - _MOST_AT_END} further parameters" if len(pressed) > _MOST_AT_END else ""
     are = "are" if len(pressed) > 1 else "is"
-    return [f"{', '.join(pressed[:_MOST_AT_END])}{more} {are} fitted {CUT:g} times the tolerance off, which is as far as a fit may go; the "
-            "sheet may be wrong there, or something hide behind it"] if pressed else []
+    where = "in the fit that comes nearest, which no rig file is written from, " if unwritten else ""
+    return [f"{where}{', '.join(pressed[:_MOST_AT_END])}{more} {are} fitted {CUT:g} times the tolerance off, which is as far as a fit may "
+            "go; the sheet may be wrong there, or something hide behind it"] if pressed else []
 
 
 def _not_held(model: Diagnosable, held: Collection[str]) -> list[str]:

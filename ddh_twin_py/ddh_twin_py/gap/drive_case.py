@@ -130,9 +130,10 @@ class DriveCase(DirectDrive):
         return out
 
     def rig_with(self, theta: np.ndarray, acting: Acting, spread: np.ndarray, source: str = "",
-                 joint: np.ndarray | None = None) -> Rig:
+                 joint: np.ndarray | None = None, as_built: bool = False) -> Rig:
         """The rig with fitted parameters and effects written into its quantities; ``source`` names the recordings where it is empty."""
-        source = source or "fitted to " + ", ".join(e.recording.path for e in self.experiments)
+        told = [e.recording.path for e, altered in zip(self.experiments, self.altered, strict=True) if not (as_built and altered)]
+        source = source or f"fitted to {', '.join(told)}"
         return super().rig_with(theta, acting, spread, source, joint)
 
     def _there(self) -> set[str]:

@@ -160,8 +160,13 @@ class Diagnosable(Model, Protocol):
         """Parameters with prior and posterior; both arguments in deviations, (k,)."""
         ...
 
-    def rig_with(self, theta: np.ndarray, acting: Acting, spread: np.ndarray, *, joint: np.ndarray | None = None) -> Any:
-        """The rig's description with fitted parameters and effects in it; ``joint`` is their covariance, see `refit.Refitted`."""
+    def rig_with(self, theta: np.ndarray, acting: Acting, spread: np.ndarray, *, joint: np.ndarray | None = None,
+                 as_built: bool = False) -> Any:
+        """The rig's description with fitted parameters and effects in it.
+
+        Args:
+            joint: their covariance, see `refit.Refitted`. as_built: whether recordings in which nothing acts alone told the parameters.
+        """
         ...
 
     def notes(self) -> list[str]:

@@ -191,9 +191,11 @@ class RigModel:
         return [FittedParameter(name, unit, value, std, value + float(d) * std, float(s) * std, bool(s < INFORMED))
                 for (name, unit, value, std), d, s in zip(rows, theta, spread, strict=True)]
 
-    def rig_with(self, theta: np.ndarray, acting: Acting, spread: np.ndarray, *, joint: np.ndarray | None = None) -> RigCard:
+    def rig_with(self, theta: np.ndarray, acting: Acting, spread: np.ndarray, *, joint: np.ndarray | None = None,
+                 as_built: bool = False) -> RigCard:
         """Fitted parameters; quantities of effects that act are added by their ids."""
-        source = "fitted to " + ", ".join(run.name for run in self.runs)
+        told = [run.name for run, altered in zip(self.runs, self.altered, strict=True) if not (as_built and altered)]
+        source = f"fitted to {', '.join(told)}"
         known = {p.name: Known(p.value, p.std, p.unit, source) for p in self.fitted_parameters(theta, spread)}
         record = self.record(self.first, theta)
         stds = np.full(len(acting), np.nan) if joint is None else np.sqrt(np.maximum(np.diagonal(joint)[theta.size :], 0.0))
