@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from ddh_twin_py.estimation.history import RESTS, likely_rise, open_motor, open_oil, rests
+from ddh_twin_py.estimation.history import RESTS, likely_rise, open_begin, open_motor, open_oil, rests
 from ddh_twin_py.physics.thermal_network import N, N_EDGES, N_FLOWS, N_SURFACES, N_WALLS, NODES, capacities, conductances, network_step
 from ddh_twin_py.rig import load_rig
 
@@ -90,8 +90,20 @@ def test_parts_that_hold_oil_and_of_which_nothing_is_read_begin_apart():
                     {"tank_wall"}]
     assert np.all(ways[ways != 0.0] == 3.0)
     everywhere = {"tank_oil": AIR + 10.0, "tank_wall": AIR, "cylinder_barrel": AIR, "line_a_wall": AIR, "pump_2_case": AIR}
-    for read in ({"tank_oil": AIR + 1.0}, {"housing": AIR + 20.0}, everywhere):  # as warm as the air; no oil is read; every part is
+    for read in ({"tank_oil": AIR + 1.0}, everywhere):  # as warm as the air; every part is read
         assert open_oil(read, AIR).shape == (0, N)
+
+
+def test_oil_begins_as_warm_as_may_be_where_the_tanks_is_not_read():
+    (way,) = open_oil({"line_a_wall": AIR + 3.0, "housing": AIR + 20.0}, AIR)
+    warmer = {name for name, kelvin in zip(NODES, way, strict=True) if kelvin}
+    assert {"tank_oil", "line_a_oil", "line_b_wall", "cylinder_barrel"} <= warmer and not {"line_a_wall", "housing", "rotor"} & warmer
+
+
+@pytest.mark.parametrize(("read", "ways"), [({"housing": 0.3}, 1), ({"line_a_wall": 0.3}, 0), ({"line_a_wall": 3.0}, 1)])
+def test_the_oil_of_a_cold_unit_is_known_where_a_part_that_holds_it_is_read(read, ways):
+    """Histories aside, of which there are none here."""
+    assert len(open_begin(np.zeros((0, N)), {node: AIR + rise for node, rise in read.items()}, AIR)) == ways
 
 
 def test_a_motor_of_which_two_nodes_are_read_and_a_cold_one_are_known(parameters):

@@ -23,7 +23,7 @@ from scipy.signal import lfilter
 
 from ddh_twin_py.estimation.begin import FIRST, SHARE, told_begin
 from ddh_twin_py.estimation.binning import Binning, by_cycle, by_time, cycle_of, one_by_one
-from ddh_twin_py.estimation.history import likely_rise, open_motor, open_oil, rests
+from ddh_twin_py.estimation.history import cold, histories, likely_rise, open_begin
 from ddh_twin_py.estimation.lent import Lent, lend, made
 from ddh_twin_py.estimation.run_inputs import RunInputs
 from ddh_twin_py.estimation.sensors import NODE_INDEX, NODE_OF_SENSOR
@@ -37,7 +37,7 @@ from ddh_twin_py.physics.hydraulics import HYDRAULIC_STATES
 from ddh_twin_py.physics.motor_samples import electrical_samples
 from ddh_twin_py.physics.oil import ZERO_CELSIUS
 from ddh_twin_py.physics.soft_sensor import MEASURED_DTYPE
-from ddh_twin_py.physics.thermal_network import HYDRAULIC_NODES, N, NODES
+from ddh_twin_py.physics.thermal_network import N
 from ddh_twin_py.rig import Rig
 from ddh_twin_py.rig.sheet import SensorSpec
 from ddh_twin_py.telemetry.alignment import align
@@ -65,19 +65,14 @@ _FEW = 4  # positions that tell no slope
 _CLEAR = 2.0e-3  # m from an end stop that a rod must keep to have never met it
 _BEFORE_THE_END = 1.0e-6  # s from the end of a run at which the last samples are taken: its last step ends there but for rounding
 _PAST = 1.0  # m that a run may go past such a stop
-_OIL_OPEN = 8.0  # K, standard deviation of how warm unread oil begins
-_COLD = 1.0  # K from ambient, within which a unit has likely rested
 _BEHIND, _BEHIND_SLOWLY, _RESTED = {"motor_winding": 0.02}, 0.01, 1.0e-3
 """Share of what it reads above the air by which a sensor may lag behind its node at the start, and least K: copper is heated fast."""
 _SINKS = 0.1  # of the noise of its velocity, by which a resting rod sinks
 _LIMITED = 0.95  # of the drive's limit of current, beyond which its speed follows no command
-_ROUNDS, _WORKED_EVERY = 2, 60.0  # of the recording's own duty; s between the lengths of work that are tried
-_ROUGH, _ROUGH_INTERVAL = 20.0e-3, 0.2  # s, step and interval of such work: a likely history need not be known to 0.1 K
+_ROUGH, _ROUGH_INTERVAL = 20.0e-3, 0.2  # s, step and interval of the work in a history, which need not be known to 0.1 K
 _ROUGHLY = 2  # intervals that a rough run takes as one
 _COARSE = 0.5  # of its noise, from which the rounding of a temperature counts: finer steps are lost in it
 _SLOW_BIN = 20.0  # s, of temperatures
-OIL = "tank_oil"
-"""Sensor without which it is open how warm the oil begins."""
 PRESSURES = ("pressure_piston_side", "pressure_rod_side")
 
 
@@ -220,34 +215,19 @@ class Experiment:
         return float(holding_pressure(self._start["rod_position"], self._start[PRESSURES[1]], record))
 
     def _likely_begin(self, parameters: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Rise as of `_likely_rise`, (N,), and ways in which what no sensor reads may begin otherwise, K, (c, N).
-
-        A unit as warm as the air has likely rested. A minute of work, though, warms a winding by many kelvin and a housing by
-        less than one; so of a cold unit, too, an unread motor is open. Its oil is not where a part that holds oil is read.
-        """
-        histories, (read, air) = self._histories(parameters), self._first(parameters[0])
-        cold = self._cold(parameters)
-        oil = np.zeros((0, N)) if cold and any(node in HYDRAULIC_NODES for node in read) else self._open_oil(read, air)
-        return np.zeros(N) if cold else likely_rise(histories, read, air), np.vstack([open_motor(histories, read, air), oil])
+        """Rise of every node above ambient at the start, K, (N,), by the likeliest history, and ways in which it may differ, K, (c, N)."""
+        read, air = self._first(parameters[0])
+        been_through = self._histories(parameters, air)
+        return likely_rise(been_through, read, air), open_begin(been_through, read, air)
 
     def _likely_rise(self, parameters: np.ndarray) -> np.ndarray:
-        """Rise of every node above ambient at the start, K, (N,), by the likeliest history (`history`); 0 of a cold unit."""
-        return np.zeros(N) if self._cold(parameters) else likely_rise(self._histories(parameters), *self._first(parameters[0]))
-
-    def _cold(self, parameters: np.ndarray) -> bool:
-        """If all that is read begins as warm as the air."""
+        """The former alone: a cold unit needs no history for it."""
         read, air = self._first(parameters[0])
-        return all(abs(value - air) < _COLD for value in read.values())
+        return np.zeros(N) if cold(read, air) else likely_rise(self._histories(parameters, air), read, air)
 
-    def _histories(self, parameters: np.ndarray) -> np.ndarray:
-        """Temperatures of every node at the end of what the unit may have been through, K, (h, N)."""
-        _, air = self._first(parameters[0])
-        worked, temperature = [np.full((1, N), air)], np.full(N, air)
-        for _ in range(_ROUNDS):
-            temperatures = self._work(parameters, temperature)
-            worked.append(temperatures[:: max(1, round(_WORKED_EVERY / _ROUGH_INTERVAL))])
-            temperature = temperatures[-1].copy()
-        return rests(parameters, np.vstack(worked), air, self._start[STROKE]).reshape(-1, N)
+    def _histories(self, parameters: np.ndarray, air: float) -> np.ndarray:
+        """Temperatures of every node at the end of what the unit may have been through, K, (h, N), which began in air of so many K."""
+        return histories(parameters, lambda begin: self._work(parameters, begin), _ROUGH_INTERVAL, air, self._start[STROKE])
 
     def _work(self, parameters: np.ndarray, begin: np.ndarray) -> np.ndarray:
         """Temperatures, roughly, each `_ROUGH_INTERVAL` of the own duty of a unit that began as warm as (N,) says, K, (m, N)."""
@@ -258,12 +238,6 @@ class Experiment:
         free_run(parameters, self._settled(parameters), temperature, inputs.command[: command_size(n)], inputs.air[:n], inputs.interval,
                  _ROUGH, self._put(parameters, inputs.placed[:n]), np.zeros(n, OPERATING_DTYPE), temperatures)
         return temperatures
-
-    def _open_oil(self, read: dict[str, float], air: float) -> np.ndarray:
-        """How far what holds oil and no sensor reads may begin otherwise, K, (c, N): all of it alike where the tank's oil is not read."""
-        if OIL in self._first_readings:
-            return open_oil(read, air)
-        return np.array([[_OIL_OPEN * (node in HYDRAULIC_NODES and node not in read) for node in NODES]])
 
     def _better_start(self, rig: Rig) -> dict[str, float]:
         """What sensors without lag would have read at the start, K, from the first `EARLY` seconds; tells the signals how sure that is.

@@ -7,12 +7,23 @@ agree with the first readings say how nodes lie to each other. The readings them
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 import numpy as np
 
 from ddh_twin_py.physics.compiled import kernel
-from ddh_twin_py.physics.thermal_network import N, N_EDGES, N_FLOWS, N_SURFACES, N_WALLS, NODES, capacities, conductances, network_step
+from ddh_twin_py.physics.thermal_network import (
+    HYDRAULIC_NODES,
+    N,
+    N_EDGES,
+    N_FLOWS,
+    N_SURFACES,
+    N_WALLS,
+    NODES,
+    capacities,
+    conductances,
+    network_step,
+)
 
 TANK_OIL = "tank_oil"
 """Node whose warmth tells how long a unit has rested."""
@@ -28,7 +39,30 @@ _OIL_PARTS = (("cylinder_barrel", "chamber_a_oil", "chamber_b_oil"), ("line_a_wa
 """What oil flows through and cools by itself; who reads one node of a part knows the part."""
 _UNLIKE = 0.3  # of what the tank's oil is warmer than the air, by which such a part may be as no history has it
 _READ = 1.0  # K, of a first reading: zero errors, and that no history is the true one
+_COLD = 1.0  # K from ambient, within which a unit has likely rested
+_OIL_OPEN = 8.0  # K, standard deviation of how warm oil begins where the tank's is not read
+_ROUNDS, _WORKED_EVERY = 2, 60.0  # of the recording's own duty; s between the lengths of work that are tried
 _OTHER_DUTY = 0.35  # of the logarithm of the ratio in which another duty would have warmed the unit
+
+
+def cold(read: Mapping[str, float], air: float) -> bool:
+    """If all that is read, node to K, begins as warm as the air, K: such a unit has likely rested."""
+    return all(abs(value - air) < _COLD for value in read.values())
+
+
+def histories(parameters: np.ndarray, work: Callable[[np.ndarray], np.ndarray], step: float, air: float, position: float) -> np.ndarray:
+    """Temperatures of every node at the end of what a unit may have been through, K, (h, N).
+
+    Args:
+        parameters: record (1,). work: temperatures of the own duty, K, (m, N), each ``step`` s, of a unit that begins as warm as (N,) says.
+        air: K, in which it began. position: of the rod, m.
+    """
+    worked, temperature = [np.full((1, N), air)], np.full(N, air)
+    for _ in range(_ROUNDS):
+        temperatures = work(temperature)
+        worked.append(temperatures[:: max(1, round(_WORKED_EVERY / step))])
+        temperature = temperatures[-1].copy()
+    return rests(parameters, np.vstack(worked), air, position).reshape(-1, N)
 
 
 def rests(parameters: np.ndarray, worked: np.ndarray, air: float, position: float) -> np.ndarray:
@@ -63,14 +97,14 @@ def _cool_down(parameters, worked, air, position, ends, out):
 def likely_rise(histories: np.ndarray, read: Mapping[str, float], air: float) -> np.ndarray:
     """Rise of every node above air, K, (N,), as histories give it that agree with what was read first: their mean by how well.
 
-    A part of the unit, motor or all that holds oil, of which fewer than two nodes are read has no history: 0.
+    A part of the unit, motor or all that holds oil, of which fewer than two nodes are read has no history: 0. So has a cold unit.
 
     Args:
         histories: temperatures of every node at the end of each, K, (h, N); none of a cold unit. read: node to K.
         air: K, from which they began.
     """
     rise, nodes = histories - air, [NODES.index(name) for name in read]
-    if not nodes or not len(histories):
+    if not len(histories) or cold(read, air):
         return np.zeros(N)
     scale, weight = _agreement(rise[:, nodes], np.array(list(read.values())) - air)
     likely = (weight * scale) @ rise / weight.sum()
@@ -78,6 +112,16 @@ def likely_rise(histories: np.ndarray, read: Mapping[str, float], air: float) ->
         if np.count_nonzero(part[nodes]) < _SPEAK:
             likely[part] = 0.0
     return likely
+
+
+def open_begin(histories: np.ndarray, read: Mapping[str, float], air: float) -> np.ndarray:
+    """Ways in which what no sensor reads may begin otherwise than `likely_rise` lets it, K, (c, N); arguments as there.
+
+    A unit as warm as the air has likely rested. A minute of work, though, warms a winding by many kelvin and a housing by
+    less than one; so of a cold unit, too, an unread motor is open. Its oil is not where a part that holds oil is read.
+    """
+    rested = cold(read, air) and any(node in HYDRAULIC_NODES for node in read)
+    return np.vstack([open_motor(histories, read, air), np.zeros((0, N)) if rested else open_oil(read, air)])
 
 
 def open_motor(histories: np.ndarray, read: Mapping[str, float], air: float) -> np.ndarray:
@@ -102,11 +146,14 @@ def open_motor(histories: np.ndarray, read: Mapping[str, float], air: float) -> 
 
 
 def open_oil(read: Mapping[str, float], air: float) -> np.ndarray:
-    """How far parts that hold oil and of which nothing is read may begin from where `likely_rise` lets them, K, (c, N).
+    """How far what holds oil and is not read may begin from where `likely_rise` lets it, K, (c, N); arguments as there.
 
-    How fast a barrel cools beside a tank no reading of the tank tells. None of a unit that is as warm as the air; arguments as there.
+    Where the tank's oil is not read, all of it alike. Else each part of which nothing is read, as no reading of the tank tells how fast a
+    barrel cools beside it; none of a tank that is as warm as the air.
     """
-    apart = _UNLIKE * abs(read[TANK_OIL] - air) if TANK_OIL in read else 0.0
+    if TANK_OIL not in read:
+        return np.array([[_OIL_OPEN * (node in HYDRAULIC_NODES and node not in read) for node in NODES]])
+    apart = _UNLIKE * abs(read[TANK_OIL] - air)
     unread = [part for part in _OIL_PARTS if not any(node in read for node in part)] if apart > _NOTICEABLE else []
     return np.array([[apart * (node in part) for node in NODES] for part in unread]).reshape(-1, N)
 
