@@ -15,7 +15,7 @@ begins as a likely history leaves it (`history`).
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -25,6 +25,7 @@ from ddh_twin_py.estimation.begin import FIRST, SHARE, told_begin
 from ddh_twin_py.estimation.binning import Binning, by_cycle, by_time, cycle_of, one_by_one
 from ddh_twin_py.estimation.history import cold, histories, likely_rise, open_begin
 from ddh_twin_py.estimation.lent import Lent, lend, made
+from ddh_twin_py.estimation.rod_rests import never_met, smoothed
 from ddh_twin_py.estimation.run_inputs import RunInputs
 from ddh_twin_py.estimation.sensors import NODE_INDEX, NODE_OF_SENSOR
 from ddh_twin_py.estimation.start import EARLY, START, spread_start, start_error
@@ -40,7 +41,7 @@ from ddh_twin_py.physics.soft_sensor import MEASURED_DTYPE
 from ddh_twin_py.physics.thermal_network import N
 from ddh_twin_py.rig import Rig
 from ddh_twin_py.rig.sheet import SensorSpec
-from ddh_twin_py.telemetry.alignment import align
+from ddh_twin_py.telemetry.alignment import Samples, Ticks, align
 from ddh_twin_py.telemetry.in_order import in_order
 from ddh_twin_py.telemetry.jumps import why_apart
 from ddh_twin_py.telemetry.recording import Recording
@@ -56,15 +57,12 @@ from ddh_twin_py.twin.temperature_sensors import INNER_SENSORS, sensed
 DRIVE_SIGNALS = ("speed", "current", "voltage", "electrical_power")
 HYDRAULIC_SIGNALS = ("pressure_piston_side", "pressure_rod_side", "rod_velocity")
 STROKE = "rod_position"
-_VELOCITY = HYDRAULIC_FIELDS.index("rod_velocity")
+_COMMAND, _VELOCITY = DRIVE_FIELDS.index("speed_command"), HYDRAULIC_FIELDS.index("rod_velocity")
 NEIGHBOURHOOD = 20.0
 """s after the used part of a recording that count neither here nor there; at most half of what is held out."""
-_REST, _LEANING = 0.5, 8  # s of a standstill to either side that tell a position; how many times as far its slope is told
+_REST = 0.5  # s of a standstill to either side that tell a position
 _SHORTEST = 0.2  # s of a recording over which a run can be made
-_FEW = 4  # positions that tell no slope
-_CLEAR = 2.0e-3  # m from an end stop that a rod must keep to have never met it
 _BEFORE_THE_END = 1.0e-6  # s from the end of a run at which the last samples are taken: its last step ends there but for rounding
-_PAST = 1.0  # m that a run may go past such a stop
 _BEHIND, _BEHIND_SLOWLY, _RESTED = {"motor_winding": 0.02}, 0.01, 1.0e-3
 """Share of what it reads above the air by which a sensor may lag behind its node at the start, and least K: copper is heated fast."""
 _SINKS = 0.1  # of the noise of its velocity, by which a resting rod sinks
@@ -120,85 +118,79 @@ class Experiment:
 
     def __init__(self, recording: Recording, rig: Rig, interval: float = INTERVAL, used: float = 1.0) -> None:
         self._used_share = used
-        noise = {name: spec.noise for name, spec in rig.sensors.items()}
-        recording = screen_recording(recording, noise)
-        for topic, stream in ((DRIVE_TOPIC, recording.drive), (HYDRAULIC_TOPIC, recording.hydraulic)):
-            if stream is None or not len(stream):
-                raise ExperimentError(
-                    f"{recording.path}: {recording.namespace}/{topic}: no message; a free run cannot be compared without it")
-        if recording.duration < _SHORTEST:
-            raise ExperimentError(f"{recording.path}: lasts {recording.duration:.2g} s, which is too short for a free run; at least "
-                                  f"{_SHORTEST:g} s are needed")
-        ticks = align(recording, interval)
-        if ticks.restart.any():
-            raise ExperimentError(why_apart(recording, ticks))
+        recording, ticks = _in_one_stretch(recording, rig, interval)
         self.recording, self.interval = recording, interval
         said = recording.rig.payload_mass if recording.rig is not None else np.nan
         self._sheet_payload = rig["load.payload_mass"]
         self.payload = said if np.isfinite(said) else self._sheet_payload
         n = len(ticks)
-        begin = (ticks.end_ns[0] - recording.epoch_ns) * 1e-9 - interval
-        self._epoch = begin
+        self._begin_ns = int(ticks.end_ns[0]) - round(interval * 1e9)
         drive, hydraulic = ticks.samples[DRIVE_TOPIC], ticks.samples[HYDRAULIC_TOPIC]
-        drive_time = (drive.stamp - recording.epoch_ns) * 1e-9 - begin
-        hydraulic_time = (hydraulic.stamp - recording.epoch_ns) * 1e-9 - begin
+        self._drive_time, self._hydraulic_time = self._since_begin(drive), self._since_begin(hydraulic)
         measured, command = np.zeros(n, MEASURED_DTYPE), np.empty(command_size(n))
-        reduce_intervals(0.0, interval, drive_time, np.ascontiguousarray(drive.values), ticks.last[DRIVE_TOPIC],
-                         hydraulic_time, np.ascontiguousarray(hydraulic.values), ticks.last[HYDRAULIC_TOPIC],
+        reduce_intervals(0.0, interval, self._drive_time, np.ascontiguousarray(drive.values), ticks.last[DRIVE_TOPIC],
+                         self._hydraulic_time, np.ascontiguousarray(hydraulic.values), ticks.last[HYDRAULIC_TOPIC],
                          new_carry(), measured, command)
-        edges = interval / COMMAND_PARTS * np.arange(command.size)
-        speed_command = drive.values[:, DRIVE_FIELDS.index("speed_command")]
-        command = command_at(drive_time, speed_command, edges)
+        command = command_at(self._drive_time, drive.values[:, _COMMAND], interval / COMMAND_PARTS * np.arange(command.size))
         standing = (measured["standstill"] >= STANDSTILL) & np.isfinite(measured["rod_position"])
-        self._put_back = _smoothed(np.where(standing, measured["rod_position"], np.nan), round(_REST / interval))
-        placed = off_the_stops(self._put_back, rig, 2.0 * _REST * len(hydraulic_time) / (n * interval))
+        self._put_back = smoothed(np.where(standing, measured["rod_position"], np.nan), round(_REST / interval))
+        placed = off_the_stops(self._put_back, rig, 2.0 * _REST * len(hydraulic) / (n * interval))
         self._stroke_ends = np.flatnonzero(standing[1:] & ~standing[:-1]) + 1
         self._stroke_ends = self._stroke_ends[self._stroke_ends * interval > 1.0]
         self.air = self._ambient(ticks, rig, n)
-        self._past = _never_met(measured["rod_position"], rig)
+        self._past = never_met(measured["rod_position"], rig)
         self._start = {name: _first_finite(measured[name]) for name in (*PRESSURES, "rod_position")}
         self._read_pressures = [bool(np.isfinite(measured[name]).any()) for name in PRESSURES]
         if not self._read_pressures[0]:
             self._start[PRESSURES[0]] = self._holding_pressure(rig)
-        self._drive_time, self._hydraulic_time = drive_time, hydraulic_time
         own = RunInputs(interval, command, self.air, placed)
         self._inputs = {False: own, True: own.of_every(_ROUGHLY)}
         self.axis = own.axis
         self._in_order = (0.0, self._merge(0.0))
         self.cycle = cycle_of(command, interval / COMMAND_PARTS)
         self.signals: dict[str, Signal] = {}
-        hidden = unpredictable(
-            measured["rod_position"], measured["standstill"] >= STANDSTILL, placed, rig["cylinder.stroke"], interval,
-            (drive_time, speed_command), (hydraulic_time, hydraulic.values[:, _VELOCITY]), rig.sensors["rod_velocity"].noise)
-        self.left_out = hidden.seconds
-        drive_values, hydraulic_values = (
-            np.where(hidden.intervals[self._intervals_at(time)][:, None], np.nan, stream.values)
-            for time, stream in ((drive_time, drive), (hydraulic_time, hydraulic)))
-        hydraulic_values[hidden.slips, _VELOCITY] = np.nan
-        for name in DRIVE_SIGNALS:
-            self._add(name, rig.sensors[name], drive_time, drive_values[:, DRIVE_FIELDS.index(name)], self._fast)
-        for name in HYDRAULIC_SIGNALS:
-            kind = "pressure" if name in PRESSURES else name
-            self._add(name, rig.sensors[kind], hydraulic_time, hydraulic_values[:, HYDRAULIC_FIELDS.index(name)], self._fast)
-        self._mark_limited(rig, drive.values[:, DRIVE_FIELDS.index("current")])
-        self._mark_sinking()
-        slipped = np.histogram(hydraulic_time[hidden.slips], np.concatenate([[0.0], self.axis[self._stroke_ends]]))[0] > 0
-        ends = np.where(slipped | hidden.lost[self._stroke_ends - 1], np.nan, self._put_back[self._stroke_ends])
-        self._add(STROKE, rig.sensors[STROKE], self.axis[self._stroke_ends], ends, self._strokes)
-        self.sensors = []
-        for name in NODE_OF_SENSOR:
-            samples = ticks.samples.get(f"temperature/{name}")
-            if samples is not None and len(samples) and np.isfinite(samples.values[:, 0]).any():
-                when = (samples.stamp - recording.epoch_ns) * 1e-9 - begin
-                self._add(f"temperature/{name}", rig.sensors["temperature"], when, samples.values[:, 0], _slow)
-                if f"temperature/{name}" in self.signals:
-                    self.sensors.append(name)
+        self.left_out = self._take_fast(rig, drive.values, hydraulic.values, measured)
+        self.sensors = self._take_temperatures(rig, ticks)
         firsts = {name: _first_reading(self.signals[f"temperature/{name}"]) for name in self.sensors}
         self._first_readings = {name: first for name, first in firsts.items() if np.isfinite(first)}
         self._sensor_at_start: dict[str, float] = {}
         self._finer: int | None = None
         self._rise, self._open = self._likely_begin(self.parameters(rig))
         self._first_readings |= self._better_start(rig)
+
+    def _since_begin(self, samples: Samples) -> np.ndarray:
+        """Times of samples since the start of the run, s, (m,)."""
+        return (samples.stamp - self._begin_ns) * 1e-9
+
+    def _take_fast(self, rig: Rig, drive: np.ndarray, hydraulic: np.ndarray, measured: np.ndarray) -> Mapping[str, float]:
+        """Take up the signals of both streams, (m, fields) each, and the strokes; how many s of them are left out, by reason."""
+        hidden = unpredictable(
+            measured["rod_position"], measured["standstill"] >= STANDSTILL, self._inputs[False].placed, rig["cylinder.stroke"],
+            self.interval, (self._drive_time, drive[:, _COMMAND]), (self._hydraulic_time, hydraulic[:, _VELOCITY]),
+            rig.sensors["rod_velocity"].noise)
+        shown, moved = (np.where(hidden.intervals[self._intervals_at(time)][:, None], np.nan, values)
+                        for time, values in ((self._drive_time, drive), (self._hydraulic_time, hydraulic)))
+        moved[hidden.slips, _VELOCITY] = np.nan
+        for name in DRIVE_SIGNALS:
+            self._add(name, rig.sensors[name], self._drive_time, shown[:, DRIVE_FIELDS.index(name)], self._fast)
+        for name in HYDRAULIC_SIGNALS:
+            kind = "pressure" if name in PRESSURES else name
+            self._add(name, rig.sensors[kind], self._hydraulic_time, moved[:, HYDRAULIC_FIELDS.index(name)], self._fast)
+        self._mark_limited(rig, drive[:, DRIVE_FIELDS.index("current")])
+        self._mark_sinking()
+        end = self.axis[self._stroke_ends]
+        slipped = np.histogram(self._hydraulic_time[hidden.slips], np.concatenate([[0.0], end]))[0] > 0
+        ends = np.where(slipped | hidden.lost[self._stroke_ends - 1], np.nan, self._put_back[self._stroke_ends])
+        self._add(STROKE, rig.sensors[STROKE], end, ends, self._strokes)
+        return hidden.seconds
+
+    def _take_temperatures(self, rig: Rig, ticks: Ticks) -> list[str]:
+        """Take up the temperatures; the sensors of which there is a usable sample."""
+        for name in NODE_OF_SENSOR:
+            samples = ticks.samples.get(f"temperature/{name}")
+            if samples is not None and len(samples):
+                self._add(f"temperature/{name}", rig.sensors["temperature"], self._since_begin(samples), samples.values[:, 0], _slow)
+        return [name for name in NODE_OF_SENSOR if f"temperature/{name}" in self.signals]
 
     def other_begin(self, parameters: np.ndarray) -> tuple[np.ndarray, float]:
         """How a unit with these parameters would have left what no sensor reads: rise of nodes, (N,), and how far one moves by it, K."""
@@ -479,6 +471,26 @@ class Experiment:
         return reading + p[f"measurement_{name}_offset"]
 
 
+def _in_one_stretch(recording: Recording, rig: Rig, interval: float) -> tuple[Recording, Ticks]:
+    """The recording, screened, and its ticks.
+
+    Raises:
+        ExperimentError: where no free run can be made over it.
+    """
+    recording = screen_recording(recording, {name: spec.noise for name, spec in rig.sensors.items()})
+    for topic, stream in ((DRIVE_TOPIC, recording.drive), (HYDRAULIC_TOPIC, recording.hydraulic)):
+        if stream is None or not len(stream):
+            raise ExperimentError(
+                f"{recording.path}: {recording.namespace}/{topic}: no message; a free run cannot be compared without it")
+    if recording.duration < _SHORTEST:
+        raise ExperimentError(f"{recording.path}: lasts {recording.duration:.2g} s, which is too short for a free run; at least "
+                              f"{_SHORTEST:g} s are needed")
+    ticks = align(recording, interval)
+    if ticks.restart.any():
+        raise ExperimentError(why_apart(recording, ticks))
+    return recording, ticks
+
+
 def _lag(name: str, p: np.void) -> float:
     """Lag of a temperature sensor, s."""
     return float(p["sensors_temperature_time_constant"] * (1.0 if name in INNER_SENSORS else p["measurement_surface_lag_ratio"]))
@@ -497,38 +509,6 @@ def _first_reading(signal: Signal) -> float:
     first = signal.measured[read & (signal.time <= START)]
     first = first if first.size else signal.measured[read & (signal.time <= EARLY)][:1]
     return float(first.mean()) if first.size else np.nan
-
-
-def _smoothed(position: np.ndarray, reach: int) -> np.ndarray:
-    """Each standstill's positions by those of ``reach`` intervals to either side, NaN where it moves.
-
-    A heavy rod sinks at rest by millimetres a second. Where a standstill begins or ends its neighbours lie to one side, and their mean
-    would be that much off: it is moved along the slope of a line through `_LEANING` times as many, which adds little noise.
-    """
-    known = np.isfinite(position)
-    index = np.arange(position.size)
-    begun = np.maximum.accumulate(np.where(known, 0, index + 1))
-    ended = np.minimum.accumulate(np.where(known, position.size, index)[::-1])[::-1]
-    since, value = np.where(known, index - begun, 0.0), np.where(known, position, 0.0)
-
-    def means(reach: int, *values: np.ndarray) -> Iterator[np.ndarray]:
-        first, last = np.maximum(begun, index - reach), np.minimum(ended, index + reach + 1)
-        for each in values:
-            total = np.concatenate([[0.0], np.cumsum(each)])
-            yield (total[last] - total[first]) / np.maximum(last - first, 1)
-
-    level, middle, product, square = means(_LEANING * reach, value, since, since * value, since**2)
-    steep = np.where(ended - begun > _FEW, (product - middle * level) / np.maximum(square - middle**2, 1e-12), 0.0)
-    level, middle = means(reach, value, since)
-    return np.where(known, level + steep * (since - middle), np.nan)
-
-
-def _never_met(position: np.ndarray, rig: Rig) -> dict[str, float]:
-    """How far (m) a run may go past either end, by the mean positions (m) that were measured."""
-    known = position[np.isfinite(position)]
-    if not known.size:
-        return {"retracted": 0.0, "extended": 0.0}
-    return {"retracted": _PAST * (known.min() > _CLEAR), "extended": _PAST * (known.max() < rig["cylinder.stroke"] - _CLEAR)}
 
 
 def _slow(time: np.ndarray, usable: np.ndarray) -> Binning:
