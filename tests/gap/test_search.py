@@ -77,3 +77,17 @@ def test_probabilities_sum_to_one_and_progress_ends_at_one():
 def test_the_same_recordings_twice_give_the_same_answer():
     model = FirstOrder(TRUE, [(EFFECTS[1], 0, 0.4)], seed=3)
     assert found(model).probability == found(model).probability
+
+
+class Sticking(FirstOrder):
+    """Its runs go astray where the offset acts on a loop that is as its sheet says, as those of a rod that is pressed into a stop."""
+
+    def run_one(self, number, theta, acting=(), roughly=False):
+        out = super().run_one(number, theta, acting, roughly)
+        astray = self.altered[number] and any(effect is EFFECTS[2] for effect, _, _ in acting) and np.abs(theta).max() < 0.3
+        return {name: y + 1.0e12 for name, y in out.items()} if astray else out
+
+
+def test_an_effect_with_which_runs_went_astray_at_one_place_is_asked_about_at_the_next():
+    result = found(Sticking(TRUE, [(EFFECTS[2], 0, 0.2)], seed=2))
+    assert result.leader == ("meter.offset",) and result.probability[result.leader] > 0.8

@@ -35,6 +35,7 @@ _ALIKE, _ALIKE_SHARE = 25.0, 0.02  # log weight behind the best, and share of wh
 # signature is fitted, whatever the linear model says
 _BENDS = 20.0  # log evidence of a single effect from which others are looked for beside it as it acts
 _MISLED = 0.2  # share of what the best set explains by which the linear model falls short of it, from which every effect is fitted
+_LOST = 1000.0  # log evidence of no effect over what the linear model says, from which that is not one of this rig
 _JUDGED = 3  # leading pairs held against a free law of their first effect
 _ANY_SIZE = 10.0  # columns: width of the prior of sizes, once it is asked how large an effect is and not whether it is there
 _SHORT, _SHORT_SHARE = 10.0, 0.05  # log evidence, and share of it, that the linear model promises and no run finds: a fit that lost its way
@@ -205,6 +206,10 @@ class Fits:
         """Whether the best set explains so much more than the linear model said that its ranking says little of others."""
         best = self._best()
         return bool(best) and self.gain(best) > _BENDS and self.gain(best) - self.linear(best) > _MISLED * self.gain(best)
+
+    def lost(self) -> bool:
+        """Whether the linear model is so wrong of no effect that it is one of runs that went astray, and says nothing of any."""
+        return self._off() > _LOST
 
     def every_effect(self) -> None:
         """Fit every effect in each of its ways: a large one bends, and no line shows where it leads."""

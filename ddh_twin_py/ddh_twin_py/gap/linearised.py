@@ -15,7 +15,7 @@ from ddh_twin_py.gap.basis import Basis
 from ddh_twin_py.gap.effect import Effect
 from ddh_twin_py.gap.hypotheses import WIDTH, Evidence, Hypothesis, slack_shares
 from ddh_twin_py.gap.model import Model
-from ddh_twin_py.gap.sensitivity import Column, columns_of, without_astray
+from ddh_twin_py.gap.sensitivity import Column, Way, taken_at, without_astray
 from ddh_twin_py.gap.slopes import slopes_of
 
 STANDS_OUT = 4.5
@@ -31,7 +31,7 @@ class Linearised:
         model: of the rig. theta: parameters there, in deviations, (k,). discrepancy: what the model is forgiven.
         slack, power: see `hypotheses.SLACK` and `hypotheses.POWER`. predictions: there, by recording. comparisons: by recording.
         sensitivities: by recording, (rows, k). columns: of the effects. effects: how many were asked about.
-        taken: parameters at which these were taken, (k,).
+        taken: parameters at which these were taken, (k,). astray: ways of effects in which runs went astray there.
     """
 
     model: Model
@@ -45,6 +45,7 @@ class Linearised:
     columns: list[Column]
     effects: int
     taken: np.ndarray
+    astray: frozenset[Way] = frozenset()
     basis: Basis = field(init=False, repr=False)
     evidence: Evidence = field(init=False, repr=False)
 
@@ -121,12 +122,14 @@ class Linearised:
 
 
 def linearise(model: Model, effects: Sequence[Effect], theta: np.ndarray, discrepancy: Discrepancy, slack: float, power: float,
-              pool: ThreadPoolExecutor, progress: Callable[[float], None] | None = None, near: Linearised | None = None) -> Linearised:
+              pool: ThreadPoolExecutor, progress: Callable[[float], None] | None = None, near: Linearised | None = None,
+              ways: Sequence[Column] = ()) -> Linearised:
     """Take all sensitivities at a place.
 
     Args:
         effects: that may act. theta: parameters, in deviations, (k,). progress: told the share done.
-        near: taken nearby: its sensitivities of recordings in which no effect acts are kept, and the sizes of its columns.
+        near: taken before: its sensitivities of recordings in which no effect acts are kept, and runs that went astray are tried again.
+        ways: columns taken elsewhere, whose sizes are kept; none: all are sought.
     """
     predictions = model.run(theta, ())
     comparisons = [Comparison(s, p, discrepancy) for s, p in zip(model.signals, predictions, strict=True)]
@@ -137,6 +140,7 @@ def linearise(model: Model, effects: Sequence[Effect], theta: np.ndarray, discre
     sensitivities = [fresh[i] if i in fresh else near.sensitivities[i] * (near.comparisons[i].spread / c.spread)[:, None]
                      for i, c in enumerate(comparisons)]
     told = (lambda share: progress(0.5 + 0.5 * share)) if progress else None
-    columns = columns_of(effects, model, theta, comparisons, pool, told, near.columns if near else ())
-    found = Linearised(model, theta, discrepancy, slack, power, predictions, comparisons, sensitivities, columns, len(effects), theta)
+    columns, astray = taken_at(effects, model, theta, comparisons, pool, told, ways, near.astray if near else ())
+    found = Linearised(model, theta, discrepancy, slack, power, predictions, comparisons, sensitivities, columns, len(effects), theta,
+                       frozenset(astray))
     return found.standing_out() if all(model.altered) else found

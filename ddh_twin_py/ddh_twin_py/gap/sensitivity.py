@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
@@ -29,6 +29,10 @@ _ATTEMPTS = 7  # to meet the typical rise
 ASTRAY = 1.0e9
 """Deviations of a bin, from which a run went astray and says nothing."""
 _NOTICEABLE = 0.05  # of the noise: an effect that moves no signal further is not seen at all
+
+
+Way = tuple[str, int, bool]
+"""Effect, index of its law, and whether its departure is positive."""
 
 
 @dataclass(frozen=True)
@@ -57,6 +61,11 @@ class Column:
         """The same way of an effect, so many times as far, but not beyond what its law allows."""
         factor = min(factor, max(1.0, self.room))
         return replace(self, x=factor * self.x, rise=factor * self.rise, change=[factor * h for h in self.change])
+
+    @property
+    def way(self) -> Way:
+        """Effect, law and direction."""
+        return _way(self.effect, self.law, self.x)
 
     @property
     def room(self) -> float:
@@ -126,15 +135,22 @@ def reaching(rise_at: Callable[[float], float], limit: Callable[[float], float],
 
 
 def columns_of(effects: Sequence[Effect], model: Model, theta: np.ndarray, comparisons: Sequence[Comparison], pool: ThreadPoolExecutor,
-               progress: Callable[[float], None] | None = None, near: Sequence[Column] = ()) -> list[Column]:
-    """Columns of all effects in every law and direction; those that move nothing are left out.
+               near: Sequence[Column] = ()) -> list[Column]:
+    """The columns of `taken_at` alone."""
+    return taken_at(effects, model, theta, comparisons, pool, near=near)[0]
+
+
+def taken_at(effects: Sequence[Effect], model: Model, theta: np.ndarray, comparisons: Sequence[Comparison], pool: ThreadPoolExecutor,
+             progress: Callable[[float], None] | None = None, near: Sequence[Column] = (),
+             astray: Collection[Way] = ()) -> tuple[list[Column], set[Way]]:
+    """Columns of all effects in every law and direction, and ways in which runs went astray; those that move nothing are left out.
 
     Args:
         model: of the rig. theta: parameters, in deviations, (k,). comparisons: of the recordings.
-        near: columns taken nearby, whose departures are taken again.
+        near: columns taken elsewhere, whose departures are taken again; none: all ways are tried. astray: further ways to try.
     """
     if not effects:
-        return []
+        return [], set()
     altered = [i for i, acts in enumerate(model.altered) if acts]
     signals = [model.signals[i] for i in altered]
 
@@ -144,10 +160,10 @@ def columns_of(effects: Sequence[Effect], model: Model, theta: np.ndarray, compa
         return predicted, [comparisons[i].features(p) for i, p in zip(altered, predicted, strict=True)]
 
     base(True)  # before several threads ask for it; a fine one is hardly ever asked for
-    known = {(c.effect.id, c.law, np.sign(c.x)): c.taken for c in near}
+    known = {c.way: c.taken for c in near}
     tasks = [(effect, law, sign) for effect in effects for law in range(len(effect.laws)) for sign in effect.directions]
     if near:
-        tasks = [task for task in tasks if (task[0].id, task[1], task[2]) in known]
+        tasks = [task for task in tasks if _way(*task) in known or _way(*task) in astray]
 
     def acted(effect: Effect, law: int, x: float, roughly: bool) -> tuple[list[np.ndarray], float, str]:
         without, features = base(roughly)
@@ -157,23 +173,29 @@ def columns_of(effects: Sequence[Effect], model: Model, theta: np.ndarray, compa
             change[i] = comparisons[i].features(p) - at
         return change, *rise_of(signals, predicted, without)
 
-    def column(task: tuple[Effect, int, float]) -> Column | None:
+    def column(task: tuple[Effect, int, float]) -> Column | Way | None:
         effect, law, sign = task
-        begin = known.get((effect.id, law, sign), effect.limit(sign * abs(effect.step)))
+        begin = known.get(_way(*task), effect.limit(sign * abs(effect.step)))
         for roughly in (True, False):  # a rough run may go astray where a fine one does not
             once = functools.cache(functools.partial(acted, effect, law, roughly=roughly))
-            x = begin if near else reaching(lambda x, once=once: once(x)[1], effect.limit, begin)
+            x = begin if _way(*task) in known else reaching(lambda x, once=once: once(x)[1], effect.limit, begin)
             change, rise, worst = once(x)
             if rise <= 10.0 * TYPICAL:
                 break
-        if not np.isfinite(rise) or rise < _NOTICEABLE or not all(sane(rows).all() for rows in change):
-            return None
-        return Column(effect, law, x, rise, worst, change)
+        if not np.isfinite(rise) or not all(sane(rows).all() for rows in change):
+            return _way(*task)
+        return None if rise < _NOTICEABLE else Column(effect, law, x, rise, worst, change)
 
-    out = []
+    out, lost = [], set()
     for i, found in enumerate(pool.map(column, tasks)):
-        if found is not None:
+        if isinstance(found, Column):
             out.append(found)
+        elif found is not None:
+            lost.add(found)
         if progress is not None:
             progress((i + 1) / len(tasks))
-    return out
+    return out, lost
+
+
+def _way(effect: Effect, law: int, sign: float) -> Way:
+    return effect.id, law, sign > 0.0
