@@ -43,3 +43,9 @@ def test_vg_32_is_close_to_the_sheets_oil_and_keeps_the_reference_viscosity():
 def test_an_unknown_grade_names_the_nearest():
     with pytest.raises(RigError, match="no oil grade 'VG 33'; the nearest is 'ISO VG 32', valid are ISO VG 15"):
         oil_grade("VG 33")
+
+
+def test_a_rig_knows_the_name_of_its_oil():
+    rig = load_rig()
+    assert rig.oil_grade == "ISO VG 32" and with_oil(rig, "46").oil_grade == "ISO VG 46"
+    assert rig.with_values({"oil.walther_a": rig["oil.walther_a"] * 1.01}).oil_grade == ""

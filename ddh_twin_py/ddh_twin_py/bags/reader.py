@@ -18,7 +18,7 @@ from ddh_twin_py.bags.sqlite_storage import SqliteStorage
 from ddh_twin_py.bags.storage import Storage
 from ddh_twin_py.bags.topics import choose_namespace, nearest_telemetry, split_topic
 from ddh_twin_py.rig import LARGEST_PAYLOAD, OIL_GRADE
-from ddh_twin_py.telemetry.recording import Finding, Recording, RigInfo, Stream
+from ddh_twin_py.telemetry.recording import Finding, Recording, RigInfo, Stream, same_oil
 from ddh_twin_py.telemetry.signals import (
     BESIDE_SENSORS,
     DRIVE_FIELDS,
@@ -190,11 +190,11 @@ def _usable(file: str, topic: str, rig: RigInfo) -> tuple[RigInfo, list[Finding]
         )
         findings.append(Finding("warning", file, topic, "payload_mass", rig.payload_mass, 1, message))
         rig = replace(rig, payload_mass=float("nan"))
-    if "".join(rig.oil_grade.split()).upper() not in ("ISOVG32", "VG32"):
+    if not same_oil(rig.oil_grade, OIL_GRADE):
         given = repr(rig.oil_grade) if rig.oil_grade.strip() else "not told"
         message = (
             f"{file}: topic {topic} oil_grade is {given}, the reference sheet's is {OIL_GRADE!r}; the oil of the rig file is "
-            "used (another one: oil.walther_a, oil.walther_b and oil.density_15C in a file for --rig)"
+            "used (another one: oil: {grade: ISO VG 46} in a file for --rig)"
         )
         severity = "warning" if rig.oil_grade.strip() else "info"
         findings.append(Finding(severity, file, topic, "oil_grade", rig.oil_grade, 1, message))

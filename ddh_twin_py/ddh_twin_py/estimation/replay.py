@@ -151,7 +151,7 @@ def replay(recording: Recording, rig: Rig, interval: float = INTERVAL, without: 
     """
     clock = time.perf_counter()
     noise = {name: spec.noise for name, spec in rig.sensors.items()}
-    recording = screen_recording(recording, noise)
+    recording = screen_recording(recording.held_against(rig.oil_grade), noise)
     if recording.drive is None or len(recording.drive) == 0:
         raise ReplayError(f"{recording.path}: {recording.namespace}/{DRIVE_TOPIC}: no message; "
                           "the twin needs at least the drive's speed and current")

@@ -315,6 +315,7 @@ def predict_covariance(params, dynamic, deviation, covariance, sensor_node, lag,
         i, j, at = sensor_node[k], N + k, first_parameter + LAG_AT + k
         lagging[k] = covariance[at, at] * max(covariance[i, i] + covariance[j, j] - 2.0 * covariance[i, j], 0.0)
 
+    valve_rate = -jacobian[VALVE_OIL, VALVE_OIL]  # 1/s
     # transition of the dynamic part, implicit so that fast oil volumes settle and never ring
     transition[:, :] = 0.0
     for i in range(N):
@@ -372,8 +373,8 @@ def predict_covariance(params, dynamic, deviation, covariance, sensor_node, lag,
         covariance[at, at] += (1.0 - kept * kept) * UNKNOWN_HEAT_STD[k] ** 2
     for i in range(N):
         own = _UNKNOWN_SHARE * (heat[i] + (slot if i == SLOT_WINDING else end if i == END_WINDING else 0.0))
-        if i == VALVE_OIL:
-            own = heat[i]  # the opening pressure's tolerance decides over all of it
+        if i == VALVE_OIL:  # the opening pressure's tolerance decides over all of it; what the flow carries off within seconds adds up no
+            own = heat[i] / math.sqrt(1.0 + _UNKNOWN_HEAT_TIME * valve_rate)  # longer
         power = unknown[i] * unknown[i] + _UNKNOWN_HEAT * _UNKNOWN_HEAT + own * own
         covariance[i, i] += 2.0 * _UNKNOWN_HEAT_TIME * elapsed * power / (capacity[i] * capacity[i]) * transition[i, i] ** 2
     for k in range(_SMALL_OIL.shape[0]):

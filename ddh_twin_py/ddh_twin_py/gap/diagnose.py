@@ -45,6 +45,11 @@ class Recordings:
     commissioning: Recording | None = None
     validation: Recording | None = None
 
+    def held_against(self, oil_grade: str) -> Recordings:
+        """See `Recording.held_against`."""
+        one, other = (r if r is None else r.held_against(oil_grade) for r in (self.commissioning, self.validation))
+        return Recordings([r.held_against(oil_grade) for r in self.field], one, other)
+
 
 def stage_of(done: float) -> str:
     """What a diagnosis does when that share of it, 0 to 1, is done."""
@@ -70,6 +75,7 @@ def diagnose(recordings: Recordings, rig: Rig, without: Collection[str] = (), on
         seconds[name] = time.perf_counter() - started - sum(seconds.values())
 
     told = progress or (lambda share: None)
+    recordings = recordings.held_against(rig.oil_grade)
     given = [r for r in (recordings.commissioning, *recordings.field, recordings.validation) if r is not None]
     one_rig(given)
     share = 1.0 if recordings.validation is not None else 1.0 - HELD_SHARE

@@ -16,7 +16,7 @@ from functools import cache
 from importlib import resources
 
 from ddh_twin_py.names import no_such
-from ddh_twin_py.rig.sheet import Rig, RigError
+from ddh_twin_py.rig.sheet import OF_GRADE, Rig, RigError
 from ddh_twin_py.rig.yaml_file import parse_yaml
 
 _RANGES = (  # up to Y; L = a Y^2 + b Y + c; H = d Y^2 + e Y + f (ASTM D2270, from Y = 2)
@@ -131,4 +131,4 @@ def with_oil(rig: Rig, name: str) -> Rig:
         RigError: for a name that is not known.
     """
     grade = oil_grade(name)
-    return rig.with_values(grade.values(), source=f"oil_grades.yaml, {grade.name}")
+    return rig.with_values(grade.values(), source=f"{OF_GRADE}{grade.name}")

@@ -26,6 +26,8 @@ CUT = 2.5
 """Tolerances are normal distributions cut at this many standard deviations."""
 OIL_GRADE = "ISO VG 32"
 """Of the reference sheet's oil."""
+OF_GRADE = "oil_grades.yaml, "
+"""Begin of the source of what a grade of oil decides, which its name follows."""
 LEAF = ("value", "unit", "tolerance", "std", "source")
 """What an entry may say."""
 LARGEST_PAYLOAD = 1.0e5
@@ -101,6 +103,14 @@ class Rig:
     def named(self) -> bool:
         """Whether it has a name of its own, other than the reference sheet's."""
         return self.rig_id != _REFERENCE.rig_id
+
+    @property
+    def oil_grade(self) -> str:
+        """Name of the grade of its oil, '' of one that has none: its viscosity was given by itself."""
+        own, sheet = (rig.quantities["oil.walther_a"] for rig in (self, _REFERENCE))
+        if own.source.startswith(OF_GRADE):
+            return own.source.removeprefix(OF_GRADE)
+        return OIL_GRADE if own.value == sheet.value else ""
 
     def may_be_of(self, rig_id: str) -> bool:
         """Whether it may describe the rig that a recording names: the same one, any by the reference sheet, or one without a name."""

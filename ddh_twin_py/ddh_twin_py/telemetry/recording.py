@@ -142,6 +142,12 @@ class Recording:
     findings: list[Finding] = field(default_factory=list)
     namespace: str = ""
 
+    def held_against(self, oil_grade: str) -> Recording:
+        """The recording without the finding of another oil than the sheet's, where a rig file has that oil, by the name of its grade."""
+        if self.rig is None or not oil_grade or not same_oil(self.rig.oil_grade, oil_grade):
+            return self
+        return replace(self, findings=[finding for finding in self.findings if finding.field != "oil_grade"])
+
     def samples(self) -> dict[str, int]:
         """Samples of each topic, by the name that findings give it."""
         return {f"{self.namespace}/{topic}": len(stream) for topic, stream in self.streams()}
@@ -229,3 +235,8 @@ __all__ = [
     "hydraulic_stream",
     "temperature_stream",
 ]
+
+
+def same_oil(*grades: str) -> bool:
+    """Whether names are of one grade of oil: `ISO VG 46` is `vg46`."""
+    return len({"".join(grade.split()).upper().removeprefix("ISO") for grade in grades}) == 1

@@ -12,7 +12,7 @@ import numpy as np
 from scipy.signal import lfilter
 
 from ddh_twin_py.physics.thermal_network import N
-from ddh_twin_py.rig import OIL_GRADE, Rig
+from ddh_twin_py.rig import Rig
 from ddh_twin_py.telemetry.recording import Recording, RigInfo, Stream, drive_stream, hydraulic_stream, temperature_stream
 from ddh_twin_py.telemetry.signals import HYDRAULIC_FIELDS
 from ddh_twin_py.twin.cycle import DutyRun
@@ -80,7 +80,8 @@ def _recording(rig: Rig, duty: Duty, points: np.ndarray, commands: np.ndarray, t
         hydraulic[:, j] += rng.normal(0.0, noise[key], n)
     if not pressures:
         hydraulic[:, :2] = np.nan
-    return Recording(name, 0, RigInfo(rig.rig_id, OIL_GRADE, duty.payload), drive_stream(edges, drive), hydraulic_stream(edges, hydraulic),
+    told = RigInfo(rig.rig_id, rig.oil_grade, duty.payload)
+    return Recording(name, 0, told, drive_stream(edges, drive), hydraulic_stream(edges, hydraulic),
                      _temperatures(rig, duty, temperatures, sensors, rng))
 
 

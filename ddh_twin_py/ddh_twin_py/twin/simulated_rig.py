@@ -19,7 +19,7 @@ from ddh_twin_py.physics.cylinder import holding_pressure, rod_travel
 from ddh_twin_py.physics.free_run import SAMPLED, free_run_sampled, settle
 from ddh_twin_py.physics.hydraulics import HYDRAULIC_STATES
 from ddh_twin_py.physics.thermal_network import N, capacities
-from ddh_twin_py.rig import OIL_GRADE, Rig, load_rig
+from ddh_twin_py.rig import Rig, load_rig
 from ddh_twin_py.telemetry.recording import Recording, RigInfo, drive_stream, hydraulic_stream, temperature_stream
 from ddh_twin_py.twin.duty import Duty, DutyCommand, DutyError, check_for_rig, load_duty
 from ddh_twin_py.twin.intervals import command_size
@@ -88,7 +88,7 @@ class SimulatedRig:
         check_for_rig(duty, sheet)
         rng = np.random.default_rng(seed)
         self.rig = (sheet if exactly else sheet.draw(rng)).declaring(duty.payload)
-        self.info = RigInfo(sheet.rig_id if sheet.named else f"simulated_{seed}", OIL_GRADE, duty.payload)
+        self.info = RigInfo(sheet.rig_id if sheet.named else f"simulated_{seed}", sheet.oil_grade, duty.payload)
         self._duty = duty
         self._rng = rng
         self._surroundings = surroundings
