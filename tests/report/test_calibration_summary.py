@@ -35,7 +35,14 @@ def test_nothing_is_cut_at_80_columns():
 
 
 def test_a_signal_that_the_fit_made_worse_is_said_to_be():
-    fit = SimpleNamespace(asked=("pump_1.leakage",), settled=True)
+    fit = SimpleNamespace(asked=("pump_1.leakage",), settled=True, parameters=(), refused=())
     signals = [SignalFit("temperature/cylinder_barrel", 1.5, 1.72, None, 0), SignalFit("current", 3.0, 1.69, None, 0)]
     said, _ = verdict(fit, signals, 0.0)
     assert "temperature/cylinder barrel 1.72 (made worse by the fit, 1.50 as given), current 1.69 (2 of 2 signals)" in said
+
+
+def test_parameters_at_the_end_of_their_tolerance_are_named():
+    ended, inside = (FittedParameter(name, "1", 1.0, 0.1, 1.0 + 0.1 * moved, 0.01, True) for name, moved in (("a.b", -2.5), ("c.d", 1.3)))
+    fit = SimpleNamespace(asked=(), settled=True, parameters=(ended, inside), refused=())
+    said, level = verdict(fit, [SignalFit("current", 3.0, 1.0, None, 0)], 0.0)
+    assert "a.b ended 2.5 standard deviations off, which is as far as a fit may go" in said and "c.d" not in said and level == "fair"

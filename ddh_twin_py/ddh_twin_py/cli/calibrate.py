@@ -123,7 +123,7 @@ def _finish(args: argparse.Namespace, fit, rig, failed: str) -> int:
         failed: that the fit does not describe the machine, empty where it does; the file says so then.
     """
     from ddh_twin_py.cli.console import say
-    from ddh_twin_py.report.calibration_groups import grouped
+    from ddh_twin_py.report.calibration_groups import grouped, pressed
     from ddh_twin_py.rig.files import printable
     from ddh_twin_py.rig.writer import write_rig
 
@@ -138,7 +138,7 @@ def _finish(args: argparse.Namespace, fit, rig, failed: str) -> int:
         return 1
     if args.output:
         heading = "Fitted by ddh-twin calibrate to " + ", ".join(printable(bag) for bag in args.bags)
-        heading += f"\n{failed}" if failed else ""
+        heading += "".join(f"\n{text}" for text in (failed, pressed(fit)) if text)
         heading += f"\npriors: {printable(rig.file)}\nEntries that are not named here are the reference sheet's.\n"
         heading += "std: one standard deviation; correlations between fitted values are not kept here."
         write_rig(args.output, fit.rig, heading)

@@ -219,7 +219,12 @@ class LimitWatch:
             elif min(row.time, row.time_16) <= min(self._warn_within, self.present.tells_ahead):
                 report.warn(f"{row.location} reaches {limit:g} degC in {_minutes(row.time)}, with 16 % probability in "
                             f"{_minutes(row.time_16)}; {keeps}")
-        return "the present duty keeps all limits" if self.present.known else "no telemetry of a duty, rest is looked at"
+        if not self.present.known:
+            return "no telemetry of a duty, rest is looked at"
+        tells = self.present.tells_ahead
+        if any(tells < min(row.time, row.time_16) <= self._horizon for row in self.newest.limits):
+            return f"the {self.present.seen:.0f} s of duty that were seen are too few to say when a limit is reached"
+        return "the present duty keeps all limits"
 
 
 def _keeps(row: LimitForecast) -> str:

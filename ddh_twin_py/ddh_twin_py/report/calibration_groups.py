@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from ddh_twin_py.report.agreement import FAR, FLOOR
 from ddh_twin_py.report.units import words
+from ddh_twin_py.rig.sheet import CUT
 
 if TYPE_CHECKING:
     from ddh_twin_py.estimation.calibration import Calibration, FittedParameter
@@ -71,6 +72,16 @@ def unfitted(signals: Sequence[SignalFit]) -> str:
             f"noise off on what it was fitted to, {words(far[0].name)} {far[0].after:.0f} times.")
 
 
+def pressed(fit: Calibration) -> str:
+    """The parameters that the fit pressed against the end of their tolerance, in a sentence; empty where it did none."""
+    there = [p.name for p in fit.parameters if p.at_end and group_of(p, fit) in ("informed", "partly informed")]
+    if not there:
+        return ""
+    more = f" and {len(there) - _MOST_NAMES} more" if len(there) > _MOST_NAMES else ""
+    return (f"{', '.join(there[:_MOST_NAMES])}{more} ended {CUT:g} standard deviations off, which is as far as a fit may go: the sheet may "
+            "be wrong there, or something else hide behind it, and their own standard deviations say too little.")
+
+
 def verdict(fit: Calibration, signals: Sequence[SignalFit], share: float) -> tuple[str, str]:
     """One sentence that says how it came out, and its level (good, fair, poor); a fit that has not settled is not good."""
     where = f"on the last {100 * share:.0f} % of the recordings, held out" if share else "on the recordings it was fitted to"
@@ -88,4 +99,7 @@ def verdict(fit: Calibration, signals: Sequence[SignalFit], share: float) -> tup
     if not fit.settled:
         level = "fair" if level == "good" else level
         said += " The fit was stopped before it had settled."
+    if ended := pressed(fit):
+        level = "fair" if level == "good" else level
+        said += f" {ended}"
     return said, level

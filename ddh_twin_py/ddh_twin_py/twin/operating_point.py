@@ -27,6 +27,8 @@ WINDOW = 120.0
 """s of telemetry that count as the present duty."""
 TELLS_AHEAD = 15.0
 """s ahead that each second of telemetry tells while there is less than a whole window."""
+LEAST_SEEN = 20.0
+"""s of telemetry below which they tell nothing ahead: a single stroke is no duty."""
 _MOST_ROWS = 300  # of the window, evenly taken, that a change of speed is worked out on
 _STANDING = 1e-2  # rad/s
 _SLOW, _SPEEDS = 0.05, 5  # slowest speed that counts as motion, of the fastest; speeds in each direction that are settled
@@ -137,7 +139,9 @@ class PresentDuty:
     @property
     def tells_ahead(self) -> float:
         """s ahead that the telemetry so far tells: part of a cycle is not the duty; a whole window tells everything, and so does none."""
-        return TELLS_AHEAD * self.seen if 0.0 < self.seen < WINDOW - self._interval else float("inf")
+        if not 0.0 < self.seen < WINDOW - self._interval:
+            return float("inf")
+        return TELLS_AHEAD * self.seen if self.seen >= LEAST_SEEN else 0.0
 
     def changed(self, temperature: np.ndarray) -> ChangedDuty | None:
         """The duty at other speeds and temperatures than these, at which it was measured, K (N,); None where it is not known."""
