@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import errno
 import os
 import re
 import shutil
@@ -186,7 +187,8 @@ def output_file(text: str) -> str:
     try:
         tempfile.TemporaryFile(dir=there).close()  # permissions alone do not tell, least of all those of root
     except OSError as error:
-        raise argparse.ArgumentTypeError(f"{text!r} cannot be written: {there}: {error.strerror}") from None
+        why = "no file can be made there" if error.errno == errno.ENOENT else error.strerror  # as in /proc
+        raise argparse.ArgumentTypeError(f"{text!r} cannot be written: {there}: {why}") from None
     return text
 
 

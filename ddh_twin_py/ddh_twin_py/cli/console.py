@@ -31,7 +31,8 @@ def stage(name: str, quiet: bool = False, part: Callable[[float], str] | None = 
     if quiet:
         yield lambda share: None
     elif not sys.stderr.isatty():
-        with watched() as compiling, _lines(name, started, part, compiling) as line:
+        begun = threading.Event()  # since the last line
+        with watched(begun.set) as compiling, _lines(name, started, part, lambda: compiling() or begun.is_set(), begun.clear) as line:
             yield line
         print(f"{name}: {time.perf_counter() - started:.1f} s", file=sys.stderr, flush=True)
     else:
@@ -61,7 +62,7 @@ def stage(name: str, quiet: bool = False, part: Callable[[float], str] | None = 
 
 @contextmanager
 def _lines(name: str, started: float, part: Callable[[float], str] | None,
-           compiling: Callable[[], bool]) -> Iterator[Callable[[float], None]]:
+           compiling: Callable[[], bool], told_it: Callable[[], None]) -> Iterator[Callable[[float], None]]:
     """Lines of a stage: what it yields puts one where the last is `_NOW_AND_THEN` ago, a thread where it is `_ALIVE` ago."""
     told, done = started, None
     lock, ended = threading.Lock(), threading.Event()
@@ -76,6 +77,7 @@ def _lines(name: str, started: float, part: Callable[[float], str] | None,
             told = now
             far = "going on" if done is None else f"{100.0 * done:.0f} %{f', {part(done)},' if part else ''}"
             far += f"{',' * (done is None or part is None)} {COMPILING}," if compiling() else ""
+            told_it()
             print(f"{name}: {far} after {now - started:.0f} s", file=sys.stderr, flush=True)
             return 0.0
 

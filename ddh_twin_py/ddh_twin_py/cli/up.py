@@ -181,6 +181,10 @@ def check(args: argparse.Namespace) -> None:
         given = getattr(args, name)
         if given:
             refuse_missing(f"--{name}", given)
+    if args.rig:
+        from ddh_twin_py.rig import load_rig
+
+        load_rig(args.rig)  # or each node would refuse it by itself
     if args.duty:
         args.duty = duty_file(args.duty)
         refuse_missing("--duty", args.duty)
