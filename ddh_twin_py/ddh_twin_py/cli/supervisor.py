@@ -96,8 +96,12 @@ class Supervisor:
                     if time.monotonic() - done_at > self._linger:
                         self.say("the source has come to its end, stopping")
                         break
+            if self._stop:
+                self.say("told to stop, stopping all")
         finally:
             killed = self.stop()
+        if not killed:
+            self.say("all have ended")
         return code or (KILLED if killed else 0)
 
     def say(self, text: str) -> None:
