@@ -306,6 +306,23 @@ def test_a_rig_that_is_told_late_changes_nothing_unless_it_is_another(told, word
     assert (after > 3.0 * before) == bool(words), (before, after)
 
 
+def test_telemetry_that_a_paused_player_holds_is_not_missed(graph, short_bag, listener):
+    health = listener.collect(DiagnosticArray, "/diagnostics")
+
+    def of_drive(level):
+        return (s := diagnostics(health, "held/machine_thermal: drive/telemetry")) and s.level == level and s
+
+    given = {"bag": str(short_bag), "paused": True, "exit_at_end": False}
+    with NodeProcess("machine_thermal", "/held") as model:
+        wait_for(lambda: of_drive(DiagnosticStatus.ERROR), 30.0, "the input to be missed")
+        with NodeProcess("bag_player", "/held", **given) as player:
+            status = wait_for(lambda: of_drive(DiagnosticStatus.OK), 20.0, "the pause to be known")
+            assert status.message == "the player is paused"
+            player.stop()
+        wait_for(lambda: of_drive(DiagnosticStatus.ERROR), 20.0, "the player to be gone")
+        model.stop()
+
+
 def test_two_publishers_on_one_topic_are_named(graph, listener):
     from ddh_msgs.msg import DriveTelemetry
 

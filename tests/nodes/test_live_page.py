@@ -206,12 +206,14 @@ def test_keys_go_on_after_a_button_was_clicked_and_steps_add_up(browser):
     for _ in range(3):
         browser.press("ArrowLeft")
     browser.wait(f"Math.abs({PLACE} - {before - 30.0}) < 1", 20.0)
+    browser.wait("document.querySelector('#player').textContent.includes('is of where it was paused')", 20.0)
     browser.value("document.querySelector('#seek').focus()")
     browser.press("ArrowRight")
     browser.wait(f"Math.abs({PLACE} - {before - 20.0}) < 1", 20.0)
     browser.value("document.querySelector('#play').focus()")
     browser.press("Enter")
     browser.wait("document.querySelector('#link').textContent === 'replay'", 20.0)
+    browser.wait("!document.querySelector('#player').textContent.includes('is of where it was paused')", 20.0)
 
 
 def test_the_slider_goes_on_when_it_was_let_go_where_it_was_taken(browser):

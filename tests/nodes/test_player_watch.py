@@ -35,3 +35,17 @@ def test_more_comes_as_long_as_the_player_plays(told, wall, plays):
     assert watch.plays(wall) is plays
     node.players = 0
     assert not watch.plays(100.0), "it has left"
+
+
+@pytest.mark.parametrize(("told", "wall", "paused"), [
+    ({"paused": True}, 100.0, True), ({}, 100.0, False), ({"paused": True, "ended": True}, 100.0, False),
+    ({"paused": True}, 100.1 + GONE, False),
+])
+def test_nothing_comes_while_somebody_holds_the_player(told, wall, paused):
+    node = Heard()
+    watch = PlayerWatch(node)
+    assert not watch.paused(100.0), "nobody has spoken"
+    node.take(PlayerStatus(**told))
+    assert watch.paused(wall) is paused
+    node.players = 0
+    assert not watch.paused(100.0), "it has left"

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable
 import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 
+from ddh_twin_py.estimation.start import PUT_BACK
 from ddh_twin_py.nodes import qos
 from ddh_twin_py.nodes.inputs import Input
 from ddh_twin_py.nodes.node_base import TwinNode
@@ -30,6 +31,7 @@ _PLAIN = {
     Cause.CLOCK_JUMP: "clock jumped back",
     Cause.GAP: "stopped and came back",
 }
+PAUSED = "the player is paused"
 DROPPED = {"late": "too late, dropped", "old_clock": "of the time before a clock jump, dropped", "other_clock": "of another clock, dropped"}
 """What the aligner leaves out, by cause."""
 _ASTRAY = 10_000_000_000  # ns off the others, from which a stamp is not late but of another clock
@@ -97,12 +99,14 @@ class StreamJudge:
     """One input stream: age, counts of every cause, last values beside what is allowed.
 
     `required`: without it the node cannot do its work. `limit`: s of wall time after which it is
-    stale. Each cause is logged once, in a sentence, and counted after that.
+    stale. `held`: whether nothing can come at a wall time, as the player is paused. Each cause is
+    logged once, in a sentence, and counted after that.
     """
 
-    def __init__(self, node: TwinNode, feed: TelemetryFeed, topic: str, required: bool, limit: float) -> None:
+    def __init__(self, node: TwinNode, feed: TelemetryFeed, topic: str, required: bool, limit: float,
+                 held: Callable[[float], bool]) -> None:
         self._node, self._feed, self._topic = node, feed, topic
-        self._required, self._limit = required, limit
+        self._required, self._limit, self._held = required, limit, held
         self._screen: StreamScreen = feed.screens[topic]
         self._before: dict[str, int] = {}
         self._struck: dict[str, float] = {}
@@ -113,7 +117,8 @@ class StreamJudge:
         entry, screen = self._feed.inputs.all[self._topic], self._screen
         wall = self._node.wall()
         limit = max(self._limit, 2.5 * (screen.period or 0.0))
-        judge_age(report, entry, wall, limit, self._required)
+        held = self._held(wall)
+        judge_age(report, entry, wall, np.inf if held else limit, self._required and not held)
         judge_publishers(report, entry, self._node)
         counts = screen.health()
         counts |= {cause: self._feed.aligner.counts[self._topic, cause] for cause in DROPPED}
@@ -135,7 +140,7 @@ class StreamJudge:
             if self._recent(cause, wall):
                 report.warn(f"{plain} ({counts[cause]} times)")
         self._values(report)
-        return "well" if entry.received else "not there, not needed"
+        return PAUSED if held else "well" if entry.received else "not there, not needed"
 
     def _judge_rate(self, report: Report, samples: int) -> None:
         """Messages per second of data against what is usual on this stream."""
@@ -204,14 +209,15 @@ def judge_clock(report: Report, jumps: int, restarts: int) -> str:
     report.add("backward jumps expected", 0, "1")
     report.add("model restarts", restarts, "1")
     if jumps:
-        report.warn(f"jumped back {jumps} times, the state was reset each time")
+        report.warn(f"jumped back {jumps} times; where it did by more than {PUT_BACK:g} s the state was reset")
     return "runs forward"
 
 
 def add_streams(
-    health: Health, node: TwinNode, feed: TelemetryFeed, required: Iterable[str], limit: float
+    health: Health, node: TwinNode, feed: TelemetryFeed, required: Iterable[str], limit: float,
+    held: Callable[[float], bool] = lambda wall: False,
 ) -> None:
-    """A judge for every telemetry stream of a feed."""
+    """A judge for every telemetry stream of a feed; arguments as of `StreamJudge`."""
     needed = set(required)
     for topic in feed.screens:
-        health.add(topic, StreamJudge(node, feed, topic, topic in needed, limit))
+        health.add(topic, StreamJudge(node, feed, topic, topic in needed, limit, held))

@@ -99,10 +99,10 @@ class TelemetryNode(TwinNode, ABC):
     def begin(self, required: Collection[str]) -> None:
         """Start looking at the inputs; to be called at the end of the constructor."""
         self.health = Health(self)
-        add_streams(self.health, self, self.feed, required, self.values["stale_after"])
+        self.player = PlayerWatch(self)
+        add_streams(self.health, self, self.feed, required, self.values["stale_after"], self.player.paused)
         self.health.add("clock", self._judge_clock)
         self.progress = Progress(self, self.feed.inputs)
-        self._player = PlayerWatch(self)
         self.restarts = 0
         self.rig_info: RigInfo | None = None
         self.unit: Unit | None = None  # what the state in hand belongs to, None while there is none
@@ -122,7 +122,7 @@ class TelemetryNode(TwinNode, ABC):
         ticks = self.feed.ready(_MOST_AT_ONCE)
         self._more = len(ticks) == _MOST_AT_ONCE
         silent = not self._more and self._last_data is not None and wall - self._last_data > self.flush_wait()
-        flush = silent and not self._player.plays(wall)
+        flush = silent and not self.player.plays(wall)
         if flush:
             self._last_data = None
             ticks += self.feed.flush()

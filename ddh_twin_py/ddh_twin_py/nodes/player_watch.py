@@ -26,6 +26,11 @@ class PlayerWatch:
     def plays(self, wall: float) -> bool:
         """Whether more comes, though it may wait for a slow node meanwhile."""
         status = self._status
-        if status is None or status.paused or status.ended or wall - self._heard > GONE:
-            return False
-        return self._node.count_publishers(self._subscription.topic_name) > 0
+        return status is not None and not status.paused and not status.ended and self._there(wall)
+
+    def paused(self, wall: float) -> bool:
+        """Whether nothing comes because somebody holds it."""
+        return self._status is not None and self._status.paused and not self._status.ended and self._there(wall)
+
+    def _there(self, wall: float) -> bool:
+        return wall - self._heard <= GONE and self._node.count_publishers(self._subscription.topic_name) > 0

@@ -298,7 +298,8 @@ class TemperatureFusionNode(TelemetryNode):
     # --- health ------------------------------------------------------------------------------
 
     def _judge_model(self, report: Report, topic: str) -> str:
-        judge_age(report, self._models[topic][0], self.wall(), self.values["stale_after"], required=False)
+        paused = self.player.paused(self.wall())
+        judge_age(report, self._models[topic][0], self.wall(), np.inf if paused else self.values["stale_after"], required=False)
         judge_publishers(report, self._models[topic][0], self)
         report.add("messages", self._models[topic][0].received, "1")
         for cause, plain in DROPPED.items():
@@ -320,7 +321,7 @@ class TemperatureFusionNode(TelemetryNode):
         age, limit = self.wall() - self._done_at, _SILENT_AFTER
         report.add("age of the newest estimate", float(age), "s")
         report.add("age limit", limit, "s")
-        if age > limit:
+        if age > limit and not self.player.paused(self.wall()):
             report.warn(f"no estimate for {age:.0f} s, neither models nor sensors go on")
         outside = outside_stated(self._newest)
         if outside:

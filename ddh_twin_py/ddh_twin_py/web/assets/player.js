@@ -1,6 +1,7 @@
 /* Replay: pause, seek, rate, where a bag plays. */
 import { span } from "./format.js";
 
+const MOVED = 0.2; // s of the recording, by which a paused player was moved
 const SLOW = 0.8; // share of the rate asked for, below which the speed reached is told
 const STARTED = 3000; // ms until the speed over the last second is that of the rate
 
@@ -82,6 +83,8 @@ export class Player {
 
   show(data) {
     if (this.answered) [this.aim, this.answered] = [null, false];
+    if (!data || !data.paused) this.elsewhere = false;
+    else if (this.data?.paused && Math.abs(data.position - this.data.position) > MOVED) this.elsewhere = true;
     this.data = data;
     this.bar.hidden = !data;
     if (!data) return;
@@ -103,7 +106,9 @@ export class Player {
       this.note.textContent = data.waiting
         ? "waits for the nodes"
         : data.paused || data.ended
-          ? ""
+          ? this.elsewhere
+            ? "what is shown is of where it was paused, until Play"
+            : ""
           : data.rate === 0
             ? `${data.speed.toFixed(1)} × real time`
             : data.speed < SLOW * data.rate && Date.now() - this.since > STARTED
