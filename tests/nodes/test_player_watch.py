@@ -24,28 +24,16 @@ class Heard:
         return 100.0
 
 
-@pytest.mark.parametrize(("told", "wall", "plays"), [
-    ({}, 100.0, True), ({}, 100.1 + GONE, False), ({"paused": True}, 100.0, False), ({"ended": True}, 100.0, False),
+@pytest.mark.parametrize(("told", "wall", "plays", "paused"), [
+    ({}, 100.0, True, False), ({}, 100.1 + GONE, False, False), ({"ended": True}, 100.0, False, False),
+    ({"paused": True}, 100.0, False, True), ({"paused": True, "ended": True}, 100.0, False, False),
+    ({"paused": True}, 100.1 + GONE, False, False),
 ])
-def test_more_comes_as_long_as_the_player_plays(told, wall, plays):
+def test_more_comes_as_long_as_the_player_plays_and_nothing_while_somebody_holds_it(told, wall, plays, paused):
     node = Heard()
     watch = PlayerWatch(node)
-    assert not watch.plays(100.0), "nobody has spoken"
+    assert not watch.plays(100.0) and not watch.paused(100.0), "nobody has spoken"
     node.take(PlayerStatus(**told))
-    assert watch.plays(wall) is plays
+    assert (watch.plays(wall), watch.paused(wall)) == (plays, paused)
     node.players = 0
-    assert not watch.plays(100.0), "it has left"
-
-
-@pytest.mark.parametrize(("told", "wall", "paused"), [
-    ({"paused": True}, 100.0, True), ({}, 100.0, False), ({"paused": True, "ended": True}, 100.0, False),
-    ({"paused": True}, 100.1 + GONE, False),
-])
-def test_nothing_comes_while_somebody_holds_the_player(told, wall, paused):
-    node = Heard()
-    watch = PlayerWatch(node)
-    assert not watch.paused(100.0), "nobody has spoken"
-    node.take(PlayerStatus(**told))
-    assert watch.paused(wall) is paused
-    node.players = 0
-    assert not watch.paused(100.0), "it has left"
+    assert not watch.plays(100.0) and not watch.paused(100.0), "it has left"

@@ -28,7 +28,7 @@ from ddh_twin_py.estimation.lent import Lent, lend, made
 from ddh_twin_py.estimation.rod_rests import never_met, smoothed
 from ddh_twin_py.estimation.run_inputs import RunInputs
 from ddh_twin_py.estimation.sensors import NODE_INDEX, NODE_OF_SENSOR
-from ddh_twin_py.estimation.start import EARLY, START, spread_start, start_error
+from ddh_twin_py.estimation.start import EARLY, START, air_at_start, spread_start, start_error
 from ddh_twin_py.estimation.step_size import times_finer
 from ddh_twin_py.estimation.unpredictable import intervals_at, unpredictable
 from ddh_twin_py.physics.balance import OPERATING_DTYPE
@@ -402,7 +402,7 @@ class Experiment:
 
     def _first(self, p: np.void) -> tuple[dict[str, float], float]:
         """Temperature of each node that is read at the start, and of the air around the unit, K."""
-        at_start = self.air[min(self.air.size - 1, round(START / self.interval))] + p["surroundings_enclosure_rise"]
+        at_start = air_at_start(self.air, self.interval) + p["surroundings_enclosure_rise"]
         first = {}
         for name, value in self._first_readings.items():
             first[NODE_OF_SENSOR[name]] = _met(name, value, at_start, p)

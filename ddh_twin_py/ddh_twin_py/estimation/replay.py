@@ -13,7 +13,7 @@ from scipy.signal import lfilter
 from ddh_twin_py.estimation.credibility import Credibility
 from ddh_twin_py.estimation.off_course import moved_on, off_course
 from ddh_twin_py.estimation.sensors import NODE_INDEX, NODE_OF_SENSOR, SENSORS
-from ddh_twin_py.estimation.start import START, FirstReadings, Told, same_unit, start_temperature
+from ddh_twin_py.estimation.start import FirstReadings, Told, air_at_start, same_unit, start_temperature
 from ddh_twin_py.estimation.temperature_fusion import FusionInputs, Innovation, Readings, TemperatureFusion
 from ddh_twin_py.estimation.uncertain_parameters import N_UNKNOWN_HEATS
 from ddh_twin_py.physics.balance import SCALAR_DTYPE, scalars
@@ -214,7 +214,7 @@ class _Run:
             self._hydraulics.begin_again()
             self._motor.begin_again()
         else:
-            self._begin(surface, float(air[min(len(air) - 1, round(START / self.interval))]))
+            self._begin(surface, air_at_start(air, self.interval))
         hydraulics, motor = self._hydraulics, self._motor
         of_hydraulics, of_motor = (
             first.follow(driven, surface) for first, driven in zip(

@@ -58,6 +58,11 @@ def same_unit(gap: float) -> bool:
     return -PUT_BACK <= gap < 0.0
 
 
+def air_at_start(air: np.ndarray, interval: float) -> float:
+    """Air, K, that the first readings were made in, of that of each interval, (n,), of so many s."""
+    return float(air[min(air.size - 1, round(START / interval))])
+
+
 def spread_start(read: Mapping[str, float], ambient: float, rise: np.ndarray | None = None) -> np.ndarray:
     """Temperature of every node, K, (N,): its own reading, else its nearest neighbour's, else ambient.
 

@@ -15,7 +15,7 @@ from ddh_twin_py.gap.hypotheses import SLACK, Ids, weighted
 from ddh_twin_py.gap.linearised import Linearised, linearise
 from ddh_twin_py.gap.model import Model
 from ddh_twin_py.gap.refit import Refitted
-from ddh_twin_py.gap.sensitivity import Column, Way
+from ddh_twin_py.gap.sensitivity import Column
 
 _PASSES = 3
 _LIKELY, _SIZED = 0.02, 4  # sets whose sizes are sought with the whole likelihood
@@ -61,7 +61,7 @@ def search(model: Model, effects: Sequence[Effect], theta: np.ndarray, discrepan
         left_over: says whether a hypothesis leaves structure behind; None: it is not asked.
     """
     linearised, learnt, known = None, None, {(): Start(theta, np.zeros(0))}
-    ways: dict[Way, Column] = {}  # of every effect as it was taken last: at a place where runs go astray some have no column
+    ways: Sequence[Column] = ()  # whose sizes are kept
     near = False  # whether sensitivities are those of a place nearby
     wide = True  # whether large effects, which bend, were not looked for yet
     for number in range(_PASSES):
@@ -69,8 +69,7 @@ def search(model: Model, effects: Sequence[Effect], theta: np.ndarray, discrepan
         if near:
             linearised = linearised.nearby(theta)
         else:
-            linearised = linearise(model, effects, theta, discrepancy, SLACK, power, pool, told, linearised, list(ways.values()))
-            ways |= {column.way: column for column in linearised.columns}
+            linearised = linearise(model, effects, theta, discrepancy, SLACK, power, pool, told, linearised, ways)
         weights = _weights(linearised)
         linearised = linearised.with_scatter(max(weights.values(), key=lambda w: w[0])[1])
         weights = _weights(linearised)
@@ -89,7 +88,7 @@ def search(model: Model, effects: Sequence[Effect], theta: np.ndarray, discrepan
         if last or (not again and not poor and not moved and fits.bent(leader) < _CLOSE):
             break
         known, discrepancy, learnt = fits.starts(found), linearised.discrepancy, fits.learnt()
-        ways = {} if fits.lost() else ways
+        ways = () if fits.lost() else linearised.columns
         wide = wide or again
         theta, otherwise = (otherwise, None) if again else (fits.fitted[leader].theta, otherwise)
         near = not moved and np.abs(theta - linearised.taken).max() < _NEARBY

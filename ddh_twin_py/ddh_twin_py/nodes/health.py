@@ -215,7 +215,7 @@ def judge_clock(report: Report, jumps: int, restarts: int) -> str:
 
 def add_streams(
     health: Health, node: TwinNode, feed: TelemetryFeed, required: Iterable[str], limit: float,
-    held: Callable[[float], bool] = lambda wall: False,
+    held: Callable[[float], bool],
 ) -> None:
     """A judge for every telemetry stream of a feed; arguments as of `StreamJudge`."""
     needed = set(required)

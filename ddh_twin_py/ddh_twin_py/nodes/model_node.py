@@ -10,7 +10,7 @@ from itertools import pairwise
 import numpy as np
 
 from ddh_msgs.msg import RigInfo
-from ddh_twin_py.estimation.start import START, FirstReadings, same_unit, start_temperature
+from ddh_twin_py.estimation.start import START, FirstReadings, air_at_start, same_unit, start_temperature
 from ddh_twin_py.estimation.temperature_fusion import Readings
 from ddh_twin_py.nodes import qos
 from ddh_twin_py.nodes.health import Health, Report, add_streams, judge_clock
@@ -243,9 +243,9 @@ class ModelNode(TelemetryNode):
     def _start(self, readings: Readings, air: np.ndarray) -> None:
         """Make the model, as warm as the first readings say, in air of K (n,)."""
         zero, within = temperature_zero_errors(self.rig)[0], self.values["start"]
-        first_air = float(air[min(air.size - 1, round(START / self.interval))])
         payload = known_payload(self.rig_info)
-        self._model = self.make_model(start_temperature(readings, first_air, self.interval, zero, within), payload)
+        begin = start_temperature(readings, air_at_start(air, self.interval), self.interval, zero, within)
+        self._model = self.make_model(begin, payload)
         self._first_readings = FirstReadings(self.rig, self.interval, readings, within)
         taken = payload or self.rig["load.payload_mass"]
         self.unit = Unit(self.rig_id, taken if self.payload_matters else np.nan)

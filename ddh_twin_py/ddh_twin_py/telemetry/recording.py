@@ -224,6 +224,11 @@ def _rate(time: np.ndarray) -> float:
     return 1.0 / float(np.median(steps)) if steps.size else 0.0
 
 
+def same_oil(*grades: str) -> bool:
+    """Whether names are of one grade of oil: `ISO VG 46` is `vg46`."""
+    return len({"".join(grade.split()).upper().removeprefix("ISO") for grade in grades}) == 1
+
+
 __all__ = [
     "SEVERITIES",
     "ZERO_CELSIUS",
@@ -233,10 +238,6 @@ __all__ = [
     "Stream",
     "drive_stream",
     "hydraulic_stream",
+    "same_oil",
     "temperature_stream",
 ]
-
-
-def same_oil(*grades: str) -> bool:
-    """Whether names are of one grade of oil: `ISO VG 46` is `vg46`."""
-    return len({"".join(grade.split()).upper().removeprefix("ISO") for grade in grades}) == 1
