@@ -20,8 +20,11 @@ from ddh_twin_py.telemetry.recording import Recording
 INTERVAL = 0.05  # s
 REORDER_WINDOW = 0.5  # s
 TIMEOUT = 1.0  # s
+LONGEST_LAG = 10.0
+"""s by which an awaited stream that goes on may lag and is waited for: ticks come so late, and what comes meanwhile is kept in memory."""
 LONGEST_GAP = 600.0  # s
 MOST_JUMPS = 1000
+_LONGEST_LAG = round(LONGEST_LAG * 1e9)  # ns
 _MOST_DOUBTED = 2000  # samples of another clock that are put aside
 _LATEST = 5_000_000_000  # ns by which messages may be late without being taken for those of a clock that jumped
 _FEWEST = 5  # samples in a row that show a clock that jumped back by less
@@ -114,11 +117,12 @@ class _Line:
     back by itself. `since` is its first stamp since it owes one, `top` its newest before it went back,
     `held` what came since then. `doubted` is what came by another clock, until it is believed: stamp to
     row and number of the push. `spoke` is the number of the push that was taken in last, `rose` of the one that
-    brought the newest stamp; `first` is the first stamp since the ticks began and `told` counts the samples since then.
+    brought the newest stamp, and `heard` what the newest stamp of all was then; `first` is the first stamp since the ticks
+    began and `told` counts the samples since then.
     """
 
-    __slots__ = ("alive", "awaited", "doubted", "first", "follows", "held", "newest", "owed", "rose", "rows", "since", "spoke", "stamps",
-                 "told", "top", "width")
+    __slots__ = ("alive", "awaited", "doubted", "first", "follows", "heard", "held", "newest", "owed", "rose", "rows", "since", "spoke",
+                 "stamps", "told", "top", "width")
 
     def __init__(self, width: int, awaited: bool, follows: bool) -> None:
         self.width = width
@@ -132,6 +136,7 @@ class _Line:
     def restart(self, owed: int = 0, newest: int | None = None) -> None:
         self.newest, self.owed = newest, owed
         self.first: int | None = None
+        self.heard: int | None = None
         self.told = 0
         self.alive = self.awaited
         self.since: int | None = None
@@ -179,7 +184,8 @@ class TickAligner:
     A tick is released once the newest stamp of every awaited stream lies more than
     `reorder_window` beyond its end, so that nothing of it can still come. A stream that has
     stopped (or never began) holds a tick up by `timeout` once and is not waited for until it
-    is back. Streams not named in `awaited` never hold a tick up.
+    is back. One that goes on, though behind the others, is waited for as long as it lags by no more than
+    `LONGEST_LAG` and `timeout` together. Streams not named in `awaited` never hold a tick up.
     Where no sample comes for longer than `longest_gap` that time is skipped, all of it and at once.
 
     A stream of which the stamps lie more than the reorder window behind its newest, and which has gone
@@ -274,6 +280,8 @@ class TickAligner:
                 line.owed, line.top, line.held = 0, None, []  # it went back alone and is where it was
         if self._newest is None or stamp > self._newest:
             self._newest = stamp
+        if line.rose == self._pushed:
+            line.heard = self._newest
         if self._last is not None and stamp <= self._last * self.interval_ns:
             if stream in self._keep_late:
                 self.late.append((stream, stamp, row))
@@ -297,7 +305,7 @@ class TickAligner:
             edge = following * self.interval_ns + self._window
             waiting = [line for line in self._lines.values() if line.alive and not self._beyond(line, edge)]
             if waiting:
-                if self._newest <= edge + self._timeout:
+                if any(self._may_come(line, edge) for line in waiting):
                     return
                 for line in waiting:
                     line.alive = False
@@ -320,6 +328,11 @@ class TickAligner:
     @staticmethod
     def _beyond(line: _Line, edge: int) -> bool:
         return line.newest is not None and not line.stale and line.newest > edge
+
+    def _may_come(self, line: _Line, edge: int) -> bool:
+        """Whether a stream that has not told what lies before an edge is still waited for: it goes on, or stopped a short time ago."""
+        last = edge if line.heard is None else min(max(edge, line.heard), edge + _LONGEST_LAG)
+        return self._newest <= last + self._timeout
 
     def _drain(self, longest_gap: int) -> Iterator[Tick]:
         while any(line.stamps for line in self._lines.values()):
