@@ -20,7 +20,7 @@ from nodes.processes import NodeProcess, runs, wait_for
 from rclpy.action import ActionClient
 
 from ddh_msgs.action import DiagnoseGap
-from ddh_msgs.msg import GapStatus, ResidualArray, RigInfo, TemperatureEstimateArray
+from ddh_msgs.msg import GapStatus, PlayerStatus, ResidualArray, RigInfo, TemperatureEstimateArray
 
 pytestmark = pytest.mark.live
 TICK = 50_000_000
@@ -166,6 +166,28 @@ def test_a_gap_opens_is_told_and_its_normal_levels_survive(listener, tmp_path):
         node.says("the test begins anew")
         node.stop()
     assert load_levels(file, 1.0)[0] == "rig_7"
+
+
+def test_what_a_paused_player_holds_is_not_missed(listener):
+    space = "/held_watch"
+    health = listener.collect(DiagnosticArray, "/diagnostics")
+    player = listener.node.create_publisher(PlayerStatus, f"{space}/bag_player/status", qos.LATCHED)
+
+    def told(words, level):
+        said = [s for message in list(health) for s in message.status if s.name == "held_watch/gap_monitor: hydraulics/residuals"]
+        return said and words in said[-1].message and said[-1].level == level
+
+    def paused():
+        player.publish(PlayerStatus(paused=True))
+        time.sleep(0.5)
+        return told("the player is paused", DiagnosticStatus.OK)
+
+    with NodeProcess("gap_monitor", space, stale_after=0.5, **SHORT) as node:
+        Models(listener, space).meet()
+        wait_for(lambda: told("stale", DiagnosticStatus.WARN), 20.0, "the input to be missed")
+        wait_for(paused, 20.0, "the pause to be known")
+        wait_for(lambda: told("stale", DiagnosticStatus.WARN), 20.0, "the player to be gone")
+        node.stop()
 
 
 def test_a_file_of_normal_levels_that_cannot_be_used_ends_the_node(tmp_path):

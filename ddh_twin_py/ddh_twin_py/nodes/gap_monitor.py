@@ -16,12 +16,13 @@ from ddh_twin_py.nodes import qos
 from ddh_twin_py.nodes.conversion import residual_layout
 from ddh_twin_py.nodes.diagnose_action import DIAGNOSE_PARAMETERS, DiagnoseAction
 from ddh_twin_py.nodes.gap_inputs import ESTIMATE_TOPIC, READING_TOPIC, RESIDUAL_TOPIC, FreeRunResiduals, FreeRunTemperatures
-from ddh_twin_py.nodes.health import Health, Report, judge_age, judge_clock, judge_publishers
+from ddh_twin_py.nodes.health import PAUSED, Health, Report, judge_age, judge_clock, judge_publishers
 from ddh_twin_py.nodes.inputs import Inputs
 from ddh_twin_py.nodes.level_keeper import LevelKeeper
 from ddh_twin_py.nodes.model_node import RIG, STALE_AFTER, rig_path
 from ddh_twin_py.nodes.node_base import TwinNode, run
 from ddh_twin_py.nodes.parameters import NodeError, Parameter
+from ddh_twin_py.nodes.player_watch import PlayerWatch
 from ddh_twin_py.nodes.progress import Progress
 from ddh_twin_py.rig import load_rig
 from ddh_twin_py.telemetry.signals import RIG_TOPIC
@@ -88,6 +89,7 @@ class GapMonitorNode(TwinNode):
         self._told = self.create_publisher(GapStatus, "gap/status", qos.STATUS)
         self.create_subscription(RigInfo, RIG_TOPIC, self._take_rig, qos.LATCHED)
         self._action = DiagnoseAction(self)
+        self._player = PlayerWatch(self)
         self._health = Health(self)
         for entry in (self._residuals, self._estimates, self._readings):
             self._health.add(entry.topic, lambda report, entry=entry: self._judge_input(report, entry))
@@ -182,10 +184,12 @@ class GapMonitorNode(TwinNode):
     # --- health ------------------------------------------------------------------------------
 
     def _judge_input(self, report: Report, entry) -> str:
-        judge_age(report, entry, self.wall(), self.values["stale_after"], required=False)
+        wall = self.wall()
+        paused = self._player.paused(wall)
+        judge_age(report, entry, wall, math.inf if paused else self.values["stale_after"], required=False)
         judge_publishers(report, entry, self)
         report.add("messages", entry.received, "1")
-        return "comes in" if entry.received else "nothing yet"
+        return PAUSED if paused else "comes in" if entry.received else "nothing yet"
 
     def _judge_gap(self, report: Report) -> str:
         report.add("mean time between false alarms", self._settings.between_alarms / 3600.0, "h")
