@@ -79,13 +79,21 @@ def test_any_namespace_and_the_root(tmp_path, bag, short):
     assert_same(short, read)
 
 
-def test_message_order_is_log_time(tmp_path, bag, short):
-    """A file whose chunks are not in order of log time is put in order of arrival."""
+def swapped(messages):
+    return messages[len(messages) // 2 :] + messages[: len(messages) // 2]
+
+
+def shuffled(messages):
+    return [messages[i] for i in np.random.default_rng(1).permutation(len(messages))]
+
+
+@pytest.mark.parametrize("disorder", [swapped, shuffled])
+def test_message_order_is_log_time(tmp_path, bag, short, disorder):
+    """A file whose messages are not in order of log time is put in order of arrival."""
     target = tmp_path / "swapped"
     with AnyReader([bag]) as reader, Writer(target, version=9, storage_plugin=StoragePlugin.MCAP) as writer:
         ids = {c.id: writer.add_connection(c.topic, c.msgtype, typestore=reader.typestore) for c in reader.connections}
-        messages = list(reader.messages())
-        for connection, at, raw in messages[len(messages) // 2 :] + messages[: len(messages) // 2]:
+        for connection, at, raw in disorder(list(reader.messages())):
             writer.write(ids[connection.id], at, raw)
     assert_same(short, read_recording(target))
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from ddh_twin_py.bags.arrival import order_of_arrival
 from ddh_twin_py.bags.cdr import stamped_floats
 from ddh_twin_py.bags.compression import unpack_message
 from ddh_twin_py.bags.definitions import type_problem
@@ -25,7 +26,6 @@ from ddh_twin_py.telemetry.signals import (
     TEMPERATURE_FIELDS,
 )
 
-_STEP_BACK = 10**9  # ns by which a recorder's clock was set back, or a part of a file stands before another
 _FIELDS = {DRIVE_TOPIC: DRIVE_FIELDS, HYDRAULIC_TOPIC: HYDRAULIC_FIELDS}
 
 
@@ -46,7 +46,7 @@ class Rows:
         values = np.concatenate(self.values)
         self.log_time, self.stamp, self.values = [], [], []
         if np.any(log_time[1:] < log_time[:-1]):
-            order = _arrival(log_time)
+            order = order_of_arrival(log_time)
             return stamp[order], values[order]
         return stamp, values
 
@@ -136,20 +136,6 @@ class Collector:
             rows.unreadable += 1
             return
         self.rigs.setdefault(topic, []).append(RigInfo(rig.rig_id, rig.oil_grade, float(rig.payload_mass)))
-
-
-def _arrival(log_time: np.ndarray) -> np.ndarray:
-    """Indices of messages in order of arrival, (n,), from the recorder's clock, ns, in the order of the file.
-
-    Parts of a file may stand in any order. Where two of them tell the same time the recorder's clock was set back between them, and they
-    came as they stand.
-    """
-    first = np.concatenate([[0], np.flatnonzero(np.diff(log_time) < -_STEP_BACK) + 1])
-    parts = np.split(np.arange(log_time.size), first[1:])
-    spans = sorted((int(log_time[part].min()), int(log_time[part].max())) for part in parts)
-    if any(after[0] < before[1] - _STEP_BACK for before, after in zip(spans, spans[1:], strict=False)):
-        return np.concatenate([part[np.argsort(log_time[part], kind="stable")] for part in parts])
-    return np.argsort(log_time, kind="stable")
 
 
 def _unpacked(data: np.ndarray, start: np.ndarray, size: np.ndarray):

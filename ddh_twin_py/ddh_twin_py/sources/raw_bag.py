@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ddh_twin_py.bags.arrival import order_of_arrival
 from ddh_twin_py.bags.compression import unpack_file, unpack_message
 from ddh_twin_py.bags.errors import BagError
 from ddh_twin_py.bags.folder import open_folder
@@ -19,7 +20,7 @@ from ddh_twin_py.bags.storage import Storage
 
 @dataclass(frozen=True)
 class RawBlock:
-    """Serialised messages in order of log time.
+    """Serialised messages in order of log time, later than those of the block before unless the recorder's clock was set back between them.
 
     `topic[i]` numbers the topic in the bag's `topics`; `log_time` int64[n] ns; `messages` as CDR.
     """
@@ -46,11 +47,14 @@ class RawBag:
         self._number: dict[tuple[str, str], int] = {}
         self.notes: list[str] = list(self._folder.notes)
         self.count, self.first_ns, self.last_ns = 0, 2**63 - 1, -(2**63)
-        for block in self._blocks(self.notes):
-            self.count += block[1].size
-            if block[1].size:
-                self.first_ns = min(self.first_ns, int(block[1].min()))
-                self.last_ns = max(self.last_ns, int(block[1].max()))
+        ordered = True
+        for _, log_time, *_ in self._blocks(self.notes):
+            if log_time.size:
+                ordered = ordered and log_time[0] >= self.last_ns and bool(np.all(log_time[1:] >= log_time[:-1]))
+                self.count += log_time.size
+                self.first_ns = min(self.first_ns, int(log_time.min()))
+                self.last_ns = max(self.last_ns, int(log_time.max()))
+        self._place = None if ordered else self._places()
         if not self.count:
             raise BagError(f"{self.path} holds no messages" + (f": it {self.notes[0]}" if self.notes else ""))
 
@@ -60,19 +64,14 @@ class RawBag:
         return (self.last_ns - self.first_ns) * 1e-9
 
     def blocks(self, start_ns: int | None = None) -> Iterator[RawBlock]:
-        """Messages logged at `start_ns` or later, block by block."""
+        """Messages logged at `start_ns` or later, in order of arrival, block by block; what stands too early in a file waits in memory."""
         packed = self._folder.compression_mode == "message"
-        for topic, log_time, start, size, data in self._blocks([]):
-            order = np.argsort(log_time, kind="stable")
-            if start_ns is not None:
-                order = order[log_time[order] >= start_ns]
-            if not order.size:
-                continue
-            content = data.tobytes()
-            messages = [content[a : a + n] for a, n in zip(start[order].tolist(), size[order].tolist(), strict=True)]
-            if packed:
-                messages = [unpack_message(message) for message in messages]
-            yield RawBlock(topic[order], log_time[order], messages)
+        begin = self.first_ns if start_ns is None else start_ns
+        for topic, log_time, messages in self._stored(begin) if self._place is None else self._sorted():
+            wanted = slice(int(np.searchsorted(log_time, begin)), None)
+            if log_time[wanted].size:
+                chosen = [unpack_message(message) for message in messages[wanted]] if packed else messages[wanted]
+                yield RawBlock(topic[wanted], log_time[wanted], chosen)
 
     def close(self) -> None:
         """Remove what was unpacked."""
@@ -89,6 +88,35 @@ class RawBag:
                     topic[block.channel == key] = self._number_of((channel.topic, channel.message_type))
                 yield topic[known], block.log_time[known], block.start[known], block.size[known], block.data
             notes += storage.damage
+
+    def _places(self) -> np.ndarray:
+        """Which place in order of arrival each message has, int64[n], in the order of the files."""
+        order = order_of_arrival(np.concatenate([log_time for _, log_time, *_ in self._blocks([])]))
+        place = np.empty_like(order)
+        place[order] = np.arange(order.size)
+        return place
+
+    def _stored(self, begin: int) -> Iterator[tuple[np.ndarray, np.ndarray, list[bytes]]]:
+        """Topic, log time and CDR of the messages as they stand in the files, without blocks that end before ``begin``, ns."""
+        for topic, log_time, start, size, data in self._blocks([]):
+            if not log_time.size or log_time[-1] < begin:
+                continue
+            content = data.tobytes()
+            yield topic, log_time, [content[a : a + n] for a, n in zip(start.tolist(), size.tolist(), strict=True)]
+
+    def _sorted(self) -> Iterator[tuple[np.ndarray, np.ndarray, list[bytes]]]:
+        """The same in order of arrival; where the log time steps back a block ends."""
+        least = np.append(np.minimum.accumulate(self._place[::-1])[::-1], self.count)  # of all places from a message on
+        held: dict[int, tuple[int, int, bytes]] = {}
+        read = done = 0
+        for block in self._stored(-(2**63)):
+            held.update(zip(self._place[read : read + block[1].size].tolist(), zip(*block, strict=True), strict=True))
+            read += block[1].size
+            ready = [held.pop(place) for place in range(done, int(least[read]))]
+            done += len(ready)
+            topic, log_time = (np.array([message[i] for message in ready], np.int64) for i in (0, 1))
+            for part in np.split(np.arange(len(ready)), np.flatnonzero(np.diff(log_time) < 0) + 1):
+                yield topic[part], log_time[part], [ready[i][2] for i in part]
 
     def _number_of(self, topic: tuple[str, str]) -> int:
         if topic not in self._number:

@@ -1,0 +1,27 @@
+"""In which order the messages of a bag came, however they stand in its files."""
+
+from __future__ import annotations
+
+import numpy as np
+
+_STEP_BACK = 10**9  # ns by which a recorder's clock was set back, or a part of a file stands before another
+_SHORTEST = 10  # messages between two steps back, on average, below which no clock was set back so often: the file is in no order
+
+
+def order_of_arrival(log_time: np.ndarray) -> np.ndarray:
+    """Indices of messages in order of arrival, int64[n], from the recorder's clock, ns, in the order of the file.
+
+    Parts of a file may stand in any order, each as a whole in a gap of another. Where they tell the same time instead, the recorder's
+    clock was set back between them, and they came as they stand.
+    """
+    order = np.argsort(log_time, kind="stable")
+    first = np.concatenate([[0], np.flatnonzero(np.diff(log_time) < -_STEP_BACK) + 1])
+    if log_time.size < _SHORTEST * first.size:
+        return order
+    parts = np.split(np.arange(log_time.size), first[1:])
+    spans = sorted((int(log_time[part].min()), int(log_time[part].max())) for part in parts)
+    overlap = any(after[0] < before[1] - _STEP_BACK for before, after in zip(spans, spans[1:], strict=False))
+    changes = np.count_nonzero(np.diff(np.searchsorted(first, order, side="right")))  # from one part to another, as time goes on
+    if overlap and changes > 2 * (len(parts) - 1):
+        return np.concatenate([part[np.argsort(log_time[part], kind="stable")] for part in parts])
+    return order

@@ -1,0 +1,85 @@
+"""Messages of a bag for playing back come in order of arrival, however they stand in its files."""
+
+import numpy as np
+import pytest
+from ddh_twin_py.bags.damage import storage_file
+from ddh_twin_py.sources.raw_bag import RawBag
+from rosbags.highlevel import AnyReader
+from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
+
+SECOND = 1_000_000_000
+
+
+def rewritten(bag, target, messages, storage=StoragePlugin.MCAP, mode=CompressionMode.NONE):
+    """The bag again, MCAP in chunks of 300 messages; ``messages`` makes (connection, log time, CDR) of the list of them."""
+    writer = Writer(target, version=9, storage_plugin=storage)
+    writer.set_compression(mode, CompressionFormat.ZSTD)
+    with AnyReader([bag]) as reader, writer:
+        ids = {c.id: writer.add_connection(c.topic, c.msgtype, typestore=reader.typestore) for c in reader.connections}
+        for i, (connection, at, raw) in enumerate(messages(list(reader.messages()))):
+            writer.write(ids[connection.id], at, raw)
+            if storage is StoragePlugin.MCAP and i % 300 == 299:
+                writer.storage.close_chunk()
+    return target
+
+
+def played(bag, start_ns=None):
+    """(topic, log time, CDR) of all messages as they are played; each block by itself in order of log time."""
+    raw, found = RawBag(bag), []
+    for block in raw.blocks(start_ns):
+        assert np.all(np.diff(block.log_time) >= 0)
+        found += [(raw.topics[number][0], *rest) for number, *rest in zip(block.topic.tolist(), block.log_time.tolist(), block.messages,
+                                                                          strict=True)]
+    raw.close()
+    return found
+
+
+def swapped(messages):
+    return messages[len(messages) // 2 :] + messages[: len(messages) // 2]
+
+
+def shuffled(messages):
+    order = np.random.default_rng(1).permutation(len(messages))
+    return [messages[i] for i in order]
+
+
+def interleaved(messages):
+    """Each stretch of 1000 messages changes places with the next one."""
+    return [message for i in range(0, len(messages), 2000) for message in messages[i + 1000 : i + 2000] + messages[i : i + 1000]]
+
+
+@pytest.mark.parametrize("storage", [StoragePlugin.MCAP, StoragePlugin.SQLITE3])
+@pytest.mark.parametrize("disorder", [swapped, shuffled, interleaved])
+def test_messages_are_played_in_order_of_log_time(tmp_path, bag, disorder, storage):
+    target = rewritten(bag, tmp_path / "odd", disorder, storage)
+    right, found = played(bag), played(target)
+    assert [at for _, at, _ in found] == sorted(at for _, at, _ in found)
+    assert sorted(found) == sorted(right)
+    middle = right[len(right) // 3][1]
+    assert played(target, middle) == [message for message in found if message[1] >= middle]
+
+
+@pytest.mark.parametrize("storage", [StoragePlugin.MCAP, StoragePlugin.SQLITE3])
+def test_files_of_a_bag_are_played_in_order_of_log_time(tmp_path, bag, storage):
+    folder = tmp_path / "parts"
+    folder.mkdir()
+    for name, half in (("a", lambda messages: swapped(messages)[: len(messages) // 2]), ("b", lambda m: m[: len(m) // 2])):
+        file = storage_file(rewritten(bag, tmp_path / name, half, storage))
+        file.rename(folder / f"{name}{file.suffix}")
+    found = played(folder)
+    assert [at for _, at, _ in found] == sorted(at for _, at, _ in found) and sorted(found) == sorted(played(bag))
+
+
+def test_packed_messages_are_put_in_order_too(tmp_path, bag):
+    target = rewritten(bag, tmp_path / "odd", swapped, mode=CompressionMode.MESSAGE)
+    assert sorted(played(bag)) == sorted(played(target)) and [at for _, at, _ in played(target)] == [at for _, at, _ in played(bag)]
+
+
+def test_after_the_recorders_clock_was_set_back_messages_come_as_they_stand(tmp_path, bag):
+    def set_back(messages):
+        half = messages[len(messages) // 2][1]
+        return [(connection, at - 3 * SECOND * (at > half), raw) for connection, at, raw in messages]
+
+    found = played(rewritten(bag, tmp_path / "back", set_back))
+    assert [(topic, raw) for topic, _, raw in found] == [(topic, raw) for topic, _, raw in played(bag)]
+    assert np.flatnonzero(np.diff([at for _, at, _ in found]) < 0).size == 1
