@@ -11,28 +11,7 @@ from types import SimpleNamespace
 import pytest
 import yaml
 from ddh_twin_py.cli import up
-from ddh_twin_py.nodes import (
-    bag_player,
-    bag_recorder,
-    gap_monitor,
-    hydraulic_model,
-    model_node,
-    telemetry_publisher,
-    temperature_fusion,
-    web_view,
-)
-
-PARAMETERS = {
-    "hydraulic_model": (*hydraulic_model.HydraulicModelNode.PARAMETERS, *model_node.MODEL_PARAMETERS),
-    "machine_thermal": model_node.MODEL_PARAMETERS,
-    "temperature_fusion": temperature_fusion.TemperatureFusionNode.PARAMETERS,
-    "gap_monitor": gap_monitor.GapMonitorNode.PARAMETERS,
-    "drive_telemetry": telemetry_publisher.parameters(),
-    "pressure_telemetry": telemetry_publisher.parameters(),
-    "bag_player": bag_player.BagPlayer.PARAMETERS,
-    "bag_recorder": bag_recorder.BagRecorder.PARAMETERS,
-    "web_view": web_view.WebView.PARAMETERS,
-}
+from ddh_twin_py.nodes.parameter_file import PARAMETERS, ParameterFileError, check_parameter_file
 
 
 @pytest.fixture(scope="module")
@@ -46,6 +25,53 @@ def test_the_parameter_file_holds_all_defaults(node, config):
     declared = {p.name: list(p.default) if isinstance(p.default, tuple) else p.default for p in PARAMETERS[node]}
     assert written == declared
     assert {name: type(value) for name, value in written.items()} == {name: type(value) for name, value in declared.items()}
+
+
+def refused(text, folder):
+    """What is said of a parameter file that holds this text, by `up`, before a node is started."""
+    (folder / "twin.yaml").write_text(text)
+    arguments = argparse.ArgumentParser()
+    up.add_parser(arguments.add_subparsers())
+    with pytest.raises(ParameterFileError) as error:
+        up.run(arguments.parse_args(["up", "--params", str(folder / "twin.yaml")]))
+    said = str(error.value)
+    assert said.startswith(f"{folder / 'twin.yaml'}: ") and "\n" not in said
+    return said
+
+
+@pytest.mark.parametrize(("text", "words"), [
+    ("/**/gap_monitor: [\n", ["is not YAML (line 2)"]),
+    ("", ["holds None"]),
+    ("- a\n", ["holds ['a']"]),
+    ("interval: 0.05\n", ["interval: holds 0.05, a node's name with ros__parameters is needed"]),
+    ("/**/gap_monitor: {ros_parameters: {bin: 20.0}}\n", ["/**/gap_monitor: no section 'ros_parameters'"]),
+    ("/**: {rosparameters: 1}\n", ["/**: no section 'rosparameters'"]),
+    ("/**/gap_monitor: {ros__parameters: }\n", ["/**/gap_monitor: ros__parameters is None"]),
+    ("rig_7: {gap_moniter: {ros__parameters: {bin: 20.0}}}\n", ["rig_7/gap_moniter: no node 'gap_moniter'", "nearest is 'gap_monitor'"]),
+    ("/**/gap_monitor: {ros__parameters: {bins: 20.0}}\n", ["/**/gap_monitor: no parameter 'bins'", "nearest is 'bin'"]),
+    ("/**/gap_monitor: {ros__parameters: {bin: 0.5}}\n", ["/**/gap_monitor: bin is 0.5, it must be of type double and 1 to 3600"]),
+    ("/**/gap_monitor: {ros__parameters: {bin: 20}}\n", ["bin is 20, it must be of type double", "write 20.0"]),
+    ("/**/gap_monitor: {ros__parameters: {bin: .nan}}\n", ["bin is nan"]),
+    ("/**/gap_monitor: {ros__parameters: {diagnosis_command: ddh}}\n", ["diagnosis_command is 'ddh', it must be of type string array"]),
+    ("/**/gap_monitor: {ros__parameters: {bin: 20.0, bin: 30.0}}\n", ["bin: given twice"]),
+    ("/rig/bag_recorder: {ros__parameters: {log_time: now}}\n", ["log_time is 'now'", "one of 'arrival', 'stamp'"]),
+    ("/**/drive_telemetry: {ros__parameters: {simulation: {sed: 1}}}\n", ["no parameter 'simulation.sed'", "nearest is 'simulation.seed'"]),
+    ("/**: {ros__parameters: {interval: 5.0}}\n", ["/**: interval is 5.0"]),
+    ("/**: {ros__parameters: {intervall: 0.05}}\n", ["/**: no parameter 'intervall'"]),
+])
+def test_a_parameter_file_that_cannot_be_used_is_refused_before_a_node_starts(text, words, tmp_path):
+    said = refused(text, tmp_path)
+    assert all(word in said for word in words), said
+
+
+def test_a_parameter_file_that_nodes_take_is_taken(repo_root, tmp_path):
+    check_parameter_file(repo_root / "ddh_twin_py" / "config" / "twin.yaml")
+    (tmp_path / "own.yaml").write_text(
+        "/**: {ros__parameters: {use_sim_time: true, interval: 5e-2}}\n"
+        "rig_7:\n  drive_telemetry: {ros__parameters: {simulation: {seed: 3}, qos_overrides: {/rosout: {publisher: {depth: 9}}}}}\n"
+        "bag_player: {ros__parameters: {topics: [drive/*, rig]}}\n"
+    )
+    check_parameter_file(tmp_path / "own.yaml")
 
 
 @pytest.mark.parametrize("node", PARAMETERS)

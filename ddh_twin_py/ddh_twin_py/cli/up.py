@@ -185,6 +185,10 @@ def check(args: argparse.Namespace) -> None:
         from ddh_twin_py.rig import load_rig
 
         load_rig(args.rig)  # or each node would refuse it by itself
+    if args.params:
+        from ddh_twin_py.nodes.parameter_file import check_parameter_file
+
+        check_parameter_file(args.params)
     if args.duty:
         args.duty = duty_file(args.duty)
         refuse_missing("--duty", args.duty)

@@ -13,7 +13,6 @@ from rclpy.exceptions import (
     ParameterUninitializedException,
 )
 from rclpy.node import Node
-from rclpy.parameter import Parameter as RosParameter
 
 _BOUNDLESS = 1e18
 _ANY = "any"  # in words, of what has no bounds
@@ -71,6 +70,32 @@ class Parameter:
             return f"{self.lowest:g} or more"
         return f"{self.highest:g} or less" if self.highest is not None else _ANY
 
+    def must_be(self, given: object) -> str:
+        """What is asked of a value, in words, where one was given that cannot be used."""
+        hint = f"; write {float(given)}" if self.type_name == "double" and type(given) is int else ""
+        allowed = "" if self.bounds() == _ANY else f" and {self.bounds()}"
+        return f"it must be of type {self.type_name}{allowed}{hint}"
+
+    def takes(self, given: object) -> bool:
+        """Whether ROS takes a value from a parameter file, as YAML gives it."""
+        if isinstance(self.default, tuple):
+            return isinstance(given, list) and all(isinstance(entry, str) for entry in given)
+        if isinstance(self.default, float) and isinstance(given, str):
+            given = _number(given)
+        if type(given) is not type(self.default):
+            return False
+        if isinstance(given, str):
+            return not self.choices or given in self.choices
+        return (self.lowest is None or given >= self.lowest) and (self.highest is None or given <= self.highest)
+
+
+def _number(text: str) -> float | None:
+    """What ROS reads as a number and YAML 1.1 as text, such as 1e3; None where it is text."""
+    try:
+        return float(text)
+    except ValueError:
+        return None
+
 
 def declare(node: Node, parameters: Iterable[Parameter]) -> dict[str, object]:
     """Declare all parameters and return their values by name.
@@ -81,16 +106,13 @@ def declare(node: Node, parameters: Iterable[Parameter]) -> dict[str, object]:
     overrides = node._parameter_overrides  # what the command line and parameter files gave
     for parameter in parameters:
         default = list(parameter.default) if isinstance(parameter.default, tuple) else parameter.default
-        kind = RosParameter.Type.STRING_ARRAY if isinstance(default, list) else RosParameter.Type.from_parameter_value(default)
         given = overrides.get(parameter.name)
         try:
             node.declare_parameter(parameter.name, default, parameter.descriptor())
             chosen = node.get_parameter(parameter.name).value
         except (InvalidParameterTypeException, InvalidParameterValueException, ParameterUninitializedException):
             shown = given.value if given is not None else None
-            hint = f"; write {float(shown)}" if kind is RosParameter.Type.DOUBLE and type(shown) is int else ""
-            allowed = "" if parameter.bounds() == _ANY else f" and {parameter.bounds()}"
-            raise NodeError(f"parameter {parameter.name} is {shown!r}, it must be of type {parameter.type_name}{allowed}{hint}") from None
+            raise NodeError(f"parameter {parameter.name} is {shown!r}, {parameter.must_be(shown)}") from None
         if parameter.choices and chosen not in parameter.choices:
             raise NodeError(f"parameter {parameter.name} is {chosen!r}, it must be {parameter.bounds()}")
         values[parameter.name] = list(chosen) if isinstance(default, list) else chosen
