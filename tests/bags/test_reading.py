@@ -117,6 +117,23 @@ def test_a_recorder_whose_clock_was_set_back_is_told_from_parts_in_another_order
     assert len(stream) == len(short.drive) and np.flatnonzero(steps < -2.0).size == 1 and (steps > -0.1).sum() == steps.size - 1
 
 
+@pytest.mark.parametrize("wrong", [
+    lambda at, i, half: at + int(np.random.default_rng(i).integers(0, 700_000_000)), lambda at, i, half: at - 5_000_000_000 * (i % 2),
+    lambda at, i, half: at - 400_000_000_000 * half, lambda at, i, half: 0 if i % 50 == 0 else at,
+], ids=["jitters", "to and fro", "set back far", "zeros"])  # fmt: skip
+def test_a_recorders_clock_says_nothing_against_stamps_that_go_on(wrong, tmp_path, bag, short):
+    """Log times that jump where stamps do not are no jump of the machine's clock."""
+    target = tmp_path / "odd"
+    with AnyReader([bag]) as reader, Writer(target, version=9, storage_plugin=StoragePlugin.MCAP) as writer:
+        ids = {c.id: writer.add_connection(c.topic, c.msgtype, typestore=reader.typestore) for c in reader.connections}
+        messages = list(reader.messages())
+        for i, (connection, at, raw) in enumerate(messages):
+            writer.write(ids[connection.id], wrong(at, i, i > len(messages) // 2), raw)
+    read = read_recording(target)
+    assert read.warnings == []
+    assert_same(short, read)
+
+
 def test_progress_reaches_the_end(bag):
     seen = []
     read_recording(bag, progress=seen.append)

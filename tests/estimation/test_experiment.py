@@ -106,6 +106,29 @@ def test_what_is_stamped_after_the_end_is_predicted_as_at_the_end(length, paper_
     assert all(np.isfinite(values).all() for values in experiment.predict(parameters).values())
 
 
+def thinned(stream, hertz):
+    """The stream with so many samples per second."""
+    every = round(1.0 / hertz / np.median(np.diff(stream.time)))
+    return Stream(stream.time[::every], stream.values[::every], stream.fields)
+
+
+@pytest.mark.parametrize("hertz", [100.0, 20.0, 10.0])
+def test_how_far_a_clock_was_set_back_is_told_whatever_the_rate(hertz, paper_cycle_bag):
+    recording = read_recording(paper_cycle_bag).between(0.0, 60.0)
+    streams = {name: stepped(thinned(s, hertz) if "telemetry" in name else s, 3.0) for name, s in recording.streams()}
+    with pytest.raises(ExperimentError, match=r": the stamps jump 1 time, first by -3\.0 s at (29\.9|30\.0) s; "):
+        Experiment(recording.with_streams(streams), load_rig())
+
+
+def test_a_topic_whose_clock_leaps_to_and_fro_is_named(paper_cycle_bag):
+    recording = read_recording(paper_cycle_bag).between(0.0, 20.0)
+    ambient = recording.temperatures["ambient"]
+    leaping = Stream(ambient.time + 3600.0 * (np.arange(len(ambient)) % 2), ambient.values, ambient.fields)
+    odd = replace(recording, temperatures=recording.temperatures | {"ambient": leaping})
+    with pytest.raises(ExperimentError, match=r"/ambient: its stamps, and those of no other topic, jump 3\d times, first by \+3600"):
+        Experiment(odd, load_rig())
+
+
 def stepped(stream, by):
     """The stream with a clock that goes back by so many seconds behind 30 s."""
     return Stream(np.where(stream.time <= 30.0, stream.time, stream.time - by), stream.values, stream.fields)

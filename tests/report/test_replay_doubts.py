@@ -18,6 +18,10 @@ def slow(result):
 
 
 def jumped(result):
+    return replace(result, time=np.concatenate([result.time[:300], result.time[50:150]]))
+
+
+def put_back(result):
     return replace(result, time=np.concatenate([result.time[:200], result.time[150:350]]))
 
 
@@ -44,7 +48,9 @@ def in_rpm(result):
 @pytest.mark.parametrize(("spoilt", "says"), [
     (unread, "rod position is not read"), (uncommanded, "there is no speed command"),
     (slow, "comes every 1.00 s and the free run needs it every 0.25 s"),
-    (jumped, "the clock jumped back once"), (short, "6 s say next to nothing of temperatures"),
+    (jumped, "the clock jumped back once, and where it did by more than 10 s all began anew"),
+    (put_back, "the clock jumped back once, by 10 s or less, and the twin went on as warm as it was"),
+    (short, "6 s say next to nothing of temperatures"),
     (in_rpm, "speed looks as if given in rpm"),
     (of_another_rig, "the rig file describes rig_006 and the recording is of rig_012"),
 ])  # fmt: skip

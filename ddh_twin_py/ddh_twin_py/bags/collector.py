@@ -15,6 +15,7 @@ from ddh_twin_py.bags.definitions import type_problem
 from ddh_twin_py.bags.message_types import telemetry_typestore
 from ddh_twin_py.bags.storage import EVER, Block, Channel, Storage
 from ddh_twin_py.bags.topics import split_topic
+from ddh_twin_py.telemetry.alignment import REORDER_WINDOW, to_ns
 from ddh_twin_py.telemetry.recording import RigInfo
 from ddh_twin_py.telemetry.signals import (
     DRIVE_FIELDS,
@@ -40,12 +41,15 @@ class Rows:
     shortest: int = 0  # size in bytes of the first of these
 
     def joined(self) -> tuple[np.ndarray, np.ndarray]:
-        """Stamps int64[n] and values float64[n, m] in order of arrival. The parts are given up."""
+        """Stamps int64[n] and values float64[n, m] in order of arrival. The parts are given up.
+
+        Where the recorder's clock jumps or jitters and the stamps in the file go on, the messages came as they stand.
+        """
         log_time = np.concatenate(self.log_time)
         stamp = np.concatenate(self.stamp)
         values = np.concatenate(self.values)
         self.log_time, self.stamp, self.values = [], [], []
-        if np.any(log_time[1:] < log_time[:-1]):
+        if np.any(log_time[1:] < log_time[:-1]) and np.any(stamp < np.maximum.accumulate(stamp) - to_ns(REORDER_WINDOW)):
             order = order_of_arrival(log_time)
             return stamp[order], values[order]
         return stamp, values

@@ -10,6 +10,7 @@ from ddh_twin_py.bags.message_types import know
 from ddh_twin_py.bags.topics import nearest_telemetry, split_topic
 from ddh_twin_py.doctor.check import Check
 from ddh_twin_py.doctor.survey import HeardTopic, Survey
+from ddh_twin_py.telemetry.clock import PUT_BACK
 from ddh_twin_py.telemetry.recording import Recording, Stream
 from ddh_twin_py.telemetry.screening import screen_recording
 from ddh_twin_py.telemetry.signals import (
@@ -166,7 +167,8 @@ def _clocks(namespace: str, offsets: Mapping[str, float], stamps: Mapping[str, n
         back = np.diff(stamp)
         if (back < -LATEST * 1e9).any():
             checks.append(Check(GROUP, f"{namespace}/{relative}", "warning",
-                                f"stamps jump back by up to {-back.min() * 1e-9:.1f} s", "never", "the twin starts anew at each jump"))
+                                f"stamps jump back by up to {-back.min() * 1e-9:.1f} s", "never",
+                                f"by more than {PUT_BACK:g} s the twin starts anew"))
     return checks
 
 

@@ -7,10 +7,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ddh_twin_py.estimation.off_course import off_course
+from ddh_twin_py.estimation.start import same_unit
 from ddh_twin_py.gap.contradictions import contradictions
 from ddh_twin_py.gap.doubts import damage
 from ddh_twin_py.report.times import starts
 from ddh_twin_py.report.units import number
+from ddh_twin_py.telemetry.clock import PUT_BACK
 from ddh_twin_py.twin.command import SLOWEST
 
 if TYPE_CHECKING:
@@ -39,7 +41,12 @@ def doubts(result: ReplayResult) -> tuple[str, ...]:
     found += [finding.message.removeprefix(f"{recording.path}: ") for finding in off_course(recording, result.time, result.off, interval)]
     back = starts(result.time).size - 1
     if back > 0:
-        found.append(f"the clock jumped back {'once' if back == 1 else f'{back} times'}, and all began anew there without knowing its "
+        times = "once" if back == 1 else f"{back} times"
+        begun = starts(result.time)[1:]
+        gaps = result.time[begun] - result.time[begun - 1] - interval
+        found.append(f"the clock jumped back {times}, by {PUT_BACK:g} s or less, and the twin went on as warm as it was"
+                     if all(map(same_unit, gaps)) else
+                     f"the clock jumped back {times}, and where it did by more than {PUT_BACK:g} s all began anew without knowing its "
                      "temperatures")
     lost = damage([recording])
     more = [f"{len(lost) - 1} further faults of the recording, which ddh-twin info lists"] if len(lost) > 1 else []

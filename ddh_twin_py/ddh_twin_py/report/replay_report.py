@@ -28,6 +28,7 @@ from ddh_twin_py.report.smoothed import NOTE as SMOOTHED_NOTE
 from ddh_twin_py.report.smoothed import smoothed_charts, smoothed_json, smoothed_table
 from ddh_twin_py.report.times import going_on, starts
 from ddh_twin_py.report.units import ZERO_CELSIUS, celsius, duration, in_unit, number, shown, words
+from ddh_twin_py.telemetry.clock import PUT_BACK
 from ddh_twin_py.telemetry.recording import SLIGHT
 from ddh_twin_py.telemetry.signals import signal_named
 from ddh_twin_py.twin.hydraulic_model import UNSEEN
@@ -134,7 +135,8 @@ def assumptions(result: ReplayResult) -> list[str]:
             f"of {spec.offset_tolerance:g} K (one sigma) that counts as difference here."
         )
     if (np.diff(result.time) <= 0.0).any():
-        taken.append("The clock of the recording jumped back; everything starts anew there, and the charts go on.")
+        taken.append(f"The clock of the recording jumped back; where it did by more than {PUT_BACK:g} s everything starts anew, else the "
+                     "unit is as warm as it was. The charts go on.")
     if recording.rig is None or not np.isfinite(recording.rig.payload_mass):
         payload = result.rig["load.payload_mass"]
         taken.append(f"Payload {payload:g} kg is the rig file's: the recording tells none that can be used.")

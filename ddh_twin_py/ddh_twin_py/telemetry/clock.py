@@ -8,6 +8,9 @@ import numpy as np
 
 from ddh_twin_py.physics.compiled import kernel
 
+PUT_BACK = 10.0
+"""s by which a clock may be put back, and the twin goes on as warm as it is; by more it begins anew."""
+
 
 def clock_segments(stamps: Mapping[str, np.ndarray], window_ns: int) -> dict[str, np.ndarray]:
     """For every sample, how often the clock had jumped back before it (int64[n] per stream).

@@ -22,7 +22,11 @@ def why_apart(recording: Recording, ticks: Ticks) -> str:
     before, after = (float(ticks.end_ns[i] - recording.epoch_ns) * 1e-9 for i in (first - 1, first))
     before = max((float(s.time[s.time <= before].max(initial=-np.inf)) for _, s in recording.streams()), default=before)
     times, whose, by = int(ticks.restart.sum()), "the stamps", after - before
-    if some := _of_some(recording):
+    jumps = {topic: jump for topic, stream in recording.streams() if len(stream) > 1 and (jump := _jump(stream.time))}
+    if jumps:
+        by, before, _ = _first_of(jumps)
+    some = _of_some(recording, jumps)
+    if some:
         topics, by, before = some
         more = f" and {len(topics) - _NAMED} more" if len(topics) > _NAMED else ""
         their = "its stamps" if len(topics) == 1 else "their stamps"
@@ -50,26 +54,30 @@ def _strays(recording: Recording) -> str:
     return "; ".join(said)
 
 
-def _of_some(recording: Recording) -> tuple[list[str], float, float] | None:
+def _first_of(jumps: dict[str, tuple[float, float, float]]) -> tuple[float, float, float]:
+    """The first of jumps, as the densest topic tells it where several tell the same."""
+    return min(jumps.values(), key=lambda jump: jump[1] + jump[2])
+
+
+def _of_some(recording: Recording, jumps: dict[str, tuple[float, float, float]]) -> tuple[list[str], float, float] | None:
     """The topics whose stamps jump, by how many s and behind which stamp, s, the first does; None unless some do and others do not.
 
     The others are dense enough to show it, and go on where it is.
     """
     streams = {topic: stream.time for topic, stream in recording.streams() if len(stream) > 1}
-    jumps = {topic: jump for topic, time in streams.items() if (jump := _jump(time))}
     if not jumps or len(jumps) == len(streams):
         return None
-    by, at = min(jumps.values(), key=lambda jump: jump[1])
+    by, at, _ = _first_of(jumps)
     dense = (time for topic, time in streams.items() if topic not in jumps and np.median(np.diff(time)) < abs(by))
     return (list(jumps), by, at) if any(time[0] <= at < time[-1] for time in dense) else None
 
 
-def _jump(time: np.ndarray) -> tuple[float, float] | None:
-    """By how many s the stamps of a topic jump first, beyond their usual step, and behind which stamp, s; None where they do not."""
+def _jump(time: np.ndarray) -> tuple[float, float, float] | None:
+    """By how many s a topic's stamps jump first, beyond their usual step, behind which stamp, and that step, s; None where they do not."""
     step = np.diff(time)
     behind = np.maximum.accumulate(time)[:-1] - time[1:]
-    found = np.flatnonzero((step > LONGEST_GAP) | (behind > REORDER_WINDOW))
-    if not found.size:
+    jumps = (step > LONGEST_GAP) | (behind > REORDER_WINDOW)
+    if not jumps.any():
         return None
-    at = int(found[0])
-    return float(step[at] - np.median(step)), float(time[at])
+    at, usual = int(np.argmax(jumps)), 0.0 if jumps.all() else float(np.median(step[~jumps]))
+    return float(step[at]) - usual, float(time[at]), usual

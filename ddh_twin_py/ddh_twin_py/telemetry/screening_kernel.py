@@ -93,7 +93,7 @@ def _learn_period(stream, periods, step):  # pragma: no cover - compiled
 
 @inlined
 def _judge_time(stamp, stream, ring, periods, window):  # pragma: no cover - compiled
-    """Flag of one stamp; the interval in ns is the second value where there is one."""
+    """Flag of one stamp; the interval in ns is the second value where there is one, of a jump by how much the clock was set back."""
     if stream[COUNT] == 0:
         stream[NEWEST] = stamp
         return 0, 0
@@ -112,7 +112,7 @@ def _judge_time(stamp, stream, ring, periods, window):  # pragma: no cover - com
         stream[NEWEST] = stamp
         stream[RING_AT] = 0
         stream[RING_FULL] = 0
-        return JUMP, -step
+        return JUMP, -step + stream[PERIOD]
     return (REPEATED if _known(ring, stream, stamp) else LATE), -step
 
 

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ddh_twin_py.telemetry.causes import OF_FIELD, OF_SAMPLE, Cause
+from ddh_twin_py.telemetry.clock import PUT_BACK
 from ddh_twin_py.telemetry.recording import Finding
 from ddh_twin_py.telemetry.signals import Signal, UnitMistake
 from ddh_twin_py.telemetry.unit_rules import UnitSuspicion
@@ -122,7 +123,8 @@ def _sample_sentence(cause, value, count, samples, at) -> str:
         )
     if cause is Cause.CLOCK_JUMP:
         times = "once" if count == 1 else f"{count} times"
-        return f"has a clock that jumped back {times}, first by {value:.3f} s to {at:.3f} s; all begins anew there"
+        then = "goes on as warm as it is" if round(value, 2) <= PUT_BACK else "begins anew"
+        return f"has a clock that jumped back {times}, first by {value:.3f} s to {at:.3f} s; the twin {then} there"
     times = "once" if count == 1 else f"{count} times"
     return f"stopped {times} and came back, first after {value:.3f} s without a sample, at {at:.3f} s"
 
