@@ -30,6 +30,8 @@ OF_GRADE = "oil_grades.yaml, "
 """Begin of the source of what a grade of oil decides, which its name follows."""
 LEAF = ("value", "unit", "tolerance", "std", "source")
 """What an entry may say."""
+SENSOR_ROW = ("noise", "unit", "offset_tolerance", "full_scale", "time_constant", "source")
+"""What an entry of a sensor may say."""
 LARGEST_PAYLOAD = 1.0e5
 """kg; a payload that a recording or a duty gives must be above 0 and not above this."""
 
@@ -201,6 +203,7 @@ def load_rig(path: str | Path | None = None) -> Rig:
     if not isinstance(tree, dict):
         raise RigError(f"{path}: a rig file is a mapping of sections, found {type(tree).__name__}")
     tree, grade = _named_oil(tree, str(path))
+    _refuse_unknown_sensors(tree.get("sensors"), str(path))
     rig_id, quantities, sensors = _parse(tree, str(path))
     merged = dict(_filled_with(grade, str(path)).quantities) if grade else dict(_REFERENCE.quantities)
     for name, quantity in quantities.items():
@@ -218,13 +221,21 @@ def load_rig(path: str | Path | None = None) -> Rig:
             allowed = Bound(0.0, largest_std(name, quantity.value))
             _within(f"{path}: {name}.std: value", quantity.std, allowed, merged[name].unit)
     for name, spec in sensors.items():
-        if name not in _REFERENCE.sensors:
-            raise RigError(_unknown(str(path), f"sensors.{name}", [f"sensors.{s}" for s in _REFERENCE.sensors]))
         _check_sensor(f"{path}: sensors.{name}", spec, _REFERENCE.sensors[name])
     odd = contradiction({name: quantity.value for name, quantity in merged.items()})
     if odd:
         raise RigError(f"{path}: {odd}")
     return Rig(rig_id or _REFERENCE.rig_id, merged, {**_REFERENCE.sensors, **sensors}, str(path))
+
+
+def _refuse_unknown_sensors(section: object, file: str) -> None:
+    """Raise RigError for a sensor, or an entry of one, of a name that there is not, whatever it holds."""
+    for name, row in section.items() if isinstance(section, dict) else ():
+        if name not in _REFERENCE.sensors:
+            raise RigError(_unknown(file, f"sensors.{name}", [f"sensors.{sensor}" for sensor in _REFERENCE.sensors]))
+        for key in row if isinstance(row, dict) else ():
+            if key not in SENSOR_ROW:
+                raise RigError(f"{file}: sensors.{name}.{key}: a sensor has {no_such('key', key, SENSOR_ROW)}")
 
 
 def _named_oil(tree: dict, file: str) -> tuple[dict, str]:
