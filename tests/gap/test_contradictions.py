@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from ddh_twin_py.gap.contradictions import contradictions
+from ddh_twin_py.gap.contradictions import contradictions, other_clock
 from ddh_twin_py.rig import load_rig
 from ddh_twin_py.telemetry.recording import temperature_stream
 from ddh_twin_py.telemetry.signals import TEMPERATURE_SENSORS, ZERO_CELSIUS
@@ -114,6 +114,21 @@ def test_leakage_and_tolerances_are_no_other_machine(recording, ways):
 @pytest.mark.parametrize(("seconds", "said"), [(2.0, "2.0 s earlier"), (-1.5, "1.5 s later")])
 def test_clocks_that_differ_are_told(recording, seconds, said):
     assert [said in text for text in contradictions(later(recording, seconds), load_rig())] == [True]
+
+
+@pytest.mark.parametrize(("seconds", "said"), [(40.0, "40.0 s earlier"), (-40.0, "40.0 s later"), (12.0, "12.0 s earlier"),
+                                               (5000.0, "5000.0 s earlier")])  # fmt: skip
+def test_clocks_that_are_far_apart_are_told_by_how_much(recording, seconds, said):
+    odd = later(recording, seconds)
+    assert [said in text and "their clocks differ" in text for text in contradictions(odd, load_rig())] == [True]
+    assert said in other_clock(odd)
+
+
+def test_a_topic_that_begins_and_ends_later_is_of_the_same_clock(recording):
+    drive, hydraulic = recording.drive, recording.hydraulic
+    begun_late = replace(recording, drive=drive.between(20.0, 1e9), hydraulic=hydraulic.between(0.0, float(drive.time[-1]) - 20.0))
+    assert other_clock(begun_late) == "" and contradictions(begun_late, load_rig()) == []
+    assert other_clock(recording) == "" and other_clock(replace(recording, drive=None)) == ""
 
 
 def test_what_is_missing_or_stands_still_tells_nothing(recording):

@@ -30,6 +30,23 @@ def test_a_command_that_comes_too_seldom_drives_no_free_run(recording):
     assert "/drive/telemetry: comes every 1 s, and the free run needs its command at least every 0.25 s" in undriven(slow)
 
 
+@pytest.mark.parametrize("role", ["field", "commissioning", "validation"])
+@pytest.mark.parametrize(("ahead", "said"), [(25.0, "when it is taken 25.0 s later; their clocks differ, and a free run needs one clock"),
+                                             (900.0, "when it is taken 900.0 s later; their clocks differ")])  # fmt: skip
+def test_a_drive_by_another_clock_is_refused(role, ahead, said, recording):
+    odd = replace(recording, drive=replace(recording.drive, time=recording.drive.time + ahead))
+    given = {"field": [recording]} | {role: [odd] if role == "field" else odd}
+    with pytest.raises(ExperimentError) as refused:
+        diagnose(Recordings(**given), load_rig())
+    assert said in str(refused.value) and str(refused.value).startswith(f"{odd.path}: {odd.namespace}/hydraulics/telemetry follows ")
+
+
+def test_drive_and_hydraulics_that_share_no_time_are_refused_whether_the_rod_moves_or_not(recording):
+    still = replace(recording.hydraulic, time=recording.hydraulic.time - 900.0, values=np.zeros_like(recording.hydraulic.values))
+    with pytest.raises(ExperimentError, match=r"they have no time in common; do their clocks differ\?$"):
+        diagnose(Recordings([replace(recording, hydraulic=still)]), load_rig())
+
+
 @pytest.mark.parametrize(("held", "told"), [(4.98, "4.9 s would count, 5 s are needed"), (5.0, ""), (2.0, "2.0 s would count, 5 s are")])
 def test_a_held_out_part_that_is_too_short_is_told_as_less_than_what_is_needed(held, told, recording):
     experiment = Experiment(recording, load_rig())

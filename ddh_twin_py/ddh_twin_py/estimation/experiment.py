@@ -48,6 +48,7 @@ from ddh_twin_py.telemetry.recording import Recording
 from ddh_twin_py.telemetry.resolution import rounding_error
 from ddh_twin_py.telemetry.screening import screen_recording
 from ddh_twin_py.telemetry.signals import DRIVE_FIELDS, DRIVE_TOPIC, HYDRAULIC_FIELDS, HYDRAULIC_TOPIC
+from ddh_twin_py.telemetry.spans import strangers
 from ddh_twin_py.twin.ambient import AmbientTracker
 from ddh_twin_py.twin.command import command_at
 from ddh_twin_py.twin.hydraulic_model import UNSEEN, off_the_stops
@@ -482,6 +483,8 @@ def _in_one_stretch(recording: Recording, rig: Rig, interval: float) -> tuple[Re
         if stream is None or not len(stream):
             raise ExperimentError(
                 f"{recording.path}: {recording.namespace}/{topic}: no message; a free run cannot be compared without it")
+    if apart := strangers(recording, DRIVE_TOPIC, HYDRAULIC_TOPIC):
+        raise ExperimentError(apart)
     if recording.duration < _SHORTEST:
         raise ExperimentError(f"{recording.path}: lasts {recording.duration:.2g} s, which is too short for a free run; at least "
                               f"{_SHORTEST:g} s are needed")

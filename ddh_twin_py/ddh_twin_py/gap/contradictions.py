@@ -6,6 +6,7 @@ Such a recording leaves a gap that no effect explains, or worse, that one feigns
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
@@ -15,6 +16,7 @@ from ddh_twin_py.rig import Rig
 from ddh_twin_py.telemetry.in_order import in_order
 from ddh_twin_py.telemetry.recording import Recording, Stream
 from ddh_twin_py.telemetry.signals import DRIVE_TOPIC, HYDRAULIC_TOPIC
+from ddh_twin_py.telemetry.spans import set_off
 
 _STEP = 0.1  # s, of the common axis
 _TURNING, _MOVING = 10.0, 0.01  # rad/s, m/s: a shaft that turns, a rod that moves
@@ -22,6 +24,7 @@ _PAUSE = 60.0  # s without a sample that are left out
 _LEAST = 100  # points of the axis that tell something
 _AGAINST = -0.5  # correlation from which two channels run against each other
 _LATEST, _LATE, _ALIKE = 10.0, 0.3, 0.1  # s of lag that is looked for and that is told, correlation that it must gain
+_FOLLOWS = 0.5  # correlation of shaft and rod from which they are of one machine, by clocks that are apart
 _FOLLOWED, _SCATTER = 1.25, 0.1  # how far a steady shaft may be from its command, as a ratio, and how little that ratio varies elsewhere
 _TRAVELLED = 2.0  # how many times as fast as its pump delivers, or as slowly, a rod must move to be told
 _ANOTHER = 1.15  # such times from which it is told where they are the same both ways, as leakage slows one and speeds up the other
@@ -40,18 +43,49 @@ def contradictions(recording: Recording, rig: Rig) -> list[str]:
     drive, hydraulic = recording.drive, recording.hydraulic
     if drive is None or hydraulic is None or min(len(drive), len(hydraulic)) < _LEAST:
         return []
-    axis = _axis(drive, hydraulic)
-    if axis.size < _LEAST:
+    warmth = temperature_units(recording) or [text for text in [_winding(recording)] if text]
+    if off := other_clock(recording):
+        return [off, *(f"{recording.path}: {text}" for text in warmth)]
+    on = _on(drive, hydraulic)
+    if not on:
         return []
-    on = {name: _resampled(drive, name, axis) for name in ("speed_command", "speed", "current")}
-    on |= {name: _resampled(hydraulic, name, axis) for name in
-           ("rod_velocity", "rod_position", "pressure_piston_side", "pressure_rod_side")}
     said = [_command(on), _position(on), _shaft(on) or _travel(on, rig), _stroke(hydraulic, rig), _current(on),
             _pressures(on, recording, rig)]
-    drive_topic, hydraulic_topic = (f"{recording.namespace}/{topic}" for topic in (DRIVE_TOPIC, HYDRAULIC_TOPIC))
-    said = [text.format(drive=drive_topic, hydraulic=hydraulic_topic, rig=rig.file) for text in said if text]
-    warmth = temperature_units(recording) or [text for text in [_winding(recording)] if text]
+    said = [_named(text, recording, rig.file) for text in said if text]
     return [f"{recording.path}: {text}" for text in (*said, *warmth)]
+
+
+def other_clock(recording: Recording) -> str:
+    """That drive and hydraulics are of clocks seconds or minutes apart, in one line; '' where they are not, or nothing tells it.
+
+    Begin and end of both are apart alike, and the rod follows the shaft better where that is taken off.
+    """
+    drive, hydraulic = recording.drive, recording.hydraulic
+    if drive is None or hydraulic is None or min(len(drive), len(hydraulic)) < _LEAST:
+        return ""
+    off = set_off(drive.time, hydraulic.time)
+    if off is None:
+        return ""
+    as_is, moved = _on(drive, hydraulic), _on(replace(drive, time=drive.time - off), hydraulic)
+    late, best = _late(moved)
+    if best < _FOLLOWS or as_is and best < _together(as_is, 0) + _ALIKE:
+        return ""
+    return f"{recording.path}: {_named(_clocks_differ(late - off), recording)}"
+
+
+def _named(text: str, recording: Recording, rig: str = "") -> str:
+    drive, hydraulic = (f"{recording.namespace}/{topic}" for topic in (DRIVE_TOPIC, HYDRAULIC_TOPIC))
+    return text.format(drive=drive, hydraulic=hydraulic, rig=rig)
+
+
+def _on(drive: Stream, hydraulic: Stream) -> dict[str, np.ndarray]:
+    """Fields of both streams on one axis, (n,) each; none where they have too little time in common."""
+    axis = _axis(drive, hydraulic)
+    if axis.size < _LEAST:
+        return {}
+    on = {name: _resampled(drive, name, axis) for name in ("speed_command", "speed", "current")}
+    return on | {name: _resampled(hydraulic, name, axis) for name in
+                 ("rod_velocity", "rod_position", "pressure_piston_side", "pressure_rod_side")}
 
 
 def _axis(one: Stream, other: Stream) -> np.ndarray:
@@ -107,13 +141,28 @@ def _shaft(on: dict[str, np.ndarray]) -> str:
     here = np.isfinite(speed) & np.isfinite(velocity)
     if _correlation(speed, velocity, here) < _AGAINST:
         return "{drive} speed is positive while {hydraulic} rod_velocity says that the rod retracts; one of the two has the wrong sign"
+    late, best = _late(on)
+    return "" if abs(late) < _LATE or best < _together(on, 0) + _ALIKE else _clocks_differ(late)
+
+
+def _late(on: dict[str, np.ndarray]) -> tuple[float, float]:
+    """By how many s the rod's velocity comes later than the shaft's speed where both go together best, and how well they do there."""
+    if not on:
+        return 0.0, 0.0
     steps = round(_LATEST / _STEP)
     lags = np.arange(-steps, steps + 1)
-    found = [_correlation(np.roll(speed, lag)[steps:-steps], velocity[steps:-steps], here[steps:-steps]) for lag in lags]
+    found = [_together(on, lag) for lag in lags]
     best = int(np.argmax(found))
-    late = float(lags[best] * _STEP)
-    if abs(late) < _LATE or found[best] < found[steps] + _ALIKE:
-        return ""
+    return float(lags[best] * _STEP), found[best]
+
+
+def _together(on: dict[str, np.ndarray], lag: int) -> float:
+    """Correlation of velocity with a speed that is taken so many steps later, without the ends."""
+    speed, velocity, inner = on["speed"], on["rod_velocity"], slice(round(_LATEST / _STEP), -round(_LATEST / _STEP))
+    return _correlation(np.roll(speed, lag)[inner], velocity[inner], np.isfinite(speed + velocity)[inner])
+
+
+def _clocks_differ(late: float) -> str:
     way = "later" if late < 0.0 else "earlier"
     return f"{{hydraulic}} follows {{drive}} best when it is taken {abs(late):.1f} s {way}; their clocks differ"
 

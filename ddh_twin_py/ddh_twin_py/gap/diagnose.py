@@ -21,7 +21,7 @@ from ddh_twin_py.gap.doubts import at_the_stops, damage, doubts, left_out, of_re
 from ddh_twin_py.gap.drive_case import DriveCase
 from ddh_twin_py.gap.hypotheses import POWER, POWER_WITHOUT_COMMISSIONING
 from ddh_twin_py.gap.search import Found, search
-from ddh_twin_py.gap.suitability import no_answer, no_twice, one_rig, out_of_order, refuse_unfit, unseen
+from ddh_twin_py.gap.suitability import no_answer, no_twice, one_clock, one_rig, out_of_order, refuse_unfit, unseen
 from ddh_twin_py.gap.unknown import structure_left
 from ddh_twin_py.gap.words import careful
 from ddh_twin_py.rig import Rig
@@ -66,7 +66,7 @@ def diagnose(recordings: Recordings, rig: Rig, without: Collection[str] = (), on
         progress: told the share done.
 
     Raises:
-        ExperimentError: a recording that no free run can be compared with, or recordings of several rigs.
+        ExperimentError: a recording that no free run can be compared with, one of several clocks, or recordings of several rigs.
     """
     started = time.perf_counter()
     seconds: dict[str, float] = {}
@@ -78,6 +78,7 @@ def diagnose(recordings: Recordings, rig: Rig, without: Collection[str] = (), on
     recordings = recordings.held_against(rig.oil_grade)
     given = [r for r in (recordings.commissioning, *recordings.field, recordings.validation) if r is not None]
     one_rig(given)
+    one_clock(given)
     share = 1.0 if recordings.validation is not None else 1.0 - HELD_SHARE
     field = [Experiment(recording, rig, used=share) for recording in recordings.field]
     commissioning = [] if recordings.commissioning is None else [Experiment(recordings.commissioning, rig)]

@@ -10,6 +10,7 @@ import numpy as np
 from ddh_twin_py.estimation.binning import HOLDING
 from ddh_twin_py.estimation.experiment import Experiment, ExperimentError
 from ddh_twin_py.estimation.unpredictable import COMMANDS_LOST
+from ddh_twin_py.gap.contradictions import other_clock
 from ddh_twin_py.gap.effect import Effect
 from ddh_twin_py.gap.sensitivity import Column
 from ddh_twin_py.telemetry.recording import Recording, Stream
@@ -41,6 +42,17 @@ def one_rig(recordings: Sequence[Recording]) -> None:
         if other.rig.rig_id != named[0].rig.rig_id:
             raise ExperimentError(f"{other.path}: {other.namespace}/rig: rig_id is {other.rig.rig_id!r}, but {named[0].path} is of rig "
                                   f"{named[0].rig.rig_id!r}; a case is of one rig")
+
+
+def one_clock(recordings: Sequence[Recording]) -> None:
+    """Refuse recordings whose drive and hydraulics are of clocks seconds or minutes apart.
+
+    Raises:
+        ExperimentError: no free run over such a recording goes where its rod goes.
+    """
+    for recording in recordings:
+        if apart := other_clock(recording):
+            raise ExperimentError(f"{apart}, and a free run needs one clock for both")
 
 
 def no_twice(recordings: Sequence[Recording]) -> None:

@@ -10,6 +10,7 @@ _APART = 1.0  # s between two streams that have nothing in common
 _LEAST_SPAN = 10.0  # s of a stream that must share
 _LEAST_SHARE = 0.5  # of its time with the others
 _SILENT, _SILENT_STEPS = 5.0, 10.0  # s, and usual steps of its own, from which a stream is missing at an end
+_ALIKE = 1.0  # s by which begin and end may be off one another where a clock is set off
 
 
 def apart(recording: Recording) -> list[Finding]:
@@ -22,17 +23,32 @@ def apart(recording: Recording) -> list[Finding]:
     against = min(spans, key=lambda topic: sum(share is not None for share in common[topic].values()))
     findings = []
     for topic, span in spans.items():
-        seconds = common[topic][against]
-        if seconds is None:
-            continue
-        name, other = (f"{recording.namespace}/{t}" for t in (topic, against))
-        overlap = "no time" if seconds <= 0.0 else f"only {seconds:.1f} s"
-        message = (
-            f"{recording.path}: {name} spans {span[0]:.1f} to {span[1]:.1f} s, {other} {spans[against][0]:.1f} to "
-            f"{spans[against][1]:.1f} s: they have {overlap} in common; do their clocks differ?"
-        )
-        findings.append(Finding("warning", recording.path, name, "", span[0], 1, message, span[0]))
+        if common[topic][against] is not None:
+            message = _strangers(recording, topic, span, against, spans[against])
+            findings.append(Finding("warning", recording.path, f"{recording.namespace}/{topic}", "", span[0], 1, message, span[0]))
     return findings
+
+
+def strangers(recording: Recording, one: str, other: str) -> str:
+    """That two topics have no time, or little of theirs, in common, in one line; '' where they do or one of them is empty."""
+    times = [stream.time for topic, stream in recording.streams() if topic in (one, other) and len(stream)]
+    if len(times) < 2:
+        return ""
+    spans = [(float(time.min()), float(time.max())) for time in times]
+    return "" if _shared(*spans) is None else _strangers(recording, one, spans[0], other, spans[1])
+
+
+def _strangers(recording: Recording, one: str, span: tuple[float, float], other: str, against: tuple[float, float]) -> str:
+    seconds = _shared(span, against)
+    overlap = "no time" if seconds <= 0.0 else f"only {seconds:.1f} s"
+    return (f"{recording.path}: {recording.namespace}/{one} spans {span[0]:.1f} to {span[1]:.1f} s, {recording.namespace}/{other} "
+            f"{against[0]:.1f} to {against[1]:.1f} s: they have {overlap} in common; do their clocks differ?")
+
+
+def set_off(one: np.ndarray, other: np.ndarray) -> float | None:
+    """By how many s the times of one stream, s, lie after those of another, where begin and end say so alike; None where they do not."""
+    begin, end = float(one.min() - other.min()), float(one.max() - other.max())
+    return 0.5 * (begin + end) if abs(begin) > _SILENT and abs(begin - end) < _ALIKE else None
 
 
 def _shared(a: tuple[float, float], b: tuple[float, float]) -> float | None:
