@@ -69,6 +69,27 @@ def test_replay_is_the_same_to_the_last_bit(rig):
         assert getattr(first, name).tobytes() == getattr(second, name).tobytes(), name
 
 
+@pytest.mark.parametrize(("sensor", "wrong"), [("motor_winding", 90.0), ("tank_oil", -40.0)])
+def test_one_wrong_first_reading_is_gone_with_the_next_two(rig, sensor, wrong):
+    fusion, true = TemperatureFusion(rig, ambient=298.15), TemperatureFusion(rig, ambient=298.15)
+    spread = []
+    for second in range(20):
+        value = wrong + 273.15 if second == 0 else 298.15 + 0.01 * second
+        result = fusion.advance(FusionInputs.unknown(20), [Reading(2, sensor, value)])
+        spread.append(result.standard_deviation[-1, NODE_INDEX[sensor]])
+        known = true.advance(FusionInputs.unknown(20), [Reading(2, sensor, value)] if second else [])
+    assert spread[5] < 0.5 * spread[0]  # it is no more than a hint until the next agrees
+    off = result.temperature[-1] - known.temperature[-1]
+    assert abs(off[NODE_INDEX[sensor]]) < 0.2 and np.all(np.abs(off) < 2.0 * known.standard_deviation[-1] + 0.2)
+
+
+def test_a_first_reading_that_the_next_confirms_is_taken_however_far_off(rig):
+    fusion = TemperatureFusion(rig, ambient=298.15)
+    for value in (390.0, 390.2):
+        result = fusion.advance(FusionInputs.unknown(20), [Reading(2, "motor_winding", value)])
+    assert result.temperature[-1, NODE_INDEX["motor_winding"]] == pytest.approx(390.0, abs=1.0)
+
+
 def test_models_gone_the_uncertainty_grows(rig):
     fusion = TemperatureFusion(rig, ambient=293.15)
     recording, _ = simulated(2)

@@ -128,9 +128,36 @@ def test_after_a_time_without_telemetry_each_sensor_tells_again_however_it_is_cu
 def test_a_short_time_without_telemetry_leaves_a_model_alone():
     driven = np.ones(200, bool)
     driven[50:50 + round(UNDRIVEN / STEP) - 1] = False
-    read = readings(tank_oil=(0, 300.0))
-    first = FirstReadings(load_rig(), STEP, read)
+    first = FirstReadings(load_rig(), STEP, of_tank(300.0, 300.1))
     assert not first.follow(driven, Readings.of([Reading(i, "tank_oil", 310.0) for i in range(200)]))
+
+
+def of_tank(*temperature):
+    """Readings of the tank's oil, K, one an interval."""
+    return Readings.of([Reading(i, "tank_oil", value) for i, value in enumerate(temperature)])
+
+
+@pytest.mark.parametrize("cut", [1, 2, 5])
+def test_a_first_reading_that_the_next_ones_deny_was_none_however_it_is_cut(cut):
+    first, said = FirstReadings(load_rig(), STEP, readings()), [363.0, 300.0, 363.0, 301.0, 302.0, 310.0, 310.0]
+    told = []
+    for begin in range(0, len(said), cut):
+        part = of_tank(*said[begin:begin + cut])
+        told += [(begin + t.row, t.temperature) for t in first.follow(DRIVEN[:cut], part)]
+    assert told == [(0, 363.0), (4, 302.0)]
+
+
+@pytest.mark.parametrize(("start", "then"), [
+    ((363.0,), [(1, 300.0)]), ((300.0,), []), ((363.0, 300.0), [(0, 300.0)]), ((300.0, 363.0, 300.0), [(0, 300.0)]),
+])
+def test_a_start_that_the_next_readings_deny_is_told_again(start, then):
+    first = FirstReadings(load_rig(), STEP, of_tank(*start))
+    assert [(t.row, t.temperature) for t in first.follow(DRIVEN, of_tank(300.0, 300.0, 300.0))] == then
+
+
+def test_one_wrong_reading_of_many_does_not_warm_a_start():
+    begun = start_temperature(of_tank(300.0, 363.0, 300.2), 293.0, STEP)
+    assert begun[NODES.index("tank_oil")] == 300.2
 
 
 def test_a_clock_that_is_put_back_a_little_leaves_a_unit_as_warm_as_it_is():

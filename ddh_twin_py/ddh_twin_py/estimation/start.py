@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from ddh_twin_py.estimation.sensors import NODE_OF_SENSOR, SENSORS
+from ddh_twin_py.estimation.temperature_filter import AGREEING
 from ddh_twin_py.estimation.temperature_fusion import Reading, Readings
 from ddh_twin_py.physics.thermal_network import NODES
 from ddh_twin_py.rig import Rig
@@ -81,7 +82,7 @@ def spread_start(read: Mapping[str, float], ambient: float, rise: np.ndarray | N
 
 def start_temperature(readings: Sequence[Reading] | Readings, ambient: float, interval: float,
                       zero: np.ndarray | None = None, within: float = START) -> np.ndarray:
-    """Temperature of every node at the start, K, (N,): of each sensor the mean over `START` from its first reading on.
+    """Temperature of every node at the start, K, (N,): of each sensor the median over `START` from its first reading on.
 
     Args:
         readings: index counted from the start. ambient: K. interval: s. zero: K, what is known of
@@ -89,17 +90,34 @@ def start_temperature(readings: Sequence[Reading] | Readings, ambient: float, in
     """
     early = _within(readings, interval, within)
     known = np.zeros(len(SENSORS)) if zero is None else zero
-    read = {}
-    for k in np.unique(early.sensor):
-        index, temperature = early.index[early.sensor == k], early.temperature[early.sensor == k]
-        read[NODE_OF_SENSOR[SENSORS[k]]] = float(temperature[(index - index[0]) * interval <= START].mean() - known[k])
+    read = {NODE_OF_SENSOR[SENSORS[k]]: float(np.median(temperature) - known[k]) for k, temperature in _telling(early, interval)}
     return spread_start(read, ambient)
+
+
+def _telling(early: Readings, interval: float) -> Iterator[tuple[int, np.ndarray]]:
+    """Of each sensor its readings, K, over `START` from the first on."""
+    for k in np.unique(early.sensor).tolist():
+        index, temperature = early.index[early.sensor == k], early.temperature[early.sensor == k]
+        yield k, temperature[(index - index[0]) * interval <= START]
+
+
+def _agree(temperature: np.ndarray) -> bool:
+    """Whether two readings in a row, K, (n,), say the same."""
+    return bool(np.any(np.abs(np.diff(temperature)) <= AGREEING))
 
 
 def _within(readings: Sequence[Reading] | Readings, interval: float, within: float) -> Readings:
     """The readings of the first ``within`` seconds."""
     given = readings if isinstance(readings, Readings) else Readings.of(readings)
     return given.between(0, int(within / interval + 1.0e-9) + 1)
+
+
+@dataclass(frozen=True)
+class _Doubted:
+    """A reading that the sensor's next has not confirmed yet: K, and whether a model is as warm as it says."""
+
+    temperature: float
+    moved: bool
 
 
 @dataclass(frozen=True)
@@ -122,7 +140,8 @@ class FirstReadings:
     """Tells which readings move a model that goes on by itself otherwise.
 
     The first of each sensor that was silent while the start was told, within `EARLY` of it, and of each sensor after
-    `UNDRIVEN` in which nothing was known of what drives the model.
+    `UNDRIVEN` in which nothing was known of what drives the model. A first one that the sensor's next does not confirm, within
+    `AGREEING`, was none: the model is moved again, by the first two in a row that agree.
 
     Args:
         rig: the rig. interval: s. readings: index counted from the start. within: s of them that told the start.
@@ -130,7 +149,10 @@ class FirstReadings:
 
     def __init__(self, rig: Rig, interval: float, readings: Sequence[Reading] | Readings, within: float = START) -> None:
         self._zero, self._top_share = temperature_zero_errors(rig)[0], rig["tank.top_share"]
-        self._heard = set(_within(readings, interval, within).sensor.tolist())
+        telling = dict(_telling(_within(readings, interval, within), interval))
+        self._heard = {k for k, temperature in telling.items() if _agree(temperature)}
+        self._doubted = {k: _Doubted(float(temperature[-1]), temperature.size == 1)
+                         for k, temperature in telling.items() if k not in self._heard}
         self._early, self._longest = round(EARLY / interval), round(UNDRIVEN / interval)
         self._until = self._early  # interval up to which a first reading counts, from the first that comes next
         self._undriven = 0
@@ -145,16 +167,30 @@ class FirstReadings:
         told = []
         for row, sensor, temperature in zip(readings.index.tolist(), readings.sensor.tolist(), readings.temperature.tolist(), strict=True):
             while anew and anew[0] <= row:
-                self._until = anew.pop(0) + self._early
-                self._heard.clear()
-            if row < self._until and sensor not in self._heard:
-                self._heard.add(sensor)
-                told.append(self._told(row, sensor, temperature))
+                self._ask_anew(anew.pop(0))
+            if sensor not in self._heard and (row < self._until or sensor in self._doubted):
+                told += self._listen(row, sensor, temperature)
         for row in anew:
-            self._until = row + self._early
-            self._heard.clear()
+            self._ask_anew(row)
         self._until -= driven.size
         return told
+
+    def _ask_anew(self, row: int) -> None:
+        """From interval ``row`` on each sensor's first reading counts again."""
+        self._until = row + self._early
+        self._heard.clear()
+        self._doubted.clear()
+
+    def _listen(self, row: int, sensor: int, temperature: float) -> list[Told]:
+        """What a reading, K, of a sensor that is not believed yet moves."""
+        before = self._doubted.pop(sensor, None)
+        confirmed = before is not None and abs(temperature - before.temperature) <= AGREEING
+        moves = before is None or confirmed and not before.moved
+        if confirmed:
+            self._heard.add(sensor)
+        else:
+            self._doubted[sensor] = _Doubted(temperature, moves)
+        return [self._told(row, sensor, temperature)] if moves else []
 
     def _driven_again(self, driven: np.ndarray) -> list[int]:
         """Intervals with which a model is driven again after a long time."""
@@ -168,7 +204,7 @@ class FirstReadings:
         return again
 
     def _told(self, row: int, sensor: int, temperature: float) -> Told:
-        node, heard = NODE_OF_SENSOR[SENSORS[sensor]], {NODE_OF_SENSOR[SENSORS[k]] for k in self._heard}
+        node, heard = NODE_OF_SENSOR[SENSORS[sensor]], {NODE_OF_SENSOR[SENSORS[k]] for k in (*self._heard, *self._doubted)}
         nodes = np.array([_source(i, heard) == node for i in NODES])
         return Told(row, SENSORS[sensor], temperature - float(self._zero[sensor]), nodes, self._top_share)
 

@@ -83,7 +83,10 @@ GATE = 5.0
 PATIENCE = 10
 """After so many refused readings in a row the sensor's offset is taken as unknown again."""
 NEVER_READ = -1
-"""Count of refused readings of a sensor that has not spoken yet; its first reading passes no gate."""
+"""Count of refused readings of a sensor that is not believed yet: its readings pass no gate."""
+AGREEING = 5.0
+"""K within which two readings in a row, the first of a sensor, say the same; it is believed from then on."""
+_UNSURE = 10.0  # K, standard deviation of a reading of a sensor that is not believed yet
 _UNKNOWN_HEAT_TIME = 60.0  # s, correlation time of what is not a state: heat while telemetry is missing, errors of the node's own heat
 _UNKNOWN_HEAT = 0.3  # W per node, standard deviation
 _UNKNOWN_SHARE = 0.005  # of the node's own heat
@@ -394,15 +397,19 @@ def predict_covariance(params, dynamic, deviation, covariance, sensor_node, lag,
 
 
 @kernel
-def update(dynamic, offset, deviation, covariance, sensor, innovation, noise, refused, accepted, spread, gains):
+def update(dynamic, offset, deviation, covariance, sensor, measured, innovation, noise, refused, before, accepted, spread, gains):
     """Apply readings one after the other, in place.
+
+    The first reading of a sensor may be any, and moves what it tells of; it counts with 10 K until the next says the same.
 
     Args:
         sensor: index of the sensor of each reading, (r,).
+        measured: K, (r,).
         innovation: K, reading minus expected reading at the reading's own time, (r,); changed
             to what was left when it was applied.
         noise: K, standard deviation of each reading, (r,).
-        refused: readings refused in a row, per sensor, `NEVER_READ` before the first, (m,).
+        refused: readings refused in a row, per sensor, `NEVER_READ` of one that is not believed yet, (m,).
+        before: K, last reading of each sensor that is not believed yet, NaN before the first, (m,).
         accepted: out, whether each reading was used, (r,). spread: out, K, its expected deviation.
         gains: out, covariance of the state with each reading when it was applied, (r, size of the covariance).
     """
@@ -416,17 +423,21 @@ def update(dynamic, offset, deviation, covariance, sensor, innovation, noise, re
         gain = gains[r]
         for i in range(size):
             gain[i] = covariance[i, reading] + covariance[i, zero]
-        variance = gain[reading] + gain[zero] + noise[r] * noise[r]
+        new = refused[k] == NEVER_READ
+        unsure = new and not abs(measured[r] - before[k]) <= AGREEING
+        before[k] = measured[r]
+        own = max(noise[r], _UNSURE) if unsure else noise[r]
+        variance = gain[reading] + gain[zero] + own * own
         left = innovation[r] - moved[reading] - moved[zero]
         innovation[r] = left
         spread[r] = np.sqrt(variance)
-        accepted[r] = refused[k] == NEVER_READ or left * left <= GATE * GATE * variance
+        accepted[r] = new or left * left <= GATE * GATE * variance
         if not accepted[r]:
             refused[k] += 1
             if refused[k] % PATIENCE == 0:
                 covariance[zero, zero] += left * left
             continue
-        refused[k] = 0
+        refused[k] = NEVER_READ if unsure else 0
         for i in range(size):
             moved[i] += gain[i] / variance * left
         for i in range(size):

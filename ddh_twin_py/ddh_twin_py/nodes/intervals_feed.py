@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ddh_twin_py.estimation.start import same_unit
 from ddh_twin_py.estimation.temperature_fusion import Reading
 from ddh_twin_py.physics.soft_sensor import MEASURED_DTYPE
 from ddh_twin_py.telemetry.alignment import Tick
@@ -26,12 +27,14 @@ AMBIENT = "ambient"
 class Batch:
     """n intervals that follow each other.
 
-    `first`: the model starts anew with them. `end_ns` int64[n]; `measured` `MEASURED_DTYPE` (n,);
+    `first`: they do not follow those before. `put_back`: a clock was put back a little, and the model goes on as warm as it is; where
+    it was not, `first` is where the model starts anew. `end_ns` int64[n]; `measured` `MEASURED_DTYPE` (n,);
     `command` rad/s, (`command_size` (n),); `air` K as read in each interval, (n,), NaN where it
     was not; `readings` of the temperature sensors, index within the batch.
     """
 
     first: bool
+    put_back: bool
     end_ns: np.ndarray
     measured: np.ndarray
     command: np.ndarray
@@ -45,26 +48,28 @@ class Batch:
         """The intervals start..stop."""
         rows, command = slice(start, stop), self.command[command_size(start) - 1 : command_size(stop)]
         readings = [replace(r, index=r.index - start) for r in self.readings if start <= r.index < stop]
-        return Batch(self.first and start == 0, self.end_ns[rows], self.measured[rows], command, self.air[rows], readings)
+        first, put_back = self.first and start == 0, self.put_back and start == 0
+        return Batch(first, put_back, self.end_ns[rows], self.measured[rows], command, self.air[rows], readings)
 
 
 class IntervalsFeed:
     """Reduces ticks to intervals.
 
-    Holds back the newest tick, whose samples tell the command at the last edge, and at each
-    start the ticks of `start` seconds, whose readings tell where the models start.
+    Holds back the newest tick, whose samples tell the command at the last edge, and where a model
+    starts anew the ticks of `start` seconds, whose readings tell where.
     """
 
     def __init__(self, interval: float, start: float) -> None:
         self._interval = interval
         self._start_ticks = max(1, round(start / interval) + 1)
         self._waiting: list[Tick] = []
+        self._newest_ns = 0  # end of the last tick
         self._begin(None)
 
-    def _begin(self, epoch_ns: int | None) -> None:
+    def _begin(self, epoch_ns: int | None, put_back: bool = False) -> None:
         self._carry = new_carry()
         self._epoch_ns = epoch_ns
-        self._started = False
+        self._first, self._put_back = True, put_back
 
     def begin_anew(self) -> None:
         """The model starts anew with what comes from now on, as after a restart of the ticks; what waits is kept."""
@@ -73,12 +78,16 @@ class IntervalsFeed:
     def add(self, ticks: list[Tick], flush: bool = False) -> Iterator[Batch]:
         """Batches that can be computed now; `flush`: hold nothing back."""
         for tick in ticks:
-            if tick.restart and self._waiting:
-                yield self._reduce(self._waiting, None)
-                self._waiting = []
-            if tick.restart or self._epoch_ns is None:
+            if self._epoch_ns is None:
                 self._begin(tick.start_ns)
+            elif tick.restart:
+                goes_on = self._started and same_unit((tick.start_ns - self._newest_ns) * 1e-9)
+                if self._waiting:
+                    yield self._reduce(self._waiting, None)
+                    self._waiting = []
+                self._begin(tick.start_ns, goes_on)
             self._waiting.append(tick)
+            self._newest_ns = tick.end_ns
         held = 0 if flush else 1
         enough = len(self._waiting) > (held if self._started or flush else self._start_ticks)
         if enough:
@@ -86,6 +95,11 @@ class IntervalsFeed:
             following = self._waiting[-1] if held else None
             self._waiting = self._waiting[len(ready) :]
             yield self._reduce(ready, following)
+
+    @property
+    def _started(self) -> bool:
+        """Whether there is a model that goes on with what comes."""
+        return not self._first or self._put_back
 
     def _reduce(self, ticks: list[Tick], following: Tick | None) -> Batch:
         n = len(ticks)
@@ -104,8 +118,9 @@ class IntervalsFeed:
                 readings.append(reading)
                 if reading.sensor == AMBIENT:
                     air[i] = reading.temperature
-        first, self._started = not self._started, True
-        return Batch(first, end_ns, measured, command, air, readings)
+        first, put_back = self._first, self._put_back
+        self._first = self._put_back = False
+        return Batch(first, put_back, end_ns, measured, command, air, readings)
 
     def _joined(self, ticks: list[Tick], n: int, topic: str, width: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Times in s, samples (m, width) of all ticks, and for the first n where each one ends."""

@@ -59,7 +59,7 @@ MODEL_PARAMETERS = (
     Parameter(
         "start", START,
         "Length of data whose temperature readings tell where the model starts; nothing is published before. A sensor that is silent "
-        "then moves the model by its first reading.",
+        "then moves the model by its first reading, and again where the next ones say otherwise.",
         "s", 0.0, 60.0,
     ),
 )  # fmt: skip
@@ -252,15 +252,14 @@ class ModelNode(TelemetryNode):
 
     def _advance(self, batch: Batch) -> None:
         take_off_sensor_errors(batch.measured, self.rig)
-        back = (int(batch.end_ns[0]) - self.newest_ns) * 1e-9 - self.interval
-        anew = batch.first and not (self.unit is not None and same_unit(back))
+        anew = batch.first and not batch.put_back
         if anew:
             self._air = AmbientTracker(ZERO_CELSIUS + self.rig["ambient"], self.interval)
         air = self._air.advance(batch.air)
         readings = Readings.of(batch.readings).off_the_air(air, self.rig)
         if anew:
             self._start(readings, air)
-        elif batch.first:
+        elif batch.put_back:
             self._model.begin_again()
         told = self._first_readings.follow(self.driven(batch), readings)
         rows = sorted({0, *(t.row for t in told), len(batch)})
