@@ -6,9 +6,7 @@ import numpy as np
 import pytest
 from ddh_twin_py.bags import damage
 from ddh_twin_py.bags.reader import read_recording
-from ddh_twin_py.estimation.start import same_unit
 from ddh_twin_py.telemetry.causes import Cause
-from ddh_twin_py.telemetry.clock import PUT_BACK
 from ddh_twin_py.telemetry.recording import Stream, drive_stream
 from ddh_twin_py.telemetry.screening import StreamScreen, screen_recording
 from ddh_twin_py.telemetry.signals import DRIVE_FIELDS, SIGNALS, TEMPERATURE_SENSORS
@@ -338,10 +336,6 @@ def test_clock_that_jumps_back(by, then, paper, noise):
         assert finding.value == pytest.approx(by, abs=0.01)  # whatever the step of the stream
     assert len(screened.drive) == len(paper.drive)
     assert int((np.diff(screened.drive.time) < 0).sum()) == 1
-
-
-def test_what_is_said_of_a_clock_that_was_put_back_is_what_the_twin_does():
-    assert same_unit(-PUT_BACK) and not same_unit(-PUT_BACK - 0.1)
 
 
 def test_clock_that_jumps_forward_is_a_gap(paper, noise):

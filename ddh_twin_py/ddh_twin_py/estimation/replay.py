@@ -137,8 +137,8 @@ def replay(recording: Recording, rig: Rig, interval: float = INTERVAL, without: 
            covariances: bool = False) -> ReplayResult:
     """Run models and fusion over a recording.
 
-    Screening and cutting into intervals come first. Where the clock jumped back everything
-    starts anew; where it skipped a long time the unit is taken to have rested.
+    Screening and cutting into intervals come first. Where the clock jumped back by more than `PUT_BACK` everything
+    starts anew, by less the unit is as warm as it was; where it skipped a long time it is taken to have rested.
 
     Args:
         recording: as read. rig: the rig. interval: s of one output.

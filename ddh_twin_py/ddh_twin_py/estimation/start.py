@@ -12,6 +12,7 @@ from ddh_twin_py.estimation.temperature_filter import AGREEING
 from ddh_twin_py.estimation.temperature_fusion import Reading, Readings
 from ddh_twin_py.physics.thermal_network import NODES
 from ddh_twin_py.rig import Rig
+from ddh_twin_py.telemetry.clock import PUT_BACK
 from ddh_twin_py.twin.sensor_errors import temperature_zero_errors
 from ddh_twin_py.twin.temperature_sensors import sensed
 
@@ -21,8 +22,6 @@ EARLY = 60.0
 """s of readings that tell it better, once a first run says how the temperature went on from there."""
 UNDRIVEN = 30.0
 """s without telemetry after which readings tell anew how warm a unit is: nobody knows what it did meanwhile."""
-PUT_BACK = 10.0
-"""s by which a clock may be put back, and the unit is still as warm as it was."""
 _RISE_KNOWN = 0.15  # of the first run's own change, how well it knows that over `EARLY`
 
 _OIL = ("tank_oil", "cylinder_barrel", "tank_wall", "pump_2_case", "pump_1_case", "line_b_wall", "line_a_wall")

@@ -7,12 +7,12 @@ from collections.abc import Callable, Iterable
 import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 
-from ddh_twin_py.estimation.start import PUT_BACK
 from ddh_twin_py.nodes import qos
 from ddh_twin_py.nodes.inputs import Input
 from ddh_twin_py.nodes.node_base import TwinNode
 from ddh_twin_py.nodes.telemetry_feed import TelemetryFeed
 from ddh_twin_py.telemetry.causes import Cause
+from ddh_twin_py.telemetry.clock import PUT_BACK
 from ddh_twin_py.telemetry.screening import StreamScreen
 
 PERIOD = 1.0  # s of wall time

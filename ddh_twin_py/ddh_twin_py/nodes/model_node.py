@@ -53,7 +53,8 @@ MODEL_PARAMETERS = (
     *TWIN_PARAMETERS,
     Parameter(
         "stream_timeout", 2.0,
-        "How much data time an interval waits for a stream that has stopped; after that it is not waited for.",
+        "How much data time an interval waits for a stream that has stopped; after that it is not waited for. One that goes on behind the "
+        "others is waited for up to 10 s longer.",
         "s", 0.1, 60.0,
     ),
     Parameter(
