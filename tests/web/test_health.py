@@ -54,30 +54,39 @@ def test_a_sensor_comes_in_stops_and_comes_back():
     sensors, health = Sensors(["drive/telemetry", TANK]), Health()
     assert sensor(sensors, health, 0.0)["state"] == "absent"
     for k in range(40):
-        sensors.arrived("drive/telemetry", 5, {"speed": 1.0}, 10.0 + 0.05 * k)
+        sensors.arrived("drive/telemetry", 5, {"speed": 1.0}, 0.05 * k, 10.0 + 0.05 * k)
     assert sensor(sensors, health, 12.0)["state"] == "ok"
     assert sensor(sensors, health, 12.0, paused=True)["state"] == "paused"
     row = sensor(sensors, health, 15.0)
     assert row["state"] == "stopped" and row["why"] == "no message for 3 s" and row["age"] == pytest.approx(3.05, abs=0.1)
-    sensors.arrived("drive/telemetry", 5, {"speed": 1.0}, 15.0)
+    sensors.arrived("drive/telemetry", 5, {"speed": 1.0}, 5.0, 15.0)
     assert sensor(sensors, health, 15.1)["state"] == "ok"
     assert sensor(sensors, health, 15.1, topic=TANK)["state"] == "absent"
+
+
+@pytest.mark.parametrize("speed", [0.5, 1.0, 5.0])
+def test_a_rate_is_that_of_the_data_however_fast_it_is_played(speed):
+    sensors, health = Sensors(["drive/telemetry"]), Health()
+    for k in range(100):
+        sensors.arrived("drive/telemetry", 5, {"speed": 1.0}, 0.05 * k * speed, 10.0 + 0.05 * k)
+        row = sensor(sensors, health, 10.0 + 0.05 * k)
+    assert row["rate"] == pytest.approx(100.0 / speed)
 
 
 def test_a_slow_sensor_has_not_stopped_between_two_readings():
     sensors, health = Sensors([TANK]), Health()
     for k in range(6):
-        sensors.arrived(TANK, 1, {"reading": 20.0}, 10.0 * k)
+        sensors.arrived(TANK, 1, {"reading": 20.0}, 10.0 * k, 10.0 * k)
     assert sensor(sensors, health, 65.0, topic=TANK)["state"] == "ok"
     assert sensor(sensors, health, 80.0, topic=TANK)["state"] == "stopped"
 
 
 def test_a_reading_that_is_none_and_what_the_nodes_say(health):
     sensors = Sensors([TANK])
-    sensors.arrived(TANK, 1, {"reading": math.nan}, 100.0)
+    sensors.arrived(TANK, 1, {"reading": math.nan}, 0.0, 100.0)
     assert sensor(sensors, health, 100.1, topic=TANK) | {"age": None} == {
         "topic": TANK, "name": "tank_oil", "rate": None, "age": None, "state": "error", "why": "reading not a number",
     }  # fmt: skip
-    sensors.arrived(TANK, 1, {"reading": 21.0}, 100.2)
+    sensors.arrived(TANK, 1, {"reading": 21.0}, 0.2, 100.2)
     row = sensor(sensors, health, 100.3, topic=TANK)
     assert (row["state"], row["why"]) == ("warn", "stuck (3 times)")

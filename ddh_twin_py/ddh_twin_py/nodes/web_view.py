@@ -112,7 +112,8 @@ class WebView(TwinNode):
         stamps, values = telemetry_rows(stream.topic, messages)
         if stamps.size:
             self._board.take(stream.name, stamps, values)
-            self._sensors.arrived(stream.topic, len(messages), dict(zip(stream.fields, values[-1].tolist(), strict=True)), wall)
+            last = dict(zip(stream.fields, values[-1].tolist(), strict=True))
+            self._sensors.arrived(stream.topic, len(messages), last, stamps[-1] * 1e-9, wall)
 
     def _take_documents(self, wall: float) -> None:
         for entry, key, document in self._documents:

@@ -71,6 +71,7 @@ class Health:
 class _Arrivals:
     at: list[float] = field(default_factory=list)  # s of wall time of looks that found something
     count: int = 0
+    newest: float = math.nan  # s of data
     values: Mapping[str, float] = field(default_factory=dict)
 
 
@@ -81,17 +82,18 @@ class Sensors:
 
     def __init__(self, topics: Iterable[str]) -> None:
         self._arrivals = {topic: _Arrivals() for topic in topics}
-        self._counts: dict[str, list[tuple[float, int]]] = {topic: [] for topic in self._arrivals}
+        self._counts: dict[str, list[tuple[float, int, float]]] = {topic: [] for topic in self._arrivals}
 
-    def arrived(self, topic: str, count: int, values: Mapping[str, float], wall: float) -> None:
-        """`count` messages came at `wall` in s, the last of them with these values by field."""
+    def arrived(self, topic: str, count: int, values: Mapping[str, float], stamp: float, wall: float) -> None:
+        """`count` messages came at `wall` in s, the last of them with these values by field and this stamp in s."""
         entry = self._arrivals[topic]
         entry.at = [*entry.at[-19:], wall]
         entry.count += count
+        entry.newest = stamp
         entry.values = values
 
     def document(self, health: Health, wall: float, paused: bool) -> list[dict]:
-        """Rows of topic, state (ok, warn, error, stopped, paused, absent), why, age in s, rate in 1/s."""
+        """Rows of topic, state (ok, warn, error, stopped, paused, absent), why, age in s, rate in 1/s of data."""
         return [self._row(topic, entry, health, wall, paused) for topic, entry in self._arrivals.items()]
 
     def _row(self, topic: str, entry: _Arrivals, health: Health, wall: float, paused: bool) -> dict:
@@ -112,9 +114,10 @@ class Sensors:
         return row | {"state": ("ok", "warn", "error")[level], "why": message if level else "comes in"}
 
     def _rate(self, topic: str, entry: _Arrivals, wall: float) -> float | None:
+        """Messages for each second of their stamps, however fast they are played."""
         counts = self._counts[topic]
-        counts.append((wall, entry.count))
+        counts.append((wall, entry.count, entry.newest))
         while counts[0][0] < wall - self._OVER:
             counts.pop(0)
-        (first, before), (last, now) = counts[0], counts[-1]
+        (_, before, first), (_, now, last) = counts[0], counts[-1]
         return float(f"{(now - before) / (last - first):.2g}") if last > first else None
