@@ -103,11 +103,16 @@ def calibration_document(fit: Calibration, experiments: Sequence[Experiment], si
 
 
 def _signals(signals: Sequence[SignalFit]) -> doc.Html:
-    columns = (doc.Column("Signal", number=False), doc.Column("As given", "× noise"), doc.Column("Fitted", "× noise"),
-               doc.Column("Held out", "× noise", number=False), doc.Column("Samples", "held out"))
-    rows = [(words(s.name), number(s.before, 2), number(s.after, 2),
-             doc.mark("none", "–") if s.held_out is None else doc.mark(level(s.held_out), f"{number(s.held_out, 2)} ×"),
-             str(s.samples_held_out or "–")) for s in signals]
+    """Every signal; what was held out only where something was."""
+    held = any(s.held_out is not None for s in signals)
+    columns = [doc.Column("Signal", number=False), doc.Column("As given", "× noise"), doc.Column("Fitted", "× noise", number=held),
+               *((doc.Column("Held out", "× noise", number=False), doc.Column("Samples", "held out")) if held else ())]
+
+    def judged(value: float | None) -> doc.Html:
+        return doc.mark("none", "–") if value is None else doc.mark(level(value), f"{number(value, 2)} ×")
+
+    rows = [(words(s.name), number(s.before, 2),
+             *((number(s.after, 2), judged(s.held_out), str(s.samples_held_out or "–")) if held else (judged(s.after),))) for s in signals]
     return doc.Html(doc.table(columns, rows) + doc.note("RMS of the free run over the noise of one sample."))
 
 

@@ -27,10 +27,12 @@ def print_calibration(fit: Calibration, signals: Sequence[SignalFit], said: str,
     console = console or Console()
     if failed := unfitted(signals):
         console.print(said, style=STYLE["poor"], highlight=False)
-    table = plain_table("signal", "as given", "fitted", "held out")
+    held = any(s.held_out is not None for s in signals)
+    table = plain_table("signal", "as given", "fitted", *(["held out"] if held else []))
     for s in signals:
-        held = Text("–") if s.held_out is None else Text(number(s.held_out, 2), style=STYLE[level(s.held_out)])
-        table.add_row(words(s.name), number(s.before, 2), Text(number(s.after, 2), style=STYLE[level(s.after)]), held)
+        judged = [s.after, *([s.held_out] if held else [])]
+        marks = (Text("–") if value is None else Text(number(value, 2), style=STYLE[level(value)]) for value in judged)
+        table.add_row(words(s.name), number(s.before, 2), *marks)
     table.caption, table.caption_justify = "RMS of the free run over the noise of one sample", "left"
     console.print(table)
     groups = grouped(fit)
