@@ -67,6 +67,27 @@ def test_a_fit_that_lost_its_way_is_found_again_with_sensitivities_of_its_own():
     np.testing.assert_allclose(fits.fitted[true].x, found.x, rtol=0.05)
 
 
+def test_of_two_near_rivals_that_stopped_on_the_way_the_better_one_is_found():
+    model, true, other = FirstOrder(np.array([1.0, -0.8, 0.5]), [(EFFECTS[1], 0, 1.5)], seed=1), (EFFECTS[1].id,), (EFFECTS[0].id,)
+    with ThreadPoolExecutor(2) as pool:
+        linearised = linearise(model, EFFECTS, np.zeros(3), Discrepancy(), SLACK, POWER, pool)
+        singles = linearised.evidence.singles()
+        fits = Fits(linearised, weighted(singles + linearised.evidence.pairs(singles), linearised.columns, linearised.effects), pool)
+        fits._fit([(), true, other])
+        found, rival = fits.fitted[true], fits.fitted[other]
+        none = replace(fits.fitted[()], log_evidence=found.log_evidence - 500.0)
+        astray = replace(found, x=0.7 * found.x, log_evidence=found.log_evidence - 8.0)
+        ahead = replace(rival, log_evidence=found.log_evidence - 4.0)
+        alone = {(): none, true: replace(astray, predictions=model.run(astray.theta, astray.acting))}
+        fits.fitted = {**alone, other: replace(ahead, log_evidence=none.log_evidence + 1.0)}
+        fits.sharpen()
+        assert fits.fitted[true].log_evidence == astray.log_evidence, "where no rival is near nothing is decided by it"
+        fits.fitted = {**alone, other: ahead}
+        fits.sharpen()
+    assert fits.fitted[true].log_evidence > found.log_evidence - 0.5
+    np.testing.assert_allclose(fits.fitted[true].x, found.x, rtol=0.05)
+
+
 def test_where_the_linear_model_misjudges_no_effect_others_are_judged_as_elsewhere():
     """About where an effect acts, sets without it mend what no effect lacks at that place alone."""
     true, other, third = (effect.id for effect in (EFFECTS[1], EFFECTS[0], EFFECTS[2]))

@@ -39,7 +39,7 @@ _LOST = 1000.0  # log evidence of no effect over what the linear model says, fro
 _JUDGED = 3  # leading pairs held against a free law of their first effect
 _ANY_SIZE = 10.0  # columns: width of the prior of sizes, once it is asked how large an effect is and not whether it is there
 _SHORT, _SHORT_SHARE = 10.0, 0.05  # log evidence, and share of it, that the linear model promises and no run finds: a fit that lost its way
-_SHARPENED = 3  # leading sets that are then fitted with sensitivities of their own
+_SHARPENED = 3  # leading sets that are then, or where they are rivals, fitted with sensitivities of their own
 _BEHIND = 0.1  # log weight by which a set that nobody fitted is behind the best at least
 _UNFITTED, _ROUNDS = 0.1, 3  # probability that sets may hold together which nobody fitted; rounds of fits that see to it
 _POOR = 1.5  # chi-square per row above which the leading hypothesis explains too little to be the last word
@@ -141,7 +141,7 @@ class Fits:
             others = {*confused[name], *(other for other, known in confused.items() if name in known)} - set(best)
             found += [tuple(sorted({*best} - {name} | {other})) for other in others]
         wanted = [ids for ids in dict.fromkeys(found) if ids in expected and ids not in self.fitted]
-        least = self._full(best) - max(_ALIKE, _ALIKE_SHARE * self.gain(best))
+        least = self._full(best) - self._reach(best)
         wanted = [ids for ids in wanted if max(expected[ids], self._weights[ids][0]) > least]
         return sorted(wanted, key=lambda ids: -expected[ids])[:_AT_ONCE]
 
@@ -230,15 +230,29 @@ class Fits:
         return bool(best) and promised - self.fitted[best].log_evidence > max(_SHORT, _SHORT_SHARE * self.linear(best))
 
     def sharpen(self) -> None:
-        """Fit the leading sets from where sensitivities lead that are taken with their effects acting.
+        """Fit the leading sets from where sensitivities lead that are taken with their effects acting, where that may decide.
 
         Those of the linear model know no effect. A resistance between winding and housing that is grown eightfold turns a motor's heat
-        another way, and steps by them creep.
+        another way, and steps by them creep: of two rivals that stopped on the way neither is known for the better one.
         """
         altered = [i for i, acts in enumerate(self._linearised.model.altered) if acts]
-        leading = sorted((ids for ids in self.fitted if ids and ids in self._weights), key=lambda ids: -self._full(ids))[:_SHARPENED]
-        reached = [Refit(self._about(fitted, altered)).again(fitted) for fitted in (self.fitted[ids] for ids in leading)]
+        reached = [Refit(self._about(fitted, altered)).again(fitted) for fitted in (self.fitted[ids] for ids in self._unsettled())]
         self._take(self._refit.again, reached)
+
+    def _unsettled(self) -> list[Ids]:
+        """Leading sets of which it is not known which is the best: rivals are near, or a fit lost its way."""
+        leading = sorted((ids for ids in self.fitted if ids and ids in self._weights), key=lambda ids: -self._full(ids))[:_SHARPENED]
+        if self.fell_short():
+            return leading
+        if not leading or self.gain(leading[0]) < _BENDS:
+            return []
+        least = self._full(leading[0]) - self._reach(leading[0])
+        near = [ids for ids in leading if self._full(ids) > least]
+        return near if len(near) > 1 else []
+
+    def _reach(self, best: Ids) -> float:
+        """Log weight behind the best set within which another may turn out to be better."""
+        return max(_ALIKE, _ALIKE_SHARE * self.gain(best))
 
     def _about(self, fitted: Refitted, numbers: Sequence[int]) -> Linearised:
         """The linearisation with sensitivities of the recordings ``numbers`` where a hypothesis is at its optimum, its effects acting."""

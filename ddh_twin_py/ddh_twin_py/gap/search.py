@@ -93,8 +93,7 @@ def search(model: Model, effects: Sequence[Effect], theta: np.ndarray, discrepan
         theta, otherwise = (otherwise, None) if again else (fits.fitted[leader].theta, otherwise)
         near = not moved and np.abs(theta - linearised.taken).max() < _NEARBY
         fits = found = None  # with runs and sensitivities of half an hour these are hundreds of megabytes
-    if fits.fell_short():
-        fits.sharpen()
+    fits.sharpen()
     fits.settle()
     found = Found(linearised, fits.probability(), fits.fitted)
     likely = [ids for ids, p in found.probability.items() if p >= _LIKELY][:_SIZED]
