@@ -240,15 +240,15 @@ class Fits:
         self._take(self._refit.again, reached)
 
     def _unsettled(self) -> list[Ids]:
-        """Leading sets of which it is not known which is the best: rivals are near, or a fit lost its way."""
-        leading = sorted((ids for ids in self.fitted if ids and ids in self._weights), key=lambda ids: -self._full(ids))[:_SHARPENED]
+        """Leading sets of which it is not known which is the best: others instead of the first are near, or a fit lost its way."""
+        leading = sorted((ids for ids in self.fitted if ids and ids in self._weights), key=lambda ids: -self._full(ids))
         if self.fell_short():
-            return leading
+            return leading[:_SHARPENED]
         if not leading or self.gain(leading[0]) < _BENDS:
             return []
-        least = self._full(leading[0]) - self._reach(leading[0])
-        near = [ids for ids in leading if self._full(ids) > least]
-        return near if len(near) > 1 else []
+        best, least = set(leading[0]), self._full(leading[0]) - self._reach(leading[0])
+        near = [ids for ids in leading[1:] if self._full(ids) > least and not best >= {*ids} and not best <= {*ids}]
+        return [leading[0], *near[: _SHARPENED - 1]] if near else []
 
     def _reach(self, best: Ids) -> float:
         """Log weight behind the best set within which another may turn out to be better."""
