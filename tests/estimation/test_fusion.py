@@ -83,6 +83,27 @@ def test_one_wrong_first_reading_is_gone_with_the_next_two(rig, sensor, wrong):
     assert abs(off[NODE_INDEX[sensor]]) < 0.2 and np.all(np.abs(off) < 2.0 * known.standard_deviation[-1] + 0.2)
 
 
+@pytest.mark.parametrize("away", [900.0, 3600.0])
+def test_one_wrong_reading_after_a_rest_is_gone_with_the_next_two(rig, away):
+    fusion = TemperatureFusion(rig, ambient=298.15)
+    at = NODE_INDEX["motor_winding"]
+    for _ in range(30):
+        fusion.advance(FusionInputs.unknown(20), [Reading(2, "motor_winding", 310.0)])
+    fusion.restore(fusion.state, away)
+    for value in (363.15, *np.linspace(305.0, 304.0, 12)):
+        result = fusion.advance(FusionInputs.unknown(20), [Reading(2, "motor_winding", value)])
+    assert result.temperature[-1, at] == pytest.approx(305.0, abs=2.0)
+
+
+def test_of_a_sensor_that_says_two_things_in_turn_the_first_is_believed(rig):
+    fusion = TemperatureFusion(rig, ambient=298.15)
+    for second in range(40):
+        value = 363.15 if second % 2 else 300.0
+        result = fusion.advance(FusionInputs.unknown(20), [Reading(2, "tank_oil", value)])
+    assert result.temperature[-1, NODE_INDEX["tank_oil"]] == pytest.approx(300.0, abs=1.0)
+    assert not any(i.accepted for i in result.innovations)
+
+
 def test_a_first_reading_that_the_next_confirms_is_taken_however_far_off(rig):
     fusion = TemperatureFusion(rig, ambient=298.15)
     for value in (390.0, 390.2):

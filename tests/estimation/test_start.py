@@ -119,6 +119,7 @@ def test_after_a_time_without_telemetry_each_sensor_tells_again_however_it_is_cu
     driven[50:50 + round(UNDRIVEN / STEP)] = False
     read = [Reading(i, "tank_oil", 300.0 + i) for i in range(0, 200, 7)]
     first, told = FirstReadings(load_rig(), STEP, []), []
+    first.follow(DRIVEN[:0], readings())
     for begin in range(0, 200, cut):
         part = [Reading(r.index - begin, r.sensor, r.temperature) for r in read if begin <= r.index < begin + cut]
         told += [begin + t.row for t in first.follow(driven[begin:begin + cut], Readings.of(part))]
@@ -141,6 +142,7 @@ def of_tank(*temperature):
 def test_a_first_reading_that_the_next_ones_deny_was_none_however_it_is_cut(cut):
     first, said = FirstReadings(load_rig(), STEP, readings()), [363.0, 300.0, 363.0, 301.0, 302.0, 310.0, 310.0]
     told = []
+    first.follow(DRIVEN[:0], readings())
     for begin in range(0, len(said), cut):
         part = of_tank(*said[begin:begin + cut])
         told += [(begin + t.row, t.temperature) for t in first.follow(DRIVEN[:cut], part)]
@@ -152,7 +154,14 @@ def test_a_first_reading_that_the_next_ones_deny_was_none_however_it_is_cut(cut)
 ])
 def test_a_start_that_the_next_readings_deny_is_told_again(start, then):
     first = FirstReadings(load_rig(), STEP, of_tank(*start))
+    assert not first.follow(DRIVEN[:len(start)], of_tank(*start)), "what told the start does not confirm itself"
     assert [(t.row, t.temperature) for t in first.follow(DRIVEN, of_tank(300.0, 300.0, 300.0))] == then
+
+
+def test_a_reading_that_none_confirmed_in_time_moves_nothing_any_more():
+    first, late = FirstReadings(load_rig(), STEP, of_tank(363.0)), round(2.0 * EARLY / STEP)
+    assert not first.follow(np.ones(late, bool), of_tank(363.0))
+    assert not first.follow(DRIVEN, of_tank(300.0, 300.0, 300.0))
 
 
 def test_one_wrong_reading_of_many_does_not_warm_a_start():

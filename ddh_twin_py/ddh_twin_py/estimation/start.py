@@ -136,11 +136,11 @@ class Told:
 
 
 class FirstReadings:
-    """Tells which readings move a model that goes on by itself otherwise.
+    """Tells which readings move a model that goes on by itself otherwise; the first it is given to follow are those that told the start.
 
     The first of each sensor that was silent while the start was told, within `EARLY` of it, and of each sensor after
     `UNDRIVEN` in which nothing was known of what drives the model. A first one that the sensor's next does not confirm, within
-    `AGREEING`, was none: the model is moved again, by the first two in a row that agree.
+    `AGREEING`, was none: the model is moved again, by the first two in a row that agree within as long once more.
 
     Args:
         rig: the rig. interval: s. readings: index counted from the start. within: s of them that told the start.
@@ -154,6 +154,7 @@ class FirstReadings:
                          for k, temperature in telling.items() if k not in self._heard}
         self._early, self._longest = round(EARLY / interval), round(UNDRIVEN / interval)
         self._until = self._early  # interval up to which a first reading counts, from the first that comes next
+        self._telling = int(within / interval + 1.0e-9) + 1  # intervals that come next whose readings told the start
         self._undriven = 0
 
     def follow(self, driven: np.ndarray, readings: Readings) -> list[Told]:
@@ -167,11 +168,13 @@ class FirstReadings:
         for row, sensor, temperature in zip(readings.index.tolist(), readings.sensor.tolist(), readings.temperature.tolist(), strict=True):
             while anew and anew[0] <= row:
                 self._ask_anew(anew.pop(0))
-            if sensor not in self._heard and (row < self._until or sensor in self._doubted):
+            late = self._until + self._early if sensor in self._doubted else self._until
+            if self._telling <= row < late and sensor not in self._heard:
                 told += self._listen(row, sensor, temperature)
         for row in anew:
             self._ask_anew(row)
         self._until -= driven.size
+        self._telling = 0
         return told
 
     def _ask_anew(self, row: int) -> None:

@@ -400,7 +400,8 @@ def predict_covariance(params, dynamic, deviation, covariance, sensor_node, lag,
 def update(dynamic, offset, deviation, covariance, sensor, measured, innovation, noise, refused, before, accepted, spread, gains):
     """Apply readings one after the other, in place.
 
-    The first reading of a sensor may be any, and moves what it tells of; it counts with 10 K until the next says the same.
+    The first reading of a sensor may be any, and moves what it tells of; it counts with 10 K until one of the next two says the same. So
+    does one that is not known to within `AGREEING`, as after a rest.
 
     Args:
         sensor: index of the sensor of each reading, (r,).
@@ -409,7 +410,7 @@ def update(dynamic, offset, deviation, covariance, sensor, measured, innovation,
             to what was left when it was applied.
         noise: K, standard deviation of each reading, (r,).
         refused: readings refused in a row, per sensor, `NEVER_READ` of one that is not believed yet, (m,).
-        before: K, last reading of each sensor that is not believed yet, NaN before the first, (m,).
+        before: K, last two readings of each sensor, NaN before the first, (m, 2).
         accepted: out, whether each reading was used, (r,). spread: out, K, its expected deviation.
         gains: out, covariance of the state with each reading when it was applied, (r, size of the covariance).
     """
@@ -423,9 +424,11 @@ def update(dynamic, offset, deviation, covariance, sensor, measured, innovation,
         gain = gains[r]
         for i in range(size):
             gain[i] = covariance[i, reading] + covariance[i, zero]
-        new = refused[k] == NEVER_READ
-        unsure = new and not abs(measured[r] - before[k]) <= AGREEING
-        before[k] = measured[r]
+        new = refused[k] == NEVER_READ or gain[reading] + gain[zero] > AGREEING * AGREEING
+        agrees = abs(measured[r] - before[k, 0]) <= AGREEING or abs(measured[r] - before[k, 1]) <= AGREEING
+        unsure = new and not agrees
+        before[k, 1] = before[k, 0]
+        before[k, 0] = measured[r]
         own = max(noise[r], _UNSURE) if unsure else noise[r]
         variance = gain[reading] + gain[zero] + own * own
         left = innovation[r] - moved[reading] - moved[zero]
@@ -437,7 +440,7 @@ def update(dynamic, offset, deviation, covariance, sensor, measured, innovation,
             if refused[k] % PATIENCE == 0:
                 covariance[zero, zero] += left * left
             continue
-        refused[k] = NEVER_READ if unsure else 0
+        refused[k] = refused[k] if unsure else 0
         for i in range(size):
             moved[i] += gain[i] / variance * left
         for i in range(size):

@@ -224,7 +224,7 @@ class TemperatureFusion:
         self.state.deviation[AMBIENT_AT] = self.rig["surroundings.enclosure_rise"]
         self._air = AmbientTracker(self._first_air, self.interval)
         self._air.hold(self._first_air, self._first_air_known)
-        self._unsure = np.full(_M, np.nan)  # K, last reading of sensors that are not believed yet
+        self._last = np.full((_M, 2), np.nan)  # K, last two readings of each sensor
         self._clear_epoch()
 
     def _forget_past(self) -> None:
@@ -235,7 +235,7 @@ class TemperatureFusion:
     def restore(self, state: FusionState, age: float) -> None:
         """Go on from an earlier state after ``age`` seconds without the twin; see `rest`."""
         self.state = state
-        self._unsure[:] = np.nan
+        self._last[:] = np.nan
         self._air.hold(state.ambient, state.ambient_known)
         self.rest(age)
 
@@ -348,7 +348,7 @@ class TemperatureFusion:
         gains = np.empty((index.size, state.covariance.shape[0]))
         before = state.dynamic[N:].copy()
         update(state.dynamic, state.offset, state.deviation, state.covariance, sensor, measured, innovation,
-               noise, state.refused, self._unsure, accepted, spread, gains)
+               noise, state.refused, self._last, accepted, spread, gains)
         self._learned += state.dynamic[N:] - before
         if self.trace is not None:
             self.trace.read(gains[accepted], sensor[accepted], innovation[accepted], spread[accepted])
@@ -369,7 +369,7 @@ class TemperatureFusion:
 
     def _trust_ambient(self, warmer: float) -> None:
         """End the doubt about the air, which is warmer than assumed, K; a unit that no sensor read moves with it."""
-        if np.all(self.state.refused == NEVER_READ) and np.all(np.isnan(self._unsure)):
+        if np.all(self.state.refused == NEVER_READ) and np.all(np.isnan(self._last)):
             self.state.dynamic += warmer
             self._learned += warmer
             self._pending = [(index, sensor, measured, expected + warmer, noise)
