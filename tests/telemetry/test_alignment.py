@@ -141,22 +141,25 @@ def test_a_stopped_stream_is_waited_for_once():
 
 
 def lagging(lag, period=100 * MS, **options):
-    """Ticks of 40 s of which drive and hydraulics come so many s after the temperatures; the aligner and the most samples that it held."""
+    """Ticks of 40 s of which drive and hydraulics come so many s after the temperatures; the aligner, the most samples that it held,
+    and of each tick by how many s what had come was ahead of it, (arrival in s, s)."""
     aligner = TickAligner(WIDTHS, awaited=["drive/telemetry", "hydraulics/telemetry"], **options)
     arrivals = [(t + (0 if "ambient" in name else round(lag * 1e9)), name, t)
                 for name in WIDTHS for t in range(10 * MS, 40_000 * MS, period if "ambient" in name else 10 * MS)]
-    ticks, held = [], 0
-    for _, name, stamp in sorted(arrivals):
+    ticks, held, behind = [], 0, []
+    for at, name, stamp in sorted(arrivals):
         aligner.push(name, stamp, np.zeros(WIDTHS[name]))
-        ticks += aligner.ready()
+        ready = list(aligner.ready())
+        ticks += ready
+        behind += [(at * 1e-9, (at - tick.end_ns) * 1e-9) for tick in ready]
         held = max(held, sum(len(line.stamps) for line in aligner._lines.values()))
-    return ticks + list(aligner.flush()), aligner, held
+    return ticks + list(aligner.flush()), aligner, held, behind
 
 
 @pytest.mark.parametrize("period", [100 * MS, 500 * MS, 2_000 * MS])
 @pytest.mark.parametrize("lag", [1.5, 3.0, 6.0, 10.0])
 def test_streams_that_come_later_than_others_are_waited_for(lag, period):
-    ticks, aligner, held = lagging(lag, period, timeout=2.0)
+    ticks, aligner, held, _ = lagging(lag, period, timeout=2.0)
     told = [len(tick.samples[name]) > 0 for tick in ticks if tick.end_ns > lag * 1e9 for name in list(WIDTHS)[:2]]
     assert all(told) and len(told) >= 2 * 600
     assert not any(tick.restart for tick in ticks)
@@ -165,10 +168,11 @@ def test_streams_that_come_later_than_others_are_waited_for(lag, period):
 
 
 def test_streams_that_lag_too_far_hold_up_nothing():
-    ticks, aligner, held = lagging(20.0, timeout=2.0)
+    ticks, aligner, held, behind = lagging(20.0, timeout=2.0)
     alone = [tick for tick in ticks if not len(tick.samples["drive/telemetry"])]
     assert len(alone) > 0.7 * len(ticks) and aligner.counts["drive/telemetry", "late"] > 1000
     assert held < 300
+    assert max(late for at, late in behind if 20.0 < at < 40.0) < 1.0, "it is not waited for anew with each of its samples"
 
 
 def test_a_repetition_after_its_tick_is_no_straggler():

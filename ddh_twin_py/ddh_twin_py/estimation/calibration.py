@@ -23,6 +23,7 @@ from ddh_twin_py.rig.sheet import CUT, Quantity
 from ddh_twin_py.telemetry.recording import Recording
 from ddh_twin_py.telemetry.signals import DRIVE_TOPIC
 
+_ROUNDING = 1.0e-9  # of a quantity, below which what is left of it is none
 INFORMED = 0.9
 """A parameter whose standard deviation fell below this share of its prior was informed by the recordings."""
 
@@ -190,8 +191,10 @@ def _told(problem: Problem, fit: Fit, asked: tuple[str, ...]) -> Calibration:
     parameters, quantities = [], dict(rig.quantities)
     for path, deviation, share, scale in zip(problem.paths, fit.theta, spread, problem.scale, strict=False):  # begins are not the rig's
         quantity = rig.quantities[path]
-        fitted = FittedParameter(path, quantity.unit, quantity.value, scale, quantity.value + deviation * scale,
-                                 share * scale, bool(share < INFORMED))
+        value = quantity.value + deviation * scale
+        if abs(value) < _ROUNDING * abs(quantity.value):
+            value = 0.0  # a tolerance that reaches as far as zero ends there, not a hair below
+        fitted = FittedParameter(path, quantity.unit, quantity.value, scale, value, share * scale, bool(share < INFORMED))
         parameters.append(fitted)
         if path not in refused:
             quantities[path] = _fitted_quantity(quantity, fitted, names)

@@ -185,7 +185,8 @@ class TickAligner:
     `reorder_window` beyond its end, so that nothing of it can still come. A stream that has
     stopped (or never began) holds a tick up by `timeout` once and is not waited for until it
     is back. One that goes on, though behind the others, is waited for as long as it lags by no more than
-    `LONGEST_LAG` and `timeout` together. Streams not named in `awaited` never hold a tick up.
+    `LONGEST_LAG` and `timeout` together; once it lagged by more, no sooner than it lags by less than `LONGEST_LAG`.
+    Streams not named in `awaited` never hold a tick up.
     Where no sample comes for longer than `longest_gap` that time is skipped, all of it and at once.
 
     A stream of which the stamps lie more than the reorder window behind its newest, and which has gone
@@ -275,7 +276,8 @@ class TickAligner:
         if line.newest is None or stamp > line.newest:
             line.newest, line.rose = stamp, self._pushed
             line.first = stamp if line.first is None else line.first
-            line.alive = line.awaited
+            if self._newest is None or stamp > self._newest - _LONGEST_LAG:
+                line.alive = line.awaited
             if line.top is not None and stamp > line.top:
                 line.owed, line.top, line.held = 0, None, []  # it went back alone and is where it was
         if self._newest is None or stamp > self._newest:
