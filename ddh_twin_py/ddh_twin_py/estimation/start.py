@@ -108,7 +108,12 @@ def _agree(temperature: np.ndarray) -> bool:
 def _within(readings: Sequence[Reading] | Readings, interval: float, within: float) -> Readings:
     """The readings of the first ``within`` seconds."""
     given = readings if isinstance(readings, Readings) else Readings.of(readings)
-    return given.between(0, int(within / interval + 1.0e-9) + 1)
+    return given.between(0, _intervals(within, interval))
+
+
+def _intervals(within: float, interval: float) -> int:
+    """How many intervals hold the readings of the first ``within`` seconds."""
+    return int(within / interval + 1.0e-9) + 1
 
 
 @dataclass(frozen=True)
@@ -154,7 +159,7 @@ class FirstReadings:
                          for k, temperature in telling.items() if k not in self._heard}
         self._early, self._longest = round(EARLY / interval), round(UNDRIVEN / interval)
         self._until = self._early  # interval up to which a first reading counts, from the first that comes next
-        self._telling = int(within / interval + 1.0e-9) + 1  # intervals that come next whose readings told the start
+        self._telling = _intervals(within, interval)  # intervals that come next, whose readings told the start
         self._undriven = 0
 
     def follow(self, driven: np.ndarray, readings: Readings) -> list[Told]:

@@ -85,7 +85,7 @@ PATIENCE = 10
 NEVER_READ = -1
 """Count of refused readings of a sensor that is not believed yet: its readings pass no gate."""
 AGREEING = 5.0
-"""K within which two readings in a row, the first of a sensor, say the same; it is believed from then on."""
+"""K within which readings of a sensor say the same; one that is not known to within as much is believed once they do."""
 _UNSURE = 10.0  # K, standard deviation of a reading of a sensor that is not believed yet
 _UNKNOWN_HEAT_TIME = 60.0  # s, correlation time of what is not a state: heat while telemetry is missing, errors of the node's own heat
 _UNKNOWN_HEAT = 0.3  # W per node, standard deviation
@@ -440,7 +440,8 @@ def update(dynamic, offset, deviation, covariance, sensor, measured, innovation,
             if refused[k] % PATIENCE == 0:
                 covariance[zero, zero] += left * left
             continue
-        refused[k] = refused[k] if unsure else 0
+        if not unsure:
+            refused[k] = 0
         for i in range(size):
             moved[i] += gain[i] / variance * left
         for i in range(size):

@@ -22,7 +22,7 @@ from ddh_twin_py.nodes.progress import Progress
 from ddh_twin_py.nodes.telemetry_feed import TelemetryFeed, field_count
 from ddh_twin_py.physics.thermal_network import NODES
 from ddh_twin_py.rig import load_rig
-from ddh_twin_py.telemetry.alignment import INTERVAL, REORDER_WINDOW, Samples, Tick
+from ddh_twin_py.telemetry.alignment import INTERVAL, LONGEST_LAG, REORDER_WINDOW, Samples, Tick
 from ddh_twin_py.telemetry.signals import RIG_TOPIC, TEMPERATURE_PREFIX, TEMPERATURE_SENSORS, ZERO_CELSIUS
 from ddh_twin_py.twin.ambient import AmbientTracker
 from ddh_twin_py.twin.sensor_errors import take_off_sensor_errors, temperature_zero_errors
@@ -54,7 +54,7 @@ MODEL_PARAMETERS = (
     Parameter(
         "stream_timeout", 2.0,
         "How much data time an interval waits for a stream that has stopped; after that it is not waited for. One that goes on behind the "
-        "others is waited for up to 10 s longer.",
+        f"others is waited for up to {LONGEST_LAG:g} s longer.",
         "s", 0.1, 60.0,
     ),
     Parameter(

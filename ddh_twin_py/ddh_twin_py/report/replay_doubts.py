@@ -39,10 +39,9 @@ def doubts(result: ReplayResult) -> tuple[str, ...]:
                      "cannot follow the cycle")
     interval = float(np.median(np.diff(result.time))) if result.time.size > 1 else 0.0
     found += [finding.message.removeprefix(f"{recording.path}: ") for finding in off_course(recording, result.time, result.off, interval)]
-    back = starts(result.time).size - 1
-    if back > 0:
-        times = "once" if back == 1 else f"{back} times"
-        begun = starts(result.time)[1:]
+    begun = starts(result.time)[1:]
+    if begun.size:
+        times = "once" if begun.size == 1 else f"{begun.size} times"
         gaps = result.time[begun] - result.time[begun - 1] - interval
         found.append(f"the clock jumped back {times}, by {PUT_BACK:g} s or less, and the twin went on as warm as it was"
                      if all(map(same_unit, gaps)) else
@@ -51,7 +50,7 @@ def doubts(result: ReplayResult) -> tuple[str, ...]:
     lost = damage([recording])
     more = [f"{len(lost) - 1} further faults of the recording, which ddh-twin info lists"] if len(lost) > 1 else []
     found += [text.removeprefix(f"{recording.path}: ") for text in [*lost[:1], *more, *contradictions(recording, result.rig)]]
-    lasting = float(result.time[-1] - result.time[0]) if result.time.size and back <= 0 else _TELLS_HEAT
+    lasting = float(result.time[-1] - result.time[0]) if result.time.size and not begun.size else _TELLS_HEAT
     if lasting < _TELLS_HEAT:
         found.append(f"{number(lasting, 0)} s say next to nothing of temperatures, which take minutes")
     return tuple(found)
