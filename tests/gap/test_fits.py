@@ -12,13 +12,18 @@ from ddh_twin_py.gap.linearised import linearise
 from support.first_order import EFFECTS, FirstOrder
 
 
+def ranked(model, pool, theta=(0.0, 0.0, 0.0)):
+    """A model's linearisation about parameters (3,), and the weights of every set of effects by it."""
+    linearised = linearise(model, EFFECTS, np.array(theta), Discrepancy(), SLACK, POWER, pool)
+    singles = linearised.evidence.singles()
+    return linearised, weighted(singles + linearised.evidence.pairs(singles), linearised.columns, linearised.effects)
+
+
 @pytest.mark.parametrize("index, departure", [(0, 0.15), (2, 0.12)])
 def test_what_fell_short_elsewhere_is_fitted_before_it_is_dismissed(index, departure):
     model, true = FirstOrder(np.array([1.0, -0.8, 0.5]), [(EFFECTS[index], 0, departure)], seed=index), (EFFECTS[index].id,)
     with ThreadPoolExecutor(2) as pool:
-        linearised = linearise(model, EFFECTS, np.zeros(3), Discrepancy(), SLACK, POWER, pool)
-        singles = linearised.evidence.singles()
-        weights = weighted(singles + linearised.evidence.pairs(singles), linearised.columns, linearised.effects)
+        linearised, weights = ranked(model, pool)
         fits = Fits(linearised, weights, pool, Learnt(short={EFFECTS[index].id: -1000.0}))
         fits.leaders()
         assert true in fits.fitted and next(iter(fits.probability())) == true
@@ -28,9 +33,7 @@ def test_what_is_left_of_a_set_with_an_effect_too_slight_to_be_one_is_fitted():
     acts, slight = EFFECTS[1], EFFECTS[0]
     model, pair = FirstOrder(np.array([1.0, -0.8, 0.5]), [(acts, 0, 0.3)], seed=1), tuple(sorted((acts.id, slight.id)))
     with ThreadPoolExecutor(2) as pool:
-        linearised = linearise(model, EFFECTS, np.zeros(3), Discrepancy(), SLACK, POWER, pool)
-        singles = linearised.evidence.singles()
-        weights = weighted(singles + linearised.evidence.pairs(singles), linearised.columns, linearised.effects)
+        linearised, weights = ranked(model, pool)
         fits = Fits(linearised, weights, pool, Learnt(short={acts.id: -1000.0}))
         fits.again({(): Start(np.zeros(3), np.zeros(0)), (slight.id,): Start(np.zeros(3), np.array([0.1]))})
         of = Fits(linearised, weights, pool)
@@ -48,9 +51,8 @@ def test_what_is_left_of_a_set_with_an_effect_too_slight_to_be_one_is_fitted():
 def test_a_fit_that_lost_its_way_is_found_again_with_sensitivities_of_its_own():
     model, true = FirstOrder(np.array([1.0, -0.8, 0.5]), [(EFFECTS[1], 0, 1.5)], seed=1), (EFFECTS[1].id,)
     with ThreadPoolExecutor(2) as pool:
-        linearised = linearise(model, EFFECTS, np.zeros(3), Discrepancy(), SLACK, POWER, pool)
-        singles = linearised.evidence.singles()
-        fits = Fits(linearised, weighted(singles + linearised.evidence.pairs(singles), linearised.columns, linearised.effects), pool)
+        linearised, weights = ranked(model, pool)
+        fits = Fits(linearised, weights, pool)
         fits.leaders()
         found = fits.fitted[true]
         promised = fits.linear(true)
@@ -70,9 +72,8 @@ def test_a_fit_that_lost_its_way_is_found_again_with_sensitivities_of_its_own():
 def test_of_two_near_rivals_that_stopped_on_the_way_the_better_one_is_found():
     model, true, other = FirstOrder(np.array([1.0, -0.8, 0.5]), [(EFFECTS[1], 0, 1.5)], seed=1), (EFFECTS[1].id,), (EFFECTS[0].id,)
     with ThreadPoolExecutor(2) as pool:
-        linearised = linearise(model, EFFECTS, np.zeros(3), Discrepancy(), SLACK, POWER, pool)
-        singles = linearised.evidence.singles()
-        fits = Fits(linearised, weighted(singles + linearised.evidence.pairs(singles), linearised.columns, linearised.effects), pool)
+        linearised, weights = ranked(model, pool)
+        fits = Fits(linearised, weights, pool)
         fits._fit([(), true, other])
         found, rival = fits.fitted[true], fits.fitted[other]
         none = replace(fits.fitted[()], log_evidence=found.log_evidence - 500.0)
@@ -94,9 +95,7 @@ def test_where_the_linear_model_misjudges_no_effect_others_are_judged_as_elsewhe
     model = FirstOrder(np.array([1.0, -0.8, 0.5]), [(EFFECTS[1], 0, 0.3)], seed=1)
     unrelated = tuple(sorted((other, third)))
     with ThreadPoolExecutor(2) as pool:
-        linearised = linearise(model, EFFECTS, np.zeros(3), Discrepancy(), SLACK, POWER, pool)
-        singles = linearised.evidence.singles()
-        weights = weighted(singles + linearised.evidence.pairs(singles), linearised.columns, linearised.effects)
+        linearised, weights = ranked(model, pool)
 
         def fits_after(before):
             fits = Fits(linearised, weights, pool, before)
@@ -116,9 +115,7 @@ def test_where_the_linear_model_misjudges_no_effect_others_are_judged_as_elsewhe
 def test_sets_that_nobody_fitted_do_not_outweigh_those_that_were():
     true, model = (EFFECTS[1].id,), FirstOrder(np.array([1.0, -0.8, 0.5]), [(EFFECTS[1], 0, 0.3)], seed=1)
     with ThreadPoolExecutor(2) as pool:
-        linearised = linearise(model, EFFECTS, np.zeros(3), Discrepancy(), SLACK, POWER, pool)
-        singles = linearised.evidence.singles()
-        weights = weighted(singles + linearised.evidence.pairs(singles), linearised.columns, linearised.effects)
+        linearised, weights = ranked(model, pool)
         promising = {ids: (weight + 1000.0 * (ids not in ((), true)), way) for ids, (weight, way) in weights.items()}
         fits = Fits(linearised, promising, pool)
         fits.again({(): Start(np.zeros(3), np.zeros(0)), true: Start(np.zeros(3), np.array([0.3]))})
@@ -132,9 +129,8 @@ def test_the_leader_stands_at_its_own_lowest_point_and_keeps_its_evidence():
     """Sensitivities of a place far off, where no effect acts, stop a fit elsewhere."""
     model, true = FirstOrder(np.array([1.0, -0.8, 0.5]), [(EFFECTS[1], 0, 1.5)], seed=1), (EFFECTS[1].id,)
     with ThreadPoolExecutor(2) as pool:
-        linearised = linearise(model, EFFECTS, np.array([-3.0, 3.0, -2.0]), Discrepancy(), SLACK, POWER, pool)
-        singles = linearised.evidence.singles()
-        fits = Fits(linearised, weighted(singles + linearised.evidence.pairs(singles), linearised.columns, linearised.effects), pool)
+        linearised, weights = ranked(model, pool, np.array([-3.0, 3.0, -2.0]))
+        fits = Fits(linearised, weights, pool)
         fits.leaders()
         was, now = fits.fitted[true], fits.at_full_power([true])[true]
     basis = linearised.basis.otherwise(1.0, 1.0)
@@ -155,9 +151,8 @@ def _judged(changed, by_freedom):
     """Log weights of fits whose log evidence over no effect is ``changed``, where free laws gain ``by_freedom`` (a single, a set)."""
     model = FirstOrder(np.array([1.0, -0.8, 0.5]), [(EFFECTS[0], 0, 0.15)], seed=1)
     with ThreadPoolExecutor(2) as pool:
-        linearised = linearise(model, EFFECTS, np.zeros(3), Discrepancy(), SLACK, POWER, pool)
-        singles = linearised.evidence.singles()
-        fits = Fits(linearised, weighted(singles + linearised.evidence.pairs(singles), linearised.columns, linearised.effects), pool)
+        linearised, weights = ranked(model, pool)
+        fits = Fits(linearised, weights, pool)
         fits.again({(): Start(np.zeros(3), np.zeros(0)), **{ids: Start(np.zeros(3), np.full(len(ids), 0.1)) for ids in changed}})
         none = fits.fitted[()].log_evidence
         fits.fitted = {ids: replace(f, log_evidence=none + changed.get(ids, 0.0)) for ids, f in fits.fitted.items()}
