@@ -128,6 +128,13 @@ def test_recordings_of_two_rigs_are_refused(bag, tmp_path, capsys):
     assert repr(other.rig.rig_id) in error and "'rig_b'" in error
 
 
+def test_a_drive_by_another_clock_is_refused(bag, tmp_path, capsys):
+    recording = read_recording(bag)
+    write_recording(tmp_path / "apart", replace(recording, drive=replace(recording.drive, time=recording.drive.time + 30.0)))
+    error = error_of([tmp_path / "apart"], capsys)
+    assert str(tmp_path / "apart") in error and "30.0 s later; their clocks differ" in error
+
+
 def test_a_bag_given_twice_is_refused(bag, capsys):
     assert "are the same bag" in error_of([bag, bag.parent / "." / ".." / bag.parent.name / bag.name], capsys)
     (file,) = bag.glob("*.mcap")

@@ -81,6 +81,7 @@ def run(args: argparse.Namespace) -> int:
         from ddh_twin_py.estimation.calibration import CalibrationError, calibrate, check_paths
         from ddh_twin_py.estimation.experiment import Experiment
         from ddh_twin_py.estimation.held_out import held_out
+        from ddh_twin_py.gap.suitability import one_clock
         from ddh_twin_py.report.calibration_groups import signal_fits, unfitted, verdict
         from ddh_twin_py.report.calibration_report import calibration_document, calibration_json
         from ddh_twin_py.report.calibration_summary import print_calibration
@@ -91,7 +92,9 @@ def run(args: argparse.Namespace) -> int:
     experiments = []
     for bag in args.bags:
         with stage(f"reading {bag}", args.quiet) as progress:
-            experiments.append(Experiment(read_recording(bag, args.namespace, progress), rig, used=1.0 - args.held_out))
+            recording = read_recording(bag, args.namespace, progress)
+            one_clock([recording])
+            experiments.append(Experiment(recording, rig, used=1.0 - args.held_out))
     started = time.perf_counter()
     with stage("fitting", args.quiet) as progress:
         fit = calibrate(experiments, rig, tuple(dict.fromkeys(args.only)), progress=progress)

@@ -63,6 +63,8 @@ def _sections(content: object, file: str, path: str) -> Iterator[tuple[str, Mapp
     name = path.rpartition("/")[2]
     for key, value in content.items():
         if key == _SECTION:
+            if not path:
+                raise ParameterFileError(f"{file}: {_SECTION} stands below no node; valid are {', '.join((*PARAMETERS, *_ANY_NODE))}")
             if name not in _ANY_NODE and name not in PARAMETERS:
                 raise ParameterFileError(f"{file}: {path}: {no_such('node', name, PARAMETERS)}")
             if not isinstance(value, Mapping):

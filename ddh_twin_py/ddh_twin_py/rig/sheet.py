@@ -203,6 +203,7 @@ def load_rig(path: str | Path | None = None) -> Rig:
     if not isinstance(tree, dict):
         raise RigError(f"{path}: a rig file is a mapping of sections, found {type(tree).__name__}")
     tree, grade = _named_oil(tree, str(path))
+    _refuse_unknown_sections(tree, str(path))
     _refuse_unknown_sensors(tree.get("sensors"), str(path))
     rig_id, quantities, sensors = _parse(tree, str(path))
     merged = dict(_filled_with(grade, str(path)).quantities) if grade else dict(_REFERENCE.quantities)
@@ -226,6 +227,14 @@ def load_rig(path: str | Path | None = None) -> Rig:
     if odd:
         raise RigError(f"{path}: {odd}")
     return Rig(rig_id or _REFERENCE.rig_id, merged, {**_REFERENCE.sensors, **sensors}, str(path))
+
+
+def _refuse_unknown_sections(tree: dict, file: str) -> None:
+    """Raise RigError for a section of a name that there is not, whatever it holds."""
+    sections = {name.partition(".")[0] for name in _REFERENCE.quantities} | {"rig_id", "sensors"}
+    for section in tree:
+        if section not in sections:
+            raise RigError(_unknown(file, section, sections))
 
 
 def _refuse_unknown_sensors(section: object, file: str) -> None:
@@ -329,6 +338,10 @@ def _parse(tree: dict, file: str) -> tuple[str, dict[str, Quantity], dict[str, S
             stray = next((key for key in ("unit", "tolerance", "std", "source") if key in node and not isinstance(node[key], dict)), None)
             if stray is not None:
                 raise RigError(f"{file}: {prefix}: value is missing beside {stray}; an entry is {{value, unit, tolerance, source}}")
+            if not node and prefix in _REFERENCE.quantities:
+                raise RigError(f"{file}: {prefix}: value is missing; an entry is {{value, unit, tolerance, source}}")
+            if not node and not any(name.startswith(f"{prefix}.") for name in _REFERENCE.quantities):
+                raise RigError(_unknown(file, prefix, _REFERENCE.quantities))
             for key, child in node.items():
                 walk(f"{prefix}.{key}" if prefix else str(key), child)
         else:
