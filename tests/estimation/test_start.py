@@ -6,7 +6,6 @@ from ddh_twin_py.estimation.start import (
     EARLY,
     UNDRIVEN,
     FirstReadings,
-    same_unit,
     spread_start,
     start_error,
     start_temperature,
@@ -167,7 +166,3 @@ def test_a_reading_that_none_confirmed_in_time_moves_nothing_any_more():
 def test_one_wrong_reading_of_many_does_not_warm_a_start():
     begun = start_temperature(of_tank(300.0, 363.0, 300.2), 293.0, STEP)
     assert begun[NODES.index("tank_oil")] == 300.2
-
-
-def test_a_clock_that_is_put_back_a_little_leaves_a_unit_as_warm_as_it_is():
-    assert same_unit(-0.6) and same_unit(-3.0) and not same_unit(-60.0) and not same_unit(0.0) and not same_unit(700.0)

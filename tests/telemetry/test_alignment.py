@@ -44,7 +44,7 @@ def live_ticks(recording, order, **options):
 def assert_same(live, whole):
     assert [t.end_ns for t in live] == whole.end_ns.tolist()
     for a, b in zip(live, whole, strict=True):
-        assert (a.start_ns, a.end_ns, a.restart) == (b.start_ns, b.end_ns, b.restart)
+        assert (a.start_ns, a.end_ns, a.restart, a.gap) == (b.start_ns, b.end_ns, b.restart, b.gap)
         for name in WIDTHS:
             np.testing.assert_array_equal(a.samples[name].stamp, b.samples[name].stamp)
             np.testing.assert_array_equal(a.samples[name].values, b.samples[name].values)
@@ -213,7 +213,7 @@ def test_samples_of_the_old_clock_after_a_jump_are_left_out():
     ticks = list(aligner.flush())
     assert aligner.counts["hydraulics/telemetry", "old_clock"] == 1
     (first,) = [tick for tick in ticks if tick.restart]
-    assert first.end_ns == 50 * MS
+    assert first.end_ns == 50 * MS and first.gap == pytest.approx(-11.05, abs=0.06)
     assert len(first.samples["hydraulics/telemetry"]) == 1
 
 

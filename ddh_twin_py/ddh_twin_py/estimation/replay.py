@@ -13,7 +13,7 @@ from scipy.signal import lfilter
 from ddh_twin_py.estimation.credibility import Credibility
 from ddh_twin_py.estimation.off_course import moved_on, off_course
 from ddh_twin_py.estimation.sensors import NODE_INDEX, NODE_OF_SENSOR, SENSORS
-from ddh_twin_py.estimation.start import FirstReadings, Told, air_at_start, same_unit, start_temperature
+from ddh_twin_py.estimation.start import FirstReadings, Told, air_at_start, start_temperature
 from ddh_twin_py.estimation.temperature_fusion import FusionInputs, Innovation, Readings, TemperatureFusion
 from ddh_twin_py.estimation.uncertain_parameters import N_UNKNOWN_HEATS
 from ddh_twin_py.physics.balance import SCALAR_DTYPE, scalars
@@ -23,6 +23,7 @@ from ddh_twin_py.physics.thermal_network import MOTOR_NODES, N
 from ddh_twin_py.physics.validity import outside_stated
 from ddh_twin_py.rig import Rig
 from ddh_twin_py.telemetry.alignment import Ticks, align
+from ddh_twin_py.telemetry.clock import same_unit
 from ddh_twin_py.telemetry.recording import Finding, Recording
 from ddh_twin_py.telemetry.screening import screen_recording
 from ddh_twin_py.telemetry.signals import DRIVE_FIELDS, DRIVE_TOPIC, HYDRAULIC_FIELDS, HYDRAULIC_TOPIC, TEMPERATURE_PREFIX
@@ -191,7 +192,7 @@ class _Run:
     def segment(self, start: int, stop: int, progress: Callable[[float], None] | None) -> None:
         """Run the intervals start..stop, which follow each other without a break."""
         ticks, rig = self.ticks, self.rig
-        gap = (ticks.end_ns[start] - ticks.end_ns[start - 1]) * 1e-9 - self.interval if start > 0 else -np.inf
+        gap = ticks.gap(start) if start > 0 else -np.inf
         goes_on = same_unit(gap)
         if goes_on:
             self.fusion.rest(0.0)

@@ -12,7 +12,6 @@ from ddh_twin_py.estimation.temperature_filter import AGREEING
 from ddh_twin_py.estimation.temperature_fusion import Reading, Readings
 from ddh_twin_py.physics.thermal_network import NODES
 from ddh_twin_py.rig import Rig
-from ddh_twin_py.telemetry.clock import PUT_BACK
 from ddh_twin_py.twin.sensor_errors import temperature_zero_errors
 from ddh_twin_py.twin.temperature_sensors import sensed
 
@@ -51,11 +50,6 @@ _NEIGHBOURS = {
     "tank_oil_top": _OIL,
     "tank_oil": _OIL,
 }
-
-
-def same_unit(gap: float) -> bool:
-    """Whether a unit goes on as warm as it was where stamps do not go on but are off by ``gap`` seconds: a clock was put back a little."""
-    return -PUT_BACK <= gap < 0.0
 
 
 def air_at_start(air: np.ndarray, interval: float) -> float:

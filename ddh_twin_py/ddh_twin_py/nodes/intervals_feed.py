@@ -7,10 +7,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ddh_twin_py.estimation.start import same_unit
 from ddh_twin_py.estimation.temperature_fusion import Reading
 from ddh_twin_py.physics.soft_sensor import MEASURED_DTYPE
 from ddh_twin_py.telemetry.alignment import Tick
+from ddh_twin_py.telemetry.clock import same_unit
 from ddh_twin_py.telemetry.signals import (
     DRIVE_FIELDS,
     DRIVE_TOPIC,
@@ -63,7 +63,6 @@ class IntervalsFeed:
         self._interval = interval
         self._start_ticks = max(1, round(start / interval) + 1)
         self._waiting: list[Tick] = []
-        self._newest_ns = 0  # end of the last tick
         self._begin(None)
 
     def _begin(self, epoch_ns: int | None, put_back: bool = False) -> None:
@@ -81,13 +80,12 @@ class IntervalsFeed:
             if self._epoch_ns is None:
                 self._begin(tick.start_ns)
             elif tick.restart:
-                goes_on = self._started and same_unit((tick.start_ns - self._newest_ns) * 1e-9)
+                goes_on = self._started and same_unit(tick.gap)
                 if self._waiting:
                     yield self._reduce(self._waiting, None)
                     self._waiting = []
                 self._begin(tick.start_ns, goes_on)
             self._waiting.append(tick)
-            self._newest_ns = tick.end_ns
         held = 0 if flush else 1
         enough = len(self._waiting) > (held if self._started or flush else self._start_ticks)
         if enough:

@@ -10,7 +10,7 @@ from itertools import pairwise
 import numpy as np
 
 from ddh_msgs.msg import RigInfo
-from ddh_twin_py.estimation.start import START, FirstReadings, air_at_start, same_unit, start_temperature
+from ddh_twin_py.estimation.start import START, FirstReadings, air_at_start, start_temperature
 from ddh_twin_py.estimation.temperature_fusion import Readings
 from ddh_twin_py.nodes import qos
 from ddh_twin_py.nodes.health import Health, Report, add_streams, judge_clock
@@ -23,6 +23,7 @@ from ddh_twin_py.nodes.telemetry_feed import TelemetryFeed, field_count
 from ddh_twin_py.physics.thermal_network import NODES
 from ddh_twin_py.rig import load_rig
 from ddh_twin_py.telemetry.alignment import INTERVAL, LONGEST_LAG, REORDER_WINDOW, Samples, Tick
+from ddh_twin_py.telemetry.clock import same_unit
 from ddh_twin_py.telemetry.signals import RIG_TOPIC, TEMPERATURE_PREFIX, TEMPERATURE_SENSORS, ZERO_CELSIUS
 from ddh_twin_py.twin.ambient import AmbientTracker
 from ddh_twin_py.twin.sensor_errors import take_off_sensor_errors, temperature_zero_errors
@@ -109,7 +110,6 @@ class TelemetryNode(TwinNode, ABC):
         self.unit: Unit | None = None  # what the state in hand belongs to, None while there is none
         self.create_subscription(RigInfo, RIG_TOPIC, self._take_rig, qos.LATCHED)
         self._last_data: float | None = None
-        self._last_tick_ns = 0
         self._more = False  # whether ticks of what was taken in are left for the next look
         self.every(POLL_PERIOD, self.poll)
         self.every(ADAPT_PERIOD, self.feed.inputs.adapt)
@@ -130,7 +130,6 @@ class TelemetryNode(TwinNode, ABC):
         for tick in ticks:
             if tick.restart:
                 self._note_restart(tick)
-            self._last_tick_ns = tick.end_ns
         if ticks or flush:
             self.work(ticks, flush)
         if not self._more:
@@ -150,9 +149,8 @@ class TelemetryNode(TwinNode, ABC):
 
     def _note_restart(self, tick: Tick) -> None:
         self.restarts += 1
-        off = (tick.start_ns - self._last_tick_ns) * 1e-9
-        if same_unit(off):
-            self.warn_once("put back", f"the clock was put back by {-off:.1f} s; the model goes on as warm as it is")
+        if same_unit(tick.gap):
+            self.warn_once("put back", f"the clock was put back by {-tick.gap:.1f} s; the model goes on as warm as it is")
         else:
             self.warn_once("restart", f"the stamps do not go on but restart at {tick.start_ns * 1e-9:.3f} s; the model begins anew")
 

@@ -10,7 +10,6 @@ from sensor_msgs.msg import Temperature
 from ddh_msgs.msg import HydraulicState, MotorThermalState, ResidualArray, TemperatureEstimateArray
 from ddh_twin_py.estimation.credibility import Credibility
 from ddh_twin_py.estimation.sensors import NODE_INDEX, SENSORS
-from ddh_twin_py.estimation.start import same_unit
 from ddh_twin_py.estimation.temperature_fusion import FusionInputs, FusionResult, Reading, TemperatureFusion
 from ddh_twin_py.nodes import qos
 from ddh_twin_py.nodes.conversion import FUSION, estimate_layout, location_layout, residual_layout, to_celsius, to_kelvin
@@ -39,6 +38,7 @@ from ddh_twin_py.physics.thermal_network import N, NODES
 from ddh_twin_py.physics.validity import outside_stated
 from ddh_twin_py.rig import load_rig
 from ddh_twin_py.telemetry.alignment import Tick
+from ddh_twin_py.telemetry.clock import same_unit
 from ddh_twin_py.telemetry.signals import TEMPERATURE_PREFIX
 
 _KEEP_PREDICTIONS = 60_000_000_000  # ns
@@ -162,18 +162,17 @@ class TemperatureFusionNode(TelemetryNode):
 
     def _break(self, tick: Tick) -> None:
         """The clock jumped back, or skipped a long time, or this is the beginning."""
-        gap = None if self._last_end is None else (tick.start_ns - self._last_end) * 1e-9
-        if gap is None:
+        if self._last_end is None:
             self.unit = Unit(self.rig_id)
             self._restore(tick)
-        elif same_unit(gap):
+        elif same_unit(tick.gap):
             self._fusion.rest(0.0)
             self._predicted.clear()
-            self._measured_at += gap
-        elif gap < 0.0:
+            self._measured_at += tick.gap
+        elif tick.gap < 0.0:
             self.begin_anew()
         else:
-            self._fusion.rest(gap)
+            self._fusion.rest(tick.gap)
         self._last_end = tick.start_ns
 
     def begin_anew(self) -> None:

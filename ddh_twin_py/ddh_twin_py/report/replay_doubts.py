@@ -7,12 +7,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ddh_twin_py.estimation.off_course import off_course
-from ddh_twin_py.estimation.start import same_unit
 from ddh_twin_py.gap.contradictions import contradictions
 from ddh_twin_py.gap.doubts import damage
 from ddh_twin_py.report.times import starts
 from ddh_twin_py.report.units import number
-from ddh_twin_py.telemetry.clock import PUT_BACK
+from ddh_twin_py.telemetry.clock import PUT_BACK, same_unit
 from ddh_twin_py.twin.command import SLOWEST
 
 if TYPE_CHECKING:

@@ -51,12 +51,14 @@ class Tick:
 
     `restart` is True where this tick does not follow the one before: the clock jumped back, or
     nothing came for so long that the time between was skipped. The first tick of all is no restart.
+    `gap` is by how many s it begins after the end of the one before, below 0 after a jump back.
     """
 
     start_ns: int
     end_ns: int
     restart: bool
     samples: dict[str, Samples]
+    gap: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -91,7 +93,11 @@ class Ticks:
         for name, all_samples in self.samples.items():
             part = slice(self.first[name][i], self.last[name][i])
             samples[name] = Samples(all_samples.stamp[part], all_samples.values[part])
-        return Tick(end - self.interval_ns, end, bool(self.restart[i]), samples)
+        return Tick(end - self.interval_ns, end, bool(self.restart[i]), samples, self.gap(i))
+
+    def gap(self, i: int) -> float:
+        """By how many s tick i begins after the end of the one before, 0 of the first."""
+        return (int(self.end_ns[i]) - self.interval_ns - int(self.end_ns[i - 1])) * 1e-9 if i > 0 else 0.0
 
     def __iter__(self) -> Iterator[Tick]:
         return (self.tick(i) for i in range(len(self)))
@@ -240,7 +246,8 @@ class TickAligner:
         self._keep_late = frozenset(keep_late)
         self._done: deque[Tick] = deque()
         self._newest: int | None = None  # over all streams
-        self._last: int | None = None  # index of the tick released last
+        self._last: int | None = None  # index of the tick released last, None where the next begins anew
+        self._last_end: int | None = None  # its end, ns, which no jump forgets
         self._empty = 0  # empty ticks released since the last one with samples
         self._restart = False
 
@@ -374,9 +381,10 @@ class TickAligner:
         restart = self._restart or (self._last is not None and index != self._last + 1)
         samples = {name: self._take(line, end) for name, line in self._lines.items()}
         self._empty = self._empty + 1 if not any(map(len, samples.values())) else 0
-        self._last = index
+        gap = 0.0 if self._last_end is None else (end - self.interval_ns - self._last_end) * 1e-9
+        self._last, self._last_end = index, end
         self._restart = False
-        return Tick(end - self.interval_ns, end, restart, samples)
+        return Tick(end - self.interval_ns, end, restart, samples, gap)
 
     def _take(self, line: _Line, end: int) -> Samples:
         count = bisect_right(line.stamps, end)

@@ -12,6 +12,11 @@ PUT_BACK = 10.0
 """s by which a clock may be put back, and the twin goes on as warm as it is; by more it begins anew."""
 
 
+def same_unit(gap: float) -> bool:
+    """Whether a unit goes on as warm as it was where stamps do not go on but are off by ``gap`` seconds: a clock was put back a little."""
+    return -PUT_BACK <= gap < 0.0
+
+
 def clock_segments(stamps: Mapping[str, np.ndarray], window_ns: int) -> dict[str, np.ndarray]:
     """For every sample, how often the clock had jumped back before it (int64[n] per stream).
 
