@@ -12,6 +12,7 @@ from ddh_twin_py.gap.catalogue import EFFECTS
 from ddh_twin_py.gap.diagnosis import Lack, Weighed
 from ddh_twin_py.gap.unknown import UNLISTED
 from ddh_twin_py.report.document import json_text
+from ddh_twin_py.report.gap_checks import CHECKS
 from ddh_twin_py.report.gap_hypotheses import hypotheses
 from ddh_twin_py.report.gap_parameters import in_file
 from ddh_twin_py.report.gap_report import gap_document
@@ -300,3 +301,17 @@ def test_what_is_always_left_beside_an_effect_is_told(effects, unknown, told, di
     weighed = [Weighed(effects, 0.99 - unknown, 1.0, {}, {}, {}), Weighed(("unknown",), unknown, None, {}, {}, {})]
     page = gap_document(replace(diagnoses["ambiguous"], weighed=weighed)).html()
     assert (f"Where an effect leads, {100.0 * UNLISTED:.0f} % is always left to such a cause" in page) == told
+
+
+def test_every_check_that_a_rule_makes_has_words(repo_root):
+    rules = "".join(file.read_text() for file in (repo_root / "ddh_twin_py/ddh_twin_py/gap").glob("*.py"))
+    assert set(re.findall(r'(?:checked|Check)\("(\w+)"', rules)) == set(CHECKS)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_the_page_says_what_a_hypothesis_had_to_bear_and_how_near_it_came(kind, diagnoses):
+    page = Page(gap_document(diagnoses[kind]).html())
+    said = " ".join(page.words)
+    assert ("What it had to bear" in page.headings) is (kind != "insufficient")
+    assert ("117 %" in said and "× floor" in said) is (kind == "unknown")
+    assert ("It asks for another rig than was commissioned" in said and "none of it" in said) is (kind != "insufficient")

@@ -105,6 +105,10 @@ def _report(kind, traces):
         "hypotheses": [{"effects": list(w.effects), "probability": w.probability, "gap_after": w.gap_after} for w in _weighed(kind)],
         "shrink": shrink, "unknown": unknown if kind == "unknown" else None, "next_test": test if kind == "ambiguous" else None,
         "held_out": "none" if kind == "insufficient" else "field bag, blocks of 60 s: 60 to 120 s, 300 to 360 s",
+        "checks": [] if kind == "insufficient" else [
+            {"effects": [] if kind == "no_gap" else ["cylinder.seal_friction"], "check": check, "measured": measured, "limit": limit}
+            for check, measured, limit in (("left_behind", 2.4 if kind == "unknown" else 1.2, 2.2), ("drifted", 0.5, 8.0),
+                                           ("resized", -0.4, 25.0), ("strained", 1.01, 1.15))],
         "notes": {
             "insufficient": ["bags/field <1>: topic /ddh/hydraulics/telemetry: 12 s of motion, at least 60 s are needed"],
             "ambiguous": ["No temperature sensor on the motor: friction in bearings and in pump 1 heat different parts, which none sees."],

@@ -99,6 +99,8 @@ def diagnosis(model: Diagnosable, found: Found, theta: np.ndarray, hidden: Seque
                           "after_interval": runs.interval(name, runs.of(leader))} for name in names if name in before and name in first},
         "unknown": unknown.entry() if verdict.word == "unknown" else None, "next_test": model.next_test(found, verdict, unknown),
         "held_out": held.words,
+        "checks": [{"effects": list(best.effects), "check": check.name, "measured": check.measured, "limit": check.limit}
+                   for check in unknown.checks],
         "notes": [*odd, *unknown.notes, *concluded.notes, *other_rig, *([described(learned, gap_before, gap_after)] if learned else []),
                   *model.notes(), *_not_held(model, before), *_not_seen(hidden),
                   *_since_when([name for name in unsure if name not in since]), *_only_since(since), *_would_not_show(missed),

@@ -124,8 +124,11 @@ def far_off(unknown: Unknown, left: Mapping[str, float], closed: float | None, e
     Args:
         left: beside it, RMS over floor of all signals. closed: share of the gap that it closes. effects: of which it consists.
     """
-    most = float(np.median(list(left.values()))) if left else 0.0
-    if most < FAR or (effects and closed is not None and closed >= _CLOSED):
+    if not left or (effects and closed is not None and closed >= _CLOSED):
+        return unknown
+    most = float(np.median(list(left.values())))
+    unknown = unknown.checked("far_off", most, FAR)
+    if most < FAR:
         return unknown
     best = "beside the best listed hypothesis" if effects else "without any effect"
     note = f"{best} half of the signals of the held-out data are {most:.1f} times their floor off or more; something is left"
@@ -153,6 +156,7 @@ def left_behind(unknown: Unknown, left: Mapping[str, float], before: Mapping[str
 
     beyond = {name: ratio - limit for name, ratio in left.items() if has_a_say(name, ratio)}
     worst = max(beyond, key=beyond.get, default="")
+    unknown = unknown.checked("left_behind", left[worst], limit) if worst else unknown
     probability = float(expit(beyond[worst] / _LEFT_SOFTNESS)) if worst else 0.0
     if probability <= unknown.probability:
         return unknown
@@ -181,6 +185,7 @@ def strained(unknown: Unknown, as_built: Mapping[str, float], effects: int = 1) 
     asking = "the best listed hypothesis asks for" if effects else "no effect asks for"
     note = (f"with the parameters that {asking}, {worst} of the commissioning recording is {prompt[worst]:.2f} "
             "times its floor; the rig as built had others")
+    unknown = unknown.checked("strained", prompt[worst], STRAINED)
     return unknown.at_least(float(expit((prompt[worst] - STRAINED) / _STRAINED_SOFTNESS)), note)
 
 
@@ -193,6 +198,7 @@ def off_its_noise(unknown: Unknown, off: Mapping[str, float], effects: int = 1) 
         off: of signals in which no law of the rig errs, see `bin_means.beyond_noise`. effects: of which the hypothesis consists.
     """
     worst = max(off, key=off.get, default="")
+    unknown = unknown.checked("off_its_noise", off[worst], OFF_ITS_NOISE) if worst else unknown
     probability = float(expit((off[worst] - OFF_ITS_NOISE) / _OFF_SOFTNESS)) if worst else 0.0
     if probability <= 0.5:
         return unknown.at_least(probability, "")
@@ -220,7 +226,7 @@ def drifted(unknown: Unknown, drift: float, effects: int, as_built: float, besid
     best = "the best listed hypothesis" if effects else "that no effect acts"
     note = (f"{best} fits the recordings only with another rig than the commissioning recording shows ({drift:.0f} standard deviations "
             "beyond what that recording left open)")
-    return unknown.at_least(_DRIFT_MOST * float(expit((drift - limit) / _DRIFT_SOFTNESS)), note)
+    return unknown.checked("drifted", drift, limit).at_least(_DRIFT_MOST * float(expit((drift - limit) / _DRIFT_SOFTNESS)), note)
 
 
 def displaced(unknown: Unknown, beyond: float) -> Unknown:
@@ -234,7 +240,7 @@ def displaced(unknown: Unknown, beyond: float) -> Unknown:
     """
     note = ("beside the best listed hypothesis the held-out data ask for a rig, or a begin, that the fitted recordings exclude "
             f"({beyond:.0f} standard deviations beyond what they left open)")
-    return unknown.at_least(float(expit((beyond - DISPLACED) / _DISPLACED_SOFTNESS)), note)
+    return unknown.checked("displaced", beyond, DISPLACED).at_least(float(expit((beyond - DISPLACED) / _DISPLACED_SOFTNESS)), note)
 
 
 def bent(unknown: Unknown, gained: float, explained: float) -> Unknown:
@@ -245,7 +251,8 @@ def bent(unknown: Unknown, gained: float, explained: float) -> Unknown:
     """
     note = ("what the best listed hypothesis does to the signals would have to be more in some phases of the cycle, at some speeds or "
             f"temperatures, and less in others than its law says ({gained:.0f} nats of evidence); what is true would not")
-    return unknown.at_least(float(expit((gained - BENT - BENT_SHARE * explained) / _BENT_SOFTNESS)), note)
+    limit = BENT + BENT_SHARE * explained
+    return unknown.checked("bent", gained, limit).at_least(float(expit((gained - limit) / _BENT_SOFTNESS)), note)
 
 
 def resized(unknown: Unknown, gained: float, times: Mapping[str, float], spread: Mapping[str, float], proportion: bool) -> Unknown:
@@ -264,7 +271,7 @@ def resized(unknown: Unknown, gained: float, times: Mapping[str, float], spread:
     asked = " and ".join(f"{name} {ratio:.2f} times as large" for name, ratio in times.items())
     note = f"the held-out data ask for other sizes of the best listed hypothesis ({asked} as found); what is true would be the same in them"
     limit = RESIZED if proportion else RESIZED_ALONE
-    return unknown.at_least(float(expit((gained - limit) / _RESIZED_SOFTNESS)), note)
+    return unknown.checked("resized", gained, limit).at_least(float(expit((gained - limit) / _RESIZED_SOFTNESS)), note)
 
 
 def worsened(unknown: Unknown, left: Mapping[str, float], before: Mapping[str, float]) -> Unknown:
@@ -277,6 +284,7 @@ def worsened(unknown: Unknown, left: Mapping[str, float], before: Mapping[str, f
     """
     away = {name: math.sqrt(max(0.0, left[name] ** 2 - (_AS_FAR * max(1.0, before[name])) ** 2)) for name in left if name not in NEEDED_BY}
     worst = max(away, key=away.get, default="")
+    unknown = unknown.checked("worsened", away[worst], AWAY) if away else unknown
     if not away or away[worst] < 0.5 * AWAY:
         return unknown
     probability = float(expit((away[worst] - AWAY) / _AWAY_SOFTNESS))
@@ -292,7 +300,9 @@ def refuted(unknown: Unknown, gaps: Sequence[tuple[float, float, float]]) -> Unk
         gaps: of held-out data with no effect and beside it, in multiples of the floor, and the share of it that counts as worse; for each
             way in which the data are looked at.
     """
-    worse = [left - without for without, left, share in gaps if left - without >= share * max(1.0, without)]
+    asked = [(left - without, share * max(1.0, without)) for without, left, share in gaps]
+    worse = [off for off, limit in asked if off >= limit]
+    unknown = unknown.checked("refuted", *max(asked, key=lambda pair: pair[0] / pair[1]))
     if not worse:
         return unknown
     note = ("the best listed hypothesis explains the field recording, but makes the held-out data worse by "

@@ -44,7 +44,7 @@ def doubted(unknown: Unknown, linearised: Linearised, leader: Refitted) -> Unkno
     unknown = unknown.at_least(float(expit(odds)), note)
     note = (f"the two leading effects cancel {100.0 * share:.0f} % of what they do to the signals; something that no catalogue has may act "
             "instead")
-    return unknown.at_least(float(expit((share - CANCEL) / _CANCEL_SOFTNESS)), note)
+    return unknown.checked("cancelling", share, CANCEL).at_least(float(expit((share - CANCEL) / _CANCEL_SOFTNESS)), note)
 
 
 def proportioned(linearised: Linearised, leader: Refitted) -> bool:

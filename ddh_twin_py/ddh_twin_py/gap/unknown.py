@@ -31,6 +31,15 @@ _POINTS = 12  # of a drawn shape
 
 
 @dataclass(frozen=True)
+class Check:
+    """What one rule measured beside a hypothesis: its name, the number, and that at which something unknown is as likely as not."""
+
+    name: str
+    measured: float
+    limit: float
+
+
+@dataclass(frozen=True)
 class Unknown:
     """What is left beside the best listed hypothesis.
 
@@ -39,6 +48,7 @@ class Unknown:
         size, unit: of what is left, as RMS of the largest free form; once its places are known, of what is lacking at the likeliest.
         shapes: drawn. places: where, the likeliest first; see `free_places`.
         off: signal that is off its noise, whatever the rig; see `bin_means`. Empty where none is.
+        checks: what the rules measured that were asked about this hypothesis.
     """
 
     probability: float
@@ -49,11 +59,16 @@ class Unknown:
     notes: list[str] = field(default_factory=list)
     places: list[FreePlace] = field(default_factory=list)
     off: str = ""
+    checks: list[Check] = field(default_factory=list)
 
     @property
     def reading(self) -> str:
         """Signal that errs where the likeliest place is a reading, empty elsewhere."""
         return self.places[0].signal if self.places else ""
+
+    def checked(self, name: str, measured: float, limit: float) -> Unknown:
+        """The same, with what a rule measured, unless that is no number."""
+        return replace(self, checks=[*self.checks, Check(name, float(measured), float(limit))]) if math.isfinite(measured) else self
 
     def raised(self, probability: float, note: str) -> Unknown:
         """The same, at least so probable, with a note that says why."""
@@ -106,11 +121,12 @@ def unknown_beside(model: Diagnosable, found: Found, fitted: Refitted) -> Unknow
     """
     linearised = found.linearised
     forms, probability = _judged(linearised, fitted, model.variables(linearised.comparisons, fitted.theta, fitted.acting))
-    size, unit = 0.0, "1"
+    size, unit, checks = 0.0, "1", []
     if forms:
         signal = model.signals[_reading_it(model, linearised, forms[0])][forms[0].signal]
         size, unit = forms[0].size * signal.noise, signal.unit
-    return Unknown(max(probability, UNLISTED if fitted.columns else 0.0), forms, size, unit)
+        checks = [Check("structure", forms[0].gain, needed(forms[0].signal, linearised.power))]
+    return Unknown(max(probability, UNLISTED if fitted.columns else 0.0), forms, size, unit, checks=checks)
 
 
 def drawn(model: Diagnosable, linearised: Linearised, fitted: Refitted, unknown: Unknown) -> Unknown:

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ddh_twin_py.report import document as doc
+from ddh_twin_py.report.gap_checks import checks_of
 from ddh_twin_py.report.gap_detectable import detectable
 from ddh_twin_py.report.gap_hypotheses import classes, effects_ranked, hypotheses
 from ddh_twin_py.report.gap_parameters import parameters_table
@@ -50,6 +51,7 @@ def gap_document(diagnosis: Diagnosis) -> doc.Document:
     if report["verdict"] == "insufficient" and not diagnosis.traces:
         return page
     page.add("Why", hypotheses(diagnosis), effects_ranked(diagnosis))
+    page.add("What it had to bear", checks_of(diagnosis))
     page.add("What cannot be told apart", classes(diagnosis))
     if diagnosis.traces:
         page.add("Measured less twin, before and after", doc.note(_residual_note(diagnosis)), *residual_sections(diagnosis))
