@@ -181,7 +181,7 @@ def test_a_score_is_kept_and_pooled_with_another(tmp_path):
     file = tmp_path / "scores.json"
     file.write_text(json.dumps(summary([right, crashed])))
     again, waiting = answers_of_all([file])
-    assert (again[0], waiting) == (right, 0)
+    assert (again[0], waiting) == (right, 0) and again[0].checks == (("drifted", 0.5, 8.0),)
     assert again[1].crashed == "no memory" and again[1].ranks == (math.inf,) and math.isnan(again[1].seconds)
     assert summary(again) == summary([right, crashed])
     assert answers_of_all([file], ("none",))[0] == []

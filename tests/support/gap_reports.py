@@ -17,7 +17,7 @@ def report(verdict="explained", why=(), classes=(), hypotheses=None, where="pump
         "why": [{"effect": e, "probability": p, "parameters": {"ratio": {"value": value, "std": std}}} for e, p in why],
         "classes": [list(c) for c in classes],
         "hypotheses": hypotheses or [{"effects": [why[0][0]] if why else [], "probability": 0.9, "gap_after": 1.1}],
-        "unknown": unknown,
+        "unknown": unknown, "checks": [{"effects": [], "check": "drifted", "measured": 0.5, "limit": 8.0}],
     }
 
 

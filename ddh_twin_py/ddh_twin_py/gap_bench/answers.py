@@ -33,7 +33,8 @@ class Answer:
         component_first: the true component leads `where`. both: both of two are in the leading hypothesis.
         said_unknown: verdict or leading cause is unknown. unknown_component: and the component of it is right.
         closed: fraction closed over the oracle's. errors: of parameters, relative to the effect's size. covered: whether the
-            truth lies in their 95 % intervals. seconds, megabytes: of the blind diagnosis.
+            truth lies in their 95 % intervals. seconds, megabytes: of the blind diagnosis. checks: of the report that is scored, name,
+            measured, limit.
     """
 
     name: str
@@ -59,6 +60,7 @@ class Answer:
     seconds: float = math.nan
     megabytes: float = math.nan
     right: bool = field(default=False)
+    checks: tuple[tuple[str, float, float], ...] = ()
 
 
 def groups_of(report: Mapping) -> list[Group]:
@@ -112,6 +114,7 @@ def answer_of(truth: Mapping, results: Mapping[str, Mapping]) -> Answer:
         unknown_component=(said_unknown and about.get("component") in components) if truth["expected"] == UNKNOWN else None,
         closed=_closed(report, results.get("oracle")), errors=errors, covered=covered,
         seconds=float(blind["seconds"]), megabytes=float(blind["megabytes"]),
+        checks=tuple((row["check"], float(row["measured"]), float(row["limit"])) for row in report.get("checks", [])),
     )
     return Answer(**{**vars(answer), "right": _right(answer)})
 

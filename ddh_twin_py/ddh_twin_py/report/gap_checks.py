@@ -25,7 +25,7 @@ CHECKS = {
 _NEAR = 0.75  # of the way to the limit, from which a check is near it
 _ABOUT = (
     "Each is a rule by which a cause outside the catalogue becomes likelier. At the limit such a cause is as likely as not by that rule "
-    "alone; well below it the rule has nothing to say. A rule whose data are missing was not asked. Beyond the limit the notes "
+    "alone; well below it the rule has nothing to say. A rule that does not apply was not asked. Beyond the limit the notes "
     "say what follows, or why it does not."
 )
 
