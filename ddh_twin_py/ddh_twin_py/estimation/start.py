@@ -75,7 +75,9 @@ def spread_start(read: Mapping[str, float], ambient: float, rise: np.ndarray | N
 
 def start_temperature(readings: Sequence[Reading] | Readings, ambient: float, interval: float,
                       zero: np.ndarray | None = None, within: float = START) -> np.ndarray:
-    """Temperature of every node at the start, K, (N,): of each sensor the median over `START` from its first reading on.
+    """Temperature of every node at the start, K, (N,): of each sensor the mean over `START` from its first reading on.
+
+    Readings farther than `AGREEING` from the median, as one wrong one is, do not count.
 
     Args:
         readings: index counted from the start. ambient: K. interval: s. zero: K, what is known of
@@ -83,7 +85,7 @@ def start_temperature(readings: Sequence[Reading] | Readings, ambient: float, in
     """
     early = _within(readings, interval, within)
     known = np.zeros(len(SENSORS)) if zero is None else zero
-    read = {NODE_OF_SENSOR[SENSORS[k]]: float(np.median(temperature) - known[k]) for k, temperature in _telling(early, interval)}
+    read = {NODE_OF_SENSOR[SENSORS[k]]: _agreed(temperature) - float(known[k]) for k, temperature in _telling(early, interval)}
     return spread_start(read, ambient)
 
 
@@ -92,6 +94,13 @@ def _telling(early: Readings, interval: float) -> Iterator[tuple[int, np.ndarray
     for k in np.unique(early.sensor).tolist():
         index, temperature = early.index[early.sensor == k], early.temperature[early.sensor == k]
         yield k, temperature[(index - index[0]) * interval <= START]
+
+
+def _agreed(temperature: np.ndarray) -> float:
+    """Mean of those readings, K, (n,), that are within `AGREEING` of their median; the median where none is."""
+    median = float(np.median(temperature))
+    near = temperature[np.abs(temperature - median) <= AGREEING]
+    return float(near.mean()) if near.size else median
 
 
 def _agree(temperature: np.ndarray) -> bool:
