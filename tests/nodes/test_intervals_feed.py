@@ -46,3 +46,8 @@ def test_another_unit_begins_anew_though_its_clock_was_put_back(feed):
     feed.begin_anew()
     said = batches(feed, ticks(1040, 1070, after=1100))
     assert (True, True) not in {batch[:2] for batch in said} and said[-1] == (False, False, 1)
+
+
+def test_a_clock_put_back_while_a_start_is_waited_for_goes_on_from_what_was_told():
+    said = batches(IntervalsFeed(0.05, START), [*ticks(1000, 1010), *ticks(960, 990, after=1010)])
+    assert said[:2] == [(True, False, 10), (True, True, 1)] and said[2:] == [(False, False, 1)] * 28

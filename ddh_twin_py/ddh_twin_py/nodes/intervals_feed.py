@@ -63,6 +63,7 @@ class IntervalsFeed:
         self._interval = interval
         self._start_ticks = max(1, round(start / interval) + 1)
         self._waiting: list[Tick] = []
+        self._one_unit = True  # whether what was told before the newest tick is of the same unit
         self._begin(None)
 
     def _begin(self, epoch_ns: int | None, put_back: bool = False) -> None:
@@ -73,6 +74,7 @@ class IntervalsFeed:
     def begin_anew(self) -> None:
         """The model starts anew with what comes from now on, as after a restart of the ticks; what waits is kept."""
         self._begin(self._waiting[0].start_ns if self._waiting else None)
+        self._one_unit = False
 
     def add(self, ticks: list[Tick], flush: bool = False) -> Iterator[Batch]:
         """Batches that can be computed now; `flush`: hold nothing back."""
@@ -80,11 +82,11 @@ class IntervalsFeed:
             if self._epoch_ns is None:
                 self._begin(tick.start_ns)
             elif tick.restart:
-                goes_on = self._started and same_unit(tick.gap)
                 if self._waiting:
                     yield self._reduce(self._waiting, None)
                     self._waiting = []
-                self._begin(tick.start_ns, goes_on)
+                self._begin(tick.start_ns, self._one_unit and self._started and same_unit(tick.gap))
+                self._one_unit = True
             self._waiting.append(tick)
         held = 0 if flush else 1
         enough = len(self._waiting) > (held if self._started or flush else self._start_ticks)
@@ -92,6 +94,7 @@ class IntervalsFeed:
             ready = self._waiting[: len(self._waiting) - held]
             following = self._waiting[-1] if held else None
             self._waiting = self._waiting[len(ready) :]
+            self._one_unit = True
             yield self._reduce(ready, following)
 
     @property

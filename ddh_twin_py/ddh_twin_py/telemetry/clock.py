@@ -10,11 +10,16 @@ from ddh_twin_py.physics.compiled import kernel
 
 PUT_BACK = 10.0
 """s by which a clock may be put back, and the twin goes on as warm as it is; by more it begins anew."""
+_SEEN_AS = 0.25
+"""s by which nodes differ in how far a clock was put back: each knows the last and the first sample of its own streams, and its interval."""
 
 
 def same_unit(gap: float) -> bool:
-    """Whether a unit goes on as warm as it was where stamps do not go on but are off by ``gap`` seconds: a clock was put back a little."""
-    return -PUT_BACK <= gap < 0.0
+    """Whether a unit goes on as warm as it was where stamps do not go on but are off by ``gap`` seconds: a clock was put back a little.
+
+    `PUT_BACK` and `_SEEN_AS` more, so that nodes whose streams saw the same clock put back by just as much decide alike.
+    """
+    return -PUT_BACK - _SEEN_AS <= gap < 0.0
 
 
 def clock_segments(stamps: Mapping[str, np.ndarray], window_ns: int) -> dict[str, np.ndarray]:
