@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ddh_twin_py.estimation.outvoted import outvoted
 from ddh_twin_py.estimation.sensors import NODE_OF_SENSOR, SENSORS
 from ddh_twin_py.estimation.temperature_filter import AGREEING
 from ddh_twin_py.estimation.temperature_fusion import Reading, Readings
@@ -77,7 +78,7 @@ def start_temperature(readings: Sequence[Reading] | Readings, ambient: float, in
                       zero: np.ndarray | None = None, within: float = START) -> np.ndarray:
     """Temperature of every node at the start, K, (N,): of each sensor the mean over `START` from its first reading on.
 
-    Readings farther than `AGREEING` from the median, as one wrong one is, do not count.
+    Readings farther than `AGREEING` from the median, as one wrong one is, do not count, nor does a sensor that is `outvoted`.
 
     Args:
         readings: index counted from the start. ambient: K. interval: s. zero: K, what is known of
@@ -85,7 +86,11 @@ def start_temperature(readings: Sequence[Reading] | Readings, ambient: float, in
     """
     early = _within(readings, interval, within)
     known = np.zeros(len(SENSORS)) if zero is None else zero
-    read = {NODE_OF_SENSOR[SENSORS[k]]: _agreed(temperature) - float(known[k]) for k, temperature in _telling(early, interval)}
+    told = np.full(len(SENSORS), np.nan)
+    for k, temperature in _telling(early, interval):
+        told[k] = _agreed(temperature)
+    heard = np.flatnonzero(np.isfinite(told) & ~outvoted(told))
+    read = {NODE_OF_SENSOR[SENSORS[k]]: float(told[k] - known[k]) for k in heard}
     return spread_start(read, ambient)
 
 

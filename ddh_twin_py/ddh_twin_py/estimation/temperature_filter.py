@@ -397,11 +397,11 @@ def predict_covariance(params, dynamic, deviation, covariance, sensor_node, lag,
 
 
 @kernel
-def update(dynamic, offset, deviation, covariance, sensor, measured, innovation, noise, refused, before, accepted, spread, gains):
+def update(dynamic, offset, deviation, covariance, sensor, measured, innovation, noise, doubted, refused, before, accepted, spread, gains):
     """Apply readings one after the other, in place.
 
     The first reading of a sensor may be any, and moves what it tells of; it counts with 10 K until one of the next two says the same. So
-    does one that is not known to within `AGREEING`, as after a rest.
+    does one that is not known to within `AGREEING`, as after a rest. One that is doubted is not used.
 
     Args:
         sensor: index of the sensor of each reading, (r,).
@@ -409,6 +409,7 @@ def update(dynamic, offset, deviation, covariance, sensor, measured, innovation,
         innovation: K, reading minus expected reading at the reading's own time, (r,); changed
             to what was left when it was applied.
         noise: K, standard deviation of each reading, (r,).
+        doubted: whether all other sensors contradict each reading, (r,).
         refused: readings refused in a row, per sensor, `NEVER_READ` of one that is not believed yet, (m,).
         before: K, last two readings of each sensor, NaN before the first, (m, 2).
         accepted: out, whether each reading was used, (r,). spread: out, K, its expected deviation.
@@ -434,7 +435,9 @@ def update(dynamic, offset, deviation, covariance, sensor, measured, innovation,
         left = innovation[r] - moved[reading] - moved[zero]
         innovation[r] = left
         spread[r] = np.sqrt(variance)
-        accepted[r] = new or left * left <= GATE * GATE * variance
+        accepted[r] = not doubted[r] and (new or left * left <= GATE * GATE * variance)
+        if doubted[r]:
+            continue
         if not accepted[r]:
             refused[k] += 1
             if refused[k] % PATIENCE == 0:

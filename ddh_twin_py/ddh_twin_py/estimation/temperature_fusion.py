@@ -14,6 +14,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from ddh_twin_py.estimation.outvoted import outvoted
 from ddh_twin_py.estimation.sensors import NODE_INDEX, SENSORS
 from ddh_twin_py.estimation.smoother import SMOOTHED_EVERY, Trace
 from ddh_twin_py.estimation.temperature_filter import NEVER_READ, advance_mean, predict_covariance, update
@@ -198,6 +199,11 @@ class TemperatureFusion:
         self._transition = np.empty((N + _M, N + _M + N_UNCERTAIN))
         self.reset()
 
+    @property
+    def contradicted(self) -> list[str]:
+        """Sensors that are not used at present, as all others beside the oil contradict them; see `outvoted`."""
+        return [SENSORS[k] for k in np.flatnonzero(outvoted(self._newest))]
+
     def begin_trace(self) -> Trace:
         """Write all steps from here on into a new trace, whose rows count the intervals from here on."""
         self.trace, self._row = Trace(round(SMOOTHED_EVERY / (self._per_epoch * self.interval))), 0
@@ -225,6 +231,7 @@ class TemperatureFusion:
         self._air = AmbientTracker(self._first_air, self.interval)
         self._air.hold(self._first_air, self._first_air_known)
         self._last = np.full((_M, 2), np.nan)  # K, last two readings of each sensor
+        self._newest = np.full(_M, np.nan)  # K, last reading of each sensor since the last rest
         self._clear_epoch()
 
     def _forget_past(self) -> None:
@@ -343,12 +350,14 @@ class TemperatureFusion:
         if not pending:
             return []
         index, sensor, measured, predicted, noise = (np.concatenate(column) for column in zip(*pending, strict=True))
+        self._newest[sensor] = measured
+        doubted = outvoted(self._newest)[sensor]
         innovation = measured - predicted
         accepted, spread = np.zeros(index.size, dtype=np.bool_), np.zeros(index.size)
         gains = np.empty((index.size, state.covariance.shape[0]))
         before = state.dynamic[N:].copy()
         update(state.dynamic, state.offset, state.deviation, state.covariance, sensor, measured, innovation,
-               noise, state.refused, self._last, accepted, spread, gains)
+               noise, doubted, state.refused, self._last, accepted, spread, gains)
         self._learned += state.dynamic[N:] - before
         if self.trace is not None:
             self.trace.read(gains[accepted], sensor[accepted], innovation[accepted], spread[accepted])
@@ -417,6 +426,7 @@ class TemperatureFusion:
             left -= span
             drifted = np.exp(-2.0 * left / _REST_AMBIENT_TIME) * -np.expm1(-2.0 * span / _REST_AMBIENT_TIME)
             state.covariance[at, at] += _REST_AMBIENT_DRIFT**2 * drifted
+        self._newest[:] = np.nan
         self._forget_past()
         self._clear_epoch()
 

@@ -9,6 +9,7 @@ from sensor_msgs.msg import Temperature
 
 from ddh_msgs.msg import HydraulicState, MotorThermalState, ResidualArray, TemperatureEstimateArray
 from ddh_twin_py.estimation.credibility import Credibility
+from ddh_twin_py.estimation.outvoted import OUTVOTED
 from ddh_twin_py.estimation.sensors import NODE_INDEX, SENSORS
 from ddh_twin_py.estimation.temperature_fusion import FusionInputs, FusionResult, Reading, TemperatureFusion
 from ddh_twin_py.nodes import qos
@@ -322,6 +323,8 @@ class TemperatureFusionNode(TelemetryNode):
         report.add("age limit", limit, "s")
         if age > limit and not self.player.paused(self.wall()):
             report.warn(f"no estimate for {age:.0f} s, neither models nor sensors go on")
+        if contradicted := self._fusion.contradicted:
+            report.warn(f"{' and '.join(contradicted)}: more than {OUTVOTED:g} K off what all other sensors beside the oil read, not used")
         outside = outside_stated(self._newest)
         if outside:
             report.warn(outside)

@@ -220,7 +220,7 @@ class Agreement:
         if far:
             sentence += (
                 f"; the fused temperature of {words(far.sensor)} lies {number(far.rms_fused, 2)} K RMS from the sensor "
-                "that it uses"
+                f"{'that it uses' if far.refused < far.samples else 'of which it believes no reading'}"
             )
         elif fused:
             worst = max(fused, key=lambda t: t.rms_fused)

@@ -11,7 +11,7 @@ from ddh_twin_py.physics.compiled import kernel
 PUT_BACK = 10.0
 """s by which a clock may be put back, and the twin goes on as warm as it is; by more it begins anew."""
 _SEEN_AS = 0.25
-"""s by which nodes differ in how far a clock was put back: each knows the last and the first sample of its own streams, and its interval."""
+"""s by which nodes differ in how far a clock was put back: each knows the last and the first sample of its own streams alone."""
 
 
 def same_unit(gap: float) -> bool:
