@@ -135,6 +135,14 @@ def test_a_drive_by_another_clock_is_refused(bag, tmp_path, capsys):
     assert str(tmp_path / "apart") in error and "30.0 s later; their clocks differ" in error
 
 
+def test_clocks_that_are_a_second_apart_are_told_before_the_fit(bag, tmp_path, capsys):
+    recording = read_recording(bag)
+    write_recording(tmp_path / "apart", replace(recording, hydraulic=replace(recording.hydraulic, time=recording.hydraulic.time + 1.0)))
+    main(["calibrate", str(tmp_path / "apart"), "--only", "pump_1.leakage"])
+    error = capsys.readouterr().err
+    assert f"ddh-twin calibrate: warning: {tmp_path / 'apart'}" in error and "their clocks differ" in error
+
+
 def test_a_bag_given_twice_is_refused(bag, capsys):
     assert "are the same bag" in error_of([bag, bag.parent / "." / ".." / bag.parent.name / bag.name], capsys)
     (file,) = bag.glob("*.mcap")

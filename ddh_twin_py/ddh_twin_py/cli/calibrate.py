@@ -81,6 +81,7 @@ def run(args: argparse.Namespace) -> int:
         from ddh_twin_py.estimation.calibration import CalibrationError, calibrate, check_paths
         from ddh_twin_py.estimation.experiment import Experiment
         from ddh_twin_py.estimation.held_out import held_out
+        from ddh_twin_py.gap.contradictions import contradictions
         from ddh_twin_py.gap.suitability import one_clock
         from ddh_twin_py.report.calibration_groups import signal_fits, unfitted, verdict
         from ddh_twin_py.report.calibration_report import calibration_document, calibration_json
@@ -95,6 +96,8 @@ def run(args: argparse.Namespace) -> int:
             recording = read_recording(bag, args.namespace, progress)
             one_clock([recording])
             experiments.append(Experiment(recording, rig, used=1.0 - args.held_out))
+        for text in () if args.quiet else contradictions(recording, rig):  # the fit takes minutes
+            say(f"ddh-twin calibrate: warning: {text}")
     started = time.perf_counter()
     with stage("fitting", args.quiet) as progress:
         fit = calibrate(experiments, rig, tuple(dict.fromkeys(args.only)), progress=progress)

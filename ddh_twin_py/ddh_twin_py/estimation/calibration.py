@@ -19,7 +19,7 @@ from ddh_twin_py.names import nearest
 from ddh_twin_py.rig import Rig
 from ddh_twin_py.rig.own_oil import of_own_oil
 from ddh_twin_py.rig.payload import of_declared_payload
-from ddh_twin_py.rig.sheet import CUT, Quantity
+from ddh_twin_py.rig.sheet import BOUNDS, CUT, Quantity
 from ddh_twin_py.telemetry.recording import Recording
 from ddh_twin_py.telemetry.signals import DRIVE_TOPIC
 
@@ -192,8 +192,9 @@ def _told(problem: Problem, fit: Fit, asked: tuple[str, ...]) -> Calibration:
     for path, deviation, share, scale in zip(problem.paths, fit.theta, spread, problem.scale, strict=False):  # begins are not the rig's
         quantity = rig.quantities[path]
         value = quantity.value + deviation * scale
-        if abs(value) < _ROUNDING * abs(quantity.value):
-            value = 0.0  # a tolerance that reaches as far as zero ends there, not a hair below
+        for end in (0.0, BOUNDS[path].lowest, BOUNDS[path].highest):
+            if abs(value - end) < _ROUNDING * abs(quantity.value):
+                value = end  # a tolerance that reaches as far as zero, or as a bound, ends there, not a hair beyond
         fitted = FittedParameter(path, quantity.unit, quantity.value, scale, value, share * scale, bool(share < INFORMED))
         parameters.append(fitted)
         if path not in refused:
