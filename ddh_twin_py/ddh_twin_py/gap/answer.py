@@ -205,7 +205,7 @@ def insufficient(model: Diagnosable, reason: str) -> Diagnosis:
     report = {
         "verdict": "insufficient", "gap": dict.fromkeys(("as_is", "before", "after", "closed_fraction")), "where": [], "why": [],
         "classes": [], "hypotheses": [], "shrink": {}, "unknown": None, "next_test": None, "held_out": model.held_data().words,
-        "notes": [reason, *model.notes()],
+        "checks": [], "notes": [reason, *model.notes()],
     }
     return Diagnosis(report, sentence(report, model.catalogue), model.recordings, {}, {}, [], [], [], {}, [], [],
                      model.rig, model.assumptions, catalogue=model.catalogue)

@@ -7,26 +7,29 @@ from ddh_twin_py.report import document as doc
 from ddh_twin_py.report.gap_words import set_name
 from ddh_twin_py.report.units import number
 
+_FLOOR, _DEVIATIONS, _EVIDENCE = "× floor", "standard deviations", "points of evidence"
 CHECKS = {
-    "structure": ("Structure that it leaves in the field recording, in the signal that asks loudest for a free form", "log evidence", 0.0),
-    "left_behind": ("The farthest signal of the held-out data of those that it brings nearer, whatever is open of the rig", "× floor", 1.0),
-    "far_off": ("The middle one of all signals of the held-out data, whatever is open of the rig", "× floor", 1.0),
-    "worsened": ("A signal of the held-out data that it moves away from what was measured", "× floor", 0.0),
-    "refuted": ("The gap of the held-out data with it, less that without", "× floor", 0.0),
-    "strained": ("The farthest fast signal of the commissioning recording, with the rig that it asks for", "× floor", 1.0),
-    "off_its_noise": ("Means of speed or rod velocity over steady stretches of the field recording", "× noise", 1.0),
-    "drifted": ("It asks for another rig than was commissioned", "standard deviations", 0.0),
-    "displaced": ("Held-out data ask for another rig, or another begin, than the field recording", "standard deviations", 0.0),
-    "resized": ("Held-out data ask for another size of it", "squared deviations", 0.0),
-    "bent": ("Its law would have to do more in some phases, at some speeds or temperatures, and less in others", "log evidence", 0.0),
-    "cancelling": ("Share of what its two effects do that they take from each other", "1", 0.0),
+    "structure": ("Does it leave something in the field recording that has a law of its own?", "what that would gain", _EVIDENCE, 0.0),
+    "left_behind": ("Does a signal that it explains stay off in the held-out data?", "the farthest, rig at its best", _FLOOR, 1.0),
+    "far_off": ("Do most signals of the held-out data stay off?", "the median, rig at its best", _FLOOR, 1.0),
+    "worsened": ("Does it spoil a signal of the held-out data?", "beyond 1.2 times what that was off without it", _FLOOR, 0.0),
+    "refuted": ("Does it widen the gap of the held-out data?", "by how much", _FLOOR, 0.0),
+    "strained": ("Does the rig that it assumes misfit the commissioning recording?", "the farthest fast signal", _FLOOR, 1.0),
+    "off_its_noise": ("Are steady speeds off on average, in the field recording?", "means over steady stretches", "× their noise", 1.0),
+    "drifted": ("Must the rig have changed beside it?", "from the rig as commissioned", _DEVIATIONS, 0.0),
+    "displaced": ("Do the held-out data ask for another rig than the field recording?", "from the rig as fitted", _DEVIATIONS, 0.0),
+    "resized": ("Do the held-out data ask for another size of it?", "what another size would gain", _EVIDENCE, 0.0),
+    "bent": ("Would its law have to differ from phase to phase, or with speed and warmth?", "what that would gain", _EVIDENCE, 0.0),
+    "cancelling": ("Do its two effects undo each other?", "share of what they do to the signals", "", 0.0),
 }
-"""Of each check: what it measures, the unit, and where nothing is measured but noise."""
+"""Of each check: the question, to which yes is bad, what is measured, the unit, and what is measured where nothing is wrong."""
 _NEAR = 0.75  # of the way to the limit, from which a check is near it
 _ABOUT = (
-    "Each is a rule by which a cause outside the catalogue becomes likelier. At the limit such a cause is as likely as not by that rule "
-    "alone; well below it the rule has nothing to say. A rule that does not apply was not asked. Beyond the limit the notes "
-    "say what follows, or why it does not."
+    "Each question asks whether a cause outside the catalogue would do better. At the number under 'doubted from' such a cause is as likely as "
+    "not by that question alone; some of these numbers grow with what the hypothesis explains. Multiples of a floor begin at 1, which is "
+    "noise alone; 'nearly' is three quarters of the way from there. Held-out data are looked at with what the recordings left open of the "
+    "rig at its best, so these numbers may be smaller than those of the charts. A question that does not apply was not asked. Where the "
+    "answer is yes the notes say what follows, or why nothing does. The method is in docs/gap_method.md, section 11."
 )
 
 
@@ -35,13 +38,13 @@ def checks_of(diagnosis: Diagnosis) -> doc.Html:
     rows = diagnosis.report.get("checks", [])
     if not rows:
         return doc.Html("")
-    columns = (doc.Column("Checked", number=False), doc.Column("Unit", number=False), doc.Column("Measured"), doc.Column("Limit"),
-               doc.Column("Of the way to it", number=False))
+    columns = (doc.Column("Asked", number=False), doc.Column("Answer", number=False), doc.Column("Measured", number=False),
+               doc.Column("Doubted from"))
     table = []
     for row in rows:
-        about, unit, noise = CHECKS[row["check"]]
-        share = (row["measured"] - noise) / (row["limit"] - noise)
-        level = "good" if share < _NEAR else "fair" if share < 1.0 else "poor"
-        table.append((about, "" if unit == "1" else unit, number(row["measured"], 2), number(row["limit"], 2),
-                      doc.mark(level, "none of it" if share <= 0.0 else f"{number(100.0 * share, 0)} %")))
+        question, what, unit, nothing = CHECKS[row["check"]]
+        share = (row["measured"] - nothing) / (row["limit"] - nothing)
+        level, answer = ("good", "no") if share < _NEAR else ("fair", "nearly") if share < 1.0 else ("poor", "yes")
+        measured = f"{number(max(row['measured'], 0.0), 2)} {unit}".strip()
+        table.append((question, doc.mark(level, answer), f"{measured}; {what}", number(row["limit"], 2)))
     return doc.Html(doc.paragraph(f"Asked about: {set_name(tuple(rows[0]['effects']))}.") + doc.table(columns, table) + doc.note(_ABOUT))
