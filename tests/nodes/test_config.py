@@ -11,7 +11,7 @@ from types import SimpleNamespace
 import pytest
 import yaml
 from ddh_twin_py.cli import up
-from ddh_twin_py.nodes.parameter_file import PARAMETERS, ParameterFileError, check_parameter_file
+from ddh_twin_py.nodes.parameter_file import PARAMETERS, ParameterFileError, check_parameter_file, unanswered
 
 
 @pytest.fixture(scope="module")
@@ -74,6 +74,17 @@ def test_a_parameter_file_that_nodes_take_is_taken(repo_root, tmp_path):
         "bag_player: {ros__parameters: {topics: [drive/*, rig]}}\n"
     )
     check_parameter_file(tmp_path / "own.yaml")
+
+
+@pytest.mark.parametrize(("section", "namespace", "taken"), [
+    ("temperature_fusion", "/ddh", False), ("/**/temperature_fusion", "/ddh", True), ("/**", "/ddh", True), ("/*", "/ddh", False),
+    ("/ddh/*", "/ddh", True), ("/crane/temperature_fusion", "/ddh", False), ("/crane/temperature_fusion", "/crane", True),
+    ("/**/temperature_fusion", "/site/crane", True), ("/*/*", "/ddh", True), ("/*/*", "/site/crane", False),
+    ("temperature_fusion", "/", True), ("'*'", "/ddh", False),
+])  # fmt: skip
+def test_a_section_that_no_node_takes_is_named(section, namespace, taken, tmp_path):
+    (tmp_path / "own.yaml").write_text(f"{section}: {{ros__parameters: {{use_sim_time: true}}}}\n")
+    assert unanswered(tmp_path / "own.yaml", namespace) == ([] if taken else [section.strip("'")])
 
 
 @pytest.mark.parametrize("node", PARAMETERS)

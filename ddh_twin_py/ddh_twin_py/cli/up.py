@@ -23,7 +23,7 @@ from ddh_twin_py.cli.arguments import (
     refuse_missing,
     seed,
 )
-from ddh_twin_py.cli.console import put_json
+from ddh_twin_py.cli.console import put_json, say
 from ddh_twin_py.cli.parameter_yaml import parameter_yaml
 from ddh_twin_py.cli.supervisor import Child, Supervisor, combined_log
 
@@ -186,9 +186,11 @@ def check(args: argparse.Namespace) -> None:
 
         load_rig(args.rig)  # or each node would refuse it by itself
     if args.params:
-        from ddh_twin_py.nodes.parameter_file import check_parameter_file
+        from ddh_twin_py.nodes.parameter_file import check_parameter_file, unanswered
 
         check_parameter_file(args.params)
+        for section in unanswered(args.params, namespace(args.namespace)):
+            say(f"ddh-twin up: warning: {args.params}: {section}: no node in {args.namespace} takes it; /**/NODE is one in any namespace")
     if args.duty:
         args.duty = duty_file(args.duty)
         refuse_missing("--duty", args.duty)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
@@ -53,6 +54,19 @@ def check_parameter_file(path: str | Path) -> None:
         kinds = PARAMETERS if node.rpartition("/")[2] in _ANY_NODE else {node: PARAMETERS[node.rpartition("/")[2]]}
         for name, value in _flat(given, ""):
             _check_value(f"{path}: {node}: ", name, value, [p for kind in kinds.values() for p in (*kind, *_OF_ROS)])
+
+
+def unanswered(path: str | Path, namespace: str) -> list[str]:
+    """Sections of a file that was checked of which no node of a namespace takes anything, as ROS matches their names."""
+    content = read_yaml(path, "parameter file", ParameterFileError)
+    nodes = [f"{namespace.rstrip('/')}/{node}" for node in PARAMETERS]
+
+    def answers(section: str) -> bool:
+        levels = [{"**": ".*", "*": "[^/]+"}.get(level, re.escape(level)) for level in section.strip("/").split("/")]
+        pattern = re.compile("/" + "/".join(levels).replace(".*/", "(?:.*/)?"))
+        return any(pattern.fullmatch(node) for node in nodes)
+
+    return [section for section, _ in _sections(content, str(path), "") if not answers(section)]
 
 
 def _sections(content: object, file: str, path: str) -> Iterator[tuple[str, Mapping]]:
