@@ -26,10 +26,11 @@ CHECKS = {
 _NEAR = 0.75  # of the way to the limit, from which a check is near it
 _ABOUT = (
     "Each question asks whether a cause outside the catalogue would do better. At the number under 'doubted from' such a cause is as "
-    "likely as not by that question alone; some of these numbers grow with what the hypothesis explains. Multiples of a floor begin at 1, "
-    "which is noise alone; 'nearly' is three quarters of the way from there. Held-out data are looked at with what the recordings left "
-    "open of the rig at its best, so these numbers may be smaller than those of the charts. A question that does not apply was not asked. Where "
-    "the answer is yes the notes say what follows, or why nothing does. The method is in docs/gap_method.md, section 11."
+    "likely as not by that question alone; some of these numbers grow with what the hypothesis explains. Multiples of a floor begin "
+    "at 1, which is noise alone; 'nearly' is three quarters of the way from there. Held-out data are looked at with what the "
+    "recordings left open of the rig at its best, so these numbers may be smaller than those of the charts. A question that does not "
+    "apply was not asked. Where the answer is yes the notes say what follows, or why nothing does. The method is in "
+    "docs/gap_method.md, section 11."
 )
 
 
