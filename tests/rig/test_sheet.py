@@ -71,6 +71,8 @@ def test_an_oil_may_be_named_by_its_grade(tmp_path):
     ("motor:\n  iron:\n    alfa: {}\n", "motor.iron.alfa: no such entry; the nearest is 'motor.iron.alpha'"),
     ("pump_1:\n  leakage: {}\n", "pump_1.leakage: value is missing; an entry is {value, unit, tolerance, source}"),
     ("pump_1:\n  leekage: {}\n", "pump_1.leekage: no such entry; the nearest is 'pump_1.leakage'"),
+    ("sensors:\n", "sensors: found None, a mapping of sensors is needed"),
+    ("sensors: []\n", "sensors: found [], a mapping of sensors is needed"),
     ("sensors:\n  presure: 5\n", "sensors.presure: no such entry; the nearest is 'sensors.pressure'"),
     ("sensors:\n  tank_oill: {noise: {value: 0.1, unit: K}}\n", "sensors.tank_oill: no such entry; the nearest is 'sensors.torque'"),
     ("sensors:\n  temperatur: {noise: abc}\n", "sensors.temperatur: no such entry; the nearest is 'sensors.temperature'"),

@@ -356,9 +356,9 @@ def _parse(tree: dict, file: str) -> tuple[str, dict[str, Quantity], dict[str, S
         if section != "sensors":
             walk(str(section), node)
             continue
-        if not isinstance(node or {}, dict):
+        if not isinstance(node, dict):
             raise RigError(f"{file}: sensors: found {node!r}, a mapping of sensors is needed")
-        for name, row in (node or {}).items():
+        for name, row in node.items():
             if not isinstance(row, dict) or "noise" not in row:
                 raise RigError(f"{file}: sensors.{name}: found {row!r}, expected {{noise, unit}}")
             scale = row.get("full_scale")
