@@ -8,6 +8,7 @@ from ddh_twin_py.bags.reader import read_recording
 from ddh_twin_py.estimation.outvoted import outvoted
 from ddh_twin_py.estimation.replay import replay
 from ddh_twin_py.estimation.sensors import NODE_INDEX, SENSORS
+from ddh_twin_py.estimation.temperature_fusion import FusionInputs, Reading, TemperatureFusion
 from ddh_twin_py.report.agreement import compare
 from ddh_twin_py.rig import load_rig
 
@@ -51,3 +52,12 @@ def test_a_sensor_wrong_from_the_start_moves_nothing_and_no_other_is_refused_for
     assert {i.sensor for i in beside.innovations if not i.accepted} == {sensor}
     assert not any(i.accepted for i in beside.innovations if i.sensor == sensor)
     assert "from the sensor of which it believes no reading" in compare(beside).verdict
+
+
+def test_sensors_that_have_stopped_outvote_none_that_goes_on():
+    fusion, second = TemperatureFusion(load_rig(), 1.0), FusionInputs.unknown(1)
+    for _ in range(10):
+        fusion.advance(second, [Reading(0, sensor, 300.0) for sensor in ("tank_oil", "line_a", "line_b", "cylinder_barrel", "tank_wall")])
+    for k in range(200):  # four cables are torn, the oil warms by 40 K
+        fusion.advance(second, [Reading(0, "tank_oil", 300.0 + 0.2 * k)])
+        assert not fusion.contradicted

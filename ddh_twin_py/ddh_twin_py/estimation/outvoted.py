@@ -9,6 +9,8 @@ from ddh_twin_py.estimation.sensors import SENSORS
 OUTVOTED = 30.0
 """K by which a sensor must be off the middle of the others to be outvoted, and half as much off each: no oil is so much warmer than all
 that it flows through, nor any of that."""
+HEARD = 60.0
+"""s for which a reading counts beside others: a sensor that has stopped knows nothing of oil that has warmed since."""
 _VOTERS = 3  # others that must be read
 _ALIKE = 5.0  # K, median deviation of these from their middle: as unlike as they may be
 _VOTING = np.array([not sensor.startswith("motor_") for sensor in SENSORS])
@@ -18,8 +20,8 @@ def outvoted(reading: np.ndarray) -> np.ndarray:
     """Which sensors are contradicted by all others, bool (m,).
 
     Args:
-        reading: K, newest of each of `SENSORS`, NaN of one that was not read, (m,). Those of the motor have no say and are not judged: a
-            winding may be far warmer than all else.
+        reading: K, newest of each of `SENSORS`, NaN of one that was not read lately, (m,). Those of the motor have no say and are not judged:
+            a winding may be far warmer than all else.
     """
     found = np.zeros(reading.size, bool)
     read = np.flatnonzero(_VOTING & np.isfinite(reading))

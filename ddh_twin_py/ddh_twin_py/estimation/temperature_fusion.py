@@ -14,7 +14,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from ddh_twin_py.estimation.outvoted import outvoted
+from ddh_twin_py.estimation.outvoted import HEARD, outvoted
 from ddh_twin_py.estimation.sensors import NODE_INDEX, SENSORS
 from ddh_twin_py.estimation.smoother import SMOOTHED_EVERY, Trace
 from ddh_twin_py.estimation.temperature_filter import NEVER_READ, advance_mean, predict_covariance, update
@@ -231,7 +231,8 @@ class TemperatureFusion:
         self._air = AmbientTracker(self._first_air, self.interval)
         self._air.hold(self._first_air, self._first_air_known)
         self._last = np.full((_M, 2), np.nan)  # K, last two readings of each sensor
-        self._newest = np.full(_M, np.nan)  # K, last reading of each sensor since the last rest
+        self._newest = np.full(_M, np.nan)  # K, last reading of each sensor within `HEARD` and since the last rest
+        self._silent = np.zeros(_M)  # s since then
         self._clear_epoch()
 
     def _forget_past(self) -> None:
@@ -347,10 +348,12 @@ class TemperatureFusion:
             self.trace.moved(count * self.interval, self._transition)
         pending = self._pending
         self._clear_epoch()
+        self._silent += count * self.interval
+        self._newest[self._silent > HEARD] = np.nan
         if not pending:
             return []
         index, sensor, measured, predicted, noise = (np.concatenate(column) for column in zip(*pending, strict=True))
-        self._newest[sensor] = measured
+        self._newest[sensor], self._silent[sensor] = measured, 0.0
         doubted = outvoted(self._newest)[sensor]
         innovation = measured - predicted
         accepted, spread = np.zeros(index.size, dtype=np.bool_), np.zeros(index.size)
