@@ -20,8 +20,8 @@ def outvoted(reading: np.ndarray) -> np.ndarray:
     """Which sensors are contradicted by all others, bool (m,).
 
     Args:
-        reading: K, newest of each of `SENSORS`, NaN of one that was not read lately, (m,). Those of the motor have no say and are not judged:
-            a winding may be far warmer than all else.
+        reading: K, newest of each of `SENSORS`, NaN of one that was not read lately, (m,). Those of the motor have no say and are not
+            judged: a winding may be far warmer than all else.
     """
     found = np.zeros(reading.size, bool)
     read = np.flatnonzero(_VOTING & np.isfinite(reading))
