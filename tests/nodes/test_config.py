@@ -9,9 +9,10 @@ import types
 from types import SimpleNamespace
 
 import pytest
+import rclpy
 import yaml
 from ddh_twin_py.cli import up
-from ddh_twin_py.nodes.parameter_file import PARAMETERS, ParameterFileError, check_parameter_file, unanswered
+from ddh_twin_py.nodes.parameter_file import PARAMETERS, AsRos, ParameterFileError, check_files, read_parameter_file, unanswered
 
 
 @pytest.fixture(scope="module")
@@ -40,18 +41,24 @@ def refused(text, folder):
 
 
 @pytest.mark.parametrize(("text", "words"), [
-    ("/**/gap_monitor: [\n", ["is not YAML (line 2)"]),
-    ("", ["holds None"]),
-    ("- a\n", ["holds ['a']"]),
+    ("/**/gap_monitor: [\n", ["is not YAML (line 1): a bracket is not closed"]),
+    ("", ["is empty; a parameter file is a mapping of nodes with ros__parameters"]),
+    ("- a\n", ["holds a list; a parameter file is a mapping"]),
+    ("/**/gap_monitor:\n", ["/**/gap_monitor: holds nothing, a node's name with ros__parameters is needed"]),
+    ("/**/gap_monitor: {ros__parameters: {bin: }}\n", ["bin is nothing, it must be of type double"]),
+    ("/**/gap_monitor: {ros__parameters: &a {bin: 20.0}}\n/**/web_view: {ros__parameters: *a}\n", ["line 2", "alias, which ROS does not"]),
     ("interval: 0.05\n", ["interval: holds 0.05, a node's name with ros__parameters is needed"]),
     ("/**/gap_monitor: {ros_parameters: {bin: 20.0}}\n", ["/**/gap_monitor: no section 'ros_parameters'"]),
     ("/**: {rosparameters: 1}\n", ["/**: no section 'rosparameters'"]),
-    ("/**/gap_monitor: {ros__parameters: }\n", ["/**/gap_monitor: ros__parameters is None"]),
+    ("/**/gap_monitor: {ros__parameters: }\n", ["/**/gap_monitor: ros__parameters holds nothing"]),
     ("rig_7: {gap_moniter: {ros__parameters: {bin: 20.0}}}\n", ["rig_7/gap_moniter: no node 'gap_moniter'", "nearest is 'gap_monitor'"]),
     ("/**/gap_monitor: {ros__parameters: {bins: 20.0}}\n", ["/**/gap_monitor: no parameter 'bins'", "nearest is 'bin'"]),
     ("/**/gap_monitor: {ros__parameters: {bin: 0.5}}\n", ["/**/gap_monitor: bin is 0.5, it must be of type double and 1 to 3600"]),
     ("/**/gap_monitor: {ros__parameters: {bin: 20}}\n", ["bin is 20, it must be of type double", "write 20.0"]),
     ("/**/gap_monitor: {ros__parameters: {bin: '20.0'}}\n", ["bin is '20.0', it must be of type double"]),
+    ("/**/gap_monitor: {ros__parameters: {bin: '2e1'}}\n", ["bin is '2e1', it must be of type double and 1 to 3600"]),
+    ("/**/gap_monitor: {ros__parameters: {bin: 1_0.5}}\n", ["bin is '1_0.5', it must be of type double"]),
+    ("/**/web_view: {ros__parameters: {port: 2:20}}\n", ["port is '2:20', it must be of type integer"]),
     ("/**/gap_monitor: {ros__parameters: {bin: .nan}}\n", ["bin is nan"]),
     ("ros__parameters: {bin: 20.0}\n", ["ros__parameters stands below no node; valid are hydraulic_model", "**"]),
     ("/**/gap_monitor: {ros__parameters: {diagnosis_command: ddh}}\n", ["diagnosis_command is 'ddh', it must be of type string array"]),
@@ -67,13 +74,66 @@ def test_a_parameter_file_that_cannot_be_used_is_refused_before_a_node_starts(te
 
 
 def test_a_parameter_file_that_nodes_take_is_taken(repo_root, tmp_path):
-    check_parameter_file(repo_root / "ddh_twin_py" / "config" / "twin.yaml")
+    read_parameter_file(repo_root / "ddh_twin_py" / "config" / "twin.yaml")
     (tmp_path / "own.yaml").write_text(
         "/**: {ros__parameters: {use_sim_time: true, interval: 5e-2}}\n"
         "rig_7:\n  drive_telemetry: {ros__parameters: {simulation: {seed: 3}, qos_overrides: {/rosout: {publisher: {depth: 9}}}}}\n"
-        "bag_player: {ros__parameters: {topics: [drive/*, rig]}}\n"
+        "bag_player: {ros__parameters: {topics: [drive/*, rig], rate: 1e1}}\n"
     )
-    check_parameter_file(tmp_path / "own.yaml")
+    sections = read_parameter_file(tmp_path / "own.yaml")
+    assert sections["/**"] == {"use_sim_time": True, "interval": 0.05} and sections["bag_player"]["rate"] == 10.0
+    assert list(sections["rig_7/drive_telemetry"]) == ["simulation.seed", "qos_overrides./rosout.publisher.depth"]
+
+
+@pytest.mark.parametrize(("section", "said"), [
+    ("/**: {ros__parameters: {rig: FOLDER/crane_2.yaml}}",
+     "/**: rig: FOLDER/crane_2.yaml: no such rig file; the nearest is FOLDER/crane_1.yaml"),
+    ("/**/hydraulic_model: {ros__parameters: {rig: FOLDER/twin.yaml}}", "/**/hydraulic_model: rig: FOLDER/twin.yaml: /**/hydraulic_model:"),
+    ("/ddh/temperature_fusion: {ros__parameters: {state_file: FOLDER}}", "/ddh/temperature_fusion: state_file: FOLDER is a folder; name"),
+    ("/**/gap_monitor: {ros__parameters: {normal_file: /dev/full}}", "/**/gap_monitor: normal_file: /dev/full is a character device; name"),
+])
+def test_a_file_that_a_parameter_file_names_is_looked_at_before_a_node_starts(section, said, tmp_path):
+    (tmp_path / "crane_1.yaml").write_text("rig_id: crane_1\n")
+    told = refused(section.replace("FOLDER", str(tmp_path)), tmp_path)
+    assert told.startswith(f"{tmp_path}/twin.yaml: {said.replace('FOLDER', str(tmp_path))}")
+
+
+@pytest.mark.parametrize("section", [
+    "/other/hydraulic_model: {ros__parameters: {rig: nowhere.yaml}}",
+    "/**/drive_telemetry: {ros__parameters: {simulation: {rig: nowhere.yaml}}}",
+    "/**: {ros__parameters: {rig: ''}}", "/**/temperature_fusion: {ros__parameters: {state_file: nowhere.npz}}",
+])
+def test_files_of_nodes_that_are_not_started_and_those_that_are_made_are_not_asked_for(section, tmp_path):
+    (tmp_path / "own.yaml").write_text(section)
+    check_files(tmp_path / "own.yaml", read_parameter_file(tmp_path / "own.yaml"), "/ddh", dict.fromkeys(up.TWIN, {}))
+
+
+def test_a_rig_file_that_an_argument_replaces_is_not_asked_for(tmp_path):
+    (tmp_path / "own.yaml").write_text("/**: {ros__parameters: {rig: nowhere.yaml}}")
+    sections = read_parameter_file(tmp_path / "own.yaml")
+    check_files(tmp_path / "own.yaml", sections, "/ddh", dict.fromkeys(up.TWIN, {"rig": "crane_1.yaml"}))
+    with pytest.raises(ParameterFileError, match="nowhere.yaml: no such rig file"):
+        check_files(tmp_path / "own.yaml", sections, "/ddh", dict.fromkeys(up.TWIN, {}))
+
+
+def test_a_parameter_file_is_read_as_ros_reads_it(tmp_path):
+    """Against the parser of ROS itself."""
+    given = ["1e1", "'1e1'", "10.0", '"10.0"', "1E+3", ".5", "10.", "-1e-2", "1_000", "1:30", "010", "0x10", "0o10", "0b1", "2026-01-01",
+             "inf", "yes", "Off", "y", "'y'", "7", "+7", "1e1f", "text", "1.5.2", "99999999999999999999", "08"]
+    file = tmp_path / "values.yaml"
+    file.write_text("/**:\n  ros__parameters:\n" + "".join(f"    v{k}: {text}\n" for k, text in enumerate(given)))
+    context = rclpy.Context()
+    rclpy.init(args=["--ros-args", "--params-file", str(file)], context=context)
+    node = rclpy.create_node("reader", context=context, automatically_declare_parameters_from_overrides=True)
+    try:
+        read = [node.get_parameter(f"v{k}").value for k in range(len(given))]
+    finally:
+        node.destroy_node()
+        rclpy.shutdown(context=context)
+    ours = yaml.load(file.read_text(), AsRos)["/**"]["ros__parameters"]
+    ours = [ours[f"v{k}"] for k in range(len(given))]
+    assert [(text, type(value), value) for text, value in zip(given, ours, strict=True)] == \
+        [(text, type(value), value) for text, value in zip(given, read, strict=True)]
 
 
 @pytest.mark.parametrize(("section", "namespace", "taken"), [
@@ -84,7 +144,7 @@ def test_a_parameter_file_that_nodes_take_is_taken(repo_root, tmp_path):
 ])  # fmt: skip
 def test_a_section_that_no_node_takes_is_named(section, namespace, taken, tmp_path):
     (tmp_path / "own.yaml").write_text(f"{section}: {{ros__parameters: {{use_sim_time: true}}}}\n")
-    assert unanswered(tmp_path / "own.yaml", namespace) == ([] if taken else [section.strip("'")])
+    assert unanswered(read_parameter_file(tmp_path / "own.yaml"), namespace) == ([] if taken else [section.strip("'")])
 
 
 @pytest.mark.parametrize("node", PARAMETERS)

@@ -186,10 +186,11 @@ def check(args: argparse.Namespace) -> None:
 
         load_rig(args.rig)  # or each node would refuse it by itself
     if args.params:
-        from ddh_twin_py.nodes.parameter_file import check_parameter_file, unanswered
+        from ddh_twin_py.nodes.parameter_file import check_files, read_parameter_file, unanswered
 
-        check_parameter_file(args.params)
-        for section in unanswered(args.params, namespace(args.namespace)):
+        sections = read_parameter_file(args.params)
+        check_files(args.params, sections, namespace(args.namespace), node_parameters(args))
+        for section in unanswered(sections, namespace(args.namespace)):
             say(f"ddh-twin up: warning: {args.params}: {section}: no node in {args.namespace} takes it; /**/NODE is one in any namespace")
     if args.duty:
         args.duty = duty_file(args.duty)

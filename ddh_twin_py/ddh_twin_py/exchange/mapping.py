@@ -14,7 +14,7 @@ from ddh_twin_py.exchange.units import TIME_UNITS, to_inside, units_for
 from ddh_twin_py.names import no_such
 from ddh_twin_py.rig import LARGEST_PAYLOAD
 from ddh_twin_py.rig.numbers import finite_number
-from ddh_twin_py.rig.yaml_file import read_yaml
+from ddh_twin_py.rig.yaml_file import mapping, read_yaml, shown
 from ddh_twin_py.telemetry.recording import RigInfo
 from ddh_twin_py.telemetry.signals import SIGNALS, TEMPERATURE_PREFIX, Signal, signal_named
 
@@ -92,15 +92,14 @@ def read_mapping(path: str | Path) -> LogMapping:
     Raises:
         ExchangeError: file missing or not YAML, an entry that is unknown (with the nearest valid one), missing, or out of range.
     """
-    tree = read_yaml(path, "mapping file", ExchangeError)
     file = str(path)
-    if not isinstance(tree, dict):
-        raise ExchangeError(f"{file}: a mapping file is a mapping, found {type(tree).__name__}")
+    tree = mapping(read_yaml(path, "mapping file", ExchangeError), file, "mapping file", ExchangeError)
     _known(file, "", tree, _ENTRIES[""])
     parts = {name: _part(file, tree, name) for name in ("time", "rig", "csv")}
     given = tree.get("columns")
     if not isinstance(given, dict) or not given:
-        raise ExchangeError(f"{file}: columns: found {given!r}, a mapping of signals is needed, such as 'speed: {{column: n, unit: rpm}}'")
+        raise ExchangeError(f"{file}: columns: found {shown(given)}, a mapping of signals is needed, such as "
+                            "'speed: {column: n, unit: rpm}'")
     rules = tuple(_rule(file, str(name), entry) for name, entry in given.items())
     if NEEDED not in given:
         raise ExchangeError(f"{file}: columns: {NEEDED} is missing, and the twin is driven by it; a drive that logs no command of its "
@@ -120,6 +119,8 @@ def _known(file: str, where: str, tree: Mapping, valid: tuple[str, ...]) -> None
     for key in tree:
         if key not in valid:
             raise ExchangeError(f"{file}: {where}{key}: {no_such('entry', key, list(valid))}")
+        if where and tree[key] is None:
+            raise ExchangeError(f"{file}: {where}{key}: value is missing")
 
 
 def _rule(file: str, name: str, entry: object) -> ColumnRule:
@@ -127,7 +128,7 @@ def _rule(file: str, name: str, entry: object) -> ColumnRule:
     if name not in SIGNAL_NAMES:
         raise ExchangeError(f"{where}: {no_such('signal', name, list(SIGNAL_NAMES))}")
     if not isinstance(entry, dict):
-        raise ExchangeError(f"{where}: found {entry!r}, a mapping with column and unit is needed")
+        raise ExchangeError(f"{where}: found {shown(entry)}, a mapping with column and unit is needed")
     signal, warm = signal_named(name), name.startswith(TEMPERATURE_PREFIX)
     _known(file, f"columns.{name}.", entry, _OF_TEMPERATURE if warm else _OF_COLUMN)
     if "column" not in entry or "unit" not in entry:
@@ -208,7 +209,7 @@ def _dialect(file: str, entry: Mapping) -> Dialect:
     data = _line(file, "data_line", entry.get("data_line", header + 1), header + 1)
     missing = entry.get("missing", [])
     if not isinstance(missing, list):
-        raise ExchangeError(f"{file}: csv.missing: found {missing!r}, a list of texts is needed")
+        raise ExchangeError(f"{file}: csv.missing: found {shown(missing)}, a list of texts is needed")
     return Dialect(**texts, header_line=header, data_line=data, missing=(*default.missing, *(str(text) for text in missing)))
 
 

@@ -6,6 +6,8 @@ import re
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
+import yaml
+
 from ddh_twin_py.names import no_such
 from ddh_twin_py.nodes.bag_player import BagPlayer
 from ddh_twin_py.nodes.bag_recorder import BagRecorder
@@ -16,7 +18,10 @@ from ddh_twin_py.nodes.parameters import Parameter
 from ddh_twin_py.nodes.telemetry_publisher import parameters as telemetry_parameters
 from ddh_twin_py.nodes.temperature_fusion import TemperatureFusionNode
 from ddh_twin_py.nodes.web_view import WebView
-from ddh_twin_py.rig.yaml_file import read_yaml
+from ddh_twin_py.rig import RigError, load_rig
+from ddh_twin_py.rig.files import no_regular_file
+from ddh_twin_py.rig.unique_keys import Loader
+from ddh_twin_py.rig.yaml_file import mapping, read_yaml, shown
 
 PARAMETERS: dict[str, tuple[Parameter, ...]] = {
     "hydraulic_model": (*HydraulicModelNode.PARAMETERS, *MODEL_PARAMETERS),
@@ -37,6 +42,10 @@ _OF_ROS = (
     Parameter("use_sim_time", False, "Time is that of /clock."),
     Parameter("start_type_description_service", True, "Tell the definitions of message types."),
 )
+_READ = ("rig", "simulation.rig")
+"""Parameters that name a rig file."""
+_KEPT = ("state_file", "normal_file")
+"""Parameters that name a file which a node writes, and reads where it is there."""
 _FREE = "qos_overrides."  # of ROS, too: by topic and policy
 
 
@@ -44,36 +53,88 @@ class ParameterFileError(ValueError):
     """A parameter file that nodes cannot use; the message is one line that names file, key and value."""
 
 
-def check_parameter_file(path: str | Path) -> None:
-    """Refuse a file that some node would refuse, or that names a node or a parameter that there is not.
+class AsRos(Loader):
+    """Reads a value as ROS does: 1e3 is a number without quotes and text with them, 1_000 and 1:30 are text, and there are no aliases."""
 
-    Raises ParameterFileError.
+    yaml_implicit_resolvers: dict = {}
+    bool_values = {**Loader.bool_values, "y": True, "n": False}
+
+    def compose_node(self, parent: yaml.Node, index: object) -> yaml.Node:
+        """See `yaml.SafeLoader`."""
+        if self.check_event(yaml.AliasEvent):
+            raise yaml.composer.ComposerError(None, None, "an alias, which ROS does not take", self.peek_event().start_mark)
+        return super().compose_node(parent, index)
+
+
+for _kind, _pattern in (
+    ("null", r"~|null|Null|NULL|"),
+    ("bool", r"[yY]|yes|Yes|YES|[nN]|no|No|NO|true|True|TRUE|false|False|FALSE|on|On|ON|off|Off|OFF"),
+    ("int", r"[-+]?(?:0x[0-9a-fA-F]+|0[0-7]*|[1-9][0-9]{0,17})"),  # longer ones are double
+    ("float", r"[-+]?(?:(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?|\.?(?:inf|Inf|INF))|\.?(?:nan|NaN|NAN)"),
+):
+    AsRos.add_implicit_resolver(f"tag:yaml.org,2002:{_kind}", re.compile(rf"(?:{_pattern})\Z"), None)
+
+
+def read_parameter_file(path: str | Path) -> dict[str, dict[str, object]]:
+    """Sections of a file, a node's name with what it is given by dotted names, where every node would take it.
+
+    Raises:
+        ParameterFileError: some node would refuse it, or it names a node or a parameter that there is not.
     """
-    content = read_yaml(path, "parameter file", ParameterFileError)
+    content = mapping(read_yaml(path, "parameter file", ParameterFileError, AsRos), str(path), "parameter file", ParameterFileError,
+                      f"nodes with {_SECTION}")
+    sections: dict[str, dict[str, object]] = {}
     for node, given in _sections(content, str(path), ""):
         kinds = PARAMETERS if node.rpartition("/")[2] in _ANY_NODE else {node: PARAMETERS[node.rpartition("/")[2]]}
+        values = sections.setdefault(node, {})
         for name, value in _flat(given, ""):
             _check_value(f"{path}: {node}: ", name, value, [p for kind in kinds.values() for p in (*kind, *_OF_ROS)])
+            values[name] = value
+    return sections
 
 
-def unanswered(path: str | Path, namespace: str) -> list[str]:
-    """Sections of a file that was checked of which no node of a namespace takes anything, as ROS matches their names."""
-    content = read_yaml(path, "parameter file", ParameterFileError)
+def check_files(path: str | Path, sections: Mapping[str, Mapping[str, object]], namespace: str,
+                started: Mapping[str, Mapping[str, object]]) -> None:
+    """Refuse a file that is named for a node that is to be started, and that the node could not use.
+
+    Args:
+        path: of the parameter file. sections: what it holds. namespace: of the nodes. started: nodes, and what each is given elsewhere,
+            which comes before the file.
+
+    Raises:
+        ParameterFileError: there is no such rig file, it cannot be read, or a file to be kept is no regular one.
+    """
+    for section, values in sections.items():
+        declared = {p.name for node, own in started.items() if _takes(section, f"{namespace.rstrip('/')}/{node}")
+                    for p in PARAMETERS[node] if p.name not in own}
+        for name in declared.intersection(values, (*_READ, *_KEPT)):
+            file = str(values[name])
+            try:
+                if file and name in _READ:
+                    load_rig(file)
+                elif file and name in _KEPT and Path(file).exists() and (what := no_regular_file(file)):
+                    raise RigError(f"{file} is {what}; name a regular file, or one that is not there yet")
+            except (RigError, OSError) as error:
+                raise ParameterFileError(f"{path}: {section}: {name}: {error}") from None
+
+
+def unanswered(sections: Mapping[str, object], namespace: str) -> list[str]:
+    """Sections of which no node of a namespace takes anything."""
     nodes = [f"{namespace.rstrip('/')}/{node}" for node in PARAMETERS]
+    return [section for section in sections if not any(_takes(section, node) for node in nodes)]
 
-    def answers(section: str) -> bool:
-        levels = [{"**": ".*", "*": "[^/]+"}.get(level, re.escape(level)) for level in section.strip("/").split("/")]
-        pattern = re.compile("/" + "/".join(levels).replace(".*/", "(?:.*/)?"))
-        return any(pattern.fullmatch(node) for node in nodes)
 
-    return [section for section, _ in _sections(content, str(path), "") if not answers(section)]
+def _takes(section: str, node: str) -> bool:
+    """Whether a node takes a section, as ROS matches their names."""
+    levels = [{"**": ".*", "*": "[^/]+"}.get(level, re.escape(level)) for level in section.strip("/").split("/")]
+    return re.fullmatch("/" + "/".join(levels).replace(".*/", "(?:.*/)?"), node) is not None
 
 
 def _sections(content: object, file: str, path: str) -> Iterator[tuple[str, Mapping]]:
     """Nodes as they are named, and what is given to each."""
     if not isinstance(content, Mapping):
         where = f"{path}: " if path else ""
-        raise ParameterFileError(f"{file}: {where}holds {content!r}, a node's name with {_SECTION} is needed")
+        raise ParameterFileError(f"{file}: {where}holds {shown(content)}, a node's name with {_SECTION} is needed")
     name = path.rpartition("/")[2]
     for key, value in content.items():
         if key == _SECTION:
@@ -82,7 +143,7 @@ def _sections(content: object, file: str, path: str) -> Iterator[tuple[str, Mapp
             if name not in _ANY_NODE and name not in PARAMETERS:
                 raise ParameterFileError(f"{file}: {path}: {no_such('node', name, PARAMETERS)}")
             if not isinstance(value, Mapping):
-                raise ParameterFileError(f"{file}: {path}: {_SECTION} is {value!r}, parameters with values are needed")
+                raise ParameterFileError(f"{file}: {path}: {_SECTION} holds {shown(value)}, parameters with values are needed")
             yield path, value
         elif name in PARAMETERS or name in _ANY_NODE and not isinstance(value, Mapping):
             raise ParameterFileError(f"{file}: {path}: no section {key!r}; the only one is {_SECTION!r}")
@@ -107,4 +168,4 @@ def _check_value(where: str, name: str, value: object, declared: list[Parameter]
         raise ParameterFileError(f"{where}{no_such('parameter', name, dict.fromkeys(p.name for p in declared))}")
     for parameter in of_name:
         if not parameter.takes(value):
-            raise ParameterFileError(f"{where}{name} is {value!r}, {parameter.must_be(value)}")
+            raise ParameterFileError(f"{where}{name} is {shown(value)}, {parameter.must_be(value)}")

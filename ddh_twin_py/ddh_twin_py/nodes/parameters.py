@@ -6,7 +6,6 @@ import difflib
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-import yaml
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
 from rclpy.exceptions import (
     InvalidParameterTypeException,
@@ -78,25 +77,14 @@ class Parameter:
         return f"it must be of type {self.type_name}{allowed}{hint}"
 
     def takes(self, given: object) -> bool:
-        """Whether ROS takes a value from a parameter file, as YAML gives it."""
+        """Whether ROS takes a value from a parameter file, as `parameter_file` reads it."""
         if isinstance(self.default, tuple):
             return isinstance(given, list) and all(isinstance(entry, str) for entry in given)
-        if isinstance(self.default, float) and isinstance(given, str):
-            given = _plain_number(given)
         if type(given) is not type(self.default):
             return False
         if isinstance(given, str):
             return not self.choices or given in self.choices
         return (self.lowest is None or given >= self.lowest) and (self.highest is None or given <= self.highest)
-
-
-def _plain_number(text: str) -> float | None:
-    """What ROS reads as a number and YAML 1.1 as text, such as 1e3; None where it is text, or a number that stood in quotes."""
-    try:
-        number = float(text)
-    except ValueError:
-        return None
-    return number if isinstance(yaml.safe_load(text), str) else None
 
 
 def declare(node: Node, parameters: Iterable[Parameter]) -> dict[str, object]:

@@ -16,8 +16,8 @@ from pathlib import Path
 from typing import Any
 
 from ddh_twin_py.names import nearest
-from ddh_twin_py.rig.numbers import PURE_NUMBER
-from ddh_twin_py.rig.yaml_file import parse_yaml, read_yaml
+from ddh_twin_py.rig.numbers import PURE_NUMBER, finite_number
+from ddh_twin_py.rig.yaml_file import mapping, parse_yaml, read_yaml, shown
 
 
 class MachineError(ValueError):
@@ -102,21 +102,19 @@ def load_machine(path: str | Path | None = None) -> Machine:
 
 def _flat(tree: Any, file: str) -> tuple[str, dict[str, dict], dict[str, str]]:
     """Name, leaves by dotted path, notes."""
-    if not isinstance(tree, dict):
-        raise MachineError(f"{file}: a machine description is a mapping of sections, found {type(tree).__name__}")
-    tree = dict(tree)
+    tree = dict(mapping(tree, file, "machine description", MachineError, "sections"))
     name, notes = tree.pop("machine_id", ""), tree.pop("notes", None) or {}
     if isinstance(name, bool) or not isinstance(name, (str, int, float)):
-        raise MachineError(f"{file}: machine_id: found {name!r}, a name is needed")
+        raise MachineError(f"{file}: machine_id: found {shown(name)}, a name is needed")
     if not isinstance(notes, dict) or not all(isinstance(text, str) for text in notes.values()):
         raise MachineError(f"{file}: notes: a mapping of quantities to text is needed")
     leaves = {}
     for section, rows in tree.items():
         if not isinstance(rows, dict):
-            raise MachineError(f"{file}: {section}: found {rows!r}, expected a mapping of entries")
+            raise MachineError(f"{file}: {section}: found {shown(rows)}, expected a mapping of entries")
         for key, leaf in rows.items():
             if not isinstance(leaf, dict) or "value" not in leaf:
-                raise MachineError(f"{file}: {section}.{key}: found {leaf!r}, expected {{value, unit, source}}")
+                raise MachineError(f"{file}: {section}.{key}: found {shown(leaf)}, expected {{value, unit, source}}")
             leaves[f"{section}.{key}"] = leaf
     return str(name), leaves, {str(key): " ".join(text.split()) for key, text in notes.items()}
 
@@ -126,7 +124,7 @@ def _merged(entries: Mapping[str, Entry], leaves: Mapping[str, dict], file: str)
     for path, leaf in leaves.items():
         if path not in merged:
             raise MachineError(f"{file}: {path}: no such entry{nearest(path, merged)}")
-        unit = str(leaf.get("unit", ""))
+        unit = "" if leaf.get("unit") is None else str(leaf["unit"])
         if not unit and merged[path].unit != PURE_NUMBER:
             raise MachineError(f"{file}: {path}: unit is missing, this entry is in {merged[path].unit!r}")
         unit = unit or PURE_NUMBER
@@ -137,9 +135,7 @@ def _merged(entries: Mapping[str, Entry], leaves: Mapping[str, dict], file: str)
 
 
 def _number(value: Any, path: str, file: str) -> float:
-    if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
-        raise MachineError(f"{file}: {path}: value is {str(value)[:40]!r}, a finite number is needed")
-    return float(value)
+    return finite_number(f"{file}: {path}", value, MachineError)
 
 
 def _checked(name: str, entries: Mapping[str, Entry], notes: Mapping[str, str], file: str) -> Machine:

@@ -19,7 +19,7 @@ def finite_number(where: str, value: object, error: type[ValueError]) -> float:
         where: file and entry, for the message. value: as YAML gave it. error: what to raise.
 
     Raises:
-        error: for text other than a number with an exponent, true or false, infinity, NaN and integers beyond a float.
+        error: where there is none, for text other than a number with an exponent, true or false, infinity, NaN and integers beyond a float.
     """
     try:
         written = isinstance(value, str) and len(value) <= _LONGEST and _EXPONENT.fullmatch(value)
@@ -28,6 +28,8 @@ def finite_number(where: str, value: object, error: type[ValueError]) -> float:
         number = math.inf
     if math.isfinite(number):
         return number
+    if value is None:
+        raise error(f"{where}: value is missing, a finite number is needed")
     shown = repr(value)
     shown = shown if len(shown) <= _LONGEST else shown[: _LONGEST - 3] + "..."
     raise error(f"{where}: value is {shown}, a finite number is needed")

@@ -20,7 +20,7 @@ from ddh_twin_py.names import nearest, no_such
 from ddh_twin_py.rig.bounds import LARGEST_TOLERANCE, SENSOR_FACTOR, Bound, bound_of, contradiction
 from ddh_twin_py.rig.numbers import PURE_NUMBER, finite_number
 from ddh_twin_py.rig.own_oil import of_own_oil
-from ddh_twin_py.rig.yaml_file import parse_yaml, read_yaml
+from ddh_twin_py.rig.yaml_file import mapping, parse_yaml, read_yaml, shown
 
 CUT = 2.5
 """Tolerances are normal distributions cut at this many standard deviations."""
@@ -30,6 +30,7 @@ OF_GRADE = "oil_grades.yaml, "
 """Begin of the source of what a grade of oil decides, which its name follows."""
 LEAF = ("value", "unit", "tolerance", "std", "source")
 """What an entry may say."""
+_AN_ENTRY = "{value, unit, tolerance, source}"
 SENSOR_ROW = ("noise", "unit", "offset_tolerance", "full_scale", "time_constant", "source")
 """What an entry of a sensor may say."""
 LARGEST_PAYLOAD = 1.0e5
@@ -199,9 +200,7 @@ def load_rig(path: str | Path | None = None) -> Rig:
     """
     if path is None:
         return _REFERENCE
-    tree = read_yaml(path, "rig file", RigError)
-    if not isinstance(tree, dict):
-        raise RigError(f"{path}: a rig file is a mapping of sections, found {type(tree).__name__}")
+    tree = mapping(read_yaml(path, "rig file", RigError), str(path), "rig file", RigError, "sections")
     tree, grade = _named_oil(tree, str(path))
     _refuse_unknown_sections(tree, str(path))
     _refuse_unknown_sensors(tree.get("sensors"), str(path))
@@ -254,7 +253,7 @@ def _named_oil(tree: dict, file: str) -> tuple[dict, str]:
         return tree, ""
     grade = oil["grade"]
     if isinstance(grade, bool) or not isinstance(grade, (str, int)) or not str(grade).strip():
-        raise RigError(f"{file}: oil.grade: found {grade!r}, the name of a grade is needed, such as ISO VG 46")
+        raise RigError(f"{file}: oil.grade: found {shown(grade)}, the name of a grade is needed, such as ISO VG 46")
     return {**tree, "oil": {entry: node for entry, node in oil.items() if entry != "grade"}}, str(grade)
 
 
@@ -303,6 +302,14 @@ def _unknown(file: str, name: str, valid: Any) -> str:
     return f"{file}: {name}: no such entry{nearest(name, valid)}"
 
 
+def _text(value: Any) -> str:
+    return "" if value is None else str(value)
+
+
+def _no_value(file: str, name: str, beside: str = "") -> str:
+    return f"{file}: {name}: value is missing{beside}; an entry is {_AN_ENTRY}"
+
+
 def _number(file: str, name: str, value: Any) -> float:
     return finite_number(f"{file}: {name}", value, RigError)
 
@@ -317,7 +324,7 @@ def _parse(tree: dict, file: str) -> tuple[str, dict[str, Quantity], dict[str, S
                 raise RigError(f"{file}: {name}.{key}: an entry has {no_such('key', key, LEAF)}")
         source = node.get("source", "")
         if not isinstance(source, str):
-            raise RigError(f"{file}: {name}.source: value is {source!r}, a text is needed; put it in quotes")
+            raise RigError(f"{file}: {name}.source: value is {shown(source)}, a text is needed; put it in quotes")
         tolerance = _number(file, f"{name}.tolerance", node.get("tolerance", 0.0))
         _within(f"{file}: {name}.tolerance: value", tolerance, Bound(0.0, LARGEST_TOLERANCE), "")
         std = node.get("std")
@@ -325,7 +332,7 @@ def _parse(tree: dict, file: str) -> tuple[str, dict[str, Quantity], dict[str, S
             raise RigError(f"{file}: {name}.std: value is {std:g}, it must not be negative")
         quantities[name] = Quantity(
             value=_number(file, name, node["value"]),
-            unit=str(node.get("unit", "")),
+            unit=_text(node.get("unit")),
             tolerance=tolerance,
             source=source,
             std=None if std is None else _number(file, f"{name}.std", std),
@@ -337,19 +344,21 @@ def _parse(tree: dict, file: str) -> tuple[str, dict[str, Quantity], dict[str, S
         elif isinstance(node, dict):
             stray = next((key for key in ("unit", "tolerance", "std", "source") if key in node and not isinstance(node[key], dict)), None)
             if stray is not None:
-                raise RigError(f"{file}: {prefix}: value is missing beside {stray}; an entry is {{value, unit, tolerance, source}}")
+                raise RigError(_no_value(file, prefix, f" beside {stray}"))
             if not node and prefix in _REFERENCE.quantities:
-                raise RigError(f"{file}: {prefix}: value is missing; an entry is {{value, unit, tolerance, source}}")
+                raise RigError(_no_value(file, prefix))
             if not node and not any(name.startswith(f"{prefix}.") for name in _REFERENCE.quantities):
                 raise RigError(_unknown(file, prefix, _REFERENCE.quantities))
             for key, child in node.items():
                 walk(f"{prefix}.{key}" if prefix else str(key), child)
+        elif node is None:
+            raise RigError(_no_value(file, prefix))
         else:
-            raise RigError(f"{file}: {prefix}: found {node!r}, expected {{value, unit, tolerance, source}}")
+            raise RigError(f"{file}: {prefix}: found {node!r}, expected {_AN_ENTRY}")
 
     rig_id = tree.get("rig_id", "")
     if isinstance(rig_id, bool) or not isinstance(rig_id, (str, int, float)):
-        raise RigError(f"{file}: rig_id: found {rig_id!r}, a name is needed")
+        raise RigError(f"{file}: rig_id: found {shown(rig_id)}, a name is needed")
     for section, node in tree.items():
         if section == "rig_id":
             continue
@@ -357,14 +366,14 @@ def _parse(tree: dict, file: str) -> tuple[str, dict[str, Quantity], dict[str, S
             walk(str(section), node)
             continue
         if not isinstance(node, dict):
-            raise RigError(f"{file}: sensors: found {node!r}, a mapping of sensors is needed")
+            raise RigError(f"{file}: sensors: found {shown(node)}, a mapping of sensors is needed")
         for name, row in node.items():
             if not isinstance(row, dict) or "noise" not in row:
-                raise RigError(f"{file}: sensors.{name}: found {row!r}, expected {{noise, unit}}")
+                raise RigError(f"{file}: sensors.{name}: found {shown(row)}, expected {{noise, unit}}")
             scale = row.get("full_scale")
             sensors[name] = SensorSpec(
                 noise=_number(file, f"sensors.{name}.noise", row["noise"]),
-                unit=str(row.get("unit", "")),
+                unit=_text(row.get("unit")),
                 offset_tolerance=_number(file, f"sensors.{name}.offset_tolerance", row.get("offset_tolerance", 0.0)),
                 full_scale=None if scale is None else _number(file, f"sensors.{name}.full_scale", scale),
             )

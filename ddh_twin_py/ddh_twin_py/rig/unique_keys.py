@@ -22,14 +22,29 @@ class SurrogateError(ValueError):
     """A text that holds half a character, such as `"\\ud800"`, which no file can hold; the message is its dotted path and the text."""
 
 
-def read_unique(text: str) -> object:
-    """What the text holds, as `yaml.safe_load` reads it.
+class Loader(yaml.SafeLoader):
+    """YAML's own reader, which tells where a value stands of which it can make nothing, such as the date 2026-13-45."""
+
+    def construct_object(self, node: yaml.Node, deep: bool = False) -> object:
+        """See `yaml.SafeLoader`."""
+        try:
+            return super().construct_object(node, deep)
+        except (ValueError, KeyError, IndexError, AttributeError) as cause:
+            if not isinstance(node, yaml.ScalarNode):
+                raise
+            kind = node.tag.rpartition(":")[2]
+            why = f": {cause}" if isinstance(cause, ValueError) else ""
+            raise yaml.constructor.ConstructorError(None, None, f"{node.value!r} is no {kind}{why}", node.start_mark) from None
+
+
+def read_unique(text: str, loader_type: type[Loader] = Loader) -> object:
+    """What the text holds, as `yaml.safe_load` reads it where ``loader_type`` does not differ.
 
     Raises:
         DuplicateKeyError: for a key given twice. EndlessError: for an alias to what it lies in. SurrogateError: for a lone surrogate.
-        yaml.YAMLError, ValueError: for what is not YAML.
+        yaml.YAMLError: for what is not YAML.
     """
-    loader = yaml.SafeLoader(text)
+    loader = loader_type(text)
     try:
         node = loader.get_single_node()
         if node is None:

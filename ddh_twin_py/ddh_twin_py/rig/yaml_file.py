@@ -7,17 +7,17 @@ from pathlib import Path
 import yaml
 
 from ddh_twin_py.rig.files import did_you_mean, no_regular_file
-from ddh_twin_py.rig.unique_keys import DuplicateKeyError, EndlessError, SurrogateError, read_unique
+from ddh_twin_py.rig.unique_keys import DuplicateKeyError, EndlessError, Loader, SurrogateError, read_unique
 
 LARGEST_FILE = 1_000_000
 """Bytes; the reference sheet has a few ten thousand."""
 
 
-def read_yaml(path: str | Path, kind: str, error: type[ValueError]) -> object:
+def read_yaml(path: str | Path, kind: str, error: type[ValueError], loader: type[Loader] = Loader) -> object:
     """What a file holds.
 
     Args:
-        path: the file. kind: what it is, such as ``rig file``, for the message. error: what to raise.
+        path: the file. kind: what it is, such as ``rig file``, for the message. error: what to raise. loader: how values are read.
 
     Raises:
         error: file missing, not readable, no regular file or larger than `LARGEST_FILE`, not YAML, a key given twice, an alias to what
@@ -35,19 +35,66 @@ def read_yaml(path: str | Path, kind: str, error: type[ValueError]) -> object:
         raise error(f"{path}: cannot be read as a {kind}: {cause.strerror}") from None
     except UnicodeDecodeError as cause:
         raise error(f"{path}: cannot be read as a {kind}: {cause}") from None
-    return parse_yaml(text, str(path), error)
+    return parse_yaml(text, str(path), error, loader)
 
 
-def parse_yaml(text: str, name: str, error: type[ValueError]) -> object:
+def parse_yaml(text: str, name: str, error: type[ValueError], loader: type[Loader] = Loader) -> object:
     """What a text holds; ``name`` is put before what is wrong, see `read_yaml`."""
     try:
-        return read_unique(text)
+        return read_unique(text, loader)
     except (DuplicateKeyError, EndlessError, SurrogateError) as cause:
         raise error(f"{name}: {cause}") from None
     except yaml.YAMLError as cause:
-        mark = getattr(cause, "problem_mark", None)
-        raise error(f"{name}: is not YAML{f' (line {mark.line + 1})' if mark else ''}") from None
+        line, why = _fault(cause, text)
+        raise error(f"{name}: is not YAML (line {line}): {why}") from None
     except RecursionError:
         raise error(f"{name}: is nested too deep to be read") from None
-    except ValueError as cause:  # such as an impossible date
-        raise error(f"{name}: is not YAML: {cause}") from None
+
+
+def mapping(tree: object, name: str, kind: str, error: type[ValueError], entries: str = "entries") -> dict:
+    """What `read_yaml` gave, where it is a mapping.
+
+    Args:
+        tree: what the file holds. name: of the file. kind: what it is. error: what to raise. entries: what it is a mapping of.
+
+    Raises:
+        error: the file is empty, or holds something else.
+    """
+    if isinstance(tree, dict):
+        return tree
+    held = "is empty" if tree is None else f"holds {'a list' if isinstance(tree, list) else repr(tree)}"
+    raise error(f"{name}: {held}; a {kind} is a mapping of {entries}")
+
+
+def shown(value: object) -> str:
+    """A value of a file as it is told: that there is none, or what it is."""
+    return "nothing" if value is None else repr(value)
+
+
+def _fault(cause: yaml.YAMLError, text: str) -> tuple[int, str]:
+    """The line of a mistake, counted from 1 and none behind the last that holds something, and what it is."""
+    if isinstance(cause, yaml.reader.ReaderError):
+        return text.count("\n", 0, cause.position) + 1, f"it holds the character {chr(cause.character)!r}"
+    problem, mark = cause.problem, cause.problem_mark
+    if problem == "could not find expected ':'":  # told of the line after
+        mark, problem = cause.context_mark, "a ':' is missing"
+    elif cause.context == "while scanning a quoted scalar":
+        mark, problem = cause.context_mark, "a quote is not closed"
+    elif cause.context in ("while parsing a flow sequence", "while parsing a flow mapping"):
+        problem = f"a bracket is not closed, or a comma is missing by line {_line(mark, text)}"
+        mark = cause.context_mark
+    elif problem == "expected the node content, but found '<stream end>'":
+        problem = "a bracket is not closed"
+    elif problem == "found character '\\t' that cannot start any token":
+        problem = "there is a tab where blanks are needed"
+    elif problem.endswith("that cannot start any token"):
+        problem = f"{problem.removeprefix('found ').removesuffix(' that cannot start any token')} begins no value; put it in quotes"
+    elif problem == "but found another document":
+        problem = "a second document begins"
+    elif problem == "mapping values are not allowed here":
+        problem = "there is a ':' too many, or a line is indented too far"
+    return _line(mark, text), problem
+
+
+def _line(mark: yaml.Mark, text: str) -> int:
+    return min(mark.line, text.rstrip().count("\n")) + 1

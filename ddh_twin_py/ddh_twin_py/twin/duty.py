@@ -26,7 +26,7 @@ from ddh_twin_py.names import nearest
 from ddh_twin_py.physics.motor import RAD_PER_S_OF_RPM
 from ddh_twin_py.rig import LARGEST_PAYLOAD, Rig
 from ddh_twin_py.rig.numbers import finite_number
-from ddh_twin_py.rig.yaml_file import parse_yaml, read_yaml
+from ddh_twin_py.rig.yaml_file import mapping, parse_yaml, read_yaml, shown
 from ddh_twin_py.twin.duty_program import COMMAND, CYCLES, KINDS, new_program, next_command
 
 _SEGMENTS = {
@@ -100,12 +100,11 @@ def duty_of(tree: object, path: Path) -> Duty:
     Raises:
         DutyError: see `load_duty`.
     """
-    if not isinstance(tree, dict):
-        raise DutyError(f"{path}: a duty file is a mapping, found {type(tree).__name__}")
+    tree = mapping(tree, str(path), "duty file", DutyError)
     _known(path, "", tree, _TOP)
     cycle = tree.get("cycle")
     if not isinstance(cycle, list) or not cycle:
-        raise DutyError(f"{path}: cycle: found {cycle!r}, a list of segments is needed")
+        raise DutyError(f"{path}: cycle: found {shown(cycle)}, a list of segments is needed")
     ambient = tree.get("ambient_degC", 23.0)
     rows = ambient if isinstance(ambient, list) else [[0.0, ambient]]
     if not rows or not all(isinstance(row, list) and len(row) == 2 for row in rows):
@@ -171,12 +170,12 @@ def _count(path: Path, name: str, value: object) -> int:
 def _segment(path: Path, index: int, row: object) -> Segment:
     where = f"cycle[{index}]"
     if not isinstance(row, dict) or len(row) != 1:
-        raise DutyError(f"{path}: {where}: found {row!r}, one of {', '.join(_SEGMENTS)} with its values is needed")
+        raise DutyError(f"{path}: {where}: found {shown(row)}, one of {', '.join(_SEGMENTS)} with its values is needed")
     (kind, values), = row.items()
     _known(path, f"{where}.", {kind: None}, set(_SEGMENTS))
     needed, optional = _SEGMENTS[kind]
     if not isinstance(values, dict):
-        raise DutyError(f"{path}: {where}.{kind}: found {values!r}, needed are {', '.join(sorted(needed))}")
+        raise DutyError(f"{path}: {where}.{kind}: found {shown(values)}, needed are {', '.join(sorted(needed))}")
     _known(path, f"{where}.{kind}.", values, needed | optional)
     for name in sorted(needed - set(values)):
         raise DutyError(f"{path}: {where}.{kind}: {name} is missing")
