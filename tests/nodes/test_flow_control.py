@@ -1,5 +1,6 @@
 """The player waits for what listeners have not reported, and for nothing else."""
 
+import pytest
 from ddh_twin_py.nodes.flow_control import FlowControl
 
 S = 1_000_000_000
@@ -118,6 +119,20 @@ def test_a_node_started_anew_owes_nothing_of_its_predecessor():
     sent(flow, 1.0)
     flow.report("node", {TOPIC: 0}, 0.1, received=0)
     assert flow.limit() is None
+
+
+@pytest.mark.parametrize("predecessor", [True, False])
+def test_a_node_that_comes_while_messages_are_sent_owes_none_before_the_first_that_it_got(predecessor):
+    flow = flow_with()
+    if predecessor:
+        flow.report("node", {TOPIC: 0}, 0.0, received=50)
+    sent(flow, 1.0)
+    flow.report("node", {TOPIC: 0}, 0.1, received=0)
+    sent(flow, 1.1, 1.2)  # its subscription is not matched yet
+    assert flow.limit() is None
+    flow.report("node", {TOPIC: round(1.3 * S)}, 0.2, received=1)
+    sent(flow, 1.4)
+    assert flow.limit() == round(2.4 * S)
 
 
 def test_a_node_that_was_stopped_is_forgotten():

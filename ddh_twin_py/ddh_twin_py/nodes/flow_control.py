@@ -11,11 +11,12 @@ _QUIET = 1.5  # s of wall time; a node that lives tells its progress once a seco
 
 
 class Pending:
-    """Messages of one topic that one consumer has not reported yet, by stamp and log time in ns."""
+    """Messages of one topic that one consumer has not reported yet, by stamp and log time in ns; none while it does not listen."""
 
-    __slots__ = ("_highest", "_sent")
+    __slots__ = ("_highest", "_listens", "_sent")
 
-    def __init__(self) -> None:
+    def __init__(self, listens: bool) -> None:
+        self._listens = listens
         self.clear()
 
     def clear(self) -> None:
@@ -24,6 +25,8 @@ class Pending:
         self._highest: int | None = None
 
     def sent(self, stamp: int, log_time: int) -> None:
+        if not self._listens:
+            return
         if self._highest is None or stamp < self._highest - JUMP:
             self._sent.clear()
             self._highest = stamp
@@ -31,7 +34,8 @@ class Pending:
         self._sent.append((stamp, log_time))
 
     def reported(self, newest: int) -> None:
-        """The consumer has got everything up to this stamp; a stamp from before a jump is passed over."""
+        """The consumer has got everything up to this stamp, 0: nothing yet; a stamp from before a jump is passed over."""
+        self._listens |= newest > 0
         if self._highest is None or newest > self._highest:
             return
         while self._sent and self._sent[0][0] <= newest:
@@ -62,7 +66,8 @@ class FlowControl:
 
     A consumer that is silent for `silence` seconds of wall time is gone; one that does not get
     on for `patience` seconds although it speaks has lost messages and is not waited for. One that
-    was started anew is not asked for what its predecessor had not taken.
+    was started anew is not asked for what its predecessor had not taken, and one that comes while messages are sent
+    owes those of a topic from the first on that it got: its subscriptions are not matched at once.
     """
 
     def __init__(self, lead: float, silence: float = 4.0, patience: float = 10.0) -> None:
@@ -70,18 +75,19 @@ class FlowControl:
         self._silence, self._patience = silence, patience
         self.consumers: dict[str, Consumer] = {}
         self._stuck: dict[str, tuple[int, float]] = {}  # oldest pending, since when
+        self._sending = False  # whether anything was sent
 
     def report(self, name: str, newest_by_topic: dict[str, int], wall: float, received: int = 0) -> None:
         """A consumer's progress: newest stamp in ns by topic, messages in all."""
         consumer = self.consumers.setdefault(name, Consumer(name, wall))
         if received < consumer.received:
-            for pending in consumer.topics.values():
-                pending.clear()
+            consumer.topics.clear()
         consumer.heard, consumer.received = wall, received
         for topic, newest in newest_by_topic.items():
-            consumer.topics.setdefault(topic, Pending()).reported(newest)
+            consumer.topics.setdefault(topic, Pending(not self._sending)).reported(newest)
 
     def sent(self, topic: str, stamp: int, log_time: int) -> None:
+        self._sending = True
         for consumer in self.consumers.values():
             pending = consumer.topics.get(topic)
             if pending is not None:
