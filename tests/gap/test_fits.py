@@ -125,28 +125,6 @@ def test_sets_that_nobody_fitted_do_not_outweigh_those_that_were():
         assert sum(p for ids, p in fits.probability().items() if ids not in fits.fitted) <= 0.1
 
 
-def test_the_leader_stands_at_its_own_lowest_point_and_keeps_its_evidence():
-    """Sensitivities of a place far off, where no effect acts, stop a fit elsewhere."""
-    model, true = FirstOrder(np.array([1.0, -0.8, 0.5]), [(EFFECTS[1], 0, 1.5)], seed=1), (EFFECTS[1].id,)
-    with ThreadPoolExecutor(2) as pool:
-        linearised, weights = ranked(model, pool, np.array([-3.0, 3.0, -2.0]))
-        fits = Fits(linearised, weights, pool)
-        fits.leaders()
-        was, now = fits.fitted[true], fits.at_full_power([true])[true]
-    basis = linearised.basis.otherwise(1.0, 1.0)
-
-    def cost(theta, x):
-        runs = model.run(theta, [(EFFECTS[1], 0, float(x))])
-        return basis.misfit([c.residual(p) for c, p in zip(linearised.comparisons, runs, strict=True)]) + theta @ theta
-
-    assert now.log_evidence == was.log_evidence
-    least = cost(now.theta, now.x[0])
-    assert least < cost(was.theta, was.x[0])
-    for i in range(3):
-        for step in (-0.05, 0.05):
-            assert cost(now.theta + step * np.eye(3)[i], now.x[0]) > least - 0.1
-
-
 def _judged(changed, by_freedom):
     """Log weights of fits whose log evidence over no effect is ``changed``, where free laws gain ``by_freedom`` (a single, a set)."""
     model = FirstOrder(np.array([1.0, -0.8, 0.5]), [(EFFECTS[0], 0, 0.15)], seed=1)

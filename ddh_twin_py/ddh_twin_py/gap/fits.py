@@ -10,7 +10,7 @@ import itertools
 import math
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 from scipy.special import logsumexp
@@ -20,8 +20,7 @@ from ddh_twin_py.gap.law_debt import LawDebt
 from ddh_twin_py.gap.linearised import Linearised
 from ddh_twin_py.gap.partners import partners
 from ddh_twin_py.gap.refit import Refit, Refitted
-from ddh_twin_py.gap.sensitivity import Column, without_astray
-from ddh_twin_py.gap.slopes import slopes_of
+from ddh_twin_py.gap.sensitivity import Column
 from ddh_twin_py.gap.taken_up import taken_up
 
 _AT_ONCE = 6  # sets fitted side by side
@@ -37,7 +36,6 @@ _BENDS = 20.0  # log evidence of a single effect from which others are looked fo
 _MISLED = 0.2  # share of what the best set explains by which the linear model falls short of it, from which every effect is fitted
 _LOST = 1000.0  # log evidence of no effect over what the linear model says, from which that is not one of this rig
 _JUDGED = 3  # leading pairs held against a free law of their first effect
-_ANY_SIZE = 10.0  # columns: width of the prior of sizes, once it is asked how large an effect is and not whether it is there
 _SHORT, _SHORT_SHARE = 10.0, 0.05  # log evidence, and share of it, that the linear model promises and no run finds: a fit that lost its way
 _SHARPENED = 3  # leading sets that are then, or where they are rivals, fitted with sensitivities of their own
 _BEHIND = 0.1  # log weight by which a set that nobody fitted is behind the best at least
@@ -236,7 +234,9 @@ class Fits:
         another way, and steps by them creep: of two rivals that stopped on the way neither is known for the better one.
         """
         altered = [i for i, acts in enumerate(self._linearised.model.altered) if acts]
-        reached = [Refit(self._about(fitted, altered)).again(fitted) for fitted in (self.fitted[ids] for ids in self._unsettled())]
+        own = self._linearised
+        reached = [Refit(own.acting_at(fitted.theta, fitted.acting, altered, self._pool)).again(fitted)
+                   for fitted in (self.fitted[ids] for ids in self._unsettled())]
         self._take(self._refit.again, reached)
 
     def _unsettled(self) -> list[Ids]:
@@ -253,15 +253,6 @@ class Fits:
     def _reach(self, best: Ids) -> float:
         """Log weight behind the best set within which another may turn out to be better."""
         return max(_ALIKE, _ALIKE_SHARE * self.gain(best))
-
-    def _about(self, fitted: Refitted, numbers: Sequence[int]) -> Linearised:
-        """The linearisation with sensitivities of the recordings ``numbers`` where a hypothesis is at its optimum, its effects acting."""
-        own = self._linearised
-        beside = list(own.sensitivities)
-        fresh = slopes_of(own.model, self._pool, fitted.theta, own.comparisons, numbers, acting=fitted.acting)
-        for i, rows in zip(numbers, fresh, strict=True):
-            beside[i] = without_astray(rows)
-        return replace(own, sensitivities=beside)
 
     def gain(self, ids: Ids) -> float:
         """Log evidence over no effect, in full."""
@@ -332,25 +323,6 @@ class Fits:
         ones = [(name,) for name in pair if (name,) in expected]
         return max(ones, key=lambda one: self._full(one) if one in self.fitted else expected[one], default=())
 
-    def at_full_power(self, wanted: Sequence[Ids]) -> dict[Ids, Refitted]:
-        """The fits, those wanted with parameters, sizes and runs where the likelihood counts in full.
-
-        The power makes evidence and deviations honest, but gives priors the upper hand over what commissioning told of the rig. The
-        first of those wanted is fitted with sensitivities of its own place: steps by those of another stop where the other place's
-        model is at its lowest, not its own, and held-out data feel that. Its evidence stays as it was, in fairness to the others.
-        """
-        own, wanted = self._linearised, [ids for ids in dict.fromkeys([*wanted, ()]) if ids in self.fitted]
-        refit = _at_full_power(own)
-        others = {ids: self._pool.submit(refit.again, self.fitted[ids]) for ids in wanted[1:]}
-        first = refit.again(self.fitted[wanted[0]])  # here meanwhile: it takes the longest, one step after another
-        first = _at_full_power(self._about(first, range(len(own.comparisons)))).again(first)
-        reached = {wanted[0]: first, **{ids: fit.result() for ids, fit in others.items()}}
-        out = dict(self.fitted)
-        for ids, now in reached.items():
-            misfit = own.basis.misfit([c.residual(p) for c, p in zip(own.comparisons, now.predictions, strict=True)])
-            out[ids] = replace(self.fitted[ids], x=now.x, theta=now.theta, predictions=now.predictions, chi_square=misfit)
-        return out
-
     def starts(self, found) -> dict[Ids, Start]:
         """Where the leading sets stand, for another linearisation."""
         leading = [ids for ids in found.probability if ids in self.fitted][:_KEPT]
@@ -419,8 +391,3 @@ class Fits:
         beside = self._beside_first
         more = max(0.0, self._full(best) - beside[best]) if best in beside else 0.0
         return {**out, **{ids: weight + more for ids, weight in beside.items()}}
-
-
-def _at_full_power(linearised: Linearised) -> Refit:
-    """Fits where the likelihood counts in full and effects may be of any size."""
-    return Refit(linearised, linearised.basis.otherwise(1.0, 1.0), _ANY_SIZE)

@@ -14,7 +14,7 @@ from ddh_twin_py.estimation.weighting import Weighting
 from ddh_twin_py.gap.basis import Basis
 from ddh_twin_py.gap.effect import Effect
 from ddh_twin_py.gap.hypotheses import WIDTH, Evidence, Hypothesis, slack_shares
-from ddh_twin_py.gap.model import Model
+from ddh_twin_py.gap.model import Acting, Model
 from ddh_twin_py.gap.sensitivity import Column, Way, taken_at, without_astray
 from ddh_twin_py.gap.slopes import slopes_of
 
@@ -111,6 +111,13 @@ class Linearised:
         """The same as seen from parameters (k,) that are held there: nothing of the rig is left open. Columns stay what they are here."""
         there = self.nearby(theta)
         return replace(there, theta=self.theta, sensitivities=[np.zeros_like(rows) for rows in there.sensitivities])
+
+    def acting_at(self, theta: np.ndarray, acting: Acting, numbers: Sequence[int], pool: ThreadPoolExecutor) -> Linearised:
+        """The same with sensitivities of the recordings ``numbers`` taken at parameters (k,) where effects act; all else stays."""
+        beside = list(self.sensitivities)
+        for i, rows in zip(numbers, slopes_of(self.model, pool, theta, self.comparisons, numbers, acting=acting), strict=True):
+            beside[i] = without_astray(rows)
+        return replace(self, sensitivities=beside)
 
     def _with(self, theta: np.ndarray, discrepancy: Discrepancy, predictions: list[dict[str, np.ndarray]]) -> Linearised:
         """The same sensitivities in the deviations of another comparison."""

@@ -11,6 +11,7 @@ import numpy as np
 from ddh_twin_py.estimation.comparison import Discrepancy
 from ddh_twin_py.gap.effect import Effect
 from ddh_twin_py.gap.fits import Fits, Start
+from ddh_twin_py.gap.full_power import at_full_power
 from ddh_twin_py.gap.hypotheses import SLACK, Ids, weighted
 from ddh_twin_py.gap.linearised import Linearised, linearise
 from ddh_twin_py.gap.model import Model
@@ -61,6 +62,7 @@ def search(model: Model, effects: Sequence[Effect], theta: np.ndarray, discrepan
         left_over: says whether a hypothesis leaves structure behind; None: it is not asked.
     """
     linearised, learnt, known = None, None, {(): Start(theta, np.zeros(0))}
+    as_built = None if all(model.altered) else theta
     ways: Sequence[Column] = ()  # whose sizes are kept
     near = False  # whether sensitivities are those of a place nearby
     wide = True  # whether large effects, which bend, were not looked for yet
@@ -99,7 +101,7 @@ def search(model: Model, effects: Sequence[Effect], theta: np.ndarray, discrepan
     likely = [ids for ids, p in found.probability.items() if p >= _LIKELY][:_SIZED]
     if progress:
         progress(1.0)
-    return replace(found, fitted=fits.at_full_power(likely))
+    return replace(found, fitted=at_full_power(linearised, fits.fitted, likely, as_built, pool))
 
 
 def _after(progress: Callable[[float], None] | None, number: int) -> Callable[[int], None] | None:
