@@ -1,5 +1,6 @@
 """Live and array version of the alignment give the same ticks."""
 
+from collections import Counter
 from itertools import islice
 
 import numpy as np
@@ -267,6 +268,35 @@ def test_one_sensor_by_another_clock_moves_nothing(stamp, runs, every):
     assert len(ticks) > 370 and not any(tick.restart for tick in ticks)
     assert not any((tick.samples["temperature/ambient"].values == 1.0).any() for tick in ticks)
     assert not aligner.counts["temperature/ambient", "clock_jump"]
+
+
+@pytest.mark.parametrize("ahead", [700, -60])
+def test_a_slow_sensor_that_goes_over_to_another_clock_moves_nothing_and_is_named(ahead):
+    aligner = TickAligner(WIDTHS, awaited=["drive/telemetry", "hydraulics/telemetry"])
+    ticks = []
+    for k in range(1, 4000):
+        for name in ("drive/telemetry", "hydraulics/telemetry"):
+            aligner.push(name, EPOCH + k * 10 * MS, np.zeros(WIDTHS[name]))
+        if k % 100 == 0:  # each sample comes more than a reorder window after the one before
+            aligner.push("temperature/ambient", EPOCH + k * 10 * MS + (ahead * 10**9 if k > 1000 else 0), np.zeros(2))
+        ticks += aligner.ready()
+    assert len(ticks) > 770 and not any(tick.restart for tick in ticks)
+    assert aligner.counts["temperature/ambient", "other_clock"] >= 20
+    assert aligner.strayed["temperature/ambient", "other_clock"] == pytest.approx(ahead * 1e9, abs=2e9)
+    assert all(len(tick.samples["drive/telemetry"]) == 5 for tick in ticks[1:-1])
+
+
+def test_a_clock_that_goes_far_ahead_costs_no_sample_of_any_stream():
+    aligner, sent, ticks = TickAligner(WIDTHS), Counter(), []
+    for k in range(1, 2000):
+        for name, every in zip(WIDTHS, (1, 2, 70), strict=True):
+            if k % every == 0:
+                aligner.push(name, EPOCH + k * 10 * MS + (700 * 10**9 if k > 1000 else 0), np.zeros(WIDTHS[name]))
+                sent[name] += 1
+        ticks += aligner.ready()
+    ticks += aligner.flush()
+    assert [round(tick.gap) for tick in ticks if tick.restart] == [700] and not aligner.counts
+    assert {name: sum(len(tick.samples[name]) for tick in ticks) for name in WIDTHS} == sent
 
 
 def test_a_single_stamp_behind_is_no_jump_and_two_are():

@@ -11,6 +11,7 @@ from bisect import bisect_right, insort
 from collections import Counter, deque
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import islice
 
 import numpy as np
 
@@ -424,10 +425,11 @@ class TickAligner:
             return
         line.doubted[stamp] = row, self._pushed
         first = line.first_doubted
+        before = next(islice(reversed(line.doubted), 1, None), stamp)
         shown = stamp > first + min(self._window, abs(newest - first) // 2) and not self._may_be_late(line)
-        if shown and not self._outvoted(line, stamp - self._window) or self._follower_at(stamp):
+        if shown and not self._outvoted(line, min(before, stamp - self._window)) or self._follower_at(stamp):
             self._believe(stream, line)
-        elif len(line.doubted) > _MOST_DOUBTED:
+        elif len(line.doubted) > _MOST_DOUBTED or abs(stamp - first) > _LONGEST_LAG:
             self._leave_out(stream, line)
 
     def _may_be_late(self, line: _Line) -> bool:
@@ -460,10 +462,17 @@ class TickAligner:
         return any(line.owed < 0 and line.held and abs(line.held[-1][0] - stamp) <= near for line in self._lines.values())
 
     def _believe(self, stream: str, line: _Line) -> None:
-        """Go by the clock of what was put aside."""
+        """Go by the clock of what was put aside; what other streams told by a clock that went ahead is of it, too."""
         if line.went_back:
             self._jump(stream)
             return
+        self._take_in(stream, line)
+        for name, other in self._lines.items():
+            if other.doubted and not self._leaps(other, other.first_doubted):
+                self._take_in(name, other)
+
+    def _take_in(self, stream: str, line: _Line) -> None:
+        """Take in what was put aside."""
         doubted, line.doubted = line.doubted, {}
         for stamp, (row, _) in doubted.items():
             self._accept(stream, line, stamp, row)
