@@ -1,13 +1,15 @@
 """The terminal summary of a calibration: readable at 80 columns."""
 
 import io
+import re
 from types import SimpleNamespace
 
 import numpy as np
+import pytest
 from ddh_twin_py.estimation.calibration import Calibration, FittedParameter
 from ddh_twin_py.estimation.comparison import Discrepancy
 from ddh_twin_py.estimation.unknowns import uncertain_paths
-from ddh_twin_py.report.calibration_groups import SignalFit, signal_fits, verdict
+from ddh_twin_py.report.calibration_groups import SignalFit, signal_fits, told, verdict
 from ddh_twin_py.report.calibration_summary import print_calibration
 from ddh_twin_py.rig import load_rig
 from rich.console import Console
@@ -31,7 +33,23 @@ def test_nothing_is_cut_at_80_columns():
     first = {line.split()[0]: line for line in lines if line.strip()}
     for p in parameters:
         assert p.name in first
-        assert f"{p.value:.4g} ± {p.std:.1g}" in first[p.name] and f"{100 * p.share:.0f} %" in first[p.name]
+        assert "e+" not in first[p.name] and f"{100 * p.share:.0f} %" in first[p.name]
+        ((value, std),), power = told((p.value, p.std))
+        assert (f"  ({value} ± {std})e{power}" if power else f"  {value} ± {std}") in first[p.name]
+
+
+@pytest.mark.parametrize(("value", "std", "unit", "said"), [
+    (408.7, 6053.1, "Pa", "409 ± 6053 Pa"), (0.007092, 0.00021, "1", "0.00709 ± 0.00021"), (284.5, 9.94, "N", "284.5 ± 9.9 N"),
+    (2.27973e-5, 5.2e-9, "m3/rev", "(2.2797 ± 0.0005)e-5 m3/rev"), (1.472e9, 3.1e7, "Pa", "(1.472 ± 0.031)e9 Pa"),
+    (-0.0555, 0.123, "K", "−0.06 ± 0.12 K"), (0.0, 1.0, "K", "0 ± 1 K"),
+])
+def test_value_and_deviation_share_digits_and_notation(value, std, unit, said):
+    p = FittedParameter("a.b", unit, value, 10.0 * std, value, std, True)
+    fit = Calibration(load_rig(), [p], np.eye(1), {}, {}, 3, True, Discrepancy())
+    console = Console(width=80, record=True, file=io.StringIO())
+    print_calibration(fit, [], "said", console)
+    (row,) = (line for line in console.export_text().splitlines() if line.startswith("a.b"))
+    assert re.split(" {2,}", row)[1] == said
 
 
 def test_a_signal_that_the_fit_made_worse_is_said_to_be():

@@ -1,7 +1,7 @@
 """Decimation keeps peaks, gaps and ends."""
 
 import numpy as np
-from ddh_twin_py.report.decimate import decimated, min_max_indices
+from ddh_twin_py.report.decimate import decimated, mean_and_ends, min_max_indices
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -41,3 +41,11 @@ def test_few_samples_are_left_alone():
     time = np.arange(10.0)
     assert decimated(time, [time], 10)[0] is time
     assert min_max_indices([np.zeros(0)], 5).size == 0
+
+
+def test_mean_and_ends_of_spans_of_time():
+    time, values = np.array([0.0, 0.5, 1.0, 1.5, 3.5, 4.0]), np.array([1.0, 3.0, 2.0, np.nan, 7.0, 9.0])
+    mean, low, high = mean_and_ends(time, values, np.array([0.0, 1.0, 2.0, 3.0]))
+    np.testing.assert_array_equal(mean, [2.0, np.nan, 8.0])
+    np.testing.assert_array_equal(low, [1.0, np.nan, 7.0])
+    np.testing.assert_array_equal(high, [3.0, np.nan, 9.0])

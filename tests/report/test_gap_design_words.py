@@ -79,3 +79,11 @@ def test_no_number_is_cut_however_narrow_the_terminal(width, most):
     assert said.count("  yes  yes  yes  139705.4") == said.count("+1200 mL/(min·bar)") == 2 and "…" not in said
     assert ("pump_1.leakage  " in said) == (width > 40) and ("sensor.pressure_rod_side_offset  " in said) == (width == 100)
     assert max(len(line) for line in out.getvalue().splitlines() if "yes" in line) <= most
+
+
+def test_rows_of_what_is_not_detected_are_marked_and_explained():
+    some = design_document(a_design(("load.mass", "tank.cooling"), []), load_rig(), "a duty", 1.0).html()
+    assert ">pump 1: leakage ○  1<" in some and ">load: mass  2<" in some
+    assert "○: this test does not detect the effect at a moderate size" in some and "counts in no class" in some
+    every = design_document(a_design(("load.mass", "tank.cooling", "pump_1.leakage"), []), load_rig(), "a duty", 1.0).html()
+    assert "○" not in every

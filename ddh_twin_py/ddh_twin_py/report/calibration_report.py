@@ -9,8 +9,9 @@ import numpy as np
 
 from ddh_twin_py.report import document as doc
 from ddh_twin_py.report.agreement import FLOOR, level
-from ddh_twin_py.report.calibration_groups import BARELY, GROUPS, WELL, SignalFit, group_of, grouped
+from ddh_twin_py.report.calibration_groups import BARELY, GROUPS, WELL, SignalFit, group_of, grouped, told, told_unit
 from ddh_twin_py.report.charts import Chart, Trace, charts
+from ddh_twin_py.report.decimate import mean_and_ends
 from ddh_twin_py.report.units import duration, number, shown, words
 
 if TYPE_CHECKING:
@@ -25,6 +26,13 @@ _MEANING = {
     "stays at prior": f"above {100 * BARELY:.0f} %: the recordings say next to nothing",
     "refused": "asked for, but the recordings cannot identify it; the rig file keeps its prior",
 }
+_MOST_DOTS, _SPANS = 1500, 400
+_CHARTS = (
+    f"Charts: a dot is a sample; where there are more than {_MOST_DOTS}, the line is the mean over a {_SPANS}th of the time and the band "
+    "around it goes from the lowest to the highest sample there. Blue band: "
+    f"{FLOOR:g} times the noise of one sample of the sensor, by the rig file, which the RMS should stay within; single samples of plain "
+    "noise leave it."
+)
 
 
 def assumptions(fit: Calibration) -> list[str]:
@@ -96,7 +104,7 @@ def calibration_document(fit: Calibration, experiments: Sequence[Experiment], si
         *(doc.Figure(group.capitalize(), str(len(groups[group])), _MEANING[group]) for group in GROUPS if groups[group]),
         doc.Figure("Furthest off", f"{number(worst.judged, 2)} × noise", words(worst.name) + (", held out" if share else "")),
     ]))
-    page.add("Signals", _signals(signals), *(charts(_residuals(e, fit, share), (0.0, e.duration)) for e in experiments))
+    page.add("Signals", _signals(signals), doc.note(_CHARTS), *(charts(_residuals(e, fit, share), (0.0, e.duration)) for e in experiments))
     page.add("What the recordings inform", _legend(groups), _bars(groups), _table(fit))
     page.add("Only together", _together(fit))
     return page
@@ -117,21 +125,32 @@ def _signals(signals: Sequence[SignalFit]) -> doc.Html:
 
 
 def _residuals(experiment: Experiment, fit: Calibration, share: float) -> list[Chart]:
-    """Measured less predicted, each signal over time, in the unit that people read."""
+    """Measured less predicted, each signal over time, in the unit that people read.
+
+    Samples are dots; where they are more than `_MOST_DOTS`, a line and a band tell mean, lowest and highest of `_SPANS` equal times.
+    """
     predicted = experiment.predict(experiment.parameters(fit.rig), begin=None)
     several = []
     for name, signal in experiment.signals.items():
         unit = shown(signal.unit)
         off = (signal.measured - predicted[name]) * unit.factor
-        fitted = signal.time <= experiment.used_until
-        # the band of the noise floor has the width of the allowed RMS; single samples of white noise leave it
-        traces = [Trace("fitted part", "measured", np.where(fitted, off, np.nan), dots=True)]
+        parts = [("fitted part", "measured", signal.time <= experiment.used_until)]
         if share:
-            traces.append(Trace("held out", "predicted", np.where(fitted, np.nan, off), dots=True))
-        band = np.full(off.size, FLOOR * signal.noise * unit.factor)
-        traces.append(Trace(f"{FLOOR:g} × noise", "fused", np.zeros(off.size), spread=band))
-        several.append(Chart(words(name).capitalize() + ", measured less predicted", unit.unit, signal.time, traces,
-                             digits=unit.digits, height=150, most=1500))
+            parts.append(("held out", "predicted", signal.time > experiment.used_until))
+        parts = [(label, role, np.where(here, off, np.nan)) for label, role, here in parts]
+        time = signal.time
+        if time.size > _MOST_DOTS:
+            edges = np.linspace(time[0], time[-1], _SPANS + 1)
+            edges[np.argmin(np.abs(edges - experiment.used_until))] = experiment.used_until  # no span holds a few samples of a part alone
+            time = 0.5 * (edges[1:] + edges[:-1])
+            told = ((label, role, mean_and_ends(signal.time, values, edges)) for label, role, values in parts)
+            traces = [Trace(label, role, mean, ends=(low, high)) for label, role, (mean, low, high) in told]
+        else:
+            traces = [Trace(label, role, values, dots=True) for label, role, values in parts]
+        band = np.full(time.size, FLOOR * signal.noise * unit.factor)
+        traces.insert(0, Trace(f"{FLOOR:g} × sensor noise", "fused", np.zeros(time.size), spread=band))
+        several.append(Chart(words(name).capitalize() + ", measured less predicted", unit.unit, time, traces,
+                             digits=unit.digits, height=150))
     return several
 
 
@@ -148,17 +167,13 @@ def _table(fit: Calibration) -> doc.Html:
     columns = (doc.Column("Parameter", number=False), doc.Column("Unit", number=False), doc.Column("Prior"), doc.Column("σ prior"),
                doc.Column("Fitted"), doc.Column("σ fitted"), doc.Column("Moved", "σ prior"), doc.Column("σ left", "%"),
                doc.Column("Recordings", number=False))
-    rows = [(p.name, _unit(p.unit), *_in(p), number(p.moved, 2), number(100.0 * p.share, 0), doc.mark(_MARK[group], group))
-            for group, members in grouped(fit).items() for p in members]
+    rows = []
+    for group, members in grouped(fit).items():
+        for p in members:
+            (prior, fitted), power = told((p.prior, p.prior_std), (p.value, p.std))
+            rows.append((p.name, told_unit(p.unit, power), *prior, *fitted, number(p.moved, 2), number(100.0 * p.share, 0),
+                         doc.mark(_MARK[group], group)))
     return doc.table(columns, rows)
-
-
-def _unit(unit: str) -> str:
-    return "" if unit == "1" else unit
-
-
-def _in(p) -> tuple[str, str, str, str]:
-    return f"{p.prior:.4g}", f"{p.prior_std:.2g}", f"{p.value:.4g}", f"{p.std:.2g}"
 
 
 def _together(fit: Calibration) -> doc.Html:

@@ -31,6 +31,7 @@ class Trace:
         values: (n,), in the unit of the chart; NaN is a gap.
         dots: draw samples and no line. dash: draw a broken line. shown: drawn before anyone clicks.
         spread: (n,), half height of a band around the values, or None.
+        ends: lowest and highest of what each value is the mean of, (n,) each, drawn as a band in place of `spread`; or None.
     """
 
     label: str
@@ -40,6 +41,7 @@ class Trace:
     dash: bool = False
     shown: bool = True
     spread: np.ndarray | None = None
+    ends: tuple[np.ndarray, np.ndarray] | None = None
 
 
 @dataclass(frozen=True)
@@ -90,6 +92,9 @@ class Chart:
             if trace.spread is not None:
                 line["band"] = True
                 arrays += [trace.values + trace.spread, trace.values - trace.spread]
+            elif trace.ends is not None:
+                line["band"] = line["ends"] = True
+                arrays += [trace.ends[1], trace.ends[0]]
         count = len(arrays)
         time, arrays = decimated(np.asarray(self.time, dtype=float), [*arrays, *differences], self.most)
         spec = {

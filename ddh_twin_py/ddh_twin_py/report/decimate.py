@@ -54,3 +54,23 @@ def decimated(
         return time, list(series)
     chosen = min_max_indices(series, max(1, most // (2 * max(1, len(series)))))
     return time[chosen], [values[chosen] for values in series]
+
+
+def mean_and_ends(time: np.ndarray, values: np.ndarray, edges: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Mean, lowest and highest of the samples between edges, (k - 1,) each; NaN where there are none.
+
+    For what scatters: extremes drawn as samples would look like lines of their own, every so many samples would lose peaks.
+
+    Args:
+        time: (n,). values: (n,); NaN is missing. edges: (k,), increasing; a sample on an edge belongs to what ends there, one outside to
+            what is nearest.
+    """
+    bins = edges.size - 1
+    there = np.isfinite(values)
+    at, found = np.clip(np.searchsorted(edges, time[there]) - 1, 0, bins - 1), values[there]
+    count = np.bincount(at, minlength=bins)
+    low, high = np.full(bins, np.inf), np.full(bins, -np.inf)
+    np.minimum.at(low, at, found)
+    np.maximum.at(high, at, found)
+    total = np.bincount(at, found, bins)
+    return tuple(np.where(count > 0, of, np.nan) for of in (total / np.maximum(count, 1), low, high))

@@ -159,7 +159,7 @@ def table(columns: Sequence[Column], rows: Iterable[Sequence[object]], caption: 
         body += f'<tr{told}><th scope="row"{_numeric(cells[0][0])}>{text(cells[0][1])}</th>'
         body += "".join(f"<td{_numeric(column)}>{text(cell)}</td>" for column, cell in cells[1:]) + "</tr>"
         body += f'<tr class="below"><td colspan="{len(columns)}"><span>{text(words)}</span></td></tr>' if words else ""
-    title = f"<caption>{text(caption)}</caption>" if caption else ""
+    title = f"<caption><span>{text(caption)}</span></caption>" if caption else ""
     return Html(
         f'<div class="scroll" tabindex="0"><table>{title}<thead><tr>{head}</tr></thead>'
         f"<tbody>{body}</tbody></table></div>"

@@ -15,6 +15,11 @@ from ddh_twin_py.rig import Rig
 _FILLS = ((1.0, "#00224e"), (TELLS_APART, "#666970"), (10.0, "#c8b866"))
 """Expected log Bayes factor below which a cell has that colour."""
 _CLEAR, _SAME = "#fee838", "#ffffff"
+_UNSEEN = "○"
+_UNSEEN_WORDS = (
+    f"{_UNSEEN}: this test does not detect the effect at a moderate size, or it cannot be so large; its row is then of the largest size "
+    "that it can have. What a black line surrounds in its row or column counts in no class above: these hold what is detected alone."
+)
 _GRID = Grid(cell=22, row=22, left=290)
 _ASSUMPTIONS = [
     "Rehearsed by the twin with the rig as its file says; noise, tolerances and slack of the model's laws are those of a diagnosis.",
@@ -82,16 +87,18 @@ def _matrix(design: Design) -> list[doc.Html]:
                 row.append(Cell(_fill(value), label, separation_words(one, other, value), "told" if value >= TELLS_APART else "not"))
         cells.append(row)
     keys = (("#00224e", "below 1: alike"), ("#666970", f"1 to {TELLS_APART:g}: not told apart"),
-            ("#c8b866", f"{TELLS_APART:g} to 10: told apart"), (_CLEAR, "above 10: surely"))
+            ("#c8b866", f"{TELLS_APART:g} to 10: told apart"), (_CLEAR, "above 10: surely"), (_SAME, "the effect itself"))
     said = "".join(f'<li><i style="background:{fill}"></i>{words}</li>' for fill, words in keys)
+    seen = {d.effect for d in design.detections if d.detects("moderate")}
+    rows = [f"{effect_name(name)}{'' if name in seen else f' {_UNSEEN}'}  {n}" for n, name in zip(numbers, names, strict=True)]
     return [
         doc.paragraph("A row is the effect that truly acts, at a moderate size; a column is what it might be taken for, once the rig's "
                       "parameters are fitted again. The number is the log of the odds that the test is expected to give for the truth: at "
                       f"{TELLS_APART:g} the odds are 20 to 1. Black lines go round what is not told apart. Rest the pointer on a cell to "
                       "read it."),
         doc.Html(f'<ul class="key">{said}</ul>'),
-        heatmap(numbers, [f"{effect_name(name)}  {n}" for n, name in zip(numbers, names, strict=True)], cells,
-                "taken for (number of the row)", "Expected log Bayes factor", _GRID),
+        doc.note(_UNSEEN_WORDS) if set(names) - seen else doc.Html(""),
+        heatmap(numbers, rows, cells, "taken for (number of the row)", "Expected log Bayes factor", _GRID),
     ]
 
 

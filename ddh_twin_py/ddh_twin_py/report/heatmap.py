@@ -11,6 +11,7 @@ from ddh_twin_py.report.document import Html
 CIVIDIS = ("#00224e", "#35456c", "#666970", "#948e77", "#c8b866", "#fee838")
 """Dark to light, read alike with and without colour vision (Nunez et al. 2018)."""
 _TOP, _BOTTOM = 8, 44
+_NARROWEST = 0.8  # of its width, to which a map shrinks before it scrolls
 
 
 @dataclass(frozen=True)
@@ -62,7 +63,8 @@ def heatmap(columns: Sequence[str], rows: Sequence[str], cells: Sequence[Sequenc
     parts.append(f'<path d="{edges}" class="flip-under"/><path d="{edges}" class="flip"/>')
     return Html(
         f'<div class="map"><p class="caption">{escape(caption)}</p><div class="scroll" tabindex="0">'
-        f'<svg viewBox="0 0 {width} {height}" width="{width}" height="{height}" role="img" aria-label="{escape(caption)}">'
+        f'<svg viewBox="0 0 {width} {height}" width="{width}" height="{height}" style="min-width:{_NARROWEST * width:.0f}px" '
+        f'role="img" aria-label="{escape(caption)}">'
         f"{''.join(parts)}</svg></div></div>"
     )
 

@@ -196,7 +196,9 @@
         paths: line.dots ? () => null : undefined,
         points: line.dots ? { show: true, size: 3.5, width: 0, fill: () => colour(line.role === "measured" ? "--s-measured-line" : "--s-" + line.role), stroke: () => "transparent" } : { show: false },
         value: line.band
-          ? (u, v, i, at) => (v == null || at == null ? "\u2013" : format(v) + " \u00b1 " + (data[own + 1][at] - v).toFixed(spec.digits))
+          ? (u, v, i, at) => (v == null || at == null ? "\u2013" : format(v) + (line.ends
+            ? " (" + format(data[own + 2][at]) + " to " + format(data[own + 1][at]) + ")"
+            : " \u00b1 " + (data[own + 1][at] - v).toFixed(spec.digits)))
           : (u, v) => format(v),
       });
       if (!line.band) continue;
@@ -247,7 +249,8 @@
           stroke: ink, grid: grid, ticks: ticks, font: font, size: bare ? 6 : 28, space: 64, incrs: STEPS,
           values: (u, at, k, space, step) => at.map((v) => (bare ? "" : clock(v, step < 0.1 ? 2 : step < 1 ? 1 : 0))),
         },
-        { stroke: ink, grid: grid, ticks: ticks, font: font, size: 52, space: 32, splits: spec.titled ? aroundZero : undefined },
+        { stroke: ink, grid: grid, ticks: ticks, font: font, size: 52, splits: spec.titled ? aroundZero : undefined,
+          space: (u, axis, min, max, pixels) => Math.min(32, pixels / 4) }, // a step is less than twice that, so that two fit at least
       ],
       cursor: {
         y: false, sync: { key: "time" }, drag: { x: true, y: false, setScale: false }, points: { size: 6 },
@@ -307,6 +310,13 @@
 
   document.querySelectorAll("figure.chart").forEach(draw);
   if (plots.length) all();
+
+  // a table or a map of which more lies to the right fades there
+  for (const box of document.querySelectorAll(".scroll")) {
+    const tell = () => box.classList.toggle("more", box.scrollLeft + box.clientWidth < box.scrollWidth - 1);
+    box.addEventListener("scroll", tell, { passive: true });
+    new ResizeObserver(tell).observe(box);
+  }
 
   const toggle = document.getElementById("theme");
   if (toggle) toggle.addEventListener("click", () => theme(root.dataset.theme === "dark" ? "light" : "dark"));
