@@ -23,7 +23,7 @@ from ddh_twin_py.physics.thermal_network import MOTOR_NODES, N
 from ddh_twin_py.physics.validity import outside_stated
 from ddh_twin_py.rig import Rig
 from ddh_twin_py.telemetry.alignment import Ticks, align
-from ddh_twin_py.telemetry.clock import same_unit
+from ddh_twin_py.telemetry.clock import Break
 from ddh_twin_py.telemetry.recording import Finding, Recording
 from ddh_twin_py.telemetry.screening import screen_recording
 from ddh_twin_py.telemetry.signals import DRIVE_FIELDS, DRIVE_TOPIC, HYDRAULIC_FIELDS, HYDRAULIC_TOPIC, TEMPERATURE_PREFIX
@@ -193,10 +193,11 @@ class _Run:
         """Run the intervals start..stop, which follow each other without a break."""
         ticks, rig = self.ticks, self.rig
         gap = ticks.gap(start) if start > 0 else -np.inf
-        goes_on = same_unit(gap)
+        broken = Break.of(gap)
+        goes_on = broken is Break.PUT_BACK
         if goes_on:
             self.fusion.rest(0.0)
-        elif gap < 0.0:
+        elif broken is Break.OTHER_TIME:
             self.smooth()
             self.fusion.reset()
             self._trace_start = start

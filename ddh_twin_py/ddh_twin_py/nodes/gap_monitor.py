@@ -25,6 +25,7 @@ from ddh_twin_py.nodes.parameters import NodeError, Parameter
 from ddh_twin_py.nodes.player_watch import PlayerWatch
 from ddh_twin_py.nodes.progress import Progress
 from ddh_twin_py.rig import load_rig
+from ddh_twin_py.telemetry.clock import Break
 from ddh_twin_py.telemetry.signals import RIG_TOPIC
 from ddh_twin_py.twin.sensor_errors import sensor_lags
 
@@ -93,7 +94,7 @@ class GapMonitorNode(TwinNode):
         self._health = Health(self)
         for entry in (self._residuals, self._estimates, self._readings):
             self._health.add(entry.topic, lambda report, entry=entry: self._judge_input(report, entry))
-        self._health.add("clock", lambda report: judge_clock(report, self._watch.resets, self._watch.resets))
+        self._health.add("clock", lambda report: judge_clock(report, self._watch.resets, {Break.OTHER_TIME: self._watch.resets}))
         self._health.add("gap", self._judge_gap)
         self._health.add("diagnosis", self._action.judge)
         self._progress = Progress(self, self._inputs)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 
 import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
@@ -12,7 +12,7 @@ from ddh_twin_py.nodes.inputs import Input
 from ddh_twin_py.nodes.node_base import TwinNode
 from ddh_twin_py.nodes.telemetry_feed import TelemetryFeed
 from ddh_twin_py.telemetry.causes import Cause
-from ddh_twin_py.telemetry.clock import PUT_BACK
+from ddh_twin_py.telemetry.clock import Break
 from ddh_twin_py.telemetry.screening import StreamScreen
 
 PERIOD = 1.0  # s of wall time
@@ -203,14 +203,22 @@ def judge_publishers(report: Report, entry: Input, node: TwinNode) -> None:
         report.warn(f"{count} publishers on {entry.name}, their messages are mixed (one that was killed counts for up to 20 s)")
 
 
-def judge_clock(report: Report, jumps: int, restarts: int) -> str:
-    """Did the data's clock jump back."""
+def judge_clock(report: Report, jumps: int, breaks: Mapping[Break, int], rests: bool = False) -> str:
+    """Did the data's clock jump back, and what became of the state; ``rests``: that goes on after a long pause."""
+    kept, reset, pauses = (breaks.get(broken, 0) for broken in (Break.PUT_BACK, Break.OTHER_TIME, Break.PAUSE))
     report.add("backward jumps", jumps, "1")
     report.add("backward jumps expected", 0, "1")
-    report.add("model restarts", restarts, "1")
+    report.add("backward jumps after which the model went on", kept, "1")
+    report.add("long pauses", pauses, "1")
+    report.add("model restarts", reset + (0 if rests else pauses), "1")
     if jumps:
-        report.warn(f"jumped back {jumps} times; where it did by more than {PUT_BACK:g} s the state was reset")
+        became = " and ".join(f"{words} {_times(count)}" for words, count in (("went on", kept), ("was reset", reset)) if count)
+        report.warn(f"jumped back {_times(jumps)}" + (f"; the state {became}" if became else ""))
     return "runs forward"
+
+
+def _times(count: int) -> str:
+    return "once" if count == 1 else f"{count} times"
 
 
 def add_streams(

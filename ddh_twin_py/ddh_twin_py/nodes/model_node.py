@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections import Counter
 from collections.abc import Collection, Iterable
 from dataclasses import dataclass, replace
 from itertools import pairwise
@@ -23,7 +24,7 @@ from ddh_twin_py.nodes.telemetry_feed import TelemetryFeed, field_count
 from ddh_twin_py.physics.thermal_network import NODES
 from ddh_twin_py.rig import load_rig
 from ddh_twin_py.telemetry.alignment import INTERVAL, LONGEST_LAG, REORDER_WINDOW, Samples, Tick
-from ddh_twin_py.telemetry.clock import same_unit
+from ddh_twin_py.telemetry.clock import Break
 from ddh_twin_py.telemetry.signals import RIG_TOPIC, TEMPERATURE_PREFIX, TEMPERATURE_SENSORS, ZERO_CELSIUS
 from ddh_twin_py.twin.ambient import AmbientTracker
 from ddh_twin_py.twin.sensor_errors import take_off_sensor_errors, temperature_zero_errors
@@ -94,8 +95,12 @@ def known_payload(told: RigInfo | None) -> float | None:
 
 
 class TelemetryNode(TwinNode, ABC):
-    """A node fed with ticks of telemetry; a subclass makes `feed` and does the work in `work`."""
+    """A node fed with ticks of telemetry; a subclass makes `feed` and does the work in `work`.
 
+    `rests`: its model goes on after a long pause, as that of a unit that rested; else it begins anew with what is read then.
+    """
+
+    rests = False
     feed: TelemetryFeed
 
     def begin(self, required: Collection[str]) -> None:
@@ -105,7 +110,7 @@ class TelemetryNode(TwinNode, ABC):
         add_streams(self.health, self, self.feed, required, self.values["stale_after"], self.player.paused)
         self.health.add("clock", self._judge_clock)
         self.progress = Progress(self, self.feed.inputs)
-        self.restarts = 0
+        self.breaks: Counter[Break] = Counter()
         self.rig_info: RigInfo | None = None
         self.unit: Unit | None = None  # what the state in hand belongs to, None while there is none
         self.create_subscription(RigInfo, RIG_TOPIC, self._take_rig, qos.LATCHED)
@@ -148,11 +153,10 @@ class TelemetryNode(TwinNode, ABC):
         """Do what these ticks allow; ``flush``: nothing more comes for now."""
 
     def _note_restart(self, tick: Tick) -> None:
-        self.restarts += 1
-        if same_unit(tick.gap):
-            self.warn_once("put back", f"the clock was put back by {-tick.gap:.1f} s; the model goes on as warm as it is")
-        else:
-            self.warn_once("restart", f"the stamps do not go on but restart at {tick.start_ns * 1e-9:.3f} s; the model begins anew")
+        broken = Break.of(tick.gap)
+        self.breaks[broken] += 1
+        then = {Break.PUT_BACK: "goes on as warm as it is", Break.PAUSE: "goes on as after a rest" if self.rests else "begins anew"}
+        self.warn_once(broken, f"{broken.words(tick.gap)}, to {tick.start_ns * 1e-9:.3f} s; the model {then.get(broken, 'begins anew')}")
 
     @property
     def jumps(self) -> int:
@@ -160,7 +164,7 @@ class TelemetryNode(TwinNode, ABC):
         return sum(count for (_, cause), count in self.feed.aligner.counts.items() if cause == "clock_jump")
 
     def _judge_clock(self, report: Report) -> str:
-        return judge_clock(report, self.jumps, self.restarts)
+        return judge_clock(report, self.jumps, self.breaks, self.rests)
 
     def _take_rig(self, message: RigInfo) -> None:
         before = self.rig_info

@@ -39,7 +39,7 @@ from ddh_twin_py.physics.thermal_network import N, NODES
 from ddh_twin_py.physics.validity import outside_stated
 from ddh_twin_py.rig import load_rig
 from ddh_twin_py.telemetry.alignment import Tick
-from ddh_twin_py.telemetry.clock import same_unit
+from ddh_twin_py.telemetry.clock import Break
 from ddh_twin_py.telemetry.signals import TEMPERATURE_PREFIX
 
 _KEEP_PREDICTIONS = 60_000_000_000  # ns
@@ -49,6 +49,7 @@ _SILENT_AFTER = 10.0  # s of wall time without an estimate that are worth a word
 class TemperatureFusionNode(TelemetryNode):
     """Models and sensors to `temperature/estimates`, `estimate/<location>` and `temperature/residuals`."""
 
+    rests = True
     PARAMETERS = (
         *TWIN_PARAMETERS,
         Parameter(
@@ -163,14 +164,15 @@ class TemperatureFusionNode(TelemetryNode):
 
     def _break(self, tick: Tick) -> None:
         """The clock jumped back, or skipped a long time, or this is the beginning."""
+        broken = Break.of(tick.gap)
         if self._last_end is None:
             self.unit = Unit(self.rig_id)
             self._restore(tick)
-        elif same_unit(tick.gap):
+        elif broken is Break.PUT_BACK:
             self._fusion.rest(0.0)
             self._predicted.clear()
             self._measured_at += tick.gap
-        elif tick.gap < 0.0:
+        elif broken is Break.OTHER_TIME:
             self.begin_anew()
         else:
             self._fusion.rest(tick.gap)

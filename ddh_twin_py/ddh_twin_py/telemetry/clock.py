@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from enum import Enum
 
 import numpy as np
 
@@ -20,6 +21,25 @@ def same_unit(gap: float) -> bool:
     `PUT_BACK` and `_SEEN_AS` more, so that nodes whose streams saw the same clock put back by just as much decide alike.
     """
     return -PUT_BACK - _SEEN_AS <= gap < 0.0
+
+
+class Break(Enum):
+    """What stamps that do not go on say of the unit."""
+
+    PUT_BACK = "a clock was put back a little: it is as warm as it was"
+    PAUSE = "a long time was skipped: it rested, or ran unseen"
+    OTHER_TIME = "the stamps are of an earlier time: nothing of before is true of it"
+
+    @classmethod
+    def of(cls, gap: float) -> Break:
+        """The break at which stamps go on ``gap`` seconds after, below 0 before, the last ones."""
+        return cls.PUT_BACK if same_unit(gap) else cls.OTHER_TIME if gap < 0.0 else cls.PAUSE
+
+    def words(self, gap: float) -> str:
+        """What happened, in words that are the same in all nodes."""
+        happened = {Break.PUT_BACK: "the clock was put back by {:.1f} s", Break.PAUSE: "the stamps go on {:.1f} s later",
+                    Break.OTHER_TIME: "the stamps jump back by {:.1f} s"}
+        return happened[self].format(abs(gap))
 
 
 def clock_segments(stamps: Mapping[str, np.ndarray], window_ns: int) -> dict[str, np.ndarray]:
