@@ -9,8 +9,9 @@ import pytest
 from ddh_twin_py.estimation.calibration import Calibration, FittedParameter
 from ddh_twin_py.estimation.comparison import Discrepancy
 from ddh_twin_py.estimation.unknowns import uncertain_paths
-from ddh_twin_py.report.calibration_groups import SignalFit, signal_fits, told, verdict
+from ddh_twin_py.report.calibration_groups import SignalFit, signal_fits, verdict
 from ddh_twin_py.report.calibration_summary import print_calibration
+from ddh_twin_py.report.units import in_file
 from ddh_twin_py.rig import load_rig
 from rich.console import Console
 
@@ -34,8 +35,7 @@ def test_nothing_is_cut_at_80_columns():
     for p in parameters:
         assert p.name in first
         assert "e+" not in first[p.name] and f"{100 * p.share:.0f} %" in first[p.name]
-        ((value, std),), power = told((p.value, p.std))
-        assert (f"  ({value} ± {std})e{power}" if power else f"  {value} ± {std}") in first[p.name]
+        assert f"  {in_file(p.value, p.std)}" in first[p.name]
 
 
 @pytest.mark.parametrize(("value", "std", "unit", "said"), [

@@ -14,11 +14,10 @@ from ddh_twin_py.gap.unknown import UNLISTED
 from ddh_twin_py.report.document import json_text
 from ddh_twin_py.report.gap_checks import CHECKS
 from ddh_twin_py.report.gap_hypotheses import hypotheses
-from ddh_twin_py.report.gap_parameters import in_file
 from ddh_twin_py.report.gap_report import gap_document
 from ddh_twin_py.report.gap_rest import unknown as unknown_part
 from ddh_twin_py.report.gap_summary import gap_summary
-from ddh_twin_py.report.units import plus_minus
+from ddh_twin_py.report.units import in_file, plus_minus
 from support.made_diagnosis import KINDS, made_diagnosis
 
 
@@ -120,6 +119,16 @@ def test_every_hypothesis_place_and_signal_is_there_with_its_figures(diagnoses):
             assert parameter.name in said and in_file(parameter.value, parameter.std) in said
             if parameter.name in diagnosis.rig.quantities:
                 assert diagnosis.rig.quantities[parameter.name].source in said
+
+
+@pytest.mark.parametrize(("together", "bars"), [(0.95, 0), (0.99, 1)])
+def test_a_probability_is_told_twice_only_where_it_is_another_number(together, bars, diagnoses):
+    made = diagnoses["explained"]
+    leading = replace(made.weighed[0], probability=0.942)
+    why = [{**made.report["why"][0], "probability": together}]
+    said = gap_document(replace(made, weighed=[leading, *made.weighed[1:]], report={**made.report, "why": why})).html()
+    assert said.count("<span>94 %</span>") == 1  # the card
+    assert said.count(f"<span>{100 * together:.0f} %, ") == said.count("Of each effect, alone or beside others") == bars
 
 
 def of_several_places():

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from ddh_twin_py.report.agreement import FAR, FLOOR
-from ddh_twin_py.report.units import decimals, number, words
+from ddh_twin_py.report.units import words
 from ddh_twin_py.rig.sheet import CUT
 
 if TYPE_CHECKING:
@@ -20,7 +19,6 @@ BARELY = 0.9
 """Share from which on it stays at its prior; between the two it is partly informed."""
 GROUPS = ("informed", "partly informed", "stays at prior", "refused")
 _MOST_NAMES = 4
-_PLAIN = 1e-3, 1e5  # between which a number is written without a power of ten
 _WORSE = 1.05  # times as far off as before, from which a fit made a signal worse
 
 
@@ -63,25 +61,6 @@ def grouped(fit: Calibration) -> dict[str, list[FittedParameter]]:
     for parameter in sorted(fit.parameters, key=lambda p: p.share):
         found[group_of(parameter, fit)].append(parameter)
     return found
-
-
-def told(*pairs: tuple[float, float]) -> tuple[list[tuple[str, str]], int]:
-    """Pairs of value and standard deviation in SI, both with the same decimals and all with the same power of ten; that power.
-
-    It is 0 where the largest of them can be read without one.
-    """
-    size = max(abs(x) for pair in pairs for x in pair)
-    power = 0 if size == 0.0 or _PLAIN[0] <= size < _PLAIN[1] else math.floor(math.log10(size))
-    written = []
-    for value, std in ((x / 10.0**power for x in pair) for pair in pairs):
-        digits = min(decimals(std, 2), max(decimals(value, 4), decimals(std, 1))) if std > 0.0 else decimals(value, 4)
-        written.append((number(value, digits), number(std, digits)))
-    return written, power
-
-
-def told_unit(unit: str, power: int) -> str:
-    """A unit of SI with the power of ten before it; empty where there is neither."""
-    return f"{f'1e{power}' if power else ''} {'' if unit == '1' else unit}".strip()
 
 
 def unfitted(signals: Sequence[SignalFit]) -> str:

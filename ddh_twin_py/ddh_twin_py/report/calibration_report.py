@@ -9,10 +9,10 @@ import numpy as np
 
 from ddh_twin_py.report import document as doc
 from ddh_twin_py.report.agreement import FLOOR, level
-from ddh_twin_py.report.calibration_groups import BARELY, GROUPS, WELL, SignalFit, group_of, grouped, told, told_unit
+from ddh_twin_py.report.calibration_groups import BARELY, GROUPS, WELL, SignalFit, group_of, grouped
 from ddh_twin_py.report.charts import Chart, Trace, charts
 from ddh_twin_py.report.decimate import mean_and_ends
-from ddh_twin_py.report.units import duration, number, shown, words
+from ddh_twin_py.report.units import duration, in_file, number, shown, words
 
 if TYPE_CHECKING:
     from ddh_twin_py.estimation.calibration import Calibration
@@ -164,15 +164,11 @@ def _bars(groups) -> doc.Html:
 
 
 def _table(fit: Calibration) -> doc.Html:
-    columns = (doc.Column("Parameter", number=False), doc.Column("Unit", number=False), doc.Column("Prior"), doc.Column("σ prior"),
-               doc.Column("Fitted"), doc.Column("σ fitted"), doc.Column("Moved", "σ prior"), doc.Column("σ left", "%"),
+    columns = (doc.Column("Parameter", number=False), doc.Column("Unit", number=False), doc.Column("Prior ± σ"),
+               doc.Column("Fitted ± σ"), doc.Column("Moved", "σ prior"), doc.Column("σ left", "%"),
                doc.Column("Recordings", number=False))
-    rows = []
-    for group, members in grouped(fit).items():
-        for p in members:
-            (prior, fitted), power = told((p.prior, p.prior_std), (p.value, p.std))
-            rows.append((p.name, told_unit(p.unit, power), *prior, *fitted, number(p.moved, 2), number(100.0 * p.share, 0),
-                         doc.mark(_MARK[group], group)))
+    rows = [(p.name, "" if p.unit == "1" else p.unit, in_file(p.prior, p.prior_std), in_file(p.value, p.std), number(p.moved, 2),
+             number(100.0 * p.share, 0), doc.mark(_MARK[group], group)) for group, members in grouped(fit).items() for p in members]
     return doc.table(columns, rows)
 
 

@@ -9,12 +9,12 @@ from rich.console import Console
 from rich.text import Text
 
 from ddh_twin_py.report.agreement import level
-from ddh_twin_py.report.calibration_groups import SignalFit, grouped, told, told_unit, unfitted
+from ddh_twin_py.report.calibration_groups import SignalFit, grouped, unfitted
 from ddh_twin_py.report.summary import STYLE, plain_table
-from ddh_twin_py.report.units import number, words
+from ddh_twin_py.report.units import in_file, number, words
 
 if TYPE_CHECKING:
-    from ddh_twin_py.estimation.calibration import Calibration, FittedParameter
+    from ddh_twin_py.estimation.calibration import Calibration
 
 _MOST_PAIRS = 12
 
@@ -42,7 +42,8 @@ def print_calibration(fit: Calibration, signals: Sequence[SignalFit], said: str,
         table = plain_table(group, "value ± σ", "moved", "left")
         table.columns[1].justify, table.columns[1].no_wrap = "left", False  # where it is narrow the unit goes below
         for p in groups[group]:
-            table.add_row(p.name, _told(p), number(p.moved, 1), f"{100 * p.share:.0f} %")
+            unit = "" if p.unit == "1" else f" {p.unit}"
+            table.add_row(p.name, in_file(p.value, p.std) + unit, number(p.moved, 1), f"{100 * p.share:.0f} %")
         table.caption, table.caption_justify = "moved: in σ of the prior; left: share of the prior's σ", "left"
         console.print(table)
     for group in ("stays at prior", "refused"):
@@ -55,10 +56,3 @@ def print_calibration(fit: Calibration, signals: Sequence[SignalFit], said: str,
         console.print(f"and {len(pairs) - _MOST_PAIRS} further pairs, see the report")
     if not failed:
         console.print(said, highlight=False)
-
-
-def _told(p: FittedParameter) -> str:
-    """Value, standard deviation and unit, as the rig file has it."""
-    ((value, std),), power = told((p.value, p.std))
-    said = f"({value} ± {std})e{power}" if power else f"{value} ± {std}"
-    return f"{said} {told_unit(p.unit, 0)}".rstrip()

@@ -138,7 +138,7 @@ def reliability_figure(rows: Sequence[Mapping]) -> Html:
     def y(value: float) -> float:
         return 10 + _SIDE * (1.0 - value)
 
-    parts = [f'<rect x="{x(0)}" y="{y(1)}" width="{_SIDE}" height="{_SIDE}" fill="none" stroke="currentColor" opacity=".4"/>',
+    parts = [f'<rect x="{x(0)}" y="{y(1)}" width="{_SIDE}" height="{_SIDE}" fill="none" style="stroke:currentColor" opacity=".4"/>',
              f'<path d="M{x(0)} {y(0)}L{x(1)} {y(1)}" stroke="currentColor" stroke-dasharray="4 4" opacity=".5"/>']
     for k in range(0, 11, 2):
         parts.append(f'<text x="{x(k / 10)}" y="{y(0) + 16}" text-anchor="middle" class="axis">{k / 10:g}</text>')

@@ -26,6 +26,8 @@ from ddh_twin_py.report.units import number, plus_minus, probably, words
 _NOTICEABLE = 0.01
 """Probability from which on a hypothesis is shown unfolded."""
 _MOST_OPEN = 4
+_SAME = 0.02
+"""By which the probability of an effect alone or beside others must be larger than alone to be told as another number."""
 _MOST_NAMED = 3
 EVIDENCE = (
     "Evidence is how much of the misfit goes away with the hypothesis: each sample's misfit in multiples of what noise allows, squared and "
@@ -66,16 +68,17 @@ def hypotheses(diagnosis: Diagnosis) -> doc.Html:
 
 
 def effects_ranked(diagnosis: Diagnosis) -> doc.Html:
-    """Probability of every effect, whatever else acts beside it, as bars."""
+    """Probability of every effect, alone or beside others, as bars; nothing where it is that of the effect alone, which has its card."""
     why = diagnosis.report["why"]
-    if not why:
+    alone = {w.effects: w.probability for w in diagnosis.weighed}
+    if all(row["probability"] - alone.get((row["effect"],), 0.0) < _SAME for row in why):
         return doc.Html("")
     rows = [
         (capital(effect_name(row["effect"])), _bar(row["probability"], f"{probably(row['probability'])}{_parameters(row)}")) for row in why
     ]
     body = "".join(f"<dt>{doc.text(name)}</dt><dd>{bar}</dd>" for name, bar in rows)
     return doc.Html(
-        doc.note("Of each effect, whatever else acts beside it: the sum over all hypotheses that hold it.")
+        doc.note("Of each effect, alone or beside others: the sum over all hypotheses that hold it, so at least what it has alone above.")
         + f'<dl class="bars">{body}</dl>'
     )
 
@@ -90,7 +93,8 @@ def classes(diagnosis: Diagnosis) -> doc.Html:
              diagnosis.confusable.get(e, "its signals are those of the others within the noise"))
             for e in members
         ]
-        columns = (doc.Column("Cannot be told apart here", number=False), doc.Column("Probability"), doc.Column("Why not", number=False))
+        columns = (doc.Column("Cannot be told apart here", number=False), doc.Column("Probability", "alone or beside others"),
+                   doc.Column("Why not", number=False))
         blocks.append(_wrapped(doc.table(columns, rows)))
     return doc.Html("".join(blocks))
 

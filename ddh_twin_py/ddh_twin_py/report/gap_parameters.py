@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from collections import Counter
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from ddh_twin_py.report import document as doc
 from ddh_twin_py.report.calibration_groups import BARELY, WELL
-from ddh_twin_py.report.units import number, plus_minus
+from ddh_twin_py.report.units import in_file, number
 from ddh_twin_py.rig.sheet import CUT
 
 if TYPE_CHECKING:
@@ -91,15 +90,6 @@ def _source(name: str, rig: Rig, usual: str) -> str:
     """Where a quantity's value comes from, empty where it is the usual place."""
     source = rig.quantities[name].source if name in rig.quantities else ""
     return "" if source == usual else source
-
-
-def in_file(value: float, std: float) -> str:
-    """A value of the rig file with its standard deviation, as `2900 ± 290` or `(1.90 ± 0.07)e-12`."""
-    size = max(abs(value), std)
-    if size == 0.0 or 1e-3 <= size < 1e6:
-        return plus_minus(value, std, "1")
-    power = math.floor(math.log10(size))
-    return f"({plus_minus(value / 10.0**power, std / 10.0**power, '1')})e{power}"
 
 
 def _said(share: float) -> doc.Html:

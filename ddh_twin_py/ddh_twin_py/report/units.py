@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
+
 from ddh_twin_py.rig.reader_units import Shown, decimals, in_unit, moved, number, plain, plus_minus, probably, shown
 
-__all__ = ["ZERO_CELSIUS", "Shown", "celsius", "decimals", "duration", "in_unit", "moved", "number", "plain", "plus_minus", "probably",
-           "shown", "words"]
+__all__ = ["ZERO_CELSIUS", "Shown", "celsius", "decimals", "duration", "in_file", "in_unit", "moved", "number", "plain", "plus_minus",
+           "probably", "shown", "words"]
 ZERO_CELSIUS = 273.15  # K
 
 
@@ -22,6 +24,15 @@ def duration(seconds: float) -> str:
     if whole < 3600:
         return f"{whole // 60} min {whole % 60:02d} s"
     return f"{whole // 3600} h {whole % 3600 // 60:02d} min"
+
+
+def in_file(value: float, std: float) -> str:
+    """A value of the rig file with its standard deviation, as `2900 ± 290` or `(1.90 ± 0.07)e-12`."""
+    size = max(abs(value), std)
+    if size == 0.0 or 1e-3 <= size < 1e6:
+        return plus_minus(value, std, "1")
+    power = math.floor(math.log10(size))
+    return f"({plus_minus(value / 10.0**power, std / 10.0**power, '1')})e{power}"
 
 
 def words(name: str) -> str:
