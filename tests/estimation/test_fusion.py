@@ -1,5 +1,7 @@
 """The fusion: consistent, honest about what it is not told, and the same from run to run."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from ddh_twin_py.estimation.consistency import JUDGED
@@ -189,10 +191,24 @@ def test_state_survives_and_ages(rig, tmp_path):
     np.testing.assert_array_equal(saved.state.covariance, fusion.state.covariance)
     again.restore(saved.state, age=600.0)
     after = np.sqrt(np.diagonal(again.state.covariance)[: len(NODES)])
-    read = list(NODE_INDEX.values())  # what was known well is known less; what was not may have settled
-    assert np.all(after[read] > spread[read])
+    read = list(NODE_INDEX.values())  # what was known well is known less, and nothing is known better
+    assert np.all(after[read] > spread[read]) and np.all(after > 0.999999 * spread)
     assert again.state.dynamic[NODES.index("housing")] < fusion.state.dynamic[NODES.index("housing")]  # it cooled
     assert again.state.dynamic[NODES.index("housing")] > 315.0  # and is not cold
+
+
+@pytest.mark.parametrize("age", [0.0, 0.05, 1.0, 60.0, 600.0])
+def test_a_pause_makes_no_estimate_surer(rig, age):
+    worked, told = TemperatureFusion(rig, ambient=293.15), np.ones(400, dtype=bool)
+    heat = replace(FusionInputs.unknown(400), heat=np.full((400, len(NODES)), 20.0), hydraulics_known=told, motor_known=told)
+    worked.advance(heat, [Reading(i, s, 300.0) for i in range(0, 400, 20) for s in SENSORS])
+    before = worked.state.covariance.copy()
+    worked.rest(age)
+    after = worked.state.covariance
+    warm = len(NODES) + len(SENSORS)
+    assert (np.sqrt(np.diagonal(after)[:warm]) > (1.0 - 1e-9) * np.sqrt(np.diagonal(before)[:warm])).all()
+    np.testing.assert_array_equal(after, after.T)
+    assert np.linalg.eigvalsh(after).min() > -1e-9
 
 
 def test_a_working_unit_that_was_unseen_may_be_warmer_by_its_readings_too(rig):

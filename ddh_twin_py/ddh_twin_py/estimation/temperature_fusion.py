@@ -52,6 +52,7 @@ LONGEST_DELAY = 60.0
 _REST_STEP, _LONGEST_REST = 60.0, 86400.0  # s; after a day the unit is at rest, and longer steps would not be stable
 _REST_END, _REST_END_STEP = 60.0, 1.0  # s: towards the end of a rest what is unknown of a node comes to its lagged reading
 _REST_AMBIENT_DRIFT, _REST_AMBIENT_TIME = 6.0, 6.0 * 3600.0  # K, s: how far the air may move, and how soon
+_NO_VARIANCE = 1e-12  # K^2
 
 
 @dataclass(frozen=True)
@@ -409,9 +410,11 @@ class TemperatureFusion:
         """Let ``age`` seconds pass in which the machine may have stood or run unseen.
 
         Temperatures relax to ambient; the uncertainty grows by the heat that usual duty would
-        have brought and by what the air may have done.
+        have brought and by what the air may have done. Nothing is known better for it: errors that relax faster
+        than that heat brings new ones are kept as large as they were, with their correlations.
         """
         state = self.state
+        before = np.diagonal(state.covariance)[: N + _M].copy()
         at = N + 2 * _M + AMBIENT_AT
         left = min(age, _LONGEST_REST)
         for span in _rests(left):
@@ -429,6 +432,9 @@ class TemperatureFusion:
             left -= span
             drifted = np.exp(-2.0 * left / _REST_AMBIENT_TIME) * -np.expm1(-2.0 * span / _REST_AMBIENT_TIME)
             state.covariance[at, at] += _REST_AMBIENT_DRIFT**2 * drifted
+        kept = np.ones(state.covariance.shape[0])
+        kept[: N + _M] = np.sqrt(np.maximum(before / np.maximum(np.diagonal(state.covariance)[: N + _M], _NO_VARIANCE), 1.0))
+        state.covariance *= np.outer(kept, kept)
         self._newest[:] = np.nan
         self._forget_past()
         self._clear_epoch()
