@@ -113,6 +113,19 @@ def test_the_pace_is_that_of_a_slow_listener_and_nothing_is_lost(short_bag, list
     listener.withdraw(publisher)
 
 
+def test_a_node_that_runs_and_is_not_ready_is_waited_for_and_said(short_bag, listener, drive):
+    publisher = listener.node.create_publisher(NodeProgress, f"{NS}/progress", 10)
+    given = {"bag": str(short_bag), "rate": 0.0, "wait": 0.5, "wait_for_nodes": ["/test_listener"]}
+    with NodeProcess("bag_player", NS, **given) as player:
+        said = player.says("node /test_listener is there and not ready yet", 20.0)
+        assert "waiting for up to 900.5 s" in said and "playing at" not in player.text
+        wait_for(lambda: publisher.get_subscription_count(), 10.0, "the player to listen")
+        publisher.publish(NodeProgress(node="/test_listener", topics=[], newest=[]))
+        assert player.ends() == 0, player.text
+        assert player.text.count("not ready yet") == 1
+    listener.withdraw(publisher)
+
+
 def test_loop_begins_again_and_the_rig_is_told_once(short_bag, listener, drive):
     rig = listener.collect(RigInfo, f"{NS}/rig", latched=True)
     drive.clear()

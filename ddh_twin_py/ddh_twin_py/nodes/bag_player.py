@@ -29,7 +29,7 @@ _BURST = 250_000_000  # ns of data sent at once
 _LAG = 1_000_000_000  # ns of data behind the rate asked for, from which on it is said
 _SETTLE = 0.3  # s of wall time from the last match to the first message
 _SAY = 2.0  # s of wall time between two lines of progress
-_NAMED_WAIT = 60.0  # s of wall time; a node that compiles its kernels for the first time takes long
+_NAMED_WAIT, _FIRST_START = 60.0, 900.0  # s of wall time for a node that is not there, and for one that is and compiles its kernels
 _NOT_PLAYED = ("/clock", "/rosout", "/parameter_events")
 
 
@@ -60,7 +60,9 @@ class BagPlayer(TwinNode):
             "Names of nodes of this namespace that must listen before the first message is sent.",
         ),
         Parameter(
-            "wait", 5.0, "Longest wall time to wait for any listener; nodes of wait_for_nodes get 60 s more, then it is an error.",
+            "wait", 5.0,
+            "Longest wall time to wait for any listener; nodes of wait_for_nodes get 60 s more, or 900 s where they are there and not "
+            "ready (a first start compiles the model), then it is an error.",
             "s", 0.0, 600.0,
         ),
         Parameter(
@@ -92,6 +94,7 @@ class BagPlayer(TwinNode):
         self.sent = self.loops = 0
         self._waited_since = self.wall()
         self._ready_since: float | None = None
+        self._told_starting: set[str] = set()
         self._playing = self._ending = self._told_end = False
         self._said_at = self._clock_at = self._checked_at = 0.0
         self._held = 0.0  # s of wall time in which the graph was slower than the rate asked for
@@ -158,8 +161,7 @@ class BagPlayer(TwinNode):
             return
         if wall - self._checked_at > 1.0:
             self._checked_at = wall
-            names = self.get_node_names_and_namespaces()
-            self._flow.keep([f"{namespace.rstrip('/')}/{name}" for name, namespace in names])
+            self._flow.keep(self._running())
             for reason in self._flow.given_up(wall):
                 self.get_logger().warning(reason)
         if self._ending:
@@ -268,8 +270,15 @@ class BagPlayer(TwinNode):
         missing = self._missing()
         if missing:
             self._ready_since = None
-            longest = self.values["wait"] + (_NAMED_WAIT if self._named() else 0.0)
-            if wall - self._waited_since < longest:
+            longest, waited = self.values["wait"], wall - self._waited_since
+            if self._named():
+                starting = self._starting()
+                longest += _FIRST_START if starting else _NAMED_WAIT
+                if starting and waited >= self.values["wait"] and starting not in self._told_starting:
+                    self._told_starting.add(starting)
+                    self.get_logger().info(f"node {starting} is there and not ready yet; a first start compiles the model: waiting for "
+                                           f"up to {longest:g} s")
+            if waited < longest:
                 return
             if self._named():
                 raise NodeError(f"waited {longest:g} s for {missing}; is it running, in namespace {self.get_namespace()}?")
@@ -288,11 +297,24 @@ class BagPlayer(TwinNode):
     def _named(self) -> list[str]:
         return [name for name in self.values["wait_for_nodes"] if name]
 
+    def _awaited(self) -> list[str]:
+        """Full names of the nodes that must listen."""
+        prefix = self.get_namespace().rstrip("/")
+        return [name if name.startswith("/") else f"{prefix}/{name}" for name in self._named()]
+
+    def _starting(self) -> str:
+        """The first awaited node that runs and has not told its progress yet, '' where there is none or another one does not run."""
+        silent = [name for name in self._awaited() if name not in self._flow.consumers]
+        return silent[0] if silent and set(silent) <= self._running() else ""
+
+    def _running(self) -> set[str]:
+        """Full names of the nodes of the graph."""
+        return {f"{namespace.rstrip('/')}/{name}" for name, namespace in self.get_node_names_and_namespaces()}
+
     def _missing(self) -> str:
         """What is still awaited before the first message, '' when all are there."""
         listening = {channel: self._listeners(channel) for channel in self._channels.values()}
-        prefix = self.get_namespace().rstrip("/")
-        awaited = [name if name.startswith("/") else f"{prefix}/{name}" for name in self._named()]
+        awaited = self._awaited()
         for name in awaited:
             if name not in self._flow.consumers:
                 return f"node {name}"
