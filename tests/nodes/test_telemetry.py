@@ -4,9 +4,10 @@ import signal
 
 import numpy as np
 import pytest
+from ddh_twin_py.nodes.telemetry_publisher import pieces
 from ddh_twin_py.sources import registry
 from ddh_twin_py.sources.bag import BagSource
-from ddh_twin_py.sources.protocol import SourceError
+from ddh_twin_py.sources.protocol import Samples, SourceError
 from ddh_twin_py.telemetry.recording import RigInfo as Rig
 from ddh_twin_py.twin.simulated_rig import simulate
 from lifecycle_msgs.srv import GetState
@@ -89,6 +90,17 @@ def test_a_node_that_was_killed_joins_where_the_record_is(listener, duty):
     stamps = np.array([stamp_ns(m) for m in pressures[before:]])
     assert stamps.min() > sent
     assert np.all(np.diff(stamps) > 0)
+
+
+def test_what_a_node_behind_sends_comes_as_if_it_were_in_time():
+    due = {"drive/telemetry": np.arange(0.0, 3.0, 0.01), "temperature/ambient": np.arange(0.2, 3.0, 0.5)}
+    waiting = {topic: Samples(at, np.rint(at * 1e9).astype(np.int64), at[:, None]) for topic, at in due.items()}
+    sent = list(pieces(waiting, 2.005))
+    newest = np.maximum.accumulate([samples.due[-1] for _, samples in sent])
+    assert all(samples.due[0] >= before - 0.11 for (_, samples), before in zip(sent[1:], newest, strict=False))
+    for topic, at in due.items():
+        assert np.concatenate([samples.due for name, samples in sent if name == topic]).tolist() == at[at <= 2.005].tolist()
+        assert waiting[topic].due.tolist() == at[at > 2.005].tolist()
 
 
 @pytest.mark.live

@@ -25,7 +25,8 @@ from ddh_twin_py.sources.protocol import Samples, Source, SourceError
 from ddh_twin_py.sources.registry import open_source, source_modules
 from ddh_twin_py.telemetry.signals import RIG_TOPIC, TEMPERATURE_PREFIX, ZERO_CELSIUS
 
-_BEHIND = 1.0  # s of data; what is older when a node joins is left out
+_BEHIND = 0.25  # s of data; what is older when a node joins is left out: listeners sort in what comes up to 0.5 s after the rest
+_TOGETHER = 0.1  # s of data of which one topic may be sent before another one's
 _DISCOVERY = 500_000_000  # ns from telling the start of the record to it, so that listeners get the first samples
 _LOOP_PAUSE = 0.1  # s of data between the last sample of one round and the start of the next
 _BEHIND_LIMIT = 0.5  # s of wall time that publishing may lag before it is said
@@ -184,11 +185,8 @@ class TelemetryPublisher(LifecycleNodeMixin, TwinNode):
         return _part(samples, int(np.searchsorted(samples.due, now - _BEHIND)), samples.due.size)
 
     def _send(self, now: float) -> None:
-        for topic, samples in self._waiting.items():
-            count = int(np.searchsorted(samples.due, now, side="right"))
-            if count:
-                self._publish(topic, _part(samples, 0, count))
-                self._waiting[topic] = _part(samples, count, samples.due.size)
+        for topic, samples in pieces(self._waiting, now):
+            self._publish(topic, samples)
 
     def _publish(self, topic: str, samples: Samples) -> None:
         stamps, values, frame = samples.stamp, samples.values, "ddh"
@@ -219,6 +217,16 @@ class TelemetryPublisher(LifecycleNodeMixin, TwinNode):
         if not self.active:
             report.warn("inactive" if self._epoch_ns is not None or self._leads else "waits for the start of the record on rig")
         return f"publishing from {self.values['source']}"
+
+
+def pieces(waiting: dict[str, Samples], now: float) -> Iterator[tuple[str, Samples]]:
+    """Take what is due from ``waiting``, a short time of all topics after the other: a node that was behind sends no topic's as late."""
+    while (first := min((float(s.due[0]) for s in waiting.values() if s.due.size), default=np.inf)) <= now:
+        for topic, samples in waiting.items():
+            count = int(np.searchsorted(samples.due, min(now, first + _TOGETHER), side="right"))
+            if count:
+                waiting[topic] = _part(samples, count, samples.due.size)
+                yield topic, _part(samples, 0, count)
 
 
 def _part(samples: Samples, first: int, last: int) -> Samples:
