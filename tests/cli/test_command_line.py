@@ -7,6 +7,7 @@ import pty
 import re
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 from ddh_twin_py.cli.arguments import OUTPUTS, json_file, output_file
@@ -93,6 +94,33 @@ def test_one_path_for_two_outputs_is_refused(argv, said, capsys, tmp_path, monke
         main(argv)
     err = capsys.readouterr().err
     assert left.value.code == 2 and said in err and len(err.splitlines()) == 1
+
+
+@pytest.mark.parametrize("argv", [
+    ["demo", "--out"], ["layouts"], ["fleet", "FOLDER", "--out"], ["real", "--data", "FOLDER", "--out"], ["gap-bench"],
+], ids=lambda argv: argv[0])  # fmt: skip
+def test_a_folder_for_results_is_looked_at_before_the_work(argv, tmp_path, capsys, repo_root, monkeypatch):
+    monkeypatch.chdir(repo_root)
+    (tmp_path / "emps").mkdir()
+    (tmp_path / "file").touch()
+    (tmp_path / "emps" / "metadata.yaml").touch()
+    argv = [str(tmp_path) if word == "FOLDER" else word for word in argv]
+    for folder, said in ((tmp_path / "file", f"{tmp_path}/file is no folder"), (tmp_path / "file" / "new", f"{tmp_path}/file is no folder"),
+                         (Path("/proc/new"), "cannot be written: /proc: "), (tmp_path / "emps", "is a recording, nothing is written")):
+        if argv[0] == "real" and folder.name == "emps":
+            continue  # its recordings are no bags
+        assert main([*argv, str(folder)]) == 2
+        err = capsys.readouterr().err
+        assert said in err and len(err.splitlines()) == 1, err
+
+
+def test_a_demo_overwrites_neither_its_input_nor_its_own_numbers(tmp_path, capsys):
+    (tmp_path / "twin").mkdir()
+    (tmp_path / "twin" / "twin_0.mcap").touch()
+    for more, said in ((["--bag", tmp_path / "twin"], "twin would be overwritten by what is recorded"),
+                       (["--json", tmp_path / "report.json"], "--json and --out both write to")):
+        assert main(["demo", "--out", str(tmp_path), *map(str, more)]) == 2
+        assert said in capsys.readouterr().err and (tmp_path / "twin" / "twin_0.mcap").exists()
 
 
 def test_the_nearest_of_a_file_that_is_not_there(tmp_path, capsys):

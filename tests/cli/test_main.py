@@ -1,5 +1,7 @@
 """The command line: help that costs nothing, errors in one line, exit codes."""
 
+import os
+import shlex
 import signal
 import subprocess
 import sys
@@ -162,11 +164,25 @@ def test_a_closed_pipe_is_no_answer(argv, paper_cycle_bag):
     assert (process.stderr.read(), process.wait(60)) == ("", 0)
 
 
-def test_standard_output_that_is_full_is_named(paper_cycle_bag):
-    command = [sys.executable, "-m", "ddh_twin_py.cli.main", "info", "--json", "-", str(paper_cycle_bag)]
+@pytest.mark.parametrize(("argv", "unbuffered"), [
+    (["info", "--json", "-", "BAG"], ""), (["info", "BAG"], ""), (["info", "BAG"], "1"), (["import", "--example"], ""),
+    (["layouts", "FOLDER"], "1"), (["info", "--help"], "1"), (["--help"], ""), (["--version"], ""), ([], "1"),
+])
+def test_standard_output_that_is_full_is_named(argv, unbuffered, paper_cycle_bag, tmp_path):
+    argv = [str({"BAG": paper_cycle_bag, "FOLDER": tmp_path / "new"}.get(word, word)) for word in argv]
     with open("/dev/full", "w") as full:
-        done = subprocess.run(command, stdout=full, stderr=subprocess.PIPE, text=True)
-    assert (done.returncode, done.stderr) == (2, "ddh-twin info: error: standard output: No space left on device\n")
+        done = subprocess.run([sys.executable, "-m", "ddh_twin_py.cli.main", *argv], stdout=full, stderr=subprocess.PIPE, text=True,
+                              env={**os.environ, "PYTHONUNBUFFERED": unbuffered})
+    name = " ".join(["ddh-twin", *argv[:1]]) if argv and argv[0] in VERBS and "--help" not in argv else "ddh-twin"
+    assert done.returncode == 2 and done.stderr.splitlines()[-1] == f"{name}: error: standard output: No space left on device"
+    assert "Traceback" not in done.stderr and "rror" not in "".join(done.stderr.splitlines()[:-1])
+
+
+def test_standard_output_that_is_closed_takes_everything(paper_cycle_bag):
+    command = f"exec {shlex.quote(sys.executable)} -m ddh_twin_py.cli.main "
+    for verb in ("import --example", f"info {shlex.quote(str(paper_cycle_bag))}"):
+        done = subprocess.run(["sh", "-c", f"{command}{verb} >&-"], stderr=subprocess.PIPE, text=True)
+        assert (done.returncode, done.stderr) == (0, "")
 
 
 def test_interrupted(capsys, monkeypatch):

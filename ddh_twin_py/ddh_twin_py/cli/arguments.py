@@ -7,6 +7,7 @@ import errno
 import os
 import re
 import shutil
+import sys
 import tempfile
 from collections.abc import Callable, Iterable
 from pathlib import Path
@@ -48,6 +49,12 @@ class Parser(argparse.ArgumentParser):
         from ddh_twin_py.rig.files import printable
 
         self.exit(2, f"{self.prog}: error: {printable(' '.join(message.split()))}\n")
+
+    def _print_message(self, message: str, file=None) -> None:
+        if message and file is sys.stdout:
+            file.write(message)  # argparse says nothing where it cannot be written
+        else:
+            super()._print_message(message, file)
 
     def _check_value(self, action: argparse.Action, value: object) -> None:
         if action.choices is None or value in action.choices:
@@ -229,6 +236,11 @@ def new_folder(text: str) -> str:
     return output_file(text.rstrip(os.sep))
 
 
+def kept_file(text: str) -> str:
+    """A file that is read where it is there, and else made."""
+    return text if os.path.isfile(text) else output_file(text)
+
+
 def json_file(text: str) -> str:
     """The same, or `-` for standard output."""
     return text if text == "-" else output_file(text)
@@ -241,7 +253,7 @@ def named_file(text: str) -> str:
     return text
 
 
-OUTPUTS = frozenset({output_file, new_folder, json_file})
+OUTPUTS = frozenset({output_file, kept_file, new_folder, json_file})
 """Types of arguments that something is written to."""
 
 

@@ -9,7 +9,6 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
-from ddh_twin_py.cli.standard_output import to_standard_output
 from ddh_twin_py.physics.compiling import COMPILING, watched
 
 if TYPE_CHECKING:
@@ -126,7 +125,6 @@ def put_json(target: str, data: object) -> None:
     from ddh_twin_py.report.document import json_text, write_json
 
     if target == "-":
-        with to_standard_output():
-            print(json_text(data), flush=True)
+        print(json_text(data), flush=True)
     else:
         write_json(target, data)

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import argparse
+import os
+from pathlib import Path
 
-from ddh_twin_py.cli.arguments import InputError, add_json, add_quiet, add_rig, add_verb
+from ddh_twin_py.cli.arguments import InputError, add_json, add_quiet, add_rig, add_verb, refuse_recording, refuse_unwritable
 
 _EXAMPLE = "  ddh-twin demo --out out/demo"
 _REPORT, _NUMBERS, _LOG = "report.html", "report.json", "nodes.log"
@@ -28,13 +30,15 @@ def add_parser(subparsers) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Compile, play, report."""
+    import shutil
     from dataclasses import asdict
-    from pathlib import Path
 
     from ddh_twin_py.cli.console import put_json, say, show_findings, stage
 
     out = Path(args.out)
     bag = Path(args.bag) if args.bag else _example_bag()
+    recorded = out / "twin"
+    _look_at_outputs(out, recorded, bag, args.json)
     with stage("loading", args.quiet):
         from ddh_twin_py.bags.reader import read_recording
         from ddh_twin_py.cli.live_play import play
@@ -54,8 +58,7 @@ def run(args: argparse.Namespace) -> int:
         offline = replay(recording, rig, progress=progress)
     with stage("estimating each location without its sensor", args.quiet) as progress:
         left_out = leave_one_out(offline, recording, INTERVAL, progress)
-    recorded = out / "twin"
-    _remove_old(recorded)
+    shutil.rmtree(recorded, ignore_errors=True)
     played = play(bag, recorded, out / _LOG, rig_file=args.rig, quiet=args.quiet)
     with stage(f"writing {out / _REPORT}", args.quiet):
         live, share = live_result(recorded, offline)
@@ -91,9 +94,7 @@ def run(args: argparse.Namespace) -> int:
     return 0
 
 
-def _example_bag():
-    from pathlib import Path
-
+def _example_bag() -> Path:
     for root in (Path.cwd(), Path(__file__).resolve().parents[3]):
         if (root / "bags" / "paper_cycle").is_dir():
             bag = root / "bags" / "paper_cycle"
@@ -101,13 +102,20 @@ def _example_bag():
     raise InputError("bags/paper_cycle is not here; name a recording with --bag")
 
 
-def _remove_old(folder) -> None:
-    """Remove the recording of an earlier demo, and nothing else."""
-    import shutil
+def _look_at_outputs(out: Path, recorded: Path, bag: Path, numbers: str | None) -> None:
+    """What is to be written can be, and what is removed is the recording of an earlier demo and not the one to play.
 
-    if folder.is_dir() and any(folder.iterdir()) and not list(folder.glob("*.mcap")):
-        raise InputError(f"{folder} is in the way and is no recording of a demo")
-    shutil.rmtree(folder, ignore_errors=True)
+    Raises:
+        InputError: it cannot, or is.
+    """
+    refuse_unwritable("--out", out, [out / name for name in (_REPORT, _NUMBERS, _LOG)])
+    refuse_recording("--out", out)
+    if numbers not in (None, "-") and os.path.realpath(numbers) in (os.path.realpath(out / name) for name in (_REPORT, _NUMBERS, _LOG)):
+        raise InputError(f"--json and --out both write to {numbers!r}; give each a path of its own")
+    if recorded.is_dir() and any(recorded.iterdir()) and not list(recorded.glob("*.mcap")):
+        raise InputError(f"--out: {recorded} is in the way and is no recording of a demo")
+    if bag.resolve().is_relative_to(recorded.resolve()):
+        raise InputError(f"--bag: {bag} would be overwritten by what is recorded; give --out another folder")
 
 
 def _sentence(apart) -> str:

@@ -6,7 +6,7 @@ import argparse
 import os
 from pathlib import Path
 
-from ddh_twin_py.cli.arguments import InputError, add_html, add_json, add_quiet, add_verb, seed, whole
+from ddh_twin_py.cli.arguments import InputError, add_html, add_json, add_quiet, add_verb, refuse_recording, refuse_unwritable, seed, whole
 from ddh_twin_py.names import no_such
 
 STEPS = ("make", "run", "score")
@@ -56,6 +56,8 @@ def run(args: argparse.Namespace) -> int:
             raise InputError(f"--suite: {no_such('suite', suite, list(SUITES))}")
     _refuse_outputs(args, steps)
     if "make" in steps:
+        refuse_unwritable("OUT", out, [out / "x"])
+        refuse_recording("OUT", out)
         from ddh_twin_py.gap_bench.bench import make_bench
 
         with stage("making cases", args.quiet) as progress:

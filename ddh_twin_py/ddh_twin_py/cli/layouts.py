@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from ddh_twin_py.cli.arguments import InputError, add_json, add_quiet, add_verb, namespace, refuse_recording
+from ddh_twin_py.cli.arguments import add_json, add_quiet, add_verb, namespace, refuse_recording, refuse_unwritable
 
 _EXAMPLE = "  ddh-twin layouts out/layouts --namespace /crane_1"
 
@@ -34,10 +34,10 @@ def run(args: argparse.Namespace) -> int:
     from ddh_twin_py.rig.files import write_whole
 
     folder = Path(args.folder)
-    if folder.exists() and not folder.is_dir():
-        raise InputError(f"{folder}: is no folder")
+    files = {folder / name: content for name, content in layout_files(normalised(namespace(args.namespace))).items()}
+    refuse_unwritable("FOLDER", folder, files)
     refuse_recording("FOLDER", folder)
-    written = [write_whole(folder / name, content) for name, content in layout_files(normalised(namespace(args.namespace))).items()]
+    written = [write_whole(path, content) for path, content in files.items()]
     if args.json:
         put_json(args.json, {"files": [str(path) for path in written]})
     if not args.quiet and args.json != "-":

@@ -11,7 +11,7 @@ from importlib import import_module
 from ddh_twin_py.cli.arguments import Parser
 from ddh_twin_py.cli.exit_codes import EXIT_CODES
 from ddh_twin_py.cli.interruption import Interruption
-from ddh_twin_py.cli.standard_output import STANDARD_OUTPUT, to_standard_output
+from ddh_twin_py.cli.standard_output import STANDARD_OUTPUT, name_standard_output
 
 VERBS = ("demo", "replay", "calibrate", "gap", "gap-design", "fleet", "info", "doctor", "export", "import", "fmu", "layouts", "simulate",
          "up", "view", "paper", "study", "motor", "verify", "bench", "gap-bench", "real", "completion")
@@ -54,8 +54,7 @@ def _module(verb: str) -> str:
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one verb; returns the exit code."""
-    if hasattr(sys.stdout, "reconfigure"):
-        sys.stdout.reconfigure(errors="backslashreplace")  # names of files that are not UTF-8; standard error does so by itself
+    name_standard_output()
     with Interruption("ddh-twin") as interruption:
         try:
             return _run(argv, interruption)
@@ -69,7 +68,8 @@ def main(argv: Sequence[str] | None = None) -> int:
             return 130
 
 
-def _run(argv: Sequence[str] | None, interruption: Interruption) -> int:
+def _asked(argv: Sequence[str] | None, interruption: Interruption) -> int:
+    """Do what the command line says; the exit code."""
     parser = build_parser()
     args = parser.parse_args(argv)
     if args.version:
@@ -83,18 +83,22 @@ def _run(argv: Sequence[str] | None, interruption: Interruption) -> int:
     interruption.name = f"ddh-twin {args.verb}"
     if args.verb in _WITH_NODES:
         interruption.release()
+    return import_module(_module(args.verb)).run(args)
+
+
+def _run(argv: Sequence[str] | None, interruption: Interruption) -> int:
     try:
-        code = import_module(_module(args.verb)).run(args)
-        with to_standard_output():  # what cannot be written is told here, not on the way out
-            sys.stdout.flush()
+        try:
+            code = _asked(argv, interruption)
+        except SystemExit as left:
+            if left.code and not isinstance(left.__context__, BrokenPipeError):
+                raise
+            code = 0  # a help that was asked for; rich makes the other of a closed pipe
+        sys.stdout.flush()  # what cannot be written is told here, not on the way out
         return code
     except BrokenPipeError:
         _write_no_more()
         return 0
-    except SystemExit as left:
-        if not isinstance(left.__context__, BrokenPipeError):
-            raise
-        return 0  # rich makes this of a closed pipe
     except ModuleNotFoundError as error:
         package = (error.name or "").split(".")[0]
         if package not in _ROS | _BESIDE:
@@ -102,7 +106,7 @@ def _run(argv: Sequence[str] | None, interruption: Interruption) -> int:
         said = f"{error.name} is not here: run .venv/bin/ddh-twin, or source the ROS 2 workspace first"
         if package in _BESIDE:
             said = f"{package} is not here: run .venv/bin/ddh-twin, or pip install {package}"
-        print(f"ddh-twin {args.verb}: error: {said}", file=sys.stderr)
+        print(f"{interruption.name}: error: {said}", file=sys.stderr)
         return 2
     except (ValueError, OSError) as error:
         if interruption.asked:
@@ -116,7 +120,7 @@ def _run(argv: Sequence[str] | None, interruption: Interruption) -> int:
                 _write_no_more()
         from ddh_twin_py.rig.files import printable
 
-        print(f"ddh-twin {args.verb}: error: {printable(' '.join(said.split()))}", file=sys.stderr)
+        print(f"{interruption.name}: error: {printable(' '.join(said.split()))}", file=sys.stderr)
         return 2
 
 

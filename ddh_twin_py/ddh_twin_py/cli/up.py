@@ -19,7 +19,10 @@ from ddh_twin_py.cli.arguments import (
     add_rig,
     add_verb,
     duty_file,
+    kept_file,
     namespace,
+    new_folder,
+    output_file,
     refuse_missing,
     seed,
 )
@@ -67,14 +70,15 @@ def add_parser(subparsers) -> None:
     parser.add_argument("--loop", action="store_true", help="begin again at the end of the bag or the duty")
     add_rig(parser)
     parser.add_argument("--namespace", metavar="NS", default="/ddh", help="of all topics and nodes (default /ddh)")
-    parser.add_argument("--record", metavar="BAG", help="record everything into this folder, which must not exist")
-    parser.add_argument("--state-file", metavar="FILE", help="where the estimate survives a restart")
+    parser.add_argument("--record", metavar="BAG", type=new_folder, help="record everything into this folder, which must not exist")
+    parser.add_argument("--state-file", metavar="FILE", type=output_file, help="where the estimate survives a restart")
     parser.add_argument(
-        "--normal-file", metavar="FILE", help="normal levels of the running test of a gap: read where it exists, else written once learned",
+        "--normal-file", metavar="FILE", type=kept_file,
+        help="normal levels of the running test of a gap: read where it exists, else written once learned",
     )
     parser.add_argument("--view", action="store_true", help="serve the live page, see ddh-twin view; where, says the log")
     parser.add_argument("--params", metavar="FILE", help="parameter file (YAML) for all nodes, see config/twin.yaml")
-    parser.add_argument("--log", metavar="FILE", help="write the log of all nodes here too")
+    parser.add_argument("--log", metavar="FILE", type=output_file, help="write the log of all nodes here too")
     add_json(parser, "when it ends, write what ran, how often it was started again, and where the files are; - is standard output")
     add_quiet(parser, "no log on the screen; warnings and errors stay")
 
@@ -172,11 +176,6 @@ def check(args: argparse.Namespace) -> None:
     if args.bag and args.source != "bag" or args.duty and args.source != "simulation":
         given, wanted = ("--bag", "bag") if args.bag and args.source != "bag" else ("--duty", "simulation")
         raise InputError(f"{given} was given, but --source is {args.source}; it needs --source {wanted}")
-    if args.record and Path(args.record).exists():
-        raise InputError(f"{args.record} exists; nothing is overwritten")
-    for option, given in (("--state-file", args.state_file), ("--normal-file", args.normal_file)):
-        if given and os.path.exists(given) and not os.path.isfile(given):
-            raise InputError(f"{option}: {given} is no regular file; name a file that is one, or is not there yet")
     for name in ("rig", "params", "bag"):
         given = getattr(args, name)
         if given:

@@ -9,7 +9,7 @@ import re
 import threading
 import time
 
-from ddh_twin_py.cli.arguments import InputError, add_json, add_quiet, add_rig, add_verb, namespace, output_file, refuse_missing
+from ddh_twin_py.cli.arguments import InputError, add_json, add_quiet, add_rig, add_verb, kept_file, namespace, output_file, refuse_missing
 
 _EXAMPLE = """\
   ddh-twin view                                   what runs in the namespace /ddh
@@ -39,7 +39,8 @@ def add_parser(subparsers) -> None:
     parser.add_argument("--port", type=_port, default=8420, help="port (default 8420); 0 takes any that is free")
     parser.add_argument("--token", default="", help="what a browser must know; made up where it is needed and not given")
     add_rig(parser)
-    parser.add_argument("--normal-file", metavar="FILE", help="normal levels of the running test of a gap, with BAG; see ddh-twin up")
+    parser.add_argument("--normal-file", metavar="FILE", type=kept_file,
+                        help="normal levels of the running test of a gap, with BAG; see ddh-twin up")
     parser.add_argument("--no-browser", action="store_true", help="only say where the page is")
     add_json(parser, "write where the page is and what it shows; - is standard output")
     add_quiet(parser, "the page's address alone")
