@@ -2,9 +2,12 @@
 
 import time
 
+import numpy as np
 import pytest
 from ddh_twin_py.nodes.page_documents import page_document
 from ddh_twin_py.rig import load_rig
+from ddh_twin_py.web.history import GRID_NS
+from ddh_twin_py.web.streams import BY_NAME
 from support.chromium import Chromium, executable
 
 PILL = "document.querySelector('#link').textContent"
@@ -35,6 +38,35 @@ def shown(page, browser, **documents):
     for name, document in documents.items():
         page.board.put(name, document)
     page.server.show()
+
+
+def test_a_band_that_was_wide_before_the_first_reading_does_not_stretch_the_axis(serve):
+    page = serve()
+    rows = np.arange(100_000, 100_400)  # 20 s
+    values = np.full((rows.size, len(BY_NAME["estimate"].fields)), np.nan)
+    place = BY_NAME["estimate"].fields.index("tank_oil.temperature")
+    values[:, place] = 23.0 + 0.5 * np.sin(0.1 * rows)
+    values[:, place + 1] = np.where(rows < 100_020, 27.0, 0.3)  # K
+    with Chromium() as browser:
+        browser.screen(1280, 1300)
+        browser.call("Page.addScriptToEvaluateOnNewDocument", source="""
+            window.written = [];
+            const fill = CanvasRenderingContext2D.prototype.fillText;
+            CanvasRenderingContext2D.prototype.fillText = function (said, ...at) { written.push(said); fill.call(this, said, ...at); };
+            localStorage.setItem("ddh-twin-charts", JSON.stringify({ charts: ["temperature/tank_oil"], window: 0 }));
+        """)
+        page.board.take("estimate", rows[:10] * GRID_NS, values[:10])
+        shown(page, browser)
+        # an empty axis goes from 0 to 1
+        degrees = "[...new Set(written)].filter((word) => /^−?[\\d.]+$/.test(word)).map((word) => Number(word.replace('−', '-')))"
+        ticks = f"{degrees}.filter((at) => at < 0 || at > 1)"
+        browser.wait(f"Math.max(...{ticks}) > 40", 30.0)  # nothing else is known yet
+        page.board.take("estimate", rows[10:] * GRID_NS, values[10:])
+        page.server.show()
+        browser.wait(f"{ticks}.some((at) => at > 21 && at < 25)")
+        browser.value("written.length = 0")  # also what was drawn just before
+        ticks = browser.wait(f"{ticks}.length > 1 && {ticks}", 30.0)
+    assert min(ticks) >= 21.0 and max(ticks) <= 25.0, ticks
 
 
 def test_a_replay_that_cannot_keep_its_rate_tells_what_it_reaches(serve):

@@ -4,11 +4,13 @@ import { Track } from "./tracks.js";
 
 const HEIGHT = 170;
 const GAP = 2.5; // s of data without a value, or three values, that break a line
+const WIDE = 3; // times its narrowest in the window, beyond which a band does not stretch the axis: what was not yet known hides nothing
 
 export class Chart {
   constructor(charts, quantity) {
     this.charts = charts;
     this.visible = true;
+    this.reach = [Infinity, -Infinity]; // of the bands, on the axis
     const remove = element(
       "button",
       { type: "button", class: "remove", "aria-label": "remove this chart", title: "remove", onclick: () => charts.remove(this) },
@@ -106,7 +108,7 @@ export class Chart {
         points: line.dots ? { show: true, size: 4.5, width: 0, fill: paint } : { show: false },
       });
       if (!line.band) continue;
-      for (let k = 0; k < 2; k++) series.push({ stroke: "transparent", width: 0, points: { show: false } });
+      for (let k = 0; k < 2; k++) series.push({ stroke: "transparent", width: 0, points: { show: false }, auto: false });
       bands.push({ series: [series.length - 2, series.length - 1], fill: () => this.charts.colour(`--r-${line.role}-band`) });
     }
     const ink = () => this.charts.colour("--ink-2");
@@ -157,6 +159,7 @@ export class Chart {
   range(min, max) {
     const q = this.quantity;
     if (min == null) return [0, 1];
+    [min, max] = [Math.min(min, this.reach[0]), Math.max(max, this.reach[1])];
     if (q.zero) [min, max] = [Math.min(0, min), Math.max(0, max)];
     if (q.floor) [min, max] = [Math.min(-1.5 * q.floor, min), Math.max(1.5 * q.floor, max)];
     const room = Math.max(0.06 * (max - min), 4 * 10 ** -q.digits);
@@ -193,25 +196,34 @@ export class Chart {
     for (let k = 0; k < count; k++) x[k] = (first + k) * this.step;
     const data = [x];
     const most = Math.max(3, Math.round(GAP / this.step));
+    this.reach = [Infinity, -Infinity];
     const { factor } = this.quantity;
     for (const line of this.quantity.lines) {
       const middle = this.column(line.column, first, count, factor, line.dots ? Infinity : most);
       data.push(middle);
       if (!line.band) continue;
       const deviation = this.column(line.band, first, count, factor * store.page.band, most);
-      let width = null;
-      const edge = (sign) =>
-        middle.map((v, k) => {
-          if (deviation[k] != null) width = deviation[k];
-          return v == null ? v : width === null ? undefined : (line.around ?? v) + sign * width;
-        });
-      data.push(edge(1), edge(-1));
+      let last = null;
+      const widths = deviation.map((width) => (last = width ?? last));
+      const edge = (sign) => middle.map((v, k) => (v == null ? v : widths[k] === null ? undefined : (line.around ?? v) + sign * widths[k]));
+      const edges = [edge(1), edge(-1)];
+      data.push(...edges);
+      this.stretch(edges, widths);
     }
     this.plot.setData(data, false);
     this.plot.batch(() => {
       this.plot.setScale("x", { min: x[0], max: x[count - 1] });
     });
     this.tell();
+  }
+
+  /* Bring what of a band is not wide into the axis. */
+  stretch([upper, lower], widths) {
+    const narrowest = upper.reduce((least, v, k) => (v == null ? least : Math.min(least, widths[k])), Infinity);
+    upper.forEach((v, k) => {
+      if (v == null || widths[k] > WIDE * narrowest) return;
+      this.reach = [Math.min(this.reach[0], lower[k]), Math.max(this.reach[1], v)];
+    });
   }
 
   /* Values of a column; undefined where a line goes on over it, null where it breaks. */
