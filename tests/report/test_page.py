@@ -83,6 +83,14 @@ def test_charts_hold_what_was_measured(result, markup):
     assert {tuple(spec["domain"]) for spec in specs.values()} == {(0.05, 20.0)}
 
 
+def test_what_is_just_beyond_the_floor_is_not_rounded_to_it(result):
+    for comparison in result.sensors.values():
+        comparison.predicted[:] = comparison.measured + 1.604 * comparison.noise
+    agreement = compare(result)
+    page = replay_document(result, agreement).html()
+    assert "<dt>Furthest off</dt><dd>1.604 × noise<" in page and "1.604 times noise" in agreement.verdict
+
+
 def test_packing_keeps_extremes_and_gaps():
     values = np.array([1.5, np.nan, -7.25, 3.0])
     back = unpacked(quantised(values))

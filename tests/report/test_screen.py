@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from ddh_twin_py.cli.main import main
 from ddh_twin_py.gap.catalogue import EFFECTS
 from ddh_twin_py.gap.design import Design
 from ddh_twin_py.gap.detection import SIZES, Detection
@@ -53,6 +54,18 @@ def test_a_design_fits_a_laptop_and_a_phone_shows_that_there_is_more(browser, de
     assert browser.value("document.querySelector('caption span').getBoundingClientRect().right") < PHONE
     browser.value(f"{_CUT}.forEach((e) => {{ e.scrollLeft = e.scrollWidth }})")
     browser.wait("document.querySelectorAll('.more').length === 0")
+
+
+def test_sentences_in_a_table_have_room_on_a_phone_and_no_word_is_broken(browser, tmp_path, capsys):
+    assert main(["motor", "--layers", "1", "--html", str(tmp_path / "motor.html")]) == 0
+    for width in (LAPTOP, PHONE):
+        browser.screen(width, 900)
+        browser.call("Page.navigate", url=(tmp_path / "motor.html").as_uri())
+        browser.wait(f"document.documentElement.dataset.drawn !== undefined && innerWidth === {width}")
+        cells = browser.value("[...document.querySelectorAll('td')].filter((e) => e.textContent.length > 60).map((e) => e.clientWidth)")
+        assert len(cells) > 5 and min(cells) > 150
+        assert browser.value("[...document.querySelectorAll('td')].filter((e) => e.textContent.includes('_per_phase'))"
+                             ".every((e) => getComputedStyle(e).overflowWrap === 'normal')")
 
 
 @pytest.mark.parametrize("size", [0.87, 1.7, 3.4, 4.4, 9.7])

@@ -214,7 +214,7 @@ class Agreement:
         )
         name, rms, _, times = self.counted[0]
         if times > FLOOR:
-            sentence += f"; furthest off is {name}, RMS {rms} or {_beyond(times)} times noise"
+            sentence += f"; furthest off is {name}, RMS {rms} or {beyond(times)} times noise"
         fused = [t for t in self.temperatures if t.used]
         far = self._fused_far
         if far:
@@ -274,7 +274,7 @@ class Agreement:
         }
 
 
-def _beyond(times: float) -> str:
+def beyond(times: float) -> str:
     """Multiples of noise beyond `FLOOR`, with as many decimals as it takes to see that."""
     return number(times, next((digits for digits in (1, 2, 3) if round(times, digits) > FLOOR), 4))
 

@@ -60,7 +60,7 @@ def flips(outcomes: Sequence[cold.Outcome]) -> list[tuple[str, str, str]]:
 def verdict(outcomes: Sequence[cold.Outcome]) -> str:
     """One sentence for the whole sweep."""
     count = {name: sum(o.verdict == name for o in outcomes) for name in cold.VERDICTS}
-    said = ", ".join(f"{n} {name}" for name, n in count.items() if n)
+    said = ", ".join(f"{name} {n}" for name, n in count.items() if n)
     return f"{len(outcomes)} starts: {said}."
 
 
@@ -111,9 +111,8 @@ def cold_start_document(rig: Rig, outcomes: Sequence[cold.Outcome], hours: float
     keys = "".join(f'<li><i style="background:{fill}"></i>{name}: {MEANING[name]}</li>' for name, fill in FILLS.items())
     page.add("How to read the maps", doc.paragraph(
         "Each cell is one start of a unit that has taken the ambient's temperature all through. Black lines stand where the answer "
-        "flips. In cells: ● full "
-        "speed at once, a time until full speed, ▲ and the time until the winding is too hot, ■ "
-        "stuck."), doc.Html(f'<ul class="key">{keys}</ul>'))
+        "flips. In cells: ● full speed at once, a time until full speed, ▲ and the time until the winding is too hot, ■ stuck; a number is "
+        "a temperature, and where the drive trips before the end there is none."), doc.Html(f'<ul class="key">{keys}</ul>'))
     for duty in dict.fromkeys(o.case.duty for o in outcomes):
         these = [o for o in outcomes if o.case.duty == duty]
         page.add(

@@ -12,7 +12,7 @@ from ddh_twin_py.physics.equivalent_current import Comparison
 from ddh_twin_py.physics.motor import RAD_PER_S_OF_RPM
 from ddh_twin_py.physics.motor_condensed import Condensed
 from ddh_twin_py.physics.motor_geometry import ZERO_CELSIUS, Network
-from ddh_twin_py.report.document import Column, Document, EndMatter, Figure, figures, mark, note, paragraph, table
+from ddh_twin_py.report.document import Column, Document, EndMatter, Figure, Html, figures, mark, note, paragraph, table
 from ddh_twin_py.report.motor_comparison import Row, Sensitivity, Step, observed_order, out_of_range, rated_load
 from ddh_twin_py.report.slot_picture import slot_picture
 
@@ -77,11 +77,9 @@ def motor_document(
         "Deviation in standard deviations of the sheet; its values are cut at 2.5. With these conductances the sheet's network "
         f"answers heat in any lump like the fine one within {100.0 * condensed.misfit:.1f} %."
     ))
-    page.add("Where and why they differ",
-        table([Column("quantity", number=False), Column("in σ"), Column("why", number=False)], [
-            (row.path, _deviation(row), row.note or _SILENT) for row in rows if row.verdict != "within one"
-        ])
-    )
+    page.add("Where and why they differ", _long(table([Column("quantity", number=False), Column("in σ"), Column("why", number=False)], [
+        (row.path, _deviation(row), row.note or _SILENT) for row in rows if row.verdict != "within one"
+    ])))
     page.add("Mesh", _mesh(steps))
     if sensitive:
         page.add("What the assumptions weigh", _sensitive(sensitive), note("Changes of generated quantities above 3 %."))
@@ -148,11 +146,16 @@ def _mesh(steps: Sequence[Step]) -> str:
 
 def _sensitive(sensitive: Sequence[Sensitivity]) -> str:
     columns = [Column("assumption", number=False), Column("values", number=False), Column("changes", number=False)]
-    return table(columns, [
+    return _long(table(columns, [
         (s.meaning, ", ".join(f"{path} {value:g}" for path, value in s.values.items()),
          ", ".join(f"{_short(path)} {change:+.0%}" for path, change in s.changes.items()) or "none")
         for s in sensitive
-    ])
+    ]))
+
+
+def _long(made: str) -> Html:
+    """A table whose last column holds sentences: it is wide enough for them, and no word is broken."""
+    return Html(f'<div class="wrap-first">{made}</div>')
 
 
 def _runs(runs: Sequence[Comparison]) -> str:

@@ -16,6 +16,7 @@ from ddh_twin_py.report.agreement import (
     INPUTS,
     SETTLING,
     Agreement,
+    beyond,
     component_values,
     free_values,
     level,
@@ -189,7 +190,7 @@ def _key_figures(result: ReplayResult, agreement: Agreement) -> list[doc.Figure]
         figures += [
             doc.Figure("Within the noise floor", f"{within} of {len(agreement.counted)}",
                        f"free run, {FLOOR:g} × noise"),
-            doc.Figure("Furthest off", f"{number(times, 1)} × noise", f"{name}, RMS {rms}"),
+            doc.Figure("Furthest off", f"{beyond(times) if times > FLOOR else number(times, 1)} × noise", f"{name}, RMS {rms}"),
         ]
     if agreement.temperatures:
         worst = max(agreement.temperatures, key=lambda t: t.rms_predicted)
