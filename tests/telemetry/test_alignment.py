@@ -168,6 +168,26 @@ def test_streams_that_come_later_than_others_are_waited_for(lag, period):
     assert held < 300
 
 
+@pytest.mark.parametrize("burst", [3, 8])
+def test_streams_that_come_with_seconds_at_once_are_waited_for(burst):
+    """Of each stream come so many seconds at once, one stream after the other; the first of them tells how far the others will lag."""
+    names = ("drive/telemetry", "hydraulics/telemetry")
+    aligner, ticks, begin = TickAligner(WIDTHS, timeout=2.0, awaited=names), [], 0
+    for _ in range(6):
+        for name in names:
+            for k in range(begin + 1, begin + burst * 100):
+                aligner.push(name, EPOCH + k * 10 * MS, np.zeros(WIDTHS[name]))
+            ticks += aligner.ready()
+        begin += burst * 100
+    ticks += aligner.flush()
+    both = [len(tick.samples["hydraulics/telemetry"]) for tick in ticks if len(tick.samples["drive/telemetry"])]
+    assert all(both[burst * 20:]), "nothing of it is lost once its lag is known"
+    for k in range(begin + 1, begin + 1500):  # one that stops is waited for once, and then no more
+        aligner.push("drive/telemetry", EPOCH + k * 10 * MS, np.zeros(6))
+        ticks += aligner.ready()
+    assert ticks[-1].end_ns > EPOCH + (begin + 1400) * 10 * MS
+
+
 def test_streams_that_lag_too_far_hold_up_nothing():
     ticks, aligner, held, behind = lagging(20.0, timeout=2.0)
     alone = [tick for tick in ticks if not len(tick.samples["drive/telemetry"])]

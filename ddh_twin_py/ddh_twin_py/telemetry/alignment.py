@@ -124,11 +124,12 @@ class _Line:
     back by itself. `since` is its first stamp since it owes one, `top` its newest before it went back,
     `held` what came since then. `doubted` is what came by another clock, until it is believed: stamp to
     row and number of the push. `spoke` is the number of the push that was taken in last, `rose` of the one that
-    brought the newest stamp, and `heard` what the newest stamp of all was then; `first` is the first stamp since the ticks
-    began and `told` counts the samples since then.
+    brought the newest stamp, and `heard` what the newest stamp of all was then; `lag` is the longest, ns, by which a stamp that was its
+    newest lay behind that of all, up to `LONGEST_LAG`. `first` is the first stamp since the ticks began and `told` counts the samples
+    since then.
     """
 
-    __slots__ = ("alive", "awaited", "doubted", "first", "follows", "heard", "held", "newest", "owed", "rose", "rows", "since", "spoke",
+    __slots__ = ("alive", "awaited", "doubted", "first", "follows", "heard", "held", "lag", "newest", "owed", "rose", "rows", "since", "spoke",
                  "stamps", "told", "top", "width")
 
     def __init__(self, width: int, awaited: bool, follows: bool) -> None:
@@ -137,7 +138,7 @@ class _Line:
         self.follows = follows
         self.stamps: list[int] = []
         self.rows: dict[int, Sequence[float]] = {}
-        self.spoke = self.rose = 0
+        self.spoke = self.rose = self.lag = 0
         self.restart()
 
     def restart(self, owed: int = 0, newest: int | None = None) -> None:
@@ -191,7 +192,7 @@ class TickAligner:
     A tick is released once the newest stamp of every awaited stream lies more than
     `reorder_window` beyond its end, so that nothing of it can still come. A stream that has
     stopped (or never began) holds a tick up by `timeout` once and is not waited for until it
-    is back. One that goes on, though behind the others, is waited for as long as it lags by no more than
+    is back. One that goes on, though behind the others or with seconds at once, is waited for as long as it lags by no more than
     `LONGEST_LAG` and `timeout` together; once it lagged by more, no sooner than it lags by less than `LONGEST_LAG`.
     Streams not named in `awaited` never hold a tick up.
     Where no sample comes for longer than `longest_gap` that time is skipped, all of it and at once.
@@ -286,6 +287,7 @@ class TickAligner:
             line.first = stamp if line.first is None else line.first
             if self._newest is None or stamp > self._newest - _LONGEST_LAG:
                 line.alive = line.awaited
+                line.lag = line.lag if self._newest is None else max(line.lag, self._newest - stamp)
             if line.top is not None and stamp > line.top:
                 line.owed, line.top, line.held = 0, None, []  # it went back alone and is where it was
         if self._newest is None or stamp > self._newest:
@@ -340,8 +342,9 @@ class TickAligner:
         return line.newest is not None and not line.stale and line.newest > edge
 
     def _may_come(self, line: _Line, edge: int) -> bool:
-        """Whether a stream that has not told what lies before an edge is still waited for: it goes on, or stopped a short time ago."""
-        last = edge if line.heard is None else min(max(edge, line.heard), edge + _LONGEST_LAG)
+        """Whether a stream that has not told what lies before an edge is still waited for: it goes on, or stopped a short time ago, or
+        lags no more than it did, as one of which seconds come at once."""
+        last = edge if line.heard is None else min(max(edge + line.lag, line.heard), edge + _LONGEST_LAG)
         return self._newest <= last + self._timeout
 
     def _drain(self, longest_gap: int) -> Iterator[Tick]:
