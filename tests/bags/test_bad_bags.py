@@ -170,10 +170,22 @@ def test_metadata_missing_is_recovered(bag, short):
     assert len(read.drive) == len(short.drive)
 
 
-def test_metadata_that_is_no_yaml_is_recovered(bag, short):
-    (bag / "metadata.yaml").write_text("rosbag2_bagfile_information: [")
+@pytest.mark.parametrize(("text", "why"), [
+    ("rosbag2_bagfile_information: [", "is not YAML (line 1): a bracket is not closed"),
+    ("a: !!int ''\n", "is not YAML (line 1): '' is no int"),
+    ("", "is empty; a description of a bag is a mapping of entries"),
+    ("- a\n", "holds a list; a description of a bag is a mapping of entries"),
+    ("rosbag2_bagfile_information:\n", "rosbag2_bagfile_information: is empty; a description of a bag is a mapping of entries"),
+    ("rosbag2_bagfile_information: {storage_identifier: mcap, topics_with_message_count: }",
+     "topics_with_message_count holds nothing, a list of topics is needed"),
+    ("rosbag2_bagfile_information: {storage_identifier: mcap, topics_with_message_count: [], relative_file_paths: [1]}",
+     "relative_file_paths holds [1], a list of names is needed"),
+    ("bag: 1\n", "no entry 'rosbag2_bagfile_information'"),
+])
+def test_metadata_that_is_no_yaml_is_recovered(bag, short, text, why):
+    (bag / "metadata.yaml").write_text(text)
     read = read_recording(bag)
-    assert "has a metadata.yaml that cannot be used" in read.findings[0].message
+    assert f"has a metadata.yaml that cannot be used ({why}); recovered" in read.findings[0].message
     assert len(read.drive) == len(short.drive)
 
 

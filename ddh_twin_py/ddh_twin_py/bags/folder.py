@@ -12,6 +12,7 @@ import yaml
 from ddh_twin_py.bags.errors import BagError
 from ddh_twin_py.bags.storage import EVER
 from ddh_twin_py.rig.files import did_you_mean, no_regular_file
+from ddh_twin_py.rig.yaml_file import mapping, parse_yaml, shown
 
 SUFFIXES = (".mcap", ".db3")
 _PACKED_SUFFIXES = tuple(f"{suffix}.zstd" for suffix in SUFFIXES)
@@ -79,14 +80,14 @@ def open_folder(path: str | Path) -> BagFolder:
         note = f"has no {METADATA}, the recorder was stopped hard"
         return BagFolder(path, _regular(found), _mode_of(found[0]), notes=[note])
     try:
-        information = yaml.load(metadata.read_text("utf8"), _LOADER)["rosbag2_bagfile_information"]
+        information = _information(metadata)
         folder = BagFolder(path, [], _compression(metadata, information), _topics(information), span=_span(information))
-        listed = [path / name for name in information["relative_file_paths"]]
+        listed = [path / name for name in _names_of_files(information)]
     except BagError:
         raise
-    except (yaml.YAMLError, KeyError, TypeError, ValueError, OverflowError, AttributeError) as error:
+    except (KeyError, TypeError, ValueError, OverflowError, AttributeError) as error:
         if not found:
-            raise BagError(f"{metadata} cannot be used and the folder has no .mcap or .db3 file") from None
+            raise BagError(f"{metadata} cannot be used ({_reason(error)}) and the folder has no .mcap or .db3 file") from None
         note = f"has a {METADATA} that cannot be used ({_reason(error)})"
         return BagFolder(path, _regular(found), _mode_of(found[0]), notes=[note])
     for file in listed:
@@ -100,6 +101,28 @@ def open_folder(path: str | Path) -> BagFolder:
             raise BagError(f"{path} has none of the files that its {METADATA} names: {_names(listed)}")
         folder.files = _regular(found)
     return folder
+
+
+def _information(metadata: Path) -> dict[str, Any]:
+    """What metadata.yaml says.
+
+    Raises:
+        ValueError, KeyError: it says nothing; the message is one line.
+    """
+    text = metadata.read_text("utf8")
+    try:
+        tree = yaml.load(text, _LOADER)
+    except (yaml.YAMLError, LookupError, ValueError, AttributeError, RecursionError):
+        tree = parse_yaml(text, METADATA, ValueError)  # slower, and says what is wrong
+    information = mapping(tree, METADATA, "description of a bag", ValueError)["rosbag2_bagfile_information"]
+    return mapping(information, f"{METADATA}: rosbag2_bagfile_information", "description of a bag", ValueError)
+
+
+def _names_of_files(information: dict[str, Any]) -> list[str]:
+    names = information["relative_file_paths"]
+    if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
+        raise ValueError(f"relative_file_paths holds {shown(names)}, a list of names is needed")
+    return names
 
 
 def _regular(files: list[Path]) -> list[Path]:
@@ -127,13 +150,16 @@ def _compression(metadata: Path, information: dict[str, Any]) -> str:
 
 
 def _topics(information: dict[str, Any]) -> dict[str, TopicEntry]:
+    entries = information["topics_with_message_count"]
+    if not isinstance(entries, list):
+        raise ValueError(f"topics_with_message_count holds {shown(entries)}, a list of topics is needed")
     return {
         entry["topic_metadata"]["name"]: TopicEntry(
             _text(entry["topic_metadata"]["type"]),
             _text(entry["topic_metadata"].get("type_description_hash")),
             int(entry["message_count"]),
         )
-        for entry in information["topics_with_message_count"]
+        for entry in entries
     }
 
 
@@ -165,5 +191,5 @@ def _names(paths: list[Path]) -> str:
 
 
 def _reason(error: Exception) -> str:
-    text = " ".join(str(error).split())
+    text = " ".join(str(error).split()).removeprefix(f"{METADATA}: ")
     return f"no entry {text}" if isinstance(error, KeyError) else text
