@@ -66,6 +66,8 @@ def test_sentences_in_a_table_have_room_on_a_phone_and_no_word_is_broken(browser
         assert len(cells) > 5 and min(cells) > 150
         assert browser.value("[...document.querySelectorAll('td')].filter((e) => e.textContent.includes('_per_phase'))"
                              ".every((e) => getComputedStyle(e).overflowWrap === 'normal')")
+    names = browser.value("[...document.querySelectorAll('tbody th')].map((e) => e.getBoundingClientRect().width)")
+    assert max(names) < 0.55 * PHONE  # they stay where they are while the rest is scrolled below them
 
 
 @pytest.mark.parametrize("size", [0.87, 1.7, 3.4, 4.4, 9.7])
