@@ -189,6 +189,14 @@ def test_metadata_that_is_no_yaml_is_recovered(bag, short, text, why):
     assert len(read.drive) == len(short.drive)
 
 
+def test_metadata_that_is_all_there_is_says_what_is_wrong_with_it(tmp_path):
+    (tmp_path / "metadata.yaml").touch()
+    with pytest.raises(BagError) as error:
+        read_recording(tmp_path)
+    assert str(error.value) == (f"{tmp_path}/metadata.yaml cannot be used (is empty; a description of a bag is a mapping of entries) "
+                                "and the folder has no .mcap or .db3 file")
+
+
 @pytest.mark.parametrize(("entry", "value"), [("message_count", "lots"), ("message_count", float("inf")), ("message_count", float("nan")),
                                               ("type", [1]), ("type_description_hash", [1])])
 def test_metadata_of_a_wrong_type_is_recovered(bag, short, entry, value):

@@ -114,6 +114,23 @@ def test_a_folder_for_results_is_looked_at_before_the_work(argv, tmp_path, capsy
         assert said in err and len(err.splitlines()) == 1, err
 
 
+@pytest.mark.parametrize("argv", [
+    ["demo", "--out", ""], ["layouts", ""], ["real", "--data", ""], ["info", ""], ["motor", "--description", " "],
+    ["gap", "b", "--validation", ""],
+], ids=lambda argv: argv[0])  # fmt: skip
+def test_an_empty_name_is_no_folder(argv, tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(SystemExit) as left:
+        main(argv)
+    assert left.value.code == 2 and "an empty name of a file or folder" in capsys.readouterr().err and not list(tmp_path.iterdir())
+
+
+def test_the_page_is_not_served_by_a_rig_file_that_cannot_be_used(tmp_path, capsys):
+    (tmp_path / "own.yaml").touch()
+    assert main(["view", "--rig", str(tmp_path / "own.yaml"), "--log", str(tmp_path / "log")]) == 2
+    assert f"error: {tmp_path / 'own.yaml'}: is empty" in capsys.readouterr().err and not (tmp_path / "log").exists()
+
+
 def test_a_demo_overwrites_neither_its_input_nor_its_own_numbers(tmp_path, capsys):
     (tmp_path / "twin").mkdir()
     (tmp_path / "twin" / "twin_0.mcap").touch()

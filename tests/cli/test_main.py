@@ -109,6 +109,7 @@ def test_an_unknown_duty_names_the_nearest(capsys, tmp_path):
     ("--duration=0", "argument --duration: '0' is no number from 0.05 to 86400 s"),
     ("--duration=-5", "argument --duration: '-5' is no number from 0.05 to 86400 s"),
     ("--duration=1e12", "argument --duration: '1e12' is no number from 0.05 to 86400 s"),
+    (f"--seed={'9' * 5000}", f"argument --seed: '{'9' * 40}' is no whole number from 0 on of at most 18 digits"),
     ("--noise-seed=-1", "argument --noise-seed: '-1' is no whole number"),
     ("--begin=monday", "argument --begin: 'monday' is no moment such as 2026-05-01T08:00:00Z"),
     ("--begin=2039-01-01", "argument --begin: '2039-01-01' is beyond what a stamp can say"),

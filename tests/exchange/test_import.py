@@ -1,6 +1,7 @@
 """CSV logs become bags that the twin takes; what is wrong is named by file, line and column."""
 
 import json
+import os
 
 import numpy as np
 import pytest
@@ -9,7 +10,8 @@ from ddh_twin_py.bags.reader import read_recording
 from ddh_twin_py.cli.main import main
 from ddh_twin_py.exchange.errors import ExchangeError
 from ddh_twin_py.exchange.import_log import import_logs
-from ddh_twin_py.exchange.mapping import read_mapping
+from ddh_twin_py.exchange.log_file import read_log
+from ddh_twin_py.exchange.mapping import Dialect, read_mapping
 from ddh_twin_py.exchange.units import to_inside
 
 LOG = "t;n_set;n;p;oil\n0,00;500;498,5;12,5;30\n0,01;500;n/a;12,6;\n0,02;;;;31\n"
@@ -187,3 +189,11 @@ def test_what_the_verb_lacks(argv, said, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     assert main(["import", *argv, "--quiet"]) == 2
     assert capsys.readouterr().err.startswith(f"ddh-twin import: error: {said}")
+
+
+def test_a_log_that_is_no_regular_file_is_refused_and_not_waited_for(tmp_path):
+    os.mkfifo(tmp_path / "log.csv")
+    for log, kind in ((tmp_path / "log.csv", "a named pipe"), ("/dev/zero", "a character device")):
+        with pytest.raises(ExchangeError) as error:
+            read_log(log, Dialect(), ["t"])
+        assert str(error.value) == f"{log}: is {kind}, a regular file is needed"

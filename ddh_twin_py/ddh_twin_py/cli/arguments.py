@@ -140,9 +140,9 @@ def positive(text: str) -> float:
 
 
 def seed(text: str) -> int:
-    """A whole number from 0 on."""
-    if not text.strip().isdecimal():
-        raise argparse.ArgumentTypeError(f"{text!r} is no whole number from 0 on")
+    """A whole number from 0 on that a node's parameter can hold."""
+    if not text.strip().isdecimal() or len(text.strip()) > 18:
+        raise argparse.ArgumentTypeError(f"{text[:40]!r} is no whole number from 0 on of at most 18 digits")
     return int(text)
 
 
@@ -247,9 +247,9 @@ def json_file(text: str) -> str:
 
 
 def named_file(text: str) -> str:
-    """A name that is not empty; whether there is such a file says who reads it."""
+    """A name that is not empty; whether there is such a file or folder says who reads it."""
     if not text.strip():
-        raise argparse.ArgumentTypeError("an empty name of a file")
+        raise argparse.ArgumentTypeError("an empty name of a file or folder")
     return text
 
 
@@ -279,7 +279,7 @@ def add_json(parser: Parser, help: str = "write the numbers as JSON; - is standa
 
 def add_bag(parser: Parser) -> None:
     """The argument `BAG`."""
-    parser.add_argument("bag", metavar="BAG", help="rosbag2 folder, or one .mcap or .db3 file")
+    parser.add_argument("bag", metavar="BAG", type=named_file, help="rosbag2 folder, or one .mcap or .db3 file")
 
 
 def add_interval(parser: Parser) -> None:

@@ -6,7 +6,7 @@ import argparse
 import os
 from pathlib import Path
 
-from ddh_twin_py.cli.arguments import InputError, add_json, add_quiet, add_rig, add_verb, refuse_recording, refuse_unwritable
+from ddh_twin_py.cli.arguments import InputError, add_json, add_quiet, add_rig, add_verb, named_file, refuse_recording, refuse_unwritable
 
 _EXAMPLE = "  ddh-twin demo --out out/demo"
 _REPORT, _NUMBERS, _LOG = "report.html", "report.json", "nodes.log"
@@ -21,8 +21,8 @@ def add_parser(subparsers) -> None:
         "process. A twin that runs on this machine is not disturbed.",
         _EXAMPLE,
     )
-    parser.add_argument("--bag", metavar="BAG", help="another recording than bags/paper_cycle")
-    parser.add_argument("--out", metavar="FOLDER", default="out/demo", help="where the report goes (default out/demo)")
+    parser.add_argument("--bag", metavar="BAG", type=named_file, help="another recording than bags/paper_cycle")
+    parser.add_argument("--out", metavar="FOLDER", default="out/demo", type=named_file, help="where the report goes (default out/demo)")
     add_rig(parser)
     add_json(parser, "write the numbers as JSON once more; - is standard output (default report.json in --out)")
     add_quiet(parser)

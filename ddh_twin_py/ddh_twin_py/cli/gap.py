@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import os
 
-from ddh_twin_py.cli.arguments import InputError, add_html, add_json, add_namespace, add_quiet, add_rig, add_verb, output_file
+from ddh_twin_py.cli.arguments import InputError, add_html, add_json, add_namespace, add_quiet, add_rig, add_verb, named_file, output_file
 from ddh_twin_py.names import no_such
 
 _EXAMPLE = """\
@@ -24,8 +24,9 @@ def add_parser(subparsers) -> None:
     )
     parser.add_argument("field", metavar="FIELD", nargs="+",
                         help="bags of one rig in one condition, or a folder with field/, commissioning/ and validation/ in it")
-    parser.add_argument("--commissioning", metavar="BAG", help="the rig as built, recorded when it was new")
-    parser.add_argument("--validation", metavar="BAG", help="the same rig in the same condition on another duty; takes no part in finding")
+    parser.add_argument("--commissioning", metavar="BAG", type=named_file, help="the rig as built, recorded when it was new")
+    parser.add_argument("--validation", metavar="BAG", type=named_file,
+                        help="the same rig in the same condition on another duty; takes no part in finding")
     add_rig(parser)
     add_namespace(parser)
     parser.add_argument("--without", metavar="EFFECT", action="append", default=[],

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from ddh_twin_py.cli.arguments import add_json, add_quiet, add_verb, namespace, refuse_recording, refuse_unwritable
+from ddh_twin_py.cli.arguments import add_json, add_quiet, add_verb, named_file, namespace, refuse_recording, refuse_unwritable
 
 _EXAMPLE = "  ddh-twin layouts out/layouts --namespace /crane_1"
 
@@ -18,7 +18,7 @@ def add_parser(subparsers) -> None:
         "the namespace /ddh are installed in share/ddh_twin_py/config/layouts.",
         _EXAMPLE,
     )
-    parser.add_argument("folder", metavar="FOLDER", help="folder to write into")
+    parser.add_argument("folder", metavar="FOLDER", type=named_file, help="folder to write into")
     parser.add_argument("--namespace", metavar="NS", default="/ddh", help="of the twin's topics (default /ddh)")
     add_json(parser, "write the names of the files as JSON; - is standard output")
     add_quiet(parser, "do not list the files")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from ddh_twin_py.cli.arguments import add_html, add_json, add_quiet, add_rig, add_verb, output_file
+from ddh_twin_py.cli.arguments import add_html, add_json, add_quiet, add_rig, add_verb, named_file, output_file
 
 _EXAMPLE = """\
   ddh-twin motor --html out/motor.html
@@ -20,7 +20,7 @@ def add_parser(subparsers) -> None:
         "that -o writes is given to it.",
         _EXAMPLE,
     )
-    parser.add_argument("--description", metavar="FILE", help="machine description with what differs from the 115U2C")
+    parser.add_argument("--description", metavar="FILE", type=named_file, help="machine description with what differs from the 115U2C")
     parser.add_argument("--layers", metavar="N", type=layers, default=12, help="of the slot along its depth, 1 to 24 (default 12)")
     add_rig(parser)
     parser.add_argument("-o", "--output", metavar="RIG.yaml", type=output_file, help="write a rig file with the generated quantities")

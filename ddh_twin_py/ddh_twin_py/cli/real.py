@@ -7,7 +7,7 @@ import os
 from collections.abc import Sequence
 from pathlib import Path
 
-from ddh_twin_py.cli.arguments import InputError, add_json, add_verb, refuse_unwritable
+from ddh_twin_py.cli.arguments import InputError, add_json, add_verb, named_file, refuse_unwritable
 from ddh_twin_py.names import no_such
 
 TABLE = "real.csv"
@@ -26,8 +26,10 @@ def add_parser(subparsers) -> None:
         _EXAMPLE,
     )
     parser.add_argument("rigs", metavar="RIG", nargs="*", help="rigs to study (default: all that have a folder there)")
-    parser.add_argument("--data", metavar="FOLDER", required=True, help="folder with one folder of recordings for each rig")
-    parser.add_argument("--out", metavar="FOLDER", default="out/real", help="one page and one JSON for each rig, further files of a study, "
+    parser.add_argument("--data", metavar="FOLDER", type=named_file, required=True,
+                        help="folder with one folder of recordings for each rig")
+    parser.add_argument("--out", metavar="FOLDER", type=named_file, default="out/real",
+                        help="one page and one JSON for each rig, further files of a study, "
                         "and real.csv (default out/real)")
     add_json(parser)
     parser.add_argument("--quiet", action="store_true", help="no progress, no table")

@@ -20,6 +20,7 @@ from ddh_twin_py.cli.arguments import (
     add_verb,
     duty_file,
     kept_file,
+    named_file,
     namespace,
     new_folder,
     output_file,
@@ -60,8 +61,9 @@ def add_parser(subparsers) -> None:
         "--source", choices=SOURCES, default="none",
         help="where telemetry comes from: none (default; a machine publishes it), bag (played without loss), simulation",
     )
-    parser.add_argument("--bag", metavar="BAG", help="bag to play, with --source bag")
-    parser.add_argument("--duty", metavar="FILE", help="duty file, or the name of one of the project's, with --source simulation")
+    parser.add_argument("--bag", metavar="BAG", type=named_file, help="bag to play, with --source bag")
+    parser.add_argument("--duty", metavar="FILE", type=named_file,
+                        help="duty file, or the name of one of the project's, with --source simulation")
     parser.add_argument("--seed", type=seed, default=1, help="which rig is simulated (default 1)")
     parser.add_argument(
         "--rate", type=rate, default=1.0,
@@ -77,7 +79,7 @@ def add_parser(subparsers) -> None:
         help="normal levels of the running test of a gap: read where it exists, else written once learned",
     )
     parser.add_argument("--view", action="store_true", help="serve the live page, see ddh-twin view; where, says the log")
-    parser.add_argument("--params", metavar="FILE", help="parameter file (YAML) for all nodes, see config/twin.yaml")
+    parser.add_argument("--params", metavar="FILE", type=named_file, help="parameter file (YAML) for all nodes, see config/twin.yaml")
     parser.add_argument("--log", metavar="FILE", type=output_file, help="write the log of all nodes here too")
     add_json(parser, "when it ends, write what ran, how often it was started again, and where the files are; - is standard output")
     add_quiet(parser, "no log on the screen; warnings and errors stay")
@@ -184,6 +186,10 @@ def check(args: argparse.Namespace) -> None:
         from ddh_twin_py.rig import load_rig
 
         load_rig(args.rig)  # or each node would refuse it by itself
+    if args.bag:
+        from ddh_twin_py.bags.folder import open_folder
+
+        open_folder(args.bag)
     if args.params:
         from ddh_twin_py.nodes.parameter_file import check_files, read_parameter_file, unanswered
 
@@ -194,6 +200,9 @@ def check(args: argparse.Namespace) -> None:
     if args.duty:
         args.duty = duty_file(args.duty)
         refuse_missing("--duty", args.duty)
+        from ddh_twin_py.twin.duty import load_duty
+
+        load_duty(args.duty)
     args.namespace = namespace(args.namespace)
 
 

@@ -66,7 +66,10 @@ def run(args: argparse.Namespace) -> int:
     from ddh_twin_py.cli.live_graph import LiveGraph
 
     if args.rig:
+        from ddh_twin_py.rig import load_rig
+
         refuse_missing("--rig", args.rig)
+        load_rig(args.rig)  # or each node would refuse it by itself
     if args.bag:
         open_folder(args.bag)
     for option in ("rate", "normal_file", "paused"):

@@ -14,7 +14,7 @@ import numpy as np
 from ddh_twin_py.exchange.errors import ExchangeError
 from ddh_twin_py.exchange.mapping import ISO, Dialect, TimeRule, iso_to_ns
 from ddh_twin_py.exchange.units import TIME_UNITS
-from ddh_twin_py.rig.files import did_you_mean
+from ddh_twin_py.rig.files import did_you_mean, no_regular_file
 
 _DELIMITERS = ";\t,|"  # in order of preference where two are equally frequent
 _LARGEST_NS = 2**63 - 1
@@ -97,6 +97,8 @@ def read_log(path: str | Path, dialect: Dialect, wanted: Sequence[str]) -> LogFi
     rows: list[list[str]] = []
     lines: list[int] = []
     try:
+        if (what := no_regular_file(path)) not in ("", "a folder"):
+            raise ExchangeError(f"{file}: is {what}, a regular file is needed")
         with open(path, encoding=dialect.encoding, newline="") as stream:
             delimiter = dialect.delimiter or _delimiter(stream, dialect)
             stream.seek(0)
