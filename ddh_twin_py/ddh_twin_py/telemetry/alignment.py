@@ -129,8 +129,8 @@ class _Line:
     since then.
     """
 
-    __slots__ = ("alive", "awaited", "doubted", "first", "follows", "heard", "held", "lag", "newest", "owed", "rose", "rows", "since", "spoke",
-                 "stamps", "told", "top", "width")
+    __slots__ = ("alive", "awaited", "doubted", "first", "follows", "heard", "held", "lag", "newest", "owed", "rose", "rows", "since",
+                 "spoke", "stamps", "told", "top", "width")
 
     def __init__(self, width: int, awaited: bool, follows: bool) -> None:
         self.width = width
