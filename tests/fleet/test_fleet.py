@@ -370,7 +370,15 @@ def test_the_table_says_below_a_row_why_there_is_no_answer_and_one_probability()
     below = re.findall(r'<tr class="told"><th scope="row">([^<]*)</th>.*?</tr><tr class="below"><td colspan="9"><span>([^<]*)</span>', page)
     assert below == [("c", "torn, &lt;all&gt;"), ("d", "The recordings allow no answer: too short.")]
     assert "97 %" not in page and "times the floor." in page and "&gt; 99.5 %" in page
-    assert ">1.5 ± 0.1</td>" in page and ">3.00 → 1.10</td>" in page
+    assert ">1.50 ± 0.10</td>" in page and ">3.00 → 1.10</td>" in page
+
+
+def test_sizes_are_in_the_units_that_people_read_in_table_and_chart():
+    rows = [replace(some_rows()[0], effect="relief_valve.setting", parameter="opening_pressure", unit="Pa", size=155.8e5, size_std=0.9e5,
+                    nominal=160.0e5)]
+    page = fleet_document("x", rows, "").html()
+    assert ">155.8 ± 0.9 bar</td>" in page and 'opening pressure, <span class="axis">bar</span>' in page and "15580000" not in page
+    assert ": 155.8 ± 0.9 bar<" in page and "of 1 rig<" in page and verdict(rows).endswith("on 1 of 1 rig.")
 
 
 def test_parquet(tmp_path):
@@ -420,7 +428,7 @@ def test_the_verb_writes_table_and_page_and_says_what_failed(folder, tmp_path, m
     out = folder / "out"
     assert main(["fleet", str(folder), "--out", str(out), "--jobs", "2", "--html", str(page)]) == 0
     said = capsys.readouterr().out
-    assert "2 of 2 diagnosed recordings show a gap, on 1 of 1 rigs; 3 could not be diagnosed." in said and "b/bad: " in said
+    assert "2 of 2 diagnosed recordings show a gap, on 1 of 1 rig; 3 could not be diagnosed." in said and "b/bad: " in said
     table = list(csv.DictReader((out / "fleet.csv").read_text().splitlines()))
     assert [row["recording"] for row in table] == ["a/april", "a/march", "b/bad", "b/crash", "b/torn/torn.mcap"]
     assert "<svg" in page.read_text()

@@ -10,6 +10,7 @@ from ddh_twin_py.fleet.row import Row
 from ddh_twin_py.fleet.trend_chart import Line, trend_chart
 from ddh_twin_py.report import document as doc
 from ddh_twin_py.report.gap_words import percent
+from ddh_twin_py.rig.reader_units import plus_minus, shown
 
 _VERDICTS = ("no_gap", "explained", "ambiguous", "unknown", "insufficient")
 _OF_THE_SET = re.compile(r" \(probability [^()]*\)")  # of all that acts together; the table has that of the effect
@@ -26,7 +27,7 @@ def fleet_document(folder: str, rows: Sequence[Row], rig_file: str) -> doc.Docum
     )  # fmt: skip
     counts = Counter(row.verdict for row in rows if not row.error)
     page.add("Overview", doc.figures([
-        doc.Figure("Recordings", str(len(rows)), f"of {len(rigs)} rigs"),
+        doc.Figure("Recordings", str(len(rows)), f"of {_rigs(rigs)}"),
         *(doc.Figure(name.replace("_", " "), str(counts[name])) for name in _VERDICTS if counts[name]),
         doc.Figure("Errors", str(sum(bool(row.error) for row in rows))),
     ]))  # fmt: skip
@@ -66,11 +67,15 @@ def verdict(rows: Sequence[Row]) -> str:
     concerned = {row.rig for row in gaps if row.rig}
     failed = sum(bool(row.error) for row in rows)
     unclear = sum(row.verdict == "insufficient" for row in rows)
-    said = f"{len(gaps)} of {len(rows) - failed - unclear} diagnosed recordings show a gap, on {len(concerned)} of {len(rigs)} rigs"
+    said = f"{len(gaps)} of {len(rows) - failed - unclear} diagnosed recordings show a gap, on {len(concerned)} of {_rigs(rigs)}"
     if within := sum(row.verdict == "explained" and (row.gap_before or _FLOOR) < _FLOOR for row in gaps):
         said += f", of which {within} {'lies within the floor and is' if within == 1 else 'lie within the floor and are'} told by the cause"
     said += f"; {unclear} {'does' if unclear == 1 else 'do'} not allow an answer" if unclear else ""
     return said + (f"; {failed} could not be diagnosed." if failed else ".")
+
+
+def _rigs(rigs: Sequence[str] | set[str]) -> str:
+    return f"{len(rigs)} rig{'' if len(rigs) == 1 else 's'}"
 
 
 def of_other_versions(rows: Sequence[Row]) -> str:
@@ -95,11 +100,13 @@ def _size_charts(rows: Sequence[Row]) -> list[doc.Html]:
             kinds.setdefault((row.effect, row.parameter, row.unit), []).append(row)
     charts = []
     for (effect, parameter, unit), own in sorted(kinds.items()):
-        points = [(row.time, row.size, row.size_std, f"{row.recording}: {row.size:.4g} ± {row.size_std or 0.0:.2g} {unit}") for row in own]
+        read = shown(unit)
+        points = [(row.time, row.size * read.factor, None if row.size_std is None else row.size_std * read.factor,
+                   f"{row.recording}: {_size(row)}") for row in own]
         nominal = next((row.nominal for row in own if row.nominal is not None), None)
         line = Line(parameter, "c4", points)
-        charts.append(trend_chart(f"{effect}: {parameter.replace('_', ' ')}", "" if unit == "1" else unit, [line],
-                                  None if nominal is None else ("nominal", nominal)))  # fmt: skip
+        charts.append(trend_chart(f"{effect}: {parameter.replace('_', ' ')}", read.unit, [line],
+                                  None if nominal is None else ("nominal", nominal * read.factor)))  # fmt: skip
     return charts
 
 
@@ -115,14 +122,14 @@ def _table(rows: Sequence[Row]) -> doc.Html:
         doc.Column("Probability", "of the effect"), doc.Column("Size ± std"), doc.Column("Gap, floors", "before → after"),
     )  # fmt: skip
     ordered = sorted(rows, key=lambda row: (row.rig, row.begin, row.recording))
-    shown = [
+    cells = [
         (row.recording, row.rig, _begin(row), _number(row.duration, ".0f"),
          doc.mark(_MARKS.get(row.verdict, "none"), row.verdict.replace("_", " ")) if row.verdict else "–",
          _effect(row),
          "–" if row.probability is None else percent(row.probability), _size(row), _gap(row))
         for row in ordered
     ]  # fmt: skip
-    return doc.Html(f'<div class="whole-words">{doc.table(columns, shown, below=[remark(row) for row in ordered])}</div>')
+    return doc.Html(f'<div class="whole-words">{doc.table(columns, cells, below=[remark(row) for row in ordered])}</div>')
 
 
 def _effect(row: Row) -> doc.Html:
@@ -131,9 +138,7 @@ def _effect(row: Row) -> doc.Html:
 
 
 def _size(row: Row) -> str:
-    if row.size is None:
-        return "–"
-    return f"{row.size:.4g}" + (f" ± {row.size_std:.2g}" if row.size_std else "") + (f" {row.unit}" if row.unit not in ("", "1") else "")
+    return "–" if row.size is None else plus_minus(row.size, row.size_std, row.unit)
 
 
 def _gap(row: Row) -> str:
