@@ -132,7 +132,22 @@ def test_a_node_starts_without_a_state_that_cannot_be_used(tmp_path, state):
     keeper = StateKeeper(str(tmp_path / "state"), state)
     keeper.close()
     assert keeper.saved is None
-    assert keeper.note == f"{tmp_path}/state: is no state file, or was cut short; starting without"
+    assert keeper.note == (f"{tmp_path}/state: is no state file, or was cut short; starting without, and kept as state.old once a state is "
+                           "written")
+
+
+def test_a_file_that_is_no_state_is_not_lost(tmp_path, state):
+    (tmp_path / "crane_1.yaml").write_text("rig_id: crane_1\n")
+    keeper = StateKeeper(str(tmp_path / "crane_1.yaml"), state)
+    assert (tmp_path / "crane_1.yaml").read_text() == "rig_id: crane_1\n", "until there is a state to write"
+    keeper.keep(state, "rig_7", STAMP)
+    keeper.close()
+    assert (tmp_path / "crane_1.yaml.old").read_text() == "rig_id: crane_1\n"
+    assert load_state(tmp_path / "crane_1.yaml", state).stamp_ns == STAMP
+    again = StateKeeper(str(tmp_path / "crane_1.yaml"), state)
+    again.keep(state, "rig_7", STAMP + 1)
+    again.close()
+    assert again.saved is not None and (tmp_path / "crane_1.yaml.old").read_text() == "rig_id: crane_1\n"
 
 
 @pytest.mark.parametrize("path", ["/dev/full", "/dev/zero", "/tmp"])

@@ -41,6 +41,9 @@ def test_the_surest_of_two_effects_is_named_first_and_each_has_its_probability()
     assert said.startswith("The gap is explained by pump_1.leakage")
     assert said.endswith("(probability 50 %, 93 % with what it cannot be told from; pump_1.leakage 95 %, motor.flange_conduction 52 % each "
                          "for itself).")
+    one = {**report, "why": [{"effect": "pump_1.leakage", "probability": 0.95}],
+           "hypotheses": [{"effects": ["pump_1.leakage"], "probability": 0.74}]}
+    assert sentence(one, EFFECTS, together=0.95).endswith("(probability 74 %, 95 % alone or beside others).")
     sure = {**report, "hypotheses": [{**report["hypotheses"][0], "probability": 0.94}]}
     assert sentence(sure, EFFECTS, together=0.94).endswith("(probability 94 %).")
 

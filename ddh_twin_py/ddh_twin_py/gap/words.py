@@ -169,7 +169,8 @@ def _how_sure(report: Mapping, leader: Sequence[str], marginal: Mapping[str, flo
     own = _probability(report, leader)
     text = f"probability {probably(own)}"
     if together > own + _DIFFERS:
-        text += f", {probably(together)} with what it cannot be told from"
+        alone = len(leader) == 1 and marginal.get(leader[0], own) > together - _DIFFERS
+        text += f", {probably(together)} {'alone or beside others' if alone else 'with what it cannot be told from'}"
     if len(leader) > 1 and marginal.get(leader[0], own) > own + _DIFFERS:
         text += "; " + ", ".join(f"{name} {probably(marginal.get(name, own))}" for name in leader) + " each for itself"
     return text

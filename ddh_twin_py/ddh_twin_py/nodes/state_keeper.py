@@ -15,7 +15,8 @@ class StateKeeper:
     """Loads a state file at the start and writes snapshots of the state in a thread of its own.
 
     `saved` is what was found, `note` why it was not (to be told to people), `written` how often
-    the file was written, `failure` why it could not be.
+    the file was written, `failure` why it could not be. A file that is no state of this filter is not overwritten: it is set aside
+    under its name with `.old` before the first state is written.
     """
 
     def __init__(self, path: str, like: FusionState) -> None:
@@ -24,6 +25,7 @@ class StateKeeper:
         self.note = ""
         self.written = 0
         self.failure = ""
+        self._foreign = False
         self._next: tuple[FusionState, str, int] | None = None
         self._changed = threading.Condition()
         self._closing = False
@@ -35,11 +37,15 @@ class StateKeeper:
             self.saved = load_state(self.path, like)
             self.note = "" if self.saved else f"{self.path}: no state yet, starting without"
         except StateFileError as error:
-            self.note = f"{error}; starting without"
+            self._foreign = True
+            self.note = f"{error}; starting without, and kept as {self._aside().name} once a state is written"
         except OSError as error:
             raise NodeError(f"parameter state_file is {path}: {error.strerror or error}") from None
         self._thread = threading.Thread(target=self._write, name="state file", daemon=True)
         self._thread.start()
+
+    def _aside(self) -> Path:
+        return self.path.with_name(f"{self.path.name}.old")
 
     def refusal(self, age: float, rig_id: str) -> str:
         """Why the state found does not fit data that begins `age` s after it, '' if it does."""
@@ -72,6 +78,9 @@ class StateKeeper:
                 if waiting is None:
                     return
             try:
+                if self._foreign:
+                    self.path.replace(self._aside())
+                    self._foreign = False
                 save_state(self.path, *waiting)
                 self.written += 1
                 self.failure = ""

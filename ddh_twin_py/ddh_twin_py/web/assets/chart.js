@@ -243,20 +243,28 @@ export class Chart {
     return values;
   }
 
-  /* Values under the pointer, else the newest. */
+  /* Values under the pointer, else the newest that all lines have reached: those of two instants are no gap. */
   tell() {
     if (!this.plot) return;
     const at = this.plot.cursor.idx;
     const pointed = at != null && this.plot.cursor.left >= 0;
-    let i = 1;
+    let next = 1;
+    const columns = this.quantity.lines.map((line) => {
+      const values = this.plot.data[next];
+      next += line.band ? 3 : 1;
+      return values;
+    });
+    const newest = columns.map((values) => values.findLastIndex((value) => value != null));
+    const last = Math.max(...newest);
+    const common = Math.min(...newest.filter((k) => k >= 0 && last - k <= GAP / this.step));
     this.quantity.lines.forEach((line, k) => {
-      const values = this.plot.data[i];
+      const values = columns[k];
       let value = pointed ? values[at] : null;
-      for (let back = values.length - 1; !pointed && value == null && back >= 0; back--) value = values[back];
+      for (let back = Math.min(newest[k], common); !pointed && value == null && back >= 0; back--) value = values[back];
+      value ??= pointed ? value : values[newest[k]];
       const text = value == null ? DASH : `${number(value, this.quantity.digits)} ${this.quantity.unit}`;
       const place = this.legend.children[k].lastChild;
       if (place.textContent !== text) place.textContent = text;
-      i += line.band ? 3 : 1;
     });
   }
 }
