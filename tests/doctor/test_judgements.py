@@ -149,6 +149,16 @@ def test_middleware(changes, level, name):
     assert any(check.level == level and check.name == name and check.advice for check in check_middleware(replace(graph(), **changes)))
 
 
+@pytest.mark.parametrize(("environment", "advice"), [
+    ({}, "discovery is slow: set FASTRTPS_DEFAULT_PROFILES_FILE to ddh_twin_py/config/fastdds_profile.xml"),
+    ({"FASTRTPS_DEFAULT_PROFILES_FILE": __file__}, "discovery is slow though FASTRTPS_DEFAULT_PROFILES_FILE is set: see whether the "
+                                                   "computer is busy"),
+])  # fmt: skip
+def test_slow_discovery_is_told_with_what_can_be_done(environment, advice):
+    checks = {check.name: check for check in check_middleware(replace(graph(), loop=4.0, environment=environment))}
+    assert (checks["between processes"].level, checks["between processes"].advice) == ("warning", advice)
+
+
 def test_installation(monkeypatch, tmp_path):
     assert worst(installation.check_installation(tmp_path)) in ("ok", "warning")
     monkeypatch.setattr(installation, "NEEDED", ("numpy", "no-such-package-here"))

@@ -51,5 +51,7 @@ def _loop(survey: Survey) -> Check:
                      "look at firewall, multicast on the loopback device (ip link set lo multicast on), and free space in /dev/shm")
     found = f"first message {survey.loop:.1f} s after the start of a process"
     if survey.loop > SLOW:
-        return Check(GROUP, "between processes", "warning", found, right, "discovery is slow: set the project's Fast DDS profile")
+        set_it = f"discovery is slow: set {PROFILE} to ddh_twin_py/config/fastdds_profile.xml"
+        busy = f"discovery is slow though {PROFILE} is set: see whether the computer is busy"
+        return Check(GROUP, "between processes", "warning", found, right, busy if survey.environment.get(PROFILE) else set_it)
     return Check(GROUP, "between processes", "ok", found, right)
