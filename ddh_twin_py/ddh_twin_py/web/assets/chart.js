@@ -243,7 +243,7 @@ export class Chart {
     return values;
   }
 
-  /* Values under the pointer, else the newest that all lines have reached: those of two instants are no gap. */
+  /* Values under the pointer, else the newest. */
   tell() {
     if (!this.plot) return;
     const at = this.plot.cursor.idx;
@@ -254,19 +254,26 @@ export class Chart {
       next += line.band ? 3 : 1;
       return values;
     });
-    const newest = columns.map((values) => values.findLastIndex((value) => value != null));
-    const last = Math.max(...newest);
-    const common = Math.min(...newest.filter((k) => k >= 0 && last - k <= GAP / this.step));
+    const told = pointed ? columns.map((values) => values[at]) : ofOneInstant(columns, GAP / this.step);
     this.quantity.lines.forEach((line, k) => {
-      const values = columns[k];
-      let value = pointed ? values[at] : null;
-      for (let back = Math.min(newest[k], common); !pointed && value == null && back >= 0; back--) value = values[back];
-      value ??= pointed ? value : values[newest[k]];
+      const value = told[k];
       const text = value == null ? DASH : `${number(value, this.quantity.digits)} ${this.quantity.unit}`;
       const place = this.legend.children[k].lastChild;
       if (place.textContent !== text) place.textContent = text;
     });
   }
+}
+
+/* The newest value of every column that all have reached, but for those that stopped `most` rows ago: numbers of two instants are no gap. */
+export function ofOneInstant(columns, most) {
+  const newest = columns.map((values) => values.findLastIndex((value) => value != null));
+  const last = Math.max(...newest);
+  const common = Math.min(...newest.filter((k) => k >= 0 && last - k <= most));
+  return columns.map((values, k) => {
+    let back = Math.min(newest[k], common);
+    while (back >= 0 && values[back] == null) back--;
+    return values[back >= 0 ? back : newest[k]];
+  });
 }
 
 function groups(quantities) {
