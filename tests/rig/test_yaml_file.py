@@ -8,6 +8,7 @@ from ddh_twin_py.rig.yaml_file import parse_yaml
 @pytest.mark.parametrize(("text", "line", "words"), [
     ("rig_id: x\n\ta: 1\n", 2, "there is a tab where blanks are needed"),
     ("rig_id: x\ncylinder\nmotor: 1\n", 2, "a ':' is missing"),
+    ("rig_id:crane_1\ncylinder: {}\n", 1, "a blank is missing after the ':'"),
     ("rig_id: x\n  cylinder: 1\n", 2, "there is a ':' too many, or a line is indented too far"),
     ("rig_id: 'x\ncylinder: 1\n\n", 1, "a quote is not closed"),
     ("a: 1\nrig_id: [\n\n\n", 2, "a bracket is not closed"),

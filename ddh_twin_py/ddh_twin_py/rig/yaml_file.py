@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import yaml
@@ -9,6 +10,7 @@ import yaml
 from ddh_twin_py.rig.files import did_you_mean, no_regular_file
 from ddh_twin_py.rig.unique_keys import DuplicateKeyError, EndlessError, Loader, SurrogateError, read_unique
 
+_CLINGS = re.compile(r"\s*[\w.]+:[^\s/]")  # a name and its value without the blank between them, no address
 LARGEST_FILE = 1_000_000
 """Bytes; the reference sheet has a few ten thousand."""
 
@@ -91,6 +93,8 @@ def _fault(cause: yaml.YAMLError, text: str) -> tuple[int, str]:
         problem = f"{problem.removeprefix('found ').removesuffix(' that cannot start any token')} begins no value; put it in quotes"
     elif problem == "but found another document":
         problem = "a second document begins"
+    elif problem == "mapping values are not allowed here" and _CLINGS.match(text.splitlines()[mark.line - 1] if mark.line else ""):
+        return mark.line, "a blank is missing after the ':'"
     elif problem == "mapping values are not allowed here":
         problem = "there is a ':' too many, or a line is indented too far"
     return _line(mark, text), problem
