@@ -38,7 +38,7 @@ def _width(table: Table, console: Console) -> int:
 
 def _table(design: Design, room: int) -> Table:
     """Every effect; names that are longer than ``room`` columns break after the component."""
-    table = plain_table("effect", "smallest detected", *(f"{rise:g}" for rise in SIZES.values()), "told")
+    table = plain_table("effect", "smallest departure", *(f"{rise:g}" for rise in SIZES.values()), "told")
     for d in design.detections:
         near = nearest(design, d.effect)
         told = "–" if near is None else number(near[1], 1)
