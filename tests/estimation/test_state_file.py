@@ -150,6 +150,15 @@ def test_a_file_that_is_no_state_is_not_lost(tmp_path, state):
     assert again.saved is not None and (tmp_path / "crane_1.yaml.old").read_text() == "rig_id: crane_1\n"
 
 
+def test_a_state_is_written_where_what_was_in_its_place_is_removed_meanwhile(tmp_path, state):
+    (tmp_path / "state").write_text("no state")
+    keeper = StateKeeper(str(tmp_path / "state"), state)
+    (tmp_path / "state").unlink()
+    keeper.keep(state, "rig_7", STAMP)
+    keeper.close()
+    assert keeper.failure == "" and load_state(tmp_path / "state", state).stamp_ns == STAMP
+
+
 @pytest.mark.parametrize("path", ["/dev/full", "/dev/zero", "/tmp"])
 def test_a_state_file_that_is_no_regular_file_is_refused(path, state):
     with pytest.raises(NodeError, match=f"parameter state_file is {path}: that is no regular file"):

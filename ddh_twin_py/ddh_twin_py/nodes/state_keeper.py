@@ -78,9 +78,9 @@ class StateKeeper:
                 if waiting is None:
                     return
             try:
-                if self._foreign:
+                if self._foreign and self.path.exists():  # it may have been removed since
                     self.path.replace(self._aside())
-                    self._foreign = False
+                self._foreign = False
                 save_state(self.path, *waiting)
                 self.written += 1
                 self.failure = ""
