@@ -18,6 +18,7 @@ from ddh_twin_py.bags.mcap_storage import CHUNK, DATA_END, FOOTER, MAGIC
 from ddh_twin_py.bags.message_types import telemetry_typestore
 from ddh_twin_py.bags.reader import read_recording
 from ddh_twin_py.bags.writer import BagWriter, write_recording
+from ddh_twin_py.sources.raw_bag import RawBag
 from ddh_twin_py.telemetry.signals import BESIDE_SENSORS
 from rosbags.highlevel import AnyReader
 from rosbags.rosbag2 import StoragePlugin, Writer
@@ -244,6 +245,74 @@ def test_renamed_file_is_found(bag, short):
     read = read_recording(bag)
     assert "lacks the file field.mcap that metadata.yaml names" in read.findings[0].message
     assert len(read.drive) == len(short.drive)
+
+
+def told_by_metadata(bag, change):
+    """What is said of a bag whose metadata.yaml was changed, by all that read or play it."""
+    path = bag / "metadata.yaml"
+    tree = yaml.safe_load(path.read_text())
+    change(tree["rosbag2_bagfile_information"])
+    path.write_text(yaml.safe_dump(tree))
+    findings = read_recording(bag).warnings
+    assert {finding.severity for finding in findings} <= {"warning"}
+    played = RawBag(bag)
+    assert [f"{bag} {note}" for note in played.notes] == [finding.message.removesuffix("; all of them are read") for finding in findings]
+    return [finding.message for finding in findings]
+
+
+def test_metadata_with_another_number_of_messages_is_told_with_the_real_one(bag, short):
+    def change(information):
+        (drive,) = (entry for entry in information["topics_with_message_count"] if entry["topic_metadata"]["name"] == DRIVE)
+        drive["message_count"] = 7
+
+    assert told_by_metadata(bag, change) == [
+        f"{bag} has a metadata.yaml in which message_count of {DRIVE} is 7 and the bag holds {len(short.drive)}; all of them are read"]
+
+
+def test_metadata_with_other_totals_or_without_a_topic_is_told(bag):
+    total = sum(1 for _ in messages(bag))
+    (said,) = told_by_metadata(bag, lambda information: information.update(message_count=3))
+    assert f"in which message_count is 3 and the bag holds {total};" in said
+    (said,) = told_by_metadata(bag, lambda information: information.update(files=[{"message_count": 5}], message_count=total))
+    assert f"in which message_count of all files is 5 and the bag holds {total};" in said
+    (said,) = told_by_metadata(bag, lambda information: information.update(files=[], topics_with_message_count=[]))
+    assert said.count("topics_with_message_count does not list") == 3 and " more; all of them are read" in said
+
+
+def test_counts_of_a_bag_that_holds_fewer_are_named(bag, short):
+    path = bag / "metadata.yaml"
+    path.write_text(path.read_text().replace(f"message_count: {len(short.drive)}\n", "message_count: 99999\n"))
+    (finding,) = read_recording(bag).warnings
+    assert finding.severity == "error" and f"message_count of {DRIVE} is 99999 and the bag holds {len(short.drive)}" in finding.message
+
+
+@pytest.mark.parametrize("absolute", [False, True])
+def test_a_file_outside_of_the_bag_is_read_and_told(tmp_path, bag, short, absolute):
+    other = write_recording(tmp_path / "other", short)
+    name = str(other / "other.mcap") if absolute else "../other/other.mcap"
+    damage.storage_file(bag).unlink()
+    (said,) = told_by_metadata(bag, lambda information: information.update(relative_file_paths=[name]))
+    assert said == (f"{bag} has a metadata.yaml in which relative_file_paths names {name!r}, which lies outside of the bag; "
+                    f"{other / 'other.mcap' if absolute else bag / name} is read")
+
+
+def test_a_file_in_the_bag_goes_before_one_of_its_name_outside(tmp_path, bag, short):
+    write_recording(tmp_path / "other" / "field", short.between(0.0, 6.0))
+    (said,) = told_by_metadata(bag, lambda information: information.update(relative_file_paths=["../other/field/field.mcap"]))
+    assert said.endswith(f"lies outside of the bag; {bag / 'field.mcap'} is read")
+
+
+def test_a_file_that_metadata_names_twice_is_read_once(bag, short):
+    (said,) = told_by_metadata(bag, lambda information: information.update(relative_file_paths=["field.mcap", "./field.mcap"]))
+    assert said.endswith("names field.mcap twice; it is read once")
+    assert len(read_recording(bag).drive) == len(short.drive)
+
+
+def test_a_file_that_metadata_does_not_name_is_told(tmp_path, bag, short):
+    shutil.copy(bag / "field.mcap", bag / "field_1.mcap")
+    shutil.copy(bag / "field.mcap", bag / "field.mcap.zstd")  # packed by the recorder and unpacked by a player: the same file
+    (said,) = told_by_metadata(bag, lambda information: None)
+    assert said.endswith("relative_file_paths does not name field_1.mcap, which lies beside it and is not read")
 
 
 def test_unknown_storage_and_compression(bag):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path, PurePath
 from typing import Any
@@ -19,6 +20,8 @@ _PACKED_SUFFIXES = tuple(f"{suffix}.zstd" for suffix in SUFFIXES)
 _IDENTIFIERS = ("mcap", "sqlite3")
 _MODES = ("", "none", "file", "message")
 METADATA = "metadata.yaml"
+_SAYS = f"has a {METADATA} in which"
+_MOST_TOLD = 3  # counts of one bag that are wrong
 _LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
 
@@ -35,7 +38,8 @@ class TopicEntry:
 class BagFolder:
     """The files of a bag in order, its compression mode ('', file, message), its topic list, the span of its log times in ns.
 
-    `topics` is None where metadata.yaml is absent or unusable; `notes` says why. `span` is `EVER` where it is not told.
+    `topics` is None where metadata.yaml is absent or unusable; `notes` says why. `span` is `EVER` where it is not told. `totals`: how many
+    messages metadata.yaml says that there are in all, by its entry. `remarks`: what it says of files that is odd and stops nothing.
     """
 
     path: Path
@@ -44,6 +48,26 @@ class BagFolder:
     topics: dict[str, TopicEntry] | None = None
     notes: list[str] = field(default_factory=list)
     span: tuple[int, int] = EVER
+    totals: dict[str, int] = field(default_factory=dict)
+    remarks: list[str] = field(default_factory=list)
+
+    def miscounted(self, counts: Mapping[str, int]) -> str:
+        """Where metadata.yaml gives another number of messages than there are; '' where it nowhere does, or gives none.
+
+        Args:
+            counts: messages that the files hold, by topic.
+        """
+        if self.topics is None or not self.path.is_dir():
+            return ""
+        listed = {name: entry.count for name, entry in self.topics.items()}
+        wrong = [f"message_count of {name} is {listed[name]} and the bag holds {counts.get(name, 0)}"
+                 for name in listed if listed[name] != counts.get(name, 0)]
+        wrong += [f"topics_with_message_count does not list {name}, of which the bag holds {count}"
+                  for name, count in counts.items() if name not in listed]
+        total = sum(counts.values())
+        wrong += [f"{entry} is {count} and the bag holds {total}" for entry, count in self.totals.items() if count != total]
+        more = f" and {len(wrong) - _MOST_TOLD} more" if len(wrong) > _MOST_TOLD else ""
+        return f"{_SAYS} {', '.join(wrong[:_MOST_TOLD])}{more}" if wrong else ""
 
 
 def holds_bag(path: str | Path) -> bool:
@@ -81,8 +105,9 @@ def open_folder(path: str | Path) -> BagFolder:
         return BagFolder(path, _regular(found), _mode_of(found[0]), notes=[note])
     try:
         information = _information(metadata)
-        folder = BagFolder(path, [], _compression(metadata, information), _topics(information), span=_span(information))
-        listed = [path / name for name in _names_of_files(information)]
+        folder = BagFolder(path, [], _compression(metadata, information), _topics(information), span=_span(information),
+                           totals=_totals(information))
+        names = _names_of_files(information)
     except BagError:
         raise
     except (KeyError, TypeError, ValueError, OverflowError, AttributeError) as error:
@@ -90,15 +115,24 @@ def open_folder(path: str | Path) -> BagFolder:
             raise BagError(f"{metadata} cannot be used ({_reason(error)}) and the folder has no .mcap or .db3 file") from None
         note = f"has a {METADATA} that cannot be used ({_reason(error)})"
         return BagFolder(path, _regular(found), _mode_of(found[0]), notes=[note])
-    for file in listed:
-        here = file if file.is_file() else path / PurePath(file).name
-        if here.is_file():
+    for name in names:
+        file = path / name
+        inside = path / PurePath(file).name
+        outside = not Path(os.path.abspath(file)).is_relative_to(os.path.abspath(path))
+        here = inside if outside and inside.is_file() or not file.is_file() else file
+        if here in folder.files:
+            folder.remarks.append(f"{_SAYS} relative_file_paths names {here.name} twice; it is read once")
+        elif here.is_file():
             folder.files.append(here)
+            if outside:
+                folder.remarks.append(f"{_SAYS} relative_file_paths names {name!r}, which lies outside of the bag; {here} is read")
         else:
             folder.notes.append(f"lacks the file {file.name} that {METADATA} names")
+    if folder.files and (more := _not_named(folder, found)):
+        folder.remarks.append(f"{_SAYS} relative_file_paths does not name {_names(more)}, which lies beside it and is not read")
     if not folder.files:
         if not found:
-            raise BagError(f"{path} has none of the files that its {METADATA} names: {_names(listed)}")
+            raise BagError(f"{path} has none of the files that its {METADATA} names: {_names([path / name for name in names])}")
         folder.files = _regular(found)
     return folder
 
@@ -161,6 +195,22 @@ def _topics(information: dict[str, Any]) -> dict[str, TopicEntry]:
         )
         for entry in entries
     }
+
+
+def _totals(information: dict[str, Any]) -> dict[str, int]:
+    """How many messages there are in all, by the entry that says so; without those that are no whole number."""
+    files = information.get("files")
+    of_files = [file.get("message_count") if isinstance(file, dict) else None for file in files] if isinstance(files, list) else []
+    totals = {"message_count": information.get("message_count")}
+    if of_files and all(type(count) is int for count in of_files):
+        totals["message_count of all files"] = sum(of_files)
+    return {entry: count for entry, count in totals.items() if type(count) is int}
+
+
+def _not_named(folder: BagFolder, found: list[Path]) -> list[Path]:
+    """Files of a bag that lie in its folder and are not read; a packed one and the same unpacked are one."""
+    read = {file.name.removesuffix(".zstd") for file in folder.files}
+    return [file for file in found if file.name.removesuffix(".zstd") not in read]
 
 
 def _text(value: object) -> str:

@@ -204,16 +204,20 @@ def _usable(file: str, topic: str, rig: RigInfo) -> tuple[RigInfo, list[Finding]
 def _damage_findings(folder: BagFolder, collector: Collector, damage: list[str]) -> list[Finding]:
     file = str(folder.path)
     notes = folder.notes + damage
+    findings = [Finding("warning", file, "", "", None, 1, f"{file} {remark}") for remark in folder.remarks]
     total = sum(collector.counts.values())
     expected = sum(entry.count for entry in (folder.topics or {}).values())
     short = folder.topics is not None and folder.path.is_dir() and total < expected
+    miscounted = "" if notes else folder.miscounted(collector.counts)
+    if miscounted and not short:
+        findings.append(Finding("warning", file, "", "", total, 1, f"{file} {miscounted}; all of them are read"))
     if not notes and not short:
-        return []
+        return findings
     of = f" of {expected}" if expected > total else ""
-    why = "; it ".join(notes) or "holds fewer messages than its metadata.yaml says"
+    why = "; it ".join(notes) or f"holds fewer messages than it should: it {miscounted}"
     message = f"{file} {why}; recovered {total}{of} messages, {collector.lasting:.1f} s"
     severity = "error" if total < _WHOLE * expected else "warning"
-    return [Finding(severity, file, "", "", total, max(1, len(notes)), message)]
+    return [*findings, Finding(severity, file, "", "", total, max(1, len(notes)), message)]
 
 
 def _unreadable_findings(file: str, namespace: str, rows: dict[str, Rows]) -> list[Finding]:

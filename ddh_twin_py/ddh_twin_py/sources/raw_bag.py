@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tempfile
+from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -34,7 +35,7 @@ class RawBag:
     """A bag opened for playing.
 
     `topics` lists (name, type) and is complete from the start; `first_ns` and `last_ns` are the
-    log times at both ends, `count` the number of messages, `notes` what could not be read.
+    log times at both ends, `count` the number of messages, `notes` what could not be read, or is not as its metadata.yaml says.
     Raises BagError when there is no bag, or nothing in it.
     """
 
@@ -48,12 +49,17 @@ class RawBag:
         self.notes: list[str] = list(self._folder.notes)
         self.count, self.first_ns, self.last_ns = 0, 2**63 - 1, -(2**63)
         ordered = True
-        for _, log_time, *_ in self._blocks(self.notes):
+        counts: Counter[str] = Counter()
+        for topic, log_time, *_ in self._blocks(self.notes):
             if log_time.size:
+                counts.update({self.topics[number][0]: int(n) for number, n in enumerate(np.bincount(topic)) if n})
                 ordered = ordered and log_time[0] >= self.last_ns and bool(np.all(log_time[1:] >= log_time[:-1]))
                 self.count += log_time.size
                 self.first_ns = min(self.first_ns, int(log_time.min()))
                 self.last_ns = max(self.last_ns, int(log_time.max()))
+        if not self.notes and (miscounted := self._folder.miscounted(counts)):
+            self.notes.append(miscounted)
+        self.notes += self._folder.remarks
         self._place = None if ordered else self._places()
         if not self.count:
             raise BagError(f"{self.path} holds no messages" + (f": it {self.notes[0]}" if self.notes else ""))
