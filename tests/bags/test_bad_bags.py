@@ -174,6 +174,7 @@ def test_metadata_missing_is_recovered(bag, short):
 @pytest.mark.parametrize(("text", "why"), [
     ("rosbag2_bagfile_information: [", "is not YAML (line 1): a bracket is not closed"),
     ("a: !!int ''\n", "is not YAML (line 1): '' is no int"),
+    ("rosbag2_bagfile_information: {}\nrosbag2_bagfile_information: {}\n", "rosbag2_bagfile_information: given twice, in lines 1 and 2"),
     ("", "is empty; a description of a bag is a mapping of entries"),
     ("- a\n", "holds a list; a description of a bag is a mapping of entries"),
     ("rosbag2_bagfile_information:\n", "rosbag2_bagfile_information: is empty; a description of a bag is a mapping of entries"),

@@ -60,6 +60,10 @@ def test_an_oil_may_be_named_by_its_grade(tmp_path):
     ("pump_1:\n  leakage: {value: 1.3e-12}\n", "pump_1.leakage: unit is missing, this entry is in 'm3/(s*Pa)'"),
     ("sensors:\n  speed: {noise: 0.1}\n", "sensors.speed: unit is missing, this sensor is in 'rad/s'"),
     ("pump_1:\n  leakage: {unit: m3/(s*Pa), tolerance: 0.1}\n", "pump_1.leakage: value is missing beside unit"),
+    ("cylinder: {stroke: {value: 0,45, unit: m}}\n",
+     "cylinder.stroke.45: an entry has no key 45; valid are value, unit, tolerance, std, source; "
+     "is it behind a decimal comma?"),
+    ("cylinder:\n  - stroke: {value: 0.45, unit: m}\n", "cylinder: found a list, expected {value, unit, tolerance, source}"),
     ("pump_1: 3\n", "expected {value, unit, tolerance, source}"),
     ("[1, 2]\n", "mapping"),
     ("a: [\n", "is not YAML"),

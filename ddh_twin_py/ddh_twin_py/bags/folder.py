@@ -13,7 +13,8 @@ import yaml
 from ddh_twin_py.bags.errors import BagError
 from ddh_twin_py.bags.storage import EVER
 from ddh_twin_py.rig.files import did_you_mean, no_regular_file
-from ddh_twin_py.rig.yaml_file import mapping, parse_yaml, shown
+from ddh_twin_py.rig.unique_keys import read_unique
+from ddh_twin_py.rig.yaml_file import decoded, mapping, parse_yaml, shown
 
 SUFFIXES = (".mcap", ".db3")
 _PACKED_SUFFIXES = tuple(f"{suffix}.zstd" for suffix in SUFFIXES)
@@ -143,9 +144,9 @@ def _information(metadata: Path) -> dict[str, Any]:
     Raises:
         ValueError, KeyError: it says nothing; the message is one line.
     """
-    text = metadata.read_text("utf8")
+    text = decoded(metadata.read_bytes())
     try:
-        tree = yaml.load(text, _LOADER)
+        tree = read_unique(text, _LOADER)
     except (yaml.YAMLError, LookupError, ValueError, AttributeError, RecursionError):
         tree = parse_yaml(text, METADATA, ValueError)  # slower, and says what is wrong
     information = mapping(tree, METADATA, "description of a bag", ValueError)["rosbag2_bagfile_information"]

@@ -321,7 +321,8 @@ def _parse(tree: dict, file: str) -> tuple[str, dict[str, Quantity], dict[str, S
     def leaf(name: str, node: dict) -> None:
         for key in node:
             if key not in LEAF:
-                raise RigError(f"{file}: {name}.{key}: an entry has {no_such('key', key, LEAF)}")
+                point = "; is it behind a decimal comma? YAML has the point" if isinstance(key, int) else ""
+                raise RigError(f"{file}: {name}.{key}: an entry has {no_such('key', key, LEAF)}{point}")
         source = node.get("source", "")
         if not isinstance(source, str):
             raise RigError(f"{file}: {name}.source: value is {shown(source)}, a text is needed; put it in quotes")
@@ -354,7 +355,8 @@ def _parse(tree: dict, file: str) -> tuple[str, dict[str, Quantity], dict[str, S
         elif node is None:
             raise RigError(_no_value(file, prefix))
         else:
-            raise RigError(f"{file}: {prefix}: found {node!r}, expected {_AN_ENTRY}")
+            found = "a list" if isinstance(node, list) else repr(node)
+            raise RigError(f"{file}: {prefix}: found {found}, expected {_AN_ENTRY}")
 
     rig_id = tree.get("rig_id", "")
     if isinstance(rig_id, bool) or not isinstance(rig_id, (str, int, float)):

@@ -7,6 +7,7 @@ import re
 
 import yaml
 
+_CLINGS = re.compile(r"[\w.]+:[^\s/]")
 _SURROGATE = re.compile("[\ud800-\udfff]")
 
 
@@ -77,10 +78,20 @@ def _check(node: yaml.Node, path: str, seen: set[int], around: set[int]) -> None
         _check_text(name, path, "key")
         whole = f"{path}.{name}" if path else name
         line = key.start_mark.line + 1
+        if name and key.style is None:
+            _check_key(name, child, key.start_mark)
         if name and name in lines:
             raise DuplicateKeyError(f"{whole}: given twice, in lines {lines[name]} and {line}")
         lines[name] = line
         _check(child, whole, seen, around)
+
+
+def _check_key(name: str, child: yaml.Node, mark: yaml.Mark) -> None:
+    """Of a key without quotes: that it is one."""
+    if _CLINGS.match(name) and isinstance(child, yaml.ScalarNode) and not child.value:
+        raise yaml.composer.ComposerError(None, None, f"a blank is missing after the ':' of {name!r}", mark)
+    if name != name.strip():
+        raise yaml.composer.ComposerError(None, None, f"the name {name!r} begins or ends with a blank that is none of YAML's", mark)
 
 
 def _check_text(text: str, path: str, what: str) -> None:
