@@ -28,13 +28,18 @@ def test_the_parameter_file_holds_all_defaults(node, config):
     assert {name: type(value) for name, value in written.items()} == {name: type(value) for name, value in declared.items()}
 
 
-def refused(text, folder):
-    """What is said of a parameter file that holds this text, by `up`, before a node is started."""
+def asked_to_start(text, folder, *given):
+    """What `up` is asked for, with a parameter file that holds this text."""
     (folder / "twin.yaml").write_text(text)
     arguments = argparse.ArgumentParser()
     up.add_parser(arguments.add_subparsers())
+    return arguments.parse_args(["up", "--params", str(folder / "twin.yaml"), *given])
+
+
+def refused(text, folder):
+    """What is said of a parameter file that holds this text, by `up` with nearly all nodes, before a node is started."""
     with pytest.raises(ParameterFileError) as error:
-        up.run(arguments.parse_args(["up", "--params", str(folder / "twin.yaml")]))
+        up.run(asked_to_start(text, folder, "--view", "--source", "simulation", "--duty", "mixed", "--record", str(folder / "new")))
     said = str(error.value)
     assert said.startswith(f"{folder / 'twin.yaml'}: ") and "\n" not in said
     return said
@@ -51,7 +56,7 @@ def refused(text, folder):
     ("/**/gap_monitor: {ros_parameters: {bin: 20.0}}\n", ["/**/gap_monitor: no section 'ros_parameters'"]),
     ("/**: {rosparameters: 1}\n", ["/**: no section 'rosparameters'"]),
     ("/**/gap_monitor: {ros__parameters: }\n", ["/**/gap_monitor: ros__parameters holds nothing"]),
-    ("rig_7: {gap_moniter: {ros__parameters: {bin: 20.0}}}\n", ["rig_7/gap_moniter: no node 'gap_moniter'", "nearest is 'gap_monitor'"]),
+    ("/ddh: {gap_moniter: {ros__parameters: {bin: 20.0}}}\n", ["/ddh/gap_moniter: no node 'gap_moniter'", "nearest is 'gap_monitor'"]),
     ("/**/gap_monitor: {ros__parameters: {bins: 20.0}}\n", ["/**/gap_monitor: no parameter 'bins'", "nearest is 'bin'"]),
     ("/**/gap_monitor: {ros__parameters: {bin: 0.5}}\n", ["/**/gap_monitor: bin is 0.5, it must be of type double and 1 to 3600"]),
     ("/**/gap_monitor: {ros__parameters: {bin: 20}}\n", ["bin is 20, it must be of type double", "write 20.0"]),
@@ -63,7 +68,7 @@ def refused(text, folder):
     ("ros__parameters: {bin: 20.0}\n", ["ros__parameters stands below no node; valid are hydraulic_model", "**"]),
     ("/**/gap_monitor: {ros__parameters: {diagnosis_command: ddh}}\n", ["diagnosis_command is 'ddh', it must be of type string array"]),
     ("/**/gap_monitor: {ros__parameters: {bin: 20.0, bin: 30.0}}\n", ["bin: given twice"]),
-    ("/rig/bag_recorder: {ros__parameters: {log_time: now}}\n", ["log_time is 'now'", "one of 'arrival', 'stamp'"]),
+    ("/ddh/bag_recorder: {ros__parameters: {log_time: now}}\n", ["log_time is 'now'", "one of 'arrival', 'stamp'"]),
     ("/**/drive_telemetry: {ros__parameters: {simulation: {sed: 1}}}\n", ["no parameter 'simulation.sed'", "nearest is 'simulation.seed'"]),
     ("/**: {ros__parameters: {interval: 5.0}}\n", ["/**: interval is 5.0"]),
     ("/**: {ros__parameters: {intervall: 0.05}}\n", ["/**: no parameter 'intervall'"]),
@@ -71,6 +76,25 @@ def refused(text, folder):
 def test_a_parameter_file_that_cannot_be_used_is_refused_before_a_node_starts(text, words, tmp_path):
     said = refused(text, tmp_path)
     assert all(word in said for word in words), said
+
+
+@pytest.mark.parametrize(("text", "said"), [
+    ("/other/gap_monitor: {ros__parameters: {bin: 0.5}}\n", "/other/gap_monitor: bin is 0.5, it must be of type double and 1 to 3600"),
+    ("/other/gap_monitor: {ros__parameters: {bins: 20.0}}\n", "/other/gap_monitor: no parameter 'bins'"),
+    ("/other/gap_moniter: {ros__parameters: {bin: 20.0}}\n", "/other/gap_moniter: no node 'gap_moniter'"),
+    ("/camera: {ros__parameters: {exposure: 3}}\n", "/camera: no node 'camera'"),
+    ("/**/web_view: {ros__parameters: {port: 'many'}}\n", "/**/web_view: port is 'many', it must be of type integer"),
+    ("/**: {ros__parameters: {port: 'many'}}\n", "/**: port is 'many', it must be of type integer"),
+    ("/ddh/*: {ros__parameters: {loop: 3}}\n", "/ddh/*: loop is 3, it must be of type bool"),
+])
+def test_what_only_other_nodes_would_take_is_told_and_stops_nothing(text, said, tmp_path, capsys):
+    up.check(asked_to_start(text, tmp_path))
+    assert f"ddh-twin up: warning: {tmp_path / 'twin.yaml'}: {said}" in "".join(capsys.readouterr())
+
+
+@pytest.mark.parametrize("text", ["/other/gap_monitor: {ros__parameters: {bin: }}\n", "/camera: {ros__parameters: {modes: [1, fast]}}\n"])
+def test_what_ros_does_not_read_stops_all_nodes(text, tmp_path):
+    assert text.partition(":")[0] in refused(text, tmp_path)
 
 
 def test_a_parameter_file_that_nodes_take_is_taken(repo_root, tmp_path):

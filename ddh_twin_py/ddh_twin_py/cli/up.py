@@ -168,7 +168,8 @@ def _executable(node: str) -> list[str]:
 
 
 def check(args: argparse.Namespace) -> None:
-    """What can be known to be wrong before anything is started."""
+    """What can be known to be wrong before anything is started; the namespace and the duty are put as nodes want them."""
+    args.namespace = namespace(args.namespace)
     if args.source == "bag" and not args.bag:
         raise InputError("--source bag needs --bag BAG")
     if args.source == "simulation" and not args.duty:
@@ -191,11 +192,13 @@ def check(args: argparse.Namespace) -> None:
 
         open_folder(args.bag)
     if args.params:
-        from ddh_twin_py.nodes.parameter_file import check_files, read_parameter_file, unanswered
+        from ddh_twin_py.nodes.parameter_file import check_files, check_values, read_parameter_file, unanswered
 
-        sections = read_parameter_file(args.params)
-        check_files(args.params, sections, namespace(args.namespace), node_parameters(args))
-        for section in unanswered(sections, namespace(args.namespace)):
+        sections, started = read_parameter_file(args.params), node_parameters(args)
+        for said in check_values(args.params, sections, args.namespace, started):
+            say(f"ddh-twin up: warning: {said}; no node that is started takes it")
+        check_files(args.params, sections, args.namespace, started)
+        for section in unanswered(sections, args.namespace):
             say(f"ddh-twin up: warning: {args.params}: {section}: no node in {args.namespace} takes it; /**/NODE is one in any namespace")
     if args.duty:
         args.duty = duty_file(args.duty)
@@ -203,7 +206,6 @@ def check(args: argparse.Namespace) -> None:
         from ddh_twin_py.twin.duty import load_duty
 
         load_duty(args.duty)
-    args.namespace = namespace(args.namespace)
 
 
 def environment_additions() -> dict[str, str]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 
 import yaml
@@ -76,21 +76,69 @@ for _kind, _pattern in (
 
 
 def read_parameter_file(path: str | Path) -> dict[str, dict[str, object]]:
-    """Sections of a file, a node's name with what it is given by dotted names, where every node would take it.
+    """Sections of a file, a node's name with what it is given by dotted names; `check_values` holds them against what nodes declare.
 
     Raises:
-        ParameterFileError: some node would refuse it, or it names a node or a parameter that there is not.
+        ParameterFileError: ROS would not read it, so that no node would start with it, whichever it is written for.
     """
     content = mapping(read_yaml(path, "parameter file", ParameterFileError, AsRos), str(path), "parameter file", ParameterFileError,
                       f"nodes with {_SECTION}")
     sections: dict[str, dict[str, object]] = {}
     for node, given in _sections(content, str(path), ""):
-        kinds = PARAMETERS if node.rpartition("/")[2] in _ANY_NODE else {node: PARAMETERS[node.rpartition("/")[2]]}
         values = sections.setdefault(node, {})
         for name, value in _flat(given, ""):
-            _check_value(f"{path}: {node}: ", name, value, [p for kind in kinds.values() for p in (*kind, *_OF_ROS)])
+            if value is None or isinstance(value, list) and (None in value or len({type(entry) for entry in value}) > 1):
+                raise ParameterFileError(f"{path}: {node}: {name} is {shown(value)}, {_must_be(node, name, value)}")
             values[name] = value
     return sections
+
+
+def _must_be(section: str, name: str, value: object) -> str:
+    """What is asked of a value that ROS does not read."""
+    kinds = PARAMETERS.values() if _last(section) in _ANY_NODE else [PARAMETERS.get(_last(section), ())]
+    declared = next((p for kind in kinds for p in kind if p.name == name), None)
+    return declared.must_be(value) if declared else "a value, or a list of values of one type, is needed"
+
+
+def check_values(path: str | Path, sections: Mapping[str, Mapping[str, object]], namespace: str, started: Iterable[str]) -> list[str]:
+    """Hold sections against what nodes declare.
+
+    Args:
+        path: of the parameter file. sections: what it holds. namespace: of the nodes. started: the nodes that are to be started.
+
+    Returns:
+        What is wrong with what only nodes would take that are not started, or are in another namespace.
+
+    Raises:
+        ParameterFileError: a node that is started would refuse it, or it names a node of the namespace or a parameter that there is not.
+    """
+    ours, said = namespace.rstrip("/"), []
+    for section, values in sections.items():
+        last = _last(section)
+        reaches = section if last in (*PARAMETERS, "**") else f"{section.removesuffix(last)}*"  # a name that is no node's may be a slip
+        near = [node for node in started if _takes(reaches, f"{ours}/{node}")]
+        if last not in PARAMETERS and last not in _ANY_NODE:
+            _tell(f"{path}: {section}: {no_such('node', last, PARAMETERS)}", bool(near), said)
+            continue
+        kinds = PARAMETERS if last in _ANY_NODE else {last: PARAMETERS[last]}
+        for name, value in values.items():
+            of_started = [node for node in near if any(p.name == name for p in (*PARAMETERS[node], *_OF_ROS))]
+            known = any(p.name == name for kind in kinds.values() for p in (*kind, *_OF_ROS))
+            declared = [p for node in of_started or kinds for p in (*PARAMETERS[node], *_OF_ROS)]
+            if fault := _fault(name, value, declared):
+                _tell(f"{path}: {section}: {fault}", bool(of_started if known else near), said)
+    return said
+
+
+def _tell(fault: str, concerns: bool, said: list[str]) -> None:
+    """Raise what concerns a node that is started, keep what does not."""
+    if concerns:
+        raise ParameterFileError(fault)
+    said.append(fault)
+
+
+def _last(section: str) -> str:
+    return section.rpartition("/")[2]
 
 
 def check_files(path: str | Path, sections: Mapping[str, Mapping[str, object]], namespace: str,
@@ -140,8 +188,6 @@ def _sections(content: object, file: str, path: str) -> Iterator[tuple[str, Mapp
         if key == _SECTION:
             if not path:
                 raise ParameterFileError(f"{file}: {_SECTION} stands below no node; valid are {', '.join((*PARAMETERS, *_ANY_NODE))}")
-            if name not in _ANY_NODE and name not in PARAMETERS:
-                raise ParameterFileError(f"{file}: {path}: {no_such('node', name, PARAMETERS)}")
             if not isinstance(value, Mapping):
                 raise ParameterFileError(f"{file}: {path}: {_SECTION} holds {shown(value)}, parameters with values are needed")
             yield path, value
@@ -160,12 +206,11 @@ def _flat(given: Mapping, before: str) -> Iterator[tuple[str, object]]:
             yield f"{before}{key}", value
 
 
-def _check_value(where: str, name: str, value: object, declared: list[Parameter]) -> None:
+def _fault(name: str, value: object, declared: list[Parameter]) -> str:
+    """Why no node takes a value; '' where all that declare its parameter do."""
     if name.startswith(_FREE):
-        return
+        return ""
     of_name = [parameter for parameter in declared if parameter.name == name]
     if not of_name:
-        raise ParameterFileError(f"{where}{no_such('parameter', name, dict.fromkeys(p.name for p in declared))}")
-    for parameter in of_name:
-        if not parameter.takes(value):
-            raise ParameterFileError(f"{where}{name} is {shown(value)}, {parameter.must_be(value)}")
+        return no_such("parameter", name, dict.fromkeys(p.name for p in declared))
+    return next((f"{name} is {shown(value)}, {p.must_be(value)}" for p in of_name if not p.takes(value)), "")
