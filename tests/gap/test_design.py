@@ -64,6 +64,15 @@ def test_what_is_found_only_beyond_what_machines_reach_is_told_so(linearised):
     assert not near.beyond and far.beyond and far.smallest is not None
 
 
+def test_an_effect_that_is_known_for_growing_is_asked_for_as_it_grows(linearised):
+    mass = EFFECTS["load.mass"]
+    ways = [replace(c, rise=c.rise * (3.0 if c.x < 0.0 else 1.0)) if c.effect.id == mass.id else c for c in linearised.columns]
+    with ThreadPoolExecutor(2) as pool:
+        either, grown = detections(replace(linearised, columns=ways), [mass, replace(mass, grows=True)], pool)
+    assert {c.x > 0.0 for c in ways if c.effect.id == mass.id} == {True, False}
+    assert either.smallest < 0.0 < grown.smallest
+
+
 def test_a_valve_is_found_only_where_it_opens(rig):
     setting = EFFECTS["relief_valve.setting"]
     linearised = taken(rig, rehearsed(rig), names=[setting.id])

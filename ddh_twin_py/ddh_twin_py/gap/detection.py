@@ -71,8 +71,9 @@ def detections(linearised: Linearised, effects: Sequence[Effect], pool: ThreadPo
 
 
 def detection(linearised: Linearised, effect: Effect, rise_at: RiseAt) -> Detection:
-    """How an effect shows in a case, by the way of it that shows least."""
+    """How an effect shows in a case, by the way of it that shows least; of one known for growing by the ways in which it grows."""
     ways = ways_of(linearised, effect.id)
+    ways = [i for i in ways if effect.grows and linearised.columns[i].x > 0.0] or ways
     if not ways:
         return Detection(effect.id, effect.unit, None, None, "", dict.fromkeys(SIZES))
     smallest = {i: _smallest(linearised, i) for i in ways}
