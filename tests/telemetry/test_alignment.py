@@ -226,7 +226,7 @@ def test_samples_of_the_old_clock_after_a_jump_are_left_out():
     for k in range(1, 101):
         aligner.push("drive/telemetry", 10**10 + k * 10 * MS, np.zeros(6))
         aligner.push("hydraulics/telemetry", 10**10 + k * 10 * MS, np.zeros(4))
-    for k in range(1, 53):
+    for k in range(1, 55):  # the reorder window, and twice the usual step of the other that is silent
         aligner.push("drive/telemetry", k * 10 * MS, np.ones(6))
     assert aligner.counts["drive/telemetry", "clock_jump"] == 1
     aligner.push("hydraulics/telemetry", 10**10 + 1010 * MS, np.ones(4))
@@ -257,7 +257,7 @@ def mixed(apart, seconds=20.0, second_machine=WIDTHS, burst=1):
 
 
 @pytest.mark.parametrize("burst", [1, 7])
-@pytest.mark.parametrize("apart", [-60.0, -590.0, -23_444_894.0, 86_400.0])
+@pytest.mark.parametrize("apart", [-60.0, 60.0, -590.0, -23_444_894.0, 86_400.0])
 def test_two_machines_of_different_times_do_not_stop_the_first(apart, burst):
     ticks, aligner = mixed(apart, burst=burst)
     assert len(ticks) == 400 and not any(tick.restart for tick in ticks)
@@ -267,10 +267,10 @@ def test_two_machines_of_different_times_do_not_stop_the_first(apart, burst):
         assert aligner.strayed[name, "other_clock"] == pytest.approx(apart * 1e9, abs=1e9)
 
 
-def test_a_machine_ahead_is_gone_on_with_once():
-    ticks, aligner = mixed(60.0)
+def test_a_machine_a_little_ahead_is_gone_on_with_once():
+    ticks, aligner = mixed(15.0)
     assert sum(aligner.counts[name, "clock_jump"] for name in WIDTHS) == 0
-    assert len(ticks) == 400 + 1200
+    assert len(ticks) == 400 + 300
 
 
 @pytest.mark.parametrize("every", [75, 10])
@@ -435,7 +435,8 @@ def test_a_stream_that_never_goes_back_is_heard_again():
         aligner.push("hydraulics/telemetry", 10**10 + k * 10 * MS, np.zeros(4))
     for k in range(1, 201):
         aligner.push("drive/telemetry", k * 10 * MS, np.ones(6))
-        aligner.push("hydraulics/telemetry", 10**10 + 1000 * MS + k * 10 * MS, np.ones(4))
+        if k > 100:  # it was silent for so long that the other's jump was believed
+            aligner.push("hydraulics/telemetry", 10**10 + 1000 * MS + k * 10 * MS, np.ones(4))
     assert aligner.counts["hydraulics/telemetry", "old_clock"] == 51  # the reorder window, then it is its clock
 
 

@@ -10,17 +10,20 @@ from ddh_twin_py.nodes.conversion import motor_layout, motor_values
 from ddh_twin_py.nodes.intervals_feed import Batch
 from ddh_twin_py.nodes.model_node import ModelNode
 from ddh_twin_py.nodes.node_base import run
-from ddh_twin_py.telemetry.signals import DRIVE_TOPIC
+from ddh_twin_py.telemetry.signals import DRIVE_TOPIC, HYDRAULIC_TOPIC
 from ddh_twin_py.twin.machine_thermal import MachineThermal
 
 OUTPUT_TOPIC = "motor/thermal_state"
 
 
 class MachineThermalNode(ModelNode):
-    """`drive/telemetry` and ambient to `motor/thermal_state`."""
+    """`drive/telemetry` and ambient to `motor/thermal_state`.
+
+    Of `hydraulics/telemetry` it takes the stamps alone: where clocks part it believes the one that `hydraulic_model` does.
+    """
 
     def __init__(self) -> None:
-        super().__init__("machine_thermal", topics=[DRIVE_TOPIC], awaited=[DRIVE_TOPIC])
+        super().__init__("machine_thermal", topics=[DRIVE_TOPIC, HYDRAULIC_TOPIC], awaited=[DRIVE_TOPIC])
         self._layout = motor_layout()
         self._state = self.create_publisher(MotorThermalState, OUTPUT_TOPIC, qos.OUTPUT)
         self.begin(required=[DRIVE_TOPIC])

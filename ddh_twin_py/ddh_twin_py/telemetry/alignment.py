@@ -11,7 +11,6 @@ from bisect import bisect_right, insort
 from collections import Counter, deque
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import islice
 
 import numpy as np
 
@@ -26,7 +25,9 @@ LONGEST_LAG = 10.0
 LONGEST_GAP = 600.0  # s
 MOST_JUMPS = 1000
 _LONGEST_LAG = round(LONGEST_LAG * 1e9)  # ns
-_MOST_DOUBTED = 2000  # samples of another clock that are put aside
+_MOST_DOUBTED = 20_000  # samples of another clock that are put aside
+_AHEAD = 20_000_000_000  # ns beyond all from which a stamp is doubted
+_OUTVOTED = 3_000_000_000  # ns of them after which they are left out where more streams go on
 _LATEST = 5_000_000_000  # ns by which messages may be late without being taken for those of a clock that jumped
 _FEWEST = 5  # samples in a row that show a clock that jumped back by less
 
@@ -117,20 +118,45 @@ def to_ns(seconds: float) -> int:
     return ns
 
 
+class _Doubt:
+    """What a stream told by another clock, until it is believed: `rows` by stamp in the order in which they came, never none.
+
+    `first` is the stamp of the first, `top` the newest of them, `since` the number of the push of the first, and `left` the newest stamp
+    of all streams before it.
+    """
+
+    __slots__ = ("first", "left", "rows", "since", "top")
+
+    def __init__(self, stamp: int, row: Sequence[float], since: int, left: int) -> None:
+        self.rows = {stamp: row}
+        self.first = self.top = stamp
+        self.since, self.left = since, left
+
+    def __len__(self) -> int:
+        return len(self.rows)
+
+    def add(self, stamp: int, row: Sequence[float]) -> None:
+        self.rows[stamp] = row
+        self.top = max(self.top, stamp)
+
+    def near(self, other: _Doubt, apart: int) -> bool:
+        """Whether another stream's samples may be of the same clock."""
+        return self.first <= other.top + apart and other.first <= self.top + apart
+
+
 class _Line:
     """One stream within the live aligner: what is waiting, sorted by stamp.
 
     `owed` counts the clock jumps that others have shown and this stream has not; below 0 it went
     back by itself. `since` is its first stamp since it owes one, `top` its newest before it went back,
-    `held` what came since then. `doubted` is what came by another clock, until it is believed: stamp to
-    row and number of the push. `spoke` is the number of the push that was taken in last, `rose` of the one that
+    `held` what came since then. `doubt` is what came by another clock, None where nothing did. `rose` is the number of the push that
     brought the newest stamp, and `heard` what the newest stamp of all was then; `lag` is the longest, ns, by which a stamp that was its
     newest lay behind that of all, up to `LONGEST_LAG`. `first` is the first stamp since the ticks began and `told` counts the samples
     since then.
     """
 
-    __slots__ = ("alive", "awaited", "doubted", "first", "follows", "heard", "held", "lag", "newest", "owed", "rose", "rows", "since",
-                 "spoke", "stamps", "told", "top", "width")
+    __slots__ = ("alive", "awaited", "doubt", "first", "follows", "heard", "held", "lag", "newest", "owed", "rose", "rows", "since",
+                 "stamps", "told", "top", "width")
 
     def __init__(self, width: int, awaited: bool, follows: bool) -> None:
         self.width = width
@@ -138,7 +164,7 @@ class _Line:
         self.follows = follows
         self.stamps: list[int] = []
         self.rows: dict[int, Sequence[float]] = {}
-        self.spoke = self.rose = self.lag = 0
+        self.rose = self.lag = 0
         self.restart()
 
     def restart(self, owed: int = 0, newest: int | None = None) -> None:
@@ -150,7 +176,7 @@ class _Line:
         self.since: int | None = None
         self.top: int | None = None
         self.held: list[tuple[int, Sequence[float]]] = []
-        self.doubted: dict[int, tuple[Sequence[float], int]] = {}
+        self.doubt: _Doubt | None = None
 
     def step_back(self, stamp: int) -> None:
         """A stream that follows others went back to this stamp; what waits beyond it will come again."""
@@ -174,16 +200,16 @@ class _Line:
     @property
     def went_back(self) -> bool:
         """Whether what came by another clock is of an earlier time."""
-        return bool(self.doubted) and self.newest is not None and self.first_doubted < self.newest
-
-    @property
-    def first_doubted(self) -> int:
-        """Stamp of the first sample that came by another clock."""
-        return next(iter(self.doubted))
+        return self.doubt is not None and self.newest is not None and self.doubt.first < self.newest
 
     def goes_on_doubted(self, stamp: int) -> bool:
         """Whether a stamp follows what came by an earlier clock rather than what came before it."""
-        return self.went_back and stamp <= self.newest and stamp - max(self.doubted) < self.newest - stamp
+        return self.went_back and stamp <= self.newest and stamp - self.doubt.top < self.newest - stamp
+
+    @property
+    def step(self) -> int:
+        """Usual time between its samples, ns; that of the slowest streams that are waited for where it told one."""
+        return (self.newest - self.first) // (self.told - 1) if self.told > 1 and self.first is not None else _LONGEST_LAG
 
 
 class TickAligner:
@@ -197,16 +223,19 @@ class TickAligner:
     Streams not named in `awaited` never hold a tick up.
     Where no sample comes for longer than `longest_gap` that time is skipped, all of it and at once.
 
-    A stream of which the stamps lie more than the reorder window behind its newest, and which has gone
-    on so for longer than that window or half of the step, shows a clock that jumped, unless more streams go on
-    as before meanwhile (more of the awaited ones, where it is one): all that waits is released, without the
-    time in which there was nothing for longer than messages can be under way, and the ticks begin anew. A
-    stamp after which the stream goes on as before is of another clock, as of a second machine on the topic,
-    and left out. A step back of 5 s or less may be messages that are late: there it must be told by several
-    samples as close as the stream's are, while no stream goes on as before. Left out is, too, a stamp by
-    which all would lie more than `longest_gap` ahead, until the stream goes on by it. Samples of the other
-    streams are left out until they have gone back too, fit the new time, or have gone on for longer than
-    messages can be under way. `followers` are computed from the other streams and lag behind them:
+    A stream of which the stamps lie more than the reorder window behind its newest, or more than 20 s ahead of all, is doubted: what it
+    tells is put aside until it has gone on so for longer than that window or half of the step, and then is put to the vote of all streams.
+    For it are those that tell the same clock, itself among them; against it those that have meanwhile told, by the clock of before, more
+    than a reorder window beyond all that had come. It is believed once more are for it than against it and silent together, a stream being
+    silent for as long as it had no time to speak: twice its usual step, its lag and the reorder window, 10 s at most. After a jump back all
+    that waits is released, without the time in which there was nothing for longer than messages can be under way, and the ticks begin anew;
+    after one ahead of more than `longest_gap` that time is skipped. A stream that is outvoted is left out, and doubted anew
+    with what it tells next, until its stamps go on as before or others tell its clock, too. A stamp after which its stream goes on as
+    before is of another clock, as of a second machine on the topic, and left out. A step back of 5 s or less may be messages that are
+    late: there it must be told by several samples as close as the stream's are, while no stream goes on.
+
+    Samples of the streams that have not jumped yet are left out until they have gone back too, fit the new time, or have gone on for longer
+    than messages can be under way, unless that is far ahead. `followers` are computed from the other streams and lag behind them:
     by up to `timeout` they tell the old time after a jump, so that they only restart themselves
     when they go back; they decide for all only where none of the others speaks, or says otherwise
     for `timeout` of data. What they said in the meantime is not lost. Samples must be pushed in the order in
@@ -263,17 +292,15 @@ class TickAligner:
             if not self._went_back(line, stamp):
                 self._doubt(stream, line, stamp, row)
                 return
-        elif line.doubted:
+        elif line.doubt is not None:
             self._leave_out(stream, line)
         self._accept(stream, line, stamp, row)
 
     def _accept(self, stream: str, line: _Line, stamp: int, row: Sequence[float]) -> None:
         """Take in a sample whose clock is believed."""
         if line.stale and not self._joins(line, stamp):
-            line.newest = stamp if line.newest is None else max(line.newest, stamp)
             self.counts[stream, "old_clock"] += 1
             return
-        line.spoke = self._pushed
         if line.owed < 0:
             line.held.append((stamp, row))
             if stamp > line.held[0][0] + self._window + self._timeout:
@@ -328,8 +355,10 @@ class TickAligner:
     def flush(self) -> Iterator[Tick]:
         """All ticks up to the newest sample, at the end of the data."""
         for name, line in self._lines.items():
-            if len(line.doubted) > 1 and not self._may_be_late(line) and not self._outvoted(line, line.first_doubted):  # one is no clock
-                self._believe(name, line)
+            if line.doubt is not None and len(line.doubt) > 1 and not self._may_be_late(line):  # one is no clock
+                agree, go_on, _ = self._votes(line)
+                if agree > go_on:
+                    self._believe(name, line)
         yield from self._finished()
         yield from self._drain(self._longest_gap)
 
@@ -400,11 +429,11 @@ class TickAligner:
         return Samples(np.array(stamps, np.int64), values)
 
     def _leaps(self, line: _Line, stamp: int) -> bool:
-        """Whether a stamp lies behind its stream, or so far ahead of all that the time between would be skipped."""
+        """Whether a stamp lies behind its stream, or far ahead of all."""
         if line.newest is not None and stamp < line.newest - self._window:
             return True
         newest = max(line.newest or 0, self._newest or 0)
-        return newest > 0 and not line.stale and stamp > newest + self._longest_gap * self.interval_ns
+        return newest > 0 and not line.stale and stamp > newest + _AHEAD
 
     def _went_back(self, line: _Line, stamp: int) -> bool:
         """Whether a stamp behind its stream is of a jump that is known, so that the stream takes part in it."""
@@ -419,20 +448,23 @@ class TickAligner:
         return True
 
     def _doubt(self, stream: str, line: _Line, stamp: int, row: Sequence[float]) -> None:
-        """Put a sample of another clock aside, until its stream has gone on by that clock."""
-        newest = self._newest_of(line)
-        if line.doubted and (stamp < line.first_doubted - self._window or (stamp > newest) != (line.first_doubted > newest)):
+        """Put a sample of another clock aside, until its stream has gone on by that clock and is not outvoted."""
+        newest, doubt = self._newest_of(line), line.doubt
+        if doubt is not None and (stamp < doubt.first - self._window or (stamp > newest) != (doubt.first > newest)):
             self._leave_out(stream, line)
-        if stamp in line.doubted:
+        if line.doubt is None:
+            line.doubt = _Doubt(stamp, row, self._pushed, self._newest)
+        elif stamp in line.doubt.rows:
             self.counts[stream, "duplicate"] += 1
             return
-        line.doubted[stamp] = row, self._pushed
-        first = line.first_doubted
-        before = next(islice(reversed(line.doubted), 1, None), stamp)
-        shown = stamp > first + min(self._window, abs(newest - first) // 2) and not self._may_be_late(line)
-        if shown and not self._outvoted(line, min(before, stamp - self._window)) or self._follower_at(stamp):
+        line.doubt.add(stamp, row)
+        span = stamp - line.doubt.first
+        agree = go_on = silent = 0
+        if span > min(self._window, abs(newest - line.doubt.first) // 2) and not self._may_be_late(line):
+            agree, go_on, silent = self._votes(line)
+        if agree > go_on + silent or self._follower_at(stamp):
             self._believe(stream, line)
-        elif len(line.doubted) > _MOST_DOUBTED or abs(stamp - first) > _LONGEST_LAG:
+        elif len(line.doubt) > _MOST_DOUBTED or span > (_OUTVOTED if agree and not silent else _LONGEST_LAG):
             self._leave_out(stream, line)
 
     def _may_be_late(self, line: _Line) -> bool:
@@ -440,24 +472,30 @@ class TickAligner:
 
         Of a clock that jumped come `_FEWEST` samples or more, half as close as the stream's at least, and no stream goes on meanwhile.
         """
-        if not line.went_back or line.newest - line.first_doubted > _LATEST:
+        doubt = line.doubt
+        if not line.went_back or line.newest - doubt.first > _LATEST:
             return False
-        count, span, before = len(line.doubted), max(line.doubted) - line.first_doubted, line.newest - (line.first or line.newest)
-        since = line.doubted[line.first_doubted][1]
-        goes_on = any(other.rose > since and not other.stale for other in self._voters(line))
+        count, span, before = len(doubt), doubt.top - doubt.first, line.newest - (line.first or line.newest)
+        goes_on = any(other.rose > doubt.since and not other.stale and not other.follows for other in self._lines.values())
         return goes_on or count < _FEWEST or 2 * count * before < line.told * span
 
-    def _voters(self, doubted: _Line) -> list[_Line]:
-        """Streams that have a say in whether the clock of one jumped."""
-        return [line for line in self._lines.values() if not line.follows and (line.awaited or not doubted.awaited)]
+    def _votes(self, line: _Line) -> tuple[int, int, int]:
+        """How many streams tell the clock of what one of them told last, itself among them, how many go on as before, and how many had
+        no time to tell yet: twice their usual step, and the reorder window and their lag."""
+        doubt, near = line.doubt, self._window + self._timeout
+        agree = go_on = silent = 0
+        for other in self._lines.values():
+            if other.doubt is not None:
+                agree += other.doubt.near(doubt, near)
+            elif self._goes_on(other, doubt):
+                go_on += 1
+            elif other.newest is not None and not other.stale and other.newest > doubt.left - _LONGEST_LAG:
+                silent += doubt.top - doubt.first <= min(2 * other.step + self._window + other.lag, _LONGEST_LAG)
+        return agree, go_on, silent
 
-    def _outvoted(self, doubted: _Line, since: int) -> bool:
-        """Whether more streams went on as before, than by another clock, after a stream told the first stamp of that from ``since`` on."""
-        told = next(number for stamp, (_, number) in doubted.doubted.items() if stamp >= since)
-        near = self._window + self._timeout
-        voters = self._voters(doubted)
-        agreeing = [line for line in voters if line.doubted and abs(max(line.doubted) - max(doubted.doubted)) <= near]
-        return sum(line.spoke > told and not line.stale and line not in agreeing for line in voters) > len(agreeing)
+    def _goes_on(self, line: _Line, doubt: _Doubt) -> bool:
+        """Whether a stream has told, by the clock of all, what lies beyond all that came before another one was doubted."""
+        return line.doubt is None and not line.stale and line.rose > doubt.since and line.newest > doubt.left + self._window
 
     def _follower_at(self, stamp: int) -> bool:
         """Whether a stream that follows others went back by itself and is near a stamp."""
@@ -471,22 +509,22 @@ class TickAligner:
             return
         self._take_in(stream, line)
         for name, other in self._lines.items():
-            if other.doubted and not self._leaps(other, other.first_doubted):
+            if other.doubt is not None and not self._leaps(other, other.doubt.first):
                 self._take_in(name, other)
 
     def _take_in(self, stream: str, line: _Line) -> None:
         """Take in what was put aside."""
-        doubted, line.doubted = line.doubted, {}
-        for stamp, (row, _) in doubted.items():
+        doubt, line.doubt = line.doubt, None
+        for stamp, row in doubt.rows.items():
             self._accept(stream, line, stamp, row)
 
     def _leave_out(self, stream: str, line: _Line) -> None:
         """Forget what was put aside; the stream goes on as before."""
-        behind = self._newest_of(line) - line.first_doubted
+        behind = self._newest_of(line) - line.doubt.first
         cause = "late" if 0 < behind <= _LATEST else "other_clock"
-        self.counts[stream, cause] += len(line.doubted)
+        self.counts[stream, cause] += len(line.doubt)
         self.strayed.setdefault((stream, cause), -behind)
-        line.doubted = {}
+        line.doubt = None
 
     def _newest_of(self, line: _Line) -> int:
         """Newest stamp of a stream, of all while it has none."""
@@ -500,15 +538,17 @@ class TickAligner:
 
     def _joins(self, line: _Line, stamp: int) -> bool:
         """Whether a stale stream is of the new clock with this stamp; it is stale no more then."""
+        line.newest = stamp if line.newest is None else max(line.newest, stamp)
         if line.follows and any(self._far_ahead(leader, stamp) for leader in self._lines.values() if not leader.follows):
             return False  # it tells what the others told before the jump, their way there included
         if line.since is None:
             line.since = stamp
         fits = not line.follows and (self._newest is None or stamp <= self._newest + self._window)
-        longest = self._window + (self._timeout if line.follows else 0)
+        longest = self._window + line.lag + (self._timeout if line.follows else 0)
         if fits or stamp > line.since + longest:
             line.restart()
-        return not line.stale
+            return not self._leaps(line, stamp)  # else it is another clock's
+        return False
 
     def _far_ahead(self, line: _Line, stamp: int) -> bool:
         """Whether a stamp lies so far ahead of a stream that speaks that the time between would be skipped."""
@@ -520,8 +560,7 @@ class TickAligner:
         followed = {name: line.held for name, line in self._lines.items() if line.owed < 0 and line.held}
         for name, held in followed.items():
             self._lines[name].forget(held[0][0])
-        before = followed | {name: [(stamp, row) for stamp, (row, _) in line.doubted.items()]
-                             for name, line in self._lines.items() if line.went_back}
+        before = followed | {name: list(line.doubt.rows.items()) for name, line in self._lines.items() if line.went_back}
         self._done += self._drain(min(self._longest_gap, (self._window + self._timeout) // self.interval_ns))
         self._restart = self._restart or self._last is not None
         self.late.clear()
