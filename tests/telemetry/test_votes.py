@@ -10,7 +10,7 @@ EPOCH = 1_772_000_000_000_000_000
 MS = 1_000_000
 DRIVE, HYDRAULICS, STATE, MOTOR = "drive/telemetry", "hydraulics/telemetry", "hydraulics/state", "motor/thermal_state"
 SENSORS = tuple(f"temperature/{name}" for name in ("ambient", "tank_oil", "motor_housing", "line_a", "line_b", "pump_1_case"))
-BREAKS = 30.0  # s at which clocks jump
+BREAKS = 29.7  # s at which clocks jump
 SECONDS = 75
 
 
@@ -18,7 +18,7 @@ class Graph:
     """The three aligners of a running twin: two models on telemetry, the fusion on sensors and models.
 
     `jump` maps a stream to the s by which its stamps are off from `BREAKS` on, until s `back`; `apart` how many s later it jumps than that.
-    Messages come `burst` s at once, one stream after the other. `ticks` are each node's, `aligners` by node.
+    Messages come `burst` s at once, one stream after the other, and nodes work off what there is before the next. `ticks` are each node's, `aligners` by node.
     """
 
     def __init__(self, sensors=SENSORS, period=1.0, jump=(), back=math.inf, burst=0.0, apart=(), fast=0.05):
@@ -44,16 +44,16 @@ class Graph:
                 fusion.push(name, stamp, [t])
             if looked + 1 == len(arrivals) or arrivals[looked + 1][0] > at:
                 for node, model in models.items():
-                    for tick in self._take(node):
+                    for tick in self._take(node, burst > 2.0):
                         fusion.push(model, tick.end_ns, [float(bool(len(tick.samples[DRIVE])))])
-                self._take("temperature_fusion")
+                self._take("temperature_fusion", burst > 2.0)
 
     def stamp(self, name, t):
         off = self.jump.get(name, 0.0) if BREAKS + self.apart.get(name, 0.0) < t <= self.back else 0.0
         return EPOCH + round((t + off) * 1e9)
 
-    def _take(self, node):
-        ticks = list(self.aligners[node].ready())
+    def _take(self, node, flush):
+        ticks = list(self.aligners[node].flush() if flush else self.aligners[node].ready())
         self.ticks[node] += ticks
         return ticks
 

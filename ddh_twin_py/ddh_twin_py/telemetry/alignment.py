@@ -356,8 +356,8 @@ class TickAligner:
         """All ticks up to the newest sample, at the end of the data."""
         for name, line in self._lines.items():
             if line.doubt is not None and len(line.doubt) > 1 and not self._may_be_late(line):  # one is no clock
-                agree, go_on, _ = self._votes(line)
-                if agree > go_on:
+                agree, against, silent = self._votes(line)
+                if agree > against + silent:
                     self._believe(name, line)
         yield from self._finished()
         yield from self._drain(self._longest_gap)
@@ -459,10 +459,10 @@ class TickAligner:
             return
         line.doubt.add(stamp, row)
         span = stamp - line.doubt.first
-        agree = go_on = silent = 0
+        agree = against = silent = 0
         if span > min(self._window, abs(newest - line.doubt.first) // 2) and not self._may_be_late(line):
-            agree, go_on, silent = self._votes(line)
-        if agree > go_on + silent or self._follower_at(stamp):
+            agree, against, silent = self._votes(line)
+        if agree > against + silent or self._follower_at(stamp):
             self._believe(stream, line)
         elif len(line.doubt) > _MOST_DOUBTED or span > (_OUTVOTED if agree and not silent else _LONGEST_LAG):
             self._leave_out(stream, line)
@@ -483,15 +483,15 @@ class TickAligner:
         """How many streams tell the clock of what one of them told last, itself among them, how many go on as before, and how many had
         no time to tell yet: twice their usual step, and the reorder window and their lag."""
         doubt, near = line.doubt, self._window + self._timeout
-        agree = go_on = silent = 0
+        agree = against = silent = 0
         for other in self._lines.values():
             if other.doubt is not None:
                 agree += other.doubt.near(doubt, near)
             elif self._goes_on(other, doubt):
-                go_on += 1
+                against += 1
             elif other.newest is not None and not other.stale and other.newest > doubt.left - _LONGEST_LAG:
                 silent += doubt.top - doubt.first <= min(2 * other.step + self._window + other.lag, _LONGEST_LAG)
-        return agree, go_on, silent
+        return agree, against, silent
 
     def _goes_on(self, line: _Line, doubt: _Doubt) -> bool:
         """Whether a stream has told, by the clock of all, what lies beyond all that came before another one was doubted."""
