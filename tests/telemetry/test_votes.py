@@ -18,7 +18,8 @@ class Graph:
     """The three aligners of a running twin: two models on telemetry, the fusion on sensors and models.
 
     `jump` maps a stream to the s by which its stamps are off from `BREAKS` on, until s `back`; `apart` how many s later it jumps than that.
-    Messages come `burst` s at once, one stream after the other, and nodes work off what there is before the next. `ticks` are each node's, `aligners` by node.
+    Messages come `burst` s at once, one stream after the other, and nodes work off what there is before the next. `ticks` are each node's,
+    `aligners` by node.
     """
 
     def __init__(self, sensors=SENSORS, period=1.0, jump=(), back=math.inf, burst=0.0, apart=(), fast=0.05):

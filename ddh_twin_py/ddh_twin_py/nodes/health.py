@@ -37,6 +37,7 @@ DROPPED = {"late": "too late, dropped", "old_clock": "of the time before a clock
 _ASTRAY = 10_000_000_000  # ns off the others, from which a stamp is not late but of another clock
 _ASKED = "; is a clock wrong, or do two machines publish there?"
 _JUMPED = "has a clock that jumped back"
+_USUAL = 1.5  # usual pauses between messages, after which an input is stale
 _RATE_SAMPLES = 20  # expected ones, before a rate is judged
 _RATE_SHARE = 0.8  # of the expected rate, below which messages are missing
 _ERRORS = (Cause.WRONG_UNIT,)
@@ -183,7 +184,8 @@ class StreamJudge:
 
 
 def judge_age(report: Report, entry: Input, wall: float, limit: float, required: bool) -> None:
-    """Is the input there, and fresh."""
+    """Is the input there, and fresh; one that comes with seconds at once is as long as it is used to."""
+    limit = max(limit, _USUAL * entry.usual_pause(wall))
     age = np.nan if entry.arrived is None else wall - entry.arrived
     report.add("age", float(age), "s")
     report.add("age limit", float(limit), "s")

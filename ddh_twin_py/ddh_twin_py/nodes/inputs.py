@@ -7,7 +7,8 @@ milliseconds, takes all that came, and decodes them in bulk: 13 microseconds a m
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections import deque
+from dataclasses import dataclass, field
 from itertools import accumulate
 
 from rclpy.callback_groups import CallbackGroup
@@ -19,6 +20,7 @@ from rclpy.subscription import Subscription
 from ddh_twin_py.nodes import qos
 
 _JUMP = 500_000_000  # ns
+_PAUSE = 0.5  # s of wall time without a message that are a pause
 _QUIET = SubscriptionEventCallbacks(use_default_callbacks=False)
 
 
@@ -41,7 +43,8 @@ class Input:
 
     `topic` as subscribed, `name` fully qualified. `received` counts messages, `rejected` those of
     them that were not used; `newest_ns` is the newest stamp since the clock jumped back, 0 before
-    the first; `arrived` is the wall time of the last message in s, None before the first.
+    the first; `arrived` is the wall time of the last message in s, None before the first; `pauses` are the last two, as
+    wall time of the message that ended it, and length, s.
     """
 
     topic: str
@@ -52,10 +55,25 @@ class Input:
     rejected: int = 0
     newest_ns: int = 0
     arrived: float | None = None
+    pauses: deque[tuple[float, float]] = field(default_factory=lambda: deque(maxlen=2))
 
     @property
     def name(self) -> str:
         return self.subscription.topic_name
+
+    def note_arrival(self, wall: float) -> None:
+        """A message came."""
+        if self.arrived is not None and wall - self.arrived > _PAUSE:
+            self.pauses.append((wall, wall - self.arrived))
+        self.arrived = wall
+
+    def usual_pause(self, wall: float) -> float:
+        """s of wall time without a message that are usual of late, as where seconds come at once: the shorter of two pauses; else 0."""
+        if len(self.pauses) < 2:
+            return 0.0
+        (before, first), (_, second) = self.pauses
+        usual = min(first, second)
+        return usual if wall - before < 4.0 * usual else 0.0
 
     def note_stamp(self, newest_ns: int) -> None:
         """The newest stamp of what just came; one that lies far back is a clock that jumped."""
@@ -115,7 +133,7 @@ class Inputs:
                 came.append(message[1]["received_timestamp"] or 0)
         if taken:
             entry.received += len(taken)
-            entry.arrived = wall
+            entry.note_arrival(wall)
         return taken, list(accumulate(came, max))
 
 
