@@ -3,7 +3,7 @@
 from types import SimpleNamespace
 
 import pytest
-from ddh_twin_py.nodes.health import Report, judge_age, judge_clock
+from ddh_twin_py.nodes.health import Report, Stops, judge_age, judge_clock
 from ddh_twin_py.nodes.inputs import Input
 from ddh_twin_py.telemetry.clock import Break
 
@@ -49,3 +49,9 @@ def test_an_input_that_comes_with_seconds_at_once_is_not_stale_in_between():
 def test_an_input_that_stopped_once_is_stale_as_soon_as_before():
     steady = [0.02 * k for k in range(3000) if not 500 <= k < 1000]  # from 10 to 20 s nothing
     assert stale_at(steady, [11.0, 13.0, 19.0, 21.0, 59.0, 61.5, 62.5]) == [13.0, 19.0, 62.5]
+
+
+def test_what_all_streams_left_out_is_no_stop_of_one():
+    stops = Stops()
+    assert [stops.alone(*now) for now in ((0, 0, 0.0), (1, 0, 10.0), (1, 1, 11.0), (1, 1, 20.0))] == [0, 0, 0, 0], "the clock went ahead"
+    assert [stops.alone(*now) for now in ((2, 1, 30.0), (2, 1, 36.0), (2, 2, 40.0))] == [0, 1, 1], "it stopped by itself"

@@ -1,9 +1,11 @@
 """What every node answers without ROS."""
 
+from types import SimpleNamespace
+
 import pytest
 from ddh_twin_py.nodes.drive_telemetry import DriveTelemetryNode
 from ddh_twin_py.nodes.gap_monitor import GapMonitorNode
-from ddh_twin_py.nodes.node_base import run
+from ddh_twin_py.nodes.node_base import TwinNode, run
 
 
 @pytest.mark.parametrize("node, parameter", [(GapMonitorNode, "false_alarm_hours"), (DriveTelemetryNode, "")])
@@ -12,3 +14,12 @@ def test_help_is_told_and_no_node_starts(node, parameter, asked, capsys):
     assert run(node, [asked]) == 0
     told = capsys.readouterr().out
     assert told.startswith("Node: ") and "usage: ros2 run ddh_twin_py" in told and parameter in told
+
+
+def test_what_comes_again_is_said_again_but_not_each_time():
+    said = []
+    node = SimpleNamespace(_met={}, wall=lambda: at, get_logger=lambda: SimpleNamespace(warning=said.append))
+    for at in (0.0, 30.0, 50.0, 61.0, 200.0):
+        TwinNode.warn_again(node, "jump", f"jumped at {at:g} s")
+    TwinNode.warn_again(node, "pause", "paused")
+    assert said == ["jumped at 0 s", "jumped at 61 s (and 2 times since this was last said)", "jumped at 200 s", "paused"]

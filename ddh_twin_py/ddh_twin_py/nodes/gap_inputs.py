@@ -13,6 +13,7 @@ from ddh_twin_py.gap.watch import HYDRAULIC
 from ddh_twin_py.nodes.conversion import FREE_RUN
 from ddh_twin_py.nodes.wire import BulkParser
 from ddh_twin_py.physics.thermal_network import NODES
+from ddh_twin_py.telemetry.clock import same_unit
 from ddh_twin_py.telemetry.signals import TEMPERATURE_PREFIX
 from ddh_twin_py.twin.temperature_sensors import SENSORS, all_sensed
 
@@ -24,6 +25,29 @@ _KEPT = 120_000_000_000  # ns for which a free run's temperature waits for a rea
 _SOURCE = FREE_RUN.encode() + b"\0"
 _HEAD = 96  # bytes of a message in which its source is named
 _VELOCITY = "rod_velocity"
+
+
+class Forward:
+    """Leaves out what comes again by a clock that was put back a little, so that what was learned is kept; `put_back` counts these times.
+
+    A step back by more is let through.
+    """
+
+    def __init__(self) -> None:
+        self._newest: int | None = None
+        self._again = False
+        self.put_back = 0
+
+    def used(self, stamp_ns: np.ndarray) -> np.ndarray:
+        """Which of n samples are beyond all before them, or of another time, bool (n,); ``stamp_ns`` as they came, int64 (n,)."""
+        used = np.ones(stamp_ns.size, bool)
+        for i, stamp in enumerate(stamp_ns.tolist()):
+            again = self._newest is not None and same_unit((stamp - self._newest) * 1e-9)
+            self.put_back += again and not self._again
+            self._again, used[i] = again, not again
+            if not again:
+                self._newest = stamp
+        return used
 
 
 class FreeRunResiduals:

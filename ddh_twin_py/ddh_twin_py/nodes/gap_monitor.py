@@ -15,7 +15,7 @@ from ddh_twin_py.gap.watch import BLUNT, HYDRAULIC, TEMPERATURES, UNITS, GapWatc
 from ddh_twin_py.nodes import qos
 from ddh_twin_py.nodes.conversion import residual_layout
 from ddh_twin_py.nodes.diagnose_action import DIAGNOSE_PARAMETERS, DiagnoseAction
-from ddh_twin_py.nodes.gap_inputs import ESTIMATE_TOPIC, READING_TOPIC, RESIDUAL_TOPIC, FreeRunResiduals, FreeRunTemperatures
+from ddh_twin_py.nodes.gap_inputs import ESTIMATE_TOPIC, READING_TOPIC, RESIDUAL_TOPIC, Forward, FreeRunResiduals, FreeRunTemperatures
 from ddh_twin_py.nodes.health import PAUSED, Health, Report, judge_age, judge_clock, judge_publishers
 from ddh_twin_py.nodes.inputs import Inputs
 from ddh_twin_py.nodes.level_keeper import LevelKeeper
@@ -94,7 +94,7 @@ class GapMonitorNode(TwinNode):
         self._health = Health(self)
         for entry in (self._residuals, self._estimates, self._readings):
             self._health.add(entry.topic, lambda report, entry=entry: self._judge_input(report, entry))
-        self._health.add("clock", lambda report: judge_clock(report, self._watch.resets, {Break.OTHER_TIME: self._watch.resets}))
+        self._health.add("clock", self._judge_clock)
         self._health.add("gap", self._judge_gap)
         self._health.add("diagnosis", self._action.judge)
         self._progress = Progress(self, self._inputs)
@@ -103,6 +103,7 @@ class GapMonitorNode(TwinNode):
     def _begin_watch(self) -> None:
         self._watch = GapWatch(self._rig, self._settings, self._keeper.of(self._rig_id) if self._keeper else None)
         self._statuses, self._component, self._because = self._watch.status(), "", ""
+        self._forward = Forward()
 
     # --- work --------------------------------------------------------------------------------
 
@@ -118,14 +119,29 @@ class GapMonitorNode(TwinNode):
             for stamps, *arrays in self._parsers[entry.topic].parse(came):
                 entry.newest_ns = int(stamps[-1])
                 resets = self._watch.resets
+                if entry is self._residuals:
+                    stamps, *arrays = self._beyond(stamps, arrays)
+                    if not stamps.size:
+                        continue
                 scaled, bins = take(stamps, *arrays)
                 finished += bins
                 self._publish_residuals(layout, scaled)
                 if self._watch.resets != resets:
-                    self.warn_once("restart", f"the stamps of {entry.name} step back to {stamps[0] * 1e-9:.3f} s; the test begins anew")
+                    self.warn_again(
+                        Break.OTHER_TIME, f"the stamps of {entry.name} step back to {stamps[0] * 1e-9:.3f} s; the test begins anew",
+                    )
         if finished:
             self._publish_status()
         self._progress.tell(wall)
+
+    def _beyond(self, stamps: np.ndarray, arrays: list[np.ndarray]) -> list[np.ndarray]:
+        """Stamps and arrays without what comes again by a clock that was put back a little."""
+        before = self._forward.put_back
+        used = self._forward.used(stamps)
+        if self._forward.put_back != before:
+            self.warn_again(Break.PUT_BACK, f"the stamps of {self._residuals.name} step back to {stamps[~used][0] * 1e-9:.3f} s; the test "
+                            "goes on where they are past what it heard")
+        return [array[used] for array in (stamps, *arrays)]
 
     def _publish_residuals(self, layout, scaled: Scaled) -> None:
         some = np.isfinite(scaled.residual).any(axis=1)
@@ -191,6 +207,10 @@ class GapMonitorNode(TwinNode):
         judge_publishers(report, entry, self)
         report.add("messages", entry.received, "1")
         return PAUSED if paused else "comes in" if entry.received else "nothing yet"
+
+    def _judge_clock(self, report: Report) -> str:
+        resets, kept = self._watch.resets, self._forward.put_back
+        return judge_clock(report, resets + kept, {Break.OTHER_TIME: resets, Break.PUT_BACK: kept})
 
     def _judge_gap(self, report: Report) -> str:
         report.add("mean time between false alarms", self._settings.between_alarms / 3600.0, "h")

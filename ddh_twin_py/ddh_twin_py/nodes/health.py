@@ -11,6 +11,7 @@ from ddh_twin_py.nodes import qos
 from ddh_twin_py.nodes.inputs import Input
 from ddh_twin_py.nodes.node_base import TwinNode
 from ddh_twin_py.nodes.telemetry_feed import TelemetryFeed
+from ddh_twin_py.telemetry.alignment import LONGEST_GAP
 from ddh_twin_py.telemetry.causes import Cause
 from ddh_twin_py.telemetry.clock import Break
 from ddh_twin_py.telemetry.screening import StreamScreen
@@ -37,6 +38,8 @@ DROPPED = {"late": "too late, dropped", "old_clock": "of the time before a clock
 _ASTRAY = 10_000_000_000  # ns off the others, from which a stamp is not late but of another clock
 _ASKED = "; is a clock wrong, or do two machines publish there?"
 _JUMPED = "has a clock that jumped back"
+_CAME_BACK = "and came back, first after"
+_SETTLES = 5.0  # s of wall time after which it is known whether all streams stopped
 _USUAL = 1.5  # usual pauses between messages, after which an input is stale
 _RATE_SAMPLES = 20  # expected ones, before a rate is judged
 _RATE_SHARE = 0.8  # of the expected rate, below which messages are missing
@@ -96,18 +99,34 @@ class Health:
         self._publisher.publish(message)
 
 
+class Stops:
+    """How often a stream stopped by itself and came back: where the stamps of all go on much later, that is said of the clock, once."""
+
+    def __init__(self) -> None:
+        self._count, self._since, self._alone = 0, 0.0, 0
+
+    def alone(self, count: int, pauses: int, wall: float) -> int:
+        """Of so many stops of the stream, those beside the long pauses of all streams; known some seconds, of wall time, later."""
+        if count != self._count:
+            self._count, self._since = count, wall
+        if wall - self._since >= _SETTLES:
+            self._alone = max(self._alone, count - pauses)
+        return self._alone
+
+
 class StreamJudge:
     """One input stream: age, counts of every cause, last values beside what is allowed.
 
     `required`: without it the node cannot do its work. `limit`: s of wall time after which it is
-    stale. `held`: whether nothing can come at a wall time, as the player is paused. Each cause is
-    logged once, in a sentence, and counted after that.
+    stale. `held`: whether nothing can come at a wall time, as the player is paused. `pauses`: how often the stamps of
+    all streams went on much later. Each cause is logged once, in a sentence, and counted after that.
     """
 
     def __init__(self, node: TwinNode, feed: TelemetryFeed, topic: str, required: bool, limit: float,
-                 held: Callable[[float], bool]) -> None:
+                 held: Callable[[float], bool], pauses: Callable[[], int]) -> None:
         self._node, self._feed, self._topic = node, feed, topic
-        self._required, self._limit, self._held = required, limit, held
+        self._required, self._limit, self._held, self._pauses = required, limit, held, pauses
+        self._stops = Stops()
         self._screen: StreamScreen = feed.screens[topic]
         self._before: dict[str, int] = {}
         self._struck: dict[str, float] = {}
@@ -122,11 +141,12 @@ class StreamJudge:
         judge_age(report, entry, wall, np.inf if held else limit, self._required and not held)
         judge_publishers(report, entry, self._node)
         counts = screen.health()
+        counts["gap"] = self._stops.alone(counts["gap"], self._pauses(), wall)
         counts |= {cause: self._feed.aligner.counts[self._topic, cause] for cause in DROPPED}
         new = {name for name, count in counts.items() if name != "samples" and count != self._before.get(name, 0)}
+        self._before = counts
         if new:
             self._log(entry)
-        self._before = counts
         self._struck.update(dict.fromkeys(new, wall))
         self._judge_rate(report, counts["samples"])
         report.add("messages", entry.received, "1")
@@ -147,7 +167,7 @@ class StreamJudge:
         """Messages per second of data against what is usual on this stream."""
         newest, period = self._screen.newest_ns or 0, self._screen.period
         span = (newest - self._rate_from[1]) * 1e-9
-        if period is None or span < 0.0 or not self._rate_from[0]:
+        if period is None or not 0.0 <= span <= LONGEST_GAP or not self._rate_from[0]:
             self._rate_from = samples, newest
         elif span > _RATE_SAMPLES * period:
             self._rate = (samples - self._rate_from[0]) / span
@@ -163,7 +183,9 @@ class StreamJudge:
 
     def _log(self, entry: Input) -> None:
         for finding in self._screen.findings(topic=entry.name):
-            if _JUMPED not in finding.message:  # said once for all streams, see TelemetryNode
+            for_all = _JUMPED in finding.message or _CAME_BACK in finding.message and (
+                not self._before["gap"] or bool(self._pauses()) and finding.value > LONGEST_GAP)
+            if not for_all:  # that is said once for all streams, see TelemetryNode
                 cause = (finding.topic, finding.field, finding.first_time)
                 self._node.warn_once(cause, finding.message)
         for cause, plain in DROPPED.items():
@@ -225,9 +247,9 @@ def _times(count: int) -> str:
 
 def add_streams(
     health: Health, node: TwinNode, feed: TelemetryFeed, required: Iterable[str], limit: float,
-    held: Callable[[float], bool],
+    held: Callable[[float], bool], pauses: Callable[[], int],
 ) -> None:
     """A judge for every telemetry stream of a feed; arguments as of `StreamJudge`."""
     needed = set(required)
     for topic in feed.screens:
-        health.add(topic, StreamJudge(node, feed, topic, topic in needed, limit, held))
+        health.add(topic, StreamJudge(node, feed, topic, topic in needed, limit, held, pauses))

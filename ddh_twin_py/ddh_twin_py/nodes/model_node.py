@@ -30,6 +30,7 @@ from ddh_twin_py.twin.ambient import AmbientTracker
 from ddh_twin_py.twin.sensor_errors import take_off_sensor_errors, temperature_zero_errors
 
 ADAPT_PERIOD = 0.25  # s of wall time
+_RECENT = 30.0  # s of wall time
 _MOST_AT_ONCE = 1000  # ticks between two looks at whether to stop
 TEMPERATURE_TOPICS = tuple(TEMPERATURE_PREFIX + sensor for sensor in TEMPERATURE_SENSORS)
 AMBIENT_TOPIC = TEMPERATURE_PREFIX + "ambient"
@@ -107,10 +108,11 @@ class TelemetryNode(TwinNode, ABC):
         """Start looking at the inputs; to be called at the end of the constructor."""
         self.health = Health(self)
         self.player = PlayerWatch(self)
-        add_streams(self.health, self, self.feed, required, self.values["stale_after"], self.player.paused)
+        self.breaks: Counter[Break] = Counter()
+        add_streams(self.health, self, self.feed, required, self.values["stale_after"], self.player.paused,
+                    lambda: self.breaks[Break.PAUSE])
         self.health.add("clock", self._judge_clock)
         self.progress = Progress(self, self.feed.inputs)
-        self.breaks: Counter[Break] = Counter()
         self.rig_info: RigInfo | None = None
         self.unit: Unit | None = None  # what the state in hand belongs to, None while there is none
         self.create_subscription(RigInfo, RIG_TOPIC, self._take_rig, qos.LATCHED)
@@ -156,7 +158,16 @@ class TelemetryNode(TwinNode, ABC):
         broken = Break.of(tick.gap)
         self.breaks[broken] += 1
         then = {Break.PUT_BACK: "goes on as warm as it is", Break.PAUSE: "goes on as after a rest" if self.rests else "begins anew"}
-        self.warn_once(broken, f"{broken.words(tick.gap)}, to {tick.start_ns * 1e-9:.3f} s; the model {then.get(broken, 'begins anew')}")
+        said = broken.words(tick.gap)
+        if broken is Break.PAUSE and self._came_meanwhile(0.5 * tick.gap):
+            said = f"the clock went ahead by {tick.gap:.1f} s"
+        self.warn_again(broken, f"{said}, to {tick.start_ns * 1e-9:.3f} s; the model {then.get(broken, 'begins anew')}")
+
+    def _came_meanwhile(self, silence: float) -> bool:
+        """Whether telemetry of a machine came without a silence of so many s of wall time just before; a player may leave one out."""
+        wall = self.wall()
+        silences = (length for entry in self.feed.inputs.all.values() for ended, length in entry.pauses if wall - ended < _RECENT)
+        return not self.player.plays(wall) and max(silences, default=0.0) < silence
 
     @property
     def jumps(self) -> int:

@@ -24,6 +24,8 @@ NAMESPACE = "ddh"
 
 POLL_PERIOD = 0.01
 """s of wall time between two looks at the inputs."""
+AGAIN = 60.0
+"""s of wall time after which what comes again is said again."""
 
 
 class TwinNode(Node):
@@ -42,6 +44,7 @@ class TwinNode(Node):
         self.wall_clock = Clock(clock_type=ClockType.STEADY_TIME)
         self.values = declare(self, (*self.PARAMETERS, *extra))
         self._said: set[object] = set()
+        self._met: dict[object, tuple[float, int]] = {}  # wall time of the last line of a cause, how often it was met since
 
     def wall(self) -> float:
         """Seconds of a clock that never jumps; for waiting and for ages, never for the model."""
@@ -57,6 +60,17 @@ class TwinNode(Node):
             return False
         self._said.add(cause)
         self.get_logger().warning(text)
+        return True
+
+    def warn_again(self, cause: object, text: str) -> bool:
+        """Log a warning each time that its cause is met, but in `AGAIN` s once, with how often it went unsaid; tells whether it did."""
+        wall = self.wall()
+        last, unsaid = self._met.get(cause, (-AGAIN, 0))
+        if wall - last < AGAIN:
+            self._met[cause] = last, unsaid + 1
+            return False
+        self._met[cause] = wall, 0
+        self.get_logger().warning(text + (f" (and {unsaid} time{'s' * (unsaid > 1)} since this was last said)" if unsaid else ""))
         return True
 
     def close(self) -> None:
