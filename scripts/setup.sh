@@ -83,6 +83,8 @@ build() { # package
     . "$state/env.sh"
     # Beneath the workspace lies the environment alone; python3 is its own.
     export AMENT_PREFIX_PATH=$venv PATH=$venv/bin:$PATH
+    # As many jobs as cores; without this colcon sets a limit of load too, and two jobs of its own are enough to reach it.
+    export MAKEFLAGS=-j$(nproc)
     cd ros2_ws
     COLCON_HOME=$state/colcon "$venv/bin/colcon" --log-base "$logs/colcon" build --symlink-install --packages-select "$1" \
       --event-handlers console_direct+ console_cohesion- \
