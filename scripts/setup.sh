@@ -75,7 +75,9 @@ make_venv() {
   printf '%s\n' "$root" >"$state/root"
 }
 install_packages() {
-  "$venv/bin/python" -m pip --disable-pip-version-check install --no-user --progress-bar off --no-deps --require-hashes -r "$lock"
+  "$venv/bin/python" -m pip --disable-pip-version-check install --no-user --no-compile --progress-bar off --no-deps --require-hashes -r "$lock"
+  # On all cores, which pip does not; what is no Python of this version among a package's files stays as it is.
+  "$venv/bin/python" -m compileall -q -j 0 "$venv/lib" || true
   "$venv/bin/python" -I scripts/wheel_fixes.py
 }
 build() { # package
