@@ -11,8 +11,8 @@ setup: ## install what is locked into .venv and build the workspace
 demo: setup ## replay bags/paper_cycle through the live nodes, write out/demo/report.html
 	@.venv/bin/ddh-twin demo
 
-test: setup ## all tests; a selection with ARGS="-k oil"
-	@scripts/tools.sh --optional
+test: ## all tests; a selection with ARGS="-k oil"
+	@scripts/setup.sh --tools
 	@scripts/test.sh $(ARGS)
 
 bench: setup ## print speed and memory beside other tools, write out/bench.json; FORTRAN=1 installs gfortran for one of them

@@ -3,6 +3,7 @@
 # has changed. Called by make; can be run by hand. DDH_PYTHON=python3.11 chooses the Python.
 #   scripts/setup.sh --check       changes nothing, exits 1 and says so where something is to be done
 #   scripts/setup.sh --packages    the environment without the workspace
+#   scripts/setup.sh --tools       the tools of scripts/tools.sh --optional as well, fetched while the rest is made
 set -euo pipefail
 
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd -P)
@@ -12,12 +13,13 @@ logs=$root/out/logs
 cd "$root"
 . scripts/lib.sh
 
-check_only=0 packages_only=0
+check_only=0 packages_only=0 with_tools=0
 case "${1:-}" in
   "") ;;
   --check) check_only=1 ;;
   --packages) packages_only=1 ;;
-  *) echo "setup: unknown argument '$1' (--check or --packages)" >&2; exit 2 ;;
+  --tools) with_tools=1 ;;
+  *) echo "setup: unknown argument '$1' (--check, --packages or --tools)" >&2; exit 2 ;;
 esac
 
 case "$root" in
@@ -98,6 +100,14 @@ link_environment() { "$venv/bin/python" -I scripts/make_environment.py "$root"; 
 if [ -n "$python" ]; then
   step venv "environment of Python $python_version" "$python $python_version $root" make_venv
 fi
+if [ "$with_tools" = 1 ]; then
+  # Fetching and unpacking leave a core idle. It has its own log and lines; where it fails, the rest goes on.
+  set -m # a process group of its own, so that it can be ended with all that it started
+  scripts/tools.sh --optional </dev/null 9>&- &
+  tools=$!
+  set +m
+  trap 'kill -- "-$tools" 2>/dev/null || true' EXIT
+fi
 step packages "packages of $lock" "$(digest "$lock" scripts/wheel_fixes.py)" install_packages
 step environment "activation, ddh-twin command" "$(digest scripts/make_environment.py)$(cat "$state/packages.done")" link_environment
 [ "$packages_only" = 0 ] || exit 0
@@ -105,4 +115,8 @@ step ddh_msgs "colcon build ddh_msgs" \
   "$(digest ddh_msgs/CMakeLists.txt ddh_msgs/package.xml ddh_msgs/msg/* ddh_msgs/srv/* ddh_msgs/action/*)$(cat "$state/packages.done")" build ddh_msgs
 step ddh_twin_py "colcon build ddh_twin_py" \
   "$(digest ddh_twin_py/package.xml ddh_twin_py/setup.*)$(cd ddh_twin_py && find launch config -name '[!.]*' -not -path '*__pycache__*' 2>/dev/null | sort)$(cat "$state/ddh_msgs.done")" build ddh_twin_py
+if [ "$with_tools" = 1 ]; then
+  wait "$tools" || true
+  trap - EXIT
+fi
 [ "$steps_done" = 0 ] || printf 'setup: ready after %s s. Next: . .venv/bin/activate\n' "$SECONDS"

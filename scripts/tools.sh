@@ -15,7 +15,7 @@ mkdir -p "$(dirname "$log")"
 echo "tools: fetching what checks the FMU and builds the site"
 rm -rf "$folder"
 if "$python" -m venv "$folder" >"$log" 2>&1 &&
-  "$folder/bin/python" -m pip --disable-pip-version-check install --progress-bar off --no-deps --require-hashes -r "$lock" >>"$log" 2>&1; then
+  "$folder/bin/python" -m pip --disable-pip-version-check install --no-compile --progress-bar off --no-deps --require-hashes -r "$lock" >>"$log" 2>&1; then
   digest "$lock" >"$folder/done"
   exit 0
 fi
