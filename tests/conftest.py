@@ -1,7 +1,8 @@
 """What every test may use: paths, the example recording, a ROS 2 domain of its own.
 
 Tests that start nodes carry ``@pytest.mark.live`` and run on one worker; tests that measure
-time carry ``@pytest.mark.alone`` and run while the other worker waits.
+time carry ``@pytest.mark.alone`` and run while the other worker waits. Files that take long carry
+``@pytest.mark.long`` and begin early, so that no worker waits at the end for one of them.
 """
 
 import fcntl
@@ -58,6 +59,18 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
             item.add_marker(pytest.mark.xdist_group(group))
         if item.get_closest_marker("live"):  # best-effort messages may be lost on a loaded machine: once more, and said
             item.add_marker(pytest.mark.flaky(reruns=1))
+    if "PYTEST_XDIST_WORKER" in os.environ:  # tests are handed out in this order (--no-loadscope-reorder)
+        items[:] = longest_first(items)
+
+
+def longest_first(items: list[pytest.Item]) -> list[pytest.Item]:
+    """The live tests, the files in which a test is marked long, the others; within each as they were collected."""
+
+    def rank(item: pytest.Item) -> int:
+        return 0 if item.get_closest_marker("live") else 1 if item.location[0] in long else 2
+
+    long = {item.location[0] for item in items if item.get_closest_marker("long")}
+    return sorted(items, key=rank)
 
 
 @contextmanager

@@ -11,6 +11,8 @@ from ddh_twin_py.rig import load_rig
 from ddh_twin_py.telemetry.recording import RigInfo, Stream
 from support.drifted import recorded
 
+pytestmark = pytest.mark.long
+
 EFFECT, SIZE = "sensor.pressure_rod_side_offset", 2.0e5
 """Pa; ten times the noise of a sample."""
 

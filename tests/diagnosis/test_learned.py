@@ -8,6 +8,8 @@ from ddh_twin_py.twin.duty import load_duty
 from ddh_twin_py.twin.rehearsal import rehearse
 from support.simulated import DUTY
 
+pytestmark = pytest.mark.long
+
 HEAT = 30.0
 SENSORS = ["motor_winding", "motor_housing", "tank_oil"]
 

@@ -12,6 +12,8 @@ from ddh_twin_py.rig import load_rig
 from ddh_twin_py.telemetry.recording import Stream
 from support.drifted import recorded
 
+pytestmark = pytest.mark.long
+
 OFFSET = "sensor.pressure_rod_side_offset"
 ASKED = (OFFSET, "pump_1.leakage", "motor.cooling", "load.mass")
 """Few effects, so that the search is short."""

@@ -17,6 +17,8 @@ from ddh_twin_py.twin.simulated_rig import SimulatedRig
 from scipy.stats import chi2
 from support.simulated import DUTY, joined
 
+pytestmark = pytest.mark.long
+
 SIX = ("pump_1.leakage", "pump_2.leakage", "pump_1.friction_pressure", "line_b.pressure_drop_laminar",
        "motor.speed_loop_time_constant", "motor.thermal.end_winding_to_housing")
 SEEDS = (11, 12, 13, 14, 15, 16)

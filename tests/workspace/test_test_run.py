@@ -3,6 +3,7 @@
 import os
 import subprocess
 import sys
+from types import SimpleNamespace
 
 import pytest
 
@@ -19,6 +20,15 @@ def test_tests_of_one_file_share_a_worker(request):
 @pytest.mark.live
 def test_live_tests_share_a_worker(request):
     assert request.node.nodeid.endswith("@live")
+
+
+def test_what_takes_long_is_not_left_for_the_end(request, repo_root):
+    def item(file, *marks):
+        return SimpleNamespace(location=(file, 1, ""), get_closest_marker=lambda mark: mark in marks)
+
+    given = [item("a"), item("b"), item("b", "long"), item("c"), item("a", "live"), item("d", "long", "live"), item("b")]
+    made = request.config.pluginmanager.get_plugin(str(repo_root / "tests/conftest.py")).longest_first(given)
+    assert [given.index(one) for one in made] == [4, 5, 1, 2, 6, 0, 3]
 
 
 def test_a_worker_has_a_domain_of_its_own(repo_root, ros_domain):
