@@ -2,10 +2,13 @@
 
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
-from ddh_twin_py.nodes.health import Report, Stops, judge_age, judge_clock
+from ddh_twin_py.nodes.health import Report, Stops, StreamJudge, judge_age, judge_clock
 from ddh_twin_py.nodes.inputs import Input
+from ddh_twin_py.telemetry.alignment import TickAligner
 from ddh_twin_py.telemetry.clock import Break
+from ddh_twin_py.telemetry.screening import StreamScreen
 
 
 @pytest.mark.parametrize(
@@ -55,3 +58,45 @@ def test_what_all_streams_left_out_is_no_stop_of_one():
     stops = Stops()
     assert [stops.alone(*now) for now in ((0, 0, 0.0), (1, 0, 10.0), (1, 1, 11.0), (1, 1, 20.0))] == [0, 0, 0, 0], "the clock went ahead"
     assert [stops.alone(*now) for now in ((2, 1, 30.0), (2, 1, 36.0), (2, 2, 40.0))] == [0, 1, 1], "it stopped by itself"
+
+
+TOPICS = ("drive/telemetry", "hydraulics/telemetry", "temperature/ambient")
+
+
+def logged(off, pauses, seconds=50):
+    """What three inputs of a node log of a drive whose stamps are off by so many s, as given by the time in s, and of the others."""
+    width = dict(zip(TOPICS, (6, 4, 2), strict=True))
+    names = {topic: SimpleNamespace(topic_name=f"/ddh/{topic}") for topic in TOPICS}
+    feed = SimpleNamespace(
+        aligner=TickAligner(width, awaited=TOPICS[:2]), screens={topic: StreamScreen(topic) for topic in TOPICS}, last={},
+        inputs=SimpleNamespace(all={topic: Input(topic, object, None, names[topic], received=1, arrived=0.0) for topic in TOPICS}),
+    )  # fmt: skip
+    said = {}
+    node = SimpleNamespace(wall=lambda: wall, warn_once=said.setdefault, count_publishers=lambda topic: 1)
+    judges = [StreamJudge(node, feed, topic, True, np.inf, lambda wall: False, lambda: pauses) for topic in TOPICS]
+    for k in range(1, 50 * seconds):
+        for topic in TOPICS:
+            stamp = 10**18 + k * 20_000_000 + round(off(topic, 0.02 * k) * 1e9)
+            feed.screens[topic].screen([stamp], np.full((1, width[topic]), 300.0 + 0.1 * np.sin(k)))
+            feed.aligner.push(topic, stamp, np.zeros(width[topic]))
+        list(feed.aligner.ready())
+        if k % 50 == 0:
+            wall = 0.02 * k
+            for judge in judges:
+                judge(Report("", ""))
+    return [text for text in said.values() if "clock" in text or "came back" in text or "missing" in text]
+
+
+def test_a_clock_that_goes_ahead_is_no_stop_of_any_stream():
+    assert logged(lambda topic, t: 700.0 if t > 20.0 else 0.0, pauses=1) == []
+
+
+def test_a_stream_whose_clock_was_wrong_for_a_while_is_said_to_be_off_and_not_to_have_stopped():
+    (said,) = logged(lambda topic, t: -60.0 if topic == "drive/telemetry" and 20.0 < t < 35.0 else 0.0, pauses=0)
+    assert said.startswith(("/ddh/drive/telemetry: a stamp 60.0", "/ddh/drive/telemetry: a stamp 59.9"))
+    assert "s behind the others: of another clock, dropped; is a clock wrong" in said
+
+
+def test_a_stream_that_stopped_is_said_to_have_come_back():
+    said, *_ = logged(lambda topic, t: 60.0 if t > 20.0 else 0.0, pauses=0)
+    assert "/ddh/drive/telemetry stopped once and came back, first after 60" in said

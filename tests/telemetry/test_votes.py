@@ -25,10 +25,8 @@ class Graph:
     def __init__(self, sensors=SENSORS, period=1.0, jump=(), back=math.inf, burst=0.0, apart=(), fast=0.05):
         telemetry = (DRIVE, HYDRAULICS, *sensors)
         self.jump, self.back, self.apart = dict(jump), back, dict(apart)
-        hears = {"hydraulic_model": telemetry, "machine_thermal": telemetry}
-        awaits = {"hydraulic_model": [DRIVE, HYDRAULICS], "machine_thermal": [DRIVE]}
-        self.aligners = {node: TickAligner(dict.fromkeys(streams, 1), timeout=2.0, awaited=awaits[node]) for node, streams in hears.items()}
         models = {"hydraulic_model": STATE, "machine_thermal": MOTOR}
+        self.aligners = {node: TickAligner(dict.fromkeys(telemetry, 1), timeout=2.0, awaited=[DRIVE, HYDRAULICS]) for node in models}
         self.aligners["temperature_fusion"] = fusion = TickAligner(
             dict.fromkeys((*sensors, STATE, MOTOR), 1), timeout=5.0, awaited=[STATE, MOTOR], followers=[STATE, MOTOR])  # fmt: skip
         self.ticks = {node: [] for node in self.aligners}
@@ -38,9 +36,8 @@ class Graph:
         )  # fmt: skip
         for looked, (at, _, t, name) in enumerate(arrivals):
             stamp = self.stamp(name, t)
-            for node, streams in hears.items():
-                if name in streams:
-                    self.aligners[node].push(name, stamp, [t])
+            for node in models:
+                self.aligners[node].push(name, stamp, [t])
             if name in sensors:
                 fusion.push(name, stamp, [t])
             if looked + 1 == len(arrivals) or arrivals[looked + 1][0] > at:

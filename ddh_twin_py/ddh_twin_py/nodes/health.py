@@ -39,6 +39,7 @@ _ASTRAY = 10_000_000_000  # ns off the others, from which a stamp is not late bu
 _ASKED = "; is a clock wrong, or do two machines publish there?"
 _JUMPED = "has a clock that jumped back"
 _CAME_BACK = "and came back, first after"
+_RETURNS = 10.0  # s by which a clock that was alone may come back by less or more
 _SETTLES = 5.0  # s of wall time after which it is known whether all streams stopped
 _USUAL = 1.5  # usual pauses between messages, after which an input is stale
 _RATE_SAMPLES = 20  # expected ones, before a rate is judged
@@ -183,17 +184,21 @@ class StreamJudge:
 
     def _log(self, entry: Input) -> None:
         for finding in self._screen.findings(topic=entry.name):
-            for_all = _JUMPED in finding.message or _CAME_BACK in finding.message and (
-                not self._before["gap"] or bool(self._pauses()) and finding.value > LONGEST_GAP)
-            if not for_all:  # that is said once for all streams, see TelemetryNode
+            if _JUMPED not in finding.message and not (_CAME_BACK in finding.message and self._of_clock(finding.value)):
                 cause = (finding.topic, finding.field, finding.first_time)
                 self._node.warn_once(cause, finding.message)
-        for cause, plain in DROPPED.items():
+        for cause, plain in DROPPED.items():  # what the clock of all did is said once for all streams, see TelemetryNode
             strayed = self._feed.aligner.strayed.get((self._topic, cause))
             if strayed is not None:
                 side, asked = "behind" if strayed < 0 else "ahead of", _ASKED if abs(strayed) > _ASTRAY else ""
                 off = f"a stamp {abs(strayed) * 1e-9:.3f} s {side} the others" if strayed else "a stamp of a time that is worked off"
                 self._node.warn_once((self._topic, cause), f"{entry.name}: {off}: {plain}{asked}")
+
+    def _of_clock(self, stop: float) -> bool:
+        """Whether a stop of so many s was none: the clock of all went ahead, or this stream's came back from where it was alone."""
+        strayed = self._feed.aligner.strayed.get((self._topic, "other_clock"))
+        returned = strayed is not None and abs(stop + strayed * 1e-9) < _RETURNS
+        return returned or not self._before["gap"] or bool(self._pauses()) and stop > LONGEST_GAP
 
     def _values(self, report: Report) -> None:
         last = self._feed.last.get(self._topic)

@@ -23,7 +23,7 @@ class MachineThermalNode(ModelNode):
     """
 
     def __init__(self) -> None:
-        super().__init__("machine_thermal", topics=[DRIVE_TOPIC, HYDRAULIC_TOPIC], awaited=[DRIVE_TOPIC])
+        super().__init__("machine_thermal", topics=[DRIVE_TOPIC, HYDRAULIC_TOPIC], awaited=[DRIVE_TOPIC, HYDRAULIC_TOPIC])
         self._layout = motor_layout()
         self._state = self.create_publisher(MotorThermalState, OUTPUT_TOPIC, qos.OUTPUT)
         self.begin(required=[DRIVE_TOPIC])
