@@ -14,6 +14,8 @@ from ddh_twin_py.bags.case import case_of
 from ddh_twin_py.bags.errors import BagError
 from ddh_twin_py.diagnosis import child, of_bags
 from ddh_twin_py.diagnosis.process import DiagnosisProcess
+from ddh_twin_py.physics.compiling import COMPILING
+from numba.core import event
 
 FAKE = (sys.executable, str(Path(__file__).parents[1] / "support" / "fake_diagnosis.py"))
 
@@ -149,6 +151,21 @@ def test_the_process_calls_the_engine_and_tells_progress_and_report(monkeypatch,
     assert told[2:] == [{"report": {"verdict": "no_gap"}, "sentence": "No gap."}]
     _, told = run_main(monkeypatch, asked, engine, stage_of=of_bags.stage_of)
     assert [t["stage"] for t in told[:2]] == ["weighing effects", "weighing"]
+
+
+def test_the_process_tells_while_it_compiles(monkeypatch, tmp_path):
+    def engine(*given, progress, **more):
+        for share in (None, 0.25):
+            if share is not None:
+                progress(share, "weighing")
+            with event.trigger_event("numba:compile"):
+                pass
+        raise BagError("enough")
+
+    (tmp_path / "old").mkdir()
+    _, told = run_main(monkeypatch, {"field": [str(tmp_path / "old")]}, engine)
+    assert [(t["done"], t["stage"]) for t in told[:-1]] == [
+        (0.0, COMPILING), (0.0, "reading"), (0.25, "weighing"), (0.25, COMPILING), (0.25, "weighing")]
 
 
 def test_stages_follow_the_share_of_the_work():

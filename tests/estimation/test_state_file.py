@@ -150,6 +150,17 @@ def test_a_file_that_is_no_state_is_not_lost(tmp_path, state):
     assert again.saved is not None and (tmp_path / "crane_1.yaml.old").read_text() == "rig_id: crane_1\n"
 
 
+def test_a_second_file_that_is_no_state_leaves_the_first_that_was_set_aside(tmp_path, state):
+    for number in range(3):
+        (tmp_path / "state").write_text(f"no state {number}")
+        keeper = StateKeeper(str(tmp_path / "state"), state)
+        name = "state.old" if number == 0 else f"state.old_{number + 1}"
+        assert f"kept as {name} once" in keeper.note
+        keeper.keep(state, "rig_7", STAMP)
+        keeper.close()
+    assert [(tmp_path / name).read_text() for name in ("state.old", "state.old_2", "state.old_3")] == [f"no state {n}" for n in range(3)]
+
+
 def test_a_state_is_written_where_what_was_in_its_place_is_removed_meanwhile(tmp_path, state):
     (tmp_path / "state").write_text("no state")
     keeper = StateKeeper(str(tmp_path / "state"), state)

@@ -26,6 +26,7 @@ from ddh_twin_py.fleet.recordings import FleetError, find_recordings
 from ddh_twin_py.fleet.results import Results, fingerprint
 from ddh_twin_py.fleet.row import COLUMNS, Row, as_csv, row_of
 from ddh_twin_py.fleet.run import Settings, run_fleet
+from ddh_twin_py.physics.compiling import COMPILING
 from ddh_twin_py.report.document import version
 from ddh_twin_py.rig.files import held
 
@@ -279,7 +280,7 @@ def test_an_interruption_ends_the_processes(folder, tmp_path, second, monkeypatc
     found = [f for f in find_recordings(folder) if f.name in ("a/april", "slow")]
 
     def interrupt(share, running):
-        if list(running) == ["slow"] and running["slow"] > 0.0:
+        if list(running) == ["slow"] and running["slow"][0] > 0.0:
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
@@ -293,10 +294,18 @@ def test_what_is_under_way_counts_by_its_share_and_is_named(folder, tmp_path, se
     found = [f for f in find_recordings(folder) if f.name in ("a/april", "slow")]
     told, far = [], FleetProgress(2, 0, iter((0.0, 60.0)).__next__)
     run_fleet(found, Results(tmp_path / "results"), Settings(3.0, FAKE), jobs=2, progress=lambda *one: told.append(one))
-    assert any(running == {"slow": 0.5} and share == 0.75 for share, running in told) and told[-1] == (1.0, {})
+    assert any(running == {"slow": (0.5, "fitting")} and share == 0.75 for share, running in told) and told[-1] == (1.0, {})
     shares = []
-    far.then(shares.append)(0.75, {"slow": 0.5})
+    far.then(shares.append)(0.75, {"slow": (0.5, "fitting")})
     assert shares == [0.75] and far.said(0.75) == "1 of 2 finished, slow 50 %, about 20 s left"
+
+
+@pytest.mark.parametrize(("done", "stage", "said"), [
+    (0.0, "reading", "reading"), (0.001, COMPILING, COMPILING), (0.5, COMPILING, COMPILING), (0.5, "fitting the rig", "50 %")])
+def test_of_a_recording_whose_share_stands_still_the_stage_is_told(done, stage, said):
+    far = FleetProgress(1, 0, lambda: 0.0)
+    far.then(lambda share: None)(0.0, {"slow": (done, stage)})
+    assert far.said(0.0) == f"0 of 1 finished, slow {said}"
 
 
 def report(verdict, why, classes=()):

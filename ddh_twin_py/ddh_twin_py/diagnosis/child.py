@@ -14,6 +14,7 @@ import threading
 import time
 from importlib import import_module
 from pathlib import Path
+from typing import TextIO
 
 ENGINE = "ddh_twin_py.diagnosis.of_bags:diagnose"
 """``module:function`` that diagnoses, where the request names no other; the module's `stage_of`, where it has one, says what is done
@@ -33,11 +34,17 @@ def peak_megabytes() -> float | None:
 
 def main() -> int:
     """The process: 0 a report was made, 2 the input cannot be used."""
-    out = os.fdopen(os.dup(1), "w", encoding="utf-8")
-    os.dup2(2, 1)  # whatever else prints must not come between the answers
+    with os.fdopen(os.dup(1), "w", encoding="utf-8") as out:
+        os.dup2(2, 1)  # whatever else prints must not come between the answers
+        return _answer(out)
+
+
+def _answer(out: TextIO) -> int:
+    one_at_a_time = threading.Lock()  # what is compiled is told by the thread that compiles
 
     def tell(**message: object) -> None:
-        print(json.dumps(message, allow_nan=False), file=out, flush=True)
+        with one_at_a_time:
+            print(json.dumps(message, allow_nan=False), file=out, flush=True)
 
     request = json.loads(sys.stdin.readline())
     threading.Thread(target=_end_with_input, daemon=True).start()
@@ -57,14 +64,23 @@ def main() -> int:
 
 def _diagnose(request: dict, progress):
     from ddh_twin_py.bags.case import case_of
+    from ddh_twin_py.physics.compiling import COMPILING, watched
     from ddh_twin_py.rig import load_rig
 
     module, _, name = (request.get("engine") or ENGINE).partition(":")
     engine = getattr(import_module(module), name)
     stage_of = getattr(import_module(module), "stage_of", lambda done: "")
     case = case_of(request["field"], request.get("commissioning"), request.get("validation"), request.get("rig"))
-    return engine(case.field, case.commissioning, case.validation, load_rig(case.rig), without=tuple(request.get("without") or ()),
-                  only=request.get("only"), progress=lambda done, stage="": progress(done, stage or stage_of(done)))
+    far = 0.0, "reading"
+
+    def told(done: float, stage: str = "") -> None:
+        nonlocal far
+        far = done, stage or stage_of(done)
+        progress(*far)
+
+    with watched(lambda: progress(far[0], COMPILING if compiling() else far[1])) as compiling:
+        return engine(case.field, case.commissioning, case.validation, load_rig(case.rig), without=tuple(request.get("without") or ()),
+                      only=request.get("only"), progress=told)
 
 
 def _end_with_input() -> None:

@@ -5,8 +5,10 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping
 
+from ddh_twin_py.physics.compiling import COMPILING
 from ddh_twin_py.rig.files import printable
 
+_STARTED = 0.005  # share from which it is told in place of the stage
 _NAMED = 3  # recordings under way that are named
 _SURE = 0.1  # share of what was left, from which on the time that it takes is told
 
@@ -22,21 +24,22 @@ class FleetProgress:
         self._recordings, self._finished = recordings, finished
         self.share = self._begun = finished / recordings
         self._clock, self._since = clock, clock()
-        self._running: Mapping[str, float] = {}
+        self._running: Mapping[str, tuple[float, str]] = {}
 
-    def then(self, progress: Callable[[float], None]) -> Callable[[float, Mapping[str, float]], None]:
+    def then(self, progress: Callable[[float], None]) -> Callable[[float, Mapping[str, tuple[float, str]]], None]:
         """What keeps the share of all and of each that is under way, and passes the first on."""
 
-        def told(share: float, running: Mapping[str, float]) -> None:
-            self._finished = round(share * self._recordings - sum(running.values()))
+        def told(share: float, running: Mapping[str, tuple[float, str]]) -> None:
+            self._finished = round(share * self._recordings - sum(done for done, _ in running.values()))
             self.share, self._running = share, running
             progress(share)
 
         return told
 
     def said(self, share: float) -> str:
-        """Such as `2 of 4 finished, crane_3 41 %, about 12 min left`."""
-        named = [f"{printable(name)} {100.0 * done:.0f} %" for name, done in sorted(self._running.items())]
+        """Such as `2 of 4 finished, crane_3 41 %, about 12 min left`; of one whose share stands still, what it does."""
+        named = [f"{printable(name)} {stage if done < _STARTED or stage == COMPILING else f'{100.0 * done:.0f} %'}"
+                 for name, (done, stage) in sorted(self._running.items())]
         more = [f"{len(named) - _NAMED} more under way"] if len(named) > _NAMED else []
         return ", ".join([f"{self._finished} of {self._recordings} finished", *named[:_NAMED], *more, *self._left()])
 

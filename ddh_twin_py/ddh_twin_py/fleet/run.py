@@ -16,9 +16,10 @@ from ddh_twin_py.report.document import version
 
 LONGEST = 3600.0
 """s after which the diagnosis of one recording is given up."""
+_READING = "reading"
 _LOOK = 1.0  # s between looks at how far recordings are
-Progress = Callable[[float, Mapping[str, float]], None]
-"""Told the share done of all recordings, and of each that is under way here, by name."""
+Progress = Callable[[float, Mapping[str, tuple[float, str]]], None]
+"""Told the share done of all recordings, and of each that is under way here, by name, with its stage."""
 
 
 @dataclass(frozen=True)
@@ -39,8 +40,9 @@ class Diagnosed:
 
 
 def diagnose_recording(found: Found, settings: Settings, stop: threading.Event | None = None,
-                       told: Callable[[float], None] | None = None) -> Diagnosed:
-    """Diagnose one recording in a process of its own; whatever goes wrong is a row with the error. ``told`` is the share done."""
+                       told: Callable[[float, str], None] | None = None) -> Diagnosed:
+    """Diagnose one recording in a process of its own; whatever goes wrong is a row with the error. ``told`` is the share done and the
+    stage."""
     known: dict = {"recording": found.name, "version": version()}
     if found.refused:
         return Diagnosed(Row(**known, error=found.refused), {}, True)
@@ -58,7 +60,7 @@ def diagnose_recording(found: Found, settings: Settings, stop: threading.Event |
             late = "" if stop is not None and stop.is_set() else f", it took longer than {settings.longest:g} s"
             return Diagnosed(row_of(known, Outcome(error=f"the diagnosis was stopped{late}")), {}, False)
         if told is not None:
-            told(process.done)
+            told(process.done, process.stage)
         outcome, waited = process.wait(0.2), waited + 0.2
     return Diagnosed(row_of(known, outcome), outcome.report, outcome.answered)
 
@@ -77,12 +79,12 @@ def run_fleet(found: Sequence[Found], results: Results, settings: Settings, jobs
     """
     rows = {} if again else {f.name: row for f in found if (row := results.finished(f)) is not None}
     left = [f for f in found if f.name not in rows]
-    running: dict[str, float] = {}
+    running: dict[str, tuple[float, str]] = {}
 
     def tell() -> None:
         if progress is not None:
-            now = {name: share for name, share in dict(running).items() if name not in rows}
-            progress((len(rows) + sum(now.values())) / len(found), now)
+            now = {name: far for name, far in dict(running).items() if name not in rows}
+            progress((len(rows) + sum(share for share, _ in now.values())) / len(found), now)
 
     for one, before, diagnosed in (_on_cluster(left, settings, cluster) if cluster else _here(left, settings, jobs, running, tell)):
         rows[one.name] = diagnosed.row
@@ -97,19 +99,19 @@ def run_fleet(found: Sequence[Found], results: Results, settings: Settings, jobs
     return [rows[f.name] for f in found]
 
 
-def _here(left: Sequence[Found], settings: Settings, jobs: int, running: dict[str, float],
+def _here(left: Sequence[Found], settings: Settings, jobs: int, running: dict[str, tuple[float, str]],
           look: Callable[[], None]) -> Iterator[tuple[Found, str, Diagnosed]]:
     """Each with its fingerprint as its diagnosis began: what is changed under way is another recording.
 
     Args:
-        running: kept as recordings begin, go on and end: name to share done. look: called now and then meanwhile.
+        running: kept as recordings begin, go on and end: name to share done and stage. look: called now and then meanwhile.
     """
     stop = threading.Event()
 
     def one(found: Found) -> tuple[Found, str, Diagnosed]:
-        running[found.name] = 0.0
+        running[found.name] = 0.0, _READING
         try:
-            return found, fingerprint(found), diagnose_recording(found, settings, stop, lambda share: running.update({found.name: share}))
+            return found, fingerprint(found), diagnose_recording(found, settings, stop, lambda *far: running.update({found.name: far}))
         finally:
             del running[found.name]
 

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import copy
+import os
 import threading
 from pathlib import Path
 
+from ddh_twin_py.bags.numbering import numbered
 from ddh_twin_py.estimation.state_file import OLDEST, SavedState, StateFileError, load_state, save_state
 from ddh_twin_py.estimation.temperature_fusion import FusionState
 from ddh_twin_py.nodes.parameters import NodeError
@@ -16,7 +18,7 @@ class StateKeeper:
 
     `saved` is what was found, `note` why it was not (to be told to people), `written` how often
     the file was written, `failure` why it could not be. A file that is no state of this filter is not overwritten: it is set aside
-    under its name with `.old` before the first state is written.
+    under its name with `.old`, or `.old_2` and so on where that is taken, before the first state is written.
     """
 
     def __init__(self, path: str, like: FusionState) -> None:
@@ -45,7 +47,7 @@ class StateKeeper:
         self._thread.start()
 
     def _aside(self) -> Path:
-        return self.path.with_name(f"{self.path.name}.old")
+        return next(path for path in numbered(self.path.with_name(f"{self.path.name}.old")) if not os.path.lexists(path))
 
     def refusal(self, age: float, rig_id: str) -> str:
         """Why the state found does not fit data that begins `age` s after it, '' if it does."""
