@@ -30,12 +30,12 @@ def put(stream, **values):
 
 @pytest.fixture(scope="module")
 def new():
-    return recorded(120.0)
+    return recorded(60.0)
 
 
 @pytest.fixture(scope="module")
 def drifted():
-    return recorded(150.0, OFFSET, 2e5)
+    return recorded(100.0, OFFSET, 2e5)
 
 
 def answer(field, commissioning=None, validation=None):
