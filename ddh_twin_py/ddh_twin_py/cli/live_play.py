@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ddh_twin_py.bags.message_types import know
-from ddh_twin_py.cli.arguments import InputError
 from ddh_twin_py.cli.console import stage
 from ddh_twin_py.cli.live_graph import LiveGraph
 from ddh_twin_py.sources.raw_bag import RawBag
@@ -20,7 +19,7 @@ OUTPUTS = (
     "temperature/residuals", "progress",
 )
 _FLUSH = 1.0  # s without messages after which the nodes work off what they hold
-_START = 60.0  # s that the nodes have to start
+_START = 60.0  # s that the nodes have to start, and more where they compile
 _PROGRESS = "ddh_msgs/msg/NodeProgress"
 _PLAYING = 0.85  # share of the time until all is recorded
 _PERCENT = re.compile(r"(\d+) %, ")
@@ -60,15 +59,12 @@ def play(
             for node in MODELS:
                 graph.start(node, model)
             graph.start("bag_recorder", {"bag": str(recorded), "topics": OUTPUTS, "exclude": [""], "log_time": "stamp"})
-            started = time.monotonic()
             playing: list[float] = []
             graph.start("bag_player", {
                 "bag": str(bag), "rate": float(rate), "wait_for_nodes": [*MODELS, "bag_recorder"], "wait": _START,
             }, hear=lambda line: _hear(line, said, playing))
-            while not playing and graph.alive("bag_player"):
+            while not playing and graph.alive("bag_player"):  # which ends with an error where nodes are not ready for too long
                 graph.check(ended="bag_player")
-                if time.monotonic() - started > 2.0 * _START:
-                    raise InputError(f"the nodes were not ready after {2.0 * _START:g} s; see {log}")
                 time.sleep(0.02)
             graph.check(ended="bag_player")
         with stage(f"playing {bag} through the live nodes", quiet) as progress:

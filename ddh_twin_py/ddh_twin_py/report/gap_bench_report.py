@@ -77,8 +77,9 @@ def gap_bench_document(summary: Mapping, folder: str) -> doc.Document:
         "Gap bench", "Sealed proof of the gap diagnosis", verdict(summary), gap_bench_end(folder), _level(summary),
     )
     document.add("Aims", _aims(summary["aims"]))
-    document.add("Scores", _scores([summary["all"], *summary["by_commissioning"]], summary["metrics"], "Overall"),
-                 _scores(summary["suites"], summary["metrics"], "By suite and level"))
+    suites = {row["suite"]: [other for other in summary["suites"] if other["suite"] == row["suite"]] for row in summary["suites"]}
+    document.add("Scores", _scores([summary["all"], *summary["by_commissioning"]], summary["metrics"], "Overall", "suite"),
+                 *(_scores(rows, summary["metrics"], f"Suite {suite}, by level", "level") for suite, rows in suites.items()))
     document.add("Reliability", reliability_figure(summary["reliability"]), _reliability_table(summary["reliability"]))
     document.add("Confusion", _confusion(summary["confusion"]))
     if summary["crashed"]:
@@ -123,11 +124,13 @@ def _level(summary: Mapping) -> str:
     return "good" if told and all(told) else "fair" if told and 2 * sum(told) >= len(told) else "poor"
 
 
-def _scores(rows: Sequence[Mapping], metrics: Mapping[str, str], caption: str) -> Html:
+def _scores(rows: Sequence[Mapping], metrics: Mapping[str, str], caption: str, by: str) -> Html:
+    """A column for each row of a summary, headed by its suite or its level, without scores of which none of them tells."""
     columns = [doc.Column("score", number=False)]
-    columns += [doc.Column(row["suite"], f"{row['level']}, {row['cases']} cases") for row in rows]
+    columns += [doc.Column(row[by], f"{row['cases']} cases") for row in rows]
     body = [[words, *(shown(name, row["scores"][name]) for row in rows)] for name, words in metrics.items()]
-    return doc.table(columns, body, caption)
+    body = [cells for cells in body if set(cells[1:]) != {_NOTHING}]
+    return Html(f'<div class="whole-words">{doc.table(columns, body, caption)}</div>')
 
 
 def reliability_figure(rows: Sequence[Mapping]) -> Html:
