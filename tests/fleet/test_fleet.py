@@ -5,6 +5,7 @@ import io
 import json
 import os
 import re
+import shutil
 import sys
 import threading
 import types
@@ -38,10 +39,10 @@ def second(paper_cycle_bag):
     return read_recording(paper_cycle_bag).between(0.0, 2.0)
 
 
-@pytest.fixture
-def folder(tmp_path, second):
+@pytest.fixture(scope="module")
+def cranes(tmp_path_factory, second):
     """Two cases, a single bag, a case that crashes its diagnosis, one that is refused, and a bag that is none."""
-    place = tmp_path / "cranes"
+    place = tmp_path_factory.mktemp("written") / "cranes"
     for name in ("a/march/field", "a/march/commissioning", "a/april", "b/crash/field", "b/bad"):
         write_recording(place / name, second)
     (place / "b/torn").mkdir()
@@ -50,6 +51,12 @@ def folder(tmp_path, second):
     (place / ".hidden/x.mcap").write_bytes(b"")
     (place / "notes.txt").write_text("no bag")
     return place
+
+
+@pytest.fixture
+def folder(cranes, tmp_path):
+    """A copy that a test may change."""
+    return shutil.copytree(cranes, tmp_path / "cranes")
 
 
 def test_cases_and_single_bags_are_found(folder):
