@@ -640,6 +640,25 @@ def test_misspelt_topic_is_pointed_out(tmp_path, bag):
     assert "did /ddh/hydraulic/telemetry mean it?" in read.warnings[0].message
 
 
+def test_sensors_in_another_namespace_than_the_rig_are_pointed_out(tmp_path, bag):
+    read = read_recording(rewritten(bag, tmp_path / "apart", topic=lambda t: t.replace("/ddh/temperature", "/plant/temperature")))
+    said = [finding.message for finding in read.warnings]
+    assert any("10 topics of telemetry are in the namespace '/plant' and not in the rig's, '/ddh', and are ignored" in one for one in said)
+    assert not [finding for finding in read.findings if finding.severity == "info"]
+
+
+def test_a_second_rig_that_was_not_chosen_is_no_fault(tmp_path, short):
+    read = read_recording(two_rigs(tmp_path, short), namespace="left")
+    assert not [finding for finding in read.warnings if "of telemetry are in the namespace" in finding.message]
+
+
+@pytest.mark.parametrize("samples", [1, 100])
+def test_a_recording_of_no_length_is_told(tmp_path, short, samples):
+    still = {name: replace(s, time=np.zeros(min(samples, len(s))), values=s.values[:samples]) for name, s in short.streams()}
+    read = read_recording(write_recording(tmp_path / "still", short.with_streams(still)))
+    assert any("covers no time: all its messages have one stamp" in finding.message for finding in read.warnings)
+
+
 def test_unknown_sensor_is_pointed_out(tmp_path, bag):
     target = rewritten(bag, tmp_path / "sensor", topic=lambda t: t.replace("tank_oil", "oil_tank"))
     (finding,) = read_recording(target).warnings

@@ -85,7 +85,7 @@ def read_recording(
     rig, rig_findings = _rig(file, chosen, collector)
     findings += _unreadable_findings(file, chosen, collector.rows)
     findings += _missing_findings(file, chosen, streams, collector) + rig_findings
-    findings += _other_topics(file, chosen, collector)
+    findings += _other_topics(file, chosen, collector) + _no_length(file, streams)
     return Recording(file, epoch, rig, None, None, {}, [], chosen).with_streams(streams, findings)
 
 
@@ -268,9 +268,38 @@ def _other_topics(file: str, namespace: str, collector: Collector) -> list[Findi
                 f"{nearest_telemetry(topic, namespace)}, valid are {', '.join(TEMPERATURE_SENSORS)}"
             )
             findings.append(Finding("warning", file, topic, "", None, collector.counts[topic], message))
-    listed = [topic for topic in others if topic not in {f.topic for f in findings}]
+    elsewhere = _telemetry_elsewhere(others)
+    findings += [Finding("warning", file, "", "", ", ".join(topics), len(topics), (
+        f"{file}: {len(topics)} topics of telemetry are in the namespace {other or '/'!r} and not in the rig's, {namespace or '/'!r}, and "
+        f"are ignored: {_named(topics)}; they belong beside {namespace}/{DRIVE_TOPIC}")) for other, topics in elsewhere.items()]
+    told = {f.topic for f in findings} | {topic for topics in elsewhere.values() for topic in topics}
+    listed = [topic for topic in others if topic not in told]
     if listed:
-        more = f" and {len(listed) - _MOST_NAMED} more" if len(listed) > _MOST_NAMED else ""
-        message = f"{file}: {len(listed)} other topics are ignored: {', '.join(listed[:_MOST_NAMED])}{more}"
+        message = f"{file}: {len(listed)} other topics are ignored: {_named(listed)}"
         findings.append(Finding("info", file, "", "", ", ".join(listed), len(listed), message))
     return findings
+
+
+def _telemetry_elsewhere(others: list[str]) -> dict[str, list[str]]:
+    """Topics of telemetry by their namespace, of those in which no machine is."""
+    by_namespace: dict[str, list[str]] = {}
+    machines = set()
+    for topic in others:
+        if split := split_topic(topic):
+            by_namespace.setdefault(split[0], []).append(topic)
+            machines |= {split[0]} if split[1] in (DRIVE_TOPIC, HYDRAULIC_TOPIC) else set()
+    return {namespace: topics for namespace, topics in by_namespace.items() if namespace not in machines}
+
+
+def _named(topics: list[str]) -> str:
+    more = f" and {len(topics) - _MOST_NAMED} more" if len(topics) > _MOST_NAMED else ""
+    return f"{', '.join(topics[:_MOST_NAMED])}{more}"
+
+
+def _no_length(file: str, streams: dict[str, Stream]) -> list[Finding]:
+    """That a recording covers no time."""
+    first, last = (pick(float(pick(stream.time)) for stream in streams.values()) for pick in (min, max))
+    if last > first:
+        return []
+    message = f"{file} covers no time: all its messages have one stamp, and nothing can be told of it"
+    return [Finding("warning", file, "", "", 0.0, 1, message)]
