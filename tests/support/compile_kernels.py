@@ -24,6 +24,7 @@ def of_fusion_and_plant() -> None:
     from ddh_twin_py.estimation.sensors import SENSORS
     from ddh_twin_py.estimation.temperature_fusion import FusionInputs, Reading, TemperatureFusion
     from ddh_twin_py.rig import load_rig
+
     from support.drifted import recorded
 
     TemperatureFusion(load_rig()).advance(FusionInputs.unknown(20), [Reading(0, SENSORS[0], 296.0)])
