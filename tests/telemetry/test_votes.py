@@ -130,3 +130,15 @@ def test_the_majority_is_believed():
     few = Graph(SENSORS[:1], jump=together)
     assert few.restarts["hydraulic_model"] == few.restarts["machine_thermal"] == 1
     assert few.aligners["hydraulic_model"].counts[SENSORS[0], "other_clock"], "the sensor of the old clock does not pull them forth"
+
+
+@pytest.mark.parametrize("sensors", [0, 6])
+@pytest.mark.parametrize("period", [1.0, 4.0, 10.0])
+@pytest.mark.parametrize("step", [-0.8, -3.0, -4.5, -8.0])
+def test_a_step_back_that_ends_before_all_have_spoken_is_found(step, period, sensors):
+    names = SENSORS[:sensors]
+    graph = Graph(names, period, jump=dict.fromkeys((DRIVE, HYDRAULICS, *names), step))
+    for node in ("hydraulic_model", "machine_thermal"):
+        (restart,) = [tick for tick in graph.ticks[node] if tick.restart]
+        assert restart.gap == pytest.approx(step, abs=0.15)
+        assert all(len(tick.samples[DRIVE]) for tick in graph.ticks[node][1:])

@@ -293,7 +293,10 @@ class TickAligner:
                 self._doubt(stream, line, stamp, row)
                 return
         elif line.doubt is not None:
-            self._leave_out(stream, line)
+            if line.went_back and stamp - line.doubt.top <= self._window and self._verdict(line, last=True):
+                self._believe(stream, line)  # it went all the way to where it was
+            else:
+                self._leave_out(stream, line)
         self._accept(stream, line, stamp, row)
 
     def _accept(self, stream: str, line: _Line, stamp: int, row: Sequence[float]) -> None:
@@ -355,10 +358,8 @@ class TickAligner:
     def flush(self) -> Iterator[Tick]:
         """All ticks up to the newest sample, at the end of the data."""
         for name, line in self._lines.items():
-            if line.doubt is not None and len(line.doubt) > 1 and not self._may_be_late(line):  # one is no clock
-                agree, against, silent = self._votes(line)
-                if agree > against + silent:
-                    self._believe(name, line)
+            if line.doubt is not None and len(line.doubt) > 1 and self._verdict(line):  # one is no clock
+                self._believe(name, line)
         yield from self._finished()
         yield from self._drain(self._longest_gap)
 
@@ -459,29 +460,34 @@ class TickAligner:
             return
         line.doubt.add(stamp, row)
         span = stamp - line.doubt.first
-        agree = against = silent = 0
-        if span > min(self._window, abs(newest - line.doubt.first) // 2) and not self._may_be_late(line):
-            agree, against, silent = self._votes(line)
-        if agree > against + silent or self._follower_at(stamp):
+        verdict = self._verdict(line) if span > min(self._window, abs(newest - line.doubt.first) // 2) else None
+        if verdict or self._follower_at(stamp):
             self._believe(stream, line)
-        elif len(line.doubt) > _MOST_DOUBTED or span > (_OUTVOTED if agree and not silent else _LONGEST_LAG):
+        elif len(line.doubt) > _MOST_DOUBTED or span > (_OUTVOTED if verdict is False else _LONGEST_LAG):
             self._leave_out(stream, line)
 
     def _may_be_late(self, line: _Line) -> bool:
         """Whether what came by an earlier clock may be late instead: by seconds at most, and not as much of it as goes on by a clock.
 
-        Of a clock that jumped come `_FEWEST` samples or more, half as close as the stream's at least, and no stream goes on meanwhile.
+        Of a clock that jumped come `_FEWEST` samples or more, half as close as the stream's at least, and no stream goes on meanwhile;
+        where it is awaited, no other that is: the next sample of a slow one is newer than its last by the new clock, too.
         """
         doubt = line.doubt
         if not line.went_back or line.newest - doubt.first > _LATEST:
             return False
         count, span, before = len(doubt), doubt.top - doubt.first, line.newest - (line.first or line.newest)
-        goes_on = any(other.rose > doubt.since and not other.stale and not other.follows for other in self._lines.values())
+        goes_on = any(other.rose > doubt.since and not other.stale and not other.follows and (other.awaited or not line.awaited)
+                      for other in self._lines.values())
         return goes_on or count < _FEWEST or 2 * count * before < line.told * span
 
-    def _votes(self, line: _Line) -> tuple[int, int, int]:
-        """How many streams tell the clock of what one of them told last, itself among them, how many go on as before, and how many had
-        no time to tell yet: twice their usual step, and the reorder window and their lag."""
+    def _verdict(self, line: _Line, last: bool = False) -> bool | None:
+        """Whether more streams tell the clock of what one told last, itself among them, than go on as before; None while that is open.
+
+        It is while messages may be late, and unless this is the last that it tells while there are streams that had no time to tell: twice
+        their usual step, the reorder window and their lag.
+        """
+        if self._may_be_late(line):
+            return None
         doubt, near = line.doubt, self._window + self._timeout
         agree = against = silent = 0
         for other in self._lines.values():
@@ -491,7 +497,8 @@ class TickAligner:
                 against += 1
             elif other.newest is not None and not other.stale and other.newest > doubt.left - _LONGEST_LAG:
                 silent += doubt.top - doubt.first <= min(2 * other.step + self._window + other.lag, _LONGEST_LAG)
-        return agree, against, silent
+        silent = 0 if last else silent
+        return True if agree > against + silent else None if silent else False
 
     def _goes_on(self, line: _Line, doubt: _Doubt) -> bool:
         """Whether a stream has told, by the clock of all, what lies beyond all that came before another one was doubted."""
