@@ -23,6 +23,7 @@ from ddh_twin_py.twin.duty import load_duty
 from ddh_twin_py.twin.rehearsal import rehearse
 from support.simulated import DUTY
 
+pytestmark = pytest.mark.long
 NAMES = ("pump_1.friction", "motor.bearing_friction")
 BEARING, PUMP = ("motor.bearing_friction",), ("pump_1.friction",)
 

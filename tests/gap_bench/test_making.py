@@ -15,6 +15,8 @@ from ddh_twin_py.plant.machine import build
 from ddh_twin_py.plant.sensors import SENSORS, Instruments, measure
 from ddh_twin_py.rig import load_rig
 
+pytestmark = pytest.mark.long
+
 
 @pytest.fixture(scope="module")
 def made(tmp_path_factory):

@@ -9,6 +9,7 @@ from ddh_twin_py.real_rigs.rig_model import RigModel
 from ddh_twin_py.real_rigs.study import RecordingsError
 from support.real_sets import effect_of, tank_record, write_tanks
 
+pytestmark = pytest.mark.long
 NONE = np.zeros(len(DESCRIPTION.parameters))
 FILE = "dataBenchmark.csv"
 

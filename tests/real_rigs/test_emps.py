@@ -12,6 +12,7 @@ from ddh_twin_py.real_rigs.study import RecordingsError
 from scipy.io import loadmat, savemat
 from support.real_sets import effect_of, emps_record, write_emps
 
+pytestmark = pytest.mark.long
 NONE = np.zeros(3)
 
 

@@ -10,6 +10,8 @@ from urllib.parse import unquote, urlsplit
 import pytest
 from ddh_twin_py.cli.main import build_parser
 
+pytestmark = pytest.mark.long
+
 
 @pytest.fixture(scope="module")
 def documents(repo_root):
