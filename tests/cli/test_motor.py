@@ -41,7 +41,7 @@ def test_interrupted_before_the_end_nothing_is_written(monkeypatch, tmp_path):
     monkeypatch.setattr("ddh_twin_py.report.motor_comparison.sensitivities", interrupt)
     out = tmp_path / "out"
     files = ["--html", str(out / "m.html"), "--json", str(out / "m.json"), "-o", str(out / "rig.yaml")]
-    assert main(["motor", "--layers", "2", "--quiet", *files]) == 130
+    assert main(["motor", "--layers", "1", "--quiet", *files]) == 130
     assert not out.exists()
 
 
