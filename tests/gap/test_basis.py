@@ -96,3 +96,16 @@ def test_more_slack_is_what_a_new_basis_would_be(case):
     np.testing.assert_allclose(grown.sums(split(made, c), split(made, y)).information,
                                fresh.sums(split(made, c), split(made, y)).information, atol=1e-9)
     assert grown.misfit(split(made, y)) == pytest.approx(fresh.misfit(split(made, y)), abs=1e-9)
+
+
+def test_further_unknowns_are_as_if_they_had_been_among_the_parameters(case):
+    basis, made, _, f, c, y = case
+    first, ends = PARAMETERS - 1, ENDS[:1]
+    less = Basis(Weighting(made), split(made, f[:, :first]), split(made, f[:, PARAMETERS:]), -ENDS[:first], ENDS[:first])
+    grown = less.with_unknowns(split(made, f[:, first:PARAMETERS]), -ends, ends)
+    assert (grown.parameters, grown.size, less.parameters) == (basis.parameters, basis.size, first)
+    np.testing.assert_allclose(grown.information, basis.information, atol=1e-9)
+    np.testing.assert_array_equal(grown.highest, basis.highest)
+    one, other = (b.normal(split(made, c), split(made, y)) for b in (grown, basis))
+    np.testing.assert_allclose(one.covariance(1.0), other.covariance(1.0), atol=1e-9)
+    assert grown.misfit(split(made, y)) == pytest.approx(basis.misfit(split(made, y)), abs=1e-8)

@@ -1,5 +1,7 @@
 """The catalogue: names by the contract, neutral values exact, every effect seen somewhere."""
 
+import math
+
 import numpy as np
 import pytest
 import yaml
@@ -32,6 +34,23 @@ def test_nothing_changes_at_the_neutral_value_and_something_beyond(name):
         law(record, effect.limit(effect.step))
         assert any(record[f] != load_rig().parameters[f] for f in record.dtype.names if f not in laws_own)
         assert all(np.isfinite(record[f]) for f in record.dtype.names)
+
+
+@pytest.mark.parametrize("deviations", [-math.sqrt(3.0), 0.6, math.sqrt(3.0)])
+def test_another_oil_of_the_grade_is_as_steep_and_within_a_tenth_as_viscous_at_40_degc(deviations):
+    """ISO 3448: plus or minus 10 % of the grade's number."""
+    effect, celsius = EFFECTS["oil.viscosity_temperature"], 273.15
+    alone, along = load_rig().parameters, load_rig().parameters
+    effect.laws[0](alone, 0.2)
+    effect.along_with(deviations).laws[0](along, 0.2)
+
+    def viscosity(record, degrees):
+        return 10.0 ** 10.0 ** float((record["oil_walther_a"] - record["oil_walther_b"] * np.log10(celsius + degrees))[0]) - 0.7
+
+    assert along["oil_walther_b"] == alone["oil_walther_b"]
+    assert viscosity(along, 40.0) == pytest.approx(viscosity(load_rig().parameters, 40.0) * (1.0 + 0.1 * deviations / math.sqrt(3.0)))
+    said = effect.beside.said(along, alone)
+    assert f"{abs(100.0 * 0.1 * deviations / math.sqrt(3.0)):.1f} % {'more' if deviations > 0.0 else 'less'} viscous" in said
 
 
 @pytest.mark.parametrize("name", EFFECTS)

@@ -18,7 +18,7 @@ def fitted(effect, x, spread, law_error=0.0):
     """One effect beside parameters with independent deviations ``spread`` (3,)."""
     joint = np.diag([*np.square(spread), SURE**2])
     column = Column(replace(effect, law_error=law_error), 0, 1.0, 5.0, "flow", [])
-    return Refitted((column,), np.array([x]), joint[3:, 3:], joint, np.array([0.2, 0.5, 0.0]), [], 0.0, 0.0)
+    return Refitted((column,), np.array([x]), joint[3:, 3:], joint, np.array([0.2, 0.5, 0.0]), [], 0.0, 0.0, np.zeros(1))
 
 
 def test_a_value_counted_from_a_parameter_is_no_surer_than_that():

@@ -1,10 +1,13 @@
 """Where the leading hypotheses stand once the likelihood counts in full."""
 
+import math
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from ddh_twin_py.estimation.comparison import Discrepancy
+from ddh_twin_py.gap.effect import divided
 from ddh_twin_py.gap.full_power import at_full_power
 from ddh_twin_py.gap.hypotheses import POWER, SLACK
 from ddh_twin_py.gap.linearised import linearise
@@ -66,3 +69,26 @@ def test_a_rig_as_built_that_leads_nowhere_better_is_not_followed():
         linearised, fitted = fitted_at(model, pool, [1.0, -0.8, 0.5], [1.0, -0.8, 0.5])
         alone, both = (at_full_power(linearised, fitted, [TRUE], start, pool)[TRUE] for start in (None, np.array([0.5, -0.5, 0.0])))
     assert np.array_equal(both.theta, alone.theta) and np.array_equal(both.x, alone.x)
+
+
+def test_the_size_of_a_leader_is_as_uncertain_as_where_it_acts_and_not_as_where_it_does_not():
+    """A gain of which a quarter is left: the rig's own gain moves the altered recording a quarter as far as it did as built."""
+    throttled, x = replace(EFFECTS[0], laws=(divided("gain"),), highest=10.0), 3.0
+    model = FirstOrder(np.array([0.5, 0.0, 0.0]), [(throttled, 0, x)], seed=1)
+    with ThreadPoolExecutor(2) as pool:
+        linearised = linearise(model, [throttled], np.zeros(3), Discrepancy(), 0.0, POWER, pool)
+        column = next(c for c in linearised.columns if c.x > 0.0)
+        fits = [Refit(linearised).of(own, np.zeros(3), np.full(len(own), x / column.x)) for own in ([], [column])]
+        fitted = {fit.effects: fit for fit in fits}
+        leader = at_full_power(linearised, fitted, [(throttled.id,)], None, pool)[(throttled.id,)]
+
+    def features(at):
+        runs = model.run(at[:3], [(throttled, 0, float(at[3]))])
+        return [c.features(p) for c, p in zip(linearised.comparisons, runs, strict=True)]
+
+    at = np.array([*leader.theta, leader.x[0]])
+    moved = [(features(at + step), features(at - step), 2.0 * step.sum()) for step in np.diag([1e-3, 1e-3, 1e-3, 1e-2])]
+    slopes = [np.column_stack([(more[i] - less[i]) / by for more, less, by in moved]) for i in range(2)]
+    told = POWER * linearised.basis.weighting.products(slopes, slopes) + np.diag([1.0, 1.0, 1.0, 0.0])
+    np.testing.assert_allclose(np.sqrt(np.diagonal(leader.joint)), np.sqrt(np.diagonal(np.linalg.inv(told))), rtol=0.05)
+    assert abs(math.log(leader.joint[3, 3] / fitted[(throttled.id,)].joint[3, 3])) > 0.1

@@ -15,7 +15,7 @@ VALVE, LAG, _ = EFFECTS
 def fitted(*departures):
     columns = tuple(Column(effect, 0, x, 5.0, "flow", []) for effect, x in zip((VALVE, LAG), (0.1, -0.2), strict=False))
     x = np.array([d * c.x for d, c in zip(departures, columns, strict=False)])
-    return Refitted(columns[: x.size], x, np.eye(x.size), np.eye(x.size + 3), np.zeros(3), [], 0.0, 0.0)
+    return Refitted(columns[: x.size], x, np.eye(x.size), np.eye(x.size + 3), np.zeros(3), [], 0.0, 0.0, np.zeros(x.size))
 
 
 @pytest.mark.parametrize(("departures", "small"), [

@@ -26,4 +26,4 @@ def linearised(likeness, told=((1.0, 0.0), (0.0, 1.0), (0.0, 0.0))):
 
 def fitted(*departures):
     x = 0.1 * np.array(departures)
-    return Refitted(tuple(COLUMNS[: x.size]), x, np.eye(x.size), np.eye(x.size), np.zeros(0), [], 0.0, 0.0)
+    return Refitted(tuple(COLUMNS[: x.size]), x, np.eye(x.size), np.eye(x.size), np.zeros(0), [], 0.0, 0.0, np.zeros(x.size))

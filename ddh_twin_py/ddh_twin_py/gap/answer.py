@@ -102,6 +102,7 @@ def diagnosis(model: Diagnosable, found: Found, theta: np.ndarray, hidden: Seque
         "checks": [{"effects": list(best.effects), "check": check.name, "measured": check.measured, "limit": check.limit}
                    for check in unknown.checks],
         "notes": [*odd, *unknown.notes, *concluded.notes, *other_rig, *([described(learned, gap_before, gap_after)] if learned else []),
+                  *(_along_with(model, leader) if verdict.word in ("explained", "ambiguous") else []),
                   *model.notes(), *_not_held(model, before), *_not_seen(hidden),
                   *_since_when([name for name in unsure if name not in since]), *_only_since(since), *_would_not_show(missed),
                   *_at_the_end(pressed, nameless and leader.theta is not plain)],
@@ -209,6 +210,18 @@ def insufficient(model: Diagnosable, reason: str) -> Diagnosis:
     }
     return Diagnosis(report, sentence(report, model.catalogue), model.recordings, {}, {}, [], [], [], {}, [], [],
                      model.rig, model.assumptions, catalogue=model.catalogue)
+
+
+def _along_with(model: Diagnosable, fitted: Refitted) -> list[str]:
+    """What changed along with effects of a hypothesis, one sentence each."""
+    said, number = [], model.altered.index(True)
+    for i, (column, deviations) in enumerate(zip(fitted.columns, fitted.beside, strict=True)):
+        if deviations:
+            alone = fitted.acting
+            alone[i] = (column.effect, column.law, float(fitted.x[i]))
+            with_it, without = model.record(number, fitted.theta, fitted.acting), model.record(number, fitted.theta, alone)
+            said.append(column.effect.beside.said(with_it, without))
+    return said
 
 
 def _why(model: Diagnosable, found: Found, verdict: Verdict) -> list[dict]:

@@ -66,13 +66,26 @@ class Basis:
 
     def with_more(self, slack: Rows) -> Basis:
         """The same with further slack, columns by recording, (rows, m)."""
+        return self._grown(slack, self.size)
+
+    def with_unknowns(self, columns: Rows, lowest: np.ndarray, highest: np.ndarray) -> Basis:
+        """The same with further unknowns of standard deviation 1 behind the parameters, within bounds (m,); by recording, (rows, m)."""
+        other = self._grown(columns, self.parameters)
+        other.parameters = self.parameters + lowest.size
+        other.lowest, other.highest = np.concatenate([self.lowest, lowest]), np.concatenate([self.highest, highest])
+        other._prepare()
+        return other
+
+    def _grown(self, more: Rows, at: int) -> Basis:
+        """The same with further columns before the one at an index."""
         other = copy(self)
-        other.columns = [np.hstack([c, s]) for c, s in zip(self.columns, slack, strict=True)]
-        other.size = other.columns[0].shape[1]
-        weighted = [self.power * w for w in self.weighting.applied(slack)]
+        weighted = [self.power * w for w in self.weighting.applied(more)]
         cross = sum(c.T @ w for c, w in zip(self.columns, weighted, strict=True))
-        own = sum(s.T @ w for s, w in zip(slack, weighted, strict=True))
-        other.information = np.block([[self.information, cross], [cross.T, own]])
+        own = sum(m.T @ w for m, w in zip(more, weighted, strict=True))
+        order = np.insert(np.arange(self.size), at, self.size + np.arange(own.shape[0]))
+        other.columns = [np.hstack([c, m])[:, order] for c, m in zip(self.columns, more, strict=True)]
+        other.size = order.size
+        other.information = np.block([[self.information, cross], [cross.T, own]])[np.ix_(order, order)]
         other._prepare()
         return other
 

@@ -28,7 +28,7 @@ def belief_in(found: Found, ids: tuple[str, ...]) -> Believed:
     if fitted is None:
         return _by_the_linear_model(found.linearised, ids)
     left = [c.residual(p) for c, p in zip(found.linearised.comparisons, fitted.predictions, strict=True)]
-    return Believed(ids, fitted.theta, fitted.columns, fitted.x, fitted.covariance, found.linearised.basis.slack(left))
+    return Believed(ids, fitted.theta, fitted.ways, fitted.x, fitted.covariance, found.linearised.basis.slack(left))
 
 
 def _by_the_linear_model(linearised: Linearised, ids: tuple[str, ...]) -> Believed:

@@ -4,13 +4,33 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 DOMAINS = ("electrical", "mechanical", "hydraulic", "thermal", "measurement")
 Apply = Callable[[np.ndarray, float], None]
 _REFERENCES = {True: "at commissioning", False: "the sheet says", None: "expected"}
+
+
+@dataclass(frozen=True)
+class Beside:
+    """What may have changed along with an effect, though the effect does not say so: fitted with it, and no part of its size.
+
+    Attributes:
+        law: changes a parameter record (1,) in place, given standard deviations of this change. end: of them, at which it ends.
+        quantity: what it changes, from a record. about: what happens, in one sentence; ``{change}`` stands for "3.1 % more" or "less".
+    """
+
+    law: Apply
+    end: float
+    quantity: Callable[[np.ndarray], float]
+    about: str
+
+    def said(self, changed: np.ndarray, before: np.ndarray) -> str:
+        """What happens, in one sentence; records (1,) with it and without."""
+        share = self.quantity(changed) / self.quantity(before) - 1.0
+        return self.about.replace("{change}", f"{100.0 * abs(share):.1f} % {'more' if share > 0.0 else 'less'}")
 
 
 @dataclass(frozen=True)
@@ -36,6 +56,7 @@ class Effect:
         lacked: quantity of a free run, and its unit, that says what the place lacks without the effect;
             None for the one of its component and domain.
         reading: the signal that errs, of a law that acts in one sensor alone.
+        beside: what may have changed along with it since commissioning; None where nothing may.
     """
 
     id: str
@@ -60,6 +81,7 @@ class Effect:
     lacked: tuple[str, str] | None = None
     reading: str = ""
     reached: tuple[float, float] = (-math.inf, math.inf)
+    beside: Beside | None = None
 
     def happens(self, x: float, commissioned: bool | None = None) -> str:
         """What happens, in one sentence, where the departure is x.
@@ -74,6 +96,20 @@ class Effect:
     def directions(self) -> tuple[float, ...]:
         """Signs that the departure may have."""
         return tuple(sign for sign in (1.0, -1.0) if (self.highest if sign > 0.0 else -self.lowest) > 0.0)
+
+    def along_with(self, deviations: float) -> Effect:
+        """The effect with what changed beside it; whether it departs or not, that has changed then."""
+        if self.beside is None or deviations == 0.0:
+            return self
+
+        def both(law: Apply, other: Apply) -> Apply:
+            def apply(record: np.ndarray, x: float) -> None:
+                law(record, x)
+                other(record, deviations)
+
+            return apply
+
+        return replace(self, laws=tuple(both(law, self.beside.law) for law in self.laws))
 
     def limit(self, x: float) -> float:
         """The departure, brought within what is allowed."""

@@ -21,10 +21,11 @@ _BETTER = 2.0  # log evidence by which a fit from the rig as built must be bette
 
 def at_full_power(linearised: Linearised, fitted: Mapping[Ids, Refitted], wanted: Sequence[Ids], as_built: np.ndarray | None,
                   pool: ThreadPoolExecutor) -> dict[Ids, Refitted]:
-    """The fits, those wanted with parameters, sizes and runs where the likelihood counts in full; evidence and covariances stay.
+    """The fits, those wanted with parameters, sizes and runs where the likelihood counts in full; evidence and covariance stay.
 
     The first of those wanted is fitted with sensitivities of its own place: steps by those of another stop where the other place's
-    model is at its lowest, not its own, and held-out data feel that. Its evidence stays as it was, in fairness to the others.
+    model is at its lowest, not its own, and held-out data feel that. Its evidence stays as it was, in fairness to the others. Its joint
+    covariance is that of its own place: a conductance of which an eighth is left no longer answers to its tolerance as the whole did.
 
     Args:
         fitted: by set; () is among them. wanted: sets, the leading one first.
@@ -37,19 +38,20 @@ def at_full_power(linearised: Linearised, fitted: Mapping[Ids, Refitted], wanted
     out = dict(fitted)
     for ids, now in {first: leader, **{ids: fit.result()[0] for ids, fit in others.items()}}.items():
         misfit = linearised.basis.misfit([c.residual(p) for c, p in zip(linearised.comparisons, now.predictions, strict=True)])
-        out[ids] = replace(fitted[ids], x=now.x, theta=now.theta, predictions=now.predictions, chi_square=misfit)
+        out[ids] = replace(fitted[ids], x=now.x, theta=now.theta, predictions=now.predictions, chi_square=misfit, beside=now.beside,
+                           joint=now.joint if ids == first else fitted[ids].joint)
     return out
 
 
 def _of_its_own(linearised: Linearised, fitted: Refitted, as_built: np.ndarray | None, pool: ThreadPoolExecutor) -> Refitted:
-    """A fit with sensitivities of its own place, and of where these lead from the rig as built."""
+    """A fit with sensitivities of its own place, and of where these lead from the rig as built; its joint covariance is of the power."""
     every = range(len(linearised.comparisons))
-
-    def about(place: Refitted) -> Refit:
-        return _in_full(linearised.acting_at(place.theta, place.acting, every, pool))
-
-    reached, from_built = _from_both(about(fitted), fitted, as_built)
-    return about(reached).again(reached) if from_built else reached
+    here = linearised.acting_at(fitted.theta, fitted.acting, every, pool)
+    reached, from_built = _from_both(_in_full(here), fitted, as_built)
+    if from_built:
+        here = linearised.acting_at(reached.theta, reached.acting, every, pool)
+        reached = _in_full(here).again(reached)
+    return replace(reached, joint=Refit(here, width=_ANY_SIZE).joint(reached))
 
 
 def _from_both(refit: Refit, fitted: Refitted, as_built: np.ndarray | None) -> tuple[Refitted, bool]:
