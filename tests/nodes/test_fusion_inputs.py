@@ -3,7 +3,7 @@
 import numpy as np
 from ddh_twin_py.nodes.fusion_inputs import MOTOR_TOPIC, MOTOR_WIDTH, STATE_TOPIC, STATE_WIDTH, add_duty, inputs_of
 from ddh_twin_py.rig import load_rig
-from ddh_twin_py.telemetry.alignment import Samples, Tick
+from ddh_twin_py.telemetry.ticks import Samples, Tick
 from ddh_twin_py.twin.operating_point import PresentDuty
 
 INTERVAL_NS = 50_000_000

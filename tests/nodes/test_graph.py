@@ -12,7 +12,7 @@ from ddh_twin_py.bags.writer import write_recording
 from ddh_twin_py.estimation.replay import replay
 from ddh_twin_py.physics.thermal_network import NODES
 from ddh_twin_py.rig import load_rig
-from ddh_twin_py.telemetry.alignment import align
+from ddh_twin_py.telemetry.recording_ticks import align
 from ddh_twin_py.telemetry.signals import TEMPERATURE_SENSORS, ZERO_CELSIUS
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from nodes.processes import LATCHED, NodeProcess, raw_messages, stamp_ns, wait_for

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from ddh_twin_py.nodes.health import Report, Stops, StreamJudge, judge_age, judge_clock
 from ddh_twin_py.nodes.inputs import Input
-from ddh_twin_py.telemetry.alignment import TickAligner
 from ddh_twin_py.telemetry.clock import Break
 from ddh_twin_py.telemetry.screening import StreamScreen
+from ddh_twin_py.telemetry.tick_aligner import TickAligner
 
 
 @pytest.mark.parametrize(

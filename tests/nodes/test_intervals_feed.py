@@ -2,7 +2,7 @@
 
 import pytest
 from ddh_twin_py.nodes.intervals_feed import IntervalsFeed
-from ddh_twin_py.telemetry.alignment import Tick
+from ddh_twin_py.telemetry.ticks import Tick
 
 STEP_NS = 50_000_000
 START = 1.0  # s, 20 ticks

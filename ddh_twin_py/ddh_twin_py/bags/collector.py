@@ -15,7 +15,6 @@ from ddh_twin_py.bags.definitions import type_problem
 from ddh_twin_py.bags.message_types import telemetry_typestore
 from ddh_twin_py.bags.storage import EVER, Block, Channel, Storage
 from ddh_twin_py.bags.topics import split_topic
-from ddh_twin_py.telemetry.alignment import REORDER_WINDOW, to_ns
 from ddh_twin_py.telemetry.recording import RigInfo
 from ddh_twin_py.telemetry.signals import (
     DRIVE_FIELDS,
@@ -26,6 +25,7 @@ from ddh_twin_py.telemetry.signals import (
     RIG_TYPE,
     TEMPERATURE_FIELDS,
 )
+from ddh_twin_py.telemetry.ticks import REORDER_WINDOW, to_ns
 
 _FIELDS = {DRIVE_TOPIC: DRIVE_FIELDS, HYDRAULIC_TOPIC: HYDRAULIC_FIELDS}
 

@@ -41,14 +41,15 @@ from ddh_twin_py.physics.soft_sensor import MEASURED_DTYPE
 from ddh_twin_py.physics.thermal_network import N
 from ddh_twin_py.rig import Rig
 from ddh_twin_py.rig.sheet import SensorSpec
-from ddh_twin_py.telemetry.alignment import Samples, Ticks, align
 from ddh_twin_py.telemetry.in_order import in_order
 from ddh_twin_py.telemetry.jumps import why_apart
 from ddh_twin_py.telemetry.recording import Recording
+from ddh_twin_py.telemetry.recording_ticks import align
 from ddh_twin_py.telemetry.resolution import rounding_error
 from ddh_twin_py.telemetry.screening import screen_recording
 from ddh_twin_py.telemetry.signals import DRIVE_FIELDS, DRIVE_TOPIC, HYDRAULIC_FIELDS, HYDRAULIC_TOPIC
 from ddh_twin_py.telemetry.spans import strangers
+from ddh_twin_py.telemetry.ticks import Samples, Ticks
 from ddh_twin_py.twin.ambient import AmbientTracker
 from ddh_twin_py.twin.command import command_at
 from ddh_twin_py.twin.hydraulic_model import UNSEEN, off_the_stops

@@ -22,11 +22,12 @@ from ddh_twin_py.physics.soft_sensor import MEASURED_DTYPE
 from ddh_twin_py.physics.thermal_network import MOTOR_NODES, N
 from ddh_twin_py.physics.validity import outside_stated
 from ddh_twin_py.rig import Rig
-from ddh_twin_py.telemetry.alignment import Ticks, align
 from ddh_twin_py.telemetry.clock import Break
 from ddh_twin_py.telemetry.recording import Finding, Recording
+from ddh_twin_py.telemetry.recording_ticks import align
 from ddh_twin_py.telemetry.screening import screen_recording
 from ddh_twin_py.telemetry.signals import DRIVE_FIELDS, DRIVE_TOPIC, HYDRAULIC_FIELDS, HYDRAULIC_TOPIC, TEMPERATURE_PREFIX
+from ddh_twin_py.telemetry.ticks import Ticks
 from ddh_twin_py.twin.ambient import AmbientTracker
 from ddh_twin_py.twin.hydraulic_model import HydraulicModel, HydraulicResult
 from ddh_twin_py.twin.intervals import INTERVAL, command_size, new_carry, reduce_intervals

@@ -10,8 +10,8 @@ from ddh_twin_py.estimation.temperature_fusion import FusionInputs, Reading
 from ddh_twin_py.nodes.conversion import FLOW_PATHS
 from ddh_twin_py.nodes.intervals_feed import readings_of
 from ddh_twin_py.physics.thermal_network import MOTOR_NODES, N, N_FLOWS, NODES
-from ddh_twin_py.telemetry.alignment import Tick, tick_index
 from ddh_twin_py.telemetry.signals import TEMPERATURE_PREFIX
+from ddh_twin_py.telemetry.ticks import Tick, tick_index
 from ddh_twin_py.twin.operating_point import PresentDuty, measured_rows
 
 STATE_TOPIC = "hydraulics/state"

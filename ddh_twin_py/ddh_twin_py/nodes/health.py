@@ -11,10 +11,10 @@ from ddh_twin_py.nodes import qos
 from ddh_twin_py.nodes.inputs import Input
 from ddh_twin_py.nodes.node_base import TwinNode
 from ddh_twin_py.nodes.telemetry_feed import TelemetryFeed
-from ddh_twin_py.telemetry.alignment import LONGEST_GAP
 from ddh_twin_py.telemetry.causes import Cause
 from ddh_twin_py.telemetry.clock import Break
 from ddh_twin_py.telemetry.screening import StreamScreen
+from ddh_twin_py.telemetry.ticks import LONGEST_GAP
 
 PERIOD = 1.0  # s of wall time
 HOLD = 10.0

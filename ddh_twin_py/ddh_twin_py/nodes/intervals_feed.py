@@ -9,7 +9,6 @@ import numpy as np
 
 from ddh_twin_py.estimation.temperature_fusion import Reading
 from ddh_twin_py.physics.soft_sensor import MEASURED_DTYPE
-from ddh_twin_py.telemetry.alignment import Tick
 from ddh_twin_py.telemetry.clock import same_unit
 from ddh_twin_py.telemetry.signals import (
     DRIVE_FIELDS,
@@ -18,6 +17,7 @@ from ddh_twin_py.telemetry.signals import (
     HYDRAULIC_TOPIC,
     TEMPERATURE_PREFIX,
 )
+from ddh_twin_py.telemetry.ticks import Tick
 from ddh_twin_py.twin.intervals import command_size, new_carry, reduce_intervals
 
 AMBIENT = "ambient"

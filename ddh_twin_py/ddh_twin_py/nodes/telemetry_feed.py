@@ -14,7 +14,6 @@ from ddh_msgs.msg import DriveTelemetry, HydraulicTelemetry
 from ddh_twin_py.bags.cdr import stamped_floats
 from ddh_twin_py.nodes.inputs import Input, Inputs
 from ddh_twin_py.rig import Rig
-from ddh_twin_py.telemetry.alignment import Tick, TickAligner
 from ddh_twin_py.telemetry.screening import StreamScreen
 from ddh_twin_py.telemetry.signals import (
     DRIVE_FIELDS,
@@ -25,6 +24,8 @@ from ddh_twin_py.telemetry.signals import (
     TEMPERATURE_PREFIX,
     ZERO_CELSIUS,
 )
+from ddh_twin_py.telemetry.tick_aligner import TickAligner
+from ddh_twin_py.telemetry.ticks import Tick
 from ddh_twin_py.twin.sensor_errors import delay_ns
 
 

@@ -38,9 +38,9 @@ from ddh_twin_py.nodes.wire import BulkParser
 from ddh_twin_py.physics.thermal_network import N, NODES
 from ddh_twin_py.physics.validity import outside_stated
 from ddh_twin_py.rig import load_rig
-from ddh_twin_py.telemetry.alignment import Tick
 from ddh_twin_py.telemetry.clock import Break
 from ddh_twin_py.telemetry.signals import TEMPERATURE_PREFIX
+from ddh_twin_py.telemetry.ticks import Tick
 
 _KEEP_PREDICTIONS = 60_000_000_000  # ns
 _SILENT_AFTER = 10.0  # s of wall time without an estimate that are worth a word

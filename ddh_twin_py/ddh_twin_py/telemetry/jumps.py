@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from ddh_twin_py.telemetry.alignment import LONGEST_GAP, REORDER_WINDOW, Ticks
 from ddh_twin_py.telemetry.recording import Recording
 from ddh_twin_py.telemetry.spans import apart
 from ddh_twin_py.telemetry.strays import strays
+from ddh_twin_py.telemetry.ticks import LONGEST_GAP, REORDER_WINDOW, Ticks
 
 _NAMED = 3  # topics that are named one by one
 

@@ -11,13 +11,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from ddh_twin_py.telemetry import screening_kernel as kernel
-from ddh_twin_py.telemetry.alignment import REORDER_WINDOW, to_ns
 from ddh_twin_py.telemetry.causes import OF_FIELD, OF_SAMPLE, Cause
 from ddh_twin_py.telemetry.clock import clock_segments, sorted_order
 from ddh_twin_py.telemetry.recording import Finding, Recording, Stream
 from ddh_twin_py.telemetry.screening_report import findings_of, in_another_unit
 from ddh_twin_py.telemetry.signals import Signal, signals_of
 from ddh_twin_py.telemetry.spans import apart, missing_ends
+from ddh_twin_py.telemetry.ticks import REORDER_WINDOW, to_ns
 from ddh_twin_py.telemetry.unit_rules import EVIDENCE, UnitSuspicion, judge, rules_of
 
 _CAUSES = (*OF_FIELD, *OF_SAMPLE)  # in the order of the kernel's rows of counts

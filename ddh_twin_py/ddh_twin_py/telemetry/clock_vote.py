@@ -1,0 +1,127 @@
+"""Whose clock is believed where streams part: the vote of all streams on what one of them tells by another clock.
+
+A stream of which the stamps lie more than the reorder window behind its newest, or more than 20 s ahead of all, is doubted: what it
+tells is put aside until it has gone on so for longer than that window or half of the step, and then is put to the vote of all streams.
+For it are those that tell the same clock, itself among them; against it those that have meanwhile told, by the clock of before, more
+than a reorder window beyond all that had come. It is believed once more are for it than against it and silent together, a stream being
+silent for as long as it had no time to speak: twice its usual step, its lag and the reorder window, 10 s at most. A stream that is
+outvoted is left out, and doubted anew with what it tells next, until its stamps go on as before or others tell its clock, too. A stamp
+after which its stream goes on as before is of another clock, as of a second machine on the topic, and left out. A step back of 5 s or
+less may be messages that are late: there it must be told by several samples as close as the stream's are, while no stream goes on.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+from ddh_twin_py.telemetry.stream_line import LONGEST_LAG_NS, Doubt, Line
+
+_MOST_DOUBTED = 20_000  # samples of another clock that are put aside
+_AHEAD = 20_000_000_000  # ns beyond all from which a stamp is doubted
+_OUTVOTED = 3_000_000_000  # ns of them after which they are left out where more streams go on
+_LATEST = 5_000_000_000  # ns by which messages may be late without being taken for those of a clock that jumped
+_FEWEST = 5  # samples in a row that show a clock that jumped back by less
+
+
+@dataclass(frozen=True, slots=True)
+class ClockVote:
+    """The votes of streams, by name, that may come `window` late; those that follow others tell within `timeout` what these told, ns."""
+
+    lines: Mapping[str, Line]
+    window: int
+    timeout: int
+
+    @property
+    def near(self) -> int:
+        """ns within which streams tell the same clock."""
+        return self.window + self.timeout
+
+    def leaps(self, line: Line, stamp: int, newest: int | None) -> bool:
+        """Whether a stamp lies behind its stream, or far ahead of all, the newest of which is given."""
+        if line.newest is not None and stamp < line.newest - self.window:
+            return True
+        newest = max(line.newest or 0, newest or 0)
+        return newest > 0 and not line.stale and stamp > newest + _AHEAD
+
+    def is_due(self, line: Line, stamp: int, newest: int) -> bool:
+        """Whether what a stream told by another clock, this stamp last, went on for so long that it is voted on."""
+        return stamp - line.doubt.first > min(self.window, abs(newest - line.doubt.first) // 2)
+
+    def verdict(self, line: Line, last: bool = False) -> bool | None:
+        """Whether more streams tell the clock of what one told last, itself among them, than go on as before; None while that is open.
+
+        It is while messages may be late, and unless this is the last that it tells while there are streams that had no time to tell: twice
+        their usual step, the reorder window and their lag.
+        """
+        if self.may_be_late(line):
+            return None
+        doubt, agree, against, silent = line.doubt, 0, 0, 0
+        for other in self.lines.values():
+            if other.doubt is not None:
+                agree += other.doubt.near(doubt, self.near)
+            elif self.goes_on(other, doubt):
+                against += 1
+            elif not last:
+                silent += self.may_speak(other, doubt)
+        return True if agree > against + silent else None if silent else False
+
+    def may_be_late(self, line: Line) -> bool:
+        """Whether what came by an earlier clock may be late instead: by seconds at most, and not as much of it as goes on by a clock.
+
+        Of a clock that jumped come `_FEWEST` samples or more, half as close as the stream's at least, and no stream goes on meanwhile;
+        where it is awaited, no other that is: the next sample of a slow one is newer than its last by the new clock, too.
+        """
+        doubt = line.doubt
+        if not line.went_back or line.newest - doubt.first > _LATEST:
+            return False
+        count, span, before = len(doubt), doubt.top - doubt.first, line.newest - (line.first or line.newest)
+        goes_on = any(other.rose > doubt.since and not other.stale and not other.follows and (other.awaited or not line.awaited)
+                      for other in self.lines.values())
+        return goes_on or count < _FEWEST or 2 * count * before < line.told * span
+
+    def goes_on(self, line: Line, doubt: Doubt) -> bool:
+        """Whether a stream has told, by the clock of all, what lies beyond all that came before another one was doubted."""
+        return line.doubt is None and not line.stale and line.rose > doubt.since and line.newest > doubt.left + self.window
+
+    def may_speak(self, line: Line, doubt: Doubt) -> bool:
+        """Whether a stream that told neither clock had no time to, and spoke shortly before another one was doubted."""
+        if line.newest is None or line.stale or line.newest <= doubt.left - LONGEST_LAG_NS:
+            return False
+        return doubt.top - doubt.first <= min(2 * line.step + self.window + line.lag, LONGEST_LAG_NS)
+
+    def follower_at(self, stamp: int) -> bool:
+        """Whether a stream that follows others went back by itself and is near a stamp."""
+        return any(line.owed < 0 and line.held and abs(line.held[-1][0] - stamp) <= self.near for line in self.lines.values())
+
+    def led(self, follower: Line) -> bool:
+        """Whether a stream that this one could be computed from speaks."""
+        oldest = follower.newest - self.near
+        leaders = (line for line in self.lines.values() if not line.follows and not line.stale)
+        return any(line.newest is not None and line.newest >= oldest for line in leaders)
+
+    def leads_behind(self, stamp: int, longest_gap: int) -> bool:
+        """Whether a stream that others follow speaks so far behind a stamp that the time between, ns, would be skipped."""
+        leaders = (line for line in self.lines.values() if not line.follows and not line.stale)
+        return any(line.newest is not None and stamp > line.newest + longest_gap for line in leaders)
+
+
+def is_lost(doubt: Doubt, stamp: int, verdict: bool | None) -> bool:
+    """Whether what was told by another clock up to a stamp is left out: it is outvoted, or undecided for too long."""
+    return len(doubt) > _MOST_DOUBTED or stamp - doubt.first > (_OUTVOTED if verdict is False else LONGEST_LAG_NS)
+
+
+def cause(behind: int) -> str:
+    """What samples are counted as of which the first lies so many ns behind and that are left out."""
+    return "late" if 0 < behind <= _LATEST else "other_clock"
+
+
+def take_strays(lines: Mapping[str, Line], longest_gap: int) -> Iterator[tuple[str, list[int]]]:
+    """Where ticks begin: take out, by stream, what fewer of them tell than tell a time after a long silence; it is of another clock."""
+    while waiting := {name: line for name, line in lines.items() if line.stamps}:
+        end = min(line.stamps[0] for line in waiting.values()) + longest_gap
+        early = [name for name, line in waiting.items() if line.stamps[0] <= end]
+        if len(early) >= sum(line.stamps[-1] > end for line in waiting.values()):
+            return
+        for name in early:
+            yield name, waiting[name].take(end)[0]
