@@ -1,13 +1,14 @@
 """Whose clock is believed where streams part: the vote of all streams on what one of them tells by another clock.
 
-A stream of which the stamps lie more than the reorder window behind its newest, or more than 20 s ahead of all, is doubted: what it
-tells is put aside until it has gone on so for longer than that window or half of the step, and then is put to the vote of all streams.
-For it are those that tell the same clock, itself among them; against it those that have meanwhile told, by the clock of before, more
-than a reorder window beyond all that had come. It is believed once more are for it than against it and silent together, a stream being
-silent for as long as it had no time to speak: twice its usual step, its lag and the reorder window, 10 s at most. A stream that is
-outvoted is left out, and doubted anew with what it tells next, until its stamps go on as before or others tell its clock, too. A stamp
-after which its stream goes on as before is of another clock, as of a second machine on the topic, and left out. A step back of 5 s or
-less may be messages that are late: there it must be told by several samples as close as the stream's are, while no stream goes on.
+A stream of which the stamps lie more than the reorder window behind its newest, or further ahead of all than streams that lag are waited
+for (10 s, or twice the usual step of the fastest), is doubted: what it tells is put aside until it has gone on so for longer than that
+window or half of the step, and then is put to the vote of all streams. For it are those that tell the same clock, itself among them;
+against it those that have meanwhile told, by the clock of before, more than a reorder window beyond all that had come. It is believed once
+more are for it than against it and silent together, a stream being silent for as long as it had no time to speak: twice its usual step,
+its lag and the reorder window, 10 s at most. A stream that is outvoted is left out, and doubted anew with what it tells next, until its
+stamps go on as before or others tell its clock, too; so is one that tells a third clock where a jump back is believed. A stamp after which
+its stream goes on as before is of another clock, as of a second machine on the topic, and left out.
+A step back of 5 s or less may be messages that are late: there it must be told by several samples as close as the stream's are, while no stream goes on.
 """
 
 from __future__ import annotations
@@ -18,7 +19,6 @@ from dataclasses import dataclass
 from ddh_twin_py.telemetry.stream_line import LONGEST_LAG_NS, Doubt, Line
 
 _MOST_DOUBTED = 20_000  # samples of another clock that are put aside
-_AHEAD = 20_000_000_000  # ns beyond all from which a stamp is doubted
 _OUTVOTED = 3_000_000_000  # ns of them after which they are left out where more streams go on
 _LATEST = 5_000_000_000  # ns by which messages may be late without being taken for those of a clock that jumped
 _FEWEST = 5  # samples in a row that show a clock that jumped back by less
@@ -42,7 +42,12 @@ class ClockVote:
         if line.newest is not None and stamp < line.newest - self.window:
             return True
         newest = max(line.newest or 0, newest or 0)
-        return newest > 0 and not line.stale and stamp > newest + _AHEAD
+        return newest > 0 and not line.stale and stamp > newest + LONGEST_LAG_NS and stamp > newest + self.longest_silence
+
+    @property
+    def longest_silence(self) -> int:
+        """ns without a sample that are no pause: twice the usual step of the fastest stream."""
+        return 2 * min(line.step for line in self.lines.values())
 
     def is_due(self, line: Line, stamp: int, newest: int) -> bool:
         """Whether what a stream told by another clock, this stamp last, went on for so long that it is voted on."""

@@ -9,7 +9,7 @@ from collections import Counter, deque
 from collections.abc import Collection, Iterator, Mapping, Sequence
 
 from ddh_twin_py.telemetry.clock_vote import ClockVote, cause, is_lost, take_strays
-from ddh_twin_py.telemetry.stream_line import Doubt, Line
+from ddh_twin_py.telemetry.stream_line import LONGEST_LAG_NS, Doubt, Line
 from ddh_twin_py.telemetry.tick_cutter import TickCutter
 from ddh_twin_py.telemetry.ticks import INTERVAL, LONGEST_GAP, REORDER_WINDOW, Tick, to_ns
 
@@ -140,7 +140,7 @@ class TickAligner:
             return False
         if line.follows and (line.stale or self._vote.led(line)):
             line.step_back(stamp)
-        elif line.stale and (self._newest is None or stamp >= self._newest - self._window - self._timeout):
+        elif line.stale and (self._newest is None or -self._vote.near <= stamp - self._newest <= LONGEST_LAG_NS):
             line.restart()
         else:
             return False
@@ -213,13 +213,23 @@ class TickAligner:
         """Newest stamp of a stream, of all while it has none."""
         return self._newest if line.newest is None else line.newest
 
+    def _told_too(self, doubt: Doubt | None) -> dict[str, list[tuple[int, Sequence[float]]]]:
+        """What streams told by the earlier clock that is believed, by any where it is a follower's; that of a third one is left out."""
+        told = {}
+        for name, line in self._lines.items():
+            if line.went_back and (doubt is None or line.doubt.near(doubt, self._vote.near)):
+                told[name] = list(line.doubt.rows.items())
+            elif line.went_back:
+                self._leave_out(name, line)
+        return told
+
     def _jump(self, stream: str) -> None:
         """The clock jumped back: everything that waits belongs to the old time."""
         self.counts[stream, "clock_jump"] += 1
         followed = {name: line.held for name, line in self._lines.items() if line.owed < 0 and line.held}
         for name, held in followed.items():
             self._lines[name].forget(held[0][0])
-        before = followed | {name: list(line.doubt.rows.items()) for name, line in self._lines.items() if line.went_back}
+        before = followed | self._told_too(self._lines[stream].doubt)
         self._leave_out_strays()
         self._done += self._cutter.drain(min(self._longest_gap, self._window + self._timeout) // self.interval_ns)
         self._cutter.begin_anew()

@@ -1,0 +1,108 @@
+"""The vote on clocks by itself, and what a clock costs that is outvoted."""
+
+import numpy as np
+import pytest
+from ddh_twin_py.telemetry.clock_vote import ClockVote
+from ddh_twin_py.telemetry.stream_line import Doubt, Line
+from ddh_twin_py.telemetry.tick_aligner import TickAligner
+
+EPOCH = 1_772_000_000_000_000_000
+SECOND = 1_000_000_000
+DRIVE, HYDRAULICS = "drive/telemetry", "hydraulics/telemetry"
+
+
+def told(*stamps):
+    """A stream that told by the clock of all at some s, one push after the other."""
+    line = Line(1, awaited=True, follows=False)
+    for number, stamp in enumerate(stamps, 1):
+        line.rise(round(stamp * SECOND), None, number)
+        line.told += 1
+    return line
+
+
+def doubted(line, *stamps):
+    """The same stream after it told other stamps, s, from push 100 on."""
+    doubt = Doubt(round(stamps[0] * SECOND), [0.0], 100, line.newest)
+    for stamp in stamps:
+        doubt.add(round(stamp * SECOND), [0.0])
+    line.doubt = doubt
+    return line
+
+
+def verdict(line, *others, last=False):
+    lines = dict(enumerate((line, *others)))
+    return ClockVote(lines, window=SECOND // 2, timeout=2 * SECOND).verdict(line, last)
+
+
+def fast(begin):
+    return np.arange(begin, begin + 10.0, 0.1)
+
+
+def test_a_stream_alone_is_believed_and_one_against_one_that_goes_on_is_not():
+    other = told(*fast(100.0))
+    other.rise(112 * SECOND, 110 * SECOND, 101)
+    assert verdict(doubted(told(*fast(100.0)), *fast(40.0))) is True
+    assert verdict(doubted(told(*fast(100.0)), *fast(40.0)), other) is False
+
+
+def test_streams_that_tell_one_clock_outvote_one_that_goes_on_and_those_of_two_clocks_do_not():
+    goes_on = told(*fast(100.0))
+    goes_on.rise(112 * SECOND, 110 * SECOND, 101)
+    line = doubted(told(*fast(100.0)), *fast(40.0))
+    assert verdict(line, doubted(told(*fast(100.0)), *fast(41.0)), goes_on) is True
+    assert verdict(line, doubted(told(*fast(100.0)), *fast(70.0)), goes_on) is False
+
+
+def test_a_vote_is_open_while_a_stream_had_no_time_to_speak_unless_it_is_the_last():
+    line, slow = doubted(told(*fast(100.0)), 40.0, 41.0), told(100.0, 104.0, 108.0)
+    assert verdict(line, slow) is None
+    assert verdict(line, slow, last=True) is True
+    line.doubt.add(49 * SECOND, [0.0])
+    assert verdict(line, slow) is True
+
+
+def test_what_is_seconds_late_is_no_clock():
+    line = doubted(told(*fast(100.0)), 107.0, 107.4, 107.9)
+    assert verdict(line) is None and verdict(line, last=True) is None
+
+
+@pytest.mark.parametrize(("ahead", "leaps"), [(9.0, False), (11.0, True), (700.0, True)])
+def test_a_stream_leaps_where_it_goes_further_ahead_than_others_are_waited_for(ahead, leaps):
+    line = told(*fast(100.0))
+    vote = ClockVote({"drive": line, "ambient": told(100.0, 109.0)}, window=SECOND // 2, timeout=2 * SECOND)
+    assert vote.leaps(line, line.newest + round(ahead * SECOND), line.newest) is leaps
+
+
+def test_streams_that_all_are_slow_do_not_leap_with_each_sample():
+    line = told(100.0, 112.0, 124.0)
+    vote = ClockVote({"ambient": line}, window=SECOND // 2, timeout=SECOND)
+    assert not vote.leaps(line, 136 * SECOND, line.newest) and vote.leaps(line, 150 * SECOND, line.newest)
+
+
+def parted(off, sensors=("temperature/ambient",), back=40.0):
+    """Ticks of 60 s of drive, hydraulics and sensors, those of `off` so many s off from 20 s until `back`; and the aligner."""
+    aligner, ticks = TickAligner(dict.fromkeys((DRIVE, HYDRAULICS, *sensors), 1), timeout=2.0, awaited=[DRIVE, HYDRAULICS]), []
+    for t in range(1, 3000):  # 20 ms
+        for name in (DRIVE, HYDRAULICS, *(sensors if t % 50 == 0 else ())):
+            by = off.get(name, 0.0) if 20.0 < 0.02 * t <= back else 0.0
+            aligner.push(name, EPOCH + t * 20_000_000 + round(by * SECOND), [0.0])
+        ticks += aligner.ready()
+    return ticks + list(aligner.flush()), aligner
+
+
+@pytest.mark.parametrize("ahead", [11.0, 15.0, 19.0])
+@pytest.mark.parametrize("alone", [DRIVE, "temperature/ambient"])
+def test_a_clock_some_seconds_ahead_costs_no_other_stream_anything(alone, ahead):
+    ticks, aligner = parted({alone: ahead})
+    assert not any(tick.restart for tick in ticks)
+    assert {name for name, _ in aligner.counts} == {alone}
+    assert aligner.strayed[alone, "other_clock"] == pytest.approx(ahead * SECOND, abs=SECOND)
+
+
+@pytest.mark.parametrize(("one", "other"), [(-3600.0, -60.0), (-60.0, -3600.0), (-8.0, -60.0), (-60.0, 60.0)])
+def test_of_two_streams_that_jump_to_two_clocks_one_is_believed_and_the_other_named(one, other):
+    ticks, aligner = parted({DRIVE: one, HYDRAULICS: other}, sensors=(), back=60.0)
+    (restart,) = [tick for tick in ticks if tick.restart]
+    assert restart.gap == pytest.approx(one, abs=0.2)
+    assert sum(len(tick.samples[DRIVE]) for tick in ticks) == 2999
+    assert aligner.counts[HYDRAULICS, "other_clock"] > 1800 and not aligner.counts[HYDRAULICS, "clock_jump"]
