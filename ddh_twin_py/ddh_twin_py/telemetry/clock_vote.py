@@ -8,7 +8,8 @@ more are for it than against it and silent together, a stream being silent for a
 its lag and the reorder window, 10 s at most. A stream that is outvoted is left out, and doubted anew with what it tells next, until its
 stamps go on as before or others tell its clock, too; so is one that tells a third clock where a jump back is believed. A stamp after which
 its stream goes on as before is of another clock, as of a second machine on the topic, and left out.
-A step back of 5 s or less may be messages that are late: there it must be told by several samples as close as the stream's are, while no stream goes on.
+A step back of 5 s or less may be messages that are late: there it must be told by several samples as close as the stream's are, while no
+stream goes on.
 """
 
 from __future__ import annotations
