@@ -99,7 +99,21 @@ def test_a_pump_s_filling_is_a_law_and_a_term_of_its_place(number):
         record = load_rig().parameters
         one.laws[0](record, 0.5 * one.highest)
         moved = [name for name in record.dtype.names if record[name][0] != load_rig().parameters[name][0]]
-        assert moved == [FIELD_OF_PATH[f"{'measurement' if one.reading else one.component}.{one.parameter}"]]
+        field = f"{'measurement' if one.reading else one.component}.{one.parameter}"
+        assert moved == [FIELD_OF_PATH["oil.walther_a" if one.component == "oil" else field]]
+
+
+@pytest.mark.parametrize("share", [-0.3, 0.44])
+def test_an_oil_of_another_grade_is_a_law_by_which_its_viscosity_at_40_degc_is_another(share):
+    record, (law,) = load_rig().parameters, [one for one in unlisted_laws() if one.component == "oil"]
+    law.laws[0](record, share)
+
+    def viscosity(of, kelvin):
+        return 10.0 ** 10.0 ** float(of["oil_walther_a"][0] - of["oil_walther_b"][0] * np.log10(kelvin)) - 0.7
+
+    assert viscosity(record, 313.15) == pytest.approx(viscosity(load_rig().parameters, 313.15) * (1.0 + share))
+    assert (viscosity(record, 293.15) > viscosity(load_rig().parameters, 293.15)) == (share > 0.0)
+    assert law.reference(record) == 1.0 and ("less" if share < 0.0 else "more") in law.happens(share)
 
 
 def test_each_temperature_sensor_s_zero_is_a_law_of_its_reading():

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ddh_twin_py.estimation.sensors import NODE_OF_SENSOR
+from ddh_twin_py.gap.catalogue.oil import more_viscous
 from ddh_twin_py.gap.effect import Apply, Effect, added, fixed
 from ddh_twin_py.gap.learned import PREFIX
 
@@ -32,8 +33,19 @@ _UNFILLED = {  # of a pump's swept volume, while it draws from the tank: unit, s
 
 
 def unlisted_laws() -> list[Effect]:
-    """Pumps that their suction does not fill, with speed and with the oil's viscosity; temperatures read too warm or cold by a constant."""
-    return _unfilled() + _zeros()
+    """Pumps that their suction does not fill, with speed and with the oil's viscosity; temperatures read too warm or cold by a constant; an
+    oil of another grade."""
+    return [*_unfilled(), *_zeros(), _grade()]
+
+
+def _grade() -> Effect:
+    """The number of a grade is its viscosity at 40 degC, mm2/s: the next ones to 46 are 32 and 68 (ISO 3448)."""
+    return Effect(
+        id=f"{PREFIX}oil_viscosity", component="oil", domain="hydraulic", parameter="viscosity_ratio", unit="1", reference=fixed(1.0),
+        laws=(more_viscous,), step=0.05, lowest=-0.6, highest=1.5, law_error=0.1,
+        about="the oil is more viscous at every temperature, as one of a higher grade is",
+        about_below="the oil is less viscous at every temperature, as one of a lower grade is, or one with fuel or solvent in it",
+    )
 
 
 def _zeros() -> list[Effect]:

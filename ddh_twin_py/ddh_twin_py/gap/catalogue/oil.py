@@ -18,9 +18,14 @@ def _slope(record: np.ndarray, x: float) -> None:
     record["oil_walther_a"] += x * _KEPT_AT
 
 
+def more_viscous(record: np.ndarray, share: float) -> None:
+    """A share more viscous at 40 degC, Walther's slope as it is."""
+    record["oil_walther_a"] += math.log10(math.log10(_viscosity(record) * (1.0 + share) + 0.7)) - _loglog(record)
+
+
 def _of_its_grade(record: np.ndarray, deviations: float) -> None:
-    """Another viscosity at 40 degC, the slope as it is: another oil of the grade."""
-    record["oil_walther_a"] += math.log10(math.log10(_viscosity(record) * (1.0 + _GRADE * deviations) + 0.7)) - _loglog(record)
+    """Another oil of the grade."""
+    more_viscous(record, _GRADE * deviations)
 
 
 def _loglog(record: np.ndarray) -> float:
