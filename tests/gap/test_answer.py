@@ -30,7 +30,7 @@ def test_a_parameter_pressed_against_its_tolerance_is_named():
     assert _pressed([replace(high, unit="1")]) == ["oil.b (15 instead of 10)"]
     assert _at_the_end([], False) == []
     assert _at_the_end(["a", "b"], False)[0].startswith("a, b are fitted 2.5 times the tolerance off")
-    assert _at_the_end(["c"], False)[0].startswith("c is fitted")
+    assert _at_the_end(["c"], False)[0].startswith("c is fitted 2.5 times the tolerance off, the very end of what a fit may use")
     assert _at_the_end(["c"], True)[0].startswith("in the fit that comes nearest, which no rig file is written from, c is fitted")
     (note,) = _at_the_end(["c"] * 6, False)
     assert note.startswith("c, c, c, c and 2 further parameters are fitted")

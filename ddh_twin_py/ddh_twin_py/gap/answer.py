@@ -24,7 +24,7 @@ from ddh_twin_py.gap.refit import Refitted
 from ddh_twin_py.gap.search import Found
 from ddh_twin_py.gap.taken_up import not_shown, shown_since
 from ddh_twin_py.gap.verdict import Verdict
-from ddh_twin_py.gap.words import careful, sentence
+from ddh_twin_py.gap.words import careful, sentence, untold
 from ddh_twin_py.rig.reader_units import moved, plus_minus
 from ddh_twin_py.rig.sheet import CUT
 
@@ -113,7 +113,7 @@ def diagnosis(model: Diagnosable, found: Found, theta: np.ndarray, hidden: Seque
         report=report, recordings=model.recordings,
         sentence=careful(odd) + sentence(report, model.catalogue, [*map(_with_size, missed), *hidden], unknown.reading,
                                          at_best.over if at_best else None, asked_for, pressed, not all(model.altered),
-                                         list(since.values()), verdict.together),
+                                         since, verdict.together),
         traces=held.traces(before_runs[0], runs.of(leader)[0], floor), axes=held.axes(leader.theta, acting),
         lacking=rows, alone=alone(model, found), inputs=inputs, weighed=weighed, confusable=confusable, parameters=parameters,
         shapes=unknown.shapes,
@@ -164,8 +164,8 @@ def _at_the_end(pressed: Sequence[str], unwritten: bool) -> list[str]:
     more = f" and {len(pressed) - _MOST_AT_END} further parameters" if len(pressed) > _MOST_AT_END else ""
     are = "are" if len(pressed) > 1 else "is"
     where = "in the fit that comes nearest, which no rig file is written from, " if unwritten else ""
-    return [f"{where}{', '.join(pressed[:_MOST_AT_END])}{more} {are} fitted {CUT:g} times the tolerance off, which is as far as a fit may "
-            "go; the sheet may be wrong there, or something hide behind it"] if pressed else []
+    return [f"{where}{', '.join(pressed[:_MOST_AT_END])}{more} {are} fitted {CUT:g} times the tolerance off, the very "
+            "end of what a fit may use; the sheet may be wrong there, or something hide behind it"] if pressed else []
 
 
 def _not_held(model: Diagnosable, held: Collection[str]) -> list[str]:
@@ -185,20 +185,19 @@ def _since(found: Found, theta: np.ndarray, spread: np.ndarray, parameters: Sequ
     """Effect to the parameter, with its value, that stands in its place and that only the field recordings show; see `shown_since`."""
     shown = shown_since(found.linearised, theta, spread)
     told = {name: parameters[number] for name, number in shown.items() if number < len(parameters)}
-    return {name: f"{p.name} {plus_minus(p.value, p.std, p.unit)} instead of {plus_minus(p.prior, p.prior_std, p.unit)}"
+    return {name: f"{p.name} {plus_minus(p.value, p.std, p.unit)} instead of the sheet's {plus_minus(p.prior, p.prior_std, p.unit)}"
             for name, p in told.items()}
 
 
 def _only_since(since: Mapping[str, str]) -> list[str]:
     """Notes on what `_since` found."""
-    return [f"the field recordings show {said}, which is within tolerance; the commissioning recording does not show it, so whether "
-            f"{name} has changed since cannot be known" for name, said in since.items()]
+    return [untold({name: value}) for name, value in since.items()]
 
 
 def _since_when(names: Sequence[str]) -> list[str]:
     """A note on such effects, none where there are none."""
-    return [f"the rig's own value within its tolerance explains what {', '.join(names)} would; the commissioning recording does not "
-            "show that value, so whether it has changed since cannot be known"] if names else []
+    return [f"the rig's own value within {CUT:g} times its tolerance explains what {', '.join(names)} would; the "
+            "commissioning recording does not show that value, so whether it has changed since cannot be known"] if names else []
 
 
 def insufficient(model: Diagnosable, reason: str) -> Diagnosis:

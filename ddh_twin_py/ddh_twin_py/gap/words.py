@@ -1,9 +1,10 @@
-"""A verdict in one sentence."""
+"""A verdict in words."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 
 from ddh_twin_py.gap.effect import Effect
 from ddh_twin_py.gap.sensitivity import AMPLIFIED
@@ -11,6 +12,8 @@ from ddh_twin_py.gap.size import of_all
 from ddh_twin_py.rig.reader_units import plain, plus_minus, probably, shown
 from ddh_twin_py.rig.sheet import CUT
 
+WITHIN = f"within {CUT:g} times their tolerances"
+"""How far a fit may take the rig's parameters from the sheet."""
 _DIFFERS = 0.05  # by which another probability is worth a word
 _SURE, _OTHERS = 0.7, 2  # probability from which a place is named alone; how many others are named else
 _CLOSED_BY = 1.2  # times what is left, from which it is said what closes a gap
@@ -26,8 +29,8 @@ _LEFT = 2.0  # floors from which a signal that is left off is named beside "no g
 
 def sentence(report: Mapping, catalogue: Mapping[str, Effect], unseen: Sequence[str] = (), reading: str = "",
              at_best: Mapping[str, float] | None = None, asked_for: str = "", pressed: Sequence[str] = (),
-             commissioned: bool | None = None, since: Sequence[str] = (), together: float = 0.0) -> str:
-    """One sentence with its confidence, for an engineer who reads nothing else.
+             commissioned: bool | None = None, since: Mapping[str, str] = MappingProxyType({}), together: float = 0.0) -> str:
+    """The verdict with its confidence, for an engineer who reads nothing else: one sentence, and of no gap what it rests on after it.
 
     Args:
         catalogue: effects that were asked about, by id. unseen: those that no signal would have shown, or not at a moderate size, each
@@ -36,7 +39,7 @@ def sentence(report: Mapping, catalogue: Mapping[str, Effect], unseen: Sequence[
         at_best: floors by which signals of held-out data are off where what is open of the rig is at its best for them; None: not known.
         asked_for: parameters that have to move for that; empty where it makes little difference.
         pressed: parameters that a fit pressed against the end of their tolerance. commissioned: see `Effect.happens`.
-        since: parameters that only the field recordings show, each with its value.
+        since: effects in whose place a parameter stands that only the field recordings show, each with that parameter and its value.
         together: probability of the leading set with all that it cannot be told from.
     """
     if report["verdict"] == "no_gap":
@@ -73,33 +76,42 @@ def by_component(where: Sequence[Mapping]) -> dict[str, float]:
 
 
 def _no_gap(report: Mapping, unseen: Sequence[str], at_best: Mapping[str, float] | None, asked_for: str, pressed: Sequence[str],
-            since: Sequence[str]) -> str:
+            since: Mapping[str, str]) -> str:
     as_is, before, after = (report["gap"][name] for name in ("as_is", "before", "after"))
     none = next((h["probability"] for h in report["hypotheses"] if not h["effects"]), 0.0)
     said = "No gap" if none >= _PLAIN else "Probably no gap"
-    text = (f"{said}: with its parameters fitted within {CUT:g} times their tolerance the twin explains data not used for that to "
-            f"{after:.1f} times the floor")
+    shown = " that would have shown" if unseen else ""
+    sentences = [f"{said}: with its parameters fitted {WITHIN} the twin explains data not used for that to {after:.1f} times the floor"
+                 f"{_another(at_best, asked_for)}, and that no effect acts{shown} is {probably(none)} likely{_else(report)}."]
+    if since:
+        sentences.append(f"But {untold(since)}.")
     if before > _CLOSED_BY * after:  # what the recordings in question show of the rig, its commissioning did not
-        text += (f" (unfitted it was {as_is:.1f} times, fitted to the commissioning recording alone {before:.1f}; the field recordings "
-                 f"show of the rig what that one does not{_such_as(since)}, and a fit to them, too, closes that)")
+        sentences.append(f"Unfitted it was {as_is:.1f} times, fitted to the commissioning recording alone {before:.1f}.")
     elif as_is > _CLOSED_BY * after:
-        text += f" (unfitted it was {as_is:.1f} times; calibration closes that)"
-    text += _another(at_best, asked_for)
+        sentences.append(f"Unfitted it was {as_is:.1f} times, which calibration closes.")
     if pressed:
         others = f" and {len(pressed) - 1} more" if len(pressed) > 1 else ""
-        text += (f"; for that {pressed[0]}{others} had to go as far as the tolerance lets a fit go, where the sheet may be wrong, "
-                 "or something hide behind it")
+        sentences.append(f"{pressed[0]}{others} had to go to the very end of that range, where the sheet may be wrong, or something "
+                         "hide behind it.")
     worst, times = _left_most(report, at_best, ())
     if times > _LEFT:
         easily = ", which small flaws of the model move far," if worst in AMPLIFIED else ""
         least = "" if at_best is None else "at least "
-        text += f"; {signal_name(worst)}{easily} stays {least}{times:.1f} times its floor off, and no listed effect explains that"
-    if not unseen:
-        return f"{text}; that no effect acts is {probably(none)} likely{_else(report)}."
-    many = len(unseen) > 1
-    return (f"{text}; that no effect acts that would have shown is {probably(none)} likely{_else(report)}, and {len(unseen)} "
-            f"effect{'s' * many} of the catalogue would not have shown even at a moderate size, or as large as machines have them: "
-            f"{_first_of(unseen)}.")
+        name = signal_name(worst)
+        sentences.append(f"{name[:1].upper()}{name[1:]}{easily} stays {least}{times:.1f} times its floor off, and no listed effect "
+                         "explains that.")
+    if unseen:
+        sentences.append(f"{len(unseen)} effect{'s' * (len(unseen) > 1)} of the catalogue would not have shown even at a moderate size, or "
+                         f"as large as machines have them: {_first_of(unseen)}.")
+    return " ".join(sentences)
+
+
+def untold(since: Mapping[str, str]) -> str:
+    """That effects may act since commissioning and that nothing tells; of the first the value that stands in its place."""
+    first, value = next(iter(since.items()))
+    others = f" and {len(since) - 1} more" if len(since) > 1 else ""
+    return (f"{first}{others} may have changed since commissioning, and these recordings cannot tell: the field recordings show {value}, "
+            "the commissioning recording does not show it")
 
 
 def _else(report: Mapping) -> str:
@@ -118,12 +130,6 @@ def _first_of(names: Sequence[str]) -> str:
     """The first few of names, and how many more."""
     more = f" and {len(names) - _NAMED} more" if len(names) > _NAMED else ""
     return ", ".join(names[:_NAMED]) + more
-
-
-def _such_as(since: Sequence[str]) -> str:
-    """What the field recordings show, the first of it in full; empty where nothing is known of it."""
-    more = f" and {len(since) - 1} more" if len(since) > 1 else ""
-    return f", such as {since[0]}{more}" if since else ""
 
 
 def _left_most(report: Mapping, at_best: Mapping[str, float] | None, but: Sequence[str] = AMPLIFIED) -> tuple[str, float]:

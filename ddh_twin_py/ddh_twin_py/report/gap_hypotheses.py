@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from ddh_twin_py.gap.diagnosis import Diagnosis, Weighed
 from ddh_twin_py.gap.effect import Effect
 from ddh_twin_py.gap.unknown import UNLISTED
+from ddh_twin_py.gap.words import WITHIN
 from ddh_twin_py.report import document as doc
 from ddh_twin_py.report.gap_symbols import legend
 from ddh_twin_py.report.gap_words import (
@@ -129,7 +130,7 @@ def _card(w: Weighed, place: int, diagnosis: Diagnosis, left: str) -> doc.Html:
 
 def _explained_by_none(w: Weighed) -> str:
     """What is recorded without any effect, and which signals that leaves open."""
-    said = "The rig's parameters within their tolerances, the sensors' zero errors and noise explain what was recorded"
+    said = f"The rig's parameters fitted {WITHIN}, the sensors' zero errors and noise explain what was recorded"
     off = [(name, times) for name, times in _sorted(w.left) if times > NEAR]
     if not off:
         return f"{said}."
