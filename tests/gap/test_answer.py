@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from ddh_twin_py.estimation.calibration import FittedParameter
-from ddh_twin_py.gap.answer import _at_the_end, _missed, _not_held, _pressed, _would_not_show
+from ddh_twin_py.gap.answer import _at_the_end, _missed, _not_held, _pressed, _untold, _would_not_show
 from ddh_twin_py.gap.catalogue import EFFECTS
 from ddh_twin_py.gap.detection import Detection
 from ddh_twin_py.gap.hearing import spread_elsewhere
@@ -34,6 +34,13 @@ def test_a_parameter_pressed_against_its_tolerance_is_named():
     assert _at_the_end(["c"], True)[0].startswith("in the fit that comes nearest, which no rig file is written from, c is fitted")
     (note,) = _at_the_end(["c"] * 6, False)
     assert note.startswith("c, c, c, c and 2 further parameters are fitted")
+
+
+def test_what_is_known_of_since_when_nothing_tells_comes_first():
+    told = _untold(["a", "b"], {"b": "p 1 bar instead of the sheet's 2 bar"})
+    assert list(told) == ["b", "a"]
+    assert told["b"] == "the field recordings show p 1 bar instead of the sheet's 2 bar, the commissioning recording does not show it"
+    assert told["a"].startswith("a value of the rig's own within its tolerance does the same")
 
 
 def test_sizes_in_another_duty_err_by_fit_and_law_and_heat_into_an_unknown_body_is_not_asked():

@@ -74,8 +74,8 @@ def test_no_gap_says_right_after_the_verdict_what_may_have_changed(since, who):
     first, second, third = sentence(NO_GAP, EFFECTS, since=since, pressed=["p"]).split(". ")[:3]
     assert first == ("No gap: with its parameters fitted within 2.5 times their tolerances the twin explains data not used for that to 1.0 "
                      "times the floor, and that no effect acts is > 99.5 % likely")
-    assert second == (f"But {who} may have changed since commissioning, and these recordings cannot tell: the field recordings show a 1 bar "
-                      "instead of 2 bar, the commissioning recording does not show it")
+    assert second == (f"But {who} may have changed since commissioning, and these recordings cannot tell: the field recordings show a 1 "
+                      "bar instead of 2 bar, the commissioning recording does not show it")
     assert third == "Unfitted it was 5.0 times, fitted to the commissioning recording alone 6.0"
     assert "But " not in sentence(NO_GAP, EFFECTS)
 

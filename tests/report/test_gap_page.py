@@ -90,6 +90,36 @@ def test_no_gap_says_how_large_each_effect_would_have_to_be(diagnoses):
     assert all("What would have shown" not in gap_document(diagnoses[kind]).html() for kind in KINDS if kind != "no_gap")
 
 
+def test_what_cannot_be_told_of_since_when_stands_on_the_card_and_first_among_what_would_have_shown(diagnoses):
+    untold = {"relief_valve.setting": "the field recordings show 155 bar", "tank.oil_level": "as well"}
+    markup = gap_document(replace(diagnoses["no_gap"], untold=untold)).html()
+    verdict = re.search(r"<dt>Verdict</dt><dd>(.*?)</dd>", markup)[1]
+    assert verdict.endswith("<small>but not known whether changed since commissioning: relief valve: opening pressure and 1 more</small>")
+    shown = markup.partition("<h2>What would have shown")[2]
+    first, second = re.findall(r'<th scope="row">(.*?)</th><td>(.*?)</td>', shown)[:2]
+    assert first == ("relief valve: opening pressure", "cannot be told here: the field recordings show 155 bar")
+    assert second[0] == "tank: oil level"
+    assert "Of these it says nothing, at no size: relief valve: opening pressure, tank: oil level;" in shown
+    alone = gap_document(replace(diagnoses["no_gap"], untold=untold, detectable=[])).html()
+    assert "cannot be told here: as well" in alone, "though no other effect was asked about"
+    plain = gap_document(diagnoses["no_gap"]).html()
+    assert "cannot be told here" not in plain and "not known whether" not in plain
+
+
+def test_what_ends_farther_off_than_it_was_is_named_on_the_card(diagnoses):
+    rows = {"temperature/motor_housing": {"unit": "K", "before": 0.139, "after": 0.182, "noise": 0.1},
+            "speed": {"unit": "rad/s", "before": 0.05, "after": 0.1, "noise": 0.1},
+            "temperature/tank_wall": {"unit": "K", "before": 0.185, "after": 0.135, "noise": 0.1}}
+    gap = {"as_is": 7.0, "before": 1.3877, "after": 1.1, "closed_fraction": 0.7238}
+    found = replace(diagnoses["no_gap"], report={**diagnoses["no_gap"].report, "shrink": rows, "gap": gap}, traces={})
+    said = gap_document(found).html()
+    assert "<small>farther off than before: temperature, motor housing 1.39 → 1.82</small>" in said
+    assert "<small>noise floor; 72 % of the way from 1.39 to 1</small>" in said
+    assert any("1 of 3 end within 1.2 times their floor, 1 farther off than before" in line.plain for line in gap_summary(found))
+    better = {**rows, "temperature/motor_housing": {"unit": "K", "before": 0.182, "after": 0.139, "noise": 0.1}}
+    assert "farther off" not in gap_document(replace(found, report={**found.report, "shrink": better})).html()
+
+
 def test_each_table_of_flows_says_what_a_plus_is(diagnoses):
     explained = replace(diagnoses["explained"], inputs=[Lack("pump_1", "hydraulic", "lifting", "", -3.0e-6, 1e-7, "m3/s", 1.0)])
     said = " ".join(Page(gap_document(explained).html()).words)
@@ -260,11 +290,15 @@ def test_no_gap_does_not_contradict_what_is_left_open_and_what_rivals_lack(diagn
     said = " ".join(" ".join(Page(gap_document(found).html()).words).split())
     assert "No place is marked, as that no effect acts is likelier (92 %) than that any does. What would be missing if one did" in said
     assert "all but 2 of 3 signals, which it leaves open: temperature, motor winding 2.8 times its floor, stroke error 2.3 times" in said
+    assert "What would be missing if one did stands under 'What the twin would lack if something acted'." in said
+    assert said.count("Would be missing ± std") == said.count("How sure if something acts there") == 2
+    assert "What the twin lacks" not in said and " Missing ± std" not in said
     assert "That no effect acts is likelier than all that stands here." in said and "If one of the less likely hypotheses held" in said
     assert "From the data alone, each place as if it acted by itself" in said
     assert not any(words in said for words in ("Nothing is missing", "Nothing is left", "Given the hypotheses"))
     plain = " ".join(" ".join(Page(gap_document(diagnoses["no_gap"]).html()).words).split())
-    assert "What would be missing if one did" not in plain and "noise explain what was recorded." in plain
+    assert "What would be missing if one did" not in plain
+    assert "parameters fitted within 2.5 times their tolerances, the sensors' zero errors and noise explain what was recorded." in plain
 
 
 def test_parameters_at_the_end_of_their_tolerance_are_those_of_the_answer(diagnoses):

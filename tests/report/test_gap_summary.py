@@ -37,7 +37,7 @@ def test_stays_within_it_where_everything_is_long():
     weighed = [replace(w, effects=longest, probability=0.2) for w in diagnosis.weighed * 3]
     lines = rendered(replace(diagnosis, report=report, weighed=weighed, sentence="a long sentence " * 40))
     assert len(lines) <= LINES and max(map(len, lines)) <= 80
-    assert "(17 % closed)" in " ".join(" ".join(lines).split())
+    assert "(17 % closed from 13.39)" in " ".join(" ".join(lines).split())
 
 
 def test_the_next_test_is_told_to_its_end_and_lost_data_come_first():

@@ -47,7 +47,7 @@ def test_variables_and_regimes_are_said_in_units_that_people_read():
 def test_probabilities_are_never_more_certain_than_they_are():
     assert [percent(p) for p in (0.0, 1e-6, 0.5, 0.9999, 1.0)] == ["0 %", "< 0.5 %", "50 %", "> 99.5 %", "100 %"]
     assert [probably(p) for p in (0.0, 0.004, 0.5, 0.9999, 1.0)] == ["< 0.5 %", "< 0.5 %", "50 %", "> 99.5 %", "> 99.5 %"]
-    assert [closed(f) for f in (-0.2, 0.94, 1.3)] == ["nothing", "94 %", "all"]
+    assert [closed(f) for f in (-0.2, 0.94, 1.3)] == ["none", "94 %", "all"]
     assert [leaning(g) for g in (3.9, -3.9, 30.0, -100.0, 5.0, 5e3, 4e5)] == [
         "says nothing", "says nothing", "clear, for it", "strong, against it", "some, for it", "very strong, for it",
         "overwhelming, for it"]

@@ -24,7 +24,7 @@ from ddh_twin_py.gap.refit import Refitted
 from ddh_twin_py.gap.search import Found
 from ddh_twin_py.gap.taken_up import not_shown, shown_since
 from ddh_twin_py.gap.verdict import Verdict
-from ddh_twin_py.gap.words import careful, sentence, untold
+from ddh_twin_py.gap.words import careful, sentence, shown_by_field, untold
 from ddh_twin_py.rig.reader_units import moved, plus_minus
 from ddh_twin_py.rig.sheet import CUT
 
@@ -119,7 +119,7 @@ def diagnosis(model: Diagnosable, found: Found, theta: np.ndarray, hidden: Seque
         shapes=unknown.shapes,
         rig=model.rig_with(plain if nameless else leader.theta, believed, spread, joint=leader.joint if believed else None,
                            as_built=nameless and not all(model.altered)),
-        added=leader.effects, nameless=nameless, detectable=detectable,
+        added=leader.effects, nameless=nameless, detectable=detectable, untold=_untold(unsure, since),
         assumptions=model.assumptions, seconds=dict(seconds), catalogue=model.catalogue)
 
 
@@ -192,6 +192,12 @@ def _since(found: Found, theta: np.ndarray, spread: np.ndarray, parameters: Sequ
 def _only_since(since: Mapping[str, str]) -> list[str]:
     """Notes on what `_since` found."""
     return [untold({name: value}) for name, value in since.items()]
+
+
+def _untold(unsure: Sequence[str], since: Mapping[str, str]) -> dict[str, str]:
+    """Effect to why recordings do not tell whether it acts since commissioning; what `_since` found first."""
+    own = "a value of the rig's own within its tolerance does the same, and the commissioning recording does not show that value"
+    return {**{name: shown_by_field(value) for name, value in since.items()}, **{name: own for name in unsure if name not in since}}
 
 
 def _since_when(names: Sequence[str]) -> list[str]:

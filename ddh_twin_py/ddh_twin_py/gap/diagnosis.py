@@ -97,7 +97,7 @@ class Diagnosis:
 
     Attributes:
         report: by the contract's schema, ready for JSON.
-        sentence: the verdict with its confidence, one sentence for an engineer.
+        sentence: the verdict with its confidence, for an engineer who reads nothing else.
         recordings: ``commissioning``, ``field``, ``validation`` to paths.
         traces: signal to `Trace`, on held-out data. axes: variables against which residuals may be
             looked at, at the times of each trace: name with unit to (time (m,), values (m,)).
@@ -111,6 +111,7 @@ class Diagnosis:
         parameters: of the rig, fitted, with prior, posterior and source (``rig.quantities[name].source``).
         shapes: of what is unknown. rig: with parameters fitted and the winning effect written into it.
         detectable: how large each effect would have to be to be found in these recordings; of no gap alone.
+        untold: effect to why these recordings do not tell whether it acts since commissioning; of no gap alone.
         assumptions: texts for the end of the page. seconds: by stage. catalogue: effects by id.
     """
 
@@ -134,3 +135,4 @@ class Diagnosis:
     added: tuple[str, ...] = ()
     nameless: bool = False
     detectable: list[Detection] = field(default_factory=list)
+    untold: Mapping[str, str] = field(default_factory=dict)

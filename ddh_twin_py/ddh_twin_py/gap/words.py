@@ -110,8 +110,12 @@ def untold(since: Mapping[str, str]) -> str:
     """That effects may act since commissioning and that nothing tells; of the first the value that stands in its place."""
     first, value = next(iter(since.items()))
     others = f" and {len(since) - 1} more" if len(since) > 1 else ""
-    return (f"{first}{others} may have changed since commissioning, and these recordings cannot tell: the field recordings show {value}, "
-            "the commissioning recording does not show it")
+    return (f"{first}{others} may have changed since commissioning, and these recordings cannot tell: {shown_by_field(value)}")
+
+
+def shown_by_field(value: str) -> str:
+    """Why nothing tells since when a parameter has the value that stands in an effect's place."""
+    return f"the field recordings show {value}, the commissioning recording does not show it"
 
 
 def _else(report: Mapping) -> str:

@@ -40,11 +40,12 @@ class Column:
 
 @dataclass(frozen=True)
 class Figure:
-    """One key figure: what it is, value with unit, and what to hold it against."""
+    """One key figure: what it is, value with unit, what to hold it against, and in a second line what it leaves open."""
 
     label: str
     value: str
     note: str = ""
+    reservation: str = ""
 
 
 @dataclass(frozen=True)
@@ -136,7 +137,7 @@ def figures(several: Iterable[Figure]) -> Html:
     """A row of key figures."""
     cards = "".join(
         f"<div><dt>{text(f.label)}</dt><dd>{text(f.value)}"
-        + (f"<small>{text(f.note)}</small>" if f.note else "")
+        + "".join(f"<small>{text(line)}</small>" for line in (f.note, f.reservation) if line)
         + "</dd></div>"
         for f in several
     )

@@ -11,6 +11,8 @@ from ddh_twin_py.report.circuit_drawing import COMPONENTS, Tint, circuit_drawing
 from ddh_twin_py.report.gap_words import PHASE_MEANING, PHASES, capital, component_name, mostly, percent, places, regime_name, signal_name
 from ddh_twin_py.report.units import plus_minus, probably
 
+WOULD_LACK = "What the twin would lack if something acted"
+"""Heading of what the twin lacks where that no effect acts is likeliest."""
 _UNSURE = re.compile(r" ± \S+")
 _AT_ALL_TIMES = "Whole recording", "the mean over all phases; evidence of readings that belong to no phase, such as temperatures"
 _WITH_STD = 2.0
@@ -56,7 +58,7 @@ def _nowhere(diagnosis: Diagnosis) -> str:
         return "No place can be named at which something is missing."
     none = next((row["probability"] for row in diagnosis.report["hypotheses"] if not row["effects"]), 0.0)
     said = f"No place is marked, as that no effect acts is likelier ({probably(none)}) than that any does."
-    return said + (" What would be missing if one did stands under 'What the twin lacks'." if diagnosis.lacking or diagnosis.alone else "")
+    return said + (f" What would be missing if one did stands under '{WOULD_LACK}'." if diagnosis.lacking or diagnosis.alone else "")
 
 
 def drawing_of(rows: Sequence[Lack], title: str) -> doc.Html:
@@ -65,14 +67,19 @@ def drawing_of(rows: Sequence[Lack], title: str) -> doc.Html:
     return doc.Html(f'<div class="phases">{_figure(title, "share of the evidence", tints, wide=True)}</div>' if tints else "")
 
 
-def lacking_table(rows: Sequence[Lack], caption: str = "") -> doc.Html:
-    """What is missing by place, phase and regime, largest share first within whole and parts; empty where there are none."""
+def lacking_table(rows: Sequence[Lack], caption: str = "", supposed: bool = False) -> doc.Html:
+    """What is missing by place, phase and regime, largest share first within whole and parts; empty where there are none.
+
+    Args:
+        supposed: that something acts there is only supposed.
+    """
     if not rows:
         return doc.Html("")
     columns = (
         doc.Column("Place", number=False), doc.Column("Kind", number=False), doc.Column("Phase", number=False),
-        doc.Column("Regime", "range of the variable", number=False), doc.Column("Missing ± std", "mean there"),
-        doc.Column("Share", "of the evidence"), doc.Column("How sure", number=False),
+        doc.Column("Regime", "range of the variable", number=False),
+        doc.Column("Would be missing ± std" if supposed else "Missing ± std", "mean there"),
+        doc.Column("Share", "of the evidence"), doc.Column("How sure", "if something acts there" if supposed else "", number=False),
     )
     ordered = sorted(rows, key=lambda r: (bool(r.regime), -r.share))
     table = doc.table(columns, [

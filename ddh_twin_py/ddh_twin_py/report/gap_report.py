@@ -2,28 +2,33 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from ddh_twin_py.gap.words import WITHIN
 from ddh_twin_py.report import document as doc
 from ddh_twin_py.report.gap_checks import checks_of
 from ddh_twin_py.report.gap_detectable import detectable
 from ddh_twin_py.report.gap_hypotheses import classes, effects_ranked, hypotheses
 from ddh_twin_py.report.gap_parameters import parameters_table
-from ddh_twin_py.report.gap_places import drawing_of, drawings, lacking_table
+from ddh_twin_py.report.gap_places import WOULD_LACK, drawing_of, drawings, lacking_table
 from ddh_twin_py.report.gap_rest import shrink_table, unknown
 from ddh_twin_py.report.gap_words import (
     NEAR,
     VERDICTS,
     capital,
-    closed,
     component_name,
+    effect_name,
     ending,
+    farther_off,
     mostly,
     percent,
     places,
     set_name,
+    signal_name,
     times_floor,
+    way_closed,
 )
 from ddh_twin_py.report.next_test_block import next_test_block
 from ddh_twin_py.report.residual_charts import residual_sections
@@ -58,7 +63,7 @@ def gap_document(diagnosis: Diagnosis) -> doc.Document:
     page.add("What is left", shrink_table(diagnosis))
     page.add("What would have shown", detectable(diagnosis))
     page.add("What no listed effect explains", unknown(diagnosis))
-    page.add("What the twin lacks", _lacking(diagnosis))
+    page.add(WOULD_LACK if report["verdict"] == "no_gap" else "What the twin lacks", _lacking(diagnosis))
     page.add("The next test", _next_test(report["next_test"], report["verdict"]))
     page.add("Parameters of the rig", parameters_table(diagnosis.parameters, diagnosis.rig, diagnosis.added))
     if report["verdict"] != "insufficient":
@@ -75,22 +80,24 @@ def _key_figures(diagnosis: Diagnosis) -> list[doc.Figure]:
     report = diagnosis.report
     gap, said = report["gap"], VERDICTS[report["verdict"]][0]
     leading = diagnosis.weighed[0] if diagnosis.weighed else None
-    cards = [doc.Figure("Verdict", said, f"{set_name(leading.effects)}, {probably(leading.probability)}" if leading else "see the notes")]
+    cards = [doc.Figure("Verdict", said, f"{set_name(leading.effects)}, {probably(leading.probability)}" if leading else "see the notes",
+                        _reservation(diagnosis))]
     if gap["before"] is not None:
         cards += [
             doc.Figure("Gap as given", f"{number(gap['as_is'], 2)} ×", "noise floor; nothing fitted"),
             doc.Figure("Parameters fitted", f"{number(gap['before'], 2)} ×", "noise floor; no effect added"),
         ]
     if gap["after"] is not None and (diagnosis.added or gap["after"] != gap["before"]):
-        cards.append(doc.Figure(capital(ending(report["verdict"], diagnosis.added)), f"{number(gap['after'], 2)} ×", "noise floor" if
-                                gap["closed_fraction"] is None else f"noise floor; {closed(gap['closed_fraction'])} of the gap closed"))
+        cards.append(doc.Figure(capital(ending(report["verdict"], diagnosis.added)), f"{number(gap['after'], 2)} ×",
+                                "; ".join(filter(None, ("noise floor", way_closed(gap))))))
     if report["where"]:
         first = places(report["where"])[0]
         cards.append(doc.Figure("Where", capital(component_name(first.component)), f"{percent(first.share)} of the evidence; "
                                 + mostly(first.largest["domain"], first.largest["phase"])))
     if report["shrink"]:
         near = sum(times_floor(row, "after") <= NEAR for row in report["shrink"].values())
-        cards.append(doc.Figure("Signals explained", f"{near} of {len(report['shrink'])}", f"within {NEAR:g} × floor at the end"))
+        cards.append(doc.Figure("Signals explained", f"{near} of {len(report['shrink'])}", f"within {NEAR:g} × floor at the end",
+                                _farther_off(report["shrink"])))
     count = {kind: len(paths) for kind, paths in diagnosis.recordings.items()}
     cards.append(doc.Figure("Rig as built", "recorded" if count.get("commissioning") else "not recorded",
                             "changes since then" if count.get("commissioning") else "held against the sheet"))
@@ -99,6 +106,20 @@ def _key_figures(diagnosis: Diagnosis) -> list[doc.Figure]:
     held = "validation bag" if count.get("validation") else "part of the field data" if diagnosis.traces else "none"
     cards.append(doc.Figure("Held out", held, report["held_out"]))
     return cards
+
+
+def _reservation(diagnosis: Diagnosis) -> str:
+    """What the verdict leaves open of effects that may act since commissioning; empty where it leaves nothing."""
+    first, others = next(iter(diagnosis.untold), ""), len(diagnosis.untold) - 1
+    more = f" and {others} more" if others > 0 else ""
+    return f"but not known whether changed since commissioning: {effect_name(first)}{more}" if first else ""
+
+
+def _farther_off(shrink: Mapping[str, Mapping[str, float]]) -> str:
+    """The signals that end farther off than they were, with both sizes; empty where none does."""
+    rows = [(signal_name(name), shrink[name]) for name in farther_off(shrink)]
+    named = ", ".join(f"{name} {number(times_floor(row, 'before'), 2)} → {number(times_floor(row, 'after'), 2)}" for name, row in rows)
+    return f"farther off than before: {named}" if named else ""
 
 
 def _notes(notes: list[str]) -> doc.Html:
@@ -113,7 +134,7 @@ def _fits(diagnosis: Diagnosis) -> doc.Html:
     if diagnosis.report["gap"]["before"] is None:
         return doc.Html("")
     if not diagnosis.recordings.get("commissioning"):
-        return doc.note("Parameters fitted: to the field recording, within the tolerances of the sheet; 'no effect' is the same fit.")
+        return doc.note(f"Parameters fitted: to the field recording, {WITHIN}; 'no effect' is the same fit.")
     return doc.note("Parameters fitted: to the commissioning recording alone, so the rig as it was built. Parameters refitted, which is "
                     "the hypothesis 'no effect': fitted anew to the field recording as well, nothing added; so its gap may be smaller.")
 
@@ -146,10 +167,10 @@ def _lacking(diagnosis: Diagnosis) -> doc.Html:
                                     "something acted at that place; share and certainty are among these rows, not against no effect."))
     if diagnosis.lacking:
         blocks.append(lacking_table(diagnosis.lacking, "If one of the less likely hypotheses held" if none else
-                                    "Given the hypotheses, each weighed with its probability"))
+                                    "Given the hypotheses, each weighed with its probability", none))
     if diagnosis.alone:
         blocks.append(doc.details("From the data alone, each place as if it acted by itself, before any effect is assumed",
-                                  drawing_of(diagnosis.alone, "From the data alone"), lacking_table(diagnosis.alone)))
+                                  drawing_of(diagnosis.alone, "From the data alone"), lacking_table(diagnosis.alone, supposed=none)))
     if flows := _flows(diagnosis):
         blocks.append(doc.note(flows))
     if diagnosis.inputs:

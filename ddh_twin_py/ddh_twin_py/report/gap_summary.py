@@ -17,6 +17,7 @@ from ddh_twin_py.report.gap_words import (
     component_name,
     effect_name,
     ending,
+    farther_off,
     percent,
     places,
     set_name,
@@ -112,7 +113,8 @@ def _gap(diagnosis: Diagnosis, width: int) -> list[Text]:
     report, gap = diagnosis.report, diagnosis.report["gap"]
     if gap["before"] is None:
         return []
-    said = "" if gap["closed_fraction"] is None else f" ({closed(gap['closed_fraction'])} closed)"
+    fraction = gap["closed_fraction"]
+    said = "" if fraction is None else f" ({closed(fraction)} closed from {number(gap['before'], 2)})"
     last = f"{ending(report['verdict'], diagnosis.added)}{said}"
     return _titled("gap", f"{number(gap['as_is'], 2)} × floor unfitted, {number(gap['before'], 2)} fitted, "
                           f"{number(gap['after'], 2)} {last}", 2, width)
@@ -174,7 +176,10 @@ def _signals(report: dict, room: int, width: int) -> list[Text]:
         lines.append(line)
     if len(worst) > len(rows[:most]):
         near = sum(times_floor(row, "after") <= NEAR for _, row in worst)
-        lines.append(Text(f"           {near} of {len(worst)} signals end within {NEAR:g} times their floor"))
+        farther = len(farther_off(report["shrink"]))
+        said = f"end within {NEAR:g} times their floor, {farther} farther off than before" if farther else \
+            f"signals end within {NEAR:g} times their floor"
+        lines.append(Text(f"           {near} of {len(worst)} {said}"))
     return lines
 
 

@@ -35,6 +35,7 @@ VERDICTS = {
 """Verdict of the contract to its words and the colour beside them."""
 NEAR = 1.2
 """Multiples of the noise floor up to which a signal counts as explained."""
+_FARTHER = 1.1  # times the RMS before, from which a signal ends farther off
 _EFFECT_NAMES = {
     "motor.pwm_loss": "motor: PWM loss", "oil.viscosity_temperature": "oil: viscosity over temperature",
     "pump_1.cooling": "pumps: cooling of both cases", "relief_valve.setting": "relief valve: opening pressure",
@@ -95,10 +96,22 @@ def percent(share: float) -> str:
 
 
 def closed(fraction: float) -> str:
-    """The share of a gap that was closed; all of it where what is left lies below the floor, nothing where it has grown."""
+    """The share of a gap that was closed; all of it where what is left lies below the floor, none where it has grown."""
     if fraction >= 1.0:
         return "all"
-    return "nothing" if fraction <= 0.0 else f"{100.0 * fraction:.0f} %"
+    return "none" if fraction <= 0.0 else f"{100.0 * fraction:.0f} %"
+
+
+def way_closed(gap: Mapping[str, float | None]) -> str:
+    """How much of what the gap of fitted parameters is beyond the floor was closed, with its ends; empty where there is hardly one."""
+    fraction = gap["closed_fraction"]
+    return "" if fraction is None else f"{closed(fraction)} of the way from {gap['before']:.2f} to 1"
+
+
+def farther_off(shrink: Mapping[str, Mapping[str, float]]) -> list[str]:
+    """Signals that are left open and end farther off than they were, the farthest first."""
+    worse = [name for name, row in shrink.items() if row["after"] > _FARTHER * row["before"] and times_floor(row, "after") > NEAR]
+    return sorted(worse, key=lambda name: -times_floor(shrink[name], "after"))
 
 
 def ending(verdict: str, added: Sequence[str]) -> str:
