@@ -1,11 +1,14 @@
 """What `/diagnostics` says of clock and inputs: what happened, and no more."""
 
+import re
+from functools import partial
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from ddh_twin_py.nodes.health import Report, Stops, StreamJudge, judge_age, judge_clock
 from ddh_twin_py.nodes.inputs import Input
+from ddh_twin_py.nodes.node_base import TwinNode
 from ddh_twin_py.telemetry.clock import Break
 from ddh_twin_py.telemetry.screening import StreamScreen
 from ddh_twin_py.telemetry.tick_aligner import TickAligner
@@ -56,47 +59,93 @@ def test_an_input_that_stopped_once_is_stale_as_soon_as_before():
 
 def test_what_all_streams_left_out_is_no_stop_of_one():
     stops = Stops()
-    assert [stops.alone(*now) for now in ((0, 0, 0.0), (1, 0, 10.0), (1, 1, 11.0), (1, 1, 20.0))] == [0, 0, 0, 0], "the clock went ahead"
-    assert [stops.alone(*now) for now in ((2, 1, 30.0), (2, 1, 36.0), (2, 2, 40.0))] == [0, 1, 1], "it stopped by itself"
+
+    def known(lengths, pauses, wall):
+        stops.note(lengths, pauses, wall)
+        return stops.count
+
+    assert [known(*now) for now in (([], 0, 0.0), ([700.0], 0, 10.0), ([], 1, 11.0), ([], 1, 30.0))] == [0, 0, 0, 0], "the clock went ahead"
+    assert [known(*now) for now in (([30.0], 1, 40.0), ([800.0], 1, 46.0), ([], 2, 56.0), ([], 2, 62.0))] == [0, 0, 1, 1]
+    assert stops.first == 30.0, "it stopped by itself"
 
 
 TOPICS = ("drive/telemetry", "hydraulics/telemetry", "temperature/ambient")
+DRIVE, AMBIENT = TOPICS[0], TOPICS[2]
 
 
-def logged(off, pauses, seconds=50):
-    """What three inputs of a node log of a drive whose stamps are off by so many s, as given by the time in s, and of the others."""
-    width = dict(zip(TOPICS, (6, 4, 2), strict=True))
+def heard(off, pauses=0, seconds=50, every=None):
+    """What three inputs of a node log, and what `/diagnostics` says of each, of stamps that are off by so many s, given by topic and s.
+
+    A topic tells 50 times a second, or each so many 1/50 s.
+    """
+    width, every = dict(zip(TOPICS, (6, 4, 2), strict=True)), every or {}
     names = {topic: SimpleNamespace(topic_name=f"/ddh/{topic}") for topic in TOPICS}
     feed = SimpleNamespace(
         aligner=TickAligner(width, awaited=TOPICS[:2]), screens={topic: StreamScreen(topic) for topic in TOPICS}, last={},
         inputs=SimpleNamespace(all={topic: Input(topic, object, None, names[topic], received=1, arrived=0.0) for topic in TOPICS}),
     )  # fmt: skip
-    said = {}
-    node = SimpleNamespace(wall=lambda: wall, warn_once=said.setdefault, count_publishers=lambda topic: 1)
-    judges = [StreamJudge(node, feed, topic, True, np.inf, lambda wall: False, lambda: pauses) for topic in TOPICS]
+    lines, shown = [], {topic: {} for topic in TOPICS}
+    node = SimpleNamespace(wall=lambda: wall, _said=set(), _met={}, count_publishers=lambda topic: 1,
+                           get_logger=lambda: SimpleNamespace(warning=lines.append))  # fmt: skip
+    node.warn_once, node.warn_again = partial(TwinNode.warn_once, node), partial(TwinNode.warn_again, node)
+    judges = {topic: StreamJudge(node, feed, topic, True, np.inf, lambda wall: False, lambda: pauses) for topic in TOPICS}
     for k in range(1, 50 * seconds):
         for topic in TOPICS:
-            stamp = 10**18 + k * 20_000_000 + round(off(topic, 0.02 * k) * 1e9)
-            feed.screens[topic].screen([stamp], np.full((1, width[topic]), 300.0 + 0.1 * np.sin(k)))
-            feed.aligner.push(topic, stamp, np.zeros(width[topic]))
+            if k % every.get(topic, 1) == 0:
+                stamp = 10**18 + k * 20_000_000 + round(off(topic, 0.02 * k) * 1e9)
+                feed.screens[topic].screen([stamp], np.full((1, width[topic]), 300.0 + 0.01 * np.sin(k) if topic == AMBIENT else 0.0))
+                feed.aligner.push(topic, stamp, np.zeros(width[topic]))
         list(feed.aligner.ready())
         if k % 50 == 0:
             wall = 0.02 * k
-            for judge in judges:
-                judge(Report("", ""))
-    return [text for text in said.values() if "clock" in text or "came back" in text or "missing" in text]
+            for topic, judge in judges.items():
+                report = Report("", "")
+                shown[topic][wall] = report.finished(judge(report)).message
+    return [text for text in lines if "clock" in text or "came back" in text or "missing" in text], shown
+
+
+def stepping(topic, *steps):
+    """The stamps of one topic off by so many s from a time on, s."""
+    return lambda name, t: next((off for since, off in reversed(steps) if name == topic and t > since), 0.0)
+
+
+def off_in(said):
+    """By how many s a sentence says that a stamp is off."""
+    off, side = re.search(r"a stamp (\S+) s (behind|ahead of) the others", said).groups()
+    return float(off) * (-1.0 if side == "behind" else 1.0)
 
 
 def test_a_clock_that_goes_ahead_is_no_stop_of_any_stream():
-    assert logged(lambda topic, t: 700.0 if t > 20.0 else 0.0, pauses=1) == []
+    assert heard(lambda topic, t: 700.0 if t > 20.0 else 0.0, pauses=1)[0] == []
 
 
-def test_a_stream_whose_clock_was_wrong_for_a_while_is_said_to_be_off_and_not_to_have_stopped():
-    (said,) = logged(lambda topic, t: -60.0 if topic == "drive/telemetry" and 20.0 < t < 35.0 else 0.0, pauses=0)
-    assert said.startswith(("/ddh/drive/telemetry: a stamp 60.0", "/ddh/drive/telemetry: a stamp 59.9"))
-    assert "s behind the others: of another clock, dropped; is a clock wrong" in said
+@pytest.mark.parametrize("topic", TOPICS)
+@pytest.mark.parametrize("off", [-60.0, 60.0, 700.0])
+def test_a_stream_whose_clock_was_wrong_for_a_while_is_said_to_be_off_and_not_to_have_stopped(off, topic):
+    (said,), shown = heard(stepping(topic, (20.0, off), (35.0, 0.0)), seconds=60)
+    assert said.startswith(f"/ddh/{topic}: a stamp ") and "s: of another clock, dropped; is a clock wrong" in said
+    assert re.fullmatch(r"a stamp .* of another clock, dropped \(\d+ times\)", shown[topic][30.0])
+    assert off_in(said) == off_in(shown[topic][30.0]) == pytest.approx(off, abs=0.1)
+    assert {message for name in TOPICS for wall, message in shown[name].items() if name != topic or wall > 47.0} == {"well"}
+
+
+def test_each_step_of_a_clock_that_is_wrong_is_named():
+    steps = {20.0: -60.0, 40.0: 60.0, 60.0: -3600.0, 90.0: -60.0}
+    there_and_back = [step for since, off in steps.items() for step in ((since, off), (since + 15.0, 0.0))]
+    lines, shown = heard(stepping(DRIVE, *there_and_back), seconds=120)
+    assert [off_in(line) for line in lines] == pytest.approx([-60.0, 60.0, -60.0], abs=0.1)
+    assert "(and 1 time since this was last said)" in lines[-1], "what came within a minute of the first"
+    assert [off_in(shown[DRIVE][since + 10.0]) for since in steps] == pytest.approx(list(steps.values()), abs=0.1)
+
+
+def test_a_lone_stamp_of_another_clock_is_no_stop_no_jump_and_leaves_no_message_missing():
+    lines, shown = heard(lambda topic, t: 60.0 if topic == AMBIENT and 99.0 < t < 101.0 else 0.0, seconds=200, every={AMBIENT: 100})
+    (said,) = lines
+    assert said.startswith("/ddh/temperature/ambient: a stamp ") and off_in(said) == pytest.approx(60.0, abs=2.1)
+    assert {message for message in shown[AMBIENT].values() if "another clock" not in message} == {"well"}
 
 
 def test_a_stream_that_stopped_is_said_to_have_come_back():
-    said, *_ = logged(lambda topic, t: 60.0 if t > 20.0 else 0.0, pauses=0)
-    assert "/ddh/drive/telemetry stopped once and came back, first after 60" in said
+    lines, shown = heard(lambda topic, t: 60.0 if t > 20.0 else 0.0)
+    assert any("/ddh/drive/telemetry stopped once and came back, first after 60" in line for line in lines)
+    assert shown[DRIVE][40.0] == "stopped and came back (1 times)"

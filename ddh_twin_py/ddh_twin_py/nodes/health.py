@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections import deque
+from collections.abc import Callable, Iterable, Mapping, Set
+from itertools import pairwise
 
 import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 
 from ddh_twin_py.nodes import qos
 from ddh_twin_py.nodes.inputs import Input
-from ddh_twin_py.nodes.node_base import TwinNode
+from ddh_twin_py.nodes.node_base import AGAIN, TwinNode
 from ddh_twin_py.nodes.telemetry_feed import TelemetryFeed
 from ddh_twin_py.telemetry.causes import Cause
 from ddh_twin_py.telemetry.clock import Break
@@ -35,17 +37,20 @@ _PLAIN = {
 PAUSED = "the player is paused"
 DROPPED = {"late": "too late, dropped", "old_clock": "of the time before a clock jump, dropped", "other_clock": "of another clock, dropped"}
 """What the aligner leaves out, by cause."""
-_ASTRAY = 10_000_000_000  # ns off the others, from which a stamp is not late but of another clock
+_ASTRAY = 10.0  # s off the others, from which a stamp is not late but of another clock; the same one where it is off by less more or less
 _ASKED = "; is a clock wrong, or do two machines publish there?"
 _JUMPED = "has a clock that jumped back"
 _CAME_BACK = "and came back, first after"
 _RETURNS = 10.0  # s by which a clock that was alone may come back by less or more
-_SETTLES = 5.0  # s of wall time after which it is known whether all streams stopped
+SETTLES, _SETTLED_PERIODS = 15.0, 3.0
+"""s of wall time, and usual steps of a topic, after which it is known what a stop was; a vote on its clock may take so long."""
+_MOST_STEPS = 8  # of a topic's own clock that are remembered
 _USUAL = 1.5  # usual pauses between messages, after which an input is stale
 _RATE_SAMPLES = 20  # expected ones, before a rate is judged
 _RATE_SHARE = 0.8  # of the expected rate, below which messages are missing
 _ERRORS = (Cause.WRONG_UNIT,)
-_HARMLESS = (Cause.OUT_OF_ORDER,)
+_UNSAID = (Cause.OUT_OF_ORDER, Cause.CLOCK_JUMP)  # harmless; said of the clock of all, or of this topic's as what is dropped
+_BREAKS = {"gap", "clock_jump", "other_clock"}  # where data time is no time that went by
 
 
 class Report:
@@ -101,18 +106,35 @@ class Health:
 
 
 class Stops:
-    """How often a stream stopped by itself and came back: where the stamps of all go on much later, that is said of the clock, once."""
+    """Stops of a stream by itself: not where the stamps of all went on much later, nor where its own clock was wrong for a while.
+
+    `count` of those that are known, some seconds, of wall time, later; `first` is the length of the first of them, s.
+    """
 
     def __init__(self) -> None:
-        self._count, self._since, self._alone = 0, 0.0, 0
+        self.count, self.first = 0, 0.0
+        self._open: list[tuple[float, float]] = []  # wall time and length of those that are not known yet, s
+        self._offs: deque[float] = deque(maxlen=_MOST_STEPS)  # s
+        self._pauses = 0  # of all, that were stops of this stream
 
-    def alone(self, count: int, pauses: int, wall: float) -> int:
-        """Of so many stops of the stream, those beside the long pauses of all streams; known some seconds, of wall time, later."""
-        if count != self._count:
-            self._count, self._since = count, wall
-        if wall - self._since >= _SETTLES:
-            self._alone = max(self._alone, count - pauses)
-        return self._alone
+    def clock_was_off(self, off: float) -> None:
+        """Its clock, alone, was off by so many s."""
+        self._offs.append(off)
+
+    def note(self, lengths: Iterable[float], pauses: int, wall: float, settles: float = SETTLES) -> None:
+        """Stops of so many s were seen, and so many long pauses of all streams until now; the wait until that is judged is given, s."""
+        self._open += [(wall, length) for length in lengths]
+        while self._open and wall - self._open[0][0] >= settles:
+            length = self._open.pop(0)[1]
+            if length > LONGEST_GAP and pauses > self._pauses:
+                self._pauses += 1
+            elif not self._of_clock(length):
+                self.count, self.first = self.count + 1, self.first or length
+
+    def _of_clock(self, length: float) -> bool:
+        """Whether a stop of so many s is the step of a clock that went off, from one error to another, or back."""
+        steps = {*self._offs, *(after - before for before, after in pairwise(self._offs))}
+        return any(abs(length - abs(step)) < _RETURNS for step in steps)
 
 
 class StreamJudge:
@@ -120,7 +142,8 @@ class StreamJudge:
 
     `required`: without it the node cannot do its work. `limit`: s of wall time after which it is
     stale. `held`: whether nothing can come at a wall time, as the player is paused. `pauses`: how often the stamps of
-    all streams went on much later. Each cause is logged once, in a sentence, and counted after that.
+    all streams went on much later. Each cause is logged once, in a sentence, and counted after that; each step of a clock that is wrong
+    is logged, but in a minute once.
     """
 
     def __init__(self, node: TwinNode, feed: TelemetryFeed, topic: str, required: bool, limit: float,
@@ -129,7 +152,9 @@ class StreamJudge:
         self._required, self._limit, self._held, self._pauses = required, limit, held, pauses
         self._stops = Stops()
         self._screen: StreamScreen = feed.screens[topic]
+        self._off, self._off_at = 0.0, -AGAIN  # how far its clock was off the others, s, and when that was found last
         self._before: dict[str, int] = {}
+        self._breaks: dict[str, int] = {}
         self._struck: dict[str, float] = {}
         self._rate = float("nan")  # 1/s of data
         self._rate_from = (0, 0)  # samples, newest stamp in ns
@@ -142,33 +167,40 @@ class StreamJudge:
         judge_age(report, entry, wall, np.inf if held else limit, self._required and not held)
         judge_publishers(report, entry, self._node)
         counts = screen.health()
-        counts["gap"] = self._stops.alone(counts["gap"], self._pauses(), wall)
         counts |= {cause: self._feed.aligner.counts[self._topic, cause] for cause in DROPPED}
+        breaks, self._breaks = self._breaks, {name: counts[name] for name in _BREAKS}
+        self._judge_rate(report, counts["samples"], breaks == self._breaks)
+        counts["gap"] = self._count_stops(wall)
         new = {name for name, count in counts.items() if name != "samples" and count != self._before.get(name, 0)}
         self._before = counts
         if new:
-            self._log(entry)
+            self._log(entry, new, wall)
         self._struck.update(dict.fromkeys(new, wall))
-        self._judge_rate(report, counts["samples"])
         report.add("messages", entry.received, "1")
         report.add("rejected", entry.rejected, "1")
         for cause, plain in _PLAIN.items():
             count = counts[cause.name.lower()]
             report.add(plain, count, "1")
-            if cause not in _HARMLESS and self._recent(cause.name.lower(), wall):
+            if cause not in _UNSAID and self._recent(cause.name.lower(), wall):
                 (report.error if cause in _ERRORS else report.warn)(f"{plain} ({count} times)")
         for cause, plain in DROPPED.items():
             report.add(plain, counts[cause], "1")
             if self._recent(cause, wall):
-                report.warn(f"{plain} ({counts[cause]} times)")
+                report.warn(f"{self._how_far(cause)}{plain} ({counts[cause]} times)")
         self._values(report)
         return PAUSED if held else "well" if entry.received else "not there, not needed"
 
-    def _judge_rate(self, report: Report, samples: int) -> None:
-        """Messages per second of data against what is usual on this stream."""
+    def _count_stops(self, wall: float) -> int:
+        """How often the stream is known to have stopped by itself."""
+        self._stops.note(self._screen.stops, self._pauses(), wall, max(SETTLES, _SETTLED_PERIODS * (self._screen.period or 0.0)))
+        self._screen.stops.clear()
+        return self._stops.count
+
+    def _judge_rate(self, report: Report, samples: int, steady: bool) -> None:
+        """Messages per second of data against what is usual on this stream; ``steady``: data time was time that went by."""
         newest, period = self._screen.newest_ns or 0, self._screen.period
         span = (newest - self._rate_from[1]) * 1e-9
-        if period is None or not 0.0 <= span <= LONGEST_GAP or not self._rate_from[0]:
+        if period is None or not steady or not 0.0 <= span <= LONGEST_GAP or not self._rate_from[0]:
             self._rate_from = samples, newest
         elif span > _RATE_SAMPLES * period:
             self._rate = (samples - self._rate_from[0]) / span
@@ -182,23 +214,44 @@ class StreamJudge:
     def _recent(self, name: str, wall: float) -> bool:
         return name in self._struck and wall - self._struck[name] < HOLD
 
-    def _log(self, entry: Input) -> None:
+    def _log(self, entry: Input, new: Set[str], wall: float) -> None:
         for finding in self._screen.findings(topic=entry.name):
-            if _JUMPED not in finding.message and not (_CAME_BACK in finding.message and self._of_clock(finding.value)):
+            if _JUMPED not in finding.message and _CAME_BACK not in finding.message:
                 cause = (finding.topic, finding.field, finding.first_time)
                 self._node.warn_once(cause, finding.message)
-        for cause, plain in DROPPED.items():  # what the clock of all did is said once for all streams, see TelemetryNode
-            strayed = self._feed.aligner.strayed.get((self._topic, cause))
-            if strayed is not None:
-                side, asked = "behind" if strayed < 0 else "ahead of", _ASKED if abs(strayed) > _ASTRAY else ""
-                off = f"a stamp {abs(strayed) * 1e-9:.3f} s {side} the others" if strayed else "a stamp of a time that is worked off"
-                self._node.warn_once((self._topic, cause), f"{entry.name}: {off}: {plain}{asked}")
+        if "gap" in new:
+            said = f"stopped {_times(self._stops.count)} {_CAME_BACK} {self._stops.first:.3f} s without a sample"
+            self._node.warn_once((self._topic, "gap"), f"{entry.name} {said}")
+        for cause in new & DROPPED.keys():  # what the clock of all did is said once for all streams, see TelemetryNode
+            off = self._strayed(cause)
+            if off is None:
+                continue
+            said = f"{entry.name}: {self._how_far(cause)}{DROPPED[cause]}" + (_ASKED if abs(off) > _ASTRAY else "")
+            if cause != "other_clock" and abs(off) <= _ASTRAY:
+                self._node.warn_once((self._topic, cause), said)
+            elif self._steps(off, wall):
+                self._node.warn_again((self._topic, "clock", off < 0.0), said)
 
-    def _of_clock(self, stop: float) -> bool:
-        """Whether a stop of so many s was none: the clock of all went ahead, or this stream's came back from where it was alone."""
-        strayed = self._feed.aligner.strayed.get((self._topic, "other_clock"))
-        returned = strayed is not None and abs(stop + strayed * 1e-9) < _RETURNS
-        return returned or not self._before["gap"] or bool(self._pauses()) and stop > LONGEST_GAP
+    def _steps(self, off: float, wall: float) -> bool:
+        """Whether the topic's clock, alone off by so many s, is by another step than it was found to be before."""
+        steps = wall - self._off_at > AGAIN or abs(off - self._off) > _ASTRAY
+        self._off_at = wall
+        if steps:
+            self._off = off
+            self._stops.clock_was_off(off)
+        return steps
+
+    def _strayed(self, cause: str) -> float | None:
+        """How far what was last left out lay from where all were, s, None where nothing was."""
+        off = self._feed.aligner.strayed.get((self._topic, cause))
+        return None if off is None else off * 1e-9
+
+    def _how_far(self, cause: str) -> str:
+        """That in words, before the cause; '' where it is not known."""
+        off = self._strayed(cause)
+        if not off:
+            return "" if off is None else "a stamp of a time that is worked off: "
+        return f"a stamp {abs(off):.3f} s {'behind' if off < 0.0 else 'ahead of'} the others: "
 
     def _values(self, report: Report) -> None:
         last = self._feed.last.get(self._topic)

@@ -5,6 +5,7 @@ One implementation for whole recordings and for the few samples that a live node
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Mapping, Sequence, Set
 from dataclasses import dataclass
 
@@ -22,6 +23,7 @@ from ddh_twin_py.telemetry.unit_rules import EVIDENCE, UnitSuspicion, judge, rul
 
 _CAUSES = (*OF_FIELD, *OF_SAMPLE)  # in the order of the kernel's rows of counts
 _STUCK = _CAUSES.index(Cause.STUCK)
+_MOST_STOPS = 16  # that are kept for a listener
 _NOT_IN_RUNS = (
     Cause.NOT_A_NUMBER | Cause.INFINITE | Cause.OUT_OF_RANGE | Cause.REPEATED | Cause.OUT_OF_ORDER
 )  # what the kernel does not look at when it counts repetitions
@@ -53,7 +55,8 @@ class StreamScreen:
 
     `topic` is relative. `noise` maps the keys of the rig sheet's sensors (`speed`, `pressure`,
     `temperature`, ...) to the standard deviation of one sample in SI; a key that is absent or 0
-    turns the judgement of stuck values off. Values are SI inside, temperatures in kelvin.
+    turns the judgement of stuck values off. Values are SI inside, temperatures in kelvin. `stops` are the lengths, s, of the last
+    times that the stream stopped, for a listener; it empties them.
     """
 
     def __init__(
@@ -62,6 +65,7 @@ class StreamScreen:
         self.topic = topic
         self.signals: tuple[Signal, ...] = signals_of(topic)
         self.suspicions: list[UnitSuspicion] = []
+        self.stops: deque[float] = deque(maxlen=_MOST_STOPS)
         self.noise = np.array([(noise or {}).get(s.noise_key, 0.0) or 0.0 for s in self.signals], float)
         self._window = to_ns(reorder_window)
         fields = len(self.signals)
@@ -97,6 +101,7 @@ class StreamScreen:
         stamp = np.array(stamp_ns, np.int64, ndmin=1)
         given, values = values, np.array(values, float, ndmin=2)
         flags = np.empty((stamp.size, len(self.signals)), np.uint16)
+        newest = self.newest_ns
         told, before = self._counts[_STUCK].copy(), self._field_state[:, : kernel.RUN_SINCE + 1].copy()
         done = 0
         while done < stamp.size:
@@ -127,6 +132,8 @@ class StreamScreen:
                 self._judge_units()
         for j in np.flatnonzero((told == 0) & (self._counts[_STUCK] > 0)):
             self._stuck_since[j] = self._run_began(j, stamp, np.array(given, float, ndmin=2)[:, j], flags[:, j], before[j])
+        for i in np.flatnonzero(flags[:, 0] & Cause.GAP):
+            self.stops.append(float(stamp[i] - (stamp[i - 1] if i else newest)) * 1e-9)
         return Screened(stamp, values, flags)
 
     def _run_began(self, j: int, stamp: np.ndarray, given: np.ndarray, flags: np.ndarray, before: np.ndarray) -> int:

@@ -37,7 +37,7 @@ class TickAligner:
     `streams` maps name to number of fields. `counts` has, by (stream, cause): duplicate, late
     (its tick was released already) and clock_jump; `old_clock` samples still had the time from
     before another stream's jump, `other_clock` samples that of no other sample beside them. `strayed`
-    is, for late and other_clock, how far the first such sample lay from where all were, in ns.
+    is, for late and other_clock, how far such samples lay from where all were when the last of them came, in ns.
     """
 
     def __init__(
@@ -132,7 +132,7 @@ class TickAligner:
             self.late.append((stream, stamp, row))
         else:
             self.counts[stream, "late"] += 1
-            self.strayed.setdefault((stream, "late"), stamp - self._newest)
+            self.strayed[stream, "late"] = stamp - self._newest
 
     def _takes_part(self, line: Line, stamp: int) -> bool:
         """Whether a stamp behind its stream is of a jump that is known, so that the stream takes part in it."""
@@ -196,7 +196,7 @@ class TickAligner:
     def _leave_out(self, stream: str, line: Line) -> None:
         """Forget what was put aside; the stream goes on as before."""
         behind = self._newest_of(line) - line.doubt.first
-        self._count_strays(stream, cause(behind), len(line.doubt), -behind)
+        self._count_strays(stream, cause(behind), len(line.doubt), line.doubt.first - line.doubt.left)
         line.doubt = None
 
     def _leave_out_strays(self) -> None:
@@ -207,7 +207,7 @@ class TickAligner:
 
     def _count_strays(self, stream: str, why: str, number: int, off: int) -> None:
         self.counts[stream, why] += number
-        self.strayed.setdefault((stream, why), off)
+        self.strayed[stream, why] = off
 
     def _newest_of(self, line: Line) -> int:
         """Newest stamp of a stream, of all while it has none."""
