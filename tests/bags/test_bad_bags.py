@@ -209,6 +209,9 @@ def test_metadata_of_a_wrong_type_is_recovered(bag, short, entry, value):
     path.write_text(yaml.safe_dump(content))
     read = read_recording(bag)
     assert "has a metadata.yaml that cannot be used" in read.findings[0].message and len(read.drive) == len(short.drive)
+    name = topic["topic_metadata"]["name"]
+    assert entry != "message_count" or f"message_count of {name} is " in read.findings[0].message
+    assert "invalid literal" not in read.findings[0].message
 
 
 def test_metadata_of_an_endless_duration_is_lived_with(bag, short):
@@ -295,6 +298,35 @@ def test_a_file_outside_of_the_bag_is_read_and_told(tmp_path, bag, short, absolu
     (said,) = told_by_metadata(bag, lambda information: information.update(relative_file_paths=[name]))
     assert said == (f"{bag} has a metadata.yaml in which relative_file_paths names {name!r}, which lies outside of the bag; "
                     f"{other / 'other.mcap' if absolute else bag / name} is read")
+
+
+@pytest.mark.parametrize(("entries", "said"), [
+    ({"storage_identifier": "sqlite3"}, "storage_identifier is 'sqlite3', while field.mcap is read as its name says"),
+    ({"compression_mode": "FILE", "compression_format": "zstd"},
+     "compression_mode is 'file', while field.mcap is not packed and is read as it is"),
+    ({"duration": {"nanoseconds": -5}}, "duration is -5 ns, which no recording lasts; it is not used"),
+])  # fmt: skip
+def test_metadata_that_its_files_contradict_is_told_and_the_files_are_read(bag, short, entries, said):
+    assert told_by_metadata(bag, lambda information: information.update(entries)) == [f"{bag} has a metadata.yaml in which {said}"]
+    assert len(read_recording(bag).drive) == len(short.drive)
+
+
+def test_a_missing_file_outside_of_the_bag_is_named_with_its_folders(bag):
+    told = "../../../nowhere/passwd"
+    path = bag / "metadata.yaml"
+    path.write_text(path.read_text().replace("  - field.mcap\n", f"  - field.mcap\n  - {told}\n"))
+    assert f"lacks the file {told} that metadata.yaml names" in read_recording(bag).warnings[-1].message
+    damage.storage_file(bag).unlink()
+    assert refusal(bag).endswith(f"names: field.mcap, {told}")
+
+
+@pytest.mark.parametrize("lost", [1, 9, 30])
+def test_an_mcap_file_without_its_very_end_is_read_whole_and_told(bag, short, lost):
+    file = damage.storage_file(bag)
+    file.write_bytes(file.read_bytes()[:-lost])
+    read = read_recording(bag)
+    (finding,) = read.warnings
+    assert finding.message.startswith(f"{bag} has lost its end, which holds the index") and len(read.drive) == len(short.drive)
 
 
 def test_a_file_in_the_bag_goes_before_one_of_its_name_outside(tmp_path, bag, short):

@@ -128,13 +128,14 @@ def open_folder(path: str | Path) -> BagFolder:
             if outside:
                 folder.remarks.append(f"{_SAYS} relative_file_paths names {name!r}, which lies outside of the bag; {here} is read")
         else:
-            folder.notes.append(f"lacks the file {file.name} that {METADATA} names")
+            folder.notes.append(f"lacks the file {name if outside else file.name} that {METADATA} names")
     if folder.files and (more := _not_named(folder, found)):
         folder.remarks.append(f"{_SAYS} relative_file_paths does not name {_names(more)}, which lies beside it and is not read")
     if not folder.files:
         if not found:
-            raise BagError(f"{path} has none of the files that its {METADATA} names: {_names([path / name for name in names])}")
+            raise BagError(f"{path} has none of the files that its {METADATA} names: {', '.join(names) or 'none'}")
         folder.files = _regular(found)
+    folder.remarks += _at_odds(information, folder)
     return folder
 
 
@@ -192,10 +193,21 @@ def _topics(information: dict[str, Any]) -> dict[str, TopicEntry]:
         entry["topic_metadata"]["name"]: TopicEntry(
             _text(entry["topic_metadata"]["type"]),
             _text(entry["topic_metadata"].get("type_description_hash")),
-            int(entry["message_count"]),
+            _count(entry["topic_metadata"]["name"], entry["message_count"]),
         )
         for entry in entries
     }
+
+
+def _count(topic: str, value: object) -> int:
+    """A number of messages.
+
+    Raises:
+        ValueError: it is none.
+    """
+    if type(value) is not int:
+        raise ValueError(f"message_count of {topic} is {shown(value)}, a whole number is needed")
+    return value
 
 
 def _totals(information: dict[str, Any]) -> dict[str, int]:
@@ -206,6 +218,22 @@ def _totals(information: dict[str, Any]) -> dict[str, int]:
     if of_files and all(type(count) is int for count in of_files):
         totals["message_count of all files"] = sum(of_files)
     return {entry: count for entry, count in totals.items() if type(count) is int}
+
+
+def _at_odds(information: dict[str, Any], folder: BagFolder) -> list[str]:
+    """What metadata.yaml says of the storage, the packing and the duration that its files contradict, or that cannot be."""
+    storage, said = information.get("storage_identifier"), []
+    other = [file for file in folder.files if (".mcap" in file.suffixes) != (storage == "mcap")]
+    if other:
+        said.append(f"{_SAYS} storage_identifier is {storage!r}, while {_names(other)} is read as its name says")
+    plain = [file for file in folder.files if not file.name.endswith(_PACKED_SUFFIXES)]
+    if folder.compression_mode == "file" and plain:
+        said.append(f"{_SAYS} compression_mode is 'file', while {_names(plain)} is not packed and is read as it is")
+    duration = information.get("duration")
+    length = duration.get("nanoseconds") if isinstance(duration, dict) else None
+    if type(length) is int and length < 0:
+        said.append(f"{_SAYS} duration is {length} ns, which no recording lasts; it is not used")
+    return said
 
 
 def _not_named(folder: BagFolder, found: list[Path]) -> list[Path]:

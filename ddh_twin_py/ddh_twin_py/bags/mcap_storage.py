@@ -39,6 +39,7 @@ class McapStorage:
         self.path = path
         self.channels: dict[int, Channel] = {}
         self.damage: list[str] = []
+        self.remarks: list[str] = []
         self._schemas: dict[int, tuple[str, str, str]] = {}
         with path.open("rb") as file:
             magic = file.read(len(MAGIC))
@@ -48,7 +49,7 @@ class McapStorage:
             raise BagError(f"{path} is no MCAP file: its first bytes are {magic.hex(' ')}")
 
     def blocks(self) -> Iterator[Block]:
-        """Raw messages, one block per chunk; what cannot be read is told in `damage`."""
+        """Raw messages, one block per chunk; what cannot be read is told in `damage`, an end that is cut off behind them in `remarks`."""
         total = self.path.stat().st_size
         with self.path.open("rb") as file:
             file.seek(len(MAGIC))
@@ -70,6 +71,7 @@ class McapStorage:
                 break
             if opcode in (DATA_END, FOOTER):
                 ended = True
+                self._look_at_end(file)
                 break
             available = min(length, total - file.tell())
             if opcode == CHUNK:
@@ -92,6 +94,12 @@ class McapStorage:
                 break
         if loose:
             yield self._block(b"".join(loose), 1.0)
+
+    def _look_at_end(self, file: BinaryIO) -> None:
+        file.seek(-len(MAGIC), 2)
+        if file.read() != MAGIC:
+            self.remarks.append("has lost its end, which holds the index: all messages lie before it and are read, but other programs may "
+                                "refuse the file")
 
     def _cut(self, at: int, total: int, ended: bool) -> None:
         if not ended:

@@ -106,7 +106,9 @@ def _read_files(folder: BagFolder, collector: Collector, progress) -> list[str]:
             collector.read(storage, hashes, share)
             if share is not None:
                 share(1.0)
-            damage += [f"{said} ({file.name})" if parts > 1 else said for said in storage.damage]
+            of_file = f" ({file.name})" if parts > 1 else ""
+            damage += [f"{said}{of_file}" for said in storage.damage]
+            folder.remarks += [f"{said}{of_file}" for said in storage.remarks]
     return damage
 
 

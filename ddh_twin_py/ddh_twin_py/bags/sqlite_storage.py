@@ -26,6 +26,7 @@ class SqliteStorage:
     def __init__(self, path: Path) -> None:
         self.path = path
         self.damage: list[str] = []
+        self.remarks: list[str] = []
         if path.stat().st_size == 0:
             raise BagError(f"{path} is empty: 0 bytes, an SQLite3 file has at least 512")
         self._reader = Sqlite3Reader(path)

@@ -46,11 +46,13 @@ class Block:
 class Storage(Protocol):
     """One opened file of a bag.
 
-    `channels` and `damage`, sentences on what could not be read, grow while `blocks` is consumed.
+    `channels`, `damage` (sentences on what could not be read) and `remarks` (on what is odd and costs no message) grow while `blocks` is
+    consumed.
     """
 
     channels: dict[int, Channel]
     damage: list[str]
+    remarks: list[str]
 
     def blocks(self) -> Iterator[Block]:
         """Raw messages in the order of the file."""
