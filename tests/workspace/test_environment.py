@@ -54,6 +54,21 @@ def test_every_executable_is_where_ros2_run_looks_and_runs_in_the_environment(re
         assert first == f"#!{repo_root}/.venv/bin/python", name
 
 
+def test_before_set_up_has_ended_the_command_says_so(repo_root, tmp_path):
+    root, executable = tmp_path / "it's here", tmp_path / "built"
+    (tmp_path / "ddh").mkdir()
+    (tmp_path / "ddh" / "env.sh").touch()
+    command = tmp_path / "ddh-twin"
+    command.write_text(runpy.run_path(str(repo_root / "scripts/make_environment.py"))["launcher"](root, tmp_path, executable))
+    command.chmod(0o755)
+    early = subprocess.run([command, "info"], env=clean_environment(), capture_output=True, text=True, timeout=60, check=False)
+    assert (early.returncode, early.stdout) == (2, "")
+    assert early.stderr == f"ddh-twin: the set-up in {root} is not complete; run there: make setup\n"
+    executable.write_text('#!/bin/sh\nprintf "%s " "$@"\n')
+    executable.chmod(0o755)
+    assert run([command, "info", "a b"], clean_environment()) == "info a b "
+
+
 def test_every_executable_has_its_module(entry_points):
     missing = [module for module in entry_points.values() if find_spec(module) is None]
     assert not missing
