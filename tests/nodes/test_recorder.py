@@ -1,11 +1,12 @@
 """The recorder as a process."""
 
+import resource
 import signal
 import time
 
 import pytest
 from ddh_twin_py.bags.reader import read_recording
-from diagnostic_msgs.msg import DiagnosticArray
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from nodes.processes import NodeProcess, wait_for
 from std_msgs.msg import String
 
@@ -60,6 +61,30 @@ def test_a_killed_recorder_loses_five_seconds_at_most(playing, listener, tmp_pat
     assert recording.drive.stamps(recording.epoch_ns)[-1] > taken()[-1] - 5_000_000_000
     assert recording.rig.rig_id == "rig_000"
     assert {"ambient", "tank_oil"} <= set(recording.temperatures)
+
+
+def test_a_recorder_whose_disk_is_full_says_so_and_stays(playing, listener, tmp_path):
+    bag, health = tmp_path / "bag", listener.collect(DiagnosticArray, "/diagnostics")
+    told = listener.collect(NodeProgress, f"{NS}/progress")
+    with NodeProcess("bag_recorder", NS, bag=str(bag)) as recorder:
+        recorder.says("recording into")
+        wait_for(lambda: bag.exists() and sum(file.stat().st_size for file in bag.iterdir()) > 100_000, 60.0, "some of the bag")
+        full = max(file.stat().st_size for file in bag.iterdir()) + 20_000
+        resource.prlimit(recorder.process.pid, resource.RLIMIT_FSIZE, (full, full))
+        said = recorder.says("nothing is recorded from here on")
+        assert f"{bag} cannot be written" in said and "FATAL" not in recorder.text
+        del health[:], told[:]
+        wait_for(lambda: any(m.node == f"{NS}/bag_recorder" for m in list(told)), 10.0, "its progress, which a player waits for")
+
+        def shown():
+            return [s for m in list(health) for s in m.status if s.name == "kept/bag_recorder: recording"]
+
+        wait_for(shown, 10.0, "its health")
+        assert all(s.level == DiagnosticStatus.ERROR and "nothing is recorded" in s.message for s in shown())
+        recorder.process.terminate()
+        assert recorder.ends() == 1 and "Traceback" not in recorder.text and "Exception" not in recorder.text, recorder.text
+    recording = read_recording(bag)
+    assert recording.drive is not None and len(recording.drive) > 50
 
 
 def test_a_recorder_that_hears_nothing_of_what_is_published_says_so(listener, tmp_path):

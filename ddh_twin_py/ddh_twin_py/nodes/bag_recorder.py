@@ -1,10 +1,15 @@
-"""Node: records the topics of its namespace into a bag that survives the death of the recorder."""
+"""Node: records the topics of its namespace into a bag that survives the death of the recorder.
+
+Where the disk can take no more it says so and records nothing from then on; it stays, as a player waits for it.
+"""
 
 from __future__ import annotations
 
+from contextlib import suppress
 from fnmatch import fnmatchcase
 from pathlib import Path
 
+from ddh_twin_py.bags.errors import BagError
 from ddh_twin_py.bags.numbering import numbered
 from ddh_twin_py.bags.qos import qos_profile
 from ddh_twin_py.bags.writer import BagWriter
@@ -53,6 +58,7 @@ class BagRecorder(TwinNode):
         self._profiles: dict[str, object] = {}  # as offered, by topic
         self._stamped: set[str] = set()
         self._counts: dict[str, int] = {}
+        self._failure = ""  # why nothing is recorded any more
         self._since: dict[str, float] = {}  # s, wall clock of the subscription
         self._progress = progress.Progress(self, self._inputs)
         self._health = Health(self)
@@ -109,8 +115,25 @@ class BagRecorder(TwinNode):
         for entry in self._inputs.all.values():
             messages = self._inputs.take(entry, wall)
             if messages:
-                self._write(entry, messages)
+                self._record(entry, messages)
         self._progress.tell(wall)
+
+    def _record(self, entry: Input, messages: list[bytes]) -> None:
+        """Write messages down, as long as the bag takes them."""
+        if not self._failure:
+            try:
+                self._write(entry, messages)
+            except BagError as error:
+                self._give_up(error)
+        if entry.topic in self._stamped:
+            entry.note_stamp(max(map(stamp_of, messages)))
+
+    def _give_up(self, error: BagError) -> None:
+        """The bag takes no more: close it as far as that goes, and record nothing from now on."""
+        self._failure, self.exit_code = f"{error}; nothing is recorded from here on", 1
+        self.get_logger().error(self._failure)
+        with suppress(BagError):
+            self._writer.close()
 
     def _write(self, entry: Input, messages: list[bytes]) -> None:
         topic = entry.topic
@@ -119,13 +142,14 @@ class BagRecorder(TwinNode):
         by_stamp = stamped and self.values["log_time"] == "stamp"
         for message in messages:
             self._writer.write_raw(topic, kind, profile, stamp_of(message) if by_stamp else now, message)
-        self._counts[topic] += len(messages)
-        if stamped:
-            entry.note_stamp(max(map(stamp_of, messages)))
+            self._counts[topic] += 1
 
     def _judge(self, report: Report) -> str:
         report.add("messages", sum(self._counts.values()), "1")
         report.add("topics", len(self._counts), "1")
+        if self._failure:
+            report.error(self._failure)
+            return ""
         if not self._counts:
             report.warn("nothing to record yet")
         deaf = self._deaf()
@@ -142,7 +166,11 @@ class BagRecorder(TwinNode):
 
     def close(self) -> None:
         self._poll()
-        self._writer.close()
+        if not self._failure:
+            try:
+                self._writer.close()
+            except BagError as error:
+                self._give_up(error)
         listed = ", ".join(f"{topic} {count}" for topic, count in sorted(self._counts.items())) or "nothing"
         self.get_logger().info(f"{self._writer.path}: {sum(self._counts.values())} messages: {listed}")
 
