@@ -161,7 +161,7 @@ def test_sensitivities_are_those_of_the_run(model):
 @pytest.mark.parametrize("name", EFFECTS)
 def test_a_rig_file_with_the_effect_gives_the_same_record(name, model, tmp_path):
     """What -o writes is the twin that the diagnosis found, whichever program reads it."""
-    effect = EFFECTS[name]
+    effect = EFFECTS[name].along_with(0.7)
     theta, spread = model.within(np.linspace(-0.5, 0.5, model.size)), np.full(model.size, 0.2)
     for law in range(len(effect.laws)):
         acting = [(effect, law, effect.limit(effect.directions[0] * abs(effect.step)))]
