@@ -56,7 +56,6 @@ def refused(text, folder):
     ("/**/gap_monitor: {ros_parameters: {bin: 20.0}}\n", ["/**/gap_monitor: no section 'ros_parameters'"]),
     ("/**: {rosparameters: 1}\n", ["/**: no section 'rosparameters'"]),
     ("/**/gap_monitor: {ros__parameters: }\n", ["/**/gap_monitor: ros__parameters holds nothing"]),
-    ("/ddh: {gap_moniter: {ros__parameters: {bin: 20.0}}}\n", ["/ddh/gap_moniter: no node 'gap_moniter'", "nearest is 'gap_monitor'"]),
     ("/**/gap_monitor: {ros__parameters: {bins: 20.0}}\n", ["/**/gap_monitor: no parameter 'bins'", "nearest is 'bin'"]),
     ("/**/gap_monitor: {ros__parameters: {bin: 0.5}}\n", ["/**/gap_monitor: bin is 0.5, it must be of type double and 1 to 3600"]),
     ("/**/gap_monitor: {ros__parameters: {bin: 20}}\n", ["bin is 20, it must be of type double", "write 20.0"]),
@@ -81,7 +80,11 @@ def test_a_parameter_file_that_cannot_be_used_is_refused_before_a_node_starts(te
 @pytest.mark.parametrize(("text", "said"), [
     ("/other/gap_monitor: {ros__parameters: {bin: 0.5}}\n", "/other/gap_monitor: bin is 0.5, it must be of type double and 1 to 3600"),
     ("/other/gap_monitor: {ros__parameters: {bins: 20.0}}\n", "/other/gap_monitor: no parameter 'bins'"),
-    ("/other/gap_moniter: {ros__parameters: {bin: 20.0}}\n", "/other/gap_moniter: no node 'gap_moniter'"),
+    ("/other/gap_moniter: {ros__parameters: {bin: 20.0}}\n", "/other/gap_moniter: no node 'gap_moniter' is the twin's; the nearest"),
+    ("/ddh: {gap_moniter: {ros__parameters: {bin: 20.0}}}\n",
+     "/ddh/gap_moniter: no node 'gap_moniter' is the twin's; the nearest is 'gap_monitor'; no node that is started takes it"),
+    ("/**/my_own_node: {ros__parameters: {gain: 1.0}}\n/**: {ros__parameters: {interval: 0.05}}\n",
+     "/**/my_own_node: no node 'my_own_node' is the twin's; no node that is started takes it\n"),
     ("/camera: {ros__parameters: {exposure: 3}}\n", "/camera: no node 'camera'"),
     ("/**/web_view: {ros__parameters: {port: 'many'}}\n", "/**/web_view: port is 'many', it must be of type integer"),
     ("/**: {ros__parameters: {port: 'many'}}\n", "/**: port is 'many', it must be of type integer"),
@@ -293,6 +296,30 @@ def test_normal_levels_that_were_not_written_are_told_at_the_end(launch_file, pa
     assert ended("--normal-file", levels) == (0, [])  # a machine may be stopped before it has shown enough
     levels.touch()
     assert ended("--source", "bag", "--bag", paper_cycle_bag, "--normal-file", levels) == (0, [])
+
+
+@pytest.mark.parametrize(("ended", "code"), [(0, 0), (1, 1), (-signal.SIGTERM, 0)])
+def test_a_recording_that_is_not_whole_is_said_and_counts(ended, code, monkeypatch, tmp_path):
+    class Ended:
+        said = []
+
+        def __init__(self, children, line, environment):
+            self.children, self.ask_to_stop = children, signal.SIG_DFL
+
+        def say(self, text):
+            self.said.append(text)
+
+        def run(self):
+            for child in self.children:
+                child.process = SimpleNamespace(returncode=ended if child.name == "bag_recorder" else 0)
+            return 0
+
+    monkeypatch.setattr(up, "Supervisor", Ended)
+    parser = argparse.ArgumentParser()
+    up.add_parser(parser.add_subparsers())
+    assert up.run(parser.parse_args(["up", "--quiet", "--record", str(tmp_path / "bag")])) == code
+    assert [text for text in Ended.said if "not all was recorded" in text and str(tmp_path / "bag") in text] == Ended.said[1:]
+    assert len(Ended.said) == 1 + code
 
 
 def test_the_live_page_is_an_option_and_no_player_waits_for_it(launch_file, paper_cycle_bag):

@@ -143,6 +143,12 @@ def _not_learned(args: argparse.Namespace) -> str:
     return f"--normal-file: {args.normal_file} was not written; no level was learned from {args.bag}, or the folder cannot be written to"
 
 
+def _not_whole(args: argparse.Namespace, children: Sequence[Child]) -> str:
+    """That the recorder ended with an error, as where the disk was full, '' where it did not."""
+    recorder = next((child.process for child in children if child.name == "bag_recorder"), None)
+    return f"--record: not all was recorded into {args.record}, see the log" if recorder is not None and recorder.returncode > 0 else ""
+
+
 def _recorded(record: str | None) -> list[str]:
     """Every folder that was recorded into: a recorder that was started again goes on in the next one."""
     return [str(path) for path in itertools.takewhile(Path.exists, numbered(record))] if record else []
@@ -192,9 +198,15 @@ def check(args: argparse.Namespace) -> None:
 
         open_folder(args.bag)
     if args.params:
-        from ddh_twin_py.nodes.parameter_file import check_files, check_values, read_parameter_file, unanswered
+        from ddh_twin_py.names import nearest
+        from ddh_twin_py.nodes.parameter_file import PARAMETERS, check_files, check_values, read_parameter_file, unanswered
 
         sections, started = read_parameter_file(args.params), node_parameters(args)
+        for section in _of_other_nodes(sections):  # one file may hold what all nodes of a robot are given
+            del sections[section]
+            name = section.rpartition("/")[2]
+            say(f"ddh-twin up: warning: {args.params}: {section}: no node {name!r} is the twin's{nearest(name, PARAMETERS)}; no node that is "
+                "started takes it")
         for said in check_values(args.params, sections, args.namespace, started):
             say(f"ddh-twin up: warning: {said}; no node that is started takes it")
         check_files(args.params, sections, args.namespace, started)
@@ -206,6 +218,13 @@ def check(args: argparse.Namespace) -> None:
         from ddh_twin_py.twin.duty import load_duty
 
         load_duty(args.duty)
+
+
+def _of_other_nodes(sections: Mapping[str, object]) -> list[str]:
+    """Sections of a parameter file that name a node which is none of the twin's."""
+    from ddh_twin_py.nodes.parameter_file import PARAMETERS
+
+    return [section for section in sections if section.rpartition("/")[2] not in (*PARAMETERS, "*", "**")]
 
 
 def environment_additions() -> dict[str, str]:
@@ -244,7 +263,7 @@ def run(args: argparse.Namespace) -> int:
     try:
         supervisor.say(f"starting {', '.join(nodes)} in {args.namespace}; Ctrl-C stops them")
         code = supervisor.run()
-        if missed := _not_learned(args):
+        for missed in filter(None, (_not_learned(args), _not_whole(args, children))):
             supervisor.say(missed)
             code = code or 1
         if args.json:
