@@ -205,8 +205,8 @@ def check(args: argparse.Namespace) -> None:
         for section in _of_other_nodes(sections):  # one file may hold what all nodes of a robot are given
             del sections[section]
             name = section.rpartition("/")[2]
-            say(f"ddh-twin up: warning: {args.params}: {section}: no node {name!r} is the twin's{nearest(name, PARAMETERS)}; no node that is "
-                "started takes it")
+            say(f"ddh-twin up: warning: {args.params}: {section}: no node {name!r} is the twin's{nearest(name, PARAMETERS)}; no node that "
+                "is started takes it")
         for said in check_values(args.params, sections, args.namespace, started):
             say(f"ddh-twin up: warning: {said}; no node that is started takes it")
         check_files(args.params, sections, args.namespace, started)
