@@ -19,7 +19,7 @@ NO_GAP = {"verdict": "no_gap", "gap": {"as_is": 5.0, "before": 6.0, "after": 1.0
 ])  # fmt: skip
 def test_no_gap_is_said_of_what_would_show(unseen, likely, ends):
     said = sentence({**NO_GAP, "gap": {"as_is": 5.0, "before": 1.1, "after": 1.0}}, EFFECTS, unseen)
-    assert said.startswith("No gap: ") and "Unfitted it was 5.0 times" in said and said.endswith(ends) and "stays" not in said
+    assert said.startswith("No gap: ") and "Unfitted the twin was 5.0 times the floor off" in said and said.endswith(ends) and "stays" not in said
     assert likely in said
 
 
@@ -59,7 +59,7 @@ def test_no_gap_names_a_signal_that_is_left_off():
 
 
 @pytest.mark.parametrize(("pressed", "said"), [
-    (["oil.walther_b (3.73 instead of 3.75)"], " oil.walther_b (3.73 instead of 3.75) had to go to the very end of that range"),
+    (["oil.walther_b (3.73 instead of 3.75)"], " oil.walther_b (3.73 instead of 3.75) had to go to the very end of what a fit may use, 2.5 times"),
     (["oil.walther_b (3.73 instead of 3.75)", "b", "c"], " oil.walther_b (3.73 instead of 3.75) and 2 more had to go to the very end"),
 ])  # fmt: skip
 def test_no_gap_names_what_had_to_go_to_the_end_of_its_tolerance(pressed, said):
@@ -76,7 +76,7 @@ def test_no_gap_says_right_after_the_verdict_what_may_have_changed(since, who):
                      "times the floor, and that no effect acts is > 99.5 % likely")
     assert second == (f"But {who} may have changed since commissioning, and these recordings cannot tell: the field recordings show a 1 "
                       "bar instead of 2 bar, the commissioning recording does not show it")
-    assert third == "Unfitted it was 5.0 times, fitted to the commissioning recording alone 6.0"
+    assert third == "Unfitted the twin was 5.0 times the floor off, fitted to the commissioning recording alone 6.0"
     assert "But " not in sentence(NO_GAP, EFFECTS)
 
 

@@ -11,6 +11,7 @@ import pytest
 from ddh_twin_py.gap.catalogue import EFFECTS
 from ddh_twin_py.gap.diagnosis import Lack, Weighed
 from ddh_twin_py.gap.unknown import UNLISTED
+from ddh_twin_py.gap.words import sentence
 from ddh_twin_py.report.document import json_text
 from ddh_twin_py.report.gap_checks import CHECKS
 from ddh_twin_py.report.gap_hypotheses import hypotheses
@@ -94,7 +95,8 @@ def test_what_cannot_be_told_of_since_when_stands_on_the_card_and_first_among_wh
     untold = {"relief_valve.setting": "the field recordings show 155 bar", "tank.oil_level": "as well"}
     markup = gap_document(replace(diagnoses["no_gap"], untold=untold)).html()
     verdict = re.search(r"<dt>Verdict</dt><dd>(.*?)</dd>", markup)[1]
-    assert verdict.endswith("<small>but not known whether changed since commissioning: relief valve: opening pressure and 1 more</small>")
+    assert verdict.endswith("<small>but relief valve: opening pressure and 1 more may have changed since commissioning; this cannot be "
+                            "told here</small>")
     shown = markup.partition("<h2>What would have shown")[2]
     first, second = re.findall(r'<th scope="row">(.*?)</th><td>(.*?)</td>', shown)[:2]
     assert first == ("relief valve: opening pressure", "cannot be told here: the field recordings show 155 bar")
@@ -103,7 +105,10 @@ def test_what_cannot_be_told_of_since_when_stands_on_the_card_and_first_among_wh
     alone = gap_document(replace(diagnoses["no_gap"], untold=untold, detectable=[])).html()
     assert "cannot be told here: as well" in alone, "though no other effect was asked about"
     plain = gap_document(diagnoses["no_gap"]).html()
-    assert "cannot be told here" not in plain and "not known whether" not in plain
+    assert "cannot be told here" not in plain and "may have changed" not in plain
+    since = {"relief_valve.setting": "155 <bar>"}
+    said = gap_document(replace(diagnoses["no_gap"], sentence=sentence(diagnoses["no_gap"].report, EFFECTS, since=since))).html()
+    assert re.search(r'<p class="verdict good">No gap: [^<]* likely\. <span>But relief_valve\.setting [^<]*155 &lt;bar&gt;', said)
 
 
 def test_what_ends_farther_off_than_it_was_is_named_on_the_card(diagnoses):

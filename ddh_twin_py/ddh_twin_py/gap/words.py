@@ -14,6 +14,8 @@ from ddh_twin_py.rig.sheet import CUT
 
 WITHIN = f"within {CUT:g} times their tolerances"
 """How far a fit may take the rig's parameters from the sheet."""
+BUT = "But "
+"""Begin of the sentence on what may have changed without a recording telling."""
 _DIFFERS = 0.05  # by which another probability is worth a word
 _SURE, _OTHERS = 0.7, 2  # probability from which a place is named alone; how many others are named else
 _CLOSED_BY = 1.2  # times what is left, from which it is said what closes a gap
@@ -84,15 +86,15 @@ def _no_gap(report: Mapping, unseen: Sequence[str], at_best: Mapping[str, float]
     sentences = [f"{said}: with its parameters fitted {WITHIN} the twin explains data not used for that to {after:.1f} times the floor"
                  f"{_another(at_best, asked_for)}, and that no effect acts{shown} is {probably(none)} likely{_else(report)}."]
     if since:
-        sentences.append(f"But {untold(since)}.")
+        sentences.append(f"{BUT}{untold(since)}.")
     if before > _CLOSED_BY * after:  # what the recordings in question show of the rig, its commissioning did not
-        sentences.append(f"Unfitted it was {as_is:.1f} times, fitted to the commissioning recording alone {before:.1f}.")
+        sentences.append(f"Unfitted the twin was {as_is:.1f} times the floor off, fitted to the commissioning recording alone {before:.1f}.")
     elif as_is > _CLOSED_BY * after:
-        sentences.append(f"Unfitted it was {as_is:.1f} times, which calibration closes.")
+        sentences.append(f"Unfitted the twin was {as_is:.1f} times the floor off, which calibration closes.")
     if pressed:
         others = f" and {len(pressed) - 1} more" if len(pressed) > 1 else ""
-        sentences.append(f"{pressed[0]}{others} had to go to the very end of that range, where the sheet may be wrong, or something "
-                         "hide behind it.")
+        sentences.append(f"{pressed[0]}{others} had to go to the very end of what a fit may use, {CUT:g} times the tolerance; the sheet "
+                         "may be wrong there, or something hide behind it.")
     worst, times = _left_most(report, at_best, ())
     if times > _LEFT:
         easily = ", which small flaws of the model move far," if worst in AMPLIFIED else ""

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ddh_twin_py.gap.words import WITHIN
+from ddh_twin_py.gap.words import BUT, WITHIN
 from ddh_twin_py.report import document as doc
 from ddh_twin_py.report.gap_checks import checks_of
 from ddh_twin_py.report.gap_detectable import detectable
@@ -48,7 +48,7 @@ def gap_document(diagnosis: Diagnosis) -> doc.Document:
     report = diagnosis.report
     notes = _notes(report["notes"])
     level = VERDICTS[report["verdict"]][1]
-    page = doc.Document("Gap diagnosis", _title(diagnosis), diagnosis.sentence, gap_end(diagnosis),
+    page = doc.Document("Gap diagnosis", _title(diagnosis), _verdict(diagnosis.sentence), gap_end(diagnosis),
                         "fair" if diagnosis.damage and level == "good" else level)
     page.add("In short", doc.figures(_key_figures(diagnosis)), doc.note(_FLOOR), _fits(diagnosis),
              notes if report["verdict"] == "insufficient" else "")
@@ -69,6 +69,12 @@ def gap_document(diagnosis: Diagnosis) -> doc.Document:
     if report["verdict"] != "insufficient":
         page.add("Notes", notes)
     return page
+
+
+def _verdict(sentence: str) -> doc.Html:
+    """The verdict; what may have changed without a recording telling begins a line of its own."""
+    first, but, rest = sentence.partition(f" {BUT}")
+    return doc.Html(f"{doc.text(first)} <span>{doc.text(but.lstrip() + rest)}</span>") if but else doc.text(sentence)
 
 
 def _title(diagnosis: Diagnosis) -> str:
@@ -112,7 +118,7 @@ def _reservation(diagnosis: Diagnosis) -> str:
     """What the verdict leaves open of effects that may act since commissioning; empty where it leaves nothing."""
     first, others = next(iter(diagnosis.untold), ""), len(diagnosis.untold) - 1
     more = f" and {others} more" if others > 0 else ""
-    return f"but not known whether changed since commissioning: {effect_name(first)}{more}" if first else ""
+    return f"but {effect_name(first)}{more} may have changed since commissioning; this cannot be told here" if first else ""
 
 
 def _farther_off(shrink: Mapping[str, Mapping[str, float]]) -> str:
