@@ -19,8 +19,8 @@ NO_GAP = {"verdict": "no_gap", "gap": {"as_is": 5.0, "before": 6.0, "after": 1.0
 ])  # fmt: skip
 def test_no_gap_is_said_of_what_would_show(unseen, likely, ends):
     said = sentence({**NO_GAP, "gap": {"as_is": 5.0, "before": 1.1, "after": 1.0}}, EFFECTS, unseen)
-    assert said.startswith("No gap: ") and "Unfitted the twin was 5.0 times the floor off" in said and said.endswith(ends) and "stays" not in said
-    assert likely in said
+    assert said.startswith("No gap: ") and said.endswith(ends) and "stays" not in said
+    assert "Unfitted the twin was 5.0 times the floor off" in said and likely in said
 
 
 @pytest.mark.parametrize(("none", "others", "begins", "ends"), [
@@ -59,7 +59,7 @@ def test_no_gap_names_a_signal_that_is_left_off():
 
 
 @pytest.mark.parametrize(("pressed", "said"), [
-    (["oil.walther_b (3.73 instead of 3.75)"], " oil.walther_b (3.73 instead of 3.75) had to go to the very end of what a fit may use, 2.5 times"),
+    (["oil.walther_b (3.73 instead of 3.75)"], " oil.walther_b (3.73 instead of 3.75) had to go to the very end of what a fit may use, 2"),
     (["oil.walther_b (3.73 instead of 3.75)", "b", "c"], " oil.walther_b (3.73 instead of 3.75) and 2 more had to go to the very end"),
 ])  # fmt: skip
 def test_no_gap_names_what_had_to_go_to_the_end_of_its_tolerance(pressed, said):

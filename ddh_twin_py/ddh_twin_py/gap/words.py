@@ -88,7 +88,8 @@ def _no_gap(report: Mapping, unseen: Sequence[str], at_best: Mapping[str, float]
     if since:
         sentences.append(f"{BUT}{untold(since)}.")
     if before > _CLOSED_BY * after:  # what the recordings in question show of the rig, its commissioning did not
-        sentences.append(f"Unfitted the twin was {as_is:.1f} times the floor off, fitted to the commissioning recording alone {before:.1f}.")
+        sentences.append(f"Unfitted the twin was {as_is:.1f} times the floor off, fitted to the commissioning recording alone "
+                         f"{before:.1f}.")
     elif as_is > _CLOSED_BY * after:
         sentences.append(f"Unfitted the twin was {as_is:.1f} times the floor off, which calibration closes.")
     if pressed:
