@@ -4,6 +4,7 @@ import time
 
 import pytest
 import rclpy
+from ddh_twin_py.nodes import telemetry_feed
 from ddh_twin_py.nodes.telemetry_feed import TelemetryFeed
 from ddh_twin_py.rig import load_rig
 from nodes.processes import wait_for
@@ -12,6 +13,7 @@ from sensor_msgs.msg import Temperature
 pytestmark = pytest.mark.live
 TOPICS = ("temperature/ambient", "temperature/motor_winding", "temperature/tank_oil", "temperature/line_a")
 EPOCH = 1_772_000_000  # s
+SECOND = 1_000_000_000  # ns
 
 
 def test_what_came_while_a_node_was_busy_is_aligned_in_the_order_in_which_it_came(listener):
@@ -35,4 +37,44 @@ def test_what_came_while_a_node_was_busy_is_aligned_in_the_order_in_which_it_cam
     assert len(ticks) < 3 * 200 and sum(len(tick.samples[topic]) for tick in ticks for topic in TOPICS) > 220
     for publisher in made:
         listener.withdraw(publisher)
+    node.destroy_node()
+
+
+@pytest.mark.parametrize("busy", [False, True])
+def test_what_waited_for_a_process_that_stood_still_is_aligned_in_the_order_of_its_stamps(busy, listener, monkeypatch):
+    now = EPOCH * SECOND
+    monkeypatch.setattr(telemetry_feed, "time_ns", lambda: now)
+    node = rclpy.create_node("still", namespace="/still", context=listener.context)
+    feed = TelemetryFeed(node, load_rig(), TOPICS, [], 0.05, 0.5, 1.0)
+    ticks = []
+
+    def come(topic, begin, end, at=None):
+        """Samples of one topic, two each second; they came at once, or each as it was made."""
+        stamps = [EPOCH * SECOND + k * SECOND // 2 for k in range(2 * begin, 2 * end)]
+        feed.collect(topic, [at or stamp for stamp in stamps], stamps, [[294.0, 0.0]] * len(stamps))
+
+    def look(topics, begin, end, at=None):
+        nonlocal ticks
+        feed.take(0.0)
+        for topic in topics:
+            come(topic, begin, end, at)
+        feed.align()
+        ticks += feed.ready(10_000)
+
+    for second in range(5):
+        now = (EPOCH + second + 1) * SECOND
+        look(TOPICS, second, second + 1)
+    now = (EPOCH + 25) * SECOND
+    look(TOPICS[:2], 5, 25, None if busy else now + SECOND // 1000)
+    assert feed.take(0.0) is not busy, "there is some that is not aligned yet"
+    if not busy:
+        now += SECOND // 10
+        look(TOPICS[2:], 5, 25, now)
+        assert ticks[-1].end_ns <= (EPOCH + 5) * SECOND
+    now += SECOND
+    look(TOPICS, 25, 26)
+    ticks += feed.flush()
+    assert not feed.aligner.strayed and not any(tick.restart for tick in ticks)
+    if not busy:
+        assert sum(len(tick.samples[topic]) for tick in ticks for topic in TOPICS) == 4 * 52
     node.destroy_node()

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Sequence
 from itertools import compress, islice
 from operator import itemgetter
+from time import time_ns
 
 import numpy as np
 from rclpy.node import Node
@@ -28,6 +29,10 @@ from ddh_twin_py.telemetry.tick_aligner import TickAligner
 from ddh_twin_py.telemetry.ticks import Tick
 from ddh_twin_py.twin.sensor_errors import delay_ns
 
+_STOOD, _COMES = 1_000_000_000, 500_000_000
+"""ns between two looks after which a node may have stood still, and from the second look until all that waited for it has come."""
+_EDGE = 250_000_000  # ns at either end of that time in which messages may have come all the same
+
 
 def field_count(topic: str) -> int:
     """Numbers in one sample of a telemetry topic."""
@@ -48,7 +53,8 @@ class TelemetryFeed:
     streams of the aligner, which the node fills itself through `collect` and which are computed from
     telemetry, to their width; `keep_late` are streams whose late samples the node uses.
     What was collected is aligned in the order in which it came, all topics together: a node that was
-    busy finds seconds of each, and a clock that jumped in them jumped once for all.
+    busy finds seconds of each, and a clock that jumped in them jumped once for all. Where the process itself stood still, nothing came
+    meanwhile, and then all of one topic after all of another: that is taken together, in the order of its stamps.
     """
 
     def __init__(
@@ -72,12 +78,17 @@ class TelemetryFeed:
         self._delay = {topic: delay_ns(rig, topic) for topic in topics}
         self.last: dict[str, np.ndarray] = {}  # newest sample of each stream
         self._collected: list[tuple[int, str, int, Sequence[float]]] = []  # came at, stream, stamp, row
+        self._looked = 0  # at what came last, ns of the computer's clock
+        self._stood: tuple[int, int] | None = None  # two looks between which the process may have stood still, while that matters
         self.aligner = TickAligner(widths, interval, reorder_window, timeout, list(awaited), followers=tuple(others or ()),
                                    keep_late=keep_late)
 
     def take(self, wall: float) -> bool:
-        """Take in all telemetry that waits; whether there was any. To be followed by `align`."""
-        some = False
+        """Take in all telemetry that waits; whether there is any to align. To be followed by `align`."""
+        before, self._looked = self._looked, time_ns()
+        if before and self._looked - before > _STOOD:
+            self._stood = before, self._looked
+        some = self._stood is not None and bool(self._collected)
         for topic, screen in self.screens.items():
             entry = self.inputs.all[topic]
             messages, came = self.inputs.take_timed(entry, wall)
@@ -91,12 +102,25 @@ class TelemetryFeed:
         self._collected += [(at, stream, stamp, row) for at, stamp, row in zip(came, stamps, rows, strict=True)]
 
     def align(self) -> None:
-        """Give the aligner what was collected, in the order in which it came; of one time in the order of collection."""
-        collected, self._collected = self._collected, []
-        collected.sort(key=itemgetter(0))
+        """Give the aligner what was collected, in the order in which it came; of one time in the order of collection.
+
+        Where the process stood still it waits until all has come, and `take` says meanwhile that there is some.
+        """
+        if self._stood is not None and self._stood_still(*self._stood):
+            if self._looked < self._stood[1] + _COMES:
+                return
+            order = _stamps_in_order
+        else:
+            order = _arrivals
+        self._stood = None
+        collected, self._collected = order(self._collected), []
         push = self.aligner.push
         for _, stream, stamp, row in collected:
             push(stream, stamp, row)  # tells repetitions from stragglers itself
+
+    def _stood_still(self, begin: int, end: int) -> bool:
+        """Whether the process stood still between two looks, ns, as nothing came then, rather than that it was busy."""
+        return not any(begin + _EDGE < at < end - _EDGE for at, *_ in self._collected)
 
     def _take(self, entry: Input, screen: StreamScreen, messages: list[bytes], came: list[int]) -> None:
         sizes = np.array([len(message) for message in messages], np.int64)
@@ -127,3 +151,18 @@ class TelemetryFeed:
     def flush(self) -> list[Tick]:
         """All ticks up to the newest sample, where nothing more comes for now."""
         return list(self.aligner.flush())
+
+
+def _arrivals(collected: list[tuple]) -> list[tuple]:
+    """What was collected, in the order in which it came."""
+    return sorted(collected, key=itemgetter(0))
+
+
+def _stamps_in_order(collected: list[tuple]) -> list[tuple]:
+    """What was collected, in the order of stamps, that of each stream as it is; what goes back follows the newest before it."""
+    newest: dict[str, int] = {}
+    keys = []
+    for _, stream, stamp, _ in collected:
+        newest[stream] = max(stamp, newest.get(stream, stamp))
+        keys.append(newest[stream])
+    return [collected[i] for i in sorted(range(len(collected)), key=keys.__getitem__)]
