@@ -13,6 +13,7 @@ from ddh_twin_py.gap.model import Model
 from ddh_twin_py.gap.refit import Refit, Refitted
 from ddh_twin_py.gap.search import Found
 from ddh_twin_py.gap.sensitivity import Column, columns_of
+from ddh_twin_py.rig.reader_units import plus_minus
 
 PREFIX = "learned."
 """Begins the ids of terms that are learned."""
@@ -44,7 +45,8 @@ def learn(model: Model, found: Found, terms: Sequence[Effect], gap: Callable[[Re
 def described(fitted: Refitted, before: float, after: float) -> str:
     """What was learned and what it closes, in one sentence."""
     std = np.sqrt(np.maximum(np.diagonal(fitted.covariance), 0.0))
-    named = ", ".join(f"{c.effect.id} {x:.3g} ± {s:.2g} {c.effect.unit}" for c, x, s in zip(fitted.columns, fitted.x, std, strict=True))
+    named = ", ".join(f"{c.effect.id} {plus_minus(float(x), float(s), c.effect.unit, sign=True)}"
+                      for c, x, s in zip(fitted.columns, fitted.x, std, strict=True))
     return (f"a learned term ({named}) takes the gap of held-out data from {before:.2f} to {after:.2f} times the floor; it describes "
             "and does not explain")
 
