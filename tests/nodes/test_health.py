@@ -73,10 +73,10 @@ TOPICS = ("drive/telemetry", "hydraulics/telemetry", "temperature/ambient")
 DRIVE, AMBIENT = TOPICS[0], TOPICS[2]
 
 
-def heard(off, pauses=0, seconds=50, every=None):
+def heard(off, pauses=0, seconds=50, every=None, still=(0.0, 0.0)):
     """What three inputs of a node log, and what `/diagnostics` says of each, of stamps that are off by so many s, given by topic and s.
 
-    A topic tells 50 times a second, or each so many 1/50 s.
+    A topic tells 50 times a second, or each so many 1/50 s. The process stands still between two times, s, and hears nothing of them.
     """
     width, every = dict(zip(TOPICS, (6, 4, 2), strict=True)), every or {}
     names = {topic: SimpleNamespace(topic_name=f"/ddh/{topic}") for topic in TOPICS}
@@ -84,12 +84,12 @@ def heard(off, pauses=0, seconds=50, every=None):
         aligner=TickAligner(width, awaited=TOPICS[:2]), screens={topic: StreamScreen(topic) for topic in TOPICS}, last={},
         inputs=SimpleNamespace(all={topic: Input(topic, object, None, names[topic], received=1, arrived=0.0) for topic in TOPICS}),
     )  # fmt: skip
-    lines, shown = [], {topic: {} for topic in TOPICS}
+    wall, lines, shown = 0.0, [], {topic: {} for topic in TOPICS}
     node = SimpleNamespace(wall=lambda: wall, _said=set(), _met={}, count_publishers=lambda topic: 1,
                            get_logger=lambda: SimpleNamespace(warning=lines.append))  # fmt: skip
     node.warn_once, node.warn_again = partial(TwinNode.warn_once, node), partial(TwinNode.warn_again, node)
     judges = {topic: StreamJudge(node, feed, topic, True, np.inf, lambda wall: False, lambda: pauses) for topic in TOPICS}
-    for k in range(1, 50 * seconds):
+    for k in (k for k in range(1, 50 * seconds) if not still[0] < 0.02 * k < still[1]):
         for topic in TOPICS:
             if k % every.get(topic, 1) == 0:
                 stamp = 10**18 + k * 20_000_000 + round(off(topic, 0.02 * k) * 1e9)
@@ -143,6 +143,11 @@ def test_a_lone_stamp_of_another_clock_is_no_stop_no_jump_and_leaves_no_message_
     (said,) = lines
     assert said.startswith("/ddh/temperature/ambient: a stamp ") and off_in(said) == pytest.approx(60.0, abs=2.1)
     assert {message for message in shown[AMBIENT].values() if "another clock" not in message} == {"well"}
+
+
+def test_what_is_missed_while_the_process_stands_still_is_no_stop_of_a_stream():
+    lines, shown = heard(lambda topic, t: 0.0, still=(20.5, 40.5), seconds=70)
+    assert lines == [] and {message for topic in TOPICS for message in shown[topic].values()} == {"well"}
 
 
 def test_a_stream_that_stopped_is_said_to_have_come_back():

@@ -44,6 +44,7 @@ _CAME_BACK = "and came back, first after"
 _RETURNS = 10.0  # s by which a clock that was alone may come back by less or more
 SETTLES, _SETTLED_PERIODS = 15.0, 3.0
 """s of wall time, and usual steps of a topic, after which it is known what a stop was; a vote on its clock may take so long."""
+_STOOD = 5.0  # s of wall time between two judgements of a second, after which this process may have missed something
 _MOST_STEPS = 8  # of a topic's own clock that are remembered
 _USUAL = 1.5  # usual pauses between messages, after which an input is stale
 _RATE_SAMPLES = 20  # expected ones, before a rate is judged
@@ -106,7 +107,7 @@ class Health:
 
 
 class Stops:
-    """Stops of a stream by itself: not where the stamps of all went on much later, nor where its own clock was wrong for a while.
+    """Stops of a stream by itself: not where the stamps of all went on much later, its own clock was wrong for a while, or we stood still.
 
     `count` of those that are known, some seconds, of wall time, later; `first` is the length of the first of them, s.
     """
@@ -120,6 +121,10 @@ class Stops:
     def clock_was_off(self, off: float) -> None:
         """Its clock, alone, was off by so many s."""
         self._offs.append(off)
+
+    def stood_still(self, length: float) -> None:
+        """For so many s this process did nothing, and what came then may be lost."""
+        self._offs.append(length)
 
     def note(self, lengths: Iterable[float], pauses: int, wall: float, settles: float = SETTLES) -> None:
         """Stops of so many s were seen, and so many long pauses of all streams until now; the wait until that is judged is given, s."""
@@ -153,6 +158,7 @@ class StreamJudge:
         self._stops = Stops()
         self._screen: StreamScreen = feed.screens[topic]
         self._off, self._off_at = 0.0, -AGAIN  # how far its clock was off the others, s, and when that was found last
+        self._judged = node.wall()
         self._before: dict[str, int] = {}
         self._breaks: dict[str, int] = {}
         self._struck: dict[str, float] = {}
@@ -192,6 +198,9 @@ class StreamJudge:
 
     def _count_stops(self, wall: float) -> int:
         """How often the stream is known to have stopped by itself."""
+        if wall - self._judged > _STOOD:
+            self._stops.stood_still(wall - self._judged)
+        self._judged = wall
         self._stops.note(self._screen.stops, self._pauses(), wall, max(SETTLES, _SETTLED_PERIODS * (self._screen.period or 0.0)))
         self._screen.stops.clear()
         return self._stops.count
