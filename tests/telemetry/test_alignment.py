@@ -577,3 +577,25 @@ def test_a_clock_that_steps_back_by_seconds_is_found(step, period, delay):
     assert sum(aligner.counts[name, "clock_jump"] for name in WIDTHS) == 1
     (restart,) = [tick for tick in ticks if tick.restart]
     assert restart.end_ns == pytest.approx(EPOCH + (20.0 - step) * 1e9, abs=0.3e9)
+
+
+@pytest.mark.parametrize("calm", [30, 200])
+def test_a_lag_of_long_ago_makes_nobody_wait_longer(calm):
+    """One stream comes 6 s late once, goes on in time for so many s, and stops."""
+    aligner = TickAligner(WIDTHS, timeout=2.0, awaited=["drive/telemetry", "hydraulics/telemetry"])
+    ticks, kept = [], []
+    for k in range(1, 50 * (20 + calm + 20)):
+        stamp, t = EPOCH + k * 20 * MS, 0.02 * k
+        aligner.push("drive/telemetry", stamp, np.zeros(6))
+        if t < 20 + calm:
+            kept.append(stamp)
+        if not 10 < t < 16:
+            for late in kept:
+                aligner.push("hydraulics/telemetry", late, np.zeros(4))
+            kept = []
+        ticks += aligner.ready()
+        if t < 20 + calm:
+            stopped = len(ticks)
+        elif len(ticks) == stopped:
+            waited = t - 20 - calm
+    assert waited == pytest.approx(2.0 if calm > 120 else 8.0, abs=1.0)

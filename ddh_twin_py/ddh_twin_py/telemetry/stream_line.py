@@ -8,6 +8,7 @@ from collections.abc import Sequence
 LONGEST_LAG = 10.0
 """s by which an awaited stream that goes on may lag and is waited for: ticks come so late, and what comes meanwhile is kept in memory."""
 LONGEST_LAG_NS = round(LONGEST_LAG * 1e9)
+_LAGS_FOR = 60_000_000_000  # ns of data without it, after which a lag is forgotten, within as much again
 
 
 class Doubt:
@@ -43,12 +44,12 @@ class Line:
     back by itself. `since` is its first stamp since it owes one, `top` its newest before it went back,
     `held` what came since then. `doubt` is what came by another clock, None where nothing did. `rose` is the number of the push that
     brought the newest stamp, and `heard` what the newest stamp of all was then; `lag` is the longest, ns, by which a stamp that was its
-    newest lay behind that of all, up to `LONGEST_LAG`. `first` is the first stamp since the ticks began and `told` counts the samples
-    since then. `alive` says whether ticks wait for it.
+    newest lay behind that of all, up to `LONGEST_LAG`, in this minute or the one before. `first` is the first stamp since the ticks began
+    and `told` counts the samples since then. `alive` says whether ticks wait for it.
     """
 
-    __slots__ = ("alive", "awaited", "doubt", "first", "follows", "heard", "held", "lag", "newest", "owed", "rose", "rows", "since",
-                 "stamps", "told", "top", "width")
+    __slots__ = ("alive", "awaited", "doubt", "first", "follows", "heard", "held", "lag", "lagged", "lags_since", "newest", "owed", "rose",
+                 "rows", "since", "stamps", "told", "top", "width")
 
     def __init__(self, width: int, awaited: bool, follows: bool) -> None:
         self.width = width
@@ -56,7 +57,8 @@ class Line:
         self.follows = follows
         self.stamps: list[int] = []
         self.rows: dict[int, Sequence[float]] = {}
-        self.rose = self.lag = 0
+        self.rose = self.lag = self.lagged = 0
+        self.lags_since: int | None = None
         self.restart()
 
     def restart(self, owed: int = 0, newest: int | None = None) -> None:
@@ -84,9 +86,18 @@ class Line:
         self.first = stamp if self.first is None else self.first
         if newest is None or stamp > newest - LONGEST_LAG_NS:
             self.alive = self.awaited
-            self.lag = self.lag if newest is None else max(self.lag, newest - stamp)
+            self._note_lag(stamp, 0 if newest is None else max(0, newest - stamp))
         if self.top is not None and stamp > self.top:
             self.owed, self.top, self.held = 0, None, []  # it went back alone and is where it was
+
+    def _note_lag(self, stamp: int, lag: int) -> None:
+        """It lags by so many ns at this stamp; `lagged` is the longest since `lags_since`."""
+        if self.lags_since is None or stamp < self.lags_since:
+            self.lags_since = stamp
+        elif stamp > self.lags_since + _LAGS_FOR:
+            self.lag, self.lagged, self.lags_since = self.lagged, 0, stamp
+        self.lagged = max(self.lagged, lag)
+        self.lag = max(self.lag, lag)
 
     def wait(self, stamp: int, row: Sequence[float]) -> None:
         """Let a sample wait for its tick."""
