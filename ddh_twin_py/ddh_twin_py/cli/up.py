@@ -146,7 +146,7 @@ def _not_learned(args: argparse.Namespace) -> str:
 def _not_whole(args: argparse.Namespace, children: Sequence[Child]) -> str:
     """That the recorder ended with an error, as where the disk was full, '' where it did not."""
     recorder = next((child.process for child in children if child.name == "bag_recorder"), None)
-    return f"--record: not all was recorded into {args.record}, see the log" if recorder is not None and recorder.returncode > 0 else ""
+    return f"--record: not all was recorded into {args.record}, see the log" if recorder and (recorder.returncode or 0) > 0 else ""
 
 
 def _recorded(record: str | None) -> list[str]:
