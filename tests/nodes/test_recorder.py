@@ -91,9 +91,9 @@ def test_a_recorder_that_hears_nothing_of_what_is_published_says_so(listener, tm
     silent = [listener.node.create_publisher(String, f"/deaf/{name}", 10) for name in ("first", "second")]
     health = listener.collect(DiagnosticArray, "/diagnostics")
     with NodeProcess("bag_recorder", "/deaf", bag=str(tmp_path / "bag")) as recorder:
-        recorder.says("2 of 2 topics are published and bring nothing, such as /deaf/first", 30.0)
-        said = [s for message in health for s in message.status if s.name == "deaf/bag_recorder: recording"]
-        assert any("bring nothing" in s.message for s in said)
+        recorder.says("2 of 2 topics are published and bring nothing, such as /deaf/first", 60.0)
+        wait_for(lambda: any(s.name == "deaf/bag_recorder: recording" and "bring nothing" in s.message
+                             for message in list(health) for s in message.status), 10.0, "the same in its health")
         recorder.stop(signal.SIGINT)
     for publisher in silent:
         listener.withdraw(publisher)
