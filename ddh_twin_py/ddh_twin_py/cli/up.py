@@ -198,15 +198,12 @@ def check(args: argparse.Namespace) -> None:
 
         open_folder(args.bag)
     if args.params:
-        from ddh_twin_py.names import nearest
-        from ddh_twin_py.nodes.parameter_file import PARAMETERS, check_files, check_values, read_parameter_file, unanswered
+        from ddh_twin_py.nodes.parameter_file import check_files, check_values, of_other_nodes, read_parameter_file, unanswered
 
         sections, started = read_parameter_file(args.params), node_parameters(args)
-        for section in _of_other_nodes(sections):  # one file may hold what all nodes of a robot are given
+        for section, said in of_other_nodes(sections).items():
             del sections[section]
-            name = section.rpartition("/")[2]
-            say(f"ddh-twin up: warning: {args.params}: {section}: no node {name!r} is the twin's{nearest(name, PARAMETERS)}; no node that "
-                "is started takes it")
+            say(f"ddh-twin up: warning: {args.params}: {section}: {said}; no node that is started takes it")
         for said in check_values(args.params, sections, args.namespace, started):
             say(f"ddh-twin up: warning: {said}; no node that is started takes it")
         check_files(args.params, sections, args.namespace, started)
@@ -218,13 +215,6 @@ def check(args: argparse.Namespace) -> None:
         from ddh_twin_py.twin.duty import load_duty
 
         load_duty(args.duty)
-
-
-def _of_other_nodes(sections: Mapping[str, object]) -> list[str]:
-    """Sections of a parameter file that name a node which is none of the twin's."""
-    from ddh_twin_py.nodes.parameter_file import PARAMETERS
-
-    return [section for section in sections if section.rpartition("/")[2] not in (*PARAMETERS, "*", "**")]
 
 
 def environment_additions() -> dict[str, str]:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import yaml
 
-from ddh_twin_py.names import no_such
+from ddh_twin_py.names import nearest, no_such
 from ddh_twin_py.nodes.bag_player import BagPlayer
 from ddh_twin_py.nodes.bag_recorder import BagRecorder
 from ddh_twin_py.nodes.gap_monitor import GapMonitorNode
@@ -100,26 +100,30 @@ def _must_be(section: str, name: str, value: object) -> str:
     return declared.must_be(value) if declared else "a value, or a list of values of one type, is needed"
 
 
+def of_other_nodes(sections: Iterable[str]) -> dict[str, str]:
+    """Sections that name a node which is none of the twin's, and that in words: one file may hold what all nodes of a robot are given."""
+    named = {section: _last(section) for section in sections}
+    return {section: f"no node {name!r} is the twin's{nearest(name, PARAMETERS)}" for section, name in named.items()
+            if name not in PARAMETERS and name not in _ANY_NODE}
+
+
 def check_values(path: str | Path, sections: Mapping[str, Mapping[str, object]], namespace: str, started: Iterable[str]) -> list[str]:
     """Hold sections against what nodes declare.
 
     Args:
-        path: of the parameter file. sections: what it holds. namespace: of the nodes. started: the nodes that are to be started.
+        path: of the parameter file. sections: what it holds for nodes of the twin, see `of_other_nodes`. namespace: of the nodes.
+        started: the nodes that are to be started.
 
     Returns:
         What is wrong with what only nodes would take that are not started, or are in another namespace.
 
     Raises:
-        ParameterFileError: a node that is started would refuse it, or it names a node of the namespace or a parameter that there is not.
+        ParameterFileError: a node that is started would refuse it, or it names a parameter that there is not.
     """
     ours, said = namespace.rstrip("/"), []
     for section, values in sections.items():
         last = _last(section)
-        reaches = section if last in (*PARAMETERS, "**") else f"{section.removesuffix(last)}*"  # a name that is no node's may be a slip
-        near = [node for node in started if _takes(reaches, f"{ours}/{node}")]
-        if last not in PARAMETERS and last not in _ANY_NODE:
-            _tell(f"{path}: {section}: {no_such('node', last, PARAMETERS)}", bool(near), said)
-            continue
+        near = [node for node in started if _takes(section, f"{ours}/{node}")]
         kinds = PARAMETERS if last in _ANY_NODE else {last: PARAMETERS[last]}
         for name, value in values.items():
             of_started = [node for node in near if any(p.name == name for p in (*PARAMETERS[node], *_OF_ROS))]
