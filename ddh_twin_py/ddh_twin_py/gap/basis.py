@@ -66,7 +66,9 @@ class Basis:
 
     def with_more(self, slack: Rows) -> Basis:
         """The same with further slack, columns by recording, (rows, m)."""
-        return self._grown(slack, self.size)
+        other = self._grown(slack, self.size)
+        other._prepare()
+        return other
 
     def with_unknowns(self, columns: Rows, lowest: np.ndarray, highest: np.ndarray) -> Basis:
         """The same with further unknowns of standard deviation 1 behind the parameters, within bounds (m,); by recording, (rows, m)."""
@@ -77,16 +79,15 @@ class Basis:
         return other
 
     def _grown(self, more: Rows, at: int) -> Basis:
-        """The same with further columns before the one at an index."""
+        """The same with further columns before the one at an index, not yet prepared."""
         other = copy(self)
         weighted = [self.power * w for w in self.weighting.applied(more)]
         cross = sum(c.T @ w for c, w in zip(self.columns, weighted, strict=True))
         own = sum(m.T @ w for m, w in zip(more, weighted, strict=True))
         order = np.insert(np.arange(self.size), at, self.size + np.arange(own.shape[0]))
-        other.columns = [np.hstack([c, m])[:, order] for c, m in zip(self.columns, more, strict=True)]
+        other.columns = [np.hstack([c[:, :at], m, c[:, at:]]) for c, m in zip(self.columns, more, strict=True)]
         other.size = order.size
         other.information = np.block([[self.information, cross], [cross.T, own]])[np.ix_(order, order)]
-        other._prepare()
         return other
 
     def sums(self, columns: Rows, values: Rows) -> Sums:

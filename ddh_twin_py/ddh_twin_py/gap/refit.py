@@ -18,7 +18,7 @@ from ddh_twin_py.gap.box import Normal
 from ddh_twin_py.gap.effect import Effect
 from ddh_twin_py.gap.hypotheses import LEAST, WIDTH, evidence_of
 from ddh_twin_py.gap.linearised import Linearised
-from ddh_twin_py.gap.sensitivity import TYPICAL, Column, sane
+from ddh_twin_py.gap.sensitivity import TYPICAL, Column, acting_of, sane
 from ddh_twin_py.gap.side_by_side import side_by_side
 from ddh_twin_py.gap.step_length import Lengths
 
@@ -60,7 +60,7 @@ class Refitted:
     @property
     def acting(self) -> list[tuple[Effect, int, float]]:
         """Its effects as a model runs them; see `model.Acting`."""
-        return [(c.effect, c.law, float(x)) for c, x in zip(self.ways, self.x, strict=True)]
+        return acting_of(self.ways, self.x)
 
     @property
     def slight(self) -> set[str]:
@@ -85,12 +85,17 @@ class _About:
 
     Attributes:
         basis: of what is shared, parameters and what changes beside effects (p,). shared: sensitivities to it, by recording, (rows, p).
-        own: columns of the departures, by recording, (rows, m).
+        own: columns of the departures, by recording, (rows, m). also: effects beside which something may have changed, indices.
     """
 
     basis: Basis
     shared: list[np.ndarray]
     own: list[np.ndarray]
+    also: np.ndarray
+
+    def at(self, theta: np.ndarray, beside: np.ndarray) -> np.ndarray:
+        """What is shared, (p,): parameters (k,) and, of what changed beside the effects (m,), what may have."""
+        return np.concatenate([theta, beside[self.also]])
 
     def normal(self, residual: list[np.ndarray], shared: np.ndarray, departure: np.ndarray) -> Normal:
         """Sums of what is left there: residuals by recording, (rows,), shared unknowns (p,), departures in multiples of columns (m,)."""
@@ -133,24 +138,22 @@ class Refit:
               predictions: list[dict[str, np.ndarray]]) -> Refitted:
         """Fit a hypothesis from a place, parameters (k,), departures and what changed beside them (m,), and what it predicts there."""
         scale, room = np.array([c.x for c in columns]), np.array([c.room for c in columns])
-        also = self._also(columns)
         residual = self._residual(predictions)
         cost = self._cost(residual, theta, x, scale, beside)
         if not np.isfinite(cost):
             nowhere = np.full((theta.size + x.size,) * 2, np.nan)
             return Refitted(tuple(columns), x, nowhere[theta.size :, theta.size :], nowhere, theta, predictions, -np.inf, np.inf, beside)
-
         k, stale = theta.size, True
         for _ in range(_STEPS):
             if stale:
                 here, stale = self._about(columns, theta, x, beside, predictions), False
-            shared = np.concatenate([theta, beside[also]])
+            shared = here.at(theta, beside)
             held = here.normal(residual, shared, x / scale).held(np.arange(scale.size), room, self._width, shared)
             promised = abs(cost - held.lowest)  # less than nothing from a start that a column's direction excludes
             if promised < _SETTLED:
                 break
             aim = beside.copy()
-            aim[also] = held.shared[k:]
+            aim[here.also] = held.shared[k:]
             gained, lengths = 0.0, Lengths(promised)
             while lengths.next:
                 share = lengths.next
@@ -170,7 +173,7 @@ class Refit:
                 break
         if stale:
             here = self._about(columns, theta, x, beside, predictions)
-        shared = np.concatenate([theta, beside[also]])
+        shared = here.at(theta, beside)
         sums = here.normal(residual, shared, x / scale)
         held = sums.held(np.arange(scale.size), room, self._width, shared)
         log, _, covariance = evidence_of(held, room)
@@ -180,10 +183,10 @@ class Refit:
 
     def joint(self, fitted: Refitted) -> np.ndarray:
         """Covariance of parameters and departures, (k + m, k + m), of a hypothesis as it was fitted elsewhere."""
-        scale, beside = np.array([c.x for c in fitted.columns]), fitted.beside[self._also(fitted.columns)]
+        scale = np.array([c.x for c in fitted.columns])
         here = self._about(fitted.columns, fitted.theta, fitted.x, fitted.beside, fitted.predictions)
-        shared = np.concatenate([fitted.theta, beside])
-        return self._joint(here.normal(self._residual(fitted.predictions), shared, fitted.x / scale), fitted.theta.size, scale)
+        sums = here.normal(self._residual(fitted.predictions), here.at(fitted.theta, fitted.beside), fitted.x / scale)
+        return self._joint(sums, fitted.theta.size, scale)
 
     def _joint(self, sums: Normal, parameters: int, scale: np.ndarray) -> np.ndarray:
         """What changed beside the effects integrated out."""
@@ -198,10 +201,10 @@ class Refit:
         also = self._also(columns)
         own, more = self._columns(columns, theta, x, np.array([c.x for c in columns]), predictions, beside, also)
         if not also.size:
-            return _About(self._basis, self._sensitivities, own)
+            return _About(self._basis, self._sensitivities, own, also)
         ends = np.array([columns[j].effect.beside.end for j in also])
         return _About(self._basis.with_unknowns(more, -ends, ends),
-                      [np.hstack([j, m]) for j, m in zip(self._sensitivities, more, strict=True)], own)
+                      [np.hstack([j, m]) for j, m in zip(self._sensitivities, more, strict=True)], own, also)
 
     def _also(self, columns: Sequence[Column]) -> np.ndarray:
         """Which effects something may have changed beside, indices: where no recording shows the rig before, parameters hold it."""
@@ -220,7 +223,7 @@ class Refit:
         return columns, [r + j @ fitted.theta + c @ (fitted.x / scale) for r, j, c in both]
 
     def _run(self, columns, theta, x) -> list[dict[str, np.ndarray]]:
-        acting = [(c.effect, c.law, float(v)) for c, v in zip(columns, x, strict=True)]
+        acting = acting_of(columns, x)
         known = theta is self._place
         wanted = [number for number, altered in enumerate(self._model.altered) if not known or (altered and x.any())]
         ran = dict(zip(wanted, side_by_side([partial(self._model.run_one, number, theta, acting) for number in wanted]), strict=True))
@@ -243,7 +246,7 @@ class Refit:
         altered = [number for number, acts in enumerate(self._model.altered) if acts]  # elsewhere no effect acts
 
         def fill(rows: np.ndarray, per: float, number: int, moved: np.ndarray, changed: np.ndarray) -> None:
-            acting = [(c.effect, c.law, float(v)) for c, v in zip(along_with(columns, changed), moved, strict=True)]
+            acting = acting_of(along_with(columns, changed), moved)
             change = self._comparisons[number].features(self._model.run_one(number, theta, acting)) - features[number]
             rows[:] = change / per if sane(change).all() else 0.0
 

@@ -73,6 +73,11 @@ class Column:
         return (self.effect.highest if self.x > 0.0 else self.effect.lowest) / self.x
 
 
+def acting_of(columns: Sequence[Column], x: np.ndarray) -> list[tuple[Effect, int, float]]:
+    """Effects of columns with departures (m,) in their own units, as a model runs them; see `model.Acting`."""
+    return [(c.effect, c.law, float(v)) for c, v in zip(columns, x, strict=True)]
+
+
 def sane(rows: np.ndarray) -> np.ndarray:
     """Which of some features are those of a run that did not go astray."""
     return np.abs(rows) < ASTRAY

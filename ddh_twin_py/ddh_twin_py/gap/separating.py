@@ -26,7 +26,7 @@ from ddh_twin_py.estimation.weighting import Weighting
 from ddh_twin_py.gap.hypotheses import slack_shares
 from ddh_twin_py.gap.linearised import Linearised
 from ddh_twin_py.gap.model import Acting
-from ddh_twin_py.gap.sensitivity import Column
+from ddh_twin_py.gap.sensitivity import Column, acting_of
 
 _ASTRAY = 1.0e9  # standard deviations by which no test that can be driven moves a row
 _DIFFERENCE = 0.3  # of what a parameter or a departure may still be off by
@@ -51,7 +51,7 @@ class Believed:
     @property
     def acting(self) -> Acting:
         """What acts."""
-        return [(c.effect, c.law, float(v)) for c, v in zip(self.columns, self.x, strict=True)]
+        return acting_of(self.columns, self.x)
 
 
 class Remaining:

@@ -7,7 +7,8 @@ import re
 
 import yaml
 
-_CLINGS = re.compile(r"[\w.]+:[^\s/]")
+CLINGS = re.compile(r"[\w.]+:[^\s/]")
+"""A name and its value without the blank between them, no address."""
 _SURROGATE = re.compile("[\ud800-\udfff]")
 
 
@@ -88,7 +89,7 @@ def _check(node: yaml.Node, path: str, seen: set[int], around: set[int]) -> None
 
 def _check_key(name: str, child: yaml.Node, mark: yaml.Mark) -> None:
     """Of a key without quotes: that it is one."""
-    if _CLINGS.match(name) and isinstance(child, yaml.ScalarNode) and not child.value:
+    if CLINGS.match(name) and isinstance(child, yaml.ScalarNode) and not child.value:
         raise yaml.composer.ComposerError(None, None, f"a blank is missing after the ':' of {name!r}", mark)
     if name != name.strip():
         raise yaml.composer.ComposerError(None, None, f"the name {name!r} begins or ends with a blank that is none of YAML's", mark)

@@ -6,7 +6,8 @@ import re
 
 import yaml
 
-_CLINGS = re.compile(r"\s*[\w.]+:[^\s/]")  # a name and its value without the blank between them, no address
+from ddh_twin_py.rig.unique_keys import CLINGS
+
 _COLON = re.compile(r":\s")
 _COMMENT = re.compile(r"\s#")
 _IN_BRACKETS = ("while parsing a flow sequence", "while parsing a flow mapping")
@@ -71,7 +72,7 @@ def _colon(text: str, mark: yaml.Mark) -> tuple[int, str]:
     before = _before(text, mark.line)
     if _COLON.search(_begin(text, mark)):
         return mark.line + 1, f"a value holds a ':' with a blank behind it; {_QUOTED}"
-    if _CLINGS.match(before):
+    if CLINGS.match(before.lstrip()):
         return mark.line, "a blank is missing after the ':'"
     if before.strip() and ":" not in before and not before.lstrip().startswith(("#", "- ")):
         return mark.line, "a ':' is missing"

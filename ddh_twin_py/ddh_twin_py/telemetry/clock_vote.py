@@ -103,13 +103,15 @@ class ClockVote:
     def led(self, follower: Line) -> bool:
         """Whether a stream that this one could be computed from speaks."""
         oldest = follower.newest - self.near
-        leaders = (line for line in self.lines.values() if not line.follows and not line.stale)
-        return any(line.newest is not None and line.newest >= oldest for line in leaders)
+        return any(newest >= oldest for newest in self._newest_of_leaders())
 
     def leads_behind(self, stamp: int, longest_gap: int) -> bool:
         """Whether a stream that others follow speaks so far behind a stamp that the time between, ns, would be skipped."""
-        leaders = (line for line in self.lines.values() if not line.follows and not line.stale)
-        return any(line.newest is not None and stamp > line.newest + longest_gap for line in leaders)
+        return any(stamp > newest + longest_gap for newest in self._newest_of_leaders())
+
+    def _newest_of_leaders(self) -> Iterator[int]:
+        """Newest stamps of the streams that follow none and go by the clock of all."""
+        return (line.newest for line in self.lines.values() if not line.follows and not line.stale and line.newest is not None)
 
 
 def is_lost(doubt: Doubt, stamp: int, verdict: bool | None) -> bool:
