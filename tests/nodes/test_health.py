@@ -120,7 +120,7 @@ def test_a_clock_that_goes_ahead_is_no_stop_of_any_stream():
 
 
 @pytest.mark.parametrize("topic", TOPICS)
-@pytest.mark.parametrize("off", [-60.0, 60.0, 700.0])
+@pytest.mark.parametrize("off", [-60.0, 5.0, 60.0, 700.0])
 def test_a_stream_whose_clock_was_wrong_for_a_while_is_said_to_be_off_and_not_to_have_stopped(off, topic):
     (said,), shown = heard(stepping(topic, (20.0, off), (35.0, 0.0)), seconds=60)
     assert said.startswith(f"/ddh/{topic}: a stamp ") and "s: of another clock, dropped; is a clock wrong" in said
@@ -133,9 +133,20 @@ def test_each_step_of_a_clock_that_is_wrong_is_named():
     steps = {20.0: -60.0, 40.0: 60.0, 60.0: -3600.0, 90.0: -60.0}
     there_and_back = [step for since, off in steps.items() for step in ((since, off), (since + 15.0, 0.0))]
     lines, shown = heard(stepping(DRIVE, *there_and_back), seconds=120)
-    assert [off_in(line) for line in lines] == pytest.approx([-60.0, 60.0, -60.0], abs=0.1)
-    assert "(and 1 time since this was last said)" in lines[-1], "what came within a minute of the first"
+    assert [off_in(line) for line in lines] == pytest.approx(list(steps.values()), abs=0.1)
     assert [off_in(shown[DRIVE][since + 10.0]) for since in steps] == pytest.approx(list(steps.values()), abs=0.1)
+
+
+def test_a_clock_that_steps_some_seconds_is_named_each_time_and_nobody_else_is():
+    lines, shown = heard(stepping(DRIVE, (20.0, 5.0), (30.0, 0.0), (40.0, 8.0), (50.0, 0.0)), seconds=70)
+    assert [off_in(line) for line in lines] == pytest.approx([5.0, 8.0], abs=0.1)
+    assert all("of another clock, dropped; is a clock wrong" in line and DRIVE in line for line in lines)
+    assert {message for topic in TOPICS[1:] for message in shown[topic].values()} == {"well"}
+
+
+def test_of_a_clock_that_never_rests_there_are_a_few_lines_a_minute():
+    lines, _ = heard(stepping(DRIVE, *((20.0 + 4.0 * k, 100.0 * (k + 1)) for k in range(25))), seconds=125)
+    assert 8 < len(lines) < 20 and sum("times since this was last said" in line for line in lines) == 1
 
 
 def test_a_lone_stamp_of_another_clock_is_no_stop_no_jump_and_leaves_no_message_missing():

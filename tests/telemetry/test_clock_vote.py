@@ -66,11 +66,21 @@ def test_what_is_seconds_late_is_no_clock():
     assert verdict(line) is None and verdict(line, last=True) is None
 
 
-@pytest.mark.parametrize(("ahead", "leaps"), [(9.0, False), (11.0, True), (700.0, True)])
-def test_a_stream_leaps_where_it_goes_further_ahead_than_others_are_waited_for(ahead, leaps):
-    line = told(*fast(100.0))
-    vote = ClockVote({"drive": line, "ambient": told(100.0, 109.0)}, window=SECOND // 2, timeout=2 * SECOND)
+@pytest.mark.parametrize(("ahead", "lag", "leaps"), [(1.9, 0.0, False), (2.3, 0.0, True), (700.0, 0.0, True),
+                                                     (9.0, 8.0, False), (11.0, 8.0, True)])  # fmt: skip
+def test_a_stream_leaps_where_it_leaves_out_seconds_by_which_no_other_lags(ahead, lag, leaps):
+    line, other = told(*fast(100.0)), told(*fast(100.0))
+    other.rise(110 * SECOND, round((110 + lag) * SECOND), 101)
+    vote = ClockVote({"drive": line, "hydraulics": other}, window=SECOND // 2, timeout=2 * SECOND)
     assert vote.leaps(line, line.newest + round(ahead * SECOND), line.newest) is leaps
+
+
+def test_a_stream_that_was_silent_for_long_or_has_nobody_beside_it_leaps_by_no_seconds():
+    line, other = told(*fast(100.0)), told(*fast(100.0))
+    vote = ClockVote({"drive": line, "hydraulics": other}, window=SECOND // 2, timeout=2 * SECOND)
+    other.rise(130 * SECOND, 130 * SECOND, 101)
+    assert not vote.leaps(line, 135 * SECOND, other.newest)
+    assert not ClockVote({"drive": line}, SECOND // 2, 2 * SECOND).leaps(line, 115 * SECOND, line.newest)
 
 
 def test_streams_that_all_are_slow_do_not_leap_with_each_sample():
@@ -90,13 +100,61 @@ def parted(off, sensors=("temperature/ambient",), back=40.0):
     return ticks + list(aligner.flush()), aligner
 
 
-@pytest.mark.parametrize("ahead", [11.0, 15.0, 19.0])
+@pytest.mark.parametrize("ahead", [3.0, 5.0, 8.0, 11.0, 15.0, 19.0])
 @pytest.mark.parametrize("alone", [DRIVE, "temperature/ambient"])
 def test_a_clock_some_seconds_ahead_costs_no_other_stream_anything(alone, ahead):
     ticks, aligner = parted({alone: ahead})
     assert not any(tick.restart for tick in ticks)
     assert {name for name, _ in aligner.counts} == {alone}
     assert aligner.strayed[alone, "other_clock"] == pytest.approx(ahead * SECOND, abs=SECOND)
+
+
+def told_from(ticks, stream, begin, end):
+    """Samples of a stream in the ticks of some s."""
+    return sum(len(tick.samples[stream]) for tick in ticks if EPOCH + begin * SECOND < tick.end_ns <= EPOCH + end * SECOND)
+
+
+@pytest.mark.parametrize("sensors", [(), ("temperature/ambient",)])
+@pytest.mark.parametrize("alone", [DRIVE, HYDRAULICS])
+@pytest.mark.parametrize("behind", [-2.6, -4.0, -6.4, -8.0])
+def test_a_clock_that_was_put_back_some_seconds_is_no_lag(behind, alone, sensors):
+    ticks, aligner = parted({alone: behind}, sensors)
+    assert not any(tick.restart for tick in ticks)
+    assert {name for name, _ in aligner.counts} == {alone}
+    assert aligner.strayed[alone, "other_clock"] == pytest.approx(behind * SECOND, abs=SECOND)
+    assert told_from(ticks, alone, 20, 40) == 0 and told_from(ticks, alone, 40, 60) == 999
+    (other,) = {DRIVE, HYDRAULICS} - {alone}
+    assert told_from(ticks, other, 0, 60) == 2999
+
+
+@pytest.mark.parametrize("sensors", [(), ("temperature/ambient",)])
+@pytest.mark.parametrize("pauses", [(DRIVE,), (DRIVE, HYDRAULICS, "temperature/ambient")])
+@pytest.mark.parametrize("lag", [0.0, 5.0])
+@pytest.mark.parametrize("pause", [3.0, 8.0, 15.0])
+def test_a_pause_of_one_or_of_all_is_no_step_of_a_clock(pause, lag, pauses, sensors):
+    """Hydraulics come so late. Nothing is lost; of what lags where all pause, what was waited for."""
+    names = (DRIVE, HYDRAULICS, *sensors)
+    aligner, ticks = TickAligner(dict.fromkeys(names, 1), timeout=2.0, awaited=[DRIVE, HYDRAULICS]), []
+    sent = [(0.02 * t + lag * (name == HYDRAULICS), 0.02 * t, name) for t in range(1, 3000) for name in names
+            if (t % 50 == 0 or "ambient" not in name) and not (name in pauses and 30.0 < 0.02 * t < 30.0 + pause)]
+    for _, t, name in sorted(sent):
+        aligner.push(name, EPOCH + round(t * SECOND), [0.0])
+        ticks += aligner.ready()
+    ticks += aligner.flush()
+    assert not any(cause in ("other_clock", "clock_jump") for _, cause in aligner.counts)
+    for name in names if not lag or len(pauses) == 1 else pauses[:1]:
+        assert told_from(ticks, name, 10, 60) == sum(t > 10.0 for _, t, sender in sent if sender == name)
+
+
+def test_after_a_pause_of_all_a_slow_sensor_is_not_waited_for():
+    aligner, ticks = TickAligner(dict.fromkeys((DRIVE, HYDRAULICS, "temperature/ambient"), 1), awaited=[DRIVE, HYDRAULICS]), []
+    for t in range(1, 3000):  # 20 ms
+        if not 30.0 < 0.02 * t < 35.0:
+            for name in (DRIVE, HYDRAULICS, *(("temperature/ambient",) if t % 400 == 0 else ())):
+                aligner.push(name, EPOCH + t * 20_000_000, [0.0])
+            ticks += aligner.ready()
+            if 38.0 < 0.02 * t < 60.0:
+                assert ticks[-1].end_ns > EPOCH + (0.02 * t - 1.0) * SECOND
 
 
 @pytest.mark.parametrize(("one", "other"), [(-3600.0, -60.0), (-60.0, -3600.0), (-8.0, -60.0), (-60.0, 60.0)])

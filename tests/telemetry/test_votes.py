@@ -90,6 +90,29 @@ def test_a_clock_that_jumps_alone_is_left_out_by_all_and_named(sensors, alone, s
         assert graph.heard("temperature_fusion", MOTOR, BREAKS + 25.0) == 1.0
 
 
+@pytest.mark.parametrize("step", [-8.0, -3.0, 3.0, 5.0, 8.0])
+@pytest.mark.parametrize("alone", [DRIVE, HYDRAULICS])
+@pytest.mark.parametrize("sensors", [0, 1, 6])
+def test_a_clock_that_steps_some_seconds_alone_is_left_out_by_all_and_named(sensors, alone, step):
+    graph = Graph(SENSORS[:sensors], jump={alone: step}, back=BREAKS + 20.0)
+    assert graph.restarts == NOBODY
+    for node in ("hydraulic_model", "machine_thermal"):
+        counts = graph.aligners[node].counts
+        assert {name for name, count in counts.items() if count} <= {(alone, "other_clock"), (alone, "late")}
+        assert graph.aligners[node].strayed[alone, "other_clock"] == pytest.approx(step * 1e9, abs=1e9)
+        assert graph.heard(node, alone, BREAKS + 25.0) == 1.0
+    assert not any(cause == "other_clock" for _, cause in graph.aligners["temperature_fusion"].counts)
+
+
+@pytest.mark.parametrize("step", [3.0, 8.0])
+@pytest.mark.parametrize("sensors", [1, 6])
+def test_a_sensor_that_steps_some_seconds_alone_costs_no_other_stream_anything(sensors, step):
+    graph = Graph(SENSORS[:sensors], jump={SENSORS[0]: step}, back=BREAKS + 20.0)
+    assert graph.restarts == NOBODY
+    for aligner in graph.aligners.values():
+        assert aligner.counts[SENSORS[0], "other_clock"] and {name for name, _ in aligner.counts} == {SENSORS[0]}
+
+
 @pytest.mark.parametrize("period", [0.1, 4.0, 10.0])
 @pytest.mark.parametrize("step", [-60.0, 700.0])
 def test_sensors_of_any_rate_are_heard_against_the_drive_alone(step, period):

@@ -16,6 +16,7 @@ from ddh_twin_py.nodes.telemetry_feed import TelemetryFeed
 from ddh_twin_py.telemetry.causes import Cause
 from ddh_twin_py.telemetry.clock import Break
 from ddh_twin_py.telemetry.screening import StreamScreen
+from ddh_twin_py.telemetry.stream_line import APART
 from ddh_twin_py.telemetry.ticks import LONGEST_GAP
 
 PERIOD = 1.0  # s of wall time
@@ -37,7 +38,7 @@ _PLAIN = {
 PAUSED = "the player is paused"
 DROPPED = {"late": "too late, dropped", "old_clock": "of the time before a clock jump, dropped", "other_clock": "of another clock, dropped"}
 """What the aligner leaves out, by cause."""
-_ASTRAY = 10.0  # s off the others, from which a stamp is not late but of another clock; the same one where it is off by less more or less
+_ASTRAY = 10.0  # s off the others, from which a stamp is not late but of another clock; the same one where it is late by less more or less
 _ASKED = "; is a clock wrong, or do two machines publish there?"
 _JUMPED = "has a clock that jumped back"
 _CAME_BACK = "and came back, first after"
@@ -45,7 +46,7 @@ _RETURNS = 10.0  # s by which a clock that was alone may come back by less or mo
 SETTLES, _SETTLED_PERIODS = 15.0, 3.0
 """s of wall time, and usual steps of a topic, after which it is known what a stop was; a vote on its clock may take so long."""
 _STOOD = 5.0  # s of wall time between two judgements of a second, after which this process may have missed something
-_MOST_STEPS = 8  # of a topic's own clock that are remembered
+_MOST_STEPS = 8  # of a topic's own clock that are remembered, and logged in a minute
 _USUAL = 1.5  # usual pauses between messages, after which an input is stale
 _RATE_SAMPLES = 20  # expected ones, before a rate is judged
 _RATE_SHARE = 0.8  # of the expected rate, below which messages are missing
@@ -148,7 +149,7 @@ class StreamJudge:
     `required`: without it the node cannot do its work. `limit`: s of wall time after which it is
     stale. `held`: whether nothing can come at a wall time, as the player is paused. `pauses`: how often the stamps of
     all streams went on much later. Each cause is logged once, in a sentence, and counted after that; each step of a clock that is wrong
-    is logged, but in a minute once.
+    is logged.
     """
 
     def __init__(self, node: TwinNode, feed: TelemetryFeed, topic: str, required: bool, limit: float,
@@ -158,6 +159,7 @@ class StreamJudge:
         self._stops = Stops()
         self._screen: StreamScreen = feed.screens[topic]
         self._off, self._off_at = 0.0, -AGAIN  # how far its clock was off the others, s, and when that was found last
+        self._named: deque[float] = deque(maxlen=_MOST_STEPS)  # s of wall time at which a step of its clock was logged
         self._judged = node.wall()
         self._before: dict[str, int] = {}
         self._breaks: dict[str, int] = {}
@@ -235,15 +237,23 @@ class StreamJudge:
             off = self._strayed(cause)
             if off is None:
                 continue
-            said = f"{entry.name}: {self._how_far(cause)}{DROPPED[cause]}" + (_ASKED if abs(off) > _ASTRAY else "")
+            said = f"{entry.name}: {self._how_far(cause)}{DROPPED[cause]}"
             if cause != "other_clock" and abs(off) <= _ASTRAY:
                 self._node.warn_once((self._topic, cause), said)
-            elif self._steps(off, wall):
-                self._node.warn_again((self._topic, "clock", off < 0.0), said)
+            elif self._steps(off, wall, APART + entry.usual_pause(wall) if cause == "other_clock" else _ASTRAY):
+                self._name_step(said + _ASKED, wall)
 
-    def _steps(self, off: float, wall: float) -> bool:
-        """Whether the topic's clock, alone off by so many s, is by another step than it was found to be before."""
-        steps = wall - self._off_at > AGAIN or abs(off - self._off) > _ASTRAY
+    def _name_step(self, said: str, wall: float) -> None:
+        """A step of the topic's clock has its own line, at once; of one that never rests there are a few a minute."""
+        if len(self._named) == _MOST_STEPS and wall - self._named[0] < AGAIN:
+            self._node.warn_again((self._topic, "clock"), said)
+        else:
+            self._named.append(wall)
+            self._node.get_logger().warning(said)
+
+    def _steps(self, off: float, wall: float, least: float) -> bool:
+        """Whether the topic's clock, alone off by so many s, is by another step, s, than it was found to be before."""
+        steps = wall - self._off_at > AGAIN or abs(off - self._off) > least
         self._off_at = wall
         if steps:
             self._off = off

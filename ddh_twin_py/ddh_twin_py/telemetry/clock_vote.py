@@ -1,15 +1,18 @@
 """Whose clock is believed where streams part: the vote of all streams on what one of them tells by another clock.
 
 A stream of which the stamps lie more than the reorder window behind its newest, or further ahead of all than streams that lag are waited
-for (10 s, or twice the usual step of the fastest), is doubted: what it tells is put aside until it has gone on so for longer than that
-window or half of the step, and then is put to the vote of all streams. For it are those that tell the same clock, itself among them;
-against it those that have meanwhile told, by the clock of before, more than a reorder window beyond all that had come. It is believed once
-more are for it than against it and silent together, a stream being silent for as long as it had no time to speak: twice its usual step,
-its lag and the reorder window, 10 s at most. A stream that is outvoted is left out, and doubted anew with what it tells next, until its
+for (10 s, or twice the usual step of the fastest), is doubted, and so is one that leaves out seconds which no other has told nor lags by
+(`APART`), while it speaks: a stream that lags was silent and goes on where it was. What it tells is put aside until it has gone on so for
+longer than that window or half of the step, and then is put to the vote of all streams. For it are those that tell the same clock, itself
+among them; against it those that have meanwhile told, by the clock of before, more than a reorder window beyond all that had come. It is
+believed once more are for it than against it and silent together, a stream being silent for as long as it had no time to speak: twice its
+usual step, its lag and the reorder window, 10 s at most, and `APART` where two streams leave out seconds, as in a pause of all.
+A stream that is outvoted is left out, and doubted anew with what it tells next, until its
 stamps go on as before or others tell its clock, too; so is one that tells a third clock where a jump back is believed. A stamp after which
 its stream goes on as before is of another clock, as of a second machine on the topic, and left out.
 A step back of 5 s or less may be messages that are late: there it must be told by several samples as close as the stream's are, while no
-stream goes on.
+stream goes on. Where others go on it is left out as late; if it was as many and as close as that, its clock was put back alone, and what
+the stream tells is doubted until it is as far as the others.
 """
 
 from __future__ import annotations
@@ -17,7 +20,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
-from ddh_twin_py.telemetry.stream_line import LONGEST_LAG_NS, Doubt, Line
+from ddh_twin_py.telemetry.stream_line import APART_NS, LONGEST_LAG_NS, Doubt, Line
 
 _MOST_DOUBTED = 20_000  # samples of another clock that are put aside
 _OUTVOTED = 3_000_000_000  # ns of them after which they are left out where more streams go on
@@ -39,11 +42,23 @@ class ClockVote:
         return self.window + self.timeout
 
     def leaps(self, line: Line, stamp: int, newest: int | None) -> bool:
-        """Whether a stamp lies behind its stream, or far ahead of all, the newest of which is given."""
+        """Whether a stamp lies behind its stream, or far ahead of all, the newest of which is given, or seconds off by its own step."""
         if line.newest is not None and stamp < line.newest - self.window:
             return True
         newest = max(line.newest or 0, newest or 0)
-        return newest > 0 and not line.stale and stamp > newest + LONGEST_LAG_NS and stamp > newest + self.longest_silence
+        if line.parted and stamp < newest - APART_NS - line.lag:
+            return True
+        if stamp <= newest + APART_NS or not newest or line.stale:
+            return False
+        return stamp > newest + max(LONGEST_LAG_NS, self.longest_silence) or self._steps_ahead(line, stamp, newest)
+
+    def _steps_ahead(self, line: Line, stamp: int, newest: int) -> bool:
+        """Whether a stream that speaks leaves out seconds, its usual step apart, which no other has told nor lags by."""
+        if line.newest is None or line.follows or newest - line.spoke > max(LONGEST_LAG_NS, 2 * line.step):
+            return False
+        lags = [other.lag for other in self.lines.values()
+                if other is not line and not other.stale and other.newest is not None and other.newest > newest - LONGEST_LAG_NS]
+        return bool(lags) and stamp - line.newest - line.step > APART_NS and stamp > newest + APART_NS + max(lags)
 
     @property
     def longest_silence(self) -> int:
@@ -70,7 +85,15 @@ class ClockVote:
                 against += 1
             elif not last:
                 silent += self.may_speak(other, doubt)
+        if agree > 1 and not against and line.seconds_off and doubt.top - doubt.first > APART_NS:
+            silent = 0  # as after a pause of all, which slow ones need not hold up
         return True if agree > against + silent else None if silent else False
+
+    def at_the_end(self, line: Line, newest: int) -> bool | None:
+        """The verdict where nothing more comes for now; what others have reached since was a pause, and one sample else is no clock."""
+        if line.seconds_off:
+            return not self.leaps(line, line.doubt.top, newest) or self.verdict(line, last=True)
+        return self.verdict(line) if len(line.doubt) > 1 else None
 
     def may_be_late(self, line: Line) -> bool:
         """Whether what came by an earlier clock may be late instead: by seconds at most, and not as much of it as goes on by a clock.
@@ -81,10 +104,22 @@ class ClockVote:
         doubt = line.doubt
         if not line.went_back or line.newest - doubt.first > _LATEST:
             return False
+        return not self.was_put_back(line) or any(
+            other.rose > doubt.since and not other.stale and not other.follows and (other.awaited or not line.awaited)
+            for other in self.lines.values())
+
+    def was_put_back(self, line: Line) -> bool:
+        """Whether what came by an earlier clock is as much and as close as a stream tells that goes on by it."""
+        if not line.went_back:
+            return False
+        doubt = line.doubt
         count, span, before = len(doubt), doubt.top - doubt.first, line.newest - (line.first or line.newest)
-        goes_on = any(other.rose > doubt.since and not other.stale and not other.follows and (other.awaited or not line.awaited)
-                      for other in self.lines.values())
-        return goes_on or count < _FEWEST or 2 * count * before < line.told * span
+        return count >= _FEWEST and 2 * count * before >= line.told * span
+
+    def catches_up(self, line: Line, stamp: int) -> bool:
+        """Whether a stream reaches the others without a leap from what it told seconds off them: it was right."""
+        doubt = line.doubt
+        return not line.went_back and abs(stamp - doubt.top) <= max(self.window, 2 * line.step)
 
     def goes_on(self, line: Line, doubt: Doubt) -> bool:
         """Whether a stream has told, by the clock of all, what lies beyond all that came before another one was doubted."""

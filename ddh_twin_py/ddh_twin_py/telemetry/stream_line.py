@@ -8,6 +8,9 @@ from collections.abc import Sequence
 LONGEST_LAG = 10.0
 """s by which an awaited stream that goes on may lag and is waited for: ticks come so late, and what comes meanwhile is kept in memory."""
 LONGEST_LAG_NS = round(LONGEST_LAG * 1e9)
+APART = 2.0
+"""s from which a stream that stepped off the others alone is no longer taken to lag, nor they: its clock is put to the vote."""
+APART_NS = round(APART * 1e9)
 _LAGS_FOR = 60_000_000_000  # ns of data without it, after which a lag is forgotten, within as much again
 
 
@@ -45,11 +48,12 @@ class Line:
     `held` what came since then. `doubt` is what came by another clock, None where nothing did. `rose` is the number of the push that
     brought the newest stamp, and `heard` what the newest stamp of all was then; `lag` is the longest, ns, by which a stamp that was its
     newest lay behind that of all, up to `LONGEST_LAG`, in this minute or the one before. `first` is the first stamp since the ticks began
-    and `told` counts the samples since then. `alive` says whether ticks wait for it.
+    and `told` counts the samples since then; `spoke` is the newest stamp of all when it told anything last, by any clock. `parted` says
+    whether its clock was put back by itself. `alive` says whether ticks wait for it.
     """
 
-    __slots__ = ("alive", "awaited", "doubt", "first", "follows", "heard", "held", "lag", "lagged", "lags_since", "newest", "owed", "rose",
-                 "rows", "since", "stamps", "told", "top", "width")
+    __slots__ = ("alive", "awaited", "doubt", "first", "follows", "heard", "held", "lag", "lagged", "lags_since", "newest", "owed",
+                 "parted", "rose", "rows", "since", "spoke", "stamps", "told", "top", "width")
 
     def __init__(self, width: int, awaited: bool, follows: bool) -> None:
         self.width = width
@@ -66,6 +70,8 @@ class Line:
         self.first: int | None = None
         self.heard: int | None = None
         self.told = 0
+        self.spoke: int | None = None
+        self.parted = False
         self.alive = self.awaited
         self.since: int | None = None
         self.top: int | None = None
@@ -81,8 +87,8 @@ class Line:
 
     def rise(self, stamp: int, newest: int | None, number: int) -> None:
         """Its newest stamp is this one now, by the push of a number; `newest` is the newest of all before it."""
-        self.newest, self.rose = stamp, number
-        self.heard = stamp if newest is None else max(newest, stamp)
+        self.newest, self.rose, self.parted = stamp, number, False
+        self.heard = self.spoke = stamp if newest is None else max(newest, stamp)
         self.first = stamp if self.first is None else self.first
         if newest is None or stamp > newest - LONGEST_LAG_NS:
             self.alive = self.awaited
@@ -130,6 +136,11 @@ class Line:
     def went_back(self) -> bool:
         """Whether what came by another clock is of an earlier time."""
         return self.doubt is not None and self.newest is not None and self.doubt.first < self.newest
+
+    @property
+    def seconds_off(self) -> bool:
+        """Whether what came by another clock went on, and seconds off all streams."""
+        return self.doubt is not None and not self.went_back and abs(self.doubt.first - self.doubt.left) <= LONGEST_LAG_NS
 
     def goes_on_doubted(self, stamp: int) -> bool:
         """Whether a stamp follows what came by an earlier clock rather than what came before it."""

@@ -7,9 +7,10 @@ from __future__ import annotations
 
 from collections import Counter, deque
 from collections.abc import Collection, Iterator, Mapping, Sequence
+from operator import itemgetter
 
 from ddh_twin_py.telemetry.clock_vote import ClockVote, cause, is_lost, take_strays
-from ddh_twin_py.telemetry.stream_line import LONGEST_LAG_NS, Doubt, Line
+from ddh_twin_py.telemetry.stream_line import APART_NS, LONGEST_LAG_NS, Doubt, Line
 from ddh_twin_py.telemetry.tick_cutter import TickCutter
 from ddh_twin_py.telemetry.ticks import INTERVAL, LONGEST_GAP, REORDER_WINDOW, Tick, to_ns
 
@@ -83,8 +84,13 @@ class TickAligner:
         elif line.doubt is not None:
             if line.went_back and stamp - line.doubt.top <= self._window and self._vote.verdict(line, last=True):
                 self._believe(stream, line)  # it went all the way to where it was
+            elif self._vote.catches_up(line, stamp):
+                self._believe(stream, line)
             else:
                 self._leave_out(stream, line)
+                if line.parted and self._vote.leaps(line, stamp, self._newest):  # and goes on behind all
+                    self._doubt(stream, line, stamp, row)
+                    return
         self._accept(stream, line, stamp, row)
 
     def ready(self) -> Iterator[Tick]:
@@ -100,7 +106,7 @@ class TickAligner:
     def flush(self) -> Iterator[Tick]:
         """All ticks up to the newest sample, at the end of the data."""
         for name, line in self._lines.items():
-            if line.doubt is not None and len(line.doubt) > 1 and self._vote.verdict(line):  # one is no clock
+            if line.doubt is not None and self._vote.at_the_end(line, self._newest):
                 self._believe(name, line)
         yield from self._finished()
         self._leave_out_strays()
@@ -125,7 +131,9 @@ class TickAligner:
             return
         if line.newest is None or stamp > line.newest:
             line.rise(stamp, self._newest, self._pushed)
-        self._newest = stamp if self._newest is None else max(self._newest, stamp)
+        before, self._newest = self._newest, stamp if self._newest is None else max(self._newest, stamp)
+        if before is not None and stamp > before + APART_NS:
+            self._take_in(self._within(stamp))
         if not self._cutter.is_released(stamp):
             line.wait(stamp, row)
         elif stream in self._keep_late:
@@ -171,6 +179,7 @@ class TickAligner:
             self.counts[stream, "duplicate"] += 1
             return
         line.doubt.add(stamp, row)
+        line.spoke = self._newest
         verdict = self._vote.verdict(line) if self._vote.is_due(line, stamp, newest) else None
         if verdict or self._vote.follower_at(stamp):
             self._believe(stream, line)
@@ -182,19 +191,25 @@ class TickAligner:
         if line.went_back:
             self._jump(stream)
             return
-        self._take_in(stream, line)
-        for name, other in self._lines.items():
-            if other.doubt is not None and not self._vote.leaps(other, other.doubt.first, self._newest):
-                self._take_in(name, other)
+        reached = max(line.doubt.top, self._newest)
+        self._take_in({stream: line} | self._within(reached))
 
-    def _take_in(self, stream: str, line: Line) -> None:
-        """Take in what was put aside."""
-        doubt, line.doubt = line.doubt, None
-        for stamp, row in doubt.rows.items():
-            self._accept(stream, line, stamp, row)
+    def _within(self, newest: int) -> dict[str, Line]:
+        """Streams of which what was put aside leaps no more where all have come to a stamp."""
+        return {name: line for name, line in self._lines.items()
+                if line.doubt is not None and not self._vote.leaps(line, line.doubt.first, newest)}
+
+    def _take_in(self, lines: Mapping[str, Line]) -> None:
+        """Take in what was put aside, in the order of stamps, so that no stream seems to lag."""
+        told = sorted(((stamp, name, row) for name, line in lines.items() for stamp, row in line.doubt.rows.items()), key=itemgetter(0))
+        for line in lines.values():
+            line.doubt = None
+        for stamp, name, row in told:
+            self._accept(name, lines[name], stamp, row)
 
     def _leave_out(self, stream: str, line: Line) -> None:
         """Forget what was put aside; the stream goes on as before."""
+        line.parted = line.parted or self._vote.was_put_back(line)
         behind = self._newest_of(line) - line.doubt.first
         self._count_strays(stream, cause(behind), len(line.doubt), line.doubt.first - line.doubt.left)
         line.doubt = None
