@@ -1,6 +1,7 @@
 """Bags that are not as they should be: each a message that names file, topic and value."""
 
 import os
+import re
 import shutil
 import sqlite3
 import struct
@@ -311,6 +312,21 @@ def test_metadata_that_its_files_contradict_is_told_and_the_files_are_read(bag, 
     assert len(read_recording(bag).drive) == len(short.drive)
 
 
+def test_metadata_with_another_type_or_time_than_the_messages_is_told_by_all_that_read_or_play(bag, short):
+    def change(information):
+        topics = [entry["topic_metadata"] for entry in information["topics_with_message_count"]]
+        next(topic for topic in topics if topic["name"] == "/ddh/drive/telemetry")["type"] = "std_msgs/msg/String"
+        information["starting_time"]["nanoseconds_since_epoch"] += 3600 * 10**9
+        information["duration"]["nanoseconds"] *= 2
+
+    kinds, began, lasted = told_by_metadata(bag, change)
+    assert kinds == (f"{bag} has a metadata.yaml in which type of /ddh/drive/telemetry is 'std_msgs/msg/String' and the messages are of "
+                     "'ddh_msgs/msg/DriveTelemetry', as which they are read")
+    assert re.search(r"in which starting_time is \d+\.\d{3} s and the first message is of \d+\.\d{3} s$", began)
+    assert re.search(r"in which duration is \d+\.\d{3} s and the messages last \d+\.\d{3} s$", lasted)
+    assert len(read_recording(bag).drive) == len(short.drive)
+
+
 def test_a_missing_file_outside_of_the_bag_is_named_with_its_folders(bag):
     told = "../../../nowhere/passwd"
     path = bag / "metadata.yaml"
@@ -327,6 +343,20 @@ def test_an_mcap_file_without_its_very_end_is_read_whole_and_told(bag, short, lo
     read = read_recording(bag)
     (finding,) = read.warnings
     assert finding.message.startswith(f"{bag} has lost its end, which holds the index") and len(read.drive) == len(short.drive)
+    played = RawBag(bag)
+    assert [f"{bag} {note}" for note in played.notes] == [finding.message]
+    assert sum(len(block.messages) for block in played.blocks()) == played.count == 1 + sum(len(stream) for _, stream in short.streams())
+    played.close()
+
+
+def test_a_file_without_its_very_end_hides_no_wrong_count_from_a_player(bag):
+    file = damage.storage_file(bag)
+    file.write_bytes(file.read_bytes()[:-9])
+    told_by_metadata(bag, lambda information: information.update(message_count=7))
+    played = RawBag(bag)
+    ended, counted = played.notes
+    assert ended.startswith("has lost its end") and "message_count is 7 and the bag holds" in counted
+    played.close()
 
 
 def test_a_file_in_the_bag_goes_before_one_of_its_name_outside(tmp_path, bag, short):

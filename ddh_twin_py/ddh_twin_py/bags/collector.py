@@ -64,6 +64,7 @@ class Collector:
         self.counts: Counter[str] = Counter()
         self.rows: dict[str, Rows] = {}
         self.rigs: dict[str, list[RigInfo]] = {}
+        self.first, self.last = 2**63 - 1, 0  # log times of all, ns
         self._first_log, self._last_log = 2**63 - 1, 0
         self._message_compression = message_compression
         self._span = span
@@ -98,6 +99,7 @@ class Collector:
     def _take(self, block: Block, channels: dict[int, Channel], hashes: dict[str, str]) -> None:
         if not block.channel.size:
             return
+        self.first, self.last = min(self.first, int(block.log_time.min())), max(self.last, int(block.log_time.max()))
         first, last = max(block.span[0], self._span[0]), min(block.span[1], self._span[1])
         told = block.log_time[(block.log_time >= first) & (block.log_time <= last)]  # any other says nothing of how long a recording is
         if told.size:

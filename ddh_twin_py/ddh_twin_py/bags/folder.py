@@ -22,7 +22,8 @@ _IDENTIFIERS = ("mcap", "sqlite3")
 _MODES = ("", "none", "file", "message")
 METADATA = "metadata.yaml"
 _SAYS = f"has a {METADATA} in which"
-_MOST_TOLD = 3  # counts of one bag that are wrong
+_MOST_TOLD = 3  # counts or types of one bag that are wrong
+_SAME_TIME = 1_000_000_000  # ns by which programs that write bags differ in what its begin is
 _LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
 
@@ -69,6 +70,29 @@ class BagFolder:
         wrong += [f"{entry} is {count} and the bag holds {total}" for entry, count in self.totals.items() if count != total]
         more = f" and {len(wrong) - _MOST_TOLD} more" if len(wrong) > _MOST_TOLD else ""
         return f"{_SAYS} {', '.join(wrong[:_MOST_TOLD])}{more}" if wrong else ""
+
+
+    def contradicted(self, types: Mapping[str, str], first: int, last: int) -> list[str]:
+        """Where metadata.yaml gives another type of a topic, or another time, than the messages have, in words that follow the bag's path.
+
+        Args:
+            types: of the topics of the messages. first, last: log times of all messages, ns, of a bag of which nothing is lost.
+        """
+        if not self.path.is_dir():
+            return []
+        listed = {name: entry.message_type for name, entry in (self.topics or {}).items()}
+        wrong = [f"type of {name} is {listed[name]!r} and the messages are of {types[name]!r}" for name in listed
+                 if name in types and _short(listed[name]) not in ("", _short(types[name]))]
+        more = f" and {len(wrong) - _MOST_TOLD} more" if len(wrong) > _MOST_TOLD else ""
+        said = [f"{_SAYS} {', '.join(wrong[:_MOST_TOLD])}{more}, as which they are read"] if wrong else []
+        if self.span == EVER:
+            return said
+        start, length, lasts = self.span[0], self.span[1] - self.span[0], last - first
+        if abs(start - first) > _SAME_TIME:
+            said.append(f"{_SAYS} starting_time is {start * 1e-9:.3f} s and the first message is of {first * 1e-9:.3f} s")
+        if abs(length - lasts) > _SAME_TIME:
+            said.append(f"{_SAYS} duration is {length * 1e-9:.3f} s and the messages last {lasts * 1e-9:.3f} s")
+        return said
 
 
 def holds_bag(path: str | Path) -> bool:
@@ -251,6 +275,11 @@ def _text(value: object) -> str:
     if value and not isinstance(value, str):
         raise TypeError(f"{value!r} is no text")
     return value or ""
+
+
+def _short(message_type: str) -> str:
+    """A message type without the folder that older programs leave out."""
+    return message_type.replace("/msg/", "/")
 
 
 def _span(information: dict[str, Any]) -> tuple[int, int]:

@@ -206,7 +206,8 @@ def _usable(file: str, topic: str, rig: RigInfo) -> tuple[RigInfo, list[Finding]
 def _damage_findings(folder: BagFolder, collector: Collector, damage: list[str]) -> list[Finding]:
     file = str(folder.path)
     notes = folder.notes + damage
-    findings = [Finding("warning", file, "", "", None, 1, f"{file} {remark}") for remark in folder.remarks]
+    remarks = folder.remarks + ([] if notes else folder.contradicted(collector.types, collector.first, collector.last))
+    findings = [Finding("warning", file, "", "", None, 1, f"{file} {remark}") for remark in remarks]
     total = sum(collector.counts.values())
     expected = sum(entry.count for entry in (folder.topics or {}).values())
     short = folder.topics is not None and folder.path.is_dir() and total < expected

@@ -35,7 +35,8 @@ class RawBag:
     """A bag opened for playing.
 
     `topics` lists (name, type) and is complete from the start; `first_ns` and `last_ns` are the
-    log times at both ends, `count` the number of messages, `notes` what could not be read, or is not as its metadata.yaml says.
+    log times at both ends, `count` the number of messages, `notes` what could not be read, is not as its metadata.yaml says, or is odd and
+    costs no message.
     Raises BagError when there is no bag, or nothing in it.
     """
 
@@ -50,16 +51,18 @@ class RawBag:
         self.count, self.first_ns, self.last_ns = 0, 2**63 - 1, -(2**63)
         ordered = True
         counts: Counter[str] = Counter()
-        for topic, log_time, *_ in self._blocks(self.notes):
+        for topic, log_time, *_ in self._blocks(self.notes, self._folder.remarks):
             if log_time.size:
                 counts.update({self.topics[number][0]: int(n) for number, n in enumerate(np.bincount(topic)) if n})
                 ordered = ordered and log_time[0] >= self.last_ns and bool(np.all(log_time[1:] >= log_time[:-1]))
                 self.count += log_time.size
                 self.first_ns = min(self.first_ns, int(log_time.min()))
                 self.last_ns = max(self.last_ns, int(log_time.max()))
-        if not self.notes and (miscounted := self._folder.miscounted(counts)):
-            self.notes.append(miscounted)
+        lost = bool(self.notes)
         self.notes += self._folder.remarks
+        if not lost:
+            self.notes += self._folder.contradicted(dict(self.topics), self.first_ns, self.last_ns) if self.count else []
+            self.notes += filter(None, [self._folder.miscounted(counts)])
         self._place = None if ordered else self._places()
         if not self.count:
             raise BagError(f"{self.path} holds no messages" + (f": it {self.notes[0]}" if self.notes else ""))
@@ -83,7 +86,7 @@ class RawBag:
         """Remove what was unpacked."""
         self._scratch.cleanup()
 
-    def _blocks(self, notes: list[str]) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]]:
+    def _blocks(self, notes: list[str], remarks: list[str]) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]]:
         for file in self._files:
             storage = self._open(file)
             for block in storage.blocks():
@@ -94,17 +97,18 @@ class RawBag:
                     topic[block.channel == key] = self._number_of((channel.topic, channel.message_type))
                 yield topic[known], block.log_time[known], block.start[known], block.size[known], block.data
             notes += storage.damage
+            remarks += storage.remarks
 
     def _places(self) -> np.ndarray:
         """Which place in order of arrival each message has, int64[n], in the order of the files."""
-        order = order_of_arrival(np.concatenate([log_time for _, log_time, *_ in self._blocks([])]))
+        order = order_of_arrival(np.concatenate([log_time for _, log_time, *_ in self._blocks([], [])]))
         place = np.empty_like(order)
         place[order] = np.arange(order.size)
         return place
 
     def _stored(self, begin: int) -> Iterator[tuple[np.ndarray, np.ndarray, list[bytes]]]:
         """Topic, log time and CDR of the messages as they stand in the files, without blocks that end before ``begin``, ns."""
-        for topic, log_time, start, size, data in self._blocks([]):
+        for topic, log_time, start, size, data in self._blocks([], []):
             if not log_time.size or log_time[-1] < begin:
                 continue
             content = data.tobytes()
