@@ -11,7 +11,8 @@ from ddh_twin_py.estimation.state_file import StateFileError, load_state, save_s
 from ddh_twin_py.estimation.temperature_fusion import FusionInputs, Reading, TemperatureFusion
 from ddh_twin_py.physics.thermal_network import NODES
 from ddh_twin_py.rig import load_rig
-from ddh_twin_py.telemetry.recording import Recording
+from ddh_twin_py.telemetry.recording import Recording, drive_stream
+from ddh_twin_py.telemetry.signals import DRIVE_FIELDS
 from scipy.stats import chi2
 from support.simulated import simulated
 
@@ -249,6 +250,19 @@ def test_state_file_that_is_none(rig, tmp_path):
 def test_without_drive_telemetry_there_is_nothing_to_replay(rig):
     with pytest.raises(ReplayError, match="drive/telemetry"):
         replay(Recording("somewhere", 0, None, None, None), rig)
+
+
+def test_with_drive_telemetry_of_which_nothing_is_measured_there_is_nothing_to_replay(rig):
+    def drive(**known):
+        values = np.full((200, len(DRIVE_FIELDS)), np.nan)
+        for name, value in known.items():
+            values[:, DRIVE_FIELDS.index(name)] = value
+        return Recording("somewhere", 10**18, None, drive_stream(np.arange(200) * 0.01, values), None, namespace="/ddh")
+
+    said = "somewhere: /ddh/drive/telemetry speed_command, speed, current: NaN or refused in all of 200 messages; the twin needs at least"
+    with pytest.raises(ReplayError, match=said):
+        replay(drive(voltage=300.0), rig)
+    assert len(replay(drive(speed=3.0), rig).time)
 
 
 def test_paper_cycle_agrees(rig, paper_cycle_bag):

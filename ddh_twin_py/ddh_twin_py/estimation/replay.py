@@ -42,6 +42,7 @@ from ddh_twin_py.twin.sensor_errors import (
 )
 from ddh_twin_py.twin.temperature_sensors import all_sensed
 
+_DRIVES = ("speed_command", "speed", "current")  # fields of the drive without any of which it tells nothing
 _JUMP = 0.5  # K from one interval to the next, which no part that a sensor reads warms by
 BLOCK = 5.0
 """s of measurement time between two exchanges of temperatures between fusion and hydraulic model."""
@@ -149,7 +150,7 @@ def replay(recording: Recording, rig: Rig, interval: float = INTERVAL, without: 
         covariances: whether the covariances of the fused temperatures are kept, with ``smooth``.
 
     Raises:
-        ReplayError: where there is no drive telemetry.
+        ReplayError: where there is no drive telemetry, or nothing in it that drives the twin.
     """
     clock = time.perf_counter()
     noise = {name: spec.noise for name, spec in rig.sensors.items()}
@@ -157,6 +158,9 @@ def replay(recording: Recording, rig: Rig, interval: float = INTERVAL, without: 
     if recording.drive is None or len(recording.drive) == 0:
         raise ReplayError(f"{recording.path}: {recording.namespace}/{DRIVE_TOPIC}: no message; "
                           "the twin needs at least the drive's speed and current")
+    if not any(np.isfinite(recording.drive.column(name)).any() for name in _DRIVES):
+        raise ReplayError(f"{recording.path}: {recording.namespace}/{DRIVE_TOPIC} {', '.join(_DRIVES)}: NaN or refused in all of "
+                          f"{len(recording.drive)} messages; the twin needs at least the drive's speed and current")
     ticks = align(take_off_delay(recording, rig), interval)
     run = _Run(recording, rig, ticks, interval, frozenset(without))
     run.smoothing, run.keeping = smooth, covariances
