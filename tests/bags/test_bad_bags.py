@@ -75,6 +75,12 @@ def test_a_link_to_nowhere_is_said_to_be_one(tmp_path):
     assert refusal(link) == told and refusal(tmp_path) == told
 
 
+def test_a_link_to_itself_is_said_to_be_one(tmp_path):
+    link = tmp_path / "round"
+    link.symlink_to("round")
+    assert refusal(link) == f"{link} does not exist; it is a link to round, which leads back to it"
+
+
 @pytest.mark.parametrize("metadata", [False, True])
 def test_a_pipe_is_no_bag_and_no_file_of_one(tmp_path, bag, metadata):
     pipe = tmp_path / "piped" / "field.mcap"

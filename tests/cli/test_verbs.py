@@ -67,6 +67,15 @@ def test_simulate_then_info_then_replay(tmp_path, capsys):
     assert main(["replay", str(first), "--json", "-"]) == 0
 
 
+def test_a_folder_with_the_name_of_a_duty_hides_none(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    for name in ("mixed", "other"):
+        (tmp_path / name).mkdir()
+    assert main(["simulate", "mixed", "-o", "bag", "--duration", "1", "--quiet"]) == 0
+    assert main(["simulate", "other", "-o", "none", "--duration", "1", "--quiet"]) == 2
+    assert "other: cannot be read as a duty file: Is a directory" in capsys.readouterr().err
+
+
 def test_the_same_rig_is_recorded_again_at_another_time(tmp_path):
     first, again = tmp_path / "first", tmp_path / "again"
     command = ["simulate", "paper_cycle", "--seed", "5", "--duration", "20", "--quiet", "-o"]

@@ -184,6 +184,7 @@ def test_the_example_is_a_mapping_that_works(tmp_path, capsys):
     ([], "no log was given; ddh-twin import --example"), (["log.csv"], "--mapping is missing"),
     (["log.csv", "--mapping", "m.yaml"], "-o is missing"),
     (["log.csv", "--mapping", "m.yaml", "-o", "new"], "m.yaml: no such mapping file"),
+    (["log.csv", "./log.csv", "--mapping", "m.yaml", "-o", "new"], "./log.csv: is given twice; each log is read once"),
 ])
 def test_what_the_verb_lacks(argv, said, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import os
 import sys
 
 from ddh_twin_py.cli.arguments import InputError, add_json, add_quiet, add_verb, namespace, new_folder
@@ -42,6 +43,8 @@ def run(args: argparse.Namespace) -> int:
     for option, given in (("--mapping", args.mapping), ("-o", args.output)):
         if given is None:
             raise InputError(f"{option} is missing; see ddh-twin import --help")
+    if twice := [log for i, log in enumerate(args.log) if os.path.realpath(log) in map(os.path.realpath, args.log[:i])]:
+        raise InputError(f"{twice[0]}: is given twice; each log is read once")
     to = namespace(args.namespace)
     with stage("loading", args.quiet):
         from ddh_twin_py.bags.reader import read_recording

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import errno
 import fcntl
 import json
 import os
@@ -15,7 +16,6 @@ from pathlib import Path
 _KINDS = ((stat.S_ISDIR, "a folder"), (stat.S_ISFIFO, "a named pipe"), (stat.S_ISSOCK, "a socket"),
           (stat.S_ISCHR, "a character device"), (stat.S_ISBLK, "a block device"))
 
-
 def did_you_mean(path: str | Path) -> str:
     """What lies beside a path that is not there and has a similar name, as `; the nearest is ...`; '' where nothing has.
 
@@ -24,12 +24,22 @@ def did_you_mean(path: str | Path) -> str:
     path = Path(path)
     try:
         if path.is_symlink() and not path.exists():
-            return f"; it is a link to {os.readlink(path)}, which does not exist"
+            nowhere = "leads back to it" if _is_circle(path) else "does not exist"
+            return f"; it is a link to {os.readlink(path)}, which {nowhere}"
         names = os.listdir(path.parent)
     except OSError:
         return ""
     near = difflib.get_close_matches(path.name, names, n=1, cutoff=0.7)
     return f"; the nearest is {path.parent / near[0]}" if near else ""
+
+
+def _is_circle(link: Path) -> bool:
+    """Whether a link leads back to itself."""
+    try:
+        os.stat(link)
+    except OSError as error:
+        return error.errno == errno.ELOOP
+    return False
 
 
 def no_regular_file(path: str | Path) -> str:
