@@ -113,6 +113,15 @@ def test_a_sensor_that_steps_some_seconds_alone_costs_no_other_stream_anything(s
         assert aligner.counts[SENSORS[0], "other_clock"] and {name for name, _ in aligner.counts} == {SENSORS[0]}
 
 
+@pytest.mark.parametrize("step", [3.0, 8.0])
+@pytest.mark.parametrize("sensors", [0, 1, 6])
+def test_where_all_leave_out_seconds_nothing_is_lost(sensors, step):
+    names = SENSORS[:sensors]
+    graph = Graph(names, jump=dict.fromkeys((DRIVE, HYDRAULICS, *names), step))
+    assert graph.restarts == NOBODY and not any(aligner.counts for aligner in graph.aligners.values())
+    assert graph.heard("hydraulic_model", DRIVE, BREAKS + step + 0.1) == graph.heard("temperature_fusion", MOTOR, BREAKS + step + 0.1) == 1.0
+
+
 @pytest.mark.parametrize("period", [0.1, 4.0, 10.0])
 @pytest.mark.parametrize("step", [-60.0, 700.0])
 def test_sensors_of_any_rate_are_heard_against_the_drive_alone(step, period):
