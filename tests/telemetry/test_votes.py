@@ -119,7 +119,8 @@ def test_where_all_leave_out_seconds_nothing_is_lost(sensors, step):
     names = SENSORS[:sensors]
     graph = Graph(names, jump=dict.fromkeys((DRIVE, HYDRAULICS, *names), step))
     assert graph.restarts == NOBODY and not any(aligner.counts for aligner in graph.aligners.values())
-    assert graph.heard("hydraulic_model", DRIVE, BREAKS + step + 0.1) == graph.heard("temperature_fusion", MOTOR, BREAKS + step + 0.1) == 1.0
+    after = BREAKS + step + 0.1
+    assert graph.heard("hydraulic_model", DRIVE, after) == graph.heard("temperature_fusion", MOTOR, after) == 1.0
 
 
 @pytest.mark.parametrize("period", [0.1, 4.0, 10.0])
