@@ -56,6 +56,15 @@ def test_a_reading_that_drifts_away_alone_lies_in_its_meter():
     assert (first.component, first.signal, first.column) == ("other_flow meter", "other_flow", None) and first.share > 0.9
 
 
+def test_an_input_goes_no_further_than_its_law_allows():
+    """Two valves have the same law, and the gain rose by four times of what one of them can."""
+    narrow = replace(GAIN, id="stop.gain", component="stop", lowest=-0.05, highest=0.05)
+    found = places(FirstOrder(np.zeros(3), [(GAIN, 0, 0.2)]), [GAIN, narrow])
+    assert [place.component for place in found if place.column is not None][0] == "valve"
+    alone = next(place for place in found if place.component == "stop")
+    assert alone.log_evidence < found[0].log_evidence - 1.0
+
+
 def test_a_place_explains_the_signal_that_surely_is_off():
     """One meter drifts far, the other a little; it is the latter of which something is known."""
     model = FirstOrder(np.zeros(3))
@@ -74,6 +83,7 @@ def test_where_nothing_is_off_no_place_is_sure():
 def test_what_no_effect_is_asked_of_can_be_lacking_at_every_part_with_a_balance():
     at = {(term.component, term.domain) for term in terms()}
     assert {("pump_1", "hydraulic"), ("line_b", "hydraulic"), ("motor", "mechanical"), ("tank", "thermal")} <= at
+    assert {("motor", "electrical"), ("load", "mechanical"), ("oil", "hydraulic"), ("ambient", "thermal")} <= at
     assert all(terms_at(*place) for place in at) and terms_at("sensor", "measurement") == []
     assert len({term.id for term in terms()}) == len(terms())
     assert reader_of("speed") == "drive" and reader_of("temperature/line_a") == "sensor"

@@ -6,9 +6,10 @@ import numpy as np
 
 from ddh_twin_py.estimation.sensors import NODE_OF_SENSOR
 from ddh_twin_py.gap.catalogue.oil import more_viscous
-from ddh_twin_py.gap.effect import Apply, Effect, added, fixed
+from ddh_twin_py.gap.effect import Apply, Effect, added, fixed, scaled
 from ddh_twin_py.gap.learned import PREFIX
 
+_FARTHEST = 400.0  # steps
 _HEATED = ("motor", "pump_1", "pump_2", "line_a", "line_b", "cylinder", "tank")
 _RESISTANCES = {  # further friction beside the sheet's: name, unit, step
     "motor": (("friction_coulomb", "N*m", 0.05), ("friction_viscous", "N*m*s", 5.0e-4)),
@@ -23,9 +24,12 @@ _FLOWS = {  # further ways of the oil and what it takes to drive it through: nam
     "relief_valve": (("seat_leakage", "m3/(s*Pa)", 2.0e-13),),
     "line_a": (("pressure_drop_quadratic", "Pa*s2/m6", 5.0e12, ("loss_line_a", "W")),),
     "line_b": (("pressure_drop_quadratic", "Pa*s2/m6", 5.0e12, ("loss_line_b", "W")), ("compliance", "m3/Pa", 1.0e-13)),
+    "check_valve": (("cracking_pressure", "Pa", 1.0e4),),
+    "oil": (("air_fraction", "1", 0.005),),
 }
-
-
+_IN_THE_AIR = ("motor_housing_convection", "pump_1_convection", "pump_2_convection", "cylinder_convection", "tank_convection",
+               "line_a_wall_to_ambient", "line_b_wall_to_ambient")
+"""What carries heat from the unit's surfaces into the air."""
 _UNFILLED = {  # of a pump's swept volume, while it draws from the tank: unit, step, about
     "unfilled_by_speed": ("s/rad", 2.0e-4, "pump {} delivers less the faster it draws from the tank, as where its suction starves"),
     "unfilled_by_viscosity": ("1", 0.01, "pump {} delivers less the colder the oil is that it draws, as where its suction is choked"),
@@ -72,13 +76,39 @@ def _unfilled() -> list[Effect]:
 
 
 def terms() -> list[Effect]:
-    """Heat, constant and growing with speed; friction, constant and growing; flows and pressure drops; pumps that are not filled."""
+    """Heat, constant and growing with speed; friction, constant and growing; loads; flows and pressure drops; pumps that are not filled;
+    power of the motor; air that moves; another oil."""
     heat = [_term(component, "thermal", f"learned_{component}_{name}", name, unit, step)
             for component in _HEATED for name, unit, step in (("heat", "W", 10.0), ("heat_by_speed", "W*s", 0.3))]
     others = [_term(component, domain, f"{component}_{name}", name, *row)
               for domain, table in (("mechanical", _RESISTANCES), ("hydraulic", _FLOWS))
               for component, several in table.items() for name, *row in several]
-    return heat + others + _unfilled()
+    return [*heat, *others, *_unfilled(), *_electrical(), *_loads(), _moving_air(), _grade()]
+
+
+def _electrical() -> list[Effect]:
+    """Power that the motor takes beyond its laws and that warms it: with the square of its current, with its speed, and at all times."""
+    rows = (
+        ("phase_resistance", "1", scaled("motor_phase_resistance_20C"), 0.05, -0.9),
+        ("iron_loss", "1", added("motor_iron_loss_ratio"), 0.5, 0.0),
+        ("power", "W", _counted_power, 10.0, 0.0),
+    )
+    return [_free("motor", "electrical", name, unit, law, step, lowest) for name, unit, law, step, lowest in rows]
+
+
+def _counted_power(record: np.ndarray, x: float) -> None:
+    """Heat in teeth and yoke that the drive counts."""
+    record["motor_pwm_loss"] += x
+    record["motor_pwm_loss_reported"] = 1.0
+
+
+def _loads() -> list[Effect]:
+    return [_free("load", "mechanical", name, unit, added(f"load_{name}"), step, -_FARTHEST * step)
+            for name, unit, step in (("payload_mass", "kg", 3.0), ("force_slope", "N/m", 300.0))]
+
+
+def _moving_air() -> Effect:
+    return _free("ambient", "thermal", "convection", "1", scaled(*_IN_THE_AIR), 0.2, -0.9)
 
 
 def terms_at(component: str, domain: str) -> list[Effect]:
@@ -97,8 +127,13 @@ def _not_below_zero(field: str) -> Apply:
 
 def _term(component: str, domain: str, field: str, name: str, unit: str, step: float, lacked: tuple[str, str] | None = None) -> Effect:
     law = added(field) if field.startswith("learned_") else _not_below_zero(field)
+    return _free(component, domain, name, unit, law, step, -_FARTHEST * step, lacked)
+
+
+def _free(component: str, domain: str, name: str, unit: str, law: Apply, step: float, lowest: float,
+          lacked: tuple[str, str] | None = None) -> Effect:
     return Effect(
         id=f"{PREFIX}{component}_{name}", component=component, domain=domain, parameter=name, unit=unit, reference=fixed(0.0),
-        laws=(law,), step=step, lowest=-400.0 * step, highest=400.0 * step, about="learned from a recording; its cause is unknown",
+        laws=(law,), step=step, lowest=lowest, highest=_FARTHEST * step, about="learned from a recording; its cause is unknown",
         lacked=lacked,
     )

@@ -24,7 +24,7 @@ from ddh_twin_py.gap.linearised import Linearised
 from ddh_twin_py.gap.modulation import centred
 from ddh_twin_py.gap.sensitivity import TYPICAL, Column
 
-_CONSTANT, _VARYING = 3.0, 1.0  # prior standard deviations of an input and of how it varies, in multiples of a column
+_CONSTANT, _VARYING = 3.0, 1.0  # prior standard deviations of an input and of how it varies, in multiples of a column; see `_stacked`
 _LEAST = 1e-9  # information below which an input moves nothing
 _SOFTNESS = 0.2  # share of the best place's log evidence by which the odds of places are tempered: the inputs are crude
 _HARDEST = 2.0  # log evidence by which they are tempered at least
@@ -134,10 +134,16 @@ def _readings(linearised: Linearised) -> list[_Inputs]:
 
 
 def _stacked(inputs: _Inputs, courses: Sequence[Sequence[np.ndarray]]) -> tuple[list[np.ndarray], np.ndarray]:
-    """All inputs of a place, the constant ones first, by recording, (rows, m), and prior standard deviations of them, (m,)."""
-    varying = [*inputs.further, *(varied for change in inputs.constant for varied in _varied(change, courses))]
-    widths = np.array([_CONSTANT] * len(inputs.constant) + [_VARYING] * len(varying))
-    return [np.column_stack(rows) for rows in zip(*inputs.constant, *varying, strict=True)], widths
+    """All inputs of a place, the constant ones first, by recording, (rows, m), and prior standard deviations of them, (m,).
+
+    An input whose law allows less than such a deviation has that much less of it, and varies by as much less.
+    """
+    changed = [_varied(change, courses) for change in inputs.constant]
+    allowed = [min(1.0, column.room / _CONSTANT) for column in inputs.columns] or [1.0] * len(changed)
+    varying = [*inputs.further, *(varied for several in changed for varied in several)]
+    widths = [_CONSTANT * share for share in allowed] + [_VARYING] * len(inputs.further)
+    widths += [_VARYING * share for share, several in zip(allowed, changed, strict=True) for _ in several]
+    return [np.column_stack(rows) for rows in zip(*inputs.constant, *varying, strict=True)], np.array(widths)
 
 
 def _rows_of(comparisons: Sequence[Comparison], signal: str) -> list[np.ndarray]:
@@ -169,7 +175,7 @@ def _explained(linearised: Linearised, key: tuple[str, str, str], inputs: _Input
         return None
     log, estimate, taken = max(((*gain(sums.information[np.ix_(some, some)], sums.score[some], widths[some])[:2], some)
                                 for some in (steady, seen)), key=lambda found: found[0])
-    precision = np.diagonal(sums.information)[steady] + _CONSTANT**-2
+    precision = np.diagonal(sums.information)[steady] + widths[steady] ** -2
     course = [rows[:, taken] @ estimate for rows in stacked] if inputs.signal else None
     place = FreePlace(key[0], key[1], float(log - penalty), 0.0, None, signal=inputs.signal, course=course)
     i = int(np.argmax(np.where(sums.score[steady] > 0.0, sums.score[steady] ** 2 / precision, -1.0)))
