@@ -17,6 +17,7 @@ from ddh_twin_py.gap.refit import Refit
 from ddh_twin_py.gap.search import Found
 from ddh_twin_py.gap.unknown import Unknown
 from support.first_order import EFFECTS, FirstOrder
+from support.misread import misread
 
 GAIN, LAG, _ = EFFECTS
 
@@ -27,11 +28,6 @@ def places(model, effects, off=""):
     variables = [{"flow rate": np.concatenate([np.abs(c.features(p)[b.rows]) for b in c.blocks])}
                  for c, p in zip(linearised.comparisons, linearised.predictions, strict=True)]
     return free_places(linearised, linearised.columns, variables, lambda signal: (f"{signal} meter", "measurement"), off)
-
-
-def misread(model, name, error):
-    signal = model.signals[1][name]
-    model.signals[1] = {**model.signals[1], name: replace(signal, measured=signal.measured + error(signal.time / signal.time[-1]))}
 
 
 def test_a_fault_of_one_direction_alone_lies_where_its_input_enters():

@@ -22,11 +22,12 @@ from ddh_twin_py.gap.free_places import FreePlace, free_places
 from ddh_twin_py.gap.held_data import HeldData
 from ddh_twin_py.gap.lacking import Course
 from ddh_twin_py.gap.leftover import FreeForm
+from ddh_twin_py.gap.linearised import Linearised
 from ddh_twin_py.gap.model import Acting
 from ddh_twin_py.gap.next_test import next_test
 from ddh_twin_py.gap.next_test_of_unknown import next_test_of_unknown
 from ddh_twin_py.gap.search import Found
-from ddh_twin_py.gap.sensitivity import columns_of
+from ddh_twin_py.gap.sensitivity import Column, columns_of
 from ddh_twin_py.gap.unknown import NEEDED_BY, Unknown
 from ddh_twin_py.gap.verdict import Verdict
 from ddh_twin_py.rig import Rig
@@ -88,8 +89,15 @@ class DriveCase(DirectDrive):
         """Places by how much their free inputs explain, the likeliest first."""
         own = found.linearised
         with ThreadPoolExecutor(max_workers=2) as pool:
-            columns = [*own.columns, *columns_of(terms(), self, own.theta, own.comparisons, pool)]
-        return free_places(own, columns, self.variables(own.comparisons, own.theta), lambda signal: (reader_of(signal), "measurement"), off)
+            return self._free_places(own, columns_of(terms(), self, own.theta, own.comparisons, pool), off)
+
+    def best_place(self, linearised: Linearised) -> FreePlace | None:
+        """That whose listed effects explain most, free in every phase and with speed and warmth."""
+        return next(iter(self._free_places(linearised)), None)
+
+    def _free_places(self, own: Linearised, further: Sequence[Column] = (), off: str = "") -> list[FreePlace]:
+        variables = self.variables(own.comparisons, own.theta)
+        return free_places(own, [*own.columns, *further], variables, lambda signal: (reader_of(signal), "measurement"), off)
 
     def unknown_inputs(self, theta: np.ndarray, spread: np.ndarray) -> list[Lack]:
         """Torque, force, flow and heat left over in the first field recording, less those of the commissioning recording."""

@@ -36,6 +36,7 @@ from ddh_twin_py.gap.hypotheses import Ids
 from ddh_twin_py.gap.law_freedom import gain_of_freedom
 from ddh_twin_py.gap.model import Diagnosable
 from ddh_twin_py.gap.one_witness import doubted_alone
+from ddh_twin_py.gap.outdone import outdone
 from ddh_twin_py.gap.refit import Refitted
 from ddh_twin_py.gap.search import Found
 from ddh_twin_py.gap.sensitivity import AMPLIFIED
@@ -61,6 +62,7 @@ class Hearing:
         self._as_run, self._drift, self._slight = as_run, drift, slight
         self._gap_as_run = size.gap(as_run, runs.floor)
         self._before = functools.cache(lambda closely: best.beside(plain, (), closely))
+        self._best_place = functools.cache(lambda: model.best_place(found.linearised))
         self._beside_none = functools.cache(lambda closely: best.beside(found.fitted[()].theta, (), closely))
         self.at_best: dict[Ids, dict[Ids, AtBest]] = {}
         """By hypothesis heard: held-out data at best beside it, and beside no effect."""
@@ -69,6 +71,9 @@ class Hearing:
         """What is unknown beside a hypothesis."""
         leader, none, linearised = self._found.fitted[ids], self._found.fitted[()], self._found.linearised
         unknown = self._weighed(unknown_beside(self._model, self._found, leader), leader)
+        place = self._best_place() if leader.columns and self._drift is not None else None
+        if place is not None:
+            unknown = outdone(unknown, place, linearised, leader, none)
         if len(leader.columns) != 1:
             return doubted(unknown, linearised, leader)
         with_slight = self._slight.get(ids)

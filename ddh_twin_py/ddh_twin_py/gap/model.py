@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from ddh_twin_py.gap.free_places import FreePlace
     from ddh_twin_py.gap.lacking import Course
     from ddh_twin_py.gap.leftover import FreeForm
+    from ddh_twin_py.gap.linearised import Linearised
     from ddh_twin_py.gap.search import Found
     from ddh_twin_py.gap.unknown import Unknown
     from ddh_twin_py.gap.verdict import Verdict
@@ -134,6 +135,10 @@ class Diagnosable(Model, Protocol):
             forms: free-form discrepancies beside the best listed hypothesis, that which speaks loudest first. off: signal that surely is
                 off, which a place has to explain; empty where none is sure.
         """
+        ...
+
+    def best_place(self, linearised: Linearised) -> FreePlace | None:
+        """The place whose listed effects explain most where they are free; None where nothing is known of places."""
         ...
 
     def unknown_inputs(self, theta: np.ndarray, spread: np.ndarray) -> list[Lack]:

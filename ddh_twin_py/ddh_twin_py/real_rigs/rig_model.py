@@ -14,6 +14,7 @@ from ddh_twin_py.gap.effect import Effect
 from ddh_twin_py.gap.free_places import FreePlace
 from ddh_twin_py.gap.lacking import Course
 from ddh_twin_py.gap.leftover import FreeForm
+from ddh_twin_py.gap.linearised import Linearised
 from ddh_twin_py.gap.model import Acting
 from ddh_twin_py.gap.search import Found
 from ddh_twin_py.gap.verdict import Verdict
@@ -156,6 +157,10 @@ class RigModel:
         named = (self.description.places[form.signal] for form in forms if form.signal in self.description.places)
         component, domain = next(named, ("rig", "mechanical"))
         return [FreePlace(component, domain, 0.0, 1.0, None)]
+
+    def best_place(self, linearised: Linearised) -> FreePlace | None:
+        """None: places of these rigs have no inputs of their own."""
+        return None
 
     def unknown_inputs(self, theta: np.ndarray, spread: np.ndarray) -> list[Lack]:
         """None: these models have no balances of their own."""

@@ -20,6 +20,7 @@ CHECKS = {
     "displaced": ("Do the held-out data ask for another rig than the field recording?", "from the rig as fitted", _DEVIATIONS, 0.0),
     "resized": ("Do the held-out data ask for another size of it?", "what another size would gain", _EVIDENCE, 0.0),
     "bent": ("Would its law have to differ from phase to phase, or with speed and warmth?", "what that would gain", _EVIDENCE, 0.0),
+    "outdone": ("Does one place, free in phase, speed and warmth, explain more?", "by how much", _EVIDENCE, 0.0),
     "cancelling": ("Do its two effects undo each other?", "share of what they do to the signals", "", 0.0),
 }
 """Of each check: the question, to which yes is bad, what is measured, the unit, and what is measured where nothing is wrong."""

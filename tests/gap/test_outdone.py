@@ -1,0 +1,56 @@
+"""Whether the free inputs of one place explain more than the hypothesis that leads."""
+
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+import pytest
+from ddh_twin_py.estimation.comparison import Discrepancy
+from ddh_twin_py.gap.free_places import free_places
+from ddh_twin_py.gap.hypotheses import POWER, SLACK
+from ddh_twin_py.gap.linearised import linearise
+from ddh_twin_py.gap.outdone import OUTDONE, OUTDONE_SHARE, outdone
+from ddh_twin_py.gap.refit import Refit
+from ddh_twin_py.gap.unknown import UNLISTED, Unknown
+from support.first_order import EFFECTS, FirstOrder
+from support.misread import misread
+
+GAIN, LAG, _ = EFFECTS
+
+
+def judged(model):
+    """What is unknown beside the larger gain, by this rule alone."""
+    with ThreadPoolExecutor(2) as pool:
+        linearised = linearise(model, [GAIN, LAG], np.zeros(3), Discrepancy(), SLACK, POWER, pool)
+    flow = [{"flow rate": np.concatenate([np.abs(c.features(p)[b.rows]) for b in c.blocks])}
+            for c, p in zip(linearised.comparisons, linearised.predictions, strict=True)]
+    place = free_places(linearised, linearised.columns, flow, lambda signal: (f"{signal} meter", "measurement"))[0]
+    column = next(c for c in linearised.columns if c.effect is GAIN and c.x > 0.0)
+    refit = Refit(linearised)
+    none, leader = refit.of([], np.zeros(3), np.zeros(0)), refit.of([column], np.zeros(3), np.ones(1))
+    return outdone(Unknown(UNLISTED, [], 0.0, "1"), place, linearised, leader, none)
+
+
+@pytest.mark.parametrize("gain", [0.05, 0.2, 0.6])
+def test_what_is_true_explains_more_than_any_place(gain):
+    unknown = judged(FirstOrder(np.zeros(3), [(GAIN, 0, gain)]))
+    (check,) = unknown.checks
+    assert check.name == "outdone" and check.measured < 0.1 * OUTDONE and OUTDONE <= check.limit
+    assert unknown.probability == UNLISTED and unknown.notes == []
+
+
+def test_what_acts_in_one_direction_alone_is_not_the_law_that_acts_in_both():
+    model = FirstOrder(np.zeros(3))
+    plain, with_more = model.run_one(1, np.zeros(3)), model.run_one(1, np.zeros(3), [(GAIN, 0, 0.4)])
+    for name, flow in plain.items():
+        misread(model, name, lambda share, more=with_more[name], flow=flow: np.where(flow > 0.0, more - flow, 0.0))
+    unknown = judged(model)
+    (check,) = unknown.checks
+    assert check.measured > check.limit > OUTDONE + OUTDONE_SHARE and unknown.probability > 0.9
+    assert "at valve" in unknown.notes[0] and f"{check.measured:.0f} nats" in unknown.notes[0]
+
+
+def test_what_a_meter_reads_wrong_alone_is_named_by_it():
+    model = FirstOrder(np.zeros(3))
+    misread(model, "other_flow", lambda share: 0.3 * share)
+    unknown = judged(model)
+    assert unknown.probability > 0.9 and "at other_flow, freely" in unknown.notes[0]
