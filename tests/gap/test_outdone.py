@@ -8,7 +8,7 @@ from ddh_twin_py.estimation.comparison import Discrepancy
 from ddh_twin_py.gap.free_places import free_places
 from ddh_twin_py.gap.hypotheses import POWER, SLACK
 from ddh_twin_py.gap.linearised import linearise
-from ddh_twin_py.gap.outdone import OUTDONE, OUTDONE_SHARE, outdone
+from ddh_twin_py.gap.outdone import OUTDONE, outdone
 from ddh_twin_py.gap.refit import Refit
 from ddh_twin_py.gap.unknown import UNLISTED, Unknown
 from support.first_order import EFFECTS, FirstOrder
@@ -38,15 +38,27 @@ def test_what_is_true_explains_more_than_any_place(gain):
     assert unknown.probability == UNLISTED and unknown.notes == []
 
 
-def test_what_acts_in_one_direction_alone_is_not_the_law_that_acts_in_both():
+def differing(forward, backward):
+    """A rig whose gain is larger by one share while the flow is positive, and by another where it is negative."""
     model = FirstOrder(np.zeros(3))
-    plain, with_more = model.run_one(1, np.zeros(3)), model.run_one(1, np.zeros(3), [(GAIN, 0, 0.4)])
+    plain = model.run_one(1, np.zeros(3))
+    one, other = (model.run_one(1, np.zeros(3), [(GAIN, 0, gain)]) for gain in (forward, backward))
     for name, flow in plain.items():
-        misread(model, name, lambda share, more=with_more[name], flow=flow: np.where(flow > 0.0, more - flow, 0.0))
-    unknown = judged(model)
+        misread(model, name, lambda share, more=one[name], less=other[name], flow=flow: np.where(flow > 0.0, more, less) - flow)
+    return model
+
+
+def test_what_acts_in_one_direction_alone_is_not_the_law_that_acts_in_both():
+    unknown = judged(differing(0.4, 0.0))
     (check,) = unknown.checks
-    assert check.measured > check.limit > OUTDONE + OUTDONE_SHARE and unknown.probability > 0.9
+    assert check.measured > check.limit > OUTDONE and unknown.probability > 0.9
     assert "at valve" in unknown.notes[0] and f"{check.measured:.0f} nats" in unknown.notes[0]
+
+
+def test_a_law_that_errs_by_a_share_is_not_outdone():
+    unknown = judged(differing(0.6, 0.4))
+    (check,) = unknown.checks
+    assert OUTDONE < check.measured < check.limit and unknown.probability < 0.5
 
 
 def test_what_a_meter_reads_wrong_alone_is_named_by_it():
