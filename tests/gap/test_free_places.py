@@ -1,33 +1,25 @@
 """Where free inputs say that something unknown acts."""
 
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from ddh_twin_py.estimation.comparison import Discrepancy
 from ddh_twin_py.gap.diagnosis import Lack
 from ddh_twin_py.gap.drive_case import reader_of
 from ddh_twin_py.gap.drive_learned import terms, terms_at
-from ddh_twin_py.gap.free_places import FreePlace, free_places
-from ddh_twin_py.gap.hypotheses import POWER, SLACK
-from ddh_twin_py.gap.linearised import linearise
+from ddh_twin_py.gap.free_places import FreePlace
 from ddh_twin_py.gap.places import located, sized, unknown_places
 from ddh_twin_py.gap.refit import Refit
 from ddh_twin_py.gap.search import Found
 from ddh_twin_py.gap.unknown import Unknown
 from support.first_order import EFFECTS, FirstOrder
-from support.misread import misread
+from support.free_inputs import linearised_with, misread, places_in
 
 GAIN, LAG, _ = EFFECTS
 
 
 def places(model, effects, off=""):
-    with ThreadPoolExecutor(2) as pool:
-        linearised = linearise(model, effects, np.zeros(3), Discrepancy(), SLACK, POWER, pool)
-    variables = [{"flow rate": np.concatenate([np.abs(c.features(p)[b.rows]) for b in c.blocks])}
-                 for c, p in zip(linearised.comparisons, linearised.predictions, strict=True)]
-    return free_places(linearised, linearised.columns, variables, lambda signal: (f"{signal} meter", "measurement"), off)
+    return places_in(linearised_with(model, effects), off)
 
 
 def test_a_fault_of_one_direction_alone_lies_where_its_input_enters():
@@ -89,8 +81,7 @@ def test_what_no_effect_is_asked_of_can_be_lacking_at_every_part_with_a_balance(
 def test_each_of_several_likely_places_has_one_row_and_a_sure_one_its_phases(shares, rows):
     model = FirstOrder(np.zeros(3))
     misread(model, "other_flow", lambda share: 0.2 * share)
-    with ThreadPoolExecutor(2) as pool:
-        linearised = linearise(model, [GAIN, LAG], np.zeros(3), Discrepancy(), SLACK, POWER, pool)
+    linearised = linearised_with(model, [GAIN, LAG])
     none = Refit(linearised).of([], np.zeros(3), np.zeros(0))
     likely = [FreePlace(name, "measurement", 0.0, share, None, signal="other_flow") for name, share in zip("abc", shares, strict=False)]
     lacking = unknown_places(model, Found(linearised, {(): 1.0}, {(): none}), Unknown(1.0, [], 0.1, "m3/s", places=likely), none)
@@ -111,9 +102,8 @@ def test_what_is_unknown_is_as_large_as_what_its_place_lacks():
 def test_a_reading_that_errs_is_as_large_as_it_errs_also_where_its_mean_is_nothing():
     model = FirstOrder(np.zeros(3))
     misread(model, "other_flow", lambda share: 0.4 * (share - 0.5))
-    with ThreadPoolExecutor(2) as pool:
-        linearised = linearise(model, [GAIN, LAG], np.zeros(3), Discrepancy(), SLACK, POWER, pool)
-    found = places(model, [GAIN, LAG])
+    linearised = linearised_with(model, [GAIN, LAG])
+    found = places_in(linearised)
     none = Refit(linearised).of([], np.zeros(3), np.zeros(0))
     unknown = located(Unknown(1.0, [], 7.0, "K"), linearised, found)
     rows = unknown_places(model, Found(linearised, {(): 1.0}, {(): none}), unknown, none)

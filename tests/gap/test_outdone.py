@@ -1,29 +1,20 @@
 """Whether the free inputs of one place explain more than the hypothesis that leads."""
 
-from concurrent.futures import ThreadPoolExecutor
-
 import numpy as np
 import pytest
-from ddh_twin_py.estimation.comparison import Discrepancy
-from ddh_twin_py.gap.free_places import free_places
-from ddh_twin_py.gap.hypotheses import POWER, SLACK
-from ddh_twin_py.gap.linearised import linearise
 from ddh_twin_py.gap.outdone import OUTDONE, outdone
 from ddh_twin_py.gap.refit import Refit
 from ddh_twin_py.gap.unknown import UNLISTED, Unknown
 from support.first_order import EFFECTS, FirstOrder
-from support.misread import misread
+from support.free_inputs import linearised_with, misread, places_in
 
 GAIN, LAG, _ = EFFECTS
 
 
 def judged(model):
     """What is unknown beside the larger gain, by this rule alone."""
-    with ThreadPoolExecutor(2) as pool:
-        linearised = linearise(model, [GAIN, LAG], np.zeros(3), Discrepancy(), SLACK, POWER, pool)
-    flow = [{"flow rate": np.concatenate([np.abs(c.features(p)[b.rows]) for b in c.blocks])}
-            for c, p in zip(linearised.comparisons, linearised.predictions, strict=True)]
-    place = free_places(linearised, linearised.columns, flow, lambda signal: (f"{signal} meter", "measurement"))[0]
+    linearised = linearised_with(model, [GAIN, LAG])
+    place = places_in(linearised)[0]
     column = next(c for c in linearised.columns if c.effect is GAIN and c.x > 0.0)
     refit = Refit(linearised)
     none, leader = refit.of([], np.zeros(3), np.zeros(0)), refit.of([column], np.zeros(3), np.ones(1))

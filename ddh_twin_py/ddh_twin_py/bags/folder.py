@@ -68,9 +68,7 @@ class BagFolder:
                   for name, count in counts.items() if name not in listed]
         total = sum(counts.values())
         wrong += [f"{entry} is {count} and the bag holds {total}" for entry, count in self.totals.items() if count != total]
-        more = f" and {len(wrong) - _MOST_TOLD} more" if len(wrong) > _MOST_TOLD else ""
-        return f"{_SAYS} {', '.join(wrong[:_MOST_TOLD])}{more}" if wrong else ""
-
+        return f"{_SAYS} {_first_of(wrong)}" if wrong else ""
 
     def contradicted(self, types: Mapping[str, str], first: int, last: int) -> list[str]:
         """Where metadata.yaml gives another type of a topic, or another time, than the messages have, in words that follow the bag's path.
@@ -83,8 +81,7 @@ class BagFolder:
         listed = {name: entry.message_type for name, entry in (self.topics or {}).items()}
         wrong = [f"type of {name} is {listed[name]!r} and the messages are of {types[name]!r}" for name in listed
                  if name in types and _short(listed[name]) not in ("", _short(types[name]))]
-        more = f" and {len(wrong) - _MOST_TOLD} more" if len(wrong) > _MOST_TOLD else ""
-        said = [f"{_SAYS} {', '.join(wrong[:_MOST_TOLD])}{more}, as which they are read"] if wrong else []
+        said = [f"{_SAYS} {_first_of(wrong)}, as which they are read"] if wrong else []
         if self.span == EVER:
             return said
         start, length, lasts = self.span[0], self.span[1] - self.span[0], last - first
@@ -275,6 +272,11 @@ def _text(value: object) -> str:
     if value and not isinstance(value, str):
         raise TypeError(f"{value!r} is no text")
     return value or ""
+
+
+def _first_of(wrong: list[str]) -> str:
+    more = f" and {len(wrong) - _MOST_TOLD} more" if len(wrong) > _MOST_TOLD else ""
+    return f"{', '.join(wrong[:_MOST_TOLD])}{more}"
 
 
 def _short(message_type: str) -> str:

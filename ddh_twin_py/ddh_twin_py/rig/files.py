@@ -16,6 +16,7 @@ from pathlib import Path
 _KINDS = ((stat.S_ISDIR, "a folder"), (stat.S_ISFIFO, "a named pipe"), (stat.S_ISSOCK, "a socket"),
           (stat.S_ISCHR, "a character device"), (stat.S_ISBLK, "a block device"))
 
+
 def did_you_mean(path: str | Path) -> str:
     """What lies beside a path that is not there and has a similar name, as `; the nearest is ...`; '' where nothing has.
 

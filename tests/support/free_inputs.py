@@ -1,0 +1,27 @@
+"""The first-order rig with readings that err, linearised, and its places by what their free inputs explain."""
+
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+
+import numpy as np
+from ddh_twin_py.estimation.comparison import Discrepancy
+from ddh_twin_py.gap.free_places import free_places
+from ddh_twin_py.gap.hypotheses import POWER, SLACK
+from ddh_twin_py.gap.linearised import linearise
+
+
+def misread(model, name, error):
+    """Let one reading of the second recording err by a function of the share of its time that is over."""
+    signal = model.signals[1][name]
+    model.signals[1] = {**model.signals[1], name: replace(signal, measured=signal.measured + error(signal.time / signal.time[-1]))}
+
+
+def linearised_with(model, effects):
+    with ThreadPoolExecutor(2) as pool:
+        return linearise(model, effects, np.zeros(3), Discrepancy(), SLACK, POWER, pool)
+
+
+def places_in(linearised, off=""):
+    variables = [{"flow rate": np.concatenate([np.abs(c.features(p)[b.rows]) for b in c.blocks])}
+                 for c, p in zip(linearised.comparisons, linearised.predictions, strict=True)]
+    return free_places(linearised, linearised.columns, variables, lambda signal: (f"{signal} meter", "measurement"), off)
