@@ -30,6 +30,19 @@ from ddh_twin_py.telemetry.ticks import REORDER_WINDOW, to_ns
 _FIELDS = {DRIVE_TOPIC: DRIVE_FIELDS, HYDRAULIC_TOPIC: HYDRAULIC_FIELDS}
 
 
+@dataclass(frozen=True)
+class Arrived:
+    """Messages of one topic in order of arrival: log times and stamps int64[n] ns, values float64[n, m]."""
+
+    log_time: np.ndarray
+    stamp: np.ndarray
+    values: np.ndarray
+
+    def at(self, chosen: np.ndarray) -> Arrived:
+        """Those of given places, int[k], or where bool[n] is true."""
+        return Arrived(self.log_time[chosen], self.stamp[chosen], self.values[chosen])
+
+
 @dataclass
 class Rows:
     """Decoded messages of one topic, a list entry per block."""
@@ -40,19 +53,17 @@ class Rows:
     unreadable: int = 0  # messages too short for their type
     shortest: int = 0  # size in bytes of the first of these
 
-    def joined(self) -> tuple[np.ndarray, np.ndarray]:
-        """Stamps int64[n] and values float64[n, m] in order of arrival. The parts are given up.
+    def joined(self) -> Arrived:
+        """All of them in order of arrival. The parts are given up.
 
         Where the recorder's clock jumps or jitters and the stamps in the file go on, the messages came as they stand.
         """
-        log_time = np.concatenate(self.log_time)
-        stamp = np.concatenate(self.stamp)
-        values = np.concatenate(self.values)
+        log_time, stamp = np.concatenate(self.log_time), np.concatenate(self.stamp)
+        stored = Arrived(log_time, stamp, np.concatenate(self.values))
         self.log_time, self.stamp, self.values = [], [], []
         if np.any(log_time[1:] < log_time[:-1]) and np.any(stamp < np.maximum.accumulate(stamp) - to_ns(REORDER_WINDOW)):
-            order = order_of_arrival(log_time)
-            return stamp[order], values[order]
-        return stamp, values
+            return stored.at(order_of_arrival(log_time))
+        return stored
 
 
 class Collector:

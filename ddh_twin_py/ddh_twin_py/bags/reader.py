@@ -17,6 +17,7 @@ from ddh_twin_py.bags.mcap_storage import McapStorage
 from ddh_twin_py.bags.sqlite_storage import SqliteStorage
 from ddh_twin_py.bags.storage import Storage
 from ddh_twin_py.bags.topics import choose_namespace, nearest_telemetry, split_topic
+from ddh_twin_py.bags.wrong_stamps import sound
 from ddh_twin_py.rig import LARGEST_PAYLOAD, OIL_GRADE
 from ddh_twin_py.telemetry.recording import Finding, Recording, RigInfo, Stream, same_oil
 from ddh_twin_py.telemetry.signals import (
@@ -31,7 +32,6 @@ from ddh_twin_py.telemetry.signals import (
     TEMPERATURE_SENSORS,
     ZERO_CELSIUS,
 )
-from ddh_twin_py.telemetry.strays import strays
 
 _WHOLE = 0.95  # of the messages that a bag should hold, below which what was recovered is not the recording
 _MOST_NAMED = 10  # topics that are ignored
@@ -73,15 +73,13 @@ def read_recording(
         for topic, rows in collector.rows.items()
         if (relative := _within(topic, chosen)) and relative != RIG_TOPIC and rows.stamp
     }
-    rows = {relative: pair for relative, pair in rows.items() if pair[0].size}
+    rows = {relative: part for relative, part in rows.items() if part.stamp.size}
     if not rows:
         raise BagError(f"{file} has no readable message on {chosen}/{DRIVE_TOPIC} or any other telemetry topic")
-    wrong = {relative: here for relative, here in strays({relative: stamp for relative, (stamp, _) in rows.items()}).items() if here.any()}
-    left_out = {relative: rows[relative][0][here] for relative, here in wrong.items()}
-    rows |= {relative: tuple(part[~here] for part in rows[relative]) for relative, here in wrong.items()}
-    epoch = _epoch([stamp for stamp, _ in rows.values()])
-    findings += [_stray_finding(file, f"{chosen}/{relative}", stamps, rows[relative][0], epoch) for relative, stamps in left_out.items()]
-    streams = {relative: _stream(relative, *pair, epoch) for relative, pair in rows.items()}
+    rows, left_out = sound(rows)
+    epoch = _epoch([part.stamp for part in rows.values()])
+    findings += [wrong.finding(file, chosen, epoch) for wrong in left_out]
+    streams = {relative: _stream(relative, part.stamp, part.values, epoch) for relative, part in rows.items()}
     rig, rig_findings = _rig(file, chosen, collector)
     findings += _unreadable_findings(file, chosen, collector.rows)
     findings += _missing_findings(file, chosen, streams, collector) + rig_findings
@@ -140,16 +138,6 @@ def _epoch(stamps: list[np.ndarray]) -> int:
     """Oldest stamp that lies near the others, ns."""
     near = int(np.median([np.median(s) for s in stamps])) - _REACH
     return min(int(s[s >= near].min()) for s in stamps if (s >= near).any())
-
-
-def _stray_finding(file: str, topic: str, left_out: np.ndarray, kept: np.ndarray, epoch: int) -> Finding:
-    """That stamps, ns, were left out of a topic's, as they are wrong."""
-    first, after = int(left_out[0]), left_out > kept[0]
-    where = "after" if after.all() else "before or after" if after.any() else "before"
-    at = (first - epoch) * 1e-9
-    message = (f"{file}: {left_out.size} of {left_out.size + kept.size} messages on {topic} have a stamp far {where} all others and are "
-               f"left out, the first {first * 1e-9:.3f} s, which is {at:+.1f} s of the recording")
-    return Finding("warning", file, topic, "header.stamp", first * 1e-9, int(left_out.size), message, at, mended=True)
 
 
 def _stream(relative: str, stamp: np.ndarray, values: np.ndarray, epoch: int) -> Stream:
