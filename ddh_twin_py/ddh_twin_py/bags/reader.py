@@ -48,7 +48,8 @@ def read_recording(
     `namespace` is needed only where a bag holds more than one rig. `progress` is called with
     the share read, 0..1. Times are header stamps; streams are in order of arrival and not yet
     screened; temperatures are in kelvin. What is wrong but can be lived with (a recorder that
-    was killed, a missing stream, a few stamps far from all others, other topics) is in `findings`.
+    was killed, a missing stream, a few stamps far from all others, a topic by another clock,
+    other topics) is in `findings`.
     Raises BagError, one line naming file, topic and value, when the bag cannot be used.
     """
     try:
@@ -234,7 +235,8 @@ def _missing_findings(file: str, namespace: str, streams: dict[str, Stream], col
         if relative in streams:
             continue
         topic = f"{namespace}/{relative}"
-        state = "is announced but has no message" if topic in collector.types else "is missing"
+        empty = "is left out" if collector.counts[topic] else "is announced but has no message"
+        state = empty if topic in collector.types else "is missing"
         near = _similar(topic, namespace, collector)
         message = f"{file}: topic {topic} {state}, {consequence}{near}"
         findings.append(Finding("warning", file, topic, "", None, 1, message))

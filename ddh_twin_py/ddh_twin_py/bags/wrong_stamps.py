@@ -27,10 +27,11 @@ class LeftOut:
         """That in words; ``epoch``: of the recording, ns."""
         topic, first = f"{namespace}/{self.topic}", int(self.stamps[0])
         at = (first - epoch) * 1e-9
-        count = f"{file}: {self.stamps.size} of {self.stamps.size + self.kept.size} messages on {topic}"
+        of = f"{self.stamps.size} of {self.stamps.size + self.kept.size}" if self.kept.size else f"all {self.stamps.size}"
+        count = f"{file}: {of} messages on {topic}"
         if self.ahead is not None:
             where = "ahead of" if self.ahead > 0.0 else "behind"
-            at -= self.ahead
+            at = max(0.0, at - self.ahead)
             message = (f"{count} are of another clock than most topics, as the recorder's clock tells, and are left out: the first, at "
                        f"{at:.1f} s of the recording, is stamped {abs(self.ahead):.1f} s {where} the others")
             return Finding("warning", file, topic, "header.stamp", self.ahead, int(self.stamps.size), message, at, mended=True)

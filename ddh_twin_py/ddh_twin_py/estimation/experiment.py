@@ -482,8 +482,7 @@ def _in_one_stretch(recording: Recording, rig: Rig, interval: float) -> tuple[Re
     recording = screen_recording(recording, {name: spec.noise for name, spec in rig.sensors.items()})
     for topic, stream in ((DRIVE_TOPIC, recording.drive), (HYDRAULIC_TOPIC, recording.hydraulic)):
         if stream is None or not len(stream):
-            raise ExperimentError(
-                f"{recording.path}: {recording.namespace}/{topic}: no message; a free run cannot be compared without it")
+            raise ExperimentError(f"{recording.path}: {recording.lack_of(topic)}; a free run cannot be compared without it")
     if apart := strangers(recording, DRIVE_TOPIC, HYDRAULIC_TOPIC):
         raise ExperimentError(apart)
     if recording.duration < _SHORTEST:

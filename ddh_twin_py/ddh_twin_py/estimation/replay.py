@@ -156,7 +156,7 @@ def replay(recording: Recording, rig: Rig, interval: float = INTERVAL, without: 
     noise = {name: spec.noise for name, spec in rig.sensors.items()}
     recording = screen_recording(recording.held_against(rig.oil_grade), noise)
     if recording.drive is None or len(recording.drive) == 0:
-        raise ReplayError(f"{recording.path}: {recording.namespace}/{DRIVE_TOPIC}: no message; "
+        raise ReplayError(f"{recording.path}: {recording.lack_of(DRIVE_TOPIC)}; "
                           "the twin needs at least the drive's speed and current")
     if not any(np.isfinite(recording.drive.column(name)).any() for name in _DRIVES):
         raise ReplayError(f"{recording.path}: {recording.namespace}/{DRIVE_TOPIC} {', '.join(_DRIVES)}: NaN or refused in all of "

@@ -157,6 +157,13 @@ class Recording:
         samples = self.samples()
         return [finding for finding in self.findings if finding.slight(samples.get(finding.topic, 0))]
 
+    def lack_of(self, topic: str) -> str:
+        """Why it has no message of a relative topic, in words that name it: all are left out, or there is none."""
+        name = f"{self.namespace}/{topic}"
+        said = [finding.message.removeprefix(f"{self.path}: ") for finding in self.findings
+                if finding.topic == name and finding.field == "header.stamp"]
+        return said[0] if said else f"{name}: no message"
+
     def streams(self) -> Iterator[tuple[str, Stream]]:
         """Pairs of relative topic and stream, drive first, sensors in their fixed order."""
         if self.drive is not None:
