@@ -1,9 +1,9 @@
-"""What to say of a name that is none: the nearest that is, where one is near."""
+"""What to say of names: of one that is none the nearest that is, where one is near; of many the first few."""
 
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 _NEAR = 0.4
 """Share of letters in common, as difflib counts it, from which one name may have been meant for another."""
@@ -20,3 +20,8 @@ def no_such(kind: str, given: object, valid: Iterable[str]) -> str:
     valid = list(valid)
     near = nearest(given, valid)
     return f"no {kind} {given!r}{near}{',' if near else ';'} valid are {', '.join(valid)}"
+
+
+def first_of(names: Sequence[str], most: int) -> str:
+    """The first of names, so many at most, and how many more; '' where there are none."""
+    return ", ".join(names[:most]) + (f" and {len(names) - most} more" if len(names) > most else "")

@@ -12,6 +12,7 @@ import yaml
 
 from ddh_twin_py.bags.errors import BagError
 from ddh_twin_py.bags.storage import EVER
+from ddh_twin_py.names import first_of
 from ddh_twin_py.rig.files import did_you_mean, no_regular_file
 from ddh_twin_py.rig.unique_keys import read_unique
 from ddh_twin_py.rig.yaml_file import decoded, mapping, parse_yaml, shown
@@ -68,7 +69,7 @@ class BagFolder:
                   for name, count in counts.items() if name not in listed]
         total = sum(counts.values())
         wrong += [f"{entry} is {count} and the bag holds {total}" for entry, count in self.totals.items() if count != total]
-        return f"{_SAYS} {_first_of(wrong)}" if wrong else ""
+        return f"{_SAYS} {first_of(wrong, _MOST_TOLD)}" if wrong else ""
 
     def contradicted(self, types: Mapping[str, str], first: int, last: int) -> list[str]:
         """Where metadata.yaml gives another type of a topic, or another time, than the messages have, in words that follow the bag's path.
@@ -81,7 +82,7 @@ class BagFolder:
         listed = {name: entry.message_type for name, entry in (self.topics or {}).items()}
         wrong = [f"type of {name} is {listed[name]!r} and the messages are of {types[name]!r}" for name in listed
                  if name in types and _short(listed[name]) not in ("", _short(types[name]))]
-        said = [f"{_SAYS} {_first_of(wrong)}, as which they are read"] if wrong else []
+        said = [f"{_SAYS} {first_of(wrong, _MOST_TOLD)}, as which they are read"] if wrong else []
         if self.span == EVER:
             return said
         start, length, lasts = self.span[0], self.span[1] - self.span[0], last - first
@@ -272,11 +273,6 @@ def _text(value: object) -> str:
     if value and not isinstance(value, str):
         raise TypeError(f"{value!r} is no text")
     return value or ""
-
-
-def _first_of(wrong: list[str]) -> str:
-    more = f" and {len(wrong) - _MOST_TOLD} more" if len(wrong) > _MOST_TOLD else ""
-    return f"{', '.join(wrong[:_MOST_TOLD])}{more}"
 
 
 def _short(message_type: str) -> str:

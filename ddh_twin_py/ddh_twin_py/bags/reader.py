@@ -18,6 +18,7 @@ from ddh_twin_py.bags.sqlite_storage import SqliteStorage
 from ddh_twin_py.bags.storage import Storage
 from ddh_twin_py.bags.topics import choose_namespace, nearest_telemetry, split_topic
 from ddh_twin_py.bags.wrong_stamps import sound
+from ddh_twin_py.names import first_of
 from ddh_twin_py.rig import LARGEST_PAYLOAD, OIL_GRADE
 from ddh_twin_py.telemetry.recording import Finding, Recording, RigInfo, Stream, same_oil
 from ddh_twin_py.telemetry.signals import (
@@ -264,11 +265,12 @@ def _other_topics(file: str, namespace: str, collector: Collector) -> list[Findi
     elsewhere = _telemetry_elsewhere(others)
     findings += [Finding("warning", file, "", "", ", ".join(topics), len(topics), (
         f"{file}: {len(topics)} topics of telemetry are in the namespace {other or '/'!r} and not in the rig's, {namespace or '/'!r}, and "
-        f"are ignored: {_named(topics)}; they belong beside {namespace}/{DRIVE_TOPIC}")) for other, topics in elsewhere.items()]
+        f"are ignored: {first_of(topics, _MOST_NAMED)}; they belong beside {namespace}/{DRIVE_TOPIC}"))
+        for other, topics in elsewhere.items()]
     told = {f.topic for f in findings} | {topic for topics in elsewhere.values() for topic in topics}
     listed = [topic for topic in others if topic not in told]
     if listed:
-        message = f"{file}: {len(listed)} other topics are ignored: {_named(listed)}"
+        message = f"{file}: {len(listed)} other topics are ignored: {first_of(listed, _MOST_NAMED)}"
         findings.append(Finding("info", file, "", "", ", ".join(listed), len(listed), message))
     return findings
 
@@ -282,11 +284,6 @@ def _telemetry_elsewhere(others: list[str]) -> dict[str, list[str]]:
             by_namespace.setdefault(split[0], []).append(topic)
             machines |= {split[0]} if split[1] in (DRIVE_TOPIC, HYDRAULIC_TOPIC) else set()
     return {namespace: topics for namespace, topics in by_namespace.items() if namespace not in machines}
-
-
-def _named(topics: list[str]) -> str:
-    more = f" and {len(topics) - _MOST_NAMED} more" if len(topics) > _MOST_NAMED else ""
-    return f"{', '.join(topics[:_MOST_NAMED])}{more}"
 
 
 def _no_length(file: str, streams: dict[str, Stream]) -> list[Finding]:

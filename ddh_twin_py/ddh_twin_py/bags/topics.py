@@ -5,6 +5,7 @@ from __future__ import annotations
 import difflib
 
 from ddh_twin_py.bags.errors import BagError
+from ddh_twin_py.names import first_of
 from ddh_twin_py.telemetry.signals import (
     DRIVE_TOPIC,
     HYDRAULIC_TOPIC,
@@ -13,6 +14,8 @@ from ddh_twin_py.telemetry.signals import (
     TEMPERATURE_SENSORS,
     TOPIC_TYPES,
 )
+
+_MOST_NAMED = 6  # topics of a bag that has no telemetry
 
 
 def split_topic(topic: str) -> tuple[str, str] | None:
@@ -71,7 +74,5 @@ def nearest_telemetry(topic: str, namespace: str) -> str:
     return next(iter(difflib.get_close_matches(relative, names, n=1, cutoff=0.8)), "")
 
 
-def _listed(types: dict[str, str], most: int = 6) -> str:
-    names = sorted(types)
-    more = f" and {len(names) - most} more" if len(names) > most else ""
-    return ", ".join(names[:most]) + more or "no topics"
+def _listed(types: dict[str, str]) -> str:
+    return first_of(sorted(types), _MOST_NAMED) or "no topics"

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ddh_twin_py.names import first_of
 from ddh_twin_py.report.replay_doubts import doubts, given
 from ddh_twin_py.report.times import starts
 from ddh_twin_py.report.units import ZERO_CELSIUS, in_unit, number, words
@@ -190,11 +191,10 @@ class Agreement:
     def _said(self) -> str:
         if self.not_finite:
             names = list(self.not_finite)
-            more = f" and {len(names) - _MOST_NAMES} more" if len(names) > _MOST_NAMES else ""
             share = max(self.not_finite.values())
             much = "" if share >= 1.0 else f" in {'up to ' * (len(names) > 1)}{number(100.0 * share, 0)} % of the comparisons"
             return (
-                f"The twin gave no finite numbers for {', '.join(names[:_MOST_NAMES])}{more}{much}: nothing can be said about "
+                f"The twin gave no finite numbers for {first_of(names, _MOST_NAMES)}{much}: nothing can be said about "
                 "agreement; look at the rig file and at the findings."
             )
         if not self.counted:

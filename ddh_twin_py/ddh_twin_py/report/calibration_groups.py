@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from ddh_twin_py.names import first_of
 from ddh_twin_py.report.agreement import FAR, FLOOR
 from ddh_twin_py.report.units import words
 from ddh_twin_py.rig.sheet import CUT
@@ -77,8 +78,7 @@ def pressed(fit: Calibration) -> str:
     there = [p.name for p in fit.parameters if p.at_end and group_of(p, fit) in ("informed", "partly informed")]
     if not there:
         return ""
-    more = f" and {len(there) - _MOST_NAMES} more" if len(there) > _MOST_NAMES else ""
-    return (f"{', '.join(there[:_MOST_NAMES])}{more} ended {CUT:g} standard deviations off, which is as far as a fit may go: the sheet may "
+    return (f"{first_of(there, _MOST_NAMES)} ended {CUT:g} standard deviations off, which is as far as a fit may go: the sheet may "
             "be wrong there, or something else hide behind it, and their own standard deviations say too little.")
 
 

@@ -8,6 +8,7 @@ from ddh_twin_py.gap.diagnosis import Diagnosis, Weighed
 from ddh_twin_py.gap.effect import Effect
 from ddh_twin_py.gap.unknown import UNLISTED
 from ddh_twin_py.gap.words import WITHIN
+from ddh_twin_py.names import first_of
 from ddh_twin_py.report import document as doc
 from ddh_twin_py.report.gap_symbols import legend
 from ddh_twin_py.report.gap_words import (
@@ -134,9 +135,8 @@ def _explained_by_none(w: Weighed) -> str:
     off = [(name, times) for name, times in _sorted(w.left) if times > NEAR]
     if not off:
         return f"{said}."
-    named = ", ".join(f"{signal_name(name)} {number(times, 1)} times its floor" for name, times in off[:_MOST_NAMED])
-    more = f" and {len(off) - _MOST_NAMED} more" if len(off) > _MOST_NAMED else ""
-    return f"{said}, all but {len(off)} of {len(w.left)} signals, which it leaves open: {named}{more}."
+    named = first_of([f"{signal_name(name)} {number(times, 1)} times its floor" for name, times in off], _MOST_NAMED)
+    return f"{said}, all but {len(off)} of {len(w.left)} signals, which it leaves open: {named}."
 
 
 def _effect(effect: str, w: Weighed, known: Effect | None, commissioned: bool) -> doc.Html:

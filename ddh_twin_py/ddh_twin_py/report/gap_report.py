@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ddh_twin_py.gap.words import BUT, WITHIN
+from ddh_twin_py.names import first_of
 from ddh_twin_py.report import document as doc
 from ddh_twin_py.report.gap_checks import checks_of
 from ddh_twin_py.report.gap_detectable import detectable
@@ -116,9 +117,8 @@ def _key_figures(diagnosis: Diagnosis) -> list[doc.Figure]:
 
 def _reservation(diagnosis: Diagnosis) -> str:
     """What the verdict leaves open of effects that may act since commissioning; empty where it leaves nothing."""
-    first, others = next(iter(diagnosis.untold), ""), len(diagnosis.untold) - 1
-    more = f" and {others} more" if others > 0 else ""
-    return f"but {effect_name(first)}{more} may have changed since commissioning; this cannot be told here" if first else ""
+    named = first_of([effect_name(effect) for effect in diagnosis.untold], 1)
+    return f"but {named} may have changed since commissioning; this cannot be told here" if named else ""
 
 
 def _farther_off(shrink: Mapping[str, Mapping[str, float]]) -> str:

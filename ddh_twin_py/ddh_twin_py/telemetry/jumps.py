@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ddh_twin_py.names import first_of
 from ddh_twin_py.telemetry.recording import Recording
 from ddh_twin_py.telemetry.spans import apart
 from ddh_twin_py.telemetry.strays import strays
@@ -28,9 +29,9 @@ def why_apart(recording: Recording, ticks: Ticks) -> str:
     some = _of_some(recording, jumps)
     if some:
         topics, by, before = some
-        more = f" and {len(topics) - _NAMED} more" if len(topics) > _NAMED else ""
+        named = first_of([f"{recording.namespace}/{topic}" for topic in topics], _NAMED)
         their = "its stamps" if len(topics) == 1 else "their stamps"
-        whose = f"{', '.join(f'{recording.namespace}/{topic}' for topic in topics[:_NAMED])}{more}: {their}, and those of no other topic,"
+        whose = f"{named}: {their}, and those of no other topic,"
     said = (f"{recording.path}: {whose} jump {times} time{'s' * (times > 1)}, first by {by:+.1f} s at {before - origin:.1f} s; "
             "a free run needs one stretch of time")
     if wrong := _strays(recording):

@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from ddh_twin_py.names import first_of
 from ddh_twin_py.report.units import number, plain, shown, words
 from ddh_twin_py.telemetry.signals import TEMPERATURE_PREFIX
 
@@ -58,7 +59,7 @@ def gap_document(component: str, because: str, signals: Sequence[SignalNews], st
 
 def _open_sentence(opened: Sequence[SignalNews], component: str, stamp: float) -> str:
     names = [words(s.signal.removeprefix(TEMPERATURE_PREFIX)) for s in opened]
-    listed = ", ".join(names[:3]) + (f" and {len(names) - 3} more" if len(names) > 3 else "")
+    listed = first_of(names, 3)
     minutes = max(0.0, stamp - min(s.since for s in opened)) / 60.0
     told = f"for {minutes:.0f} min of data" if minutes >= 1.0 else "just now"
     points = f" It points to: {words(component)}." if component else ""

@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
+from ddh_twin_py.names import first_of
 from ddh_twin_py.telemetry.signals import TEMPERATURE_PREFIX
 
 OK, WARN, ERROR, SILENT = 0, 1, 2, 3
@@ -51,7 +52,7 @@ class Health:
             return told | {"message": f"says nothing any more, for {round(age)} s", "lines": shown}
         worst = max(line.level for line in lines.values())
         bad = [concern for concern, level, _ in shown if level > OK]
-        message = "well" if not bad else ", ".join(bad[:3]) + (f" and {len(bad) - 3} more" if len(bad) > 3 else "")
+        message = first_of(bad, 3) or "well"
         return told | {"level": min(worst, ERROR), "message": message, "lines": shown}
 
     def values(self, name: str) -> list[tuple[str, str]]:
