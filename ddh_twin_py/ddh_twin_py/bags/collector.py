@@ -76,7 +76,7 @@ class Collector:
         self.rows: dict[str, Rows] = {}
         self.rigs: dict[str, list[RigInfo]] = {}
         self.first, self.last = 2**63 - 1, 0  # log times of all, ns
-        self._first_log, self._last_log = 2**63 - 1, 0
+        self._first_log, self._last_log = 2**63 - 1, 0  # of those that lie where chunk and metadata.yaml tell, ns
         self._message_compression = message_compression
         self._span = span
 
