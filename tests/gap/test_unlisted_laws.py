@@ -100,7 +100,8 @@ def test_a_pump_s_filling_is_a_law_and_a_term_of_its_place(number):
         one.laws[0](record, 0.5 * one.highest)
         moved = [name for name in record.dtype.names if record[name][0] != load_rig().parameters[name][0]]
         field = f"{'measurement' if one.reading else one.component}.{one.parameter}"
-        assert moved == [FIELD_OF_PATH["oil.walther_a" if one.component == "oil" else field]]
+        field = {"oil": "oil.walther_a", "drive": f"motor.{one.parameter.replace('_', '_loop_')}"}.get(one.component, field)
+        assert moved == [FIELD_OF_PATH[field]]
 
 
 @pytest.mark.parametrize("share", [-0.3, 0.44])
@@ -114,6 +115,15 @@ def test_an_oil_of_another_grade_is_a_law_by_which_its_viscosity_at_40_degc_is_a
     assert viscosity(record, 313.15) == pytest.approx(viscosity(load_rig().parameters, 313.15) * (1.0 + share))
     assert (viscosity(record, 293.15) > viscosity(load_rig().parameters, 293.15)) == (share > 0.0)
     assert law.reference(record) == 1.0 and ("less" if share < 0.0 else "more") in law.happens(share)
+
+
+def test_a_drive_that_misses_its_command_is_a_law_of_the_drive():
+    record = load_rig().parameters
+    gain, zero = (one for one in unlisted_laws() if one.component == "drive")
+    gain.laws[0](record, -0.02)
+    zero.laws[0](record, 0.3)
+    assert (record["motor_speed_loop_gain"][0], record["motor_speed_loop_zero"][0]) == (0.98, 0.3)
+    assert gain.reference(load_rig().parameters) == 1.0 and "slower" in gain.happens(-0.02) and "at rest" in zero.happens(0.3)
 
 
 def test_each_temperature_sensor_s_zero_is_a_law_of_its_reading():

@@ -56,6 +56,17 @@ def test_step_size_does_not_matter(rig):
     assert errors[1e-3] < 0.5 * errors[2e-3]
 
 
+def test_a_drive_that_misses_its_command_runs_as_one_that_was_told_so(rig):
+    """Within what the step size changes: where a command bends, steps are finer."""
+    command = lift_and_lower()
+    missing = rig.with_values({"motor.speed_loop_gain": 0.97, "motor.speed_loop_zero": 0.4})
+    points, temperatures, *_ = run(missing, command, start_position=0.08)
+    told, as_warm, *_ = run(rig, 0.97 * command + 0.4, start_position=0.08)
+    assert points["speed"] == pytest.approx(told["speed"], abs=1e-6) and points["speed"][-1] == pytest.approx(0.4)
+    assert points["pressure_piston_side"] == pytest.approx(told["pressure_piston_side"], rel=1e-3, abs=1e3)
+    assert temperatures == pytest.approx(as_warm, abs=1e-4)
+
+
 def test_the_piston_sticks(rig):
     """At rest friction holds any load below its own size: without creep velocity it does not move at all."""
     rig = rig.with_values({"cylinder.creep_velocity": 0.0})

@@ -38,8 +38,8 @@ _UNFILLED = {  # of a pump's swept volume, while it draws from the tank: unit, s
 
 def unlisted_laws() -> list[Effect]:
     """Pumps that their suction does not fill, with speed and with the oil's viscosity; temperatures read too warm or cold by a constant; an
-    oil of another grade."""
-    return [*_unfilled(), *_zeros(), _grade()]
+    oil of another grade; a drive that misses its command."""
+    return [*_unfilled(), *_zeros(), _grade(), *_missed_speed()]
 
 
 def _grade() -> Effect:
@@ -77,13 +77,13 @@ def _unfilled() -> list[Effect]:
 
 def terms() -> list[Effect]:
     """Heat, constant and growing with speed; friction, constant and growing; loads; flows and pressure drops; pumps that are not filled;
-    power of the motor; air that moves; another oil."""
+    power of the motor; a drive that misses its command; air that moves; another oil."""
     heat = [_term(component, "thermal", f"learned_{component}_{name}", name, unit, step)
             for component in _HEATED for name, unit, step in (("heat", "W", 10.0), ("heat_by_speed", "W*s", 0.3))]
     others = [_term(component, domain, f"{component}_{name}", name, *row)
               for domain, table in (("mechanical", _RESISTANCES), ("hydraulic", _FLOWS))
               for component, several in table.items() for name, *row in several]
-    return [*heat, *others, *_unfilled(), *_electrical(), *_loads(), _moving_air(), _grade()]
+    return [*heat, *others, *_unfilled(), *_electrical(), *_missed_speed(), *_loads(), _moving_air(), _grade()]
 
 
 def _electrical() -> list[Effect]:
@@ -100,6 +100,22 @@ def _counted_power(record: np.ndarray, x: float) -> None:
     """Heat in teeth and yoke that the drive counts."""
     record["motor_pwm_loss"] += x
     record["motor_pwm_loss_reported"] = 1.0
+
+
+def _missed_speed() -> list[Effect]:
+    """A shaft that settles at another speed than its command, by a share of it, or by a constant that turns it at rest, too."""
+    rows = (
+        ("speed_gain", "1", 1.0, scaled("motor_speed_loop_gain"), 0.01, 0.9, "settles {} than its command, by a share of it"),
+        ("speed_zero", "rad/s", 0.0, added("motor_speed_loop_zero"), 0.1, 10.0, "turns {} than its command, at rest too"),
+    )
+    return [
+        Effect(
+            id=f"{PREFIX}drive_{name}", component="drive", domain="electrical", parameter=name, unit=unit, reference=fixed(neutral),
+            laws=(law,), step=step, lowest=-farthest, highest=farthest, about=f"the shaft {about.format('faster')}",
+            about_below=f"the shaft {about.format('slower')}", lacked=("speed", "rad/s"),
+        )
+        for name, unit, neutral, law, step, farthest, about in rows
+    ]  # fmt: skip
 
 
 def _loads() -> list[Effect]:

@@ -100,6 +100,12 @@ def _take(point, factor, heat, flow, anew):
         flow[i] = (0.0 if anew else flow[i]) + factor * point.flow[i]
 
 
+@inlined
+def _taken(command, p):
+    """The speed that the drive takes a command for, rad/s."""
+    return p.motor_speed_loop_gain * command + p.motor_speed_loop_zero
+
+
 @kernel
 def free_run(params, state, temperature, command, ambient, interval, step, measured_position, points, temperatures):
     """Run over consecutive intervals, in place on state (`HYDRAULIC_STATES`) and temperature (N, K).
@@ -190,19 +196,20 @@ def free_run_sampled(params, state, temperature, command, ambient, interval, ste
         soft = softness(state, p)
         acceleration, limited = 0.0, 0.0
         if state[SPEED] == state[SPEED_REFERENCE]:
-            acceleration = (command[first] - state[SPEED_REFERENCE]) / p.motor_speed_loop_time_constant
+            acceleration = (_taken(command[first], p) - state[SPEED_REFERENCE]) / p.motor_speed_loop_time_constant
         else:  # the limit held in the step before
             limited = torque_limit if state[SPEED_REFERENCE] > state[SPEED] else -torque_limit
         current = _add(point, 0.5 * share, state[SPEED], acceleration, limited, max(state[PRESSURE_A], VAPOUR_PRESSURE),
                        max(state[PRESSURE_B], VAPOUR_PRESSURE), state[VELOCITY], state[POSITION], resistance, magnets, iron, c, p)
         _take(point, -1.0 / share, swing_heat, swing_flow, True)
         for j in range(parts):
-            slope = 0.0 if settled else (command[first + j + 1] - command[first + j]) / span
+            start = _taken(command[first + j], p)
+            slope = 0.0 if settled else (_taken(command[first + j + 1], p) - start) / span
             for m in range(count):
                 earlier = (state[SPEED], current, max(state[PRESSURE_A], VAPOUR_PRESSURE), max(state[PRESSURE_B], VAPOUR_PRESSURE),
                            state[POSITION], state[VELOCITY])
                 speed, acceleration, pressure_a, pressure_b, velocity, position, soft, limited = hydraulic_step(
-                    state, command[first + j] + slope * (m * h), slope, h, decay_early, decay_late, torque_limit, soft, c, p)
+                    state, start + slope * (m * h), slope, h, decay_early, decay_late, torque_limit, soft, c, p)
                 last = j == parts - 1 and m == count - 1
                 if last:
                     _take(point, -1.0 / share, swing_heat, swing_flow, False)

@@ -53,6 +53,8 @@ TABLE: tuple[tuple[str, tuple[str, float, float]], ...] = (
     ("motor.iron.excess_exponent", _between(1.0, 2.5)),
     ("motor.pwm_loss", _between(0.0, 1000.0)),
     ("motor.pwm_loss_reported", _between(0.0, 1.0)),
+    ("motor.speed_loop_gain", _between(0.1, 2.0)),
+    ("motor.speed_loop_zero", _between(-10.0, 10.0)),
     ("motor.torque_constant_slope", _between(-0.01, 0.01)),
     ("motor.flange_conductance", _between(0.0, 1000.0)),
     ("pump_?.friction_added", _between(-5.0, 50.0)),
