@@ -135,18 +135,30 @@ def test_two_effects_are_not_blamed_for_a_start_that_nothing_tells():
 
 @pytest.mark.parametrize(("without", "left", "least"), [(2.0, 1.5, 0.01), (1.0, 1.04, 0.01), (1.15, 1.28, 0.7), (10.1, 10.3, 0.01)])
 def test_what_makes_held_out_data_worse_is_not_believed(without, left, least):
-    after = refuted(Unknown(0.01, [], 0.0, "1"), [(without, left, REFUTED)])
+    after = refuted(Unknown(0.01, [], 0.0, "1"), [({"current": without}, {"current": left}, REFUTED)])
     assert after.probability == least and bool(after.notes) is (least > 0.1)
 
 
 @pytest.mark.parametrize(("without", "left", "least"), [(1.03, 1.06, 0.01), (1.10, 1.12, 0.01), (1.51, 1.89, 0.7), (0.5, 0.64, 0.01)])
 def test_as_run_a_right_cause_may_spoil_held_out_data_a_little(without, left, least):
-    assert refuted(Unknown(0.01, [], 0.0, "1"), [(without, left, REFUTED_AS_RUN)]).probability == least
+    assert refuted(Unknown(0.01, [], 0.0, "1"), [({"speed": without}, {"speed": left}, REFUTED_AS_RUN)]).probability == least
 
 
 def test_a_cause_that_is_refuted_in_two_ways_is_so_once_by_the_worse():
-    after = refuted(Unknown(0.01, [], 0.0, "1"), [(1.15, 1.28, REFUTED), (1.51, 1.89, REFUTED_AS_RUN)])
+    ways = [({"speed": 1.15}, {"speed": 1.28}, REFUTED), ({"speed": 1.51}, {"speed": 1.89}, REFUTED_AS_RUN)]
+    after = refuted(Unknown(0.01, [], 0.0, "1"), ways)
     assert after.probability == 0.7 and len(after.notes) == 1 and "worse by 0.38 times" in after.notes[0]
+
+
+@pytest.mark.parametrize(("without", "left", "worse"), [
+    ({"rod_position": 10.0, "current": 1.0, WINDING: 1.0}, {"rod_position": 18.0, "current": 1.0, WINDING: 1.5}, False),
+    ({"rod_position": 10.0, "current": 1.0, WINDING: 1.0}, {"rod_position": 18.0, "current": 1.2, WINDING: 1.0}, True),
+    ({"rod_position": 1.0, "current": 1.0, WINDING: 8.0}, {"rod_position": 1.0, "current": 1.2, WINDING: 1.0}, False),  # the whole shrinks
+    ({"rod_position": 1.0}, {"rod_position": 3.0}, True),  # nothing else is measured
+])
+def test_what_sums_up_small_flaws_refutes_no_cause_by_itself(without, left, worse):
+    after = refuted(Unknown(0.01, [], 0.0, "1"), [(without, left, REFUTED)])
+    assert (after.probability == 0.7) is worse and (after.checks[-1].measured >= after.checks[-1].limit) is worse
 
 
 @pytest.mark.parametrize("left, closed, effects, sure", [

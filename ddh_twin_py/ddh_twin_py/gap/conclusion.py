@@ -21,7 +21,7 @@ from ddh_twin_py.gap.refit import Refitted
 from ddh_twin_py.gap.rivals import next_believed
 from ddh_twin_py.gap.search import Found
 from ddh_twin_py.gap.tolerance import without_parameters
-from ddh_twin_py.gap.unknown import NEEDED_BY, Unknown, drawn, unknown_beside
+from ddh_twin_py.gap.unknown import Unknown, but_sums, drawn, unknown_beside
 from ddh_twin_py.gap.unlisted_laws import UnlistedLaw, beside_law, best_unlisted, place_of, size_of
 from ddh_twin_py.gap.verdict import LIKELY, NEARLY, Verdict, explains_a_signal, judge, less_believed, nothing_to_explain, something_acting
 
@@ -110,16 +110,11 @@ def _nothing_beyond(runs: HeldRuns, leader: Refitted, none: Refitted, bests: Map
     """
     if explains_a_signal(runs.over(none), runs.over(leader)):
         return False
-    gaps = [(runs.gap(none), runs.gap(leader)), (_but_sums(runs.ratios(none), runs.floor), _but_sums(runs.ratios(leader), runs.floor))]
+    gaps = [(runs.gap(none), runs.gap(leader)), (size.of_all(but_sums(runs.over(none))), size.of_all(but_sums(runs.over(leader))))]
     if bests is not None:
         gaps.append((bests[()].gap, bests[leader.effects].gap))
     relieved = 0.5 * float(none.theta @ none.theta - leader.theta @ leader.theta) / max(1, len(leader.columns))
     return nothing_to_explain(gaps, leader.log_evidence - none.log_evidence, relieved)
-
-
-def _but_sums(ratios: Mapping[str, float], floor: Mapping[str, float]) -> float:
-    """Gap of all signals but those that a small flaw of the model moves far."""
-    return size.gap({name: ratio for name, ratio in ratios.items() if name not in NEEDED_BY}, floor)
 
 
 def _something_acts(model: Diagnosable, found: Found, runs: HeldRuns, plain: np.ndarray, drift: Drift) -> tuple[float, str]:

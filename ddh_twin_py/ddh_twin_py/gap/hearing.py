@@ -105,7 +105,8 @@ class Hearing:
         if not leader.columns:
             return unknown
         sizes = {n: (floor[n] * first[n].noise, first[n].unit) for n in followed}
-        unknown = left_behind(unknown, followed, {n: self._as_run[n] / floor[n] for n in followed}, sizes, built,
+        as_run = {name: ratio / floor[name] for name, ratio in self._as_run.items()}
+        unknown = left_behind(unknown, followed, {n: as_run[n] for n in followed}, sizes, built,
                               in_fitted(self._model, leader, floor, acts=True))
         if built:  # without a commissioning recording any other duty may ask for other parameters
             unknown = worsened(unknown, over, before.over)
@@ -115,12 +116,10 @@ class Hearing:
         if len(leader.columns) > 1:
             slow = max((ratio for name, ratio in over.items() if name.startswith("temperature/") and name not in AMPLIFIED), default=0.0)
             unknown = halfway(unknown, shrunk, closed, slow)
-        return refuted(unknown, self._gaps(leader, beside_none.gap, shrunk))
-
-    def _gaps(self, leader: Refitted, without: float, beside: float) -> list[tuple[float, float, float]]:
-        """Gaps of held-out data that a hypothesis must not widen: at best, and as run where a commissioning recording showed the rig."""
-        at_best = (without, beside, REFUTED)
-        return [at_best] if self._drift is None else [at_best, (self._gap_as_run, self._runs.gap(leader), REFUTED_AS_RUN)]
+        ways = [(beside_none.over, over, REFUTED)]
+        if built:
+            ways.append((as_run, runs.over(leader), REFUTED_AS_RUN))
+        return refuted(unknown, ways)
 
     def _elsewhere(self, unknown: Unknown, leader: Refitted, closely: bool) -> Unknown:
         """The same once it is asked whether held-out data want another rig, or other sizes of the effects, than the fitted recordings."""

@@ -14,7 +14,8 @@ import numpy as np
 from scipy.special import expit
 
 from ddh_twin_py.gap.sensitivity import AMPLIFIED
-from ddh_twin_py.gap.unknown import NEEDED_BY, Unknown, needed
+from ddh_twin_py.gap.size import of_all
+from ddh_twin_py.gap.unknown import NEEDED_BY, Unknown, but_sums, needed
 
 REFUTED = 0.05
 """Worsening of the gap of held-out data, as a share of it and at least of the floor, from which a hypothesis is refuted."""
@@ -293,18 +294,32 @@ def worsened(unknown: Unknown, left: Mapping[str, float], before: Mapping[str, f
     return unknown.at_least(probability, note)
 
 
-def refuted(unknown: Unknown, gaps: Sequence[tuple[float, float, float]]) -> Unknown:
+def refuted(unknown: Unknown, ways: Sequence[tuple[Mapping[str, float], Mapping[str, float], float]]) -> Unknown:
     """The same where the best listed hypothesis makes held-out data worse than no effect does: then it is not the cause.
 
+    Signals that sum up small flaws (`NEEDED_BY`) refute nothing by themselves: strokes go their own way where the rod falls by its load
+    and not by the pumps' flow.
+
     Args:
-        gaps: of held-out data with no effect and beside it, in multiples of the floor, and the share of it that counts as worse; for each
-            way in which the data are looked at.
+        ways: in which the data are looked at: multiples of their floor by which signals are off with no effect and beside the hypothesis,
+            and the share of the gap that counts as worse.
     """
-    asked = [(left - without, share * max(1.0, without)) for without, left, share in gaps]
+    asked = [min((_widened(pick(without), pick(left), share) for pick in (dict, but_sums)), key=_of_limit)
+             for without, left, share in ways]
     worse = [off for off, limit in asked if off >= limit]
-    unknown = unknown.checked("refuted", *max(asked, key=lambda pair: pair[0] / pair[1]))
+    unknown = unknown.checked("refuted", *max(asked, key=_of_limit))
     if not worse:
         return unknown
     note = ("the best listed hypothesis explains the field recording, but makes the held-out data worse by "
             f"{max(worse):.2f} times the floor; it is not believed")
     return unknown.raised(REFUTED_PROBABILITY, note)
+
+
+def _widened(without: Mapping[str, float], left: Mapping[str, float], share: float) -> tuple[float, float]:
+    """Floors by which a gap is widened, and those from which that counts."""
+    gap = of_all(without)
+    return of_all(left) - gap, share * max(1.0, gap)
+
+
+def _of_limit(asked: tuple[float, float]) -> float:
+    return asked[0] / asked[1]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -97,6 +98,11 @@ def needed(signal: str, power: float) -> float:
         power: to which the likelihood of listed hypotheses is raised; see `hypotheses.POWER`.
     """
     return NEEDED_BY.get(signal, NEEDED) * max(1.0, POWER / power)
+
+
+def but_sums(over: Mapping[str, float]) -> dict[str, float]:
+    """By signal, without those that a small flaw of the model moves far (`NEEDED_BY`); all where there are no others."""
+    return {name: value for name, value in over.items() if name not in NEEDED_BY} or dict(over)
 
 
 def structure_left(model: Diagnosable, linearised: Linearised, fitted: Refitted) -> bool:
