@@ -80,7 +80,7 @@ def test_a_sound_machine_has_nothing_wrong():
     (heard("hydraulics/telemetry", 100.0, (90e5, 20e5, 0.2, 0.067), arrived=np.empty(0, np.int64), messages=[]), "error",
      "/ddh/hydraulics/telemetry: 0 messages in 5 s"),
     (heard("hydraulics/telemetry", 100.0, (90e5, 20e5, 0.2, 0.067), stamp_shift=-2.0), "warning",
-     "/ddh/hydraulics/telemetry: its stamps lie 2.00 s behind those of drive/telemetry"),
+     "/ddh/hydraulics/telemetry: its stamps lie 2 s behind those of drive/telemetry"),
     (heard("hydraulics/telemetry", 100.0, (90e5, 20e5, 0.2, 0.067), messages=[b"\0\1\0\0torn"] * 500), "error",
      "/ddh/hydraulics/telemetry: messages cannot be decoded"),
     (rig_message(payload=0.0), "warning", "/ddh/rig: press_7, ISO VG 32, payload 0 kg"),
@@ -116,9 +116,29 @@ def test_clocks_that_differ_and_a_recording_that_is_played():
             heard("hydraulics/telemetry", 100.0, (90e5, 20e5, 0.2, 0.067), delay=3600.0),
             heard("temperature/ambient", 2.0, (23.0, 0.0), delay=3600.0), heard("temperature/tank_oil", 2.0, (35.0, 0.0), delay=3600.0)]
     stamps = {check.name: check for check in check_machine(graph(*late), "/ddh", NOISE)}["stamps"]
-    assert (stamps.level, stamps.found) == ("warning", "stamps are 3.6e+03 s behind this computer's clock")
+    assert (stamps.level, stamps.found) == ("warning", "stamps are 3600 s behind this computer's clock")
     played = {check.name: check for check in check_machine(replace(graph(*late), clock_published=True), "/ddh", NOISE)}["stamps"]
     assert played.level == "note"
+
+
+DRIVE = ("drive/telemetry", 100.0, (52.0, 52.0, 16.0, 9.0, 60.0, 900.0))
+HYDRAULICS = ("hydraulics/telemetry", 100.0, (90e5, 20e5, 0.2, 0.067))
+OIL = ("temperature/tank_oil", 2.0, (35.0, 0.0))
+
+
+@pytest.mark.parametrize("shift, said", [(7200.0, "7200 s ahead of"), (-60.0, "60 s behind")])
+@pytest.mark.parametrize("alone", [DRIVE, HYDRAULICS, OIL])
+def test_of_several_streams_the_one_by_another_clock_is_named_alone(alone, shift, said):
+    checks = check_machine(graph(heard(*alone, stamp_shift=shift)), "/ddh", NOISE)
+    assert of(checks, "error") == [f"/ddh/{alone[0]}: its stamps lie {said} those of most streams"] and not of(checks, "warning")
+
+
+@pytest.mark.parametrize("alone", [DRIVE, HYDRAULICS])
+def test_of_two_streams_that_are_apart_none_is_called_wrong(alone):
+    two = graph(heard(*alone, stamp_shift=60.0), without=["/ddh/temperature/ambient", "/ddh/temperature/tank_oil"])
+    checks = check_machine(two, "/ddh", NOISE)
+    said = [text for text in of(checks, "error") + of(checks, "warning") if "ambient" not in text]
+    assert len(said) == 1 and said[0].startswith(f"/ddh/{alone[0]}: its stamps lie 60 s ahead of"), said
 
 
 def test_the_twins_own_nodes():

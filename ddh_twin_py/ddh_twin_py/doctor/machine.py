@@ -11,6 +11,7 @@ from ddh_twin_py.bags.topics import nearest_telemetry, split_topic
 from ddh_twin_py.doctor.check import Check
 from ddh_twin_py.doctor.survey import HeardTopic, Survey
 from ddh_twin_py.telemetry.clock import PUT_BACK
+from ddh_twin_py.telemetry.other_clocks import outvoted
 from ddh_twin_py.telemetry.recording import Recording, Stream
 from ddh_twin_py.telemetry.screening import screen_recording
 from ddh_twin_py.telemetry.signals import (
@@ -26,6 +27,7 @@ from ddh_twin_py.telemetry.signals import (
     TOPIC_TYPES,
     ZERO_CELSIUS,
 )
+from ddh_twin_py.telemetry.stream_line import LONGEST_LAG
 
 GROUP = "machine"
 RATES = {DRIVE_TOPIC: (50.0, 1000.0), HYDRAULIC_TOPIC: (50.0, 1000.0), TEMPERATURE_PREFIX: (0.1, 10.0)}
@@ -80,6 +82,7 @@ def check_machine(survey: Survey, namespace: str, noise: Mapping[str, float]) ->
             stamps_of[relative], streams[relative] = stamps, values
             offsets[relative] = float(np.median(heard.arrived[: stamps.size] - stamps)) * 1e-9
     checks += _clocks(namespace, offsets, stamps_of, survey.clock_published)
+    stamps_of = {relative: stamp + round(offsets[relative] * 1e9) for relative, stamp in stamps_of.items()}  # as by one clock
     return checks + _values(namespace, streams, stamps_of, noise)
 
 
@@ -148,32 +151,43 @@ def _clocks(namespace: str, offsets: Mapping[str, float], stamps: Mapping[str, n
     if not offsets:
         return []
     checks = []
-    behind = float(np.median(list(offsets.values())))
-    found, right = f"stamps are {_apart(behind)} this computer's clock", f"0 to {LATEST:g} s behind"
-    if -0.05 <= behind <= LATEST:
+    first = _usual(offsets)
+    found, right = f"stamps are {_apart(offsets[first])} this computer's clock", f"0 to {LATEST:g} s behind"
+    if -0.05 <= offsets[first] <= LATEST:
         checks.append(Check(GROUP, "stamps", "ok", found, right))
     elif simulated:
         checks.append(Check(GROUP, "stamps", "note", f"{found}; /clock is published", right, "a recording is played: nothing to do"))
     else:
         checks.append(Check(GROUP, "stamps", "warning", found, right,
                             "keep the clocks of both computers in step (chrony, PTP), and stamp with the time of measurement"))
-    first = min(offsets, key=offsets.get)
+    lost = outvoted({relative: round(-offset * 1e9) for relative, offset in offsets.items()})
     for relative, offset in offsets.items():
-        if offset - offsets[first] > LATEST:
-            checks.append(Check(GROUP, f"{namespace}/{relative}", "warning",
-                                f"its stamps lie {offset - offsets[first]:.2f} s behind those of {first}", f"within {LATEST:g} s",
-                                "the streams must be stamped by one clock; what comes later than that is dropped"))
+        topic, behind, within = f"{namespace}/{relative}", offset - offsets[first], f"within {LATEST:g} s"
+        if relative in lost:
+            checks.append(Check(GROUP, topic, "error", f"its stamps lie {_apart(-lost[relative] * 1e-9)} those of most streams", within,
+                                "the twin leaves it out and goes on as without it: stamp it by the clock of the others"))
+        elif abs(behind) > LATEST:
+            happens = ("the twin takes what they tell at once for as far apart" if abs(behind) <= LONGEST_LAG else
+                       "the twin believes one of the two and leaves the other out")
+            checks.append(Check(GROUP, topic, "warning", f"its stamps lie {_apart(behind)} those of {first}", within,
+                                f"the streams must be stamped by one clock; {happens}"))
     for relative, stamp in stamps.items():
         back = np.diff(stamp)
         if (back < -LATEST * 1e9).any():
             checks.append(Check(GROUP, f"{namespace}/{relative}", "warning",
                                 f"stamps jump back by up to {-back.min() * 1e-9:.1f} s", "never",
-                                f"by more than {PUT_BACK:g} s the twin starts anew"))
+                                f"where all do, by more than {PUT_BACK:g} s, the twin starts anew; a stream that does alone is left out"))
     return checks
 
 
+def _usual(offsets: Mapping[str, float]) -> str:
+    """The first stream of those that are stamped as most are, of as many by this computer's clock."""
+    alike = {one: sum(abs(offset - other) <= LATEST for other in offsets.values()) for one, offset in offsets.items()}
+    return max(offsets, key=lambda one: (alike[one], -round(abs(offsets[one]) / LATEST)))
+
+
 def _apart(seconds: float) -> str:
-    return f"{abs(seconds):.3g} s {'behind' if seconds >= 0.0 else 'ahead of'}"
+    return f"{abs(seconds):.{'3g' if abs(seconds) < 100.0 else '0f'}} s {'behind' if seconds >= 0.0 else 'ahead of'}"
 
 
 def _values(namespace: str, streams: Mapping[str, Stream], stamps: Mapping[str, np.ndarray], noise: Mapping[str, float]) -> list[Check]:

@@ -50,7 +50,8 @@ def other_clocks(stamps: Mapping[str, np.ndarray], came: Mapping[str, np.ndarray
     Args:
         stamps: ns, int64 (n,), in order of arrival. came: when they came by the recorder's clock, ns, int64 (n,).
     """
-    lags = _lags({topic: (stamps[topic], came[topic]) for topic in stamps})
+    begun = {topic: _pieces(topic, stamps[topic], came[topic]) for topic in stamps}
+    lags = _lags({topic: next(piece.ahead for piece in pieces if piece.votes) for topic, pieces in begun.items() if pieces})
     came = {topic: came[topic] - lag for topic, lag in lags.items()}
     told = {topic: pieces for topic in lags if (pieces := _pieces(topic, stamps[topic], came[topic]))}
     every = [piece for pieces in told.values() for piece in pieces]
@@ -64,10 +65,20 @@ def other_clocks(stamps: Mapping[str, np.ndarray], came: Mapping[str, np.ndarray
     return {topic: found for topic, pieces in told.items() if (found := _outvoted(pieces, came[topic]))}
 
 
-def _lags(told: Mapping[str, tuple[np.ndarray, np.ndarray]]) -> dict[str, int]:
-    """How much later than most the topics come from their begin on, ns, 0 where that is no lag; of those that tell a clock."""
-    pieces = {topic: _pieces(topic, *times) for topic, times in told.items()}
-    ahead = {topic: next(piece.ahead for piece in own if piece.votes) for topic, own in pieces.items() if own}
+def outvoted(ahead: Mapping[str, int]) -> dict[str, int]:
+    """Topics of which the clock is another than more of them tell, and by how many ns it is ahead of theirs.
+
+    Args:
+        ahead: of one clock that all are held against, by topic, ns.
+    """
+    lags = _lags(ahead)
+    pieces = [_Piece(topic, 0, 0, _FEWEST, 0, 0, clock + lags[topic], votes=True) for topic, clock in ahead.items()]
+    verdicts = {piece.topic: _verdict(piece, [other for other in pieces if other is not piece]) for piece in pieces}
+    return {topic: off for topic, (verdict, off) in verdicts.items() if verdict < 0}
+
+
+def _lags(ahead: Mapping[str, int]) -> dict[str, int]:
+    """How much later than most the topics come from their begin on, ns, 0 where that is no lag."""
     usual = int(np.median(list(ahead.values()))) if ahead else 0
     return {topic: usual - clock if abs(usual - clock) <= LONGEST_LAG_NS else 0 for topic, clock in ahead.items()}
 
