@@ -85,6 +85,14 @@ def test_what_cannot_be_is_told(recording, stream, change, said):
     assert len(found) == 1 and said in found[0] and recording.path in found[0] and "/telemetry" in found[0]
 
 
+def test_a_speed_in_revolutions_is_told_of_a_shaft_that_never_makes_ten_of_them_in_a_second():
+    slow = simulated(1, "paper_cycle", 60.0)[0]
+    slow = changed(slow, "drive", speeds_in_revolutions)
+    assert np.abs(slow.drive.column("speed")).max() < 10.0
+    (said,) = contradictions(slow, load_rig())
+    assert "/telemetry rod_velocity is 6." in said and "one of the two is likely in another unit" in said
+
+
 def rig_with(**changed):
     """The reference rig with other values, by path with dots as double underscores."""
     rig = load_rig()

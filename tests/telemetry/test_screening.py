@@ -14,9 +14,9 @@ from ddh_twin_py.telemetry.signals import DRIVE_FIELDS, SIGNALS, TEMPERATURE_SEN
 DRIVE, HYDRAULIC = "drive/telemetry", "hydraulics/telemetry"
 
 
-def only(recording, noise):
+def only(recording, noise, scales=None):
     """The one finding of a recording, and the screened recording."""
-    screened = screen_recording(recording, noise)
+    screened = screen_recording(recording, noise, scales=scales)
     (finding,) = screened.findings
     assert finding.severity in ("warning", "error")
     assert recording.path in finding.message
@@ -194,8 +194,70 @@ def test_all_speeds_in_rpm(paper, noise):
     bad = damage.with_wrong_unit(paper, DRIVE, "speed", 30 / np.pi)
     bad = damage.with_wrong_unit(bad, DRIVE, "speed_command", 30 / np.pi)
     screened = screen_recording(bad, noise)
-    assert any("speed_command and speed look as if given in rpm" in f.message for f in screened.findings)
+    assert ["speed_command and speed look as if given in rpm" in f.message for f in screened.findings] == [True]
     assert np.isnan(screened.drive.values[:, :2]).all()
+
+
+@pytest.mark.parametrize(("unit", "factor"), [("rev/s", 0.5 / np.pi), ("deg/s", 180 / np.pi), ("rpm", 30 / np.pi)])
+def test_speeds_in_any_unit_are_told_by_the_power_that_they_need(paper, noise, scales, unit, factor):
+    bad = damage.with_wrong_unit(damage.with_wrong_unit(paper, DRIVE, "speed", factor), DRIVE, "speed_command", factor)
+    finding, screened = only(bad, noise, scales)
+    assert f"speed_command and speed look as if given in {unit} (factor {factor:.4g}), expected is rad/s" in finding.message
+    assert np.isnan(screened.drive.values[:, :2]).all() and np.isfinite(screened.drive.values[:, 2:]).all()
+
+
+@pytest.mark.parametrize("slower", [0.5, 0.2, 0.1, 0.05])
+def test_a_motor_that_hardly_turns_under_load_is_in_no_other_unit(paper, noise, scales, slower):
+    """It takes up to 20 times what it gives, nearly all for its copper."""
+    values = paper.drive.values.copy()
+    values[:, 5] -= (1.0 - slower) * values[:, 1] * values[:, 2]
+    values[:, :2] *= slower
+    values[:, :2] += np.random.default_rng(3).normal(0.0, noise["speed"], (len(values), 2))
+    assert screen_recording(paper.with_streams({DRIVE: drive_stream(paper.drive.time, values)}), noise, scales=scales).findings == []
+
+
+@pytest.mark.parametrize("field", ["speed", "speed_command"])
+@pytest.mark.parametrize(("unit", "factor"), [("rev/s", 0.5 / np.pi), ("deg/s", 180 / np.pi)])
+def test_one_speed_in_another_unit(paper, noise, field, unit, factor):
+    screened = screen_recording(damage.with_wrong_unit(paper, DRIVE, field, factor), noise)
+    assert [f"{field} looks as if given in {unit} (" in f.message for f in screened.findings] == [True]
+
+
+@pytest.mark.parametrize(("unit", "factor"), [("bar", 1e-5), ("kPa", 1e-3), ("MPa", 1e-6), ("psi", 1 / 6894.757)])
+def test_the_load_tells_the_unit_of_pressures(paper, noise, scales, unit, factor):
+    one = damage.with_wrong_unit(paper, HYDRAULIC, "pressure_rod_side", factor)
+    both = damage.with_wrong_unit(one, HYDRAULIC, "pressure_piston_side", factor)
+    for bad in (one, both):
+        screened = screen_recording(bad, noise, scales=scales)
+        assert [f"in {unit} (factor {factor:.4g}), expected is Pa" in f.message for f in screened.findings] == [True]
+
+
+def test_without_the_load_all_units_that_fit_are_named(paper, noise):
+    """12.2 is as well bar as MPa."""
+    bad = damage.with_wrong_unit(paper, HYDRAULIC, "pressure_rod_side", 1e-6)
+    finding, _ = only(damage.with_wrong_unit(bad, HYDRAULIC, "pressure_piston_side", 1e-6), noise)
+    assert "in bar or MPa (factor 1e-05 or 1e-06), expected is Pa" in finding.message
+
+
+@pytest.mark.parametrize("first", [0.0, 8.0], ids=["lifted first", "lowered first"])
+def test_a_side_without_load_is_in_no_other_unit(paper, noise, scales, first):
+    """The rod side lifts with 122 bar; lowered and at rest it is near the tank's pressure, by a sensor quieter than the sheet's."""
+    part = paper.between(first, first + 40.0)
+    values = part.hydraulic.values.copy()
+    idle = values[:, 3] < 0.003
+    values[idle, 1] = np.random.default_rng(1).normal(3000.0, 1500.0, idle.sum())
+    sound = part.with_streams({HYDRAULIC: Stream(part.hydraulic.time, values, part.hydraulic.fields)}, [])
+    screened = screen_recording(sound, noise, scales=scales)
+    assert screened.findings == [] and np.isfinite(screened.hydraulic.values).all()
+
+
+def test_a_side_that_has_shown_its_load_is_in_no_other_unit_though_the_load_is_not_known(paper, noise):
+    """Live, a tenth of all pressures: nothing agrees with the load, and yet 12 bar were no number of kPa."""
+    values = paper.hydraulic.values.copy()
+    values[:, :2] *= 0.1
+    screen = StreamScreen(HYDRAULIC, noise)
+    screened = screen.screen(paper.hydraulic.stamps(paper.epoch_ns), values)
+    assert screen.suspicions == [] and np.isfinite(screened.values).all()
 
 
 def test_pressure_near_zero_at_rest_is_no_wrong_unit(noise):

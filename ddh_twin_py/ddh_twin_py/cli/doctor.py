@@ -54,6 +54,7 @@ def _graph(args: argparse.Namespace, asked: str | None) -> list:
     from ddh_twin_py.doctor.middleware import check_middleware
     from ddh_twin_py.doctor.twin import check_twin
     from ddh_twin_py.rig import load_rig
+    from ddh_twin_py.telemetry.unit_scales import UnitScales
 
     try:
         from ddh_twin_py.nodes.graph_survey import survey
@@ -73,9 +74,10 @@ def _graph(args: argparse.Namespace, asked: str | None) -> list:
                   "ddh-twin up --source simulation --duty mixed")
         return [*checks, Check("machine", "telemetry", "error" if args.machine else "note",
                                f"nobody publishes drive/telemetry in domain {heard.domain}", "a machine", advice)]
-    noise = {name: spec.noise for name, spec in load_rig().sensors.items()}
+    rig = load_rig()
+    noise, scales = {name: spec.noise for name, spec in rig.sensors.items()}, UnitScales.of(rig)
     for name in namespaces:
-        checks += [*check_machine(heard, name, noise), *check_twin(heard, name)]
+        checks += [*check_machine(heard, name, noise, scales), *check_twin(heard, name)]
     return checks
 
 

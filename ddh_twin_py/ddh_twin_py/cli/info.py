@@ -38,10 +38,12 @@ def run(args: argparse.Namespace) -> int:
     from ddh_twin_py.rig import load_rig
     from ddh_twin_py.telemetry.recording import Finding
     from ddh_twin_py.telemetry.screening import screen_recording
+    from ddh_twin_py.telemetry.unit_scales import UnitScales
 
     rig = load_rig(args.rig)
     recording = read_recording(args.bag, args.namespace)
-    screened = screen_recording(recording, {name: spec.noise for name, spec in rig.sensors.items()})
+    noise = {name: spec.noise for name, spec in rig.sensors.items()}
+    screened = screen_recording(recording, noise, scales=UnitScales.of(rig, recording))
     apart = [Finding("warning", screened.path, "", "", None, 1, text) for text in contradictions(screened, rig)]
     screened = replace(screened, findings=[*screened.findings, *apart])
     if args.json:

@@ -28,6 +28,7 @@ from ddh_twin_py.telemetry.signals import (
     ZERO_CELSIUS,
 )
 from ddh_twin_py.telemetry.stream_line import LONGEST_LAG
+from ddh_twin_py.telemetry.unit_scales import UnitScales
 
 GROUP = "machine"
 RATES = {DRIVE_TOPIC: (50.0, 1000.0), HYDRAULIC_TOPIC: (50.0, 1000.0), TEMPERATURE_PREFIX: (0.1, 10.0)}
@@ -55,8 +56,12 @@ def machines(survey: Survey) -> list[str]:
     return sorted(found)
 
 
-def check_machine(survey: Survey, namespace: str, noise: Mapping[str, float]) -> list[Check]:
-    """All judgements of the machine in one namespace ('' or with a leading slash); `noise` by sensor, SI, for the screening."""
+def check_machine(survey: Survey, namespace: str, noise: Mapping[str, float], scales: UnitScales | None = None) -> list[Check]:
+    """All judgements of the machine in one namespace ('' or with a leading slash).
+
+    Args:
+        noise: by sensor, SI, for the screening. scales: of the rig, for the same.
+    """
     checks = []
     streams: dict[str, Stream] = {}
     offsets: dict[str, float] = {}
@@ -83,7 +88,7 @@ def check_machine(survey: Survey, namespace: str, noise: Mapping[str, float]) ->
             offsets[relative] = float(np.median(heard.arrived[: stamps.size] - stamps)) * 1e-9
     checks += _clocks(namespace, offsets, stamps_of, survey.clock_published)
     stamps_of = {relative: stamp + round(offsets[relative] * 1e9) for relative, stamp in stamps_of.items()}  # as by one clock
-    return checks + _values(namespace, streams, stamps_of, noise)
+    return checks + _values(namespace, streams, stamps_of, noise, scales)
 
 
 def _missing(survey: Survey, namespace: str, relative: str) -> Check:
@@ -190,14 +195,15 @@ def _apart(seconds: float) -> str:
     return f"{abs(seconds):.{'3g' if abs(seconds) < 100.0 else '0f'}} s {'behind' if seconds >= 0.0 else 'ahead of'}"
 
 
-def _values(namespace: str, streams: Mapping[str, Stream], stamps: Mapping[str, np.ndarray], noise: Mapping[str, float]) -> list[Check]:
+def _values(namespace: str, streams: Mapping[str, Stream], stamps: Mapping[str, np.ndarray], noise: Mapping[str, float],
+            scales: UnitScales | None) -> list[Check]:
     """What the screening of the twin says of the samples."""
     if not streams:
         return []
     epoch = min(int(stamp.min()) for stamp in stamps.values())
     told = {name: Stream((stamps[name] - epoch) * 1e-9, stream.values, stream.fields) for name, stream in streams.items()}
     recording = Recording("live", epoch, None, None, None, namespace=namespace).with_streams(told)
-    findings = [finding for finding in screen_recording(recording, noise).findings if finding.severity != "info"]
+    findings = [finding for finding in screen_recording(recording, noise, scales=scales).findings if finding.severity != "info"]
     checks = [Check(GROUP, finding.topic or "samples", finding.severity, finding.message.removeprefix("live: "), "",
                     "the twin leaves such values out; look at sensor, wiring and unit") for finding in findings]
     count = sum(len(stream) for stream in streams.values())

@@ -50,6 +50,7 @@ from ddh_twin_py.telemetry.screening import screen_recording
 from ddh_twin_py.telemetry.signals import DRIVE_FIELDS, DRIVE_TOPIC, HYDRAULIC_FIELDS, HYDRAULIC_TOPIC
 from ddh_twin_py.telemetry.spans import strangers
 from ddh_twin_py.telemetry.ticks import Samples, Ticks
+from ddh_twin_py.telemetry.unit_scales import UnitScales
 from ddh_twin_py.twin.ambient import AmbientTracker
 from ddh_twin_py.twin.command import command_at
 from ddh_twin_py.twin.hydraulic_model import UNSEEN, off_the_stops
@@ -479,7 +480,8 @@ def _in_one_stretch(recording: Recording, rig: Rig, interval: float) -> tuple[Re
     Raises:
         ExperimentError: where no free run can be made over it.
     """
-    recording = screen_recording(recording, {name: spec.noise for name, spec in rig.sensors.items()})
+    noise = {name: spec.noise for name, spec in rig.sensors.items()}
+    recording = screen_recording(recording, noise, scales=UnitScales.of(rig, recording))
     for topic, stream in ((DRIVE_TOPIC, recording.drive), (HYDRAULIC_TOPIC, recording.hydraulic)):
         if stream is None or not len(stream):
             raise ExperimentError(f"{recording.path}: {recording.lack_of(topic)}; a free run cannot be compared without it")

@@ -28,6 +28,7 @@ from ddh_twin_py.telemetry.recording_ticks import align
 from ddh_twin_py.telemetry.screening import screen_recording
 from ddh_twin_py.telemetry.signals import DRIVE_FIELDS, DRIVE_TOPIC, HYDRAULIC_FIELDS, HYDRAULIC_TOPIC, TEMPERATURE_PREFIX
 from ddh_twin_py.telemetry.ticks import Ticks
+from ddh_twin_py.telemetry.unit_scales import UnitScales
 from ddh_twin_py.twin.ambient import AmbientTracker
 from ddh_twin_py.twin.hydraulic_model import HydraulicModel, HydraulicResult
 from ddh_twin_py.twin.intervals import INTERVAL, command_size, new_carry, reduce_intervals
@@ -154,7 +155,7 @@ def replay(recording: Recording, rig: Rig, interval: float = INTERVAL, without: 
     """
     clock = time.perf_counter()
     noise = {name: spec.noise for name, spec in rig.sensors.items()}
-    recording = screen_recording(recording.held_against(rig.oil_grade), noise)
+    recording = screen_recording(recording.held_against(rig.oil_grade), noise, scales=UnitScales.of(rig, recording))
     if recording.drive is None or len(recording.drive) == 0:
         raise ReplayError(f"{recording.path}: {recording.lack_of(DRIVE_TOPIC)}; "
                           "the twin needs at least the drive's speed and current")

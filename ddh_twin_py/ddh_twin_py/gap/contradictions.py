@@ -20,6 +20,7 @@ from ddh_twin_py.telemetry.spans import set_off
 
 _STEP = 0.1  # s, of the common axis
 _TURNING, _MOVING = 10.0, 0.01  # rad/s, m/s: a shaft that turns, a rod that moves
+_HARDLY = 1.0  # what of that is left in rev/s
 _PAUSE = 60.0  # s without a sample that are left out
 _LEAST = 100  # points of the axis that tell something
 _AGAINST = -0.5  # correlation from which two channels run against each other
@@ -170,12 +171,13 @@ def _clocks_differ(late: float) -> str:
 def _travel(on: dict[str, np.ndarray], rig: Rig) -> str:
     """Velocity against speed: its size, beside what the pump delivers."""
     speed, velocity = on["speed"], on["rod_velocity"]
-    moving = np.isfinite(speed) & np.isfinite(velocity) & (np.abs(speed) > _TURNING) & (np.abs(velocity) > _MOVING)
+    moving = np.isfinite(speed) & np.isfinite(velocity) & (np.abs(speed) > _HARDLY) & (np.abs(velocity) > _MOVING)
     travelled = velocity / np.where(moving, speed * float(rod_travel(rig.parameters[0])), 1.0)
     made = "what {drive} speed makes of it with pump 1 and the piston of {rig}"
     if ratio := _odd(travelled[moving], _TRAVELLED):
         return (f"{{hydraulic}} rod_velocity is {ratio:.3g} times {made}; one of the two is likely in another unit, or is that not the rig "
                 "file of this machine?")
+    moving &= np.abs(speed) > _TURNING
     ways = [_odd(travelled[moving & (sign * speed > 0.0)], 1.0) for sign in (1.0, -1.0)]
     if None in ways or min(ways) <= 0.0 or max(ways) > _BOTH_WAYS * min(ways):
         return ""

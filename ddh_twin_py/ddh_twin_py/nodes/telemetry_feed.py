@@ -27,6 +27,7 @@ from ddh_twin_py.telemetry.signals import (
 )
 from ddh_twin_py.telemetry.tick_aligner import TickAligner
 from ddh_twin_py.telemetry.ticks import Tick
+from ddh_twin_py.telemetry.unit_scales import UnitScales
 from ddh_twin_py.twin.sensor_errors import delay_ns
 
 _STOOD, _COMES = 1_000_000_000, 500_000_000
@@ -69,9 +70,9 @@ class TelemetryFeed:
         others: dict[str, int] | None = None,
         keep_late: Collection[str] = (),
     ) -> None:
-        noise = {name: spec.noise for name, spec in rig.sensors.items()}
+        noise, scales = {name: spec.noise for name, spec in rig.sensors.items()}, UnitScales.of(rig)
         self.inputs = Inputs(node)
-        self.screens = {topic: StreamScreen(topic, noise, reorder_window) for topic in topics}
+        self.screens = {topic: StreamScreen(topic, noise, reorder_window, scales) for topic in topics}
         for topic in topics:
             self.inputs.add(topic, message_type(topic))
         widths = {topic: field_count(topic) for topic in topics} | (others or {})

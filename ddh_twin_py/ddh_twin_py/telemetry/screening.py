@@ -19,7 +19,9 @@ from ddh_twin_py.telemetry.screening_report import findings_of, in_another_unit
 from ddh_twin_py.telemetry.signals import Signal, signals_of
 from ddh_twin_py.telemetry.spans import apart, missing_ends
 from ddh_twin_py.telemetry.ticks import REORDER_WINDOW, to_ns
-from ddh_twin_py.telemetry.unit_rules import EVIDENCE, UnitSuspicion, judge, rules_of
+from ddh_twin_py.telemetry.unit_rules import judge, rules_of
+from ddh_twin_py.telemetry.unit_scales import UnitScales
+from ddh_twin_py.telemetry.unit_suspicion import UnitSuspicion
 
 _CAUSES = (*OF_FIELD, *OF_SAMPLE)  # in the order of the kernel's rows of counts
 _STUCK = _CAUSES.index(Cause.STUCK)
@@ -55,12 +57,16 @@ class StreamScreen:
 
     `topic` is relative. `noise` maps the keys of the rig sheet's sensors (`speed`, `pressure`,
     `temperature`, ...) to the standard deviation of one sample in SI; a key that is absent or 0
-    turns the judgement of stuck values off. Values are SI inside, temperatures in kelvin. `stops` are the lengths, s, of the last
-    times that the stream stopped, for a listener; it empties them.
+    turns the judgement of stuck values off. `scales` of the rig make the judgement of units a sharper one. Values are SI inside,
+    temperatures in kelvin. `stops` are the lengths, s, of the last times that the stream stopped, for a listener; it empties them.
     """
 
     def __init__(
-        self, topic: str, noise: Mapping[str, float] | None = None, reorder_window: float = REORDER_WINDOW
+        self,
+        topic: str,
+        noise: Mapping[str, float] | None = None,
+        reorder_window: float = REORDER_WINDOW,
+        scales: UnitScales | None = None,
     ) -> None:
         self.topic = topic
         self.signals: tuple[Signal, ...] = signals_of(topic)
@@ -68,6 +74,7 @@ class StreamScreen:
         self.stops: deque[float] = deque(maxlen=_MOST_STOPS)
         self.noise = np.array([(noise or {}).get(s.noise_key, 0.0) or 0.0 for s in self.signals], float)
         self._window = to_ns(reorder_window)
+        self._scales = scales
         fields = len(self.signals)
         most = max(len(s.mistakes) for s in self.signals)
         self._raised: Set[tuple[int, ...]] = set()
@@ -77,7 +84,7 @@ class StreamScreen:
             for k, mistake in enumerate(signal.mistakes):
                 self._mistakes[j, k] = (mistake.factor, mistake.offset)
         rules = rules_of(topic)
-        self._rules = np.array([(r.kind, r.a, r.b, r.c) for r in rules], np.int64).reshape(-1, 4)
+        self._rules = np.array([(r.kind, r.a, r.b, r.c, r.d) for r in rules], np.int64).reshape(-1, 5)
         self._floors = np.array([r.floor for r in rules], float)
         self._stream = np.zeros(kernel.STREAM_ENTRIES, np.int64)
         self._ring = np.zeros(kernel.RING, np.int64)
@@ -87,6 +94,8 @@ class StreamScreen:
         self._suspect = np.zeros(fields, bool)
         self._mistaken = np.ones((fields, most), bool)
         self._rule_state = np.zeros((len(rules), kernel.RULE_COLUMNS))
+        self._largest = np.zeros(len(rules))  # that each rule has seen
+        self._standing: list[UnitSuspicion] = []
         self._counts = np.zeros((kernel.CAUSES, fields), np.int64)
         self._first = np.zeros((kernel.CAUSES, fields), np.int64)
         self._first_value = np.full((kernel.CAUSES, fields), np.nan)
@@ -126,9 +135,9 @@ class StreamScreen:
                 flags,
                 self._window,
                 done,
-                EVIDENCE,
+                kernel.EVIDENCE,
             )
-            if self._rules.size and self._rule_state[:, kernel.RULE_COUNT].max() >= EVIDENCE:
+            if self._rules.size and self._rule_state[:, kernel.RULE_COUNT].max() >= kernel.EVIDENCE:
                 self._judge_units()
         for j in np.flatnonzero((told == 0) & (self._counts[_STUCK] > 0)):
             self._stuck_since[j] = self._run_began(j, stamp, np.array(given, float, ndmin=2)[:, j], flags[:, j], before[j])
@@ -174,14 +183,17 @@ class StreamScreen:
 
     def _judge_units(self) -> None:
         """Believe a suspicion that two windows of evidence in a row have raised."""
-        verdict = judge(self.topic, self._rule_state, self.noise)
+        self._largest = np.maximum(self._largest, self._rule_state[:, kernel.RULE_A])
+        verdict = judge(self.topic, self._rule_state, self.noise, self._largest, self._scales, self._standing)
         self._rule_state[:] = 0.0
         raised = {s.fields: s for s in verdict}
+        self._standing = [raised[fields] for fields in raised if fields in self._raised]
         self._suspect[:] = False
-        for fields in raised.keys() & self._raised:
-            self._suspect[list(fields)] = True
-            if not any(s.fields == fields for s in self.suspicions):
-                self.suspicions.append(raised[fields])
+        for suspicion in self._standing:
+            self._suspect[list(suspicion.fields)] = True
+            told = [s for s in self.suspicions if s.fields == suspicion.fields]
+            if not told or len(suspicion.units) < len(told[0].units):
+                self.suspicions = [*(s for s in self.suspicions if s not in told), suspicion]
         self._raised = raised.keys()
 
     @property
@@ -242,7 +254,10 @@ class StreamScreen:
 
 
 def screen_recording(
-    recording: Recording, noise: Mapping[str, float] | None = None, reorder_window: float = REORDER_WINDOW
+    recording: Recording,
+    noise: Mapping[str, float] | None = None,
+    reorder_window: float = REORDER_WINDOW,
+    scales: UnitScales | None = None,
 ) -> Recording:
     """Screen all streams of a recording.
 
@@ -256,7 +271,7 @@ def screen_recording(
     stamps = {topic: stream.stamps(recording.epoch_ns) for topic, stream in recording.streams()}
     segments = clock_segments(stamps, to_ns(reorder_window))
     for topic, stream in recording.streams():
-        screen = StreamScreen(topic, noise, reorder_window)
+        screen = StreamScreen(topic, noise, reorder_window, scales)
         screened = screen.screen(stamps[topic], stream.values)
         _, values, flags = screened
         if screen.count(Cause.STUCK):

@@ -39,8 +39,9 @@ ALIVE = 20.0  # in standard deviations: another field this far from zero says th
 
 # kinds of unit rules and columns of `rule_state` float64[r, RULE_COLUMNS]
 SMALL, RATIO = 0, 1
-RULE_COUNT, RULE_A, RULE_B = range(3)
-RULE_COLUMNS = 3
+RULE_COUNT, RULE_A, RULE_B, RULE_C = range(4)
+RULE_COLUMNS = 4
+EVIDENCE = 200  # samples of the first rule's condition that make a window
 
 
 @inlined
@@ -176,7 +177,7 @@ def screen(
     has the `needed` samples of evidence.
 
     stamp int64[n]; values float64[n, c]; limits float64[m, 2]; noise float64[m] (0: none);
-    rules int64[r, 4], floors float64[r]: see `unit_rules`; mistakes float64[m, k, 2]: factor
+    rules int64[r, 5], floors float64[r]: see `unit_rules`; mistakes float64[m, k, 2]: factor
     and offset of usual mistakes of unit; suspect bool[m]: fields held to be in a wrong unit;
     mistaken bool[m, k]: mistakes that explain all values out of range; the rest is state and
     counts; flags uint16[n, m] is written.
@@ -248,14 +249,17 @@ def screen(
 @inlined
 def _gather_evidence(row, rule, floor, state):  # pragma: no cover - compiled
     """Add one sample to the evidence of one unit rule, where its condition holds."""
-    a, b, c = rule[1], rule[2], rule[3]
-    if rule[0] == SMALL:  # largest |a| while |c| is above the floor
+    a, b, c, d = rule[1], rule[2], rule[3], rule[4]
+    if rule[0] == SMALL:  # largest |a|, and the sum of a, while |c| is above the floor
         if abs(row[c]) > floor and abs(row[a]) < np.inf:
             state[RULE_COUNT] += 1.0
             state[RULE_A] = max(state[RULE_A], abs(row[a]))
-    else:  # mean |a| over mean (b * c), or |b| where there is no c, while that is above the floor
+            state[RULE_B] += row[a]
+    else:  # |a|, what it is held against: b * c, or |b| where there is no c, and d squared, summed while that is above the floor
         against = row[b] * row[c] if c >= 0 else abs(row[b])
         if against > floor and abs(row[a]) < np.inf:
             state[RULE_COUNT] += 1.0
             state[RULE_A] += abs(row[a])
             state[RULE_B] += against
+            if d >= 0 and abs(row[d]) < np.inf:
+                state[RULE_C] += row[d] * row[d]

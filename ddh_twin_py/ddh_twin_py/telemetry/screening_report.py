@@ -10,7 +10,7 @@ from ddh_twin_py.telemetry.causes import OF_FIELD, OF_SAMPLE, Cause
 from ddh_twin_py.telemetry.clock import PUT_BACK
 from ddh_twin_py.telemetry.recording import Finding
 from ddh_twin_py.telemetry.signals import Signal, UnitMistake
-from ddh_twin_py.telemetry.unit_rules import UnitSuspicion
+from ddh_twin_py.telemetry.unit_suspicion import UnitSuspicion
 
 _MENDED = (Cause.NOT_A_NUMBER, Cause.REPEATED, Cause.OUT_OF_ORDER)
 _LEAST_FOR_UNIT = 10  # samples out of range before a mistake of unit is named,
@@ -40,11 +40,14 @@ def findings_of(
     where = f"{file}: {topic}" if file else topic
     causes = (*OF_FIELD, *OF_SAMPLE)
     found = [_unit_finding(s, signals, where, file, topic, counts, first, first_value, epoch_ns) for s in suspicions]
+    suspected = {j for suspicion in suspicions for j in suspicion.fields}
     for row, cause in enumerate(causes):
         for j, signal in enumerate(signals if cause in OF_FIELD else signals[:1]):
             count = int(counts[row, j])
             if not count or cause is Cause.WRONG_UNIT:
                 continue
+            if cause is Cause.OUT_OF_RANGE and j in suspected and _mistake(signal, count, samples, mistaken[j]) is not None:
+                continue  # its unit is told already, and nothing of it is used
             at = (int(first[row, j]) - epoch_ns) * 1e-9
             value = float(first_value[row, j])
             if cause in OF_FIELD:
@@ -139,7 +142,7 @@ def _unit_finding(suspicion, signals, where, file, topic, counts, first, first_v
     unit = signals[j].message_unit
     looks = "looks" if len(suspicion.fields) == 1 else "look"
     message = (
-        f"{where} {names} {looks} as if given in {suspicion.unit} (factor {suspicion.factor:.4g}), expected is {unit}: "
+        f"{where} {names} {looks} as if given in {suspicion.unit} (factor {suspicion.factor}), expected is {unit}: "
         f"{suspicion.reason}; not used"
     )
     return Finding("error", file, topic, signals[j].field, value, count, message, at)
