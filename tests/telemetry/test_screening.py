@@ -174,6 +174,34 @@ def test_other_units_are_named(paper, noise, stream, field, factor, offset, said
     assert any("looks as if given in" in f.message and f.severity == "error" for f in screened.findings)
 
 
+def all_in_degf(recording, warmer):
+    """Of a recording, all temperatures in degF and so many K warmer, by sensor, the ambient 3 K."""
+    for name in recording.temperatures:
+        more = 3.0 if name == "ambient" else warmer(name)
+        recording = damage.with_wrong_unit(recording, f"temperature/{name}", "temperature", 1.8, 32.0 - 0.8 * 273.15 + 1.8 * more)
+    return recording
+
+
+def test_what_begins_as_a_refused_temperature_does_is_in_its_unit(paper, noise):
+    rested = screen_recording(all_in_degf(paper.between(0.0, 60.0), lambda name: 3.0), noise)
+    assert {f.topic.rsplit("/", 1)[1] for f in rested.findings} == set(paper.temperatures)
+    assert all("looks as if given in degF" in f.message and f.severity == "error" for f in rested.findings)
+    assert all(np.isnan(stream.values[:, 0]).all() for stream in rested.temperatures.values())
+
+
+def test_what_is_as_warm_as_a_refused_one_reads_by_chance_is_believed(paper, noise):
+    """Of a warm unit in degC two places are at 70 to 73 degC, as the air's 22 degC are in degF."""
+    part = paper.between(0.0, 60.0)
+    warm = damage.with_wrong_unit(part, "temperature/ambient", "temperature", 1.8, 32.0 - 0.8 * 273.15)
+    for i, name in enumerate(n for n in part.temperatures if n != "ambient"):
+        warm = damage.with_wrong_unit(warm, f"temperature/{name}", "temperature", 1.0, 27.0 + 3.0 * i)
+    ambient = warm.temperatures["ambient"]
+    hot = warm.with_streams({"temperature/ambient": Stream(ambient.time, ambient.values + [1.0, 0.0], ambient.fields)}, [])
+    finding, screened = only(hot, noise)
+    assert "/ambient temperature looks as if given in degF" in finding.message
+    assert all(np.isfinite(s.values[:, 0]).all() for name, s in screened.temperatures.items() if name != "ambient")
+
+
 def test_what_is_in_another_unit_is_not_used_where_it_happens_to_be_in_range(paper, noise):
     wrong = damage.with_wrong_unit(paper, HYDRAULIC, "rod_velocity", 1e3, 0.0)
     finding, screened = only(wrong, noise)

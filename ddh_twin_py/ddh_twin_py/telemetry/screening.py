@@ -12,11 +12,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from ddh_twin_py.telemetry import screening_kernel as kernel
+from ddh_twin_py.telemetry.alike_units import alike_units
 from ddh_twin_py.telemetry.causes import OF_FIELD, OF_SAMPLE, Cause
 from ddh_twin_py.telemetry.clock import clock_segments, sorted_order
 from ddh_twin_py.telemetry.recording import Finding, Recording, Stream
 from ddh_twin_py.telemetry.screening_report import findings_of, in_another_unit
-from ddh_twin_py.telemetry.signals import Signal, signals_of
+from ddh_twin_py.telemetry.signals import TEMPERATURE_PREFIX, Signal, UnitMistake, signals_of
 from ddh_twin_py.telemetry.spans import apart, missing_ends
 from ddh_twin_py.telemetry.ticks import REORDER_WINDOW, to_ns
 from ddh_twin_py.telemetry.unit_rules import judge, rules_of
@@ -226,8 +227,8 @@ class StreamScreen:
             counts[cause.name.lower()] = self.count(cause)
         return counts
 
-    def in_another_unit(self) -> list[int]:
-        """Fields, by number, of which so many samples are out of range that all look as if given in another unit."""
+    def in_another_unit(self) -> dict[int, UnitMistake]:
+        """Fields, by number, of which so many samples are out of range that all look as if given in another unit, and that unit."""
         out_of_range = self._counts[_CAUSES.index(Cause.OUT_OF_RANGE)]
         return in_another_unit(self.signals, out_of_range, int(self._stream[kernel.COUNT]), self._mistaken)
 
@@ -267,6 +268,7 @@ def screen_recording(
     repetition, not from where that was noticed.
     """
     streams: dict[str, Stream] = {}
+    refused: dict[str, UnitMistake] = {}
     findings = list(recording.findings)
     stamps = {topic: stream.stamps(recording.epoch_ns) for topic, stream in recording.streams()}
     segments = clock_segments(stamps, to_ns(reorder_window))
@@ -280,10 +282,16 @@ def screen_recording(
             for column in suspicion.fields:
                 suspect = np.flatnonzero(flags[:, column] & Cause.WRONG_UNIT)
                 values[: 1 + suspect.max(initial=-1), column] = np.nan
-        values[:, screen.in_another_unit()] = np.nan
+        for column, unit in screen.in_another_unit().items():
+            values[:, column] = np.nan
+            if topic.startswith(TEMPERATURE_PREFIX):
+                refused[topic] = unit
         order = sorted_order(stamps[topic], segments[topic])
         streams[topic] = Stream(stream.time[order], values[order], stream.fields)
         findings += screen.findings(recording.path, f"{recording.namespace}/{topic}", recording.epoch_ns, whole=True)
+    for topic, finding in alike_units(recording, refused).items():
+        streams[topic].values[:, 0] = np.nan
+        findings.append(finding)
     strange = apart(recording)
     findings += strange
     if not strange and not any(segments[topic].any() for topic in segments):

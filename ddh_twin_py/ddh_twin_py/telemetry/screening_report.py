@@ -89,9 +89,12 @@ def _field_sentence(cause, signal, value, count, samples, at, mistaken, noise, s
     return said
 
 
-def in_another_unit(signals: Sequence[Signal], out_of_range: Sequence[int], samples: int, mistaken: np.ndarray) -> list[int]:
-    """Which signals, of whose samples so many are out of range, look as if given in a wrong unit, those within range too."""
-    return [j for j, signal in enumerate(signals) if _mistake(signal, int(out_of_range[j]), samples, mistaken[j]) is not None]
+def in_another_unit(
+    signals: Sequence[Signal], out_of_range: Sequence[int], samples: int, mistaken: np.ndarray
+) -> dict[int, UnitMistake]:
+    """Which signals, of whose samples so many are out of range, look as if given in which wrong unit, those within range too."""
+    found = {j: _mistake(signal, int(out_of_range[j]), samples, mistaken[j]) for j, signal in enumerate(signals)}
+    return {j: unit for j, unit in found.items() if unit is not None}
 
 
 def _mistake(signal: Signal, count: int, samples: int, mistaken) -> UnitMistake | None:
