@@ -89,6 +89,34 @@ def test_streams_that_all_are_slow_do_not_leap_with_each_sample():
     assert not vote.leaps(line, 136 * SECOND, line.newest) and vote.leaps(line, 150 * SECOND, line.newest)
 
 
+def test_what_was_held_back_before_the_begin_is_no_other_clock():
+    """All but the drive come 15 s late at first, and have caught up soon."""
+    names = (DRIVE, HYDRAULICS, "temperature/ambient")
+    aligner, ticks = TickAligner(dict.fromkeys(names, 1), timeout=2.0, awaited=[DRIVE, HYDRAULICS]), []
+    for t in range(1, 3000):  # 20 ms
+        for name in names:
+            for late in range(4 if name != DRIVE and t < 250 else 1):
+                behind = max(0, 750 - 3 * t) if name != DRIVE else 0
+                aligner.push(name, EPOCH + (t - behind) * 20_000_000 - (3 - late) * 20_000_000 * (behind > 0), [0.0])
+        ticks += aligner.ready()
+    ticks += aligner.flush()
+    assert not any(tick.restart for tick in ticks) and not any(cause == "clock_jump" for _, cause in aligner.counts)
+    assert told_from(ticks, DRIVE, 0, 60) == 2999
+
+
+@pytest.mark.parametrize(("others", "believed"), [(0, False), (1, True), (3, True)])
+def test_streams_that_lie_behind_all_since_they_began_are_believed_where_they_are_more(others, believed):
+    ahead, behind = told(*fast(100.0)), []
+    for _ in range(1 + others):
+        line = told()
+        for number, stamp in enumerate(fast(40.0)):
+            line.rise(round(stamp * SECOND), round((stamp + 60.0) * SECOND), number)
+        behind.append(line)
+    vote = ClockVote(dict(enumerate((ahead, *behind))), window=SECOND // 2, timeout=2 * SECOND)
+    assert vote.outvotes(behind[0], behind[0].newest, ahead.newest) is believed
+    assert not vote.outvotes(behind[0], behind[0].newest, ahead.newest + 20 * SECOND), "nor where they fall behind further"
+
+
 def parted(off, sensors=("temperature/ambient",), back=40.0):
     """Ticks of 60 s of drive, hydraulics and sensors, those of `off` so many s off from 20 s until `back`; and the aligner."""
     aligner, ticks = TickAligner(dict.fromkeys((DRIVE, HYDRAULICS, *sensors), 1), timeout=2.0, awaited=[DRIVE, HYDRAULICS]), []

@@ -165,6 +165,28 @@ def test_the_majority_is_believed():
     assert few.aligners["hydraulic_model"].counts[SENSORS[0], "other_clock"], "the sensor of the old clock does not pull them forth"
 
 
+@pytest.mark.parametrize("ahead", [15.0, 60.0, 700.0, 7200.0])
+@pytest.mark.parametrize("sensors", [1, 3, 6])
+def test_a_drive_that_speaks_first_by_a_clock_ahead_is_left_out_once_more_tell_another(sensors, ahead):
+    graph = Graph(SENSORS[:sensors], jump={DRIVE: ahead}, apart={DRIVE: -BREAKS})
+    for node in ("hydraulic_model", "machine_thermal"):
+        counts = graph.aligners[node].counts
+        assert counts[DRIVE, "other_clock"] > 0.9 * SECONDS / 0.05
+        assert sum(count for (_, cause), count in counts.items() if cause == "clock_jump") == 1
+        told = {name: sum(len(tick.samples[name]) for tick in graph.ticks[node]) for name in (DRIVE, HYDRAULICS)}
+        assert told[DRIVE] < 0.1 * SECONDS / 0.05 and told[HYDRAULICS] > 0.9 * SECONDS / 0.05
+    fusion = graph.ticks["temperature_fusion"]
+    assert sum(len(tick.samples[SENSORS[0]]) for tick in fusion) > 0.9 * SECONDS
+    assert sum(len(tick.samples[STATE]) > 0 for tick in fusion) > 0.8 * SECONDS / 0.05
+
+
+@pytest.mark.parametrize("ahead", [15.0, 60.0])
+def test_of_two_streams_from_the_begin_apart_the_one_that_spoke_first_is_believed(ahead):
+    graph = Graph((), jump={DRIVE: ahead}, apart={DRIVE: -BREAKS})
+    assert not any(cause == "clock_jump" for aligner in graph.aligners.values() for _, cause in aligner.counts)
+    assert sum(len(tick.samples[DRIVE]) for tick in graph.ticks["hydraulic_model"]) > 0.9 * SECONDS / 0.05
+
+
 @pytest.mark.parametrize("sensors", [0, 6])
 @pytest.mark.parametrize("period", [1.0, 4.0, 10.0])
 @pytest.mark.parametrize("step", [-0.8, -3.0, -4.5, -8.0])

@@ -10,6 +10,8 @@ usual step, its lag and the reorder window, 10 s at most, and `APART` where two 
 A stream that is outvoted is left out, and doubted anew with what it tells next, until its
 stamps go on as before or others tell its clock, too; so is one that tells a third clock where a jump back is believed. A stamp after which
 its stream goes on as before is of another clock, as of a second machine on the topic, and left out.
+Where a stream that spoke first is by another clock from its begin on, all others lie behind it: they are believed once more of them tell
+one clock, for as long and as fast as it goes on, than speak by that of the first.
 A step back of 5 s or less may be messages that are late: there it must be told by several samples as close as the stream's are, while no
 stream goes on. Where others go on it is left out as late; if it was as many and as close as that, its clock was put back alone, and what
 the stream tells is doubted until it is as far as the others.
@@ -120,6 +122,20 @@ class ClockVote:
         """Whether a stream reaches the others without a leap from what it told seconds off them: it was right."""
         doubt = line.doubt
         return not line.went_back and abs(stamp - doubt.top) <= max(self.window, 2 * line.step)
+
+    def outvotes(self, line: Line, stamp: int, newest: int) -> bool:
+        """Whether a stream that lies behind all since it began, and keeps that distance, tells with more streams than are ahead of it."""
+        if line.behind is None or stamp - line.first <= APART_NS or abs(newest - stamp - line.behind) > self.window:
+            return False
+        agree = ahead = 0
+        for other in self.lines.values():
+            if other.newest is None or other.stale or other.doubt is not None:
+                continue
+            if other.behind is None:
+                ahead += newest - other.newest <= max(LONGEST_LAG_NS, 2 * other.step)
+            else:
+                agree += abs(other.newest - stamp) <= LONGEST_LAG_NS
+        return agree > ahead
 
     def goes_on(self, line: Line, doubt: Doubt) -> bool:
         """Whether a stream has told, by the clock of all, what lies beyond all that came before another one was doubted."""

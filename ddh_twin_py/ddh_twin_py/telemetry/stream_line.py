@@ -49,10 +49,11 @@ class Line:
     brought the newest stamp, and `heard` what the newest stamp of all was then; `lag` is the longest, ns, by which a stamp that was its
     newest lay behind that of all, up to `LONGEST_LAG`, in this minute or the one before. `first` is the first stamp since the ticks began
     and `told` counts the samples since then; `spoke` is the newest stamp of all when it told anything last, by any clock. `parted` says
-    whether its clock was put back by itself. `alive` says whether ticks wait for it.
+    whether its clock was put back by itself. `alive` says whether ticks wait for it. `behind` is by how many ns its first stamp lay behind
+    the newest of all, where neither that nor what it told since could be a lag, else None.
     """
 
-    __slots__ = ("alive", "awaited", "doubt", "first", "follows", "heard", "held", "lag", "lagged", "lags_since", "newest", "owed",
+    __slots__ = ("alive", "awaited", "behind", "doubt", "first", "follows", "heard", "held", "lag", "lagged", "lags_since", "newest", "owed",
                  "parted", "rose", "rows", "since", "spoke", "stamps", "told", "top", "width")
 
     def __init__(self, width: int, awaited: bool, follows: bool) -> None:
@@ -68,6 +69,7 @@ class Line:
     def restart(self, owed: int = 0, newest: int | None = None) -> None:
         self.newest, self.owed = newest, owed
         self.first: int | None = None
+        self.behind: int | None = None
         self.heard: int | None = None
         self.told = 0
         self.spoke: int | None = None
@@ -89,8 +91,10 @@ class Line:
         """Its newest stamp is this one now, by the push of a number; `newest` is the newest of all before it."""
         self.newest, self.rose, self.parted = stamp, number, False
         self.heard = self.spoke = stamp if newest is None else max(newest, stamp)
-        self.first = stamp if self.first is None else self.first
+        if self.first is None:
+            self.first, self.behind = stamp, None if newest is None or self.follows else newest - stamp
         if newest is None or stamp > newest - LONGEST_LAG_NS:
+            self.behind = None
             self.alive = self.awaited
             self._note_lag(stamp, 0 if newest is None else max(0, newest - stamp))
         if self.top is not None and stamp > self.top:

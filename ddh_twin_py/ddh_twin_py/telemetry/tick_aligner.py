@@ -131,6 +131,10 @@ class TickAligner:
             return
         if line.newest is None or stamp > line.newest:
             line.rise(stamp, self._newest, self._pushed)
+            if line.behind is not None and self._vote.outvotes(line, stamp, self._newest):
+                line.held.append((stamp, row))
+                self._jump(stream)
+                return
         before, self._newest = self._newest, stamp if self._newest is None else max(self._newest, stamp)
         if before is not None and stamp > before + APART_NS:
             self._take_in(self._within(stamp))
@@ -241,7 +245,7 @@ class TickAligner:
     def _jump(self, stream: str) -> None:
         """The clock jumped back: everything that waits belongs to the old time."""
         self.counts[stream, "clock_jump"] += 1
-        followed = {name: line.held for name, line in self._lines.items() if line.owed < 0 and line.held}
+        followed = {name: line.held for name, line in self._lines.items() if line.held}
         for name, held in followed.items():
             self._lines[name].forget(held[0][0])
         before = followed | self._told_too(self._lines[stream].doubt)
@@ -251,7 +255,7 @@ class TickAligner:
         self.late.clear()
         self._newest = None
         for name, line in self._lines.items():
-            ahead = name in before or name == stream or line.newest is None or line.owed < 0
+            ahead = name in before or name == stream or line.newest is None or line.owed < 0 or line.behind is not None
             owed = 0 if ahead else line.owed + 1 if line.follows else 1
             line.restart(owed, line.newest if owed else None)
         for name, held in before.items():  # these had gone back before this stream
