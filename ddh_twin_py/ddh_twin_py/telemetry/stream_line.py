@@ -53,8 +53,8 @@ class Line:
     the newest of all, where neither that nor what it told since could be a lag, else None.
     """
 
-    __slots__ = ("alive", "awaited", "behind", "doubt", "first", "follows", "heard", "held", "lag", "lagged", "lags_since", "newest", "owed",
-                 "parted", "rose", "rows", "since", "spoke", "stamps", "told", "top", "width")
+    __slots__ = ("alive", "awaited", "behind", "doubt", "first", "follows", "heard", "held", "lag", "lagged", "lags_since", "newest",
+                 "owed", "parted", "rose", "rows", "since", "spoke", "stamps", "told", "top", "width")
 
     def __init__(self, width: int, awaited: bool, follows: bool) -> None:
         self.width = width
