@@ -9,6 +9,7 @@ from types import MappingProxyType
 from ddh_twin_py.gap.effect import Effect
 from ddh_twin_py.gap.sensitivity import AMPLIFIED
 from ddh_twin_py.gap.size import of_all
+from ddh_twin_py.names import first_of
 from ddh_twin_py.rig.reader_units import plain, plus_minus, probably, shown
 from ddh_twin_py.rig.sheet import CUT
 
@@ -93,8 +94,7 @@ def _no_gap(report: Mapping, unseen: Sequence[str], at_best: Mapping[str, float]
     elif as_is > _CLOSED_BY * after:
         sentences.append(f"Unfitted the twin was {as_is:.1f} times the floor off, which calibration closes.")
     if pressed:
-        others = f" and {len(pressed) - 1} more" if len(pressed) > 1 else ""
-        sentences.append(f"{pressed[0]}{others} had to go to the very end of what a fit may use, {CUT:g} times the tolerance; the sheet "
+        sentences.append(f"{first_of(pressed, 1)} had to go to the very end of what a fit may use, {CUT:g} times the tolerance; the sheet "
                          "may be wrong there, or something hide behind it.")
     worst, times = _left_most(report, at_best, ())
     if times > _LEFT:
@@ -105,15 +105,14 @@ def _no_gap(report: Mapping, unseen: Sequence[str], at_best: Mapping[str, float]
                          "explains that.")
     if unseen:
         sentences.append(f"{len(unseen)} effect{'s' * (len(unseen) > 1)} of the catalogue would not have shown even at a moderate size, or "
-                         f"as large as machines have them: {_first_of(unseen)}.")
+                         f"as large as machines have them: {first_of(unseen, _NAMED)}.")
     return " ".join(sentences)
 
 
 def untold(since: Mapping[str, str]) -> str:
     """That effects may act since commissioning and that nothing tells; of the first the value that stands in its place."""
-    first, value = next(iter(since.items()))
-    others = f" and {len(since) - 1} more" if len(since) > 1 else ""
-    return (f"{first}{others} may have changed since commissioning, and these recordings cannot tell: {shown_by_field(value)}")
+    value = next(iter(since.values()))
+    return f"{first_of(list(since), 1)} may have changed since commissioning, and these recordings cannot tell: {shown_by_field(value)}"
 
 
 def shown_by_field(value: str) -> str:
@@ -131,12 +130,6 @@ def _else(report: Mapping) -> str:
 def _in_words(effects: Sequence[str]) -> str:
     """A set in words."""
     return "something that is not listed" if list(effects) == ["unknown"] else " + ".join(effects) or "no effect"
-
-
-def _first_of(names: Sequence[str]) -> str:
-    """The first few of names, and how many more."""
-    more = f" and {len(names) - _NAMED} more" if len(names) > _NAMED else ""
-    return ", ".join(names[:_NAMED]) + more
 
 
 def _left_most(report: Mapping, at_best: Mapping[str, float] | None, but: Sequence[str] = AMPLIFIED) -> tuple[str, float]:
