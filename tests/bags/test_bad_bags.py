@@ -20,6 +20,7 @@ from ddh_twin_py.bags.message_types import telemetry_typestore
 from ddh_twin_py.bags.reader import read_recording
 from ddh_twin_py.bags.writer import BagWriter, write_recording
 from ddh_twin_py.sources.raw_bag import RawBag
+from ddh_twin_py.telemetry.recording import RigInfo
 from ddh_twin_py.telemetry.signals import BESIDE_SENSORS
 from rosbags.highlevel import AnyReader
 from rosbags.rosbag2 import StoragePlugin, Writer
@@ -725,6 +726,23 @@ def test_a_recording_of_no_length_is_told(tmp_path, short, samples):
     still = {name: replace(s, time=np.zeros(min(samples, len(s))), values=s.values[:samples]) for name, s in short.streams()}
     read = read_recording(write_recording(tmp_path / "still", short.with_streams(still)))
     assert any("covers no time: all its messages have one stamp" in finding.message for finding in read.warnings)
+
+
+def test_a_recording_without_stamps_is_told_so(tmp_path, short):
+    still = {name: replace(s, time=np.zeros(len(s))) for name, s in short.streams()}
+    read = read_recording(write_recording(tmp_path / "unstamped", replace(short.with_streams(still), epoch_ns=0)))
+    assert any("covers no time, as all stamps are 0: nobody set header.stamp, and nothing can" in finding.message for finding in read.warnings)
+
+
+def test_a_recording_of_one_message_of_each_topic_is_told(tmp_path, short):
+    one = {name: replace(s, time=s.time[:1], values=s.values[:1]) for name, s in short.streams()}
+    read = read_recording(write_recording(tmp_path / "one", short.with_streams(one)))
+    assert any("holds one message of each topic, and nothing can be told of it" in finding.message for finding in read.warnings)
+    assert not any("one message of each" in finding.message for finding in read_recording(write_recording(tmp_path / "all", short)).findings)
+
+
+def test_a_rig_without_a_name_is_not_named():
+    assert str(RigInfo("", "", float("nan"))) == "not named, oil not known, payload not known"
 
 
 def test_unknown_sensor_is_pointed_out(tmp_path, bag):

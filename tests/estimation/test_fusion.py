@@ -265,6 +265,17 @@ def test_with_drive_telemetry_of_which_nothing_is_measured_there_is_nothing_to_r
     assert len(replay(drive(speed=3.0), rig).time)
 
 
+@pytest.mark.parametrize(("epoch", "time", "said"), [
+    (10**18, [0.0], "somewhere: /ddh/drive/telemetry lasts 0 s; at least 0.2 s are needed"),
+    (10**18, [0.0, 0.1], "lasts 0.1 s; at least 0.2 s are needed"),
+    (0, [0.0, 0.0, 0.0], "lasts 0 s, as all stamps are 0: nobody set header.stamp; at least"),
+])  # fmt: skip
+def test_what_lasts_no_time_is_not_replayed(rig, epoch, time, said):
+    drive = drive_stream(np.array(time), np.ones((len(time), len(DRIVE_FIELDS))))
+    with pytest.raises(ReplayError, match=said):
+        replay(Recording("somewhere", epoch, None, drive, None, namespace="/ddh"), rig)
+
+
 def test_paper_cycle_agrees(rig, paper_cycle_bag):
     """The recording of the nominal rig: temperatures within the noise, the hidden winding within its interval."""
     from ddh_twin_py.bags.reader import read_recording

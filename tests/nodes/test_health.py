@@ -109,6 +109,13 @@ def stepping(topic, *steps):
     return lambda name, t: next((off for since, off in reversed(steps) if name == topic and t > since), 0.0)
 
 
+def test_stamps_that_nobody_sets_are_said_to_be_so():
+    _, shown = heard(lambda topic, t: -1e9 - t if topic == AMBIENT else 0.0, seconds=20)
+    (repeated,) = re.findall(r"repeated [^;]*", shown[AMBIENT][15.0])
+    assert repeated.endswith(", all stamps are 0: nobody set header.stamp")
+    assert "nobody set" not in shown[DRIVE][15.0]
+
+
 def off_in(said):
     """By how many s a sentence says that a stamp is off."""
     off, side = re.search(r"a stamp (\S+) s (behind|ahead of) the others", said).groups()

@@ -33,6 +33,7 @@ from ddh_twin_py.telemetry.signals import (
     TEMPERATURE_SENSORS,
     ZERO_CELSIUS,
 )
+from ddh_twin_py.telemetry.spans import UNSTAMPED
 
 _WHOLE = 0.95  # of the messages that a bag should hold, below which what was recovered is not the recording
 _MOST_NAMED = 10  # topics that are ignored
@@ -85,7 +86,7 @@ def read_recording(
     rig, rig_findings = _rig(file, chosen, collector)
     findings += _unreadable_findings(file, chosen, collector.rows)
     findings += _missing_findings(file, chosen, streams, collector) + rig_findings
-    findings += _other_topics(file, chosen, collector) + _no_length(file, streams)
+    findings += _other_topics(file, chosen, collector) + _no_length(file, streams, epoch)
     return Recording(file, epoch, rig, None, None, {}, [], chosen).with_streams(streams, findings)
 
 
@@ -286,10 +287,11 @@ def _telemetry_elsewhere(others: list[str]) -> dict[str, list[str]]:
     return {namespace: topics for namespace, topics in by_namespace.items() if namespace not in machines}
 
 
-def _no_length(file: str, streams: dict[str, Stream]) -> list[Finding]:
-    """That a recording covers no time."""
+def _no_length(file: str, streams: dict[str, Stream], epoch: int) -> list[Finding]:
+    """That a recording covers no time, or has one message of each topic."""
     first, last = (pick(float(pick(stream.time)) for stream in streams.values()) for pick in (min, max))
-    if last > first:
+    if last > first and max(map(len, streams.values())) > 1:
         return []
-    message = f"{file} covers no time: all its messages have one stamp, and nothing can be told of it"
+    one = "covers no time: all its messages have one stamp" if epoch else f"covers no time, as {UNSTAMPED}"
+    message = f"{file} {one if last <= first else 'holds one message of each topic'}, and nothing can be told of it"
     return [Finding("warning", file, "", "", 0.0, 1, message)]

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import argparse
+import math
 import os
 
-from ddh_twin_py.cli.arguments import InputError, add_html, add_json, add_quiet, add_rig, add_verb, duty_file, positive
+from ddh_twin_py.cli.arguments import InputError, add_html, add_json, add_quiet, add_rig, add_verb, duty_file
 from ddh_twin_py.names import no_such
 
 _EXAMPLE = "  ddh-twin gap-design paper_cycle --duration 600 --sensors motor_winding,tank_oil --html out/design.html"
@@ -24,7 +25,10 @@ def _sensors(text: str) -> list[str]:
 
 def _length(text: str) -> float:
     """s, from `_SHORTEST` to `_LONGEST`."""
-    value = positive(text)
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
     if not _SHORTEST <= value <= _LONGEST:
         raise argparse.ArgumentTypeError(f"{text!r} is no duration from {_SHORTEST:g} to {_LONGEST:g} s")
     return value

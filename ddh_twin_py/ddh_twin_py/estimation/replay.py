@@ -27,6 +27,7 @@ from ddh_twin_py.telemetry.recording import Finding, Recording
 from ddh_twin_py.telemetry.recording_ticks import align
 from ddh_twin_py.telemetry.screening import screen_recording
 from ddh_twin_py.telemetry.signals import DRIVE_FIELDS, DRIVE_TOPIC, HYDRAULIC_FIELDS, HYDRAULIC_TOPIC, TEMPERATURE_PREFIX
+from ddh_twin_py.telemetry.spans import too_short
 from ddh_twin_py.telemetry.ticks import Ticks
 from ddh_twin_py.telemetry.unit_scales import UnitScales
 from ddh_twin_py.twin.ambient import AmbientTracker
@@ -44,6 +45,7 @@ from ddh_twin_py.twin.sensor_errors import (
 from ddh_twin_py.twin.temperature_sensors import all_sensed
 
 _DRIVES = ("speed_command", "speed", "current")  # fields of the drive without any of which it tells nothing
+_SHORTEST = 0.2  # s of the drive that can be replayed
 _JUMP = 0.5  # K from one interval to the next, which no part that a sensor reads warms by
 BLOCK = 5.0
 """s of measurement time between two exchanges of temperatures between fusion and hydraulic model."""
@@ -151,7 +153,7 @@ def replay(recording: Recording, rig: Rig, interval: float = INTERVAL, without: 
         covariances: whether the covariances of the fused temperatures are kept, with ``smooth``.
 
     Raises:
-        ReplayError: where there is no drive telemetry, or nothing in it that drives the twin.
+        ReplayError: where there is no drive telemetry, next to no time of it, or nothing in it that drives the twin.
     """
     clock = time.perf_counter()
     noise = {name: spec.noise for name, spec in rig.sensors.items()}
@@ -162,6 +164,8 @@ def replay(recording: Recording, rig: Rig, interval: float = INTERVAL, without: 
     if not any(np.isfinite(recording.drive.column(name)).any() for name in _DRIVES):
         raise ReplayError(f"{recording.path}: {recording.namespace}/{DRIVE_TOPIC} {', '.join(_DRIVES)}: NaN or refused in all of "
                           f"{len(recording.drive)} messages; the twin needs at least the drive's speed and current")
+    if short := too_short(recording, DRIVE_TOPIC, _SHORTEST):
+        raise ReplayError(short)
     ticks = align(take_off_delay(recording, rig), interval)
     run = _Run(recording, rig, ticks, interval, frozenset(without))
     run.smoothing, run.keeping = smooth, covariances

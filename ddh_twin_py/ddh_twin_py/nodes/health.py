@@ -16,6 +16,7 @@ from ddh_twin_py.nodes.telemetry_feed import TelemetryFeed
 from ddh_twin_py.telemetry.causes import Cause
 from ddh_twin_py.telemetry.clock import Break
 from ddh_twin_py.telemetry.screening import StreamScreen
+from ddh_twin_py.telemetry.spans import UNSTAMPED
 from ddh_twin_py.telemetry.stream_line import APART
 from ddh_twin_py.telemetry.ticks import LONGEST_GAP
 
@@ -190,7 +191,8 @@ class StreamJudge:
             count = counts[cause.name.lower()]
             report.add(plain, count, "1")
             if cause not in _UNSAID and self._recent(cause.name.lower(), wall):
-                (report.error if cause in _ERRORS else report.warn)(f"{plain} ({count} times)")
+                why = f", {UNSTAMPED}" if cause is Cause.REPEATED and screen.newest_ns == 0 else ""
+                (report.error if cause in _ERRORS else report.warn)(f"{plain} ({count} times){why}")
         for cause, plain in DROPPED.items():
             report.add(plain, counts[cause], "1")
             if self._recent(cause, wall):

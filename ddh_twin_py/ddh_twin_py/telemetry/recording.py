@@ -62,7 +62,7 @@ class RigInfo:
 
     def __str__(self) -> str:
         payload = f"payload {self.payload_mass:g} kg" if self.payload_mass == self.payload_mass else "payload not known"
-        return f"{self.rig_id}, {self.oil_grade or 'oil not known'}, {payload}"
+        return f"{self.rig_id or 'not named'}, {self.oil_grade or 'oil not known'}, {payload}"
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,18 @@ _APART = 1.0  # s between two streams that have nothing in common
 _LEAST_SPAN = 10.0  # s of a stream that must share
 _LEAST_SHARE = 0.5  # of its time with the others
 _SILENT, _SILENT_STEPS = 5.0, 10.0  # s, and usual steps of its own, from which a stream is missing at an end
+UNSTAMPED = "all stamps are 0: nobody set header.stamp"
 _ALIKE = 1.0  # s by which begin and end may be off one another where a clock is set off
+
+
+def too_short(recording: Recording, topic: str, least: float) -> str:
+    """How long a topic of a recording lasts where that is less than so many s, in one line, with why where it tells; else ''."""
+    stream = dict(recording.streams()).get(topic)
+    lasts = float(np.ptp(stream.time)) if stream is not None and len(stream) else 0.0
+    if lasts >= least:
+        return ""
+    why = f", as {UNSTAMPED}" if recording.epoch_ns == 0 and recording.duration == 0.0 else ""
+    return f"{recording.path}: {recording.namespace}/{topic} lasts {lasts:.2g} s{why}; at least {least:g} s are needed"
 
 
 def apart(recording: Recording) -> list[Finding]:
