@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from ddh_twin_py.bags.damage import with_clock_jump
 from ddh_twin_py.gap.contradictions import contradictions, other_clock
 from ddh_twin_py.rig import load_rig
 from ddh_twin_py.telemetry.recording import temperature_stream
@@ -119,9 +120,23 @@ def test_leakage_and_tolerances_are_no_other_machine(recording, ways):
     assert contradictions(changed(recording, "hydraulic", leaky), load_rig()) == []
 
 
-@pytest.mark.parametrize(("seconds", "said"), [(2.0, "2.0 s earlier"), (-1.5, "1.5 s later")])
+@pytest.mark.parametrize(("seconds", "said"), [(2.0, "2.0 s earlier"), (-1.5, "1.5 s later"), (0.5, "0.5 s earlier"),
+                                               (0.3, "0.3 s earlier"), (-0.3, "0.3 s later")])  # fmt: skip
 def test_clocks_that_differ_are_told(recording, seconds, said):
     assert [said in text for text in contradictions(later(recording, seconds), load_rig())] == [True]
+
+
+def test_clocks_that_differ_as_the_rig_file_says_are_not_told(recording):
+    rig = load_rig()
+    assert contradictions(later(recording, 0.8), rig.with_values({"measurement.time_skew": 0.8})) == []
+    assert ["0.8 s earlier" in text for text in contradictions(later(recording, 0.8), rig)] == [True]
+
+
+@pytest.mark.parametrize("back", [2.5, 20.0, 3600.0])
+def test_clocks_that_jump_back_alike_do_not_differ(recording, back):
+    assert contradictions(with_clock_jump(recording, 60.0, -back), load_rig()) == []
+    apart = with_clock_jump(later(recording, 0.5), 60.0, -back)
+    assert ["0.5 s earlier" in text for text in contradictions(apart, load_rig())] == [True]
 
 
 @pytest.mark.parametrize(("seconds", "said"), [(40.0, "40.0 s earlier"), (-40.0, "40.0 s later"), (12.0, "12.0 s earlier"),

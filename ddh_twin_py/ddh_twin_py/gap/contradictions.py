@@ -13,10 +13,12 @@ import numpy as np
 from ddh_twin_py.gap.temperature_units import temperature_units
 from ddh_twin_py.physics.cylinder import load_force, piston_area, rod_side_area, rod_travel
 from ddh_twin_py.rig import Rig
+from ddh_twin_py.telemetry.clock import clock_segments
 from ddh_twin_py.telemetry.in_order import in_order
 from ddh_twin_py.telemetry.recording import Recording, Stream
 from ddh_twin_py.telemetry.signals import DRIVE_TOPIC, HYDRAULIC_TOPIC
 from ddh_twin_py.telemetry.spans import set_off
+from ddh_twin_py.telemetry.ticks import REORDER_WINDOW, to_ns
 
 _STEP = 0.1  # s, of the common axis
 _TURNING, _MOVING = 10.0, 0.01  # rad/s, m/s: a shaft that turns, a rod that moves
@@ -24,7 +26,8 @@ _HARDLY = 1.0  # what of that is left in rev/s
 _PAUSE = 60.0  # s without a sample that are left out
 _LEAST = 100  # points of the axis that tell something
 _AGAINST = -0.5  # correlation from which two channels run against each other
-_LATEST, _LATE, _ALIKE = 10.0, 0.3, 0.1  # s of lag that is looked for and that is told, correlation that it must gain
+_LATEST, _LATE = 10.0, 0.3  # s of lag that is looked for, and that is told
+_ALIKE, _LESS = 0.1, 2.0  # correlation that it must gain, or times by which it lessens what is left to 1
 _FOLLOWS = 0.5  # correlation of shaft and rod from which they are of one machine, by clocks that are apart
 _FOLLOWED, _SCATTER = 1.25, 0.1  # how far a steady shaft may be from its command, as a ratio, and how little that ratio varies elsewhere
 _TRAVELLED = 2.0  # how many times as fast as its pump delivers, or as slowly, a rod must move to be told
@@ -50,7 +53,7 @@ def contradictions(recording: Recording, rig: Rig) -> list[str]:
     on = _on(drive, hydraulic)
     if not on:
         return []
-    said = [_command(on), _position(on), _shaft(on) or _travel(on, rig), _stroke(hydraulic, rig), _current(on),
+    said = [_command(on), _position(on), _shaft(on, rig) or _travel(on, rig), _stroke(hydraulic, rig), _current(on),
             _pressures(on, recording, rig)]
     said = [_named(text, recording, rig.file) for text in said if text]
     return [f"{recording.path}: {text}" for text in (*said, *warmth)]
@@ -80,13 +83,31 @@ def _named(text: str, recording: Recording, rig: str = "") -> str:
 
 
 def _on(drive: Stream, hydraulic: Stream) -> dict[str, np.ndarray]:
-    """Fields of both streams on one axis, (n,) each; none where they have too little time in common."""
+    """Fields of both streams on one axis, (n,) each, from one jump back of the clock to the next; none where they have too little time in
+    common. ``inner``: further than `_LATEST` from such a jump and from both ends."""
+    parts = [on for one, other in _stretches(drive, hydraulic) if (on := _between_jumps(one, other))]
+    return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]} if parts else {}
+
+
+def _stretches(drive: Stream, hydraulic: Stream) -> list[tuple[Stream, Stream]]:
+    """Both streams from one jump back of the clock to the next, without those of which there is too little."""
+    segments = clock_segments({"drive": drive.stamps(0), "hydraulic": hydraulic.stamps(0)}, to_ns(REORDER_WINDOW)).values()
+    count = 1 + min(int(segment[-1]) for segment in segments)
+    edges = [np.searchsorted(segment, np.arange(count + 1)) for segment in segments]
+    enough = np.flatnonzero(np.all([np.diff(edge) >= _LEAST for edge in edges], axis=0))
+    return [tuple(replace(stream, time=stream.time[edge[k] : edge[k + 1]], values=stream.values[edge[k] : edge[k + 1]])
+                  for stream, edge in zip((drive, hydraulic), edges, strict=True)) for k in enough.tolist()]
+
+
+def _between_jumps(drive: Stream, hydraulic: Stream) -> dict[str, np.ndarray]:
     axis = _axis(drive, hydraulic)
     if axis.size < _LEAST:
         return {}
     on = {name: _resampled(drive, name, axis) for name in ("speed_command", "speed", "current")}
-    return on | {name: _resampled(hydraulic, name, axis) for name in
-                 ("rod_velocity", "rod_position", "pressure_piston_side", "pressure_rod_side")}
+    on |= {name: _resampled(hydraulic, name, axis) for name in
+           ("rod_velocity", "rod_position", "pressure_piston_side", "pressure_rod_side")}
+    edge, places = round(_LATEST / _STEP), np.arange(axis.size)
+    return on | {"inner": (places >= edge) & (places < axis.size - edge)}
 
 
 def _axis(one: Stream, other: Stream) -> np.ndarray:
@@ -136,14 +157,17 @@ def _position(on: dict[str, np.ndarray]) -> str:
     return "{hydraulic}: rod_position falls while rod_velocity says that the rod extends; one of them counts from the other end"
 
 
-def _shaft(on: dict[str, np.ndarray]) -> str:
-    """Velocity against speed: its sign, and whether it comes later."""
+def _shaft(on: dict[str, np.ndarray], rig: Rig) -> str:
+    """Velocity against speed: its sign, and whether it comes later than the rig file says."""
     speed, velocity = on["speed"], on["rod_velocity"]
     here = np.isfinite(speed) & np.isfinite(velocity)
     if _correlation(speed, velocity, here) < _AGAINST:
         return "{drive} speed is positive while {hydraulic} rod_velocity says that the rod retracts; one of the two has the wrong sign"
     late, best = _late(on)
-    return "" if abs(late) < _LATE or best < _together(on, 0) + _ALIKE else _clocks_differ(late)
+    known = rig["measurement.time_skew"]
+    as_is = _together(on, round(known / _STEP))
+    better = best >= as_is + _ALIKE or best >= _FOLLOWS and 1.0 - as_is >= _LESS * (1.0 - best)
+    return _clocks_differ(late) if abs(late - known) > _LATE - 0.5 * _STEP and better else ""
 
 
 def _late(on: dict[str, np.ndarray]) -> tuple[float, float]:
@@ -159,8 +183,8 @@ def _late(on: dict[str, np.ndarray]) -> tuple[float, float]:
 
 def _together(on: dict[str, np.ndarray], lag: int) -> float:
     """Correlation of velocity with a speed that is taken so many steps later, without the ends."""
-    speed, velocity, inner = on["speed"], on["rod_velocity"], slice(round(_LATEST / _STEP), -round(_LATEST / _STEP))
-    return _correlation(np.roll(speed, lag)[inner], velocity[inner], np.isfinite(speed + velocity)[inner])
+    inner, known = on["inner"], np.isfinite(on["speed"] + on["rod_velocity"])
+    return _correlation(np.roll(on["speed"], lag)[inner], on["rod_velocity"][inner], known[inner])
 
 
 def _clocks_differ(late: float) -> str:
