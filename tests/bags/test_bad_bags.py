@@ -731,14 +731,15 @@ def test_a_recording_of_no_length_is_told(tmp_path, short, samples):
 def test_a_recording_without_stamps_is_told_so(tmp_path, short):
     still = {name: replace(s, time=np.zeros(len(s))) for name, s in short.streams()}
     read = read_recording(write_recording(tmp_path / "unstamped", replace(short.with_streams(still), epoch_ns=0)))
-    assert any("covers no time, as all stamps are 0: nobody set header.stamp, and nothing can" in finding.message for finding in read.warnings)
+    assert any("covers no time, as all stamps are 0: nobody set header.stamp, and" in finding.message for finding in read.warnings)
 
 
 def test_a_recording_of_one_message_of_each_topic_is_told(tmp_path, short):
     one = {name: replace(s, time=s.time[:1], values=s.values[:1]) for name, s in short.streams()}
     read = read_recording(write_recording(tmp_path / "one", short.with_streams(one)))
     assert any("holds one message of each topic, and nothing can be told of it" in finding.message for finding in read.warnings)
-    assert not any("one message of each" in finding.message for finding in read_recording(write_recording(tmp_path / "all", short)).findings)
+    whole = read_recording(write_recording(tmp_path / "all", short))
+    assert not any("one message of each" in finding.message for finding in whole.findings)
 
 
 def test_a_rig_without_a_name_is_not_named():

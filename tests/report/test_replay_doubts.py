@@ -45,7 +45,12 @@ def in_rpm(result):
         Finding("error", "bag", "drive/telemetry", "speed", 470.0, 9, "speed looks as if given in rpm")]))
 
 
+def off_its_zero(result):
+    return replace(result, zero_error=("tank_oil", 36.0, 10.9))
+
+
 @pytest.mark.parametrize(("spoilt", "says"), [
+    (off_its_zero, "temperature/tank_oil is held to read +10.9 K off, 36 standard deviations of its zero error"),
     (unread, "rod position is not read"), (uncommanded, "there is no speed command"),
     (slow, "comes every 1.00 s and the free run needs it every 0.25 s"),
     (jumped, "the clock jumped back once, and where it did by more than 10 s all began anew"),

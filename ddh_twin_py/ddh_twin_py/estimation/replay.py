@@ -96,6 +96,8 @@ class ReplayResult:
         sampled_at: by topic of telemetry, s, mean time of each interval's samples, (n,), NaN where none came.
         off: where the free run lost its command and the machine moved on, (n,). settled: see `HydraulicResult`, (n,). Both empty where
             nobody said.
+        zero_error: the sensor whose zero the filter holds farthest off at the end, by how many standard deviations, and K; None where it
+            did not run.
     """
 
     recording: Recording
@@ -120,6 +122,7 @@ class ReplayResult:
     sampled_at: Mapping[str, np.ndarray] = field(default_factory=dict)
     off: np.ndarray = field(default_factory=lambda: np.empty(0, bool))
     settled: np.ndarray = field(default_factory=lambda: np.empty(0, bool))
+    zero_error: tuple[str, float, float] | None = None
 
     def free_where_sampled(self, name: str, topic: str) -> np.ndarray:
         """The free run at the mean time of each interval's samples, (n,), NaN where none came.
@@ -370,6 +373,7 @@ class _Run:
             self.fused, self.fused_std, sensors, self.innovations, self.seconds, **smoothed, ambient=self.ambient,
             sampled_at={topic: self._sampled_at(topic) for topic in (DRIVE_TOPIC, HYDRAULIC_TOPIC) if topic in self.ticks.samples},
             off=moved_on(self.off, self.taken_up), settled=self.settled,
+            zero_error=Credibility(self.rig).offset(self.fusion.state) if len(self.ticks) else None,
         )
 
     def _sampled_at(self, topic: str) -> np.ndarray:

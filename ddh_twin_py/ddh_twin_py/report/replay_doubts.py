@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ddh_twin_py.estimation.off_course import off_course
+from ddh_twin_py.estimation.out_of_place import out_of_place
 from ddh_twin_py.gap.contradictions import contradictions
 from ddh_twin_py.gap.doubts import damage
 from ddh_twin_py.report.times import starts
@@ -46,6 +47,8 @@ def doubts(result: ReplayResult) -> tuple[str, ...]:
                      if all(map(same_unit, gaps)) else
                      f"the clock jumped back {times}, and where it did by more than {PUT_BACK:g} s all began anew without knowing its "
                      "temperatures")
+    if place := out_of_place(result):
+        found.append(place)
     lost = damage([recording])
     more = [f"{len(lost) - 1} further faults of the recording, which ddh-twin info lists"] if len(lost) > 1 else []
     found += [text.removeprefix(f"{recording.path}: ") for text in [*lost[:1], *more, *contradictions(recording, result.rig)]]
