@@ -22,7 +22,7 @@ def exchanged(recording, one, two):
 
 def test_two_that_read_each_others_places_look_exchanged(minute):
     said = out_of_place(replay(exchanged(minute, "motor_winding", "tank_oil"), load_rig()))
-    assert said.startswith("temperature/motor_winding and temperature/tank_oil look exchanged, as each reads what the free run shows of the")
+    assert said.startswith("temperature/motor_winding and temperature/tank_oil look exchanged, as each reads what the free run shows of")
 
 
 def test_sound_ones_and_two_that_read_alike_are_in_their_places(minute):

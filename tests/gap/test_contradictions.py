@@ -204,6 +204,21 @@ def test_what_is_hot_or_alone_is_not_in_degf(recording):
     assert only(pump_1_case=75.0, pump_2_case=50.0, ambient=-5.0) == only(ambient=48.0, tank_oil=70.0) == []
 
 
+def test_a_winding_whose_sensor_is_exchanged_with_one_of_the_oil_is_told(recording):
+    time = np.arange(200.0)
+
+    def read(recording=recording, **celsius):
+        return replace(recording, temperatures={name: temperature_stream(time, ZERO_CELSIUS + value) for name, value in celsius.items()})
+
+    warms, cool = 23.0 + 12.0 * time / 200.0, np.full(200, 23.2)
+    sound = {"motor_winding": warms, "motor_housing": cool, "tank_oil": cool, "tank_wall": cool, "line_a": cool + 0.3}
+    assert contradictions(read(**sound), load_rig()) == []
+    (said,) = contradictions(read(**sound | {"motor_winding": cool, "tank_oil": warms}), load_rig())
+    assert f"{recording.namespace}/temperature/motor_winding stays as cool as motor_housing while tank_oil warms by " in said
+    all_oil = {name: warms for name in ("tank_oil", "tank_wall", "line_a")}
+    assert contradictions(read(**sound | all_oil | {"motor_winding": cool}), load_rig()) == [], "a heater in the tank"
+
+
 def test_sensors_of_winding_and_housing_that_are_exchanged_are_told(recording):
     time = np.arange(200.0)
     warm = {"motor_winding": temperature_stream(time, ZERO_CELSIUS + 60.0 + 0.01 * time),

@@ -36,7 +36,7 @@ def out_of_place(result: ReplayResult) -> str:
 
 
 def _exchanged(result: ReplayResult) -> tuple[str, str] | None:
-    """The two sensors that both are far off what the free run shows of their own places, and near what it shows of each other's."""
+    """The two sensors that are far off what the free run shows of their own places, and near what it shows of each other's."""
     zero = float(result.rig.sensors["temperature"].offset_tolerance)
     told = {name: sensor for name, sensor in result.sensors.items() if np.isfinite(sensor.measured).sum() >= _LEAST}
     unit = {name: float(np.hypot(sensor.noise, zero)) or np.inf for name, sensor in told.items()}

@@ -11,6 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from ddh_twin_py.gap.temperature_units import temperature_units
+from ddh_twin_py.gap.winding_place import warms_instead
 from ddh_twin_py.physics.cylinder import load_force, piston_area, rod_side_area, rod_travel
 from ddh_twin_py.rig import Rig
 from ddh_twin_py.telemetry.clock import clock_segments
@@ -47,7 +48,7 @@ def contradictions(recording: Recording, rig: Rig) -> list[str]:
     drive, hydraulic = recording.drive, recording.hydraulic
     if drive is None or hydraulic is None or min(len(drive), len(hydraulic)) < _LEAST:
         return []
-    warmth = temperature_units(recording) or [text for text in [_winding(recording)] if text]
+    warmth = temperature_units(recording) or [text for text in [_winding(recording) or warms_instead(recording)] if text]
     if off := other_clock(recording):
         return [off, *(f"{recording.path}: {text}" for text in warmth)]
     on = _on(drive, hydraulic)
