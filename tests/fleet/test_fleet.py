@@ -119,6 +119,15 @@ def test_links_to_recordings_are_followed_once(folder, tmp_path, second):
     assert sorted(f.name for f in find_recordings(folder)) == sorted([*before, "linked/bag"])
 
 
+def test_links_to_files_count_once(tmp_path):
+    for name in ("here/deep/x.mcap", "elsewhere/y.mcap"):
+        (tmp_path / name).parent.mkdir(parents=True)
+        (tmp_path / name).write_bytes(b"")
+    for name, of in (("a.mcap", "here/deep/x.mcap"), ("b.mcap", "elsewhere/y.mcap"), ("c.mcap", "elsewhere/y.mcap")):
+        (tmp_path / "here" / name).symlink_to(tmp_path / of)
+    assert [f.name for f in find_recordings(tmp_path / "here")] == ["b.mcap", "deep/x.mcap"]
+
+
 @pytest.mark.parametrize("option", ["--csv", "--html", "--json", "--parquet"])
 def test_what_a_case_holds_is_not_overwritten(option, folder, tmp_path, second, capsys):
     write_recording(folder / "deep" / "case" / "field", second)
@@ -277,6 +286,29 @@ def test_a_diagnosis_that_takes_too_long_is_given_up_and_tried_again(folder, tmp
     (row,) = run_fleet(found, Results(tmp_path / "results"), Settings(0.5, FAKE))
     assert "took longer than 0.5 s" in row.error and row.rig == "rig_000"
     assert Results(tmp_path / "results").finished(found[0]) is None
+
+
+class Compiles:
+    """A diagnosis of 10 s, and of 100 s more in which it compiles, by how long it is waited for."""
+
+    def __init__(self, case, command):
+        self.done, self.stage, self.waited = 0.0, "reading", 0.0
+
+    def wait(self, timeout):
+        self.waited += timeout
+        self.stage = COMPILING if 1.0 < self.waited < 101.0 else "fitting"
+        return Outcome(error="done") if self.waited > 110.0 else None
+
+    def stop(self):
+        pass
+
+
+@pytest.mark.parametrize(("longest", "said"), [(20.0, "done"), (5.0, "the diagnosis was stopped, it took longer than 5 s")])
+def test_what_compiling_takes_is_not_counted(longest, said, folder, tmp_path, monkeypatch):
+    monkeypatch.setattr(fleet_run, "DiagnosisProcess", Compiles)
+    found = [f for f in find_recordings(folder) if f.name == "a/april"]
+    (row,) = run_fleet(found, Results(tmp_path / "results"), Settings(longest))
+    assert row.error == said
 
 
 def test_an_interruption_ends_the_processes(folder, tmp_path, second, monkeypatch):

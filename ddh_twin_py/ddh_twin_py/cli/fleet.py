@@ -45,8 +45,8 @@ def add_parser(subparsers) -> None:
     parser.add_argument("--cluster", metavar="ADDRESS", default="", help="run on this Dask scheduler (tcp://host:8786), whose workers see "
                         "the recordings at the same paths; needs dask.distributed")
     parser.add_argument("--again", action="store_true", help="diagnose also what is finished")
-    parser.add_argument("--longest", metavar="S", type=positive, default=3600.0, help="give a recording up after so many seconds "
-                        "(default 3600)")
+    parser.add_argument("--longest", metavar="S", type=positive, default=3600.0, help="give a recording up after so many seconds, "
+                        "without those of compiling the model (default 3600)")
     add_rig(parser)
     parser.add_argument("--csv", metavar="FILE", type=output_file, help="the table (default fleet.csv in --out)")
     parser.add_argument("--parquet", metavar="FILE", type=output_file, help="the table as Parquet")

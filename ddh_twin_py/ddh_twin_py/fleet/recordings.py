@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 from dataclasses import dataclass
 from pathlib import Path
@@ -63,7 +64,16 @@ def find_recordings(folder: str | Path, leave_out: Path | None = None, rig: Path
     found += [_found(p.relative_to(folder).as_posix(), p, rig) for p in closed]
     if not found:
         raise FleetError(f"{folder}: holds no recording, neither a folder with field/, nor a rosbag2 folder, nor a .mcap or .db3 file")
-    return sorted(found, key=lambda f: f.name)
+    return _once(found)
+
+
+def _once(found: list[Found]) -> list[Found]:
+    """Every recording once, sorted by name: of links to a file that is found by its own name too, or by another link, that alone."""
+    first: dict[tuple, Found] = {}
+    for one in sorted(found, key=lambda f: (f.case.field[0].is_symlink(), f.name)):
+        case = one.case
+        first.setdefault(tuple(part and os.path.realpath(part) for part in (*case.field, case.commissioning, case.validation)), one)
+    return sorted(first.values(), key=lambda f: f.name)
 
 
 def _one_case(path: Path) -> bool:

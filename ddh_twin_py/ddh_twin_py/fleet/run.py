@@ -12,19 +12,22 @@ from ddh_twin_py.diagnosis.process import COMMAND, DiagnosisProcess, Outcome
 from ddh_twin_py.fleet.recordings import FleetError, Found
 from ddh_twin_py.fleet.results import Results, fingerprint
 from ddh_twin_py.fleet.row import Row, facts, row_of
+from ddh_twin_py.physics.compiling import COMPILING
 from ddh_twin_py.report.document import version
 
 LONGEST = 3600.0
 """s after which the diagnosis of one recording is given up."""
 _READING = "reading"
 _LOOK = 1.0  # s between looks at how far recordings are
+_TURN = 0.2  # s between looks at how far one is
 Progress = Callable[[float, Mapping[str, tuple[float, str]]], None]
 """Told the share done of all recordings, and of each that is under way here, by name, with its stage."""
 
 
 @dataclass(frozen=True)
 class Settings:
-    """How each recording is diagnosed: `longest` s of wall time; `command` and its protocol as in `DiagnosisProcess`."""
+    """How each recording is diagnosed: `longest` s of wall time, without those of compiling the model; `command` and its protocol as in
+    `DiagnosisProcess`."""
 
     longest: float = LONGEST
     command: tuple[str, ...] = COMMAND
@@ -53,7 +56,7 @@ def diagnose_recording(found: Found, settings: Settings, stop: threading.Event |
     except Exception as error:  # one recording of many; a damaged file may raise anything
         return Diagnosed(Row(**known, error=f"{type(error).__name__}: {' '.join(str(error).split())}"), {}, False)
     process = DiagnosisProcess(found.case, command=settings.command)
-    outcome, waited = process.wait(0.2), 0.2
+    outcome, waited = process.wait(_TURN), _TURN
     while outcome is None:
         if stop is not None and stop.is_set() or waited > settings.longest:
             process.stop()
@@ -61,7 +64,7 @@ def diagnose_recording(found: Found, settings: Settings, stop: threading.Event |
             return Diagnosed(row_of(known, Outcome(error=f"the diagnosis was stopped{late}")), {}, False)
         if told is not None:
             told(process.done, process.stage)
-        outcome, waited = process.wait(0.2), waited + 0.2
+        outcome, waited = process.wait(_TURN), waited + _TURN * (process.stage != COMPILING)
     return Diagnosed(row_of(known, outcome), outcome.report, outcome.answered)
 
 
