@@ -215,7 +215,7 @@ def test_a_winding_whose_sensor_is_exchanged_with_one_of_the_oil_is_told(recordi
     assert contradictions(read(**sound), load_rig()) == []
     (said,) = contradictions(read(**sound | {"motor_winding": cool, "tank_oil": warms}), load_rig())
     assert f"{recording.namespace}/temperature/motor_winding stays as cool as motor_housing while tank_oil warms by " in said
-    all_oil = {name: warms for name in ("tank_oil", "tank_wall", "line_a")}
+    all_oil = dict.fromkeys(("tank_oil", "tank_wall", "line_a"), warms)
     assert contradictions(read(**sound | all_oil | {"motor_winding": cool}), load_rig()) == [], "a heater in the tank"
 
 

@@ -31,8 +31,8 @@ def out_of_place(result: ReplayResult) -> str:
     if result.zero_error is None or abs(result.zero_error[1]) <= _FAR_OFF:
         return ""
     sensor, off, zero = result.zero_error
-    return (f"{TEMPERATURE_PREFIX}{sensor} is held to read {zero:+.1f} K off, {abs(off):.0f} standard deviations of its zero error; what is "
-            "fused near it may be off by more than is stated")
+    return (f"{TEMPERATURE_PREFIX}{sensor} is held to read {zero:+.1f} K off, {abs(off):.0f} standard deviations of its zero error; "
+            "what is fused near it may be off by more than is stated")
 
 
 def _exchanged(result: ReplayResult) -> tuple[str, str] | None:
