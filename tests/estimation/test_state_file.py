@@ -174,3 +174,9 @@ def test_a_state_is_written_where_what_was_in_its_place_is_removed_meanwhile(tmp
 def test_a_state_file_that_is_no_regular_file_is_refused(path, state):
     with pytest.raises(NodeError, match=f"parameter state_file is {path}: that is no regular file"):
         StateKeeper(path, state)
+
+
+@pytest.mark.parametrize("path", ["/proc/x.npz", "/sys/x.npz"])
+def test_a_state_file_where_no_file_can_be_made_is_refused(path, state):
+    with pytest.raises(NodeError, match=f"parameter state_file is {path}: it cannot be written"):
+        StateKeeper(path, state)

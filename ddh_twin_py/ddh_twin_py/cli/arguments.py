@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import argparse
-import errno
 import os
 import re
 import shutil
 import sys
-import tempfile
 from collections.abc import Callable, Iterable
 from pathlib import Path
 
@@ -174,6 +172,8 @@ def between(lowest: float, highest: float, unit: str) -> Callable[[str], float]:
 
 def output_file(text: str) -> str:
     """A file that can be written, looked at before anything is computed; its folder need not exist."""
+    from ddh_twin_py.rig.files import why_no_file
+
     path = Path(text)
     try:
         if text.endswith(("/", os.sep)) or path.is_dir():
@@ -191,11 +191,8 @@ def output_file(text: str) -> str:
         raise argparse.ArgumentTypeError(f"{text!r} cannot be written: {error.strerror}") from None
     if not there.is_dir():
         raise argparse.ArgumentTypeError(f"{text!r} cannot be written: {there} is no folder")
-    try:
-        tempfile.TemporaryFile(dir=there).close()  # permissions alone do not tell, least of all those of root
-    except OSError as error:
-        why = "no file can be made there" if error.errno == errno.ENOENT else error.strerror  # as in /proc
-        raise argparse.ArgumentTypeError(f"{text!r} cannot be written: {there}: {why}") from None
+    if why := why_no_file(there):
+        raise argparse.ArgumentTypeError(f"{text!r} cannot be written: {there}: {why}")
     return text
 
 

@@ -11,6 +11,7 @@ from ddh_twin_py.bags.numbering import numbered
 from ddh_twin_py.estimation.state_file import OLDEST, SavedState, StateFileError, load_state, save_state
 from ddh_twin_py.estimation.temperature_fusion import FusionState
 from ddh_twin_py.nodes.parameters import NodeError
+from ddh_twin_py.rig.files import why_no_file
 
 
 class StateKeeper:
@@ -36,6 +37,8 @@ class StateKeeper:
             folder.mkdir(parents=True, exist_ok=True)
             if self.path.exists() and not self.path.is_file():
                 raise NodeError(f"parameter state_file is {path}: that is no regular file; name a file that is one, or is not there yet")
+            if why := why_no_file(folder):
+                raise NodeError(f"parameter state_file is {path}: it cannot be written: {folder}: {why}")
             self.saved = load_state(self.path, like)
             self.note = "" if self.saved else f"{self.path}: no state yet, starting without"
         except StateFileError as error:

@@ -9,6 +9,7 @@ import json
 import os
 import shutil
 import stat
+import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -51,6 +52,15 @@ def no_regular_file(path: str | Path) -> str:
     """
     mode = os.stat(path).st_mode
     return "" if stat.S_ISREG(mode) else next((words for kind, words in _KINDS if kind(mode)), "a special file")
+
+
+def why_no_file(folder: str | Path) -> str:
+    """Why no file can be made in a folder, '' where one can; permissions alone do not tell, least of all those of root."""
+    try:
+        tempfile.TemporaryFile(dir=folder).close()
+    except OSError as error:
+        return "no file can be made there" if error.errno == errno.ENOENT else error.strerror  # as in /proc
+    return ""
 
 
 def printable(text: object) -> str:
