@@ -6,6 +6,8 @@ import re
 import signal
 import sys
 import types
+from itertools import pairwise
+from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
@@ -260,6 +262,21 @@ def test_the_launch_file_starts_what_up_starts(launch_file, paper_cycle_bag, tmp
     assert {n.namespace for n in nodes} == {"/rig_b"}
     assert {n.executable for n in nodes if not n.respawn} == {"bag_player"}
     assert {n.respawn_delay for n in nodes} == {launch_file.RESPAWN_DELAY}
+
+
+def test_the_lines_of_the_readme_start_the_same(launch_file, repo_root, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("crane_1.yaml").write_text("rig_id: crane_1\n")
+    lines = [line.split() for line in (repo_root / "README.md").read_text("utf-8").splitlines()]
+    (by_up,) = [line[2:] for line in lines if line[:2] == ["ddh-twin", "up"] and "--rig" in line]
+    (launch,) = [line[4:] for line in lines if line[:2] == ["ros2", "launch"]]
+    (one,) = [line[3:] for line in lines if line[:2] == ["ros2", "run"]]
+    arguments = launch_file.parser().parse_args(by_up)
+    nodes = started(launch_file, **dict(word.split(":=") for word in launch))
+    assert {n.executable: n.parameters[-1] for n in nodes} == up.node_parameters(arguments)
+    assert {n.namespace for n in nodes} == {arguments.namespace} and f"__ns:={arguments.namespace}" in one
+    given = dict(value.split(":=") for option, value in pairwise(one) if option == "-p")
+    assert given == up.node_parameters(arguments)[one[0]]
 
 
 def test_a_played_bag_is_a_reference_for_the_normal_levels_and_a_machine_is_not(launch_file, paper_cycle_bag):

@@ -98,6 +98,7 @@ class GapMonitorNode(TwinNode):
         self._health.add("gap", self._judge_gap)
         self._health.add("diagnosis", self._action.judge)
         self._progress = Progress(self, self._inputs)
+        self.waits_for = RESIDUAL_TOPIC, ESTIMATE_TOPIC, READING_TOPIC
         self.every(_POLL_PERIOD, self._poll)
 
     def _begin_watch(self) -> None:

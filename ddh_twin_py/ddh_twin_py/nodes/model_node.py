@@ -122,6 +122,10 @@ class TelemetryNode(TwinNode, ABC):
         self.every(POLL_PERIOD, self.poll)
         self.every(ADAPT_PERIOD, self.feed.inputs.adapt)
 
+    @property
+    def waits_for(self) -> tuple[str, ...]:
+        return self.feed.awaited
+
     def poll(self) -> None:
         """Take in what came, do what can be done, tell how far we are."""
         wall = self.wall()

@@ -32,10 +32,11 @@ class TwinNode(Node):
     """A node in the namespace `ddh`, or in the one it was started with.
 
     `values` holds its parameters by name. A node that has done its work sets `finished`, and
-    `exit_code` where that is not 0.
+    `exit_code` where that is not 0. `waits_for` are topics without which it tells nothing.
     """
 
     PARAMETERS: tuple[Parameter, ...] = ()
+    waits_for: tuple[str, ...] = ()
 
     def __init__(self, name: str, extra: Iterable[Parameter] = ()) -> None:
         super().__init__(name, namespace=NAMESPACE)
@@ -132,6 +133,8 @@ def run(kind: type[TwinNode], args: list[str] | None = None) -> int:
     try:
         with watched(_say_once(kind)):
             node = kind()
+        waiting = f", waiting for {', '.join(node.waits_for)}" if node.waits_for else ""
+        node.get_logger().info(f"ready in {node.get_namespace()}{waiting}")
         executor = SingleThreadedExecutor()
         executor.add_node(node)
         gc.collect()

@@ -71,7 +71,7 @@ class TelemetryFeed:
         keep_late: Collection[str] = (),
     ) -> None:
         noise, scales = {name: spec.noise for name, spec in rig.sensors.items()}, UnitScales.of(rig)
-        self.inputs = Inputs(node)
+        self.inputs, self.awaited = Inputs(node), tuple(awaited)
         self.screens = {topic: StreamScreen(topic, noise, reorder_window, scales) for topic in topics}
         for topic in topics:
             self.inputs.add(topic, message_type(topic))
