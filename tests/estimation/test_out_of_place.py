@@ -42,3 +42,10 @@ def test_one_that_comes_off_is_far_off_its_zero_and_not_exchanged(minute):
 def test_one_that_is_a_few_deviations_off_is_no_doubt(minute):
     result = replay(minute, load_rig())
     assert out_of_place(replace(result, zero_error=("tank_oil", 9.0, 2.7))) == ""
+
+
+@pytest.mark.filterwarnings("error")
+def test_a_place_of_which_the_free_run_shows_nothing_tells_nothing(minute):
+    result = replay(exchanged(minute, "motor_winding", "tank_oil"), load_rig())
+    blind = replace(result.sensors["tank_oil"], predicted=np.full(result.sensors["tank_oil"].time.size, np.nan))
+    assert out_of_place(replace(result, sensors={**result.sensors, "tank_oil": blind}, zero_error=None)) == ""

@@ -38,7 +38,7 @@ def out_of_place(result: ReplayResult) -> str:
 def _exchanged(result: ReplayResult) -> tuple[str, str] | None:
     """The two sensors that are far off what the free run shows of their own places, and near what it shows of each other's."""
     zero = float(result.rig.sensors["temperature"].offset_tolerance)
-    told = {name: sensor for name, sensor in result.sensors.items() if np.isfinite(sensor.measured).sum() >= _LEAST}
+    told = {name: sensor for name, sensor in result.sensors.items() if sensor.time.size}
     unit = {name: float(np.hypot(sensor.noise, zero)) or np.inf for name, sensor in told.items()}
     far = [name for name, sensor in told.items() if _off(sensor, sensor) > _FAR * unit[name]]
     pairs = [(one, two) for one, two in itertools.combinations(far, 2)
@@ -47,7 +47,8 @@ def _exchanged(result: ReplayResult) -> tuple[str, str] | None:
 
 
 def _off(read: SensorComparison, of: SensorComparison) -> float:
-    """RMS, K, by which a reading is off what the free run shows at a place."""
+    """RMS, K, by which a reading is off what the free run shows at a place, NaN where too little tells."""
     order = np.argsort(of.time, kind="stable")
     off = read.measured - np.interp(read.time, of.time[order], of.predicted[order])
-    return float(np.sqrt(np.nanmean(off**2)))
+    off = off[np.isfinite(off)]
+    return float(np.sqrt(np.mean(off**2))) if off.size >= _LEAST else np.nan
