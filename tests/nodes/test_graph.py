@@ -131,10 +131,12 @@ def test_the_live_graph_agrees_with_replay_where_sensors_come_late_telemetry_pau
     late = ends - broken.epoch_ns > 59_000_000_000
     assert result.free_temperature[late].min() > 44.0 + ZERO_CELSIUS  # put to what is read, and kept where the clock was put back
     namespace = "/broken"
-    predictions = listener.collect(HydraulicState, f"{namespace}/hydraulics/prediction")
-    motor = listener.collect(MotorThermalState, f"{namespace}/motor/thermal_state")
-    with NodeProcess("hydraulic_model", namespace, flush_after=0.5) as hydraulics, \
-            NodeProcess("machine_thermal", namespace, flush_after=0.5) as thermal:
+    topics = [f"{namespace}/hydraulics/prediction", f"{namespace}/motor/thermal_state"]
+    predictions, motor = (listener.collect(kind, topic) for kind, topic in zip((HydraulicState, MotorThermalState), topics, strict=True))
+    with NodeProcess("hydraulic_model", namespace, flush_after=FLUSH_AFTER) as hydraulics, \
+            NodeProcess("machine_thermal", namespace, flush_after=FLUSH_AFTER) as thermal:
+        for topic in topics:  # or the first outputs may find no listener
+            wait_for(lambda topic=topic: listener.publishers(topic) == 1, 60.0, topic)
         for bag in bags:  # one after the other, or the streams of the bag would not step back together
             play(bag, "hydraulic_model", "machine_thermal", namespace=namespace)
         for messages in (predictions, motor):
