@@ -288,6 +288,17 @@ def test_a_side_that_has_shown_its_load_is_in_no_other_unit_though_the_load_is_n
     assert screen.suspicions == [] and np.isfinite(screened.values).all()
 
 
+@pytest.mark.parametrize("side", [0, 1])
+def test_a_side_that_goes_over_to_another_unit_is_told(paper, noise, scales, side):
+    """A machine's software is changed beside a twin that runs on."""
+    stream, half = paper.hydraulic, len(paper.hydraulic) // 2
+    values = stream.values.copy()
+    values[half:, side] *= 1e-5
+    screen = StreamScreen(HYDRAULIC, noise, scales=scales)
+    screen.screen(stream.stamps(paper.epoch_ns), values)
+    assert [(one.fields, one.unit) for one in screen.suspicions] == [((side,), "bar")]
+
+
 def test_pressure_near_zero_at_rest_is_no_wrong_unit(noise):
     """A machine that stands without pressure, seen by quiet sensors, gives no evidence of bar."""
     rng = np.random.default_rng(2)

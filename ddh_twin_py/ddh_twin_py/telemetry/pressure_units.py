@@ -28,14 +28,14 @@ def judge_pressures(
     count, here = state[:, RULE_COUNT], state[:, RULE_A]
     mean = state[:, RULE_B] / np.maximum(count, 1.0)
     told = (count >= EVIDENCE // 2) & (here > 1e-3)
-    at_home = largest >= _SHOWN  # a side that has shown its load may well be without any
+    at_home = largest >= _SHOWN  # a side that has shown its load may well be without any, where the other carries it
     top = np.where(at_home, here, largest)
     if (told & (here < _NO_LOAD)).all():
         small = [0, 1] if at_home.all() else np.flatnonzero(~at_home)
     elif scales is None:
         small = np.flatnonzero(told & (largest < _SILENT * noise[:2]))
     else:
-        small = np.flatnonzero(told & ~at_home)
+        small = np.flatnonzero(told & (here < _SHOWN))  # it may have shown its load in another unit before
         if _carries(mean, scales) or not any(_carries(_told_in(unit, mean, small), scales) for unit in _UNITS):
             small = []
     if not len(small):
