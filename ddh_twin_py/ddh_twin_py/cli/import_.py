@@ -53,17 +53,14 @@ def run(args: argparse.Namespace) -> int:
         from ddh_twin_py.exchange.import_log import import_logs
         from ddh_twin_py.exchange.mapping import read_mapping
         from ddh_twin_py.rig import load_rig
-        from ddh_twin_py.telemetry.screening import screen_recording
-        from ddh_twin_py.telemetry.unit_scales import UnitScales
+        from ddh_twin_py.telemetry.screening import screen_by_sheet
     mapping = read_mapping(args.mapping)
     with stage(f"reading {args.log[0] if len(args.log) == 1 else f'{len(args.log)} logs'}", args.quiet):
         recording = import_logs(args.log, mapping)
     with stage(f"writing {args.output}", args.quiet):
         write_recording(args.output, recording, to)
     with stage("screening", args.quiet):
-        rig, written = load_rig(), read_recording(args.output)
-        noise = {name: spec.noise for name, spec in rig.sensors.items()}
-        screened = screen_recording(written, noise, scales=UnitScales.of(rig, written))
+        screened = screen_by_sheet(read_recording(args.output), load_rig())
     if args.json:
         put_json(args.json, recording_json(screened))
     show_findings(screened.findings, f"ddh-twin info {args.output}")

@@ -37,13 +37,11 @@ def run(args: argparse.Namespace) -> int:
     from ddh_twin_py.gap.contradictions import contradictions
     from ddh_twin_py.rig import load_rig
     from ddh_twin_py.telemetry.recording import Finding
-    from ddh_twin_py.telemetry.screening import screen_recording
-    from ddh_twin_py.telemetry.unit_scales import UnitScales
+    from ddh_twin_py.telemetry.screening import screen_by_sheet
 
     rig = load_rig(args.rig)
     recording = read_recording(args.bag, args.namespace)
-    noise = {name: spec.noise for name, spec in rig.sensors.items()}
-    screened = screen_recording(recording, noise, scales=UnitScales.of(rig, recording))
+    screened = screen_by_sheet(recording, rig)
     apart = [Finding("warning", screened.path, "", "", None, 1, text) for text in contradictions(screened, rig)]
     screened = replace(screened, findings=[*screened.findings, *apart])
     if args.json:

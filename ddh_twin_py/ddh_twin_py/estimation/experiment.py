@@ -46,11 +46,10 @@ from ddh_twin_py.telemetry.jumps import why_apart
 from ddh_twin_py.telemetry.recording import Recording
 from ddh_twin_py.telemetry.recording_ticks import align
 from ddh_twin_py.telemetry.resolution import rounding_error
-from ddh_twin_py.telemetry.screening import screen_recording
+from ddh_twin_py.telemetry.screening import screen_by_sheet
 from ddh_twin_py.telemetry.signals import DRIVE_FIELDS, DRIVE_TOPIC, HYDRAULIC_FIELDS, HYDRAULIC_TOPIC
 from ddh_twin_py.telemetry.spans import strangers
 from ddh_twin_py.telemetry.ticks import Samples, Ticks
-from ddh_twin_py.telemetry.unit_scales import UnitScales
 from ddh_twin_py.twin.ambient import AmbientTracker
 from ddh_twin_py.twin.command import command_at
 from ddh_twin_py.twin.hydraulic_model import UNSEEN, off_the_stops
@@ -480,8 +479,7 @@ def _in_one_stretch(recording: Recording, rig: Rig, interval: float) -> tuple[Re
     Raises:
         ExperimentError: where no free run can be made over it.
     """
-    noise = {name: spec.noise for name, spec in rig.sensors.items()}
-    recording = screen_recording(recording, noise, scales=UnitScales.of(rig, recording))
+    recording = screen_by_sheet(recording, rig)
     for topic, stream in ((DRIVE_TOPIC, recording.drive), (HYDRAULIC_TOPIC, recording.hydraulic)):
         if stream is None or not len(stream):
             raise ExperimentError(f"{recording.path}: {recording.lack_of(topic)}; a free run cannot be compared without it")

@@ -25,11 +25,10 @@ from ddh_twin_py.rig import Rig
 from ddh_twin_py.telemetry.clock import Break
 from ddh_twin_py.telemetry.recording import Finding, Recording
 from ddh_twin_py.telemetry.recording_ticks import align
-from ddh_twin_py.telemetry.screening import screen_recording
+from ddh_twin_py.telemetry.screening import screen_by_sheet
 from ddh_twin_py.telemetry.signals import DRIVE_FIELDS, DRIVE_TOPIC, HYDRAULIC_FIELDS, HYDRAULIC_TOPIC, TEMPERATURE_PREFIX
 from ddh_twin_py.telemetry.spans import too_short
 from ddh_twin_py.telemetry.ticks import Ticks
-from ddh_twin_py.telemetry.unit_scales import UnitScales
 from ddh_twin_py.twin.ambient import AmbientTracker
 from ddh_twin_py.twin.hydraulic_model import HydraulicModel, HydraulicResult
 from ddh_twin_py.twin.intervals import INTERVAL, command_size, new_carry, reduce_intervals
@@ -159,8 +158,7 @@ def replay(recording: Recording, rig: Rig, interval: float = INTERVAL, without: 
         ReplayError: where there is no drive telemetry, next to no time of it, or nothing in it that drives the twin.
     """
     clock = time.perf_counter()
-    noise = {name: spec.noise for name, spec in rig.sensors.items()}
-    recording = screen_recording(recording.held_against(rig.oil_grade), noise, scales=UnitScales.of(rig, recording))
+    recording = screen_by_sheet(recording.held_against(rig.oil_grade), rig)
     if recording.drive is None or len(recording.drive) == 0:
         raise ReplayError(f"{recording.path}: {recording.lack_of(DRIVE_TOPIC)}; "
                           "the twin needs at least the drive's speed and current")

@@ -59,8 +59,9 @@ class Hearing:
     def __init__(self, model: Diagnosable, found: Found, runs: HeldRuns, best: HeldBest, plain: np.ndarray, as_run: Mapping[str, float],
                  drift: Drift | None, slight: Mapping[Ids, Refitted | None]) -> None:
         self._model, self._found, self._runs, self._best = model, found, runs, best
-        self._as_run, self._drift, self._slight = as_run, drift, slight
-        self._gap_as_run = size.gap(as_run, runs.floor)
+        self._as_run = {name: ratio / runs.floor[name] for name, ratio in as_run.items()}
+        self._gap_as_run = size.of_all(self._as_run)
+        self._drift, self._slight = drift, slight
         self._before = functools.cache(lambda closely: best.beside(plain, (), closely))
         self._best_place = functools.cache(lambda: model.best_place(found.linearised))
         self._beside_none = functools.cache(lambda closely: best.beside(found.fitted[()].theta, (), closely))
@@ -105,8 +106,7 @@ class Hearing:
         if not leader.columns:
             return unknown
         sizes = {n: (floor[n] * first[n].noise, first[n].unit) for n in followed}
-        as_run = {name: ratio / floor[name] for name, ratio in self._as_run.items()}
-        unknown = left_behind(unknown, followed, {n: as_run[n] for n in followed}, sizes, built,
+        unknown = left_behind(unknown, followed, {n: self._as_run[n] for n in followed}, sizes, built,
                               in_fitted(self._model, leader, floor, acts=True))
         if built:  # without a commissioning recording any other duty may ask for other parameters
             unknown = worsened(unknown, over, before.over)
@@ -118,7 +118,7 @@ class Hearing:
             unknown = halfway(unknown, shrunk, closed, slow)
         ways = [(beside_none.over, over, REFUTED)]
         if built:
-            ways.append((as_run, runs.over(leader), REFUTED_AS_RUN))
+            ways.append((self._as_run, runs.over(leader), REFUTED_AS_RUN))
         return refuted(unknown, ways)
 
     def _elsewhere(self, unknown: Unknown, leader: Refitted, closely: bool) -> Unknown:

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ddh_twin_py.rig import Rig
 from ddh_twin_py.telemetry import screening_kernel as kernel
 from ddh_twin_py.telemetry.alike_units import alike_units
 from ddh_twin_py.telemetry.causes import OF_FIELD, OF_SAMPLE, Cause
@@ -297,3 +298,8 @@ def screen_recording(
     if not strange and not any(segments[topic].any() for topic in segments):
         findings += missing_ends(recording)
     return recording.with_streams(streams, findings)
+
+
+def screen_by_sheet(recording: Recording, rig: Rig) -> Recording:
+    """Screen all streams with what a rig's sheet tells: noise of its sensors, and what size readings have under the payload declared."""
+    return screen_recording(recording, {name: spec.noise for name, spec in rig.sensors.items()}, scales=UnitScales.of(rig, recording))
