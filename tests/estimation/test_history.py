@@ -94,13 +94,18 @@ def test_parts_that_hold_oil_and_of_which_nothing_is_read_begin_apart():
         assert open_oil(read, AIR).shape == (0, N)
 
 
-def test_oil_begins_as_warm_as_may_be_where_the_tanks_is_not_read():
-    (way,) = open_oil({"line_a_wall": AIR + 3.0, "housing": AIR + 20.0}, AIR)
-    warmer = {name for name, kelvin in zip(NODES, way, strict=True) if kelvin}
-    assert {"tank_oil", "line_a_oil", "line_b_wall", "cylinder_barrel"} <= warmer and not {"line_a_wall", "housing", "rotor"} & warmer
+def test_oil_begins_as_warm_as_may_be_where_the_tanks_is_not_read_and_each_unread_part_apart_from_it():
+    """All of it together by many kelvin, parts from each other by a share of what the warmest that is read is ahead of the air by."""
+    ways = open_oil({"line_a_wall": AIR + 3.0, "pump_2_case": AIR + 4.0, "housing": AIR + 20.0}, AIR)
+    together, *apart = [{name for name, kelvin in zip(NODES, way, strict=True) if kelvin} for way in ways]
+    assert {"tank_oil", "tank_wall", "cylinder_barrel"} <= together and np.all(ways[0][ways[0] != 0.0] == 8.0)
+    assert not {"line_a_wall", "line_a_oil", "line_b_wall", "pump_1_case", "housing", "rotor"} & together
+    assert apart == [{"cylinder_barrel", "chamber_a_oil", "chamber_b_oil"}, {"tank_wall"}]
+    assert np.allclose(ways[1:][ways[1:] != 0.0], 1.2)
+    assert len(open_oil({"line_a_wall": AIR + 1.0}, AIR)) == len(open_oil({"housing": AIR + 20.0}, AIR)) == 1  # as cold as air, or unknown
 
 
-@pytest.mark.parametrize(("read", "ways"), [({"housing": 0.3}, 1), ({"line_a_wall": 0.3}, 0), ({"line_a_wall": 3.0}, 1)])
+@pytest.mark.parametrize(("read", "ways"), [({"housing": 0.3}, 1), ({"line_a_wall": 0.3}, 0), ({"line_a_wall": 3.0}, 4)])
 def test_the_oil_of_a_cold_unit_is_known_where_a_part_that_holds_it_is_read(read, ways):
     """Histories aside, of which there are none here."""
     assert len(open_begin(np.zeros((0, N)), {node: AIR + rise for node, rise in read.items()}, AIR)) == ways

@@ -68,6 +68,8 @@ def test_oil_that_is_not_read_is_as_warm_as_what_it_flows_through():
     assert started(pump_1_case=303.0)["tank_oil"] == 303.0
     assert started(pump_1_case=303.0, line_b_wall=297.0)["tank_oil"] == 303.0  # walls of lines cool soonest
     assert started(cylinder_barrel=301.0, pump_1_case=303.0)["chamber_a_oil"] == 301.0
+    lines = started(pump_1_case=303.0, line_b_wall=297.0)
+    assert lines["line_a_wall"] == lines["line_a_oil"] == 297.0  # one line is as warm as the other
 
 
 def test_a_node_that_is_read_keeps_its_own():

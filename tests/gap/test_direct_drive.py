@@ -77,8 +77,8 @@ def test_oil_that_no_sensor_reads_may_begin_warmer(recording):
     sheet = load_rig()
     few = replace(recording, temperatures={n: s for n, s in recording.temperatures.items() if n in ("motor_housing", "tank_wall")})
     held = DriveCase([], [Experiment(recording, sheet)], sheet, [Experiment(few, sheet)]).held_data()
-    theta = np.zeros(held.model.size)
-    likely, warmer = (held.run(theta, (), begin)[0] for begin in ([[0.0]], [[1.0]]))
+    theta, (ways,) = np.zeros(held.model.size), held.open_begins()
+    likely, warmer = (held.run(theta, (), [np.eye(1, ways)[0] * one])[0] for one in (0.0, 1.0))
     early = held.signals()[0]["temperature/tank_wall"].time < 3.0
     tank = np.abs(warmer["temperature/tank_wall"] - likely["temperature/tank_wall"])
     assert tank[early].max() < 0.2 and tank.max() > 0.3  # it begins as it is read, and oil warms it

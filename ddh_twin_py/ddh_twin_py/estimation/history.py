@@ -37,7 +37,7 @@ _REST_STEP = 30.0  # s
 _OIL_PARTS = (("cylinder_barrel", "chamber_a_oil", "chamber_b_oil"), ("line_a_wall", "line_a_oil", "line_b_wall", "line_b_oil"),
               ("pump_1_case", "pump_1_oil", "pump_2_case", "pump_2_oil"), ("tank_wall",))
 """What oil flows through and cools by itself; who reads one node of a part knows the part."""
-_UNLIKE = 0.3  # of what the tank's oil is warmer than the air, by which such a part may be as no history has it
+_UNLIKE = 0.3  # of what the oil that is read is warmer than the air, by which such a part may be as no history has it
 _READ = 1.0  # K, of a first reading: zero errors, and that no history is the true one
 _COLD = 1.0  # K from ambient, within which a unit has likely rested
 _OIL_OPEN = 8.0  # K, standard deviation of how warm oil begins where the tank's is not read
@@ -148,14 +148,16 @@ def open_motor(histories: np.ndarray, read: Mapping[str, float], air: float) -> 
 def open_oil(read: Mapping[str, float], air: float) -> np.ndarray:
     """How far what holds oil and is not read may begin from where `likely_rise` lets it, K, (c, N); arguments as there.
 
-    Where the tank's oil is not read, all of it alike. Else each part of which nothing is read, as no reading of the tank tells how fast a
-    barrel cools beside it; none of a tank that is as warm as the air.
+    Each part of which nothing is read, as no reading elsewhere tells how fast a barrel cools beside it; none of a unit whose oil is as warm
+    as the air. Where the tank's oil is not read, first of all that oil and these parts alike.
     """
-    if TANK_OIL not in read:
-        return np.array([[_OIL_OPEN * (node in HYDRAULIC_NODES and node not in read) for node in NODES]])
-    apart = _UNLIKE * abs(read[TANK_OIL] - air)
-    unread = [part for part in _OIL_PARTS if not any(node in read for node in part)] if apart > _NOTICEABLE else []
-    return np.array([[apart * (node in part) for node in NODES] for part in unread]).reshape(-1, N)
+    unread = [part for part in _OIL_PARTS if not any(node in read for node in part)]
+    warm = [abs(value - air) for node, value in read.items() if node in HYDRAULIC_NODES]
+    apart = _UNLIKE * (abs(read[TANK_OIL] - air) if TANK_OIL in read else max(warm, default=0.0))
+    told = {*read, *(node for part in _OIL_PARTS if part not in unread for node in part)}
+    alike = [] if TANK_OIL in read else [[_OIL_OPEN * (node in HYDRAULIC_NODES and node not in told) for node in NODES]]
+    each = [[apart * (node in part) for node in NODES] for part in unread] if apart > _NOTICEABLE else []
+    return np.array([*alike, *each]).reshape(-1, N)
 
 
 def _agreement(own: np.ndarray, wanted: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
