@@ -43,8 +43,8 @@ def second(paper_cycle_bag):
 def cranes(tmp_path_factory, second):
     """Two cases, a single bag, a case that crashes its diagnosis, one that is refused, and a bag that is none."""
     place = tmp_path_factory.mktemp("written") / "cranes"
-    for name in ("a/march/field", "a/march/commissioning", "a/april", "b/crash/field", "b/bad"):
-        write_recording(place / name, second)
+    for i, name in enumerate(("a/march/field", "a/march/commissioning", "a/april", "b/crash/field", "b/bad")):
+        write_recording(place / name, second.between(0.0, 2.0 - 0.02 * i))
     (place / "b/torn").mkdir()
     (place / "b/torn/torn.mcap").write_bytes(b"\x00" * 100)
     (place / ".hidden").mkdir()
@@ -126,6 +126,37 @@ def test_links_to_files_count_once(tmp_path):
     for name, of in (("a.mcap", "here/deep/x.mcap"), ("b.mcap", "elsewhere/y.mcap"), ("c.mcap", "elsewhere/y.mcap")):
         (tmp_path / "here" / name).symlink_to(tmp_path / of)
     assert [f.name for f in find_recordings(tmp_path / "here")] == ["b.mcap", "deep/x.mcap"]
+
+
+def test_copies_are_one_row_that_names_both(folder, tmp_path, monkeypatch, capsys):
+    shutil.copytree(folder / "a/april", folder / "later/april_again")
+    shutil.copytree(folder / "a/march", folder / "later/march")
+    (data,) = (folder / "b/bad").glob("*.mcap")
+    shutil.copy(data, folder / "loose.mcap")
+    found = {f.name: f.copies for f in find_recordings(folder)}
+    assert found == {"a/april": ("later/april_again",), "a/march": ("later/march",), "b/bad": ("loose.mcap",), "b/crash": (),
+                     "b/torn/torn.mcap": ()}
+    monkeypatch.setattr(fleet_run.Settings, "__init__", _with_fake(fleet_run.Settings.__init__))
+    assert main(["fleet", str(folder), "--out", str(tmp_path), "--html", str(tmp_path / "fleet.html")]) == 0
+    rows = {row["recording"]: row["copies"] for row in csv.DictReader((tmp_path / "fleet.csv").open())}
+    assert rows == {name: " | ".join(copies) for name, copies in found.items()}
+    assert "  a/april = later/april_again: the same recording, one row\n" in capsys.readouterr().out
+    assert ">a/april = later/april_again<" in (tmp_path / "fleet.html").read_text()
+    shutil.rmtree(folder / "later")
+    assert diagnosed(folder, tmp_path / "results")[0]["a/april"].copies == "", "a kept answer names no copy that is gone"
+
+
+def test_what_differs_in_one_byte_or_another_bag_or_holds_nothing_is_no_copy(folder, tmp_path):
+    shutil.copytree(folder / "a/march", folder / "later/march")
+    shutil.copytree(folder / "a/april", folder / "later/march/validation")
+    shutil.copytree(folder / "a/april", folder / "later/april")
+    (data,) = (folder / "later/april").glob("*.mcap")
+    content = bytearray(data.read_bytes())
+    content[len(content) // 2] ^= 1
+    data.write_bytes(content)
+    for name in ("x.mcap", "y.mcap"):
+        (folder / name).write_bytes(b"")
+    assert all(not f.copies for f in find_recordings(folder)) and len(find_recordings(folder)) == 9
 
 
 @pytest.mark.parametrize("option", ["--csv", "--html", "--json", "--parquet"])

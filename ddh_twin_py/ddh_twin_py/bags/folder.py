@@ -19,6 +19,8 @@ from ddh_twin_py.rig.yaml_file import decoded, mapping, parse_yaml, shown
 
 SUFFIXES = (".mcap", ".db3")
 _PACKED_SUFFIXES = tuple(f"{suffix}.zstd" for suffix in SUFFIXES)
+DATA_ENDINGS = (*SUFFIXES, *_PACKED_SUFFIXES)
+"""How names of files end that hold messages."""
 _IDENTIFIERS = ("mcap", "sqlite3")
 _MODES = ("", "none", "file", "message")
 METADATA = "metadata.yaml"
@@ -96,7 +98,7 @@ class BagFolder:
 def holds_bag(path: str | Path) -> bool:
     """Whether there is metadata.yaml or a file of a bag in a folder; False where it cannot be looked into."""
     try:
-        return any(name == METADATA or name.endswith((*SUFFIXES, *_PACKED_SUFFIXES)) for name in os.listdir(path))
+        return any(name == METADATA or name.endswith(DATA_ENDINGS) for name in os.listdir(path))
     except OSError:
         return False
 
@@ -112,12 +114,12 @@ def open_folder(path: str | Path) -> BagFolder:
         near = did_you_mean(path) or "; a bag is a rosbag2 folder or one .mcap or .db3 file"
         raise BagError(f"{path} does not exist{near}")
     if path.is_file():
-        if not path.name.endswith(SUFFIXES + _PACKED_SUFFIXES):
+        if not path.name.endswith(DATA_ENDINGS):
             raise BagError(f"{path} is no bag: its name ends in {path.suffix!r}, not in .mcap or .db3")
         return BagFolder(path, [path], _mode_of(path))
     if not path.is_dir():
         raise BagError(f"{path} is no bag but {no_regular_file(path)}; a bag is a rosbag2 folder or one .mcap or .db3 file")
-    found = sorted(p for p in path.iterdir() if p.name.endswith(SUFFIXES + _PACKED_SUFFIXES))
+    found = sorted(p for p in path.iterdir() if p.name.endswith(DATA_ENDINGS))
     metadata = path / METADATA
     if not metadata.is_file():
         if not found:

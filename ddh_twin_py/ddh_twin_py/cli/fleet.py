@@ -104,6 +104,8 @@ def run(args: argparse.Namespace) -> int:
         fleet_document(str(args.folder), rows, rig.file).write(args.html)
     if not args.quiet and args.json != "-":
         print(verdict(rows))
+        for row in (row for row in rows if row.copies):
+            print(f"  {printable(row.names)}: the same recording, one row")
         for row in rows:
             if said := remark(row):
                 print(f"  {printable(row.recording)}: {printable(said)}")

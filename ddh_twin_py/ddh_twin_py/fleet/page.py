@@ -123,7 +123,7 @@ def _table(rows: Sequence[Row]) -> doc.Html:
     )  # fmt: skip
     ordered = sorted(rows, key=lambda row: (row.rig, row.begin, row.recording))
     cells = [
-        (row.recording, row.rig, _begin(row), _number(row.duration, ".0f"),
+        (row.names, row.rig, _begin(row), _number(row.duration, ".0f"),
          doc.mark(_MARKS.get(row.verdict, "none"), row.verdict.replace("_", " ")) if row.verdict else "–",
          _effect(row),
          "–" if row.probability is None else percent(row.probability), _size(row), _gap(row))

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import os
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from ddh_twin_py.bags.case import COMMISSIONING, FIELD, VALIDATION, Case, case_of, is_case
 from ddh_twin_py.bags.errors import BagError
-from ddh_twin_py.bags.folder import METADATA, SUFFIXES, holds_bag
+from ddh_twin_py.bags.folder import DATA_ENDINGS, METADATA, holds_bag
 from ddh_twin_py.fleet.below import below
+from ddh_twin_py.fleet.copies import alike
 from ddh_twin_py.rig.files import did_you_mean
 
-_ENDINGS = (*SUFFIXES, *(f"{suffix}.zstd" for suffix in SUFFIXES))
 _PART = re.compile(r"_\d+$")
 
 
@@ -23,11 +23,13 @@ class FleetError(ValueError):
 
 @dataclass(frozen=True)
 class Found:
-    """One recording to diagnose: its name, which is its path below the folder, and its case; `refused` says why it is none."""
+    """One recording to diagnose: its name, which is its path below the folder, and its case; `refused` says why it is none, `copies` are
+    names of others with the same content."""
 
     name: str
     case: Case
     refused: str = ""
+    copies: tuple[str, ...] = ()
 
 
 def find_recordings(folder: str | Path, leave_out: Path | None = None, rig: Path | None = None) -> list[Found]:
@@ -36,7 +38,7 @@ def find_recordings(folder: str | Path, leave_out: Path | None = None, rig: Path
     A folder that holds field/ and is no bag is one case, whatever else lies in it; one with a bag commissioning/ or validation/ and without
     field/ is a case that is refused. A rosbag2 folder is one recording, as are .mcap and .db3 files that belong to no bag, and a folder
     that cannot be looked into. Hidden folders, and `leave_out`, are not looked into; links are followed,
-    and what is reached twice counts once.
+    and what is reached twice counts once, as do copies (`copies.alike`), under the first of their names.
 
     Raises:
         FleetError: there is no such folder, it is a file, no recording in it, it is `leave_out` itself, or it is a case without field/.
@@ -64,7 +66,7 @@ def find_recordings(folder: str | Path, leave_out: Path | None = None, rig: Path
     found += [_found(p.relative_to(folder).as_posix(), p, rig) for p in closed]
     if not found:
         raise FleetError(f"{folder}: holds no recording, neither a folder with field/, nor a rosbag2 folder, nor a .mcap or .db3 file")
-    return _once(found)
+    return _without_copies(_once(found))
 
 
 def _once(found: list[Found]) -> list[Found]:
@@ -74,6 +76,15 @@ def _once(found: list[Found]) -> list[Found]:
         case = one.case
         first.setdefault(tuple(part and os.path.realpath(part) for part in (*case.field, case.commissioning, case.validation)), one)
     return sorted(first.values(), key=lambda f: f.name)
+
+
+def _without_copies(found: list[Found]) -> list[Found]:
+    """Of copies of one recording the first, with the names of the others."""
+    named = {one.name: one for one in found}
+    groups = alike({name: one.case for name, one in named.items() if not one.refused})
+    copies = {first: tuple(others) for first, *others in groups}
+    gone = {name for others in copies.values() for name in others}
+    return [replace(one, copies=copies.get(name, ())) for name, one in named.items() if name not in gone]
 
 
 def _one_case(path: Path) -> bool:
@@ -91,7 +102,7 @@ def _found(name: str, path: Path, rig: Path | None) -> Found:
 
 def _bags(path: Path, files: list[str]) -> list[Path]:
     """The folder itself where it is a bag, or the bag files that lie in it by themselves."""
-    data = sorted(name for name in files if name.endswith(_ENDINGS))
+    data = sorted(name for name in files if name.endswith(DATA_ENDINGS))
     if METADATA in files:
         return [path]
     stems = {_PART.sub("", name.split(".")[0]) for name in data}

@@ -13,6 +13,9 @@ from ddh_twin_py.bags.case import Case
 from ddh_twin_py.bags.reader import read_recording
 from ddh_twin_py.diagnosis.process import Outcome
 
+COPY = " | "
+"""Between names in `Row.copies`."""
+
 
 @dataclass(frozen=True)
 class Row:
@@ -25,6 +28,7 @@ class Row:
         probability: of the effect, or of the class together. size, size_std, nominal: of the effect's parameter, in `unit`.
         gap_before, gap_after: in multiples of the noise floor. error: in one line, '' where there is a report.
         version: of this project, as it answered; '' where the answer is older than that it is kept.
+        copies: paths of other recordings with the same content, joined by `COPY`.
     """
 
     recording: str
@@ -45,11 +49,17 @@ class Row:
     sentence: str = ""
     error: str = ""
     version: str = ""
+    copies: str = ""
 
     @property
     def time(self) -> datetime | None:
         """`begin` as a time, None where it is not known."""
         return datetime.fromisoformat(self.begin) if self.begin else None
+
+    @property
+    def names(self) -> str:
+        """Its path, and those of its copies."""
+        return " = ".join([self.recording, *filter(None, self.copies.split(COPY))])
 
 
 COLUMNS = tuple(f.name for f in fields(Row))

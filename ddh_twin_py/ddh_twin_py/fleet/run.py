@@ -5,13 +5,13 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from ddh_twin_py.bags.errors import BagError
 from ddh_twin_py.diagnosis.process import COMMAND, DiagnosisProcess, Outcome
 from ddh_twin_py.fleet.recordings import FleetError, Found
 from ddh_twin_py.fleet.results import Results, fingerprint
-from ddh_twin_py.fleet.row import Row, facts, row_of
+from ddh_twin_py.fleet.row import COPY, Row, facts, row_of
 from ddh_twin_py.physics.compiling import COMPILING
 from ddh_twin_py.report.document import version
 
@@ -99,7 +99,7 @@ def run_fleet(found: Sequence[Found], results: Results, settings: Settings, jobs
                     raise
                 unkept(error)
         tell()
-    return [rows[f.name] for f in found]
+    return [replace(rows[f.name], copies=COPY.join(f.copies)) for f in found]
 
 
 def _here(left: Sequence[Found], settings: Settings, jobs: int, running: dict[str, tuple[float, str]],
