@@ -106,9 +106,9 @@ def test_what_cannot_be_told_of_since_when_stands_on_the_card_and_first_among_wh
     assert "cannot be told here: as well" in alone, "though no other effect was asked about"
     plain = gap_document(diagnoses["no_gap"]).html()
     assert "cannot be told here" not in plain and "may have changed" not in plain
-    since = {"relief_valve.setting": "155 <bar>"}
+    since = {"<valve>.setting": "155 bar"}
     said = gap_document(replace(diagnoses["no_gap"], sentence=sentence(diagnoses["no_gap"].report, EFFECTS, since=since))).html()
-    assert re.search(r'<p class="verdict good">No gap: [^<]* likely\. <span>But relief_valve\.setting [^<]*155 &lt;bar&gt;', said)
+    assert re.search(r'<p class="verdict good">No gap: [^<]* likely\. <span>But &lt;valve&gt;\.setting may have changed [^<]*</span>', said)
 
 
 def test_what_ends_farther_off_than_it_was_is_named_on_the_card(diagnoses):

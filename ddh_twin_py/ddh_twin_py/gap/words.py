@@ -26,18 +26,16 @@ _NAMES = {
     "electrical_power": "electrical power", "pump_1": "pump 1", "pump_2": "pump 2", "line_a": "line A", "line_b": "line B",
 }
 _PLAIN, _COUNTS = 0.8, 0.1  # probability from which "no gap" is said without doubt, and from which what else it may be is named
-_NAMED = 3  # effects named that would not have shown
 _LEFT = 2.0  # floors from which a signal that is left off is named beside "no gap"
 
 
 def sentence(report: Mapping, catalogue: Mapping[str, Effect], unseen: Sequence[str] = (), reading: str = "",
              at_best: Mapping[str, float] | None = None, asked_for: str = "", pressed: Sequence[str] = (),
              commissioned: bool | None = None, since: Mapping[str, str] = MappingProxyType({}), together: float = 0.0) -> str:
-    """The verdict with its confidence, for an engineer who reads nothing else: one sentence, and of no gap what it rests on after it.
+    """The verdict with its confidence, for an engineer who reads nothing else: one sentence, and of no gap another on what it rests on.
 
     Args:
-        catalogue: effects that were asked about, by id. unseen: those that no signal would have shown, or not at a moderate size, each
-            with the value up to which it may act unseen where that is known.
+        catalogue: effects that were asked about, by id. unseen: those that no signal would have shown, or not at a moderate size.
         reading: signal that errs where something unknown lies in a reading; empty where it does not.
         at_best: floors by which signals of held-out data are off where what is open of the rig is at its best for them; None: not known.
         asked_for: parameters that have to move for that; empty where it makes little difference.
@@ -84,29 +82,40 @@ def _no_gap(report: Mapping, unseen: Sequence[str], at_best: Mapping[str, float]
     none = next((h["probability"] for h in report["hypotheses"] if not h["effects"]), 0.0)
     said = "No gap" if none >= _PLAIN else "Probably no gap"
     shown = " that would have shown" if unseen else ""
-    sentences = [f"{said}: with its parameters fitted {WITHIN} the twin explains data not used for that to {after:.1f} times the floor"
-                 f"{_another(at_best, asked_for)}, and that no effect acts{shown} is {probably(none)} likely{_else(report)}."]
+    verdict = (f"{said}: with its parameters fitted {WITHIN} the twin explains data not used for that to {after:.1f} times the floor"
+               f"{_another(at_best, asked_for)}, and that no effect acts{shown} is {probably(none)} likely{_else(report)}.")
+    rests = _rests_on(as_is, before, after, _left_off(report, at_best), unseen, pressed, since)
+    return f"{verdict} {rests}" if rests else verdict
+
+
+def _rests_on(as_is: float, before: float, after: float, left: str, unseen: Sequence[str], pressed: Sequence[str],
+              since: Mapping[str, str]) -> str:
+    """One sentence on what "no gap" rests on, the first of these that there is; empty where nothing is worth it. Notes hold the rest."""
     if since:
-        sentences.append(f"{BUT}{untold(since)}.")
+        return f"{BUT}{first_of(list(since), 1)} may have changed since commissioning, which these recordings cannot tell."
+    if left:
+        return left
     if before > _CLOSED_BY * after:  # what the recordings in question show of the rig, its commissioning did not
-        sentences.append(f"Unfitted the twin was {as_is:.1f} times the floor off, fitted to the commissioning recording alone "
-                         f"{before:.1f}.")
-    elif as_is > _CLOSED_BY * after:
-        sentences.append(f"Unfitted the twin was {as_is:.1f} times the floor off, which calibration closes.")
-    if pressed:
-        sentences.append(f"{first_of(pressed, 1)} had to go to the very end of what a fit may use, {CUT:g} times the tolerance; the sheet "
-                         "may be wrong there, or something hide behind it.")
+        return f"Unfitted the twin was {as_is:.1f} times the floor off, fitted to the commissioning recording alone {before:.1f}."
+    if named := [*_counted(pressed, "parameter", "at the end of what a fit may use"), *_counted(unseen, "effect", "that would not show")]:
+        return f"The notes name {' and '.join(named)}."
+    return f"Unfitted the twin was {as_is:.1f} times the floor off, which calibration closes." if as_is > _CLOSED_BY * after else ""
+
+
+def _counted(names: Sequence[str], what: str, which: str) -> list[str]:
+    """How many of these there are, in words; empty where there are none."""
+    return [f"{len(names)} {what}{'s' * (len(names) > 1)} {which}"] if names else []
+
+
+def _left_off(report: Mapping, at_best: Mapping[str, float] | None) -> str:
+    """A sentence on the signal that stays farthest off beside "no gap"; empty where none is far off."""
     worst, times = _left_most(report, at_best, ())
-    if times > _LEFT:
-        easily = ", which small flaws of the model move far," if worst in AMPLIFIED else ""
-        least = "" if at_best is None else "at least "
-        name = signal_name(worst)
-        sentences.append(f"{name[:1].upper()}{name[1:]}{easily} stays {least}{times:.1f} times its floor off, and no listed effect "
-                         "explains that.")
-    if unseen:
-        sentences.append(f"{len(unseen)} effect{'s' * (len(unseen) > 1)} of the catalogue would not have shown even at a moderate size, or "
-                         f"as large as machines have them: {first_of(unseen, _NAMED)}.")
-    return " ".join(sentences)
+    if times <= _LEFT:
+        return ""
+    easily = ", which small flaws of the model move far," if worst in AMPLIFIED else ""
+    least = "" if at_best is None else "at least "
+    name = signal_name(worst)
+    return f"{name[:1].upper()}{name[1:]}{easily} stays {least}{times:.1f} times its floor off, and no listed effect explains that."
 
 
 def untold(since: Mapping[str, str]) -> str:
