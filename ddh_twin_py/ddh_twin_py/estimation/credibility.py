@@ -45,6 +45,10 @@ class Credibility:
         worst = int(np.argmax(np.abs(off)))
         return SENSORS[worst], float(off[worst]), float(state.offset[worst])
 
+    def doubted(self, state: FusionState) -> int:
+        """How many sensors' zero errors are farther from their priors than `FARTHEST_OFFSET`."""
+        return int(np.count_nonzero(np.abs((state.offset - self._zero) / self._spread) > FARTHEST_OFFSET))
+
     def doubt(self, state: FusionState) -> str:
         """What cannot be true of the rig, a sentence; empty where nothing is in doubt."""
         said = []

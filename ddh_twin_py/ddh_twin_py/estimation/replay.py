@@ -12,6 +12,7 @@ from scipy.signal import lfilter
 
 from ddh_twin_py.estimation.credibility import Credibility
 from ddh_twin_py.estimation.off_course import moved_on, off_course
+from ddh_twin_py.estimation.out_of_place import OutOfPlace, without_those_out_of_place
 from ddh_twin_py.estimation.sensors import NODE_INDEX, NODE_OF_SENSOR, SENSORS
 from ddh_twin_py.estimation.start import FirstReadings, Told, air_at_start, start_temperature
 from ddh_twin_py.estimation.temperature_fusion import FusionInputs, Innovation, Readings, TemperatureFusion
@@ -97,6 +98,7 @@ class ReplayResult:
             nobody said.
         zero_error: the sensor whose zero the filter holds farthest off at the end, by how many standard deviations, and K; None where it
             did not run.
+        left_out: sensors that a first run told to be out of place, and that the fusion was not given again.
     """
 
     recording: Recording
@@ -122,6 +124,7 @@ class ReplayResult:
     off: np.ndarray = field(default_factory=lambda: np.empty(0, bool))
     settled: np.ndarray = field(default_factory=lambda: np.empty(0, bool))
     zero_error: tuple[str, float, float] | None = None
+    left_out: tuple[OutOfPlace, ...] = ()
 
     def free_where_sampled(self, name: str, topic: str) -> np.ndarray:
         """The free run at the mean time of each interval's samples, (n,), NaN where none came.
@@ -146,7 +149,8 @@ def replay(recording: Recording, rig: Rig, interval: float = INTERVAL, without: 
     """Run models and fusion over a recording.
 
     Screening and cutting into intervals come first. Where the clock jumped back by more than `PUT_BACK` everything
-    starts anew, by less the unit is as warm as it was; where it skipped a long time it is taken to have rested.
+    starts anew, by less the unit is as warm as it was; where it skipped a long time it is taken to have rested. Where the run tells
+    that sensors are out of place, it is done again without them.
 
     Args:
         recording: as read. rig: the rig. interval: s of one output.
@@ -168,9 +172,19 @@ def replay(recording: Recording, rig: Rig, interval: float = INTERVAL, without: 
     if short := too_short(recording, DRIVE_TOPIC, _SHORTEST):
         raise ReplayError(short)
     ticks = align(take_off_delay(recording, rig), interval)
-    run = _Run(recording, rig, ticks, interval, frozenset(without))
+    aligned = time.perf_counter() - clock
+    result = without_those_out_of_place(
+        lambda unseen: _once(_Run(recording, rig, ticks, interval, unseen), progress, smooth, covariances), without)
+    result.seconds["screening and intervals"] = aligned
+    findings = [Finding("warning", recording.path, "", "", None, 1, f"{recording.path}: {found.left_out}") for found in result.left_out]
+    said = replace(result.recording, findings=[*result.recording.findings, *findings])
+    return replace(result, recording=said) if findings else result
+
+
+def _once(run: _Run, progress: Callable[[float], None] | None, smooth: bool, covariances: bool) -> ReplayResult:
+    """All segments of one run."""
+    ticks = run.ticks
     run.smoothing, run.keeping = smooth, covariances
-    run.seconds["screening and intervals"] = time.perf_counter() - clock
     starts = [0, *np.flatnonzero(ticks.restart), len(ticks)]
     for start, stop in pairwise(starts):
         if stop > start:

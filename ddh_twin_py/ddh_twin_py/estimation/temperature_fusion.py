@@ -25,6 +25,7 @@ from ddh_twin_py.rig import Rig
 from ddh_twin_py.twin.ambient import AmbientTracker
 from ddh_twin_py.twin.intervals import INTERVAL
 from ddh_twin_py.twin.sensor_errors import sensor_lags, take_off_air, temperature_noise, temperature_zero_errors
+from ddh_twin_py.twin.temperature_sensors import all_sensed
 
 EPOCH = 1.0
 """s between two steps of the covariance."""
@@ -183,6 +184,7 @@ class TemperatureFusion:
 
     Attributes:
         state: all that it knows. trace: where its steps are written for a smoother, None: nowhere.
+        left_out: of `SENSORS`, whether their readings are not used, until `reset`, bool (m,).
     """
 
     def __init__(self, rig: Rig, interval: float = INTERVAL, epoch: float = EPOCH, ambient: float | None = None) -> None:
@@ -198,6 +200,7 @@ class TemperatureFusion:
         self._first_air_known = ambient is not None
         self._longest_delay = round(LONGEST_DELAY / interval)
         self._transition = np.empty((N + _M, N + _M + N_UNCERTAIN))
+        self.left_out = np.zeros(_M, bool)
         self.reset()
 
     @property
@@ -212,6 +215,26 @@ class TemperatureFusion:
 
     def reset(self) -> None:
         """Forget everything: temperatures near ambient, wide uncertainty."""
+        self.left_out[:] = False
+        self._begin(self._first_air, self._first_air_known)
+
+    def leave_out(self, sensors: Sequence[str], temperature: np.ndarray) -> None:
+        """Use these sensors no more and forget what was learned with them, but for the air and the usual duty.
+
+        The uncertainty is that of a start again, about temperatures that the models say; the other sensors soon narrow it.
+
+        Args:
+            temperature: K, (N,), of a run that does not rest on these sensors.
+        """
+        usual = self.state.usual_heat
+        self.left_out |= np.isin(SENSORS, sensors)
+        self._begin(self._air.value, self._air.known)
+        self.state.usual_heat = usual
+        self.state.dynamic[:N] = temperature
+        self.state.dynamic[N:] = all_sensed(temperature, self.rig["tank.top_share"])
+
+    def _begin(self, air: float, air_known: bool) -> None:
+        """Temperatures as of the air, K, with wide uncertainty."""
         self._forget_past()
         size = N + 2 * _M + N_UNCERTAIN
         covariance = np.zeros((size, size))
@@ -222,15 +245,14 @@ class TemperatureFusion:
         covariance[N + _M: N + 2 * _M, N + _M: N + 2 * _M] = np.diag(spread**2)
         prior = uncertain_parameters(self.rig).prior
         covariance[N + 2 * _M:, N + 2 * _M:] = np.diag(prior**2)
-        if not self._first_air_known:
+        if not air_known:
             covariance[N + 2 * _M + AMBIENT_AT, N + 2 * _M + AMBIENT_AT] = UNKNOWN_AMBIENT**2
         self.state = FusionState(
-            np.full(N + _M, self._first_air), offset.copy(), np.zeros(N_UNCERTAIN), covariance, self._first_air,
-            _UNSEEN_HEAT.copy(), self._first_air_known,
+            np.full(N + _M, air), offset.copy(), np.zeros(N_UNCERTAIN), covariance, air, _UNSEEN_HEAT.copy(), air_known,
         )
         self.state.deviation[AMBIENT_AT] = self.rig["surroundings.enclosure_rise"]
-        self._air = AmbientTracker(self._first_air, self.interval)
-        self._air.hold(self._first_air, self._first_air_known)
+        self._air = AmbientTracker(air, self.interval)
+        self._air.hold(air, air_known)
         self._last = np.full((_M, 2), np.nan)  # K, last two readings of each sensor
         self._newest = np.full(_M, np.nan)  # K, last reading of each sensor within `HEARD` and since the last rest
         self._silent = np.zeros(_M)  # s since then
@@ -355,7 +377,8 @@ class TemperatureFusion:
             return []
         index, sensor, measured, predicted, noise = (np.concatenate(column) for column in zip(*pending, strict=True))
         self._newest[sensor], self._silent[sensor] = measured, 0.0
-        doubted = outvoted(self._newest)[sensor]
+        self._newest[self.left_out] = np.nan
+        doubted = (outvoted(self._newest) | self.left_out)[sensor]
         innovation = measured - predicted
         accepted, spread = np.zeros(index.size, dtype=np.bool_), np.zeros(index.size)
         gains = np.empty((index.size, state.covariance.shape[0]))

@@ -10,8 +10,9 @@ from sensor_msgs.msg import Temperature
 from ddh_msgs.msg import HydraulicState, MotorThermalState, ResidualArray, TemperatureEstimateArray
 from ddh_twin_py.estimation.credibility import Credibility
 from ddh_twin_py.estimation.outvoted import OUTVOTED
+from ddh_twin_py.estimation.place_watch import PlaceWatch
 from ddh_twin_py.estimation.sensors import NODE_INDEX, SENSORS
-from ddh_twin_py.estimation.temperature_fusion import FusionInputs, FusionResult, Reading, TemperatureFusion
+from ddh_twin_py.estimation.temperature_fusion import FusionInputs, FusionResult, Reading, Readings, TemperatureFusion
 from ddh_twin_py.nodes import qos
 from ddh_twin_py.nodes.conversion import FUSION, estimate_layout, location_layout, residual_layout, to_celsius, to_kelvin
 from ddh_twin_py.nodes.fusion_inputs import (
@@ -72,6 +73,7 @@ class TemperatureFusionNode(TelemetryNode):
         )  # fmt: skip
         self._fusion = TemperatureFusion(self._rig, values["interval"])
         self._credibility = Credibility(self._rig)
+        self._places = PlaceWatch(self._rig, values["interval"])
         self._models = {
             topic: (self.feed.inputs.add(topic, kind, qos.stream(reliable=True)), BulkParser(kind))
             for topic, kind in ((STATE_TOPIC, HydraulicState), (MOTOR_TOPIC, MotorThermalState), (PREDICTION_TOPIC, HydraulicState))
@@ -180,6 +182,7 @@ class TemperatureFusionNode(TelemetryNode):
 
     def begin_anew(self) -> None:
         self._fusion.reset()
+        self._places.begin_anew()
         self._limits.present.clear()
         self._predicted.clear()
         self._measured[:] = self._measured_at[:] = np.nan
@@ -217,7 +220,9 @@ class TemperatureFusionNode(TelemetryNode):
         add_duty(self._limits.present, ticks, inputs)
         result = self._fusion.advance(inputs, readings)
         end_ns = np.array([tick.end_ns for tick in ticks], np.int64)
-        self._publish(end_ns, result)
+        predicted = np.array([self._predicted.pop(stamp, _UNKNOWN) for stamp in end_ns.tolist()])
+        self._publish(end_ns, result, predicted)
+        self._watch_places(predicted, readings, result)
         self._last_end = int(end_ns[-1])
         self._deviation = result.standard_deviation[-1]
         self._newest = result.temperature[-1]
@@ -225,10 +230,20 @@ class TemperatureFusionNode(TelemetryNode):
         self._done_at = self.wall()
         self._known = {STATE_TOPIC: float(inputs.hydraulics_known.mean()), MOTOR_TOPIC: float(inputs.motor_known.mean())}
 
-    def _publish(self, end_ns: np.ndarray, result: FusionResult) -> None:
+    def _watch_places(self, predicted: np.ndarray, readings: list[Reading], result: FusionResult) -> None:
+        """Leave sensors out that are told to be out of place; ``predicted``: K, of the free run, (n, N), NaN where it says nothing."""
+        read = Readings.of([r for r in readings if r.index >= 0]).off_the_air(result.ambient, self._rig)
+        found = self._places.take(predicted, read, self._fusion.state)
+        if found is None:
+            return
+        known = predicted[np.isfinite(predicted).all(axis=1)]
+        self._fusion.leave_out(found.sensors, known[-1] if known.size else result.temperature[-1])
+        self._measured[[NODE_INDEX[sensor] for sensor in found.sensors]] = np.nan
+        self.get_logger().warning(f"{found.left_out}, {_UNTIL}")
+
+    def _publish(self, end_ns: np.ndarray, result: FusionResult, predicted: np.ndarray) -> None:
         celsius, deviation = to_celsius(result.temperature), result.standard_deviation
         measured, age = self._measured_in(end_ns, result)
-        predicted = np.array([self._predicted.pop(stamp, _UNKNOWN) for stamp in end_ns.tolist()])
         values = {
             "ambient": to_celsius(result.ambient),
             "estimates.temperature": celsius,
@@ -325,6 +340,8 @@ class TemperatureFusionNode(TelemetryNode):
         report.add("age limit", limit, "s")
         if age > limit and not self.player.paused(self.wall()):
             report.warn(f"no estimate for {age:.0f} s, neither models nor sensors go on")
+        for found in self._places.told:
+            report.warn(f"{found.left_out}, {_UNTIL}")
         if contradicted := self._fusion.contradicted:
             report.warn(f"{' and '.join(contradicted)}: more than {OUTVOTED:g} K off what all other sensors beside the oil read, not used")
         outside = outside_stated(self._newest)
@@ -346,6 +363,7 @@ class TemperatureFusionNode(TelemetryNode):
 
 
 _UNKNOWN = np.full(N, np.nan)
+_UNTIL = "until the twin is started anew"
 _RESIDUAL_FIELDS = ("residuals.measured", "residuals.predicted", "residuals.residual", "residuals.standard_deviation")
 
 

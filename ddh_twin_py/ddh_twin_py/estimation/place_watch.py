@@ -1,0 +1,103 @@
+"""Tells while the twin runs which temperature sensors are out of place: by the free run's temperatures, and by what the filter bends."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ddh_twin_py.estimation.credibility import Credibility
+from ddh_twin_py.estimation.out_of_place import LEAST, OutOfPlace, far_off_zero, few, look_exchanged
+from ddh_twin_py.estimation.replay import jumps, lagged
+from ddh_twin_py.estimation.temperature_filter import NEVER_READ
+from ddh_twin_py.estimation.temperature_fusion import FusionState, Readings
+from ddh_twin_py.rig import Rig
+from ddh_twin_py.twin.sensor_errors import sensor_lags, temperature_zero_errors
+from ddh_twin_py.twin.temperature_sensors import SENSORS, all_sensed
+
+WINDOW = 60.0
+"""s of data that are judged by themselves: long enough that two places do not cross, short enough to see connectors that are exchanged."""
+_LONGEST = 600.0  # s for which slow sensors are waited for
+LASTING = 60.0
+"""s for which a zero error must be far off: a loose contact comes back sooner."""
+
+
+class PlaceWatch:
+    """Judges windows of readings beside the free run, and how long a zero error has been far off.
+
+    Args:
+        rig: the rig. interval: s.
+
+    Attributes:
+        told: what was told since the begin.
+    """
+
+    def __init__(self, rig: Rig, interval: float) -> None:
+        self._rig, self._interval = rig, interval
+        self._lag, self._zero, self._top_share = sensor_lags(rig), temperature_zero_errors(rig)[0], rig["tank.top_share"]
+        self._credibility = Credibility(rig)
+        self.begin_anew()
+
+    def begin_anew(self) -> None:
+        """Forget everything, as at another time or of another rig."""
+        self.told: list[OutOfPlace] = []
+        self._last: tuple[np.ndarray, np.ndarray] | None = None  # K, free run's places and what sensors read of them, (m,) each
+        self._far, self._far_for = "", 0.0  # sensor whose zero is far off, and for how many s it has been
+        self._begin_window()
+
+    def _begin_window(self) -> None:
+        size = len(SENSORS)
+        self._square, self._count, self._seconds = np.zeros((size, size)), np.zeros(size, np.int64), 0.0
+
+    def take(self, free: np.ndarray, readings: Readings, state: FusionState) -> OutOfPlace | None:
+        """Take in n intervals; the sensors that are now told to be out of place, None where there are none.
+
+        Args:
+            free: K, temperatures of the free run, (n, N), NaN where it says nothing. readings: of these intervals, off the air.
+            state: of the filter, after them.
+        """
+        found = self._exchanged(free, readings) or self._far_off(state, len(free) * self._interval)
+        if found is not None:
+            self.told.append(found)
+            self._far, self._far_for = "", 0.0
+            self._begin_window()
+        return found
+
+    def _exchanged(self, free: np.ndarray, readings: Readings) -> OutOfPlace | None:
+        seen = self._seen(free)
+        gone = {sensor for found in self.told for sensor in found.sensors}
+        told = np.isfinite(seen[readings.index]).all(axis=1) & ~np.isin(np.array(SENSORS)[readings.sensor], list(gone))
+        index, sensor = readings.index[told], readings.sensor[told]
+        np.add.at(self._square, sensor, (readings.temperature[told, None] - seen[index]) ** 2)
+        np.add.at(self._count, sensor, 1)
+        self._seconds += np.isfinite(seen[:, 0]).sum() * self._interval
+        waits = self._seconds < _LONGEST and np.any((self._count > 0) & (self._count < LEAST))
+        if self._seconds < WINDOW or waits:
+            return None
+        mean = np.where(self._count < LEAST, np.nan, self._square.T / np.maximum(self._count, 1)).T
+        self._begin_window()
+        return look_exchanged(np.sqrt(mean), self._rig)
+
+    def _seen(self, free: np.ndarray) -> np.ndarray:
+        """What sensors would read of the free run, K, (n, m), NaN where it says nothing."""
+        place = all_sensed(free, self._top_share)
+        seen = np.full(place.shape, np.nan)
+        known = np.isfinite(place).all(axis=1)
+        edges = np.flatnonzero(np.diff(known, prepend=False, append=False))
+        for first, stop in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True):
+            if first > 0 or self._last is None:
+                self._last = place[first], place[first]
+            start = self._last[1] + jumps(place[first] - self._last[0])
+            seen[first:stop] = lagged(place[first:stop], start, self._interval, self._lag)
+            self._last = place[stop - 1], seen[stop - 1]
+        if known.size and not known[-1]:
+            self._last = None
+        return seen + self._zero
+
+    def _far_off(self, state: FusionState, seconds: float) -> OutOfPlace | None:
+        found = far_off_zero(self._credibility.offset(state), self._rig)
+        if found is not None and self._credibility.doubted(state) > few(np.count_nonzero(state.refused != NEVER_READ)):
+            found = None
+        if found is None or found.sensors[0] != self._far:
+            self._far, self._far_for = found.sensors[0] if found else "", 0.0
+            return None
+        self._far_for += seconds
+        return found if self._far_for > LASTING else None
