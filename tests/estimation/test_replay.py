@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 from ddh_twin_py.bags.damage import with_clock_jump, with_value, without_samples
 from ddh_twin_py.bags.reader import read_recording
-from ddh_twin_py.estimation.replay import lagged, replay
+from ddh_twin_py.estimation.replay import replay
 from ddh_twin_py.rig import load_rig
 from ddh_twin_py.telemetry.signals import ZERO_CELSIUS
+from ddh_twin_py.twin.lagged_readings import lagged
 
 LAG, INTERVAL = 5.0, 0.05
 SENSORS = ("motor_winding", "motor_housing", "tank_oil", "cylinder_barrel", "line_a", "line_b", "tank_wall")

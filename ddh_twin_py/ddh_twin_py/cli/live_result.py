@@ -10,7 +10,7 @@ import numpy as np
 
 from ddh_msgs.msg import HydraulicState, MotorThermalState, ResidualArray, TemperatureEstimateArray
 from ddh_twin_py.cli.arguments import InputError
-from ddh_twin_py.estimation.replay import ReplayResult, lagged
+from ddh_twin_py.estimation.replay import ReplayResult
 from ddh_twin_py.estimation.sensors import NODE_INDEX, SENSORS
 from ddh_twin_py.estimation.temperature_filter import GATE
 from ddh_twin_py.estimation.temperature_fusion import Innovation
@@ -21,6 +21,7 @@ from ddh_twin_py.physics.thermal_network import NODES, ROTOR, TEETH, YOKE
 from ddh_twin_py.sources.raw_bag import RawBag
 from ddh_twin_py.telemetry.signals import TEMPERATURE_PREFIX
 from ddh_twin_py.twin.hydraulic_model import RESIDUAL_SIGNALS
+from ddh_twin_py.twin.lagged_readings import lagged
 from ddh_twin_py.twin.losses import LOSSES
 from ddh_twin_py.twin.sensor_errors import sensor_lags, temperature_zero_errors
 from ddh_twin_py.twin.temperature_sensors import sensed

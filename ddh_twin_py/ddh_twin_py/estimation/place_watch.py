@@ -6,10 +6,10 @@ import numpy as np
 
 from ddh_twin_py.estimation.credibility import Credibility
 from ddh_twin_py.estimation.out_of_place import LEAST, OutOfPlace, far_off_zero, few, look_exchanged
-from ddh_twin_py.estimation.replay import jumps, lagged
 from ddh_twin_py.estimation.temperature_filter import NEVER_READ
 from ddh_twin_py.estimation.temperature_fusion import FusionState, Readings
 from ddh_twin_py.rig import Rig
+from ddh_twin_py.twin.lagged_readings import jumps, lagged
 from ddh_twin_py.twin.sensor_errors import sensor_lags, temperature_zero_errors
 from ddh_twin_py.twin.temperature_sensors import SENSORS, all_sensed
 

@@ -8,7 +8,6 @@ from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
 import numpy as np
-from scipy.signal import lfilter
 
 from ddh_twin_py.estimation.credibility import Credibility
 from ddh_twin_py.estimation.off_course import moved_on, off_course
@@ -33,6 +32,7 @@ from ddh_twin_py.telemetry.ticks import Ticks
 from ddh_twin_py.twin.ambient import AmbientTracker
 from ddh_twin_py.twin.hydraulic_model import HydraulicModel, HydraulicResult
 from ddh_twin_py.twin.intervals import INTERVAL, command_size, new_carry, reduce_intervals
+from ddh_twin_py.twin.lagged_readings import lagged
 from ddh_twin_py.twin.machine_thermal import MachineThermal, MotorResult
 from ddh_twin_py.twin.sensor_errors import (
     sensor_lags,
@@ -46,7 +46,6 @@ from ddh_twin_py.twin.temperature_sensors import all_sensed
 
 _DRIVES = ("speed_command", "speed", "current")  # fields of the drive without any of which it tells nothing
 _SHORTEST = 0.2  # s of the drive that can be replayed
-_JUMP = 0.5  # K from one interval to the next, which no part that a sensor reads warms by
 BLOCK = 5.0
 """s of measurement time between two exchanges of temperatures between fusion and hydraulic model."""
 
@@ -405,17 +404,3 @@ def fusion_inputs(hydraulic: HydraulicResult, motor: MotorResult, ambient: np.nd
         heat, motor.points["mean_square_current"].copy(), np.ascontiguousarray(hydraulic.soft["flow"]),
         hydraulic.soft["rod_position"].copy(), hydraulic.known, motor.known, ambient,
     )
-
-
-def lagged(temperature: np.ndarray, start: np.ndarray, interval: float, lag: np.ndarray) -> np.ndarray:
-    """What sensors with first-order lags (m,), s, read of temperatures (n, m), which were at ``start`` (m,); both jump by `jumps`."""
-    jumped = np.cumsum(jumps(np.diff(temperature, axis=0, prepend=temperature[:1])), axis=0)
-    out = np.empty_like(temperature)
-    for i, keep in enumerate(np.exp(-interval / lag)):
-        out[:, i], _ = lfilter([1.0 - keep], [1.0, -keep], temperature[:, i] - jumped[:, i], zi=[keep * start[i]])
-    return out + jumped
-
-
-def jumps(change: np.ndarray) -> np.ndarray:
-    """Of changes of a free run's temperatures from one interval to the next, K, those by which it was put to a reading; 0 elsewhere."""
-    return np.where(np.abs(change) > _JUMP, change, 0.0)

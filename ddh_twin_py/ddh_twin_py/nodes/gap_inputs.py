@@ -8,13 +8,13 @@ from itertools import pairwise
 import numpy as np
 
 from ddh_msgs.msg import ResidualArray, TemperatureEstimateArray
-from ddh_twin_py.estimation.replay import jumps, lagged
 from ddh_twin_py.gap.watch import HYDRAULIC
 from ddh_twin_py.nodes.conversion import FREE_RUN
 from ddh_twin_py.nodes.wire import BulkParser
 from ddh_twin_py.physics.thermal_network import NODES
 from ddh_twin_py.telemetry.clock import same_unit
 from ddh_twin_py.telemetry.signals import TEMPERATURE_PREFIX
+from ddh_twin_py.twin.lagged_readings import jumps, lagged
 from ddh_twin_py.twin.temperature_sensors import SENSORS, all_sensed
 
 RESIDUAL_TOPIC = "hydraulics/residuals"
