@@ -9,7 +9,7 @@ from ddh_twin_py.estimation.calibration import FittedParameter
 from ddh_twin_py.gap.answer import _at_the_end, _missed, _not_held, _pressed, _untold, _would_not_show
 from ddh_twin_py.gap.catalogue import EFFECTS
 from ddh_twin_py.gap.detection import Detection
-from ddh_twin_py.gap.hearing import spread_elsewhere
+from ddh_twin_py.gap.hearing import spread_elsewhere, spread_of_unsteady
 
 
 def test_what_a_record_would_not_have_shown_is_no_part_of_no_gap():
@@ -43,11 +43,12 @@ def test_what_is_known_of_since_when_nothing_tells_comes_first():
     assert told["a"].startswith("a value of the rig's own within its tolerance does the same")
 
 
-def test_sizes_in_another_duty_err_by_fit_and_law_and_heat_into_an_unknown_body_is_not_asked():
+def test_sizes_in_another_duty_err_by_fit_and_law_and_heat_into_an_unknown_body_is_another_in_each():
     names = ("motor.pwm_loss", "sensor.rod_position_scale", "tank.mount_conduction")
     fitted = SimpleNamespace(columns=[SimpleNamespace(effect=EFFECTS[name]) for name in names], x=np.array([10.0, 0.02, 4.0]),
                              covariance=np.diag([9.0, 1.0e-6, 1.0]))
     assert spread_elsewhere(fitted) == pytest.approx([np.hypot(3.0, 2.0), 1.0e-3, 0.0])
+    assert spread_of_unsteady(fitted) == pytest.approx([0.0, 0.0, 2.0])
 
 
 def test_what_held_out_data_lack_is_said():

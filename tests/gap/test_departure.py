@@ -33,6 +33,8 @@ def test_what_a_law_may_misjudge_goes_with_the_departure():
     model = FirstOrder([0.0, 0.0, 0.0])
     assert departure_of(model, fitted(GAIN, 0.3, [0.1, 0.1, 0.1], LAW), 0)[1] == pytest.approx(LAW * 0.3, rel=1e-3)
     assert departure_of(model, fitted(OFFSET, 0.02, [0.1, 0.1, 0.1]), 0)[1] == pytest.approx(SURE, rel=1e-3)
+    into_a_frame = fitted(replace(GAIN, unsteady=0.5), 0.3, [0.1, 0.1, 0.1], LAW)
+    assert departure_of(model, into_a_frame, 0)[1] == pytest.approx(np.hypot(LAW, 0.5) * 0.3, rel=1e-3)
 
 
 def test_without_commissioning_the_rigs_own_parameter_is_part_of_the_value():

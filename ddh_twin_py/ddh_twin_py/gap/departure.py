@@ -17,7 +17,7 @@ def departure_of(model: Diagnosable, fitted: Refitted, number: int) -> tuple[flo
     """Value, standard deviation, unit and nominal value of an effect of a hypothesis.
 
     The standard deviation is that of the fit, with the rig's own parameters where the value is counted from them, and what laws may
-    misjudge.
+    misjudge, or what a body of unknown warmth does.
     """
     effect, law = fitted.columns[number].effect, fitted.columns[number].law
     theta, x = fitted.theta, float(fitted.x[number])
@@ -29,7 +29,7 @@ def departure_of(model: Diagnosable, fitted: Refitted, number: int) -> tuple[flo
         slope[i] = (_reported(model, effect, law, near, x)[0] - value) / _STEP
     moved = (1.0 + _STEP) * x if x else effect.step
     by_effect = slope[theta.size + number] = (_reported(model, effect, law, theta, moved)[0] - value) / (moved - x)
-    laws = np.append(_PARAMETER_ERROR * slope[: theta.size], effect.law_error * by_effect * x)
+    laws = np.append(_PARAMETER_ERROR * slope[: theta.size], np.hypot(effect.law_error, effect.unsteady) * by_effect * x)
     return value, float(np.sqrt(max(float(slope @ fitted.joint @ slope), 0.0) + laws @ laws)), effect.unit, nominal
 
 

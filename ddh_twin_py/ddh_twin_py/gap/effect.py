@@ -52,7 +52,7 @@ class Effect:
         law: the equation. signature: what it shows in the signals. check: how to see it on the machine.
         confused_with: ids of effects that show alike in common duties and sensors.
         law_error: share of a departure by which the law may misjudge it.
-        steady: whether its size is the same in every duty; heat into a body of which the warmth is not known has another in each.
+        unsteady: share of its size by which that may be another in each duty, as of heat into a body of which the warmth is not known.
         lacked: quantity of a free run, and its unit, that says what the place lacks without the effect;
             None for the one of its component and domain.
         reading: the signal that errs, of a law that acts in one sensor alone.
@@ -77,7 +77,7 @@ class Effect:
     check: str = ""
     confused_with: tuple[str, ...] = ()
     law_error: float = 0.0
-    steady: bool = True
+    unsteady: float = 0.0
     lacked: tuple[str, str] | None = None
     reading: str = ""
     reached: tuple[float, float] = (-math.inf, math.inf)

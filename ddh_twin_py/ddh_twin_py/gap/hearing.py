@@ -86,9 +86,10 @@ class Hearing:
         """What is unknown beside a hypothesis, once held-out data had their say."""
         best, found, runs, drift = self._best, self._found, self._runs, self._drift
         floor, none = runs.floor, found.fitted[()]
-        beside = best.beside(leader.theta, leader.acting)
+        unsteady = spread_of_unsteady(leader)
+        beside = best.beside(leader.theta, leader.acting, spread=unsteady)
         closely = max(beside.over.values(), default=0.0) > _SUSPECT
-        beside = best.beside(leader.theta, leader.acting, closely) if closely else beside
+        beside = best.beside(leader.theta, leader.acting, closely, unsteady) if closely else beside
         before = self._before(closely)
         beside_none = self._beside_none(closely) if leader.columns else beside
         self.at_best[leader.effects] = {(): beside_none, leader.effects: beside}
@@ -126,10 +127,11 @@ class Hearing:
         def best(free, least):
             return self._best.beside(leader.theta, leader.acting, closely, free, least)
 
-        unknown = displaced(unknown, best((), dict.fromkeys(NEEDED_BY, math.inf)).displaced)
+        unsteady = spread_of_unsteady(leader)
+        unknown = displaced(unknown, best(unsteady, dict.fromkeys(NEEDED_BY, math.inf)).displaced)
         least = dict.fromkeys(NEEDED_BY, FAR)  # strokes and winding sum up what another duty lets a law be off by
         spread = spread_elsewhere(leader)
-        kept, other = best((), least), best(spread, least)
+        kept, other = best(unsteady, least), best(np.hypot(spread, unsteady), least)
         times = {c.effect.id: float(y / x) for c, x, y in zip(leader.columns, leader.x, other.departures, strict=True)}
         shares = {c.effect.id: float(s / abs(x)) for c, x, s in zip(leader.columns, leader.x, spread, strict=True)}
         return resized(unknown, kept.cost(least) - other.cost(least), times, shares, proportioned(self._found.linearised, leader))
@@ -138,5 +140,10 @@ class Hearing:
 def spread_elsewhere(fitted: Refitted) -> np.ndarray:
     """Standard deviations by which a hypothesis' departures may be others in another duty, (m,)."""
     laws = np.array([RESIZE * c.effect.law_error for c in fitted.columns]) * fitted.x
-    asked = np.array([c.effect.steady for c in fitted.columns])
+    asked = np.array([not c.effect.unsteady for c in fitted.columns], bool)
     return asked * np.sqrt(np.maximum(np.diagonal(fitted.covariance), 0.0) + laws**2)
+
+
+def spread_of_unsteady(fitted: Refitted) -> np.ndarray:
+    """Standard deviations of the departures that have another size in every duty, 0 of the others, (m,)."""
+    return np.array([c.effect.unsteady for c in fitted.columns]) * np.abs(fitted.x)

@@ -114,7 +114,7 @@ class HeldBest:
         Args:
             theta: parameters that a fit found, (k,). acting: effects. closely: take sensitivities anew where the first steps lead; a
                 valve may be open there that is shut where they were taken. spread: standard deviations by which the effects'
-                departures may be others, (m,); empty: they may not.
+                departures may be others, (m,); empty or all 0: they may not.
             least: signals that have no say in what is best until they are so many floors off; infinite: none at all.
         """
         least = least or {}
@@ -134,7 +134,7 @@ class HeldBest:
                       np.array([x for _, _, x in acts]), self._squares(runs), float(z @ ways.precision @ z), expected)
 
     def _ways(self, theta: np.ndarray, acting: Acting, spread: Sequence[float]) -> _Ways:
-        sizes = np.diag(spread) if len(spread) else np.zeros((0, len(acting)))
+        sizes = np.diag(spread) if np.any(spread) else np.zeros((0, len(acting)))
         return _Ways(theta, np.zeros(int(self._ends[-1])), acting, block_diag(self._moves, sizes),
                      block_diag(self._precision, np.eye(len(sizes))))
 

@@ -60,8 +60,9 @@ EFFECTS = (
     ),
     Effect(
         id="tank.mount_conduction", component="tank", domain="thermal", parameter="conductance", unit="W/K",
-        reference=fixed(0.0), laws=(added("tank_mount_conductance"),), step=1.0, lowest=0.0, highest=500.0, steady=False,
+        reference=fixed(0.0), laws=(added("tank_mount_conductance"),), step=1.0, lowest=0.0, highest=500.0,
         reached=(0.0, 50.0),  # steel feet of 100 cm² in all, 1 cm thick
+        unsteady=0.5,  # the frame is between as cold as the air and as warm as the tank
         about="The tank loses heat through its mounts into the machine's frame.",
         law="q = G (T_wall - T_ambient)",
         signature="Tank wall and oil cooler in proportion to their rise, where convection would grow faster.",
