@@ -389,6 +389,30 @@ def test_bad_input_is_named_in_log_and_diagnostics(graph, short_recording, liste
     assert all(np.isfinite(e.temperature) for m in estimates for e in m.estimates)
 
 
+def test_temperatures_that_are_all_in_degf_are_told_together_and_none_is_fused(listener, paper_cycle_bag, tmp_path):
+    """Those within their range in that unit too: the estimate is of the models alone, near 23 degC and not near 73."""
+    fahrenheit = read_recording(paper_cycle_bag).between(0.0, 20.0)
+    for sensor in TEMPERATURE_SENSORS:
+        fahrenheit = with_wrong_unit(fahrenheit, f"temperature/{sensor}", "temperature", 1.8, ZERO_CELSIUS + 32.0 - 1.8 * ZERO_CELSIUS)
+    estimates = listener.collect(TemperatureEstimateArray, "/warm/temperature/estimates")
+    health = listener.collect(DiagnosticArray, "/diagnostics")
+    nodes = {name: NodeProcess(name, "/warm", flush_after=FLUSH_AFTER) for name in MODELS}
+    try:
+        play(write_recording(tmp_path / "fahrenheit", fahrenheit), *MODELS, namespace="/warm")
+        end = (fahrenheit.epoch_ns * 1e-9 + 19.0) * 1e9
+        wait_for(lambda: estimates and stamp_ns(estimates[-1]) > end, 30.0, "the last estimate")
+        assert max(e.temperature for e in estimates[-1].estimates) < 60.0 and max(e.predicted for e in estimates[-1].estimates) < 60.0
+        assert not any(np.isfinite(e.measured) for e in estimates[-1].estimates)
+        for sensor in set(TEMPERATURE_SENSORS) - {"ambient"}:
+            wait_for(lambda s=sensor: _with(health, f"warm/temperature_fusion: temperature/{s}", "looks as if given in degF"), 20.0, sensor)
+            line = nodes["temperature_fusion"].says(f"/warm/temperature/{sensor} temperature looks as if given in degF")
+            assert "it begins with 7" in line and "not used" in line
+    finally:
+        for node in nodes.values():
+            with node:
+                node.stop()
+
+
 def _with(messages, name, words):
     """Newest status of that name whose message holds these words."""
     for message in reversed(messages):

@@ -9,6 +9,7 @@ import pytest
 from ddh_twin_py.nodes.health import Report, Stops, StreamJudge, judge_age, judge_clock
 from ddh_twin_py.nodes.inputs import Input
 from ddh_twin_py.nodes.node_base import TwinNode
+from ddh_twin_py.telemetry.alike_watch import AlikeWatch
 from ddh_twin_py.telemetry.clock import Break
 from ddh_twin_py.telemetry.screening import StreamScreen
 from ddh_twin_py.telemetry.tick_aligner import TickAligner
@@ -81,6 +82,7 @@ def heard(off, pauses=0, seconds=50, every=None, still=(0.0, 0.0)):
     width, every = dict(zip(TOPICS, (6, 4, 2), strict=True)), every or {}
     names = {topic: SimpleNamespace(topic_name=f"/ddh/{topic}") for topic in TOPICS}
     feed = SimpleNamespace(
+        alike=AlikeWatch({}),
         aligner=TickAligner(width, awaited=TOPICS[:2]), screens={topic: StreamScreen(topic) for topic in TOPICS}, last={},
         inputs=SimpleNamespace(all={topic: Input(topic, object, None, names[topic], received=1, arrived=0.0) for topic in TOPICS}),
     )  # fmt: skip

@@ -197,6 +197,8 @@ class StreamJudge:
             report.add(plain, counts[cause], "1")
             if self._recent(cause, wall):
                 report.warn(f"{self._how_far(cause)}{plain} ({counts[cause]} times)")
+        if refused := self._feed.alike.refused.get(self._topic):
+            report.error(refused)
         self._values(report)
         return PAUSED if held else "well" if entry.received else "not there, not needed"
 

@@ -71,6 +71,11 @@ class IntervalsFeed:
         self._epoch_ns = epoch_ns
         self._first, self._put_back = True, put_back
 
+    @property
+    def waiting(self) -> list[Tick]:
+        """Ticks that are held back."""
+        return self._waiting
+
     def begin_anew(self) -> None:
         """The model starts anew with what comes from now on, as after a restart of the ticks; what waits is kept."""
         self._begin(self._waiting[0].start_ns if self._waiting else None)

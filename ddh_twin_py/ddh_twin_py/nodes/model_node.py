@@ -132,6 +132,8 @@ class TelemetryNode(TwinNode, ABC):
         if not self._more and self.take(wall):
             self._last_data = wall
             self.feed.align()
+            if refused := self.feed.alike.judge():
+                self._leave_out(refused)
         ticks = self.feed.ready(_MOST_AT_ONCE)
         self._more = len(ticks) == _MOST_AT_ONCE
         silent = not self._more and self._last_data is not None and wall - self._last_data > self.flush_wait()
@@ -146,6 +148,16 @@ class TelemetryNode(TwinNode, ABC):
             self.work(ticks, flush)
         if not self._more:
             self.progress.tell(wall)
+
+    def _leave_out(self, refused: list[str]) -> None:
+        """Topics that were used until now are refused, as another is that began alike: what was done with them is forgotten."""
+        for topic in refused:
+            self.warn_once(("alike", topic), f"{self.feed.inputs.all[topic].name} {self.feed.alike.refused[topic]}")
+        if self.unit is not None:
+            self.get_logger().warning(f"it begins anew without {', '.join(refused)}")
+            self.unit = None
+        self.feed.aligner.late.clear()
+        self.begin_anew()
 
     def flush_wait(self) -> float:
         """Wall time without a message after which nothing more is waited for, s."""
@@ -292,6 +304,7 @@ class ModelNode(TelemetryNode):
         self.known_share = float(np.concatenate(known).mean())
 
     def begin_anew(self) -> None:
+        self.feed.without_refused(self._intervals.waiting)
         self._intervals.begin_anew()  # readings tell again where it starts
 
     def _judge_model(self, report: Report) -> str:

@@ -15,6 +15,7 @@ from ddh_msgs.msg import DriveTelemetry, HydraulicTelemetry
 from ddh_twin_py.bags.cdr import stamped_floats
 from ddh_twin_py.nodes.inputs import Input, Inputs
 from ddh_twin_py.rig import Rig
+from ddh_twin_py.telemetry.alike_watch import AlikeWatch
 from ddh_twin_py.telemetry.screening import StreamScreen
 from ddh_twin_py.telemetry.signals import (
     DRIVE_FIELDS,
@@ -56,6 +57,7 @@ class TelemetryFeed:
     What was collected is aligned in the order in which it came, all topics together: a node that was
     busy finds seconds of each, and a clock that jumped in them jumped once for all. Where the process itself stood still, nothing came
     meanwhile, and then all of one topic after all of another: that is taken together, in the order of its stamps.
+    Temperature topics that are in the unit of one that is refused for it are not used either (`alike`).
     """
 
     def __init__(
@@ -73,6 +75,7 @@ class TelemetryFeed:
         noise, scales = {name: spec.noise for name, spec in rig.sensors.items()}, UnitScales.of(rig)
         self.inputs, self.awaited = Inputs(node), tuple(awaited)
         self.screens = {topic: StreamScreen(topic, noise, reorder_window, scales) for topic in topics}
+        self.alike = AlikeWatch(self.screens)
         for topic in topics:
             self.inputs.add(topic, message_type(topic))
         widths = {topic: field_count(topic) for topic in topics} | (others or {})
@@ -132,7 +135,10 @@ class TelemetryFeed:
             came = list(compress(came, sound))
         if entry.topic.startswith(TEMPERATURE_PREFIX):
             values[:, 0] += ZERO_CELSIUS
+        self.alike.take(entry.topic, stamps, values[:, 0])
         screened = screen.screen(stamps, values)
+        if entry.topic in self.alike.refused:
+            screened.values[:, 0] = np.nan
         self.collect(entry.topic, came, (screened.stamp - self._delay[entry.topic]).tolist(), screened.values)
         if len(screened.stamp):
             self.last[entry.topic] = screened.values[-1]
@@ -147,11 +153,18 @@ class TelemetryFeed:
 
     def ready(self, most: int) -> list[Tick]:
         """The next ticks that are complete, so many at most."""
-        return list(islice(self.aligner.ready(), most))
+        return self.without_refused(list(islice(self.aligner.ready(), most)))
 
     def flush(self) -> list[Tick]:
         """All ticks up to the newest sample, where nothing more comes for now."""
-        return list(self.aligner.flush())
+        return self.without_refused(list(self.aligner.flush()))
+
+    def without_refused(self, ticks: list[Tick]) -> list[Tick]:
+        """The ticks, in which no topic that is refused beside another (`alike`) has a value: they may have been cut before it was."""
+        for topic in self.alike.refused:
+            for tick in ticks:
+                tick.samples[topic].values[:, 0] = np.nan
+        return ticks
 
 
 def _arrivals(collected: list[tuple]) -> list[tuple]:

@@ -233,6 +233,15 @@ class StreamScreen:
         out_of_range = self._counts[_CAUSES.index(Cause.OUT_OF_RANGE)]
         return in_another_unit(self.signals, out_of_range, int(self._stream[kernel.COUNT]), self._mistaken)
 
+    def begins_in_another_unit(self, least: int) -> dict[int, UnitMistake]:
+        """The same of fields all of whose samples so far, ``least`` or more, are out of range."""
+        samples, out_of_range = int(self._stream[kernel.COUNT]), self._counts[_CAUSES.index(Cause.OUT_OF_RANGE)]
+        if samples < least:
+            return {}
+        told = {j: [m for m, still in zip(signal.mistakes, self._mistaken[j], strict=False) if still]
+                for j, signal in enumerate(self.signals) if out_of_range[j] == samples}
+        return {j: units[0] for j, units in told.items() if units}
+
     def findings(self, file: str = "", topic: str | None = None, epoch_ns: int = 0, whole: bool = False) -> list[Finding]:
         """One finding per cause and field. `topic` as people know it (default: relative name).
 
