@@ -218,25 +218,31 @@ def test_the_clock_jumping_back_resets_the_models_and_is_counted(recorded, graph
         assert graph[node].text.count("the model begins anew") == 1  # said once
 
 
-def test_two_sensors_that_are_exchanged_are_left_out_once_they_are_told(graph, paper_cycle_bag, listener, tmp_path):
+def test_two_sensors_that_are_exchanged_are_left_out_once_they_are_told(paper_cycle_bag, listener, tmp_path):
     """The winding's and the tank's: the live estimate comes back to where the winding is, with a band that says that nobody reads it."""
     sound = read_recording(paper_cycle_bag).between(0.0, 90.0)
     read = sound.temperatures
     swapped = replace(sound, temperatures={**read, "motor_winding": read["tank_oil"], "tank_oil": read["motor_winding"]})
-    estimates = listener.collect(TemperatureEstimateArray, "/ddh/temperature/estimates")
+    estimates = listener.collect(TemperatureEstimateArray, "/swapped/temperature/estimates")
     status = listener.collect(DiagnosticArray, "/diagnostics")
-    play(write_recording(tmp_path / "swapped", swapped), *MODELS)
-    said = graph["temperature_fusion"].says("look exchanged")
-    assert "temperature/motor_winding and temperature/tank_oil look exchanged" in said and "neither is used" in said
-    end = np.rint((sound.epoch_ns * 1e-9 + 89.0) * 1e9)
-    wait_for(lambda: estimates and stamp_ns(estimates[-1]) > end, 20.0, "the last estimate")
-    truth, at = replay(sound, load_rig()), NODES.index("end_winding")
-    last = estimates[-1].estimates[at]
-    off = abs(last.temperature + 273.15 - truth.fused[-1, at])
-    assert off < 2.0 * last.standard_deviation and last.standard_deviation > 1.0
-    assert np.isnan(last.measured)
-    wait_for(lambda: "look exchanged" in (diagnostics(status, "ddh/temperature_fusion: estimate") or DiagnosticStatus()).message, 10.0,
-             "a warning in /diagnostics")
+    nodes = {name: NodeProcess(name, "/swapped", flush_after=FLUSH_AFTER) for name in MODELS}
+    try:
+        play(write_recording(tmp_path / "swapped", swapped), *MODELS, namespace="/swapped")
+        said = nodes["temperature_fusion"].says("look exchanged")
+        assert "temperature/motor_winding and temperature/tank_oil look exchanged" in said and "neither is used" in said
+        end = np.rint((sound.epoch_ns * 1e-9 + 89.0) * 1e9)
+        wait_for(lambda: estimates and stamp_ns(estimates[-1]) > end, 20.0, "the last estimate")
+        truth, at = replay(sound, load_rig()), NODES.index("end_winding")
+        last = estimates[-1].estimates[at]
+        off = abs(last.temperature + 273.15 - truth.fused[-1, at])
+        assert off < 2.0 * last.standard_deviation and last.standard_deviation > 1.0
+        assert np.isnan(last.measured)
+        wait_for(lambda: "look exchanged" in (diagnostics(status, "swapped/temperature_fusion: estimate") or DiagnosticStatus()).message,
+                 10.0, "a warning in /diagnostics")
+    finally:
+        for node in nodes.values():
+            with node:
+                node.stop()
 
 
 def test_without_temperature_sensors_the_models_carry_the_estimate(graph, short_bag, listener):
