@@ -133,7 +133,7 @@ PUSH = Effect("line.push", "line", "hydraulic", "push", "m3/s", lambda record: 0
 
 
 @pytest.mark.parametrize(("pushed", "spread", "found"), [
-    (0.2, (), 0.3), (0.2, (0.1,), 0.2), (0.2, (0.001,), 0.3), (0.9, (0.4,), 0.5),
+    (0.2, (), 0.3), (0.2, (0.0,), 0.3), (0.2, (0.1,), 0.2), (0.2, (0.001,), 0.3), (0.9, (0.4,), 0.5),
 ])  # fmt: skip
 def test_held_out_data_ask_for_another_size_as_far_as_it_is_open_and_allowed(pushed, spread, found):
     held = Pushed(pushed)

@@ -9,7 +9,7 @@ from ddh_twin_py.estimation.out_of_place import LEAST, OutOfPlace, far_off_zero,
 from ddh_twin_py.estimation.temperature_filter import NEVER_READ
 from ddh_twin_py.estimation.temperature_fusion import FusionState, Readings
 from ddh_twin_py.rig import Rig
-from ddh_twin_py.twin.lagged_readings import jumps, lagged
+from ddh_twin_py.twin.lagged_readings import LaggedReadings
 from ddh_twin_py.twin.sensor_errors import sensor_lags, temperature_zero_errors
 from ddh_twin_py.twin.temperature_sensors import SENSORS, all_sensed
 
@@ -32,14 +32,15 @@ class PlaceWatch:
 
     def __init__(self, rig: Rig, interval: float) -> None:
         self._rig, self._interval = rig, interval
-        self._lag, self._zero, self._top_share = sensor_lags(rig), temperature_zero_errors(rig)[0], rig["tank.top_share"]
+        self._lagging = LaggedReadings(sensor_lags(rig))
+        self._zero, self._top_share = temperature_zero_errors(rig)[0], rig["tank.top_share"]
         self._credibility = Credibility(rig)
         self.begin_anew()
 
     def begin_anew(self) -> None:
         """Forget everything, as at another time or of another rig."""
         self.told: list[OutOfPlace] = []
-        self._last: tuple[np.ndarray, np.ndarray] | None = None  # K, free run's places and what sensors read of them, (m,) each
+        self._lagging.begin_anew()
         self._far, self._far_for = "", 0.0  # sensor whose zero is far off, and for how many s it has been
         self._begin_window()
 
@@ -83,13 +84,11 @@ class PlaceWatch:
         known = np.isfinite(place).all(axis=1)
         edges = np.flatnonzero(np.diff(known, prepend=False, append=False))
         for first, stop in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True):
-            if first > 0 or self._last is None:
-                self._last = place[first], place[first]
-            start = self._last[1] + jumps(place[first] - self._last[0])
-            seen[first:stop] = lagged(place[first:stop], start, self._interval, self._lag)
-            self._last = place[stop - 1], seen[stop - 1]
+            if first > 0:
+                self._lagging.begin_anew()
+            seen[first:stop] = self._lagging.follow(place[first:stop], self._interval)
         if known.size and not known[-1]:
-            self._last = None
+            self._lagging.begin_anew()
         return seen + self._zero
 
     def _far_off(self, state: FusionState, seconds: float) -> OutOfPlace | None:

@@ -111,7 +111,7 @@ def diagnosis(model: Diagnosable, found: Found, theta: np.ndarray, hidden: Seque
     believed = acting if learned or verdict.word in ("explained", "ambiguous") else []
     return Diagnosis(
         report=report, recordings=model.recordings,
-        sentence=careful(odd) + sentence(report, model.catalogue, [*map(_with_size, missed), *hidden], unknown.reading,
+        sentence=careful(odd) + sentence(report, model.catalogue, [*(d.effect for d in missed), *hidden], unknown.reading,
                                          at_best.over if at_best else None, asked_for, pressed, not all(model.altered),
                                          since, verdict.together),
         traces=held.traces(before_runs[0], runs.of(leader)[0], floor), axes=held.axes(leader.theta, acting),

@@ -131,9 +131,10 @@ class Hearing:
         unknown = displaced(unknown, best(unsteady, dict.fromkeys(NEEDED_BY, math.inf)).displaced)
         least = dict.fromkeys(NEEDED_BY, FAR)  # strokes and winding sum up what another duty lets a law be off by
         spread = spread_elsewhere(leader)
-        kept, other = best(unsteady, least), best(np.hypot(spread, unsteady), least)
-        times = {c.effect.id: float(y / x) for c, x, y in zip(leader.columns, leader.x, other.departures, strict=True)}
-        shares = {c.effect.id: float(s / abs(x)) for c, x, s in zip(leader.columns, leader.x, spread, strict=True)}
+        kept, other = best(unsteady, least), best(spread + unsteady, least)
+        asked = [i for i, column in enumerate(leader.columns) if not column.effect.unsteady]
+        times = {leader.columns[i].effect.id: float(other.departures[i] / leader.x[i]) for i in asked}
+        shares = {leader.columns[i].effect.id: float(spread[i] / abs(leader.x[i])) for i in asked}
         return resized(unknown, kept.cost(least) - other.cost(least), times, shares, proportioned(self._found.linearised, leader))
 
 

@@ -134,7 +134,8 @@ class HeldBest:
                       np.array([x for _, _, x in acts]), self._squares(runs), float(z @ ways.precision @ z), expected)
 
     def _ways(self, theta: np.ndarray, acting: Acting, spread: Sequence[float]) -> _Ways:
-        sizes = np.diag(spread) if np.any(spread) else np.zeros((0, len(acting)))
+        free = np.asarray(spread if len(spread) else np.zeros(len(acting)))
+        sizes = np.diag(free)[free > 0.0]
         return _Ways(theta, np.zeros(int(self._ends[-1])), acting, block_diag(self._moves, sizes),
                      block_diag(self._precision, np.eye(len(sizes))))
 

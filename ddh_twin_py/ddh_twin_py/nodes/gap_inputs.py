@@ -14,7 +14,7 @@ from ddh_twin_py.nodes.wire import BulkParser
 from ddh_twin_py.physics.thermal_network import NODES
 from ddh_twin_py.telemetry.clock import same_unit
 from ddh_twin_py.telemetry.signals import TEMPERATURE_PREFIX
-from ddh_twin_py.twin.lagged_readings import jumps, lagged
+from ddh_twin_py.twin.lagged_readings import LaggedReadings
 from ddh_twin_py.twin.temperature_sensors import SENSORS, all_sensed
 
 RESIDUAL_TOPIC = "hydraulics/residuals"
@@ -77,8 +77,8 @@ class FreeRunTemperatures:
 
     def __init__(self, lag: np.ndarray, top_share: float) -> None:
         self._estimates, self._readings = BulkParser(TemperatureEstimateArray), BulkParser(ResidualArray)
-        self._lag, self._top_share = lag, top_share
-        self._last: tuple[int, np.ndarray, np.ndarray] | None = None  # stamp in ns, free run and what sensors read of it in degC (S,)
+        self._lagging, self._top_share = LaggedReadings(lag), top_share
+        self._last: int | None = None  # ns, stamp of the free run that was taken last
         self._expected: dict[int, np.ndarray] = {}  # degC (S,) by stamp in ns
 
     def take_estimates(self, messages: Sequence[bytes]) -> int | None:
@@ -87,7 +87,7 @@ class FreeRunTemperatures:
         for example, stamps, values in self._estimates.parse(messages):
             names = [estimate.location for estimate in example.estimates]
             predicted = all_sensed(_columns(values["estimates.predicted"], names, NODES), self._top_share)
-            steps = np.diff(stamps, prepend=self._last[0] if self._last else stamps[0] - 1)
+            steps = np.diff(stamps, prepend=stamps[0] - 1 if self._last is None else self._last)
             broken = (steps <= 0) | (steps > _LONGEST_STEP) | ~np.isfinite(predicted).all(axis=1)
             cuts = [0, *np.flatnonzero(broken).tolist(), stamps.size]
             for first, stop in pairwise(sorted(set(cuts))):
@@ -102,12 +102,11 @@ class FreeRunTemperatures:
             self._last = None
             return
         if anew or self._last is None:
-            self._last = int(stamps[0]), predicted[0], predicted[0]
-        interval = (int(stamps[-1]) - self._last[0]) * 1e-9 / stamps.size
-        begin = self._last[2] + jumps(predicted[0] - self._last[1])
-        seen = lagged(predicted, begin, interval, self._lag) if interval > 0.0 else predicted
+            self._last = int(stamps[0])
+            self._lagging.begin_anew()
+        seen = self._lagging.follow(predicted, (int(stamps[-1]) - self._last) * 1e-9 / stamps.size)
         self._expected.update(zip(stamps.tolist(), seen, strict=True))
-        self._last = int(stamps[-1]), predicted[-1], seen[-1]
+        self._last = int(stamps[-1])
 
     def parse(self, messages: Sequence[bytes]) -> list[tuple[np.ndarray, ...]]:
         """Runs of stamps int64 (n,) in ns, measured and expected in degC (n, S); NaN where there is no reading, or no free run."""
