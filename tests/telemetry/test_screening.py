@@ -234,6 +234,37 @@ def test_speeds_in_any_unit_are_told_by_the_power_that_they_need(paper, noise, s
     assert np.isnan(screened.drive.values[:, :2]).all() and np.isfinite(screened.drive.values[:, 2:]).all()
 
 
+def drive_with(recording, **factors):
+    for field, factor in factors.items():
+        recording = damage.with_wrong_unit(recording, DRIVE, field, factor)
+    return recording
+
+
+@pytest.mark.parametrize(("field", "factor", "said"), [
+    ("electrical_power", 5.0, "electrical_power is 4.9 times sqrt(3) times voltage times current, with which torque times speed agrees"),
+    ("electrical_power", 13.0, "electrical_power is 13 times sqrt(3)"), ("electrical_power", 0.1, "electrical_power is 0.098 times"),
+    ("torque", 0.1, "torque is 0.1 times the torque constant times current, with which voltage and electrical power agree"),
+    ("torque", 0.01, "torque is 0.01 times"), ("torque", 100.0 / 8.1, "torque looks as if given in % of rated torque (factor 12.35)"),
+    ("current", 10.0, "current is 10 times torque over the torque constant, with"), ("current", 0.1, "current is 0.1 times"),
+    ("current", 1000.0, "current looks as if given in mA (factor 1000)"), ("voltage", 0.1, "voltage is 0.1 times electrical power over"),
+])  # fmt: skip
+def test_the_channel_of_a_drive_that_disagrees_with_all_others_is_left_out_alone(paper, noise, scales, field, factor, said):
+    """So that neither speed nor any sound channel is taken for one in another unit."""
+    finding, screened = only(drive_with(paper, **{field: factor}), noise, scales)
+    assert said in finding.message and finding.message.endswith("; not used")
+    others = [name for name in DRIVE_FIELDS if name != field]
+    assert np.isnan(screened.drive.column(field)).all() and all(np.isfinite(screened.drive.column(name)).all() for name in others)
+
+
+@pytest.mark.parametrize("wrong", [{"electrical_power": 8.0}, {"speed": 0.5 / np.pi, "speed_command": 0.5 / np.pi}])
+def test_without_voltage_it_is_said_that_power_or_speed_is_wrong_and_all_are_kept(paper, noise, scales, wrong):
+    screened = screen_recording(drive_with(paper, voltage=np.nan, **wrong), noise, scales=scales)
+    (said,) = [finding.message for finding in screened.findings if finding.field != "voltage"]
+    assert said.endswith("times torque times speed while the motor drives; without voltage and current it cannot be told which of them is "
+                         "wrong; all are used")
+    assert np.isfinite(screened.drive.values[:, [0, 1, 2, 3, 5]]).all()
+
+
 @pytest.mark.parametrize("slower", [0.5, 0.2, 0.1, 0.05])
 def test_a_motor_that_hardly_turns_under_load_is_in_no_other_unit(paper, noise, scales, slower):
     """It takes up to 20 times what it gives, nearly all for its copper."""

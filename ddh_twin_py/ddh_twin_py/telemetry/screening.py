@@ -86,7 +86,7 @@ class StreamScreen:
             for k, mistake in enumerate(signal.mistakes):
                 self._mistakes[j, k] = (mistake.factor, mistake.offset)
         rules = rules_of(topic)
-        self._rules = np.array([(r.kind, r.a, r.b, r.c, r.d) for r in rules], np.int64).reshape(-1, 5)
+        self._rules = np.array([(r.kind, r.a, r.b, r.c, r.d, r.window) for r in rules], np.int64).reshape(-1, 6)
         self._floors = np.array([r.floor for r in rules], float)
         self._stream = np.zeros(kernel.STREAM_ENTRIES, np.int64)
         self._ring = np.zeros(kernel.RING, np.int64)
@@ -139,7 +139,7 @@ class StreamScreen:
                 done,
                 kernel.EVIDENCE,
             )
-            if self._rules.size and self._rule_state[:, kernel.RULE_COUNT].max() >= kernel.EVIDENCE:
+            if np.any(self._rule_state[self._rules[:, kernel.WINDOW] > 0, kernel.RULE_COUNT] >= kernel.EVIDENCE):
                 self._judge_units()
         for j in np.flatnonzero((told == 0) & (self._counts[_STUCK] > 0)):
             self._stuck_since[j] = self._run_began(j, stamp, np.array(given, float, ndmin=2)[:, j], flags[:, j], before[j])

@@ -39,9 +39,10 @@ ALIVE = 20.0  # in standard deviations: another field this far from zero says th
 
 # kinds of unit rules and columns of `rule_state` float64[r, RULE_COLUMNS]
 SMALL, RATIO = 0, 1
+WINDOW = 5  # column of `rules`, whether a rule makes windows
 RULE_COUNT, RULE_A, RULE_B, RULE_C = range(4)
 RULE_COLUMNS = 4
-EVIDENCE = 200  # samples of the first rule's condition that make a window
+EVIDENCE = 200  # samples of a rule's condition that make a window
 
 
 @inlined
@@ -174,10 +175,10 @@ def screen(
     """Judge samples in order of arrival; values that are not believed become NaN in place.
 
     Begins with sample `begin` and returns where it stopped: at the end, or once a unit rule
-    has the `needed` samples of evidence.
+    that makes windows has the `needed` samples of evidence.
 
     stamp int64[n]; values float64[n, c]; limits float64[m, 2]; noise float64[m] (0: none);
-    rules int64[r, 5], floors float64[r]: see `unit_rules`; mistakes float64[m, k, 2]: factor
+    rules int64[r, 6], floors float64[r]: see `unit_rules`; mistakes float64[m, k, 2]: factor
     and offset of usual mistakes of unit; suspect bool[m]: fields held to be in a wrong unit;
     mistaken bool[m, k]: mistakes that explain all values out of range; the rest is state and
     counts; flags uint16[n, m] is written.
@@ -240,7 +241,7 @@ def screen(
         complete = False
         for r in range(rules.shape[0]):
             _gather_evidence(raw, rules[r], floors[r], rule_state[r])
-            complete |= rule_state[r, RULE_COUNT] >= needed
+            complete |= rules[r, WINDOW] > 0 and rule_state[r, RULE_COUNT] >= needed
         if complete:
             return i + 1
     return stamp.size
@@ -257,7 +258,7 @@ def _gather_evidence(row, rule, floor, state):  # pragma: no cover - compiled
             state[RULE_B] += row[a]
     else:  # |a|, what it is held against: b * c, or |b| where there is no c, and d squared, summed while that is above the floor
         against = row[b] * row[c] if c >= 0 else abs(row[b])
-        if against > floor and abs(row[a]) < np.inf:
+        if floor < against < np.inf and abs(row[a]) < np.inf:
             state[RULE_COUNT] += 1.0
             state[RULE_A] += abs(row[a])
             state[RULE_B] += against

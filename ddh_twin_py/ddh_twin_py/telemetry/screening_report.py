@@ -136,16 +136,16 @@ def _sample_sentence(cause, value, count, samples, at) -> str:
 
 
 def _unit_finding(suspicion, signals, where, file, topic, counts, first, first_value, epoch_ns) -> Finding:
+    if not suspicion.fields:
+        return Finding("warning", file, topic, "", None, 1, f"{where}: {suspicion.reason}; all are used")
     row = OF_FIELD.index(Cause.WRONG_UNIT)
     j = suspicion.fields[0]
     names = " and ".join(signals[k].field for k in suspicion.fields)
     count = int(counts[row, list(suspicion.fields)].max())
     value = float(first_value[row, j])
     at = (int(first[row, j]) - epoch_ns) * 1e-9 if count else float("nan")
-    unit = signals[j].message_unit
-    looks = "looks" if len(suspicion.fields) == 1 else "look"
-    message = (
-        f"{where} {names} {looks} as if given in {suspicion.unit} (factor {suspicion.factor}), expected is {unit}: "
-        f"{suspicion.reason}; not used"
-    )
-    return Finding("error", file, topic, signals[j].field, value, count, message, at)
+    said = suspicion.reason
+    if suspicion.units:
+        looks = "looks" if len(suspicion.fields) == 1 else "look"
+        said = f"{looks} as if given in {suspicion.unit} (factor {suspicion.factor}), expected is {signals[j].message_unit}: {said}"
+    return Finding("error", file, topic, signals[j].field, value, count, f"{where} {names} {said}; not used", at)

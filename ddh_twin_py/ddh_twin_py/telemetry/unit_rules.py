@@ -23,7 +23,7 @@ from ddh_twin_py.telemetry.unit_suspicion import UnitSuspicion
 
 @dataclass(frozen=True)
 class UnitRule:
-    """One relation: `kind`, columns a, b, c, d (-1: none) and the floor of its condition."""
+    """One relation: `kind`, columns a, b, c, d (-1: none), the floor of its condition, whether what meets that makes a window."""
 
     kind: int
     a: int
@@ -31,12 +31,15 @@ class UnitRule:
     c: int
     d: int
     floor: float
+    window: bool = True
 
 
-# speed, speed_command, torque, current and power: columns of DRIVE_FIELDS
+# speed_command, speed, torque, current, voltage and power: columns of DRIVE_FIELDS
 _DRIVE_RULES = (
     UnitRule(RATIO, 1, 0, -1, -1, 0.5),  # |speed| against |speed_command| above 0.5
     UnitRule(RATIO, 5, 2, 1, 3, 10.0),  # electrical power and squared current against shaft power above 10
+    UnitRule(RATIO, 2, 3, -1, -1, 0.5, window=False),  # |torque| against |current| above 0.5
+    UnitRule(RATIO, 5, 4, 3, -1, 5.0, window=False),  # electrical power against voltage times current above 5
 )
 # each pressure while |rod_velocity| is above 5 mm/s: columns of HYDRAULIC_FIELDS
 _HYDRAULIC_RULES = (UnitRule(SMALL, 0, -1, 3, -1, 0.005), UnitRule(SMALL, 1, -1, 3, -1, 0.005))

@@ -1,4 +1,4 @@
-"""What a rig's file tells of the size that readings must have: the load on the piston's areas, copper loss per current."""
+"""What a rig's file tells of the size that readings must have: the load on the piston's areas, torque and copper loss per current."""
 
 from __future__ import annotations
 
@@ -11,12 +11,15 @@ from ddh_twin_py.telemetry.recording import Recording
 
 @dataclass(frozen=True)
 class UnitScales:
-    """`piston_area`, `rod_side_area` in m2; `load`, N, against extension at mid stroke; `phase_resistance`, ohm, at 20 degC."""
+    """`piston_area`, `rod_side_area` in m2; `load`, N, against extension at mid stroke; `phase_resistance`, ohm, at 20 degC;
+    `torque_constant`, N*m/A; `rated_torque`, N*m."""
 
     piston_area: float
     rod_side_area: float
     load: float
     phase_resistance: float
+    torque_constant: float
+    rated_torque: float
 
     @classmethod
     def of(cls, rig: Rig, recording: Recording | None = None) -> UnitScales:
@@ -24,4 +27,4 @@ class UnitScales:
         declared = recording.rig.payload_mass if recording is not None and recording.rig is not None else None
         record = rig.declaring(declared).parameters[0]
         return cls(float(piston_area(record)), float(rod_side_area(record)), float(load_force(0.5 * rig["cylinder.stroke"], record)),
-                   float(rig["motor.phase_resistance_20C"]))
+                   float(rig["motor.phase_resistance_20C"]), float(rig["motor.torque_constant"]), float(rig["motor.rated_torque"]))

@@ -9,7 +9,10 @@ from ddh_twin_py.telemetry.signals import UnitMistake
 
 @dataclass(frozen=True)
 class UnitSuspicion:
-    """Verdict: `fields` (columns) look as if given in one of `units`, with the factor by which such a number is too large."""
+    """Verdict: `fields` (columns) look as if given in one of `units`, with the factor by which such a number is too large.
+
+    Without units the reason says how they are wrong, and without fields that some are.
+    """
 
     fields: tuple[int, ...]
     units: tuple[UnitMistake, ...]
