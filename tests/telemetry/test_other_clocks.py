@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 from ddh_twin_py.telemetry.other_clocks import other_clocks
+from ddh_twin_py.telemetry.signals import TEMPERATURE_SENSORS
 from ddh_twin_py.telemetry.tick_aligner import TickAligner
 
 EPOCH = 1_772_000_000_000_000_000
@@ -64,6 +65,27 @@ def test_a_clock_that_is_off_from_the_begin_is_left_out_until_it_is_right(alone,
         ((topic, (here, ahead)),) = other_clocks(stamps, came).items()
         off = stamps[alone] != recorded()[0][alone]
         assert topic == alone and ahead == pytest.approx(by * 1e9, abs=0.1e9) and np.array_equal(here, off)
+
+
+def of_one_logger(by, since=0.0):
+    """Stamps and arrivals where all temperatures are of a logger whose clock is so many s off from then on."""
+    names = tuple(f"temperature/{name}" for name in TEMPERATURE_SENSORS)
+    return recorded((DRIVE, HYDRAULICS, *names), dict.fromkeys(names, (by, since, math.inf)))
+
+
+@pytest.mark.parametrize("since", [0.0, 20.0])
+@pytest.mark.parametrize("by", [-700.0, -60.0, 60.0])
+def test_many_sensors_of_one_logger_do_not_outvote_a_machine_that_goes_by_the_recorders_clock(by, since):
+    stamps, came = of_one_logger(by, since)
+    found = other_clocks(stamps, came)
+    assert found.keys() == {name for name in stamps if name.startswith("temperature/")}
+    for name, (here, ahead) in found.items():
+        assert ahead == pytest.approx(by * 1e9, abs=0.1e9) and np.array_equal(here, came[name] > EPOCH + since * 1e9)
+
+
+def test_many_topics_outvote_one_sensor_though_it_goes_by_the_recorders_clock():
+    stamps, came = recorded(off={name: (60.0, 0.0, math.inf) for name in ALL if name != OIL})
+    assert other_clocks(stamps, came).keys() == {OIL}
 
 
 def test_two_that_step_one_after_the_other_cost_the_rest_nothing():

@@ -4,6 +4,8 @@ The recorder's clock tells when a message came. A topic's clock is by how much i
 It steps where stamps go back, or ahead by seconds that did not go by; a lag is no step: after a silence stamps go on where they were.
 Between two steps of any topic every one has one voice for its clock. It is left out where more tell another than tell the same, and where
 they are as many, if it is the one that stepped. What a topic is off from its begin by 10 s or less is its lag, or that of the others.
+Where drive or hydraulics and another topic go by the recorder's clock for longer than a lag, they are right, however many tell another one:
+all sensors of one logger have one clock, and that of the machine and of the recorder have nothing else in common than being right.
 
 Where the recorder's clock is a copy of the stamps, or jumps, or runs otherwise than they do, it tells nothing, and nothing is left out.
 """
@@ -16,6 +18,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from ddh_twin_py.telemetry.signals import DRIVE_TOPIC, HYDRAULIC_TOPIC
 from ddh_twin_py.telemetry.stream_line import APART_NS, LONGEST_LAG_NS
 
 _FEWEST = 5  # samples in a row that tell a clock
@@ -59,9 +62,10 @@ def other_clocks(stamps: Mapping[str, np.ndarray], came: Mapping[str, np.ndarray
     for at, until in pairwise([*edges, max((piece.end for piece in every), default=0)]):
         here = [piece for piece in every if piece.begin <= at <= piece.end]
         voters = [piece for piece in here if piece.votes and piece.end - at >= _TOGETHER]
+        right = right_by_recorder({piece.topic: piece.ahead for piece in voters if piece.end - at > LONGEST_LAG_NS})
         for piece in here:
             if min(piece.end, until) - at >= _TOGETHER or piece.end - piece.begin < _TOGETHER:
-                piece.verdicts.append((at, *_verdict(piece, [other for other in voters if other.topic != piece.topic])))
+                piece.verdicts.append((at, *_verdict(piece, [other for other in voters if other.topic != piece.topic], right)))
     return {topic: found for topic, pieces in told.items() if (found := _outvoted(pieces, came[topic]))}
 
 
@@ -73,8 +77,19 @@ def outvoted(ahead: Mapping[str, int]) -> dict[str, int]:
     """
     lags = _lags(ahead)
     pieces = [_Piece(topic, 0, 0, _FEWEST, 0, 0, clock + lags[topic], votes=True) for topic, clock in ahead.items()]
-    verdicts = {piece.topic: _verdict(piece, [other for other in pieces if other is not piece]) for piece in pieces}
+    right = right_by_recorder({piece.topic: piece.ahead for piece in pieces})
+    verdicts = {piece.topic: _verdict(piece, [other for other in pieces if other is not piece], right) for piece in pieces}
     return {topic: off for topic, (verdict, off) in verdicts.items() if verdict < 0}
+
+
+def right_by_recorder(ahead: Mapping[str, int]) -> frozenset[str]:
+    """Topics that go by the recorder's clock, if drive or hydraulics and one more do; none otherwise.
+
+    Args:
+        ahead: of the recorder's clock, by topic, ns.
+    """
+    right = frozenset(topic for topic, clock in ahead.items() if abs(clock) <= APART_NS)
+    return right if len(right) > 1 and not right.isdisjoint((DRIVE_TOPIC, HYDRAULIC_TOPIC)) else frozenset()
 
 
 def _lags(ahead: Mapping[str, int]) -> dict[str, int]:
@@ -110,21 +125,27 @@ def _pieces(topic: str, stamp: np.ndarray, came: np.ndarray) -> list[_Piece]:
     return pieces if 2 * voting > stamp.size else []
 
 
-def _verdict(piece: _Piece, others: list[_Piece]) -> tuple[int, int]:
-    """Whether a piece is believed (1), outvoted (-1) or neither (0) by others, and by how many ns it is ahead of most against it."""
+def _verdict(piece: _Piece, others: list[_Piece], right: frozenset[str]) -> tuple[int, int]:
+    """Whether a piece is believed (1), outvoted (-1) or neither (0) by others, and by how many ns it is ahead of most against it.
+
+    ``right``: topics that are right anyway.
+    """
+    if right and abs(piece.ahead) <= APART_NS:
+        return 1, 0
+    others = [other for other in others if other.topic in right] if right else others
     off = np.array([piece.ahead - other.ahead for other in others], np.int64)
     agree = 1 + int(np.count_nonzero(np.abs(off) <= APART_NS))
     alike = np.abs(off[:, None] - off) <= APART_NS
     alike[np.abs(off) <= APART_NS] = False
     against = alike[np.argmax(alike.sum(axis=1))] if off.size else alike.any(axis=0)
     count = int(np.count_nonzero(against))
-    if count < agree:
+    if count < agree and not right:
         return int(agree > 1), 0
     ahead, few = int(np.median(off[against])), piece.stop - piece.first < _FEWEST
     if not piece.votes and not few or few and -_LATEST <= ahead < 0:
         return 0, 0
     stepped = piece.number and any(other.begin < piece.begin for other, here in zip(others, against, strict=True) if here)
-    return (-1, ahead) if count > agree or stepped else (0, 0)
+    return (-1, ahead) if right or count > agree or stepped else (0, 0)
 
 
 def _outvoted(pieces: list[_Piece], came: np.ndarray) -> tuple[np.ndarray, int] | None:
