@@ -10,7 +10,7 @@ from ddh_twin_py.estimation.replay import replay
 from ddh_twin_py.estimation.sensors import NODE_INDEX
 from ddh_twin_py.rig import load_rig
 
-_OF_OIL = ("tank_oil", "tank_wall", "line_a", "line_b", "pump_1_case")
+_OF_OIL = ("tank_oil", "tank_wall", "line_a", "line_b")
 
 
 @pytest.fixture(scope="module")

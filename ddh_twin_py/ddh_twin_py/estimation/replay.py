@@ -10,6 +10,7 @@ from itertools import pairwise
 import numpy as np
 
 from ddh_twin_py.estimation.credibility import Credibility
+from ddh_twin_py.estimation.left_together import LeftTogether
 from ddh_twin_py.estimation.off_course import moved_on, off_course
 from ddh_twin_py.estimation.out_of_place import OutOfPlace, without_those_out_of_place
 from ddh_twin_py.estimation.sensors import NODE_INDEX, NODE_OF_SENSOR, SENSORS
@@ -206,6 +207,7 @@ class _Run:
         self.ambient = np.empty(n)
         self.off, self.taken_up, self.settled = np.zeros((3, n), bool)
         self.innovations: list[Innovation] = []
+        self.begun_anew: list[LeftTogether] = []
         self.seconds = {"hydraulic_model": 0.0, "machine_thermal": 0.0, "temperature_fusion": 0.0}
         self.fusion = TemperatureFusion(rig, interval)
         self.smoothing = self.keeping = False
@@ -271,6 +273,7 @@ class _Run:
             self.fused_reading[rows] = estimate.reading + self.zero
             self.innovations += [Innovation(i.index + rows.start, i.sensor, i.measured, i.expected, i.standard_deviation, i.accepted)
                                  for i in estimate.innovations]
+            self.begun_anew += [replace(left, index=left.index + rows.start) for left in estimate.begun_anew]
             if progress is not None:
                 progress(rows.stop / len(self.ticks))
 
@@ -354,10 +357,15 @@ class _Run:
         return Readings(index[order], sensor[order], value[order]), air
 
     def _told(self) -> Recording:
-        """The recording, with where the free run was off before its findings, and what is extrapolated, or cannot be true of the rig at its
-        end, behind them."""
+        """The recording, with where the free run was off before its findings, and where the estimate began anew, what is extrapolated, or
+        cannot be true of the rig at its end, behind them."""
         said = (outside_stated(self.fused), Credibility(self.rig).doubt(self.fusion.state)) if len(self.ticks) else ()
         findings = [Finding("warning", self.recording.path, "", "", None, 1, f"{self.recording.path}: {text}") for text in said if text]
+        if self.begun_anew:
+            count, at = len(self.begun_anew), float(self.time[self.begun_anew[0].index])
+            when = f"at {at:.1f} s" if count == 1 else f"{count} times, first at {at:.1f} s:"
+            text = f"{self.recording.path}: {when} {self.begun_anew[0].why}"
+            findings.insert(0, Finding("warning", self.recording.path, "", "", None, count, text, at))
         first = off_course(self.recording, self.time, moved_on(self.off, self.taken_up), self.interval)
         return replace(self.recording, findings=[*first, *self.recording.findings, *findings]) if first or findings else self.recording
 

@@ -94,9 +94,9 @@ class Trace:
             self._file.seek(self._places[block])
             yield from reversed(list(enumerate(pickle.load(self._file), block * _BLOCK)))
 
-    def forget(self, state: int) -> None:
-        """A state was replaced by one that has nothing to do with it."""
-        self._forgotten.setdefault(len(self), []).append(state)
+    def forget(self, *states: int) -> None:
+        """States were replaced by such that have nothing to do with them."""
+        self._forgotten.setdefault(len(self), []).extend(states)
 
     def moved(self, elapsed: float, transition: np.ndarray) -> None:
         """The filter moved by ``elapsed`` seconds."""

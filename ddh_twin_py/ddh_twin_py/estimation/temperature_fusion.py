@@ -14,13 +14,14 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from ddh_twin_py.estimation.left_together import Departures, LeftTogether
 from ddh_twin_py.estimation.outvoted import HEARD, outvoted
 from ddh_twin_py.estimation.sensors import NODE_INDEX, SENSORS
 from ddh_twin_py.estimation.smoother import SMOOTHED_EVERY, Trace
 from ddh_twin_py.estimation.temperature_filter import NEVER_READ, advance_mean, predict_covariance, update
 from ddh_twin_py.estimation.uncertain_parameters import AMBIENT_AT, N_UNCERTAIN, UNKNOWN_HEAT_AT, uncertain_parameters
 from ddh_twin_py.physics.oil import ZERO_CELSIUS
-from ddh_twin_py.physics.thermal_network import HYDRAULIC_NODES, MOTOR_NODES, N, N_FLOWS, NODES
+from ddh_twin_py.physics.thermal_network import HYDRAULIC_NODES, MOTOR_NODES, N, N_FLOWS, NODES, capacities
 from ddh_twin_py.rig import Rig
 from ddh_twin_py.twin.ambient import AmbientTracker
 from ddh_twin_py.twin.intervals import INTERVAL
@@ -142,6 +143,7 @@ class FusionResult:
         temperature, standard_deviation: K, (n, N). ambient: K, (n,).
         reading: K, what each sensor of `SENSORS` should have read, offset left out, (n, m).
         reading_standard_deviation: K, (m,), at the end. innovations: of the readings applied.
+        begun_anew: where sensors left the filter's band together, and it began anew from what they read.
     """
 
     temperature: np.ndarray
@@ -150,6 +152,7 @@ class FusionResult:
     reading: np.ndarray
     reading_standard_deviation: np.ndarray
     innovations: list[Innovation]
+    begun_anew: list[LeftTogether]
 
 
 @dataclass
@@ -216,6 +219,8 @@ class TemperatureFusion:
     def reset(self) -> None:
         """Forget everything: temperatures near ambient, wide uncertainty."""
         self.left_out[:] = False
+        self._air = AmbientTracker(self._first_air, self.interval)
+        self._air.hold(self._first_air, self._first_air_known)
         self._begin(self._first_air, self._first_air_known)
 
     def leave_out(self, sensors: Sequence[str], temperature: np.ndarray) -> None:
@@ -226,12 +231,33 @@ class TemperatureFusion:
         Args:
             temperature: K, (N,), of a run that does not rest on these sensors.
         """
-        usual = self.state.usual_heat
         self.left_out |= np.isin(SENSORS, sensors)
-        self._begin(self._air.value, self._air.known)
-        self.state.usual_heat = usual
+        self._begin_again(self._air.value, self._air.known)
         self.state.dynamic[:N] = temperature
         self.state.dynamic[N:] = all_sensed(temperature, self.rig["tank.top_share"])
+
+    def _begin_from_readings(self, air: float, air_known: bool) -> None:
+        """Begin in the midst of a call, in air of K: the next reading of a sensor that agrees with its last ones is believed.
+
+        The unit may be running, so that a sensor may lag behind what it reads, by what heats it unseen in the sensor's time constant.
+        """
+        last, newest, silent = self._last, self._newest, self._silent
+        told = self.state.ambient, self.state.ambient_known  # at the end of the call
+        self._begin_again(air, air_known)
+        self._last, self._newest, self._silent = last, newest, silent
+        self.state.ambient, self.state.ambient_known = told
+        capacity, reading = np.empty(N), np.arange(N, N + _M)
+        capacities(self.parameters, 0.0, capacity)
+        self.state.covariance[reading, reading] += (self._lag * _UNSEEN_HEAT[self._node] / capacity[self._node]) ** 2
+        if self.trace is not None:
+            self.trace.forget(*range(self.state.covariance.shape[0]))
+            self.trace.moved(0.0, np.eye(*self._transition.shape))
+
+    def _begin_again(self, air: float, air_known: bool) -> None:
+        """Begin with what is known of the usual duty."""
+        usual = self.state.usual_heat
+        self._begin(air, air_known)
+        self.state.usual_heat = usual
 
     def _begin(self, air: float, air_known: bool) -> None:
         """Temperatures as of the air, K, with wide uncertainty."""
@@ -251,8 +277,7 @@ class TemperatureFusion:
             np.full(N + _M, air), offset.copy(), np.zeros(N_UNCERTAIN), covariance, air, _UNSEEN_HEAT.copy(), air_known,
         )
         self.state.deviation[AMBIENT_AT] = self.rig["surroundings.enclosure_rise"]
-        self._air = AmbientTracker(air, self.interval)
-        self._air.hold(air, air_known)
+        self._departures = Departures()
         self._last = np.full((_M, 2), np.nan)  # K, last two readings of each sensor
         self._newest = np.full(_M, np.nan)  # K, last reading of each sensor within `HEARD` and since the last rest
         self._silent = np.zeros(_M)  # s since then
@@ -266,6 +291,7 @@ class TemperatureFusion:
     def restore(self, state: FusionState, age: float) -> None:
         """Go on from an earlier state after ``age`` seconds without the twin; see `rest`."""
         self.state = state
+        self._departures = Departures()
         self._last[:] = np.nan
         self._air.hold(state.ambient, state.ambient_known)
         self.rest(age)
@@ -289,13 +315,14 @@ class TemperatureFusion:
         """
         n = len(inputs)
         state = self.state
-        assumed = state.ambient
+        assumed, known = state.ambient, state.ambient_known
         ambient, told = self._ambient(inputs, () if isinstance(readings, Readings) else readings)
         given = readings if isinstance(readings, Readings) else Readings.of(readings)
         given = given.off_the_air(np.append(ambient, assumed), self.rig)  # a late one before the call meets the air before it
         temperature, deviation = np.empty((n, N)), np.empty((n, N))
         expected = np.empty((n, _M))
         innovations: list[Innovation] = []
+        begun_anew: list[LeftTogether] = []
         heat = np.ascontiguousarray(inputs.heat)
         unknown = self._unseen_heat(inputs)
         self._take_late(given)
@@ -328,7 +355,10 @@ class TemperatureFusion:
             if self._past_length - self._past[0][0] >= self._longest_delay:
                 self._past_length -= self._past.popleft()[0]
             if self._count >= self._per_epoch:
-                innovations += self._close_epoch(ambient[stop - 1])
+                applied, left = self._close_epoch(ambient[stop - 1], known or stop > told, stop)
+                state = self.state
+                innovations += applied
+                begun_anew += left
                 temperature[stop - 1] = state.dynamic[:N]
                 expected[stop - 1] = state.dynamic[N:]
                 deviation[stop - 1] = self._deviation()
@@ -339,7 +369,7 @@ class TemperatureFusion:
         # counted from the start of the next call, what waits for the end of its epoch lies before it
         self._pending = [(index - n, *rest) for index, *rest in self._pending]
         spread = np.sqrt(np.maximum(np.diagonal(state.covariance)[N: N + _M], 0.0))
-        return FusionResult(temperature, deviation, ambient, expected, spread, innovations)
+        return FusionResult(temperature, deviation, ambient, expected, spread, innovations, begun_anew)
 
     def _take_late(self, given: Readings) -> None:
         """Readings of intervals before this call: what was expected then, noise that grows with their age.
@@ -360,7 +390,8 @@ class TemperatureFusion:
         """Standard deviation of the node temperatures now, K, (N,)."""
         return np.sqrt(np.maximum(np.diagonal(self.state.covariance)[:N], 0.0))
 
-    def _close_epoch(self, ambient: float) -> list[Innovation]:
+    def _close_epoch(self, ambient: float, air_known: bool, stop: int) -> tuple[list[Innovation], list[LeftTogether]]:
+        """Move the covariance up to interval ``stop`` of the call and apply what waits, to a new state where sensors left together."""
         state, count = self.state, self._count
         predict_covariance(
             self.parameters, state.dynamic, state.deviation, state.covariance, self._node, self._lag,
@@ -373,13 +404,27 @@ class TemperatureFusion:
         self._clear_epoch()
         self._silent += count * self.interval
         self._newest[self._silent > HEARD] = np.nan
+        self._departures.pass_by(count * self.interval)
         if not pending:
-            return []
+            return [], []
         index, sensor, measured, predicted, noise = (np.concatenate(column) for column in zip(*pending, strict=True))
         self._newest[sensor], self._silent[sensor] = measured, 0.0
         self._newest[self.left_out] = np.nan
-        doubted = (outvoted(self._newest) | self.left_out)[sensor]
-        innovation = measured - predicted
+        doubted = outvoted(self._newest) | self.left_out
+        applied = self._apply(index, sensor, measured, measured - predicted, noise, doubted[sensor])
+        left = self._departures.together(stop - 1, state.refused, self._last, ~doubted, self._silent)
+        if left is None:
+            return applied, []
+        self._begin_from_readings(ambient, air_known)
+        here = index >= stop - count  # what came late is of the state before
+        index, sensor, measured, noise = index[here], sensor[here], measured[here], noise[here]
+        predicted = self.state.dynamic[N + sensor] + self.state.offset[sensor]
+        return self._apply(index, sensor, measured, measured - predicted, noise, doubted[sensor]), [left]
+
+    def _apply(self, index: np.ndarray, sensor: np.ndarray, measured: np.ndarray, innovation: np.ndarray, noise: np.ndarray,
+               doubted: np.ndarray) -> list[Innovation]:
+        """Apply readings, K, (r,) each, the noise with which they count and whether all others contradict them."""
+        state = self.state
         accepted, spread = np.zeros(index.size, dtype=np.bool_), np.zeros(index.size)
         gains = np.empty((index.size, state.covariance.shape[0]))
         before = state.dynamic[N:].copy()
@@ -388,6 +433,7 @@ class TemperatureFusion:
         self._learned += state.dynamic[N:] - before
         if self.trace is not None:
             self.trace.read(gains[accepted], sensor[accepted], innovation[accepted], spread[accepted])
+        self._departures.take(sensor, measured, measured - innovation, spread, accepted)
         columns = (index, sensor, measured, measured - innovation, spread, accepted)
         return [Innovation(i, SENSORS[k], m, e, d, a) for i, k, m, e, d, a in zip(*(c.tolist() for c in columns), strict=True)]
 

@@ -9,6 +9,7 @@ from sensor_msgs.msg import Temperature
 
 from ddh_msgs.msg import HydraulicState, MotorThermalState, ResidualArray, TemperatureEstimateArray
 from ddh_twin_py.estimation.credibility import Credibility
+from ddh_twin_py.estimation.left_together import LeftTogether
 from ddh_twin_py.estimation.outvoted import OUTVOTED
 from ddh_twin_py.estimation.place_watch import PlaceWatch
 from ddh_twin_py.estimation.sensors import NODE_INDEX, SENSORS
@@ -83,6 +84,7 @@ class TemperatureFusionNode(TelemetryNode):
         self._measured, self._measured_at = np.full(N, np.nan), np.full(N, np.nan)  # K, s
         self._deviation = self._newest = np.full(N, np.nan)
         self._refused = dict.fromkeys(SENSORS, 0)
+        self._begun_anew: list[LeftTogether] = []
         self._known = {STATE_TOPIC: 0.0, MOTOR_TOPIC: 0.0}
         self._done = 0
         self._late = 0
@@ -222,6 +224,9 @@ class TemperatureFusionNode(TelemetryNode):
         end_ns = np.array([tick.end_ns for tick in ticks], np.int64)
         predicted = np.array([self._predicted.pop(stamp, _UNKNOWN) for stamp in end_ns.tolist()])
         self._publish(end_ns, result, predicted)
+        for left in result.begun_anew:
+            self._begun_anew.append(left)
+            self.warn_again("left together", left.why)
         self._watch_places(predicted, readings, result)
         self._last_end = int(end_ns[-1])
         self._deviation = result.standard_deviation[-1]
@@ -333,6 +338,7 @@ class TemperatureFusionNode(TelemetryNode):
             report.add(f"standard deviation {node}", float(deviation), "K")
         for sensor, count in self._refused.items():
             report.add(f"readings refused {sensor}", count, "1")
+        report.add("times that it began anew as sensors left its band together", len(self._begun_anew), "1")
         if not self._done:
             return "waits for a model or a sensor"
         age, limit = self.wall() - self._done_at, _SILENT_AFTER
@@ -342,6 +348,8 @@ class TemperatureFusionNode(TelemetryNode):
             report.warn(f"no estimate for {age:.0f} s, neither models nor sensors go on")
         for found in self._places.told:
             report.warn(f"{found.left_out}, {_UNTIL}")
+        if self._begun_anew:
+            report.warn(self._begun_anew[-1].why)
         if contradicted := self._fusion.contradicted:
             report.warn(f"{' and '.join(contradicted)}: more than {OUTVOTED:g} K off what all other sensors beside the oil read, not used")
         outside = outside_stated(self._newest)
