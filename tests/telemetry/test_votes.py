@@ -18,11 +18,12 @@ class Graph:
     """The three aligners of a running twin: two models on telemetry, the fusion on sensors and models.
 
     `jump` maps a stream to the s by which its stamps are off from `BREAKS` on, until s `back`; `apart` how many s later it jumps than that.
-    Messages come `burst` s at once, one stream after the other, and nodes work off what there is before the next. `ticks` are each node's,
+    Messages come `burst` s at once, one stream after the other, and nodes work off what there is before the next; `timed`: by a computer's
+    clock, which is right. `ticks` are each node's,
     `aligners` by node.
     """
 
-    def __init__(self, sensors=SENSORS, period=1.0, jump=(), back=math.inf, burst=0.0, apart=(), fast=0.05):
+    def __init__(self, sensors=SENSORS, period=1.0, jump=(), back=math.inf, burst=0.0, apart=(), fast=0.05, timed=False):
         telemetry = (DRIVE, HYDRAULICS, *sensors)
         self.jump, self.back, self.apart = dict(jump), back, dict(apart)
         models = {"hydraulic_model": STATE, "machine_thermal": MOTOR}
@@ -35,15 +36,15 @@ class Graph:
             for k, name in enumerate(telemetry) for t in np.arange(0.01 * (k + 1), SECONDS, period if name in sensors else fast).tolist()
         )  # fmt: skip
         for looked, (at, _, t, name) in enumerate(arrivals):
-            stamp = self.stamp(name, t)
+            stamp, came = self.stamp(name, t), EPOCH + round(at * 1e9) if timed else None
             for node in models:
-                self.aligners[node].push(name, stamp, [t])
+                self.aligners[node].push(name, stamp, [t], came)
             if name in sensors:
-                fusion.push(name, stamp, [t])
+                fusion.push(name, stamp, [t], came)
             if looked + 1 == len(arrivals) or arrivals[looked + 1][0] > at:
                 for node, model in models.items():
                     for tick in self._take(node, burst > 2.0):
-                        fusion.push(model, tick.end_ns, [float(bool(len(tick.samples[DRIVE])))])
+                        fusion.push(model, tick.end_ns, [float(bool(len(tick.samples[DRIVE])))], came)
                 self._take("temperature_fusion", burst > 2.0)
 
     def stamp(self, name, t):
@@ -163,6 +164,25 @@ def test_the_majority_is_believed():
     few = Graph(SENSORS[:1], jump=together)
     assert few.restarts["hydraulic_model"] == few.restarts["machine_thermal"] == 1
     assert few.aligners["hydraulic_model"].counts[SENSORS[0], "other_clock"], "the sensor of the old clock does not pull them forth"
+
+
+@pytest.mark.parametrize("burst", [0.0, 3.0])
+@pytest.mark.parametrize("step", [*STEPS, 15.0])
+def test_sensors_of_one_logger_do_not_outvote_a_machine_that_goes_by_the_computers_clock(step, burst):
+    graph = Graph(jump=dict.fromkeys(SENSORS, step), burst=burst, timed=True)
+    assert graph.restarts == NOBODY
+    for node, aligner in graph.aligners.items():
+        assert {(name, cause) for (name, cause), count in aligner.counts.items() if count} == {(name, "other_clock") for name in SENSORS}
+        assert graph.heard(node, STATE if node == "temperature_fusion" else DRIVE, BREAKS) > 0.98
+
+
+@pytest.mark.parametrize("step", STEPS)
+def test_nor_do_they_where_they_tell_another_clock_from_the_begin(step):
+    graph = Graph(jump=dict.fromkeys(SENSORS, step), apart=dict.fromkeys(SENSORS, -BREAKS), timed=True)
+    assert max(graph.restarts.values()) <= 1
+    ticks = {name: sum(len(tick.samples[name]) for tick in graph.ticks[node])
+             for node, name in (("hydraulic_model", DRIVE), ("machine_thermal", HYDRAULICS), ("temperature_fusion", MOTOR))}
+    assert min(ticks.values()) > 0.9 * SECONDS / 0.05
 
 
 @pytest.mark.parametrize("ahead", [15.0, 60.0, 700.0, 7200.0])

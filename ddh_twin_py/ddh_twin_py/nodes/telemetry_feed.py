@@ -119,8 +119,8 @@ class TelemetryFeed:
         self._stood = None
         collected, self._collected = order(self._collected), []
         push = self.aligner.push
-        for _, stream, stamp, row in collected:
-            push(stream, stamp, row)  # tells repetitions from stragglers itself
+        for came, stream, stamp, row in collected:
+            push(stream, stamp, row, came or None)  # tells repetitions from stragglers itself
 
     def _stood_still(self, begin: int, end: int) -> bool:
         """Whether the process stood still between two looks, ns, as nothing came then, rather than that it was busy."""

@@ -12,6 +12,8 @@ stamps go on as before or others tell its clock, too; so is one that tells a thi
 its stream goes on as before is of another clock, as of a second machine on the topic, and left out.
 Where a stream that spoke first is by another clock from its begin on, all others lie behind it: they are believed once more of them tell
 one clock, for as long and as fast as it goes on, than speak by that of the first.
+Where an awaited stream and another one come as they are stamped, by the computer's clock, they are right, however many tell another one:
+all sensors of one logger have one clock.
 A step back of 5 s or less may be messages that are late: there it must be told by several samples as close as the stream's are, while no
 stream goes on. Where others go on it is left out as late; if it was as many and as close as that, its clock was put back alone, and what
 the stream tells is doubted until it is as far as the others.
@@ -19,7 +21,7 @@ the stream tells is doubted until it is as far as the others.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 
 from ddh_twin_py.telemetry.stream_line import APART_NS, LONGEST_LAG_NS, Doubt, Line
@@ -79,6 +81,14 @@ class ClockVote:
         """
         if self.may_be_late(line):
             return None
+        if self._right(other for other in self.lines.values() if other.doubt is not None and other.doubt.timely):
+            return True if line.doubt.timely else None
+        right = [other for other in self.lines.values() if other.doubt is None and other.timely and not other.stale]
+        if self._right(right) and not line.doubt.timely:
+            if any(self.goes_on(other, line.doubt) for other in right):
+                return False
+            if not last and any(self.may_speak(other, line.doubt) for other in right):
+                return None
         doubt, agree, against, silent = line.doubt, 0, 0, 0
         for other in self.lines.values():
             if other.doubt is not None:
@@ -90,6 +100,11 @@ class ClockVote:
         if agree > 1 and not against and line.seconds_off and doubt.top - doubt.first > APART_NS:
             silent = 0  # as after a pause of all, which slow ones need not hold up
         return True if agree > against + silent else None if silent else False
+
+    def _right(self, lines: Iterable[Line]) -> bool:
+        """Whether streams that go by the computer's clock are right: one that is awaited, and one more."""
+        awaited = [line.awaited for line in lines]
+        return len(awaited) > 1 and any(awaited)
 
     def at_the_end(self, line: Line, newest: int) -> bool | None:
         """The verdict where nothing more comes for now; what others have reached since was a pause, and one sample else is no clock."""
@@ -127,15 +142,18 @@ class ClockVote:
         """Whether a stream that lies behind all since it began, and keeps that distance, tells with more streams than are ahead of it."""
         if line.behind is None or stamp - line.first <= APART_NS or abs(newest - stamp - line.behind) > self.window:
             return False
-        agree = ahead = 0
+        agree, ahead = [], []
         for other in self.lines.values():
             if other.newest is None or other.stale or other.doubt is not None:
                 continue
             if other.behind is None:
-                ahead += newest - other.newest <= max(LONGEST_LAG_NS, 2 * other.step)
+                ahead += [other] * (newest - other.newest <= max(LONGEST_LAG_NS, 2 * other.step))
             else:
-                agree += abs(other.newest - stamp) <= LONGEST_LAG_NS
-        return agree > ahead
+                agree += [other] * (abs(other.newest - stamp) <= LONGEST_LAG_NS)
+        for lines, right in ((ahead, False), (agree, True)):
+            if self._right(other for other in lines if other.timely):
+                return right
+        return len(agree) > len(ahead)
 
     def goes_on(self, line: Line, doubt: Doubt) -> bool:
         """Whether a stream has told, by the clock of all, what lies beyond all that came before another one was doubted."""
@@ -163,6 +181,11 @@ class ClockVote:
     def _newest_of_leaders(self) -> Iterator[int]:
         """Newest stamps of the streams that follow none and go by the clock of all."""
         return (line.newest for line in self.lines.values() if not line.follows and not line.stale and line.newest is not None)
+
+
+def timely(stamp: int, came: int | None) -> bool:
+    """Whether a sample came as it is stamped, ns, by the computer's clock where that is known."""
+    return came is not None and abs(stamp - came) <= APART_NS
 
 
 def is_lost(doubt: Doubt, stamp: int, verdict: bool | None) -> bool:

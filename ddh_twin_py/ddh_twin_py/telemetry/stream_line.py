@@ -18,15 +18,16 @@ class Doubt:
     """What a stream told by another clock, until it is believed: `rows` by stamp in the order in which they came, never none.
 
     `first` is the stamp of the first, `top` the newest of them, `since` the number of the push of the first, and `left` the newest stamp
-    of all streams before it.
+    of all streams before it; `timely` says whether any of them came as it was stamped.
     """
 
-    __slots__ = ("first", "left", "rows", "since", "top")
+    __slots__ = ("first", "left", "rows", "since", "timely", "top")
 
     def __init__(self, stamp: int, row: Sequence[float], since: int, left: int) -> None:
         self.rows = {stamp: row}
         self.first = self.top = stamp
         self.since, self.left = since, left
+        self.timely = False
 
     def __len__(self) -> int:
         return len(self.rows)
@@ -50,10 +51,11 @@ class Line:
     newest lay behind that of all, up to `LONGEST_LAG`, in this minute or the one before. `first` is the first stamp since the ticks began
     and `told` counts the samples since then; `spoke` is the newest stamp of all when it told anything last, by any clock. `parted` says
     whether its clock was put back by itself. `alive` says whether ticks wait for it. `behind` is by how many ns its first stamp lay behind
-    the newest of all, where neither that nor what it told since could be a lag, else None.
+    the newest of all, where neither that nor what it told since could be a lag, else None. `came` is the newest of its stamps that came by
+    the computer's clock as it says, None where none did.
     """
 
-    __slots__ = ("alive", "awaited", "behind", "doubt", "first", "follows", "heard", "held", "lag", "lagged", "lags_since", "newest",
+    __slots__ = ("alive", "awaited", "behind", "came", "doubt", "first", "follows", "heard", "held", "lag", "lagged", "lags_since", "newest",
                  "owed", "parted", "rose", "rows", "since", "spoke", "stamps", "told", "top", "width")
 
     def __init__(self, width: int, awaited: bool, follows: bool) -> None:
@@ -70,6 +72,7 @@ class Line:
         self.newest, self.owed = newest, owed
         self.first: int | None = None
         self.behind: int | None = None
+        self.came: int | None = None
         self.heard: int | None = None
         self.told = 0
         self.spoke: int | None = None
@@ -92,7 +95,7 @@ class Line:
         self.newest, self.rose, self.parted = stamp, number, False
         self.heard = self.spoke = stamp if newest is None else max(newest, stamp)
         if self.first is None:
-            self.first, self.behind = stamp, None if newest is None or self.follows else newest - stamp
+            self.first, self.behind = stamp, None if newest is None or self.follows and self.came != stamp else newest - stamp
         if newest is None or stamp > newest - LONGEST_LAG_NS:
             self.behind = None
             self.alive = self.awaited
@@ -130,6 +133,11 @@ class Line:
         for again in self.stamps[keep:]:
             del self.rows[again]
         del self.stamps[keep:]
+
+    @property
+    def timely(self) -> bool:
+        """Whether it goes by the computer's clock, as its newest samples or, before a lag, some did."""
+        return self.came is not None and self.newest is not None and self.newest <= self.came + LONGEST_LAG_NS
 
     @property
     def stale(self) -> bool:

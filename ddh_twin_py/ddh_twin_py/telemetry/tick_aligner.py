@@ -9,7 +9,7 @@ from collections import Counter, deque
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from operator import itemgetter
 
-from ddh_twin_py.telemetry.clock_vote import ClockVote, cause, is_lost, take_strays
+from ddh_twin_py.telemetry.clock_vote import ClockVote, cause, is_lost, take_strays, timely
 from ddh_twin_py.telemetry.stream_line import APART_NS, LONGEST_LAG_NS, Doubt, Line
 from ddh_twin_py.telemetry.tick_cutter import TickCutter
 from ddh_twin_py.telemetry.ticks import INTERVAL, LONGEST_GAP, REORDER_WINDOW, Tick, to_ns
@@ -71,15 +71,15 @@ class TickAligner:
         self._done: deque[Tick] = deque()
         self._newest: int | None = None  # over all streams
 
-    def push(self, stream: str, stamp_ns: int, row: Sequence[float]) -> None:
-        """Take in one sample; `row` has the stream's fields. The row is kept, not copied."""
+    def push(self, stream: str, stamp_ns: int, row: Sequence[float], came_ns: int | None = None) -> None:
+        """Take in one sample; `row` has the stream's fields and is kept, not copied. `came_ns`: when it came by the computer's clock."""
         line = self._lines[stream]
         stamp = int(stamp_ns)
         self._pushed += 1
         line.told += 1
         if line.goes_on_doubted(stamp) or self._vote.leaps(line, stamp, self._newest):
             if not self._takes_part(line, stamp):
-                self._doubt(stream, line, stamp, row)
+                self._doubt(stream, line, stamp, row, came_ns)
                 return
         elif line.doubt is not None:
             if line.went_back and stamp - line.doubt.top <= self._window and self._vote.verdict(line, last=True):
@@ -89,8 +89,10 @@ class TickAligner:
             else:
                 self._leave_out(stream, line)
                 if line.parted and self._vote.leaps(line, stamp, self._newest):  # and goes on behind all
-                    self._doubt(stream, line, stamp, row)
+                    self._doubt(stream, line, stamp, row, came_ns)
                     return
+        if timely(stamp, came_ns):
+            line.came = stamp
         self._accept(stream, line, stamp, row)
 
     def ready(self) -> Iterator[Tick]:
@@ -172,7 +174,7 @@ class TickAligner:
             return not self._vote.leaps(line, stamp, self._newest)  # else it is another clock's
         return False
 
-    def _doubt(self, stream: str, line: Line, stamp: int, row: Sequence[float]) -> None:
+    def _doubt(self, stream: str, line: Line, stamp: int, row: Sequence[float], came: int | None) -> None:
         """Put a sample of another clock aside, until its stream has gone on by that clock and is not outvoted."""
         newest, doubt = self._newest_of(line), line.doubt
         if doubt is not None and (stamp < doubt.first - self._window or (stamp > newest) != (doubt.first > newest)):
@@ -183,6 +185,7 @@ class TickAligner:
             self.counts[stream, "duplicate"] += 1
             return
         line.doubt.add(stamp, row)
+        line.doubt.timely |= timely(stamp, came)
         line.spoke = self._newest
         verdict = self._vote.verdict(line) if self._vote.is_due(line, stamp, newest) else None
         if verdict or self._vote.follower_at(stamp):
