@@ -149,7 +149,7 @@ def test_both_pressures_in_another_unit(paper, noise, factor, unit):
         (HYDRAULIC, "pressure_piston_side", 1e-5, 0.0, "pressure_piston_side looks as if given in bar (factor 1e-05)"),
         (HYDRAULIC, "pressure_rod_side", 1e-5, 0.0, "pressure_rod_side stays below"),
         (HYDRAULIC, "pressure_piston_side", 1e-3, 0.0, "pressure_piston_side looks as if given in kPa (factor 0.001)"),
-        (HYDRAULIC, "pressure_rod_side", 1e5, 0.0, "looks as if given in Pa times 1e5 (factor 1e+05), expected is Pa"),
+        (HYDRAULIC, "pressure_rod_side", 1e5, 0.0, "looks as if given in Pa, converted from bar twice (factor 1e+05), expected is Pa"),
         (HYDRAULIC, "rod_position", 1e3, 0.0, "looks as if given in mm (factor 1000), expected is m"),
         ("temperature/tank_oil", "temperature", 1.0, 273.15, "looks as if given in K (+273.15), expected is degC"),
         ("temperature/tank_oil", "temperature", 1.0, -273.15, "looks as if given in degC less 273.15 (-273.15), expected is degC"),
@@ -200,6 +200,65 @@ def test_what_is_as_warm_as_a_refused_one_reads_by_chance_is_believed(paper, noi
     finding, screened = only(hot, noise)
     assert "/ambient temperature looks as if given in degF" in finding.message
     assert all(np.isfinite(s.values[:, 0]).all() for name, s in screened.temperatures.items() if name != "ambient")
+
+
+def with_temperatures(recording, change, *names):
+    """Of a recording, temperatures changed as numbers in degC, all where none is named."""
+    for name in names or recording.temperatures:
+        stream = recording.temperatures[name]
+        values = np.column_stack([change(stream.values[:, 0] - 273.15) + 273.15, stream.values[:, 1]])
+        recording = recording.with_streams(dict(recording.streams()) | {f"temperature/{name}": Stream(stream.time, values, stream.fields)})
+    return recording
+
+
+def refused(recording, noise, scales):
+    """What is said of each temperature of which nothing is used, by sensor; of no other anything is."""
+    screened = screen_recording(recording, noise, scales=scales)
+    said = {finding.topic.rsplit("/", 1)[1]: finding.message for finding in screened.findings if finding.severity == "error"}
+    assert said.keys() >= {finding.topic.rsplit("/", 1)[1] for finding in screened.findings}
+    assert said.keys() == {name for name, stream in screened.temperatures.items() if np.isnan(stream.values[:, 0]).all()}
+    return said
+
+
+def test_all_temperatures_ten_times_too_large_are_refused_and_named(paper, noise, scales):
+    """230 degC may be 23.0, or -43 degC in K, as of a machine never."""
+    for colder in (0.0, 8.0):  # 150 degC is in range of all but the air
+        said = refused(with_temperatures(paper, lambda celsius, colder=colder: 10.0 * (celsius - colder)), noise, scales)
+        assert said.keys() == paper.temperatures.keys()
+        assert all("looks as if given in tenths of degC" in text for text in said.values())
+
+
+@pytest.mark.parametrize("colder", [0.0, 8.0])
+@pytest.mark.parametrize("name", TEMPERATURE_SENSORS)
+def test_one_temperature_ten_times_too_large_is_refused_and_named(paper, noise, scales, name, colder):
+    cold = with_temperatures(paper, lambda celsius: celsius - colder)
+    (said,) = refused(with_temperatures(cold, lambda celsius: 10.0 * celsius, name), noise, scales).items()
+    assert said[0] == name and "looks as if given in tenths of degC" in said[1] and said[1].endswith(("not used", "nor are the others"))
+
+
+@pytest.mark.parametrize(("unit", "change"), [("degF", lambda celsius: 1.8 * celsius + 32.0), ("degC of the other sign", np.negative)])
+@pytest.mark.parametrize("name", TEMPERATURE_SENSORS)
+def test_one_temperature_in_degf_or_of_the_other_sign_is_refused_and_no_neighbour(paper, noise, scales, name, unit, change):
+    (said,) = refused(with_temperatures(paper, change, name), noise, scales).items()
+    assert said[0] == name and f"temperature looks as if given in {unit}" in said[1]
+
+
+@pytest.mark.parametrize("known", [True, False])
+def test_ambient_and_winding_that_are_exchanged_are_both_refused_and_the_housing_is_not_blamed(paper, noise, scales, known):
+    read = dict(paper.streams())
+    air, winding = read["temperature/ambient"], read["temperature/motor_winding"]
+    odd = paper.with_streams(read | {"temperature/ambient": winding, "temperature/motor_winding": air})
+    said = refused(odd, noise, scales if known else None)
+    assert said.keys() == {"ambient", "motor_winding"} and all("their sensors are likely exchanged" in text for text in said.values())
+
+
+def test_frost_and_hot_air_about_a_sound_machine_are_believed(paper, noise, scales):
+    frost = with_temperatures(paper, lambda celsius: celsius - 35.0, "ambient")
+    hot = with_temperatures(paper, lambda celsius: celsius + 30.0, "ambient")
+    warm = with_temperatures(with_temperatures(paper, lambda celsius: celsius + 20.0), lambda celsius: celsius - 60.0, "ambient")
+    cold = with_temperatures(paper, lambda celsius: celsius - 45.0)
+    for sound in (frost, hot, warm, cold):
+        assert refused(sound, noise, scales) == {}
 
 
 def test_what_is_in_another_unit_is_not_used_where_it_happens_to_be_in_range(paper, noise):

@@ -7,11 +7,12 @@ from collections.abc import Mapping
 import numpy as np
 
 from ddh_twin_py.telemetry.recording import Finding, Recording, Stream
-from ddh_twin_py.telemetry.signals import TEMPERATURE_PREFIX, UnitMistake, signals_of
+from ddh_twin_py.telemetry.signals import TEMPERATURE_PREFIX, ZERO_CELSIUS, UnitMistake, signals_of
 
 FIRST = 10
 """Readings of the begin."""
-_ALIKE = 4.0  # K as read, by which places of a unit that has rested differ at most
+_ALIKE = 2.25  # K in the right unit, by which places of a unit that has rested differ at most
+_USUAL = ZERO_CELSIUS + 25.0  # K at which a machine is likely, of which nothing tells how warm it is
 _LEAST, _SHARE = 3, 0.5  # others that begin alike, and their share of all others: no warm unit is as warm everywhere
 _FROM_RANGE = 20.0  # K within its range, at most, where one begins that is refused for its unit from the begin on
 
@@ -20,10 +21,9 @@ def alike_units(recording: Recording, refused: Mapping[str, UnitMistake]) -> dic
     """What is said of each topic that is likely in the unit of a refused one.
 
     Args:
-        recording: as read. refused: temperature topics, relative, and the units in which they look as if given.
+        recording: as read. refused: temperature topics, relative, and the unit in which each looks as if given.
     """
-    streams = {topic: stream for topic, stream in recording.streams() if topic.startswith(TEMPERATURE_PREFIX)}
-    first = {topic: told for topic, stream in streams.items() if np.isfinite(told := _begin(stream))}
+    streams, first = dict(recording.streams()), first_readings(recording)
     found: dict[str, Finding] = {}
     for topic, said in begun_alike(first, refused).items():
         (signal,) = signals_of(topic)
@@ -31,6 +31,26 @@ def alike_units(recording: Recording, refused: Mapping[str, UnitMistake]) -> dic
         found[topic] = Finding("error", recording.path, name, signal.field, signal.to_message(first[topic]), len(stream),
                                f"{recording.path}: {name} {said}", float(stream.time.min()))
     return found
+
+
+def likely_units(first: Mapping[str, float], refused: Mapping[str, tuple[UnitMistake, ...]]) -> dict[str, UnitMistake]:
+    """The unit in which each refused topic is likeliest, of those in which it may be: of those in which all of them may be, as one device
+    has one unit, the one in which it begins about as warm as the others do.
+
+    Args:
+        first: as of `begun_alike`. refused: temperature topics, relative, and the units in which they look as if given.
+    """
+    common = set.intersection(*(set(units) for units in refused.values())) if refused else set()
+    others = [value for topic, value in first.items() if topic not in refused]
+    usual = float(np.median(others)) if others else _USUAL
+    return {topic: min([unit for unit in units if unit in common] or units, key=lambda unit: abs(unit.corrected(first[topic]) - usual))
+            if topic in first else units[0] for topic, units in refused.items()}
+
+
+def first_readings(recording: Recording) -> dict[str, float]:
+    """What each temperature topic, relative, reads at its begin, K as read; none of a topic that has no number."""
+    return {topic: told for topic, stream in recording.streams()
+            if topic.startswith(TEMPERATURE_PREFIX) and np.isfinite(told := _begin(stream))}
 
 
 def begun_alike(first: Mapping[str, float], refused: Mapping[str, UnitMistake]) -> dict[str, str]:
@@ -44,7 +64,7 @@ def begun_alike(first: Mapping[str, float], refused: Mapping[str, UnitMistake]) 
     for one, unit in refused.items():
         if one not in first or not _mistaken_from_begin(one, first[one]):
             continue
-        alike = [topic for topic in others if abs(first[topic] - first[one]) <= _ALIKE]
+        alike = [topic for topic in others if abs(first[topic] - first[one]) <= _ALIKE * abs(unit.factor)]
         if len(alike) < max(_LEAST, _SHARE * len(others)):
             continue
         for topic in alike:

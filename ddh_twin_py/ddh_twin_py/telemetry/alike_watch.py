@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from ddh_twin_py.telemetry.alike_units import FIRST, begun_alike
+from ddh_twin_py.telemetry.alike_units import FIRST, begun_alike, likely_units
 from ddh_twin_py.telemetry.clock import Break
 from ddh_twin_py.telemetry.screening import StreamScreen
 from ddh_twin_py.telemetry.signals import TEMPERATURE_PREFIX, UnitMistake
@@ -47,15 +47,15 @@ class AlikeWatch:
 
     def judge(self) -> list[str]:
         """Topics that are refused from now on, and were not yet; to be asked once the screens have what was taken."""
-        own = {topic: unit for topic, screen in self._screens.items() if (unit := _unit(screen)) is not None}
+        own = {topic: units for topic, screen in self._screens.items() if (units := _units(screen))}
         if not own:
             return []
         first = {topic: float(np.median(begin)) for topic, begin in self._begin.items() if len(begin) >= _FEWEST}
-        new = {topic: said for topic, said in begun_alike(first, own).items() if topic not in self.refused}
+        new = {topic: said for topic, said in begun_alike(first, likely_units(first, own)).items() if topic not in self.refused}
         self.refused |= new
         return list(new)
 
 
-def _unit(screen: StreamScreen) -> UnitMistake | None:
-    """The other unit in which a temperature topic is, None where it is in its own."""
-    return next(iter((screen.in_another_unit() or screen.begins_in_another_unit(_FEWEST)).values()), None)
+def _units(screen: StreamScreen) -> tuple[UnitMistake, ...]:
+    """The other units in which a temperature topic may be, none where it is in its own."""
+    return next(iter((screen.in_another_unit() or screen.begins_in_another_unit(_FEWEST)).values()), ())

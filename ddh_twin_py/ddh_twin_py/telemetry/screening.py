@@ -13,13 +13,14 @@ import numpy as np
 
 from ddh_twin_py.rig import Rig
 from ddh_twin_py.telemetry import screening_kernel as kernel
-from ddh_twin_py.telemetry.alike_units import alike_units
+from ddh_twin_py.telemetry.alike_units import alike_units, first_readings, likely_units
 from ddh_twin_py.telemetry.causes import OF_FIELD, OF_SAMPLE, Cause
 from ddh_twin_py.telemetry.clock import clock_segments, sorted_order
 from ddh_twin_py.telemetry.recording import Finding, Recording, Stream
 from ddh_twin_py.telemetry.screening_report import findings_of, in_another_unit
 from ddh_twin_py.telemetry.signals import TEMPERATURE_PREFIX, Signal, UnitMistake, signals_of
 from ddh_twin_py.telemetry.spans import apart, missing_ends
+from ddh_twin_py.telemetry.temperature_units import odd_temperatures
 from ddh_twin_py.telemetry.ticks import REORDER_WINDOW, to_ns
 from ddh_twin_py.telemetry.unit_rules import judge, rules_of
 from ddh_twin_py.telemetry.unit_scales import UnitScales
@@ -81,10 +82,11 @@ class StreamScreen:
         most = max(len(s.mistakes) for s in self.signals)
         self._raised: Set[tuple[int, ...]] = set()
         self._limits = np.array([(s.lowest, s.highest) for s in self.signals])
-        self._mistakes = np.tile((np.nan, np.nan), (fields, most, 1)).astype(float)
+        self._mistakes = np.full((fields, most, 4), np.nan)
         for j, signal in enumerate(self.signals):
             for k, mistake in enumerate(signal.mistakes):
-                self._mistakes[j, k] = (mistake.factor, mistake.offset)
+                lowest, highest = signal.usual
+                self._mistakes[j, k] = (mistake.factor, mistake.offset, max(signal.lowest, lowest), min(signal.highest, highest))
         rules = rules_of(topic)
         self._rules = np.array([(r.kind, r.a, r.b, r.c, r.d, r.window) for r in rules], np.int64).reshape(-1, 6)
         self._floors = np.array([r.floor for r in rules], float)
@@ -228,24 +230,26 @@ class StreamScreen:
             counts[cause.name.lower()] = self.count(cause)
         return counts
 
-    def in_another_unit(self) -> dict[int, UnitMistake]:
-        """Fields, by number, of which so many samples are out of range that all look as if given in another unit, and that unit."""
+    def in_another_unit(self) -> dict[int, tuple[UnitMistake, ...]]:
+        """Fields, by number, of which so many samples are out of range that all look as if given in another unit, and which it may be."""
         out_of_range = self._counts[_CAUSES.index(Cause.OUT_OF_RANGE)]
         return in_another_unit(self.signals, out_of_range, int(self._stream[kernel.COUNT]), self._mistaken)
 
-    def begins_in_another_unit(self, least: int) -> dict[int, UnitMistake]:
+    def begins_in_another_unit(self, least: int) -> dict[int, tuple[UnitMistake, ...]]:
         """The same of fields all of whose samples so far, ``least`` or more, are out of range."""
         samples, out_of_range = int(self._stream[kernel.COUNT]), self._counts[_CAUSES.index(Cause.OUT_OF_RANGE)]
         if samples < least:
             return {}
-        told = {j: [m for m, still in zip(signal.mistakes, self._mistaken[j], strict=False) if still]
+        told = {j: tuple(m for m, still in zip(signal.mistakes, self._mistaken[j], strict=False) if still)
                 for j, signal in enumerate(self.signals) if out_of_range[j] == samples}
-        return {j: units[0] for j, units in told.items() if units}
+        return {j: units for j, units in told.items() if units}
 
-    def findings(self, file: str = "", topic: str | None = None, epoch_ns: int = 0, whole: bool = False) -> list[Finding]:
+    def findings(self, file: str = "", topic: str | None = None, epoch_ns: int = 0, whole: bool = False,
+                 unit: UnitMistake | None = None) -> list[Finding]:
         """One finding per cause and field. `topic` as people know it (default: relative name).
 
-        Times in the findings are s relative to `epoch_ns`. ``whole``: fields `in_another_unit` are not used at all.
+        Times in the findings are s relative to `epoch_ns`. ``whole``: fields `in_another_unit` are not used at all. ``unit``: in which
+        such a field is, as others tell.
         """
         return findings_of(
             self.signals,
@@ -261,6 +265,7 @@ class StreamScreen:
             self.noise,
             self._stuck_since,
             whole,
+            unit,
         )
 
 
@@ -278,12 +283,13 @@ def screen_recording(
     repetition, not from where that was noticed.
     """
     streams: dict[str, Stream] = {}
-    refused: dict[str, UnitMistake] = {}
+    refused: dict[str, tuple[UnitMistake, ...]] = {}
+    screens: dict[str, StreamScreen] = {}
     findings = list(recording.findings)
     stamps = {topic: stream.stamps(recording.epoch_ns) for topic, stream in recording.streams()}
     segments = clock_segments(stamps, to_ns(reorder_window))
     for topic, stream in recording.streams():
-        screen = StreamScreen(topic, noise, reorder_window, scales)
+        screens[topic] = screen = StreamScreen(topic, noise, reorder_window, scales)
         screened = screen.screen(stamps[topic], stream.values)
         _, values, flags = screened
         if screen.count(Cause.STUCK):
@@ -292,14 +298,19 @@ def screen_recording(
             for column in suspicion.fields:
                 suspect = np.flatnonzero(flags[:, column] & Cause.WRONG_UNIT)
                 values[: 1 + suspect.max(initial=-1), column] = np.nan
-        for column, unit in screen.in_another_unit().items():
+        for column, units in screen.in_another_unit().items():
             values[:, column] = np.nan
             if topic.startswith(TEMPERATURE_PREFIX):
-                refused[topic] = unit
+                refused[topic] = units
         order = sorted_order(stamps[topic], segments[topic])
         streams[topic] = Stream(stream.time[order], values[order], stream.fields)
-        findings += screen.findings(recording.path, f"{recording.namespace}/{topic}", recording.epoch_ns, whole=True)
-    for topic, finding in alike_units(recording, refused).items():
+    units = likely_units(first_readings(recording), refused)
+    for topic, screen in screens.items():
+        findings += screen.findings(recording.path, f"{recording.namespace}/{topic}", recording.epoch_ns, whole=True, unit=units.get(topic))
+    for topic, finding in alike_units(recording, units).items():
+        streams[topic].values[:, 0] = np.nan
+        findings.append(finding)
+    for topic, finding in odd_temperatures(recording.with_streams(streams), scales).items():
         streams[topic].values[:, 0] = np.nan
         findings.append(finding)
     strange = apart(recording)

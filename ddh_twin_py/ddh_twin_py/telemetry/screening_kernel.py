@@ -178,8 +178,8 @@ def screen(
     that makes windows has the `needed` samples of evidence.
 
     stamp int64[n]; values float64[n, c]; limits float64[m, 2]; noise float64[m] (0: none);
-    rules int64[r, 6], floors float64[r]: see `unit_rules`; mistakes float64[m, k, 2]: factor
-    and offset of usual mistakes of unit; suspect bool[m]: fields held to be in a wrong unit;
+    rules int64[r, 6], floors float64[r]: see `unit_rules`; mistakes float64[m, k, 4]: factor
+    and offset of usual mistakes of unit, between what the right value is; suspect bool[m]: fields held to be in a wrong unit;
     mistaken bool[m, k]: mistakes that explain all values out of range; the rest is state and
     counts; flags uint16[n, m] is written.
     """
@@ -223,7 +223,7 @@ def screen(
                 _note(counts, first, first_value, 2, j, stamp[i], value)
                 for k in range(mistakes.shape[1]):
                     right = (value - mistakes[j, k, 1]) / mistakes[j, k, 0]
-                    if not limits[j, 0] <= right <= limits[j, 1]:
+                    if not mistakes[j, k, 2] <= right <= mistakes[j, k, 3]:
                         mistaken[j, k] = False
             else:
                 if suspect[j]:

@@ -32,10 +32,11 @@ def findings_of(
     noise: np.ndarray,
     stuck_since: np.ndarray,
     whole: bool,
+    unit: UnitMistake | None = None,
 ) -> list[Finding]:
     """What looks like a wrong unit, then one per cause and field from the kernel's counts int64[9, m]; `stuck_since` int64[m] in ns.
 
-    ``whole``: whether nothing is used of a signal that is out of range in another unit.
+    ``whole``: whether nothing is used of a signal that is out of range in another unit; ``unit``: in which that is, as others tell.
     """
     where = f"{file}: {topic}" if file else topic
     causes = (*OF_FIELD, *OF_SAMPLE)
@@ -46,7 +47,7 @@ def findings_of(
             count = int(counts[row, j])
             if not count or cause is Cause.WRONG_UNIT:
                 continue
-            if cause is Cause.OUT_OF_RANGE and j in suspected and _mistake(signal, count, samples, mistaken[j]) is not None:
+            if cause is Cause.OUT_OF_RANGE and j in suspected and _mistake(signal, count, samples, mistaken[j]):
                 continue  # its unit is told already, and nothing of it is used
             at = (int(first[row, j]) - epoch_ns) * 1e-9
             value = float(first_value[row, j])
@@ -54,7 +55,7 @@ def findings_of(
                 shown = signal.to_message(value)
                 subject = f"{where} {signal.field}"
                 since = (int(stuck_since[j]) - epoch_ns) * 1e-9
-                said = _field_sentence(cause, signal, shown, count, samples, at, mistaken[j], noise[j], since, whole)
+                said = _field_sentence(cause, signal, shown, count, samples, at, mistaken[j], noise[j], since, whole, unit)
                 severity = "error" if _lost(cause, signal, count, samples, mistaken[j]) else "warning"
                 found.append(Finding(severity, file, topic, signal.field, shown, count, f"{subject} {said}", at, cause in _MENDED))
             else:
@@ -63,7 +64,7 @@ def findings_of(
     return found
 
 
-def _field_sentence(cause, signal, value, count, samples, at, mistaken, noise, since, whole) -> str:
+def _field_sentence(cause, signal, value, count, samples, at, mistaken, noise, since, whole, told) -> str:
     often = f"{count} of {samples} samples"
     unit = signal.message_unit
     if cause is Cause.NOT_A_NUMBER:
@@ -83,32 +84,34 @@ def _field_sentence(cause, signal, value, count, samples, at, mistaken, noise, s
         f"{often} are out of range and not used"
     )
     likely = _mistake(signal, count, samples, mistaken)
-    if likely is not None:
+    if likely:
+        likely = (told,) if told is not None else likely
         others = ", nor are the others" if whole else ""
-        said = f"looks as if given in {likely.unit} ({_factor(likely, signal)}), expected is {unit}: it {said}{others}"
+        said = (f"looks as if given in {' or '.join(one.unit for one in likely)} ({' or '.join(_factor(one, signal) for one in likely)}), "
+                f"expected is {unit}: it {said}{others}")
     return said
 
 
 def in_another_unit(
     signals: Sequence[Signal], out_of_range: Sequence[int], samples: int, mistaken: np.ndarray
-) -> dict[int, UnitMistake]:
-    """Which signals, of whose samples so many are out of range, look as if given in which wrong unit, those within range too."""
+) -> dict[int, tuple[UnitMistake, ...]]:
+    """Which signals, of whose samples so many are out of range, look as if given in which wrong units, those within range too."""
     found = {j: _mistake(signal, int(out_of_range[j]), samples, mistaken[j]) for j, signal in enumerate(signals)}
-    return {j: unit for j, unit in found.items() if unit is not None}
+    return {j: units for j, units in found.items() if units}
 
 
-def _mistake(signal: Signal, count: int, samples: int, mistaken) -> UnitMistake | None:
-    """The unit in which a signal looks as if given, of which so many samples are out of range."""
+def _mistake(signal: Signal, count: int, samples: int, mistaken) -> tuple[UnitMistake, ...]:
+    """The units in which a signal looks as if given, of which so many samples are out of range."""
     if count < max(_LEAST_FOR_UNIT, _LEAST_SHARE_FOR_UNIT * samples):
-        return None
-    return next((m for m, still in zip(signal.mistakes, mistaken, strict=False) if still), None)
+        return ()
+    return tuple(m for m, still in zip(signal.mistakes, mistaken, strict=False) if still)
 
 
 def _lost(cause: Cause, signal: Signal, count: int, samples: int, mistaken) -> bool:
     """Whether a signal that is measured is as good as lost."""
     if cause is Cause.NOT_A_NUMBER:
         return _NEARLY_ALL * samples <= count < samples
-    return cause is Cause.OUT_OF_RANGE and _mistake(signal, count, samples, mistaken) is not None
+    return cause is Cause.OUT_OF_RANGE and bool(_mistake(signal, count, samples, mistaken))
 
 
 def _factor(mistake: UnitMistake, signal: Signal) -> str:

@@ -63,7 +63,8 @@ class Signal:
 
     `topic` is relative; `unit` is the unit inside the project (temperatures: K) and
     `message_unit` the one on the wire (temperatures: degC). `lowest` and `highest` bound what
-    a sound sensor of this rig could ever report, offset and noise included, in `unit`.
+    a sound sensor of this rig could ever report, offset and noise included, in `unit`; within `usual`
+    it is what a machine is likely to have, by which a mistake of unit is told from others.
     `noise_key` names the entry of the rig sheet's `sensors`, None for a quantity without noise.
     """
 
@@ -77,6 +78,7 @@ class Signal:
     noise_key: str | None
     mistakes: tuple[UnitMistake, ...] = ()
     message_offset: float = 0.0  # value inside = value of the message + message_offset
+    usual: tuple[float, float] = (-math.inf, math.inf)
 
     @property
     def name(self) -> str:
@@ -92,12 +94,17 @@ _RPM = UnitMistake("rpm", 30.0 / math.pi)
 _PRESSURE_MISTAKES = (
     UnitMistake("bar", 1e-5),
     UnitMistake("MPa", 1e-6),
-    UnitMistake("Pa times 1e5", 1e5),
+    UnitMistake("Pa, converted from bar twice", 1e5),
 )
+DEGF = UnitMistake("degF", 1.8, ZERO_CELSIUS + 32.0 - 1.8 * ZERO_CELSIUS)
+TENTHS = UnitMistake("tenths of degC", 10.0, -9.0 * ZERO_CELSIUS)
+OTHER_SIGN = UnitMistake("degC of the other sign", -1.0, 2.0 * ZERO_CELSIUS)
 _TEMPERATURE_MISTAKES = (
     UnitMistake("K", 1.0, ZERO_CELSIUS),
-    UnitMistake("degF", 1.8, ZERO_CELSIUS + 32.0 - 1.8 * ZERO_CELSIUS),
+    DEGF,
+    TENTHS,
     UnitMistake("degC less 273.15", 1.0, -ZERO_CELSIUS),
+    OTHER_SIGN,
 )
 
 
@@ -131,6 +138,7 @@ def _temperature(sensor, lowest_celsius, highest_celsius):
         "temperature",
         _TEMPERATURE_MISTAKES,
         ZERO_CELSIUS,
+        (ZERO_CELSIUS - 40.0, ZERO_CELSIUS + _HOTTEST.get(sensor, 110.0)),
     )
 
 
@@ -150,6 +158,7 @@ HYDRAULIC_SIGNALS = (
     _hydraulic("rod_position", "m", -0.2, 1.0, "rod_position", UnitMistake("mm", 1e3)),
     _hydraulic("rod_velocity", "m/s", -2.0, 2.0, "rod_velocity", UnitMistake("mm/s", 1e3)),
 )
+_HOTTEST = {"ambient": 60.0, "motor_winding": 160.0}  # degC that are usual
 _CELSIUS_LIMITS = {"ambient": (-50.0, 70.0), "motor_winding": (-50.0, 230.0)}
 TEMPERATURE_SIGNALS = tuple(
     _temperature(sensor, *_CELSIUS_LIMITS.get(sensor, (-50.0, 180.0))) for sensor in TEMPERATURE_SENSORS

@@ -55,8 +55,8 @@ class Line:
     the computer's clock as it says, None where none did.
     """
 
-    __slots__ = ("alive", "awaited", "behind", "came", "doubt", "first", "follows", "heard", "held", "lag", "lagged", "lags_since", "newest",
-                 "owed", "parted", "rose", "rows", "since", "spoke", "stamps", "told", "top", "width")
+    __slots__ = ("alive", "awaited", "behind", "came", "doubt", "first", "follows", "heard", "held", "lag", "lagged", "lags_since",
+                 "newest", "owed", "parted", "rose", "rows", "since", "spoke", "stamps", "told", "top", "width")
 
     def __init__(self, width: int, awaited: bool, follows: bool) -> None:
         self.width = width
