@@ -245,6 +245,32 @@ def test_two_sensors_that_are_exchanged_are_left_out_once_they_are_told(paper_cy
                 node.stop()
 
 
+def test_models_that_missed_what_drives_them_are_brought_back_to_what_is_fused(paper_cycle_bag, listener, tmp_path):
+    """25 s of drive and hydraulics are missing, as to a process that was stopped: the winding is 3 K warmer than the models then know."""
+    whole = read_recording(paper_cycle_bag).between(0.0, 80.0)
+    missing = whole
+    for topic in ("drive/telemetry", "hydraulics/telemetry"):
+        missing = without_samples(missing, topic, 20.0, 45.0)
+    truth, result = replay(whole, load_rig()), replay(missing, load_rig())
+    namespace, at = "/missed", NODES.index("end_winding")
+    predictions = listener.collect(HydraulicState, f"{namespace}/hydraulics/prediction")
+    motor = listener.collect(MotorThermalState, f"{namespace}/motor/thermal_state")
+    nodes = {name: NodeProcess(name, namespace, flush_after=FLUSH_AFTER) for name in MODELS}
+    try:
+        play(write_recording(tmp_path / "missing", missing), *MODELS, namespace=namespace, rate=8.0)
+        end = whole.epoch_ns + 79_000_000_000
+        for messages in (predictions, motor):
+            wait_for(lambda messages=messages: messages and stamp_ns(messages[-1]) > end, 60.0, "the last interval")
+        for name, messages in (("hydraulic_model", predictions), ("machine_thermal", motor)):
+            last = messages[-1].temperature[at] + ZERO_CELSIUS
+            assert abs(last - truth.free_temperature[-1, at]) < 1.0 and abs(last - result.free_temperature[-1, at]) < 0.3
+            assert nodes[name].text.count("its temperatures follow temperature/estimates") == 1
+    finally:
+        for node in nodes.values():
+            with node:
+                node.stop()
+
+
 def test_without_temperature_sensors_the_models_carry_the_estimate(graph, short_bag, listener):
     estimates = listener.collect(TemperatureEstimateArray, "/ddh/temperature/estimates")
     play(short_bag, *MODELS, topics=["drive/*", "hydraulics/*", "rig"])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ddh_twin_py.estimation.catch_up import MISSED
 from ddh_twin_py.telemetry.recording import Finding, Recording
 from ddh_twin_py.telemetry.signals import DRIVE_TOPIC
 from ddh_twin_py.twin.intervals import HOLD
@@ -40,6 +41,8 @@ def off_course(recording: Recording, time: np.ndarray, off: np.ndarray, interval
     back = "" if stop[-1] == off.size else " and is taken up again from what was measured"
     message = (f"{recording.path}: {topic}: no speed_command is known {much}, and the machine moved on: the free run was off{back}; the "
                "temperatures that it predicts lack the heat of that time for minutes")
+    if np.any(end - begin > MISSED + HOLD):
+        message += f", or until they are brought back to what is fused or read, after {MISSED:g} s of it or more"
     return [Finding("warning", recording.path, topic, "speed_command", seconds, int(first.size), message, float(begin[0]))]
 
 

@@ -9,13 +9,14 @@ from itertools import pairwise
 
 import numpy as np
 
+from ddh_twin_py.estimation.catch_up import FOLLOWS, CatchUp
 from ddh_twin_py.estimation.credibility import Credibility
 from ddh_twin_py.estimation.left_together import LeftTogether
 from ddh_twin_py.estimation.off_course import moved_on, off_course
 from ddh_twin_py.estimation.out_of_place import OutOfPlace, without_those_out_of_place
 from ddh_twin_py.estimation.sensors import NODE_INDEX, NODE_OF_SENSOR, SENSORS
 from ddh_twin_py.estimation.start import FirstReadings, Told, air_at_start, start_temperature
-from ddh_twin_py.estimation.temperature_fusion import FusionInputs, Innovation, Readings, TemperatureFusion
+from ddh_twin_py.estimation.temperature_fusion import FusionInputs, FusionResult, Innovation, Readings, TemperatureFusion
 from ddh_twin_py.estimation.uncertain_parameters import N_UNKNOWN_HEATS
 from ddh_twin_py.physics.balance import SCALAR_DTYPE, scalars
 from ddh_twin_py.physics.oil import ZERO_CELSIUS
@@ -241,20 +242,25 @@ class _Run:
         if goes_on:
             self._hydraulics.begin_again()
             self._motor.begin_again()
+            self._catch_up = [CatchUp(self.interval) for _ in range(2)]
         else:
             self._begin(surface, air_at_start(air, self.interval))
         hydraulics, motor = self._hydraulics, self._motor
-        of_hydraulics, of_motor = (
-            first.follow(driven, surface) for first, driven in zip(
-                self._first, (HydraulicModel.driven(self.measured[start:stop], command), MachineThermal.driven(self.measured[start:stop])),
-                strict=True))
+        driven = HydraulicModel.driven(self.measured[start:stop], command), MachineThermal.driven(self.measured[start:stop])
+        of_hydraulics, of_motor = (first.follow(known, surface) for first, known in zip(self._first, driven, strict=True))
+        again = [{row for row, _ in catch_up.missed(known)} for catch_up, known in zip(self._catch_up, driven, strict=True)]
         told = {told.row for told in (*of_hydraulics, *of_motor)}
-        edges = sorted({*range(0, stop - start, max(1, round(BLOCK / self.interval))), *told, stop - start})
+        block, followed = max(1, round(BLOCK / self.interval)), round(FOLLOWS / self.interval)
+        exchanged = {edge for rows in again for row in rows for edge in range(row, min(row + followed, stop - start) + 1, block)}
+        edges = sorted({*range(0, stop - start, block), *told, *exchanged, stop - start})
         for first, last in pairwise(edges):
             part, rows = slice(first, last), slice(start + first, start + last)
             clock = time.perf_counter()
             if first in told:
                 self._tell([t for t in of_hydraulics if t.row == first], [t for t in of_motor if t.row == first])
+            for catch_up, begins in zip(self._catch_up, again, strict=True):
+                if first in begins:
+                    catch_up.begin(int(ticks.end_ns[rows.start]))
             result = hydraulics.advance(self.measured[rows], command[command_size(first) - 1: command_size(last)], air[part])
             self.seconds["hydraulic_model"] += time.perf_counter() - clock
             clock = time.perf_counter()
@@ -268,6 +274,7 @@ class _Run:
             self.soft[rows], self.free[rows] = scalars(result.soft), scalars(result.free)
             self.free_temperature[rows] = result.free_temperature
             self.free_reading[rows] = self._read(result.free_temperature)
+            self._take_up(int(ticks.end_ns[rows.stop - 1]), estimate)
             self.off[rows], self.taken_up[rows], self.settled[rows] = result.off, result.taken_up, result.settled
             self.fused[rows], self.fused_std[rows] = estimate.temperature, estimate.standard_deviation
             self.fused_reading[rows] = estimate.reading + self.zero
@@ -284,16 +291,28 @@ class _Run:
         self._hydraulics = HydraulicModel(self.rig, begin, payload, self.interval)
         self._motor = MachineThermal(self.rig, begin, self.interval)
         self._first = [FirstReadings(self.rig, self.interval, readings) for _ in range(2)]
+        self._catch_up = [CatchUp(self.interval) for _ in range(2)]
         self._reading = all_sensed(begin, self.rig["tank.top_share"])
 
     def _tell(self, of_hydraulics: list[Told], of_motor: list[Told]) -> None:
         """Put the models, and what sensors would read of the free run, to readings that tell anew how warm the unit is."""
-        top, free = self.rig["tank.top_share"], self._hydraulics.free_temperature
-        before = all_sensed(free, top)
+        before = self._seen_free()
         for model, told in ((self._hydraulics, of_hydraulics), (self._motor, of_motor)):
             for reading in told:
                 reading.move(*model.temperatures)
-        self._reading += all_sensed(free, top) - before
+        self._reading += self._seen_free() - before
+
+    def _take_up(self, end_ns: int, fused: FusionResult) -> None:
+        """Let models that missed what drives them, and what sensors would read of the free run, follow what is fused up to a stamp, ns."""
+        before = self._seen_free()
+        for catch_up, model in zip(self._catch_up, (self._hydraulics, self._motor), strict=True):
+            catch_up.ran(end_ns, model.temperatures)
+            catch_up.take_up(end_ns, fused.temperature[-1], fused.standard_deviation[-1], model.temperatures)
+        self._reading += self._seen_free() - before
+
+    def _seen_free(self) -> np.ndarray:
+        """What sensors meet of the free run now, K, (m,)."""
+        return all_sensed(self._hydraulics.free_temperature, self.rig["tank.top_share"])
 
     def _read(self, free_temperature: np.ndarray) -> np.ndarray:
         """What sensors would read of the free run, K, (n, m), of its temperatures, K, (n, N)."""

@@ -148,6 +148,24 @@ class Told:
             temperature[self.nodes] += self.temperature - sensed(temperature, self.sensor, self.top_share)
 
 
+class Undriven:
+    """For how long it was not known what drives a model; ``least``: intervals of that which count."""
+
+    def __init__(self, least: int) -> None:
+        self._least, self._intervals = least, 0
+
+    def again(self, driven: np.ndarray) -> list[tuple[int, int]]:
+        """With which of n intervals that follow those before, bool (n,), a model is driven again, and after how many."""
+        if driven.all() and not self._intervals:
+            return []
+        again = []
+        for row, known in enumerate(driven.tolist()):
+            if known and self._intervals >= self._least:
+                again.append((row, self._intervals))
+            self._intervals = 0 if known else self._intervals + 1
+        return again
+
+
 class FirstReadings:
     """Tells which readings move a model that goes on by itself otherwise; the first it is given to follow are those that told the start.
 
@@ -165,10 +183,9 @@ class FirstReadings:
         self._heard = {k for k, temperature in telling.items() if _agree(temperature)}
         self._doubted = {k: _Doubted(float(temperature[-1]), temperature.size == 1)
                          for k, temperature in telling.items() if k not in self._heard}
-        self._early, self._longest = round(EARLY / interval), round(UNDRIVEN / interval)
+        self._early, self._undriven = round(EARLY / interval), Undriven(round(UNDRIVEN / interval))
         self._until = self._early  # interval up to which a first reading counts, from the first that comes next
         self._telling = _intervals(within, interval)  # intervals that come next, whose readings told the start
-        self._undriven = 0
 
     def follow(self, driven: np.ndarray, readings: Readings) -> list[Told]:
         """What moves the model in n intervals that follow those before.
@@ -176,7 +193,7 @@ class FirstReadings:
         Args:
             driven: whether it is known what drives the model, bool (n,). readings: index within these intervals.
         """
-        anew = self._driven_again(driven)
+        anew = [row for row, _ in self._undriven.again(driven)]
         told = []
         for row, sensor, temperature in zip(readings.index.tolist(), readings.sensor.tolist(), readings.temperature.tolist(), strict=True):
             while anew and anew[0] <= row:
@@ -206,17 +223,6 @@ class FirstReadings:
         else:
             self._doubted[sensor] = _Doubted(temperature, moves)
         return [self._told(row, sensor, temperature)] if moves else []
-
-    def _driven_again(self, driven: np.ndarray) -> list[int]:
-        """Intervals with which a model is driven again after a long time."""
-        if driven.all() and not self._undriven:
-            return []
-        again = []
-        for row, known in enumerate(driven.tolist()):
-            if known and self._undriven >= self._longest:
-                again.append(row)
-            self._undriven = 0 if known else self._undriven + 1
-        return again
 
     def _told(self, row: int, sensor: int, temperature: float) -> Told:
         node, heard = NODE_OF_SENSOR[SENSORS[sensor]], {NODE_OF_SENSOR[SENSORS[k]] for k in (*self._heard, *self._doubted)}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ddh_msgs.msg import HydraulicState, ResidualArray, TemperatureEstimateArray
+from ddh_msgs.msg import HydraulicState, ResidualArray
 from ddh_twin_py.nodes import qos
 from ddh_twin_py.nodes.conversion import (
     FREE_RUN,
@@ -13,20 +13,16 @@ from ddh_twin_py.nodes.conversion import (
     hydraulic_residual_layout,
     hydraulic_residuals,
     hydraulic_values,
-    to_kelvin,
 )
 from ddh_twin_py.nodes.health import Report
 from ddh_twin_py.nodes.intervals_feed import Batch
-from ddh_twin_py.nodes.model_node import ModelNode
+from ddh_twin_py.nodes.model_node import FUSED_TOPIC, ModelNode
 from ddh_twin_py.nodes.node_base import run
 from ddh_twin_py.nodes.parameters import Parameter
 from ddh_twin_py.nodes.standard_messages import StandardMessages
-from ddh_twin_py.nodes.wire import BulkParser
-from ddh_twin_py.physics.thermal_network import NODES
 from ddh_twin_py.telemetry.signals import DRIVE_TOPIC, HYDRAULIC_TOPIC
 from ddh_twin_py.twin.hydraulic_model import HydraulicModel
 
-FUSED_TOPIC = "temperature/estimates"
 FRESH = 5_000_000_000  # ns of data for which a fused temperature is used
 
 
@@ -50,24 +46,11 @@ class HydraulicModelNode(ModelNode):
         self._free = self.create_publisher(HydraulicState, "hydraulics/prediction", qos.OUTPUT)
         self._residuals = self.create_publisher(ResidualArray, "hydraulics/residuals", qos.OUTPUT)
         self._soft_standard, self._free_standard = (StandardMessages(self, mode, mode == FREE_RUN) for mode in (SOFT_SENSOR, FREE_RUN))
-        self._fused_input = self.feed.inputs.add(FUSED_TOPIC, TemperatureEstimateArray, qos.OUTPUT)
-        self._fused_parser = BulkParser(TemperatureEstimateArray)
-        self._fused: tuple[int, np.ndarray] | None = None  # stamp in ns, K (N,)
         self._fused_used = False
         self._off, self._times_off = False, 0
         self.begin(required=[DRIVE_TOPIC])
         self.health.add(FUSED_TOPIC, self._judge_fused)
         self.health.add("free run", self._judge_free)
-
-    def take(self, wall: float) -> bool:
-        messages = self.feed.inputs.take(self._fused_input, wall)
-        for example, stamps, values in self._fused_parser.parse(messages[-1:]):
-            places = {estimate.location: i for i, estimate in enumerate(example.estimates)}
-            if all(node in places for node in NODES):
-                order = [places[node] for node in NODES]
-                self._fused = int(stamps[-1]), to_kelvin(values["estimates.temperature"][-1, order])
-                self._fused_input.newest_ns = int(stamps[-1])
-        return super().take(wall)
 
     def make_model(self, temperature: np.ndarray, payload_mass: float | None) -> HydraulicModel:
         return HydraulicModel(self.rig, temperature, payload_mass, self.interval)
@@ -100,7 +83,7 @@ class HydraulicModelNode(ModelNode):
         self._times_off += begins.size
         if begins.size:
             self.warn_once("off", f"{DRIVE_TOPIC}: no speed_command is known at {batch.end_ns[begins[0]] * 1e-9:.3f} s; the free run is "
-                           "off until it is taken up from what is measured, its temperatures for minutes longer")
+                           "off until it is taken up from what is measured; its temperatures lack the heat of that time")
 
     def _send(self, publisher, layout, batch: Batch, values: dict) -> None:
         for message in layout.compose(batch.end_ns, values):

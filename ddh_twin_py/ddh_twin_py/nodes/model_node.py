@@ -10,10 +10,12 @@ from itertools import pairwise
 
 import numpy as np
 
-from ddh_msgs.msg import RigInfo
+from ddh_msgs.msg import RigInfo, TemperatureEstimateArray
+from ddh_twin_py.estimation.catch_up import FOLLOWS, CatchUp
 from ddh_twin_py.estimation.start import START, FirstReadings, air_at_start, start_temperature
 from ddh_twin_py.estimation.temperature_fusion import Readings
 from ddh_twin_py.nodes import qos
+from ddh_twin_py.nodes.conversion import to_kelvin
 from ddh_twin_py.nodes.health import Health, Report, add_streams, judge_clock
 from ddh_twin_py.nodes.intervals_feed import Batch, IntervalsFeed
 from ddh_twin_py.nodes.node_base import POLL_PERIOD, TwinNode
@@ -21,6 +23,7 @@ from ddh_twin_py.nodes.parameters import Parameter
 from ddh_twin_py.nodes.player_watch import PlayerWatch
 from ddh_twin_py.nodes.progress import Progress
 from ddh_twin_py.nodes.telemetry_feed import TelemetryFeed, field_count
+from ddh_twin_py.nodes.wire import BulkParser
 from ddh_twin_py.physics.thermal_network import NODES
 from ddh_twin_py.rig import load_rig
 from ddh_twin_py.telemetry.clock import Break
@@ -35,6 +38,7 @@ _RECENT = 30.0  # s of wall time
 _MOST_AT_ONCE = 1000  # ticks between two looks at whether to stop
 TEMPERATURE_TOPICS = tuple(TEMPERATURE_PREFIX + sensor for sensor in TEMPERATURE_SENSORS)
 AMBIENT_TOPIC = TEMPERATURE_PREFIX + "ambient"
+FUSED_TOPIC = "temperature/estimates"
 
 RIG = Parameter("rig", "", "Rig sheet (YAML); entries left out are those of the reference sheet. Empty: the reference sheet.")
 STALE_AFTER = Parameter("stale_after", 2.0, "Wall time without a message after which an input is called stale.", "s", 0.1, 3600.0)
@@ -232,6 +236,10 @@ class ModelNode(TelemetryNode):
             values["stream_timeout"],
         )  # fmt: skip
         self._intervals = IntervalsFeed(self.interval, values["start"])
+        self._fused_input = self.feed.inputs.add(FUSED_TOPIC, TemperatureEstimateArray, qos.OUTPUT)
+        self._fused_parser = BulkParser(TemperatureEstimateArray)
+        self._fused: tuple[int, np.ndarray] | None = None  # stamp in ns, K (N,)
+        self._catch_up, self._times_missed = CatchUp(self.interval), 0
         self._model: object | None = None
         self.done = 0
         self.newest_ns = 0
@@ -267,6 +275,19 @@ class ModelNode(TelemetryNode):
     def run_model(self, model: object, batch: Batch, air: np.ndarray) -> np.ndarray:
         """Advance over a batch with air in K (n,) and publish; returns bool (n,), whether telemetry was there."""
 
+    def take(self, wall: float) -> bool:
+        messages = self.feed.inputs.take(self._fused_input, wall)
+        for example, stamps, values in self._fused_parser.parse(messages[-1:]):
+            places = {estimate.location: i for i, estimate in enumerate(example.estimates)}
+            if all(node in places for node in NODES):
+                order = [places[node] for node in NODES]
+                self._fused = int(stamps[-1]), to_kelvin(values["estimates.temperature"][-1, order])
+                self._fused_input.newest_ns = int(stamps[-1])
+                if self._model is not None:
+                    deviation = values["estimates.standard_deviation"][-1, order]
+                    self._catch_up.take_up(*self._fused, deviation, self._model.temperatures)
+        return super().take(wall)
+
     def work(self, ticks: list[Tick], flush: bool) -> None:
         for batch in self._intervals.add(ticks, flush):
             self._advance(batch)
@@ -292,16 +313,29 @@ class ModelNode(TelemetryNode):
             self._start(readings, air)
         elif batch.put_back:
             self._model.begin_again()
-        told = self._first_readings.follow(self.driven(batch), readings)
-        rows = sorted({0, *(t.row for t in told), len(batch)})
+        if batch.first:
+            self._catch_up = CatchUp(self.interval)
+        driven = self.driven(batch)
+        told, missed = self._first_readings.follow(driven, readings), dict(self._catch_up.missed(driven))
+        rows = sorted({0, *(t.row for t in told), *missed, len(batch)})
         known = []
         for start, stop in pairwise(rows):
+            if start in missed:
+                self._begin_to_follow(int(batch.end_ns[start]), missed[start])
             for reading in (t for t in told if t.row == start):
                 reading.move(*self._model.temperatures)
             known.append(self.run_model(self._model, batch.part(start, stop), air[start:stop]))
+            self._catch_up.ran(int(batch.end_ns[stop - 1]), self._model.temperatures)
         self.done += len(batch)
         self.newest_ns = int(batch.end_ns[-1])
         self.known_share = float(np.concatenate(known).mean())
+
+    def _begin_to_follow(self, end_ns: int, missed: float) -> None:
+        """What drives the model is known again in the interval that ends there, after so many s: it lacks their heat."""
+        self._catch_up.begin(end_ns)
+        self._times_missed += 1
+        self.warn_again("missed", f"for {missed:.1f} s up to {end_ns * 1e-9:.3f} s it was not known what drives the model, and its heat of "
+                        f"that time is missed: for {FOLLOWS:g} s its temperatures follow {FUSED_TOPIC}, where that tells them")
 
     def begin_anew(self) -> None:
         self.feed.without_refused(self._intervals.waiting)
@@ -313,6 +347,7 @@ class ModelNode(TelemetryNode):
         report.add("behind the newest message", (newest - self.newest_ns) * 1e-9 if self.newest_ns else float("nan"), "s")
         report.add("behind expected", self.values["reorder_window"] + 2.0 * self.interval, "s")
         report.add("intervals with telemetry", self.known_share, "1")
+        report.add("times brought back to fused temperatures", self._times_missed, "1")
         if self.done and self.known_share < 1.0:
             report.warn("telemetry is missing, the model goes on without")
         return "runs" if self.done else "waits for telemetry"
