@@ -73,3 +73,45 @@ def test_one_that_goes_over_to_degf_later_says_nothing_of_others_that_began_as_i
     later = np.where((air.time > 30.0)[:, None], hot.values, air.values)
     read = screen_recording(replace(sound, temperatures={**sound.temperatures, "ambient": Stream(air.time, later, air.fields)}))
     assert np.isnan(read.temperatures["ambient"].values[:, 0]).all() and np.isfinite(read.temperatures["tank_oil"].values[:, 0]).all()
+
+
+def told_of(recording):
+    """What is told of a recording that comes a second at a time, and after how many s."""
+    screens = {topic: StreamScreen(topic) for topic, _ in recording.streams()}
+    watch, found = AlikeWatch(screens), {}
+    for second in range(int(recording.duration) + 1):
+        for topic, stream in recording.between(second, second + 1.0).streams():
+            if len(stream):
+                watch.take(topic, stream.stamps(recording.epoch_ns), stream.values[:, 0])
+                screens[topic].screen(stream.stamps(recording.epoch_ns), stream.values)
+        found |= {topic.removeprefix(TEMPERATURE_PREFIX): (second, watch.refused[topic]) for topic in watch.judge()}
+    return found
+
+
+def test_one_that_is_odd_beside_the_others_is_told_within_half_a_minute_and_no_other(paper_cycle_bag):
+    sound = read_recording(paper_cycle_bag).between(0.0, 60.0)
+    assert told_of(sound) == {}
+    for name, factor, offset, unit in (("motor_winding", 1.8, 32.0 - 0.8 * ZERO_CELSIUS, "degF"),
+                                       ("tank_oil", -1.0, 2.0 * ZERO_CELSIUS, "degC of the other sign"),
+                                       ("ambient", -1.0, 2.0 * ZERO_CELSIUS, "degC of the other sign")):  # fmt: skip
+        found = told_of(with_wrong_unit(sound, f"temperature/{name}", "temperature", factor, offset))
+        assert list(found) == [name] and found[name][0] <= 30
+        assert found[name][1].startswith(f"temperature looks as if given in {unit}: ") and found[name][1].endswith("; not used")
+
+
+def test_ambient_and_winding_that_are_exchanged_are_told_once_the_winding_would_be_the_coldest(paper_cycle_bag):
+    sound = read_recording(paper_cycle_bag)
+    read = sound.temperatures
+    assert told_of(sound) == {}
+    found = told_of(replace(sound, temperatures={**read, "ambient": read["motor_winding"], "motor_winding": read["ambient"]}))
+    assert found.keys() == {"ambient", "motor_winding"} and all("likely exchanged; not used" in text for _, text in found.values())
+
+
+def test_a_winding_that_is_hot_from_work_is_no_degf_while_slow_air_has_not_told_whether_it_rested(paper_cycle_bag):
+    sound = read_recording(paper_cycle_bag).between(0.0, 60.0)
+    read = dict(sound.temperatures)
+    air = read["ambient"]
+    read["ambient"] = Stream(air.time[::10], air.values[::10] - [8.0, 0.0], air.fields)
+    winding = read["motor_winding"]
+    read["motor_winding"] = Stream(winding.time, winding.values + [60.0, 0.0], winding.fields)
+    assert told_of(replace(sound, temperatures=read)) == {}

@@ -34,7 +34,8 @@ _ALIKE = 3.0  # K by which places of a unit that has rested differ at most
 _COLDER = 20.0  # K by which what is read is colder than the others where its sign is the other one
 _BEGIN, _TIE = 5, 1.0  # first readings, and K by which two units fit them about as well
 _FOLLOWS = 1.0  # K by which the others must have warmed for what is read to show whether it does
-_HOTTER = 3.0  # K by which exchanged air is the hottest of all, and the winding colder than its housing
+_HOTTER = 3.0  # K by which exchanged air is the hottest of all
+_COLDER_THAN_ALL = 2.0  # K by which an exchanged winding, the coldest of all, is colder than its housing
 _HEATS, _COLDER_WINDING = 30.0, 1.0  # W of copper loss, on average, from which no winding is so many K colder than its housing
 _OF_MOTOR = ("motor_winding", "motor_housing")
 _WITH_OIL = ("pump_1_case", "pump_2_case", "tank_oil", "tank_wall", "cylinder_barrel", "line_a", "line_b")
@@ -157,7 +158,7 @@ def _exchanged_with_air(read: Read, heats: bool) -> dict[str, str]:
     if len(late) < 2 or air < max(late.values()) + _HOTTER:
         return {}
     warms = _change(read["motor_housing"][1]) > _change(read["motor_winding"][1])
-    if winding > (late["motor_housing"] - _COLDER_WINDING if heats else min(late["motor_housing"] - _HOTTER, *late.values())):
+    if winding > (late["motor_housing"] - _COLDER_WINDING if heats else min(late["motor_housing"] - _COLDER_THAN_ALL, *late.values())):
         return {}
     if not (heats or warms):
         return {}
