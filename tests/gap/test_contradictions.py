@@ -111,6 +111,21 @@ def test_a_rig_file_of_another_machine_is_asked_about(recording, changed, said):
     assert said in found and found.endswith("is that the rig file of this machine?")
 
 
+@pytest.mark.parametrize("factor", [0.1, 10.0])
+def test_pressures_without_their_decimal_place_are_told_by_the_current_whatever_the_payload(recording, factor):
+    def pressures(offset=0.0, times=1.0):
+        def change(values, at):
+            for field in ("pressure_piston_side", "pressure_rod_side"):
+                values[:, at(field)] = times * values[:, at(field)] + offset
+
+        return changed(recording, "hydraulic", change)
+
+    (said,) = contradictions(pressures(times=factor), load_rig())
+    assert "the pressures ask for" in said and said.endswith("are likely in another unit, or a decimal place is lost")
+    other = replace(recording, rig=replace(recording.rig, payload_mass=20.0))
+    assert contradictions(other, load_rig()) == contradictions(pressures(offset=1.0e5), load_rig()) == []
+
+
 @pytest.mark.parametrize("ways", [(0.7, 1.3), (0.8, 1.15), (1.08, 1.08)])
 def test_leakage_and_tolerances_are_no_other_machine(recording, ways):
     def leaky(values, at):

@@ -36,6 +36,8 @@ _ANOTHER = 1.15  # such times from which it is told where they are the same both
 _BOTH_WAYS = 1.2  # ratio of the two up to which they are the same
 _BEYOND = 1.05  # strokes that a rod must travel to be told
 _MOSTLY, _COLDER = 0.9, 1.0  # share of the time, and K, for which a winding must be colder than its housing to be told
+_GO_TOGETHER = 0.8  # correlation of the torque that pressures ask for with that which the current makes
+_TIMES = 5.0  # how many times as much one must be as the other to be told
 _BETTER = 4.0  # times by which exchanged pressures must fit the load better
 
 
@@ -54,8 +56,9 @@ def contradictions(recording: Recording, rig: Rig) -> list[str]:
     on = _on(drive, hydraulic)
     if not on:
         return []
-    said = [_command(on), _position(on), _shaft(on, rig) or _travel(on, rig), _stroke(hydraulic, rig), _current(on),
-            _pressures(on, recording, rig)]
+    travel = _shaft(on, rig) or _travel(on, rig)
+    torque = "" if travel else _torque(on, rig)  # of other pumps it says nothing
+    said = [_command(on), _position(on), travel, _stroke(hydraulic, rig), _current(on), torque or _pressures(on, recording, rig)]
     said = [_named(text, recording, rig.file) for text in said if text]
     return [f"{recording.path}: {text}" for text in (*said, *warmth)]
 
@@ -234,6 +237,23 @@ def _current(on: dict[str, np.ndarray]) -> str:
         return ""
     return (f"{{drive}}: the current is {lifting.mean():.3g} A on average at positive speed and {lowering.mean():.3g} A at negative; "
             "friction makes it larger at positive speed, so its sign is likely the wrong one")
+
+
+def _torque(on: dict[str, np.ndarray], rig: Rig) -> str:
+    """Both pressures against the current that turns the pumps against them: their size, which neither payload nor zero errors change."""
+    speed, torque = on["speed"], rig["motor.torque_constant"] * on["current"]
+    one, other = (on[f"pressure_{side}_side"] * rig[f"{pump}.displacement"] / (2.0 * math.pi)
+                  for side, pump in (("piston", "pump_1"), ("rod", "pump_2")))
+    lost = np.abs(one) * rig["pump_1.friction_pressure"] + np.abs(other) * rig["pump_2.friction_pressure"]
+    asked = one - other + np.sign(speed) * lost
+    here = np.isfinite(asked + torque) & (np.abs(speed) > _TURNING)
+    if _correlation(asked, torque, here) < _GO_TOGETHER:
+        return ""
+    ratio = float(asked[here].std() / torque[here].std())
+    if 1.0 / _TIMES < ratio < _TIMES:
+        return ""
+    return (f"{{hydraulic}}: while the shaft turns, the pressures ask for {ratio:.2g} times the torque that the current of {{drive}} makes "
+            "with the pumps of {rig}; the pressures or the current are likely in another unit, or a decimal place is lost")
 
 
 def _pressures(on: dict[str, np.ndarray], recording: Recording, rig: Rig) -> str:

@@ -15,6 +15,7 @@ from ddh_twin_py.telemetry.unit_suspicion import UnitSuspicion
 _MENDED = (Cause.NOT_A_NUMBER, Cause.REPEATED, Cause.OUT_OF_ORDER)
 _LEAST_FOR_UNIT = 10  # samples out of range before a mistake of unit is named,
 _LEAST_SHARE_FOR_UNIT = 0.2  # and their share of all samples
+_HUGE, _SHARE_OF_HUGE = 1e4, 0.7  # factor from which hardly a sample stays in range, and the share of those that do not at least
 _NEARLY_ALL = 0.95  # of the samples, from which what is left is no measurement any more
 
 
@@ -104,7 +105,8 @@ def _mistake(signal: Signal, count: int, samples: int, mistaken) -> tuple[UnitMi
     """The units in which a signal looks as if given, of which so many samples are out of range."""
     if count < max(_LEAST_FOR_UNIT, _LEAST_SHARE_FOR_UNIT * samples):
         return ()
-    return tuple(m for m, still in zip(signal.mistakes, mistaken, strict=False) if still)
+    return tuple(m for m, still in zip(signal.mistakes, mistaken, strict=False)
+                 if still and (m.factor < _HUGE or count >= _SHARE_OF_HUGE * samples))
 
 
 def _lost(cause: Cause, signal: Signal, count: int, samples: int, mistaken) -> bool:
