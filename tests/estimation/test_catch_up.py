@@ -41,7 +41,7 @@ def run(lag, until=40, fused=330.0, deviation=SURE):
 
 @pytest.mark.parametrize("lag", [0, 3, 25])
 def test_it_is_as_warm_as_what_is_fused_by_what_both_were_at_that_time(lag):
-    assert run(lag, until=60) == pytest.approx(330.0 + 5.9)
+    assert run(lag, until=60) == pytest.approx(330.0 + 5.9, abs=0.01)
 
 
 def test_it_follows_neither_at_once_nor_for_ever_nor_what_is_not_known():
@@ -51,10 +51,10 @@ def test_it_follows_neither_at_once_nor_for_ever_nor_what_is_not_known():
     for k in range(60):
         catch_up.ran(BEGIN + k * SECOND, (temperature,))
         catch_up.take_up(BEGIN + k * SECOND, np.full(N, 310.0 + 5.0 * (k >= FOLLOWS)), SURE, (temperature,))
-    assert temperature == pytest.approx(310.0)
-    unsure = np.where(np.arange(N) < 3, 8.0, 0.3)
+    assert temperature == pytest.approx(310.0, abs=0.01)
+    unsure = np.where(np.arange(N) < 3, 31.0, 0.3)  # K, and it is 30 K off
     after = run(0, deviation=unsure)
-    assert after[:3] == pytest.approx(304.0) and after[3:] == pytest.approx(333.9)
+    assert after[:3] == pytest.approx(304.0) and after[3:] == pytest.approx(333.9, abs=0.35)
 
 
 def test_without_anything_fused_it_gives_up():
@@ -75,7 +75,7 @@ def test_a_replay_of_which_seconds_are_missing_is_soon_where_the_whole_one_is(pa
     motor = slice(len(MOTOR_NODES))
     off = np.abs(result.free_temperature - truth.free_temperature)[:, motor].max(axis=1)
     assert off[np.searchsorted(result.time, 46.0)] > 3.0
-    assert off[result.time > 45.0 + FOLLOWS + 0.5].max() < 1.0
+    assert off[result.time > 45.0 + FOLLOWS + 0.5].max() < 1.2
     (said,) = (f.message for f in result.recording.findings if "no speed_command is known" in f.message)
     assert said.endswith("or until they are brought back to what is fused or read, after 5 s of it or more")
     winding = result.sensors["motor_winding"]

@@ -10,12 +10,11 @@ from collections.abc import Sequence
 import numpy as np
 
 from ddh_twin_py.estimation.start import UNDRIVEN, Undriven
-from ddh_twin_py.estimation.temperature_filter import AGREEING
 
 MISSED = 5.0
 """s without what drives a model after which it lacks heat that is worth a word."""
 FROM, FOLLOWS = 5.0, 20.0
-"""s after which, and until which, it then is as warm as what is fused says, where that is known within `AGREEING`."""
+"""s after which, and until which, it then is as warm as what is fused says, as far as that is known."""
 _GIVEN_UP = 60.0  # s after which nothing is fused any more
 
 
@@ -61,7 +60,11 @@ class CatchUp:
             self._stop()
 
     def take_up(self, stamp: int, fused: np.ndarray, deviation: np.ndarray, temperatures: Sequence[np.ndarray]) -> None:
-        """Move a model's temperatures, K, (N,) each, in place, by what they were off fused ones, K, (N,), that were told of a stamp, ns."""
+        """Move a model's temperatures, K, (N,) each, in place, by what they were off fused ones that were told of a stamp, ns.
+
+        Args:
+            fused, deviation: K, (N,), and their standard deviations.
+        """
         if self._until is None or not self._ends or stamp < max(self._from, self._ends[0]):
             return
         after = min(int(np.searchsorted(self._ends, stamp)), len(self._ends) - 1)
@@ -69,7 +72,7 @@ class CatchUp:
         span = self._ends[after] - self._ends[before]
         share = min((stamp - self._ends[before]) / span, 1.0) if span else 1.0
         then = self._temperatures[before] + share * (self._temperatures[after] - self._temperatures[before])
-        off = np.where(deviation <= AGREEING, fused - then, 0.0)
+        off = _told(fused - then, deviation)
         for temperature, by in zip(temperatures, off, strict=True):
             temperature += by
         self._temperatures = [row + off for row in self._temperatures]
@@ -78,3 +81,12 @@ class CatchUp:
 
     def _stop(self) -> None:
         self._until, self._ends, self._temperatures = None, [], []
+
+
+def _told(off: np.ndarray, deviation: np.ndarray) -> np.ndarray:
+    """What of differences, K, is likely more than what fused temperatures may be off themselves, of such standard deviations, (N,) each.
+
+    James & Stein, Estimation with quadratic loss, Proc. 4th Berkeley Symp. 1 (1961), its positive part, of each node by itself.
+    """
+    square = off * off
+    return np.where(square > deviation**2, off - deviation**2 / np.where(square > 0.0, off, 1.0), 0.0)
