@@ -32,7 +32,7 @@ from ddh_twin_py.nodes.fusion_inputs import (
 from ddh_twin_py.nodes.health import DROPPED, Report, judge_age, judge_publishers
 from ddh_twin_py.nodes.limit_watch import LIMIT_PARAMETERS, LimitWatch
 from ddh_twin_py.nodes.model_node import TEMPERATURE_TOPICS, TWIN_PARAMETERS, TelemetryNode, Unit, rig_path
-from ddh_twin_py.nodes.node_base import run
+from ddh_twin_py.nodes.node_base import AGAIN, run
 from ddh_twin_py.nodes.parameters import Parameter
 from ddh_twin_py.nodes.state_keeper import StateKeeper
 from ddh_twin_py.nodes.telemetry_feed import TelemetryFeed
@@ -84,7 +84,8 @@ class TemperatureFusionNode(TelemetryNode):
         self._measured, self._measured_at = np.full(N, np.nan), np.full(N, np.nan)  # K, s
         self._deviation = self._newest = np.full(N, np.nan)
         self._refused = dict.fromkeys(SENSORS, 0)
-        self._begun_anew: list[LeftTogether] = []
+        self._times_begun_anew = 0
+        self._begun_anew: tuple[float, LeftTogether] | None = None  # s of wall time, the last
         self._known = {STATE_TOPIC: 0.0, MOTOR_TOPIC: 0.0}
         self._done = 0
         self._late = 0
@@ -225,7 +226,8 @@ class TemperatureFusionNode(TelemetryNode):
         predicted = np.array([self._predicted.pop(stamp, _UNKNOWN) for stamp in end_ns.tolist()])
         self._publish(end_ns, result, predicted)
         for left in result.begun_anew:
-            self._begun_anew.append(left)
+            self._times_begun_anew += 1
+            self._begun_anew = self.wall(), left
             self.warn_again("left together", left.why)
         self._watch_places(predicted, readings, result)
         self._last_end = int(end_ns[-1])
@@ -338,7 +340,7 @@ class TemperatureFusionNode(TelemetryNode):
             report.add(f"standard deviation {node}", float(deviation), "K")
         for sensor, count in self._refused.items():
             report.add(f"readings refused {sensor}", count, "1")
-        report.add("times that it began anew as sensors left its band together", len(self._begun_anew), "1")
+        report.add("times that it began anew as sensors left its band together", self._times_begun_anew, "1")
         if not self._done:
             return "waits for a model or a sensor"
         age, limit = self.wall() - self._done_at, _SILENT_AFTER
@@ -348,8 +350,8 @@ class TemperatureFusionNode(TelemetryNode):
             report.warn(f"no estimate for {age:.0f} s, neither models nor sensors go on")
         for found in self._places.told:
             report.warn(f"{found.left_out}, {_UNTIL}")
-        if self._begun_anew:
-            report.warn(self._begun_anew[-1].why)
+        if self._begun_anew is not None and self.wall() - self._begun_anew[0] < AGAIN:
+            report.warn(self._begun_anew[1].why)
         if contradicted := self._fusion.contradicted:
             report.warn(f"{' and '.join(contradicted)}: more than {OUTVOTED:g} K off what all other sensors beside the oil read, not used")
         outside = outside_stated(self._newest)
