@@ -124,6 +124,17 @@ def test_every_line_is_logged_with_time_and_name():
     time.strptime(said[0].split(".")[0], "%H:%M:%S")
 
 
+def test_what_another_child_warns_of_in_the_same_words_is_in_the_file_alone():
+    file, errors = io.StringIO(), io.StringIO()
+    log = combined_log(file, None, errors)
+    lines = [f"12:00:00.000 {who:<18} | WARN {text}" for who, text in
+             (("one", "odd"), ("two", "odd"), ("one", "odd"), ("two", "odder"), ("three", "odd"))]
+    for line in lines:
+        log(line)
+    assert errors.getvalue().splitlines() == [lines[0], lines[2], lines[3]]
+    assert file.getvalue().splitlines() == lines
+
+
 @pytest.mark.parametrize("quiet", [False, True])
 def test_warnings_and_errors_go_to_standard_error_whether_quiet_or_not(quiet, capsys):
     file = io.StringIO()

@@ -29,6 +29,7 @@ _GRACE = ((signal.SIGTERM, 10.0), (signal.SIGKILL, 2.0))
 _PR_SET_PDEATHSIG = 1
 _REFUSED = ("error:", "FATAL ")  # what a node says that cannot use what it was given
 _GRAVE = (*_REFUSED, "WARN ", "ERROR ")
+_ALIKE = 60.0  # s for which a warning that another child gives in the same words is in the file alone
 _SEVERITIES = (*_GRAVE, "DEBUG ", "INFO ")
 
 
@@ -228,10 +229,10 @@ class Supervisor:
 def combined_log(file: TextIO | None, screen: TextIO | None = sys.stdout, errors: TextIO | None = None) -> Callable[[str], None]:
     """A log of which a file gets all; warnings, errors and tracebacks go to ``errors``, by default standard error, the rest to the screen.
 
-    What several children cannot use alike is said to ``errors`` once.
+    What several children say alike goes to ``errors`` once: what they cannot use for good, warnings and errors for `_ALIKE`.
     """
     failing: set[str] = set()
-    refused: set[str] = set()
+    said: dict[str, tuple[str, float]] = {}  # by whom and when, s, each grave line was said first
 
     def grave(name: str, text: str) -> bool:
         if text.startswith("Traceback"):
@@ -241,11 +242,13 @@ def combined_log(file: TextIO | None, screen: TextIO | None = sys.stdout, errors
         return name in failing or text.startswith(_GRAVE)
 
     def write(line: str) -> None:
-        who, _, text = line.partition(" | ")
-        wrong = grave(who.split()[-1], text)
-        again = text in refused
-        if text.startswith(_REFUSED):
-            refused.add(text)
+        head, _, text = line.partition(" | ")
+        who, now = head.split()[-1], time.monotonic()
+        wrong = grave(who, text)
+        first, at = said.get(text, (who, now))
+        again = text in said and (text.startswith(_REFUSED) or first != who and now - at < _ALIKE)
+        if text.startswith(_GRAVE) and not again:
+            said[text] = who, now
         for target in (file, None if wrong and again else (errors or sys.stderr) if wrong else screen):
             if target is not None:
                 target.write(line + "\n")
