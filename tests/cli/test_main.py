@@ -157,6 +157,12 @@ def test_a_name_that_is_not_utf8_is_written_as_an_escape(tmp_path):
     assert write_whole(tmp_path / "x.json", '"h\udce4ngt ä"').read_bytes() == '"h\\udce4ngt ä"'.encode()
 
 
+def test_info_warns_of_a_rig_file_of_another_rig(paper_cycle_bag, tmp_path, capsys):
+    (tmp_path / "crane_1.yaml").write_text("rig_id: crane_1\n")
+    assert main(["info", str(paper_cycle_bag), "--quiet", "--rig", str(tmp_path / "crane_1.yaml")]) == 0
+    assert "the rig file describes crane_1 and the recording is of rig_000" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize("argv", [["info"], ["info", "--json", "-"]])
 def test_a_closed_pipe_is_no_answer(argv, paper_cycle_bag):
     command = [sys.executable, "-m", "ddh_twin_py.cli.main", *argv, str(paper_cycle_bag)]

@@ -170,6 +170,8 @@ def test_a_sheet_may_be_of_every_unit_and_a_rig_file_of_its_own(tmp_path):
     file.write_text("rig_id: crane_1\n", encoding="utf-8")
     assert all(load_rig().may_be_of(name) for name in ("crane_1", "crane_2", ""))
     assert [load_rig(file).may_be_of(name) for name in ("crane_1", "crane_2", "")] == [True, False, True]
+    assert [load_rig(file).of_another(name) for name in ("crane_1", "crane_2", "")] == [
+        "", "the rig file describes crane_1 and the recording is of crane_2", ""]
 
 
 def test_missing_file_is_named():

@@ -42,7 +42,9 @@ def run(args: argparse.Namespace) -> int:
     rig = load_rig(args.rig)
     recording = read_recording(args.bag, args.namespace)
     screened = screen_by_sheet(recording, rig)
-    apart = [Finding("warning", screened.path, "", "", None, 1, text) for text in contradictions(screened, rig)]
+    another = rig.of_another(screened.rig.rig_id if screened.rig is not None else "")
+    said = [*([f"{screened.path}: {another}"] if another else []), *contradictions(screened, rig)]
+    apart = [Finding("warning", screened.path, "", "", None, 1, text) for text in said]
     screened = replace(screened, findings=[*screened.findings, *apart])
     if args.json:
         put_json(args.json, recording_json(screened))

@@ -25,9 +25,8 @@ _TELLS_HEAT = 15.0  # s from which a recording says something of temperatures: t
 def doubts(result: ReplayResult) -> tuple[str, ...]:
     """Why the free run may be off, or as good as it looks, through no merit or fault of the twin; empty where nothing is in the way."""
     recording, found = result.recording, []
-    said = recording.rig.rig_id if recording.rig is not None else ""
-    if not result.rig.may_be_of(said):
-        found.append(f"the rig file describes {result.rig.rig_id} and the recording is of {said}")
+    if another := result.rig.of_another(recording.rig.rig_id if recording.rig is not None else ""):
+        found.append(another)
     if not commanded(recording):
         found.append("there is no speed command, by which the free run is driven: what it says of anything tells little")
     if not np.isfinite(result.measured["rod_position"]).any():

@@ -119,6 +119,10 @@ class Rig:
         """Whether it may describe the rig that a recording names: the same one, any by the reference sheet, or one without a name."""
         return rig_id in ("", self.rig_id) or not self.named
 
+    def of_another(self, rig_id: str) -> str:
+        """That it describes another rig than the one that a recording names; "" where it may be of it, see `may_be_of`."""
+        return "" if self.may_be_of(rig_id) else f"the rig file describes {self.rig_id} and the recording is of {rig_id}"
+
     def declaring(self, payload: float | None) -> Rig:
         """The same rig as a recording or a duty declares its payload, kg; what is no mass, None or NaN or infinite, declares nothing."""
         if payload is None or not 0.0 < payload < math.inf:
