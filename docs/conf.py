@@ -23,7 +23,7 @@ CONTENTS = (
     ("What it does", ("live_page", "gap_report", "gap_design", "fleet", "calibration", "real_rigs", "cold_start", "paper")),
     ("How it works", ("architecture", "physics", "motor_network", "estimation", "gap_method", "gap_bench", "gap_bench_history",
                       "another_rig", "performance")),
-    ("Reference", ("command_line", "topics", "messages", "rig_sheet", "effects/README")),
+    ("Reference", ("command_line", "topics", "clocks", "messages", "rig_sheet", "effects/README")),
 )
 """Headings of the navigation and their pages; what is in none of them comes last, so that no page is lost."""
 
