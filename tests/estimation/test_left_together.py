@@ -91,6 +91,14 @@ def test_of_three_two_are_not_most():
     assert fed(rest(three, 60) + rest({**three, "tank_oil": 285.0, "motor_housing": 290.0}, 5))[1] == []
 
 
+@pytest.mark.parametrize("by", [-10.0, 6.0])
+def test_one_that_would_be_believed_as_far_off_has_no_say(by):
+    """After some seconds without readings a winding may be as far off by the heat of that time."""
+    three = {"tank_oil": 300.0, "pump_1_case": 302.0, "motor_winding": 310.0}
+    _, begun = fed(rest(three, 60) + [{}] * 14 + rest({name: kelvin + by for name, kelvin in three.items()}, 5))
+    assert begun == [(75, ("pump_1_case", "tank_oil"))]
+
+
 def test_two_that_are_exchanged_while_it_runs_are_not_believed():
     assert fed(rest({"tank_oil": 300.0, "motor_housing": 310.0}, 60) + rest({"tank_oil": 310.0, "motor_housing": 300.0}, 5))[1] == []
 

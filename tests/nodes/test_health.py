@@ -6,7 +6,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from ddh_twin_py.nodes.health import Report, Stops, StreamJudge, judge_age, judge_clock
+from ddh_twin_py.nodes.health import Report, Stops, StopsTold, StreamJudge, judge_age, judge_clock
 from ddh_twin_py.nodes.inputs import Input
 from ddh_twin_py.nodes.node_base import TwinNode
 from ddh_twin_py.telemetry.alike_watch import AlikeWatch
@@ -90,7 +90,8 @@ def heard(off, pauses=0, seconds=50, every=None, still=(0.0, 0.0)):
     node = SimpleNamespace(wall=lambda: wall, _said=set(), _met={}, count_publishers=lambda topic: 1,
                            get_logger=lambda: SimpleNamespace(warning=lines.append))  # fmt: skip
     node.warn_once, node.warn_again = partial(TwinNode.warn_once, node), partial(TwinNode.warn_again, node)
-    judges = {topic: StreamJudge(node, feed, topic, True, np.inf, lambda wall: False, lambda: pauses) for topic in TOPICS}
+    told = StopsTold(node)
+    judges = {topic: StreamJudge(node, feed, topic, True, np.inf, lambda wall: False, lambda: pauses, told) for topic in TOPICS}
     for k in (k for k in range(1, 50 * seconds) if not still[0] < 0.02 * k < still[1]):
         for topic in TOPICS:
             if k % every.get(topic, 1) == 0:
@@ -172,5 +173,6 @@ def test_what_is_missed_while_the_process_stands_still_is_no_stop_of_a_stream():
 
 def test_a_stream_that_stopped_is_said_to_have_come_back():
     lines, shown = heard(lambda topic, t: 60.0 if t > 20.0 else 0.0)
-    assert any("/ddh/drive/telemetry stopped once and came back, first after 60" in line for line in lines)
+    (said,) = (line for line in lines if "came back" in line)
+    assert said.startswith(f"{', '.join(f'/ddh/{topic}' for topic in TOPICS)} stopped and came back, first after 60.0 to 60.")
     assert shown[DRIVE][40.0] == "stopped and came back (1 times)"

@@ -67,7 +67,8 @@ class Departures:
             return None
         latest = int(np.argmax(np.where(off, self._left, -np.inf)))
         off &= self._left >= self._used[latest] - TOGETHER
-        fused = judged & (refused != NEVER_READ) & (silent <= HEARD) & (off | ~away)
+        told = np.abs(self._measured - self._expected)[off].min()  # K; one that would have been believed as far off says nothing
+        fused = judged & (refused != NEVER_READ) & (silent <= HEARD) & (off | ~away & (told > GATE * self._spread))
         spoke = fused & (silent <= self._now - self._left[off].min())
         count, most = np.count_nonzero(off), np.count_nonzero(spoke)
         enough = count >= _FEWEST and 2 * count > most or count >= _FEWEST_OF_ALL and count == np.count_nonzero(fused)

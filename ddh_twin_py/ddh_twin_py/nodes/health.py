@@ -43,6 +43,7 @@ _ASTRAY = 10.0  # s off the others, from which a stamp is not late but of anothe
 _ASKED = "; is a clock wrong, or do two machines publish there?"
 _JUMPED = "has a clock that jumped back"
 _CAME_BACK = "and came back, first after"
+_TOGETHER = 2.5  # s of wall time within which topics that stopped are named in one line
 _RETURNS = 10.0  # s by which a clock that was alone may come back by less or more
 SETTLES, _SETTLED_PERIODS = 15.0, 3.0
 """s of wall time, and usual steps of a topic, after which it is known what a stop was; a vote on its clock may take so long."""
@@ -144,17 +145,49 @@ class Stops:
         return any(abs(length - abs(step)) < _RETURNS for step in steps)
 
 
+class StopsTold:
+    """Says in one line which inputs of a node stopped and came back at about the same time, of each input the first time.
+
+    Args:
+        node: that logs it.
+    """
+
+    def __init__(self, node: TwinNode) -> None:
+        self._node = node
+        self._known: set[str] = set()
+        self._open: dict[str, float] = {}  # s without a sample, by name
+        self._since = 0.0
+
+    def note(self, name: str, stops: Stops, wall: float) -> None:
+        """An input, by its name, has stopped so often by now."""
+        if name in self._known:
+            return
+        self._known.add(name)
+        self._since = self._since if self._open else wall
+        self._open[name] = stops.first
+
+    def tell(self, wall: float) -> None:
+        """Say what is due."""
+        if not self._open or wall - self._since < _TOGETHER:
+            return
+        lengths = self._open.values()
+        after = f"{min(lengths):.3f}" if len(lengths) == 1 else f"{min(lengths):.1f} to {max(lengths):.1f}"
+        self._node.get_logger().warning(f"{', '.join(self._open)} stopped {_CAME_BACK} {after} s without a sample")
+        self._open = {}
+
+
 class StreamJudge:
     """One input stream: age, counts of every cause, last values beside what is allowed.
 
     `required`: without it the node cannot do its work. `limit`: s of wall time after which it is
     stale. `held`: whether nothing can come at a wall time, as the player is paused. `pauses`: how often the stamps of
-    all streams went on much later. Each cause is logged once, in a sentence, and counted after that; each step of a clock that is wrong
-    is logged.
+    all streams went on much later. `told`: of all inputs of the node. Each cause is logged once, in a sentence, and counted after that;
+    each step of a clock that is wrong is logged.
     """
 
     def __init__(self, node: TwinNode, feed: TelemetryFeed, topic: str, required: bool, limit: float,
-                 held: Callable[[float], bool], pauses: Callable[[], int]) -> None:
+                 held: Callable[[float], bool], pauses: Callable[[], int], told: StopsTold) -> None:
+        self._told = told
         self._node, self._feed, self._topic = node, feed, topic
         self._required, self._limit, self._held, self._pauses = required, limit, held, pauses
         self._stops = Stops()
@@ -184,6 +217,7 @@ class StreamJudge:
         self._before = counts
         if new:
             self._log(entry, new, wall)
+        self._told.tell(wall)
         self._struck.update(dict.fromkeys(new, wall))
         report.add("messages", entry.received, "1")
         report.add("rejected", entry.rejected, "1")
@@ -235,8 +269,7 @@ class StreamJudge:
                 cause = (finding.topic, finding.field, finding.first_time)
                 self._node.warn_once(cause, finding.message)
         if "gap" in new:
-            said = f"stopped {_times(self._stops.count)} {_CAME_BACK} {self._stops.first:.3f} s without a sample"
-            self._node.warn_once((self._topic, "gap"), f"{entry.name} {said}")
+            self._told.note(entry.name, self._stops, wall)
         for cause in new & DROPPED.keys():  # what the clock of all did is said once for all streams, see TelemetryNode
             off = self._strayed(cause)
             if off is None:
@@ -331,6 +364,6 @@ def add_streams(
     held: Callable[[float], bool], pauses: Callable[[], int],
 ) -> None:
     """A judge for every telemetry stream of a feed; arguments as of `StreamJudge`."""
-    needed = set(required)
+    needed, told = set(required), StopsTold(node)
     for topic in feed.screens:
-        health.add(topic, StreamJudge(node, feed, topic, topic in needed, limit, held, pauses))
+        health.add(topic, StreamJudge(node, feed, topic, topic in needed, limit, held, pauses, told))
