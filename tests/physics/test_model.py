@@ -8,6 +8,7 @@ from ddh_twin_py.physics import thermal_network as network
 from ddh_twin_py.physics.cylinder import coulomb_friction
 from ddh_twin_py.physics.free_run import settle
 from ddh_twin_py.physics.hydraulics import POSITION, PRESSURE_B, VELOCITY
+from ddh_twin_py.physics.motor import LEAST_FLUX, magnet_factor
 from ddh_twin_py.physics.oil import VAPOUR_PRESSURE, compressibility, dynamic_viscosity
 from ddh_twin_py.rig import load_rig
 from scipy.integrate import solve_ivp
@@ -289,3 +290,10 @@ def test_a_piston_that_meets_the_end_stop_leaves_no_false_void(rig):
     points, finer = (run(rig, command, step=step)[0] for step in (1.0e-3, 2.5e-4))
     assert finer["rod_position"].min() < 0.0
     assert points["mean_square_current"].sum() == pytest.approx(finer["mean_square_current"].sum(), rel=2e-3)
+
+
+def test_magnets_keep_a_fifth_of_their_flux_however_steep_their_slope():
+    record = load_rig().with_values({"motor.torque_constant_slope": -0.025}).parameters
+    assert magnet_factor(273.15 + 23.0, record[0]) == 1.0
+    assert magnet_factor(273.15 + 33.0, record[0]) == pytest.approx(0.75)
+    assert magnet_factor(273.15 + 90.0, record[0]) == LEAST_FLUX

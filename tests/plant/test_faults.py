@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import yaml
+from ddh_twin_py.gap.catalogue import EFFECTS
 from ddh_twin_py.plant.condition import NEUTRAL, sound
 from ddh_twin_py.plant.listed_faults import LISTED
 from ddh_twin_py.plant.machine import nominal
@@ -14,6 +15,14 @@ from support.plants import course, exercise, quiet
 FAULTS = {**LISTED, **UNLISTED}
 DURATION = 200.0
 LOWERED = {"relief_valve.setting"}  # what lies above the working pressure is not seen when it rises
+
+
+@pytest.mark.parametrize("name", LISTED)
+def test_the_diagnosis_looks_as_far_as_the_plant_may_go(name):
+    effect, fault = EFFECTS[name], LISTED[name]
+    sign = -1.0 if name == "motor.demagnetisation" else 1.0
+    lowest, highest = sorted((sign * fault.lowest, sign * fault.highest))
+    assert effect.lowest <= lowest and highest <= effect.highest
 
 
 @pytest.fixture(scope="module")

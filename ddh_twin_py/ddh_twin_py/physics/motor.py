@@ -10,6 +10,8 @@ from ddh_twin_py.physics.oil import ZERO_CELSIUS
 RAD_PER_S_OF_RPM = math.pi / 30.0
 EXCESS_SPEED = 500.0 * RAD_PER_S_OF_RPM
 """rad/s, where the ratio of the excess iron loss is stated."""
+LEAST_FLUX = 0.2
+"""Share of the magnets' flux at 23 degC that is always left: a slope holds for some ten kelvin, and without flux there is no motor."""
 CUT_BACK_FROM, CUT_OFF_AT = ZERO_CELSIUS + 250.0, ZERO_CELSIUS + 300.0
 """K; far above any insulation class: a stalled drive trips at the latest here, and the model stays finite."""
 
@@ -48,8 +50,8 @@ def torque_constant(rotor_temperature, p):
 
 @inlined
 def magnet_factor(rotor_temperature, p):
-    """Flux of the magnets over that at 23 degC, 1 + s (T - 23 degC), T in K; torque and voltage constant follow it."""
-    return 1.0 + p.motor_torque_constant_slope * (rotor_temperature - ZERO_CELSIUS - 23.0)
+    """Flux of the magnets over that at 23 degC, 1 + s (T - 23 degC), T in K, but `LEAST_FLUX`; torque and voltage constant follow it."""
+    return max(LEAST_FLUX, 1.0 + p.motor_torque_constant_slope * (rotor_temperature - ZERO_CELSIUS - 23.0))
 
 
 @inlined

@@ -55,7 +55,7 @@ TABLE: tuple[tuple[str, tuple[str, float, float]], ...] = (
     ("motor.pwm_loss_reported", _between(0.0, 1.0)),
     ("motor.speed_loop_gain", _between(0.1, 2.0)),
     ("motor.speed_loop_zero", _between(-10.0, 10.0)),
-    ("motor.torque_constant_slope", _between(-0.01, 0.01)),
+    ("motor.torque_constant_slope", _between(-0.03, 0.01)),
     ("motor.flange_conductance", _between(0.0, 1000.0)),
     ("pump_?.friction_added", _between(-5.0, 50.0)),
     ("pump_?.unfilled_by_speed", _between(-0.001, 0.01)),

@@ -58,7 +58,8 @@ EFFECTS = (
     ),
     Effect(
         id="motor.demagnetisation", component="motor", domain="electrical", parameter="torque_constant_slope", unit="1/K",
-        reference=fixed(0.0), laws=(added("motor_torque_constant_slope"),), step=-1e-3, lowest=-8e-3, highest=0.0,
+        reference=fixed(0.0), laws=(added("motor_torque_constant_slope"),), step=-1e-3, lowest=-0.025, highest=0.0,
+        reached=(-8e-3, 0.0),  # ferrite magnets lose 0.2 % a kelvin, hot ones that do not recover several times that
         about="The torque constant falls as the magnets warm up; the drive's torque estimate does not know it.",
         law="K_t = K_t0 (1 + s (T_rotor - 23 degC))",
         signature="Current and estimated torque rise with the motor's temperature at the same pressures; voltage falls.",
@@ -78,7 +79,8 @@ EFFECTS = (
     Effect(
         id="drive.speed_lag", component="drive", domain="electrical", parameter="time_constant", unit="s",
         reference=value_of("motor_speed_loop_time_constant"), laws=(added("motor_speed_loop_time_constant"),), step=0.005,
-        lowest=-0.012, highest=0.3, grows=True,
+        lowest=-0.012, highest=1.0, grows=True,
+        reached=(-0.012, 0.3),
         about="The speed loop follows its command more slowly than {reference}.",
         about_below="The speed loop follows its command faster than {reference}.",
         law="tau dw/dt = w_command - w",

@@ -50,7 +50,7 @@ EFFECTS = (
              "tank.mount_conduction", "tank.oil_level", "ambient.solar_load", "ambient.enclosure", "sensor.surface_contact"),
     Effect(
         id="tank.oil_level", component="tank", domain="thermal", parameter="volume_ratio", unit="1",
-        reference=fixed(1.0), laws=(scaled("tank_oil_volume"),), step=-0.1, lowest=-0.7, highest=1.5,
+        reference=fixed(1.0), laws=(scaled("tank_oil_volume"),), step=-0.1, lowest=-0.85, highest=1.5,
         about="There is more oil in the tank than {reference}.",
         about_below="There is less oil in the tank than {reference}.",
         law="C = rho c r V",
