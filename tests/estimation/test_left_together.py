@@ -99,6 +99,12 @@ def test_one_that_would_be_believed_as_far_off_has_no_say(by):
     assert begun == [(75, ("pump_1_case", "tank_oil"))]
 
 
+def test_what_no_unit_can_be_is_believed_of_nobody():
+    """All of a logger in tenths of degC, 27 degC as 270."""
+    fusion, begun = fed(rest(ALL, 60) + rest(dict.fromkeys(SENSORS, 543.0), 20) + rest(ALL, 5))
+    assert begun == [] and abs(fusion.state.dynamic[NODE_INDEX["tank_oil"]] - 300.0) < 1.0
+
+
 def test_two_that_are_exchanged_while_it_runs_are_not_believed():
     assert fed(rest({"tank_oil": 300.0, "motor_housing": 310.0}, 60) + rest({"tank_oil": 310.0, "motor_housing": 300.0}, 5))[1] == []
 

@@ -11,6 +11,8 @@ from ddh_twin_py.bags.damage import with_clock_jump, with_stuck_sensor, with_val
 from ddh_twin_py.bags.reader import read_recording
 from ddh_twin_py.bags.writer import write_recording
 from ddh_twin_py.estimation.replay import replay
+from ddh_twin_py.estimation.state_file import save_state
+from ddh_twin_py.estimation.temperature_fusion import TemperatureFusion
 from ddh_twin_py.physics.thermal_network import NODES
 from ddh_twin_py.rig import load_rig
 from ddh_twin_py.telemetry.recording_ticks import align
@@ -309,6 +311,18 @@ def test_the_estimate_survives_a_restart(short_recording, listener, tmp_path):
     assert deviation[2] < 1.5 * deviation[1] < deviation[0]  # warm start: no wider than it was left, give or take the pause
 
 
+def test_a_state_of_another_rig_than_the_file_names_is_not_used(short_recording, short_bag, tmp_path):
+    """Nobody announces which rig this is."""
+    state = TemperatureFusion(load_rig(), 0.05, ambient=295.0).state
+    save_state(tmp_path / "state", state, "crane_1", short_recording.epoch_ns - 1_000_000_000)
+    (tmp_path / "crane_2.yaml").write_text("rig_id: crane_2\n")
+    given = {"flush_after": 0.5, "model_timeout": 0.5, "state_file": str(tmp_path / "state"), "rig": str(tmp_path / "crane_2.yaml")}
+    with NodeProcess("temperature_fusion", "/other", **given) as fusion:
+        play(short_bag, "temperature_fusion", namespace="/other", topics=["temperature/*"])
+        fusion.says("is of rig 'crane_1', this is 'crane_2'; not used")
+        fusion.stop()
+
+
 def test_a_model_begins_from_what_is_read_when_another_rig_is_announced(paper_cycle_bag, listener, tmp_path):
     warm = read_recording(paper_cycle_bag).between(0.0, 90.0)  # longer than it takes on a busy machine
     for sensor in ("motor_winding", "motor_housing"):
@@ -336,7 +350,6 @@ def test_a_model_begins_from_what_is_read_when_another_rig_is_announced(paper_cy
 
 @pytest.mark.parametrize(("told", "words"), [("rig_000", ""), ("rig_9", "rig 'rig_9' was announced, this was 'rig_000'; it begins anew")])
 def test_a_rig_that_is_told_late_changes_nothing_unless_it_is_another(told, words, short_recording, listener, tmp_path):
-    from ddh_twin_py.estimation.state_file import save_state
     from ddh_twin_py.estimation.temperature_fusion import TemperatureFusion
 
     warm = TemperatureFusion(load_rig())

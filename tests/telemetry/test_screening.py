@@ -315,6 +315,17 @@ def test_the_channel_of_a_drive_that_disagrees_with_all_others_is_left_out_alone
     assert np.isnan(screened.drive.column(field)).all() and all(np.isfinite(screened.drive.column(name)).all() for name in others)
 
 
+@pytest.mark.parametrize(("stream", "factors"), [(DRIVE, {"torque": 20.0, "current": 20.0, "electrical_power": 20.0}),
+                                                 (HYDRAULIC, {"rod_position": -1.0})])
+def test_what_is_out_of_range_by_little_is_in_no_unit_a_thousand_times_as_small(paper, noise, stream, factors):
+    """120 N*m that are not allowed would be 0.12 N*m."""
+    recording = paper
+    for field, factor in factors.items():
+        recording = damage.with_wrong_unit(recording, stream, field, factor)
+    said = [finding.message for finding in screen_recording(recording, noise).findings]
+    assert any("out of range" in text for text in said) and not any("factor 1000" in text for text in said)
+
+
 @pytest.mark.parametrize("wrong", [{"electrical_power": 8.0}, {"speed": 0.5 / np.pi, "speed_command": 0.5 / np.pi}])
 def test_without_voltage_it_is_said_that_power_or_speed_is_wrong_and_all_are_kept(paper, noise, scales, wrong):
     screened = screen_recording(drive_with(paper, voltage=np.nan, **wrong), noise, scales=scales)

@@ -21,6 +21,7 @@ TOGETHER = 5.0
 _CONFIRMED = 2  # readings in a row that are refused, and say the same: one of all at once may be a disturbance
 _FEWEST = 3  # sensors that are most of those that speak
 _FEWEST_OF_ALL = 2  # that are all
+_FARTHEST = 50.0  # K from what is expected, beyond which readings are of no unit that stands there, whoever tells them
 
 
 @dataclass(frozen=True)
@@ -62,7 +63,8 @@ class Departures:
                 of each sensor, (m, 2). judged: whether its readings are put to the gate, bool (m,). silent: s since its newest one, (m,).
         """
         away = judged & (self._left > self._used)
-        off = away & (refused >= _CONFIRMED) & (np.abs(last[:, 0] - last[:, 1]) <= AGREEING)
+        possible = np.abs(self._measured - self._expected) <= _FARTHEST
+        off = away & (refused >= _CONFIRMED) & (np.abs(last[:, 0] - last[:, 1]) <= AGREEING) & possible
         if np.count_nonzero(off) < _FEWEST_OF_ALL:
             return None
         latest = int(np.argmax(np.where(off, self._left, -np.inf)))

@@ -196,7 +196,7 @@ class TemperatureFusionNode(TelemetryNode):
             return
         saved = self._keeper.saved
         age = (tick.start_ns - saved.stamp_ns) * 1e-9
-        refusal = self._keeper.refusal(age, self.rig_id)
+        refusal = self._keeper.refusal(age, self.rig_id or (self._rig.rig_id if self._rig.named else ""))
         if refusal:
             self.get_logger().warning(refusal)
             return

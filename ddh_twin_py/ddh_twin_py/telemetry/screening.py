@@ -29,6 +29,8 @@ from ddh_twin_py.telemetry.unit_suspicion import UnitSuspicion
 _CAUSES = (*OF_FIELD, *OF_SAMPLE)  # in the order of the kernel's rows of counts
 _STUCK = _CAUSES.index(Cause.STUCK)
 _MOST_STOPS = 16  # that are kept for a listener
+_THOUSANDFOLD, _REACHED = 1e3, 0.01  # factor of a mistake of unit from which values out of range must reach, in the right unit, this share
+# of the largest that is allowed: 120 N*m out of range are no 0.12 N*m
 _NOT_IN_RUNS = (
     Cause.NOT_A_NUMBER | Cause.INFINITE | Cause.OUT_OF_RANGE | Cause.REPEATED | Cause.OUT_OF_ORDER
 )  # what the kernel does not look at when it counts repetitions
@@ -82,11 +84,12 @@ class StreamScreen:
         most = max(len(s.mistakes) for s in self.signals)
         self._raised: Set[tuple[int, ...]] = set()
         self._limits = np.array([(s.lowest, s.highest) for s in self.signals])
-        self._mistakes = np.full((fields, most, 4), np.nan)
+        self._mistakes = np.full((fields, most, 5), np.nan)
         for j, signal in enumerate(self.signals):
             for k, mistake in enumerate(signal.mistakes):
                 lowest, highest = signal.usual
-                self._mistakes[j, k] = (mistake.factor, mistake.offset, max(signal.lowest, lowest), min(signal.highest, highest))
+                least = _REACHED * max(abs(signal.lowest), abs(signal.highest)) if mistake.factor >= _THOUSANDFOLD else 0.0
+                self._mistakes[j, k] = (mistake.factor, mistake.offset, max(signal.lowest, lowest), min(signal.highest, highest), least)
         rules = rules_of(topic)
         self._rules = np.array([(r.kind, r.a, r.b, r.c, r.d, r.window) for r in rules], np.int64).reshape(-1, 6)
         self._floors = np.array([r.floor for r in rules], float)
@@ -96,7 +99,7 @@ class StreamScreen:
         self._field_state = np.zeros((fields, kernel.FIELD_COLUMNS))
         self._field_state[:, (kernel.LAST, kernel.QUANTUM)] = np.nan
         self._suspect = np.zeros(fields, bool)
-        self._mistaken = np.ones((fields, most), bool)
+        self._mistaken, self._reached = np.ones((fields, most), bool), np.zeros((fields, most), bool)
         self._rule_state = np.zeros((len(rules), kernel.RULE_COLUMNS))
         self._largest = np.zeros(len(rules))  # that each rule has seen
         self._standing: list[UnitSuspicion] = []
@@ -132,6 +135,7 @@ class StreamScreen:
                 self._field_state,
                 self._suspect,
                 self._mistaken,
+                self._reached,
                 self._rule_state,
                 self._counts,
                 self._first,
@@ -230,17 +234,22 @@ class StreamScreen:
             counts[cause.name.lower()] = self.count(cause)
         return counts
 
+    @property
+    def _explaining(self) -> np.ndarray:
+        """Mistakes of unit that explain all of a field that is out of range, bool[m, k]."""
+        return self._mistaken & self._reached
+
     def in_another_unit(self) -> dict[int, tuple[UnitMistake, ...]]:
         """Fields, by number, of which so many samples are out of range that all look as if given in another unit, and which it may be."""
         out_of_range = self._counts[_CAUSES.index(Cause.OUT_OF_RANGE)]
-        return in_another_unit(self.signals, out_of_range, int(self._stream[kernel.COUNT]), self._mistaken)
+        return in_another_unit(self.signals, out_of_range, int(self._stream[kernel.COUNT]), self._explaining)
 
     def begins_in_another_unit(self, least: int) -> dict[int, tuple[UnitMistake, ...]]:
         """The same of fields all of whose samples so far, ``least`` or more, are out of range."""
         samples, out_of_range = int(self._stream[kernel.COUNT]), self._counts[_CAUSES.index(Cause.OUT_OF_RANGE)]
         if samples < least:
             return {}
-        told = {j: tuple(m for m, still in zip(signal.mistakes, self._mistaken[j], strict=False) if still)
+        told = {j: tuple(m for m, still in zip(signal.mistakes, self._explaining[j], strict=False) if still)
                 for j, signal in enumerate(self.signals) if out_of_range[j] == samples}
         return {j: units for j, units in told.items() if units}
 
@@ -260,7 +269,7 @@ class StreamScreen:
             self._counts,
             self._first,
             self._first_value,
-            self._mistaken,
+            self._explaining,
             self.suspicions,
             self.noise,
             self._stuck_since,

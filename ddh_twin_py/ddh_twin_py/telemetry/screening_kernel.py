@@ -163,6 +163,7 @@ def screen(
     field_state,
     suspect,
     mistaken,
+    reached,
     rule_state,
     counts,
     first,
@@ -178,10 +179,11 @@ def screen(
     that makes windows has the `needed` samples of evidence.
 
     stamp int64[n]; values float64[n, c]; limits float64[m, 2]; noise float64[m] (0: none);
-    rules int64[r, 6], floors float64[r]: see `unit_rules`; mistakes float64[m, k, 4]: factor
-    and offset of usual mistakes of unit, between what the right value is; suspect bool[m]: fields held to be in a wrong unit;
-    mistaken bool[m, k]: mistakes that explain all values out of range; the rest is state and
-    counts; flags uint16[n, m] is written.
+    rules int64[r, 6], floors float64[r]: see `unit_rules`; mistakes float64[m, k, 5]: factor
+    and offset of usual mistakes of unit, between what the right value is, and how large it must
+    be once; suspect bool[m]: fields held to be in a wrong unit; mistaken bool[m, k]: mistakes that
+    explain all values out of range, reached bool[m, k]: of which one is that large; the rest is
+    state and counts; flags uint16[n, m] is written.
     """
     fields = limits.shape[0]
     raw = np.empty(fields)
@@ -225,6 +227,8 @@ def screen(
                     right = (value - mistakes[j, k, 1]) / mistakes[j, k, 0]
                     if not mistakes[j, k, 2] <= right <= mistakes[j, k, 3]:
                         mistaken[j, k] = False
+                    if abs(right) >= mistakes[j, k, 4]:
+                        reached[j, k] = True
             else:
                 if suspect[j]:
                     own |= UNIT

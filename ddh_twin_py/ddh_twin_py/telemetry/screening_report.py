@@ -48,8 +48,8 @@ def findings_of(
             count = int(counts[row, j])
             if not count or cause is Cause.WRONG_UNIT:
                 continue
-            if cause is Cause.OUT_OF_RANGE and j in suspected and _mistake(signal, count, samples, mistaken[j]):
-                continue  # its unit is told already, and nothing of it is used
+            if cause is Cause.OUT_OF_RANGE and j in suspected:
+                continue  # how it is wrong is told already, and nothing of it is used
             at = (int(first[row, j]) - epoch_ns) * 1e-9
             value = float(first_value[row, j])
             if cause in OF_FIELD:
