@@ -350,8 +350,6 @@ def test_a_model_begins_from_what_is_read_when_another_rig_is_announced(paper_cy
 
 @pytest.mark.parametrize(("told", "words"), [("rig_000", ""), ("rig_9", "rig 'rig_9' was announced, this was 'rig_000'; it begins anew")])
 def test_a_rig_that_is_told_late_changes_nothing_unless_it_is_another(told, words, short_recording, listener, tmp_path):
-    from ddh_twin_py.estimation.temperature_fusion import TemperatureFusion
-
     warm = TemperatureFusion(load_rig())
     state = warm.state
     state.covariance[:] *= 1e-4
