@@ -42,7 +42,7 @@ def test_a_sensor_wrong_from_the_start_moves_nothing_and_no_other_is_refused_for
     sound = read_recording(paper_cycle_bag).between(0.0, 60.0)
     stream = sound.temperatures[sensor]
     values = stream.values.copy()
-    values[:, 0] = 363.15 + 0.2 * np.random.default_rng(1).normal(size=len(values))
+    values[:, 0] = 228.15 + 0.2 * np.random.default_rng(1).normal(size=len(values))  # K, what no other unit makes of what the others read
     wrong = replace(sound, temperatures={**sound.temperatures, sensor: replace(stream, values=values)})
     right, beside = replay(sound, load_rig()), replay(wrong, load_rig())
     node = NODE_INDEX[sensor]
