@@ -147,9 +147,10 @@ class ClockVote:
             if other.newest is None or other.stale or other.doubt is not None:
                 continue
             if other.behind is None:
-                ahead += [other] * (newest - other.newest <= max(LONGEST_LAG_NS, 2 * other.step))
-            else:
-                agree += [other] * (abs(other.newest - stamp) <= LONGEST_LAG_NS)
+                if newest - other.newest <= max(LONGEST_LAG_NS, 2 * other.step):
+                    ahead.append(other)
+            elif abs(other.newest - stamp) <= LONGEST_LAG_NS:
+                agree.append(other)
         for lines, right in ((ahead, False), (agree, True)):
             if self._right(other for other in lines if other.timely):
                 return right
