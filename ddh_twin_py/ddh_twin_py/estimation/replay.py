@@ -11,6 +11,7 @@ import numpy as np
 
 from ddh_twin_py.estimation.catch_up import FOLLOWS, CatchUp
 from ddh_twin_py.estimation.credibility import Credibility
+from ddh_twin_py.estimation.doubted_current import CurrentWatch, DoubtedCurrent
 from ddh_twin_py.estimation.left_together import LeftTogether
 from ddh_twin_py.estimation.off_course import moved_on, off_course
 from ddh_twin_py.estimation.out_of_place import OutOfPlace, without_those_out_of_place
@@ -209,6 +210,7 @@ class _Run:
         self.off, self.taken_up, self.settled = np.zeros((3, n), bool)
         self.innovations: list[Innovation] = []
         self.begun_anew: list[LeftTogether] = []
+        self.doubted_current: list[DoubtedCurrent] = []
         self.seconds = {"hydraulic_model": 0.0, "machine_thermal": 0.0, "temperature_fusion": 0.0}
         self.fusion = TemperatureFusion(rig, interval)
         self.smoothing = self.keeping = False
@@ -267,7 +269,9 @@ class _Run:
             motor_result = motor.advance(self.measured[rows], air[part])
             self.seconds["machine_thermal"] += time.perf_counter() - clock
             clock = time.perf_counter()
-            inputs = fusion_inputs(result, motor_result, air_read[part])
+            inputs, doubted = self._current.take(fusion_inputs(result, motor_result, air_read[part]), result.soft)
+            if doubted is not None:
+                self.doubted_current.append(replace(doubted, index=doubted.index + rows.start))
             estimate = self.fusion.advance(inputs, readings.between(first, last))
             hydraulics.use_temperatures(estimate.temperature[-1])
             self.seconds["temperature_fusion"] += time.perf_counter() - clock
@@ -292,6 +296,7 @@ class _Run:
         self._motor = MachineThermal(self.rig, begin, self.interval)
         self._first = [FirstReadings(self.rig, self.interval, readings) for _ in range(2)]
         self._catch_up = [CatchUp(self.interval) for _ in range(2)]
+        self._current = CurrentWatch(self.rig, self.interval, payload)
         self._reading = all_sensed(begin, self.rig["tank.top_share"])
 
     def _tell(self, of_hydraulics: list[Told], of_motor: list[Told]) -> None:
@@ -385,6 +390,10 @@ class _Run:
             when = f"at {at:.1f} s" if count == 1 else f"{count} times, first at {at:.1f} s:"
             text = f"{self.recording.path}: {when} {self.begun_anew[0].why}"
             findings.insert(0, Finding("warning", self.recording.path, "", "", None, count, text, at))
+        for told in self.doubted_current:
+            at, topic = float(self.time[told.index]), f"{self.recording.namespace}/{DRIVE_TOPIC}"
+            text = f"{self.recording.path}: at {at:.1f} s {self.recording.namespace}/{told.why}"
+            findings.append(Finding("warning", self.recording.path, topic, "current", None, 1, text, at))
         first = off_course(self.recording, self.time, moved_on(self.off, self.taken_up), self.interval)
         return replace(self.recording, findings=[*first, *self.recording.findings, *findings]) if first or findings else self.recording
 

@@ -20,7 +20,8 @@ MOTOR_TOPIC = "motor/thermal_state"
 
 _MOTOR = len(MOTOR_NODES)
 _DUTY = ("speed", "pressure_piston_side", "pressure_rod_side", "rod_velocity")
-STATE_WIDTH = 2 + N + N_FLOWS + len(_DUTY)  # known, rod position, heat, flow, what a duty is made of
+_ASKED = (*_DUTY, "current")
+STATE_WIDTH = 2 + N + N_FLOWS + len(_ASKED)  # known, rod position, heat, flow, what a duty is made of, current that the shaft needs
 MOTOR_WIDTH = 2 + _MOTOR  # known, mean square current, heat
 
 
@@ -28,7 +29,7 @@ def state_rows(example: object, values: dict[str, np.ndarray]) -> np.ndarray:
     """Rows (n, STATE_WIDTH) of `HydraulicState`, whatever order its names come in."""
     heat = _ordered(example.heat_nodes, NODES, values["heat"])
     flow = _ordered(example.flow_paths, FLOW_PATHS, values["flow"])
-    return np.column_stack([values["telemetry_known"], values["rod_position"], heat, flow, *(values[name] for name in _DUTY)])
+    return np.column_stack([values["telemetry_known"], values["rod_position"], heat, flow, *(values[name] for name in _ASKED)])
 
 
 def motor_rows(example: object, values: dict[str, np.ndarray]) -> np.ndarray:
@@ -61,12 +62,20 @@ def inputs_of(ticks: Sequence[Tick]) -> tuple[FusionInputs, list[Reading]]:
     return inputs, readings
 
 
+def asked_of(ticks: Sequence[Tick]) -> dict[str, np.ndarray]:
+    """What the soft sensor says of the shaft of n ticks, see `CurrentWatch.take`, (n,) each, NaN where it says nothing."""
+    rows = np.full((len(ticks), len(_ASKED)), np.nan)
+    for i, tick in enumerate(ticks):
+        if len(state := tick.samples[STATE_TOPIC]):
+            rows[i] = state.values[-1][2 + N + N_FLOWS :]
+    return dict(zip(_ASKED, rows.T, strict=True))
+
+
 def add_duty(present: PresentDuty, ticks: Sequence[Tick], inputs: FusionInputs) -> None:
     """Tell the present duty of the ticks in which both models knew their telemetry."""
     known = np.flatnonzero(inputs.hydraulics_known & inputs.motor_known)
     if known.size:
-        rows = np.array([ticks[i].samples[STATE_TOPIC].values[-1][2 + N + N_FLOWS :] for i in known])
-        values = dict(zip(_DUTY, rows.T, strict=True)) | {
+        values = {name: rows[known] for name, rows in asked_of(ticks).items()} | {
             "rod_position": inputs.rod_position[known], "current_square": inputs.mean_square_current[known],
             "current": np.sqrt(inputs.mean_square_current[known]),
         }

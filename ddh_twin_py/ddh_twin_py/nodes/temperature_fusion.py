@@ -7,8 +7,9 @@ from itertools import islice
 import numpy as np
 from sensor_msgs.msg import Temperature
 
-from ddh_msgs.msg import HydraulicState, MotorThermalState, ResidualArray, TemperatureEstimateArray
+from ddh_msgs.msg import HydraulicState, MotorThermalState, ResidualArray, RigInfo, TemperatureEstimateArray
 from ddh_twin_py.estimation.credibility import Credibility
+from ddh_twin_py.estimation.doubted_current import CurrentWatch
 from ddh_twin_py.estimation.left_together import LeftTogether
 from ddh_twin_py.estimation.outvoted import OUTVOTED
 from ddh_twin_py.estimation.place_watch import PlaceWatch
@@ -23,6 +24,7 @@ from ddh_twin_py.nodes.fusion_inputs import (
     STATE_TOPIC,
     STATE_WIDTH,
     add_duty,
+    asked_of,
     inputs_of,
     late_readings,
     motor_rows,
@@ -31,7 +33,7 @@ from ddh_twin_py.nodes.fusion_inputs import (
 )
 from ddh_twin_py.nodes.health import DROPPED, Report, judge_age, judge_publishers
 from ddh_twin_py.nodes.limit_watch import LIMIT_PARAMETERS, LimitWatch
-from ddh_twin_py.nodes.model_node import TEMPERATURE_TOPICS, TWIN_PARAMETERS, TelemetryNode, Unit, rig_path
+from ddh_twin_py.nodes.model_node import TEMPERATURE_TOPICS, TWIN_PARAMETERS, TelemetryNode, Unit, known_payload, rig_path
 from ddh_twin_py.nodes.node_base import AGAIN, run
 from ddh_twin_py.nodes.parameters import Parameter
 from ddh_twin_py.nodes.state_keeper import StateKeeper
@@ -75,6 +77,7 @@ class TemperatureFusionNode(TelemetryNode):
         self._fusion = TemperatureFusion(self._rig, values["interval"])
         self._credibility = Credibility(self._rig)
         self._places = PlaceWatch(self._rig, values["interval"])
+        self._current = CurrentWatch(self._rig, values["interval"])
         self._models = {
             topic: (self.feed.inputs.add(topic, kind, qos.stream(reliable=True)), BulkParser(kind))
             for topic, kind in ((STATE_TOPIC, HydraulicState), (MOTOR_TOPIC, MotorThermalState), (PREDICTION_TOPIC, HydraulicState))
@@ -183,9 +186,14 @@ class TemperatureFusionNode(TelemetryNode):
             self._fusion.rest(tick.gap)
         self._last_end = tick.start_ns
 
+    def _take_rig(self, message: RigInfo) -> None:
+        super()._take_rig(message)
+        self._current.lifts(known_payload(message))
+
     def begin_anew(self) -> None:
         self._fusion.reset()
         self._places.begin_anew()
+        self._current.begin_anew()
         self._limits.present.clear()
         self._predicted.clear()
         self._measured[:] = self._measured_at[:] = np.nan
@@ -220,6 +228,9 @@ class TemperatureFusionNode(TelemetryNode):
         if late:
             self._late += len(late)
             readings += late_readings(late, ticks[0].start_ns, self.feed.aligner.interval_ns)
+        inputs, doubted = self._current.take(inputs, asked_of(ticks))
+        if doubted is not None:
+            self.warn_again(("current", bool(self._current.doubted)), doubted.why)
         add_duty(self._limits.present, ticks, inputs)
         result = self._fusion.advance(inputs, readings)
         end_ns = np.array([tick.end_ns for tick in ticks], np.int64)
@@ -348,6 +359,8 @@ class TemperatureFusionNode(TelemetryNode):
         report.add("age limit", limit, "s")
         if age > limit and not self.player.paused(self.wall()):
             report.warn(f"no estimate for {age:.0f} s, neither models nor sensors go on")
+        if self._current.doubted:
+            report.warn(f"{self._current.doubted}; what they ask for is used in its place")
         for found in self._places.told:
             report.warn(f"{found.left_out}, {_UNTIL}")
         if self._begun_anew is not None and self.wall() - self._begun_anew[0] < AGAIN:

@@ -1,0 +1,98 @@
+"""A drive's current ten times too large is told by the pressures, and neither heats the winding nor costs it its sensor."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from ddh_twin_py.bags.reader import read_recording
+from ddh_twin_py.estimation.doubted_current import CurrentWatch
+from ddh_twin_py.estimation.replay import replay
+from ddh_twin_py.estimation.sensors import NODE_INDEX
+from ddh_twin_py.estimation.temperature_fusion import FusionInputs
+from ddh_twin_py.rig import load_rig
+from ddh_twin_py.telemetry.unit_scales import UnitScales
+from ddh_twin_py.twin.intervals import INTERVAL
+
+AT = NODE_INDEX["motor_winding"]
+
+
+@pytest.fixture(scope="module")
+def recording(paper_cycle_bag):
+    return read_recording(paper_cycle_bag).between(0.0, 120.0)
+
+
+@pytest.fixture(scope="module")
+def truth(recording):
+    return replay(recording, load_rig())
+
+
+def scaled(recording, times, until=np.inf):
+    """All that the drive makes of its current is so many times as much up to s."""
+    drive = recording.drive
+    size = np.isin(drive.fields, ("current", "torque", "electrical_power"))
+    return replace(recording, drive=replace(drive, values=drive.values * np.where(size & (drive.time[:, None] < until), times, 1.0)))
+
+
+def told(result):
+    return [f.message for f in result.recording.findings if "pressures and speed ask of the shaft" in f.message]
+
+
+@pytest.mark.parametrize("times", [10.0, 0.1])
+def test_a_current_that_is_off_by_a_decimal_place_is_told_and_the_winding_is_known(recording, truth, times):
+    result = replay(scaled(recording, times), load_rig())
+    (said,) = told(result)
+    assert f"current is {'9.8' if times > 1.0 else '0.098'} times what pressures and speed ask of the shaft" in said
+    assert result.left_out == () and all(sensor.used for sensor in result.sensors.values())
+    off = np.abs(result.fused[:, AT] - truth.fused[:, AT])
+    assert np.all(off[200:] < result.fused_std[200:, AT]) and off[-1] < 2.0
+    assert all(i.accepted for i in result.innovations if i.sensor == "motor_winding")
+
+
+def test_one_that_is_right_again_is_used_again(recording, truth):
+    result = replay(scaled(recording, 10.0, until=50.0), load_rig())
+    first, last = told(result)
+    assert last.endswith("current is what pressures and speed ask of the shaft again, and is used")
+    assert result.fused_std[-1, AT] < 1.5 * truth.fused_std[-1, AT]
+    assert np.abs(result.fused[-1, AT] - truth.fused[-1, AT]) < 2.0 * result.fused_std[-1, AT]
+
+
+def test_of_a_sound_drive_nothing_is_told(truth):
+    assert told(truth) == []
+
+
+def inputs(current, n=40):
+    return replace(FusionInputs.unknown(n), mean_square_current=np.full(n, current**2), hydraulics_known=np.ones(n, bool),
+                   motor_known=np.ones(n, bool))
+
+
+def asked(scales, n=40, load=1.0, current=4.0):
+    """Of a shaft that turns, with pressures that carry so many times the load."""
+    shown = {"speed": 100.0, "current": current, "pressure_piston_side": load * scales.load / scales.piston_area, "pressure_rod_side": 0.0}
+    return {name: np.full(n, value) for name, value in shown.items()}
+
+
+def test_pressures_that_do_not_carry_the_load_tell_nothing_of_the_current():
+    watch, scales, given = CurrentWatch(load_rig(), INTERVAL), UnitScales.of(load_rig()), inputs(4.0)
+    assert watch.take(given, asked(scales, load=0.1, current=0.4 * 4.0)) == (given, None) and watch.doubted == ""
+    assert watch.take(given, asked(scales, load=10.0, current=40.0)) == (given, None) and watch.doubted == ""
+
+
+def test_one_that_is_a_few_times_as_much_is_a_machine_that_runs_hard():
+    watch, given = CurrentWatch(load_rig(), INTERVAL), inputs(16.0)
+    assert watch.take(given, asked(UnitScales.of(load_rig()))) == (given, None)
+
+
+def test_the_motor_is_not_known_while_its_current_is_what_the_shaft_needs():
+    watch, scales = CurrentWatch(load_rig(), INTERVAL), UnitScales.of(load_rig())
+    used, found = watch.take(inputs(40.0), asked(scales))
+    assert found.index == 9 and "10 times" in found.why
+    assert not used.motor_known[9:].any() and used.motor_known[:9].all() and np.all(used.mean_square_current[9:] == 16.0)
+    silent = {name: np.full(40, np.nan) for name in asked(scales)}
+    assert np.all(watch.take(inputs(4.0), silent)[0].mean_square_current == 0.0) and watch.doubted
+    watch.take(inputs(4.0), asked(scales))
+    assert watch.doubted  # it must agree for some seconds
+    used, found = watch.take(inputs(4.0, 100), asked(scales, 100))
+    assert found.index == 59 and used.motor_known[59:].all() and watch.doubted == ""
+    watch.take(inputs(40.0), asked(scales))
+    watch.begin_anew()
+    assert watch.doubted == ""
