@@ -14,6 +14,7 @@ from ddh_twin_py.bags.compression import unpack_file
 from ddh_twin_py.bags.errors import BagError
 from ddh_twin_py.bags.folder import BagFolder, open_folder
 from ddh_twin_py.bags.mcap_storage import McapStorage
+from ddh_twin_py.bags.odd_stamps import odd_stamps
 from ddh_twin_py.bags.sqlite_storage import SqliteStorage
 from ddh_twin_py.bags.storage import Storage
 from ddh_twin_py.bags.topics import choose_namespace, nearest_telemetry, split_topic
@@ -81,7 +82,7 @@ def read_recording(
         raise BagError(f"{file} has no readable message on {chosen}/{DRIVE_TOPIC} or any other telemetry topic")
     rows, left_out = sound(rows)
     epoch = _epoch([part.stamp for part in rows.values()])
-    findings += [wrong.finding(file, chosen, epoch) for wrong in left_out]
+    findings += [wrong.finding(file, chosen, epoch) for wrong in left_out] + odd_stamps(rows, file, chosen, epoch)
     streams = {relative: _stream(relative, part.stamp, part.values, epoch) for relative, part in rows.items()}
     rig, rig_findings = _rig(file, chosen, collector)
     findings += _unreadable_findings(file, chosen, collector.rows)

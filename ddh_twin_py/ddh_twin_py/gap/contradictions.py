@@ -31,6 +31,8 @@ _LATEST, _LATE = 10.0, 0.3  # s of lag that is looked for, and that is told
 _ALIKE, _LESS = 0.1, 2.0  # correlation that it must gain, or times by which it lessens what is left to 1
 _FOLLOWS = 0.5  # correlation of shaft and rod from which they are of one machine, by clocks that are apart
 _FOLLOWED, _SCATTER = 1.25, 0.1  # how far a steady shaft may be from its command, as a ratio, and how little that ratio varies elsewhere
+_APACE, _SAME_WAY, _ALONG = 1.5, 0.95, 25  # times as far as its velocity says that a rod must go to be told, where both correlate so, over
+# so many samples
 _TRAVELLED = 2.0  # how many times as fast as its pump delivers, or as slowly, a rod must move to be told
 _ANOTHER = 1.15  # such times from which it is told where they are the same both ways, as leakage slows one and speeds up the other
 _BOTH_WAYS = 1.2  # ratio of the two up to which they are the same
@@ -53,9 +55,10 @@ def contradictions(recording: Recording, rig: Rig) -> list[str]:
     warmth = temperature_units(recording) or [text for text in [_winding(recording) or warms_instead(recording)] if text]
     if off := other_clock(recording):
         return [off, *(f"{recording.path}: {text}" for text in warmth)]
+    pace = [f"{recording.path}: {_named(text, recording)}" for text in [_pace(hydraulic)] if text]
     on = _on(drive, hydraulic)
-    if not on:
-        return []
+    if pace or not on:  # with stamps that are no seconds nothing else is held against each other
+        return [*pace, *(f"{recording.path}: {text}" for text in warmth)] if pace else []
     travel = _shaft(on, rig) or _travel(on, rig)
     torque = "" if travel else _torque(on, rig)  # of other pumps it says nothing
     said = [_command(on), _position(on), travel, _stroke(hydraulic, rig), _current(on), torque or _pressures(on, recording, rig)]
@@ -159,6 +162,26 @@ def _position(on: dict[str, np.ndarray]) -> str:
     if _correlation(travelled, velocity, moving) > _AGAINST:
         return ""
     return "{hydraulic}: rod_position falls while rod_velocity says that the rod extends; one of them counts from the other end"
+
+
+def _pace(hydraulic: Stream) -> str:
+    """Position against velocity: how far the rod goes in the time that the stamps tell, be all of that a fraction of a second."""
+    position, velocity = hydraulic.column("rod_position"), hydraulic.column("rod_velocity")
+    known = in_order(hydraulic.time, position + velocity)
+    time, position, velocity = hydraulic.time[known], position[known], velocity[known]
+    if known.size < _LEAST:
+        return ""
+    travelled = np.concatenate([[0.0], np.cumsum(0.5 * (velocity[1:] + velocity[:-1]) * np.diff(time))])
+    went, said = (path[_ALONG:] - path[:-_ALONG] for path in (position, travelled))
+    moving = np.abs(velocity[_ALONG:]) > _MOVING
+    if not said[moving].any() or _correlation(went, said, moving) < _SAME_WAY:
+        return ""
+    times = float(went[moving] @ said[moving] / (said[moving] @ said[moving]))
+    if 1.0 / _APACE < times < _APACE:
+        return ""
+    return (f"{{hydraulic}} rod_position goes {times:.4g} times as far as rod_velocity says for the time between the stamps; seconds of "
+            f"header.stamp are likely too {'short' if times > 1.0 else 'long'} by that, as where they are in another unit, else one of the "
+            "two is")
 
 
 def _shaft(on: dict[str, np.ndarray], rig: Rig) -> str:

@@ -14,6 +14,7 @@ import numpy as np
 from ddh_twin_py.rig import Rig
 from ddh_twin_py.telemetry import screening_kernel as kernel
 from ddh_twin_py.telemetry.alike_units import alike_units, first_readings, likely_units
+from ddh_twin_py.telemetry.all_zero import all_zero
 from ddh_twin_py.telemetry.causes import OF_FIELD, OF_SAMPLE, Cause
 from ddh_twin_py.telemetry.clock import clock_segments, sorted_order
 from ddh_twin_py.telemetry.recording import Finding, Recording, Stream
@@ -22,6 +23,7 @@ from ddh_twin_py.telemetry.signals import TEMPERATURE_PREFIX, Signal, UnitMistak
 from ddh_twin_py.telemetry.spans import apart, missing_ends
 from ddh_twin_py.telemetry.temperature_units import odd_temperatures
 from ddh_twin_py.telemetry.ticks import REORDER_WINDOW, to_ns
+from ddh_twin_py.telemetry.told_variance import odd_variances
 from ddh_twin_py.telemetry.unit_rules import judge, rules_of
 from ddh_twin_py.telemetry.unit_scales import UnitScales
 from ddh_twin_py.telemetry.unit_suspicion import UnitSuspicion
@@ -322,6 +324,11 @@ def screen_recording(
     for topic, finding in odd_temperatures(recording.with_streams(streams), scales).items():
         streams[topic].values[:, 0] = np.nan
         findings.append(finding)
+    for topic, finding in all_zero(recording).items():
+        if finding.severity == "error":
+            streams[topic].values[:] = np.nan
+        findings.append(finding)
+    findings += odd_variances(recording)
     strange = apart(recording)
     findings += strange
     if not strange and not any(segments[topic].any() for topic in segments):
