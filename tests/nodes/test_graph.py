@@ -247,6 +247,27 @@ def test_two_sensors_that_are_exchanged_are_left_out_once_they_are_told(paper_cy
                 node.stop()
 
 
+def test_a_current_ten_times_too_large_is_told_and_the_winding_stays_known(paper_cycle_bag, listener, tmp_path):
+    sound = read_recording(paper_cycle_bag).between(0.0, 8.0)
+    tenfold = np.where(np.isin(sound.drive.fields, ("current", "torque", "electrical_power")), 10.0, 1.0)
+    wrong = replace(sound, drive=replace(sound.drive, values=sound.drive.values * tenfold))
+    estimates = listener.collect(TemperatureEstimateArray, "/tenfold/temperature/estimates")
+    status = listener.collect(DiagnosticArray, "/diagnostics")
+    nodes = {name: NodeProcess(name, "/tenfold", flush_after=FLUSH_AFTER) for name in MODELS}
+    try:
+        play(write_recording(tmp_path / "tenfold", wrong), *MODELS, namespace="/tenfold")
+        assert "drive/telemetry current is 9.8 times" in nodes["temperature_fusion"].says("pressures and speed ask of the shaft")
+        wait_for(lambda: estimates and stamp_ns(estimates[-1]) > sound.epoch_ns + 7_000_000_000, 20.0, "the last estimate")
+        last, truth = estimates[-1].estimates[NODES.index("end_winding")], replay(sound, load_rig())
+        assert abs(last.temperature + 273.15 - truth.fused[-1, NODES.index("end_winding")]) < last.standard_deviation
+        wait_for(lambda: "ask of the shaft" in (diagnostics(status, "tenfold/temperature_fusion: estimate") or DiagnosticStatus()).message,
+                 10.0, "a warning in /diagnostics")
+    finally:
+        for node in nodes.values():
+            with node:
+                node.stop()
+
+
 def test_models_that_missed_what_drives_them_are_brought_back_to_what_is_fused(paper_cycle_bag, listener, tmp_path):
     """25 s of drive and hydraulics are missing, as to a process that was stopped: the winding is 3 K warmer than the models then know."""
     whole = read_recording(paper_cycle_bag).between(0.0, 80.0)
