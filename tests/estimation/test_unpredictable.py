@@ -89,6 +89,13 @@ def test_a_command_that_changes_while_it_is_lost_is_unknown_until_the_rod_is_mov
     assert whole[(at > 4.0) & (at < 14.9)].all() and not whole[(at < 3.9) | (at > 15.6)].any()
 
 
+def test_a_clock_set_ahead_leaves_the_rod_behind_until_it_is_moved_on_from_its_place():
+    found = command_lost(*lifted((6.0, 8.0)), [7.0])
+    at = INTERVAL * np.arange(found.size)
+    assert found[(at > 6.0) & (at < 14.9)].all() and not found[(at < 5.9) | (at > 15.6)].any()
+    assert not command_lost(*lifted((6.0, 8.0)), [5.5]).any()
+
+
 def test_what_is_lost_while_the_command_stays_is_no_matter():
     for lost in ((6.0, 8.0), (1.0, 3.0), (12.0, 14.9), (4.95, 5.15), (0.0, 0.0)):
         assert not command_lost(*lifted(lost)).any(), lost

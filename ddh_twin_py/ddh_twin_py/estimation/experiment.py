@@ -47,6 +47,7 @@ from ddh_twin_py.telemetry.recording import Recording
 from ddh_twin_py.telemetry.recording_ticks import align
 from ddh_twin_py.telemetry.resolution import rounding_error
 from ddh_twin_py.telemetry.screening import screen_by_sheet
+from ddh_twin_py.telemetry.set_ahead import set_ahead
 from ddh_twin_py.telemetry.signals import DRIVE_FIELDS, DRIVE_TOPIC, HYDRAULIC_FIELDS, HYDRAULIC_TOPIC
 from ddh_twin_py.telemetry.spans import strangers
 from ddh_twin_py.telemetry.ticks import Samples, Ticks
@@ -169,7 +170,7 @@ class Experiment:
         hidden = unpredictable(
             measured["rod_position"], measured["standstill"] >= STANDSTILL, self._inputs[False].placed, rig["cylinder.stroke"],
             self.interval, (self._drive_time, drive[:, _COMMAND]), (self._hydraulic_time, hydraulic[:, _VELOCITY]),
-            rig.sensors["rod_velocity"].noise)
+            rig.sensors["rod_velocity"].noise, self._set_ahead())
         shown, moved = (np.where(hidden.intervals[self._intervals_at(time)][:, None], np.nan, values)
                         for time, values in ((self._drive_time, drive), (self._hydraulic_time, hydraulic)))
         moved[hidden.slips, _VELOCITY] = np.nan
@@ -185,6 +186,11 @@ class Experiment:
         ends = np.where(slipped | hidden.lost[self._stroke_ends - 1], np.nan, self._put_back[self._stroke_ends])
         self._add(STROKE, rig.sensors[STROKE], end, ends, self._strokes)
         return hidden.seconds
+
+    def _set_ahead(self) -> np.ndarray:
+        """Where the clock was set ahead while the rod moved, s since the start of the run, (k,): the midst of the hole that this makes."""
+        begun = (self._begin_ns - self.recording.epoch_ns) * 1e-9
+        return set_ahead(self.recording.hydraulic)[:, :2].mean(axis=1) - begun
 
     def _take_temperatures(self, rig: Rig, ticks: Ticks) -> list[str]:
         """Take up the temperatures; the sensors of which there is a usable sample."""

@@ -7,7 +7,7 @@ Where messages of the drive are lost while the command changes, a run moves the 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -58,16 +58,17 @@ class Unpredictable:
 
 
 def unpredictable(position: np.ndarray, standing: np.ndarray, placed: np.ndarray, stroke: float, interval: float,
-                  drive: tuple[np.ndarray, np.ndarray], hydraulic: tuple[np.ndarray, np.ndarray], noise: float) -> Unpredictable:
+                  drive: tuple[np.ndarray, np.ndarray], hydraulic: tuple[np.ndarray, np.ndarray], noise: float,
+                  set_ahead: Sequence[float] = ()) -> Unpredictable:
     """Where no free run predicts a recording to the sample.
 
     Args:
         position, placed: m, of intervals, (n,); see `command_lost`. standing: whether the command is zero throughout, (n,).
         stroke: m. interval: s. drive: times, s, and speed commands, rad/s, as they came, (k,) each. hydraulic: times, s, and velocities
-            of the rod, m/s, as they came, (m,) each. noise: of a velocity, m/s.
+            of the rod, m/s, as they came, (m,) each. noise: of a velocity, m/s. set_ahead: see `command_lost`.
     """
     sunk = sunk_onto_a_stop(position, standing, stroke)
-    lost = command_lost(*drive, position, placed, interval)
+    lost = command_lost(*drive, position, placed, interval, set_ahead)
     time, velocity = hydraulic
     order = np.argsort(time, kind="stable")
     hidden = (sunk | lost)[intervals_at(time, interval, sunk.size)]
@@ -137,15 +138,17 @@ def _last_known(values: np.ndarray) -> np.ndarray:
     return values[known[np.maximum(np.searchsorted(known, np.arange(values.size), "right") - 1, 0)]]
 
 
-def command_lost(time: np.ndarray, command: np.ndarray, position: np.ndarray, placed: np.ndarray, interval: float) -> np.ndarray:
+def command_lost(time: np.ndarray, command: np.ndarray, position: np.ndarray, placed: np.ndarray, interval: float,
+                 set_ahead: Sequence[float] = ()) -> np.ndarray:
     """Whether an interval lies where a run does not know what was commanded, or where the rod was left by it, bool (n,).
 
-    That lasts from the last message before a gap, in which the command changes or the rod is carried elsewhere, until the rod is
-    moved on from where it was placed anew: until then the oil holds the pressures of another move.
+    That lasts from the last message before a gap, in which the command changes, the rod is carried elsewhere, or the clock was set ahead
+    so that it was not carried at all, until the rod is moved on from where it was placed anew: until then the oil holds the pressures of
+    another move.
 
     Args:
         time, command: s, and rad/s, NaN where it is not known, (m,). position: m, measured, NaN where it is not known, (n,).
-        placed: m, where the run's rod is placed, NaN elsewhere, (n,). interval: s.
+        placed: m, where the run's rod is placed, NaN elsewhere, (n,). interval: s. set_ahead: s, the midst of each hole that this makes.
     """
     lost = np.zeros(position.size, bool)
     known = in_order(time, command)
@@ -156,7 +159,8 @@ def command_lost(time: np.ndarray, command: np.ndarray, position: np.ndarray, pl
     for before, after in zip(known[gaps], known[gaps + 1], strict=True):
         first, last = intervals_at(time[[before, after]], interval, position.size).tolist()
         still = abs(command[before]) <= _CHANGED and abs(command[after]) <= _CHANGED
-        if abs(command[after] - command[before]) > _CHANGED or (still and abs(where[last] - where[first]) > CARRIED):
+        stood = any(time[before] < at < time[after] for at in set_ahead)
+        if stood or abs(command[after] - command[before]) > _CHANGED or (still and abs(where[last] - where[first]) > CARRIED):
             moved = np.flatnonzero(anew[last + 1 : -1] & ~anew[last + 2 :])
             lost[first : last + 2 + int(moved[0]) + round(_SETTLED / interval) if moved.size else position.size] = True
     return lost

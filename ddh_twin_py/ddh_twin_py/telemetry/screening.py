@@ -19,6 +19,7 @@ from ddh_twin_py.telemetry.causes import OF_FIELD, OF_SAMPLE, Cause
 from ddh_twin_py.telemetry.clock import clock_segments, sorted_order
 from ddh_twin_py.telemetry.recording import Finding, Recording, Stream
 from ddh_twin_py.telemetry.screening_report import findings_of, in_another_unit
+from ddh_twin_py.telemetry.set_ahead import clock_set_ahead
 from ddh_twin_py.telemetry.signals import TEMPERATURE_PREFIX, Signal, UnitMistake, signals_of
 from ddh_twin_py.telemetry.spans import apart, missing_ends
 from ddh_twin_py.telemetry.temperature_units import odd_temperatures
@@ -328,7 +329,7 @@ def screen_recording(
         if finding.severity == "error":
             streams[topic].values[:] = np.nan
         findings.append(finding)
-    findings += odd_variances(recording)
+    findings += odd_variances(recording) + clock_set_ahead(recording.with_streams(streams))
     strange = apart(recording)
     findings += strange
     if not strange and not any(segments[topic].any() for topic in segments):
