@@ -160,7 +160,7 @@ def test_the_twins_own_nodes():
 
 
 @pytest.mark.parametrize("changes, level, name", [
-    ({"loop": None}, "error", "between processes"), ({"loop": 4.0}, "warning", "between processes"),
+    ({"loop": None, "topics": {}}, "error", "between processes"), ({"loop": 4.0}, "warning", "between processes"),
     ({"middleware": "rmw_cyclonedds_cpp"}, "note", "implementation"),
     ({"environment": {"ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}}, "note", "reach"),
     ({"environment": {"FASTRTPS_DEFAULT_PROFILES_FILE": "/nowhere/x.xml"}}, "error", "profile"),
@@ -177,6 +177,23 @@ def test_middleware(changes, level, name):
 def test_slow_discovery_is_told_with_what_can_be_done(environment, advice):
     checks = {check.name: check for check in check_middleware(replace(graph(), loop=4.0, environment=environment))}
     assert (checks["between processes"].level, checks["between processes"].advice) == ("warning", advice)
+
+
+def test_a_busy_computer_is_no_firewall():
+    late, cut_off = (next(check for check in check_middleware(survey) if check.name == "between processes")
+                     for survey in (replace(graph(), loop=None), replace(graph(), loop=None, topics={})))
+    assert late.level == "warning" and "computer is busy" in late.advice and "5 topics came" in late.found
+    assert cut_off.level == "error" and "firewall" in cut_off.advice
+
+
+def test_inputs_that_are_stale_are_one_line():
+    names = ["drive/telemetry", *(f"temperature/{name}" for name in ("ambient", "tank_oil", "line_a"))]
+    health = [Health(f"ddh/{node}: {name}", 1 + (name == names[0]), f"stale: {k}.0 s without a message, limit 1 s")
+              for k, name in enumerate(names) for node in ("hydraulic_model", "temperature_fusion")]
+    (line,) = [check for check in check_twin(replace(graph(), health=tuple(health)), "/ddh") if "stale" in check.name + check.found]
+    assert line.level == "error" and line.found == f"{', '.join(names)}: of ddh/hydraulic_model, ddh/temperature_fusion"
+    alone = check_twin(replace(graph(), health=tuple(health[:1])), "/ddh")
+    assert [check.name for check in alone if "stale" in check.found] == ["ddh/hydraulic_model: drive/telemetry"]
 
 
 def test_installation(monkeypatch, tmp_path):

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from ddh_twin_py.doctor.check import Check
-from ddh_twin_py.doctor.survey import HeardTopic, Survey
+from ddh_twin_py.doctor.survey import Health, HeardTopic, Survey
 
 GROUP = "twin"
 NODES = ("hydraulic_model", "machine_thermal", "temperature_fusion", "gap_monitor")
 OUTPUTS = {"hydraulics/state": "hydraulic_model", "motor/thermal_state": "machine_thermal", "temperature/estimates": "temperature_fusion"}
 """Topics that come with each interval, and the node that publishes them."""
 _LEAST_RATE = 10.0  # 1/s of 20, beside a machine in real time
+STALE = "stale: "
+"""How a node's status of an input begins of which nothing comes."""
 _LEVELS = {0: "ok", 1: "warning", 2: "error", 3: "error"}
 
 
@@ -32,14 +36,27 @@ def check_twin(survey: Survey, namespace: str) -> list[Check]:
             checks.append(_output(f"{namespace}/{topic}", heard, survey.seconds))
     own = [status for status in survey.health if status.name.split(":")[0] in {f"{namespace}/{name}".lstrip("/") for name in running}]
     bad = [status for status in own if status.level]
+    stale = [status for status in bad if status.message.startswith(STALE)]
+    stale = stale if len(stale) > 1 else []
     checks += [Check(GROUP, status.name, _LEVELS.get(status.level, "error"), status.message, "",
-                     "see its page in docs/nodes, and its values in /diagnostics") for status in bad]
+                     "see its page in docs/nodes, and its values in /diagnostics") for status in bad if status not in stale]
+    checks += _stale(stale)
     if own and not bad:
         checks.append(Check(GROUP, "/diagnostics", "ok", f"{len(own)} statuses, all well", ""))
     elif not own:
         checks.append(Check(GROUP, "/diagnostics", "note", f"nothing in {survey.seconds:.0f} s", "once a second",
                             "listen longer: --seconds 10"))
     return checks
+
+
+def _stale(statuses: Sequence[Health]) -> list[Check]:
+    """One line of all inputs that nodes call stale."""
+    if not statuses:
+        return []
+    nodes, inputs = (list(dict.fromkeys(part)) for part in zip(*(status.name.split(": ", 1) for status in statuses), strict=True))
+    return [Check(GROUP, "stale inputs", _LEVELS.get(max(status.level for status in statuses), "error"),
+                  f"{', '.join(inputs)}: of {', '.join(nodes)}", "", "nothing comes of these, or too late: see what is said of the "
+                  "machine's topics and of messages between processes, and how long in /diagnostics")]
 
 
 def _output(topic: str, heard: HeardTopic | None, seconds: float) -> Check:
