@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 import pytest
 from ddh_twin_py.gap.search import Found
-from ddh_twin_py.gap.unknown import Unknown
+from ddh_twin_py.gap.unknown import LISTED, Unknown
 from ddh_twin_py.gap.verdict import explains_a_signal, judge, less_believed, nothing_to_explain, something_acting
 
 FAN, PAIR = ("motor.cooling",), ("motor.cooling", "oil.viscosity_temperature")
@@ -42,6 +42,12 @@ def test_where_nothing_surprises_nothing_changes():
 def test_where_nothing_but_no_effect_was_asked_and_something_surely_acts_it_is_unknown():
     after, unknown = something_acting(Found(None, {(): 1.0}, {}), Unknown(0.0, [], 0.0, "1"), 1.0, "why")
     assert judge(after, unknown).word == "unknown" and unknown.probability == 1.0
+
+
+def test_however_sure_the_rules_are_something_listed_keeps_its_share():
+    verdict = judge(found(0.3, 0.1, 0.6), Unknown(0.9999, [], 0.0, "1"))
+    assert verdict.word == "unknown" and verdict.sets[("unknown",)] == 1.0 - LISTED
+    assert verdict.sets[FAN] == pytest.approx(0.3 * LISTED) and sum(verdict.sets.values()) == pytest.approx(1.0)
 
 
 def test_one_effect_of_a_class_does_not_stand_for_two_of_it(monkeypatch):

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 
 from ddh_twin_py.gap.classes import classes_of, marginal
 from ddh_twin_py.gap.search import Found
-from ddh_twin_py.gap.unknown import Unknown
+from ddh_twin_py.gap.unknown import LISTED, Unknown
 
 SURE = 0.7
 """Probability of a set, with what it cannot be told from, from which it is said to explain the gap."""
@@ -101,9 +101,9 @@ def judge(found: Found, unknown: Unknown, nothing_beyond: bool = False) -> Verdi
     Args:
         nothing_beyond: whether nothing is beyond the floor, so that there is nothing to explain.
     """
-    leader = found.leader
-    sets = {ids: (1.0 - unknown.probability) * p for ids, p in found.probability.items()}
-    sets[(UNKNOWN,)] = unknown.probability
+    leader, outside = found.leader, min(unknown.probability, 1.0 - LISTED)
+    sets = {ids: (1.0 - outside) * p for ids, p in found.probability.items()}
+    sets[(UNKNOWN,)] = outside
     sets = dict(sorted(sets.items(), key=lambda item: -item[1]))
     effects = marginal_of(sets)
     if nothing_beyond:  # what the field recording seems to speak for has nothing to explain elsewhere
@@ -111,7 +111,7 @@ def judge(found: Found, unknown: Unknown, nothing_beyond: bool = False) -> Verdi
         sets[()] = sets.get((), 0.0) + 1.0 - _NOTHING_LEFT
         sets = dict(sorted(sets.items(), key=lambda item: -item[1]))
         return Verdict("no_gap", (), sets, marginal_of(sets))
-    if unknown.probability >= LIKELY:
+    if outside >= LIKELY:
         return Verdict("unknown", leader, sets, effects)
     if sets.get((), 0.0) >= LIKELY:
         return Verdict("no_gap", (), sets, effects)
