@@ -52,6 +52,27 @@ def short_back_off(monkeypatch):
     monkeypatch.setattr(module, "BACK_OFF", (0.05, 0.1, 0.2))
 
 
+def test_a_child_that_stands_still_is_named_once_and_when_it_goes_on(monkeypatch):
+    monkeypatch.setattr(module, "SILENT", 2)
+    works = "while :; do sleep 0.1; done"
+    stopped, other = Child("stopped", shell(works)), Child("other", shell(works))
+    run = Run(stopped, other)
+
+    def stop_and_go_on():
+        wait_for(lambda: stopped.process is not None, 5.0, "its start")
+        stopped.process.send_signal(signal.SIGSTOP)
+        wait_for(lambda: run.said("does not answer"), 10.0, "the warning")
+        time.sleep(2.5)
+        stopped.process.send_signal(signal.SIGCONT)
+
+    thread = threading.Thread(target=stop_and_go_on)
+    thread.start()
+    assert run.until("stopped answers again", 20.0) == 0
+    thread.join()
+    (said,) = run.said("does not answer")
+    assert f"WARN stopped (process {stopped.process.pid}) does not answer: it has done nothing for 2 s" in said
+
+
 def test_a_crashed_child_is_started_again_with_growing_pauses():
     run = Run(Child("weak", shell("echo up; exit 3")))
     assert run.until("weak started again (restart 4)") == 0

@@ -20,6 +20,8 @@ STEADY = 60.0
 """s of running after which the back-off begins anew."""
 CUT_OFF = 1
 """Exit code where a child that is run once crashed."""
+SILENT = 10
+"""s in which the main thread of a node never runs, after which it does not answer: one that waits wakes every second."""
 KILLED = 1
 """Exit code where a child did not stop and had to be killed."""
 UNUSABLE = 2
@@ -52,6 +54,8 @@ class Child:
     started: float = 0.0
     again_at: float | None = None
     rest: bytes = b""
+    pulse: str = ""
+    still: int = 0
 
     @property
     def running(self) -> bool:
@@ -84,11 +88,15 @@ class Supervisor:
         try:
             for child in self.children:
                 self._start(child)
-            done_at = None
+            done_at, felt_at = None, 0.0
             while not self._stop:
                 self._read(0.2)
                 for child in self.children:
                     code = self._look_after(child) or code
+                if time.monotonic() - felt_at >= 1.0:
+                    felt_at = time.monotonic()
+                    for child in self.children:
+                        self._feel_pulse(child)
                 if code:
                     break
                 sources = [child for child in self.children if child.source]
@@ -123,7 +131,7 @@ class Supervisor:
             child.command, env=self._environment, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT, start_new_session=True, preexec_fn=die_with_parent,
         )  # fmt: skip
-        child.started, child.again_at = time.monotonic(), None
+        child.started, child.again_at, child.pulse, child.still = time.monotonic(), None, "", 0
         os.set_blocking(child.process.stdout.fileno(), False)
         self._selector.register(child.process.stdout, selectors.EVENT_READ, child)
 
@@ -155,6 +163,19 @@ class Supervisor:
         child.again_at = time.monotonic() + wait
         self._line("up", f"WARN {child.name} ended ({_reason(code)}) after {ran:.1f} s, starting it again in {wait:g} s")
         return 0
+
+    def _feel_pulse(self, child: Child) -> None:
+        """Say once that a node does not answer, and once that it does again."""
+        pulse = _pulse(child.process.pid) if child.running else ""
+        if not pulse or pulse != child.pulse:
+            if child.still >= SILENT and pulse:
+                self._line("up", f"WARN {child.name} answers again, after {child.still} s")
+            child.pulse, child.still = pulse, 0
+            return
+        child.still += 1
+        if child.still == SILENT:
+            self._line("up", f"WARN {child.name} (process {child.process.pid}) does not answer: it has done nothing for {SILENT} s; it was "
+                       "stopped from outside or waits in vain, and it is started again where it is killed")
 
     def stop(self) -> bool:
         """Stop all that runs, those marked `last` after the others; nothing is left behind. Whether one had to be killed."""
@@ -255,6 +276,15 @@ def combined_log(file: TextIO | None, screen: TextIO | None = sys.stdout, errors
                 target.flush()
 
     return write
+
+
+def _pulse(process: int) -> str:
+    """How long the main thread of a process has run, how long it waited to run and how often it did; '' where the system does not tell."""
+    try:
+        with open(f"/proc/{process}/schedstat", encoding="ascii") as file:
+            return file.read()
+    except OSError:
+        return ""
 
 
 def _reason(code: int) -> str:
