@@ -13,7 +13,7 @@ from ddh_twin_py.bags.cdr import stamped_floats
 from ddh_twin_py.bags.compression import unpack_message
 from ddh_twin_py.bags.definitions import type_problem
 from ddh_twin_py.bags.message_types import telemetry_typestore
-from ddh_twin_py.bags.storage import EVER, Block, Channel, Storage
+from ddh_twin_py.bags.storage import EVER, Block, Channel, Storage, told
 from ddh_twin_py.bags.topics import split_topic
 from ddh_twin_py.telemetry.recording import RigInfo
 from ddh_twin_py.telemetry.signals import (
@@ -152,7 +152,7 @@ class Collector:
             rows.shortest = rows.shortest or len(message)
             rows.unreadable += 1
             return
-        self.rigs.setdefault(topic, []).append(RigInfo(rig.rig_id, rig.oil_grade, float(rig.payload_mass)))
+        self.rigs.setdefault(topic, []).append(RigInfo(told(rig.rig_id), told(rig.oil_grade), float(rig.payload_mass)))
 
 
 def _unpacked(data: np.ndarray, start: np.ndarray, size: np.ndarray):

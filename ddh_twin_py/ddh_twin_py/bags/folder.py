@@ -11,7 +11,7 @@ from typing import Any
 import yaml
 
 from ddh_twin_py.bags.errors import BagError
-from ddh_twin_py.bags.storage import EVER
+from ddh_twin_py.bags.storage import EVER, told
 from ddh_twin_py.names import first_of
 from ddh_twin_py.rig.files import did_you_mean, no_regular_file
 from ddh_twin_py.rig.unique_keys import read_unique
@@ -214,10 +214,10 @@ def _topics(information: dict[str, Any]) -> dict[str, TopicEntry]:
     if not isinstance(entries, list):
         raise ValueError(f"topics_with_message_count holds {shown(entries)}, a list of topics is needed")
     return {
-        entry["topic_metadata"]["name"]: TopicEntry(
-            _text(entry["topic_metadata"]["type"]),
+        told(_text(entry["topic_metadata"]["name"])): TopicEntry(
+            told(_text(entry["topic_metadata"]["type"])),
             _text(entry["topic_metadata"].get("type_description_hash")),
-            _count(entry["topic_metadata"]["name"], entry["message_count"]),
+            _count(told(_text(entry["topic_metadata"]["name"])), entry["message_count"]),
         )
         for entry in entries
     }

@@ -8,13 +8,24 @@ from typing import Protocol
 
 import numpy as np
 
+from ddh_twin_py.rig.files import printable
+
 EVER = (1, 2**63 - 1)
 """The widest span of log times, ns; 0 is no time."""
 
 
+_LONGEST = 255  # characters of a name that a bag tells
+
+
+def told(text: object) -> str:
+    """A name or a word that a bag tells as it can be shown: on one line, without control characters, of so many characters at most."""
+    shown = printable(str(text)[: _LONGEST + 1])
+    return shown if len(shown) <= _LONGEST else f"{shown[:_LONGEST]}... ({len(str(text))} characters)"
+
+
 @dataclass(frozen=True)
 class Channel:
-    """One topic of one file: name, type, definition text ('' if none), its encoding, type hash."""
+    """One topic of one file: name, type, definition text ('' if none), its encoding, type hash; name and type as they can be shown."""
 
     topic: str
     message_type: str
@@ -22,6 +33,10 @@ class Channel:
     definition_encoding: str = ""
     type_hash: str = ""
     serialization: str = "cdr"
+
+    def __post_init__(self) -> None:
+        for name in ("topic", "message_type"):
+            object.__setattr__(self, name, told(getattr(self, name)))
 
 
 @dataclass(frozen=True)
