@@ -1,8 +1,12 @@
 """While the twin runs, sensors that are out of place are told within minutes, and the filter begins again without them."""
 
+from dataclasses import fields, replace
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from ddh_twin_py.bags.reader import read_recording
+from ddh_twin_py.estimation.agrees_again import AGREES, AgreesAgain
 from ddh_twin_py.estimation.place_watch import LASTING, WINDOW, PlaceWatch
 from ddh_twin_py.estimation.replay import replay
 from ddh_twin_py.estimation.sensors import NODE_INDEX, SENSORS
@@ -64,7 +68,8 @@ def test_a_free_run_that_says_something_in_turn_is_enough(result):
 def test_a_zero_that_is_far_off_is_told_once_it_lasts(result):
     state = TemperatureFusion(load_rig()).state
     state.offset[SENSORS.index("line_a")] = 6.0
-    told = watched(result, {}, state=state)
+    line = replace(result.sensors["line_a"], measured=result.sensors["line_a"].measured + 6.0)
+    told = watched(replace(result, sensors={**result.sensors, "line_a": line}), {}, state=state)
     assert told[0][0] == pytest.approx(LASTING, abs=5.0) and told[0][1].sensors == ("line_a",)
     assert "held to read +6.0 K off, 20 standard deviations" in told[0][1].why
 
@@ -73,6 +78,104 @@ def test_zeros_of_most_that_are_far_off_are_no_ones_fault(result):
     state = TemperatureFusion(load_rig()).state
     state.offset[:5] = 6.0
     assert watched(result, {}, state=state) == []
+
+
+def moved(recording, sensor, by):
+    """The recording, in which a sensor reads so many K more, of its times, s."""
+    stream = recording.temperatures[sensor]
+    values = stream.values + np.outer(by(stream.time), [1.0, 0.0])
+    return replace(recording, temperatures={**recording.temperatures, sensor: replace(stream, values=values)})
+
+
+def with_air(recording, until):
+    """The sensors of air and winding exchanged up to s."""
+    read = dict(recording.temperatures)
+    one, other = read["ambient"], read["motor_winding"]
+    early = (one.time < until)[:, None]
+    read["ambient"] = replace(one, values=np.where(early, other.values, one.values))
+    read["motor_winding"] = replace(other, values=np.where(early, one.values, other.values))
+    return replace(recording, temperatures=read)
+
+
+def live(truth, recording):
+    """What is fused and its deviations where sensors are left out and used again as the node does it, and what was told when, s.
+
+    The models are those of the sound recording, as they hardly follow the sensors.
+    """
+    rig = load_rig()
+    fusion, watch, again = TemperatureFusion(rig), PlaceWatch(rig, INTERVAL), AgreesAgain(rig, INTERVAL)
+    read_all = [Reading(int(row), name, float(value)) for name, stream in recording.temperatures.items()
+                for row, value in zip(np.searchsorted(truth.time, stream.time), stream.values[:, 0], strict=True)]
+    said, rows, spreads = [], [], []
+    for start in range(0, truth.time.size, STEP):
+        part = slice(start, min(start + STEP, truth.time.size))
+        read = [replace(reading, index=reading.index - start) for reading in read_all if part.start <= reading.index < part.stop]
+        air = np.full(part.stop - start, np.nan)
+        for reading in (reading for reading in read if reading.sensor == "ambient"):
+            air[reading.index] = reading.temperature
+        result = fusion.advance(FusionInputs(*(column[part] for column in truth.given)), read)
+        rows.append(result.temperature)
+        spreads.append(result.standard_deviation)
+        surface = Readings.of(read)
+        for back in again.take(surface, air, result):
+            watch.told.remove(back)
+            fusion.use_again(back.sensors)
+            said.append((truth.time[part.stop - 1], "back", back.sensors))
+        if found := watch.take(truth.free_temperature[part], surface, fusion.state, air):
+            fusion.leave_out(found.sensors, truth.free_temperature[part.stop - 1], watch.air)
+            said.append((truth.time[part.stop - 1], "out", found.sensors))
+            if found.sensors:
+                again.follow(found)
+    return np.concatenate(rows), np.concatenate(spreads), said
+
+
+@pytest.fixture(scope="module")
+def whole(paper_cycle_bag):
+    """The cycle and what the models make of it."""
+    recording, given = read_recording(paper_cycle_bag), []
+    advance = TemperatureFusion.advance
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(TemperatureFusion, "advance", lambda self, inputs, read: given.append(inputs) or advance(self, inputs, read))
+        truth = replay(recording, load_rig())
+    columns = (np.concatenate([getattr(inputs, entry.name) for inputs in given]) for entry in fields(FusionInputs))
+    return recording, SimpleNamespace(**vars(truth), given=tuple(columns))
+
+
+AT = NODE_INDEX["motor_winding"]
+
+
+def test_air_and_winding_that_are_exchanged_are_told_within_a_minute_and_used_again_once_put_right(whole):
+    recording, truth = whole
+    fused, spread, said = live(truth, with_air(recording, 60.0))
+    (out, _, sensors), (back, word, _) = said
+    assert sensors == ("ambient", "motor_winding") and out < 45.0 and word == "back" and 60.0 + AGREES < back < 60.0 + 2.0 * AGREES
+    off, sure = np.abs(fused - truth.fused), spread
+    assert np.all(off[1200:] < 2.0 * sure[1200:]) and sure[-1, AT] < 0.5
+
+
+def test_an_exchange_that_ended_before_it_was_told_leaves_no_filter_that_doubts_the_winding(whole):
+    recording, truth = whole
+    fused, spread, said = live(truth, with_air(recording, 20.0))
+    assert [entry[1:] for entry in said] == [("out", ())] and said[0][0] < 60.0
+    assert np.all(np.abs(fused - truth.fused)[1400:] < 2.5 * spread[1400:])
+
+
+def test_a_sensor_that_was_off_for_a_while_is_used_again(whole):
+    recording, truth = whole
+    fused, spread, said = live(truth, moved(recording, "motor_winding", lambda t: 13.0 * ((t > 30.0) & (t < 130.0))))
+    assert [entry[1:] for entry in said] == [("out", ("motor_winding",)), ("back", ("motor_winding",))]
+    assert said[1][0] > 130.0 + AGREES and abs(fused[-1, AT] - truth.fused[-1, AT]) < 2.0 * spread[-1, AT] < 1.0
+
+
+@pytest.mark.parametrize("by", [lambda t: 13.0 * (t > 30.0), lambda t: np.where(t > 20.0, np.maximum(t - 100.0, 0.0) / 10.0 - 15.0, 0.0)])
+def test_a_broken_one_that_crosses_the_estimate_or_stays_where_it_is_is_not(whole, by):
+    recording, truth = whole
+    assert [entry[1] for entry in live(truth, moved(recording, "motor_winding", by))[2]] == ["out"]
+
+
+def test_air_that_warms_is_no_winding(whole):
+    recording, truth = whole
+    assert live(truth, moved(recording, "ambient", lambda t: np.clip(t - 20.0, 0.0, 60.0) / 4.0))[2] == []
 
 
 def test_a_filter_that_leaves_sensors_out_is_as_unsure_as_at_a_start_and_uses_them_no_more():

@@ -27,19 +27,31 @@ FAR_OFF = 2.0 * FARTHEST_OFFSET
 """Standard deviations of its zero error by which a sensor is held off, from which nothing near it is believed."""
 LEAST = 20
 """Readings that tell something."""
-_FAR, _NEAR = 10.0, 3.0  # noises and zero errors together: off its own place, and as near as it must be to the other's
+_FAR, NEAR = 10.0, 3.0
+"""Noises and zero errors together: off its own place, and as near as it must be to the other's."""
+AIR = "ambient"
+"""The sensor of the air, which the network does not know."""
+_AS_IT_WARMS = 1.0 / 3.0  # of what an exchanged sensor of the air is off the air, that it may be off the place that it reads
 
 
 @dataclass(frozen=True)
 class OutOfPlace:
-    """Sensors that are told to be out of place, by name, and why, in a line."""
+    """Sensors that are told to be out of place, by name, and why, in a line; K by which a single one is held off."""
 
     sensors: tuple[str, ...]
     why: str
+    off: float = 0.0
+
+    @property
+    def topics(self) -> str:
+        """Relative topics of the sensors, in words."""
+        return " and ".join(TEMPERATURE_PREFIX + sensor for sensor in self.sensors)
 
     @property
     def left_out(self) -> str:
-        """Why, and that they are left out."""
+        """Why, and that they are left out; of no sensor, that the estimate begins anew."""
+        if not self.sensors:
+            return f"{self.why}; the estimate begins anew"
         used = "neither is used" if len(self.sensors) > 1 else "it is not used"
         return f"{self.why}; {used}: what is fused is of the models and the other sensors"
 
@@ -99,7 +111,12 @@ def far_off_zero(zero_error: tuple[str, float, float], rig: Rig) -> OutOfPlace |
     """
     sensor, off, zero = zero_error
     least = FAR_OFF * rig.sensors["temperature"].offset_tolerance
-    return OutOfPlace((sensor,), _far(zero_error)) if abs(off) > FAR_OFF and abs(zero - rig.zero_error(sensor)[0]) > least else None
+    return OutOfPlace((sensor,), _far(zero_error), zero) if abs(off) > FAR_OFF and abs(zero - rig.zero_error(sensor)[0]) > least else None
+
+
+def filter_is_off(held: OutOfPlace) -> OutOfPlace:
+    """Of a sensor that is held far off its zero and reads what the free run shows of its place: the estimate is wrong, not the sensor."""
+    return OutOfPlace((), f"{held.why}, and reads what the free run shows there")
 
 
 def _far(zero_error: tuple[str, float, float]) -> str:
@@ -114,16 +131,40 @@ def look_exchanged(off: np.ndarray, rig: Rig) -> OutOfPlace | None:
         off: K, RMS by which each of `SENSORS` (row) is off what the free run shows at the place of each (column), (m, m), NaN where too
             little tells.
     """
-    unit = np.hypot(temperature_noise(rig), rig.sensors["temperature"].offset_tolerance)
-    unit = np.where(unit > 0.0, unit, np.inf)
+    unit = zero_unit(rig)
     own = np.diagonal(off) / unit
-    near = off < _NEAR * unit[:, None]
+    near = off < NEAR * unit[:, None]
     for one, two in itertools.combinations(np.flatnonzero(own > _FAR).tolist(), 2):
         if near[one, two] and near[two, one]:
-            first, second = TEMPERATURE_PREFIX + SENSORS[one], TEMPERATURE_PREFIX + SENSORS[two]
-            return OutOfPlace((SENSORS[one], SENSORS[two]),
-                              f"{first} and {second} look exchanged, as each reads what the free run shows of the other")
+            return _exchanged(SENSORS[one], SENSORS[two], "what the free run shows of the other")
     return None
+
+
+def look_exchanged_with_air(off: np.ndarray, of_place: np.ndarray, of_air: np.ndarray, air: float, rig: Rig) -> OutOfPlace | None:
+    """The sensor that stays as cool as the air was while its place warms, where that of the air warms as this place does.
+
+    No load warms the air. How warm it is the sensors tell at a begin, not the free run, so that one of the two is held against that.
+
+    Args:
+        off: K, RMS by which each of `SENSORS` is off what the free run shows of its place, (m,), NaN where too little tells. of_place: the
+            same of the air's sensor. of_air: by which each is off the air, and air: by which the air's sensor is.
+    """
+    unit = zero_unit(rig)
+    if not air > _FAR * unit.max():
+        return None
+    like = (off > _FAR * unit) & (of_air < NEAR * unit) & (of_place < _AS_IT_WARMS * air)
+    k = int(np.argmin(np.where(like, of_place, np.inf)))
+    return _exchanged(AIR, SENSORS[k], "what the other must") if like[k] else None
+
+
+def zero_unit(rig: Rig) -> np.ndarray:
+    """Noise and tolerance of the zero of each of `SENSORS` together, K, (m,)."""
+    unit = np.hypot(temperature_noise(rig), rig.sensors["temperature"].offset_tolerance)
+    return np.where(unit > 0.0, unit, np.inf)
+
+
+def _exchanged(one: str, two: str, reads: str) -> OutOfPlace:
+    return OutOfPlace((one, two), f"{TEMPERATURE_PREFIX}{one} and {TEMPERATURE_PREFIX}{two} look exchanged, as each reads {reads}")
 
 
 def _off(read: SensorComparison, of: SensorComparison) -> float:

@@ -187,7 +187,7 @@ class TemperatureFusion:
 
     Attributes:
         state: all that it knows. trace: where its steps are written for a smoother, None: nowhere.
-        left_out: of `SENSORS`, whether their readings are not used, until `reset`, bool (m,).
+        left_out: of `SENSORS`, whether their readings are not used, until `use_again` or `reset`, bool (m,).
     """
 
     def __init__(self, rig: Rig, interval: float = INTERVAL, epoch: float = EPOCH, ambient: float | None = None) -> None:
@@ -204,6 +204,7 @@ class TemperatureFusion:
         self._longest_delay = round(LONGEST_DELAY / interval)
         self._transition = np.empty((N + _M, N + _M + N_UNCERTAIN))
         self.left_out = np.zeros(_M, bool)
+        self._without_air = False
         self.reset()
 
     @property
@@ -218,23 +219,33 @@ class TemperatureFusion:
 
     def reset(self) -> None:
         """Forget everything: temperatures near ambient, wide uncertainty."""
-        self.left_out[:] = False
+        self.left_out[:] = self._without_air = False
         self._air = AmbientTracker(self._first_air, self.interval)
         self._air.hold(self._first_air, self._first_air_known)
         self._begin(self._first_air, self._first_air_known)
 
-    def leave_out(self, sensors: Sequence[str], temperature: np.ndarray) -> None:
-        """Use these sensors no more and forget what was learned with them, but for the air and the usual duty.
+    def leave_out(self, sensors: Sequence[str], temperature: np.ndarray, air: float = np.nan) -> None:
+        """Use these sensors, if any, no more and forget what was learned, but for the air and the usual duty.
 
-        The uncertainty is that of a start again, about temperatures that the models say; the other sensors soon narrow it.
+        The uncertainty is that of a start again, about temperatures that the models say, behind which sensors may lag; the others soon
+        narrow it.
 
         Args:
-            temperature: K, (N,), of a run that does not rest on these sensors.
+            temperature: K, (N,), of a run that does not rest on these sensors. air: K, that is held where ``ambient`` is one of them.
         """
         self.left_out |= np.isin(SENSORS, sensors)
+        if "ambient" in sensors:
+            self._without_air = True
+            self._air.hold(air, True)
         self._begin_again(self._air.value, self._air.known)
         self.state.dynamic[:N] = temperature
         self.state.dynamic[N:] = all_sensed(temperature, self.rig["tank.top_share"])
+        self._lag_behind()
+
+    def use_again(self, sensors: Sequence[str]) -> None:
+        """Use these sensors, which were left out: their next readings are believed as first ones are."""
+        self.left_out &= ~np.isin(SENSORS, sensors)
+        self._without_air &= "ambient" not in sensors
 
     def _begin_from_readings(self, air: float, air_known: bool) -> None:
         """Begin in the midst of a call, in air of K: the next reading of a sensor that agrees with its last ones is believed.
@@ -246,12 +257,16 @@ class TemperatureFusion:
         self._begin_again(air, air_known)
         self._last, self._newest, self._silent = last, newest, silent
         self.state.ambient, self.state.ambient_known = told
-        capacity, reading = np.empty(N), np.arange(N, N + _M)
-        capacities(self.parameters, 0.0, capacity)
-        self.state.covariance[reading, reading] += (self._lag * _UNSEEN_HEAT[self._node] / capacity[self._node]) ** 2
+        self._lag_behind()
         if self.trace is not None:
             self.trace.forget(*range(self.state.covariance.shape[0]))
             self.trace.moved(0.0, np.eye(*self._transition.shape))
+
+    def _lag_behind(self) -> None:
+        """Let each sensor lag behind what it reads, by as much as is not known of it."""
+        capacity, reading = np.empty(N), np.arange(N, N + _M)
+        capacities(self.parameters, 0.0, capacity)
+        self.state.covariance[reading, reading] += (self._lag * _UNSEEN_HEAT[self._node] / capacity[self._node]) ** 2
 
     def _begin_again(self, air: float, air_known: bool) -> None:
         """Begin with what is known of the usual duty."""
@@ -443,6 +458,8 @@ class TemperatureFusion:
         for reading in readings:
             if reading.sensor == "ambient" and reading.index >= 0 and np.isfinite(reading.temperature):
                 read[reading.index] = reading.temperature
+        if self._without_air:
+            read[:] = np.nan
         known = self._air.known
         ambient = self._air.advance(read)
         told = int(np.isfinite(read).argmax()) if self._air.known and not known else read.size

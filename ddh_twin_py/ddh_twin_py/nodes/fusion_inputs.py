@@ -8,7 +8,7 @@ import numpy as np
 
 from ddh_twin_py.estimation.temperature_fusion import FusionInputs, Reading
 from ddh_twin_py.nodes.conversion import FLOW_PATHS
-from ddh_twin_py.nodes.intervals_feed import readings_of
+from ddh_twin_py.nodes.intervals_feed import AMBIENT, readings_of
 from ddh_twin_py.physics.thermal_network import MOTOR_NODES, N, N_FLOWS, NODES
 from ddh_twin_py.telemetry.signals import TEMPERATURE_PREFIX
 from ddh_twin_py.telemetry.ticks import Tick, tick_index
@@ -60,6 +60,15 @@ def inputs_of(ticks: Sequence[Tick]) -> tuple[FusionInputs, list[Reading]]:
             inputs.heat[i, :_MOTOR] = row[2:]
         readings += readings_of(tick, i)
     return inputs, readings
+
+
+def air_of(readings: Sequence[Reading], n: int) -> np.ndarray:
+    """What the air's sensor read in n intervals, K, (n,), NaN where it did not."""
+    air = np.full(n, np.nan)
+    for reading in readings:
+        if reading.sensor == AMBIENT and reading.index >= 0:
+            air[reading.index] = reading.temperature
+    return air
 
 
 def asked_of(ticks: Sequence[Tick]) -> dict[str, np.ndarray]:

@@ -8,6 +8,7 @@ import numpy as np
 from sensor_msgs.msg import Temperature
 
 from ddh_msgs.msg import HydraulicState, MotorThermalState, ResidualArray, RigInfo, TemperatureEstimateArray
+from ddh_twin_py.estimation.agrees_again import AGREES, AgreesAgain
 from ddh_twin_py.estimation.credibility import Credibility
 from ddh_twin_py.estimation.doubted_current import CurrentWatch
 from ddh_twin_py.estimation.left_together import LeftTogether
@@ -24,6 +25,7 @@ from ddh_twin_py.nodes.fusion_inputs import (
     STATE_TOPIC,
     STATE_WIDTH,
     add_duty,
+    air_of,
     asked_of,
     inputs_of,
     late_readings,
@@ -77,6 +79,7 @@ class TemperatureFusionNode(TelemetryNode):
         self._fusion = TemperatureFusion(self._rig, values["interval"])
         self._credibility = Credibility(self._rig)
         self._places = PlaceWatch(self._rig, values["interval"])
+        self._agrees_again = AgreesAgain(self._rig, values["interval"])
         self._current = CurrentWatch(self._rig, values["interval"])
         self._models = {
             topic: (self.feed.inputs.add(topic, kind, qos.stream(reliable=True)), BulkParser(kind))
@@ -193,6 +196,7 @@ class TemperatureFusionNode(TelemetryNode):
     def begin_anew(self) -> None:
         self._fusion.reset()
         self._places.begin_anew()
+        self._agrees_again.begin_anew()
         self._current.begin_anew()
         self._limits.present.clear()
         self._predicted.clear()
@@ -249,15 +253,23 @@ class TemperatureFusionNode(TelemetryNode):
         self._known = {STATE_TOPIC: float(inputs.hydraulics_known.mean()), MOTOR_TOPIC: float(inputs.motor_known.mean())}
 
     def _watch_places(self, predicted: np.ndarray, readings: list[Reading], result: FusionResult) -> None:
-        """Leave sensors out that are told to be out of place; ``predicted``: K, of the free run, (n, N), NaN where it says nothing."""
+        """Leave sensors out that are told to be out of place, and use those again that agree; ``predicted``: K, of the free run, (n, N),
+        NaN where it says nothing."""
         read = Readings.of([r for r in readings if r.index >= 0]).off_the_air(result.ambient, self._rig)
-        found = self._places.take(predicted, read, self._fusion.state)
+        air = air_of(readings, len(result.ambient))
+        for back in self._agrees_again.take(read, air, result):
+            self._places.told.remove(back)
+            self._fusion.use_again(back.sensors)
+            self.get_logger().warning(f"{back.topics}: agreed with what is fused for {AGREES:g} s or more, used again")
+        found = self._places.take(predicted, read, self._fusion.state, air)
         if found is None:
             return
         known = predicted[np.isfinite(predicted).all(axis=1)]
-        self._fusion.leave_out(found.sensors, known[-1] if known.size else result.temperature[-1])
-        self._measured[[NODE_INDEX[sensor] for sensor in found.sensors]] = np.nan
-        self.get_logger().warning(f"{found.left_out}, {_UNTIL}")
+        self._fusion.leave_out(found.sensors, known[-1] if known.size else result.temperature[-1], self._places.air)
+        self._measured[[NODE_INDEX[sensor] for sensor in found.sensors if sensor in NODE_INDEX]] = np.nan
+        if found.sensors:
+            self._agrees_again.follow(found)
+        self.get_logger().warning(f"{found.left_out}{_UNTIL * bool(found.sensors)}")
 
     def _publish(self, end_ns: np.ndarray, result: FusionResult, predicted: np.ndarray) -> None:
         celsius, deviation = to_celsius(result.temperature), result.standard_deviation
@@ -362,7 +374,7 @@ class TemperatureFusionNode(TelemetryNode):
         if self._current.doubted:
             report.warn(f"{self._current.doubted}; what they ask for is used in its place")
         for found in self._places.told:
-            report.warn(f"{found.left_out}, {_UNTIL}")
+            report.warn(found.left_out + _UNTIL)
         if self._begun_anew is not None and self.wall() - self._begun_anew[0] < AGAIN:
             report.warn(self._begun_anew[1].why)
         if contradicted := self._fusion.contradicted:
@@ -386,7 +398,7 @@ class TemperatureFusionNode(TelemetryNode):
 
 
 _UNKNOWN = np.full(N, np.nan)
-_UNTIL = "until the twin is started anew"
+_UNTIL = ", until it has agreed with that for minutes"
 _RESIDUAL_FIELDS = ("residuals.measured", "residuals.predicted", "residuals.residual", "residuals.standard_deviation")
 
 
