@@ -432,6 +432,8 @@ def test_the_page_shows_each_rig_over_time_and_all_recordings():
     assert re.search(r'class="axis">20\d\d-\d\d-\d\d \d\d:\d\d<', fleet_document("x", some_rows()[:1], "").html())
     assert re.search(r'class="nowrap">20\d\d-\d\d-\d\d \d\d:\d\d:\d\d<', page)
     assert verdict(some_rows()) == "3 of 4 diagnosed recordings show a gap, on 1 of 2 rigs; 1 could not be diagnosed."
+    failed = [row for row in some_rows() if row.error]
+    assert verdict(failed).startswith("no recording has an answer, of ") and verdict(failed).endswith("; 1 could not be diagnosed.")
     unclear = [*some_rows(), Row("d", verdict="insufficient")]
     assert "3 of 4 diagnosed recordings" in verdict(unclear) and "; 1 does not allow an answer; 1 could not" in verdict(unclear)
     within = [replace(some_rows()[0], gap_before=0.8), *some_rows()[1:]]

@@ -158,13 +158,13 @@ class StopsTold:
         self._open: dict[str, float] = {}  # s without a sample, by name
         self._since = 0.0
 
-    def note(self, name: str, stops: Stops, wall: float) -> None:
-        """An input, by its name, has stopped so often by now."""
+    def note(self, name: str, first: float, wall: float) -> None:
+        """An input, by its name, has stopped, the first time for so many s without a sample."""
         if name in self._known:
             return
         self._known.add(name)
         self._since = self._since if self._open else wall
-        self._open[name] = stops.first
+        self._open[name] = first
 
     def tell(self, wall: float) -> None:
         """Say what is due."""
@@ -269,7 +269,7 @@ class StreamJudge:
                 cause = (finding.topic, finding.field, finding.first_time)
                 self._node.warn_once(cause, finding.message)
         if "gap" in new:
-            self._told.note(entry.name, self._stops, wall)
+            self._told.note(entry.name, self._stops.first, wall)
         for cause in new & DROPPED.keys():  # what the clock of all did is said once for all streams, see TelemetryNode
             off = self._strayed(cause)
             if off is None:
