@@ -4,19 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from ddh_twin_py.estimation.air_watch import LONGEST, AirWatch
 from ddh_twin_py.estimation.credibility import Credibility
-from ddh_twin_py.estimation.out_of_place import (
-    AIR,
-    LEAST,
-    NEAR,
-    OutOfPlace,
-    far_off_zero,
-    few,
-    filter_is_off,
-    look_exchanged,
-    look_exchanged_with_air,
-    zero_unit,
-)
+from ddh_twin_py.estimation.out_of_place import LEAST, OutOfPlace, far_off_zero, few, filter_is_off, look_exchanged
 from ddh_twin_py.estimation.temperature_filter import NEVER_READ
 from ddh_twin_py.estimation.temperature_fusion import FusionState, Readings
 from ddh_twin_py.rig import Rig
@@ -26,9 +16,6 @@ from ddh_twin_py.twin.temperature_sensors import SENSORS, all_sensed
 
 WINDOW = 60.0
 """s of data that are judged by themselves: long enough that two places do not cross, short enough to see connectors that are exchanged."""
-_LONGEST = 600.0  # s for which slow sensors are waited for
-SHORT_WINDOW = 20.0
-"""s of data in which that of the air is judged: no other place crosses it, as it does not warm with the load."""
 LASTING = 60.0
 """s for which a zero error must be far off: a loose contact comes back sooner."""
 
@@ -40,14 +27,14 @@ class PlaceWatch:
         rig: the rig. interval: s.
 
     Attributes:
-        told: what was told since the begin, and is left out. air: K, of which the air was when it was last told soundly, NaN before.
+        told: what was told since the begin, and is left out.
     """
 
     def __init__(self, rig: Rig, interval: float) -> None:
         self._rig, self._interval = rig, interval
         self._lagging = LaggedReadings(sensor_lags(rig))
         self._zero, self._top_share = temperature_zero_errors(rig)[0], rig["tank.top_share"]
-        self._credibility = Credibility(rig)
+        self._credibility, self._air = Credibility(rig), AirWatch(rig, interval)
         self.begin_anew()
 
     def begin_anew(self) -> None:
@@ -55,17 +42,14 @@ class PlaceWatch:
         self.told: list[OutOfPlace] = []
         self._lagging.begin_anew()
         self._far, self._far_for = "", 0.0  # sensor whose zero is far off, and for how many s it has been
-        self.air = np.nan
-        self._near = np.zeros(len(SENSORS), bool)  # whether sensors read what the free run showed of their places, in the last short window
         self._begun_for: set[str] = set()  # sensors for which the filter was told to begin anew
+        self._air.begin_anew()
         self._begin_window()
-        self._begin_short()
 
-    def _begin_short(self) -> None:
-        """Squares, K^2, of what sensors are off their places and the air, and that of the air off all places, and off itself."""
-        size = len(SENSORS)
-        self._off, self._of_air, self._of_place, self._air_off = np.zeros(size), np.zeros(size), np.zeros(size), 0.0
-        self._air_count, self._counted, self._air_sum, self._short = 0, np.zeros(size, np.int64), 0.0, 0.0
+    @property
+    def air(self) -> float:
+        """K, of which the air was when it was last told soundly, NaN before."""
+        return self._air.air
 
     def _begin_window(self) -> None:
         size = len(SENSORS)
@@ -80,44 +64,15 @@ class PlaceWatch:
             state: of the filter, after them. air: K, as read, (n,), NaN where not; None: nobody does.
         """
         seen, gone = self._seen(free), {sensor for found in self.told for sensor in found.sensors}
-        if air is None or AIR in gone:
-            air = np.full(len(free), np.nan)
-        found = (self._exchanged_with_air(seen, readings, air, gone) or self._exchanged(seen, readings, gone)
+        read = np.full(len(free), np.nan) if air is None else air
+        found = (self._air.take(seen, readings, read, gone) or self._exchanged(seen, readings, gone)
                  or self._far_off(state, len(free) * self._interval))
         if found is not None:
             if found.sensors:
                 self.told.append(found)
             self._far, self._far_for = "", 0.0
             self._begin_window()
-            self._begin_short()
-        return found
-
-    def _exchanged_with_air(self, seen: np.ndarray, readings: Readings, air: np.ndarray, gone: set[str]) -> OutOfPlace | None:
-        known = np.isfinite(seen).all(axis=1)
-        rows = np.flatnonzero(np.isfinite(air) & known)
-        if np.isnan(self.air) and rows.size:
-            self.air = float(np.median(air[rows]))
-        told = known[readings.index] & ~np.isin(np.array(SENSORS)[readings.sensor], list(gone))
-        index, sensor, temperature = readings.index[told], readings.sensor[told], readings.temperature[told]
-        np.add.at(self._off, sensor, (temperature - seen[index, sensor]) ** 2)
-        np.add.at(self._of_air, sensor, (temperature - self.air - self._zero[sensor]) ** 2)
-        np.add.at(self._counted, sensor, 1)
-        self._of_place += ((air[rows, None] - seen[rows]) ** 2).sum(axis=0)
-        self._air_off += ((air[rows] - self.air) ** 2).sum()
-        self._air_sum += air[rows].sum()
-        self._air_count += rows.size
-        self._short += known.sum() * self._interval
-        waits = self._short < _LONGEST and (0 < self._air_count < LEAST or np.any((self._counted > 0) & (self._counted < LEAST)))
-        if self._short < SHORT_WINDOW or waits:
-            return None
-        count = np.where(self._counted < LEAST, np.nan, self._counted)
-        own = self._air_count if self._air_count >= LEAST else np.nan
-        off, air_off = np.sqrt(self._off / count), float(np.sqrt(self._air_off / own))
-        found = look_exchanged_with_air(off, np.sqrt(self._of_place / own), np.sqrt(self._of_air / count), air_off, self._rig)
-        self._near = off < NEAR * zero_unit(self._rig)
-        if air_off < NEAR * zero_unit(self._rig).max():  # as the day goes
-            self.air = float(self._air_sum / own)
-        self._begin_short()
+            self._air.begin_window()
         return found
 
     def _exchanged(self, seen: np.ndarray, readings: Readings, gone: set[str]) -> OutOfPlace | None:
@@ -126,7 +81,7 @@ class PlaceWatch:
         np.add.at(self._square, sensor, (readings.temperature[told, None] - seen[index]) ** 2)
         np.add.at(self._count, sensor, 1)
         self._seconds += np.isfinite(seen[:, 0]).sum() * self._interval
-        waits = self._seconds < _LONGEST and np.any((self._count > 0) & (self._count < LEAST))
+        waits = self._seconds < LONGEST and np.any((self._count > 0) & (self._count < LEAST))
         if self._seconds < WINDOW or waits:
             return None
         mean = np.where(self._count < LEAST, np.nan, self._square.T / np.maximum(self._count, 1)).T
@@ -153,11 +108,10 @@ class PlaceWatch:
             found = None
         if found is None or found.sensors[0] != self._far:
             self._far, self._far_for = found.sensors[0] if found else "", 0.0
-            if found is not None:  # what it read before says nothing
-                self._near[:] = False
-                self._begin_short()
+            if found is not None:
+                self._air.forget()
             return None
-        if found is not None and self._near[SENSORS.index(found.sensors[0])] and found.sensors[0] not in self._begun_for:
+        if found is not None and self._air.near(found.sensors[0]) and found.sensors[0] not in self._begun_for:
             self._begun_for.add(found.sensors[0])
             return filter_is_off(found)
         self._far_for += seconds
