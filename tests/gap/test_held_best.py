@@ -53,6 +53,14 @@ def test_what_is_open_explains_what_it_can():
     assert left(Warming(gain=0.8, begin=-0.7)) == pytest.approx(1.0, abs=0.06)
 
 
+def test_who_waits_is_told_of_every_run():
+    told = []
+    best = HeldBest(Warming(gain=0.8), {"flow": 1.0}, lambda theta: theta, np.zeros(2), np.diag([0.5, 0.5]) ** 2, told.append)
+    built = len(told)
+    best.beside(np.zeros(2), ())
+    assert built >= 3 and len(told) > built and sorted(told) == list(range(1, len(told) + 1))
+
+
 def test_what_nothing_open_explains_stays():
     assert left(Warming(bend=0.4)) > 3.0
 

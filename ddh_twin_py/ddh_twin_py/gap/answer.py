@@ -30,7 +30,7 @@ from ddh_twin_py.rig.sheet import CUT
 
 LISTED = 0.01
 """Probability from which an effect or a set is listed."""
-_RUN, _HEARD = 0.1, 0.7  # shares of the work that are done when held-out data were run, and when they were heard
+_RUN, _HEARD, _PLACED = 0.1, 0.7, 0.85  # shares of the work that are done when held-out data were run, and heard, and places are known
 _MOST_AT_END = 4  # parameters named that are pressed against the end of their tolerance
 _MOST = 12  # sets and effects listed
 
@@ -54,7 +54,7 @@ def diagnosis(model: Diagnosable, found: Found, theta: np.ndarray, hidden: Seque
     gap_as_is, gap_before = size.gap(as_is, floor), size.gap(before, floor)
     progress = progress or (lambda share: None)
     progress(_RUN)
-    concluded = conclude(model, found, plain, runs, before)
+    concluded = conclude(model, found, plain, runs, before, lambda share: progress(_RUN + (_HEARD - _RUN) * share))
     progress(_HEARD)
     found, verdict, unknown, best = concluded.found, concluded.verdict, concluded.unknown, concluded.best
     leader, learned = found.fitted[()] if verdict.word == "no_gap" else best, None
@@ -66,6 +66,7 @@ def diagnosis(model: Diagnosable, found: Found, theta: np.ndarray, hidden: Seque
         unknown = sized(unknown, rows)
     else:
         rows = places(model, found, verdict)
+    progress(_PLACED)
     acting, after = leader.acting, runs.ratios(leader)
     gap_after = size.gap(after, floor)
     classes, confusable = classes_of(found.linearised, verdict.effects, found.fitted)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -27,6 +27,7 @@ from ddh_twin_py.gap.verdict import LIKELY, NEARLY, Verdict, explains_a_signal, 
 
 _NO_NEARER = 0.99  # share of the gap of held-out data without any effect, from which a hypothesis does not help with it
 _NO_HELP = "held-out data show nothing beyond the floor, and the best listed hypothesis brings them no nearer; it is less believed"
+_HEARD, _USUAL_RUNS = 0.7, 100  # share of the work that is done once hypotheses were heard, and runs of held-out data that take half of it
 _OUT_OF_THE_QUESTION = 1e-3  # probability of no effect, below which nothing more is asked of it
 
 
@@ -54,13 +55,16 @@ class Conclusion:
     notes: list[str]
 
 
-def conclude(model: Diagnosable, found: Found, plain: np.ndarray, runs: HeldRuns, as_run: Mapping[str, float]) -> Conclusion:
+def conclude(model: Diagnosable, found: Found, plain: np.ndarray, runs: HeldRuns, as_run: Mapping[str, float],
+             progress: Callable[[float], None] | None = None) -> Conclusion:
     """Conclude from what a search found.
 
     Args:
         plain: parameters of the rig without any hypothesis, (k,): as commissioned, or of no effect where nothing showed that.
         runs: free runs of held-out data. as_run: multiples of their noise by which signals of these are off with ``plain``.
+        progress: told the share done; how many runs there will be is not known.
     """
+    progress = progress or (lambda share: None)
     with_slight = found.fitted.get(found.leader)
     found = without_parameters(model, found)
     none = found.fitted[()]
@@ -72,10 +76,12 @@ def conclude(model: Diagnosable, found: Found, plain: np.ndarray, runs: HeldRuns
     if leader.columns and drift and acts < LIKELY and no_help:
         found, notes = less_believed(found), [_NO_HELP]
         leader = leader if found.leader else none
-    open_rig = HeldBest(runs.held, runs.floor, model.within, plain, found.linearised.basis.covariance())
+    open_rig = HeldBest(runs.held, runs.floor, model.within, plain, found.linearised.basis.covariance(),
+                        lambda ran: progress(_HEARD * ran / (ran + _USUAL_RUNS)))
     hearing = Hearing(model, found, runs, open_rig, plain, as_run, drift, {leader.effects: with_slight})
     found, unknown = next_believed(found, hearing.of(leader.effects), hearing.of)
     leader = found.fitted.get(found.leader) or none
+    progress(_HEARD)
     law = best_unlisted(model, found, leader, runs.gap) if drift or leader.columns else None
     if law is not None:
         unknown = beside_law(unknown, law, unknown_beside(model, found, none), leader.effects, size_of(model, law))

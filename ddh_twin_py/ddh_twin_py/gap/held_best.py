@@ -8,6 +8,7 @@ An effect's own size is held, unless it is asked which size these data would hav
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -90,11 +91,13 @@ class HeldBest:
     Args:
         held: the data. floor: of each signal, in multiples of its noise. within: keeps parameters (k,) to their bounds.
         theta: parameters about which sensitivities are taken, in deviations, (k,). covariance: what is open of them, (k, k).
+        told: called with the number of times that the data were run so far.
     """
 
     def __init__(self, held: Held, floor: Mapping[str, float], within: Callable[[np.ndarray], np.ndarray], theta: np.ndarray,
-                 covariance: np.ndarray) -> None:
+                 covariance: np.ndarray, told: Callable[[int], None] | None = None) -> None:
         self._held, self._floor, self._within = held, floor, within
+        self._told, self._ran = told, itertools.count(1)
         free = np.flatnonzero(np.sqrt(np.maximum(np.diagonal(covariance), 0.0)) > _OPEN)
         self._ends = np.cumsum(held.open_begins())
         begins = int(self._ends[-1])
@@ -166,6 +169,8 @@ class HeldBest:
 
     def _run(self, ways: _Ways, z: np.ndarray, beyond: np.ndarray | None = None) -> Runs:
         theta, begin, acting = self._at(ways, z, beyond)
+        if self._told is not None:
+            self._told(next(self._ran))
         return self._held.run(theta, acting, np.split(begin, self._ends[:-1]))
 
     def _off(self, runs: Runs) -> Runs:

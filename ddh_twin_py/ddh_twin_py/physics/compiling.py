@@ -6,7 +6,7 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-COMPILING = "compiling the model, once per version"
+COMPILING = "compiling a part of the model, once per version"
 
 
 @contextmanager
