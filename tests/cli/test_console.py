@@ -50,7 +50,7 @@ def test_a_kernel_that_is_compiled_is_told(monkeypatch, capsys):
         told(0.4)
         time.sleep(0.2)
     *lines, _ = capsys.readouterr().err.splitlines()
-    assert re.fullmatch(r"running: going on, compiling the model, once per version, after \d+ s", lines[0])
+    assert re.fullmatch(r"running: going on, compiling a part of the model, once per version, after \d+ s", lines[0])
     assert re.fullmatch(r"running: 40 % after \d+ s", lines[-1])
 
 
