@@ -236,6 +236,13 @@ def test_one_temperature_ten_times_too_large_is_refused_and_named(paper, noise, 
     assert said[0] == name and "looks as if given in tenths of degC" in said[1] and said[1].endswith(("not used", "nor are the others"))
 
 
+def test_a_winding_that_is_heated_beyond_its_range_is_in_no_other_unit(paper, noise, scales):
+    hot = with_temperatures(paper, lambda celsius: celsius + np.linspace(0.0, 260.0, celsius.size), "motor_winding")
+    finding, screened = only(hot, noise, scales)
+    assert "allowed are -50 to 230 degC" in finding.message and finding.message.endswith("samples are out of range and not used")
+    assert np.nanmax(screened.temperatures["motor_winding"].values[:, 0]) > 500.0
+
+
 @pytest.mark.parametrize(("unit", "change"), [("degF", lambda celsius: 1.8 * celsius + 32.0), ("degC of the other sign", np.negative)])
 @pytest.mark.parametrize("name", TEMPERATURE_SENSORS)
 def test_one_temperature_in_degf_or_of_the_other_sign_is_refused_and_no_neighbour(paper, noise, scales, name, unit, change):
@@ -333,6 +340,22 @@ def test_without_voltage_it_is_said_that_power_or_speed_is_wrong_and_all_are_kep
     assert said.endswith("times torque times speed while the motor drives; without voltage and current it cannot be told which of them is "
                          "wrong; all are used")
     assert np.isfinite(screened.drive.values[:, [0, 1, 2, 3, 5]]).all()
+
+
+@pytest.mark.parametrize("share", [0.11, 0.159])
+def test_a_shaft_that_the_limit_of_current_holds_back_is_in_no_other_unit(paper, noise, scales, share):
+    values = paper.drive.values.copy()
+    held = paper.drive.time > 0.5 * paper.drive.time[-1]
+    values[held, 1] = share * values[held, 0]
+    values[held, 3] = scales.current_limit * np.sign(values[held, 0])
+    values[held, 2] = scales.torque_constant * values[held, 3]
+    values[held, 5] = 3.0 * scales.phase_resistance * values[held, 3] ** 2 + values[held, 2] * values[held, 1]
+    values[held, 4] = values[held, 5] / (np.sqrt(3.0) * scales.current_limit)
+    sizes = [noise[name] for name in ("speed", "torque", "current", "voltage", "electrical_power")]
+    values[held, 1:] += np.random.default_rng(3).normal(0.0, sizes, (held.sum(), 5))
+    pressed = paper.with_streams({DRIVE: drive_stream(paper.drive.time, values)})
+    assert screen_recording(pressed, noise, scales=scales).findings == []
+    assert "times speed_command" in only(pressed, noise)[0].message, "what the limit is stands in the rig's file"
 
 
 @pytest.mark.parametrize("slower", [0.5, 0.2, 0.1, 0.05])

@@ -75,7 +75,7 @@ class AgreesAgain:
             agreement.add(off, len(air_read) * self._interval)
         if agreement.seconds < AGREES * self._times[found.sensors] or agreement.fewest < LEAST:
             return False
-        closely = agreement.scatter() <= NEAR * self._unit.max()
+        closely = agreement.off() <= NEAR * self._unit.max()
         if not closely:
             agreement.forget_oldest()
         return closely
@@ -112,6 +112,6 @@ class _Agreement:
         """Readings of the sensor that has the fewest."""
         return min((sum(map(len, column)) for column in zip(*self._off, strict=True)), default=0)
 
-    def scatter(self) -> float:
-        """Standard deviation of what they were off, K, of the sensor of which it is the largest."""
-        return max(float(np.concatenate(column).std()) for column in zip(*self._off, strict=True))
+    def off(self) -> float:
+        """RMS of what they were off, K, of the sensor of which it is the largest."""
+        return max(float(np.sqrt(np.mean(np.concatenate(column) ** 2))) for column in zip(*self._off, strict=True))

@@ -16,21 +16,24 @@ from ddh_twin_py.rig import Rig
 from ddh_twin_py.telemetry.signals import DRIVE_TOPIC
 from ddh_twin_py.telemetry.unit_scales import UnitScales
 
-TIMES = 5.0
+TIMES = 2.5
 """How many times as much as the other one must be, current or what is asked for, to be told: friction and a worn pump make less."""
-TURNING = 10.0
-"""rad/s, of a shaft that turns: at less, friction may hold what the current does not."""
+TURNING, _CREEPING = 10.0, 1.0
+"""rad/s, of a shaft that turns: at less, friction may hold what the current does not; and of one that a current too large must turn."""
+BEYOND = 1.5
+"""Times the drive's limit that no current is, whatever the pressures say or do not say: of a sine the peak is 1.4 times its RMS."""
 _TELLING = 0.3  # of rated current, that must be asked for
-_CARRIES = 3.0  # times by which the force of the pressures may be off the load, up or down
-_TOLD, _AGREED = 0.5, 5.0  # s of intervals in a row that tell it, and that end it
+_CARRIES = 2.0  # times by which the force of the pressures may be off the load, up or down
+_TOLD, _AGREED, _UNHEARD = 0.5, 5.0, 60.0  # s of intervals in a row that tell it, that end it, and that do where pressures tell nothing
 
 
 @dataclass(frozen=True)
 class DoubtedCurrent:
-    """Interval with which it was told, counted from the start of a call, and how, in a line."""
+    """Interval with which it was told, counted from the start of a call, how, in a line, and whether the current is used again."""
 
     index: int
     why: str
+    again: bool = False
 
 
 class CurrentWatch:
@@ -46,8 +49,9 @@ class CurrentWatch:
     def __init__(self, rig: Rig, interval: float, payload_mass: float | None = None) -> None:
         self._rig = rig
         self.lifts(payload_mass)
+        self._limit = self._scales.current_limit
         self._least = _TELLING * self._scales.rated_torque / self._scales.torque_constant
-        self._told, self._agreed = round(_TOLD / interval), round(_AGREED / interval)
+        self._told, self._agreed, self._unheard = _TOLD / interval, _AGREED / interval, _AGREED / _UNHEARD
         self.begin_anew()
 
     def lifts(self, payload_mass: float | None) -> None:
@@ -57,39 +61,57 @@ class CurrentWatch:
     def begin_anew(self) -> None:
         """Forget what was told, as of another rig."""
         self.doubted = ""
-        self._row = 0  # intervals in a row that speak against what is held now
+        self._row = 0.0  # intervals in a row that speak against what is held now
 
-    def take(self, inputs: FusionInputs, asked: Mapping[str, np.ndarray] | np.ndarray) -> tuple[FusionInputs, DoubtedCurrent | None]:
-        """The inputs of n intervals with a current that can be, and what was told in them, None where nothing was.
+    def take(self, inputs: FusionInputs, asked: Mapping[str, np.ndarray] | np.ndarray) -> tuple[FusionInputs, list[DoubtedCurrent]]:
+        """The inputs of n intervals with a current that can be, and what was told in them.
 
         Args:
             asked: what the soft sensor makes of pressures and speed, by name, (n,) each: ``current``, A, ``speed``, rad/s,
                 ``pressure_piston_side`` and ``pressure_rod_side``, Pa; NaN where it says nothing.
         """
         read, needed = np.sqrt(inputs.mean_square_current), np.abs(asked["current"])
-        scales = self._scales
-        force = asked["pressure_piston_side"] * scales.piston_area - asked["pressure_rod_side"] * scales.rod_side_area
-        tells = inputs.motor_known & inputs.hydraulics_known & (np.abs(asked["speed"]) > TURNING) & (needed > self._least)
-        odd = tells & ((read > TIMES * needed) | (TIMES * read < needed))
-        odd &= (force * _CARRIES > scales.load) & (force < _CARRIES * scales.load)
+        heard, beyond = self._heard(inputs, asked, read, needed), inputs.motor_known & (read > BEYOND * self._limit)
+        odd = (heard & ((read > TIMES * needed) | (TIMES * read < needed))) | beyond
         if not self.doubted and not odd.any():
-            self._row = 0 if tells.any() else self._row
-            return inputs, None
-        used, told = np.ones(len(inputs), bool), None
+            self._row = 0.0 if heard.any() else self._row
+            return inputs, []
+        unheard = inputs.motor_known & ~inputs.hydraulics_known & (read > self._least)
+        used, told = np.ones(len(inputs), bool), []
         for k in range(len(inputs)):
-            if tells[k]:
-                self._row = self._row + 1 if bool(odd[k]) != bool(self.doubted) else 0
-            if self._row >= (self._agreed if self.doubted else self._told):
-                told, self._row = self._turn(k, read[k], needed[k]), 0
+            if heard[k] or beyond[k] or (self.doubted and unheard[k]):
+                speaks = 1.0 if heard[k] or beyond[k] else self._unheard
+                self._row = self._row + speaks if bool(odd[k]) != bool(self.doubted) else 0.0
+            if self._row >= (self._agreed if self.doubted else self._told) - 0.5 * self._unheard:
+                told.append(self._turn(k, read[k], needed[k] if heard[k] else np.nan))
+                self._row = 0.0
             used[k] = not self.doubted
         square = np.where(used, inputs.mean_square_current, np.nan_to_num(needed) ** 2)
         return replace(inputs, mean_square_current=square, motor_known=inputs.motor_known & used), told
 
+    def _heard(self, inputs: FusionInputs, asked: Mapping[str, np.ndarray] | np.ndarray, read: np.ndarray,
+               needed: np.ndarray) -> np.ndarray:
+        """In which intervals pressures that carry the load say what the shaft needs, (n,)."""
+        scales, speed = self._scales, np.abs(asked["speed"])
+        force = asked["pressure_piston_side"] * scales.piston_area - asked["pressure_rod_side"] * scales.rod_side_area
+        carries = (force * _CARRIES > scales.load) & (force < _CARRIES * scales.load)
+        turns = (speed > TURNING) | ((read > needed) & (speed > _CREEPING))
+        return inputs.motor_known & inputs.hydraulics_known & turns & carries & (needed > self._least)
+
     def _turn(self, index: int, read: float, needed: float) -> DoubtedCurrent:
-        """Doubt the current with this interval, or believe it again; both in A."""
+        """Doubt the current with this interval, or believe it again; both in A, ``needed`` NaN where nothing tells."""
         if self.doubted:
             self.doubted = ""
-            return DoubtedCurrent(index, f"{DRIVE_TOPIC} current is what pressures and speed ask of the shaft again, and is used")
-        self.doubted = (f"{DRIVE_TOPIC} current is {read / needed:.2g} times what pressures and speed ask of the shaft ({read:.3g} A for "
-                        f"{needed:.3g} A), likely in another unit or with a decimal place lost")
-        return DoubtedCurrent(index, f"{self.doubted}; what they ask for is used in its place until both agree")
+            again = f"is what pressures and speed ask of the shaft again, and is used (now {read:.3g} A for {needed:.3g} A)"
+            within = f"has been within the drive's limit of {self._limit:.3g} A for {_UNHEARD:.0f} s, and is used again"
+            return DoubtedCurrent(index, f"{DRIVE_TOPIC} current {again if np.isfinite(needed) else within}", again=True)
+        if not np.isfinite(needed):
+            why = f"{read:.3g} A, more than the drive's limit of {self._limit:.3g} A allows, likely in another unit"
+        elif read > 0.0:
+            why = (f"{read / needed:.2g} times what pressures and speed ask of the shaft ({read:.3g} A for {needed:.3g} A), "
+                   "likely in another unit or with a decimal place lost")
+        else:
+            why = f"0 where the shaft needs {needed:.3g} A"
+        self.doubted = f"{DRIVE_TOPIC} current is {why}"
+        return DoubtedCurrent(
+            index, f"{self.doubted}; what pressures and speed ask for, if they tell, is used in its place until both agree")

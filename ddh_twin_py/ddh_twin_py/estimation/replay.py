@@ -270,8 +270,7 @@ class _Run:
             self.seconds["machine_thermal"] += time.perf_counter() - clock
             clock = time.perf_counter()
             inputs, doubted = self._current.take(fusion_inputs(result, motor_result, air_read[part]), result.soft)
-            if doubted is not None:
-                self.doubted_current.append(replace(doubted, index=doubted.index + rows.start))
+            self.doubted_current += [replace(told, index=told.index + rows.start) for told in doubted]
             estimate = self.fusion.advance(inputs, readings.between(first, last))
             hydraulics.use_temperatures(estimate.temperature[-1])
             self.seconds["temperature_fusion"] += time.perf_counter() - clock

@@ -233,8 +233,8 @@ class TemperatureFusionNode(TelemetryNode):
             self._late += len(late)
             readings += late_readings(late, ticks[0].start_ns, self.feed.aligner.interval_ns)
         inputs, doubted = self._current.take(inputs, asked_of(ticks))
-        if doubted is not None:
-            self.warn_again(("current", bool(self._current.doubted)), doubted.why)
+        for told in doubted:
+            self.warn_again(("current", told.again), told.why)
         add_duty(self._limits.present, ticks, inputs)
         result = self._fusion.advance(inputs, readings)
         end_ns = np.array([tick.end_ns for tick in ticks], np.int64)

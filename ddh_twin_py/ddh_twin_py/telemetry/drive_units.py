@@ -35,6 +35,7 @@ _TAKEN_IN_ALL = (0.7, 3.0)  # with its copper loss, where the current or the res
 _TELLING = 50.0  # W besides copper loss, below which iron loss and noise are no small part of it
 _OF_CURRENT = (0.5, 2.0)  # torque over the torque constant times current: the drive makes one of the other
 _OF_VOLTAGE = (0.4, 1.6)  # electrical power over sqrt(3) times voltage and current: at most 1, less by what is reactive
+_AT_LIMIT = 0.55  # of the drive's limit of current, as RMS of a window, from which it may have been reached for a good part of that
 _COPPER = (0.9, 1.6)  # what 3 R I^2 is at least and at most, R at 20 degC: tolerance, and a hot winding
 
 
@@ -55,8 +56,8 @@ class _Taken:
 
 def judge_drive(state: np.ndarray, scales: UnitScales | None, standing: Sequence[UnitSuspicion] = ()) -> list[UnitSuspicion]:
     """Verdict from a window of evidence, float64[4, 4]: speed against its command, power against torque times speed, torque against
-    current, power against voltage times current."""
-    follow = state[0, RULE_A] / state[0, RULE_B] if state[0, RULE_B] else np.nan  # nothing was commanded
+    current, power against voltage times current. Where nothing was commanded or the drive was at its limit, its speed tells nothing."""
+    follow = state[0, RULE_A] / state[0, RULE_B] if state[0, RULE_B] and not _held_back(state[0], scales) else np.nan
     for unit in _SPEEDS:
         for field, expected in ((_SPEED, unit.factor), (_SPEED_COMMAND, 1.0 / unit.factor)):
             if _near(follow, expected, _FOLLOWS):
@@ -108,6 +109,12 @@ def _power_or_voltage(apparent: float, taken: _Taken) -> list[UnitSuspicion]:
 def _wrong(field: int, share: float, of: str, *more: UnitMistake) -> UnitSuspicion:
     units = tuple(unit for unit in (*more, *_NAMED[field]) if _near(share, unit.factor, _AS_MUCH))[:1]
     return UnitSuspicion((field,), units, f"{'it ' if units else ''}is {share:.2g} times {of}")
+
+
+def _held_back(evidence: np.ndarray, scales: UnitScales | None) -> bool:
+    """Whether the drive's limit of current may have kept the shaft from its command, as of a rod that presses against its stop."""
+    count = evidence[RULE_COUNT]
+    return scales is not None and count > 0.0 and evidence[RULE_C] / count > (_AT_LIMIT * scales.current_limit) ** 2
 
 
 def _share(evidence: np.ndarray, factor: float) -> float:

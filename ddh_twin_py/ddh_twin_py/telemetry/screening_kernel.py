@@ -37,6 +37,8 @@ UNSEEN_TIME = 10_000_000_000  # ns, least length of a run while a value never ch
 SEEN_TIME = 1_000_000_000  # ns, least length of a run otherwise
 ALIVE = 20.0  # in standard deviations: another field this far from zero says the machine is at work
 
+HEATS = 10.0  # K from the sample before, within which a place that leaves its range first got there by heat, and by no unit
+
 # kinds of unit rules and columns of `rule_state` float64[r, RULE_COLUMNS]
 SMALL, RATIO = 0, 1
 WINDOW = 5  # column of `rules`, whether a rule makes windows
@@ -223,9 +225,11 @@ def screen(
             elif value < limits[j, 0] or value > limits[j, 1]:
                 own = RANGE
                 _note(counts, first, first_value, 2, j, stamp[i], value)
+                heated = counts[2, j] == 1 and abs(value - field_state[j, LAST]) < HEATS
                 for k in range(mistakes.shape[1]):
                     right = (value - mistakes[j, k, 1]) / mistakes[j, k, 0]
-                    if not mistakes[j, k, 2] <= right <= mistakes[j, k, 3]:
+                    if not mistakes[j, k, 2] <= right <= mistakes[j, k, 3] or (
+                            heated and mistakes[j, k, 0] > 1.0 and mistakes[j, k, 1] != 0.0):  # a unit of temperature with smaller degrees
                         mistaken[j, k] = False
                     if abs(right) >= mistakes[j, k, 4]:
                         reached[j, k] = True

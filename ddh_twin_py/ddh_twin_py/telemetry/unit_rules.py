@@ -36,7 +36,7 @@ class UnitRule:
 
 # speed_command, speed, torque, current, voltage and power: columns of DRIVE_FIELDS
 _DRIVE_RULES = (
-    UnitRule(RATIO, 1, 0, -1, -1, 0.5),  # |speed| against |speed_command| above 0.5
+    UnitRule(RATIO, 1, 0, -1, 3, 0.5),  # |speed| against |speed_command| above 0.5, and squared current
     UnitRule(RATIO, 5, 2, 1, 3, 10.0),  # electrical power and squared current against shaft power above 10
     UnitRule(RATIO, 2, 3, -1, -1, 0.5, window=False),  # |torque| against |current| above 0.5
     UnitRule(RATIO, 5, 4, 3, -1, 5.0, window=False),  # electrical power against voltage times current above 5

@@ -12,7 +12,7 @@ from ddh_twin_py.telemetry.recording import Recording
 @dataclass(frozen=True)
 class UnitScales:
     """`piston_area`, `rod_side_area` in m2; `load`, N, against extension at mid stroke; `phase_resistance`, ohm, at 20 degC;
-    `torque_constant`, N*m/A; `rated_torque`, N*m."""
+    `torque_constant`, N*m/A; `rated_torque`, N*m; `current_limit` of the drive, A."""
 
     piston_area: float
     rod_side_area: float
@@ -20,6 +20,7 @@ class UnitScales:
     phase_resistance: float
     torque_constant: float
     rated_torque: float
+    current_limit: float
 
     @classmethod
     def of(cls, rig: Rig, recording: Recording | None = None) -> UnitScales:
@@ -27,4 +28,5 @@ class UnitScales:
         declared = recording.rig.payload_mass if recording is not None and recording.rig is not None else None
         record = rig.declaring(declared).parameters[0]
         return cls(float(piston_area(record)), float(rod_side_area(record)), float(load_force(0.5 * rig["cylinder.stroke"], record)),
-                   float(rig["motor.phase_resistance_20C"]), float(rig["motor.torque_constant"]), float(rig["motor.rated_torque"]))
+                   float(rig["motor.phase_resistance_20C"]), float(rig["motor.torque_constant"]), float(rig["motor.rated_torque"]),
+                   float(rig["motor.current_limit"]))
