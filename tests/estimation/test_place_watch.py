@@ -167,6 +167,32 @@ def test_a_sensor_that_was_off_for_a_while_is_used_again(whole):
     assert said[1][0] > 130.0 + AGREES and abs(fused[-1, AT] - truth.fused[-1, AT]) < 2.0 * spread[-1, AT] < 1.0
 
 
+def with_exchanged(recording, one, other, since):
+    """Two sensors exchanged from s on."""
+    read = dict(recording.temperatures)
+    a, b = read[one], read[other]
+    for name, own, theirs in ((one, a, b), (other, b, a)):
+        values = np.interp(own.time, theirs.time, theirs.values[:, 0])
+        values = np.column_stack([np.where(own.time > since, values, own.values[:, 0]), own.values[:, 1]])
+        read[name] = replace(own, values=values)
+    return replace(recording, temperatures=read)
+
+
+@pytest.mark.parametrize(("other", "since"), [("motor_housing", 30.0), ("motor_housing", 100.0), ("line_a", 100.0)])
+def test_of_two_that_are_exchanged_within_a_window_neither_is_believed_in_the_end(whole, other, since):
+    recording, truth = whole
+    fused, spread, said = live(truth, with_exchanged(recording, "motor_winding", other, since))
+    assert said[-1][1:] == ("out", tuple(sorted(("motor_winding", other), key=SENSORS.index)))
+    assert abs(fused[-1, AT] - truth.fused[-1, AT]) < 2.0 * spread[-1, AT] < 40.0
+
+
+@pytest.mark.parametrize("kept", [2.0, 5.0])
+def test_a_sensor_that_keeps_an_error_of_its_own_is_not_used_again(whole, kept):
+    recording, truth = whole
+    odd = moved(recording, "motor_winding", lambda t: np.where(t > 30.0, np.where(t < 130.0, 13.0, kept), 0.0))
+    assert [entry[1] for entry in live(truth, odd)[2]] == ["out"]
+
+
 @pytest.mark.parametrize("by", [lambda t: 13.0 * (t > 30.0), lambda t: np.where(t > 20.0, np.maximum(t - 100.0, 0.0) / 10.0 - 15.0, 0.0)])
 def test_a_broken_one_that_crosses_the_estimate_or_stays_where_it_is_is_not(whole, by):
     recording, truth = whole

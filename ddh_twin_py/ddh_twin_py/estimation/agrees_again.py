@@ -40,7 +40,8 @@ class AgreesAgain:
         self._times: Counter[tuple[str, ...]] = Counter()
 
     def follow(self, found: OutOfPlace) -> None:
-        """These sensors are left out from now on."""
+        """These sensors are left out from now on; one of them that was followed alone comes back with the other."""
+        self._followed = {one: agreement for one, agreement in self._followed.items() if not one.within(found)}
         self._times[found.sensors] += 1
         self._followed[found] = _Agreement()
 

@@ -47,6 +47,10 @@ class OutOfPlace:
         """Relative topics of the sensors, in words."""
         return " and ".join(TEMPERATURE_PREFIX + sensor for sensor in self.sensors)
 
+    def within(self, other: OutOfPlace) -> bool:
+        """Whether all its sensors are among another's."""
+        return set(self.sensors) <= set(other.sensors)
+
     @property
     def left_out(self) -> str:
         """Why, and that they are left out; of no sensor, that the estimate begins anew."""

@@ -64,19 +64,21 @@ class PlaceWatch:
             state: of the filter, after them. air: K, as read, (n,), NaN where not; None: nobody does.
         """
         seen, gone = self._seen(free), {sensor for found in self.told for sensor in found.sensors}
+        paired = {sensor for found in self.told if len(found.sensors) > 1 for sensor in found.sensors}
         read = np.full(len(free), np.nan) if air is None else air
-        found = (self._air.take(seen, readings, read, gone) or self._exchanged(seen, readings, gone)
+        found = (self._air.take(seen, readings, read, gone) or self._exchanged(seen, readings, paired)
                  or self._far_off(state, len(free) * self._interval))
         if found is not None:
-            if found.sensors:
-                self.told.append(found)
+            if found.sensors:  # of two that are exchanged, one may have been told alone
+                self.told = [one for one in self.told if not one.within(found)] + [found]
             self._far, self._far_for = "", 0.0
             self._begin_window()
             self._air.begin_window()
         return found
 
-    def _exchanged(self, seen: np.ndarray, readings: Readings, gone: set[str]) -> OutOfPlace | None:
-        told = np.isfinite(seen[readings.index]).all(axis=1) & ~np.isin(np.array(SENSORS)[readings.sensor], list(gone))
+    def _exchanged(self, seen: np.ndarray, readings: Readings, paired: set[str]) -> OutOfPlace | None:
+        """``paired``: sensors that are told to be exchanged already."""
+        told = np.isfinite(seen[readings.index]).all(axis=1) & ~np.isin(np.array(SENSORS)[readings.sensor], list(paired))
         index, sensor = readings.index[told], readings.sensor[told]
         np.add.at(self._square, sensor, (readings.temperature[told, None] - seen[index]) ** 2)
         np.add.at(self._count, sensor, 1)
