@@ -43,7 +43,7 @@ class CurrentWatch:
         rig: the rig. interval: s. payload_mass: kg, what the rig says it lifts; None takes the sheet's.
 
     Attributes:
-        doubted: why the current is not used now, '' while it is.
+        doubted: why the current is not used now and what is, '' while it is.
     """
 
     def __init__(self, rig: Rig, interval: float, payload_mass: float | None = None) -> None:
@@ -112,6 +112,5 @@ class CurrentWatch:
                    "likely in another unit or with a decimal place lost")
         else:
             why = f"0 where the shaft needs {needed:.3g} A"
-        self.doubted = f"{DRIVE_TOPIC} current is {why}"
-        return DoubtedCurrent(
-            index, f"{self.doubted}; what pressures and speed ask for, if they tell, is used in its place until both agree")
+        self.doubted = f"{DRIVE_TOPIC} current is {why}; what pressures and speed ask for, if they tell, is used in its place"
+        return DoubtedCurrent(index, f"{self.doubted} until both agree")

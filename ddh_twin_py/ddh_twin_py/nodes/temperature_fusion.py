@@ -372,7 +372,7 @@ class TemperatureFusionNode(TelemetryNode):
         if age > limit and not self.player.paused(self.wall()):
             report.warn(f"no estimate for {age:.0f} s, neither models nor sensors go on")
         if self._current.doubted:
-            report.warn(f"{self._current.doubted}; what they ask for is used in its place")
+            report.warn(self._current.doubted)
         for found in self._places.told:
             report.warn(found.left_out + _UNTIL)
         if self._begun_anew is not None and self.wall() - self._begun_anew[0] < AGAIN:
