@@ -4,6 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from ddh_twin_py.estimation.replay import ReplayError, replay
+from ddh_twin_py.rig import load_rig
 from ddh_twin_py.telemetry.recording import Stream
 from ddh_twin_py.telemetry.screening import screen_recording
 from ddh_twin_py.telemetry.signals import DRIVE_TOPIC, HYDRAULIC_TOPIC
@@ -28,6 +30,11 @@ def test_zeros_are_not_used_where_the_other_moves(moving, noise, topic, says):
     assert f"/ddh/{topic}: all fields are exactly 0 in all {finding.count} samples, and {says}" in finding.message
     streams = dict(screened.streams())
     assert np.isnan(streams[topic].values).all() and all(np.isfinite(s.values).all() for name, s in streams.items() if name != topic)
+
+
+def test_a_drive_of_zeros_is_refused_with_the_reason(moving):
+    with pytest.raises(ReplayError, match=r"refused in all of \d+ messages; .* current; /ddh/drive/telemetry: all fields are exactly 0"):
+        replay(zeroed(moving, DRIVE_TOPIC), load_rig())
 
 
 def test_zeros_of_both_are_asked_after_and_those_of_a_resting_drive_are_right(moving, noise):

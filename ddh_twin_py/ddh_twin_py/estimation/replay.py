@@ -169,8 +169,11 @@ def replay(recording: Recording, rig: Rig, interval: float = INTERVAL, without: 
         raise ReplayError(f"{recording.path}: {recording.lack_of(DRIVE_TOPIC)}; "
                           "the twin needs at least the drive's speed and current")
     if not any(np.isfinite(recording.drive.column(name)).any() for name in _DRIVES):
-        raise ReplayError(f"{recording.path}: {recording.namespace}/{DRIVE_TOPIC} {', '.join(_DRIVES)}: NaN or refused in all of "
-                          f"{len(recording.drive)} messages; the twin needs at least the drive's speed and current")
+        where = f"{recording.namespace}/{DRIVE_TOPIC}"
+        errors = [f.message for f in recording.findings if f.topic == where and f.severity == "error"]
+        why = [f"; {text.removeprefix(f'{recording.path}: ')}" for text in errors]
+        raise ReplayError(f"{recording.path}: {where} {', '.join(_DRIVES)}: NaN or refused in all of {len(recording.drive)} messages; "
+                          f"the twin needs at least the drive's speed and current{''.join(why[:1])}")
     if short := too_short(recording, DRIVE_TOPIC, _SHORTEST):
         raise ReplayError(short)
     ticks = align(take_off_delay(recording, rig), interval)
