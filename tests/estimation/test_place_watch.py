@@ -10,7 +10,7 @@ from ddh_twin_py.estimation.agrees_again import AGREES, AgreesAgain
 from ddh_twin_py.estimation.place_watch import LASTING, WINDOW, PlaceWatch
 from ddh_twin_py.estimation.replay import replay
 from ddh_twin_py.estimation.sensors import NODE_INDEX, SENSORS
-from ddh_twin_py.estimation.temperature_fusion import FusionInputs, Reading, Readings, TemperatureFusion
+from ddh_twin_py.estimation.temperature_fusion import FusionInputs, Reading, Readings, TemperatureFusion, air_of
 from ddh_twin_py.physics.thermal_network import N
 from ddh_twin_py.rig import load_rig
 from ddh_twin_py.twin.intervals import INTERVAL
@@ -87,13 +87,14 @@ def moved(recording, sensor, by):
     return replace(recording, temperatures={**recording.temperatures, sensor: replace(stream, values=values)})
 
 
-def with_air(recording, until):
-    """The sensors of air and winding exchanged up to s."""
+def with_exchanged(recording, one, other, since=0.0, until=np.inf):
+    """Two sensors exchanged from s to s."""
     read = dict(recording.temperatures)
-    one, other = read["ambient"], read["motor_winding"]
-    early = (one.time < until)[:, None]
-    read["ambient"] = replace(one, values=np.where(early, other.values, one.values))
-    read["motor_winding"] = replace(other, values=np.where(early, one.values, other.values))
+    a, b = read[one], read[other]
+    for name, own, theirs in ((one, a, b), (other, b, a)):
+        values = np.interp(own.time, theirs.time, theirs.values[:, 0])
+        meanwhile = (own.time >= since) & (own.time < until)
+        read[name] = replace(own, values=np.column_stack([np.where(meanwhile, values, own.values[:, 0]), own.values[:, 1]]))
     return replace(recording, temperatures=read)
 
 
@@ -110,9 +111,7 @@ def live(truth, recording):
     for start in range(0, truth.time.size, STEP):
         part = slice(start, min(start + STEP, truth.time.size))
         read = [replace(reading, index=reading.index - start) for reading in read_all if part.start <= reading.index < part.stop]
-        air = np.full(part.stop - start, np.nan)
-        for reading in (reading for reading in read if reading.sensor == "ambient"):
-            air[reading.index] = reading.temperature
+        air = air_of(read, part.stop - start)
         result = fusion.advance(FusionInputs(*(column[part] for column in truth.given)), read)
         rows.append(result.temperature)
         spreads.append(result.standard_deviation)
@@ -146,7 +145,7 @@ AT = NODE_INDEX["motor_winding"]
 
 def test_air_and_winding_that_are_exchanged_are_told_within_a_minute_and_used_again_once_put_right(whole):
     recording, truth = whole
-    fused, spread, said = live(truth, with_air(recording, 60.0))
+    fused, spread, said = live(truth, with_exchanged(recording, "ambient", "motor_winding", until=60.0))
     (out, _, sensors), (back, word, _) = said
     assert sensors == ("ambient", "motor_winding") and out < 45.0 and word == "back" and 60.0 + AGREES < back < 60.0 + 2.0 * AGREES
     off, sure = np.abs(fused - truth.fused), spread
@@ -155,7 +154,7 @@ def test_air_and_winding_that_are_exchanged_are_told_within_a_minute_and_used_ag
 
 def test_an_exchange_that_ended_before_it_was_told_leaves_no_filter_that_doubts_the_winding(whole):
     recording, truth = whole
-    fused, spread, said = live(truth, with_air(recording, 20.0))
+    fused, spread, said = live(truth, with_exchanged(recording, "ambient", "motor_winding", until=20.0))
     assert [entry[1:] for entry in said] == [("out", ())] and said[0][0] < 60.0
     assert np.all(np.abs(fused - truth.fused)[1400:] < 2.5 * spread[1400:])
 
@@ -165,17 +164,6 @@ def test_a_sensor_that_was_off_for_a_while_is_used_again(whole):
     fused, spread, said = live(truth, moved(recording, "motor_winding", lambda t: 13.0 * ((t > 30.0) & (t < 130.0))))
     assert [entry[1:] for entry in said] == [("out", ("motor_winding",)), ("back", ("motor_winding",))]
     assert said[1][0] > 130.0 + AGREES and abs(fused[-1, AT] - truth.fused[-1, AT]) < 2.0 * spread[-1, AT] < 1.0
-
-
-def with_exchanged(recording, one, other, since):
-    """Two sensors exchanged from s on."""
-    read = dict(recording.temperatures)
-    a, b = read[one], read[other]
-    for name, own, theirs in ((one, a, b), (other, b, a)):
-        values = np.interp(own.time, theirs.time, theirs.values[:, 0])
-        values = np.column_stack([np.where(own.time > since, values, own.values[:, 0]), own.values[:, 1]])
-        read[name] = replace(own, values=values)
-    return replace(recording, temperatures=read)
 
 
 @pytest.mark.parametrize(("other", "since"), [("motor_housing", 30.0), ("motor_housing", 100.0), ("line_a", 100.0)])

@@ -64,11 +64,11 @@ class AirWatch:
         rows = np.flatnonzero(np.isfinite(air) & known)
         if np.isnan(self.air) and rows.size:
             self.air = float(np.median(air[rows]))
-        told = known[readings.index] & ~np.isin(np.array(SENSORS)[readings.sensor], list(gone))
-        index, sensor, temperature = readings.index[told], readings.sensor[told], readings.temperature[told]
-        np.add.at(self._off, sensor, (temperature - seen[index, sensor]) ** 2)
-        np.add.at(self._of_air, sensor, (temperature - self.air - self._zero[sensor]) ** 2)
-        np.add.at(self._count, sensor, 1)
+        read = readings.without(gone)
+        read = read.where(known[read.index])
+        np.add.at(self._off, read.sensor, (read.temperature - seen[read.index, read.sensor]) ** 2)
+        np.add.at(self._of_air, read.sensor, (read.temperature - self.air - self._zero[read.sensor]) ** 2)
+        np.add.at(self._count, read.sensor, 1)
         self._of_place += ((air[rows, None] - seen[rows]) ** 2).sum(axis=0)
         self._air_off += ((air[rows] - self.air) ** 2).sum()
         self._air_sum += air[rows].sum()

@@ -79,8 +79,8 @@ class CurrentWatch:
         unheard = inputs.motor_known & ~inputs.hydraulics_known & (read > self._least)
         used, told = np.ones(len(inputs), bool), []
         for k in range(len(inputs)):
-            if heard[k] or beyond[k] or (self.doubted and unheard[k]):
-                speaks = 1.0 if heard[k] or beyond[k] else self._unheard
+            speaks = 1.0 if heard[k] or beyond[k] else self._unheard if self.doubted and unheard[k] else 0.0
+            if speaks:
                 self._row = self._row + speaks if bool(odd[k]) != bool(self.doubted) else 0.0
             if self._row >= (self._agreed if self.doubted else self._told) - 0.5 * self._unheard:
                 told.append(self._turn(k, read[k], needed[k] if heard[k] else np.nan))
@@ -93,7 +93,7 @@ class CurrentWatch:
                needed: np.ndarray) -> np.ndarray:
         """In which intervals pressures that carry the load say what the shaft needs, (n,)."""
         scales, speed = self._scales, np.abs(asked["speed"])
-        force = asked["pressure_piston_side"] * scales.piston_area - asked["pressure_rod_side"] * scales.rod_side_area
+        force = scales.force(asked["pressure_piston_side"], asked["pressure_rod_side"])
         carries = (force * _CARRIES > scales.load) & (force < _CARRIES * scales.load)
         turns = (speed > TURNING) | ((read > needed) & (speed > _CREEPING))
         return inputs.motor_known & inputs.hydraulics_known & turns & carries & (needed > self._least)

@@ -78,10 +78,10 @@ class PlaceWatch:
 
     def _exchanged(self, seen: np.ndarray, readings: Readings, paired: set[str]) -> OutOfPlace | None:
         """``paired``: sensors that are told to be exchanged already."""
-        told = np.isfinite(seen[readings.index]).all(axis=1) & ~np.isin(np.array(SENSORS)[readings.sensor], list(paired))
-        index, sensor = readings.index[told], readings.sensor[told]
-        np.add.at(self._square, sensor, (readings.temperature[told, None] - seen[index]) ** 2)
-        np.add.at(self._count, sensor, 1)
+        read = readings.without(paired)
+        read = read.where(np.isfinite(seen[read.index]).all(axis=1))
+        np.add.at(self._square, read.sensor, (read.temperature[:, None] - seen[read.index]) ** 2)
+        np.add.at(self._count, read.sensor, 1)
         self._seconds += np.isfinite(seen[:, 0]).sum() * self._interval
         waits = self._seconds < LONGEST and np.any((self._count > 0) & (self._count < LEAST))
         if self._seconds < WINDOW or waits:
@@ -113,7 +113,7 @@ class PlaceWatch:
             if found is not None:
                 self._air.forget()
             return None
-        if found is not None and self._air.near(found.sensors[0]) and found.sensors[0] not in self._begun_for:
+        if self._air.near(found.sensors[0]) and found.sensors[0] not in self._begun_for:
             self._begun_for.add(found.sensors[0])
             return filter_is_off(found)
         self._far_for += seconds

@@ -170,10 +170,10 @@ def replay(recording: Recording, rig: Rig, interval: float = INTERVAL, without: 
                           "the twin needs at least the drive's speed and current")
     if not any(np.isfinite(recording.drive.column(name)).any() for name in _DRIVES):
         where = f"{recording.namespace}/{DRIVE_TOPIC}"
-        errors = [f.message for f in recording.findings if f.topic == where and f.severity == "error"]
-        why = [f"; {text.removeprefix(f'{recording.path}: ')}" for text in errors]
+        why = next((f.message for f in recording.findings if f.topic == where and f.severity == "error"), "")
+        why = f"; {why.removeprefix(f'{recording.path}: ')}" if why else ""
         raise ReplayError(f"{recording.path}: {where} {', '.join(_DRIVES)}: NaN or refused in all of {len(recording.drive)} messages; "
-                          f"the twin needs at least the drive's speed and current{''.join(why[:1])}")
+                          f"the twin needs at least the drive's speed and current{why}")
     if short := too_short(recording, DRIVE_TOPIC, _SHORTEST):
         raise ReplayError(short)
     ticks = align(take_off_delay(recording, rig), interval)

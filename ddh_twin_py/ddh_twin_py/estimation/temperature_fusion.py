@@ -9,7 +9,7 @@ the sensors with the uncertainty of unknown heat.
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -114,10 +114,27 @@ class Readings:
         """As sensors would read that touch their surfaces well, where the air had ``air``, K, by interval, (n,), the last before them."""
         return replace(self, temperature=take_off_air(self.temperature, self.sensor, air[np.maximum(self.index, -1)], rig))
 
+    def where(self, kept: np.ndarray) -> Readings:
+        """Those that are kept, bool (r,)."""
+        return Readings(self.index[kept], self.sensor[kept], self.temperature[kept])
+
+    def without(self, sensors: Collection[str]) -> Readings:
+        """Those of the other sensors."""
+        return self.where(~np.isin(self.sensor, [SENSORS.index(name) for name in sensors if name in SENSORS]))
+
     def between(self, start: int, stop: int) -> Readings:
         """Those of the intervals start..stop, counted from start."""
         rows = slice(*np.searchsorted(self.index, (start, stop)))
         return Readings(self.index[rows] - start, self.sensor[rows], self.temperature[rows])
+
+
+def air_of(readings: Sequence[Reading], n: int) -> np.ndarray:
+    """What the air's sensor read in n intervals, K, (n,), NaN where it did not."""
+    air = np.full(n, np.nan)
+    for reading in readings:
+        if reading.sensor == "ambient" and reading.index >= 0 and np.isfinite(reading.temperature):
+            air[reading.index] = reading.temperature
+    return air
 
 
 @dataclass(frozen=True, slots=True)
@@ -454,12 +471,8 @@ class TemperatureFusion:
 
     def _ambient(self, inputs: FusionInputs, readings: Sequence[Reading]) -> tuple[np.ndarray, int]:
         """Smoothed air temperature of each interval, K, and the interval whose reading ends the doubt about it, n where none."""
-        read = inputs.ambient.copy()
-        for reading in readings:
-            if reading.sensor == "ambient" and reading.index >= 0 and np.isfinite(reading.temperature):
-                read[reading.index] = reading.temperature
-        if self._without_air:
-            read[:] = np.nan
+        own = air_of(readings, len(inputs))
+        read = np.full(len(inputs), np.nan) if self._without_air else np.where(np.isfinite(own), own, inputs.ambient)
         known = self._air.known
         ambient = self._air.advance(read)
         told = int(np.isfinite(read).argmax()) if self._air.known and not known else read.size

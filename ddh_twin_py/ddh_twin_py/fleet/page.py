@@ -68,8 +68,8 @@ def verdict(rows: Sequence[Row]) -> str:
     failed = sum(bool(row.error) for row in rows)
     unclear = sum(row.verdict == "insufficient" for row in rows)
     answered = len(rows) - failed - unclear
-    said = f"{len(gaps)} of {answered} diagnosed recordings show a gap, on {len(concerned)} of {_rigs(rigs)}"
-    said = said if answered else f"no recording has an answer, of {_rigs(rigs)}"
+    said = (f"{len(gaps)} of {answered} diagnosed recordings show a gap, on {len(concerned)} of {_rigs(rigs)}" if answered else
+            f"no recording has an answer, of {_rigs(rigs)}")
     if within := sum(row.verdict == "explained" and (row.gap_before or _FLOOR) < _FLOOR for row in gaps):
         said += f", of which {within} {'lies within the floor and is' if within == 1 else 'lie within the floor and are'} told by the cause"
     said += f"; {unclear} {'does' if unclear == 1 else 'do'} not allow an answer" if unclear else ""

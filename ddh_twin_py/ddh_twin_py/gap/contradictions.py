@@ -55,10 +55,11 @@ def contradictions(recording: Recording, rig: Rig) -> list[str]:
     warmth = temperature_units(recording) or [text for text in [_winding(recording) or warms_instead(recording)] if text]
     if off := other_clock(recording):
         return [off, *(f"{recording.path}: {text}" for text in warmth)]
-    pace = [f"{recording.path}: {_named(text, recording)}" for text in [_pace(hydraulic)] if text]
+    if pace := _pace(hydraulic):  # with stamps that are no seconds nothing else is held against each other
+        return [f"{recording.path}: {text}" for text in (_named(pace, recording), *warmth)]
     on = _on(drive, hydraulic)
-    if pace or not on:  # with stamps that are no seconds nothing else is held against each other
-        return [*pace, *(f"{recording.path}: {text}" for text in warmth)] if pace else []
+    if not on:
+        return []
     travel = _shaft(on, rig) or _travel(on, rig)
     torque = "" if travel else _torque(on, rig)  # of other pumps it says nothing
     said = [_command(on), _position(on), travel, _stroke(hydraulic, rig), _current(on), torque or _pressures(on, recording, rig)]

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from ddh_twin_py.estimation.temperature_fusion import FusionInputs, Reading
 from ddh_twin_py.nodes.conversion import FLOW_PATHS
-from ddh_twin_py.nodes.intervals_feed import AMBIENT, readings_of
+from ddh_twin_py.nodes.intervals_feed import readings_of
 from ddh_twin_py.physics.thermal_network import MOTOR_NODES, N, N_FLOWS, NODES
 from ddh_twin_py.telemetry.signals import TEMPERATURE_PREFIX
 from ddh_twin_py.telemetry.ticks import Tick, tick_index
@@ -62,15 +62,6 @@ def inputs_of(ticks: Sequence[Tick]) -> tuple[FusionInputs, list[Reading]]:
     return inputs, readings
 
 
-def air_of(readings: Sequence[Reading], n: int) -> np.ndarray:
-    """What the air's sensor read in n intervals, K, (n,), NaN where it did not."""
-    air = np.full(n, np.nan)
-    for reading in readings:
-        if reading.sensor == AMBIENT and reading.index >= 0:
-            air[reading.index] = reading.temperature
-    return air
-
-
 def asked_of(ticks: Sequence[Tick]) -> dict[str, np.ndarray]:
     """What the soft sensor says of the shaft of n ticks, see `CurrentWatch.take`, (n,) each, NaN where it says nothing."""
     rows = np.full((len(ticks), len(_ASKED)), np.nan)
@@ -80,11 +71,11 @@ def asked_of(ticks: Sequence[Tick]) -> dict[str, np.ndarray]:
     return dict(zip(_ASKED, rows.T, strict=True))
 
 
-def add_duty(present: PresentDuty, ticks: Sequence[Tick], inputs: FusionInputs) -> None:
-    """Tell the present duty of the ticks in which both models knew their telemetry."""
+def add_duty(present: PresentDuty, asked: Mapping[str, np.ndarray], inputs: FusionInputs) -> None:
+    """Tell the present duty of the ticks in which both models knew their telemetry; ``asked``: of these, see `asked_of`."""
     known = np.flatnonzero(inputs.hydraulics_known & inputs.motor_known)
     if known.size:
-        values = {name: rows[known] for name, rows in asked_of(ticks).items()} | {
+        values = {name: rows[known] for name, rows in asked.items()} | {
             "rod_position": inputs.rod_position[known], "current_square": inputs.mean_square_current[known],
             "current": np.sqrt(inputs.mean_square_current[known]),
         }

@@ -15,7 +15,7 @@ from ddh_twin_py.estimation.left_together import LeftTogether
 from ddh_twin_py.estimation.outvoted import OUTVOTED
 from ddh_twin_py.estimation.place_watch import PlaceWatch
 from ddh_twin_py.estimation.sensors import NODE_INDEX, SENSORS
-from ddh_twin_py.estimation.temperature_fusion import FusionInputs, FusionResult, Reading, Readings, TemperatureFusion
+from ddh_twin_py.estimation.temperature_fusion import FusionInputs, FusionResult, Reading, Readings, TemperatureFusion, air_of
 from ddh_twin_py.nodes import qos
 from ddh_twin_py.nodes.conversion import FUSION, estimate_layout, location_layout, residual_layout, to_celsius, to_kelvin
 from ddh_twin_py.nodes.fusion_inputs import (
@@ -25,7 +25,6 @@ from ddh_twin_py.nodes.fusion_inputs import (
     STATE_TOPIC,
     STATE_WIDTH,
     add_duty,
-    air_of,
     asked_of,
     inputs_of,
     late_readings,
@@ -232,10 +231,11 @@ class TemperatureFusionNode(TelemetryNode):
         if late:
             self._late += len(late)
             readings += late_readings(late, ticks[0].start_ns, self.feed.aligner.interval_ns)
-        inputs, doubted = self._current.take(inputs, asked_of(ticks))
+        asked = asked_of(ticks)
+        inputs, doubted = self._current.take(inputs, asked)
         for told in doubted:
             self.warn_again(("current", told.again), told.why)
-        add_duty(self._limits.present, ticks, inputs)
+        add_duty(self._limits.present, asked, inputs)
         result = self._fusion.advance(inputs, readings)
         end_ns = np.array([tick.end_ns for tick in ticks], np.int64)
         predicted = np.array([self._predicted.pop(stamp, _UNKNOWN) for stamp in end_ns.tolist()])

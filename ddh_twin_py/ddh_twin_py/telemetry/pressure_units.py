@@ -71,4 +71,4 @@ def _carries(pressures: np.ndarray, scales: UnitScales) -> bool:
 
 def _carried(pressures: np.ndarray, scales: UnitScales) -> float:
     """N, against extension."""
-    return float(pressures[0] * scales.piston_area - pressures[1] * scales.rod_side_area)
+    return float(scales.force(pressures[0], pressures[1]))

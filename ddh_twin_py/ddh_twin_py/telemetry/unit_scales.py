@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from ddh_twin_py.physics.cylinder import load_force, piston_area, rod_side_area
 from ddh_twin_py.rig import Rig
 from ddh_twin_py.telemetry.recording import Recording
@@ -21,6 +23,10 @@ class UnitScales:
     torque_constant: float
     rated_torque: float
     current_limit: float
+
+    def force(self, piston_side: np.ndarray | float, rod_side: np.ndarray | float) -> np.ndarray | float:
+        """N, against the load, of the pressures of both sides, Pa."""
+        return piston_side * self.piston_area - rod_side * self.rod_side_area
 
     @classmethod
     def of(cls, rig: Rig, recording: Recording | None = None) -> UnitScales:
