@@ -2,6 +2,7 @@
 
 import signal
 import time
+from contextlib import contextmanager
 from dataclasses import replace
 
 import numpy as np
@@ -36,6 +37,18 @@ def graph():
     for node, number in zip(nodes.values(), (signal.SIGINT, signal.SIGTERM, signal.SIGINT), strict=True):
         with node:
             node.stop(number)
+
+
+@contextmanager
+def models(namespace):
+    """The twin in a namespace of its own, by name, for one test."""
+    nodes = {name: NodeProcess(name, namespace, flush_after=FLUSH_AFTER) for name in MODELS}
+    try:
+        yield nodes
+    finally:
+        for node in nodes.values():
+            with node:
+                node.stop()
 
 
 def play(bag, *wait_for_nodes, namespace="/ddh", **parameters):
@@ -227,8 +240,7 @@ def test_two_sensors_that_are_exchanged_are_left_out_once_they_are_told(paper_cy
     swapped = replace(sound, temperatures={**read, "motor_winding": read["tank_oil"], "tank_oil": read["motor_winding"]})
     estimates = listener.collect(TemperatureEstimateArray, "/swapped/temperature/estimates")
     status = listener.collect(DiagnosticArray, "/diagnostics")
-    nodes = {name: NodeProcess(name, "/swapped", flush_after=FLUSH_AFTER) for name in MODELS}
-    try:
+    with models("/swapped") as nodes:
         play(write_recording(tmp_path / "swapped", swapped), *MODELS, namespace="/swapped")
         said = nodes["temperature_fusion"].says("look exchanged")
         assert "temperature/motor_winding and temperature/tank_oil look exchanged" in said and "neither is used" in said
@@ -241,10 +253,6 @@ def test_two_sensors_that_are_exchanged_are_left_out_once_they_are_told(paper_cy
         assert np.isnan(last.measured)
         wait_for(lambda: "look exchanged" in (diagnostics(status, "swapped/temperature_fusion: estimate") or DiagnosticStatus()).message,
                  10.0, "a warning in /diagnostics")
-    finally:
-        for node in nodes.values():
-            with node:
-                node.stop()
 
 
 def test_a_current_ten_times_too_large_is_told_and_the_winding_stays_known(paper_cycle_bag, listener, tmp_path):
@@ -253,8 +261,7 @@ def test_a_current_ten_times_too_large_is_told_and_the_winding_stays_known(paper
     wrong = replace(sound, drive=replace(sound.drive, values=sound.drive.values * tenfold))
     estimates = listener.collect(TemperatureEstimateArray, "/tenfold/temperature/estimates")
     status = listener.collect(DiagnosticArray, "/diagnostics")
-    nodes = {name: NodeProcess(name, "/tenfold", flush_after=FLUSH_AFTER) for name in MODELS}
-    try:
+    with models("/tenfold") as nodes:
         play(write_recording(tmp_path / "tenfold", wrong), *MODELS, namespace="/tenfold")
         said = nodes["temperature_fusion"].says("pressures and speed ask of the shaft")
         assert "drive/telemetry current is 9.8 times" in said or "drive/telemetry current is 10 times" in said
@@ -263,10 +270,6 @@ def test_a_current_ten_times_too_large_is_told_and_the_winding_stays_known(paper
         assert abs(last.temperature + 273.15 - truth.fused[-1, NODES.index("end_winding")]) < last.standard_deviation
         wait_for(lambda: "ask of the shaft" in (diagnostics(status, "tenfold/temperature_fusion: estimate") or DiagnosticStatus()).message,
                  10.0, "a warning in /diagnostics")
-    finally:
-        for node in nodes.values():
-            with node:
-                node.stop()
 
 
 def test_models_that_missed_what_drives_them_are_brought_back_to_what_is_fused(paper_cycle_bag, listener, tmp_path):
@@ -279,8 +282,7 @@ def test_models_that_missed_what_drives_them_are_brought_back_to_what_is_fused(p
     namespace, at = "/missed", NODES.index("end_winding")
     predictions = listener.collect(HydraulicState, f"{namespace}/hydraulics/prediction")
     motor = listener.collect(MotorThermalState, f"{namespace}/motor/thermal_state")
-    nodes = {name: NodeProcess(name, namespace, flush_after=FLUSH_AFTER) for name in MODELS}
-    try:
+    with models(namespace) as nodes:
         play(write_recording(tmp_path / "missing", missing), *MODELS, namespace=namespace, rate=8.0)
         end = whole.epoch_ns + 79_000_000_000
         for messages in (predictions, motor):
@@ -289,10 +291,6 @@ def test_models_that_missed_what_drives_them_are_brought_back_to_what_is_fused(p
             last = messages[-1].temperature[at] + ZERO_CELSIUS
             assert abs(last - truth.free_temperature[-1, at]) < 1.0 and abs(last - result.free_temperature[-1, at]) < 0.3
             assert nodes[name].text.count("its temperatures follow temperature/estimates") == 1
-    finally:
-        for node in nodes.values():
-            with node:
-                node.stop()
 
 
 def test_without_temperature_sensors_the_models_carry_the_estimate(graph, short_bag, listener):
@@ -461,8 +459,7 @@ def test_temperatures_that_are_all_in_degf_are_told_together_and_none_is_fused(l
         fahrenheit = with_wrong_unit(fahrenheit, f"temperature/{sensor}", "temperature", 1.8, ZERO_CELSIUS + 32.0 - 1.8 * ZERO_CELSIUS)
     estimates = listener.collect(TemperatureEstimateArray, "/warm/temperature/estimates")
     health = listener.collect(DiagnosticArray, "/diagnostics")
-    nodes = {name: NodeProcess(name, "/warm", flush_after=FLUSH_AFTER) for name in MODELS}
-    try:
+    with models("/warm") as nodes:
         play(write_recording(tmp_path / "fahrenheit", fahrenheit), *MODELS, namespace="/warm")
         end = (fahrenheit.epoch_ns * 1e-9 + 19.0) * 1e9
         wait_for(lambda: estimates and stamp_ns(estimates[-1]) > end, 30.0, "the last estimate")
@@ -472,10 +469,6 @@ def test_temperatures_that_are_all_in_degf_are_told_together_and_none_is_fused(l
             wait_for(lambda s=sensor: _with(health, f"warm/temperature_fusion: temperature/{s}", "looks as if given in degF"), 20.0, sensor)
             line = nodes["temperature_fusion"].says(f"/warm/temperature/{sensor} temperature looks as if given in degF")
             assert "it begins with 7" in line and "not used" in line
-    finally:
-        for node in nodes.values():
-            with node:
-                node.stop()
 
 
 def _with(messages, name, words):
