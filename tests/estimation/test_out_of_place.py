@@ -61,6 +61,18 @@ def test_one_that_comes_off_is_far_off_its_zero_and_left_out_and_not_exchanged(m
     assert np.all(np.abs(result.fused[-1] - truth.fused[-1]) < 2.0 * result.fused_std[-1])
 
 
+def test_one_of_which_only_noise_is_left_stands_still_and_is_left_out(paper_cycle_bag):
+    recording = read_recording(paper_cycle_bag)
+    winding = recording.temperatures["motor_winding"]
+    noise = 0.1 * np.random.default_rng(0).standard_normal(len(winding))
+    values = np.column_stack([winding.values[:, 0].mean() + noise, winding.values[:, 1]])
+    still = replace(recording, temperatures={**recording.temperatures, "motor_winding": replace(winding, values=values)})
+    result, truth = replay(still, load_rig()), replay(recording, load_rig())
+    assert truth.left_out == () and [found.sensors for found in result.left_out] == [("motor_winding",)]
+    assert out_of_place(result).startswith("temperature/motor_winding stands still while its place must move, and was up to 1")
+    assert np.all(np.abs(result.fused - truth.fused) < 2.0 * result.fused_std)
+
+
 def test_a_calibrated_one_that_is_little_off_is_told_and_still_used(minute):
     """Its zero is known to 0.02 K, of which 1 K is much, and of the sheet's tolerance of 0.3 K is not."""
     assert far_off_zero(("tank_oil", 50.0, 1.0), load_rig()) is None

@@ -187,6 +187,38 @@ def test_a_broken_one_that_crosses_the_estimate_or_stays_where_it_is_is_not(whol
     assert [entry[1] for entry in live(truth, moved(recording, "motor_winding", by))[2]] == ["out"]
 
 
+def standing(recording, sensor, since=0.0, until=np.inf):
+    """A sensor of which only noise is left from s to s, about what it reads on the whole."""
+    stream = recording.temperatures[sensor]
+    read, meanwhile = stream.values[:, 0], (stream.time >= since) & (stream.time < until)
+    noise = 0.1 * np.random.default_rng(0).standard_normal(read.size)
+    values = np.column_stack([np.where(meanwhile, read.mean() + noise, read), stream.values[:, 1]])
+    return replace(recording, temperatures={**recording.temperatures, sensor: replace(stream, values=values)})
+
+
+@pytest.mark.parametrize("since", [0.0, 60.0])
+def test_a_sensor_that_stands_still_is_not_used_while_its_place_moves_and_not_again_as_that_passes_by(whole, since):
+    recording, truth = whole
+    fused, spread, said = live(truth, standing(recording, "motor_winding", since))
+    assert [entry[1:] for entry in said] == [("out", ("motor_winding",))] and said[0][0] < since + LASTING + 30.0
+    settled = slice(round((said[0][0] + 30.0) / INTERVAL), None)
+    assert np.all(np.abs(fused - truth.fused)[settled] < 2.5 * spread[settled])
+
+
+def test_a_sensor_that_stood_still_for_a_while_is_used_again(whole):
+    recording, truth = whole
+    said = live(truth, standing(recording, "motor_winding", until=150.0))[2]
+    assert [entry[1:] for entry in said] == [("out", ("motor_winding",)), ("back", ("motor_winding",))] and said[1][0] > 150.0
+
+
+def test_of_a_unit_that_does_not_move_as_told_no_sensor_stands_still(whole):
+    recording, truth = whole
+    at_rest = recording
+    for sensor in recording.temperatures:
+        at_rest = standing(at_rest, sensor)
+    assert live(SimpleNamespace(**{**vars(truth), "given": tuple(np.zeros_like(column) for column in truth.given)}), at_rest)[2] == []
+
+
 def test_air_that_warms_is_no_winding(whole):
     recording, truth = whole
     assert live(truth, moved(recording, "ambient", lambda t: np.clip(t - 20.0, 0.0, 60.0) / 4.0))[2] == []

@@ -14,12 +14,14 @@ import numpy as np
 
 from ddh_twin_py.estimation.credibility import FARTHEST_OFFSET
 from ddh_twin_py.estimation.sensors import SENSORS
+from ddh_twin_py.estimation.still_watch import StillWatch
+from ddh_twin_py.estimation.temperature_fusion import Readings
 from ddh_twin_py.rig import Rig
 from ddh_twin_py.telemetry.signals import TEMPERATURE_PREFIX
 from ddh_twin_py.twin.sensor_errors import temperature_noise
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Collection
+    from collections.abc import Callable, Collection, Mapping
 
     from ddh_twin_py.estimation.replay import ReplayResult, SensorComparison
 
@@ -31,16 +33,18 @@ _FAR, NEAR = 10.0, 3.0
 """Noises and zero errors together: off its own place, and as near as it must be to the other's."""
 AIR = "ambient"
 """The sensor of the air, which the network does not know."""
+_AT_ONCE = 100  # intervals that are held against the free run at once
 _AS_IT_WARMS = 1.0 / 3.0  # of what an exchanged sensor of the air is off the air, that it may be off the place that it reads
 
 
 @dataclass(frozen=True)
 class OutOfPlace:
-    """Sensors that are told to be out of place, by name, and why, in a line; K by which a single one is held off."""
+    """Sensors that are told to be out of place, by name, and why, in a line; K by which a single one is off, whether it stands still."""
 
     sensors: tuple[str, ...]
     why: str
     off: float = 0.0
+    still: bool = False
 
     @property
     def topics(self) -> str:
@@ -73,7 +77,8 @@ def out_of_place(result: ReplayResult) -> str:
 def without_those_out_of_place(run: Callable[[frozenset[str]], ReplayResult], without: Collection[str]) -> ReplayResult:
     """A replay without the sensors that it tells to be out of place.
 
-    Two that look exchanged are left out at once. One that is far off its zero is where what is left then agrees: if more than `few` are,
+    Two that look exchanged are left out at once. Those that stand still are where what is fused without them moves as the free run does,
+    as on a unit that was told to move and did not. One that is far off its zero is where what is left then agrees: if more than `few` are,
     or another is in doubt yet, the unit is not what the twin takes it for, and all are used.
 
     Args:
@@ -84,6 +89,11 @@ def without_those_out_of_place(run: Callable[[frozenset[str]], ReplayResult], wi
     while (found := _pair(result)) is not None and not unseen.issuperset(found.sensors):
         unseen = unseen.union(found.sensors)
         result = replace(run(unseen), left_out=(*result.left_out, found))
+    if still := _still(result):
+        gone = unseen.union(*(found.sensors for found in still))
+        tried = replace(run(gone), left_out=(*result.left_out, *still))
+        if gone == unseen.union(*(found.sensors for found in _still(tried, fused=True))):
+            result, unseen = tried, gone
     tried = result
     for _ in range(few(sum(sensor.used for sensor in result.sensors.values()))):
         found = far_off_zero(tried.zero_error, tried.rig) if tried.zero_error is not None else None
@@ -106,6 +116,32 @@ def _pair(result: ReplayResult) -> OutOfPlace | None:
     for one, two in itertools.product([name for name in result.sensors if name not in gone], repeat=2):
         off[SENSORS.index(one), SENSORS.index(two)] = _off(result.sensors[one], result.sensors[two])
     return look_exchanged(off, result.rig)
+
+
+def stand_still(off: Mapping[str, float], read: int) -> list[OutOfPlace]:
+    """Sensors that do not move while their places do, and how far each was off meanwhile, K, of so many that are read; none where they are
+    more than `few`."""
+    if len(off) > few(read):
+        return []
+    why = "stands still while its place must move, and was up to {:.1f} K off it meanwhile"
+    return [OutOfPlace((sensor,), f"{TEMPERATURE_PREFIX}{sensor} {why.format(k)}", k, still=True) for sensor, k in off.items()]
+
+
+def _still(result: ReplayResult, fused: bool = False) -> list[OutOfPlace]:
+    """Those that do not move where the free run, or what is fused without them, says that they must."""
+    read = {name: sensor for name, sensor in result.sensors.items() if sensor.used != fused}
+    if not read:
+        return []
+    of = np.concatenate([np.full(sensor.row.size, SENSORS.index(name)) for name, sensor in read.items()])
+    row, measured, shown = (np.concatenate([getattr(sensor, name) for sensor in read.values()])
+                            for name in ("row", "measured", "fused" if fused else "predicted"))
+    order = np.argsort(row, kind="stable")
+    order = order[np.isfinite(measured[order])]
+    watch, found = StillWatch(result.rig, LEAST), {}
+    for part in np.split(order, np.searchsorted(row[order], np.arange(_AT_ONCE, len(result.time), _AT_ONCE))):
+        watch.take(Readings(row[part], of[part], measured[part]), shown[part])
+        found.update(watch.still)
+    return stand_still(found, len(result.sensors))
 
 
 def far_off_zero(zero_error: tuple[str, float, float], rig: Rig) -> OutOfPlace | None:

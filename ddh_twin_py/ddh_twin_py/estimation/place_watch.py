@@ -6,7 +6,8 @@ import numpy as np
 
 from ddh_twin_py.estimation.air_watch import LONGEST, AirWatch
 from ddh_twin_py.estimation.credibility import Credibility
-from ddh_twin_py.estimation.out_of_place import LEAST, OutOfPlace, far_off_zero, few, filter_is_off, look_exchanged
+from ddh_twin_py.estimation.out_of_place import LEAST, OutOfPlace, far_off_zero, few, filter_is_off, look_exchanged, stand_still
+from ddh_twin_py.estimation.still_watch import StillWatch
 from ddh_twin_py.estimation.temperature_filter import NEVER_READ
 from ddh_twin_py.estimation.temperature_fusion import FusionState, Readings
 from ddh_twin_py.rig import Rig
@@ -17,7 +18,7 @@ from ddh_twin_py.twin.temperature_sensors import SENSORS, all_sensed
 WINDOW = 60.0
 """s of data that are judged by themselves: long enough that two places do not cross, short enough to see connectors that are exchanged."""
 LASTING = 60.0
-"""s for which a zero error must be far off: a loose contact comes back sooner."""
+"""s for which a zero error must be far off, or a sensor stand still: a loose contact comes back sooner, and an exchange is told sooner."""
 
 
 class PlaceWatch:
@@ -34,7 +35,7 @@ class PlaceWatch:
         self._rig, self._interval = rig, interval
         self._lagging = LaggedReadings(sensor_lags(rig))
         self._zero, self._top_share = temperature_zero_errors(rig)[0], rig["tank.top_share"]
-        self._credibility, self._air = Credibility(rig), AirWatch(rig, interval)
+        self._credibility, self._air, self._stands = Credibility(rig), AirWatch(rig, interval), StillWatch(rig, LEAST)
         self.begin_anew()
 
     def begin_anew(self) -> None:
@@ -44,6 +45,8 @@ class PlaceWatch:
         self._far, self._far_for = "", 0.0  # sensor whose zero is far off, and for how many s it has been
         self._begun_for: set[str] = set()  # sensors for which the filter was told to begin anew
         self._air.begin_anew()
+        self._stands.begin_anew()
+        self._still_for = 0.0  # s for which one has stood still
         self._begin_window()
 
     @property
@@ -67,13 +70,15 @@ class PlaceWatch:
         paired = {sensor for found in self.told if len(found.sensors) > 1 for sensor in found.sensors}
         read = np.full(len(free), np.nan) if air is None else air
         found = (self._air.take(seen, readings, read, gone) or self._exchanged(seen, readings, paired)
-                 or self._far_off(state, len(free) * self._interval))
+                 or self._still(seen, readings.without(gone), state) or self._far_off(state, len(free) * self._interval))
         if found is not None:
             if found.sensors:  # of two that are exchanged, one may have been told alone
                 self.told = [one for one in self.told if not one.within(found)] + [found]
             self._far, self._far_for = "", 0.0
             self._begin_window()
             self._air.begin_window()
+            self._stands.begin_anew()
+            self._still_for = 0.0
         return found
 
     def _exchanged(self, seen: np.ndarray, readings: Readings, paired: set[str]) -> OutOfPlace | None:
@@ -89,6 +94,16 @@ class PlaceWatch:
         mean = np.where(self._count < LEAST, np.nan, self._square.T / np.maximum(self._count, 1)).T
         self._begin_window()
         return look_exchanged(np.sqrt(mean), self._rig)
+
+    def _still(self, seen: np.ndarray, readings: Readings, state: FusionState) -> OutOfPlace | None:
+        """One that stands still; where the filter, which goes by what was measured, can believe that, the unit does not run as told."""
+        self._stands.take(readings, seen[readings.index, readings.sensor])
+        off = self._stands.still
+        doubted = bool(off) and bool(self._credibility.doubt(state))
+        self._still_for = self._still_for + len(seen) * self._interval if doubted else 0.0
+        if self._still_for <= LASTING:
+            return None
+        return next(iter(stand_still(off, np.count_nonzero(state.refused != NEVER_READ))), None)
 
     def _seen(self, free: np.ndarray) -> np.ndarray:
         """What sensors would read of the free run, K, (n, m), NaN where it says nothing."""
