@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from ddh_twin_py.bags.reader import read_recording
 from ddh_twin_py.bags.writer import whole_bag
-from ddh_twin_py.gap.contradictions import contradictions
+from ddh_twin_py.gap.recordings.contradictions import contradictions
 from ddh_twin_py.rig import load_rig
 from ddh_twin_py.telemetry.signals import TEMPERATURE_PREFIX, TOPIC_TYPES, ZERO_CELSIUS
 

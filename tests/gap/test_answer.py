@@ -8,8 +8,8 @@ import pytest
 from ddh_twin_py.estimation.calibration import FittedParameter
 from ddh_twin_py.gap.answer import _at_the_end, _missed, _not_held, _pressed, _untold, _would_not_show
 from ddh_twin_py.gap.catalogue import EFFECTS
-from ddh_twin_py.gap.detection import Detection
-from ddh_twin_py.gap.hearing import spread_elsewhere, spread_of_unsteady
+from ddh_twin_py.gap.explain.detection import Detection
+from ddh_twin_py.gap.verdict.hearing import spread_elsewhere, spread_of_unsteady
 
 
 def test_what_a_record_would_not_have_shown_is_no_part_of_no_gap():

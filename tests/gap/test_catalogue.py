@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import yaml
 from ddh_twin_py.gap.catalogue import EFFECTS
-from ddh_twin_py.gap.drive_learned import terms
+from ddh_twin_py.gap.drive.learned_terms import terms
 from ddh_twin_py.gap.effect import DOMAINS
 from ddh_twin_py.physics.balance import OPERATING_DTYPE
 from ddh_twin_py.rig import load_rig

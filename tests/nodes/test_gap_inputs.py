@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from ddh_twin_py.gap.watch import HYDRAULIC, GapWatch, Settings
+from ddh_twin_py.gap.watch.watch import HYDRAULIC, GapWatch, Settings
 from ddh_twin_py.nodes.gap_inputs import Forward
 from ddh_twin_py.rig import load_rig
 

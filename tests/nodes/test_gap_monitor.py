@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from action_msgs.srv import CancelGoal
 from ddh_twin_py.estimation.sensors import NODE_OF_SENSOR
-from ddh_twin_py.gap.normal_level import load_levels
+from ddh_twin_py.gap.watch.normal_level import load_levels
 from ddh_twin_py.nodes import qos
 from ddh_twin_py.nodes.conversion import estimate_layout, hydraulic_residual_layout, residual_layout
 from ddh_twin_py.physics.thermal_network import NODES

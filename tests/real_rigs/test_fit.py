@@ -4,7 +4,7 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
-from ddh_twin_py.gap.hypotheses import POWER, POWER_WITHOUT_COMMISSIONING
+from ddh_twin_py.gap.evidence.hypotheses import POWER, POWER_WITHOUT_COMMISSIONING
 from ddh_twin_py.real_rigs.fit import by_steps, fit, least_squares, power_of
 from ddh_twin_py.real_rigs.rig_model import RigModel
 from support.heated_block import DESCRIPTION, Block, block

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from ddh_twin_py.estimation.comparison import Comparison, Discrepancy
 from ddh_twin_py.gap import answer
-from ddh_twin_py.gap.slopes import slopes_of
+from ddh_twin_py.gap.evidence.slopes import slopes_of
 from ddh_twin_py.real_rigs.controls import on_real, on_simulated
 from ddh_twin_py.real_rigs.diagnose import diagnose, found_by, rounds
 from support.heated_block import DESCRIPTION, block

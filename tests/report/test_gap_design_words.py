@@ -5,8 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from ddh_twin_py.gap.design import Design
-from ddh_twin_py.gap.detection import SIZES, Detection
+from ddh_twin_py.gap.drive.design import Design
+from ddh_twin_py.gap.explain.detection import SIZES, Detection
 from ddh_twin_py.report.gap_design_report import design_document
 from ddh_twin_py.report.gap_design_summary import print_design
 from ddh_twin_py.report.gap_design_words import impossible, smallest, verdict

@@ -9,8 +9,9 @@ import jsonschema
 import numpy as np
 import pytest
 from ddh_twin_py.gap.catalogue import EFFECTS
-from ddh_twin_py.gap.diagnosis import Lack, Weighed
-from ddh_twin_py.gap.unknown import UNLISTED
+from ddh_twin_py.gap.diagnosis import Weighed
+from ddh_twin_py.gap.findings import Lack
+from ddh_twin_py.gap.verdict.unknown import UNLISTED
 from ddh_twin_py.gap.words import sentence
 from ddh_twin_py.report.document import json_text
 from ddh_twin_py.report.gap_checks import CHECKS
@@ -352,7 +353,7 @@ def test_what_is_always_left_beside_an_effect_is_told(effects, unknown, told, di
 
 
 def test_every_check_that_a_rule_makes_has_words(repo_root):
-    rules = "".join(file.read_text() for file in (repo_root / "ddh_twin_py/ddh_twin_py/gap").glob("*.py"))
+    rules = "".join(file.read_text() for file in (repo_root / "ddh_twin_py/ddh_twin_py/gap").rglob("*.py"))
     assert set(re.findall(r'(?:checked|Check)\("(\w+)"', rules)) == set(CHECKS)
 
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from ddh_twin_py.gap.diagnosis import Trace
+from ddh_twin_py.gap.findings import Trace
 from ddh_twin_py.report.curve_plot import Curve, curve_plot, ticks
 from ddh_twin_py.report.gap_rest import followed, judged, persistence
 from ddh_twin_py.report.residual_charts import along, binned, broken, varies

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from ddh_twin_py.cli.main import main
 from ddh_twin_py.gap.catalogue import EFFECTS
-from ddh_twin_py.gap.design import Design
-from ddh_twin_py.gap.detection import SIZES, Detection
+from ddh_twin_py.gap.drive.design import Design
+from ddh_twin_py.gap.explain.detection import SIZES, Detection
 from ddh_twin_py.report import document as doc
 from ddh_twin_py.report.charts import Chart, Trace, charts
 from ddh_twin_py.report.gap_design_report import design_document

@@ -2,7 +2,7 @@
 
 import pytest
 from ddh_twin_py.rig import RigError, load_rig
-from ddh_twin_py.rig.oil_grades import oil_grade, oil_grades, viscosity_at_100, viscosity_index, with_oil
+from ddh_twin_py.rig.oil_grades import oil_grade, oil_grades, viscosity_at_100, viscosity_index
 
 
 @pytest.mark.parametrize("at_40, at_100, index", [
@@ -29,7 +29,7 @@ def test_a_higher_index_is_thinner_in_the_cold_and_thicker_in_the_heat():
 
 def test_vg_32_is_close_to_the_sheets_oil_and_keeps_the_reference_viscosity():
     sheet = load_rig()
-    filled = with_oil(sheet, "vg 32")
+    filled = sheet.with_oil("vg 32")
     a, b = sheet["oil.walther_a"], sheet["oil.walther_b"]
     for celsius in (0.0, 23.0, 60.0):
         import math
@@ -47,5 +47,5 @@ def test_an_unknown_grade_names_the_nearest():
 
 def test_a_rig_knows_the_name_of_its_oil():
     rig = load_rig()
-    assert rig.oil_grade == "ISO VG 32" and with_oil(rig, "46").oil_grade == "ISO VG 46"
+    assert rig.oil_grade == "ISO VG 32" and rig.with_oil("46").oil_grade == "ISO VG 46"
     assert rig.with_values({"oil.walther_a": rig["oil.walther_a"] * 1.01}).oil_grade == ""

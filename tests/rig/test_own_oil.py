@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from ddh_twin_py.physics.oil import viscosity_ratio
 from ddh_twin_py.rig import load_rig
-from ddh_twin_py.rig.oil_grades import with_oil
 from ddh_twin_py.rig.own_oil import REFERENCE, of_own_oil, refer_to_own_oil, viscosity_at_reference
 from ddh_twin_py.rig.writer import rig_text
 
@@ -32,7 +31,7 @@ def test_coefficients_of_every_drawn_rig_hold_at_23_degrees_with_its_own_oil():
 def test_another_oil_is_thinner_or_thicker_than_the_one_the_coefficients_were_found_with():
     own = load_rig().built_as({"oil.walther_b": 3.74}, "built so")
     assert ratio_at_reference(own) == pytest.approx(1.0, rel=1e-9)
-    filled = with_oil(own, "ISO VG 46")
+    filled = own.with_oil("ISO VG 46")
     assert filled[REFERENCE] == own[REFERENCE] > load_rig()[REFERENCE]
     assert 1.0 < ratio_at_reference(filled) < 1.5
 

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from ddh_twin_py.rig import RigError, load_rig
 from ddh_twin_py.rig.bounds import bound_of, contradiction
-from ddh_twin_py.rig.oil_grades import with_oil
 from ddh_twin_py.rig.sheet import BOUNDS
 
 
@@ -40,7 +39,7 @@ def test_an_oil_may_be_named_by_its_grade(tmp_path):
     file, sheet = tmp_path / "mine.yaml", load_rig()
     for grade in ("ISO VG 46", "46", "vg 46"):
         file.write_text(f"oil:\n  grade: {grade}\n  air_fraction: {{value: 0.01}}\n")
-        rig, filled = load_rig(file), with_oil(sheet, "ISO VG 46")
+        rig, filled = load_rig(file), sheet.with_oil("ISO VG 46")
         assert all(rig[path] == filled[path] for path in ("oil.walther_a", "oil.walther_b", "oil.density_15C"))
         assert rig["oil.air_fraction"] == 0.01 and rig["pump_1.leakage"] == sheet["pump_1.leakage"]
         assert rig.quantities["oil.walther_a"].tolerance == sheet.quantities["oil.walther_a"].tolerance

@@ -5,9 +5,9 @@ from dataclasses import replace
 
 import numpy as np
 from ddh_twin_py.estimation.comparison import Discrepancy
-from ddh_twin_py.gap.free_places import free_places
-from ddh_twin_py.gap.hypotheses import POWER, SLACK
-from ddh_twin_py.gap.linearised import linearise
+from ddh_twin_py.gap.evidence.hypotheses import POWER, SLACK
+from ddh_twin_py.gap.evidence.linearised import linearise
+from ddh_twin_py.gap.locate.free_places import free_places
 
 
 def misread(model, name, error):

@@ -2,8 +2,9 @@
 
 import numpy as np
 from ddh_twin_py.estimation.calibration import FittedParameter
-from ddh_twin_py.gap.detection import Detection
-from ddh_twin_py.gap.diagnosis import Diagnosis, Lack, Shape, Trace, Weighed
+from ddh_twin_py.gap.diagnosis import Diagnosis, Weighed
+from ddh_twin_py.gap.explain.detection import Detection
+from ddh_twin_py.gap.findings import Lack, Shape, Trace
 from ddh_twin_py.rig import load_rig
 
 KINDS = ("explained", "ambiguous", "unknown", "no_gap", "insufficient")

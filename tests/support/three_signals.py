@@ -4,8 +4,8 @@ from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
-from ddh_twin_py.gap.refit import Refitted
-from ddh_twin_py.gap.sensitivity import Column
+from ddh_twin_py.gap.evidence.sensitivity import Column
+from ddh_twin_py.gap.explain.refit import Refitted
 
 from support.first_order import EFFECTS
 

@@ -10,7 +10,6 @@ from ddh_twin_py.physics.hydraulics import HYDRAULIC_STATES
 from ddh_twin_py.physics.oil import VAPOUR_PRESSURE, ZERO_CELSIUS
 from ddh_twin_py.physics.thermal_network import END_WINDING, N, NODES, SLOT_WINDING, TANK
 from ddh_twin_py.rig import load_rig
-from ddh_twin_py.rig.oil_grades import with_oil
 from ddh_twin_py.twin.cold_start import LONGEST_CYCLE, AllowedSpeed, Case, start, sweep
 from ddh_twin_py.twin.cycle import DutyRun
 from ddh_twin_py.twin.duty import DutyCommand, load_duty
@@ -56,7 +55,7 @@ def test_what_a_speed_settles_to_is_where_the_free_run_goes(rig, celsius, speed)
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_the_allowed_speed_is_on_its_limit_and_rises_with_temperature(rig, sign):
-    oil = with_oil(rig, "ISO VG 46").parameters
+    oil = rig.with_oil("ISO VG 46").parameters
     out, before = np.empty(len(STEADY)), 0.0
     seen = set()
     for celsius in (-30.0, -25.0, -20.0, -15.0, -10.0, -5.0):
@@ -76,14 +75,14 @@ def test_the_allowed_speed_is_on_its_limit_and_rises_with_temperature(rig, sign)
 
 
 def test_a_longer_line_makes_suction_the_limit_of_lowering(rig):
-    narrow = with_oil(rig, "ISO VG 46").with_values({"line_a.pressure_drop_laminar": 20.0 * rig["line_a.pressure_drop_laminar"]})
+    narrow = rig.with_oil("ISO VG 46").with_values({"line_a.pressure_drop_laminar": 20.0 * rig["line_a.pressure_drop_laminar"]})
     temperature, out = np.full(N, 253.15), np.empty(len(STEADY))
     assert highest_speed(narrow.parameters, temperature, -1.0, 200.0, 100.0, out)[1] == 2
 
 
 def reference(rig, duty, case, hours):
     """Every cycle by the full free run with the same rule: times, temperatures, time of full speed, time over the limit."""
-    filled = with_oil(rig, case.grade).with_values({"load.payload_mass": duty.payload})
+    filled = rig.with_oil(case.grade).with_values({"load.payload_mass": duty.payload})
     run = DutyRun(filled, duty, case.ambient + ZERO_CELSIUS, case.ambient + ZERO_CELSIUS, patient=True)
     rule = AllowedSpeed(filled, duty)
     time, history, full = [0.0], [run.temperature.copy()], np.nan

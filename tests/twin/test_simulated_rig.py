@@ -7,9 +7,8 @@ import pytest
 from ddh_twin_py.cli.arguments import duty_file
 from ddh_twin_py.cli.simulated import collect
 from ddh_twin_py.estimation.experiment import Experiment
-from ddh_twin_py.gap.size import ratios
+from ddh_twin_py.gap.shrink.size import ratios
 from ddh_twin_py.rig import load_rig
-from ddh_twin_py.rig.oil_grades import with_oil
 from ddh_twin_py.telemetry.recording import Finding
 from ddh_twin_py.twin.duty import load_duty
 from ddh_twin_py.twin.simulated_rig import SimulatedRig
@@ -75,7 +74,7 @@ def test_the_name_of_a_rig_changes_nothing_else():
 
 
 def test_a_recording_of_another_oil_says_so_and_is_not_doubted_beside_its_rig_file():
-    recording = simulated(with_oil(load_rig(), "ISO VG 46"), True)
+    recording = simulated(load_rig().with_oil("ISO VG 46"), True)
     assert recording.rig.oil_grade == "ISO VG 46"
     doubted = replace(recording, findings=[Finding("warning", "bag", "/ddh/rig", "oil_grade", "ISO VG 46", 1, "another oil")])
     assert doubted.held_against("vg46").findings == [] and doubted.held_against("ISO VG 32").findings == doubted.findings

@@ -2,7 +2,7 @@
 
 import math
 
-from ddh_twin_py.gap.watch import UNITS
+from ddh_twin_py.gap.watch.watch import UNITS
 from ddh_twin_py.web.gap_news import PLACES, SignalNews, gap_document
 
 NAN = math.nan

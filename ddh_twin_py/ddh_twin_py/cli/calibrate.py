@@ -81,8 +81,8 @@ def run(args: argparse.Namespace) -> int:
         from ddh_twin_py.estimation.calibration import CalibrationError, calibrate, check_paths
         from ddh_twin_py.estimation.experiment import Experiment
         from ddh_twin_py.estimation.held_out import held_out
-        from ddh_twin_py.gap.contradictions import contradictions
-        from ddh_twin_py.gap.suitability import one_clock
+        from ddh_twin_py.gap.recordings.contradictions import contradictions
+        from ddh_twin_py.gap.recordings.suitability import one_clock
         from ddh_twin_py.report.calibration_groups import signal_fits, unfitted, verdict
         from ddh_twin_py.report.calibration_report import calibration_document, calibration_json
         from ddh_twin_py.report.calibration_summary import print_calibration

@@ -73,7 +73,7 @@ def run(args: argparse.Namespace) -> int:
     with stage("loading", args.quiet):
         from ddh_twin_py.estimation.experiment import Experiment
         from ddh_twin_py.gap.catalogue import EFFECTS
-        from ddh_twin_py.gap.design import design
+        from ddh_twin_py.gap.drive.design import design
         from ddh_twin_py.report.gap_design_report import design_document, design_json
         from ddh_twin_py.report.gap_design_summary import print_design
         from ddh_twin_py.twin.rehearsal import rehearse

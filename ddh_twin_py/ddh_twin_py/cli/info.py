@@ -34,7 +34,7 @@ def run(args: argparse.Namespace) -> int:
 
     from ddh_twin_py.bags.reader import read_recording
     from ddh_twin_py.cli.console import put_json, show_findings
-    from ddh_twin_py.gap.contradictions import contradictions
+    from ddh_twin_py.gap.recordings.contradictions import contradictions
     from ddh_twin_py.rig import load_rig
     from ddh_twin_py.telemetry.recording import Finding
     from ddh_twin_py.telemetry.screening import screen_by_sheet

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from ddh_twin_py.bags.reader import read_recording
 from ddh_twin_py.bags.writer import write_recording
-from ddh_twin_py.cli.benchmarks import Figure
+from ddh_twin_py.benchmarks.figure import Figure
 from ddh_twin_py.cli.live_play import play
 from ddh_twin_py.cli.live_result import live_result
 from ddh_twin_py.estimation.replay import replay

@@ -15,6 +15,7 @@ import numpy as np
 from ddh_twin_py.physics.compiled import kernel
 
 PHASES = ("lifting", "lowering", "holding", "transient")
+STEADY = PHASES[:3]
 LIFTING, LOWERING, HOLDING, TRANSIENT = range(4)
 MOVING = 2.0e-3
 """m/s of rod velocity above which the load is lifted or lowered."""

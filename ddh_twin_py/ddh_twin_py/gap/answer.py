@@ -8,22 +8,22 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 
 from ddh_twin_py.estimation.calibration import FittedParameter
-from ddh_twin_py.gap import size
-from ddh_twin_py.gap.at_odds import at_odds
-from ddh_twin_py.gap.classes import classes_of
-from ddh_twin_py.gap.conclusion import conclude
-from ddh_twin_py.gap.departure import departure_of
-from ddh_twin_py.gap.detection import SIZES, Detection, detections
+from ddh_twin_py.gap.diagnosable import Diagnosable
 from ddh_twin_py.gap.diagnosis import Diagnosis, Weighed
-from ddh_twin_py.gap.held_runs import HeldRuns, ratios_of, recorded
-from ddh_twin_py.gap.learned import described, learn
-from ddh_twin_py.gap.model import Diagnosable
-from ddh_twin_py.gap.open_rig import asked_of_rig, told
-from ddh_twin_py.gap.places import alone, entry_of, places, sized, unknown_places
-from ddh_twin_py.gap.refit import Refitted
-from ddh_twin_py.gap.search import Found
-from ddh_twin_py.gap.taken_up import not_shown, shown_since
-from ddh_twin_py.gap.verdict import Verdict
+from ddh_twin_py.gap.explain.classes import classes_of
+from ddh_twin_py.gap.explain.departure import departure_of
+from ddh_twin_py.gap.explain.detection import SIZES, Detection, detections
+from ddh_twin_py.gap.explain.learned import described, learn
+from ddh_twin_py.gap.explain.refit import Refitted
+from ddh_twin_py.gap.explain.search import Found
+from ddh_twin_py.gap.explain.taken_up import not_shown, shown_since
+from ddh_twin_py.gap.shrink import size
+from ddh_twin_py.gap.shrink.at_odds import at_odds
+from ddh_twin_py.gap.shrink.held_runs import HeldRuns, ratios_of, recorded
+from ddh_twin_py.gap.shrink.open_rig import asked_of_rig, told
+from ddh_twin_py.gap.verdict.conclusion import conclude
+from ddh_twin_py.gap.verdict.places import alone, entry_of, places, sized, unknown_places
+from ddh_twin_py.gap.verdict.verdict import Verdict
 from ddh_twin_py.gap.words import careful, sentence, shown_by_field, untold
 from ddh_twin_py.rig.reader_units import moved, plus_minus
 from ddh_twin_py.rig.sheet import CUT

@@ -13,16 +13,16 @@ from ddh_twin_py.estimation.comparison import Discrepancy, sized
 from ddh_twin_py.estimation.experiment import Experiment
 from ddh_twin_py.estimation.fitting import RESTARTS, Problem
 from ddh_twin_py.gap import answer
-from ddh_twin_py.gap.carried_load import undeclared_loads
 from ddh_twin_py.gap.catalogue import EFFECTS
-from ddh_twin_py.gap.contradictions import contradictions
 from ddh_twin_py.gap.diagnosis import Diagnosis
-from ddh_twin_py.gap.doubts import at_the_stops, damage, doubts, left_out, of_reference, pauses, undeclared
-from ddh_twin_py.gap.drive_case import DriveCase
-from ddh_twin_py.gap.hypotheses import POWER, POWER_WITHOUT_COMMISSIONING
-from ddh_twin_py.gap.search import Found, search
-from ddh_twin_py.gap.suitability import no_answer, no_twice, one_clock, one_rig, out_of_order, refuse_unfit, unseen
-from ddh_twin_py.gap.unknown import structure_left
+from ddh_twin_py.gap.drive.case import DriveCase
+from ddh_twin_py.gap.evidence.hypotheses import POWER, POWER_WITHOUT_COMMISSIONING
+from ddh_twin_py.gap.explain.search import Found, search
+from ddh_twin_py.gap.recordings.carried_load import undeclared_loads
+from ddh_twin_py.gap.recordings.contradictions import contradictions
+from ddh_twin_py.gap.recordings.doubts import at_the_stops, damage, doubts, left_out, of_reference, pauses, undeclared
+from ddh_twin_py.gap.recordings.suitability import no_answer, no_twice, one_clock, one_rig, out_of_order, refuse_unfit, unseen
+from ddh_twin_py.gap.verdict.unknown import structure_left
 from ddh_twin_py.gap.words import careful
 from ddh_twin_py.rig import Rig
 from ddh_twin_py.rig.payload import PAYLOAD

@@ -9,49 +9,10 @@ import numpy as np
 
 from ddh_twin_py.estimation.calibration import FittedParameter
 from ddh_twin_py.gap.catalogue import EFFECTS
-from ddh_twin_py.gap.detection import Detection
 from ddh_twin_py.gap.effect import Effect
+from ddh_twin_py.gap.explain.detection import Detection
+from ddh_twin_py.gap.findings import Lack, Shape, Trace
 from ddh_twin_py.rig import Rig
-
-
-@dataclass(frozen=True)
-class Trace:
-    """One signal over the data that took no part in finding or fitting.
-
-    Attributes:
-        time: s since the start of the recording, (n,). measured, before, after: in ``unit``, (n,);
-            the twin with its parameters fitted, and with the leading hypothesis added.
-        unit: SI; temperatures in K. noise: of one sample. floor: see the gap's contract.
-    """
-
-    time: np.ndarray
-    measured: np.ndarray
-    before: np.ndarray
-    after: np.ndarray
-    unit: str
-    noise: float
-    floor: float
-
-
-@dataclass(frozen=True)
-class Lack:
-    """What the twin lacks at a place.
-
-    Attributes:
-        component, domain, phase: names of the contract. regime: such as ``speed 40 to 80 rad/s``, empty for all.
-        value, std: in ``unit``, mean over the phase or regime. share: of the explained chi-square.
-        signals: readings that err, where it lies in readings and they are known.
-    """
-
-    component: str
-    domain: str
-    phase: str
-    regime: str
-    value: float
-    std: float
-    unit: str
-    share: float
-    signals: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -72,23 +33,6 @@ class Weighed:
     values: Mapping[str, tuple[float, float, str, float | None]]
     gains: Mapping[str, float]
     left: Mapping[str, float]
-
-
-@dataclass(frozen=True)
-class Shape:
-    """Drawn shape of what no listed effect explains: a curve over one variable it depends on.
-
-    Attributes:
-        variable: name with unit. at: its values, (k,). value, std: of what is lacking, in ``unit``, (k,).
-        signal: in which it is lacking, empty where it is not a signal.
-    """
-
-    variable: str
-    at: np.ndarray
-    value: np.ndarray
-    std: np.ndarray
-    unit: str
-    signal: str = ""
 
 
 @dataclass(frozen=True)

@@ -1,24 +1,18 @@
-"""What the diagnosis asks of a rig's model: the protocol by which any rig can be diagnosed."""
+"""What the diagnosis asks of any rig's model: free runs of its recordings, data that take no part, what is known of the rig.
+
+What finding a place asks beside them is in `locate.locatable`, all that a whole answer does in `diagnosable`.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
+from ddh_twin_py.estimation.calibration import FittedParameter
 from ddh_twin_py.gap.effect import Effect
-
-if TYPE_CHECKING:
-    from ddh_twin_py.estimation.calibration import FittedParameter
-    from ddh_twin_py.gap.diagnosis import Lack, Trace
-    from ddh_twin_py.gap.free_places import FreePlace
-    from ddh_twin_py.gap.lacking import Course
-    from ddh_twin_py.gap.leftover import FreeForm
-    from ddh_twin_py.gap.linearised import Linearised
-    from ddh_twin_py.gap.search import Found
-    from ddh_twin_py.gap.unknown import Unknown
-    from ddh_twin_py.gap.verdict import Verdict
+from ddh_twin_py.gap.findings import Lack, Trace
 
 Acting = Sequence[tuple[Effect, int, float]]
 """Effects that act: effect, index of its law, departure."""
@@ -101,8 +95,8 @@ class Held(Protocol):
         ...
 
 
-class Diagnosable(Model, Protocol):
-    """A model of which the whole answer can be given: what is the rig's own beside free runs.
+class DescribedModel(Model, Protocol):
+    """A model with what is known of its rig beside free runs.
 
     Attributes:
         catalogue: effects by id. recordings: kind (``field``, ...) to names. assumptions: texts.
@@ -128,19 +122,6 @@ class Diagnosable(Model, Protocol):
         """What took no part."""
         ...
 
-    def free_places(self, found: Found, forms: list[FreeForm], off: str = "") -> list[FreePlace]:
-        """Places where something unknown may act, the likeliest first, at least one.
-
-        Args:
-            forms: free-form discrepancies beside the best listed hypothesis, that which speaks loudest first. off: signal that surely is
-                off, which a place has to explain; empty where none is sure.
-        """
-        ...
-
-    def best_place(self, linearised: Linearised) -> FreePlace | None:
-        """The place whose listed effects explain most where they are free; None where nothing is known of places."""
-        ...
-
     def unknown_inputs(self, theta: np.ndarray, spread: np.ndarray) -> list[Lack]:
         """What the first recording in question asks for beyond the model at parameters (k,), by place; empty where nothing tells."""
         ...
@@ -151,14 +132,6 @@ class Diagnosable(Model, Protocol):
 
     def unlisted_laws(self) -> Sequence[Effect]:
         """Laws in no catalogue that listed effects together may be mistaken for; none where none is known."""
-        ...
-
-    def course(self, effect: Effect, without: np.ndarray, acting: np.ndarray) -> Course:
-        """What an effect adds at its place over the first recording in which effects act; parameter records (1,)."""
-        ...
-
-    def next_test(self, found: Found, verdict: Verdict, unknown: Unknown) -> dict | None:
-        """The test that would tell most, None where nothing is left to tell apart or none is known."""
         ...
 
     def fitted_parameters(self, theta: np.ndarray, spread: np.ndarray) -> list[FittedParameter]:

@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 
 from ddh_twin_py.gap.effect import Effect
-from ddh_twin_py.gap.sensitivity import AMPLIFIED
-from ddh_twin_py.gap.size import of_all
+from ddh_twin_py.gap.evidence.sensitivity import AMPLIFIED
+from ddh_twin_py.gap.shrink.size import of_all
 from ddh_twin_py.names import first_of
 from ddh_twin_py.rig.reader_units import plain, plus_minus, probably, shown
 from ddh_twin_py.rig.sheet import CUT

@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 
 from ddh_msgs.msg import ResidualArray, TemperatureEstimateArray
-from ddh_twin_py.gap.watch import HYDRAULIC
+from ddh_twin_py.gap.watch.watch import HYDRAULIC
 from ddh_twin_py.nodes.conversion import FREE_RUN
 from ddh_twin_py.nodes.wire import BulkParser
 from ddh_twin_py.physics.thermal_network import NODES

@@ -9,9 +9,9 @@ from datetime import UTC, datetime
 import numpy as np
 
 from ddh_msgs.msg import GapStatus, ResidualArray, RigInfo, SignalGap, TemperatureEstimateArray
-from ddh_twin_py.gap.normal_level import NormalLevelError
-from ddh_twin_py.gap.running_test import SignalStatus
-from ddh_twin_py.gap.watch import BLUNT, HYDRAULIC, TEMPERATURES, UNITS, GapWatch, Scaled, Settings
+from ddh_twin_py.gap.watch.normal_level import NormalLevelError
+from ddh_twin_py.gap.watch.running_test import SignalStatus
+from ddh_twin_py.gap.watch.watch import BLUNT, HYDRAULIC, TEMPERATURES, UNITS, GapWatch, Scaled, Settings
 from ddh_twin_py.nodes import qos
 from ddh_twin_py.nodes.conversion import residual_layout
 from ddh_twin_py.nodes.diagnose_action import DIAGNOSE_PARAMETERS, DiagnoseAction

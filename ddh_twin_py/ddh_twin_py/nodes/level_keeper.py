@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
-from ddh_twin_py.gap.normal_level import NormalLevel, load_levels, save_levels
+from ddh_twin_py.gap.watch.normal_level import NormalLevel, load_levels, save_levels
 
 
 class LevelKeeper:

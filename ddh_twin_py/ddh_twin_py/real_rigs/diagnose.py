@@ -16,14 +16,15 @@ import numpy as np
 
 from ddh_twin_py.estimation.comparison import Discrepancy
 from ddh_twin_py.gap import answer
-from ddh_twin_py.gap.diagnosis import Diagnosis, Lack
-from ddh_twin_py.gap.lacking import Acting, lacks
-from ddh_twin_py.gap.refit import Refitted
-from ddh_twin_py.gap.search import Found, search
-from ddh_twin_py.gap.suitability import unseen
-from ddh_twin_py.gap.tolerance import without_parameters
-from ddh_twin_py.gap.unknown import Unknown
-from ddh_twin_py.gap.verdict import Verdict, judge
+from ddh_twin_py.gap.diagnosis import Diagnosis
+from ddh_twin_py.gap.explain.refit import Refitted
+from ddh_twin_py.gap.explain.search import Found, search
+from ddh_twin_py.gap.findings import Lack
+from ddh_twin_py.gap.locate.lacking import Acting, lacks
+from ddh_twin_py.gap.recordings.suitability import unseen
+from ddh_twin_py.gap.verdict.tolerance import without_parameters
+from ddh_twin_py.gap.verdict.unknown import Unknown
+from ddh_twin_py.gap.verdict.verdict import Verdict, judge
 from ddh_twin_py.real_rigs.figures import surely_smaller
 from ddh_twin_py.real_rigs.fit import by_steps, power_of
 from ddh_twin_py.real_rigs.next_test import why_none
@@ -87,7 +88,7 @@ class Outcome:
         """Why the report proposes no next test, one sentence."""
         if self.verdict == "no_gap":
             return "There is no gap to explain; no next test is computed."
-        return why_none(self.model, without_parameters(self.model, self.found))
+        return why_none(self.model.tests, without_parameters(self.model, self.found))
 
     def as_json(self) -> dict:
         """The engine's report, and what was made of it."""

@@ -8,9 +8,9 @@ import numpy as np
 from scipy import optimize
 
 from ddh_twin_py.estimation.comparison import Comparison, Discrepancy
-from ddh_twin_py.gap.hypotheses import POWER, POWER_WITHOUT_COMMISSIONING, SLACK
-from ddh_twin_py.gap.linearised import linearise
-from ddh_twin_py.gap.refit import Refit, Refitted
+from ddh_twin_py.gap.evidence.hypotheses import POWER, POWER_WITHOUT_COMMISSIONING, SLACK
+from ddh_twin_py.gap.evidence.linearised import linearise
+from ddh_twin_py.gap.explain.refit import Refit, Refitted
 from ddh_twin_py.real_rigs.rig_model import RigModel
 
 STARTS = 6

@@ -7,21 +7,20 @@ test may have other inputs than the recordings or sensors that they lack: it is 
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ddh_twin_py.gap.beliefs import beliefs
-from ddh_twin_py.gap.classes import TELLS_APART
+from ddh_twin_py.gap.drive.next_test import JOINED, NO_EFFECT, SETTLED, described
+from ddh_twin_py.gap.explain.classes import TELLS_APART
+from ddh_twin_py.gap.explain.search import Found
 from ddh_twin_py.gap.model import Acting
-from ddh_twin_py.gap.next_test import JOINED, NO_EFFECT, SETTLED, described
-from ddh_twin_py.gap.search import Found
-from ddh_twin_py.gap.separating import Believed, Remaining, Trial, root_of
+from ddh_twin_py.gap.next_test.beliefs import beliefs
+from ddh_twin_py.gap.next_test.separating import Believed, Remaining, Trial, root_of
 from ddh_twin_py.real_rigs.run import Run
 
-if TYPE_CHECKING:
-    from ddh_twin_py.real_rigs.rig_model import RigModel
+Record = Callable[[np.ndarray, Acting], np.ndarray]
 
 _ENOUGH = 10.0  # log Bayes factor beyond which more is worth no more
 _TOO_LITTLE = 0.1  # log Bayes factor below which no test is proposed
@@ -43,16 +42,19 @@ class CandidateTest:
 class _Trial(Trial):
     """A candidate as `separating` asks for it."""
 
-    def __init__(self, model: RigModel, found: Found, run: Run) -> None:
+    def __init__(self, record: Record, found: Found, run: Run) -> None:
         super().__init__(run.signals, found.linearised.discrepancy)
-        self._model, self._run = model, run
+        self._record, self._run = record, run
 
     def predict(self, theta: np.ndarray, acting: Acting) -> dict[str, np.ndarray]:
-        return self._run.predict(self._model.record(self._model.first, theta, acting))
+        return self._run.predict(self._record(theta, acting))
 
 
-def next_test(model: RigModel, found: Found) -> dict | None:
+def next_test(tests: Sequence[CandidateTest], record: Record, found: Found) -> dict | None:
     """What to do next, by the contract: description, between, expected_separation.
+
+    Args:
+        tests: that can be made. record: parameter record (1,) of the recordings in question, of deviations (k,) and of what acts.
 
     Returns:
         None where the leading listed set is settled, no candidate is described or none would tell it from its rivals.
@@ -64,8 +66,8 @@ def next_test(model: RigModel, found: Found) -> dict | None:
     weight = np.array([p for _, p in held[1:]]) / sum(p for _, p in held[1:])
     remaining = Remaining(found.linearised, [leader, *rivals])
     best, worth, separated = None, _TOO_LITTLE, np.zeros(0)
-    for candidate in model.tests:
-        apart = found.linearised.power * _apart(_Trial(model, found, candidate.run), leader, rivals, remaining)
+    for candidate in tests:
+        apart = found.linearised.power * _apart(_Trial(record, found, candidate.run), leader, rivals, remaining)
         own = float(weight @ np.minimum(apart, _ENOUGH))
         if own > worth:
             best, worth, separated = candidate, own, apart
@@ -79,14 +81,14 @@ def next_test(model: RigModel, found: Found) -> dict | None:
             "expected_separation": separation}
 
 
-def why_none(model: RigModel, found: Found) -> str:
+def why_none(tests: Sequence[CandidateTest], found: Found) -> str:
     """Why no test is proposed, one sentence."""
     held = beliefs(found)
     if len(held) < 2 or held[0][1] > SETTLED:
         return "Among the listed effects nothing is left to tell apart; no next test is computed."
-    if not model.tests:
+    if not tests:
         return "No next test is computed: the description of this rig names no test that can be made."
-    return f"None of the {len(model.tests)} tests that this rig's description names would tell the leading hypotheses apart."
+    return f"None of the {len(tests)} tests that this rig's description names would tell the leading hypotheses apart."
 
 
 def _apart(trial: Trial, leader: Believed, rivals: list[Believed], remaining: Remaining) -> np.ndarray:

@@ -3,26 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ddh_twin_py.gap.diagnosis import Trace
+from ddh_twin_py.gap.findings import Trace
 from ddh_twin_py.gap.model import Acting
-from ddh_twin_py.gap.size import counted
-
-if TYPE_CHECKING:
-    from ddh_twin_py.real_rigs.rig_model import RigModel
+from ddh_twin_py.gap.shrink.size import counted
+from ddh_twin_py.real_rigs.run import Run
 
 
 class RigHeld:
-    """The held runs of a model, or where it has none the samples of those in question after each signal's ``held_from``."""
+    """The held runs of a model, or where it has none the samples of those in question after each signal's ``held_from``.
 
-    def __init__(self, model: RigModel) -> None:
-        self._model = model
-        self._runs = model.held or model.field
+    Args:
+        held, field: runs of either. record: parameter record (1,) of those in question, of deviations (k,) and of what acts.
+    """
+
+    def __init__(self, held: Sequence[Run], field: Sequence[Run], record: Callable[[np.ndarray, Acting], np.ndarray]) -> None:
+        self._whole, self._record = bool(held), record
+        self._runs = held or field
         own = ", ".join(run.name for run in self._runs)
-        self.words = own if model.held else f"the end of {own}, {self._spans()}"
+        self.words = own if held else f"the end of {own}, {self._spans()}"
 
     def _spans(self) -> str:
         first = min(signal.held_from for run in self._runs for signal in run.signals.values())
@@ -35,7 +36,7 @@ class RigHeld:
 
     def mask(self) -> Callable[[object], np.ndarray]:
         """Which samples of a signal count."""
-        if self._model.held:
+        if self._whole:
             return counted
         return lambda signal: np.isfinite(signal.measured) & (signal.time > signal.held_from)
 
@@ -45,7 +46,7 @@ class RigHeld:
 
     def run(self, theta: np.ndarray, acting: Acting, begin: Sequence[Sequence[float]] | None = None) -> list[dict[str, np.ndarray]]:
         """Free runs, by recording; all begin as they are read."""
-        record = self._model.record(self._model.first, theta, acting)
+        record = self._record(theta, acting)
         return [run.predict(record) for run in self._runs]
 
     def traces(self, before: Mapping[str, np.ndarray], after: Mapping[str, np.ndarray], floor: Mapping[str, float]) -> dict[str, Trace]:
@@ -61,4 +62,4 @@ class RigHeld:
 
     def axes(self, theta: np.ndarray, acting: Acting) -> dict[str, tuple[np.ndarray, np.ndarray]]:
         """Variables on which residuals may depend, of the first recording."""
-        return self._runs[0].variables(self._model.record(self._model.first, theta, acting))
+        return self._runs[0].variables(self._record(theta, acting))

@@ -1,4 +1,4 @@
-"""A described rig with its recordings as the gap engine sees it (`gap.model.Diagnosable`); for models whose run is cheap."""
+"""A described rig with its recordings as the gap engine sees it (`gap.diagnosable.Diagnosable`); for models whose run is cheap."""
 
 from __future__ import annotations
 
@@ -9,15 +9,15 @@ import numpy as np
 
 from ddh_twin_py.estimation.calibration import INFORMED, FittedParameter
 from ddh_twin_py.estimation.comparison import Comparison
-from ddh_twin_py.gap.diagnosis import Lack
 from ddh_twin_py.gap.effect import Effect
-from ddh_twin_py.gap.free_places import FreePlace
-from ddh_twin_py.gap.lacking import Course
-from ddh_twin_py.gap.leftover import FreeForm
-from ddh_twin_py.gap.linearised import Linearised
+from ddh_twin_py.gap.evidence.linearised import Linearised
+from ddh_twin_py.gap.explain.search import Found
+from ddh_twin_py.gap.findings import Lack
+from ddh_twin_py.gap.locate.free_places import FreePlace
+from ddh_twin_py.gap.locate.lacking import Course
+from ddh_twin_py.gap.locate.leftover import FreeForm
 from ddh_twin_py.gap.model import Acting
-from ddh_twin_py.gap.search import Found
-from ddh_twin_py.gap.verdict import Verdict
+from ddh_twin_py.gap.verdict.verdict import Verdict
 from ddh_twin_py.real_rigs.description import Description
 from ddh_twin_py.real_rigs.next_test import CandidateTest, next_test
 from ddh_twin_py.real_rigs.rig_card import Known, RigCard
@@ -44,7 +44,7 @@ class BuiltIn:
 
 
 class RigModel:
-    """Recordings of one rig and its uncertain parameters; see `gap.model.Diagnosable`.
+    """Recordings of one rig and its uncertain parameters; see `gap.diagnosable.Diagnosable`.
 
     The unknowns are deviations of the parameters in standard deviations of their priors, then those of effects built in.
 
@@ -118,6 +118,10 @@ class RigModel:
             effect.laws[law](record, departure)
         return record
 
+    def _in_question(self, theta: np.ndarray, acting: Acting) -> np.ndarray:
+        """Parameter record (1,) of the recordings in question; see `record`."""
+        return self.record(self.first, theta, acting)
+
     def within(self, theta: np.ndarray) -> np.ndarray:
         """Deviations (k,) within the cut of the priors and what laws allow."""
         return np.clip(theta, self._lowest, self._highest)
@@ -150,7 +154,7 @@ class RigModel:
 
     def held_data(self) -> RigHeld:
         """Held runs, or the ends of the others."""
-        return RigHeld(self)
+        return RigHeld(self.held, self.field, self._in_question)
 
     def free_places(self, found: Found, forms: list[FreeForm], off: str = "") -> list[FreePlace]:
         """The place of the signal whose free form gains most."""
@@ -186,7 +190,7 @@ class RigModel:
 
     def next_test(self, found: Found, verdict: Verdict, unknown: object) -> dict | None:
         """Of the tests that can be made the one that tells the leading listed sets apart best; None where there is none."""
-        return None if verdict.word == "no_gap" else next_test(self, found)
+        return None if verdict.word == "no_gap" else next_test(self.tests, self._in_question, found)
 
     def fitted_parameters(self, theta: np.ndarray, spread: np.ndarray) -> list[FittedParameter]:
         """Parameters, and quantities of effects built in, with prior and posterior."""

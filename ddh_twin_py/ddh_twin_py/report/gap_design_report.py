@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from ddh_twin_py.gap.classes import TELLS_APART
-from ddh_twin_py.gap.design import Design
-from ddh_twin_py.gap.detection import DETECTED, SIZES, Detection
+from ddh_twin_py.gap.drive.design import Design
+from ddh_twin_py.gap.explain.classes import TELLS_APART
+from ddh_twin_py.gap.explain.detection import DETECTED, SIZES, Detection
 from ddh_twin_py.report import document as doc
 from ddh_twin_py.report.gap_design_words import SIZE_WORDS, impossible, nearest, separation_words, setting, shows_in, smallest, verdict
 from ddh_twin_py.report.gap_words import effect_name

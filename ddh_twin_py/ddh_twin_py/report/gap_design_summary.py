@@ -6,8 +6,8 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from ddh_twin_py.gap.design import Design
-from ddh_twin_py.gap.detection import SIZES
+from ddh_twin_py.gap.drive.design import Design
+from ddh_twin_py.gap.explain.detection import SIZES
 from ddh_twin_py.report.gap_design_words import nearest, setting, smallest, verdict
 from ddh_twin_py.report.summary import STYLE, plain_table
 from ddh_twin_py.report.units import number

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from ddh_twin_py.gap.catalogue import EFFECTS
-from ddh_twin_py.gap.classes import TELLS_APART
-from ddh_twin_py.gap.design import Design
-from ddh_twin_py.gap.detection import SIZES, Detection
+from ddh_twin_py.gap.drive.design import Design
+from ddh_twin_py.gap.explain.classes import TELLS_APART
+from ddh_twin_py.gap.explain.detection import SIZES, Detection
 from ddh_twin_py.report.gap_words import effect_name, signal_name
 from ddh_twin_py.report.units import duration, number, plus_minus, words
 

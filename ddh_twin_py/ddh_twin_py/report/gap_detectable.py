@@ -6,8 +6,8 @@ import math
 from collections.abc import Mapping
 
 from ddh_twin_py.gap.catalogue import EFFECTS
-from ddh_twin_py.gap.detection import Detection
 from ddh_twin_py.gap.diagnosis import Diagnosis
+from ddh_twin_py.gap.explain.detection import Detection
 from ddh_twin_py.report import document as doc
 from ddh_twin_py.report.gap_design_words import shows_in
 from ddh_twin_py.report.gap_words import effect_name

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from ddh_twin_py.gap.diagnosis import Diagnosis, Weighed
 from ddh_twin_py.gap.effect import Effect
-from ddh_twin_py.gap.unknown import UNLISTED
+from ddh_twin_py.gap.verdict.unknown import UNLISTED
 from ddh_twin_py.gap.words import WITHIN
 from ddh_twin_py.names import first_of
 from ddh_twin_py.report import document as doc

@@ -5,7 +5,8 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 
-from ddh_twin_py.gap.diagnosis import Diagnosis, Lack
+from ddh_twin_py.gap.diagnosis import Diagnosis
+from ddh_twin_py.gap.findings import Lack
 from ddh_twin_py.report import document as doc
 from ddh_twin_py.report.circuit_drawing import COMPONENTS, Tint, circuit_drawing, scale, step_of
 from ddh_twin_py.report.gap_words import PHASE_MEANING, PHASES, capital, component_name, mostly, percent, places, regime_name, signal_name

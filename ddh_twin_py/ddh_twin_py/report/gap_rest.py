@@ -6,7 +6,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from ddh_twin_py.gap.diagnosis import Diagnosis, Shape, Trace
+from ddh_twin_py.gap.diagnosis import Diagnosis
+from ddh_twin_py.gap.findings import Shape, Trace
 from ddh_twin_py.report import document as doc
 from ddh_twin_py.report.curve_plot import Curve, curve_plot
 from ddh_twin_py.report.gap_words import NEAR, axis_scale, capital, component_name, signal_name, times_floor

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from rich.console import Console
 from rich.text import Text
 
-from ddh_twin_py.gap.size import WITHOUT_COMMISSIONING
+from ddh_twin_py.gap.shrink.size import WITHOUT_COMMISSIONING
 from ddh_twin_py.report.gap_words import (
     NEAR,
     VERDICTS,

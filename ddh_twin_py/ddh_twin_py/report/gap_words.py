@@ -7,7 +7,8 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from ddh_twin_py.gap.learned import PREFIX
+from ddh_twin_py.estimation import binning
+from ddh_twin_py.gap.explain.learned import PREFIX
 from ddh_twin_py.gap.words import by_component, component_name, signal_name
 from ddh_twin_py.report.units import ZERO_CELSIUS, decimals, number, probably, shown, words
 
@@ -16,7 +17,7 @@ __all__ = ["NEAR", "PHASES", "PHASE_MEANING", "UNKNOWN", "VERDICTS", "Place", "a
            "times_floor"]
 UNKNOWN = "unknown"
 """Id that stands for an effect outside the catalogue."""
-PHASES = ("lifting", "lowering", "holding", "transient", "all")
+PHASES = (*binning.PHASES, "all")
 """Phases of the contract in the order of a page."""
 PHASE_MEANING = {
     "all": "the whole recording",

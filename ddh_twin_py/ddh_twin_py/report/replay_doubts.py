@@ -8,8 +8,8 @@ import numpy as np
 
 from ddh_twin_py.estimation.off_course import off_course
 from ddh_twin_py.estimation.out_of_place import out_of_place
-from ddh_twin_py.gap.contradictions import contradictions
-from ddh_twin_py.gap.doubts import damage
+from ddh_twin_py.gap.recordings.contradictions import contradictions
+from ddh_twin_py.gap.recordings.doubts import damage
 from ddh_twin_py.report.times import starts
 from ddh_twin_py.report.units import number
 from ddh_twin_py.telemetry.clock import PUT_BACK, same_unit

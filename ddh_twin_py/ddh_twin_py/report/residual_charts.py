@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ddh_twin_py.estimation.experiment import STROKE
-from ddh_twin_py.gap.diagnosis import Diagnosis, Trace
+from ddh_twin_py.gap.diagnosis import Diagnosis
+from ddh_twin_py.gap.findings import Trace
 from ddh_twin_py.report import charts
 from ddh_twin_py.report import document as doc
 from ddh_twin_py.report.curve_plot import Curve, curve_plot

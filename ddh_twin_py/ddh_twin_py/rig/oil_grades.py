@@ -16,9 +16,11 @@ from functools import cache
 from importlib import resources
 
 from ddh_twin_py.names import no_such
-from ddh_twin_py.rig.sheet import OF_GRADE, Rig, RigError
+from ddh_twin_py.rig.errors import RigError
 from ddh_twin_py.rig.yaml_file import parse_yaml
 
+OF_GRADE = "oil_grades.yaml, "
+"""Begin of the source of what a grade of oil decides, which its name follows."""
 _RANGES = (  # up to Y; L = a Y^2 + b Y + c; H = d Y^2 + e Y + f (ASTM D2270, from Y = 2)
     (3.8, 1.14673, 1.7576, -0.109, 0.84155, 1.5521, -0.077),
     (4.4, 3.38095, -15.4952, 33.196, 0.78571, 1.7929, -0.183),
@@ -119,16 +121,3 @@ def oil_grade(name: str) -> OilGrade:
     if given not in wanted:
         raise RigError(no_such("oil grade", name, known))
     return known[wanted[given]]
-
-
-def with_oil(rig: Rig, name: str) -> Rig:
-    """The same rig filled with another oil: Walther constants and density change, all else is the sheet's.
-
-    Specific heat, stiffness, air fraction and thermal expansion stay the sheet's: mineral oils differ
-    in them by less than its tolerances.
-
-    Raises:
-        RigError: for a name that is not known.
-    """
-    grade = oil_grade(name)
-    return rig.with_values(grade.values(), source=f"{OF_GRADE}{grade.name}")

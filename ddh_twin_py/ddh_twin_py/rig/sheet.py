@@ -18,7 +18,9 @@ import numpy as np
 
 from ddh_twin_py.names import nearest, no_such
 from ddh_twin_py.rig.bounds import LARGEST_TOLERANCE, SENSOR_FACTOR, Bound, bound_of, contradiction
+from ddh_twin_py.rig.errors import RigError
 from ddh_twin_py.rig.numbers import PURE_NUMBER, finite_number
+from ddh_twin_py.rig.oil_grades import OF_GRADE, oil_grade
 from ddh_twin_py.rig.own_oil import of_own_oil
 from ddh_twin_py.rig.yaml_file import mapping, parse_yaml, read_yaml, shown
 
@@ -26,8 +28,6 @@ CUT = 2.5
 """Tolerances are normal distributions cut at this many standard deviations."""
 OIL_GRADE = "ISO VG 32"
 """Of the reference sheet's oil."""
-OF_GRADE = "oil_grades.yaml, "
-"""Begin of the source of what a grade of oil decides, which its name follows."""
 LEAF = ("value", "unit", "tolerance", "std", "source")
 """What an entry may say."""
 _AN_ENTRY = "{value, unit, tolerance, source}"
@@ -35,10 +35,6 @@ SENSOR_ROW = ("noise", "unit", "offset_tolerance", "full_scale", "time_constant"
 """What an entry of a sensor may say."""
 LARGEST_PAYLOAD = 1.0e5
 """kg; a payload that a recording or a duty gives must be above 0 and not above this."""
-
-
-class RigError(ValueError):
-    """A rig file that cannot be used; the message names file, entry and value."""
 
 
 @dataclass(frozen=True)
@@ -145,6 +141,21 @@ class Rig:
                 raise RigError(_unknown(self.file, path, quantities))
             quantities[path] = replace(quantities[path], value=float(value), source=source)
         return replace(self, quantities=quantities)
+
+    def with_oil(self, name: str) -> Rig:
+        """The same rig filled with another oil: Walther constants and density change, all else is the sheet's.
+
+        Specific heat, stiffness, air fraction and thermal expansion stay the sheet's: mineral oils differ
+        in them by less than its tolerances.
+
+        Args:
+            name: of a grade, see `oil_grades.oil_grade`.
+
+        Raises:
+            RigError: for a name that is not known.
+        """
+        grade = oil_grade(name)
+        return self.with_values(grade.values(), source=f"{OF_GRADE}{grade.name}")
 
     def built_as(self, values: Mapping[str, float], source: str) -> Rig:
         """The same kind of rig as it was built, within its tolerances: `with_values`, and coefficients refer to its own oil."""
@@ -263,10 +274,8 @@ def _named_oil(tree: dict, file: str) -> tuple[dict, str]:
 
 def _filled_with(grade: str, file: str) -> Rig:
     """The reference sheet's rig with an oil of that grade."""
-    from ddh_twin_py.rig.oil_grades import with_oil  # built on this module
-
     try:
-        return with_oil(_REFERENCE, grade)
+        return _REFERENCE.with_oil(grade)
     except RigError as error:
         raise RigError(f"{file}: oil.grade: {error}") from None
 

@@ -41,7 +41,7 @@ from ddh_twin_py.physics.thermal_network import (
     network_step,
 )
 from ddh_twin_py.rig import Rig
-from ddh_twin_py.rig.oil_grades import oil_grade, with_oil
+from ddh_twin_py.rig.oil_grades import oil_grade
 from ddh_twin_py.twin.cycle import DutyRun
 from ddh_twin_py.twin.duty import Duty, DutyError, check_for_rig
 from ddh_twin_py.twin.possible_speed import LIMITS, NOTHING, STEADY, highest_speed
@@ -227,7 +227,7 @@ def start(rig: Rig, duty: Duty, case: Case, hours: float, oil_bound: float = OIL
     check_moves(duty)
     check_for_rig(duty, rig)
     grade = oil_grade(case.grade)
-    filled = with_oil(rig, case.grade).declaring(duty.payload)
+    filled = rig.with_oil(case.grade).declaring(duty.payload)
     ambient = case.ambient + ZERO_CELSIUS
     run = DutyRun(filled, duty, ambient, ambient, patient=True)
     rule = AllowedSpeed(filled, duty)

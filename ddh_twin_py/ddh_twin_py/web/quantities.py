@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from ddh_twin_py.estimation.sensors import SENSOR_OF_NODE, SENSORS
-from ddh_twin_py.gap.watch import HYDRAULIC, TEMPERATURES
+from ddh_twin_py.gap.watch.watch import HYDRAULIC, TEMPERATURES
 from ddh_twin_py.physics.thermal_network import NODES
 from ddh_twin_py.report.units import shown, words
 from ddh_twin_py.telemetry.signals import DRIVE_FIELDS, HYDRAULIC_FIELDS

@@ -9,7 +9,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from ddh_twin_py.estimation.sensors import SENSORS
-from ddh_twin_py.gap.watch import HYDRAULIC, TEMPERATURES
+from ddh_twin_py.gap.watch.watch import HYDRAULIC, TEMPERATURES
 from ddh_twin_py.physics.thermal_network import FLOWS, MOTOR_NODES, NODES
 from ddh_twin_py.telemetry.signals import (
     DRIVE_FIELDS,

@@ -21,7 +21,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ddh_twin_py.gap.hypotheses import POWER
+from ddh_twin_py.gap.evidence.hypotheses import POWER
 from ddh_twin_py.real_rigs.zema.tracking import track
 
 STAY = 0.95

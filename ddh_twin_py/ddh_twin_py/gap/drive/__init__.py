@@ -1,0 +1,1 @@
+"""The direct driven hydraulic unit as the diagnosis sees it."""

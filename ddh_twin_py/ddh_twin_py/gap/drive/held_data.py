@@ -1,0 +1,88 @@
+"""Data that took no part in finding or fitting, and what the twin says of them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ddh_twin_py.gap.drive.direct_drive import DirectDrive
+from ddh_twin_py.gap.findings import Trace
+from ddh_twin_py.gap.model import Acting
+from ddh_twin_py.gap.shrink.size import counted
+from ddh_twin_py.physics.thermal_network import TANK
+
+
+@dataclass(frozen=True)
+class HeldData:
+    """Held-out data of a case: the validation recording, or the end of each field recording.
+
+    Attributes:
+        model: of the rig. words: which data these are.
+    """
+
+    model: DirectDrive
+    words: str
+
+    @staticmethod
+    def of(model: DirectDrive) -> HeldData:
+        """The validation recordings where there are any."""
+        if model.held:
+            names = ", ".join(e.recording.path for e in model.held)
+            return HeldData(model, f"{names} (validation, the whole of it)")
+        parts = [f"{e.recording.path} from {e.held_from:.0f} s to its end at {e.duration:.0f} s (the {e.held_from - e.used_until:.0f} s "
+                 "before count nowhere)" for e in _field(model)]
+        return HeldData(model, "; ".join(parts))
+
+    def signals(self) -> list[Mapping]:
+        """Signals by recording."""
+        return [e.signals for e in (self.model.held or _field(self.model))]
+
+    def mask(self) -> Callable[[object], np.ndarray]:
+        """Which samples of a signal count."""
+        if self.model.held:
+            return counted
+        return lambda signal: np.isfinite(signal.measured) & (signal.time > signal.held_from)
+
+    def open_begins(self) -> list[int]:
+        """In how many ways each recording may begin otherwise than is likely; of a field recording that was fitted none."""
+        return [e.open_begins for e in self.model.held] or [0] * len(_field(self.model))
+
+    def run(self, theta: np.ndarray, acting: Acting, begin: Sequence[Sequence[float]] | None = None) -> list[dict[str, np.ndarray]]:
+        """Free runs, by recording; ``begin`` as in `Experiment.predict`, by recording; None: all as their first minutes tell."""
+        if self.model.held:
+            begins = begin if begin is not None else [None] * len(self.model.held)
+            return [self.model.run_held(number, theta, acting, begin=own) for number, own in enumerate(begins)]
+        first = len(self.model.experiments) - len(_field(self.model))
+        return [self.model.run_one(first + number, theta, acting) for number in range(len(_field(self.model)))]
+
+    def traces(self, before: Mapping[str, np.ndarray], after: Mapping[str, np.ndarray], floor: Mapping[str, float]) -> dict[str, Trace]:
+        """Signals of the first recording with both runs."""
+        mask = self.mask()
+        out = {}
+        for name, signal in self.signals()[0].items():
+            used = mask(signal)
+            if used.any():
+                order = np.flatnonzero(used)[np.argsort(signal.time[used], kind="stable")]
+                out[name] = Trace(signal.time[order], signal.measured[order], before[name][order], after[name][order], signal.unit,
+                                  signal.noise, floor[name] * signal.noise)
+        return out
+
+    def axes(self, theta: np.ndarray, acting: Acting) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+        """Variables on which residuals may depend, from the free run of the first recording."""
+        experiment = (self.model.held or _field(self.model))[0]
+        record = self.model.held_record(0, theta, acting) if self.model.held else self.model.record(
+            len(self.model.experiments) - len(_field(self.model)), theta, acting)
+        points, temperatures = experiment.operating(record)
+        return {
+            "speed, rad/s": (experiment.axis, points["speed"]),
+            "piston-side pressure, Pa": (experiment.axis, points["pressure_piston_side"]),
+            "rod position, m": (experiment.axis, points["rod_position"]),
+            "rod velocity, m/s": (experiment.axis, points["rod_velocity"]),
+            "tank oil temperature, K": (experiment.axis, temperatures[:, TANK]),
+        }
+
+
+def _field(model: DirectDrive) -> list:
+    return [e for e, altered in zip(model.experiments, model.altered, strict=True) if altered]

@@ -1,0 +1,169 @@
+"""The unknowns that every hypothesis shares, and sums of anything else with them integrated out.
+
+    y = J theta + S s + C x + e,   theta ~ N(0, I),  s ~ N(0, I),  e ~ N(0, P^-1)
+
+theta are the rig's parameters in deviations of their tolerances, S the slack of the model's laws,
+C the columns of a hypothesis. J and S are sensitivities at one place and stay; y and C change from
+hypothesis to hypothesis and cost a few products.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from copy import copy
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import cho_factor, cho_solve
+
+from ddh_twin_py.estimation.weighting import Weighting
+from ddh_twin_py.gap.evidence.box import Normal
+
+Rows = Sequence[np.ndarray]
+
+
+@dataclass(frozen=True)
+class Sums:
+    """Sums with the shared unknowns integrated out: X'PX (m, m), X'Py (m,), y'Py."""
+
+    information: np.ndarray
+    score: np.ndarray
+    chi_square: float
+
+
+class Basis:
+    """Parameters and slack of a case at one place.
+
+    Args:
+        weighting: of the recordings. parameters, slack: columns by recording, (rows, k) and (rows, m).
+        lowest, highest: bounds of the parameters, in deviations, (k,).
+        power: to which the likelihood is raised; below 1 where the model's laws are not quite the rig's.
+    """
+
+    def __init__(self, weighting: Weighting, parameters: Rows, slack: Rows, lowest: np.ndarray, highest: np.ndarray,
+                 power: float = 1.0) -> None:
+        self.weighting, self.power, self.lowest, self.highest = weighting, power, lowest, highest
+        self.columns = [np.hstack([j, s]) for j, s in zip(parameters, slack, strict=True)]
+        self.parameters = parameters[0].shape[1]
+        self.size = self.columns[0].shape[1]
+        self.information = power * weighting.products(self.columns, self.columns)
+        self._prepare()
+
+    def _prepare(self) -> None:
+        self._factor = cho_factor(self.information + np.eye(self.size), lower=True, check_finite=False)
+        own = self.information[self.parameters :, self.parameters :]
+        self._slack = cho_factor(own + np.eye(own.shape[0]), lower=True, check_finite=False)
+
+    def otherwise(self, power: float, wider: float) -> Basis:
+        """The same with another power of the likelihood and a slack that is ``wider`` times as wide; no product is taken again."""
+        other = copy(self)
+        scale = np.ones(self.size)
+        scale[self.parameters :] = wider
+        other.power, other.columns = power, self.columns if wider == 1.0 else [c * scale for c in self.columns]
+        other.information = power / self.power * np.outer(scale, scale) * self.information
+        other._prepare()
+        return other
+
+    def with_more(self, slack: Rows) -> Basis:
+        """The same with further slack, columns by recording, (rows, m)."""
+        other = self._grown(slack, self.size)
+        other._prepare()
+        return other
+
+    def with_unknowns(self, columns: Rows, lowest: np.ndarray, highest: np.ndarray) -> Basis:
+        """The same with further unknowns of standard deviation 1 behind the parameters, within bounds (m,); by recording, (rows, m)."""
+        other = self._grown(columns, self.parameters)
+        other.parameters = self.parameters + lowest.size
+        other.lowest, other.highest = np.concatenate([self.lowest, lowest]), np.concatenate([self.highest, highest])
+        other._prepare()
+        return other
+
+    def _grown(self, more: Rows, at: int) -> Basis:
+        """The same with further columns before the one at an index, not yet prepared."""
+        other = copy(self)
+        weighted = [self.power * w for w in self.weighting.applied(more)]
+        cross = sum(c.T @ w for c, w in zip(self.columns, weighted, strict=True))
+        own = sum(m.T @ w for m, w in zip(more, weighted, strict=True))
+        order = np.insert(np.arange(self.size), at, self.size + np.arange(own.shape[0]))
+        other.columns = [np.hstack([c[:, :at], m, c[:, at:]]) for c, m in zip(self.columns, more, strict=True)]
+        other.size = order.size
+        other.information = np.block([[self.information, cross], [cross.T, own]])[np.ix_(order, order)]
+        return other
+
+    def sums(self, columns: Rows, values: Rows) -> Sums:
+        """Sums of a hypothesis.
+
+        Args:
+            columns: by recording, (rows, m). values: by recording, (rows,).
+        """
+        crossed, squared = self._products(columns, values)
+        cross, cross_y = crossed[:, :-1], crossed[:, -1]
+        solved = cho_solve(self._factor, cross, check_finite=False)
+        solved_y = cho_solve(self._factor, cross_y, check_finite=False)
+        return Sums(squared[:-1, :-1] - cross.T @ solved, squared[:-1, -1] - cross.T @ solved_y,
+                    float(squared[-1, -1] - cross_y @ solved_y))
+
+    def normal(self, columns: Rows, values: Rows) -> Normal:
+        """The same with the slack integrated out and the parameters within their bounds."""
+        crossed, squared = self._products(columns, values)
+        k = self.parameters
+        mixed = self.information[:k, k:]
+        by_slack = cho_solve(self._slack, np.column_stack([mixed.T, crossed[k:]]), check_finite=False)
+        information = self.information[:k, :k] + np.eye(k) - mixed @ by_slack[:, :k]
+        crossed, squared = crossed[:k] - mixed @ by_slack[:, k:], squared - crossed[k:].T @ by_slack[:, k:]
+        return Normal(information, crossed[:, -1], crossed[:, :-1], squared[:-1, :-1], squared[:-1, -1], float(squared[-1, -1]),
+                      self.lowest, self.highest)
+
+    def _products(self, columns: Rows, values: Rows) -> tuple[np.ndarray, np.ndarray]:
+        """Columns and, last, values: against parameters and slack, (size, m + 1), and against themselves, (m + 1, m + 1)."""
+        own = [np.column_stack([c, v]) for c, v in zip(columns, values, strict=True)]
+        weighted = [self.power * w for w in self.weighting.applied(own)]
+        return (sum(f.T @ w for f, w in zip(self.columns, weighted, strict=True)),
+                sum(o.T @ w for o, w in zip(own, weighted, strict=True)))
+
+    def shared(self, columns: Rows, values: Rows, x: np.ndarray) -> np.ndarray:
+        """Estimate of parameters and slack, (size,), where the columns depart by x, (m,)."""
+        rest = [v - c @ x for v, c in zip(values, columns, strict=True)]
+        score = self.power * self.weighting.products(self.columns, [r[:, None] for r in rest])[:, 0]
+        return cho_solve(self._factor, score, check_finite=False)
+
+    def covariance(self) -> np.ndarray:
+        """Posterior covariance of the parameters, (k, k), no effect acting."""
+        return cho_solve(self._factor, np.eye(self.size), check_finite=False)[: self.parameters, : self.parameters]
+
+    def joint_covariance(self) -> np.ndarray:
+        """The same of parameters and slack, (size, size)."""
+        return cho_solve(self._factor, np.eye(self.size), check_finite=False)
+
+    def slack(self, residual: Rows) -> np.ndarray:
+        """Estimate of the slack, in its standard deviations, (m,), where residuals, by recording, (rows,), are left."""
+        cross = self.power * self.weighting.products(self.columns, [r[:, None] for r in residual])[self.parameters :, 0]
+        return cho_solve(self._slack, cross, check_finite=False)
+
+    def misfit(self, residual: Rows) -> float:
+        """Chi-square of residuals with the slack, but not the parameters, integrated out."""
+        weighted, cross = self._against_slack(residual)
+        square = float(sum(r @ w for r, w in zip(residual, weighted, strict=True)))
+        return square - float(cross @ cho_solve(self._slack, cross, check_finite=False))
+
+    def misfits(self, residual: Rows) -> list[np.ndarray]:
+        """What every row adds to that chi-square, by recording, (rows,)."""
+        weighted, cross = self._against_slack(residual)
+        left = cho_solve(self._slack, cross, check_finite=False)
+        taken = self.weighting.applied([(c[:, self.parameters :] @ left)[:, None] for c in self.columns])
+        return [r * (w - self.power * t[:, 0]) for r, w, t in zip(residual, weighted, taken, strict=True)]
+
+    def beyond(self, columns: Rows) -> list[np.ndarray]:
+        """What every row tells of each column, parameters and slack having done what they can of it, by recording, (rows, m).
+
+        Its sum over all rows, and what these unknowns pay for it, is the column's own place in `Sums.information`.
+        """
+        cross = self.power * self.weighting.products(self.columns, columns)
+        solved = cho_solve(self._factor, cross, check_finite=False)
+        left = [c - f @ solved for c, f in zip(columns, self.columns, strict=True)]
+        return [self.power * rest * weighted for rest, weighted in zip(left, self.weighting.applied(left), strict=True)]
+
+    def _against_slack(self, residual: Rows) -> tuple[list[np.ndarray], np.ndarray]:
+        """Residuals as they are weighed, by recording, (rows,), and against the slack, (m,)."""
+        weighted = [self.power * w[:, 0] for w in self.weighting.applied([r[:, None] for r in residual])]
+        return weighted, sum(c[:, self.parameters :].T @ w for c, w in zip(self.columns, weighted, strict=True))

@@ -1,0 +1,153 @@
+"""A case about one place: what every signal answers to every parameter and effect, computed once."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from ddh_twin_py.estimation.comparison import Comparison, Discrepancy, scatter_of
+from ddh_twin_py.estimation.weighting import Weighting
+from ddh_twin_py.gap.effect import Effect
+from ddh_twin_py.gap.evidence.basis import Basis
+from ddh_twin_py.gap.evidence.hypotheses import WIDTH, Evidence, Hypothesis, slack_shares
+from ddh_twin_py.gap.evidence.sensitivity import Column, Way, taken_at, without_astray
+from ddh_twin_py.gap.evidence.slopes import slopes_of
+from ddh_twin_py.gap.model import Acting, Model
+
+STANDS_OUT = 4.5
+"""Standard deviations of what tolerances can feign, by which an effect without a commissioning recording typically stands out."""
+_BEYOND = 1.0e3  # deviations, beyond every bound
+
+
+@dataclass(frozen=True)
+class Linearised:
+    """Sensitivities of a case at one place, without any effect acting.
+
+    Attributes:
+        model: of the rig. theta: parameters there, in deviations, (k,). discrepancy: what the model is forgiven.
+        slack, power: see `hypotheses.SLACK` and `hypotheses.POWER`. predictions: there, by recording. comparisons: by recording.
+        sensitivities: by recording, (rows, k). columns: of the effects. effects: how many were asked about.
+        taken: parameters at which these were taken, (k,). astray: ways of effects in which runs went astray there.
+    """
+
+    model: Model
+    theta: np.ndarray
+    discrepancy: Discrepancy
+    slack: float
+    power: float
+    predictions: list[dict[str, np.ndarray]]
+    comparisons: list[Comparison]
+    sensitivities: list[np.ndarray]
+    columns: list[Column]
+    effects: int
+    taken: np.ndarray
+    astray: frozenset[Way] = frozenset()
+    basis: Basis = field(init=False, repr=False)
+    evidence: Evidence = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        ends = np.full(self.theta.size, _BEYOND)
+        basis = Basis(Weighting(self.comparisons), self.sensitivities, self.of_slack(), self.model.within(-ends), self.model.within(ends),
+                      self.power)
+        columns, values = self.of_columns(), self.values()
+        object.__setattr__(self, "basis", basis)
+        object.__setattr__(self, "evidence", Evidence(basis.sums(columns, values), basis.normal(columns, values), self.columns))
+
+    def of_columns(self) -> list[np.ndarray]:
+        """Effects' columns by recording, (rows, m)."""
+        if not self.columns:
+            return [np.zeros((c.size, 0)) for c in self.comparisons]
+        return [np.column_stack([column.change[i] for column in self.columns]) for i in range(len(self.comparisons))]
+
+    def of_slack(self) -> list[np.ndarray]:
+        """The same, as large as the model's laws may be off."""
+        shares = self.slack * slack_shares(self.columns)
+        return [rows * shares for rows in self.of_columns()]
+
+    def values(self) -> list[np.ndarray]:
+        """What parameters and effects have to explain: residuals with the parameters' prior centred on the sheet."""
+        return [c.residual(p) + j @ self.theta for c, p, j in zip(self.comparisons, self.predictions, self.sensitivities, strict=True)]
+
+    def shared(self, hypothesis: Hypothesis | None) -> np.ndarray:
+        """Parameters, in deviations, (k,), where a hypothesis holds, by the linear model."""
+        return hypothesis.shared if hypothesis else self.evidence.none.shared
+
+    def left(self, hypothesis: Hypothesis | None) -> list[np.ndarray]:
+        """Residuals that a hypothesis leaves, by recording, (rows,)."""
+        theta = self.shared(hypothesis)
+        out = [v - j @ theta for v, j in zip(self.values(), self.sensitivities, strict=True)]
+        if hypothesis:
+            out = [o - rows[:, list(hypothesis.columns)] @ hypothesis.departure for o, rows in zip(out, self.of_columns(), strict=True)]
+        return out
+
+    def standing_out(self) -> Linearised:
+        """The same with columns as long as an effect must be to stand out from what the rig's tolerances can feign."""
+        told = self.basis.otherwise(1.0, 1.0).sums(self.of_columns(), self.values()).information
+        feigned = 1.0 / np.sqrt(np.maximum(np.diagonal(told), 1e-12))
+        typical = STANDS_OUT * feigned / (math.sqrt(2.0) * WIDTH)
+        return replace(self, columns=[c.longer(max(1.0, float(t))) for c, t in zip(self.columns, typical, strict=True)])
+
+    def with_scatter(self, hypothesis: Hypothesis | None) -> Linearised:
+        """The same with classes as uncertain as their bins scatter under a hypothesis; no run is needed."""
+        found: dict[tuple, list[float]] = {}
+        for comparison, left, altered in zip(self.comparisons, self.left(hypothesis), self.model.altered, strict=True):
+            if altered:
+                for name, factor in scatter_of(comparison, left).items():
+                    found.setdefault(name, []).append(factor)
+        scatter = dict(self.discrepancy.scatter)
+        for name, factors in found.items():  # of several recordings, their root mean square
+            scatter[name] = max(1.0, scatter.get(name, 1.0) * float(np.sqrt(np.mean(np.square(factors)))))
+        return self._with(self.theta, replace(self.discrepancy, scatter=scatter), self.predictions)
+
+    def nearby(self, theta: np.ndarray) -> Linearised:
+        """The same about parameters (k,) nearby, with the sensitivities as they are: each recording is run once."""
+        return self._with(theta, self.discrepancy, self.model.run(theta, ()))
+
+    def held_at(self, theta: np.ndarray) -> Linearised:
+        """The same as seen from parameters (k,) that are held there: nothing of the rig is left open. Columns stay what they are here."""
+        there = self.nearby(theta)
+        return replace(there, theta=self.theta, sensitivities=[np.zeros_like(rows) for rows in there.sensitivities])
+
+    def acting_at(self, theta: np.ndarray, acting: Acting, numbers: Sequence[int], pool: ThreadPoolExecutor) -> Linearised:
+        """The same with sensitivities of the recordings ``numbers`` taken at parameters (k,) where effects act; all else stays."""
+        beside = list(self.sensitivities)
+        for i, rows in zip(numbers, slopes_of(self.model, pool, theta, self.comparisons, numbers, acting=acting), strict=True):
+            beside[i] = without_astray(rows)
+        return replace(self, sensitivities=beside)
+
+    def _with(self, theta: np.ndarray, discrepancy: Discrepancy, predictions: list[dict[str, np.ndarray]]) -> Linearised:
+        """The same sensitivities in the deviations of another comparison."""
+        comparisons = [Comparison(s, p, discrepancy) for s, p in zip(self.model.signals, predictions, strict=True)]
+        ratios = [old.spread / new.spread for old, new in zip(self.comparisons, comparisons, strict=True)]
+        return replace(self, theta=theta, discrepancy=discrepancy, predictions=predictions, comparisons=comparisons,
+                       sensitivities=[j * r[:, None] for j, r in zip(self.sensitivities, ratios, strict=True)],
+                       columns=[replace(c, change=[h * r for h, r in zip(c.change, ratios, strict=True)]) for c in self.columns])
+
+
+def linearise(model: Model, effects: Sequence[Effect], theta: np.ndarray, discrepancy: Discrepancy, slack: float, power: float,
+              pool: ThreadPoolExecutor, progress: Callable[[float], None] | None = None, near: Linearised | None = None,
+              ways: Sequence[Column] = ()) -> Linearised:
+    """Take all sensitivities at a place.
+
+    Args:
+        effects: that may act. theta: parameters, in deviations, (k,). progress: told the share done.
+        near: taken before: its sensitivities of recordings in which no effect acts are kept, and runs that went astray are tried again.
+        ways: columns taken elsewhere, whose sizes are kept; none: all are sought.
+    """
+    predictions = model.run(theta, ())
+    comparisons = [Comparison(s, p, discrepancy) for s, p in zip(model.signals, predictions, strict=True)]
+    numbers = [i for i, altered in enumerate(model.altered) if altered or near is None]
+    told = (lambda share: progress(0.5 * share)) if progress else None
+    fresh = {number: without_astray(rows)
+             for number, rows in zip(numbers, slopes_of(model, pool, theta, comparisons, numbers, told, roughly=True), strict=True)}
+    sensitivities = [fresh[i] if i in fresh else near.sensitivities[i] * (near.comparisons[i].spread / c.spread)[:, None]
+                     for i, c in enumerate(comparisons)]
+    told = (lambda share: progress(0.5 + 0.5 * share)) if progress else None
+    columns, astray = taken_at(effects, model, theta, comparisons, pool, told, ways, near.astray if near else ())
+    found = Linearised(model, theta, discrepancy, slack, power, predictions, comparisons, sensitivities, columns, len(effects), theta,
+                       frozenset(astray))
+    return found.standing_out() if all(model.altered) else found

@@ -1,0 +1,266 @@
+"""A hypothesis fitted in full: the model runs with its effects, the rig's parameters follow.
+
+Gauss-Newton with the parameters' sensitivities of one place (chord steps); the effects' own
+columns are taken anew after every step that gains much. At the end the model is linear about the optimum and its
+evidence is that of `hypotheses.weigh` (Laplace's approximation).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+
+from ddh_twin_py.gap.effect import Effect
+from ddh_twin_py.gap.evidence.basis import Basis
+from ddh_twin_py.gap.evidence.box import Normal
+from ddh_twin_py.gap.evidence.hypotheses import LEAST, WIDTH, evidence_of
+from ddh_twin_py.gap.evidence.linearised import Linearised
+from ddh_twin_py.gap.evidence.sensitivity import TYPICAL, Column, acting_of, sane
+from ddh_twin_py.gap.explain.side_by_side import side_by_side
+from ddh_twin_py.gap.explain.step_length import Lengths
+
+_STEPS = 8
+_NEAR = 0.05  # of a column: how far the effects' own differences reach
+_SETTLED = 0.1  # of chi-square that a step must promise, and gain
+_BENT = 2.0  # of chi-square that a step must gain for the effects' own columns to be taken anew
+_BESIDE = 0.25  # deviations: how far the differences by what changed beside an effect reach
+
+
+@dataclass(frozen=True)
+class Refitted:
+    """A hypothesis at its optimum.
+
+    Attributes:
+        columns: the effects' ways. x: departures in the effects' own units, (m,). covariance: of them, (m, m).
+        joint: covariance of parameters and departures, (k + m, k + m), with what parameters at the end of their tolerance leave open.
+        theta: the rig's parameters, in deviations, (k,). predictions: by recording.
+        log_evidence: to be compared with that of other hypotheses on the same basis; minus infinity where every run went astray.
+        chi_square: misfit at the optimum, slack integrated out, priors left out.
+        beside: what changed along with each effect, in deviations, (m,); 0 where nothing may, see `effect.Beside`.
+    """
+
+    columns: tuple[Column, ...]
+    x: np.ndarray
+    covariance: np.ndarray
+    joint: np.ndarray
+    theta: np.ndarray
+    predictions: list[dict[str, np.ndarray]]
+    log_evidence: float
+    chi_square: float
+    beside: np.ndarray
+
+    @property
+    def ways(self) -> tuple[Column, ...]:
+        """Its columns, the effects with what changed along with them."""
+        return along_with(self.columns, self.beside)
+
+    @property
+    def acting(self) -> list[tuple[Effect, int, float]]:
+        """Its effects as a model runs them; see `model.Acting`."""
+        return acting_of(self.ways, self.x)
+
+    @property
+    def slight(self) -> set[str]:
+        """Those of its effects that move no signal by as much as `hypotheses.LEAST` asks for, whatever their columns rise to."""
+        both = zip(self.columns, self.x, strict=True)
+        return {column.effect.id for column, x in both if abs(x / column.x) * min(1.0, column.rise / TYPICAL) < LEAST}
+
+    @property
+    def effects(self) -> tuple[str, ...]:
+        """Ids, sorted."""
+        return tuple(sorted(column.effect.id for column in self.columns))
+
+
+def along_with(columns: Sequence[Column], beside: np.ndarray) -> tuple[Column, ...]:
+    """Columns with effects beside which so much has changed, deviations (m,)."""
+    return tuple(replace(c, effect=c.effect.along_with(float(z))) if z else c for c, z in zip(columns, beside, strict=True))
+
+
+@dataclass(frozen=True)
+class _About:
+    """A hypothesis about a place.
+
+    Attributes:
+        basis: of what is shared, parameters and what changes beside effects (p,). shared: sensitivities to it, by recording, (rows, p).
+        own: columns of the departures, by recording, (rows, m). also: effects beside which something may have changed, indices.
+    """
+
+    basis: Basis
+    shared: list[np.ndarray]
+    own: list[np.ndarray]
+    also: np.ndarray
+
+    def at(self, theta: np.ndarray, beside: np.ndarray) -> np.ndarray:
+        """What is shared, (p,): parameters (k,) and, of what changed beside the effects (m,), what may have."""
+        return np.concatenate([theta, beside[self.also]])
+
+    def normal(self, residual: list[np.ndarray], shared: np.ndarray, departure: np.ndarray) -> Normal:
+        """Sums of what is left there: residuals by recording, (rows,), shared unknowns (p,), departures in multiples of columns (m,)."""
+        both = zip(residual, self.shared, self.own, strict=True)
+        return self.basis.normal(self.own, [r + j @ shared + c @ departure for r, j, c in both])
+
+
+class Refit:
+    """Fits hypotheses of one case.
+
+    Args:
+        linearised: the case about one place, whose sensitivities to the parameters are kept. basis: instead of its own.
+        width: of the departures' prior, in multiples of their columns.
+    """
+
+    def __init__(self, linearised: Linearised, basis: Basis | None = None, width: float = WIDTH) -> None:
+        self._width = width
+        self._model, self._comparisons, self._sensitivities = linearised.model, linearised.comparisons, linearised.sensitivities
+        self._basis, self._place, self._at_place = basis or linearised.basis, linearised.theta, linearised.predictions
+
+    def of(self, columns: Sequence[Column], theta: np.ndarray, departure: np.ndarray) -> Refitted:
+        """Fit a hypothesis from a start.
+
+        Args:
+            columns: its effects. theta: parameters, deviations, (k,). departure: multiples of the columns, (m,).
+        """
+        scale = np.array([c.x for c in columns])
+        x = np.array([c.effect.limit(float(a)) for c, a in zip(columns, departure * scale, strict=True)])
+        starts = [(self._place, 0.0 * x), (self._model.within(theta), x), (self._place, x)]  # the first is known and needs no run
+        runs, costs = [], []
+        for start in starts[: 3 if scale.size else 2]:
+            runs.append(self._run(columns, *start))
+            costs.append(self._cost(self._residual(runs[-1]), *start, scale, np.zeros(x.size)))
+            if costs[-1] < costs[0]:
+                break
+        nearest = int(np.argmin(costs))
+        return self._from(columns, *starts[nearest], np.zeros(x.size), runs[nearest])
+
+    def _from(self, columns: Sequence[Column], theta: np.ndarray, x: np.ndarray, beside: np.ndarray,
+              predictions: list[dict[str, np.ndarray]]) -> Refitted:
+        """Fit a hypothesis from a place, parameters (k,), departures and what changed beside them (m,), and what it predicts there."""
+        scale, room = np.array([c.x for c in columns]), np.array([c.room for c in columns])
+        residual = self._residual(predictions)
+        cost = self._cost(residual, theta, x, scale, beside)
+        if not np.isfinite(cost):
+            nowhere = np.full((theta.size + x.size,) * 2, np.nan)
+            return Refitted(tuple(columns), x, nowhere[theta.size :, theta.size :], nowhere, theta, predictions, -np.inf, np.inf, beside)
+        k, stale = theta.size, True
+        for _ in range(_STEPS):
+            if stale:
+                here, stale = self._about(columns, theta, x, beside, predictions), False
+            shared = here.at(theta, beside)
+            held = here.normal(residual, shared, x / scale).held(np.arange(scale.size), room, self._width, shared)
+            promised = abs(cost - held.lowest)  # less than nothing from a start that a column's direction excludes
+            if promised < _SETTLED:
+                break
+            aim = beside.copy()
+            aim[here.also] = held.shared[k:]
+            gained, lengths = 0.0, Lengths(promised)
+            while lengths.next:
+                share = lengths.next
+                new_theta, new_beside = self._model.within(theta + share * (held.shared[:k] - theta)), beside + share * (aim - beside)
+                departed = x + share * (held.departure * scale - x)
+                new_x = np.array([c.effect.limit(float(a)) for c, a in zip(columns, departed, strict=True)])
+                tried = self._run(along_with(columns, new_beside), new_theta, new_x)
+                new_residual = self._residual(tried)
+                new_cost = self._cost(new_residual, new_theta, new_x, scale, new_beside)
+                if new_cost < cost:
+                    gained = cost - new_cost
+                    theta, x, beside, predictions, residual, cost = new_theta, new_x, new_beside, tried, new_residual, new_cost
+                    break
+                lengths.lost(new_cost - cost)
+            stale = gained >= _BENT
+            if gained < _SETTLED:
+                break
+        if stale:
+            here = self._about(columns, theta, x, beside, predictions)
+        shared = here.at(theta, beside)
+        sums = here.normal(residual, shared, x / scale)
+        held = sums.held(np.arange(scale.size), room, self._width, shared)
+        log, _, covariance = evidence_of(held, room)
+        log -= 0.5 * max(0.0, cost - held.lowest)  # what the linear model promises and no step could find
+        joint, misfit = self._joint(sums, theta.size, scale), self._basis.misfit(residual)
+        return Refitted(tuple(columns), x, covariance * np.outer(scale, scale), joint, theta, predictions, log, misfit, beside)
+
+    def joint(self, fitted: Refitted) -> np.ndarray:
+        """Covariance of parameters and departures, (k + m, k + m), of a hypothesis as it was fitted elsewhere."""
+        scale = np.array([c.x for c in fitted.columns])
+        here = self._about(fitted.columns, fitted.theta, fitted.x, fitted.beside, fitted.predictions)
+        sums = here.normal(self._residual(fitted.predictions), here.at(fitted.theta, fitted.beside), fitted.x / scale)
+        return self._joint(sums, fitted.theta.size, scale)
+
+    def _joint(self, sums: Normal, parameters: int, scale: np.ndarray) -> np.ndarray:
+        """What changed beside the effects integrated out."""
+        of_all = sums.covariance(self._width)
+        own = np.concatenate([np.arange(parameters), np.arange(of_all.shape[0] - scale.size, of_all.shape[0])])
+        units = np.concatenate([np.ones(parameters), scale])
+        return of_all[np.ix_(own, own)] * np.outer(units, units)
+
+    def _about(self, columns: Sequence[Column], theta: np.ndarray, x: np.ndarray, beside: np.ndarray,
+               predictions: list[dict[str, np.ndarray]]) -> _About:
+        """The model about a place, linear in the departures and in what changes beside them."""
+        also = self._also(columns)
+        own, more = self._columns(columns, theta, x, np.array([c.x for c in columns]), predictions, beside, also)
+        if not also.size:
+            return _About(self._basis, self._sensitivities, own, also)
+        ends = np.array([columns[j].effect.beside.end for j in also])
+        return _About(self._basis.with_unknowns(more, -ends, ends),
+                      [np.hstack([j, m]) for j, m in zip(self._sensitivities, more, strict=True)], own, also)
+
+    def _also(self, columns: Sequence[Column]) -> np.ndarray:
+        """Which effects something may have changed beside, indices: where no recording shows the rig before, parameters hold it."""
+        dated = not all(self._model.altered)
+        return np.array([j for j, column in enumerate(columns) if dated and column.effect.beside is not None], dtype=np.int64)
+
+    def again(self, fitted: Refitted) -> Refitted:
+        """Fit a hypothesis from where another fit of it stands."""
+        return self._from(fitted.columns, fitted.theta, fitted.x, fitted.beside, fitted.predictions)
+
+    def local(self, fitted: Refitted) -> tuple[list[np.ndarray], list[np.ndarray]]:
+        """Columns of its departures about its optimum, (rows, m), and what they and the parameters explain there, (rows,), by recording."""
+        scale = np.array([c.x for c in fitted.columns])
+        columns, _ = self._columns(fitted.columns, fitted.theta, fitted.x, scale, fitted.predictions, fitted.beside)
+        both = zip(self._residual(fitted.predictions), self._sensitivities, columns, strict=True)
+        return columns, [r + j @ fitted.theta + c @ (fitted.x / scale) for r, j, c in both]
+
+    def _run(self, columns, theta, x) -> list[dict[str, np.ndarray]]:
+        acting = acting_of(columns, x)
+        known = theta is self._place
+        wanted = [number for number, altered in enumerate(self._model.altered) if not known or (altered and x.any())]
+        ran = dict(zip(wanted, side_by_side([partial(self._model.run_one, number, theta, acting) for number in wanted]), strict=True))
+        return [ran[number] if number in ran else self._at_place[number] for number in range(len(self._model.altered))]
+
+    def _residual(self, predictions) -> list[np.ndarray]:
+        return [c.residual(p) for c, p in zip(self._comparisons, predictions, strict=True)]
+
+    def _cost(self, residual, theta, x, scale, beside) -> float:
+        """Infinite where a run went astray."""
+        if not all(sane(r).all() for r in residual):
+            return np.inf
+        return self._basis.misfit(residual) + float(theta @ theta + beside @ beside) + float(np.sum((x / scale / self._width) ** 2))
+
+    def _columns(self, columns, theta, x, scale, predictions, beside, also=()) -> tuple[list[np.ndarray], list[np.ndarray]]:
+        """Differences of the features, by recording, (rows, m): by every departure in multiples of its column, and, of the effects
+        ``also``, by what changes beside them in deviations."""
+        out, more = ([np.zeros((c.size, n)) for c in self._comparisons] for n in (len(columns), len(also)))
+        features = [c.features(p) for c, p in zip(self._comparisons, predictions, strict=True)]
+        altered = [number for number, acts in enumerate(self._model.altered) if acts]  # elsewhere no effect acts
+
+        def fill(rows: np.ndarray, per: float, number: int, moved: np.ndarray, changed: np.ndarray) -> None:
+            acting = acting_of(along_with(columns, changed), moved)
+            change = self._comparisons[number].features(self._model.run_one(number, theta, acting)) - features[number]
+            rows[:] = change / per if sane(change).all() else 0.0
+
+        calls = []
+        for j, column in enumerate(columns):
+            moved = x.copy()
+            for reach in (_NEAR, -_NEAR):
+                moved[j] = column.effect.limit(float(x[j] + reach * scale[j]))
+                if moved[j] != x[j]:
+                    break
+            calls += [partial(fill, out[number][:, j], (moved[j] - x[j]) / scale[j], number, moved, beside) for number in altered]
+        for place, j in enumerate(also):
+            changed = beside.copy()
+            changed[j] += _BESIDE if beside[j] <= 0.0 else -_BESIDE
+            calls += [partial(fill, more[number][:, place], changed[j] - beside[j], number, x, changed) for number in altered]
+        side_by_side(calls)
+        return out, more

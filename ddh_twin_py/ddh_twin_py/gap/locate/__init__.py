@@ -1,0 +1,1 @@
+"""Where something is missing, and of what form, whatever causes it."""

@@ -1,0 +1,1 @@
+"""How far a test would tell apart the hypotheses that are left."""

@@ -1,0 +1,62 @@
+"""Free runs of held-out data under fits, and how far these and the fitted recordings are off."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from ddh_twin_py.gap.explain.refit import Refitted
+from ddh_twin_py.gap.model import DescribedModel, Held, Model
+from ddh_twin_py.gap.shrink import size
+
+
+class HeldRuns:
+    """Free runs of held-out data under fits; each fit is run once.
+
+    Args:
+        held: the data. floor: of each signal, in multiples of its noise.
+    """
+
+    def __init__(self, held: Held, floor: Mapping[str, float]) -> None:
+        self.held, self.floor = held, floor
+        self._known: dict[int, tuple[Refitted, list[dict[str, np.ndarray]]]] = {}  # the fit is kept, so that its id stays its own
+
+    def of(self, fitted: Refitted) -> list[dict[str, np.ndarray]]:
+        """Predictions, by recording."""
+        if id(fitted) not in self._known:
+            self._known[id(fitted)] = fitted, self.held.run(fitted.theta, fitted.acting)
+        return self._known[id(fitted)][1]
+
+    def ratios(self, fitted: Refitted) -> dict[str, float]:
+        """RMS over noise of each signal."""
+        return ratios_of(self.held, self.of(fitted))
+
+    def over(self, fitted: Refitted) -> dict[str, float]:
+        """RMS over floor of each signal."""
+        return {name: ratio / self.floor[name] for name, ratio in self.ratios(fitted).items()}
+
+    def gap(self, fitted: Refitted) -> float:
+        """Gap that a fit leaves; see `size.gap`."""
+        return size.gap(self.ratios(fitted), self.floor)
+
+    def interval(self, name: str, runs: list[dict[str, np.ndarray]]) -> list[float] | None:
+        """95 % interval of the RMS that runs leave of a signal, in its unit; None where no sample counts."""
+        both = zip(self.held.signals(), runs, strict=True)
+        low, high = size.interval([(own[name], run[name]) for own, run in both if name in own], self.held.mask())
+        return [low, high] if np.isfinite(low) else None
+
+
+def ratios_of(held: Held, runs) -> dict[str, float]:
+    """RMS over noise of each signal, all held-out recordings together."""
+    return size.pooled(list(zip(held.signals(), runs, strict=True)), held.mask())
+
+
+def in_fitted(model: DescribedModel, fitted: Refitted, floor: Mapping[str, float], acts: bool) -> dict[str, float]:
+    """RMS over floor of each signal of the fitted recordings in which effects act, or of the others, beside a fit."""
+    return {name: ratio / floor[name] for name, ratio in size.pooled(recorded(model, fitted.predictions, acts)).items() if name in floor}
+
+
+def recorded(model: Model, predictions: Sequence[Mapping[str, np.ndarray]], acts: bool) -> list[tuple[Mapping, Mapping[str, np.ndarray]]]:
+    """Signals of the fitted recordings in which effects act, or of the others, each with what was predicted of it."""
+    return [(s, p) for s, p, altered in zip(model.signals, predictions, model.altered, strict=True) if altered is acts]

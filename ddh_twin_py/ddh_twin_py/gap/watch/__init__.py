@@ -1,0 +1,1 @@
+"""Has a gap opened: running tests of a free run against telemetry."""

@@ -1,0 +1,148 @@
+"""Evidence of sets of effects on linear problems whose answer is known."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from ddh_twin_py.estimation.linear_gaussian import gain
+from ddh_twin_py.gap.catalogue import EFFECTS
+from ddh_twin_py.gap.evidence.basis import Sums
+from ddh_twin_py.gap.evidence.box import Normal
+from ddh_twin_py.gap.evidence.hypotheses import (
+    LEAST,
+    PRIOR_NONE,
+    PRIOR_PAIRS,
+    WIDTH,
+    Evidence,
+    Hypothesis,
+    probabilities,
+    slack_shares,
+    way_shares,
+    weigh,
+    weighted,
+)
+from ddh_twin_py.gap.evidence.sensitivity import Column
+from scipy.integrate import dblquad, quad
+from scipy.stats import multivariate_normal, norm
+
+NAMES = list(EFFECTS)[:5]
+FREE = {name: replace(EFFECTS[name], lowest=-math.inf, highest=math.inf) for name in NAMES}
+PARAMETERS = 4
+
+
+def problem(seed, true, rows=400):
+    """Evidence, columns and data in which `true` maps effects to departures; parameters are integrated out."""
+    rng = np.random.default_rng(seed)
+    x = rng.normal(size=(rows, PARAMETERS + len(NAMES))) * 0.4
+    y = x[:, :PARAMETERS] @ rng.normal(size=PARAMETERS) + rng.normal(size=rows)
+    for i, departure in true.items():
+        y += departure * x[:, PARAMETERS + i]
+    own = x[:, PARAMETERS:]
+    marginal = np.linalg.inv(np.eye(rows) + x[:, :PARAMETERS] @ x[:, :PARAMETERS].T)
+    columns = [Column(FREE[name], 0, 1.0, 5.0, "speed", []) for name in NAMES]
+    shared, ends = x[:, :PARAMETERS], np.full(PARAMETERS, 100.0)
+    normal = Normal(shared.T @ shared + np.eye(PARAMETERS), shared.T @ y, shared.T @ own, own.T @ own, own.T @ y, float(y @ y), -ends, ends)
+    return Evidence(Sums(own.T @ marginal @ own, own.T @ marginal @ y, float(y @ marginal @ y)), normal, columns), x, y
+
+
+def test_gain_is_that_of_the_whole_gaussian():
+    """Log evidence gained, against the density of the data with everything integrated out."""
+    evidence, x, y = problem(0, {1: 1.0}, rows=40)
+
+    def density(chosen):
+        covariance = np.eye(40) + x[:, :PARAMETERS] @ x[:, :PARAMETERS].T
+        for i in chosen:
+            covariance += WIDTH**2 * np.outer(x[:, PARAMETERS + i], x[:, PARAMETERS + i])
+        return multivariate_normal(np.zeros(40), covariance).logpdf(y)
+
+    for chosen in ([1], [0, 3]):
+        sums = evidence.sums
+        log, _, _ = gain(sums.information[np.ix_(chosen, chosen)], sums.score[chosen], np.full(len(chosen), WIDTH))
+        assert log == pytest.approx(density(chosen) - density([]), abs=1e-8)
+
+
+def moment_prior(x):
+    """Of a departure in one direction; it integrates to 1 from 0 to infinity."""
+    return 2.0 * x**2 / WIDTH**2 * norm.pdf(x, scale=WIDTH)
+
+
+@pytest.mark.parametrize("information, score, room", [(20.0, 30.0, math.inf), (20.0, 50.0, 6.0), (6.0, 14.0, math.inf)])
+def test_weigh_of_one_is_the_integral_over_its_prior(information, score, room):
+    exact, _ = quad(lambda x: moment_prior(x) * math.exp(score * x - 0.5 * information * x**2), LEAST, min(room, 12.0))
+    log, estimate, covariance = weigh(np.array([[information]]), np.array([score]), np.array([room]))
+    assert log == pytest.approx(math.log(exact), abs=0.02)
+    precision = information + WIDTH**-2
+    assert estimate[0] == pytest.approx(score / precision) and covariance[0, 0] == pytest.approx(1.0 / precision)
+
+
+def test_weigh_of_two_is_the_integral_over_both():
+    information, score = np.array([[20.0, 8.0], [8.0, 15.0]]), np.array([40.0, 35.0])
+
+    def density(b, a):
+        x = np.array([a, b])
+        return moment_prior(a) * moment_prior(b) * math.exp(score @ x - 0.5 * x @ information @ x - 50.0)
+
+    exact, _ = dblquad(density, LEAST, 5.0, LEAST, 5.0, epsabs=0.0, epsrel=1e-8)
+    log, _, _ = weigh(information, score, np.array([math.inf, math.inf]))
+    assert log == pytest.approx(math.log(exact) + 50.0, abs=0.03)
+
+
+def test_an_estimate_stays_within_its_room_and_pays_for_it():
+    free, _, _ = weigh(np.array([[20.0]]), np.array([40.0]), np.array([math.inf]))
+    held, estimate, _ = weigh(np.array([[20.0]]), np.array([40.0]), np.array([0.5]))
+    assert estimate[0] == 0.5 and held < free - 5.0
+
+
+def test_nothing_seen_is_no_evidence():
+    """Where the data say nothing the evidence is the share of the prior's normal beyond the least departure."""
+    log, estimate, _ = weigh(np.array([[0.0]]), np.array([0.0]), np.array([math.inf]))
+    assert log == pytest.approx(math.log(2.0 * norm.sf(LEAST / WIDTH))) and estimate[0] == 0.0
+
+
+@pytest.mark.parametrize("true", [{}, {2: 2.0}, {1: 2.0, 4: 1.5}])
+def test_the_true_set_comes_first(true):
+    found = 0
+    for seed in range(20):
+        evidence, _, _ = problem(seed, true)
+        singles = evidence.singles()
+        weights = weighted(singles + evidence.pairs(singles), evidence.columns, len(NAMES))
+        first = next(iter(probabilities({ids: w for ids, (w, _) in weights.items()})))
+        found += first == tuple(sorted(NAMES[i] for i in true))
+    assert found >= 18
+
+
+def test_a_departure_against_its_direction_is_no_evidence():
+    evidence, _, _ = problem(3, {2: -2.0})
+    assert evidence.of([2]).log_evidence < 0.0
+
+
+def test_priors_of_sets_sum_to_one_whatever_ways_an_effect_has():
+    """Two ways of the first effect share its prior; pairs of one effect's own ways are not tried."""
+    ways = [(NAMES[0], 0), (NAMES[0], 1), (NAMES[1], 0), (NAMES[2], 0)]
+    columns = [Column(FREE[name], law, 1.0, 5.0, "speed", []) for name, law in ways]
+    normal = Normal(np.eye(1), np.zeros(1), np.zeros((1, 4)), np.eye(4), np.zeros(4), 0.0, -np.ones(1), np.ones(1))
+    evidence = Evidence(Sums(np.eye(4), np.zeros(4), 0.0), normal, columns)
+    singles = evidence.singles()
+    pairs = evidence.pairs(singles)
+    assert sorted(p.columns for p in pairs) == [(0, 2), (0, 3), (1, 2), (1, 3), (2, 3)]
+    even = [Hypothesis(h.columns, 0.0, h.departure, h.spread, 0.0) for h in singles + pairs]
+    weights = {ids: math.exp(w) for ids, (w, _) in weighted(even, columns, 3).items()}
+    assert sum(weights.values()) == pytest.approx(1.0) and weights[()] == pytest.approx(PRIOR_NONE)
+    assert weights[(NAMES[0],)] == pytest.approx(weights[(NAMES[1],)]) == pytest.approx((1.0 - PRIOR_NONE - PRIOR_PAIRS) / 3)
+    assert sum(w for ids, w in weights.items() if len(ids) == 2) == pytest.approx(PRIOR_PAIRS)
+    np.testing.assert_allclose(slack_shares(columns), [2**-0.5, 2**-0.5, 1.0, 1.0])
+
+
+def test_an_effect_that_is_known_for_growing_seldom_shrinks():
+    """One law in two directions, another law up alone; and an effect that goes either way."""
+    wear, wrong = EFFECTS["pump_1.leakage"], EFFECTS["load.mass"]
+    columns = [Column(wear, 0, 0.1, 5.0, "speed", []), Column(wear, 0, -0.1, 5.0, "speed", []),
+               Column(wrong, 0, 3.0, 5.0, "speed", []), Column(wrong, 0, -3.0, 5.0, "speed", [])]
+    np.testing.assert_allclose(way_shares(columns), [0.9, 0.1, 0.5, 0.5])
+    np.testing.assert_allclose(way_shares(columns[1:]), [1.0, 0.5, 0.5])
+
+
+def test_probabilities_are_normalised_and_sorted():
+    found = probabilities({(): -1000.0, ("a",): -1001.0, ("b",): -990.0})
+    assert list(found) == [("b",), (), ("a",)] and sum(found.values()) == pytest.approx(1.0)

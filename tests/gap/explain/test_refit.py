@@ -1,0 +1,72 @@
+"""Fits of hypotheses in full."""
+
+import math
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from ddh_twin_py.estimation.comparison import Discrepancy
+from ddh_twin_py.gap.effect import Beside, added
+from ddh_twin_py.gap.evidence.hypotheses import POWER, SLACK
+from ddh_twin_py.gap.evidence.linearised import linearise
+from ddh_twin_py.gap.explain.refit import Refit
+from support.first_order import EFFECTS, FirstOrder
+
+
+@pytest.mark.parametrize("value", [np.nan, 1.0e200])
+def test_a_start_from_which_runs_go_astray_does_not_dismiss_the_hypothesis(value):
+    """Whether they end in what is no number or in what is too large for its square."""
+    true = 0.15
+    model = FirstOrder(np.array([1.0, -0.8, 0.5]), [(EFFECTS[0], 0, true)])
+    with ThreadPoolExecutor(2) as pool:
+        linearised = linearise(model, EFFECTS, np.zeros(3), Discrepancy(), SLACK, POWER, pool)
+    start, run_one = np.array([2.0, 2.0, 2.0]), model.run_one
+
+    def astray(number, theta, acting=()):
+        found = run_one(number, theta, acting)
+        return {name: np.full_like(values, value) for name, values in found.items()} if np.array_equal(theta, start) else found
+
+    model.run_one = astray
+    column = next(c for c in linearised.columns if c.effect is EFFECTS[0])
+    fitted = Refit(linearised).of([column], start, np.array([1.0]))
+    assert np.isfinite(fitted.log_evidence) and fitted.x[0] == pytest.approx(true, abs=0.05)
+
+
+GAIN = replace(EFFECTS[0], beside=Beside(lambda record, z: added("other_zero")(record, 0.05 * z), math.sqrt(3.0),
+                                         lambda record: float(record["other_zero"][0]), ""))
+
+
+def _fitted(model, effects, of):
+    with ThreadPoolExecutor(2) as pool:
+        linearised = linearise(model, effects, np.zeros(3), Discrepancy(), SLACK, POWER, pool)
+    column = next(c for c in linearised.columns if c.effect is of and c.x > 0.0)
+    return Refit(linearised).of([column], np.zeros(3), np.array([1.0]))
+
+
+def test_what_changed_along_with_an_effect_is_fitted_beside_it_and_no_part_of_its_size():
+    """A valve whose gain departs, on the day that somebody moved the zero of the other meter: the gain alone takes the zero for itself."""
+    true, changed = 0.15, 1.2
+    model = FirstOrder(np.zeros(3), [(GAIN.along_with(changed), 0, true)])
+    alone, beside = _fitted(model, EFFECTS, EFFECTS[0]), _fitted(model, [GAIN, *EFFECTS[1:]], GAIN)
+    assert beside.beside[0] == pytest.approx(changed, abs=0.1) and beside.x[0] == pytest.approx(true, abs=0.01)
+    assert beside.chi_square < alone.chi_square - 10.0 and beside.log_evidence > alone.log_evidence
+    assert beside.joint.shape == alone.joint.shape  # of parameters and sizes alone
+    again = model.run(beside.theta, beside.acting)[1]
+    assert all(np.array_equal(again[name], was) for name, was in beside.predictions[1].items())  # as it acts is as it was fitted
+
+
+def test_what_may_change_beside_an_effect_goes_no_further_than_its_end_and_adds_to_the_deviation():
+    far = FirstOrder(np.zeros(3), [(GAIN.along_with(5.0), 0, 0.15)])
+    assert _fitted(far, [GAIN, *EFFECTS[1:]], GAIN).beside[0] <= math.sqrt(3.0)
+    none = FirstOrder(np.zeros(3), [(GAIN, 0, 0.15)])
+    of_one, of_both = _fitted(none, EFFECTS, EFFECTS[0]), _fitted(none, [GAIN, *EFFECTS[1:]], GAIN)
+    assert abs(of_both.beside[0]) < 0.2
+    assert of_both.covariance[0, 0] >= of_one.covariance[0, 0] * (1.0 - 1e-6)
+
+
+def test_where_no_recording_shows_the_rig_before_nothing_changes_beside_an_effect():
+    """The rig's own parameters say how it is then."""
+    model = FirstOrder(np.zeros(3), [(GAIN.along_with(1.2), 0, 0.15)])
+    model.altered = [True, True]
+    assert not _fitted(model, [GAIN, *EFFECTS[1:]], GAIN).beside.any()
