@@ -166,6 +166,13 @@ def test_a_sensor_that_was_off_for_a_while_is_used_again(whole):
     assert said[1][0] > 130.0 + AGREES and abs(fused[-1, AT] - truth.fused[-1, AT]) < 2.0 * spread[-1, AT] < 1.0
 
 
+def test_one_that_was_believed_from_the_start_and_jumps_is_not_used_though_others_were_bent_to_it(whole):
+    recording, truth = whole
+    fused, spread, said = live(truth, moved(recording, "tank_oil", lambda t: np.where(t < 130.0, 13.0, -4.0)))
+    assert [entry[1:] for entry in said] == [("out", ("tank_oil",))] and said[0][0] == pytest.approx(130.0 + LASTING, abs=15.0)
+    assert np.all(np.abs(fused - truth.fused)[-1] < 2.0 * spread[-1])
+
+
 @pytest.mark.parametrize(("other", "since"), [("motor_housing", 30.0), ("motor_housing", 100.0), ("line_a", 100.0)])
 def test_of_two_that_are_exchanged_within_a_window_neither_is_believed_in_the_end(whole, other, since):
     recording, truth = whole

@@ -43,6 +43,7 @@ class PlaceWatch:
         self.told: list[OutOfPlace] = []
         self._lagging.begin_anew()
         self._far, self._far_for = "", 0.0  # sensor whose zero is far off, and for how many s it has been
+        self._held, self._jumped = np.full(len(SENSORS), np.nan), False  # K, zeros as held before, and whether the far one jumped there
         self._begun_for: set[str] = set()  # sensors for which the filter was told to begin anew
         self._air.begin_anew()
         self._stands.begin_anew()
@@ -120,11 +121,16 @@ class PlaceWatch:
         return seen + self._zero
 
     def _far_off(self, state: FusionState, seconds: float) -> OutOfPlace | None:
-        found = far_off_zero(self._credibility.offset(state), self._rig)
-        if found is not None and self._credibility.doubted(state) > few(np.count_nonzero(state.refused != NEVER_READ)):
+        """One that is held far off its zero for long; once its reading has jumped there, as no place does, doubts about others that follow,
+        since what it read before was believed, are not the unit's."""
+        found, jump = far_off_zero(self._credibility.offset(state), self._rig), np.abs(state.offset - self._held)
+        self._held = state.offset.copy()
+        jumped = found is not None and self._far == found.sensors[0] and self._jumped
+        if found is not None and not jumped and self._credibility.doubted(state) > few(np.count_nonzero(state.refused != NEVER_READ)):
             found = None
         if found is None or found.sensors[0] != self._far:
             self._far, self._far_for = found.sensors[0] if found else "", 0.0
+            self._jumped = found is not None and bool(jump[SENSORS.index(self._far)] > 0.5 * abs(found.off))
             if found is not None:
                 self._air.forget()
             return None
