@@ -15,7 +15,7 @@ from ddh_twin_py.bags.reader import read_recording
 from ddh_twin_py.estimation.calibration import calibrate
 from ddh_twin_py.estimation.experiment import Experiment
 from ddh_twin_py.estimation.held_out import held_out
-from ddh_twin_py.report.calibration_groups import group_of
+from ddh_twin_py.report.calibration.groups import group_of
 from ddh_twin_py.rig import load_rig
 
 USED = 0.7

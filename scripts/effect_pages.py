@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from ddh_twin_py.report.effect_pages import effect_pages
+from ddh_twin_py.report.reference.effect_pages import effect_pages
 
 folder = Path(__file__).resolve().parent.parent / "docs" / "effects"
 folder.mkdir(exist_ok=True)

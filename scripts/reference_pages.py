@@ -4,8 +4,8 @@ from pathlib import Path
 
 from ddh_twin_py.cli.command_line_page import command_line_page
 from ddh_twin_py.cli.main import build_parser
-from ddh_twin_py.report.message_page import message_page
-from ddh_twin_py.report.rig_sheet_page import rig_sheet_page
+from ddh_twin_py.report.reference.message_page import message_page
+from ddh_twin_py.report.reference.rig_sheet_page import rig_sheet_page
 
 root = Path(__file__).resolve().parent.parent
 pages = {

@@ -10,7 +10,7 @@ import pytest
 from ddh_twin_py.bags.reader import read_recording
 from ddh_twin_py.bags.writer import write_recording
 from ddh_twin_py.cli.main import main
-from ddh_twin_py.report.calibration_groups import SignalFit, unfitted
+from ddh_twin_py.report.calibration.groups import SignalFit, unfitted
 from ddh_twin_py.rig import load_rig
 
 

@@ -14,8 +14,8 @@ from ddh_twin_py.cli.arguments import OUTPUTS, json_file, output_file
 from ddh_twin_py.cli.command_line_page import command_line_page
 from ddh_twin_py.cli.exit_codes import EXIT_CODES, NO
 from ddh_twin_py.cli.main import VERBS, build_parser, main
-from ddh_twin_py.report.message_page import message_page
-from ddh_twin_py.report.rig_sheet_page import rig_sheet_page
+from ddh_twin_py.report.reference.message_page import message_page
+from ddh_twin_py.report.reference.rig_sheet_page import rig_sheet_page
 from ddh_twin_py.rig.files import did_you_mean
 
 

@@ -165,7 +165,7 @@ def test_interrupted_nothing_is_written(engine, case, tmp_path, capsys):
 
 
 def test_a_disk_that_is_full_for_one_output_leaves_the_others(engine, case, tmp_path, capsys, monkeypatch):
-    from ddh_twin_py.report.document import Document
+    from ddh_twin_py.report.page.document import Document
 
     def full(self, path):
         raise OSError(28, "No space left on device", str(path))

@@ -6,7 +6,7 @@ import json
 import pytest
 from ddh_twin_py.cli.main import main
 from ddh_twin_py.cli.study import ambients
-from ddh_twin_py.report.heatmap import CIVIDIS, Cell, heatmap, on_scale
+from ddh_twin_py.report.page.heatmap import CIVIDIS, Cell, heatmap, on_scale
 
 
 def test_a_sweep_writes_page_csv_and_json_that_agree(tmp_path, capsys):

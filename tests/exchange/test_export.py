@@ -17,7 +17,7 @@ from ddh_twin_py.exchange.output_bag import write_output_bag
 from ddh_twin_py.exchange.replay_columns import replay_columns
 from ddh_twin_py.exchange.tables import write_csv, write_parquet
 from ddh_twin_py.physics.thermal_network import NODES
-from ddh_twin_py.report.agreement import measured_values
+from ddh_twin_py.report.replay.agreement import measured_values
 from ddh_twin_py.telemetry.signals import signal_named
 from rosbags.highlevel import AnyReader
 from rosbags.typesys import Stores, get_typestore

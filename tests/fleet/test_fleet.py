@@ -28,7 +28,7 @@ from ddh_twin_py.fleet.results import Results, fingerprint
 from ddh_twin_py.fleet.row import COLUMNS, Row, as_csv, row_of
 from ddh_twin_py.fleet.run import Settings, run_fleet
 from ddh_twin_py.physics.compiling import COMPILING
-from ddh_twin_py.report.document import version
+from ddh_twin_py.report.page.document import version
 from ddh_twin_py.rig.files import held
 
 FAKE = (sys.executable, str(Path(__file__).parents[1] / "support" / "fake_diagnosis.py"))

@@ -9,8 +9,8 @@ from ddh_twin_py.gap_bench.answers import answer_of, groups_of
 from ddh_twin_py.gap_bench.intervals import mean, median, share
 from ddh_twin_py.gap_bench.result_files import ResultError
 from ddh_twin_py.gap_bench.scoring import answers_of_all, confusion, reliability, score, summary
-from ddh_twin_py.report.gap_bench_report import shown
-from ddh_twin_py.report.gap_bench_table import BEGIN, END, TableError, gap_bench_table, write_table
+from ddh_twin_py.report.bench.page import shown
+from ddh_twin_py.report.bench.table import BEGIN, END, TableError, gap_bench_table, write_table
 from support.gap_reports import report, result, truth
 
 P1, P2 = "pump_1.leakage", "pump_2.leakage"

@@ -14,7 +14,7 @@ from ddh_twin_py.physics.motor_only import motor_only
 from ddh_twin_py.physics.slot_mesh import TEETH, WINDING, YOKE
 from ddh_twin_py.physics.thermal_network import NODES
 from ddh_twin_py.physics.winding_material import hashin_shtrikman, wound_slot
-from ddh_twin_py.report.motor_comparison import observed_order, overlay, rated_load, rows, step
+from ddh_twin_py.report.studies.motor_comparison import observed_order, overlay, rated_load, rows, step
 from ddh_twin_py.rig import load_rig
 from ddh_twin_py.rig.machine import load_machine
 from scipy.integrate import solve_ivp

@@ -7,10 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from ddh_twin_py.cli.main import main
-from ddh_twin_py.report.agreement import compare
-from ddh_twin_py.report.charts import Chart, Trace
-from ddh_twin_py.report.gap_report import gap_document, gap_end
-from ddh_twin_py.report.replay_report import replay_document
+from ddh_twin_py.report.gap.page import gap_document, gap_end
+from ddh_twin_py.report.page.charts import Chart, Trace
+from ddh_twin_py.report.replay.agreement import compare
+from ddh_twin_py.report.replay.page import replay_document
 from support.made_diagnosis import made_diagnosis
 
 LARGEST = 8_000_000  # bytes, for an hour of data

@@ -8,10 +8,10 @@ from html.parser import HTMLParser
 
 import numpy as np
 import pytest
-from ddh_twin_py.report.agreement import compare
-from ddh_twin_py.report.charts import Chart, Trace, quantised
-from ddh_twin_py.report.document import Column, Document, EndMatter, table
-from ddh_twin_py.report.replay_report import findings_table, replay_document, replay_json
+from ddh_twin_py.report.page.charts import Chart, Trace, quantised
+from ddh_twin_py.report.page.document import Column, Document, EndMatter, table
+from ddh_twin_py.report.replay.agreement import compare
+from ddh_twin_py.report.replay.page import findings_table, replay_document, replay_json
 from ddh_twin_py.telemetry.recording import Finding, temperature_stream
 
 
@@ -125,7 +125,7 @@ def test_json_twin(result):
 
 
 def test_json_has_no_nan(result, tmp_path):
-    from ddh_twin_py.report.document import write_json
+    from ddh_twin_py.report.page.document import write_json
 
     path = write_json(tmp_path / "deep" / "report.json", replay_json(result, compare(result)))
     data = json.loads(path.read_text(), parse_constant=pytest.fail)

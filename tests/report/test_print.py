@@ -5,8 +5,8 @@ import re
 from dataclasses import replace
 
 import pytest
-from ddh_twin_py.report import document as doc
-from ddh_twin_py.report.gap_report import gap_document
+from ddh_twin_py.report.gap.page import gap_document
+from ddh_twin_py.report.page import document as doc
 from support.chromium import Chromium, executable
 from support.made_diagnosis import made_diagnosis
 

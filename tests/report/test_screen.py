@@ -9,9 +9,9 @@ from ddh_twin_py.cli.main import main
 from ddh_twin_py.gap.catalogue import EFFECTS
 from ddh_twin_py.gap.drive.design import Design
 from ddh_twin_py.gap.explain.detection import SIZES, Detection
-from ddh_twin_py.report import document as doc
-from ddh_twin_py.report.charts import Chart, Trace, charts
-from ddh_twin_py.report.gap_design_report import design_document
+from ddh_twin_py.report.gap.design_page import design_document
+from ddh_twin_py.report.page import document as doc
+from ddh_twin_py.report.page.charts import Chart, Trace, charts
 from ddh_twin_py.rig import load_rig
 from support.chromium import Chromium, executable
 

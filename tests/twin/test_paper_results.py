@@ -1,7 +1,7 @@
 """The paper as a test: its results by the model, both readings."""
 
 import pytest
-from ddh_twin_py.report.paper_report import verdict
+from ddh_twin_py.report.studies.paper import verdict
 from ddh_twin_py.rig import load_rig
 from ddh_twin_py.twin.paper_results import CYCLES, FITTED, INPUT, paper_results
 

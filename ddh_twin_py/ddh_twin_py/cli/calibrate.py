@@ -83,9 +83,9 @@ def run(args: argparse.Namespace) -> int:
         from ddh_twin_py.estimation.held_out import held_out
         from ddh_twin_py.gap.recordings.contradictions import contradictions
         from ddh_twin_py.gap.recordings.suitability import one_clock
-        from ddh_twin_py.report.calibration_groups import signal_fits, unfitted, verdict
-        from ddh_twin_py.report.calibration_report import calibration_document, calibration_json
-        from ddh_twin_py.report.calibration_summary import print_calibration
+        from ddh_twin_py.report.calibration.groups import signal_fits, unfitted, verdict
+        from ddh_twin_py.report.calibration.page import calibration_document, calibration_json
+        from ddh_twin_py.report.calibration.summary import print_calibration
     check_paths(rig, args.only)
     twice = _given_twice(args.bags)
     if twice:
@@ -129,7 +129,7 @@ def _finish(args: argparse.Namespace, fit, rig, failed: str) -> int:
         failed: that the fit does not describe the machine, empty where it does; the file says so then.
     """
     from ddh_twin_py.cli.console import say
-    from ddh_twin_py.report.calibration_groups import grouped, pressed
+    from ddh_twin_py.report.calibration.groups import grouped, pressed
     from ddh_twin_py.rig.files import printable
     from ddh_twin_py.rig.writer import write_rig
 

@@ -122,7 +122,7 @@ def show_findings(findings: Sequence[Finding], where_all: str) -> None:
 
 def put_json(target: str, data: object) -> None:
     """Write JSON to a file, or to standard output where the target is `-`."""
-    from ddh_twin_py.report.document import json_text, write_json
+    from ddh_twin_py.report.page.document import json_text, write_json
 
     if target == "-":
         print(json_text(data), flush=True)

@@ -45,9 +45,9 @@ def run(args: argparse.Namespace) -> int:
         from ddh_twin_py.cli.live_result import differences, live_result
         from ddh_twin_py.cli.replay import leave_one_out
         from ddh_twin_py.estimation.replay import replay
-        from ddh_twin_py.report.agreement import compare
-        from ddh_twin_py.report.replay_report import replay_document, replay_json
-        from ddh_twin_py.report.summary import print_summary
+        from ddh_twin_py.report.replay.agreement import compare
+        from ddh_twin_py.report.replay.page import replay_document, replay_json
+        from ddh_twin_py.report.replay.summary import print_summary
         from ddh_twin_py.rig import load_rig
         from ddh_twin_py.twin.intervals import INTERVAL
     rig = load_rig(args.rig)

@@ -67,7 +67,7 @@ def run(args: argparse.Namespace) -> int:
         from ddh_twin_py.exchange.output_bag import write_output_bag
         from ddh_twin_py.exchange.replay_columns import replay_columns
         from ddh_twin_py.exchange.tables import about_columns, write_csv, write_parquet
-        from ddh_twin_py.report.replay_report import end_matter_json
+        from ddh_twin_py.report.replay.page import end_matter_json
         from ddh_twin_py.twin.intervals import INTERVAL
     with stage("running the twin", args.quiet) as progress:
         result = replay(recording, rig, args.interval or INTERVAL, progress=progress, smooth=not args.no_smoothing)

@@ -67,7 +67,7 @@ def run(args: argparse.Namespace) -> int:
     from ddh_twin_py.fleet.results import Results
     from ddh_twin_py.fleet.row import as_csv
     from ddh_twin_py.fleet.run import Settings, run_fleet
-    from ddh_twin_py.report.document import write_text
+    from ddh_twin_py.report.page.document import write_text
     from ddh_twin_py.rig import load_rig
     from ddh_twin_py.rig.files import held, printable
 

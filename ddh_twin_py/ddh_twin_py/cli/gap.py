@@ -70,7 +70,7 @@ def run(args: argparse.Namespace) -> int:
 def _write_html(args: argparse.Namespace, diagnosis, case, rig) -> None:
     if args.html:
         from ddh_twin_py.cli.console import stage
-        from ddh_twin_py.report.gap_report import gap_document
+        from ddh_twin_py.report.gap.page import gap_document
 
         with stage(f"writing {args.html}", args.quiet):
             gap_document(diagnosis).write(args.html)
@@ -79,14 +79,14 @@ def _write_html(args: argparse.Namespace, diagnosis, case, rig) -> None:
 def _write_json(args: argparse.Namespace, diagnosis, case, rig) -> None:
     if args.json:
         from ddh_twin_py.cli.console import put_json
-        from ddh_twin_py.report.gap_report import gap_end
+        from ddh_twin_py.report.gap.page import gap_end
 
         put_json(args.json, {**diagnosis.report, "end_matter": gap_end(diagnosis).as_json()})
 
 
 def _print(args: argparse.Namespace, diagnosis, case, rig) -> None:
     from ddh_twin_py.cli.console import say
-    from ddh_twin_py.report.gap_summary import lost_data, print_gap
+    from ddh_twin_py.report.gap.summary import lost_data, print_gap
 
     if not args.quiet and args.json != "-":
         print_gap(diagnosis)

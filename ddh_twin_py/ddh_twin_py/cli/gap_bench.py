@@ -74,8 +74,8 @@ def run(args: argparse.Namespace) -> int:
             say(f"{len(crashed)} cases crashed and count as wrong: {', '.join(crashed)}")
     if "score" in steps:
         from ddh_twin_py.gap_bench.scoring import answers_of_all, summary
-        from ddh_twin_py.report.document import write_json
-        from ddh_twin_py.report.gap_bench_report import gap_bench_document, gap_bench_end
+        from ddh_twin_py.report.bench.page import gap_bench_document, gap_bench_end
+        from ddh_twin_py.report.page.document import write_json
 
         answers, waiting = answers_of_all(folders, suites, args.cases)
         if waiting:
@@ -87,7 +87,7 @@ def run(args: argparse.Namespace) -> int:
         if args.html or alone:
             gap_bench_document(scored, named).write(args.html or out / "scores.html")
         if args.table:
-            from ddh_twin_py.report.gap_bench_table import write_table
+            from ddh_twin_py.report.bench.table import write_table
 
             write_table(scored, args.table)
         if args.json:
@@ -104,7 +104,7 @@ def _refuse_outputs(args: argparse.Namespace, steps: tuple[str, ...]) -> None:
         raise InputError(f"--{next(iter(given))}: is written by the step score, which {steps[0]} is not")
     if args.table is None:
         return
-    from ddh_twin_py.report.gap_bench_table import place_of
+    from ddh_twin_py.report.bench.table import place_of
 
     place_of(args.table)
     for name in ("html", "json"):
@@ -131,7 +131,7 @@ def print_scores(scored: dict) -> None:
     from rich.console import Console
     from rich.table import Table
 
-    from ddh_twin_py.report.gap_bench_report import shown, verdict
+    from ddh_twin_py.report.bench.page import shown, verdict
 
     console = Console()
     console.print(verdict(scored))

@@ -74,8 +74,8 @@ def run(args: argparse.Namespace) -> int:
         from ddh_twin_py.estimation.experiment import Experiment
         from ddh_twin_py.gap.catalogue import EFFECTS
         from ddh_twin_py.gap.drive.design import design
-        from ddh_twin_py.report.gap_design_report import design_document, design_json
-        from ddh_twin_py.report.gap_design_summary import print_design
+        from ddh_twin_py.report.gap.design_page import design_document, design_json
+        from ddh_twin_py.report.gap.design_summary import print_design
         from ddh_twin_py.twin.rehearsal import rehearse
         from ddh_twin_py.twin.temperature_sensors import SENSORS
     sensors = list(SENSORS) if args.sensors is None else args.sensors

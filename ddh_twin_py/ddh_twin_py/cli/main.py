@@ -73,7 +73,7 @@ def _asked(argv: Sequence[str] | None, interruption: Interruption) -> int:
     parser = build_parser()
     args = parser.parse_args(argv)
     if args.version:
-        from ddh_twin_py.report.document import versions
+        from ddh_twin_py.report.page.document import versions
 
         print(", ".join(f"{name} {number}" for name, number in versions().items()))
         return 0

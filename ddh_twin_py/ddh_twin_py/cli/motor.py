@@ -46,9 +46,9 @@ def run(args: argparse.Namespace) -> int:
     with stage("loading", args.quiet):
         from ddh_twin_py.physics.motor_condensed import condense
         from ddh_twin_py.physics.motor_geometry import motor_network
-        from ddh_twin_py.report import motor_comparison as comparison
-        from ddh_twin_py.report.document import write_text
-        from ddh_twin_py.report.motor_page import motor_document, motor_end, print_motor
+        from ddh_twin_py.report.page.document import write_text
+        from ddh_twin_py.report.studies import motor_comparison as comparison
+        from ddh_twin_py.report.studies.motor_page import motor_document, motor_end, print_motor
     with stage(f"meshing with {args.layers} layers", args.quiet):
         network = motor_network(machine, rig, args.layers)
         condensed = condense(network)

@@ -30,7 +30,7 @@ def run(args: argparse.Namespace) -> int:
 
     rig = load_rig(args.rig)
     with stage("loading", args.quiet):
-        from ddh_twin_py.report.paper_report import paper_document, paper_json
+        from ddh_twin_py.report.studies.paper import paper_document, paper_json
         from ddh_twin_py.twin.paper_results import paper_results
     with stage("running the paper's cycle in both readings", args.quiet) as progress:
         results = paper_results(rig, progress)
@@ -50,7 +50,7 @@ def print_table(rows) -> None:
     from rich.console import Console
     from rich.table import Table
 
-    from ddh_twin_py.report.paper_report import cell, verdict
+    from ddh_twin_py.report.studies.paper import cell, verdict
 
     console = Console()
     wide = console.width >= 130

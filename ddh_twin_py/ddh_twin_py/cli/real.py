@@ -54,8 +54,8 @@ def run(args: argparse.Namespace) -> int:
     _look_at_outputs(out, args.json, wanted)
     with stage("loading", args.quiet):
         from ddh_twin_py.real_rigs.study import RecordingsError
-        from ddh_twin_py.report.document import write_text
-        from ddh_twin_py.report.real_rig_report import as_csv, real_rig_document, real_rig_end
+        from ddh_twin_py.report.page.document import write_text
+        from ddh_twin_py.report.studies.real_rig import as_csv, real_rig_document, real_rig_end
     studies, told, refused = [], [], []
     for rig in wanted:
         try:

@@ -42,9 +42,9 @@ def run(args: argparse.Namespace) -> int:
     with stage("loading", args.quiet):
         from ddh_twin_py.bags.reader import read_recording
         from ddh_twin_py.estimation.replay import replay
-        from ddh_twin_py.report.agreement import compare
-        from ddh_twin_py.report.replay_report import replay_document, replay_json
-        from ddh_twin_py.report.summary import print_summary
+        from ddh_twin_py.report.replay.agreement import compare
+        from ddh_twin_py.report.replay.page import replay_document, replay_json
+        from ddh_twin_py.report.replay.summary import print_summary
         from ddh_twin_py.twin.intervals import INTERVAL
     with stage(f"reading {args.bag}", args.quiet) as progress:
         recording = read_recording(args.bag, args.namespace, progress)

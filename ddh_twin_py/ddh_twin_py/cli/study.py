@@ -84,8 +84,8 @@ def run(args: argparse.Namespace) -> int:
     grades = list(dict.fromkeys(oil_grade(name).name for name in args.grades or oil_grades()))
     paths = [duty_file(given) for given in args.duty]
     with stage("loading", args.quiet):
-        from ddh_twin_py.report.cold_start_report import as_csv, as_json, cold_start_document
-        from ddh_twin_py.report.document import write_text
+        from ddh_twin_py.report.page.document import write_text
+        from ddh_twin_py.report.studies.cold_start import as_csv, as_json, cold_start_document
         from ddh_twin_py.twin.cold_start import Case, check_moves, sweep
         from ddh_twin_py.twin.duty import check_for_rig, load_duty
     duties = {}
@@ -120,7 +120,7 @@ def print_flips(outcomes) -> None:
     from rich.table import Table
 
     from ddh_twin_py.physics.oil import STATED_FROM, ZERO_CELSIUS
-    from ddh_twin_py.report.cold_start_report import flips, verdict
+    from ddh_twin_py.report.studies.cold_start import flips, verdict
 
     table = Table(box=SIMPLE_HEAD, pad_edge=False, show_edge=False)
     for name in ("duty", "oil", "what happens at which ambient"):

@@ -39,7 +39,7 @@ def run(args: argparse.Namespace) -> int:
     rig, duty = load_rig(args.rig), load_duty(duty_file(args.duty))
     with stage("loading", args.quiet):
         from ddh_twin_py.estimation.consistency import many_seeds
-        from ddh_twin_py.report.consistency_report import consistency_document, consistency_json
+        from ddh_twin_py.report.studies.consistency import consistency_document, consistency_json
     with stage(f"{args.seeds} rigs", args.quiet) as progress:
         errors = many_seeds(rig, duty, range(args.first, args.first + args.seeds), args.duration, progress=progress)
     told = (rig, errors, args.first, args.duration, duty.file)

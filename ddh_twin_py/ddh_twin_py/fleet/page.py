@@ -8,8 +8,8 @@ from collections.abc import Sequence
 
 from ddh_twin_py.fleet.row import Row
 from ddh_twin_py.fleet.trend_chart import Line, trend_chart
-from ddh_twin_py.report import document as doc
-from ddh_twin_py.report.gap_words import percent
+from ddh_twin_py.report.gap.words import percent
+from ddh_twin_py.report.page import document as doc
 from ddh_twin_py.rig.reader_units import plus_minus, shown
 
 _VERDICTS = ("no_gap", "explained", "ambiguous", "unknown", "insufficient")

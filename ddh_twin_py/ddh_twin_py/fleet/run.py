@@ -13,7 +13,7 @@ from ddh_twin_py.fleet.recordings import FleetError, Found
 from ddh_twin_py.fleet.results import Results, fingerprint
 from ddh_twin_py.fleet.row import COPY, Row, facts, row_of
 from ddh_twin_py.physics.compiling import COMPILING
-from ddh_twin_py.report.document import version
+from ddh_twin_py.report.page.document import version
 
 LONGEST = 3600.0
 """s after which the diagnosis of one recording is given up."""

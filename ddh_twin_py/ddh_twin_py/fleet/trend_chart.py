@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from html import escape
 
-from ddh_twin_py.report.document import Html
+from ddh_twin_py.report.page.document import Html
 
 _WIDTH, _HEIGHT = 620, 190
 _LEFT, _RIGHT, _TOP, _BOTTOM = 84, 14, 12, 34

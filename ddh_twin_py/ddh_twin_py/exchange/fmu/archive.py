@@ -25,7 +25,7 @@ from ddh_twin_py.physics.free_run import COMMAND_PARTS
 from ddh_twin_py.physics.hydraulics import HYDRAULIC_STATES, PRESSURE_A, PRESSURE_B
 from ddh_twin_py.physics.oil import VAPOUR_PRESSURE
 from ddh_twin_py.physics.thermal_network import N
-from ddh_twin_py.report import document as doc
+from ddh_twin_py.report.page import document as doc
 from ddh_twin_py.rig import Rig
 from ddh_twin_py.rig.files import write_whole
 from ddh_twin_py.rig.sheet import FIELD_OF_PATH, PARAMETER_DTYPE

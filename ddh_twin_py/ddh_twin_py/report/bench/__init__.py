@@ -1,0 +1,1 @@
+"""The sealed bench of the diagnosis: page and table."""

@@ -1,0 +1,1 @@
+"""What recordings say about a rig: page and summary."""

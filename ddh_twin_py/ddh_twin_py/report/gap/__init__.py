@@ -1,0 +1,1 @@
+"""A gap diagnosis: its page, its summary, and the design of a test."""

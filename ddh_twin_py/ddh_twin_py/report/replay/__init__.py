@@ -1,0 +1,1 @@
+"""How well the twin agrees with a recording: page and summary."""

@@ -1,0 +1,1 @@
+"""Pages of single studies: cold start, the filter's consistency, the paper, real rigs, a motor."""
