@@ -8,6 +8,8 @@ from ddh_twin_py.twin.intervals import INTERVAL
 
 AMBIENT_LAG = 10.0
 """s over which ambient readings are smoothed."""
+FOLLOWS = 1.0
+"""K by which the smoothed air may be off all of the last three readings, ten times a sensor's noise: a gate that opens is not smoothed."""
 
 
 class AmbientTracker:
@@ -24,6 +26,7 @@ class AmbientTracker:
         self.value = assumed
         self.known = False
         self._read = assumed
+        self._last = [assumed] * 3  # K, read
         self._share = 1.0 - np.exp(-interval / AMBIENT_LAG)
 
     def advance(self, read: np.ndarray) -> np.ndarray:
@@ -33,13 +36,15 @@ class AmbientTracker:
             if reading == reading:  # not NaN
                 self._read = float(reading)
                 if not self.known:
-                    self.value = self._read
-                    self.known = True
+                    self.hold(self._read, True)
+                self._last = [*self._last[1:], self._read]
             self.value += self._share * (self._read - self.value)
+            self.value = min(max(self.value, min(self._last) - FOLLOWS), max(self._last) + FOLLOWS)
             air[i] = self.value
         return air
 
     def hold(self, value: float, known: bool) -> None:
         """Take up a value from elsewhere, K."""
         self.value = self._read = value
+        self._last = [value] * 3
         self.known = known
