@@ -10,9 +10,9 @@ from ddh_twin_py.estimation.experiment import Experiment
 from ddh_twin_py.estimation.replay import replay
 from ddh_twin_py.gap.recordings.contradictions import contradictions
 from ddh_twin_py.rig import load_rig
+from ddh_twin_py.telemetry.alignment.recording_ticks import align
+from ddh_twin_py.telemetry.clocks.strays import strays
 from ddh_twin_py.telemetry.recording import Stream
-from ddh_twin_py.telemetry.recording_ticks import align
-from ddh_twin_py.telemetry.strays import strays
 
 DAY = 86400.0
 DRIVE, OIL = "drive/telemetry", "temperature/tank_oil"

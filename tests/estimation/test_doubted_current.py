@@ -10,7 +10,7 @@ from ddh_twin_py.estimation.replay import replay
 from ddh_twin_py.estimation.sensors import NODE_INDEX
 from ddh_twin_py.estimation.temperature_fusion import FusionInputs
 from ddh_twin_py.rig import load_rig
-from ddh_twin_py.telemetry.unit_scales import UnitScales
+from ddh_twin_py.telemetry.units.unit_scales import UnitScales
 from ddh_twin_py.twin.intervals import INTERVAL
 
 AT = NODE_INDEX["motor_winding"]

@@ -16,7 +16,7 @@ from ddh_twin_py.estimation.state_file import save_state
 from ddh_twin_py.estimation.temperature_fusion import TemperatureFusion
 from ddh_twin_py.physics.thermal_network import NODES
 from ddh_twin_py.rig import load_rig
-from ddh_twin_py.telemetry.recording_ticks import align
+from ddh_twin_py.telemetry.alignment.recording_ticks import align
 from ddh_twin_py.telemetry.signals import TEMPERATURE_SENSORS, ZERO_CELSIUS
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from nodes.processes import LATCHED, NodeProcess, raw_messages, stamp_ns, wait_for

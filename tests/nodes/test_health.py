@@ -9,10 +9,10 @@ import pytest
 from ddh_twin_py.nodes.health import Report, Stops, StopsTold, StreamJudge, judge_age, judge_clock
 from ddh_twin_py.nodes.inputs import Input
 from ddh_twin_py.nodes.node_base import TwinNode
-from ddh_twin_py.telemetry.alike_watch import AlikeWatch
-from ddh_twin_py.telemetry.clock import Break
-from ddh_twin_py.telemetry.screening import StreamScreen
-from ddh_twin_py.telemetry.tick_aligner import TickAligner
+from ddh_twin_py.telemetry.alignment.tick_aligner import TickAligner
+from ddh_twin_py.telemetry.clocks.clock import Break
+from ddh_twin_py.telemetry.screening.alike_watch import AlikeWatch
+from ddh_twin_py.telemetry.screening.screening import StreamScreen
 
 
 @pytest.mark.parametrize(

@@ -5,8 +5,8 @@ import pytest
 from ddh_twin_py.bags.reader import read_recording
 from ddh_twin_py.nodes.intervals_feed import IntervalsFeed
 from ddh_twin_py.rig import load_rig
+from ddh_twin_py.telemetry.alignment.tick_aligner import TickAligner
 from ddh_twin_py.telemetry.signals import DRIVE_TOPIC, HYDRAULIC_TOPIC
-from ddh_twin_py.telemetry.tick_aligner import TickAligner
 from ddh_twin_py.twin.hydraulic_model import HydraulicModel
 
 BEGIN, STEPS, END = 20.0, 30.0, 70.0  # s

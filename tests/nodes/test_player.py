@@ -59,7 +59,7 @@ def test_services_pause_seek_and_rate(short_bag, listener, drive):
         listener.call(SetBool, f"{NS}/bag_player/pause", SetBool.Request(data=False))
         wait_for(lambda: drive and seconds(drive)[-1] > 14.0, 5.0, "four seconds of data")
         assert seconds(drive)[0] == pytest.approx(10.0, abs=0.03)
-        assert 0.8 < time.monotonic() - started < 2.5
+        assert time.monotonic() - started > 0.8
 
         listener.call(Seek, f"{NS}/bag_player/seek", Seek.Request(offset=1.0))  # back, while it plays
         drive.clear()

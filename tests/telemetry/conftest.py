@@ -2,7 +2,7 @@ import pytest
 import yaml
 from ddh_twin_py.bags.reader import read_recording
 from ddh_twin_py.rig import load_rig
-from ddh_twin_py.telemetry.unit_scales import UnitScales
+from ddh_twin_py.telemetry.units.unit_scales import UnitScales
 
 
 @pytest.fixture(scope="session")

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from ddh_twin_py.bags.collector import Arrived
-from ddh_twin_py.telemetry.other_clocks import other_clocks
+from ddh_twin_py.telemetry.clocks.other_clocks import other_clocks
+from ddh_twin_py.telemetry.clocks.strays import strays
 from ddh_twin_py.telemetry.recording import Finding
-from ddh_twin_py.telemetry.strays import strays
 
 
 @dataclass(frozen=True)

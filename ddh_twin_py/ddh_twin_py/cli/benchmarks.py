@@ -19,6 +19,7 @@ from ddh_twin_py.benchmarks.diagnosis_speed import FULL, time_diagnosis
 from ddh_twin_py.benchmarks.figure import Figure
 from ddh_twin_py.benchmarks.filters import compare_filters
 from ddh_twin_py.benchmarks.free_run_speed import compare_solvers
+from ddh_twin_py.benchmarks.screening_speed import time_screening
 from ddh_twin_py.benchmarks.timed_process import timed
 from ddh_twin_py.cli.arguments import duty_file
 from ddh_twin_py.cli.console import stage
@@ -76,6 +77,8 @@ def measure(quick: bool = False, live: bool = True, quiet: bool = False) -> tupl
             figures += _replay(bag, Path(scratch), duration)
         with stage("reading", quiet):
             figures += _decode(bag)
+        with stage("screening", quiet):
+            figures += time_screening(read_recording(bag), load_rig())
         with stage("free run and filter", quiet):
             figures += _kernels(bag, duration)
         for label, benchmark in COMPARISONS:

@@ -54,7 +54,7 @@ def _graph(args: argparse.Namespace, asked: str | None) -> list:
     from ddh_twin_py.doctor.middleware import check_middleware
     from ddh_twin_py.doctor.twin import check_twin
     from ddh_twin_py.rig import load_rig
-    from ddh_twin_py.telemetry.unit_scales import UnitScales
+    from ddh_twin_py.telemetry.units.unit_scales import UnitScales
 
     try:
         from ddh_twin_py.nodes.graph_survey import survey

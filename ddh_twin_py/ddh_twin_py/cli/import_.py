@@ -53,7 +53,7 @@ def run(args: argparse.Namespace) -> int:
         from ddh_twin_py.exchange.import_log import import_logs
         from ddh_twin_py.exchange.mapping import read_mapping
         from ddh_twin_py.rig import load_rig
-        from ddh_twin_py.telemetry.screening import screen_by_sheet
+        from ddh_twin_py.telemetry.screening.screening import screen_by_sheet
     mapping = read_mapping(args.mapping)
     with stage(f"reading {args.log[0] if len(args.log) == 1 else f'{len(args.log)} logs'}", args.quiet):
         recording = import_logs(args.log, mapping)

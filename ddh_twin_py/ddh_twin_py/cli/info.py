@@ -37,7 +37,7 @@ def run(args: argparse.Namespace) -> int:
     from ddh_twin_py.gap.recordings.contradictions import contradictions
     from ddh_twin_py.rig import load_rig
     from ddh_twin_py.telemetry.recording import Finding
-    from ddh_twin_py.telemetry.screening import screen_by_sheet
+    from ddh_twin_py.telemetry.screening.screening import screen_by_sheet
 
     rig = load_rig(args.rig)
     recording = read_recording(args.bag, args.namespace)

@@ -10,10 +10,11 @@ from ddh_twin_py.bags.message_types import know
 from ddh_twin_py.bags.topics import nearest_telemetry, split_topic
 from ddh_twin_py.doctor.check import Check
 from ddh_twin_py.doctor.survey import HeardTopic, Survey
-from ddh_twin_py.telemetry.clock import PUT_BACK
-from ddh_twin_py.telemetry.other_clocks import outvoted
+from ddh_twin_py.telemetry.clocks.clock import PUT_BACK
+from ddh_twin_py.telemetry.clocks.other_clocks import outvoted
+from ddh_twin_py.telemetry.clocks.stream_line import LONGEST_LAG
 from ddh_twin_py.telemetry.recording import Recording, Stream
-from ddh_twin_py.telemetry.screening import screen_recording
+from ddh_twin_py.telemetry.screening.screening import screen_recording
 from ddh_twin_py.telemetry.signals import (
     BESIDE_SENSORS,
     DRIVE_FIELDS,
@@ -27,8 +28,7 @@ from ddh_twin_py.telemetry.signals import (
     TOPIC_TYPES,
     ZERO_CELSIUS,
 )
-from ddh_twin_py.telemetry.stream_line import LONGEST_LAG
-from ddh_twin_py.telemetry.unit_scales import UnitScales
+from ddh_twin_py.telemetry.units.unit_scales import UnitScales
 
 GROUP = "machine"
 RATES = {DRIVE_TOPIC: (50.0, 1000.0), HYDRAULIC_TOPIC: (50.0, 1000.0), TEMPERATURE_PREFIX: (0.1, 10.0)}

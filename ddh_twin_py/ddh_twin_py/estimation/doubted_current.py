@@ -14,7 +14,7 @@ import numpy as np
 from ddh_twin_py.estimation.temperature_fusion import FusionInputs
 from ddh_twin_py.rig import Rig
 from ddh_twin_py.telemetry.signals import DRIVE_TOPIC
-from ddh_twin_py.telemetry.unit_scales import UnitScales
+from ddh_twin_py.telemetry.units.unit_scales import UnitScales
 
 TIMES = 2.5
 """How many times as much as the other one must be, current or what is asked for, to be told: friction and a worn pump make less."""

@@ -41,13 +41,13 @@ from ddh_twin_py.physics.soft_sensor import MEASURED_DTYPE
 from ddh_twin_py.physics.thermal_network import N
 from ddh_twin_py.rig import Rig
 from ddh_twin_py.rig.sheet import SensorSpec
+from ddh_twin_py.telemetry.alignment.recording_ticks import align
+from ddh_twin_py.telemetry.clocks.jumps import why_apart
+from ddh_twin_py.telemetry.clocks.set_ahead import set_ahead
 from ddh_twin_py.telemetry.in_order import in_order
-from ddh_twin_py.telemetry.jumps import why_apart
 from ddh_twin_py.telemetry.recording import Recording
-from ddh_twin_py.telemetry.recording_ticks import align
 from ddh_twin_py.telemetry.resolution import rounding_error
-from ddh_twin_py.telemetry.screening import screen_by_sheet
-from ddh_twin_py.telemetry.set_ahead import set_ahead
+from ddh_twin_py.telemetry.screening.screening import screen_by_sheet
 from ddh_twin_py.telemetry.signals import DRIVE_FIELDS, DRIVE_TOPIC, HYDRAULIC_FIELDS, HYDRAULIC_TOPIC
 from ddh_twin_py.telemetry.spans import strangers
 from ddh_twin_py.telemetry.ticks import Samples, Ticks

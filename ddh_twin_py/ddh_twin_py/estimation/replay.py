@@ -25,10 +25,10 @@ from ddh_twin_py.physics.soft_sensor import MEASURED_DTYPE
 from ddh_twin_py.physics.thermal_network import MOTOR_NODES, N
 from ddh_twin_py.physics.validity import outside_stated
 from ddh_twin_py.rig import Rig
-from ddh_twin_py.telemetry.clock import Break
+from ddh_twin_py.telemetry.clocks.clock import Break
 from ddh_twin_py.telemetry.recording import Finding, Recording
-from ddh_twin_py.telemetry.recording_ticks import align
-from ddh_twin_py.telemetry.screening import screen_by_sheet
+from ddh_twin_py.telemetry.alignment.recording_ticks import align
+from ddh_twin_py.telemetry.screening.screening import screen_by_sheet
 from ddh_twin_py.telemetry.signals import DRIVE_FIELDS, DRIVE_TOPIC, HYDRAULIC_FIELDS, HYDRAULIC_TOPIC, TEMPERATURE_PREFIX
 from ddh_twin_py.telemetry.spans import too_short
 from ddh_twin_py.telemetry.ticks import Ticks

@@ -12,7 +12,7 @@ from ddh_twin_py.gap.watch.watch import HYDRAULIC
 from ddh_twin_py.nodes.conversion import FREE_RUN
 from ddh_twin_py.nodes.wire import BulkParser
 from ddh_twin_py.physics.thermal_network import NODES
-from ddh_twin_py.telemetry.clock import same_unit
+from ddh_twin_py.telemetry.clocks.clock import same_unit
 from ddh_twin_py.telemetry.signals import TEMPERATURE_PREFIX
 from ddh_twin_py.twin.lagged_readings import LaggedReadings
 from ddh_twin_py.twin.temperature_sensors import SENSORS, all_sensed

@@ -25,7 +25,7 @@ from ddh_twin_py.nodes.parameters import NodeError, Parameter
 from ddh_twin_py.nodes.player_watch import PlayerWatch
 from ddh_twin_py.nodes.progress import Progress
 from ddh_twin_py.rig import load_rig
-from ddh_twin_py.telemetry.clock import Break
+from ddh_twin_py.telemetry.clocks.clock import Break
 from ddh_twin_py.telemetry.signals import RIG_TOPIC
 from ddh_twin_py.twin.sensor_errors import sensor_lags
 

@@ -14,10 +14,10 @@ from ddh_twin_py.nodes.inputs import Input
 from ddh_twin_py.nodes.node_base import AGAIN, TwinNode
 from ddh_twin_py.nodes.telemetry_feed import TelemetryFeed
 from ddh_twin_py.telemetry.causes import Cause
-from ddh_twin_py.telemetry.clock import Break
-from ddh_twin_py.telemetry.screening import StreamScreen
+from ddh_twin_py.telemetry.clocks.clock import Break
+from ddh_twin_py.telemetry.clocks.stream_line import APART
+from ddh_twin_py.telemetry.screening.screening import StreamScreen
 from ddh_twin_py.telemetry.spans import UNSTAMPED
-from ddh_twin_py.telemetry.stream_line import APART
 from ddh_twin_py.telemetry.ticks import LONGEST_GAP
 
 PERIOD = 1.0  # s of wall time

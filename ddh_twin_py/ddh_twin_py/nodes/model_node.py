@@ -26,9 +26,9 @@ from ddh_twin_py.nodes.telemetry_feed import TelemetryFeed, field_count
 from ddh_twin_py.nodes.wire import BulkParser
 from ddh_twin_py.physics.thermal_network import NODES
 from ddh_twin_py.rig import load_rig
-from ddh_twin_py.telemetry.clock import Break
+from ddh_twin_py.telemetry.clocks.clock import Break
+from ddh_twin_py.telemetry.clocks.stream_line import LONGEST_LAG
 from ddh_twin_py.telemetry.signals import RIG_TOPIC, TEMPERATURE_PREFIX, TEMPERATURE_SENSORS, ZERO_CELSIUS
-from ddh_twin_py.telemetry.stream_line import LONGEST_LAG
 from ddh_twin_py.telemetry.ticks import INTERVAL, REORDER_WINDOW, Samples, Tick
 from ddh_twin_py.twin.ambient import AmbientTracker
 from ddh_twin_py.twin.sensor_errors import take_off_sensor_errors, temperature_zero_errors

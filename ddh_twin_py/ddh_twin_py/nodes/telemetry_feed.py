@@ -15,8 +15,9 @@ from ddh_msgs.msg import DriveTelemetry, HydraulicTelemetry
 from ddh_twin_py.bags.cdr import stamped_floats
 from ddh_twin_py.nodes.inputs import Input, Inputs
 from ddh_twin_py.rig import Rig
-from ddh_twin_py.telemetry.alike_watch import AlikeWatch
-from ddh_twin_py.telemetry.screening import StreamScreen
+from ddh_twin_py.telemetry.alignment.tick_aligner import TickAligner
+from ddh_twin_py.telemetry.screening.alike_watch import AlikeWatch
+from ddh_twin_py.telemetry.screening.screening import StreamScreen
 from ddh_twin_py.telemetry.signals import (
     DRIVE_FIELDS,
     DRIVE_TOPIC,
@@ -26,9 +27,8 @@ from ddh_twin_py.telemetry.signals import (
     TEMPERATURE_PREFIX,
     ZERO_CELSIUS,
 )
-from ddh_twin_py.telemetry.tick_aligner import TickAligner
 from ddh_twin_py.telemetry.ticks import Tick
-from ddh_twin_py.telemetry.unit_scales import UnitScales
+from ddh_twin_py.telemetry.units.unit_scales import UnitScales
 from ddh_twin_py.twin.sensor_errors import delay_ns
 
 _STOOD, _COMES = 1_000_000_000, 500_000_000

@@ -43,7 +43,7 @@ from ddh_twin_py.nodes.wire import BulkParser
 from ddh_twin_py.physics.thermal_network import N, NODES
 from ddh_twin_py.physics.validity import outside_stated
 from ddh_twin_py.rig import load_rig
-from ddh_twin_py.telemetry.clock import Break
+from ddh_twin_py.telemetry.clocks.clock import Break
 from ddh_twin_py.telemetry.signals import TEMPERATURE_PREFIX
 from ddh_twin_py.telemetry.ticks import Tick
 

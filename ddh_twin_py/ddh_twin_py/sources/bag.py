@@ -9,7 +9,7 @@ import numpy as np
 from ddh_twin_py.bags.errors import BagError
 from ddh_twin_py.bags.reader import read_recording
 from ddh_twin_py.sources.protocol import Option, Samples, SourceError
-from ddh_twin_py.telemetry.clock import clock_segments
+from ddh_twin_py.telemetry.clocks.clock import clock_segments
 from ddh_twin_py.telemetry.recording import Recording
 from ddh_twin_py.telemetry.ticks import REORDER_WINDOW, to_ns
 

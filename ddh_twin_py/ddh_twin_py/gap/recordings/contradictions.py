@@ -13,13 +13,13 @@ import numpy as np
 from ddh_twin_py.gap.recordings.winding_place import warms_instead
 from ddh_twin_py.physics.cylinder import load_force, piston_area, rod_side_area, rod_travel
 from ddh_twin_py.rig import Rig
-from ddh_twin_py.telemetry.clock import clock_segments
+from ddh_twin_py.telemetry.clocks.clock import clock_segments
 from ddh_twin_py.telemetry.in_order import in_order
 from ddh_twin_py.telemetry.recording import Recording, Stream
 from ddh_twin_py.telemetry.signals import DRIVE_TOPIC, HYDRAULIC_TOPIC
 from ddh_twin_py.telemetry.spans import set_off
-from ddh_twin_py.telemetry.temperature_units import temperature_units
 from ddh_twin_py.telemetry.ticks import REORDER_WINDOW, to_ns
+from ddh_twin_py.telemetry.units.temperature_units import temperature_units
 
 _STEP = 0.1  # s, of the common axis
 _TURNING, _MOVING = 10.0, 0.01  # rad/s, m/s: a shaft that turns, a rod that moves

@@ -12,7 +12,7 @@ from ddh_twin_py.gap.recordings.contradictions import contradictions
 from ddh_twin_py.gap.recordings.doubts import damage
 from ddh_twin_py.report.times import starts
 from ddh_twin_py.report.units import number
-from ddh_twin_py.telemetry.clock import PUT_BACK, same_unit
+from ddh_twin_py.telemetry.clocks.clock import PUT_BACK, same_unit
 from ddh_twin_py.twin.command import SLOWEST
 
 if TYPE_CHECKING:

@@ -29,7 +29,7 @@ from ddh_twin_py.report.replay.smoothed import NOTE as SMOOTHED_NOTE
 from ddh_twin_py.report.replay.smoothed import smoothed_charts, smoothed_json, smoothed_table
 from ddh_twin_py.report.times import going_on, starts
 from ddh_twin_py.report.units import ZERO_CELSIUS, celsius, duration, in_unit, number, shown, words
-from ddh_twin_py.telemetry.clock import PUT_BACK
+from ddh_twin_py.telemetry.clocks.clock import PUT_BACK
 from ddh_twin_py.telemetry.recording import SLIGHT
 from ddh_twin_py.telemetry.signals import signal_named
 from ddh_twin_py.twin.hydraulic_model import UNSEEN

@@ -1,7 +1,7 @@
 """What stamps that do not go on say of the unit."""
 
 import pytest
-from ddh_twin_py.telemetry.clock import Break, same_unit
+from ddh_twin_py.telemetry.clocks.clock import Break, same_unit
 
 
 def test_a_clock_that_is_put_back_a_little_leaves_a_unit_as_warm_as_it_is():

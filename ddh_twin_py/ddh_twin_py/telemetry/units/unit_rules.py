@@ -13,12 +13,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ddh_twin_py.telemetry.drive_units import judge_drive
-from ddh_twin_py.telemetry.pressure_units import judge_pressures
 from ddh_twin_py.telemetry.screening_kernel import RATIO, SMALL
 from ddh_twin_py.telemetry.signals import DRIVE_TOPIC, HYDRAULIC_TOPIC
-from ddh_twin_py.telemetry.unit_scales import UnitScales
-from ddh_twin_py.telemetry.unit_suspicion import UnitSuspicion
+from ddh_twin_py.telemetry.units.drive_units import judge_drive
+from ddh_twin_py.telemetry.units.pressure_units import judge_pressures
+from ddh_twin_py.telemetry.units.unit_scales import UnitScales
+from ddh_twin_py.telemetry.units.unit_suspicion import UnitSuspicion
 
 
 @dataclass(frozen=True)

@@ -7,10 +7,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from ddh_twin_py.telemetry.causes import OF_FIELD, OF_SAMPLE, Cause
-from ddh_twin_py.telemetry.clock import PUT_BACK
+from ddh_twin_py.telemetry.clocks.clock import PUT_BACK
 from ddh_twin_py.telemetry.recording import Finding
 from ddh_twin_py.telemetry.signals import Signal, UnitMistake
-from ddh_twin_py.telemetry.unit_suspicion import UnitSuspicion
+from ddh_twin_py.telemetry.units.unit_suspicion import UnitSuspicion
 
 _MENDED = (Cause.NOT_A_NUMBER, Cause.REPEATED, Cause.OUT_OF_ORDER)
 _LEAST_FOR_UNIT = 10  # samples out of range before a mistake of unit is named,

@@ -5,9 +5,9 @@ from itertools import islice
 
 import numpy as np
 import pytest
+from ddh_twin_py.telemetry.alignment.recording_ticks import align
+from ddh_twin_py.telemetry.alignment.tick_aligner import TickAligner
 from ddh_twin_py.telemetry.recording import Recording, drive_stream, hydraulic_stream, temperature_stream
-from ddh_twin_py.telemetry.recording_ticks import align
-from ddh_twin_py.telemetry.tick_aligner import TickAligner
 from ddh_twin_py.telemetry.ticks import tick_index
 from hypothesis import example, given, settings
 from hypothesis import strategies as st

@@ -4,9 +4,9 @@ import math
 
 import numpy as np
 import pytest
-from ddh_twin_py.telemetry.other_clocks import other_clocks
+from ddh_twin_py.telemetry.alignment.tick_aligner import TickAligner
+from ddh_twin_py.telemetry.clocks.other_clocks import other_clocks
 from ddh_twin_py.telemetry.signals import TEMPERATURE_SENSORS
-from ddh_twin_py.telemetry.tick_aligner import TickAligner
 
 EPOCH = 1_772_000_000_000_000_000
 DRIVE, HYDRAULICS = "drive/telemetry", "hydraulics/telemetry"

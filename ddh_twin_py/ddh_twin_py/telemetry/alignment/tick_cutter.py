@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 
-from ddh_twin_py.telemetry.stream_line import LONGEST_LAG_NS, Line
+from ddh_twin_py.telemetry.clocks.stream_line import LONGEST_LAG_NS, Line
 from ddh_twin_py.telemetry.ticks import Samples, Tick, tick_index
 
 

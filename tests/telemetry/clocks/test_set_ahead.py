@@ -5,8 +5,8 @@ import pytest
 from ddh_twin_py.bags.damage import with_clock_jump, without_samples
 from ddh_twin_py.estimation.experiment import Experiment
 from ddh_twin_py.rig import load_rig
-from ddh_twin_py.telemetry.screening import screen_recording
-from ddh_twin_py.telemetry.set_ahead import clock_set_ahead, set_ahead
+from ddh_twin_py.telemetry.clocks.set_ahead import clock_set_ahead, set_ahead
+from ddh_twin_py.telemetry.screening.screening import screen_recording
 from ddh_twin_py.telemetry.signals import DRIVE_TOPIC, HYDRAULIC_TOPIC
 
 MOVING = 57.0  # s of the paper's cycle, at which the rod is lifted

@@ -24,7 +24,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 
-from ddh_twin_py.telemetry.stream_line import APART_NS, LONGEST_LAG_NS, Doubt, Line
+from ddh_twin_py.telemetry.clocks.stream_line import APART_NS, LONGEST_LAG_NS, Doubt, Line
 
 _MOST_DOUBTED = 20_000  # samples of another clock that are put aside
 _OUTVOTED = 3_000_000_000  # ns of them after which they are left out where more streams go on

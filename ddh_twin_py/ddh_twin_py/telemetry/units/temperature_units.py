@@ -23,7 +23,7 @@ from ddh_twin_py.telemetry.signals import (
     UnitMistake,
     signals_of,
 )
-from ddh_twin_py.telemetry.unit_scales import UnitScales
+from ddh_twin_py.telemetry.units.unit_scales import UnitScales
 
 LEAST = 20
 """Samples that tell something."""

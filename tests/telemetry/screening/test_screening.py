@@ -8,7 +8,7 @@ from ddh_twin_py.bags import damage
 from ddh_twin_py.bags.reader import read_recording
 from ddh_twin_py.telemetry.causes import Cause
 from ddh_twin_py.telemetry.recording import Stream, drive_stream
-from ddh_twin_py.telemetry.screening import StreamScreen, screen_recording
+from ddh_twin_py.telemetry.screening.screening import StreamScreen, screen_recording
 from ddh_twin_py.telemetry.signals import DRIVE_FIELDS, SIGNALS, TEMPERATURE_SENSORS
 
 DRIVE, HYDRAULIC = "drive/telemetry", "hydraulics/telemetry"

@@ -8,8 +8,8 @@ import numpy as np
 
 from ddh_twin_py.telemetry.screening_kernel import EVIDENCE, RULE_A, RULE_B, RULE_COUNT
 from ddh_twin_py.telemetry.signals import UnitMistake
-from ddh_twin_py.telemetry.unit_scales import UnitScales
-from ddh_twin_py.telemetry.unit_suspicion import UnitSuspicion
+from ddh_twin_py.telemetry.units.unit_scales import UnitScales
+from ddh_twin_py.telemetry.units.unit_suspicion import UnitSuspicion
 
 _UNITS = (UnitMistake("bar", 1e-5), UnitMistake("kPa", 1e-3), UnitMistake("MPa", 1e-6), UnitMistake("psi", 1.0 / 6894.757))
 _PRESSURES = ("pressure_piston_side", "pressure_rod_side")

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
+from ddh_twin_py.telemetry.alignment.recording_ticks import align
+from ddh_twin_py.telemetry.alignment.tick_aligner import TickAligner
 from ddh_twin_py.telemetry.recording import Recording, drive_stream, hydraulic_stream, temperature_stream
-from ddh_twin_py.telemetry.recording_ticks import align
-from ddh_twin_py.telemetry.tick_aligner import TickAligner
 
 EPOCH = 1_772_000_000_000_000_000
 MS = 1_000_000

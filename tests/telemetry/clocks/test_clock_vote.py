@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from ddh_twin_py.telemetry.clock_vote import ClockVote
-from ddh_twin_py.telemetry.stream_line import Doubt, Line
-from ddh_twin_py.telemetry.tick_aligner import TickAligner
+from ddh_twin_py.telemetry.alignment.tick_aligner import TickAligner
+from ddh_twin_py.telemetry.clocks.clock_vote import ClockVote
+from ddh_twin_py.telemetry.clocks.stream_line import Doubt, Line
 
 EPOCH = 1_772_000_000_000_000_000
 SECOND = 1_000_000_000

@@ -9,9 +9,9 @@ from collections import Counter, deque
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from operator import itemgetter
 
-from ddh_twin_py.telemetry.clock_vote import ClockVote, cause, is_lost, take_strays, timely
-from ddh_twin_py.telemetry.stream_line import APART_NS, LONGEST_LAG_NS, Doubt, Line
-from ddh_twin_py.telemetry.tick_cutter import TickCutter
+from ddh_twin_py.telemetry.alignment.tick_cutter import TickCutter
+from ddh_twin_py.telemetry.clocks.clock_vote import ClockVote, cause, is_lost, take_strays, timely
+from ddh_twin_py.telemetry.clocks.stream_line import APART_NS, LONGEST_LAG_NS, Doubt, Line
 from ddh_twin_py.telemetry.ticks import INTERVAL, LONGEST_GAP, REORDER_WINDOW, Tick, to_ns
 
 TIMEOUT = 1.0  # s

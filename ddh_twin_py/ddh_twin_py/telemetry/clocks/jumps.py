@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from ddh_twin_py.names import first_of
+from ddh_twin_py.telemetry.clocks.strays import strays
 from ddh_twin_py.telemetry.recording import Recording
 from ddh_twin_py.telemetry.spans import apart
-from ddh_twin_py.telemetry.strays import strays
 from ddh_twin_py.telemetry.ticks import LONGEST_GAP, REORDER_WINDOW, Ticks
 
 _NAMED = 3  # topics that are named one by one

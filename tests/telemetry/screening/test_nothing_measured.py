@@ -7,7 +7,7 @@ import pytest
 from ddh_twin_py.estimation.replay import ReplayError, replay
 from ddh_twin_py.rig import load_rig
 from ddh_twin_py.telemetry.recording import Stream
-from ddh_twin_py.telemetry.screening import screen_recording
+from ddh_twin_py.telemetry.screening.screening import screen_recording
 from ddh_twin_py.telemetry.signals import DRIVE_TOPIC, HYDRAULIC_TOPIC
 
 

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from ddh_twin_py.telemetry.tick_aligner import TickAligner
+from ddh_twin_py.telemetry.alignment.tick_aligner import TickAligner
 
 EPOCH = 1_772_000_000_000_000_000
 MS = 1_000_000

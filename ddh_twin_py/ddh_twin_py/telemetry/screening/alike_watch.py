@@ -6,11 +6,11 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from ddh_twin_py.telemetry.alike_units import FIRST, begun_alike, likely_units
-from ddh_twin_py.telemetry.clock import Break
-from ddh_twin_py.telemetry.screening import StreamScreen
+from ddh_twin_py.telemetry.clocks.clock import Break
+from ddh_twin_py.telemetry.screening.screening import StreamScreen
 from ddh_twin_py.telemetry.signals import TEMPERATURE_PREFIX, ZERO_CELSIUS, UnitMistake
-from ddh_twin_py.telemetry.temperature_units import LEAST, odd_beside_others
+from ddh_twin_py.telemetry.units.alike_units import FIRST, begun_alike, likely_units
+from ddh_twin_py.telemetry.units.temperature_units import LEAST, odd_beside_others
 
 _FEWEST = 3  # readings that say how a topic begins
 _MOST = 64  # readings of a topic that are kept, spread over all its time

@@ -15,8 +15,8 @@ import numpy as np
 
 from ddh_twin_py.telemetry.screening_kernel import EVIDENCE, RULE_A, RULE_B, RULE_C, RULE_COUNT
 from ddh_twin_py.telemetry.signals import UnitMistake
-from ddh_twin_py.telemetry.unit_scales import UnitScales
-from ddh_twin_py.telemetry.unit_suspicion import UnitSuspicion
+from ddh_twin_py.telemetry.units.unit_scales import UnitScales
+from ddh_twin_py.telemetry.units.unit_suspicion import UnitSuspicion
 
 _SPEED_COMMAND, _SPEED, _TORQUE, _CURRENT, _VOLTAGE, _POWER = range(6)  # columns of DRIVE_FIELDS
 _SPEEDS = (

@@ -13,21 +13,21 @@ import numpy as np
 
 from ddh_twin_py.rig import Rig
 from ddh_twin_py.telemetry import screening_kernel as kernel
-from ddh_twin_py.telemetry.alike_units import alike_units, first_readings, likely_units
-from ddh_twin_py.telemetry.all_zero import all_zero
 from ddh_twin_py.telemetry.causes import OF_FIELD, OF_SAMPLE, Cause
-from ddh_twin_py.telemetry.clock import clock_segments, sorted_order
+from ddh_twin_py.telemetry.clocks.clock import clock_segments, sorted_order
+from ddh_twin_py.telemetry.clocks.set_ahead import clock_set_ahead
 from ddh_twin_py.telemetry.recording import Finding, Recording, Stream
-from ddh_twin_py.telemetry.screening_report import findings_of, in_another_unit
-from ddh_twin_py.telemetry.set_ahead import clock_set_ahead
+from ddh_twin_py.telemetry.screening.all_zero import all_zero
+from ddh_twin_py.telemetry.screening.screening_report import findings_of, in_another_unit
+from ddh_twin_py.telemetry.screening.told_variance import odd_variances
 from ddh_twin_py.telemetry.signals import TEMPERATURE_PREFIX, Signal, UnitMistake, signals_of
 from ddh_twin_py.telemetry.spans import apart, missing_ends
-from ddh_twin_py.telemetry.temperature_units import odd_temperatures
 from ddh_twin_py.telemetry.ticks import REORDER_WINDOW, to_ns
-from ddh_twin_py.telemetry.told_variance import odd_variances
-from ddh_twin_py.telemetry.unit_rules import judge, rules_of
-from ddh_twin_py.telemetry.unit_scales import UnitScales
-from ddh_twin_py.telemetry.unit_suspicion import UnitSuspicion
+from ddh_twin_py.telemetry.units.alike_units import alike_units, first_readings, likely_units
+from ddh_twin_py.telemetry.units.temperature_units import odd_temperatures
+from ddh_twin_py.telemetry.units.unit_rules import judge, rules_of
+from ddh_twin_py.telemetry.units.unit_scales import UnitScales
+from ddh_twin_py.telemetry.units.unit_suspicion import UnitSuspicion
 
 _CAUSES = (*OF_FIELD, *OF_SAMPLE)  # in the order of the kernel's rows of counts
 _STUCK = _CAUSES.index(Cause.STUCK)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ddh_twin_py.telemetry.clock import clock_segments, sorted_order
+from ddh_twin_py.telemetry.clocks.clock import clock_segments, sorted_order
 from ddh_twin_py.telemetry.recording import Recording
 from ddh_twin_py.telemetry.ticks import INTERVAL, LONGEST_GAP, REORDER_WINDOW, Samples, Ticks, tick_index, to_ns
 

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from ddh_twin_py.bags.damage import with_wrong_unit
 from ddh_twin_py.bags.reader import read_recording
-from ddh_twin_py.telemetry.alike_watch import AlikeWatch
 from ddh_twin_py.telemetry.recording import Stream
-from ddh_twin_py.telemetry.screening import StreamScreen, screen_recording
+from ddh_twin_py.telemetry.screening.alike_watch import AlikeWatch
+from ddh_twin_py.telemetry.screening.screening import StreamScreen, screen_recording
 from ddh_twin_py.telemetry.signals import TEMPERATURE_PREFIX, ZERO_CELSIUS
 
 SENSORS = ("ambient", "motor_winding", "motor_housing", "tank_oil", "line_a", "line_b")

@@ -18,8 +18,8 @@ from itertools import pairwise
 
 import numpy as np
 
+from ddh_twin_py.telemetry.clocks.stream_line import APART_NS, LONGEST_LAG_NS
 from ddh_twin_py.telemetry.signals import DRIVE_TOPIC, HYDRAULIC_TOPIC
-from ddh_twin_py.telemetry.stream_line import APART_NS, LONGEST_LAG_NS
 
 _FEWEST = 5  # samples in a row that tell a clock
 _LATEST = 5_000_000_000  # ns by which fewer may be late

@@ -1,0 +1,1 @@
+"""Streams cut into ticks that all of them share."""

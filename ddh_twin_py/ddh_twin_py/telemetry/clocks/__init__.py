@@ -1,0 +1,1 @@
+"""Whose clock is believed, and where stamps jump or are wrong."""

@@ -1,0 +1,1 @@
+"""Every sample judged before it is used, and what that found, in words."""

@@ -1,0 +1,1 @@
+"""In which unit readings are told."""
