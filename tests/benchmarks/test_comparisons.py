@@ -128,12 +128,12 @@ def test_what_was_measured_is_kept_where_the_live_nodes_fail(tmp_path, monkeypat
 
     monkeypatch.setattr(live_bench, "live_figures", failing)
     monkeypatch.setattr(benchmarks, "COMPARISONS", ())
-    for part in ("_replay", "_decode", "_kernels"):
+    for part in ("_replay", "_decode", "time_screening", "_kernels"):
         monkeypatch.setattr(benchmarks, part, lambda *given: [Figure("before", 1.0, "s", 2.0)])
     monkeypatch.setattr(benchmarks, "collect", lambda chunks, *given: collect(islice(chunks, 3), START_NS))
     out = tmp_path / "bench.json"
     assert main(["bench", "--quick", "--quiet", "--json", str(out)]) == 2
-    assert [row["name"] for row in json.loads(out.read_text())] == ["before"] * 3 + ["live at 3 x, speed"]
+    assert [row["name"] for row in json.loads(out.read_text())] == ["before"] * 4 + ["live at 3 x, speed"]
     assert "error: the live nodes failed: node bag_player ended with signal SIGKILL" in capsys.readouterr().err
 
 
