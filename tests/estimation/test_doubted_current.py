@@ -56,6 +56,32 @@ def test_one_that_is_right_again_is_used_again(recording, truth):
     assert np.abs(result.fused[-1, AT] - truth.fused[-1, AT]) < 2.0 * result.fused_std[-1, AT]
 
 
+@pytest.mark.parametrize(("times", "since"), [(2.0, 0.0), (0.5, 0.0), (2.0, 50.0)])
+@pytest.mark.parametrize("without", [(), ("motor_winding",)])
+def test_one_that_is_off_by_less_is_told_and_what_it_heats_is_as_unsure(recording, truth, times, since, without):
+    odd = scaled(scaled(recording, times), 1.0 / times, until=since)
+    result = replay(odd, load_rig(), without=without)
+    (said,) = told(result)
+    assert f"current is on the whole {times:g} times what pressures and speed ask of the shaft, more than tolerances allow" in said
+    assert result.left_out == ()
+    settled = result.time > 90.0
+    assert np.all(np.abs(result.fused - truth.fused)[settled] < 2.5 * result.fused_std[settled])
+
+
+def test_of_one_that_is_right_again_what_it_heats_is_known_as_before(paper_cycle_bag):
+    whole = read_recording(paper_cycle_bag)
+    result, right = replay(scaled(whole, 2.0, until=100.0), load_rig(), smooth=True), replay(whole, load_rig(), smooth=True)
+    assert [("on the whole 1 times" in said) for said in told(result)] == [False, True]
+    assert np.all(np.abs(result.fused - right.fused)[-1] < 2.0 * result.fused_std[-1])
+    assert np.all(np.abs(result.smoothed - right.smoothed)[-50:] < 3.0 * result.smoothed_std[-50:])
+
+
+def test_of_a_share_that_comes_and_goes_about_the_limit_one_word_is_said():
+    watch, scales = CurrentWatch(load_rig(), INTERVAL), UnitScales.of(load_rig())
+    found = [told for k in range(20) for told in watch.take(inputs(4.0 * (1.65 if k % 2 else 1.55), 200), asked(scales, 200))[1]]
+    assert len(found) == 1 and found[0].unsure == pytest.approx(1.0 - 1.65**-2)
+
+
 def test_of_a_sound_drive_nothing_is_told(truth):
     assert told(truth) == []
 

@@ -25,9 +25,9 @@ from ddh_twin_py.physics.soft_sensor import MEASURED_DTYPE
 from ddh_twin_py.physics.thermal_network import MOTOR_NODES, N
 from ddh_twin_py.physics.validity import outside_stated
 from ddh_twin_py.rig import Rig
+from ddh_twin_py.telemetry.alignment.recording_ticks import align
 from ddh_twin_py.telemetry.clocks.clock import Break
 from ddh_twin_py.telemetry.recording import Finding, Recording
-from ddh_twin_py.telemetry.alignment.recording_ticks import align
 from ddh_twin_py.telemetry.screening.screening import screen_by_sheet
 from ddh_twin_py.telemetry.signals import DRIVE_FIELDS, DRIVE_TOPIC, HYDRAULIC_FIELDS, HYDRAULIC_TOPIC, TEMPERATURE_PREFIX
 from ddh_twin_py.telemetry.spans import too_short
@@ -274,6 +274,9 @@ class _Run:
             clock = time.perf_counter()
             inputs, doubted = self._current.take(fusion_inputs(result, motor_result, air_read[part]), result.soft)
             self.doubted_current += [replace(told, index=told.index + rows.start) for told in doubted]
+            for doubt in doubted:
+                if doubt.unsure is not None:
+                    self.fusion.unsure_of_copper(doubt.unsure)
             estimate = self.fusion.advance(inputs, readings.between(first, last))
             hydraulics.use_temperatures(estimate.temperature[-1])
             self.seconds["temperature_fusion"] += time.perf_counter() - clock

@@ -19,7 +19,7 @@ from ddh_twin_py.estimation.outvoted import HEARD, outvoted
 from ddh_twin_py.estimation.sensors import NODE_INDEX, SENSORS
 from ddh_twin_py.estimation.smoother import SMOOTHED_EVERY, Trace
 from ddh_twin_py.estimation.temperature_filter import NEVER_READ, advance_mean, predict_covariance, update
-from ddh_twin_py.estimation.uncertain_parameters import AMBIENT_AT, N_UNCERTAIN, UNKNOWN_HEAT_AT, uncertain_parameters
+from ddh_twin_py.estimation.uncertain_parameters import AMBIENT_AT, COPPER_AT, N_UNCERTAIN, UNKNOWN_HEAT_AT, uncertain_parameters
 from ddh_twin_py.physics.oil import ZERO_CELSIUS
 from ddh_twin_py.physics.thermal_network import HYDRAULIC_NODES, MOTOR_NODES, N, N_FLOWS, NODES, capacities
 from ddh_twin_py.rig import Rig
@@ -275,6 +275,10 @@ class TemperatureFusion:
         self._last, self._newest, self._silent = last, newest, silent
         self.state.ambient, self.state.ambient_known = told
         self._lag_behind()
+        self._forget_traced()
+
+    def _forget_traced(self) -> None:
+        """Let no reading from here on tell a smoother of before."""
         if self.trace is not None:
             self.trace.forget(*range(self.state.covariance.shape[0]))
             self.trace.moved(0.0, np.eye(*self._transition.shape))
@@ -402,6 +406,16 @@ class TemperatureFusion:
         self._pending = [(index - n, *rest) for index, *rest in self._pending]
         spread = np.sqrt(np.maximum(np.diagonal(state.covariance)[N: N + _M], 0.0))
         return FusionResult(temperature, deviation, ambient, expected, spread, innovations, begun_anew)
+
+    def unsure_of_copper(self, share: float) -> None:
+        """Copper losses may be off by this share of themselves, beside the sheet's tolerance, from here on.
+
+        What was learned before, by another current, is forgotten, about the temperatures as they are.
+        """
+        self.leave_out((), self.state.dynamic[:N].copy())
+        self._forget_traced()
+        at = N + 2 * _M + COPPER_AT
+        self.state.covariance[at, at] += share**2
 
     def _take_late(self, given: Readings) -> None:
         """Readings of intervals before this call: what was expected then, noise that grows with their age.

@@ -17,6 +17,7 @@ from ddh_twin_py.rig import Rig
 
 HEAT_GROUPS = ("copper", "iron", "motor_friction", "seal_friction", "line_a_loss", "line_b_loss")
 """Losses whose size is uncertain as a whole."""
+COPPER_AT = HEAT_GROUPS.index("copper")
 
 _HEAT_TOLERANCES = {
     "copper": ("motor.phase_resistance_20C",),

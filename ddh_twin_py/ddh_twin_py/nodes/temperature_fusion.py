@@ -235,6 +235,8 @@ class TemperatureFusionNode(TelemetryNode):
         inputs, doubted = self._current.take(inputs, asked)
         for told in doubted:
             self.warn_again(("current", told.again), told.why)
+            if told.unsure is not None:
+                self._fusion.unsure_of_copper(told.unsure)
         add_duty(self._limits.present, asked, inputs)
         result = self._fusion.advance(inputs, readings)
         end_ns = np.array([tick.end_ns for tick in ticks], np.int64)
