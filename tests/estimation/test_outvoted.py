@@ -9,7 +9,7 @@ from ddh_twin_py.estimation.outvoted import outvoted
 from ddh_twin_py.estimation.replay import replay
 from ddh_twin_py.estimation.sensors import NODE_INDEX, SENSORS
 from ddh_twin_py.estimation.temperature_fusion import FusionInputs, Reading, TemperatureFusion
-from ddh_twin_py.report.agreement import compare
+from ddh_twin_py.report.replay.agreement import compare
 from ddh_twin_py.rig import load_rig
 
 

@@ -1,46 +1,31 @@
 """What an answer says beside its verdict."""
 
+import math
 from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from ddh_twin_py.estimation.calibration import FittedParameter
-from ddh_twin_py.gap.answer import _at_the_end, _missed, _not_held, _pressed, _untold, _would_not_show
+from ddh_twin_py.gap.answer import _at_the_end, _not_held, _pressed
 from ddh_twin_py.gap.catalogue import EFFECTS
-from ddh_twin_py.gap.explain.detection import Detection
 from ddh_twin_py.gap.verdict.hearing import spread_elsewhere, spread_of_unsteady
-
-
-def test_what_a_record_would_not_have_shown_is_no_part_of_no_gap():
-    shown = Detection("load.mass", "kg", 1.0, 2.0, "current", {"faint": 0.1, "moderate": None, "clear": None})
-    faint = Detection("pump_1.leakage", "1", -0.428, 7.0, "speed", {"faint": 0.1, "moderate": 1.0, "clear": 50.0}, 1.0)
-    impossible = Detection("tank.cooling", "W/K", None, None, "", dict.fromkeys(("faint", "moderate", "clear")))
-    far = Detection("motor.cooling", "1", 28.3, 2.8, "speed", dict.fromkeys(("faint", "moderate", "clear"), 9.0), 1.0, beyond=True)
-    (note,) = _would_not_show(_missed([shown, faint, impossible, far]))
-    assert note.endswith(": pump_1.leakage down to 0.572, tank.cooling, motor.cooling up to 29.3")
-    assert _would_not_show(_missed([shown])) == []
+from ddh_twin_py.rig.sheet import CUT
 
 
 def test_a_parameter_pressed_against_its_tolerance_is_named():
     free, high, low = (FittedParameter(name, "bar", 10.0, 2.0, value, 0.1, True) for name, value in
                        (("oil.a", 14.8), ("oil.b", 15.0), ("oil.c", 5.0)))
     assert _pressed([free, high, low]) == ["oil.b (15 instead of 10 bar)", "oil.c (5 instead of 10 bar)"]
+    assert _pressed([replace(high, cut=math.inf)]) == [], "nothing holds it"
     assert _pressed([replace(high, informed=False)]) == [], "nothing was learnt of it"
     assert _pressed([replace(high, unit="1")]) == ["oil.b (15 instead of 10)"]
-    assert _at_the_end([], False) == []
-    assert _at_the_end(["a", "b"], False)[0].startswith("a, b are fitted 2.5 times the tolerance off")
-    assert _at_the_end(["c"], False)[0].startswith("c is fitted 2.5 times the tolerance off, the very end of what a fit may use")
-    assert _at_the_end(["c"], True)[0].startswith("in the fit that comes nearest, which no rig file is written from, c is fitted")
-    (note,) = _at_the_end(["c"] * 6, False)
+    assert _at_the_end([], False, CUT) == []
+    assert _at_the_end(["a", "b"], False, CUT)[0].startswith("a, b are fitted 2.5 times the tolerance off")
+    assert _at_the_end(["c"], False, CUT)[0].startswith("c is fitted 2.5 times the tolerance off, the very end of what a fit may use")
+    assert _at_the_end(["c"], True, CUT)[0].startswith("in the fit that comes nearest, which no rig file is written from, c is fitted")
+    (note,) = _at_the_end(["c"] * 6, False, CUT)
     assert note.startswith("c, c, c, c and 2 further parameters are fitted")
-
-
-def test_what_is_known_of_since_when_nothing_tells_comes_first():
-    told = _untold(["a", "b"], {"b": "p 1 bar instead of the sheet's 2 bar"})
-    assert list(told) == ["b", "a"]
-    assert told["b"] == "the field recordings show p 1 bar instead of the sheet's 2 bar, the commissioning recording does not show it"
-    assert told["a"].startswith("a value of the rig's own within its tolerance does the same")
 
 
 def test_sizes_in_another_duty_err_by_fit_and_law_and_heat_into_an_unknown_body_is_another_in_each():

@@ -38,7 +38,11 @@ class CalibrationError(ValueError):
 
 @dataclass(frozen=True)
 class FittedParameter:
-    """One parameter: prior and posterior in ``unit``, and whether the recordings said anything about it."""
+    """One parameter: prior and posterior in ``unit``, and whether the recordings said anything about it.
+
+    Attributes:
+        cut: standard deviations of its prior beyond which it is not fitted.
+    """
 
     name: str
     unit: str
@@ -47,6 +51,7 @@ class FittedParameter:
     value: float
     std: float
     informed: bool
+    cut: float = CUT
 
     @property
     def share(self) -> float:
@@ -61,7 +66,7 @@ class FittedParameter:
     @property
     def at_end(self) -> bool:
         """Whether it is pressed against the end of its tolerance, which is as far as a fit may go."""
-        return abs(self.moved) > CUT - _AT_END
+        return abs(self.moved) > self.cut - _AT_END
 
 
 @dataclass(frozen=True)

@@ -13,6 +13,7 @@ from ddh_twin_py.gap.effect import Effect
 from ddh_twin_py.gap.explain.detection import Detection
 from ddh_twin_py.gap.findings import Lack, Shape, Trace
 from ddh_twin_py.rig import Rig
+from ddh_twin_py.rig.sheet import CUT
 
 
 @dataclass(frozen=True)
@@ -56,6 +57,7 @@ class Diagnosis:
         shapes: of what is unknown. rig: with parameters fitted and the winning effect written into it.
         detectable: how large each effect would have to be to be found in these recordings; of no gap alone.
         untold: effect to why these recordings do not tell whether it acts since commissioning; of no gap alone.
+        cut: tolerances within which parameters are fitted, infinite where nothing holds them.
         assumptions: texts for the end of the page. seconds: by stage. catalogue: effects by id.
     """
 
@@ -80,3 +82,4 @@ class Diagnosis:
     nameless: bool = False
     detectable: list[Detection] = field(default_factory=list)
     untold: Mapping[str, str] = field(default_factory=dict)
+    cut: float = CUT

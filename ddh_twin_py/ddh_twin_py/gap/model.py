@@ -103,6 +103,7 @@ class DescribedModel(Model, Protocol):
         variable_units: of what `variables` gives. followed: signals that a run of held-out data under the true cause follows to the
             floor where what is open of rig and begin is at its best; others sum up small flaws. kinematic: signals that follow a command
             or the geometry, in which no law of the rig errs by more than their noise.
+        cut: standard deviations of its prior beyond which no parameter is fitted, infinite where nothing holds them.
         rig: its description as known before; has ``rig_id``, ``file``, ``quantities``.
     """
 
@@ -112,6 +113,7 @@ class DescribedModel(Model, Protocol):
     variable_units: Mapping[str, str]
     followed: Sequence[str]
     kinematic: Sequence[str]
+    cut: float
     rig: Any
 
     def tolerances(self) -> Mapping[str, float | None]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from types import MappingProxyType
+from dataclasses import dataclass, field
 
 from ddh_twin_py.gap.effect import Effect
 from ddh_twin_py.gap.evidence.sensitivity import AMPLIFIED
@@ -13,8 +13,6 @@ from ddh_twin_py.names import first_of
 from ddh_twin_py.rig.reader_units import plain, plus_minus, probably, shown
 from ddh_twin_py.rig.sheet import CUT
 
-WITHIN = f"within {CUT:g} times their tolerances"
-"""How far a fit may take the rig's parameters from the sheet."""
 BUT = "But "
 """Begin of the sentence on what may have changed without a recording telling."""
 _DIFFERS = 0.05  # by which another probability is worth a word
@@ -29,27 +27,61 @@ _PLAIN, _COUNTS = 0.8, 0.1  # probability from which "no gap" is said without do
 _LEFT = 2.0  # floors from which a signal that is left off is named beside "no gap"
 
 
-def sentence(report: Mapping, catalogue: Mapping[str, Effect], unseen: Sequence[str] = (), reading: str = "",
-             at_best: Mapping[str, float] | None = None, asked_for: str = "", pressed: Sequence[str] = (),
-             commissioned: bool | None = None, since: Mapping[str, str] = MappingProxyType({}), together: float = 0.0) -> str:
-    """The verdict with its confidence, for an engineer who reads nothing else: one sentence, and of no gap another on what it rests on.
+@dataclass(frozen=True)
+class Beside:
+    """What a verdict's sentence needs beside the report.
 
-    Args:
-        catalogue: effects that were asked about, by id. unseen: those that no signal would have shown, or not at a moderate size.
+    Attributes:
+        unseen: effects that no signal would have shown, or not at a moderate size.
         reading: signal that errs where something unknown lies in a reading; empty where it does not.
         at_best: floors by which signals of held-out data are off where what is open of the rig is at its best for them; None: not known.
         asked_for: parameters that have to move for that; empty where it makes little difference.
         pressed: parameters that a fit pressed against the end of their tolerance. commissioned: see `Effect.happens`.
         since: effects in whose place a parameter stands that only the field recordings show, each with that parameter and its value.
         together: probability of the leading set with all that it cannot be told from.
+        cut: tolerances within which parameters are fitted, infinite where nothing holds them.
     """
-    if report["verdict"] == "no_gap":
-        return _no_gap(report, unseen, at_best, asked_for, pressed, since)
-    if report["verdict"] == "unknown":
-        return _unknown(report, reading)
-    if report["verdict"] == "explained":
-        return _explained(report, catalogue, at_best, asked_for, commissioned, together)
-    return _BY_VERDICT[report["verdict"]](report)
+
+    unseen: Sequence[str] = ()
+    reading: str = ""
+    at_best: Mapping[str, float] | None = None
+    asked_for: str = ""
+    pressed: Sequence[str] = ()
+    commissioned: bool | None = None
+    since: Mapping[str, str] = field(default_factory=dict)
+    together: float = 0.0
+    cut: float = CUT
+
+
+def sentence(report: Mapping, catalogue: Mapping[str, Effect], beside: Beside = Beside()) -> str:
+    """The verdict with its confidence, for an engineer who reads nothing else: one sentence, and of no gap another on what it rests on.
+
+    Args:
+        catalogue: effects that were asked about, by id.
+    """
+    match report["verdict"]:
+        case "no_gap":
+            return _no_gap(report, beside)
+        case "explained":
+            return _explained(report, catalogue, beside)
+        case "ambiguous":
+            return _ambiguous(report)
+        case "unknown":
+            return _unknown(report, beside.reading)
+        case "insufficient":
+            return f"The recordings allow no answer: {report['notes'][0]}."
+        case other:
+            raise ValueError(f"a verdict of the contract is needed, found {other!r}")
+
+
+def tolerance(cut: float, whose: str = "its tolerance") -> str:
+    """How far a fit may take parameters from the sheet, to stand behind them; empty where nothing holds them."""
+    return f" within {cut:g} times {whose}" if math.isfinite(cut) else ""
+
+
+def tolerances(cut: float) -> str:
+    """The same of several."""
+    return tolerance(cut, "their tolerances")
 
 
 def careful(said: Sequence[str]) -> str:
@@ -76,28 +108,27 @@ def by_component(where: Sequence[Mapping]) -> dict[str, float]:
     return shares
 
 
-def _no_gap(report: Mapping, unseen: Sequence[str], at_best: Mapping[str, float] | None, asked_for: str, pressed: Sequence[str],
-            since: Mapping[str, str]) -> str:
+def _no_gap(report: Mapping, beside: Beside) -> str:
     as_is, before, after = (report["gap"][name] for name in ("as_is", "before", "after"))
     none = next((h["probability"] for h in report["hypotheses"] if not h["effects"]), 0.0)
     said = "No gap" if none >= _PLAIN else "Probably no gap"
-    shown = " that would have shown" if unseen else ""
-    verdict = (f"{said}: with its parameters fitted {WITHIN} the twin explains data not used for that to {after:.1f} times the floor"
-               f"{_another(at_best, asked_for)}, and that no effect acts{shown} is {probably(none)} likely{_else(report)}.")
-    rests = _rests_on(as_is, before, after, _left_off(report, at_best), unseen, pressed, since)
+    shown = " that would have shown" if beside.unseen else ""
+    verdict = (f"{said}: with its parameters fitted{tolerances(beside.cut)} the twin explains data not used for that to {after:.1f} times "
+               f"the floor{_another(beside)}, and that no effect acts{shown} is {probably(none)} likely{_else(report)}.")
+    rests = _rests_on(as_is, before, after, _left_off(report, beside.at_best), beside)
     return f"{verdict} {rests}" if rests else verdict
 
 
-def _rests_on(as_is: float, before: float, after: float, left: str, unseen: Sequence[str], pressed: Sequence[str],
-              since: Mapping[str, str]) -> str:
+def _rests_on(as_is: float, before: float, after: float, left: str, beside: Beside) -> str:
     """One sentence on what "no gap" rests on, the first of these that there is; empty where nothing is worth it. Notes hold the rest."""
-    if since:
-        return f"{BUT}{first_of(list(since), 1)} may have changed since commissioning, which these recordings cannot tell."
+    if beside.since:
+        return f"{BUT}{first_of(list(beside.since), 1)} may have changed since commissioning, which these recordings cannot tell."
     if left:
         return left
     if before > _CLOSED_BY * after:  # what the recordings in question show of the rig, its commissioning did not
         return f"Unfitted the twin was {as_is:.1f} times the floor off, fitted to the commissioning recording alone {before:.1f}."
-    if named := [*_counted(pressed, "parameter", "at the end of what a fit may use"), *_counted(unseen, "effect", "that would not show")]:
+    if named := [*_counted(beside.pressed, "parameter", "at the end of what a fit may use"),
+                 *_counted(beside.unseen, "effect", "that would not show")]:
         return f"The notes name {' and '.join(named)}."
     return f"Unfitted the twin was {as_is:.1f} times the floor off, which calibration closes." if as_is > _CLOSED_BY * after else ""
 
@@ -149,15 +180,14 @@ def _left_most(report: Mapping, at_best: Mapping[str, float] | None, but: Sequen
     return worst, left.get(worst, 0.0)
 
 
-def _explained(report: Mapping, catalogue: Mapping[str, Effect], at_best: Mapping[str, float] | None, asked_for: str,
-               commissioned: bool | None, together: float) -> str:
+def _explained(report: Mapping, catalogue: Mapping[str, Effect], beside: Beside) -> str:
     marginal = {row["effect"]: row["probability"] for row in report["why"]}
     leader = sorted(_leader(report), key=lambda name: -marginal.get(name, 0.0))  # what is surest first
     gap = report["gap"]
-    named = [_named(report, name, catalogue, commissioned) + _not_told_from(report, name, leader) for name in leader]
+    named = [_named(report, name, catalogue, beside.commissioned) + _not_told_from(report, name, leader) for name in leader]
     text = f"The gap is explained by {' and '.join(named)}"
-    worst, times = _left_most(report, at_best)
-    least = "" if at_best is None else "at least "
+    worst, times = _left_most(report, beside.at_best)
+    least = "" if beside.at_best is None else "at least "
     left = f"; {worst} stays {least}{times:.1f} times its floor off, which nothing that is listed explains" if times > _LEFT else ""
     without = next((h["gap_after"] for h in report["hypotheses"] if not h["effects"] and h["gap_after"] is not None), math.inf)
     if gap["before"] <= 1.0 and gap["after"] > _HARDLY * gap["before"]:
@@ -173,10 +203,10 @@ def _explained(report: Mapping, catalogue: Mapping[str, Effect], at_best: Mappin
             much += f", where the rig's parameters fitted anew without it leave {without:.1f}"
         if gap["before"] <= _CLOSED_BY:
             much += ", where without it hardly anything is beyond the floor"
-            much += "" if commissioned else ", as the rig's own parameters may take up what it does"
+            much += "" if beside.commissioned else ", as the rig's own parameters may take up what it does"
     else:
         much = f"data not used to find it lie {gap['after']:.1f} times the floor off, {gap['before']:.1f} without it"
-    return f"{text.removesuffix(',')}: {much}{_another(at_best, asked_for)} ({_how_sure(report, leader, marginal, together)}){left}."
+    return f"{text.removesuffix(',')}: {much}{_another(beside)} ({_how_sure(report, leader, marginal, beside.together)}){left}."
 
 
 def _how_sure(report: Mapping, leader: Sequence[str], marginal: Mapping[str, float], together: float) -> str:
@@ -197,11 +227,12 @@ def _not_told_from(report: Mapping, name: str, leader: Sequence[str]) -> str:
     return f", which this recording cannot tell from {', '.join(members)}," if members else ""
 
 
-def _another(at_best: Mapping[str, float] | None, asked_for: str) -> str:
+def _another(beside: Beside) -> str:
     """To what the gap shrinks where what only held-out data show of the rig is as they ask; empty where that makes little difference."""
-    if not asked_for or at_best is None:
+    if not beside.asked_for or beside.at_best is None:
         return ""
-    return f", and {of_all(at_best):.1f} times with another {asked_for}, which no fitted recording shows and which tolerance allows"
+    return (f", and {of_all(beside.at_best):.1f} times with another {beside.asked_for}, which no fitted recording shows and which "
+            "tolerance allows")
 
 
 def _ambiguous(report: Mapping) -> str:
@@ -236,10 +267,6 @@ def _or_elsewhere(report: Mapping) -> str:
     return f", {probably(shares[first])} likely, or at " + ", ".join(f"{name} {probably(shares[name])}" for name in others[:_OTHERS]) + ","
 
 
-def _insufficient(report: Mapping) -> str:
-    return f"The recordings allow no answer: {report['notes'][0]}."
-
-
 def _leader(report: Mapping) -> list[str]:
     return max((h for h in report["hypotheses"] if h["effects"] and h["effects"] != ["unknown"]), key=lambda h: h["probability"])["effects"]
 
@@ -261,6 +288,3 @@ def _usual(value: Mapping) -> str:
     """The value without the effect, where it is another than nothing."""
     usual = value.get("nominal")
     return f" instead of {plain(usual * shown(value['unit']).factor)}" if usual else ""
-
-
-_BY_VERDICT = {"ambiguous": _ambiguous, "insufficient": _insufficient}

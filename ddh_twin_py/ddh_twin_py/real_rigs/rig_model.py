@@ -78,6 +78,7 @@ class RigModel:
         names = self.field[0].variables(self._base)
         self.followed: tuple[str, ...] = ()  # no law of these rigs holds to the floor
         self.kinematic: tuple[str, ...] = ()
+        self.cut = description.cut
         self.variable_units = {_plain(name): name.rpartition(", ")[2] for name in names}
         self.rig = RigCard(description.rig, description.source,
                            {p.name: Known(p.value, p.std, p.unit, p.source) for p in description.parameters})
@@ -197,7 +198,7 @@ class RigModel:
         rows = [(p.name, p.unit, p.value, p.std) for p in self.description.parameters]
         for b in self.built_in:
             rows.append((f"{b.effect.id} ({b.effect.parameter})", b.effect.unit, b.effect.reference(self._base) + b.x, b.std))
-        return [FittedParameter(name, unit, value, std, value + float(d) * std, float(s) * std, bool(s < INFORMED))
+        return [FittedParameter(name, unit, value, std, value + float(d) * std, float(s) * std, bool(s < INFORMED), self.cut)
                 for (name, unit, value, std), d, s in zip(rows, theta, spread, strict=True)]
 
     def rig_with(self, theta: np.ndarray, acting: Acting, spread: np.ndarray, *, joint: np.ndarray | None = None,

@@ -32,7 +32,7 @@ from ddh_twin_py.gap.verdict.unknown import NEEDED_BY, Unknown
 from ddh_twin_py.gap.verdict.verdict import Verdict
 from ddh_twin_py.rig import Rig
 from ddh_twin_py.rig.payload import PAYLOAD, RATIO
-from ddh_twin_py.rig.sheet import FIELD_OF_PATH
+from ddh_twin_py.rig.sheet import CUT, FIELD_OF_PATH
 from ddh_twin_py.telemetry.signals import DRIVE_FIELDS
 from ddh_twin_py.twin.temperature_sensors import SENSORS
 
@@ -57,6 +57,7 @@ class DriveCase(DirectDrive):
     assumptions = ASSUMPTIONS
     variable_units: Mapping[str, str] = {"oil temperature": "K", "speed": "rad/s"}
     kinematic = ("speed", "rod_velocity")
+    cut = CUT
 
     def __init__(self, commissioning: Sequence[Experiment], field: Sequence[Experiment], rig: Rig, held: Sequence[Experiment] = ()) -> None:
         recorded = next((e.recording.rig.rig_id for e in field if e.recording.rig is not None and e.recording.rig.rig_id), rig.rig_id)

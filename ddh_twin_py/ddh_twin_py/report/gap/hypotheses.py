@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from ddh_twin_py.gap.diagnosis import Diagnosis, Weighed
 from ddh_twin_py.gap.effect import Effect
 from ddh_twin_py.gap.verdict.unknown import UNLISTED
-from ddh_twin_py.gap.words import WITHIN
+from ddh_twin_py.gap.words import tolerances
 from ddh_twin_py.names import first_of
 from ddh_twin_py.report.gap.symbols import legend
 from ddh_twin_py.report.gap.words import (
@@ -120,7 +120,7 @@ def _card(w: Weighed, place: int, diagnosis: Diagnosis, left: str) -> doc.Html:
     for effect in w.effects:
         blocks.append(_effect(effect, w, diagnosis.catalogue.get(effect), commissioned))
     if not w.effects:
-        blocks.append(doc.paragraph(_explained_by_none(w)))
+        blocks.append(doc.paragraph(_explained_by_none(w, diagnosis.cut)))
     if w.effects == (UNKNOWN,):
         blocks.append(doc.paragraph(f"Something acts on the rig that is real and that no effect of the catalogue explains. {left}".strip()))
     if w.gap_after is not None:
@@ -129,9 +129,9 @@ def _card(w: Weighed, place: int, diagnosis: Diagnosis, left: str) -> doc.Html:
     return doc.Html("".join(blocks))
 
 
-def _explained_by_none(w: Weighed) -> str:
+def _explained_by_none(w: Weighed, cut: float) -> str:
     """What is recorded without any effect, and which signals that leaves open."""
-    said = f"The rig's parameters fitted {WITHIN}, the sensors' zero errors and noise explain what was recorded"
+    said = f"The rig's parameters fitted{tolerances(cut)}, the sensors' zero errors and noise explain what was recorded"
     off = [(name, times) for name, times in _sorted(w.left) if times > NEAR]
     if not off:
         return f"{said}."

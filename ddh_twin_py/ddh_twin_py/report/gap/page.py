@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ddh_twin_py.gap.words import BUT, WITHIN
+from ddh_twin_py.gap.words import BUT, tolerances
 from ddh_twin_py.names import first_of
 from ddh_twin_py.report.gap.checks import checks_of
 from ddh_twin_py.report.gap.detectable import detectable
@@ -140,7 +140,7 @@ def _fits(diagnosis: Diagnosis) -> doc.Html:
     if diagnosis.report["gap"]["before"] is None:
         return doc.Html("")
     if not diagnosis.recordings.get("commissioning"):
-        return doc.note(f"Parameters fitted: to the field recording, {WITHIN}; 'no effect' is the same fit.")
+        return doc.note(f"Parameters fitted: to the field recording{tolerances(diagnosis.cut)}; 'no effect' is the same fit.")
     return doc.note("Parameters fitted: to the commissioning recording alone, so the rig as it was built. Parameters refitted, which is "
                     "the hypothesis 'no effect': fitted anew to the field recording as well, nothing added; so its gap may be smaller.")
 

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 from ddh_twin_py.report.calibration.groups import BARELY, WELL
 from ddh_twin_py.report.page import document as doc
 from ddh_twin_py.report.units import in_file, number
-from ddh_twin_py.rig.sheet import CUT
 
 if TYPE_CHECKING:
     from ddh_twin_py.estimation.calibration import FittedParameter
@@ -43,12 +42,12 @@ def _at_the_end(parameters: Sequence[FittedParameter]) -> doc.Html:
     """Which stand at the end of their tolerance: those that the recordings ask for, which the answer names, and those drawn along."""
     there = [p for p in parameters if p.at_end]
     asked, drawn = ([p.name for p in there if p.informed is told] for told in (True, False))
-    said = []
+    said, cut = [], max((p.cut for p in there), default=0.0)
     if asked:
-        said.append(f"At {CUT:g}, which is as far as a fit may go, and told by the recordings, so that the answer names them: "
+        said.append(f"At {cut:g}, which is as far as a fit may go, and told by the recordings, so that the answer names them: "
                     f"{', '.join(asked)}.")
     if drawn:
-        said.append(f"At {CUT:g} too" if asked else f"At {CUT:g}, which is as far as a fit may go")
+        said.append(f"At {cut:g} too" if asked else f"At {cut:g}, which is as far as a fit may go")
         said[-1] += (f", but drawn there along with others, as the recordings say next to nothing of them; the answer does not name them: "
                      f"{', '.join(drawn)}.")
     return doc.note(" ".join(said)) if said else doc.Html("")
