@@ -11,7 +11,7 @@ from ddh_twin_py.physics.compiled import kernel
 from ddh_twin_py.real_rigs.controls import on_simulated
 from ddh_twin_py.real_rigs.description import Description, Parameter
 from ddh_twin_py.real_rigs.diagnose import Outcome, found_by, rounds
-from ddh_twin_py.real_rigs.next_test import CandidateTest
+from ddh_twin_py.real_rigs.next_test import DescribedTest
 from ddh_twin_py.real_rigs.rig_model import RigModel
 from ddh_twin_py.real_rigs.run import Run
 from ddh_twin_py.real_rigs.signals import signal
@@ -91,7 +91,7 @@ def recorded(acting=(), seed: int = 0) -> Fan:
 def diagnosed(run: Fan) -> list[Outcome]:
     """Diagnose; build in what is believed; diagnose again."""
     stopped = blank("test", np.repeat([0.0, 12.0, 0.0, 24.0, 0.0], 400))
-    return rounds(RigModel(DESCRIPTION, [run], tests=[CandidateTest("Start the motor from rest to 12 and 24 V.", stopped)]))
+    return rounds(RigModel(DESCRIPTION, [run], tests=[DescribedTest("Start the motor from rest to 12 and 24 V.", stopped)]))
 
 
 if __name__ == "__main__":

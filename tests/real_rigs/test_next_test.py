@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from ddh_twin_py.real_rigs.diagnose import diagnose
-from ddh_twin_py.real_rigs.next_test import CandidateTest
+from ddh_twin_py.real_rigs.next_test import DescribedTest
 from ddh_twin_py.real_rigs.rig_model import RigModel
 from support.heated_block import DESCRIPTION, NOISE, Block
 
@@ -30,7 +30,7 @@ def tests():
     same = np.repeat(2.0 + 0.05 * np.sin(np.arange(40)), 40)
     warmer = np.repeat(np.linspace(0.0, 4.0, 40), 40)
     read = np.where(np.arange(same.size) < WARMING, np.nan, 0.0)
-    return [CandidateTest(words, Block(command, read, 0.0)) for words, command in ((SAME, same), (WARMER, warmer))]
+    return [DescribedTest(words, Block(command, read, 0.0)) for words, command in ((SAME, same), (WARMER, warmer))]
 
 
 def test_the_test_that_parts_them_is_named(tests):

@@ -19,7 +19,7 @@ from ddh_twin_py.gap.locate.leftover import FreeForm
 from ddh_twin_py.gap.model import Acting
 from ddh_twin_py.gap.verdict.verdict import Verdict
 from ddh_twin_py.real_rigs.description import Description
-from ddh_twin_py.real_rigs.next_test import CandidateTest, next_test
+from ddh_twin_py.real_rigs.next_test import DescribedTest, next_test
 from ddh_twin_py.real_rigs.rig_card import Known, RigCard
 from ddh_twin_py.real_rigs.rig_held import RigHeld
 from ddh_twin_py.real_rigs.run import Run
@@ -58,7 +58,7 @@ class RigModel:
     difference = 0.02
 
     def __init__(self, description: Description, runs: Sequence[Run], held: Sequence[Run] = (), built_in: Sequence[BuiltIn] = (),
-                 commissioning: Sequence[Run] = (), tests: Sequence[CandidateTest] = ()) -> None:
+                 commissioning: Sequence[Run] = (), tests: Sequence[DescribedTest] = ()) -> None:
         self.description, self.field, self.held, self.built_in = description, list(runs), list(held), list(built_in)
         self.commissioning, self.tests = list(commissioning), list(tests)
         self.runs = [*self.commissioning, *self.field]

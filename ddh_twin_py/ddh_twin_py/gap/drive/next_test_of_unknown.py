@@ -2,25 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
 from ddh_twin_py.gap.drive.direct_drive import STEP, DirectDrive
-from ddh_twin_py.gap.drive.next_test import described, trials
+from ddh_twin_py.gap.drive.next_test import trials
 from ddh_twin_py.gap.explain.search import Found
 from ddh_twin_py.gap.next_test.beliefs import belief_in
+from ddh_twin_py.gap.next_test.proposal import TOO_LITTLE, described
 from ddh_twin_py.gap.next_test.separating import Trial
 from ddh_twin_py.physics.thermal_network import TANK
 
 VARIABLES = ("oil temperature", "speed")
 """What a test can vary at will."""
 _FARTHEST = 2.0  # ranges of the recordings to which what they show is carried on
-_TOO_LITTLE = 0.1  # log Bayes factor below which no test is proposed
 
 
-def next_test_of_unknown(model: DirectDrive, found: Found, ids: tuple[str, ...], signal: str, size: float, depends_on: Sequence[str],
-                         progress: Callable[[float], None] | None = None) -> dict | None:
+def next_test_of_unknown(model: DirectDrive, found: Found, ids: tuple[str, ...], signal: str, size: float,
+                         depends_on: Sequence[str]) -> dict | None:
     """What to do next where no listed effect explains a gap, by the contract: description, between, expected_separation.
 
     The cause either grows with the variable, as seen over the range of the recordings, or is the same
@@ -38,15 +38,13 @@ def next_test_of_unknown(model: DirectDrive, found: Found, ids: tuple[str, ...],
     belief = belief_in(found, ids)
     variable = next((name for name in depends_on if name in VARIABLES), VARIABLES[0])
     middle, reach = _range(model, belief, variable)
-    best, description, seen = _TOO_LITTLE, "", (0.0, 0.0)
-    for done, trial, options in trials(model, found, belief):
+    best, description, seen = TOO_LITTLE, "", (0.0, 0.0)
+    for trial, options in trials(model, found, belief):
         trial.features(belief.theta, belief.acting)
         values = _values(trial.experiment, trial.record(belief.theta, belief.acting), variable)
         apart = _apart(trial, trial.rows(options[0].sensors), signal, size, np.clip((values - middle) / reach, -_FARTHEST, _FARTHEST))
         if apart > best:
             best, description, seen = apart, options[0].words, (float(values.min()), float(values.max()))
-        if progress:
-            progress(done)
     if not description:
         return None
     low, high, unit = _shown(variable, seen)

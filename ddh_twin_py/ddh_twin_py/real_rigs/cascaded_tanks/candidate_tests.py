@@ -6,7 +6,7 @@ import numpy as np
 
 from ddh_twin_py.real_rigs.cascaded_tanks.model import NOISE, Tanks
 from ddh_twin_py.real_rigs.cascaded_tanks.recordings import STEP, TankRecord
-from ddh_twin_py.real_rigs.next_test import CandidateTest
+from ddh_twin_py.real_rigs.next_test import DescribedTest
 from ddh_twin_py.real_rigs.signals import signal
 
 _STAIR, _FULL, _EMPTY = 600.0, 900.0, 1200.0  # s at a step, with a strong pump, with none
@@ -23,7 +23,7 @@ class TanksWithTwoSensors(Tanks):
         return {**super().predict(record), "upper level": self.levels(record)[0]}
 
 
-def candidate_tests(record: TankRecord) -> list[CandidateTest]:
+def candidate_tests(record: TankRecord) -> list[DescribedTest]:
     """Tests within the range of voltages of a record."""
     low, high = float(record.pump.min()), float(record.pump.max())
     stairs = np.linspace(low, high, 6)
@@ -38,8 +38,8 @@ def candidate_tests(record: TankRecord) -> list[CandidateTest]:
     for words, pump in courses.items():
         blank = TankRecord(words, pump, np.zeros(pump.size))
         if pump is not record.pump:
-            out.append(CandidateTest(f"{words[:1].upper()}{words[1:]}.", Tanks(blank)))
-        out.append(CandidateTest(f"Put a level sensor into the upper tank as well, then {words}.", TanksWithTwoSensors(blank)))
+            out.append(DescribedTest(f"{words[:1].upper()}{words[1:]}.", Tanks(blank)))
+        out.append(DescribedTest(f"Put a level sensor into the upper tank as well, then {words}.", TanksWithTwoSensors(blank)))
     return out
 
 

@@ -8,12 +8,12 @@ import numpy as np
 
 from ddh_twin_py.real_rigs.eha.model import Stroke
 from ddh_twin_py.real_rigs.eha.recordings import STEP, Actuation
-from ddh_twin_py.real_rigs.next_test import CandidateTest
+from ddh_twin_py.real_rigs.next_test import DescribedTest
 
 _SLOWER = 3  # times
 
 
-def candidate_tests(record: Actuation) -> list[CandidateTest]:
+def candidate_tests(record: Actuation) -> list[DescribedTest]:
     """Tests with the motions of a record; its loads, which are a brake's, are taken to stay where they are not taken off."""
     slow = _slower(record)
     slow_stroke = Stroke(slow)
@@ -21,8 +21,8 @@ def candidate_tests(record: Actuation) -> list[CandidateTest]:
     free = Stroke(record)
     free.asked = np.zeros_like(free.asked)
     return [
-        CandidateTest(f"Repeat {record.name} with the pump {_SLOWER} times slower and as much longer.", slow_stroke),
-        CandidateTest(f"Take the load off and repeat {record.name}.", free),
+        DescribedTest(f"Repeat {record.name} with the pump {_SLOWER} times slower and as much longer.", slow_stroke),
+        DescribedTest(f"Take the load off and repeat {record.name}.", free),
     ]
 
 

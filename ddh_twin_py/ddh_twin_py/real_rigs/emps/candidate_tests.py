@@ -8,7 +8,7 @@ import numpy as np
 
 from ddh_twin_py.real_rigs.emps.model import Axis
 from ddh_twin_py.real_rigs.emps.recordings import STEP, EmpsRecord
-from ddh_twin_py.real_rigs.next_test import CandidateTest
+from ddh_twin_py.real_rigs.next_test import DescribedTest
 
 _LOAD = 20.0  # kg
 _CREEP, _CREEPING = 0.002, 10.0  # m/s, s each way
@@ -29,7 +29,7 @@ class LoadedAxis(Axis):
         return super().simulate(loaded)
 
 
-def candidate_tests(record: EmpsRecord, noise: float) -> list[CandidateTest]:
+def candidate_tests(record: EmpsRecord, noise: float) -> list[DescribedTest]:
     """Tests under the same controller.
 
     Args:
@@ -42,10 +42,10 @@ def candidate_tests(record: EmpsRecord, noise: float) -> list[CandidateTest]:
     time = STEP * np.arange(round(_SHAKING / STEP))
     shake = middle + _SHAKE * np.minimum(time / _RAMP, 1.0) * np.sin(np.pi * _FASTEST * time**2 / _SHAKING)
     return [
-        CandidateTest(f"Let the carriage creep at {1e3 * _CREEP:g} mm/s for {_CREEPING:g} s each way.", Axis(_blank(record, creep), noise)),
-        CandidateTest(f"Shake the carriage by {1e3 * _SHAKE:g} mm, from 0 to {_FASTEST:g} Hz in {_SHAKING:g} s.",
+        DescribedTest(f"Let the carriage creep at {1e3 * _CREEP:g} mm/s for {_CREEPING:g} s each way.", Axis(_blank(record, creep), noise)),
+        DescribedTest(f"Shake the carriage by {1e3 * _SHAKE:g} mm, from 0 to {_FASTEST:g} Hz in {_SHAKING:g} s.",
                       Axis(_blank(record, shake), noise)),
-        CandidateTest(f"Put {_LOAD:g} kg on the carriage and repeat the identification record.",
+        DescribedTest(f"Put {_LOAD:g} kg on the carriage and repeat the identification record.",
                       LoadedAxis(_blank(record, record.reference), noise, _LOAD)),
     ]
 
