@@ -51,7 +51,7 @@ class Control:
 
 @dataclass(frozen=True)
 class Line:
-    """A line of a picture: label, role (`report.charts.ROLES`), values (n,); ``dots`` draws samples."""
+    """A line of a picture: label, role (`report.page.charts.ROLES`), values (n,); ``dots`` draws samples."""
 
     label: str
     role: str
