@@ -15,7 +15,7 @@ from ddh_twin_py.gap.watch.normal_level import (
     save_levels,
     whitened,
 )
-from ddh_twin_py.gap.watch.running_test import RunningTest, SignalTest, run_length, threshold
+from ddh_twin_py.gap.watch.running_test import RunningTest, Settings, SignalTest, run_length, threshold
 from scipy.signal import lfilter
 
 RATE = 10  # samples per bin
@@ -87,8 +87,7 @@ def feed(test, bins, x, first=0, works=True):
 
 
 def made(noise=0.5, **given):
-    options = {"bin_length": 10.0, "learning": 1000.0, "between_alarms": 1000.0 * 3600.0, "smallest": 1.0} | given
-    return RunningTest(["p", "q"], [noise, noise], 1, **options)
+    return RunningTest(["p", "q"], [noise, noise], 1, Settings(10.0, 1000.0, 1000.0 * 3600.0, 1.0), **given)
 
 
 def test_a_step_of_two_floors_is_found_soon_with_its_beginning_and_size():
@@ -214,7 +213,7 @@ def test_a_bin_is_the_same_however_it_comes_in():
 
 def test_the_mix_of_phases_is_no_gap_and_a_phase_never_seen_is_not_tested():
     rng = np.random.default_rng(13)
-    test = RunningTest(["p"], [0.1], 3, 10.0, 600.0, 3.6e6, 1.0)
+    test = RunningTest(["p"], [0.1], 3, Settings(10.0, 600.0, 3.6e6, 1.0))
 
     def mixed(first, bins, share, phases=(0, 1)):
         for i in range(first, first + bins):

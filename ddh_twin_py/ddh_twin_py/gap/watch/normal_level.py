@@ -98,7 +98,7 @@ def normal_level(bins: Bins, noise: float, floor_with_level: bool = False) -> No
         return None
     known = np.isfinite(level)
     about = np.zeros(known.sum()) if floor_with_level else level[known]
-    square = (bins.square - 0.0)[:, known] - 2.0 * about * bins.total[:, known] + about**2 * bins.count[:, known]
+    square = bins.square[:, known] - 2.0 * about * bins.total[:, known] + about**2 * bins.count[:, known]
     left = math.sqrt(max(0.0, float(square.sum() / bins.count[:, known].sum())))
     correlation = _correlation(x, index)
     own = whitened(x, index, correlation)

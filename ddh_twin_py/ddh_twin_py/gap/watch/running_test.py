@@ -53,6 +53,22 @@ def threshold(k: float, steps: float) -> float:
 
 
 @dataclass(frozen=True)
+class Settings:
+    """Of running tests on one clock.
+
+    Attributes:
+        bin_length: s. learning: s of working time from which each signal's normal level is learned.
+        between_alarms: s of working time, mean between false alarms of all signals together.
+        smallest: gap that the tests are made to find, in multiples of the floor.
+    """
+
+    bin_length: float = 20.0
+    learning: float = 3600.0
+    between_alarms: float = 1000.0 * 3600.0
+    smallest: float = 0.5
+
+
+@dataclass(frozen=True)
 class SignalStatus:
     """How the test of one signal stands; sizes in the signal's unit.
 
@@ -156,21 +172,18 @@ class RunningTest:
 
     Args:
         signals: names. noise: of one sample of each, in its unit, NaN where not known. phases: how many there are.
-        bin_length: s. learning: s of working time from which each signal's normal level is learned.
-        between_alarms: s of working time, mean between false alarms of all signals together, of which there are `among`.
-        smallest: gap that the test is made to find, in multiples of the floor.
+        settings: with other running tests on the clock, there are `among` signals that share the false alarms; None where these are all.
         floor_with_level: see `normal_level`. known: normal levels that need not be learned.
     """
 
-    def __init__(self, signals: Sequence[str], noise: Sequence[float], phases: int, bin_length: float, learning: float,
-                 between_alarms: float, smallest: float, among: int | None = None, floor_with_level: bool = False,
-                 known: Mapping[str, NormalLevel] | None = None) -> None:
+    def __init__(self, signals: Sequence[str], noise: Sequence[float], phases: int, settings: Settings, among: int | None = None,
+                 floor_with_level: bool = False, known: Mapping[str, NormalLevel] | None = None) -> None:
         self.signals, self.noise, self.phases = tuple(signals), np.asarray(noise, float), phases
-        self.bin_length = bin_length
-        self._bin_ns = round(bin_length * 1e9)
-        self._wanted = max(LEAST_BINS, round(learning / bin_length))
-        self._steps = between_alarms / bin_length * (among or len(signals))
-        self._smallest, self._floor_with_level = smallest, floor_with_level
+        self.bin_length = settings.bin_length
+        self._bin_ns = round(self.bin_length * 1e9)
+        self._wanted = max(LEAST_BINS, round(settings.learning / self.bin_length))
+        self._steps = settings.between_alarms / self.bin_length * (among or len(signals))
+        self._smallest, self._floor_with_level = settings.smallest, floor_with_level
         self.resets = 0
         self._silent = np.zeros(len(self.signals), dtype=int)  # bins of working time without enough samples, by signal
         self._tests = {name: self._test(known[name]) for name in signals if known and name in known}

@@ -10,7 +10,7 @@ import numpy as np
 from ddh_twin_py.estimation.sensors import SENSORS
 from ddh_twin_py.gap.watch.normal_level import NormalLevel
 from ddh_twin_py.gap.watch.pointing import pointed_component
-from ddh_twin_py.gap.watch.running_test import RunningTest, SignalStatus
+from ddh_twin_py.gap.watch.running_test import RunningTest, Settings, SignalStatus
 from ddh_twin_py.rig import Rig
 from ddh_twin_py.telemetry.signals import TEMPERATURE_PREFIX
 from ddh_twin_py.twin.hydraulic_model import RESIDUAL_SIGNALS
@@ -27,16 +27,6 @@ BLUNT = 10.0
 """Multiple of a sample's noise from which a learned floor hides what a fitted twin would show."""
 _PHASES = 3  # holding, lifting, lowering
 _REMEMBERED = 120_000_000_000  # ns in which temperatures may come after the hydraulics of the same time
-
-
-@dataclass(frozen=True)
-class Settings:
-    """Of the running tests: see `RunningTest`; times in s, `between_alarms` over all signals together."""
-
-    bin_length: float = 20.0
-    learning: float = 3600.0
-    between_alarms: float = 1000.0 * 3600.0
-    smallest: float = 0.5
 
 
 @dataclass(frozen=True)
@@ -61,12 +51,9 @@ class GapWatch:
         self.rig, self.settings = rig, settings
         noise = [rig.sensors[key].noise if key in rig.sensors else np.nan for _, key, _ in HYDRAULIC]
         kelvin = rig.sensors["temperature"].noise if "temperature" in rig.sensors else np.nan
-        shared = {
-            "bin_length": settings.bin_length, "learning": settings.learning, "between_alarms": settings.between_alarms,
-            "smallest": settings.smallest, "among": len(HYDRAULIC) + len(TEMPERATURES), "known": known,
-        }  # fmt: skip
-        self.hydraulics = RunningTest([name for name, _, _ in HYDRAULIC], noise, _PHASES, **shared)
-        self.temperatures = RunningTest(TEMPERATURES, [kelvin] * len(TEMPERATURES), 1, floor_with_level=True, **shared)
+        among = len(HYDRAULIC) + len(TEMPERATURES)
+        self.hydraulics = RunningTest([name for name, _, _ in HYDRAULIC], noise, _PHASES, settings, among, known=known)
+        self.temperatures = RunningTest(TEMPERATURES, [kelvin] * len(TEMPERATURES), 1, settings, among, floor_with_level=True, known=known)
         self._forget_movement()
 
     def _forget_movement(self) -> None:
