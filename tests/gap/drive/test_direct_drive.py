@@ -165,7 +165,7 @@ def test_a_rig_file_with_the_effect_gives_the_same_record(name, model, tmp_path)
     theta, spread = model.within(np.linspace(-0.5, 0.5, model.size)), np.full(model.size, 0.2)
     for law in range(len(effect.laws)):
         acting = [(effect, law, effect.limit(effect.directions[0] * abs(effect.step)))]
-        rig = model.rig_with(theta, acting, spread, "fitted to a test")
+        rig = model.rig_written(theta, acting, spread, "fitted to a test")
         read = load_rig(write_rig(tmp_path / f"{law}.yaml", rig))
         expected, found = model.record(1, theta, acting), model.experiments[1].parameters(read)
         apart = {f: (expected[f][0], found[f][0]) for f in expected.dtype.names
@@ -176,7 +176,7 @@ def test_a_rig_file_with_the_effect_gives_the_same_record(name, model, tmp_path)
 
 def test_a_payload_that_was_found_holds_for_recordings_that_declare_another(model, recording, tmp_path):
     acting, spread = [(EFFECTS["load.mass"], 0, 57.5)], np.full(model.size, 0.2)
-    read = load_rig(write_rig(tmp_path / "rig.yaml", model.rig_with(np.zeros(model.size), acting, spread, "fitted to a test")))
+    read = load_rig(write_rig(tmp_path / "rig.yaml", model.rig_written(np.zeros(model.size), acting, spread, "fitted to a test")))
     declared = model.experiments[1].payload
     assert read["load.payload_mass"] == model.rig["load.payload_mass"]  # the rig declares what it did
     assert read["load.payload_ratio"] == pytest.approx((declared + 57.5) / declared)
@@ -211,7 +211,7 @@ def test_a_rig_file_of_another_rig_is_told(recording, described, tells):
 
 
 def test_fitted_parameters_carry_their_spread_and_source(model):
-    rig = model.rig_with(np.full(model.size, 0.1), [], np.full(model.size, 0.2), "fitted to a test")
+    rig = model.rig_written(np.full(model.size, 0.1), [], np.full(model.size, 0.2), "fitted to a test")
     path = next(p for p in model.paths if not p.startswith("measurement."))
     scale = model.problem.scale[model.paths.index(path)]
     quantity = rig.quantities[path]
@@ -238,7 +238,7 @@ def test_what_an_effect_wrote_has_the_spread_of_both(model):
     joint = np.diag([*spread**2, 0.03**2])
 
     def std(joint):
-        return model.rig_with(theta, acting, spread, "fitted to a test", joint).quantities["pump_1.leakage"].std
+        return model.rig_written(theta, acting, spread, "fitted to a test", joint).quantities["pump_1.leakage"].std
 
     by_law = effect.law_error * 0.2 * leakage
     both = np.hypot(1.2 * 0.2 * scale, 0.03 * leakage)

@@ -138,12 +138,11 @@ class DriveCase(DirectDrive):
             out.append(FittedParameter(path, q.unit, q.value, float(scale), value, float(std * scale), bool(std < INFORMED)))
         return out
 
-    def rig_with(self, theta: np.ndarray, acting: Acting, spread: np.ndarray, source: str = "",
-                 joint: np.ndarray | None = None, as_built: bool = False) -> Rig:
-        """The rig with fitted parameters and effects written into its quantities; ``source`` names the recordings where it is empty."""
+    def rig_with(self, theta: np.ndarray, acting: Acting, spread: np.ndarray, *, joint: np.ndarray | None = None,
+                 as_built: bool = False) -> Rig:
+        """The rig with fitted parameters and effects written into its quantities, whose source names the recordings."""
         told = [e.recording.path for e, altered in zip(self.experiments, self.altered, strict=True) if not (as_built and altered)]
-        source = source or f"fitted to {', '.join(told)}"
-        return super().rig_with(theta, acting, spread, source, joint)
+        return self.rig_written(theta, acting, spread, f"fitted to {', '.join(told)}", joint)
 
     def _there(self) -> set[str]:
         """Signals of which the field recordings hold a usable sample."""

@@ -110,7 +110,7 @@ class DirectDrive:
                         "speed": np.interp(time, axis, points["speed_absolute"])})
         return out
 
-    def rig_with(self, theta: np.ndarray, acting: Acting, spread: np.ndarray, source: str, joint: np.ndarray | None = None) -> Rig:
+    def rig_written(self, theta: np.ndarray, acting: Acting, spread: np.ndarray, source: str, joint: np.ndarray | None = None) -> Rig:
         """The rig with fitted parameters and effects written into its quantities.
 
         The record of the first recording in which effects act is that of the rig. Recordings and duties declare payloads of their own:
@@ -141,7 +141,7 @@ class DirectDrive:
         return replace(fitted, quantities=of_declared_payload(quantities, self.rig.quantities))
 
     def _stds(self, number: int, theta: np.ndarray, acting: Acting, fields: Sequence[str], joint: np.ndarray) -> np.ndarray:
-        """Standard deviations of fields of a record, (f,), of fit and laws; joint as in `rig_with`."""
+        """Standard deviations of fields of a record, (f,), of fit and laws; joint as in `rig_written`."""
         def values(at: np.ndarray, departures: Sequence[float]) -> np.ndarray:
             record = self.record(number, at, [(effect, law, x) for (effect, law, _), x in zip(acting, departures, strict=True)])
             return np.array([record[field][0] for field in fields])
