@@ -70,7 +70,7 @@ class DriveCase(DirectDrive):
     def followed(self) -> tuple[str, ...]:
         """All but those that sum up small flaws; none of the end of a field recording whose begin is open."""
         signals = self.held_data().signals()
-        if not self.held and any(e.open_begins for e, altered in zip(self.experiments, self.altered, strict=True) if altered):
+        if not self.held and any(e.open_begins for e in self.field):
             return ()
         return tuple(dict.fromkeys(name for own in signals for name in own if name not in NEEDED_BY))
 
@@ -102,9 +102,8 @@ class DriveCase(DirectDrive):
 
     def unknown_inputs(self, theta: np.ndarray, spread: np.ndarray) -> list[Lack]:
         """Torque, force, flow and heat left over in the first field recording, less those of the commissioning recording."""
-        field, built = ([e.recording for e, altered in zip(self.experiments, self.altered, strict=True) if altered is acts]
-                        for acts in (True, False))
-        return unknown_inputs(field[0], built[0] if built else None, self.rig_with(theta, (), spread))
+        built = self.commissioning[0].recording if self.commissioning else None
+        return unknown_inputs(self.field[0].recording, built, self.rig_with(theta, (), spread))
 
     def learned_terms(self, component: str, domain: str) -> Sequence[Effect]:
         """Heat, friction, leaks, pressure drops or compliance that no law of the model gives."""
@@ -116,7 +115,7 @@ class DriveCase(DirectDrive):
 
     def course(self, effect: Effect, without: np.ndarray, acting: np.ndarray) -> Course:
         """What an effect adds over the first field recording."""
-        return course(effect, self.experiments[self.altered.index(True)], without, acting, STEP)
+        return course(effect, self.field[0], without, acting, STEP)
 
     def next_test(self, found: Found, verdict: Verdict, unknown: Unknown) -> dict | None:
         """The test that would tell most, None where nothing is left to tell apart."""
@@ -141,12 +140,12 @@ class DriveCase(DirectDrive):
     def rig_with(self, theta: np.ndarray, acting: Acting, spread: np.ndarray, *, joint: np.ndarray | None = None,
                  as_built: bool = False) -> Rig:
         """The rig with fitted parameters and effects written into its quantities, whose source names the recordings."""
-        told = [e.recording.path for e, altered in zip(self.experiments, self.altered, strict=True) if not (as_built and altered)]
+        told = [e.recording.path for e in (self.commissioning if as_built else self.experiments)]
         return self.rig_written(theta, acting, spread, f"fitted to {', '.join(told)}", joint)
 
     def _there(self) -> set[str]:
         """Signals of which the field recordings hold a usable sample."""
-        return {name for e, altered in zip(self.experiments, self.altered, strict=True) if altered for name in e.signals}
+        return {name for e in self.field for name in e.signals}
 
     def missing(self) -> list[str]:
         """Notes on what the field recordings do not hold: signals of the drive and of the hydraulics, all temperatures; none elsewhere."""
@@ -184,7 +183,7 @@ class DriveCase(DirectDrive):
         if (free := len(set(self.paths) - self.unlisted)) < _FEW:
             notes.append(f"the rig's sheet leaves {free} quantities a tolerance: whatever else differs from it is called an effect or "
                          "unknown")
-        if all(self.altered):
+        if not self.commissioning:
             notes.append("there is no commissioning recording: the rig is held against its sheet, and what lies within tolerances is "
                          "no gap")
         return notes

@@ -37,7 +37,9 @@ class DirectDrive:
 
     def __init__(self, commissioning: Sequence[Experiment], field: Sequence[Experiment], rig: Rig,
                  held: Sequence[Experiment] = ()) -> None:
-        self.experiments = [*commissioning, *field]
+        self.commissioning, self.field, self.held = list(commissioning), list(field), list(held)
+        self.experiments = [*self.commissioning, *self.field]
+        self.first = len(self.commissioning)  # in question
         offsets = offset_paths(self.experiments)
         self.unlisted = set(offsets)  # zero errors and clocks, of which no sheet says anything
         self.rig = with_offsets(rig, offsets)
@@ -45,10 +47,9 @@ class DirectDrive:
         self.paths = [path for path in uncertain if path not in offsets and not path.startswith("measurement.")]
         self.paths += [path for path in offsets if path in uncertain]
         self.problem = Problem(self.experiments, self.rig, self.paths, Discrepancy())
-        self.held = list(held)
         self._held_problem = Problem(self.held, self.rig, self.paths, Discrepancy())
         self.size = self.problem.size
-        self.altered = [False] * len(commissioning) + [True] * len(field)
+        self.altered = [False] * len(self.commissioning) + [True] * len(self.field)
         self.signals = [e.signals for e in self.experiments]
 
     def within(self, theta: np.ndarray) -> np.ndarray:
@@ -75,11 +76,10 @@ class DirectDrive:
 
     def begin_anew(self, theta: np.ndarray, acting: Acting) -> bool:
         """Let field recordings begin as effects would have left what no sensor reads, if a node moves by more than `_ANEW`; if it does."""
-        field = [(number, experiment) for number, experiment in enumerate(self.experiments) if self.altered[number]]
-        begins = [experiment.other_begin(self.record(number, theta, acting)) for number, experiment in field]
+        begins = [experiment.other_begin(self.record(number, theta, acting)) for number, experiment in enumerate(self.field, self.first)]
         if max(moved for _, moved in begins) <= _ANEW:
             return False
-        for (_, experiment), (rise, _) in zip(field, begins, strict=True):
+        for experiment, (rise, _) in zip(self.field, begins, strict=True):
             experiment.begin_with(rise)
         return True
 
@@ -126,10 +126,9 @@ class DirectDrive:
             value = min(max(quantities[path].value + float(deviation * scale), bound.lowest), bound.highest)
             quantities[path] = replace(quantities[path], value=value, std=float(std * scale), source=source)
         fitted = replace(self.rig, quantities=of_own_oil(quantities, self.rig.quantities))
-        number = self.altered.index(True)
-        plain, acted = self.record(number, theta), self.record(number, theta, acting)
+        plain, acted = self.record(self.first, theta), self.record(self.first, theta, acting)
         written = {path: field for path, field in FIELD_OF_PATH.items() if acted[field][0] != plain[field][0]}
-        stds = self._stds(number, theta, acting, list(written.values()), np.diag(spread**2) if joint is None else joint)
+        stds = self._stds(theta, acting, list(written.values()), np.diag(spread**2) if joint is None else joint)
         named = ", ".join(effect.id for effect, _, _ in acting)
         said = "learned, cause unknown" if named.startswith(PREFIX) else f"effect {named}"
         quantities = dict(fitted.quantities)
@@ -140,10 +139,10 @@ class DirectDrive:
                                        source=f"{said}, {source}")
         return replace(fitted, quantities=of_declared_payload(quantities, self.rig.quantities))
 
-    def _stds(self, number: int, theta: np.ndarray, acting: Acting, fields: Sequence[str], joint: np.ndarray) -> np.ndarray:
+    def _stds(self, theta: np.ndarray, acting: Acting, fields: Sequence[str], joint: np.ndarray) -> np.ndarray:
         """Standard deviations of fields of a record, (f,), of fit and laws; joint as in `rig_written`."""
         def values(at: np.ndarray, departures: Sequence[float]) -> np.ndarray:
-            record = self.record(number, at, [(effect, law, x) for (effect, law, _), x in zip(acting, departures, strict=True)])
+            record = self.record(self.first, at, [(effect, law, x) for (effect, law, _), x in zip(acting, departures, strict=True)])
             return np.array([record[field][0] for field in fields])
 
         x = [departure for _, _, departure in acting]

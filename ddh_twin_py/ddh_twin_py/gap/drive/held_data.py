@@ -32,12 +32,12 @@ class HeldData:
             names = ", ".join(e.recording.path for e in model.held)
             return HeldData(model, f"{names} (validation, the whole of it)")
         parts = [f"{e.recording.path} from {e.held_from:.0f} s to its end at {e.duration:.0f} s (the {e.held_from - e.used_until:.0f} s "
-                 "before count nowhere)" for e in _field(model)]
+                 "before count nowhere)" for e in model.field]
         return HeldData(model, "; ".join(parts))
 
     def signals(self) -> list[Mapping]:
         """Signals by recording."""
-        return [e.signals for e in (self.model.held or _field(self.model))]
+        return [e.signals for e in (self.model.held or self.model.field)]
 
     def mask(self) -> Callable[[object], np.ndarray]:
         """Which samples of a signal count."""
@@ -47,15 +47,14 @@ class HeldData:
 
     def open_begins(self) -> list[int]:
         """In how many ways each recording may begin otherwise than is likely; of a field recording that was fitted none."""
-        return [e.open_begins for e in self.model.held] or [0] * len(_field(self.model))
+        return [e.open_begins for e in self.model.held] or [0] * len(self.model.field)
 
     def run(self, theta: np.ndarray, acting: Acting, begin: Sequence[Sequence[float]] | None = None) -> list[dict[str, np.ndarray]]:
         """Free runs, by recording; ``begin`` as in `Experiment.predict`, by recording; None: all as their first minutes tell."""
         if self.model.held:
             begins = begin if begin is not None else [None] * len(self.model.held)
             return [self.model.run_held(number, theta, acting, begin=own) for number, own in enumerate(begins)]
-        first = len(self.model.experiments) - len(_field(self.model))
-        return [self.model.run_one(first + number, theta, acting) for number in range(len(_field(self.model)))]
+        return [self.model.run_one(self.model.first + number, theta, acting) for number in range(len(self.model.field))]
 
     def traces(self, before: Mapping[str, np.ndarray], after: Mapping[str, np.ndarray], floor: Mapping[str, float]) -> dict[str, Trace]:
         """Signals of the first recording with both runs."""
@@ -71,9 +70,9 @@ class HeldData:
 
     def axes(self, theta: np.ndarray, acting: Acting) -> dict[str, tuple[np.ndarray, np.ndarray]]:
         """Variables on which residuals may depend, from the free run of the first recording."""
-        experiment = (self.model.held or _field(self.model))[0]
-        record = self.model.held_record(0, theta, acting) if self.model.held else self.model.record(
-            len(self.model.experiments) - len(_field(self.model)), theta, acting)
+        model = self.model
+        experiment = (model.held or model.field)[0]
+        record = model.held_record(0, theta, acting) if model.held else model.record(model.first, theta, acting)
         points, temperatures = experiment.operating(record)
         return {
             "speed, rad/s": (experiment.axis, points["speed"]),
@@ -82,7 +81,3 @@ class HeldData:
             "rod velocity, m/s": (experiment.axis, points["rod_velocity"]),
             "tank oil temperature, K": (experiment.axis, temperatures[:, TANK]),
         }
-
-
-def _field(model: DirectDrive) -> list:
-    return [e for e, altered in zip(model.experiments, model.altered, strict=True) if altered]

@@ -130,11 +130,10 @@ def _looks(model: DirectDrive, found: Found, contest: Contest, remaining: Remain
 
 def trials(model: DirectDrive, found: Found, leader: Believed) -> Iterator[tuple[RehearsedTrial, list[Option]]]:
     """Every candidate rehearsed, with its options; the usual one, with added sensors, first."""
-    number = model.altered.index(True)
-    experiment = model.experiments[number]
+    experiment = model.field[0]
     sensors = tuple(experiment.sensors)
     pressures = any(name.startswith("pressure_") for name in experiment.signals)
-    _, temperatures = experiment.operating(model.record(number, leader.theta, leader.acting), STEP)
+    _, temperatures = experiment.operating(model.record(model.first, leader.theta, leader.acting), STEP)
     tests = candidate_tests(model.rig, round(float(experiment.payload), 1), float(np.mean(experiment.air)), temperatures[-1])
     for i, test in enumerate(tests):
         options = [Option(test, sensors, "")]

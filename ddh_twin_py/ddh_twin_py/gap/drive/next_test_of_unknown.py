@@ -62,8 +62,8 @@ def _values(experiment, record: np.ndarray, variable: str) -> np.ndarray:
 
 def _range(model: DirectDrive, belief, variable: str) -> tuple[float, float]:
     """Mean of a variable over the recordings in question and how far it goes from there, SI."""
-    values = np.concatenate([_values(model.experiments[i], model.record(i, belief.theta, belief.acting), variable)
-                             for i, altered in enumerate(model.altered) if altered])
+    values = np.concatenate([_values(experiment, model.record(number, belief.theta, belief.acting), variable)
+                             for number, experiment in enumerate(model.field, model.first)])
     return float(values.mean()), max(float(np.abs(values - values.mean()).max()), 1e-6)
 
 
