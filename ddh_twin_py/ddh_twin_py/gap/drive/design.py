@@ -85,7 +85,7 @@ def separations(linearised: Linearised) -> tuple[list[str], np.ndarray]:
     return names, out
 
 
-def classes(names: Sequence[str], separation: np.ndarray, among: set[str], least: float = TELLS_APART) -> list[list[str]]:
+def classes(names: Sequence[str], separation: np.ndarray, among: set[str]) -> list[list[str]]:
     """Sets of two or more effects of which no pair is told apart, by complete linkage, largest first.
 
     Args:
@@ -97,7 +97,7 @@ def classes(names: Sequence[str], separation: np.ndarray, among: set[str], least
         farthest = {(a, b): max(apart[i, j] for i in groups[a] for j in groups[b])
                     for a in range(len(groups)) for b in range(a + 1, len(groups))}
         (a, b), distance = min(farthest.items(), key=lambda item: item[1])
-        if distance >= least:
+        if distance >= TELLS_APART:
             break
         groups[a] += groups.pop(b)
     return sorted(([names[i] for i in sorted(group)] for group in groups if len(group) > 1), key=lambda group: -len(group))

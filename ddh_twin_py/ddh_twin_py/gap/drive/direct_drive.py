@@ -69,11 +69,6 @@ class DirectDrive:
         """Deviations (k,) of the whole case from those of a fit to its first recordings alone; the others begin as is likely."""
         return np.concatenate([theta, np.zeros(self.size - theta.size)])
 
-    def run_held(self, number: int, theta: np.ndarray, acting: Acting = (), step: float = STEP,
-                 begin: Sequence[float] | None = None) -> dict[str, np.ndarray]:
-        """Free run of a recording that took no part, effects acting; ``begin`` as in `Experiment.predict`."""
-        return self.held[number].predict(self.held_record(number, theta, acting), step, own_history=True, begin=begin)
-
     def begin_anew(self, theta: np.ndarray, acting: Acting) -> bool:
         """Let field recordings begin as effects would have left what no sensor reads, if a node moves by more than `_ANEW`; if it does."""
         begins = [experiment.other_begin(self.record(number, theta, acting)) for number, experiment in enumerate(self.field, self.first)]

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ddh_twin_py.gap.drive.direct_drive import DirectDrive
+from ddh_twin_py.gap.drive.direct_drive import STEP, DirectDrive
 from ddh_twin_py.gap.findings import Trace
 from ddh_twin_py.gap.model import Acting
 from ddh_twin_py.gap.shrink.size import counted
@@ -53,7 +53,8 @@ class HeldData:
         """Free runs, by recording; ``begin`` as in `Experiment.predict`, by recording; None: all as their first minutes tell."""
         if self.model.held:
             begins = begin if begin is not None else [None] * len(self.model.held)
-            return [self.model.run_held(number, theta, acting, begin=own) for number, own in enumerate(begins)]
+            return [held.predict(self.model.held_record(number, theta, acting), STEP, own_history=True, begin=own)
+                    for number, (held, own) in enumerate(zip(self.model.held, begins, strict=True))]
         return [self.model.run_one(self.model.first + number, theta, acting) for number in range(len(self.model.field))]
 
     def traces(self, before: Mapping[str, np.ndarray], after: Mapping[str, np.ndarray], floor: Mapping[str, float]) -> dict[str, Trace]:
