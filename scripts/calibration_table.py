@@ -12,9 +12,9 @@ from collections import Counter
 from pathlib import Path
 
 from ddh_twin_py.bags.reader import read_recording
-from ddh_twin_py.estimation.calibration import calibrate
-from ddh_twin_py.estimation.experiment import Experiment
-from ddh_twin_py.estimation.held_out import held_out
+from ddh_twin_py.estimation.fitting.calibration import calibrate
+from ddh_twin_py.estimation.fitting.experiment import Experiment
+from ddh_twin_py.estimation.fitting.held_out import held_out
 from ddh_twin_py.report.calibration.groups import group_of
 from ddh_twin_py.rig import load_rig
 

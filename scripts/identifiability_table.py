@@ -11,8 +11,8 @@ import sys
 from pathlib import Path
 
 from ddh_twin_py.bags.reader import read_recording
-from ddh_twin_py.estimation.calibration import Calibration, calibrate
-from ddh_twin_py.estimation.experiment import Experiment
+from ddh_twin_py.estimation.fitting.calibration import Calibration, calibrate
+from ddh_twin_py.estimation.fitting.experiment import Experiment
 from ddh_twin_py.rig import load_rig
 
 USED = 0.7

@@ -7,7 +7,7 @@ import pytest
 from ddh_twin_py.bags.reader import read_recording
 from ddh_twin_py.bags.writer import whole_bag
 from ddh_twin_py.cli.main import main
-from ddh_twin_py.estimation.experiment import Experiment, ExperimentError
+from ddh_twin_py.estimation.fitting.experiment import Experiment, ExperimentError
 from ddh_twin_py.estimation.replay import ReplayError, replay
 from ddh_twin_py.rig import load_rig
 from ddh_twin_py.telemetry.signals import TEMPERATURE_PREFIX, TOPIC_TYPES, ZERO_CELSIUS

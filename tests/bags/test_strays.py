@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from ddh_twin_py.bags.reader import read_recording
 from ddh_twin_py.bags.writer import write_recording
-from ddh_twin_py.estimation.experiment import Experiment
+from ddh_twin_py.estimation.fitting.experiment import Experiment
 from ddh_twin_py.estimation.replay import replay
 from ddh_twin_py.gap.recordings.contradictions import contradictions
 from ddh_twin_py.rig import load_rig

@@ -5,7 +5,7 @@ import json
 import re
 from dataclasses import replace
 
-import ddh_twin_py.estimation.fitting as fitting
+import ddh_twin_py.estimation.fitting.problem as fitting
 import pytest
 from ddh_twin_py.bags.reader import read_recording
 from ddh_twin_py.bags.writer import write_recording

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from ddh_twin_py.estimation.experiment import ExperimentError
+from ddh_twin_py.estimation.fitting.experiment import ExperimentError
 from ddh_twin_py.gap.diagnose import Recordings, diagnose
 from ddh_twin_py.rig import load_rig
 from ddh_twin_py.telemetry.recording import Stream

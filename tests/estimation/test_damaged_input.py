@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from ddh_twin_py.bags import damage
 from ddh_twin_py.bags.reader import read_recording
-from ddh_twin_py.estimation.catch_up import FOLLOWS, MISSED
+from ddh_twin_py.estimation.fusion.catch_up import FOLLOWS, MISSED
 from ddh_twin_py.estimation.replay import replay
 from ddh_twin_py.estimation.sensors import NODE_INDEX
 from ddh_twin_py.physics.thermal_network import NODES

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from ddh_twin_py.estimation.calibration import FittedParameter
+from ddh_twin_py.estimation.fitting.calibration import FittedParameter
 from ddh_twin_py.gap.answer import _at_the_end, _not_held, _pressed
 from ddh_twin_py.gap.catalogue import EFFECTS
 from ddh_twin_py.gap.verdict.hearing import spread_elsewhere, spread_of_unsteady

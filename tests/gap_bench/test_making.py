@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import yaml
 from ddh_twin_py.bags.reader import read_recording
-from ddh_twin_py.estimation.experiment import Experiment
+from ddh_twin_py.estimation.fitting.experiment import Experiment
 from ddh_twin_py.gap_bench.bench import make_bench
 from ddh_twin_py.gap_bench.duties import drawn
 from ddh_twin_py.gap_bench.making import make

@@ -11,9 +11,9 @@ import yaml
 from ddh_twin_py.bags.damage import with_clock_jump, with_stuck_sensor, with_value, with_wrong_unit, without_samples
 from ddh_twin_py.bags.reader import read_recording
 from ddh_twin_py.bags.writer import write_recording
+from ddh_twin_py.estimation.fusion.state_file import save_state
+from ddh_twin_py.estimation.fusion.temperature_fusion import TemperatureFusion
 from ddh_twin_py.estimation.replay import replay
-from ddh_twin_py.estimation.state_file import save_state
-from ddh_twin_py.estimation.temperature_fusion import TemperatureFusion
 from ddh_twin_py.physics.thermal_network import NODES
 from ddh_twin_py.rig import load_rig
 from ddh_twin_py.telemetry.alignment.recording_ticks import align

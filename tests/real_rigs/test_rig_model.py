@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from ddh_twin_py.estimation.comparison import Comparison, Discrepancy
+from ddh_twin_py.estimation.fitting.comparison import Comparison, Discrepancy
 from ddh_twin_py.gap import answer
 from ddh_twin_py.gap.evidence.slopes import slopes_of
 from ddh_twin_py.real_rigs.controls import on_real, on_simulated

@@ -1,8 +1,8 @@
 """A rig that is not the direct driven unit: a first-order flow loop with two sensors, as `gap.model.Model`."""
 
 import numpy as np
-from ddh_twin_py.estimation.binning import by_cycle, cycle_of
-from ddh_twin_py.estimation.experiment import Signal
+from ddh_twin_py.estimation.fitting.binning import by_cycle, cycle_of
+from ddh_twin_py.estimation.fitting.experiment import Signal
 from ddh_twin_py.gap.effect import Effect, added, fixed, scaled, value_of
 
 STEP, NOISE, DEVIATION = 0.05, 0.02, np.array([0.1, 0.1, 0.05])

@@ -4,7 +4,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
 import numpy as np
-from ddh_twin_py.estimation.comparison import Discrepancy
+from ddh_twin_py.estimation.fitting.comparison import Discrepancy
 from ddh_twin_py.gap.evidence.hypotheses import POWER, SLACK
 from ddh_twin_py.gap.evidence.linearised import linearise
 from ddh_twin_py.gap.locate.free_places import free_places

@@ -3,9 +3,9 @@
 from types import SimpleNamespace
 
 import numpy as np
-from ddh_twin_py.estimation.binning import Binning, by_time
-from ddh_twin_py.estimation.comparison import Comparison, Discrepancy
-from ddh_twin_py.estimation.weighting import STRETCH, VARIANT
+from ddh_twin_py.estimation.fitting.binning import Binning, by_time
+from ddh_twin_py.estimation.fitting.comparison import Comparison, Discrepancy
+from ddh_twin_py.estimation.fitting.weighting import STRETCH, VARIANT
 
 
 def fast(rng, bins, seconds):

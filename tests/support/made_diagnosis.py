@@ -1,7 +1,7 @@
 """Diagnoses made of arrays alone, one per verdict, for tests of what people see of them."""
 
 import numpy as np
-from ddh_twin_py.estimation.calibration import FittedParameter
+from ddh_twin_py.estimation.fitting.calibration import FittedParameter
 from ddh_twin_py.gap.diagnosis import Diagnosis, Weighed
 from ddh_twin_py.gap.explain.detection import Detection
 from ddh_twin_py.gap.findings import Lack, Shape, Trace

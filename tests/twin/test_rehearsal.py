@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from ddh_twin_py.estimation.experiment import Experiment
+from ddh_twin_py.estimation.fitting.experiment import Experiment
 from ddh_twin_py.rig import load_rig
 from ddh_twin_py.twin.duty import DutyError, parse_duty
 from ddh_twin_py.twin.rehearsal import rehearse

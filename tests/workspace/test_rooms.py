@@ -2,6 +2,7 @@
 
 import ast
 import re
+from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
 import pytest
@@ -66,6 +67,40 @@ def violations(package: Path, rooms: list[set[str]]) -> list[str]:
     return list(dict.fromkeys(wrong))
 
 
+def folders_of_architecture(text: str) -> dict[str, list[str]]:
+    """The folders of every room that has a table of its own, lowest first."""
+    rooms: dict[str, list[str]] = {}
+    for room, folder in re.findall(r"^\| `(\w+)/(\w+)` \|", text, re.MULTILINE):
+        rooms.setdefault(room, []).append(folder)
+    return rooms
+
+
+def modules_of(package: Path) -> dict[tuple[str, ...], Path]:
+    """Dotted name to file, of every module of a package; a folder's is that of its ``__init__``."""
+    named = {path: (package.name, *path.relative_to(package).with_suffix("").parts) for path in package.rglob("*.py")}
+    return {name[:-1] if name[-1] == "__init__" else name: path for path, name in named.items()}
+
+
+def ties_of(package: Path) -> dict[tuple[str, ...], set[tuple[str, ...]]]:
+    """Every module to those of the package that it imports."""
+    modules = modules_of(package)
+    ties = {}
+    for name, path in modules.items():
+        inside = (*name, "__init__") if path.name == "__init__.py" else name
+        taken = {other if other in modules else other[:-1] for _, other in imports_of(path, inside)}
+        ties[name] = {other for other in taken if other in modules and other != name}
+    return ties
+
+
+def circle_of(ties: dict) -> tuple:
+    """Modules of which each imports the next and the last one the first, () where there are none."""
+    try:
+        tuple(TopologicalSorter(ties).static_order())
+    except CycleError as error:
+        return tuple(error.args[1])
+    return ()
+
+
 @pytest.fixture(scope="module")
 def rooms(repo_root):
     return rooms_of_architecture((repo_root / "docs/architecture.md").read_text())
@@ -80,6 +115,31 @@ def test_table_is_read(rooms):
 def test_project_keeps_to_the_order(rooms, repo_root):
     wrong = violations(repo_root / PACKAGE / PACKAGE, rooms)
     assert not wrong, "\n".join(wrong)
+
+
+def test_no_modules_import_each_other_in_a_circle(repo_root):
+    assert circle_of(ties_of(repo_root / PACKAGE / PACKAGE)) == ()
+
+
+def test_a_circle_is_found(tmp_path):
+    package = tmp_path / PACKAGE
+    package.mkdir()
+    (package / "a.py").write_text(f"from {PACKAGE} import b")
+    (package / "b.py").write_text(f"def late():\n    from {PACKAGE}.c import x")
+    (package / "c.py").write_text(f"import {PACKAGE}.a")
+    assert {name[-1] for name in circle_of(ties_of(package))} == {"a", "b", "c"}
+
+
+def test_folders_of_a_room_keep_to_their_order(repo_root):
+    package = repo_root / PACKAGE / PACKAGE
+    rooms = folders_of_architecture((repo_root / "docs/architecture.md").read_text())
+    wrong = []
+    for room, folders in rooms.items():
+        assert set(folders) == {path.name for path in (package / room).iterdir() if (path / "__init__.py").is_file()}
+        height = {(PACKAGE, room, folder): level for level, folder in enumerate(folders)}
+        wrong += [f"{'.'.join(name)} imports {'.'.join(other)}" for name, others in ties_of(package).items() for other in others
+                  if height.get(other[:3], -1) > height.get(name[:3], len(folders))]
+    assert "gap" in rooms and not wrong, "\n".join(wrong)
 
 
 def test_every_room_is_a_package(rooms, repo_root):

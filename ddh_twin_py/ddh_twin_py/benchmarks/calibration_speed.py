@@ -8,8 +8,8 @@ from dataclasses import replace
 import numpy as np
 
 from ddh_twin_py.benchmarks.figure import Figure
-from ddh_twin_py.estimation.calibration import calibrate
-from ddh_twin_py.estimation.experiment import Experiment
+from ddh_twin_py.estimation.fitting.calibration import calibrate
+from ddh_twin_py.estimation.fitting.experiment import Experiment
 from ddh_twin_py.rig import Rig
 from ddh_twin_py.telemetry.recording import Recording, Stream
 from ddh_twin_py.twin.duty import Duty

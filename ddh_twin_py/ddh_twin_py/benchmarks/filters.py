@@ -9,7 +9,7 @@ import numpy as np
 
 from ddh_twin_py.benchmarks.figure import Figure
 from ddh_twin_py.benchmarks.tools import NotThere, tool
-from ddh_twin_py.estimation.kalman_kernel import kalman_step
+from ddh_twin_py.estimation.fusion.kalman_kernel import kalman_step
 from ddh_twin_py.physics.compiled import kernel
 
 STATES, READINGS, INPUTS = 15, 6, 8

@@ -78,9 +78,9 @@ def run(args: argparse.Namespace) -> int:
     rig = load_rig(args.rig)
     with stage("loading", args.quiet):
         from ddh_twin_py.bags.reader import read_recording
-        from ddh_twin_py.estimation.calibration import CalibrationError, calibrate, check_paths
-        from ddh_twin_py.estimation.experiment import Experiment
-        from ddh_twin_py.estimation.held_out import held_out
+        from ddh_twin_py.estimation.fitting.calibration import CalibrationError, calibrate, check_paths
+        from ddh_twin_py.estimation.fitting.experiment import Experiment
+        from ddh_twin_py.estimation.fitting.held_out import held_out
         from ddh_twin_py.gap.recordings.contradictions import contradictions
         from ddh_twin_py.gap.recordings.suitability import one_clock
         from ddh_twin_py.report.calibration.groups import signal_fits, unfitted, verdict

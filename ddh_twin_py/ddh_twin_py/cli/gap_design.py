@@ -71,7 +71,7 @@ def run(args: argparse.Namespace) -> int:
     duty, before = load_duty(path), load_duty(duty_file(args.commissioning or _COMMISSIONING))
     rig = load_rig(args.rig)
     with stage("loading", args.quiet):
-        from ddh_twin_py.estimation.experiment import Experiment
+        from ddh_twin_py.estimation.fitting.experiment import Experiment
         from ddh_twin_py.gap.catalogue import EFFECTS
         from ddh_twin_py.gap.drive.design import design
         from ddh_twin_py.report.gap.design_page import design_document, design_json

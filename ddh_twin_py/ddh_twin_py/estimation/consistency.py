@@ -18,11 +18,11 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import binom, chi2
 
-from ddh_twin_py.estimation.look_ahead import HOT_SPOT_SHARE, HOT_SPOT_SPREAD, hot_spot, with_hot_spot
+from ddh_twin_py.estimation.fusion.look_ahead import HOT_SPOT_SHARE, HOT_SPOT_SPREAD, hot_spot, with_hot_spot
+from ddh_twin_py.estimation.fusion.temperature_fusion import start_covariance
+from ddh_twin_py.estimation.fusion.uncertain_parameters import N_UNKNOWN_HEATS, UNKNOWN_HEAT_SHARE, UNKNOWN_HEAT_STD, UNKNOWN_HEAT_TIME
 from ddh_twin_py.estimation.replay import replay
 from ddh_twin_py.estimation.sensors import SENSORS
-from ddh_twin_py.estimation.temperature_fusion import start_covariance
-from ddh_twin_py.estimation.uncertain_parameters import N_UNKNOWN_HEATS, UNKNOWN_HEAT_SHARE, UNKNOWN_HEAT_STD, UNKNOWN_HEAT_TIME
 from ddh_twin_py.physics.thermal_network import N, NODES
 from ddh_twin_py.rig import Rig
 from ddh_twin_py.telemetry.recording import Recording, Stream

@@ -11,7 +11,7 @@ from ddh_twin_py.bags.message_types import know
 from ddh_twin_py.bags.qos import LATCHED, RELIABLE, SENSOR_DATA
 from ddh_twin_py.bags.topics import split_topic
 from ddh_twin_py.bags.writer import BagWriter, whole_bag
-from ddh_twin_py.estimation.replay import ReplayResult
+from ddh_twin_py.estimation.replay_result import ReplayResult
 from ddh_twin_py.exchange.bulk_messages import BulkMessages, Numbers
 from ddh_twin_py.exchange.errors import ExchangeError
 from ddh_twin_py.physics.balance import OPERATING_FIELDS

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ddh_twin_py.estimation.replay import ReplayResult
+from ddh_twin_py.estimation.replay_result import ReplayResult
 from ddh_twin_py.physics.thermal_network import NODES
 from ddh_twin_py.report.replay.agreement import COMPONENTS, FLOOR, INPUTS, component_values, measured_values
 from ddh_twin_py.telemetry.signals import DRIVE_SIGNALS, HYDRAULIC_SIGNALS, TEMPERATURE_PREFIX, ZERO_CELSIUS, Signal

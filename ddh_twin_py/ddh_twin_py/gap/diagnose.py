@@ -9,9 +9,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ddh_twin_py.estimation.comparison import Discrepancy, sized
-from ddh_twin_py.estimation.experiment import Experiment
-from ddh_twin_py.estimation.fitting import RESTARTS, Problem
+from ddh_twin_py.estimation.fitting.comparison import Discrepancy, sized
+from ddh_twin_py.estimation.fitting.experiment import Experiment
+from ddh_twin_py.estimation.fitting.problem import RESTARTS, Problem
 from ddh_twin_py.gap import answer
 from ddh_twin_py.gap.catalogue import EFFECTS
 from ddh_twin_py.gap.diagnosis import Diagnosis

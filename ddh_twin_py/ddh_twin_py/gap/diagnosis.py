@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ddh_twin_py.estimation.calibration import FittedParameter
+from ddh_twin_py.estimation.fitting.calibration import FittedParameter
 from ddh_twin_py.gap.catalogue import EFFECTS
 from ddh_twin_py.gap.effect import Effect
 from ddh_twin_py.gap.explain.detection import Detection

@@ -10,7 +10,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from ddh_twin_py.estimation.calibration import FittedParameter
+from ddh_twin_py.estimation.fitting.calibration import FittedParameter
 from ddh_twin_py.gap.effect import Effect
 from ddh_twin_py.gap.findings import Lack, Trace
 

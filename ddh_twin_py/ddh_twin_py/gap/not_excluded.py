@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ddh_twin_py.estimation.calibration import FittedParameter
+from ddh_twin_py.estimation.fitting.calibration import FittedParameter
 from ddh_twin_py.gap.explain.detection import SIZES, Detection, detections
 from ddh_twin_py.gap.explain.search import Found
 from ddh_twin_py.gap.explain.taken_up import not_shown, shown_since

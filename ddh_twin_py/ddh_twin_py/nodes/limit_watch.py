@@ -9,9 +9,9 @@ import numpy as np
 
 from ddh_msgs.msg import LimitPrediction, TemperatureLimit
 from ddh_msgs.srv import PredictLimits
-from ddh_twin_py.estimation.duty_ahead import ROUNDS, settled_speeds, warmed
-from ddh_twin_py.estimation.look_ahead import HOT_SPOT, Forecast, LimitForecast, LookAhead, Span, default_limits
-from ddh_twin_py.estimation.temperature_fusion import FusionState
+from ddh_twin_py.estimation.fusion.duty_ahead import ROUNDS, settled_speeds, warmed
+from ddh_twin_py.estimation.fusion.look_ahead import HOT_SPOT, Forecast, LimitForecast, LookAhead, Span, default_limits
+from ddh_twin_py.estimation.fusion.temperature_fusion import FusionState
 from ddh_twin_py.nodes import qos
 from ddh_twin_py.nodes.conversion import to_celsius, to_kelvin
 from ddh_twin_py.nodes.health import Report

@@ -11,9 +11,9 @@ from itertools import pairwise
 import numpy as np
 
 from ddh_msgs.msg import RigInfo, TemperatureEstimateArray
-from ddh_twin_py.estimation.catch_up import FOLLOWS, CatchUp
-from ddh_twin_py.estimation.start import START, FirstReadings, air_at_start, start_temperature
-from ddh_twin_py.estimation.temperature_fusion import Readings
+from ddh_twin_py.estimation.fusion.catch_up import FOLLOWS, CatchUp
+from ddh_twin_py.estimation.fusion.start import START, FirstReadings, air_at_start, start_temperature
+from ddh_twin_py.estimation.fusion.temperature_fusion import Readings
 from ddh_twin_py.nodes import qos
 from ddh_twin_py.nodes.conversion import to_kelvin
 from ddh_twin_py.nodes.health import Health, Report, add_streams, judge_clock

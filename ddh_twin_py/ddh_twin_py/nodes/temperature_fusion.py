@@ -8,14 +8,14 @@ import numpy as np
 from sensor_msgs.msg import Temperature
 
 from ddh_msgs.msg import HydraulicState, MotorThermalState, ResidualArray, RigInfo, TemperatureEstimateArray
-from ddh_twin_py.estimation.agrees_again import AGREES, AgreesAgain
-from ddh_twin_py.estimation.credibility import Credibility
-from ddh_twin_py.estimation.doubted_current import CurrentWatch
-from ddh_twin_py.estimation.left_together import LeftTogether
-from ddh_twin_py.estimation.outvoted import OUTVOTED
-from ddh_twin_py.estimation.place_watch import PlaceWatch
+from ddh_twin_py.estimation.doubts.agrees_again import AGREES, AgreesAgain
+from ddh_twin_py.estimation.doubts.doubted_current import CurrentWatch
+from ddh_twin_py.estimation.doubts.place_watch import PlaceWatch
+from ddh_twin_py.estimation.fusion.credibility import Credibility
+from ddh_twin_py.estimation.fusion.left_together import LeftTogether
+from ddh_twin_py.estimation.fusion.outvoted import OUTVOTED
+from ddh_twin_py.estimation.fusion.temperature_fusion import FusionInputs, FusionResult, Reading, Readings, TemperatureFusion, air_of
 from ddh_twin_py.estimation.sensors import NODE_INDEX, SENSORS
-from ddh_twin_py.estimation.temperature_fusion import FusionInputs, FusionResult, Reading, Readings, TemperatureFusion, air_of
 from ddh_twin_py.nodes import qos
 from ddh_twin_py.nodes.conversion import FUSION, estimate_layout, location_layout, residual_layout, to_celsius, to_kelvin
 from ddh_twin_py.nodes.fusion_inputs import (

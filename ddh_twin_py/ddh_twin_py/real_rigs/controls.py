@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from ddh_twin_py.estimation.comparison import Discrepancy
+from ddh_twin_py.estimation.fitting.comparison import Discrepancy
 from ddh_twin_py.real_rigs.diagnose import Outcome, diagnose
 from ddh_twin_py.real_rigs.fit import by_steps
 from ddh_twin_py.real_rigs.rig_model import RigModel

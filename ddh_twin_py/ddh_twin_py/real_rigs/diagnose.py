@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ddh_twin_py.estimation.comparison import Discrepancy
+from ddh_twin_py.estimation.fitting.comparison import Discrepancy
 from ddh_twin_py.gap import answer
 from ddh_twin_py.gap.diagnosis import Diagnosis
 from ddh_twin_py.gap.explain.refit import Refitted

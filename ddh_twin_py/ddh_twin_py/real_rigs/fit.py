@@ -7,7 +7,7 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 from scipy import optimize
 
-from ddh_twin_py.estimation.comparison import Comparison, Discrepancy
+from ddh_twin_py.estimation.fitting.comparison import Comparison, Discrepancy
 from ddh_twin_py.gap.evidence.hypotheses import POWER, POWER_WITHOUT_COMMISSIONING, SLACK
 from ddh_twin_py.gap.evidence.linearised import linearise
 from ddh_twin_py.gap.explain.refit import Refit, Refitted

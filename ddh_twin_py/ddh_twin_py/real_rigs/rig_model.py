@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ddh_twin_py.estimation.calibration import INFORMED, FittedParameter
-from ddh_twin_py.estimation.comparison import Comparison
+from ddh_twin_py.estimation.fitting.calibration import INFORMED, FittedParameter
+from ddh_twin_py.estimation.fitting.comparison import Comparison
 from ddh_twin_py.gap.effect import Effect
 from ddh_twin_py.gap.evidence.linearised import Linearised
 from ddh_twin_py.gap.explain.search import Found

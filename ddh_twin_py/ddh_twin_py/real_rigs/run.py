@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ddh_twin_py.estimation.experiment import Signal
+from ddh_twin_py.estimation.fitting.experiment import Signal
 
 
 class Run(ABC):

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ddh_twin_py.estimation.binning import Binning, one_by_one
-from ddh_twin_py.estimation.experiment import Signal
+from ddh_twin_py.estimation.fitting.binning import Binning, one_by_one
+from ddh_twin_py.estimation.fitting.experiment import Signal
 
 
 def noise_of(values: np.ndarray) -> float:

@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from ddh_twin_py.estimation.comparison import Discrepancy
-from ddh_twin_py.estimation.experiment import Experiment
+from ddh_twin_py.estimation.fitting.comparison import Discrepancy
+from ddh_twin_py.estimation.fitting.experiment import Experiment
 from ddh_twin_py.gap.catalogue import EFFECTS
 from ddh_twin_py.gap.drive.design import classes, design, separations
 from ddh_twin_py.gap.drive.direct_drive import DirectDrive

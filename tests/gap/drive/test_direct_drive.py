@@ -5,9 +5,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from ddh_twin_py.estimation.comparison import Comparison, Discrepancy
-from ddh_twin_py.estimation.experiment import Experiment
-from ddh_twin_py.estimation.fitting import Problem
+from ddh_twin_py.estimation.fitting.comparison import Comparison, Discrepancy
+from ddh_twin_py.estimation.fitting.experiment import Experiment
+from ddh_twin_py.estimation.fitting.problem import Problem
 from ddh_twin_py.gap.catalogue import EFFECTS
 from ddh_twin_py.gap.drive.case import DriveCase
 from ddh_twin_py.gap.drive.direct_drive import DirectDrive

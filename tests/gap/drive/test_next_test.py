@@ -5,8 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from ddh_twin_py.estimation.comparison import Discrepancy
-from ddh_twin_py.estimation.experiment import Experiment
+from ddh_twin_py.estimation.fitting.comparison import Discrepancy
+from ddh_twin_py.estimation.fitting.experiment import Experiment
 from ddh_twin_py.gap.catalogue import EFFECTS
 from ddh_twin_py.gap.drive.candidate_tests import FASTEST, SLOWEST, candidate_tests
 from ddh_twin_py.gap.drive.direct_drive import DirectDrive

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from ddh_twin_py.estimation.weighting import Weighting
+from ddh_twin_py.estimation.fitting.weighting import Weighting
 from ddh_twin_py.gap.evidence.basis import Basis
 from support.made_comparison import comparisons, dense_allowances, split
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from ddh_twin_py.estimation.linear_gaussian import gain
+from ddh_twin_py.estimation.fitting.linear_gaussian import gain
 from ddh_twin_py.gap.catalogue import EFFECTS
 from ddh_twin_py.gap.evidence.basis import Sums
 from ddh_twin_py.gap.evidence.box import Normal

@@ -4,7 +4,7 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
-from ddh_twin_py.estimation.comparison import Discrepancy
+from ddh_twin_py.estimation.fitting.comparison import Discrepancy
 from ddh_twin_py.gap.evidence.hypotheses import POWER, SLACK
 from ddh_twin_py.gap.evidence.linearised import linearise
 from support.first_order import EFFECTS, FirstOrder

@@ -3,7 +3,7 @@
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
-from ddh_twin_py.estimation.comparison import Comparison, Discrepancy
+from ddh_twin_py.estimation.fitting.comparison import Comparison, Discrepancy
 from ddh_twin_py.gap.evidence.slopes import slopes_of
 from support.first_order import EFFECTS, FirstOrder
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from ddh_twin_py.estimation.comparison import Discrepancy
+from ddh_twin_py.estimation.fitting.comparison import Discrepancy
 from ddh_twin_py.gap.evidence.hypotheses import POWER
 from ddh_twin_py.gap.explain.search import search
 from support.first_order import DEVIATION, EFFECTS, FirstOrder

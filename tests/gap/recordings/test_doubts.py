@@ -4,7 +4,7 @@ from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
-from ddh_twin_py.estimation.unpredictable import COMMANDS_LOST, SLIPS, SUNK
+from ddh_twin_py.estimation.fitting.unpredictable import COMMANDS_LOST, SLIPS, SUNK
 from ddh_twin_py.gap.recordings.doubts import at_the_stops, damage, doubts, left_out, of_reference, pauses, undeclared
 from ddh_twin_py.rig import load_rig
 from ddh_twin_py.telemetry.recording import Finding, Recording, RigInfo, drive_stream, hydraulic_stream

@@ -5,9 +5,9 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from ddh_twin_py.estimation.binning import HOLDING
-from ddh_twin_py.estimation.experiment import Experiment, ExperimentError
-from ddh_twin_py.estimation.unpredictable import COMMANDS_LOST
+from ddh_twin_py.estimation.fitting.binning import HOLDING
+from ddh_twin_py.estimation.fitting.experiment import Experiment, ExperimentError
+from ddh_twin_py.estimation.fitting.unpredictable import COMMANDS_LOST
 from ddh_twin_py.gap.diagnose import Recordings, diagnose
 from ddh_twin_py.gap.recordings.suitability import no_answer, no_twice, out_of_order, refuse_unfit, uncommanded, undriven
 from ddh_twin_py.rig import load_rig

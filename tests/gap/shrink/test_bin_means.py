@@ -2,7 +2,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from ddh_twin_py.estimation.binning import HOLDING, LIFTING, TRANSIENT, Binning
+from ddh_twin_py.estimation.fitting.binning import HOLDING, LIFTING, TRANSIENT, Binning
 from ddh_twin_py.gap.shrink.bin_means import AT_NOISE, beyond_noise
 
 _NOISE = 0.15  # rad/s

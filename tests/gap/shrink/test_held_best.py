@@ -4,8 +4,8 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from ddh_twin_py.estimation.binning import by_cycle, cycle_of
-from ddh_twin_py.estimation.experiment import Signal
+from ddh_twin_py.estimation.fitting.binning import by_cycle, cycle_of
+from ddh_twin_py.estimation.fitting.experiment import Signal
 from ddh_twin_py.gap.effect import Effect
 from ddh_twin_py.gap.shrink.held_best import AtBest, HeldBest
 from ddh_twin_py.gap.shrink.held_runs import HeldRuns

@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from ddh_twin_py.estimation.binning import by_time
+from ddh_twin_py.estimation.fitting.binning import by_time
 from ddh_twin_py.gap.shrink.size import WITHOUT_COMMISSIONING, closed, floors, gap, interval, ratios
 
 

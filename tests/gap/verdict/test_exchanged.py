@@ -5,8 +5,8 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from ddh_twin_py.estimation.binning import by_time
-from ddh_twin_py.estimation.experiment import Signal
+from ddh_twin_py.estimation.fitting.binning import by_time
+from ddh_twin_py.estimation.fitting.experiment import Signal
 from ddh_twin_py.gap.locate.free_places import FreePlace
 from ddh_twin_py.gap.verdict.exchanged import PROBABILITY, Exchanged, exchanged, first_of_both
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from ddh_twin_py.estimation.comparison import Discrepancy
+from ddh_twin_py.estimation.fitting.comparison import Discrepancy
 from ddh_twin_py.estimation.sensors import NODE_OF_SENSOR
 from ddh_twin_py.gap.drive.learned_terms import terms_at, unlisted_laws
 from ddh_twin_py.gap.evidence.hypotheses import POWER, SLACK

@@ -6,9 +6,9 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from ddh_twin_py.estimation.calibration import Calibration, FittedParameter
-from ddh_twin_py.estimation.comparison import Discrepancy
-from ddh_twin_py.estimation.unknowns import uncertain_paths
+from ddh_twin_py.estimation.fitting.calibration import Calibration, FittedParameter
+from ddh_twin_py.estimation.fitting.comparison import Discrepancy
+from ddh_twin_py.estimation.fitting.unknowns import uncertain_paths
 from ddh_twin_py.report.calibration.groups import SignalFit, signal_fits, verdict
 from ddh_twin_py.report.calibration.summary import print_calibration
 from ddh_twin_py.report.units import in_file

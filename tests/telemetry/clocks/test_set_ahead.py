@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from ddh_twin_py.bags.damage import with_clock_jump, without_samples
-from ddh_twin_py.estimation.experiment import Experiment
+from ddh_twin_py.estimation.fitting.experiment import Experiment
 from ddh_twin_py.rig import load_rig
 from ddh_twin_py.telemetry.clocks.set_ahead import clock_set_ahead, set_ahead
 from ddh_twin_py.telemetry.screening.screening import screen_recording

@@ -9,8 +9,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from ddh_twin_py.estimation.calibration import INFORMED, FittedParameter
-from ddh_twin_py.estimation.experiment import DRIVE_SIGNALS, HYDRAULIC_SIGNALS, Experiment
+from ddh_twin_py.estimation.fitting.calibration import INFORMED, FittedParameter
+from ddh_twin_py.estimation.fitting.experiment import DRIVE_SIGNALS, HYDRAULIC_SIGNALS, Experiment
 from ddh_twin_py.gap.catalogue import EFFECTS
 from ddh_twin_py.gap.drive.courses import course
 from ddh_twin_py.gap.drive.direct_drive import STEP, DirectDrive

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ddh_twin_py.estimation.experiment import Experiment
+from ddh_twin_py.estimation.fitting.experiment import Experiment
 from ddh_twin_py.estimation.sensors import NODE_INDEX
 from ddh_twin_py.gap.effect import Effect
 from ddh_twin_py.gap.locate.lacking import Course

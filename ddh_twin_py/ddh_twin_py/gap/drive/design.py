@@ -14,8 +14,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ddh_twin_py.estimation.comparison import Discrepancy
-from ddh_twin_py.estimation.experiment import Experiment
+from ddh_twin_py.estimation.fitting.comparison import Discrepancy
+from ddh_twin_py.estimation.fitting.experiment import Experiment
 from ddh_twin_py.gap.drive.direct_drive import DirectDrive
 from ddh_twin_py.gap.effect import Effect
 from ddh_twin_py.gap.evidence.hypotheses import POWER, POWER_WITHOUT_COMMISSIONING, SLACK, WIDTH

@@ -7,10 +7,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from ddh_twin_py.estimation.comparison import Comparison, Discrepancy
-from ddh_twin_py.estimation.experiment import Experiment
-from ddh_twin_py.estimation.fitting import Problem
-from ddh_twin_py.estimation.unknowns import offset_paths, uncertain_paths, with_offsets
+from ddh_twin_py.estimation.fitting.comparison import Comparison, Discrepancy
+from ddh_twin_py.estimation.fitting.experiment import Experiment
+from ddh_twin_py.estimation.fitting.problem import Problem
+from ddh_twin_py.estimation.fitting.unknowns import offset_paths, uncertain_paths, with_offsets
 from ddh_twin_py.gap.explain.learned import PREFIX
 from ddh_twin_py.gap.model import Acting
 from ddh_twin_py.physics.thermal_network import TANK

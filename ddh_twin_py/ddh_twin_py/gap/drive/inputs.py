@@ -11,8 +11,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ddh_twin_py.estimation.replay import ReplayResult, replay
-from ddh_twin_py.estimation.uncertain_parameters import UNKNOWN_HEATS
+from ddh_twin_py.estimation.fusion.uncertain_parameters import UNKNOWN_HEATS
+from ddh_twin_py.estimation.replay import replay
+from ddh_twin_py.estimation.replay_result import ReplayResult
 from ddh_twin_py.gap.findings import Lack
 from ddh_twin_py.physics.cylinder import load_force, piston_area
 from ddh_twin_py.rig import Rig

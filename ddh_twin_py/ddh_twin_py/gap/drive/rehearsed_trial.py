@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from ddh_twin_py.estimation.experiment import Experiment
-from ddh_twin_py.estimation.fitting import Problem
-from ddh_twin_py.estimation.unknowns import offset_paths, with_offsets
+from ddh_twin_py.estimation.fitting.experiment import Experiment
+from ddh_twin_py.estimation.fitting.problem import Problem
+from ddh_twin_py.estimation.fitting.unknowns import offset_paths, with_offsets
 from ddh_twin_py.gap.drive.direct_drive import DirectDrive
 from ddh_twin_py.gap.evidence.linearised import Linearised
 from ddh_twin_py.gap.model import Acting

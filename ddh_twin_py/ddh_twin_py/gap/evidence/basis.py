@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 
-from ddh_twin_py.estimation.weighting import Weighting
+from ddh_twin_py.estimation.fitting.weighting import Weighting
 from ddh_twin_py.gap.evidence.box import Normal
 
 Rows = Sequence[np.ndarray]

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy.special import erfcx, ndtr
 
-from ddh_twin_py.estimation.linear_gaussian import factored, solved
+from ddh_twin_py.estimation.fitting.linear_gaussian import factored, solved
 
 _ROUNDS = 200
 

@@ -27,7 +27,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import logsumexp, ndtr
 
-from ddh_twin_py.estimation.linear_gaussian import gain
+from ddh_twin_py.estimation.fitting.linear_gaussian import gain
 from ddh_twin_py.gap.evidence.basis import Sums
 from ddh_twin_py.gap.evidence.box import Held, Normal
 from ddh_twin_py.gap.evidence.sensitivity import Column

@@ -9,8 +9,8 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from ddh_twin_py.estimation.comparison import Comparison, Discrepancy, scatter_of
-from ddh_twin_py.estimation.weighting import Weighting
+from ddh_twin_py.estimation.fitting.comparison import Comparison, Discrepancy, scatter_of
+from ddh_twin_py.estimation.fitting.weighting import Weighting
 from ddh_twin_py.gap.effect import Effect
 from ddh_twin_py.gap.evidence.basis import Basis
 from ddh_twin_py.gap.evidence.hypotheses import WIDTH, Evidence, Hypothesis, slack_shares

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ddh_twin_py.estimation.comparison import Comparison
+from ddh_twin_py.estimation.fitting.comparison import Comparison
 from ddh_twin_py.gap.effect import Effect
 from ddh_twin_py.gap.model import Model
 from ddh_twin_py.physics.compiled import kernel

@@ -7,7 +7,7 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
-from ddh_twin_py.estimation.comparison import Comparison
+from ddh_twin_py.estimation.fitting.comparison import Comparison
 from ddh_twin_py.gap.model import Acting, Model
 
 

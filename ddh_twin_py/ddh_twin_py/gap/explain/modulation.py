@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from ddh_twin_py.estimation.binning import PHASES
-from ddh_twin_py.estimation.comparison import Block
+from ddh_twin_py.estimation.fitting.binning import PHASES
+from ddh_twin_py.estimation.fitting.comparison import Block
 
 _DEGREES = 4  # of a temperature's slow curve: constant to cubic
 

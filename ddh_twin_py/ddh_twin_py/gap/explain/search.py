@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ddh_twin_py.estimation.comparison import Discrepancy
+from ddh_twin_py.estimation.fitting.comparison import Discrepancy
 from ddh_twin_py.gap.effect import Effect
 from ddh_twin_py.gap.evidence.hypotheses import SLACK, Ids, weighted
 from ddh_twin_py.gap.evidence.linearised import Linearised, linearise

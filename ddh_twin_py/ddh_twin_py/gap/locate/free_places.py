@@ -17,9 +17,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ddh_twin_py.estimation.binning import PHASES, STEADY
-from ddh_twin_py.estimation.comparison import Block, Comparison
-from ddh_twin_py.estimation.linear_gaussian import gain
+from ddh_twin_py.estimation.fitting.binning import PHASES, STEADY
+from ddh_twin_py.estimation.fitting.comparison import Block, Comparison
+from ddh_twin_py.estimation.fitting.linear_gaussian import gain
 from ddh_twin_py.gap.evidence.linearised import Linearised
 from ddh_twin_py.gap.evidence.sensitivity import TYPICAL, Column
 from ddh_twin_py.gap.explain.modulation import centred

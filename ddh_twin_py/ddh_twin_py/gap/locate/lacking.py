@@ -8,7 +8,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from ddh_twin_py.estimation.binning import PHASES
+from ddh_twin_py.estimation.fitting.binning import PHASES
 from ddh_twin_py.gap.effect import Effect
 from ddh_twin_py.gap.findings import Lack
 

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ddh_twin_py.estimation.binning import STEADY
-from ddh_twin_py.estimation.linear_gaussian import gain
+from ddh_twin_py.estimation.fitting.binning import STEADY
+from ddh_twin_py.estimation.fitting.linear_gaussian import gain
 from ddh_twin_py.gap.evidence.hypotheses import WIDTH
 from ddh_twin_py.gap.evidence.linearised import Linearised
 from ddh_twin_py.gap.evidence.sensitivity import TYPICAL

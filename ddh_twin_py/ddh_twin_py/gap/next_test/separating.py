@@ -20,9 +20,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ddh_twin_py.estimation.comparison import Comparison, Discrepancy
-from ddh_twin_py.estimation.experiment import Signal
-from ddh_twin_py.estimation.weighting import Weighting
+from ddh_twin_py.estimation.fitting.comparison import Comparison, Discrepancy
+from ddh_twin_py.estimation.fitting.experiment import Signal
+from ddh_twin_py.estimation.fitting.weighting import Weighting
 from ddh_twin_py.gap.evidence.hypotheses import slack_shares
 from ddh_twin_py.gap.evidence.linearised import Linearised
 from ddh_twin_py.gap.evidence.sensitivity import Column, acting_of

@@ -7,8 +7,8 @@ from math import inf, isfinite
 
 import numpy as np
 
-from ddh_twin_py.estimation.experiment import Experiment
-from ddh_twin_py.estimation.unpredictable import SLIPS
+from ddh_twin_py.estimation.fitting.experiment import Experiment
+from ddh_twin_py.estimation.fitting.unpredictable import SLIPS
 from ddh_twin_py.rig import Rig
 from ddh_twin_py.telemetry.in_order import in_order
 from ddh_twin_py.telemetry.recording import Recording

@@ -7,9 +7,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ddh_twin_py.estimation.binning import HOLDING
-from ddh_twin_py.estimation.experiment import Experiment, ExperimentError
-from ddh_twin_py.estimation.unpredictable import COMMANDS_LOST
+from ddh_twin_py.estimation.fitting.binning import HOLDING
+from ddh_twin_py.estimation.fitting.experiment import Experiment, ExperimentError
+from ddh_twin_py.estimation.fitting.unpredictable import COMMANDS_LOST
 from ddh_twin_py.gap.effect import Effect
 from ddh_twin_py.gap.evidence.sensitivity import Column
 from ddh_twin_py.gap.recordings.contradictions import other_clock

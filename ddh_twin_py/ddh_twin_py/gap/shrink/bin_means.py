@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ddh_twin_py.estimation.binning import PHASES, STEADY
+from ddh_twin_py.estimation.fitting.binning import PHASES, STEADY
 from ddh_twin_py.gap.explain.refit import Refitted
 from ddh_twin_py.gap.model import DescribedModel
 from ddh_twin_py.gap.shrink.held_runs import recorded

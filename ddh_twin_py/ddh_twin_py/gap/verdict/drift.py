@@ -21,7 +21,7 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 
-from ddh_twin_py.estimation.weighting import Weighting
+from ddh_twin_py.estimation.fitting.weighting import Weighting
 from ddh_twin_py.gap.evidence.linearised import Linearised
 from ddh_twin_py.gap.explain.refit import Refitted
 

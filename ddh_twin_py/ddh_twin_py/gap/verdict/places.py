@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ddh_twin_py.estimation.binning import PHASES
+from ddh_twin_py.estimation.fitting.binning import PHASES
 from ddh_twin_py.gap.evidence.hypotheses import WIDTH
 from ddh_twin_py.gap.evidence.linearised import Linearised
 from ddh_twin_py.gap.evidence.sensitivity import Column

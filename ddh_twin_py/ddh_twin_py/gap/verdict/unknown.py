@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from scipy.special import expit
 
-from ddh_twin_py.estimation.binning import PHASES
+from ddh_twin_py.estimation.fitting.binning import PHASES
 from ddh_twin_py.gap.evidence.hypotheses import POWER
 from ddh_twin_py.gap.evidence.linearised import Linearised
 from ddh_twin_py.gap.explain.refit import Refitted

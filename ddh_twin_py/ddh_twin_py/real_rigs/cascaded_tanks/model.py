@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ddh_twin_py.estimation.comparison import MOVING, SMOOTH, STEADY, STROKES, Discrepancy
+from ddh_twin_py.estimation.fitting.comparison import MOVING, SMOOTH, STEADY, STROKES, Discrepancy
 from ddh_twin_py.gap.effect import Effect, added, fixed, value_of
 from ddh_twin_py.physics.compiled import kernel
 from ddh_twin_py.real_rigs.cascaded_tanks.recordings import SOURCE, STEP, TankRecord

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ddh_twin_py.estimation.experiment import Signal
+from ddh_twin_py.estimation.fitting.experiment import Signal
 from ddh_twin_py.real_rigs.run import Run
 from ddh_twin_py.real_rigs.signals import signal
 from ddh_twin_py.real_rigs.zema import network

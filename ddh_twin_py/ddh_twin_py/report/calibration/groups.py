@@ -12,7 +12,7 @@ from ddh_twin_py.report.units import words
 from ddh_twin_py.rig.sheet import CUT
 
 if TYPE_CHECKING:
-    from ddh_twin_py.estimation.calibration import Calibration, FittedParameter
+    from ddh_twin_py.estimation.fitting.calibration import Calibration, FittedParameter
 
 WELL = 0.5
 """Share of the prior's standard deviation below which a parameter counts as informed."""

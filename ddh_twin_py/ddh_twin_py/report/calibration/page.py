@@ -15,8 +15,8 @@ from ddh_twin_py.report.replay.agreement import FLOOR, level
 from ddh_twin_py.report.units import duration, in_file, number, shown, words
 
 if TYPE_CHECKING:
-    from ddh_twin_py.estimation.calibration import Calibration
-    from ddh_twin_py.estimation.experiment import Experiment
+    from ddh_twin_py.estimation.fitting.calibration import Calibration
+    from ddh_twin_py.estimation.fitting.experiment import Experiment
 
 _MARK = {"informed": "good", "partly informed": "fair", "stays at prior": "none", "refused": "poor"}
 _ROLE = {"informed": "c1", "partly informed": "c2", "stays at prior": "c3", "refused": "c4"}

@@ -14,7 +14,7 @@ from ddh_twin_py.report.replay.summary import STYLE, plain_table
 from ddh_twin_py.report.units import in_file, number, words
 
 if TYPE_CHECKING:
-    from ddh_twin_py.estimation.calibration import Calibration
+    from ddh_twin_py.estimation.fitting.calibration import Calibration
 
 _MOST_PAIRS = 12
 

@@ -11,7 +11,7 @@ from ddh_twin_py.report.page import document as doc
 from ddh_twin_py.report.units import in_file, number
 
 if TYPE_CHECKING:
-    from ddh_twin_py.estimation.calibration import FittedParameter
+    from ddh_twin_py.estimation.fitting.calibration import FittedParameter
     from ddh_twin_py.rig import Rig
 
 _MOST_OPEN = 10

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ddh_twin_py.estimation.experiment import STROKE
+from ddh_twin_py.estimation.fitting.experiment import STROKE
 from ddh_twin_py.gap.diagnosis import Diagnosis
 from ddh_twin_py.gap.findings import Trace
 from ddh_twin_py.report.gap.words import NEAR, axis_scale, capital, signal_name, times_floor

@@ -7,7 +7,7 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from ddh_twin_py.estimation import binning
+from ddh_twin_py.estimation.fitting import binning
 from ddh_twin_py.gap.explain.learned import PREFIX
 from ddh_twin_py.gap.words import by_component, component_name, signal_name
 from ddh_twin_py.report.units import ZERO_CELSIUS, decimals, number, probably, shown, words

@@ -17,7 +17,7 @@ from ddh_twin_py.telemetry.signals import DRIVE_SIGNALS, DRIVE_TOPIC, HYDRAULIC_
 from ddh_twin_py.twin.hydraulic_model import UNSEEN
 
 if TYPE_CHECKING:
-    from ddh_twin_py.estimation.replay import ReplayResult, SensorComparison
+    from ddh_twin_py.estimation.replay_result import ReplayResult, SensorComparison
 
 FLOOR = 1.6
 """Multiples of a sensor's noise below which model and machine count as agreeing (interface, "Noise floor")."""

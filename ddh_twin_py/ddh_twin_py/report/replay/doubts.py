@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ddh_twin_py.estimation.off_course import off_course
-from ddh_twin_py.estimation.out_of_place import out_of_place
+from ddh_twin_py.estimation.doubts.off_course import off_course
+from ddh_twin_py.estimation.left_out import out_of_place
 from ddh_twin_py.gap.recordings.contradictions import contradictions
 from ddh_twin_py.gap.recordings.doubts import damage
 from ddh_twin_py.report.times import starts
@@ -16,7 +16,7 @@ from ddh_twin_py.telemetry.clocks.clock import PUT_BACK, same_unit
 from ddh_twin_py.twin.command import SLOWEST
 
 if TYPE_CHECKING:
-    from ddh_twin_py.estimation.replay import ReplayResult
+    from ddh_twin_py.estimation.replay_result import ReplayResult
     from ddh_twin_py.telemetry.recording import Recording
 
 _TELLS_HEAT = 15.0  # s from which a recording says something of temperatures: the filter takes 10 s of them to find where they begin

@@ -35,7 +35,7 @@ from ddh_twin_py.telemetry.signals import signal_named
 from ddh_twin_py.twin.hydraulic_model import UNSEEN
 
 if TYPE_CHECKING:
-    from ddh_twin_py.estimation.replay import ReplayResult
+    from ddh_twin_py.estimation.replay_result import ReplayResult
     from ddh_twin_py.telemetry.recording import Finding, Recording
 
 _CHART_ORDER = (

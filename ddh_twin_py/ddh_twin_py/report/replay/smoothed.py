@@ -15,7 +15,7 @@ from ddh_twin_py.report.times import starts
 from ddh_twin_py.report.units import ZERO_CELSIUS, celsius, number, words
 
 if TYPE_CHECKING:
-    from ddh_twin_py.estimation.replay import ReplayResult
+    from ddh_twin_py.estimation.replay_result import ReplayResult
 
 _MOST_CHARTS = 4
 NOTE = (

@@ -1,0 +1,1 @@
+"""A rig's uncertain quantities fitted to recordings on whole free runs."""
