@@ -21,7 +21,8 @@ from ddh_twin_py.rig.sheet import BOUNDS, FIELD_OF_PATH, largest_std
 
 STEP = 2.0e-3
 """s, hydraulic step of a diagnosis's runs."""
-_COARSE = 4.0e-3  # s, of runs of which only differences matter
+COARSE = 4.0e-3
+"""s, the same of runs of which only differences matter."""
 _ANEW = 0.5  # K
 
 
@@ -62,7 +63,7 @@ class DirectDrive:
 
     def run_one(self, number: int, theta: np.ndarray, acting: Acting = (), roughly: bool = False) -> dict[str, np.ndarray]:
         """Free run of one recording; effects act where it is altered."""
-        return self.experiments[number].predict(self.record(number, theta, acting), _COARSE if roughly else STEP,
+        return self.experiments[number].predict(self.record(number, theta, acting), COARSE if roughly else STEP,
                                                 begin=self.problem.begin(number, theta), roughly=roughly)
 
     def of_first(self, theta: np.ndarray) -> np.ndarray:
@@ -98,7 +99,7 @@ class DirectDrive:
         out = []
         for number, comparison in enumerate(comparisons):
             record, begin = self.record(number, theta, acting), self.problem.begin(number, theta)
-            points, temperatures = self.experiments[number].operating(record, _COARSE, begin)
+            points, temperatures = self.experiments[number].operating(record, COARSE, begin)
             time = np.concatenate([block.binning.time for block in comparison.blocks])
             axis = self.experiments[number].axis
             out.append({"oil temperature": np.interp(time, axis, temperatures[:, TANK]),

@@ -6,12 +6,16 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ddh_twin_py.estimation.fitting.experiment import Experiment
 from ddh_twin_py.gap.drive.direct_drive import STEP, DirectDrive
 from ddh_twin_py.gap.drive.next_test import trials
+from ddh_twin_py.gap.drive.rehearsed_trial import RehearsedTrial
 from ddh_twin_py.gap.explain.search import Found
 from ddh_twin_py.gap.next_test.beliefs import belief_in
 from ddh_twin_py.gap.next_test.proposal import TOO_LITTLE, described
-from ddh_twin_py.gap.next_test.separating import Trial
+from ddh_twin_py.gap.next_test.separating import Believed
+from ddh_twin_py.physics.motor import RAD_PER_S_OF_RPM
+from ddh_twin_py.physics.oil import ZERO_CELSIUS
 from ddh_twin_py.physics.thermal_network import TANK
 
 VARIABLES = ("oil temperature", "speed")
@@ -54,20 +58,20 @@ def next_test_of_unknown(model: DirectDrive, found: Found, ids: tuple[str, ...],
         "expected_separation": round(best, 2)}
 
 
-def _values(experiment, record: np.ndarray, variable: str) -> np.ndarray:
+def _values(experiment: Experiment, record: np.ndarray, variable: str) -> np.ndarray:
     """A variable over a run's intervals, SI, (n,)."""
     points, temperatures = experiment.operating(record, STEP)
     return temperatures[:, TANK] if variable == "oil temperature" else points["speed_absolute"]
 
 
-def _range(model: DirectDrive, belief, variable: str) -> tuple[float, float]:
+def _range(model: DirectDrive, belief: Believed, variable: str) -> tuple[float, float]:
     """Mean of a variable over the recordings in question and how far it goes from there, SI."""
     values = np.concatenate([_values(experiment, model.record(number, belief.theta, belief.acting), variable)
                              for number, experiment in enumerate(model.field, model.first)])
     return float(values.mean()), max(float(np.abs(values - values.mean()).max()), 1e-6)
 
 
-def _apart(trial: Trial, kept: np.ndarray, signal: str, size: float, share: np.ndarray) -> float:
+def _apart(trial: RehearsedTrial, kept: np.ndarray, signal: str, size: float, share: np.ndarray) -> float:
     """Expected log Bayes factor where the signal is off by ``size`` times ``share``, (n,), against any constant, on rows ``kept``."""
     block = next((b for b in trial.comparison.blocks if b.signal == signal), None)
     if block is None:
@@ -81,5 +85,5 @@ def _apart(trial: Trial, kept: np.ndarray, signal: str, size: float, share: np.n
 
 def _shown(variable: str, seen: tuple[float, float]) -> tuple[float, float, str]:
     if variable == "oil temperature":
-        return seen[0] - 273.15, seen[1] - 273.15, "degC"
-    return seen[0] * 30.0 / np.pi, seen[1] * 30.0 / np.pi, "rpm"
+        return seen[0] - ZERO_CELSIUS, seen[1] - ZERO_CELSIUS, "degC"
+    return seen[0] / RAD_PER_S_OF_RPM, seen[1] / RAD_PER_S_OF_RPM, "rpm"

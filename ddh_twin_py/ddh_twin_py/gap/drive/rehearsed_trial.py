@@ -7,13 +7,10 @@ import numpy as np
 from ddh_twin_py.estimation.fitting.experiment import Experiment
 from ddh_twin_py.estimation.fitting.problem import Problem
 from ddh_twin_py.estimation.fitting.unknowns import offset_paths, with_offsets
-from ddh_twin_py.gap.drive.direct_drive import DirectDrive
+from ddh_twin_py.gap.drive.direct_drive import COARSE, DirectDrive
 from ddh_twin_py.gap.evidence.linearised import Linearised
 from ddh_twin_py.gap.model import Acting
 from ddh_twin_py.gap.next_test.separating import Trial
-
-STEP = 4.0e-3
-"""s, hydraulic step of the runs."""
 
 
 class RehearsedTrial(Trial):
@@ -33,7 +30,7 @@ class RehearsedTrial(Trial):
 
     def predict(self, theta: np.ndarray, acting: Acting) -> dict[str, np.ndarray]:
         own = self._own(theta)
-        return self.experiment.predict(self._record(own, acting), STEP, begin=self._problem.begin(0, own))
+        return self.experiment.predict(self._record(own, acting), COARSE, begin=self._problem.begin(0, own))
 
     def record(self, theta: np.ndarray, acting: Acting) -> np.ndarray:
         """Parameter record (1,) of the test; see `predict`."""
