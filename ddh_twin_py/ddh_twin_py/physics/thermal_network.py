@@ -221,10 +221,10 @@ def winding_resistance(temperature, p):
 def surface_loss(temperature, ambient, area, convection, emissivity):
     """Heat from a surface to ambient, W: A (h |dT|^1.25 sign(dT) + eps sigma (T^4 - T_a^4)).
 
-    Temperatures in K, ``area`` A in m2, ``convection`` h in W/(m2*K^1.25), ``emissivity`` eps.
+    Temperatures in K, numbers or arrays (n,), ``area`` A in m2, ``convection`` h in W/(m2*K^1.25), ``emissivity`` eps.
     """
     difference = temperature - ambient
-    natural = convection * difference * math.sqrt(math.sqrt(abs(difference)))
+    natural = convection * difference * np.sqrt(np.sqrt(np.abs(difference)))
     return area * (natural + emissivity * STEFAN_BOLTZMANN * (temperature**4 - ambient**4))
 
 

@@ -16,6 +16,7 @@ from ddh_twin_py.physics.thermal_network import (
     SURFACES,
     WALLS,
     conductances,
+    surface_loss,
 )
 
 _FIELDS = {
@@ -30,7 +31,6 @@ _FIELDS = {
     ("line_b", "hydraulic"): ("pressure_rod_side", "Pa"), ("oil", "hydraulic"): ("shaft_power", "W"),
 }
 _ERRS = 0.3  # of the rise of the reading that errs most, from which another one errs as well
-_STEFAN_BOLTZMANN = 5.670374419e-8
 
 
 def course(effect: Effect, experiment: Experiment, without: np.ndarray, acting: np.ndarray, step: float) -> Course:
@@ -68,9 +68,7 @@ def _heat(temperature: np.ndarray, record: np.ndarray, air: np.ndarray) -> np.nd
     for (_, node), g in zip(WALLS, wall, strict=True):
         total += g * (temperature[:, node] - around)
     for (*_, node), (area, factor, emissivity) in zip(SURFACES, surface, strict=True):
-        above = temperature[:, node] - around
-        total += area * (factor * np.abs(above) ** 1.25 * np.sign(above)
-                         + emissivity * _STEFAN_BOLTZMANN * (temperature[:, node] ** 4 - around**4))
+        total += surface_loss(temperature[:, node], around, area, factor, emissivity)
     return total
 
 
