@@ -2,7 +2,7 @@
 
 import pytest
 from ddh_twin_py.gap.catalogue import EFFECTS
-from ddh_twin_py.gap.words import Beside, careful, sentence
+from ddh_twin_py.gap.words import BesideReport, careful, sentence
 
 SHRINK = {"speed": {"after": 0.1, "noise": 0.1}, "temperature/motor_winding": {"after": 1.5, "noise": 1.0}}
 NO_GAP = {"verdict": "no_gap", "gap": {"as_is": 5.0, "before": 6.0, "after": 1.0}, "hypotheses": [{"effects": [], "probability": 1.0}],
@@ -18,7 +18,7 @@ NO_GAP = {"verdict": "no_gap", "gap": {"as_is": 5.0, "before": 6.0, "after": 1.0
     ((), ("c",), "that no effect acts is > 99.5 % likely.", " The notes name 1 parameter at the end of what a fit may use."),
 ])  # fmt: skip
 def test_no_gap_is_the_verdict_and_one_calm_sentence(unseen, pressed, likely, ends):
-    said = sentence({**NO_GAP, "gap": {"as_is": 5.0, "before": 1.1, "after": 1.0}}, EFFECTS, Beside(unseen, pressed=pressed))
+    said = sentence({**NO_GAP, "gap": {"as_is": 5.0, "before": 1.1, "after": 1.0}}, EFFECTS, BesideReport(unseen, pressed=pressed))
     first, *rest = said.split(". ")
     assert first.startswith("No gap: ") and likely in f"{first}." and " " + ". ".join(rest) == ends and len(rest) == 1
     assert not any(word in said for word in ("had to", "wrong", "hide", "stays", "a fit may use, "))
@@ -44,15 +44,15 @@ def test_the_surest_of_two_effects_is_named_first_and_each_has_its_probability()
     why = [{"effect": "pump_1.leakage", "probability": 0.95}, {"effect": "motor.flange_conduction", "probability": 0.52}]
     report = {"verdict": "explained", "gap": {"as_is": 9.0, "before": 2.8, "after": 1.1}, "shrink": SHRINK, "why": why, "classes": [],
               "hypotheses": [{"effects": ["motor.flange_conduction", "pump_1.leakage"], "probability": 0.5}]}
-    said = sentence(report, EFFECTS, Beside(together=0.93))
+    said = sentence(report, EFFECTS, BesideReport(together=0.93))
     assert said.startswith("The gap is explained by pump_1.leakage")
     assert said.endswith("(probability 50 %, 93 % with what it cannot be told from; pump_1.leakage 95 %, motor.flange_conduction 52 % each "
                          "for itself).")
     one = {**report, "why": [{"effect": "pump_1.leakage", "probability": 0.95}],
            "hypotheses": [{"effects": ["pump_1.leakage"], "probability": 0.74}]}
-    assert sentence(one, EFFECTS, Beside(together=0.95)).endswith("(probability 74 %, 95 % alone or beside others).")
+    assert sentence(one, EFFECTS, BesideReport(together=0.95)).endswith("(probability 74 %, 95 % alone or beside others).")
     sure = {**report, "hypotheses": [{**report["hypotheses"][0], "probability": 0.94}]}
-    assert sentence(sure, EFFECTS, Beside(together=0.94)).endswith("(probability 94 %).")
+    assert sentence(sure, EFFECTS, BesideReport(together=0.94)).endswith("(probability 94 %).")
 
 
 def test_no_gap_names_a_signal_that_is_left_off():
@@ -69,7 +69,7 @@ def test_no_gap_names_a_signal_that_is_left_off():
     ({"relief_valve.setting": "a 1 bar instead of 2 bar", "b": "", "c": ""}, "relief_valve.setting and 2 more"),
 ])  # fmt: skip
 def test_no_gap_says_right_after_the_verdict_what_may_have_changed(since, who):
-    first, second = sentence(NO_GAP, EFFECTS, Beside(since=since, pressed=["p"], unseen=["u"])).split(". ")
+    first, second = sentence(NO_GAP, EFFECTS, BesideReport(since=since, pressed=["p"], unseen=["u"])).split(". ")
     assert first == ("No gap: with its parameters fitted within 2.5 times their tolerances the twin explains data not used for that to 1.0 "
                      "times the floor, and that no effect acts that would have shown is > 99.5 % likely")
     assert second == f"But {who} may have changed since commissioning, which these recordings cannot tell."
@@ -91,7 +91,7 @@ def test_what_is_within_the_floor_is_called_no_gap(before, begins):
 def test_no_gap_says_what_a_duty_of_its_own_asks_of_the_rig():
     """A valve that opened in no fitted recording: what is open of it explains the gap, so that nothing stays off."""
     report = {**NO_GAP, "gap": {"as_is": 5.0, "before": 3.9, "after": 3.9}, "shrink": {**SHRINK, "speed": {"after": 1.0, "noise": 0.1}}}
-    said = sentence(report, EFFECTS, Beside(at_best={"speed": 1.04, "temperature/motor_winding": 0.9},
+    said = sentence(report, EFFECTS, BesideReport(at_best={"speed": 1.04, "temperature/motor_winding": 0.9},
                                              asked_for="relief_valve.opening_pressure"))
     assert "to 3.9 times the floor" in said
     assert "and 1.0 times with another relief_valve.opening_pressure, which no fitted recording" in said
@@ -150,7 +150,7 @@ def test_a_cause_of_which_held_out_data_show_nothing_shrinks_nothing():
 def test_a_cause_without_a_gap_in_held_out_data_says_what_hides_it_there(before, commissioned, hidden, taken_up):
     report = {"verdict": "explained", "gap": {"as_is": 9.0, "before": before, "after": 0.9}, "classes": [], "shrink": SHRINK,
               "hypotheses": [{"effects": ["motor.copper_resistance"], "probability": 0.73}], "why": []}
-    said = sentence(report, EFFECTS, Beside(commissioned=commissioned))
+    said = sentence(report, EFFECTS, BesideReport(commissioned=commissioned))
     assert ("hardly anything is beyond the floor" in said) is hidden
     assert ("the rig's own parameters may take up what it does" in said) is taken_up
 
@@ -176,7 +176,7 @@ def test_what_parameters_close_of_a_gap_is_not_credited_to_the_cause(without, sh
 def test_a_cause_that_leaves_held_out_data_off_shrinks_nothing():
     report = {"verdict": "explained", "gap": {"as_is": 9.0, "before": 1.2, "after": 1.8}, "classes": [], "shrink": SHRINK,
               "hypotheses": [{"effects": ["motor.pwm_loss"], "probability": 0.9}], "why": []}
-    said = sentence(report, EFFECTS, Beside(at_best={"speed": 1.0}, asked_for="tank.area"))
+    said = sentence(report, EFFECTS, BesideReport(at_best={"speed": 1.0}, asked_for="tank.area"))
     assert "data not used to find it lie 1.8 times the floor off, 1.2 without it, and 1.0 times with another tank.area, which" in said
     assert "shrinks" not in said
 
@@ -197,7 +197,7 @@ def test_an_unknown_place_that_is_not_sure_is_named_with_the_next_ones(shares, p
 
 
 def test_a_reading_that_errs_is_named():
-    said = sentence(_unknown(("sensor", 1.0)), EFFECTS, Beside(reading="pressure_rod_side"))
+    said = sentence(_unknown(("sensor", 1.0)), EFFECTS, BesideReport(reading="pressure_rod_side"))
     assert " at sensor (mechanical: pressure_rod_side) that " in said
 
 
@@ -209,7 +209,7 @@ def test_a_cause_is_told_against_what_it_was_counted_from(commissioned, said):
     report = {"verdict": "explained", "gap": {"as_is": 9.0, "before": 2.8, "after": 1.1}, "classes": [], "shrink": SHRINK,
               "hypotheses": [{"effects": ["tank.oil_level"], "probability": 1.0}],
               "why": [{"effect": "tank.oil_level", "probability": 1.0, "parameters": {"level_ratio": oil}}]}
-    assert f"there is less oil in the tank {said})" in sentence(report, EFFECTS, Beside(commissioned=commissioned))
+    assert f"there is less oil in the tank {said})" in sentence(report, EFFECTS, BesideReport(commissioned=commissioned))
 
 
 def test_what_is_wrong_with_recordings_stands_first_as_a_sentence_of_its_own():

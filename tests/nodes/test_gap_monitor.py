@@ -10,8 +10,8 @@ import pytest
 from action_msgs.srv import CancelGoal
 from ddh_twin_py.estimation.sensors import NODE_OF_SENSOR
 from ddh_twin_py.gap.watch.normal_level import load_levels
-from ddh_twin_py.nodes import qos
-from ddh_twin_py.nodes.conversion import estimate_layout, hydraulic_residual_layout, residual_layout
+from ddh_twin_py.nodes.base import qos
+from ddh_twin_py.nodes.messages.conversion import estimate_layout, hydraulic_residual_layout, residual_layout
 from ddh_twin_py.physics.thermal_network import NODES
 from ddh_twin_py.rig import load_rig
 from ddh_twin_py.twin.hydraulic_model import RESIDUAL_SIGNALS

@@ -6,7 +6,7 @@ import pytest
 from ddh_twin_py.bags.damage import with_value, without_samples
 from ddh_twin_py.bags.reader import read_recording
 from ddh_twin_py.bags.writer import write_recording
-from ddh_twin_py.nodes import qos
+from ddh_twin_py.nodes.base import qos
 from nodes.processes import NodeProcess
 from support.chromium import Chromium, executable
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from ddh_twin_py.bags.reader import read_recording
-from ddh_twin_py.nodes.intervals_feed import IntervalsFeed
+from ddh_twin_py.nodes.feeds.intervals_feed import IntervalsFeed
 from ddh_twin_py.rig import load_rig
 from ddh_twin_py.telemetry.alignment.tick_aligner import TickAligner
 from ddh_twin_py.telemetry.signals import DRIVE_TOPIC, HYDRAULIC_TOPIC

@@ -20,7 +20,7 @@ def linearised(likeness, told=((1.0, 0.0), (0.0, 1.0), (0.0, 0.0))):
     blocks = [SimpleNamespace(signal=signal, rows=slice(i, i + 1)) for i, signal in enumerate(SIGNALS)]
     columns = [replace(column, change=[own]) for column, own in zip(COLUMNS, rows.T, strict=True)]
     return SimpleNamespace(columns=columns, evidence=SimpleNamespace(sums=SimpleNamespace(information=information)),
-                           comparisons=[SimpleNamespace(blocks=blocks)],
+                           comparisons=[SimpleNamespace(blocks=blocks, size=len(blocks))],
                            basis=SimpleNamespace(beyond=lambda columns: [c**2 for c in columns]))
 
 

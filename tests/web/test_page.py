@@ -5,7 +5,7 @@ import time
 
 import numpy as np
 import pytest
-from ddh_twin_py.nodes.page_documents import page_document
+from ddh_twin_py.nodes.feeds.page_documents import page_document
 from ddh_twin_py.rig import load_rig
 from ddh_twin_py.web.history import GRID_NS
 from ddh_twin_py.web.streams import BY_NAME

@@ -14,8 +14,8 @@ from ddh_twin_py.estimation.fusion.temperature_filter import GATE
 from ddh_twin_py.estimation.fusion.temperature_fusion import Innovation
 from ddh_twin_py.estimation.replay_result import ReplayResult
 from ddh_twin_py.estimation.sensors import NODE_INDEX, SENSORS
-from ddh_twin_py.nodes.conversion import FREE_RUN, FUSION, SOFT_SENSOR, to_kelvin
-from ddh_twin_py.nodes.wire import BulkParser
+from ddh_twin_py.nodes.messages.conversion import FREE_RUN, FUSION, SOFT_SENSOR, to_kelvin
+from ddh_twin_py.nodes.messages.wire import BulkParser
 from ddh_twin_py.physics.balance import OPERATING_DTYPE, OPERATING_FIELDS
 from ddh_twin_py.physics.thermal_network import NODES, ROTOR, TEETH, YOKE
 from ddh_twin_py.sources.raw_bag import RawBag

@@ -25,7 +25,7 @@ from ddh_twin_py.gap.verdict.conclusion import Conclusion, conclude
 from ddh_twin_py.gap.verdict.places import alone, entry_of, places, sized, unknown_places
 from ddh_twin_py.gap.verdict.unknown import Unknown
 from ddh_twin_py.gap.verdict.verdict import Verdict
-from ddh_twin_py.gap.words import Beside, careful, sentence
+from ddh_twin_py.gap.words import BesideReport, careful, sentence
 
 LISTED = 0.01
 """Probability from which an effect or a set is listed."""
@@ -89,7 +89,7 @@ def diagnosis(model: Diagnosable, found: Found, commissioned: np.ndarray, hidden
                   *left_open.notes(model.cut), *_at_the_end(pressed, nameless and leader.theta is not before.plain, model.cut)],
     }
     believed = leader.acting if after.learned or explained else []
-    beside = Beside([*(d.effect for d in left_open.missed), *hidden], unknown.reading, at_best.over if at_best else None, asked_for,
+    beside = BesideReport([*(d.effect for d in left_open.missed), *hidden], unknown.reading, at_best.over if at_best else None, asked_for,
                     pressed, before.commissioned, left_open.since, verdict.together, model.cut)
     return Diagnosis(
         report=report, recordings=model.recordings, sentence=careful(odd) + sentence(report, model.catalogue, beside),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -114,6 +114,17 @@ class Effect:
     def limit(self, x: float) -> float:
         """The departure, brought within what is allowed."""
         return min(max(x, self.lowest), self.highest)
+
+
+Acting = Sequence[tuple[Effect, int, float]]
+"""Effects that act: effect, index of its law, departure."""
+
+
+def apply(acting: Acting, record: np.ndarray) -> np.ndarray:
+    """A parameter record (1,), changed in place by all that acts."""
+    for effect, law, departure in acting:
+        effect.laws[law](record, departure)
+    return record
 
 
 def added(*fields: str) -> Apply:

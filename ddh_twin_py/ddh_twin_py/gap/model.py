@@ -11,24 +11,34 @@ from typing import Any, Protocol
 import numpy as np
 
 from ddh_twin_py.estimation.fitting.calibration import FittedParameter
-from ddh_twin_py.gap.effect import Effect
+from ddh_twin_py.gap.effect import Acting, Effect
 from ddh_twin_py.gap.findings import Lack, Trace
 
-Acting = Sequence[tuple[Effect, int, float]]
-"""Effects that act: effect, index of its law, departure."""
 
-
-class Model(Protocol):
-    """A rig's model with its recordings.
+class FreeRuns(Protocol):
+    """Recordings and free runs of them.
 
     Attributes:
         signals: by recording, name to signal (``time`` s, ``measured``, ``noise``, ``unit``, ``binning``).
         altered: by recording, whether effects act in it; they do not in a commissioning recording.
-        size: number of parameters, k. difference: of a deviation, over which sensitivities to them are taken.
     """
 
     signals: Sequence[Mapping]
     altered: Sequence[bool]
+
+    def run_one(self, number: int, theta: np.ndarray, acting: Acting = (), roughly: bool = False) -> dict[str, np.ndarray]:
+        """Free run of one recording: signal to predictions at its samples; ``roughly`` where only its difference to another such run is
+        asked."""
+        ...
+
+
+class Model(FreeRuns, Protocol):
+    """A rig's model with its recordings.
+
+    Attributes:
+        size: number of parameters, k. difference: of a deviation, over which sensitivities to them are taken.
+    """
+
     size: int
     difference: float
 
@@ -40,12 +50,8 @@ class Model(Protocol):
         """Parameter record (1,) of one recording, which effects change."""
         ...
 
-    def run(self, theta: np.ndarray, acting: Acting) -> list[dict[str, np.ndarray]]:
+    def run(self, theta: np.ndarray, acting: Acting = ()) -> list[dict[str, np.ndarray]]:
         """Free run of every recording: signal to predictions at its samples."""
-        ...
-
-    def run_one(self, number: int, theta: np.ndarray, acting: Acting, roughly: bool = False) -> dict[str, np.ndarray]:
-        """The same of one recording; ``roughly`` where only its difference to another such run is asked."""
         ...
 
     def begin_anew(self, theta: np.ndarray, acting: Acting) -> bool:

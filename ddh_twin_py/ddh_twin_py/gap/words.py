@@ -28,7 +28,7 @@ _LEFT = 2.0  # floors from which a signal that is left off is named beside "no g
 
 
 @dataclass(frozen=True)
-class Beside:
+class BesideReport:
     """What a verdict's sentence needs beside the report.
 
     Attributes:
@@ -53,7 +53,7 @@ class Beside:
     cut: float = CUT
 
 
-def sentence(report: Mapping, catalogue: Mapping[str, Effect], beside: Beside = Beside()) -> str:
+def sentence(report: Mapping, catalogue: Mapping[str, Effect], beside: BesideReport = BesideReport()) -> str:
     """The verdict with its confidence, for an engineer who reads nothing else: one sentence, and of no gap another on what it rests on.
 
     Args:
@@ -108,7 +108,7 @@ def by_component(where: Sequence[Mapping]) -> dict[str, float]:
     return shares
 
 
-def _no_gap(report: Mapping, beside: Beside) -> str:
+def _no_gap(report: Mapping, beside: BesideReport) -> str:
     as_is, before, after = (report["gap"][name] for name in ("as_is", "before", "after"))
     none = next((h["probability"] for h in report["hypotheses"] if not h["effects"]), 0.0)
     said = "No gap" if none >= _PLAIN else "Probably no gap"
@@ -119,7 +119,7 @@ def _no_gap(report: Mapping, beside: Beside) -> str:
     return f"{verdict} {rests}" if rests else verdict
 
 
-def _rests_on(as_is: float, before: float, after: float, left: str, beside: Beside) -> str:
+def _rests_on(as_is: float, before: float, after: float, left: str, beside: BesideReport) -> str:
     """One sentence on what "no gap" rests on, the first of these that there is; empty where nothing is worth it. Notes hold the rest."""
     if beside.since:
         return f"{BUT}{first_of(list(beside.since), 1)} may have changed since commissioning, which these recordings cannot tell."
@@ -180,7 +180,7 @@ def _left_most(report: Mapping, at_best: Mapping[str, float] | None, but: Sequen
     return worst, left.get(worst, 0.0)
 
 
-def _explained(report: Mapping, catalogue: Mapping[str, Effect], beside: Beside) -> str:
+def _explained(report: Mapping, catalogue: Mapping[str, Effect], beside: BesideReport) -> str:
     marginal = {row["effect"]: row["probability"] for row in report["why"]}
     leader = sorted(_leader(report), key=lambda name: -marginal.get(name, 0.0))  # what is surest first
     gap = report["gap"]
@@ -227,7 +227,7 @@ def _not_told_from(report: Mapping, name: str, leader: Sequence[str]) -> str:
     return f", which this recording cannot tell from {', '.join(members)}," if members else ""
 
 
-def _another(beside: Beside) -> str:
+def _another(beside: BesideReport) -> str:
     """To what the gap shrinks where what only held-out data show of the rig is as they ask; empty where that makes little difference."""
     if not beside.asked_for or beside.at_best is None:
         return ""

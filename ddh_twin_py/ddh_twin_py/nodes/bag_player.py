@@ -13,14 +13,14 @@ from rosgraph_msgs.msg import Clock as ClockMessage
 
 from ddh_msgs.msg import NodeProgress
 from ddh_twin_py.bags.topics import split_topic
-from ddh_twin_py.nodes import progress, qos
-from ddh_twin_py.nodes.flow_control import FlowControl
-from ddh_twin_py.nodes.inputs import Inputs
-from ddh_twin_py.nodes.message_classes import message_class
-from ddh_twin_py.nodes.node_base import TwinNode, run
-from ddh_twin_py.nodes.parameters import NodeError, Parameter
-from ddh_twin_py.nodes.player_control import FASTEST, PlayerControl
-from ddh_twin_py.nodes.wire import stamp_of
+from ddh_twin_py.nodes.base import progress, qos
+from ddh_twin_py.nodes.base.inputs import Inputs
+from ddh_twin_py.nodes.base.node_base import TwinNode, run
+from ddh_twin_py.nodes.base.parameters import NodeError, Parameter
+from ddh_twin_py.nodes.messages.message_classes import message_class
+from ddh_twin_py.nodes.messages.wire import stamp_of
+from ddh_twin_py.nodes.player.flow_control import FlowControl
+from ddh_twin_py.nodes.player.player_control import FASTEST, PlayerControl
 from ddh_twin_py.sources.raw_bag import RawBag, RawBlock
 from ddh_twin_py.telemetry.signals import RIG_TOPIC, TOPIC_TYPES
 

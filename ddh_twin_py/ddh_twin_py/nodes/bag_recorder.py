@@ -13,13 +13,13 @@ from ddh_twin_py.bags.errors import BagError
 from ddh_twin_py.bags.numbering import numbered
 from ddh_twin_py.bags.qos import qos_profile
 from ddh_twin_py.bags.writer import BagWriter
-from ddh_twin_py.nodes import progress, qos
-from ddh_twin_py.nodes.health import Health, Report
-from ddh_twin_py.nodes.inputs import Input, Inputs
-from ddh_twin_py.nodes.message_classes import message_class
-from ddh_twin_py.nodes.node_base import POLL_PERIOD, TwinNode, run
-from ddh_twin_py.nodes.parameters import NodeError, Parameter
-from ddh_twin_py.nodes.wire import stamp_of
+from ddh_twin_py.nodes.base import progress, qos
+from ddh_twin_py.nodes.base.inputs import Input, Inputs
+from ddh_twin_py.nodes.base.node_base import POLL_PERIOD, TwinNode, run
+from ddh_twin_py.nodes.base.parameters import NodeError, Parameter
+from ddh_twin_py.nodes.messages.message_classes import message_class
+from ddh_twin_py.nodes.messages.wire import stamp_of
+from ddh_twin_py.nodes.tasks.health import Health, Report
 
 _LOOK_PERIOD = 0.2  # s of wall time between two looks for new topics
 _DEAF_AFTER, _MOST_DEAF = 10.0, 0.5  # s of wall time, and share of the topics that somebody publishes and that brought nothing in it

@@ -12,18 +12,18 @@ from ddh_msgs.msg import GapStatus, ResidualArray, RigInfo, SignalGap, Temperatu
 from ddh_twin_py.gap.watch.normal_level import NormalLevelError
 from ddh_twin_py.gap.watch.running_test import SignalStatus
 from ddh_twin_py.gap.watch.watch import BLUNT, HYDRAULIC, TEMPERATURES, UNITS, GapWatch, Scaled, Settings
-from ddh_twin_py.nodes import qos
-from ddh_twin_py.nodes.conversion import residual_layout
-from ddh_twin_py.nodes.diagnose_action import DIAGNOSE_PARAMETERS, DiagnoseAction
-from ddh_twin_py.nodes.gap_inputs import ESTIMATE_TOPIC, READING_TOPIC, RESIDUAL_TOPIC, Forward, FreeRunResiduals, FreeRunTemperatures
-from ddh_twin_py.nodes.health import PAUSED, Health, Report, judge_age, judge_clock, judge_publishers
-from ddh_twin_py.nodes.inputs import Inputs
-from ddh_twin_py.nodes.level_keeper import LevelKeeper
+from ddh_twin_py.nodes.base import qos
+from ddh_twin_py.nodes.base.inputs import Inputs
+from ddh_twin_py.nodes.base.node_base import TwinNode, run
+from ddh_twin_py.nodes.base.parameters import NodeError, Parameter
+from ddh_twin_py.nodes.base.progress import Progress
+from ddh_twin_py.nodes.feeds.gap_inputs import ESTIMATE_TOPIC, READING_TOPIC, RESIDUAL_TOPIC, Forward, FreeRunResiduals, FreeRunTemperatures
+from ddh_twin_py.nodes.messages.conversion import residual_layout
 from ddh_twin_py.nodes.model_node import RIG, STALE_AFTER, rig_path
-from ddh_twin_py.nodes.node_base import TwinNode, run
-from ddh_twin_py.nodes.parameters import NodeError, Parameter
-from ddh_twin_py.nodes.player_watch import PlayerWatch
-from ddh_twin_py.nodes.progress import Progress
+from ddh_twin_py.nodes.player.player_watch import PlayerWatch
+from ddh_twin_py.nodes.tasks.diagnose_action import DIAGNOSE_PARAMETERS, DiagnoseAction
+from ddh_twin_py.nodes.tasks.health import PAUSED, Health, Report, judge_age, judge_clock, judge_publishers
+from ddh_twin_py.nodes.tasks.level_keeper import LevelKeeper
 from ddh_twin_py.rig import load_rig
 from ddh_twin_py.telemetry.clocks.clock import Break
 from ddh_twin_py.telemetry.signals import RIG_TOPIC

@@ -19,9 +19,9 @@ from std_msgs.msg import Header
 from ddh_twin_py.bags.topics import split_topic
 from ddh_twin_py.doctor.survey import Health, HeardTopic, Survey
 from ddh_twin_py.doctor.twin import OUTPUTS
-from ddh_twin_py.nodes import qos
-from ddh_twin_py.nodes.inputs import Inputs
-from ddh_twin_py.nodes.message_classes import message_class
+from ddh_twin_py.nodes.base import qos
+from ddh_twin_py.nodes.base.inputs import Inputs
+from ddh_twin_py.nodes.messages.message_classes import message_class
 
 _POLL = 0.005  # s
 _LOOK = 0.25  # s between two looks for new topics

@@ -5,8 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from ddh_msgs.msg import HydraulicState, ResidualArray
-from ddh_twin_py.nodes import qos
-from ddh_twin_py.nodes.conversion import (
+from ddh_twin_py.nodes.base import qos
+from ddh_twin_py.nodes.base.node_base import run
+from ddh_twin_py.nodes.base.parameters import Parameter
+from ddh_twin_py.nodes.feeds.intervals_feed import Batch
+from ddh_twin_py.nodes.messages.conversion import (
     FREE_RUN,
     SOFT_SENSOR,
     hydraulic_layout,
@@ -14,12 +17,9 @@ from ddh_twin_py.nodes.conversion import (
     hydraulic_residuals,
     hydraulic_values,
 )
-from ddh_twin_py.nodes.health import Report
-from ddh_twin_py.nodes.intervals_feed import Batch
+from ddh_twin_py.nodes.messages.standard_messages import StandardMessages
 from ddh_twin_py.nodes.model_node import FUSED_TOPIC, ModelNode
-from ddh_twin_py.nodes.node_base import run
-from ddh_twin_py.nodes.parameters import Parameter
-from ddh_twin_py.nodes.standard_messages import StandardMessages
+from ddh_twin_py.nodes.tasks.health import Report
 from ddh_twin_py.telemetry.signals import DRIVE_TOPIC, HYDRAULIC_TOPIC
 from ddh_twin_py.twin.hydraulic_model import HydraulicModel
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from ddh_msgs.msg import MotorThermalState
-from ddh_twin_py.nodes import qos
-from ddh_twin_py.nodes.conversion import motor_layout, motor_values
-from ddh_twin_py.nodes.intervals_feed import Batch
+from ddh_twin_py.nodes.base import qos
+from ddh_twin_py.nodes.base.node_base import run
+from ddh_twin_py.nodes.feeds.intervals_feed import Batch
+from ddh_twin_py.nodes.messages.conversion import motor_layout, motor_values
 from ddh_twin_py.nodes.model_node import ModelNode
-from ddh_twin_py.nodes.node_base import run
 from ddh_twin_py.telemetry.signals import DRIVE_TOPIC, HYDRAULIC_TOPIC
 from ddh_twin_py.twin.machine_thermal import MachineThermal
 

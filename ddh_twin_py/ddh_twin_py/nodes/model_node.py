@@ -14,16 +14,16 @@ from ddh_msgs.msg import RigInfo, TemperatureEstimateArray
 from ddh_twin_py.estimation.fusion.catch_up import FOLLOWS, CatchUp
 from ddh_twin_py.estimation.fusion.start import START, FirstReadings, air_at_start, start_temperature
 from ddh_twin_py.estimation.fusion.temperature_fusion import Readings
-from ddh_twin_py.nodes import qos
-from ddh_twin_py.nodes.conversion import to_kelvin
-from ddh_twin_py.nodes.health import Health, Report, add_streams, judge_clock
-from ddh_twin_py.nodes.intervals_feed import Batch, IntervalsFeed
-from ddh_twin_py.nodes.node_base import POLL_PERIOD, TwinNode
-from ddh_twin_py.nodes.parameters import Parameter
-from ddh_twin_py.nodes.player_watch import PlayerWatch
-from ddh_twin_py.nodes.progress import Progress
-from ddh_twin_py.nodes.telemetry_feed import TelemetryFeed, field_count
-from ddh_twin_py.nodes.wire import BulkParser
+from ddh_twin_py.nodes.base import qos
+from ddh_twin_py.nodes.base.node_base import POLL_PERIOD, TwinNode
+from ddh_twin_py.nodes.base.parameters import Parameter
+from ddh_twin_py.nodes.base.progress import Progress
+from ddh_twin_py.nodes.feeds.intervals_feed import Batch, IntervalsFeed
+from ddh_twin_py.nodes.feeds.telemetry_feed import TelemetryFeed, field_count
+from ddh_twin_py.nodes.messages.conversion import to_kelvin
+from ddh_twin_py.nodes.messages.wire import BulkParser
+from ddh_twin_py.nodes.player.player_watch import PlayerWatch
+from ddh_twin_py.nodes.tasks.health import Health, Report, add_streams, judge_clock
 from ddh_twin_py.physics.thermal_network import NODES
 from ddh_twin_py.rig import load_rig
 from ddh_twin_py.telemetry.clocks.clock import Break

@@ -11,10 +11,10 @@ import yaml
 from ddh_twin_py.names import nearest, no_such
 from ddh_twin_py.nodes.bag_player import BagPlayer
 from ddh_twin_py.nodes.bag_recorder import BagRecorder
+from ddh_twin_py.nodes.base.parameters import Parameter
 from ddh_twin_py.nodes.gap_monitor import GapMonitorNode
 from ddh_twin_py.nodes.hydraulic_model import HydraulicModelNode
 from ddh_twin_py.nodes.model_node import MODEL_PARAMETERS
-from ddh_twin_py.nodes.parameters import Parameter
 from ddh_twin_py.nodes.telemetry_publisher import parameters as telemetry_parameters
 from ddh_twin_py.nodes.temperature_fusion import TemperatureFusionNode
 from ddh_twin_py.nodes.web_view import WebView

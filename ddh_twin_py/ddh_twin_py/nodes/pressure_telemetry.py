@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ddh_twin_py.nodes import drive_telemetry
-from ddh_twin_py.nodes.node_base import run
+from ddh_twin_py.nodes.base.node_base import run
 from ddh_twin_py.nodes.telemetry_publisher import TelemetryPublisher
 from ddh_twin_py.telemetry.signals import HYDRAULIC_TOPIC, TEMPERATURE_PREFIX, TEMPERATURE_SENSORS
 

@@ -16,11 +16,11 @@ from rclpy.lifecycle import LifecycleNodeMixin, LifecycleState, TransitionCallba
 
 from ddh_msgs.msg import RigInfo
 from ddh_twin_py.bags.cdr import encode_stamped_floats
-from ddh_twin_py.nodes import qos
-from ddh_twin_py.nodes.health import Health, Report
-from ddh_twin_py.nodes.node_base import POLL_PERIOD, TwinNode
-from ddh_twin_py.nodes.parameters import NodeError, Parameter
-from ddh_twin_py.nodes.telemetry_feed import message_type
+from ddh_twin_py.nodes.base import qos
+from ddh_twin_py.nodes.base.node_base import POLL_PERIOD, TwinNode
+from ddh_twin_py.nodes.base.parameters import NodeError, Parameter
+from ddh_twin_py.nodes.feeds.telemetry_feed import message_type
+from ddh_twin_py.nodes.tasks.health import Health, Report
 from ddh_twin_py.sources.protocol import Samples, Source, SourceError
 from ddh_twin_py.sources.registry import open_source, source_modules
 from ddh_twin_py.telemetry.signals import RIG_TOPIC, TEMPERATURE_PREFIX, ZERO_CELSIUS

@@ -20,7 +20,7 @@ from ddh_twin_py.gap.diagnosis import Diagnosis
 from ddh_twin_py.gap.explain.refit import Refitted
 from ddh_twin_py.gap.explain.search import Found, search
 from ddh_twin_py.gap.findings import Lack
-from ddh_twin_py.gap.locate.lacking import Acting, lacks
+from ddh_twin_py.gap.locate.lacking import ActingEffect, lacks
 from ddh_twin_py.gap.recordings.suitability import unseen
 from ddh_twin_py.gap.verdict.tolerance import without_parameters
 from ddh_twin_py.gap.verdict.unknown import Unknown
@@ -81,7 +81,7 @@ class Outcome:
             course = model.course(effect, model.record(number, self.leader.theta, others),
                                   model.record(number, self.leader.theta, self.leader.acting))
             std = float(np.sqrt(self.leader.covariance[i, i])) / max(abs(x), 1e-300)
-            rows.append(Acting(effect, course, 1.0 / len(self.leader.acting), {"all": 1.0}, std))
+            rows.append(ActingEffect(effect, course, 1.0 / len(self.leader.acting), {"all": 1.0}, std))
         return lacks(rows)
 
     def why_no_test(self) -> str:

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ddh_twin_py.gap.effect import Acting
 from ddh_twin_py.gap.explain.search import Found
-from ddh_twin_py.gap.model import Acting
 from ddh_twin_py.gap.next_test.proposal import Contest
 from ddh_twin_py.gap.next_test.separating import Remaining, Trial, root_of
 from ddh_twin_py.real_rigs.run import Run

@@ -6,8 +6,8 @@ from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
+from ddh_twin_py.gap.effect import Acting
 from ddh_twin_py.gap.findings import Trace
-from ddh_twin_py.gap.model import Acting
 from ddh_twin_py.gap.shrink.size import counted
 from ddh_twin_py.real_rigs.run import Run
 

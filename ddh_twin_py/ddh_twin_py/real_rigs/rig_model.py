@@ -9,14 +9,13 @@ import numpy as np
 
 from ddh_twin_py.estimation.fitting.calibration import INFORMED, FittedParameter
 from ddh_twin_py.estimation.fitting.comparison import Comparison
-from ddh_twin_py.gap.effect import Effect
+from ddh_twin_py.gap.effect import Acting, Effect, apply
 from ddh_twin_py.gap.evidence.linearised import Linearised
 from ddh_twin_py.gap.explain.search import Found
 from ddh_twin_py.gap.findings import Lack
 from ddh_twin_py.gap.locate.free_places import FreePlace
 from ddh_twin_py.gap.locate.lacking import Course
 from ddh_twin_py.gap.locate.leftover import FreeForm
-from ddh_twin_py.gap.model import Acting
 from ddh_twin_py.gap.verdict.verdict import Verdict
 from ddh_twin_py.real_rigs.description import Description
 from ddh_twin_py.real_rigs.next_test import DescribedTest, next_test
@@ -115,9 +114,7 @@ class RigModel:
             return record
         for built, deviation in zip(self.built_in, theta[own:], strict=True):
             built.effect.laws[built.law](record, built.x + float(deviation) * built.std)
-        for effect, law, departure in acting:
-            effect.laws[law](record, departure)
-        return record
+        return apply(acting, record)
 
     def _in_question(self, theta: np.ndarray, acting: Acting) -> np.ndarray:
         """Parameter record (1,) of the recordings in question; see `record`."""

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from ddh_twin_py.estimation.fusion.state_file import StateFileError, load_state, save_state
 from ddh_twin_py.estimation.fusion.temperature_fusion import TemperatureFusion
-from ddh_twin_py.nodes.parameters import NodeError
-from ddh_twin_py.nodes.state_keeper import StateKeeper
+from ddh_twin_py.nodes.base.parameters import NodeError
+from ddh_twin_py.nodes.tasks.state_keeper import StateKeeper
 from ddh_twin_py.rig import files, load_rig
 from hypothesis import given, settings
 from hypothesis import strategies as st

@@ -11,7 +11,7 @@ from ddh_twin_py.gap.evidence.basis import Sums
 from ddh_twin_py.gap.evidence.box import Normal
 from ddh_twin_py.gap.evidence.hypotheses import WIDTH, Evidence
 from ddh_twin_py.gap.evidence.sensitivity import Column
-from ddh_twin_py.gap.explain.classes import TELLS_APART, classes_of, found_apart, marginal, separation
+from ddh_twin_py.gap.explain.classes import TELLS_APART, classes_of, found_apart, separation
 
 A, B, C = list(EFFECTS)[:3]
 
@@ -93,7 +93,3 @@ def test_what_a_law_that_is_off_costs_its_effect_is_no_evidence_for_another():
 def test_two_that_explain_more_together_are_no_class():
     fitted = {ids: SimpleNamespace(log_evidence=log) for ids, log in {(A,): 40.0, (B,): 39.0, tuple(sorted((A, B))): 90.0}.items()}
     assert found_apart(fitted, A, B) == math.inf
-
-
-def test_marginal_sums_the_sets_with_an_effect():
-    assert marginal({(): 0.2, ("a",): 0.5, ("a", "b"): 0.3}, ["a", "b", "c"]) == {"a": 0.8, "b": 0.3, "c": 0.0}

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from ddh_twin_py.gap.catalogue import EFFECTS
-from ddh_twin_py.gap.locate.lacking import Acting, Course, chi_square_by_phase, lacks
+from ddh_twin_py.gap.locate.lacking import ActingEffect, Course, chi_square_by_phase, lacks
 from support.made_comparison import comparisons
 
 LEAK, SEAL = EFFECTS["pump_1.leakage"], EFFECTS["cylinder.seal_friction"]
@@ -16,9 +16,10 @@ def course(value, unit, phase, **regimes):
 
 
 def test_rows_by_phase_and_regime():
-    leak = Acting(LEAK, course([1.0, 3.0, 5.0, 7.0, 9.0, 11.0], "m3/s", [0, 0, 1, 1, 2, 2], warmth=[1.0, 2.0, 3.0, 4.0, 5.0, 6.0]), 0.7,
-                  {"lifting": 0.8, "lowering": 0.2}, 0.1)
-    seal = Acting(SEAL, course([-4.0, -4.0], "N", [0, 1], warmth=[2.0, 2.0]), 0.3, {"all": 1.0}, 0.5)
+    warmth = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0]
+    leak = ActingEffect(LEAK, course([1.0, 3.0, 5.0, 7.0, 9.0, 11.0], "m3/s", [0, 0, 1, 1, 2, 2], warmth=warmth), 0.7,
+                        {"lifting": 0.8, "lowering": 0.2}, 0.1)
+    seal = ActingEffect(SEAL, course([-4.0, -4.0], "N", [0, 1], warmth=[2.0, 2.0]), 0.3, {"all": 1.0}, 0.5)
     rows = lacks([seal, leak])
     named = [(r.component, r.phase, r.value, r.unit) for r in rows if r.regime == ""]
     assert named == [("pump_1", "lifting", 2.0, "m3/s"), ("cylinder", "all", -4.0, "N"), ("pump_1", "lowering", 6.0, "m3/s")]
@@ -34,12 +35,12 @@ def test_rows_by_phase_and_regime():
     ([0.0, 387.0, 387.0, 387.0, 387.00001, 387.00002], []),
 ])  # fmt: skip
 def test_regimes_read_as_parts(warmth, read):
-    rows = lacks([Acting(LEAK, course([1.0] * 6, "m3/s", [0] * 6, warmth=warmth), 1.0, {"lifting": 1.0}, 0.1)])
+    rows = lacks([ActingEffect(LEAK, course([1.0] * 6, "m3/s", [0] * 6, warmth=warmth), 1.0, {"lifting": 1.0}, 0.1)])
     assert [row.regime for row in rows if row.regime] == read
 
 
 def test_a_phase_that_never_was_lacks_nothing():
-    (row,) = lacks([Acting(LEAK, course([1.0, 1.0], "m3/s", [0, 0]), 1.0, {"lowering": 1.0}, 0.1)])
+    (row,) = lacks([ActingEffect(LEAK, course([1.0, 1.0], "m3/s", [0, 0]), 1.0, {"lowering": 1.0}, 0.1)])
     assert row.value == row.std == 0.0
 
 

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import pytest
 from ddh_twin_py.gap.explain.search import Found
 from ddh_twin_py.gap.verdict.unknown import LISTED, Unknown
-from ddh_twin_py.gap.verdict.verdict import explains_a_signal, judge, less_believed, nothing_to_explain, something_acting
+from ddh_twin_py.gap.verdict.verdict import explains_a_signal, judge, less_believed, marginal_of, nothing_to_explain, something_acting
 
 FAN, PAIR = ("motor.cooling",), ("motor.cooling", "oil.viscosity_temperature")
 
@@ -31,6 +31,10 @@ def test_what_spoke_for_no_effect_speaks_for_nothing_listed_where_something_acts
     assert sets[FAN] == pytest.approx(0.9 * 0.3) and sets[PAIR] == pytest.approx(0.9 * 0.1)
     assert sets[("unknown",)] == pytest.approx(0.1 + 0.9 * 0.57) and sum(sets.values()) == pytest.approx(1.0)
     assert unknown.notes == ["why"]
+
+
+def test_the_probability_of_an_effect_is_that_of_all_sets_with_it_the_largest_first():
+    assert list(marginal_of({("b",): 0.0, (): 0.2, ("a",): 0.5, ("a", "b"): 0.3}).items()) == [("a", 0.8), ("b", 0.3)]
 
 
 def test_where_nothing_surprises_nothing_changes():

@@ -12,7 +12,7 @@ from ddh_twin_py.gap.catalogue import EFFECTS
 from ddh_twin_py.gap.diagnosis import Weighed
 from ddh_twin_py.gap.findings import Lack
 from ddh_twin_py.gap.verdict.unknown import UNLISTED
-from ddh_twin_py.gap.words import Beside, sentence
+from ddh_twin_py.gap.words import BesideReport, sentence
 from ddh_twin_py.report.gap.checks import CHECKS
 from ddh_twin_py.report.gap.hypotheses import hypotheses
 from ddh_twin_py.report.gap.page import gap_document
@@ -108,7 +108,8 @@ def test_what_cannot_be_told_of_since_when_stands_on_the_card_and_first_among_wh
     plain = gap_document(diagnoses["no_gap"]).html()
     assert "cannot be told here" not in plain and "may have changed" not in plain
     since = {"<valve>.setting": "155 bar"}
-    said = gap_document(replace(diagnoses["no_gap"], sentence=sentence(diagnoses["no_gap"].report, EFFECTS, Beside(since=since)))).html()
+    sound = diagnoses["no_gap"]
+    said = gap_document(replace(sound, sentence=sentence(sound.report, EFFECTS, BesideReport(since=since)))).html()
     assert re.search(r'<p class="verdict good">No gap: [^<]* likely\. <span>But &lt;valve&gt;\.setting may have changed [^<]*</span>', said)
 
 

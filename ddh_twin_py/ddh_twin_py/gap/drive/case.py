@@ -19,7 +19,7 @@ from ddh_twin_py.gap.drive.inputs import unknown_inputs
 from ddh_twin_py.gap.drive.learned_terms import terms, terms_at, unlisted_laws
 from ddh_twin_py.gap.drive.next_test import next_test
 from ddh_twin_py.gap.drive.next_test_of_unknown import next_test_of_unknown
-from ddh_twin_py.gap.effect import Effect
+from ddh_twin_py.gap.effect import Acting, Effect
 from ddh_twin_py.gap.evidence.linearised import Linearised
 from ddh_twin_py.gap.evidence.sensitivity import Column, columns_of
 from ddh_twin_py.gap.explain.search import Found
@@ -27,7 +27,6 @@ from ddh_twin_py.gap.findings import Lack
 from ddh_twin_py.gap.locate.free_places import FreePlace, free_places
 from ddh_twin_py.gap.locate.lacking import Course
 from ddh_twin_py.gap.locate.leftover import FreeForm
-from ddh_twin_py.gap.model import Acting
 from ddh_twin_py.gap.verdict.unknown import NEEDED_BY, Unknown
 from ddh_twin_py.gap.verdict.verdict import Verdict
 from ddh_twin_py.rig import Rig

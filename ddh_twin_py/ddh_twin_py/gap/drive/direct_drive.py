@@ -11,8 +11,8 @@ from ddh_twin_py.estimation.fitting.comparison import Comparison, Discrepancy
 from ddh_twin_py.estimation.fitting.experiment import Experiment
 from ddh_twin_py.estimation.fitting.problem import Problem
 from ddh_twin_py.estimation.fitting.unknowns import offset_paths, uncertain_paths, with_offsets
+from ddh_twin_py.gap.effect import Acting, apply
 from ddh_twin_py.gap.explain.learned import PREFIX
-from ddh_twin_py.gap.model import Acting
 from ddh_twin_py.physics.thermal_network import TANK
 from ddh_twin_py.rig import Rig
 from ddh_twin_py.rig.own_oil import of_own_oil
@@ -81,18 +81,11 @@ class DirectDrive:
 
     def held_record(self, number: int, theta: np.ndarray, acting: Acting = ()) -> np.ndarray:
         """Parameter record (1,) of a recording that took no part, effects acting."""
-        record = self._held_problem.record(number, theta)
-        for effect, law, departure in acting:
-            effect.laws[law](record, departure)
-        return record
+        return apply(acting, self._held_problem.record(number, theta))
 
     def record(self, number: int, theta: np.ndarray, acting: Acting = ()) -> np.ndarray:
         """Parameter record (1,) of one recording."""
-        record = self.problem.record(number, theta)
-        if self.altered[number]:
-            for effect, law, departure in acting:
-                effect.laws[law](record, departure)
-        return record
+        return apply(acting if self.altered[number] else (), self.problem.record(number, theta))
 
     def variables(self, comparisons: Sequence[Comparison], theta: np.ndarray, acting: Acting = ()) -> list[dict[str, np.ndarray]]:
         """On what a discrepancy may depend, for every bin, by recording: ``oil temperature`` K and ``speed`` rad/s, (rows,)."""

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ddh_twin_py.gap.drive.direct_drive import STEP, DirectDrive
+from ddh_twin_py.gap.effect import Acting
 from ddh_twin_py.gap.findings import Trace
-from ddh_twin_py.gap.model import Acting
 from ddh_twin_py.gap.shrink.size import counted
 from ddh_twin_py.physics.thermal_network import TANK
 

@@ -17,7 +17,6 @@ from ddh_twin_py.gap.drive.candidate_tests import LENGTH, CandidateTest, candida
 from ddh_twin_py.gap.drive.direct_drive import STEP, DirectDrive
 from ddh_twin_py.gap.drive.rehearsed_trial import RehearsedTrial
 from ddh_twin_py.gap.explain.search import Found
-from ddh_twin_py.gap.next_test.proposal import DECIDES as DECIDES
 from ddh_twin_py.gap.next_test.proposal import Contest
 from ddh_twin_py.gap.next_test.separating import Believed, Remaining, root_of
 from ddh_twin_py.twin.rehearsal import rehearse

@@ -8,8 +8,8 @@ from ddh_twin_py.estimation.fitting.experiment import Experiment
 from ddh_twin_py.estimation.fitting.problem import Problem
 from ddh_twin_py.estimation.fitting.unknowns import offset_paths, with_offsets
 from ddh_twin_py.gap.drive.direct_drive import COARSE, DirectDrive
+from ddh_twin_py.gap.effect import Acting, apply
 from ddh_twin_py.gap.evidence.linearised import Linearised
-from ddh_twin_py.gap.model import Acting
 from ddh_twin_py.gap.next_test.separating import Trial
 
 
@@ -42,7 +42,4 @@ class RehearsedTrial(Trial):
         return np.concatenate([theta[: self._of_rig], added, np.zeros(self._problem.size - self._of_rig - added.size)])
 
     def _record(self, own: np.ndarray, acting: Acting) -> np.ndarray:
-        record = self._problem.record(0, own)
-        for effect, law, departure in acting:
-            effect.laws[law](record, departure)
-        return record
+        return apply(acting, self._problem.record(0, own))

@@ -11,12 +11,12 @@ import numpy as np
 
 from ddh_twin_py.estimation.fitting.comparison import Comparison, Discrepancy, scatter_of
 from ddh_twin_py.estimation.fitting.weighting import Weighting
-from ddh_twin_py.gap.effect import Effect
+from ddh_twin_py.gap.effect import Acting, Effect
 from ddh_twin_py.gap.evidence.basis import Basis
 from ddh_twin_py.gap.evidence.hypotheses import WIDTH, Evidence, Hypothesis, slack_shares
-from ddh_twin_py.gap.evidence.sensitivity import Column, Way, taken_at, without_astray
+from ddh_twin_py.gap.evidence.sensitivity import Column, Way, stacked, taken_at, without_astray
 from ddh_twin_py.gap.evidence.slopes import slopes_of
-from ddh_twin_py.gap.model import Acting, Model
+from ddh_twin_py.gap.model import Model
 
 STANDS_OUT = 4.5
 """Standard deviations of what tolerances can feign, by which an effect without a commissioning recording typically stands out."""
@@ -59,9 +59,7 @@ class Linearised:
 
     def of_columns(self) -> list[np.ndarray]:
         """Effects' columns by recording, (rows, m)."""
-        if not self.columns:
-            return [np.zeros((c.size, 0)) for c in self.comparisons]
-        return [np.column_stack([column.change[i] for column in self.columns]) for i in range(len(self.comparisons))]
+        return stacked(self.columns, self.comparisons)
 
     def of_slack(self) -> list[np.ndarray]:
         """The same, as large as the model's laws may be off."""

@@ -16,7 +16,7 @@ import numpy as np
 
 from ddh_twin_py.estimation.fitting.comparison import Comparison
 from ddh_twin_py.gap.effect import Effect
-from ddh_twin_py.gap.model import Model
+from ddh_twin_py.gap.model import FreeRuns
 from ddh_twin_py.physics.compiled import kernel
 
 TYPICAL = 5.0
@@ -76,6 +76,12 @@ class Column:
 def acting_of(columns: Sequence[Column], x: np.ndarray) -> list[tuple[Effect, int, float]]:
     """Effects of columns with departures (m,) in their own units, as a model runs them; see `model.Acting`."""
     return [(c.effect, c.law, float(v)) for c, v in zip(columns, x, strict=True)]
+
+
+def stacked(columns: Sequence[Column], comparisons: Sequence[Comparison]) -> list[np.ndarray]:
+    """What columns change, by recording, (rows, m)."""
+    return [np.column_stack([np.empty((comparison.size, 0)), *(c.change[number] for c in columns)])
+            for number, comparison in enumerate(comparisons)]
 
 
 def sane(rows: np.ndarray) -> np.ndarray:
@@ -139,13 +145,13 @@ def reaching(rise_at: Callable[[float], float], limit: Callable[[float], float],
     return min(tried, key=lambda x: abs(math.log(max(tried[x], 1e-6) / TYPICAL)) if np.isfinite(tried[x]) else math.inf)
 
 
-def columns_of(effects: Sequence[Effect], model: Model, theta: np.ndarray, comparisons: Sequence[Comparison], pool: ThreadPoolExecutor,
+def columns_of(effects: Sequence[Effect], model: FreeRuns, theta: np.ndarray, comparisons: Sequence[Comparison], pool: ThreadPoolExecutor,
                near: Sequence[Column] = ()) -> list[Column]:
     """The columns of `taken_at` alone."""
     return taken_at(effects, model, theta, comparisons, pool, near=near)[0]
 
 
-def taken_at(effects: Sequence[Effect], model: Model, theta: np.ndarray, comparisons: Sequence[Comparison], pool: ThreadPoolExecutor,
+def taken_at(effects: Sequence[Effect], model: FreeRuns, theta: np.ndarray, comparisons: Sequence[Comparison], pool: ThreadPoolExecutor,
              progress: Callable[[float], None] | None = None, near: Sequence[Column] = (),
              astray: Collection[Way] = ()) -> tuple[list[Column], set[Way]]:
     """Columns of all effects in every law and direction, and ways in which runs went astray; those that move nothing are left out.

@@ -8,7 +8,8 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 
 from ddh_twin_py.estimation.fitting.comparison import Comparison
-from ddh_twin_py.gap.model import Acting, Model
+from ddh_twin_py.gap.effect import Acting
+from ddh_twin_py.gap.model import Model
 
 
 def slopes_of(model: Model, pool: ThreadPoolExecutor, theta: np.ndarray, comparisons: Sequence[Comparison], numbers: Sequence[int],

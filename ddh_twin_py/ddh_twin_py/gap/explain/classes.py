@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -97,8 +97,3 @@ def _why(linearised: Linearised, one: int, other: int, name: str, lead: str, sai
     likeness = float(i[one, other] / np.sqrt(i[one, one] * i[other, other]))
     return (f"what {name} does to the signals is, after the rig's parameters are refitted, to {100.0 * likeness:.0f} % what {lead} does; "
             f"this recording {said} of the {TELLS_APART:.0f} that would be needed (log of odds)")
-
-
-def marginal(probability: dict[tuple[str, ...], float], ids: Sequence[str]) -> dict[str, float]:
-    """Probability that each effect acts, alone or beside another."""
-    return {name: float(sum(p for effects, p in probability.items() if name in effects)) for name in ids}

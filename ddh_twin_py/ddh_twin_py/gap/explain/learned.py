@@ -9,7 +9,7 @@ import numpy as np
 
 from ddh_twin_py.gap.effect import Effect
 from ddh_twin_py.gap.evidence.hypotheses import WIDTH
-from ddh_twin_py.gap.evidence.sensitivity import Column, columns_of
+from ddh_twin_py.gap.evidence.sensitivity import Column, columns_of, stacked
 from ddh_twin_py.gap.explain.refit import Refit, Refitted
 from ddh_twin_py.gap.explain.search import Found
 from ddh_twin_py.gap.model import Model
@@ -57,8 +57,8 @@ def _signed(linearised, columns: Sequence[Column]) -> list[tuple[Column, float]]
     forward = [both.get((name, 1.0)) or both[(name, -1.0)] for name in dict.fromkeys(c.effect.id for c in columns)]
     if not forward:
         return []
-    stacked = [np.column_stack([c.change[i] for c in forward]) for i in range(len(linearised.comparisons))]
-    sums = linearised.basis.sums(stacked, linearised.values())
+    changes = stacked(forward, linearised.comparisons)
+    sums = linearised.basis.sums(changes, linearised.values())
     estimate = np.linalg.solve(sums.information + np.eye(len(forward)) / WIDTH**2, sums.score)
     chosen = []
     for column, departure in zip(forward, estimate, strict=True):

@@ -6,17 +6,18 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
+from ddh_twin_py.gap.effect import Acting
 from ddh_twin_py.gap.evidence.hypotheses import Evidence, Hypothesis, Ids
 from ddh_twin_py.gap.evidence.linearised import Linearised
 from ddh_twin_py.gap.evidence.sensitivity import columns_of
 from ddh_twin_py.gap.explain.refit import Refit, Refitted
-from ddh_twin_py.gap.model import Acting, Model
+from ddh_twin_py.gap.model import FreeRuns
 
 
 class _Acted:
     """A model in which effects act already; what `sensitivity.columns_of` asks of a model."""
 
-    def __init__(self, model: Model, acting: Acting) -> None:
+    def __init__(self, model: FreeRuns, acting: Acting) -> None:
         self._model, self._acting = model, tuple(acting)
         self.signals, self.altered = model.signals, model.altered
 
@@ -38,9 +39,9 @@ def partners(linearised: Linearised, refit: Refit, first: Refitted, pool: Thread
     effects = {c.effect.id: c.effect for c in near}
     acted = _Acted(linearised.model, first.acting)
     found = columns_of(list(effects.values()), acted, first.theta, linearised.comparisons, pool, near=near)
-    ways = {(c.effect.id, c.law, c.x > 0.0): number for number, c in enumerate(linearised.columns)}
+    ways = {c.way: number for number, c in enumerate(linearised.columns)}
     local, values = refit.local(first)
-    known = [linearised.columns[ways[c.effect.id, c.law, c.x > 0.0]] for c in found]
+    known = [linearised.columns[ways[c.way]] for c in found]
     columns = [own, *(c.longer(k.x / c.x) for c, k in zip(found, known, strict=True))]
     rows = [np.column_stack([mine, *(c.change[number] for c in columns[1:])]) for number, mine in enumerate(local)]
     evidence = Evidence(linearised.basis.sums(rows, values), linearised.basis.normal(rows, values), columns)
@@ -50,7 +51,7 @@ def partners(linearised: Linearised, refit: Refit, first: Refitted, pool: Thread
         pair, second = evidence.of([0, number]), columns[number]
         ids, log = tuple(sorted((own.effect.id, second.effect.id))), pair.log_evidence + evidence.log_of_none - promised
         if ids not in out or log > out[ids][0]:
-            places = [ways[c.effect.id, c.law, c.x > 0.0] for c in (own, second)]
+            places = [ways[c.way] for c in (own, second)]
             scale = np.array([1.0, second.x / linearised.columns[places[1]].x])
             order = np.argsort(places)
             out[ids] = log, Hypothesis(tuple(places[i] for i in order), log, (pair.departure * scale)[order], (pair.spread * scale)[order],

@@ -8,9 +8,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from ddh_twin_py.gap.effect import Acting
 from ddh_twin_py.gap.evidence.linearised import Linearised
 from ddh_twin_py.gap.explain.refit import Refitted
-from ddh_twin_py.gap.model import Acting, Model
+from ddh_twin_py.gap.model import Model
 
 _STEP = 0.01  # deviations
 _REACHED = 0.05  # of what the effect changes, that parameters may leave over

@@ -33,7 +33,7 @@ class Course:
 
 
 @dataclass(frozen=True)
-class Acting:
+class ActingEffect:
     """An effect as it acts: what it adds, how surely, where its chi-square lies.
 
     Attributes:
@@ -48,7 +48,7 @@ class Acting:
     relative: float
 
 
-def lacks(acting: Sequence[Acting]) -> list[Lack]:
+def lacks(acting: Sequence[ActingEffect]) -> list[Lack]:
     """Rows by place and phase, largest share first; then rows by regime, which carry no share of their own."""
     rows, regimes = [], []
     for one in acting:
@@ -65,7 +65,7 @@ def lacks(acting: Sequence[Acting]) -> list[Lack]:
     return sorted(rows, key=lambda row: -row.share) + regimes
 
 
-def _row(one: Acting, phase: str, regime: str, at: np.ndarray, share: float) -> Lack:
+def _row(one: ActingEffect, phase: str, regime: str, at: np.ndarray, share: float) -> Lack:
     value = float(one.course.value[at].mean()) if at.any() else 0.0
     if abs(value) < _NOTHING * np.abs(one.course.value).max(initial=0.0):
         value = 0.0

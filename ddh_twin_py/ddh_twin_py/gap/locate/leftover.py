@@ -16,7 +16,7 @@ from ddh_twin_py.estimation.fitting.binning import STEADY
 from ddh_twin_py.estimation.fitting.linear_gaussian import gain
 from ddh_twin_py.gap.evidence.hypotheses import WIDTH
 from ddh_twin_py.gap.evidence.linearised import Linearised
-from ddh_twin_py.gap.evidence.sensitivity import TYPICAL
+from ddh_twin_py.gap.evidence.sensitivity import TYPICAL, stacked
 from ddh_twin_py.gap.explain.modulation import modulations
 from ddh_twin_py.gap.explain.refit import Refitted
 
@@ -50,7 +50,7 @@ def free_forms(linearised: Linearised, fitted: Refitted, variables: list[dict[st
     """
     comparisons, altered = linearised.comparisons, linearised.model.altered
     own = list(fitted.columns)
-    lead = [np.column_stack([c.change[i] for c in own]) if own else np.zeros((k.size, 0)) for i, k in enumerate(comparisons)]
+    lead = stacked(own, comparisons)
     values = [c.residual(p) + j @ fitted.theta for c, p, j in zip(comparisons, fitted.predictions, linearised.sensitivities, strict=True)]
     names = list(dict.fromkeys(b.signal for c, a in zip(comparisons, altered, strict=True) if a for b in c.blocks))
     columns: list[list[np.ndarray]] = [[] for _ in comparisons]

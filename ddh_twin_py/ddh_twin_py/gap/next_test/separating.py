@@ -23,10 +23,10 @@ import numpy as np
 from ddh_twin_py.estimation.fitting.comparison import Comparison, Discrepancy
 from ddh_twin_py.estimation.fitting.experiment import Signal
 from ddh_twin_py.estimation.fitting.weighting import Weighting
+from ddh_twin_py.gap.effect import Acting
 from ddh_twin_py.gap.evidence.hypotheses import slack_shares
 from ddh_twin_py.gap.evidence.linearised import Linearised
 from ddh_twin_py.gap.evidence.sensitivity import Column, acting_of
-from ddh_twin_py.gap.model import Acting
 
 _ASTRAY = 1.0e9  # standard deviations by which no test that can be driven moves a row
 _DIFFERENCE = 0.3  # of what a parameter or a departure may still be off by

@@ -17,7 +17,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import block_diag, cho_factor, cho_solve
 
-from ddh_twin_py.gap.model import Acting, Held
+from ddh_twin_py.gap.effect import Acting
+from ddh_twin_py.gap.model import Held
 from ddh_twin_py.gap.shrink.held_runs import ratios_of
 from ddh_twin_py.gap.shrink.size import of_all
 

@@ -15,7 +15,7 @@ from ddh_twin_py.gap.evidence.linearised import Linearised
 from ddh_twin_py.gap.explain.refit import Refitted
 from ddh_twin_py.gap.locate.free_places import FreePlace
 from ddh_twin_py.gap.verdict.unknown import Unknown
-from ddh_twin_py.gap.verdict.witnesses import places_of
+from ddh_twin_py.gap.verdict.witnesses import columns_of_effects
 
 OUTDONE, OUTDONE_SHARE, _SOFTNESS = 10.0, 0.1, 2.5
 """Log evidence by which a place's free inputs may explain more than the best listed hypothesis, and the share of what that explains beyond
@@ -39,6 +39,6 @@ def outdone(unknown: Unknown, place: FreePlace, linearised: Linearised, leader: 
 
 def _by_the_linear_model(linearised: Linearised, leader: Refitted) -> float:
     """Log evidence that a hypothesis gains over none on the sums that places are compared on."""
-    own = places_of(linearised, leader)
+    own = columns_of_effects(linearised, leader)
     sums, room = linearised.evidence.sums, np.array([linearised.columns[i].room for i in own])
     return weigh(sums.information[np.ix_(own, own)], sums.score[own], room)[0]

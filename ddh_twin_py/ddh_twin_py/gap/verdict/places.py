@@ -15,7 +15,7 @@ from ddh_twin_py.gap.explain.refit import Refitted
 from ddh_twin_py.gap.explain.search import Found
 from ddh_twin_py.gap.findings import Lack
 from ddh_twin_py.gap.locate.free_places import FreePlace
-from ddh_twin_py.gap.locate.lacking import Acting, chi_square_by_phase, lacks
+from ddh_twin_py.gap.locate.lacking import ActingEffect, chi_square_by_phase, lacks
 from ddh_twin_py.gap.locate.locatable import Locatable
 from ddh_twin_py.gap.verdict.unknown import Unknown
 from ddh_twin_py.gap.verdict.verdict import Verdict
@@ -44,7 +44,7 @@ def places(model: Locatable, found: Found, verdict: Verdict) -> list[Lack]:
         change = [h * x / column.x for h in column.change]
         weight = probability * float(sum(np.sum(h**2) for h in change))
         std = float(np.hypot(np.sqrt(max(fitted.covariance[i, i], 0.0)) / abs(x), column.effect.law_error))
-        rows.append(Acting(column.effect, model.course(column.effect, without, acting), weight,
+        rows.append(ActingEffect(column.effect, model.course(column.effect, without, acting), weight,
                            chi_square_by_phase(change, found.linearised.comparisons), std))
     return _lacking(rows)
 
@@ -65,13 +65,13 @@ def alone(model: Locatable, found: Found) -> list[Lack]:
     return _lacking([row for row in rows if row is not None])
 
 
-def _lacking(acting: Sequence[Acting]) -> list[Lack]:
+def _lacking(acting: Sequence[ActingEffect]) -> list[Lack]:
     """What is lacking where shares are brought to a sum of one."""
     total = sum(one.share for one in acting) or 1.0
     return lacks([replace(one, share=one.share / total) for one in acting])
 
 
-def _by_itself(model: Locatable, found: Found, column: Column, departure: float, share: float, relative: float) -> Acting | None:
+def _by_itself(model: Locatable, found: Found, column: Column, departure: float, share: float, relative: float) -> ActingEffect | None:
     """One way of an effect as it acts with nothing else, at so many multiples of its column; None where its bounds allow nothing."""
     number, theta = model.altered.index(True), found.linearised.theta
     x = column.effect.limit(departure * column.x)
@@ -79,7 +79,7 @@ def _by_itself(model: Locatable, found: Found, column: Column, departure: float,
         return None
     without, acting = model.record(number, theta), model.record(number, theta, [(column.effect, column.law, x)])
     change = [h * x / column.x for h in column.change]
-    return Acting(column.effect, model.course(column.effect, without, acting), share,
+    return ActingEffect(column.effect, model.course(column.effect, without, acting), share,
                   chi_square_by_phase(change, found.linearised.comparisons), relative)
 
 

@@ -12,7 +12,7 @@ from ddh_twin_py.gap.evidence.sensitivity import Column
 from ddh_twin_py.gap.explain.classes import TELLS_APART
 from ddh_twin_py.gap.explain.refit import Refitted
 from ddh_twin_py.gap.verdict.unknown import Unknown
-from ddh_twin_py.gap.verdict.witnesses import lengths_of, places_of, witnesses
+from ddh_twin_py.gap.verdict.witnesses import columns_of_effects, lengths_of, witnesses
 
 LOG_ODDS = -2.0
 """Of something unknown beside two effects: of 45 pairs that led on sealed recordings of an independent plant, with nothing else against
@@ -35,7 +35,7 @@ def doubted(unknown: Unknown, linearised: Linearised, leader: Refitted) -> Unkno
     """
     if len(leader.columns) < 2:
         return unknown
-    places = places_of(linearised, leader)
+    places = columns_of_effects(linearised, leader)
     share, likeness = cancelling(linearised, leader), _likeness(witnesses(linearised, leader))
     least, slight = _least_rise(linearised, leader, places)
     odds = LOG_ODDS + _told((likeness - SAME) / _SAME_SOFTNESS, _SAME_BOUNDS) + _told((SLIGHT - slight) / _SLIGHT_SOFTNESS, _SLIGHT_BOUNDS)
@@ -66,7 +66,7 @@ def cancelling(linearised: Linearised, fitted: Refitted) -> float:
 
     With departures x and information I of their columns it is -sum of x_i I_ij x_j, i other than j, over sum of x_i I_ii x_i.
     """
-    places = places_of(linearised, fitted)
+    places = columns_of_effects(linearised, fitted)
     information = linearised.evidence.sums.information[np.ix_(places, places)]
     x = lengths_of(linearised, fitted, places)
     own = float(np.sum(x**2 * np.diagonal(information)))

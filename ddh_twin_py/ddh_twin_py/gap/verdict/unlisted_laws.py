@@ -17,7 +17,7 @@ import numpy as np
 
 from ddh_twin_py.gap.effect import Effect
 from ddh_twin_py.gap.evidence.hypotheses import log_prior, weigh
-from ddh_twin_py.gap.evidence.sensitivity import Column, columns_of
+from ddh_twin_py.gap.evidence.sensitivity import Column, columns_of, stacked
 from ddh_twin_py.gap.explain.departure import departure_of
 from ddh_twin_py.gap.explain.refit import Refit, Refitted
 from ddh_twin_py.gap.explain.search import Found
@@ -81,8 +81,8 @@ def _promising(found: Found, columns: Sequence[Column], least: float) -> list[tu
     own = found.linearised
     if not columns:
         return []
-    stacked = [np.column_stack([column.change[i] for column in columns]) for i in range(len(own.comparisons))]
-    sums = own.basis.sums(stacked, own.values())
+    changes = stacked(columns, own.comparisons)
+    sums = own.basis.sums(changes, own.values())
     told = []
     for i, column in enumerate(columns):
         log, estimate, _ = weigh(sums.information[i : i + 1, i : i + 1], sums.score[i : i + 1], np.array([column.room]))

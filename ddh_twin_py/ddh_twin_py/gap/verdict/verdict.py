@@ -7,7 +7,7 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from ddh_twin_py.gap.explain.classes import classes_of, marginal
+from ddh_twin_py.gap.explain.classes import classes_of
 from ddh_twin_py.gap.explain.search import Found
 from ddh_twin_py.gap.verdict.unknown import LISTED, Unknown
 
@@ -121,8 +121,8 @@ def judge(found: Found, unknown: Unknown, nothing_beyond: bool = False) -> Verdi
 
 def marginal_of(sets: dict[tuple[str, ...], float]) -> dict[str, float]:
     """Marginal probability of each effect, largest first."""
-    names = dict.fromkeys(name for ids in sets for name in ids)
-    return dict(sorted(marginal(dict(sets), list(names)).items(), key=lambda item: -item[1]))
+    effects = {name: float(sum(p for ids, p in sets.items() if name in ids)) for name in dict.fromkeys(n for ids in sets for n in ids)}
+    return dict(sorted(effects.items(), key=lambda item: -item[1]))
 
 
 def _together(found: Found, sets, effects, leader: tuple[str, ...]) -> float:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 
-from ddh_twin_py.gap.drive.next_test import DECIDES
+from ddh_twin_py.gap.next_test.proposal import DECIDES
 from ddh_twin_py.report.gap.hypotheses import between
 from ddh_twin_py.report.page import document as doc
 from ddh_twin_py.report.units import number

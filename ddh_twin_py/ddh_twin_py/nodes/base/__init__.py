@@ -1,0 +1,1 @@
+"""What every node is built on: parameters, a clean start and stop, subscriptions in batches, progress."""

@@ -1,0 +1,1 @@
+"""What comes in, from messages to the arrays that the library takes."""

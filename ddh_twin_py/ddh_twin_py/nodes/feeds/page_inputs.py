@@ -1,0 +1,119 @@
+"""What the graph publishes, from its messages to the streams of the live page."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+
+import numpy as np
+
+from ddh_msgs.msg import HydraulicState, MotorThermalState, ResidualArray, TemperatureEstimateArray
+from ddh_twin_py.bags.cdr import stamped_floats
+from ddh_twin_py.estimation.sensors import SENSORS
+from ddh_twin_py.nodes.feeds.telemetry_feed import field_count
+from ddh_twin_py.nodes.messages.conversion import FREE_RUN
+from ddh_twin_py.nodes.messages.wire import BulkParser
+from ddh_twin_py.physics.thermal_network import MOTOR_NODES, NODES
+from ddh_twin_py.telemetry.signals import TEMPERATURE_PREFIX
+from ddh_twin_py.web.streams import BY_NAME, ESTIMATE_PARTS, FLOW_PATHS, LOSSES, MOTOR_FIELDS, STATE_FIELDS
+
+Rows = Iterator[tuple[str, np.ndarray, np.ndarray]]
+"""Stream, stamps int64 (n,) in ns, values (n, fields)."""
+_HEAD = 96  # bytes of a message in which its source is named
+
+
+def telemetry_rows(topic: str, messages: Sequence[bytes]) -> tuple[np.ndarray, np.ndarray]:
+    """Stamps in ns and fields of telemetry messages, sound ones alone; a temperature without its variance."""
+    sizes = np.array([len(message) for message in messages], np.int64)
+    data = np.frombuffer(b"".join(messages), np.uint8)
+    stamps, values, sound = stamped_floats(data, np.cumsum(sizes) - sizes, sizes, field_count(topic))
+    if topic.startswith(TEMPERATURE_PREFIX):
+        values = values[:, :1]
+    return stamps[sound], values[sound]
+
+
+class Parsers:
+    """Parsers of the twin's outputs by topic; each gives rows of one stream or of several."""
+
+    def __init__(self) -> None:
+        states = {topic: BulkParser(HydraulicState) for topic in ("hydraulics/state", "hydraulics/prediction")}
+        residuals = {topic: BulkParser(ResidualArray) for topic in ("hydraulics/residuals", "temperature/residuals", "gap/residuals")}
+        motor, estimates = BulkParser(MotorThermalState), BulkParser(TemperatureEstimateArray)
+        self.by_topic: dict[str, tuple[type, Callable[[Sequence[bytes]], Rows]]] = {
+            "hydraulics/state": (HydraulicState, lambda m: _each(states["hydraulics/state"], m, _state)),
+            "hydraulics/prediction": (HydraulicState, lambda m: _each(states["hydraulics/prediction"], m, _prediction)),
+            "hydraulics/residuals": (ResidualArray, lambda m: _each(residuals["hydraulics/residuals"], _free_run_only(m), _noise)),
+            "motor/thermal_state": (MotorThermalState, lambda m: _each(motor, m, _motor)),
+            "temperature/estimates": (TemperatureEstimateArray, lambda m: _each(estimates, m, _estimates)),
+            "temperature/residuals": (ResidualArray, lambda m: _each(residuals["temperature/residuals"], m, _innovations)),
+            "gap/residuals": (ResidualArray, lambda m: _each(residuals["gap/residuals"], m, _gap)),
+        }
+
+
+def _each(parser: BulkParser, messages: Sequence[bytes], rows: Callable) -> Rows:
+    for example, stamps, values in parser.parse(messages):
+        stream, block = rows(example, values)
+        yield stream, stamps, block
+
+
+def _free_run_only(messages: Sequence[bytes]) -> list[bytes]:
+    source = FREE_RUN.encode() + b"\0"
+    return [message for message in messages if source in message[:_HEAD]]
+
+
+def _state(example: HydraulicState, values: dict) -> tuple[str, np.ndarray]:
+    return "state", np.column_stack([
+        values["telemetry_known"], _point(example, values),
+        ordered(example.heat_nodes, NODES, values["heat"]), ordered(example.flow_paths, FLOW_PATHS, values["flow"]),
+    ])  # fmt: skip
+
+
+def _prediction(example: HydraulicState, values: dict) -> tuple[str, np.ndarray]:
+    return "prediction", np.column_stack([_point(example, values), ordered(example.temperature_nodes, NODES, values["temperature"])])
+
+
+def _point(example: HydraulicState, values: dict) -> np.ndarray:
+    names = [loss.component for loss in example.losses]
+    return np.column_stack([*(values[name] for name in STATE_FIELDS), ordered(names, LOSSES, values["losses.power"])])
+
+
+def _noise(example: ResidualArray, values: dict) -> tuple[str, np.ndarray]:
+    return "noise", ordered(_signals(example), BY_NAME["noise"].fields, values["residuals.standard_deviation"])
+
+
+def _motor(example: MotorThermalState, values: dict) -> tuple[str, np.ndarray]:
+    return "motor", np.column_stack([*(values[name] for name in MOTOR_FIELDS), ordered(example.nodes, MOTOR_NODES, values["temperature"])])
+
+
+def _estimates(example: TemperatureEstimateArray, values: dict) -> tuple[str, np.ndarray]:
+    names = [estimate.location for estimate in example.estimates]
+    parts = [ordered(names, NODES, values[f"estimates.{part}"]) for part in ESTIMATE_PARTS]
+    by_node = np.stack(parts, axis=2).reshape(len(parts[0]), -1)
+    return "estimate", np.column_stack([values["ambient"], by_node])
+
+
+def _innovations(example: ResidualArray, values: dict) -> tuple[str, np.ndarray]:
+    names, wanted = _signals(example), [TEMPERATURE_PREFIX + sensor for sensor in SENSORS]
+    parts = [ordered(names, wanted, values[f"residuals.{part}"]) for part in ("residual", "standard_deviation")]
+    return "innovation", np.stack(parts, axis=2).reshape(len(parts[0]), -1)
+
+
+def _gap(example: ResidualArray, values: dict) -> tuple[str, np.ndarray]:
+    names = _signals(example)
+    stream = "temperature_gap" if any(name.startswith(TEMPERATURE_PREFIX) for name in names) else "gap"
+    return stream, ordered(names, BY_NAME[stream].fields, values["residuals.residual"])
+
+
+def _signals(example: ResidualArray) -> list[str]:
+    return [residual.signal for residual in example.residuals]
+
+
+def ordered(names: Sequence[str], wanted: Sequence[str], values: np.ndarray) -> np.ndarray:
+    """Columns (n, len(wanted)) of the wanted names, NaN for one that is not there."""
+    if list(names) == list(wanted):
+        return values
+    place = {name: i for i, name in enumerate(names)}
+    found = np.full((len(values), len(wanted)), np.nan)
+    for j, name in enumerate(wanted):
+        if name in place:
+            found[:, j] = values[:, place[name]]
+    return found

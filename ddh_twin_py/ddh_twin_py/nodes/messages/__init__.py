@@ -1,0 +1,1 @@
+"""Messages composed and parsed, and the one place where units change."""

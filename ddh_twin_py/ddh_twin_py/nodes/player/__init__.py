@@ -1,0 +1,1 @@
+"""How a bag player is steered, watched and waited for."""

@@ -1,0 +1,1 @@
+"""What nodes do beside their main work: diagnostics, limits, state on disk, diagnoses."""

@@ -1,0 +1,36 @@
+"""What every node answers, whatever it does."""
+
+from types import SimpleNamespace
+
+import pytest
+from ddh_twin_py.nodes.base.node_base import TwinNode, run
+from ddh_twin_py.nodes.drive_telemetry import DriveTelemetryNode
+from ddh_twin_py.nodes.gap_monitor import GapMonitorNode
+from nodes.processes import NodeProcess, wait_for
+
+
+@pytest.mark.parametrize("node, parameter", [(GapMonitorNode, "false_alarm_hours"), (DriveTelemetryNode, "")])
+@pytest.mark.parametrize("asked", ["--help", "-h"])
+def test_help_is_told_and_no_node_starts(node, parameter, asked, capsys):
+    assert run(node, [asked]) == 0
+    told = capsys.readouterr().out
+    assert told.startswith("Node: ") and "usage: ros2 run ddh_twin_py" in told and parameter in told
+
+
+def test_what_comes_again_is_said_again_but_not_each_time():
+    said = []
+    node = SimpleNamespace(_met={}, wall=lambda: at, get_logger=lambda: SimpleNamespace(warning=said.append))
+    for at in (0.0, 30.0, 50.0, 61.0, 200.0):
+        TwinNode.warn_again(node, "jump", f"jumped at {at:g} s")
+    TwinNode.warn_again(node, "pause", "paused")
+    assert said == ["jumped at 0 s", "jumped at 61 s (and 2 times since this was last said)", "jumped at 200 s", "paused"]
+
+
+@pytest.mark.live
+@pytest.mark.parametrize(("node", "topics"), [
+    ("temperature_fusion", "hydraulics/state, motor/thermal_state"),
+    ("gap_monitor", "hydraulics/residuals, temperature/estimates, temperature/residuals"),
+])  # fmt: skip
+def test_a_node_says_that_it_is_ready_and_what_it_waits_for(node, topics):
+    with NodeProcess(node, "/crane_1") as process:
+        wait_for(lambda: f"ready in /crane_1, waiting for {topics}\n" in process.text, 90.0, node)

@@ -1,0 +1,42 @@
+"""What gap_monitor makes of stamps that step back, before the gap watch sees them."""
+
+import numpy as np
+import pytest
+from ddh_twin_py.gap.watch.watch import HYDRAULIC, GapWatch, Settings
+from ddh_twin_py.nodes.feeds.gap_inputs import Forward
+from ddh_twin_py.rig import load_rig
+
+TICK = 50_000_000
+
+
+def watched(step, learned=60.0):
+    """A watch after so many s of work, and a clock that steps then by so many s, 30 s more; and what kept it going forward."""
+    watch, forward, rng = GapWatch(load_rig(None), Settings(bin_length=1.0, learning=100.0)), Forward(), np.random.default_rng(1)
+    for begin, count in ((0, round(learned * 20)), (round((learned + step) * 20), 600)):
+        for first in range(begin, begin + count, 7):
+            stamps = TICK * np.arange(first + 1, first + 8)
+            used = forward.used(stamps)
+            residual, phase = rng.standard_normal((7, len(HYDRAULIC))), np.full(7, 0.05)
+            watch.take_hydraulics(stamps[used], residual[used], 0.0 * residual[used], phase[used])
+    return watch, forward
+
+
+@pytest.mark.parametrize("step", [-1.0, -5.0, -10.0])
+def test_a_clock_put_back_a_little_costs_no_more_than_it_was_put_back_by(step):
+    steady = watched(0.0)[0].status()[0].learned
+    watch, forward = watched(step)
+    assert (watch.resets, forward.put_back) == (0, 1)
+    assert steady + (step - 1.0) / 100.0 <= watch.status()[0].learned < steady
+
+
+def test_an_earlier_time_begins_anew():
+    watch, forward = watched(-30.0)
+    assert (watch.resets, forward.put_back) == (1, 0)
+    assert watch.status()[0].learned == pytest.approx(0.29, abs=0.02)
+
+
+def test_a_step_within_a_run_is_found():
+    forward = Forward()
+    assert forward.used(np.array([1, 2, 3, 2, 3, 4]) * 1_000_000_000).tolist() == [True, True, True, False, True, True]
+    assert forward.used(np.array([3, 4, 5, 6]) * 1_000_000_000).tolist() == [False, True, True, True]
+    assert forward.put_back == 2
