@@ -55,6 +55,19 @@ def test_several_benches_are_scored_together(answered, tmp_path, capsys):
     assert "other/case_0001" in (tmp_path / "both.html").read_text() and not (other / "scores.json").exists()
 
 
+def test_a_bench_among_several_is_scored_alone(answered, tmp_path, capsys):
+    other = tmp_path / "other"
+    shutil.copytree(answered, other, ignore=shutil.ignore_patterns("other"))
+    asked = ["gap-bench", "score", str(answered), str(other), "--json", "-", "--quiet"]
+    assert main([*asked, "--bench", "other"]) == 0
+    scored = json.loads(capsys.readouterr().out)
+    assert scored["cases"] == len(scored["answers"]) > 0 and {row["name"].split("/")[0] for row in scored["answers"]} == {"other"}
+    assert main([*asked, "--bench", "othr"]) == 2
+    assert "--bench: no bench 'othr'; the nearest is 'other'" in capsys.readouterr().err
+    assert main(["gap-bench", "run", str(answered), "--bench", "other"]) == 2
+    assert "--bench: is for the step score, which run is not" in capsys.readouterr().err
+
+
 def test_score_of_one_suite_as_json(answered, capsys):
     assert main(["gap-bench", "score", str(answered), "--suite", "none", "--json", "-", "--quiet"]) == 0
     assert json.loads(capsys.readouterr().out)["cases"] == 1
@@ -102,7 +115,7 @@ def test_a_page_without_a_place_for_the_table_is_refused_before_any_work(page, s
 
 def test_outputs_that_would_not_be_written_or_written_twice(answered, capsys):
     assert main(["gap-bench", "run", str(answered), "--json", str(answered / "s.json")]) == 2
-    assert "--json: is written by the step score, which run is not" in capsys.readouterr().err
+    assert "--json: is for the step score, which run is not" in capsys.readouterr().err
     page = answered / "page.md"
     page.write_text("<!-- gap-bench: begin -->\n<!-- gap-bench: end -->\n")
     assert main(["gap-bench", "score", str(answered), "--table", str(page), "--html", str(page)]) == 2

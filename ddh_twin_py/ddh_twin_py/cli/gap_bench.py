@@ -36,6 +36,8 @@ def add_parser(subparsers) -> None:
     parser.add_argument("--again", metavar="WHICH", choices=("crashed", "all"), default="", help="crashed or all: run these cases once "
         "more, as after a change of the diagnosis")
     parser.add_argument("--no-oracle", action="store_true", help="do not ask the diagnosis that is told the effect")
+    parser.add_argument("--bench", metavar="NAME", action="append", default=None, help="of several benches, or of answers that were kept, "
+        "score this one alone, such as s3449; may be given more than once")
     parser.add_argument("--table", metavar="PAGE", type=Path, help="a Markdown file whose table of the bench is written anew")
     add_html(parser)
     add_json(parser)
@@ -73,13 +75,15 @@ def run(args: argparse.Namespace) -> int:
         if crashed:
             say(f"{len(crashed)} cases crashed and count as wrong: {', '.join(crashed)}")
     if "score" in steps:
-        from ddh_twin_py.gap_bench.scoring import answers_of_all, summary
+        from ddh_twin_py.gap_bench.scoring import answers_of_all, of_benches, summary
         from ddh_twin_py.report.bench.page import gap_bench_document, gap_bench_end
         from ddh_twin_py.report.page.document import write_json
 
         answers, waiting = answers_of_all(folders, suites, args.cases)
         if waiting:
             say(f"{waiting} cases have no answer yet and are left out of the scores")
+        if args.bench:
+            answers = of_benches(answers, args.bench)
         scored, named = summary(answers), ", ".join(str(folder) for folder in folders)
         alone = len(folders) == 1 and out.is_dir()
         if alone:
@@ -99,9 +103,9 @@ def run(args: argparse.Namespace) -> int:
 
 def _refuse_outputs(args: argparse.Namespace, steps: tuple[str, ...]) -> None:
     """Before hours of work: what only a score can write, a page without a place for the table, or one path twice."""
-    given = {name: value for name in ("table", "html", "json") if (value := getattr(args, name))}
+    given = {name: value for name in ("table", "html", "json", "bench") if (value := getattr(args, name))}
     if given and "score" not in steps:
-        raise InputError(f"--{next(iter(given))}: is written by the step score, which {steps[0]} is not")
+        raise InputError(f"--{next(iter(given))}: is for the step score, which {steps[0]} is not")
     if args.table is None:
         return
     from ddh_twin_py.report.bench.table import place_of

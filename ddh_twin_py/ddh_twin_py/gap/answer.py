@@ -19,7 +19,7 @@ from ddh_twin_py.gap.findings import Lack
 from ddh_twin_py.gap.not_excluded import NotExcluded, not_excluded
 from ddh_twin_py.gap.shrink import size
 from ddh_twin_py.gap.shrink.at_odds import at_odds
-from ddh_twin_py.gap.shrink.held_runs import HeldRuns, ratios_of, recorded
+from ddh_twin_py.gap.shrink.held_runs import HeldRuns, ratios_of, recorded, traces
 from ddh_twin_py.gap.shrink.open_rig import asked_of_rig, told
 from ddh_twin_py.gap.verdict.conclusion import Conclusion, conclude
 from ddh_twin_py.gap.verdict.places import alone, entry_of, places, sized, unknown_places
@@ -49,9 +49,9 @@ def diagnosis(model: Diagnosable, found: Found, commissioned: np.ndarray, hidden
     progress(_HEARD)
     held, runs, first = before.runs.held, before.runs, before.runs.held.signals()[0]
     found, verdict, best = concluded.found, concluded.verdict, concluded.best
-    no_gap, explained, is_unknown = (verdict.word in words for words in (("no_gap",), ("explained", "ambiguous"), ("unknown",)))
-    after, rows, unknown = _after(model, concluded, before)
-    leader = after.leader
+    no_gap, explained, is_unknown = verdict.word == "no_gap", verdict.word in ("explained", "ambiguous"), verdict.word == "unknown"
+    after = _after(model, concluded, before)
+    leader, unknown = after.leader, after.unknown
     progress(_PLACED)
     off, gap_after = runs.ratios(leader), runs.gap(leader)
     classes, confusable = classes_of(found.linearised, verdict.effects, found.fitted)
@@ -71,7 +71,7 @@ def diagnosis(model: Diagnosable, found: Found, commissioned: np.ndarray, hidden
         "verdict": verdict.word,
         "gap": {"as_is": before.gap_as_is, "before": before.gap, "after": gap_after,
                 "closed_fraction": size.closed(before.gap, gap_after)},
-        "where": [entry_of(row) for row in rows if row.regime == ""] if not no_gap else [],
+        "where": [entry_of(row) for row in after.rows if row.regime == ""] if not no_gap else [],
         "why": _why(model, found, verdict),
         "classes": classes,
         "hypotheses": [{"effects": list(w.effects), "probability": w.probability, "gap_after": w.gap_after} for w in weighed],
@@ -90,11 +90,11 @@ def diagnosis(model: Diagnosable, found: Found, commissioned: np.ndarray, hidden
     }
     believed = leader.acting if after.learned or explained else []
     beside = BesideReport([*(d.effect for d in left_open.missed), *hidden], unknown.reading, at_best.over if at_best else None, asked_for,
-                    pressed, before.commissioned, left_open.since, verdict.together, model.cut)
+                          pressed, before.commissioned, left_open.since, verdict.together, model.cut)
     return Diagnosis(
         report=report, recordings=model.recordings, sentence=careful(odd) + sentence(report, model.catalogue, beside),
-        traces=held.traces(before.run[0], runs.of(leader)[0], runs.floor), axes=held.axes(leader.theta, leader.acting),
-        lacking=rows, alone=alone(model, found), inputs=model.unknown_inputs(before.plain, spread) if not no_gap else [],
+        traces=traces(held, before.run[0], runs.of(leader)[0], runs.floor), axes=held.axes(leader.theta, leader.acting),
+        lacking=after.rows, alone=alone(model, found), inputs=model.unknown_inputs(before.plain, spread) if not no_gap else [],
         weighed=weighed, confusable=confusable, parameters=parameters, shapes=unknown.shapes,
         rig=model.rig_with(before.plain if nameless else leader.theta, believed, spread, joint=leader.joint if believed else None,
                            as_built=nameless and before.commissioned),
@@ -136,22 +136,29 @@ def _before(model: Diagnosable, found: Found, commissioned: np.ndarray) -> _Befo
 
 @dataclass(frozen=True)
 class _After:
-    """With what the gap "after" is taken: a hypothesis as it was fitted, or terms learned where something unknown acts."""
+    """With what the gap "after" is taken, and what is said of it.
+
+    Attributes:
+        leader: a hypothesis as it was fitted, or terms learned where something unknown acts, which are ``learned`` then.
+        rows: what the twin lacks by place. unknown: beside the leader, its places sized where it is the verdict.
+    """
 
     leader: Refitted
+    rows: list[Lack]
+    unknown: Unknown
     learned: Refitted | None = None
 
 
-def _after(model: Diagnosable, concluded: Conclusion, before: _Before) -> tuple[_After, list[Lack], Unknown]:
-    """What is added, what the twin lacks by place, and what is unknown beside it."""
+def _after(model: Diagnosable, concluded: Conclusion, before: _Before) -> _After:
+    """See `_After`."""
     found, verdict, best = concluded.found, concluded.verdict, concluded.best
     if verdict.word != "unknown":
-        return _After(found.fitted[()] if verdict.word == "no_gap" else best), places(model, found, verdict), concluded.unknown
+        return _After(found.fitted[()] if verdict.word == "no_gap" else best, places(model, found, verdict), concluded.unknown)
     first, gap = concluded.unknown.places[0], before.runs.gap
     terms = model.learned_terms(first.component, first.domain)
     learned = concluded.law.fitted if concluded.law else learn(model, found, terms, gap, before.gap) if terms else None
     rows = unknown_places(model, concluded.sought, concluded.unknown, best)
-    return _After(learned or min((found.fitted[()], best), key=gap), learned), rows, sized(concluded.unknown, rows)
+    return _After(learned or min((found.fitted[()], best), key=gap), rows, sized(concluded.unknown, rows), learned)
 
 
 def _odd(model: Diagnosable, concluded: Conclusion, before: _Before) -> list[str]:

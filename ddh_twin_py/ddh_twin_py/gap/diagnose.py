@@ -18,6 +18,7 @@ from ddh_twin_py.gap.diagnosis import Diagnosis
 from ddh_twin_py.gap.drive.case import DriveCase
 from ddh_twin_py.gap.evidence.hypotheses import POWER, POWER_WITHOUT_COMMISSIONING
 from ddh_twin_py.gap.explain.search import Found, search
+from ddh_twin_py.gap.explain.side_by_side import THREADS
 from ddh_twin_py.gap.recordings.carried_load import undeclared_loads
 from ddh_twin_py.gap.recordings.contradictions import contradictions
 from ddh_twin_py.gap.recordings.doubts import at_the_stops, damage, doubts, left_out, of_reference, pauses, undeclared
@@ -33,7 +34,6 @@ HELD_SHARE = 0.25
 _FITTED, _SEARCHED = 0.1, 0.75
 """Shares of the work that are done when the rig is fitted, and when the hypotheses are weighed; in three cases 0.06 to 0.19 and 0.57
 to 0.84 of the time."""
-_THREADS = 2  # free runs side by side
 _SWEEPS, _SWEEPS_OF_SHEET = 5, 3  # of the first fit, with and without commissioning; the search goes on from there
 
 
@@ -93,7 +93,7 @@ def diagnose(recordings: Recordings, rig: Rig, without: Collection[str] = (), on
     read = [e.recording for e in (*field, *commissioning, *held)]
     if reason:
         return _noted(answer.insufficient(model, reason), read, rig)
-    with ThreadPoolExecutor(max_workers=_THREADS) as pool:
+    with ThreadPoolExecutor(max_workers=THREADS) as pool:
         problem = Problem(commissioning or field, model.rig, model.paths, Discrepancy())
         fit = problem.fit(pool, lambda done: told(_FITTED * done), sweeps=_SWEEPS if commissioning else _SWEEPS_OF_SHEET,
                           restarts=RESTARTS if commissioning else 0)

@@ -12,7 +12,7 @@ import numpy as np
 
 from ddh_twin_py.estimation.fitting.calibration import FittedParameter
 from ddh_twin_py.gap.effect import Acting, Effect
-from ddh_twin_py.gap.findings import Lack, Trace
+from ddh_twin_py.gap.findings import Lack
 
 
 class FreeRuns(Protocol):
@@ -90,10 +90,6 @@ class Held(Protocol):
         Args:
             begin: by recording, standard deviations of each of those ways; None: as the first minutes of each tell.
         """
-        ...
-
-    def traces(self, before: Mapping[str, np.ndarray], after: Mapping[str, np.ndarray], floor: Mapping[str, float]) -> dict[str, Trace]:
-        """Signals of the first recording with both runs."""
         ...
 
     def axes(self, theta: np.ndarray, acting: Acting) -> dict[str, tuple[np.ndarray, np.ndarray]]:

@@ -11,6 +11,7 @@ import numpy as np
 from ddh_twin_py.estimation.fitting.calibration import FittedParameter
 from ddh_twin_py.gap.explain.detection import SIZES, Detection, detections
 from ddh_twin_py.gap.explain.search import Found
+from ddh_twin_py.gap.explain.side_by_side import THREADS
 from ddh_twin_py.gap.explain.taken_up import not_shown, shown_since
 from ddh_twin_py.gap.words import shown_by_field, tolerance, untold
 from ddh_twin_py.rig.reader_units import moved, plus_minus
@@ -62,7 +63,7 @@ def not_excluded(found: Found, theta: np.ndarray, spread: np.ndarray, parameters
     since = _since(found, theta, spread, parameters)
     unsure = list(dict.fromkeys([*_taken_up(found), *since]))
     asked = {column.effect.id: column.effect for column in found.linearised.columns if column.effect.id not in unsure}
-    with ThreadPoolExecutor(max_workers=2) as pool:
+    with ThreadPoolExecutor(max_workers=THREADS) as pool:
         return NotExcluded(since, unsure, detections(found.linearised, list(asked.values()), pool))
 
 

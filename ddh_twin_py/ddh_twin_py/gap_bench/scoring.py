@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -15,6 +15,7 @@ from ddh_twin_py.gap_bench.plan import LEVELS, SUITES
 from ddh_twin_py.gap_bench.result_files import ResultError, read_result, result_file
 from ddh_twin_py.gap_bench.running import BenchError, questions, selected
 from ddh_twin_py.gap_bench.sealing import truth_of
+from ddh_twin_py.names import no_such
 
 BINS = 10
 METRICS = {
@@ -56,6 +57,19 @@ def answers_of_all(folders: Sequence[Path], suites: tuple[str, ...] = (), cases:
         waiting += len(names) - len(own)
         found += own if len(folders) == 1 else [replace(a, name=f"{out.name}/{a.name}") for a in own]
     return found, waiting
+
+
+def of_benches(answers: Sequence[Answer], benches: Collection[str]) -> list[Answer]:
+    """Those of some benches, by the name that stands before the case's: ``s3449`` of ``s3449/case_0001``.
+
+    Raises:
+        BenchError: a bench of which there is no answer.
+    """
+    known = list(dict.fromkeys(answer.name.rpartition("/")[0] for answer in answers))
+    for bench in benches:
+        if bench not in known:
+            raise BenchError(f"--bench: {no_such('bench', bench, known)}")
+    return [answer for answer in answers if answer.name.rpartition("/")[0] in benches]
 
 
 def _answers_of(out: Path, names: Sequence[str]) -> list[Answer]:

@@ -7,8 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 
 from ddh_twin_py.gap.effect import Acting
-from ddh_twin_py.gap.findings import Trace
-from ddh_twin_py.gap.shrink.size import counted
+from ddh_twin_py.gap.shrink.size import counted, held_back
 from ddh_twin_py.real_rigs.run import Run
 
 
@@ -36,9 +35,7 @@ class RigHeld:
 
     def mask(self) -> Callable[[object], np.ndarray]:
         """Which samples of a signal count."""
-        if self._whole:
-            return counted
-        return lambda signal: np.isfinite(signal.measured) & (signal.time > signal.held_from)
+        return counted if self._whole else held_back
 
     def open_begins(self) -> list[int]:
         """None: described rigs begin as they are read."""
@@ -48,17 +45,6 @@ class RigHeld:
         """Free runs, by recording; all begin as they are read."""
         record = self._record(theta, acting)
         return [run.predict(record) for run in self._runs]
-
-    def traces(self, before: Mapping[str, np.ndarray], after: Mapping[str, np.ndarray], floor: Mapping[str, float]) -> dict[str, Trace]:
-        """Signals of the first recording with both runs."""
-        mask = self.mask()
-        out = {}
-        for name, signal in self.signals()[0].items():
-            used = mask(signal)
-            if used.any():
-                out[name] = Trace(signal.time[used], signal.measured[used], before[name][used], after[name][used], signal.unit,
-                                  signal.noise, floor[name] * signal.noise)
-        return out
 
     def axes(self, theta: np.ndarray, acting: Acting) -> dict[str, tuple[np.ndarray, np.ndarray]]:
         """Variables on which residuals may depend, of the first recording."""

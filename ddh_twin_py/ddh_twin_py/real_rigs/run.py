@@ -16,7 +16,7 @@ class Run(ABC):
     """One recording of a rig and the free run over it.
 
     Attributes:
-        name: for people. signals: what is compared, name to `estimation.experiment.Signal`; samples later than a signal's
+        name: for people. signals: what is compared, name to `estimation.fitting.experiment.Signal`; samples later than a signal's
             ``held_from`` take no part in finding or fitting and must be in none of its bins.
     """
 

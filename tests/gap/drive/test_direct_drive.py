@@ -13,6 +13,7 @@ from ddh_twin_py.gap.drive.case import DriveCase
 from ddh_twin_py.gap.drive.direct_drive import DirectDrive
 from ddh_twin_py.gap.drive.held_data import HeldData
 from ddh_twin_py.gap.evidence.slopes import slopes_of
+from ddh_twin_py.gap.shrink.held_runs import traces
 from ddh_twin_py.rig import load_rig
 from ddh_twin_py.rig.writer import write_rig
 from support.simulated import simulated
@@ -266,8 +267,8 @@ def test_held_runs_are_those_of_the_field(model):
     held, theta = HeldData.of(model), np.zeros(model.size)
     runs = held.run(theta, [(OFFSET, 0, 1e5)])
     assert len(runs) == len(held.signals()) == 2
-    traces = held.traces(runs[0], runs[0], dict.fromkeys(held.signals()[0], 1.6))
-    for trace in traces.values():
+    drawn = traces(held, runs[0], runs[0], dict.fromkeys(held.signals()[0], 1.6))
+    for trace in drawn.values():
         assert (np.diff(trace.time) >= 0.0).all() and trace.time.size == trace.measured.size
     assert set(held.axes(theta, [])) >= {"speed, rad/s", "tank oil temperature, K"}
 

@@ -23,6 +23,7 @@ from ddh_twin_py.gap.effect import Acting, Effect
 from ddh_twin_py.gap.evidence.linearised import Linearised
 from ddh_twin_py.gap.evidence.sensitivity import Column, columns_of
 from ddh_twin_py.gap.explain.search import Found
+from ddh_twin_py.gap.explain.side_by_side import THREADS
 from ddh_twin_py.gap.findings import Lack
 from ddh_twin_py.gap.locate.free_places import FreePlace, free_places
 from ddh_twin_py.gap.locate.lacking import Course
@@ -88,7 +89,7 @@ class DriveCase(DirectDrive):
     def free_places(self, found: Found, forms: list[FreeForm], off: str = "") -> list[FreePlace]:
         """Places by how much their free inputs explain, the likeliest first."""
         own = found.linearised
-        with ThreadPoolExecutor(max_workers=2) as pool:
+        with ThreadPoolExecutor(max_workers=THREADS) as pool:
             return self._free_places(own, columns_of(terms(), self, own.theta, own.comparisons, pool), off)
 
     def best_place(self, linearised: Linearised) -> FreePlace | None:

@@ -9,8 +9,7 @@ import numpy as np
 
 from ddh_twin_py.gap.drive.direct_drive import STEP, DirectDrive
 from ddh_twin_py.gap.effect import Acting
-from ddh_twin_py.gap.findings import Trace
-from ddh_twin_py.gap.shrink.size import counted
+from ddh_twin_py.gap.shrink.size import counted, held_back
 from ddh_twin_py.physics.thermal_network import TANK
 
 
@@ -41,9 +40,7 @@ class HeldData:
 
     def mask(self) -> Callable[[object], np.ndarray]:
         """Which samples of a signal count."""
-        if self.model.held:
-            return counted
-        return lambda signal: np.isfinite(signal.measured) & (signal.time > signal.held_from)
+        return counted if self.model.held else held_back
 
     def open_begins(self) -> list[int]:
         """In how many ways each recording may begin otherwise than is likely; of a field recording that was fitted none."""
@@ -56,18 +53,6 @@ class HeldData:
             return [held.predict(self.model.held_record(number, theta, acting), STEP, own_history=True, begin=own)
                     for number, (held, own) in enumerate(zip(self.model.held, begins, strict=True))]
         return [self.model.run_one(self.model.first + number, theta, acting) for number in range(len(self.model.field))]
-
-    def traces(self, before: Mapping[str, np.ndarray], after: Mapping[str, np.ndarray], floor: Mapping[str, float]) -> dict[str, Trace]:
-        """Signals of the first recording with both runs."""
-        mask = self.mask()
-        out = {}
-        for name, signal in self.signals()[0].items():
-            used = mask(signal)
-            if used.any():
-                order = np.flatnonzero(used)[np.argsort(signal.time[used], kind="stable")]
-                out[name] = Trace(signal.time[order], signal.measured[order], before[name][order], after[name][order], signal.unit,
-                                  signal.noise, floor[name] * signal.noise)
-        return out
 
     def axes(self, theta: np.ndarray, acting: Acting) -> dict[str, tuple[np.ndarray, np.ndarray]]:
         """Variables on which residuals may depend, from the free run of the first recording."""

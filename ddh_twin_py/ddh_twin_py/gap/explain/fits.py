@@ -23,13 +23,14 @@ from ddh_twin_py.gap.explain.partners import partners
 from ddh_twin_py.gap.explain.refit import Refit, Refitted
 from ddh_twin_py.gap.explain.taken_up import taken_up
 
+TEMPERED = 2.0
+"""By which log odds between one effect and another in its place are tempered: laws that are not quite the rig's speak for one."""
 _AT_ONCE = 6  # sets fitted side by side
 _MOST = 12  # sets fitted in full, from which no further round of expected or close ones is begun
 _FAR_BEHIND = 12.0  # log weight behind the best beyond which a set is not fitted in full
 _RIVAL = 2.0  # log weight behind the best fitted within which a set is fitted before it is judged
 _ANOTHER = 4.0  # the same of a set that explains without one of the best's effects: told from it wrongly, it would mislead
 _KEPT = 3  # leading sets whose fits the next linearisation begins from
-_TOLD = 2.0  # by which log odds between one effect and another in its place are tempered: laws that are not quite the rig's speak for one
 _ALIKE, _ALIKE_SHARE = 25.0, 0.02  # log weight behind the best, and share of what that explains, within which a set with an effect of like
 # signature is fitted, whatever the linear model says
 _BENDS = 20.0  # log evidence of a single effect from which others are looked for beside it as it acts
@@ -285,7 +286,7 @@ class Fits:
         best = max(out, key=out.get)
         for ids in out:
             if len(ids) == len(best) == len({*ids} & {*best}) + 1:
-                out[ids] += (1.0 - 1.0 / _TOLD) * (out[best] - out[ids])
+                out[ids] += (1.0 - 1.0 / TEMPERED) * (out[best] - out[ids])
         highest = min(max(out.values()) - _BEHIND, max(min(out.values()), logsumexp(list(out.values())) - 1.0))
         for ids, weight in self._expected().items():
             out.setdefault(ids, min(weight - self._by_law(ids), highest))

@@ -12,6 +12,7 @@ from ddh_twin_py.gap.evidence.hypotheses import WIDTH
 from ddh_twin_py.gap.evidence.sensitivity import Column, columns_of, stacked
 from ddh_twin_py.gap.explain.refit import Refit, Refitted
 from ddh_twin_py.gap.explain.search import Found
+from ddh_twin_py.gap.explain.side_by_side import THREADS
 from ddh_twin_py.gap.model import Model
 from ddh_twin_py.rig.reader_units import plus_minus
 
@@ -32,7 +33,7 @@ def learn(model: Model, found: Found, terms: Sequence[Effect], gap: Callable[[Re
         One term or all at their optimum; None where they move nothing or do not shrink the gap of held-out data by a tenth.
     """
     own, none = found.linearised, found.fitted[()]
-    with ThreadPoolExecutor(max_workers=2) as pool:
+    with ThreadPoolExecutor(max_workers=THREADS) as pool:
         chosen = _signed(own, columns_of(terms, model, own.theta, own.comparisons, pool))
         refit = Refit(own, own.basis.otherwise(1.0, 1.0))
         sets = [*([way] for way in chosen), *([chosen] if len(chosen) > 1 else [])]

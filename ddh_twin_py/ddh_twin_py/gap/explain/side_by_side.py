@@ -6,8 +6,10 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from typing import TypeVar
 
+THREADS = 2
+"""Free runs side by side; a diagnosis is made for two cores."""
 T = TypeVar("T")
-_runs = ThreadPoolExecutor(max_workers=2, thread_name_prefix="free run")
+_runs = ThreadPoolExecutor(max_workers=THREADS, thread_name_prefix="free run")
 
 
 def side_by_side(calls: Sequence[Callable[[], T]]) -> list[T]:

@@ -26,9 +26,9 @@ from ddh_twin_py.estimation.fitting.weighting import Weighting
 from ddh_twin_py.gap.effect import Acting
 from ddh_twin_py.gap.evidence.hypotheses import slack_shares
 from ddh_twin_py.gap.evidence.linearised import Linearised
-from ddh_twin_py.gap.evidence.sensitivity import Column, acting_of
+from ddh_twin_py.gap.evidence.sensitivity import Column, acting_of, sane
+from ddh_twin_py.gap.explain.side_by_side import THREADS
 
-_ASTRAY = 1.0e9  # standard deviations by which no test that can be driven moves a row
 _DIFFERENCE = 0.3  # of what a parameter or a departure may still be off by
 
 
@@ -205,7 +205,7 @@ class Trial(ABC):
 
 def _side_by_side(column: Callable[..., np.ndarray], wanted: Sequence, rows: int) -> np.ndarray:
     """A column (rows,) for each of what is wanted, (rows, q), worked out two at a time."""
-    with ThreadPoolExecutor(max_workers=2) as pool:
+    with ThreadPoolExecutor(max_workers=THREADS) as pool:
         columns = list(pool.map(column, wanted))
     return np.column_stack(columns) if columns else np.zeros((rows, 0))
 
@@ -222,4 +222,4 @@ def root_of(remaining: Remaining, added: int) -> np.ndarray:
 
 def _told(columns: np.ndarray) -> np.ndarray:
     """The same without what a run says that went astray."""
-    return np.where(np.abs(columns) < _ASTRAY, columns, 0.0)
+    return np.where(sane(columns), columns, 0.0)

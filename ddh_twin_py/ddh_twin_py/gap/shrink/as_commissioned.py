@@ -22,6 +22,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import expit
 
+from ddh_twin_py.gap.explain.side_by_side import THREADS
 from ddh_twin_py.gap.model import Held, Model
 from ddh_twin_py.gap.shrink.size import counted
 
@@ -112,7 +113,7 @@ def surprises(model: Model, held: Held | None, floor: Mapping[str, float], theta
         def moved(move: tuple[np.ndarray, np.ndarray], data=data, run=run) -> _Squares:
             return data.squares(data.run(model.within(theta + move[0]), move[1]), run, floor)
 
-        with ThreadPoolExecutor(max_workers=2) as pool:
+        with ThreadPoolExecutor(max_workers=THREADS) as pool:
             drawn = list(pool.map(moved, zip(*moves, strict=True)))
         for name in asked & set(own):
             expected = 1.0 + float(np.mean([one[name] for one in drawn]))

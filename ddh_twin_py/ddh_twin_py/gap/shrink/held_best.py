@@ -18,6 +18,7 @@ import numpy as np
 from scipy.linalg import block_diag, cho_factor, cho_solve
 
 from ddh_twin_py.gap.effect import Acting
+from ddh_twin_py.gap.explain.side_by_side import THREADS
 from ddh_twin_py.gap.model import Held
 from ddh_twin_py.gap.shrink.held_runs import ratios_of
 from ddh_twin_py.gap.shrink.size import of_all
@@ -208,7 +209,7 @@ class HeldBest:
         def moved(move: int) -> Runs:
             return self._off(self._run(ways, z, _DIFFERENCE * np.eye(z.size)[move]))
 
-        with ThreadPoolExecutor(max_workers=2) as pool:
+        with ThreadPoolExecutor(max_workers=THREADS) as pool:
             changed = list(pool.map(moved, moves))
         return [{name: np.nan_to_num(np.array([(other[number][name] - off) / _DIFFERENCE for other in changed]).reshape(-1, off.size).T,
                                      posinf=0.0, neginf=0.0) for name, off in own.items()} for number, own in enumerate(base)]

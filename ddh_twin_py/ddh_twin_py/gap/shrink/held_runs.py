@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from ddh_twin_py.gap.explain.refit import Refitted
+from ddh_twin_py.gap.findings import Trace
 from ddh_twin_py.gap.model import DescribedModel, Held, Model
 from ddh_twin_py.gap.shrink import size
 
@@ -50,6 +51,18 @@ class HeldRuns:
 def ratios_of(held: Held, runs) -> dict[str, float]:
     """RMS over noise of each signal, all held-out recordings together."""
     return size.pooled(list(zip(held.signals(), runs, strict=True)), held.mask())
+
+
+def traces(held: Held, before: Mapping[str, np.ndarray], after: Mapping[str, np.ndarray], floor: Mapping[str, float]) -> dict[str, Trace]:
+    """Signals of the first held-out recording, in order of time, with two runs of it."""
+    mask, out = held.mask(), {}
+    for name, signal in held.signals()[0].items():
+        used = np.flatnonzero(mask(signal))
+        if used.size:
+            order = used[np.argsort(signal.time[used], kind="stable")]
+            out[name] = Trace(signal.time[order], signal.measured[order], before[name][order], after[name][order], signal.unit,
+                              signal.noise, floor[name] * signal.noise)
+    return out
 
 
 def in_fitted(model: DescribedModel, fitted: Refitted, floor: Mapping[str, float], acts: bool) -> dict[str, float]:

@@ -19,8 +19,10 @@ from ddh_twin_py.gap.effect import Effect
 from ddh_twin_py.gap.evidence.hypotheses import log_prior, weigh
 from ddh_twin_py.gap.evidence.sensitivity import Column, columns_of, stacked
 from ddh_twin_py.gap.explain.departure import departure_of
+from ddh_twin_py.gap.explain.fits import TEMPERED
 from ddh_twin_py.gap.explain.refit import Refit, Refitted
 from ddh_twin_py.gap.explain.search import Found
+from ddh_twin_py.gap.explain.side_by_side import THREADS
 from ddh_twin_py.gap.locate.free_places import FreePlace
 from ddh_twin_py.gap.model import DescribedModel
 from ddh_twin_py.gap.verdict.unknown import Unknown
@@ -29,7 +31,6 @@ from ddh_twin_py.rig.reader_units import plus_minus
 
 PRIOR = 0.005
 """Prior probability of each such law: a third of a listed effect's."""
-_TOLD = 2.0  # by which log odds between one hypothesis and another in its place are tempered, as those among listed ones are
 _WORTH, _SHARE = 5.0, 0.2  # log evidence by the linear model, and share of the leader's, from which a law is fitted; a large one bends
 _FITTED = 2  # laws fitted in full
 _WIDER = 1.1  # times the leader's gap of held-out data from which these speak against a law
@@ -60,7 +61,7 @@ def best_unlisted(model: DescribedModel, found: Found, leader: Refitted, gap: Ca
     if not laws:
         return None
     least = max(_WORTH, _SHARE * (leader.log_evidence - none.log_evidence))
-    with ThreadPoolExecutor(max_workers=2) as pool:
+    with ThreadPoolExecutor(max_workers=THREADS) as pool:
         promising = _promising(found, columns_of(laws, model, own.theta, own.comparisons, pool), least)
         refit = Refit(own)
         starts = [(column, theta, departure) for column, departure in promising for theta in (none.theta, leader.theta)]
@@ -69,7 +70,7 @@ def best_unlisted(model: DescribedModel, found: Found, leader: Refitted, gap: Ca
         return None
     best = max(fits, key=lambda fitted: fitted.log_evidence)
     ahead = best.log_evidence - leader.log_evidence
-    odds = ahead / _TOLD + math.log(PRIOR) - log_prior(leader.effects, own.effects)
+    odds = ahead / TEMPERED + math.log(PRIOR) - log_prior(leader.effects, own.effects)
     weight = found.probability.get(leader.effects, 0.0) * math.exp(min(odds, 700.0))
     if not np.isfinite(best.log_evidence) or best.slight or gap(best) > _WIDER * max(gap(leader), 1.0):
         return None

@@ -21,10 +21,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ddh_twin_py.gap.shrink.size import WITHOUT_COMMISSIONING
 from ddh_twin_py.gap.watch.normal_level import LEAST_BINS, Bins, NormalLevel, normal_level
 
-FLOOR_WITHOUT_REFERENCE = 1.6
-"""Noise floor in multiples of the noise where there is no reference."""
 _OVERSHOOT = 1.166  # of a random walk over a boundary, twice Siegmund's 0.583
 _LEVEL_ERROR = 2.0  # standard errors of the learned level that are allowed for
 _FARTHEST = 4.0  # beyond k, standard deviations that one bin may count: one odd bin alone opens no gap
@@ -308,7 +307,7 @@ class RunningTest:
 
     def floors(self) -> np.ndarray:
         """Noise floor of each signal, from the noise alone while it is learned; (S,)."""
-        return np.array([self._tests[name].level.floor if name in self._tests else FLOOR_WITHOUT_REFERENCE * noise
+        return np.array([self._tests[name].level.floor if name in self._tests else WITHOUT_COMMISSIONING * noise
                          for name, noise in zip(self.signals, self.noise.tolist(), strict=True)])  # fmt: skip
 
     def status(self) -> list[SignalStatus]:

@@ -45,7 +45,7 @@ class SignalFit:
 
 
 def signal_fits(fit: Calibration, held: Mapping[str, tuple[float, int]]) -> list[SignalFit]:
-    """The signals of a fit; ``held`` as `estimation.held_out` gives it, empty where nothing was held out."""
+    """The signals of a fit; ``held`` as `estimation.fitting.held_out` gives it, empty where nothing was held out."""
     return [SignalFit(name, fit.before[name], after, *(held[name] if name in held else (None, 0))) for name, after in fit.after.items()]
 
 
