@@ -3,7 +3,9 @@
 import pytest
 from ddh_twin_py.report.studies.paper import verdict
 from ddh_twin_py.rig import load_rig
-from ddh_twin_py.twin.paper_results import CYCLES, FITTED, INPUT, paper_results
+from ddh_twin_py.twin.paper_cycle import CYCLES
+from ddh_twin_py.twin.paper_results import paper_results
+from ddh_twin_py.twin.paper_rows import FITTED, INPUT
 
 
 @pytest.fixture(scope="module")
@@ -45,8 +47,8 @@ def test_rises_per_cycle(rows, results):
     assert housing.twin < 0.45 < housing.paper
     # the energy bound that the explanation names
     assert "5140 J/K" in housing.explanation
-    current = results.slow.points["current"][results.slow.lift()].max()
-    joule = 3.0 * results.rig["motor.phase_resistance_20C"] * 0.5 * current**2 * results.slow.cycle
+    current = results.runs.slow.points["current"][results.runs.slow.lift()].max()
+    joule = 3.0 * results.runs.rig["motor.phase_resistance_20C"] * 0.5 * current**2 * results.runs.slow.cycle
     assert f"{joule:.0f} J" in housing.explanation and joule / 5140.0 < housing.paper
 
 

@@ -10,7 +10,9 @@ from ddh_twin_py.report.page import document as doc
 from ddh_twin_py.report.page.charts import Chart, Trace, charts
 from ddh_twin_py.report.units import number, words
 from ddh_twin_py.rig import Rig
-from ddh_twin_py.twin.paper_results import CYCLES, FITTED, INPUT, PaperResults, Reading, Row
+from ddh_twin_py.twin.paper_cycle import CYCLES, Reading
+from ddh_twin_py.twin.paper_results import PaperResults
+from ddh_twin_py.twin.paper_rows import FITTED, INPUT, Row, Runs
 
 TITLE = "A Thermal Analysis of Direct Driven Hydraulics"
 SURFACES = ("housing", "pump_1_case", "pump_2_case", "cylinder_barrel", "tank_wall", "line_a_wall")
@@ -56,14 +58,14 @@ def paper_json(results: PaperResults) -> dict:
     """The machine-readable twin of the page."""
     return {
         "report": "paper", "verdict": verdict(results.rows), "rows": [row.as_json() for row in results.rows],
-        "end_matter": paper_end(results.rig).as_json(),
+        "end_matter": paper_end(results.runs.rig).as_json(),
     }
 
 
 def paper_document(results: PaperResults) -> doc.Document:
     """The page."""
     page = doc.Document(
-        kind="The paper's results", title=TITLE, verdict=verdict(results.rows), level="fair", end=paper_end(results.rig),
+        kind="The paper's results", title=TITLE, verdict=verdict(results.rows), level="fair", end=paper_end(results.runs.rig),
     )
     columns = (
         doc.Column("Result", number=False), doc.Column("Paper"), doc.Column("Twin"), doc.Column("Difference"),
@@ -75,10 +77,10 @@ def paper_document(results: PaperResults) -> doc.Document:
         for row in results.rows
     ]
     page.add("Paper and twin", _wrapping(doc.table(columns, rows)))
-    page.add("Figure 3: motor housing and winding at the equivalent current", *_figure_3(results))
-    page.add("Figure 4: position, oil of pumps and tank", *_figure_4(results.slow))
-    page.add("Figure 5: pressure, height, speed, flow and torque", *_figure_5(results))
-    page.add("Figure 6: temperatures during lifting and lowering", *_figure_6(results.slow))
+    page.add("Figure 3: motor housing and winding at the equivalent current", *_figure_3(results.runs))
+    page.add("Figure 4: position, oil of pumps and tank", *_figure_4(results.runs.slow))
+    page.add("Figure 5: pressure, height, speed, flow and torque", *_figure_5(results.runs))
+    page.add("Figure 6: temperatures during lifting and lowering", *_figure_6(results.runs.slow))
     return page
 
 
@@ -86,7 +88,7 @@ def _wrapping(table: doc.Html) -> doc.Html:
     return doc.Html(table.replace("<table>", '<table class="wrap-first">'))
 
 
-def _figure_3(r: PaperResults) -> list[str]:
+def _figure_3(r: Runs) -> list[str]:
     shown = r.equivalent_time <= r.slow.time[-1]
     time, degrees = r.equivalent_time[shown], r.equivalent[shown] - ZERO_CELSIUS
     column = MOTOR_NODES.index
@@ -135,7 +137,7 @@ def _figure_4(slow: Reading) -> list[str]:
     ]
 
 
-def _figure_5(r: PaperResults) -> list[str]:
+def _figure_5(r: Runs) -> list[str]:
     slow, fast = r.slow, r.fast
     rpm = 30.0 / np.pi
 
