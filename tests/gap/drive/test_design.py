@@ -9,7 +9,7 @@ import pytest
 from ddh_twin_py.estimation.fitting.comparison import Discrepancy
 from ddh_twin_py.estimation.fitting.experiment import Experiment
 from ddh_twin_py.gap.catalogue import EFFECTS
-from ddh_twin_py.gap.drive.design import classes, design, separations
+from ddh_twin_py.gap.drive.design import by_effect, classes, design
 from ddh_twin_py.gap.drive.direct_drive import DirectDrive
 from ddh_twin_py.gap.evidence.hypotheses import POWER, SLACK
 from ddh_twin_py.gap.evidence.linearised import linearise
@@ -99,7 +99,7 @@ def test_the_expected_gain_is_the_one_that_a_recording_gives(rig, linearised):
 
 
 def test_effects_are_told_apart_the_better_the_less_alike_they_are(linearised):
-    names, apart = separations(linearised)
+    names, apart = by_effect(linearised)
     at = {name: i for i, name in enumerate(names)}
     assert np.all(np.diagonal(apart) == 0.0) and np.all(apart >= 0.0)
     alike = apart[at["pump_1.friction"], at["pump_2.friction"]]

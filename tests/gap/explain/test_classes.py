@@ -64,6 +64,12 @@ def test_separation_is_what_the_other_leaves_of_chi_square():
     assert separation(made, 0, 2, 1.7) > TELLS_APART > separation(linearised(0.999)[0], 0, 1, 1.7)
 
 
+def test_what_would_have_to_act_the_other_way_explains_nothing():
+    made, x = linearised(-0.999)
+    assert separation(made, 0, 1, 1.7) == pytest.approx(0.5 * 1.7**2 * float(x[:, 0] @ x[:, 0]))
+    assert classes_of(made, {A: 0.6, B: 0.3, C: 0.1}, {}) == ([], {})
+
+
 def test_what_fits_in_full_hardly_tell_apart_is_a_class_whatever_sensitivities_expect():
     made, _ = linearised(0.5)
     fitted = {ids: SimpleNamespace(log_evidence=log) for ids, log in {(): 0.0, (A,): 40.0, (B,): 38.0, (C,): 30.0}.items()}

@@ -18,9 +18,9 @@ from ddh_twin_py.estimation.fitting.comparison import Discrepancy
 from ddh_twin_py.estimation.fitting.experiment import Experiment
 from ddh_twin_py.gap.drive.direct_drive import DirectDrive
 from ddh_twin_py.gap.effect import Effect
-from ddh_twin_py.gap.evidence.hypotheses import POWER, POWER_WITHOUT_COMMISSIONING, SLACK, WIDTH
+from ddh_twin_py.gap.evidence.hypotheses import POWER, POWER_WITHOUT_COMMISSIONING, SLACK
 from ddh_twin_py.gap.evidence.linearised import Linearised, linearise
-from ddh_twin_py.gap.explain.classes import TELLS_APART
+from ddh_twin_py.gap.explain.classes import TELLS_APART, separations
 from ddh_twin_py.gap.explain.detection import SIZES, Detection, detections, ways_of
 from ddh_twin_py.rig import Rig
 
@@ -60,7 +60,7 @@ def design(field: Experiment, commissioning: Experiment | None, rig: Rig, effect
     power = POWER_WITHOUT_COMMISSIONING if commissioning is None else POWER
     linearised = linearise(model, effects, np.zeros(model.size), Discrepancy(), SLACK, power, pool, progress)
     shown = detections(linearised, effects, pool)
-    names, separation = separations(linearised)
+    names, separation = by_effect(linearised)
     seen = {d.effect for d in shown if d.detects("moderate")}
     return Design(
         duration=float(field.duration), commissioning=0.0 if commissioning is None else float(commissioning.duration),
@@ -68,14 +68,12 @@ def design(field: Experiment, commissioning: Experiment | None, rig: Rig, effect
         detections=shown, names=names, separation=separation, classes=classes(names, separation, seen))
 
 
-def separations(linearised: Linearised) -> tuple[list[str], np.ndarray]:
+def by_effect(linearised: Linearised) -> tuple[list[str], np.ndarray]:
     """Effects that move a signal, (m,), and how far each, at the moderate size, is told from each other one, (m, m); see `Design`."""
     columns, information = linearised.columns, linearised.evidence.sums.information
     names = list(dict.fromkeys(column.effect.id for column in columns))
     departure = np.array([min(SIZES["moderate"] / column.rise, column.room) for column in columns])
-    own = np.diagonal(information)
-    taken = np.maximum(information, 0.0) ** 2 / (own + WIDTH**-2)  # a column acts in its own direction alone
-    apart = 0.5 * departure[:, None] ** 2 * (own[:, None] - taken)
+    apart = separations(information, departure)
     out = np.zeros((len(names), len(names)))
     ways = {name: ways_of(linearised, name) for name in names}
     for i, one in enumerate(names):

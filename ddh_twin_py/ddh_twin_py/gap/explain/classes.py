@@ -17,17 +17,28 @@ NOTICEABLE = 0.05
 """Probability below which an effect is in no class."""
 
 
-def separation(linearised: Linearised, one: int, other: int, departure: float) -> float:
-    """Expected log Bayes factor of a column against another where the first is the truth.
+def separations(information: np.ndarray, departures: np.ndarray) -> np.ndarray:
+    """Expected log Bayes factor of every column (row) against every other (column) where the first is the truth, (m, m).
 
     With information I (shared unknowns integrated out) and a departure x of the first, the best that
-    the second can do leaves x^2 (I_11 - I_12^2 / (I_22 + 1/w^2)) / 2 unexplained.
+    the second can do leaves x^2 (I_11 - I_12^2 / (I_22 + 1/w^2)) / 2 unexplained; all of the first where it would have to act the other
+    way, as a column acts in its own direction alone.
+
+    Args:
+        information: of columns, (m, m). departures: of each, in multiples of it, (m,).
+    """
+    own = np.diagonal(information)
+    return 0.5 * departures[:, None] ** 2 * (own[:, None] - np.maximum(information, 0.0) ** 2 / (own + WIDTH**-2))
+
+
+def separation(linearised: Linearised, one: int, other: int, departure: float) -> float:
+    """The same of one column against another.
 
     Args:
         one, other: indices of columns. departure: of the first, in multiples of it.
     """
-    i = linearised.evidence.sums.information
-    return 0.5 * departure**2 * float(i[one, one] - i[one, other] ** 2 / (i[other, other] + WIDTH**-2))
+    pair = [one, other]
+    return float(separations(linearised.evidence.sums.information[np.ix_(pair, pair)], np.full(2, departure))[0, 1])
 
 
 def found_apart(fitted: Mapping[tuple[str, ...], Refitted], one: str, other: str, law_error: float = 0.0) -> float:
