@@ -9,9 +9,9 @@ import sys
 
 import pytest
 import rclpy
+from ddh_twin_py.nodes.base.qos import OUTPUT
 from nodes.processes import wait_for
 from rclpy.context import Context
-from rclpy.qos import qos_profile_sensor_data
 
 from ddh_msgs.msg import TemperatureEstimate, TemperatureEstimateArray
 
@@ -28,7 +28,7 @@ def test_the_readmes_listener_prints_estimates_with_their_band_and_ends_quietly(
     context = Context()
     rclpy.init(context=context)
     node = rclpy.create_node("fusion", context=context)
-    publisher = node.create_publisher(TemperatureEstimateArray, topic, qos_profile_sensor_data)
+    publisher = node.create_publisher(TemperatureEstimateArray, topic, OUTPUT)
     message = TemperatureEstimateArray(estimates=[
         TemperatureEstimate(location="tank_oil", temperature=41.26, standard_deviation=0.2),
         TemperatureEstimate(location="line_a_oil", temperature=50.0, standard_deviation=1.0),

@@ -237,6 +237,7 @@ class TemperatureFusionNode(TelemetryNode):
             self.warn_again(("current", told.again), told.why)
             if told.unsure is not None:
                 self._fusion.unsure_of_copper(told.unsure)
+                self._limits.present.clear()  # its means hold another current
         add_duty(self._limits.present, asked, inputs)
         result = self._fusion.advance(inputs, readings)
         end_ns = np.array([tick.end_ns for tick in ticks], np.int64)
@@ -373,8 +374,9 @@ class TemperatureFusionNode(TelemetryNode):
         report.add("age limit", limit, "s")
         if age > limit and not self.player.paused(self.wall()):
             report.warn(f"no estimate for {age:.0f} s, neither models nor sensors go on")
-        if self._current.doubted:
-            report.warn(self._current.doubted)
+        for why in (self._current.doubted, self._current.unlike):
+            if why:
+                report.warn(why)
         for found in self._places.told:
             report.warn(found.left_out + _UNTIL)
         if self._begun_anew is not None and self.wall() - self._begun_anew[0] < AGAIN:

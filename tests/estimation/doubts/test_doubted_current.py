@@ -71,7 +71,7 @@ def test_one_that_is_off_by_less_is_told_and_what_it_heats_is_as_unsure(recordin
 def test_of_one_that_is_right_again_what_it_heats_is_known_as_before(paper_cycle_bag):
     whole = read_recording(paper_cycle_bag)
     result, right = replay(scaled(whole, 2.0, until=100.0), load_rig(), smooth=True), replay(whole, load_rig(), smooth=True)
-    assert [("on the whole 1 times" in said) for said in told(result)] == [False, True]
+    assert [("on the whole what pressures and speed ask of the shaft again" in said) for said in told(result)] == [False, True]
     assert np.all(np.abs(result.fused - right.fused)[-1] < 2.0 * result.fused_std[-1])
     assert np.all(np.abs(result.smoothed - right.smoothed)[-50:] < 3.0 * result.smoothed_std[-50:])
 
@@ -111,6 +111,18 @@ def test_pressures_that_do_not_carry_the_load_tell_nothing_of_the_current():
 def test_one_that_is_a_few_times_as_much_is_a_machine_that_runs_hard():
     watch, given = CurrentWatch(load_rig(), INTERVAL), inputs(9.5)
     assert told_nothing(watch, given, asked(UnitScales.of(load_rig())))
+
+
+def test_one_that_is_twice_as_much_for_long_is_held_to_be_so_until_it_agrees():
+    watch, scales = CurrentWatch(load_rig(), INTERVAL), UnitScales.of(load_rig())
+    shown, n = asked(scales, 400), 400
+    (found,) = watch.take(inputs(8.0, n), shown)[1]
+    assert watch.unlike == found.why and "2 times" in watch.unlike and not watch.doubted
+    (found,) = watch.take(inputs(4.0, n), shown)[1]
+    assert found.again and watch.unlike == ""
+    watch.take(inputs(8.0, n), shown)
+    watch.begin_anew()
+    assert watch.unlike == ""
 
 
 def test_the_motor_is_not_known_while_its_current_is_what_the_shaft_needs():

@@ -50,7 +50,8 @@ class CurrentWatch:
         rig: the rig. interval: s. payload_mass: kg, what the rig says it lifts; None takes the sheet's.
 
     Attributes:
-        doubted: why the current is not used now and what is, '' while it is.
+        doubted: why the current is not used now and what is, '' while it is. unlike: what it is on the whole where it is used and what it
+            heats is unsure, '' elsewhere.
     """
 
     def __init__(self, rig: Rig, interval: float, payload_mass: float | None = None) -> None:
@@ -68,7 +69,7 @@ class CurrentWatch:
 
     def begin_anew(self) -> None:
         """Forget what was told, as of another rig."""
-        self.doubted = ""
+        self.doubted = self.unlike = ""
         self._row = 0.0  # intervals in a row that speak against what is held now
         self._times = 1.0  # how many times what is asked for the current is held to be on the whole
         self._begin_whole()
@@ -115,9 +116,11 @@ class CurrentWatch:
         if times == self._times or times != 1.0 and _within(times / self._times, ON_THE_WHOLE):
             return []
         self._times = times
-        why = f"{DRIVE_TOPIC} current is on the whole {times:.2g} times what pressures and speed ask of the shaft"
-        unlike = "more than tolerances allow; it is used, and what it heats is as unsure as that"
-        return [DoubtedCurrent(index, f"{why}{'' if times == 1.0 else f', {unlike}'}", times == 1.0, abs(times**-2 - 1.0))]
+        whole = f"{DRIVE_TOPIC} current is on the whole"
+        self.unlike = (f"{whole} {times:.2g} times what pressures and speed ask of the shaft, more than tolerances allow; it is used, and "
+                       "what it heats is as unsure as that") if times != 1.0 else ""
+        why = self.unlike or f"{whole} what pressures and speed ask of the shaft again"
+        return [DoubtedCurrent(index, why, times == 1.0, abs(times**-2 - 1.0))]
 
     def _heard(self, inputs: FusionInputs, asked: Mapping[str, np.ndarray] | np.ndarray, read: np.ndarray,
                needed: np.ndarray) -> np.ndarray:
