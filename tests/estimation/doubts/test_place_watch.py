@@ -226,6 +226,17 @@ def test_of_a_unit_that_does_not_move_as_told_no_sensor_stands_still(whole):
     assert live(SimpleNamespace(**{**vars(truth), "given": tuple(np.zeros_like(column) for column in truth.given)}), at_rest)[2] == []
 
 
+def test_where_the_free_run_began_wrong_a_sensor_that_it_moves_away_from_does_not_stand_still(whole):
+    """A tank's oil that is read too warm warms its wall in the free run and nowhere else."""
+    recording, truth = whole
+    free, since = truth.free_temperature.copy(), truth.time - truth.time[0]
+    free[:, NODE_INDEX["tank_oil"]] += 13.0 * np.exp(-since / 100.0)
+    free[:, NODE_INDEX["tank_wall"]] += 8.0 * (1.0 - np.exp(-since / 60.0))
+    warm = moved(recording, "tank_oil", lambda t: np.full(t.size, 13.0))
+    said = live(SimpleNamespace(**{**vars(truth), "free_temperature": free}), warm)[2]
+    assert ("tank_wall",) not in [entry[2] for entry in said]
+
+
 def test_air_that_warms_is_no_winding(whole):
     recording, truth = whole
     assert live(truth, moved(recording, "ambient", lambda t: np.clip(t - 20.0, 0.0, 60.0) / 4.0))[2] == []

@@ -20,6 +20,8 @@ WINDOW = 60.0
 LASTING = 60.0
 """s for which a zero error must be far off, or a sensor stand still: a loose contact comes back sooner, and an exchange is told sooner."""
 
+_AS_FAR = 0.5  # of what one that stands still is off its place, that another may be off its own, before it is the free run that is wrong
+
 
 class PlaceWatch:
     """Judges windows of readings beside the free run, and how long a zero error has been far off.
@@ -48,6 +50,7 @@ class PlaceWatch:
         self._air.begin_anew()
         self._stands.begin_anew()
         self._still_for = 0.0  # s for which one has stood still
+        self._off = np.full(len(SENSORS), np.nan)  # K, RMS by which each was off its place in the last window
         self._begin_window()
 
     @property
@@ -92,15 +95,19 @@ class PlaceWatch:
         waits = self._seconds < LONGEST and np.any((self._count > 0) & (self._count < LEAST))
         if self._seconds < WINDOW or waits:
             return None
-        mean = np.where(self._count < LEAST, np.nan, self._square.T / np.maximum(self._count, 1)).T
+        off = np.sqrt(np.where(self._count < LEAST, np.nan, self._square.T / np.maximum(self._count, 1)).T)
+        self._off = np.diagonal(off)
         self._begin_window()
-        return look_exchanged(np.sqrt(mean), self._rig)
+        return look_exchanged(off, self._rig)
 
     def _still(self, seen: np.ndarray, readings: Readings, state: FusionState) -> OutOfPlace | None:
-        """One that stands still; where the filter, which goes by what was measured, can believe that, the unit does not run as told."""
+        """One that stands still; where the filter, which goes by what was measured, can believe that, the unit does not run as told, and
+        where another sensor is far off its place, too, the free run does not show where the places are."""
         self._stands.take(readings, seen[readings.index, readings.sensor])
         off = self._stands.still
-        doubted = bool(off) and bool(self._credibility.doubt(state))
+        others = [k for k, sensor in enumerate(SENSORS) if sensor not in off and np.isfinite(self._off[k])]
+        shown = bool(off) and all(self._off[k] <= _AS_FAR * max(off.values()) for k in others)
+        doubted = shown and bool(self._credibility.doubt(state))
         self._still_for = self._still_for + len(seen) * self._interval if doubted else 0.0
         if self._still_for <= LASTING:
             return None
