@@ -76,11 +76,6 @@ class Runs:
     equivalent_time: np.ndarray
     equivalent: np.ndarray
 
-    @property
-    def area_ratio(self) -> float:
-        """Rod side over piston side."""
-        return area_ratio(self.rig)
-
 
 def area_ratio(rig: Rig) -> float:
     """Area of the rod side over that of the piston side."""
@@ -93,8 +88,8 @@ def rows(r: Runs) -> list[Row]:
 
 
 def _bar(reading: Reading, side: str) -> float:
-    """Highest pressure of a side in the first lift, bar."""
-    return 1e-5 * reading.peak(f"pressure_{side}")
+    """Highest pressure of a side in the first lift, bar; not below that of the surroundings."""
+    return 1e-5 * max(0.0, reading.peak(f"pressure_{side}"))
 
 
 def _loads(r: Runs) -> list[Row]:
@@ -112,28 +107,28 @@ def _loads(r: Runs) -> list[Row]:
             f"valve ({relief:.0f} bar) carries part of the flow and the torque is {torque_fast - torque:.1f} N*m above that of 500 rpm. "
             "16 N*m go with 500 rpm."),
         Row("Highest pressure in the lift at 500 rpm", 100.0, _bar(slow, "piston_side"), "bar",
-            f"Piston side. The rod side reaches {max(0.0, _bar(slow, 'rod_side')):.0f} bar: it has the smaller area. The paper does not "
+            f"Piston side. The rod side reaches {_bar(slow, 'rod_side'):.0f} bar: it has the smaller area. The paper does not "
             "say which of its two lines it means. The sheet's leakage was derived from the paper's number.", origin=FITTED),
         Row("Highest pressure in the lift at 0.2 m/s", 100.0, _bar(fast, "piston_side"), "bar",
-            f"Piston side; the rod side reaches {max(0.0, _bar(fast, 'rod_side')):.0f} bar against a relief valve that opens at "
+            f"Piston side; the rod side reaches {_bar(fast, 'rod_side'):.0f} bar against a relief valve that opens at "
             f"{relief:.0f} bar. 100 bar go with 500 rpm, not with 0.2 m/s."),
     ]
 
 
 def _displacements(r: Runs) -> list[Row]:
     rig, slow, matched = r.rig, r.slow, r.matched
-    ratio = rig["pump_2.displacement"] / rig["pump_1.displacement"]
-    excess = (r.area_ratio - ratio) * SPEED_RPM / 60.0 * rig["pump_1.displacement"]
-    peak, left = (max(0.0, _bar(reading, "rod_side")) for reading in (slow, matched))
+    ratio, areas = rig["pump_2.displacement"] / rig["pump_1.displacement"], area_ratio(rig)
+    excess = (areas - ratio) * SPEED_RPM / 60.0 * rig["pump_1.displacement"]
+    peak, left = (_bar(reading, "rod_side") for reading in (slow, matched))
     return [
         Row("Displacement ratio of pump 2 to pump 1", 14.4 / 22.8, ratio, "1",
             "From the displacements that the paper gives.", origin=INPUT),
-        Row("Area ratio of rod side to piston side", 1.0 - (30.0 / 60.0) ** 2, r.area_ratio, "1",
+        Row("Area ratio of rod side to piston side", 1.0 - (30.0 / 60.0) ** 2, areas, "1",
             f"From bore and rod. It is above the displacement ratio: at 500 rpm the rod side returns {excess * 6e4:.2f} L/min more than "
             "pump 2 takes, which must leave as leakage under pressure.", origin=INPUT),
         Row("Pressure peak of the lift from unequal displacement", "caused by it", peak - left, "bar",
             f"Rod-side peak of {peak:.0f} bar less the {left:.0f} bar that remain with a pump 2 of "
-            f"{r.area_ratio * rig['pump_1.displacement'] * 1e6:.1f} cm3/rev, which fits the areas; the torque would be "
+            f"{areas * rig['pump_1.displacement'] * 1e6:.1f} cm3/rev, which fits the areas; the torque would be "
             f"{matched.peak('torque'):.1f} instead of {slow.peak('torque'):.1f} N*m. The cause that the paper names is confirmed."),
     ]
 
@@ -185,7 +180,7 @@ def _oil(r: Runs) -> list[Row]:
     slow, whole = r.slow, r.slow.lower(True)
     late = slice((whole.start + whole.stop) // 2, whole.stop)
     why = {"pump_1_oil": "Friction, leakage and the work against the rod-side pressure turn to heat in the lift.",
-           "pump_2_oil": f"It takes oil from the rod side at up to {max(0.0, _bar(slow, 'rod_side')):.0f} bar, whose leakage heats it."}
+           "pump_2_oil": f"It takes oil from the rod side at up to {_bar(slow, 'rod_side'):.0f} bar, whose leakage heats it."}
     names = {"pump_1_oil": "Pump 1", "pump_2_oil": "Pump 2"}
     lift, lower, flat = ({node: slow.change(node, part, last=True) for node in names} for part in (slow.lift(True), whole, late))
     tank = NODES.index("tank_oil")
@@ -225,7 +220,7 @@ def _chamber(r: Runs) -> list[Row]:
     return [
         Row("Climate chamber: torque in the lift at 10 degC", 16.0, torque, "N*m",
             f"The thermal image was taken at {CHAMBER:g} degC, the paper gives no torque for it. Colder oil leaks less, so that the rod "
-            f"side reaches {max(0.0, _bar(cold, 'rod_side')):.0f} bar, and shears harder: {torque - slow.peak('torque'):+.1f} N*m against "
+            f"side reaches {_bar(cold, 'rod_side'):.0f} bar, and shears harder: {torque - slow.peak('torque'):+.1f} N*m against "
             f"{AMBIENT:g} degC."),
         Row("Climate chamber: warmest component at 10 degC", "electric motor", warmest, "",
             f"{peak:.1f} degC after {CYCLES} cycles, {peak - CHAMBER:.1f} K above the chamber ({slow.warmest[1] - AMBIENT:.1f} K at "

@@ -50,8 +50,7 @@ class CurrentWatch:
         rig: the rig. interval: s. payload_mass: kg, what the rig says it lifts; None takes the sheet's.
 
     Attributes:
-        doubted: why the current is not used now and what is, '' while it is. unlike: what it is on the whole where it is used and what it
-            heats is unsure, '' elsewhere.
+        doubted: why the current is not used now and what is, '' while it is.
     """
 
     def __init__(self, rig: Rig, interval: float, payload_mass: float | None = None) -> None:
@@ -69,10 +68,16 @@ class CurrentWatch:
 
     def begin_anew(self) -> None:
         """Forget what was told, as of another rig."""
-        self.doubted = self.unlike = ""
+        self.doubted = ""
         self._row = 0.0  # intervals in a row that speak against what is held now
         self._times = 1.0  # how many times what is asked for the current is held to be on the whole
         self._begin_whole()
+
+    @property
+    def unlike(self) -> str:
+        """What the current is on the whole where it is used and what it heats is unsure, '' elsewhere."""
+        return (f"{DRIVE_TOPIC} current is on the whole {self._times:.2g} times what pressures and speed ask of the shaft, more than "
+                "tolerances allow; it is used, and what it heats is as unsure as that") if self._times != 1.0 else ""
 
     def _begin_whole(self) -> None:
         self._whole = np.zeros(3)  # intervals that tell, and the sums of squares, A^2, of current and what is asked for
@@ -116,10 +121,7 @@ class CurrentWatch:
         if times == self._times or times != 1.0 and _within(times / self._times, ON_THE_WHOLE):
             return []
         self._times = times
-        whole = f"{DRIVE_TOPIC} current is on the whole"
-        self.unlike = (f"{whole} {times:.2g} times what pressures and speed ask of the shaft, more than tolerances allow; it is used, and "
-                       "what it heats is as unsure as that") if times != 1.0 else ""
-        why = self.unlike or f"{whole} what pressures and speed ask of the shaft again"
+        why = self.unlike or f"{DRIVE_TOPIC} current is on the whole what pressures and speed ask of the shaft again"
         return [DoubtedCurrent(index, why, times == 1.0, abs(times**-2 - 1.0))]
 
     def _heard(self, inputs: FusionInputs, asked: Mapping[str, np.ndarray] | np.ndarray, read: np.ndarray,
