@@ -58,7 +58,8 @@ def test_the_surest_of_two_effects_is_named_first_and_each_has_its_probability()
 def test_no_gap_names_a_signal_that_is_left_off():
     said = sentence({**NO_GAP, "shrink": {**SHRINK, "temperature/tank_wall": {"after": 0.62, "noise": 0.2}}}, EFFECTS)
     assert " Temperature, tank wall stays 3.1 times its floor off, and no listed effect explains that" in said
-    said = sentence({**NO_GAP, "shrink": {**SHRINK, "temperature/motor_winding": {"after": 2.8, "noise": 1.0}}}, EFFECTS)
+    said = sentence({**NO_GAP, "shrink": {**SHRINK, "temperature/motor_winding": {"after": 2.8, "noise": 1.0}}}, EFFECTS,
+                    BesideReport(amplified=["temperature/motor_winding"]))
     assert " Temperature, motor winding, which small flaws of the model move far, stays 2.8 times its floor off" in said
     report = {**NO_GAP, "shrink": {"temperature/motor_winding": {"after": 2.2, "noise": 1.0}, "rod_position": {"after": 2.3, "noise": 1.0}}}
     assert " Stroke error stays 2.3 times its floor off" in sentence(report, EFFECTS), "as the page's tables call it"

@@ -4,6 +4,7 @@ import numpy as np
 from ddh_twin_py.estimation.fitting.binning import by_cycle, cycle_of
 from ddh_twin_py.estimation.fitting.experiment import Signal
 from ddh_twin_py.gap.effect import Effect, added, fixed, scaled, value_of
+from ddh_twin_py.gap.witnesses import Witnesses
 
 STEP, NOISE, DEVIATION = 0.05, 0.02, np.array([0.1, 0.1, 0.05])
 RECORD = np.array([(1.0, 0.8, 0.0, 0.0)], dtype=[("gain", float), ("lag", float), ("zero", float), ("other_zero", float)])
@@ -27,6 +28,7 @@ class FirstOrder:
     """
 
     difference = 0.01
+    witnesses = Witnesses()
 
     def __init__(self, theta, acting=(), seed=0, seconds=(60.0, 90.0)):
         rng = np.random.default_rng(seed)

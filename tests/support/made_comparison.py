@@ -1,10 +1,9 @@
 """Two small recordings that share their classes, and the dense matrix of what the model is forgiven in them."""
 
-from types import SimpleNamespace
-
 import numpy as np
 from ddh_twin_py.estimation.fitting.binning import Binning, by_time
 from ddh_twin_py.estimation.fitting.comparison import Comparison, Discrepancy
+from ddh_twin_py.estimation.fitting.experiment import Signal
 from ddh_twin_py.estimation.fitting.weighting import STRETCH, VARIANT
 
 
@@ -14,13 +13,13 @@ def fast(rng, bins, seconds):
     at = time.reshape(bins, 3).mean(axis=1)
     kind = np.sort(rng.integers(0, 4, bins))[rng.permutation(bins)]
     binning = Binning(np.repeat(np.arange(bins), 3), np.full(bins, 3), kind, np.where(kind == 3, 3, 0), at)
-    return SimpleNamespace(time=time, measured=rng.normal(size=time.size), noise=0.7, unit="1", binning=binning, start_std=0.0, starts=None)
+    return Signal(time, rng.normal(size=time.size), 0.7, "1", binning)
 
 
 def slow(rng, seconds):
     time = np.arange(0.0, seconds, 5.0)
     binning = by_time(time, np.ones(time.size, dtype=bool), 20.0)
-    return SimpleNamespace(time=time, measured=rng.normal(size=time.size), noise=0.2, unit="K", binning=binning, start_std=0.3, starts=None)
+    return Signal(time, rng.normal(size=time.size), 0.2, "K", binning, start_std=0.3)
 
 
 def comparisons(seed=0):

@@ -90,7 +90,8 @@ def diagnosis(model: Diagnosable, found: Found, commissioned: np.ndarray, hidden
     }
     believed = leader.acting if after.learned or explained else []
     beside = BesideReport([*(d.effect for d in left_open.missed), *hidden], unknown.reading, at_best.over if at_best else None, asked_for,
-                          pressed, before.commissioned, left_open.since, verdict.together, model.cut)
+                          pressed, before.commissioned, left_open.since, verdict.together, model.cut,
+                          model.witnesses.amplified)
     return Diagnosis(
         report=report, recordings=model.recordings, sentence=careful(odd) + sentence(report, model.catalogue, beside),
         traces=traces(held, before.run[0], runs.of(leader)[0], runs.floor), axes=held.axes(leader.theta, leader.acting),

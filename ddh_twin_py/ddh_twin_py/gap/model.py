@@ -13,6 +13,7 @@ import numpy as np
 from ddh_twin_py.estimation.fitting.calibration import FittedParameter
 from ddh_twin_py.gap.effect import Acting, Effect
 from ddh_twin_py.gap.findings import Lack
+from ddh_twin_py.gap.witnesses import Witnesses
 
 
 class FreeRuns(Protocol):
@@ -21,10 +22,12 @@ class FreeRuns(Protocol):
     Attributes:
         signals: by recording, name to signal (``time`` s, ``measured``, ``noise``, ``unit``, ``binning``).
         altered: by recording, whether effects act in it; they do not in a commissioning recording.
+        witnesses: signals that small flaws of the laws move far.
     """
 
     signals: Sequence[Mapping]
     altered: Sequence[bool]
+    witnesses: Witnesses
 
     def run_one(self, number: int, theta: np.ndarray, acting: Acting = (), roughly: bool = False) -> dict[str, np.ndarray]:
         """Free run of one recording: signal to predictions at its samples; ``roughly`` where only its difference to another such run is

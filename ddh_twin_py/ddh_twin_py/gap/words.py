@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from ddh_twin_py.gap.effect import Effect
-from ddh_twin_py.gap.evidence.sensitivity import AMPLIFIED
 from ddh_twin_py.gap.shrink.size import of_all
 from ddh_twin_py.names import first_of
 from ddh_twin_py.rig.reader_units import plain, plus_minus, probably, shown
 from ddh_twin_py.rig.sheet import CUT
+from ddh_twin_py.telemetry.signals import TEMPERATURE_PREFIX
 
 BUT = "But "
 """Begin of the sentence on what may have changed without a recording telling."""
@@ -40,6 +40,7 @@ class BesideReport:
         since: effects in whose place a parameter stands that only the field recordings show, each with that parameter and its value.
         together: probability of the leading set with all that it cannot be told from.
         cut: tolerances within which parameters are fitted, infinite where nothing holds them.
+        amplified: signals that small flaws of the model move far.
     """
 
     unseen: Sequence[str] = ()
@@ -51,6 +52,7 @@ class BesideReport:
     since: Mapping[str, str] = field(default_factory=dict)
     together: float = 0.0
     cut: float = CUT
+    amplified: Collection[str] = ()
 
 
 def sentence(report: Mapping, catalogue: Mapping[str, Effect], beside: BesideReport = BesideReport()) -> str:
@@ -96,7 +98,7 @@ def component_name(component: str) -> str:
 
 def signal_name(signal: str) -> str:
     """A signal in words; temperatures by their place."""
-    place = signal.removeprefix("temperature/")
+    place = signal.removeprefix(TEMPERATURE_PREFIX)
     return component_name(signal) if place == signal else f"temperature, {component_name(place)}"
 
 
@@ -115,7 +117,7 @@ def _no_gap(report: Mapping, beside: BesideReport) -> str:
     shown = " that would have shown" if beside.unseen else ""
     verdict = (f"{said}: with its parameters fitted{tolerances(beside.cut)} the twin explains data not used for that to {after:.1f} times "
                f"the floor{_another(beside)}, and that no effect acts{shown} is {probably(none)} likely{_else(report)}.")
-    rests = _rests_on(as_is, before, after, _left_off(report, beside.at_best), beside)
+    rests = _rests_on(as_is, before, after, _left_off(report, beside), beside)
     return f"{verdict} {rests}" if rests else verdict
 
 
@@ -138,13 +140,13 @@ def _counted(names: Sequence[str], what: str, which: str) -> list[str]:
     return [f"{len(names)} {what}{'s' * (len(names) > 1)} {which}"] if names else []
 
 
-def _left_off(report: Mapping, at_best: Mapping[str, float] | None) -> str:
+def _left_off(report: Mapping, beside: BesideReport) -> str:
     """A sentence on the signal that stays farthest off beside "no gap"; empty where none is far off."""
-    worst, times = _left_most(report, at_best, ())
+    worst, times = _left_most(report, beside.at_best)
     if times <= _LEFT:
         return ""
-    easily = ", which small flaws of the model move far," if worst in AMPLIFIED else ""
-    least = "" if at_best is None else "at least "
+    easily = ", which small flaws of the model move far," if worst in beside.amplified else ""
+    least = "" if beside.at_best is None else "at least "
     name = signal_name(worst)
     return f"{name[:1].upper()}{name[1:]}{easily} stays {least}{times:.1f} times its floor off, and no listed effect explains that."
 
@@ -172,7 +174,7 @@ def _in_words(effects: Sequence[str]) -> str:
     return "something that is not listed" if list(effects) == ["unknown"] else " + ".join(effects) or "no effect"
 
 
-def _left_most(report: Mapping, at_best: Mapping[str, float] | None, but: Sequence[str] = AMPLIFIED) -> tuple[str, float]:
+def _left_most(report: Mapping, at_best: Mapping[str, float] | None, but: Collection[str] = ()) -> tuple[str, float]:
     """The signal that stays farthest off held-out data, and by how many floors; those in ``but`` are left out."""
     off = {name: row["after"] / row["noise"] for name, row in report["shrink"].items()} if at_best is None else at_best
     left = {name: times for name, times in off.items() if name not in but}
@@ -186,7 +188,7 @@ def _explained(report: Mapping, catalogue: Mapping[str, Effect], beside: BesideR
     gap = report["gap"]
     named = [_named(report, name, catalogue, beside.commissioned) + _not_told_from(report, name, leader) for name in leader]
     text = f"The gap is explained by {' and '.join(named)}"
-    worst, times = _left_most(report, beside.at_best)
+    worst, times = _left_most(report, beside.at_best, beside.amplified)
     least = "" if beside.at_best is None else "at least "
     left = f"; {worst} stays {least}{times:.1f} times its floor off, which nothing that is listed explains" if times > _LEFT else ""
     without = next((h["gap_after"] for h in report["hypotheses"] if not h["effects"] and h["gap_after"] is not None), math.inf)

@@ -17,6 +17,7 @@ from ddh_twin_py.gap.locate.free_places import FreePlace
 from ddh_twin_py.gap.locate.lacking import Course
 from ddh_twin_py.gap.locate.leftover import FreeForm
 from ddh_twin_py.gap.verdict.verdict import Verdict
+from ddh_twin_py.gap.witnesses import Witnesses
 from ddh_twin_py.real_rigs.description import Description
 from ddh_twin_py.real_rigs.next_test import DescribedTest, next_test
 from ddh_twin_py.real_rigs.rig_card import Known, RigCard
@@ -55,6 +56,7 @@ class RigModel:
     """
 
     difference = 0.02
+    witnesses = Witnesses()
 
     def __init__(self, description: Description, runs: Sequence[Run], held: Sequence[Run] = (), built_in: Sequence[BuiltIn] = (),
                  commissioning: Sequence[Run] = (), tests: Sequence[DescribedTest] = ()) -> None:

@@ -1,6 +1,7 @@
 """Something outside the catalogue is believed where held-out data show it too."""
 
 import pytest
+from ddh_twin_py.gap.drive.direct_drive import WITNESSES
 from ddh_twin_py.gap.evidence.hypotheses import POWER
 from ddh_twin_py.gap.locate.leftover import FreeForm
 from ddh_twin_py.gap.verdict.held_out_rules import (
@@ -31,7 +32,7 @@ def unknown(*gains):
 
 
 def test_what_held_out_data_show_too_stays():
-    seen = borne_out(unknown((HOUSING, 60.0)), POWER, {HOUSING: 1.4}, {HOUSING: 1.4}, 0.9)
+    seen = borne_out(unknown((HOUSING, 60.0)), WITNESSES, POWER, {HOUSING: 1.4}, {HOUSING: 1.4}, 0.9)
     assert seen.probability == 0.98 and not seen.notes
 
 
@@ -40,21 +41,21 @@ def test_what_held_out_data_show_too_stays():
 ])  # fmt: skip
 def test_what_they_do_not_show_is_no_sure_unknown(closed, effects, verdict):
     seen = unknown((HOUSING, 60.0), (WINDING, 40.0))  # the winding needs 60
-    weak = borne_out(seen, POWER, {HOUSING: 1.1, WINDING: 2.0}, {HOUSING: 1.1, WINDING: 2.0}, closed, effects)
+    weak = borne_out(seen, WITNESSES, POWER, {HOUSING: 1.1, WINDING: 2.0}, {HOUSING: 1.1, WINDING: 2.0}, closed, effects)
     assert weak.probability < 0.3 if verdict == "listed" else 0.3 < weak.probability < 0.5
     assert HOUSING in weak.notes[0] and WINDING not in weak.notes[0]
 
 
 @pytest.mark.parametrize(("left", "believed"), [(1.9, False), (3.2, True)])
 def test_the_winding_alone_must_be_far_off(left, believed):
-    seen = borne_out(unknown((WINDING, 111.0)), POWER, {WINDING: left, HOUSING: 1.0}, {WINDING: left, HOUSING: 1.0}, None, 0)
+    seen = borne_out(unknown((WINDING, 111.0)), WITNESSES, POWER, {WINDING: left, HOUSING: 1.0}, {WINDING: left, HOUSING: 1.0}, None, 0)
     assert seen.probability == (0.98 if believed else pytest.approx(0.4))
 
 
 @pytest.mark.parametrize(("others", "built", "believed"), [((), False, False), ((), True, True), (((HOUSING, 60.0),), False, True)])
 def test_the_winding_alone_proves_nothing_where_nothing_showed_the_laws(others, built, believed):
     over = {WINDING: 3.8, HOUSING: 1.9}
-    seen = borne_out(unknown((WINDING, 300.0), *others), POWER, over, over, None, 0, built)
+    seen = borne_out(unknown((WINDING, 300.0), *others), WITNESSES, POWER, over, over, None, 0, built)
     assert seen.probability == (0.98 if believed else 0.1)
     assert ("no commissioning recording" in "".join(seen.notes)) is not believed
 
@@ -68,13 +69,14 @@ def test_the_winding_alone_proves_nothing_where_nothing_showed_the_laws(others, 
 ])  # fmt: skip
 def test_a_cause_that_closes_nearly_all_needs_no_free_form(best, closed, effects, built, listed):
     far = unknown(("rod_position", 90.0), (HOUSING, 10.0))
-    after = borne_out(far, POWER, {"rod_position": 4.6, HOUSING: 1.0}, {"rod_position": best, HOUSING: 1.0}, closed, effects, built)
+    as_run, at_best = {"rod_position": 4.6, HOUSING: 1.0}, {"rod_position": best, HOUSING: 1.0}
+    after = borne_out(far, WITNESSES, POWER, as_run, at_best, closed, effects, built)
     assert after.probability == (0.25 if listed else 0.98)
     assert ("98 % of the gap" in "".join(after.notes)) is listed
 
 
 def test_a_signal_that_held_out_data_lack_tells_nothing_against_it():
-    assert borne_out(unknown((HOUSING, 60.0)), POWER, {WINDING: 1.0}, {WINDING: 1.0}, 0.9).probability == 0.98
+    assert borne_out(unknown((HOUSING, 60.0)), WITNESSES, POWER, {WINDING: 1.0}, {WINDING: 1.0}, 0.9).probability == 0.98
 
 
 @pytest.mark.parametrize(("left", "closed", "sure"), [(1.5, 0.58, False), (1.1, 0.58, True), (1.5, 0.9, True), (0.9, None, True)])
@@ -135,18 +137,18 @@ def test_two_effects_are_not_blamed_for_a_start_that_nothing_tells():
 
 @pytest.mark.parametrize(("without", "left", "least"), [(2.0, 1.5, 0.01), (1.0, 1.04, 0.01), (1.15, 1.28, 0.7), (10.1, 10.3, 0.01)])
 def test_what_makes_held_out_data_worse_is_not_believed(without, left, least):
-    after = refuted(Unknown(0.01, [], 0.0, "1"), [({"current": without}, {"current": left}, REFUTED)])
+    after = refuted(Unknown(0.01, [], 0.0, "1"), WITNESSES, [({"current": without}, {"current": left}, REFUTED)])
     assert after.probability == least and bool(after.notes) is (least > 0.1)
 
 
 @pytest.mark.parametrize(("without", "left", "least"), [(1.03, 1.06, 0.01), (1.10, 1.12, 0.01), (1.51, 1.89, 0.7), (0.5, 0.64, 0.01)])
 def test_as_run_a_right_cause_may_spoil_held_out_data_a_little(without, left, least):
-    assert refuted(Unknown(0.01, [], 0.0, "1"), [({"speed": without}, {"speed": left}, REFUTED_AS_RUN)]).probability == least
+    assert refuted(Unknown(0.01, [], 0.0, "1"), WITNESSES, [({"speed": without}, {"speed": left}, REFUTED_AS_RUN)]).probability == least
 
 
 def test_a_cause_that_is_refuted_in_two_ways_is_so_once_by_the_worse():
     ways = [({"speed": 1.15}, {"speed": 1.28}, REFUTED), ({"speed": 1.51}, {"speed": 1.89}, REFUTED_AS_RUN)]
-    after = refuted(Unknown(0.01, [], 0.0, "1"), ways)
+    after = refuted(Unknown(0.01, [], 0.0, "1"), WITNESSES, ways)
     assert after.probability == 0.7 and len(after.notes) == 1 and "worse by 0.38 times" in after.notes[0]
 
 
@@ -157,7 +159,7 @@ def test_a_cause_that_is_refuted_in_two_ways_is_so_once_by_the_worse():
     ({"rod_position": 1.0}, {"rod_position": 3.0}, True),  # nothing else is measured
 ])
 def test_what_sums_up_small_flaws_refutes_no_cause_by_itself(without, left, worse):
-    after = refuted(Unknown(0.01, [], 0.0, "1"), [(without, left, REFUTED)])
+    after = refuted(Unknown(0.01, [], 0.0, "1"), WITNESSES, [(without, left, REFUTED)])
     assert (after.probability == 0.7) is worse and (after.checks[-1].measured >= after.checks[-1].limit) is worse
 
 
@@ -181,13 +183,13 @@ def test_where_most_signals_of_held_out_data_are_far_off_something_is_unknown(le
 ])
 def test_a_cause_that_moves_a_signal_away_is_not_believed(before, left, away):
     nothing = Unknown(0.01, [], 0.0, "1")
-    after = worsened(nothing, {"temperature/line_b": left, "current": 1.0}, {"temperature/line_b": before, "current": 5.0})
+    after = worsened(nothing, WITNESSES, {"temperature/line_b": left, "current": 1.0}, {"temperature/line_b": before, "current": 5.0})
     assert (after.probability > 0.7 and "temperature/line_b" in after.notes[0]) if away else after.probability < 0.1
 
 
 def test_strokes_and_winding_may_be_moved_away():
     nothing = Unknown(0.01, [], 0.0, "1")
-    assert worsened(nothing, {"rod_position": 9.0, WINDING: 9.0}, {"rod_position": 1.0, WINDING: 1.0}) is nothing
+    assert worsened(nothing, WITNESSES, {"rod_position": 9.0, WINDING: 9.0}, {"rod_position": 1.0, WINDING: 1.0}) is nothing
 
 
 @pytest.mark.parametrize(("as_built", "least", "most"), [
@@ -196,7 +198,7 @@ def test_strokes_and_winding_may_be_moved_away():
     ({}, 0.0, 0.02),
 ])
 def test_a_cause_that_asks_for_another_rig_than_was_built_is_not_the_cause(as_built, least, most):
-    after = strained(Unknown(0.01, [], 0.0, "1"), as_built)
+    after = strained(Unknown(0.01, [], 0.0, "1"), WITNESSES.prompt(as_built))
     assert least <= after.probability <= most and bool(after.notes) is (least > 0.5)
 
 

@@ -16,6 +16,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from ddh_twin_py.estimation.fitting.binning import TRANSIENT, Binning
+from ddh_twin_py.telemetry.signals import TEMPERATURE_PREFIX
 
 CLOCK_JITTER = 1.0e-3
 """s, standard deviation of a stamp; a steep signal is less certain by it."""
@@ -58,6 +59,7 @@ class Block:
         names: of the classes, (signal, regime, class); the same name in two recordings is the
             same flaw of the model.
         curves: of a signal that may be off by smooth curves, (b, c), else None.
+        per_stroke: whether each bin is a stroke.
     """
 
     signal: str
@@ -68,13 +70,20 @@ class Block:
     load: np.ndarray
     names: list[tuple]
     curves: np.ndarray | None = None
+    per_stroke: bool = False
+
+    @property
+    def prompt(self) -> bool:
+        """Whether the signal follows at once: it neither remembers nor sums up."""
+        return self.curves is None and not self.per_stroke
 
 
 class Comparison:
     """One recording against predictions of it.
 
     Args:
-        signals: name to signal with ``time``, ``measured``, ``noise``, ``binning``, ``start_std``, ``rounding`` if a logger rounds.
+        signals: name to signal with ``time``, ``measured``, ``noise``, ``binning``, ``per_stroke``, ``start_std`` of a temperature,
+            ``rounding`` if a logger rounds.
         reference: a prediction by which steep places are known.
         discrepancy: what the model is forgiven.
 
@@ -95,19 +104,20 @@ class Comparison:
                 continue
             shared = getattr(signal, "rounding", 0.0) ** 2
             variance = (signal.noise**2 - shared) / binning.count + shared
-            if signal.time.size > 2 and name.split("/")[0] != "temperature" and name != "rod_position":
+            if signal.time.size > 2 and not name.startswith(TEMPERATURE_PREFIX) and not signal.per_stroke:
                 slope = np.gradient(reference[name], np.maximum.accumulate(signal.time + 1e-9 * np.arange(signal.time.size)))
                 variance = variance + CLOCK_JITTER**2 * binning.mean(np.where(np.isfinite(slope), slope, 0.0) ** 2) / binning.count
             spread = np.sqrt(variance)
             rows = slice(self.size, self.size + b)
-            if name.startswith("temperature/"):
+            if name.startswith(TEMPERATURE_PREFIX):
                 nothing = np.zeros(0)
                 self.blocks.append(Block(name, rows, binning, spread, nothing, nothing, [], _curves(name, signal, spread, discrepancy)))
             else:
                 which, names = _classes(name, signal)
                 spread = spread * np.array([discrepancy.scatter.get(n, 1.0) for n in names])[which]
                 scale = np.array([discrepancy.of(name, own) for _, own, _ in names])
-                self.blocks.append(Block(name, rows, binning, spread, which, scale[which] * signal.noise / spread, names))
+                self.blocks.append(Block(name, rows, binning, spread, which, scale[which] * signal.noise / spread, names,
+                                         per_stroke=signal.per_stroke))
             parts.append(binning.mean(np.where(np.isfinite(signal.measured), signal.measured, 0.0)) / spread)
             self.size += b
         self.measured = np.concatenate(parts) if parts else np.zeros(0)
@@ -159,15 +169,17 @@ def sized(discrepancy: Discrepancy, allowances: dict[tuple, tuple[float, float]]
     return replace(discrepancy, own={**discrepancy.own, **own})
 
 
-def _regime(name: str, phase: np.ndarray) -> np.ndarray:
-    if name == "rod_position":
+def _regime(signal) -> np.ndarray:
+    """Regime of each bin of a signal, (b,)."""
+    phase = signal.binning.phase
+    if signal.per_stroke:
         return np.full(phase.size, STROKES, dtype=object)
     return np.where(phase == TRANSIENT, MOVING, STEADY).astype(object)
 
 
 def _classes(name: str, signal) -> tuple[np.ndarray, list[tuple]]:
     """Index of the class of each bin, (b,), and the classes' names."""
-    regime = _regime(name, signal.binning.phase)
+    regime = _regime(signal)
     kinds, first, which = np.unique(signal.binning.kind, return_index=True, return_inverse=True)
     return which, [(name, regime[k], int(kind)) for kind, k in zip(kinds, first, strict=True)]
 

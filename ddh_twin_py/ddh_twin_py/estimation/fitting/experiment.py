@@ -88,6 +88,7 @@ class Signal:
     ``start_std``: standard deviation of what a run's reading is off by at the start, in its unit. ``held_from``: s from which samples count
     as held out. ``rounding``: the part of the noise that rounding makes, which neighbouring samples share. ``follows``: where the signal
     follows its command, bool (n,), as no limit of the drive holds it back; None: everywhere.
+    ``per_stroke``: whether it is one number for each stroke, which sums up what happens on the way.
     """
 
     time: np.ndarray
@@ -99,6 +100,7 @@ class Signal:
     held_from: float = np.inf
     rounding: float = 0.0
     follows: np.ndarray | None = None
+    per_stroke: bool = False
 
 
 class Experiment:
@@ -275,7 +277,8 @@ class Experiment:
             rounding = rounding if rounding > _COARSE * sensor.noise else 0.0
             noise = float(np.hypot(sensor.noise, rounding))
             bins = binning(time, usable)
-            self.signals[name] = Signal(time, measured, noise, sensor.unit, bins, held_from=self.held_from, rounding=rounding)
+            self.signals[name] = Signal(time, measured, noise, sensor.unit, bins, held_from=self.held_from, rounding=rounding,
+                                        per_stroke=name == STROKE)
 
     def _mark_limited(self, rig: Rig, current: np.ndarray) -> None:
         """Tell what follows the command that it does not where the drive gives all the current it may, A, (n,)."""

@@ -28,7 +28,7 @@ from ddh_twin_py.gap.findings import Lack
 from ddh_twin_py.gap.locate.free_places import FreePlace, free_places
 from ddh_twin_py.gap.locate.lacking import Course
 from ddh_twin_py.gap.locate.leftover import FreeForm
-from ddh_twin_py.gap.verdict.unknown import NEEDED_BY, Unknown
+from ddh_twin_py.gap.verdict.unknown import Unknown
 from ddh_twin_py.gap.verdict.verdict import Verdict
 from ddh_twin_py.rig import Rig
 from ddh_twin_py.rig.payload import PAYLOAD, RATIO
@@ -72,7 +72,7 @@ class DriveCase(DirectDrive):
         signals = self.held_data().signals()
         if not self.held and any(e.open_begins for e in self.field):
             return ()
-        return tuple(dict.fromkeys(name for own in signals for name in own if name not in NEEDED_BY))
+        return tuple(dict.fromkeys(name for own in signals for name in own if name not in self.witnesses.summing))
 
     def tolerances(self) -> dict[str, float | None]:
         """Of the sheet, by field of the record; zero errors of sensors have one too."""

@@ -8,21 +8,26 @@ from dataclasses import replace
 import numpy as np
 
 from ddh_twin_py.estimation.fitting.comparison import Comparison, Discrepancy
-from ddh_twin_py.estimation.fitting.experiment import Experiment
+from ddh_twin_py.estimation.fitting.experiment import STROKE, Experiment
 from ddh_twin_py.estimation.fitting.problem import Problem
 from ddh_twin_py.estimation.fitting.unknowns import offset_paths, uncertain_paths, with_offsets
 from ddh_twin_py.gap.effect import Acting, apply
 from ddh_twin_py.gap.explain.learned import PREFIX
+from ddh_twin_py.gap.witnesses import Witnesses
 from ddh_twin_py.physics.thermal_network import TANK
 from ddh_twin_py.rig import Rig
 from ddh_twin_py.rig.own_oil import of_own_oil
 from ddh_twin_py.rig.payload import PAYLOAD, of_declared_payload
 from ddh_twin_py.rig.sheet import BOUNDS, FIELD_OF_PATH, largest_std
+from ddh_twin_py.telemetry.signals import TEMPERATURE_PREFIX
 
 STEP = 2.0e-3
 """s, hydraulic step of a diagnosis's runs."""
 COARSE = 4.0e-3
 """s, the same of runs of which only differences matter."""
+_WINDING = TEMPERATURE_PREFIX + "motor_winding"
+WITNESSES = Witnesses({_WINDING: 60.0, STROKE: 40.0}, amplified=(_WINDING,))
+"""The winding follows the square of every torque, strokes integrate flows."""
 _ANEW = 0.5  # K
 
 
@@ -35,6 +40,7 @@ class DirectDrive:
     """
 
     difference = 0.05
+    witnesses = WITNESSES
 
     def __init__(self, commissioning: Sequence[Experiment], field: Sequence[Experiment], rig: Rig,
                  held: Sequence[Experiment] = ()) -> None:

@@ -21,9 +21,6 @@ from ddh_twin_py.physics.compiled import kernel
 
 TYPICAL = 5.0
 """Rise of the worst signal, in multiples of its noise, at which a column is taken."""
-AMPLIFIED = ("temperature/motor_winding",)
-"""Signals that a small flaw of the model moves far, as the winding follows the square of every torque: how large an effect is, is
-judged by the others, where they show it at all."""
 _FARTHEST = 300.0  # how much larger than the first guess a departure may become
 _ATTEMPTS = 7  # to meet the typical rise
 ASTRAY = 1.0e9
@@ -105,8 +102,9 @@ def rms_change(bins, changed, base):
     return math.sqrt(total / count)
 
 
-def rise_of(signals: Sequence[dict], with_effect: Sequence[dict], without: Sequence[dict]) -> tuple[float, str]:
-    """RMS change of the worst signal over its noise, and which it is; one of `AMPLIFIED` where no other is moved."""
+def rise_of(signals: Sequence[dict], with_effect: Sequence[dict], without: Sequence[dict],
+            amplified: Collection[str] = ()) -> tuple[float, str]:
+    """RMS change of the worst signal over its noise, and which it is; one of those ``amplified`` where no other is moved."""
     rises: dict[str, float] = {}
     for own, changed, base in zip(signals, with_effect, without, strict=True):
         for name, signal in own.items():
@@ -114,7 +112,7 @@ def rise_of(signals: Sequence[dict], with_effect: Sequence[dict], without: Seque
                 continue
             rise = rms_change(signal.binning.bin, changed[name], base[name]) / signal.noise
             rises[name] = max(rises.get(name, 0.0), rise)
-    others = {name: rise for name, rise in rises.items() if name not in AMPLIFIED and not rise <= _NOTICEABLE}
+    others = {name: rise for name, rise in rises.items() if name not in amplified and not rise <= _NOTICEABLE}
     worst = max(others or rises, key=rises.get, default="")
     return rises.get(worst, 0.0), worst
 
@@ -182,7 +180,7 @@ def taken_at(effects: Sequence[Effect], model: FreeRuns, theta: np.ndarray, comp
         change = [np.zeros(c.size) for c in comparisons]
         for i, p, at in zip(altered, predicted, features, strict=True):
             change[i] = comparisons[i].features(p) - at
-        return change, *rise_of(signals, predicted, without)
+        return change, *rise_of(signals, predicted, without, model.witnesses.amplified)
 
     def column(task: tuple[Effect, int, float]) -> Column | Way | None:
         effect, law, sign = task

@@ -65,7 +65,8 @@ def detections(linearised: Linearised, effects: Sequence[Effect], pool: ThreadPo
     base = [model.run_one(i, linearised.theta, (), roughly=True) for i in altered]
 
     def rise_at(effect: Effect, law: int, x: float) -> float:
-        return rise_of(signals, [model.run_one(i, linearised.theta, [(effect, law, x)], roughly=True) for i in altered], base)[0]
+        acted = [model.run_one(i, linearised.theta, [(effect, law, x)], roughly=True) for i in altered]
+        return rise_of(signals, acted, base, model.witnesses.amplified)[0]
 
     return list(pool.map(lambda effect: detection(linearised, effect, rise_at), effects))
 

@@ -30,7 +30,7 @@ def modulations(block: Block, variables: Mapping[str, np.ndarray],
         return ([("all", "time" if degree else "phase") for degree in range(_DEGREES)],
                 np.column_stack([np.polynomial.legendre.legval(place, [0.0] * degree + [1.0]) for degree in range(_DEGREES)]))
     grown = {key: centred(values[block.rows]) for key, values in variables.items()}
-    if block.signal == "rod_position":
+    if block.per_stroke:
         warm = {key: values for key, values in grown.items() if key == "oil temperature"}
         return [("all", "phase"), *(("all", key) for key in warm)], np.column_stack([np.ones(time.size), *warm.values()])
     kinds, forms = [], []

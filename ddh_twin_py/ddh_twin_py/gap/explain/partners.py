@@ -19,7 +19,7 @@ class _Acted:
 
     def __init__(self, model: FreeRuns, acting: Acting) -> None:
         self._model, self._acting = model, tuple(acting)
-        self.signals, self.altered = model.signals, model.altered
+        self.signals, self.altered, self.witnesses = model.signals, model.altered, model.witnesses
 
     def run_one(self, number: int, theta: np.ndarray, acting: Acting = (), roughly: bool = False) -> dict[str, np.ndarray]:
         """Free run of one recording with those effects and others."""

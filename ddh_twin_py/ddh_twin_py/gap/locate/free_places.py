@@ -18,7 +18,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ddh_twin_py.estimation.fitting.binning import PHASES, STEADY
-from ddh_twin_py.estimation.fitting.comparison import Block, Comparison
+from ddh_twin_py.estimation.fitting.comparison import Comparison
 from ddh_twin_py.estimation.fitting.linear_gaussian import gain
 from ddh_twin_py.gap.evidence.linearised import Linearised
 from ddh_twin_py.gap.evidence.sensitivity import TYPICAL, Column
@@ -99,13 +99,9 @@ def _courses(comparison: Comparison, variables: Mapping[str, np.ndarray]) -> lis
     """Courses in time with which what is lacking may vary, (rows,) each; of temperatures and strokes, which sum up, none."""
     prompt, phase = np.zeros(comparison.size), np.full(comparison.size, -1)
     for block in comparison.blocks:
-        if _follows_at_once(block):
+        if block.prompt:
             prompt[block.rows], phase[block.rows] = 1.0, block.binning.phase
     return [*((phase == PHASES.index(name)).astype(float) for name in STEADY), *(prompt * centred(v) for v in variables.values())]
-
-
-def _follows_at_once(block: Block) -> bool:
-    return block.curves is None and block.signal != "rod_position"
 
 
 def _varied(change: Sequence[np.ndarray], courses: Sequence[Sequence[np.ndarray]]) -> list[list[np.ndarray]]:

@@ -28,6 +28,7 @@ from ddh_twin_py.gap.evidence.hypotheses import slack_shares
 from ddh_twin_py.gap.evidence.linearised import Linearised
 from ddh_twin_py.gap.evidence.sensitivity import Column, acting_of, sane
 from ddh_twin_py.gap.explain.side_by_side import THREADS
+from ddh_twin_py.telemetry.signals import TEMPERATURE_PREFIX
 
 _DIFFERENCE = 0.3  # of what a parameter or a departure may still be off by
 
@@ -126,7 +127,7 @@ class Trial(ABC):
         """Which rows there are with these temperature sensors, (rows,)."""
         kept = np.ones(self.comparison.size, dtype=bool)
         for block in self.comparison.blocks:
-            if block.signal.startswith("temperature/") and block.signal.split("/", 1)[1] not in sensors:
+            if block.signal.startswith(TEMPERATURE_PREFIX) and block.signal.removeprefix(TEMPERATURE_PREFIX) not in sensors:
                 kept[block.rows] = False
         return kept
 

@@ -21,7 +21,7 @@ from ddh_twin_py.gap.verdict.hearing import Hearing
 from ddh_twin_py.gap.verdict.places import located
 from ddh_twin_py.gap.verdict.rivals import next_believed
 from ddh_twin_py.gap.verdict.tolerance import without_parameters
-from ddh_twin_py.gap.verdict.unknown import Unknown, but_sums, drawn, unknown_beside
+from ddh_twin_py.gap.verdict.unknown import Unknown, drawn, unknown_beside
 from ddh_twin_py.gap.verdict.unlisted_laws import UnlistedLaw, beside_law, best_unlisted, place_of, size_of
 from ddh_twin_py.gap.verdict.verdict import (
     LIKELY,
@@ -33,6 +33,7 @@ from ddh_twin_py.gap.verdict.verdict import (
     nothing_to_explain,
     something_acting,
 )
+from ddh_twin_py.gap.witnesses import Witnesses
 
 _NO_NEARER = 0.99  # share of the gap of held-out data without any effect, from which a hypothesis does not help with it
 _NO_HELP = "held-out data show nothing beyond the floor, and the best listed hypothesis brings them no nearer; it is less believed"
@@ -100,7 +101,8 @@ def conclude(model: Locatable, found: Found, plain: np.ndarray, runs: HeldRuns, 
         unknown = unknown.raised(PROBABILITY, crossed.said)
     found, unknown = something_acting(found, unknown, acts, why)
     at_best, sought = hearing.at_best[leader.effects], found
-    beyond = drift is not None or not _nothing_beyond(runs, leader, none, at_best if unknown.probability >= LIKELY else None)
+    bests = at_best if unknown.probability >= LIKELY else None
+    beyond = drift is not None or not _nothing_beyond(model.witnesses, runs, leader, none, bests)
     verdict = judge(found, unknown, not beyond)
     if verdict.word == "unknown":
         if acts >= LIKELY and not leader.columns:
@@ -116,7 +118,8 @@ def conclude(model: Locatable, found: Found, plain: np.ndarray, runs: HeldRuns, 
     return Conclusion(found, verdict, leader, unknown, sought, law, crossed, at_best, notes)
 
 
-def _nothing_beyond(runs: HeldRuns, leader: Refitted, none: Refitted, bests: Mapping[Ids, AtBest] | None) -> bool:
+def _nothing_beyond(witnesses: Witnesses, runs: HeldRuns, leader: Refitted, none: Refitted,
+                    bests: Mapping[Ids, AtBest] | None) -> bool:
     """Whether, without commissioning, held-out data show nothing that is to be explained.
 
     Args:
@@ -125,7 +128,8 @@ def _nothing_beyond(runs: HeldRuns, leader: Refitted, none: Refitted, bests: Map
     """
     if explains_a_signal(runs.over(none), runs.over(leader)):
         return False
-    gaps = [(runs.gap(none), runs.gap(leader)), (size.of_all(but_sums(runs.over(none))), size.of_all(but_sums(runs.over(leader))))]
+    gaps = [(runs.gap(none), runs.gap(leader))]
+    gaps.append(tuple(size.of_all(witnesses.but_summing(runs.over(one))) for one in (none, leader)))
     if bests is not None:
         gaps.append((bests[()].gap, bests[leader.effects].gap))
     relieved = 0.5 * float(none.theta @ none.theta - leader.theta @ leader.theta) / max(1, len(leader.columns))

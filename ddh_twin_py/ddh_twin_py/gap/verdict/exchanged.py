@@ -15,13 +15,13 @@ import numpy as np
 from ddh_twin_py.gap.explain.refit import Refitted
 from ddh_twin_py.gap.locate.free_places import FreePlace
 from ddh_twin_py.gap.model import Model
+from ddh_twin_py.telemetry.signals import TEMPERATURE_PREFIX
 
 PROBABILITY = 0.9
 """That two sensors are exchanged, where they read so: a listed effect with such a course in both places is a rare accident."""
 _OFF = 3.0  # noises by which each of two readings must be off its own place
 _NEARER = 0.5  # of that, by which each must be at most off the other's
 _AS_WELL = 1.25  # times what the leading hypothesis leaves of both, up to which an exchange explains them as well
-_KIND = "temperature/"
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,7 @@ def exchanged(model: Model, plain: np.ndarray, leader: Refitted) -> Exchanged | 
     runs = [model.run_one(number, plain, ()) for number in numbers]
     beside = [leader.predictions[number] for number in numbers]
     signals = [model.signals[number] for number in numbers]
-    names = [name for name in signals[0] if name.startswith(_KIND) and all(name in own for own in signals)]
+    names = [name for name in signals[0] if name.startswith(TEMPERATURE_PREFIX) and all(name in own for own in signals)]
     off = {name: _off(signals, runs, name, name) for name in names}
     far = [name for name in names if off[name] > _OFF]
     found = []

@@ -9,7 +9,6 @@ from collections.abc import Mapping
 import numpy as np
 
 from ddh_twin_py.gap.evidence.hypotheses import Ids
-from ddh_twin_py.gap.evidence.sensitivity import AMPLIFIED
 from ddh_twin_py.gap.explain.law_freedom import gain_of_freedom
 from ddh_twin_py.gap.explain.refit import Refitted
 from ddh_twin_py.gap.explain.search import Found
@@ -41,7 +40,7 @@ from ddh_twin_py.gap.verdict.held_out_rules import (
 from ddh_twin_py.gap.verdict.one_witness import doubted_alone
 from ddh_twin_py.gap.verdict.outdone import outdone
 from ddh_twin_py.gap.verdict.two_effects import doubted, leans, proportioned
-from ddh_twin_py.gap.verdict.unknown import NEEDED_BY, Unknown, unknown_beside
+from ddh_twin_py.gap.verdict.unknown import Unknown, unknown_beside
 
 _SUSPECT = 2.0  # floors that a signal is off beside a hypothesis, from which all is looked at closely before it is doubted
 
@@ -84,7 +83,7 @@ class Hearing:
 
     def _weighed(self, unknown: Unknown, leader: Refitted) -> Unknown:
         """What is unknown beside a hypothesis, once held-out data had their say."""
-        best, found, runs, drift = self._best, self._found, self._runs, self._drift
+        best, found, runs, drift, witnesses = self._best, self._found, self._runs, self._drift, self._model.witnesses
         floor, none = runs.floor, found.fitted[()]
         unsteady = spread_of_unsteady(leader)
         beside = best.beside(leader.theta, leader.acting, spread=unsteady)
@@ -96,9 +95,10 @@ class Hearing:
         over, shrunk = beside.over, beside.gap
         closed = size.closed(before.gap, shrunk)
         first, built = runs.held.signals()[0], drift is not None
-        unknown = borne_out(unknown, found.linearised.power, runs.over(leader), over, closed, len(leader.columns), built)
+        unknown = borne_out(unknown, witnesses, found.linearised.power, runs.over(leader), over, closed, len(leader.columns), built)
         if built:
-            unknown = strained(unknown, in_fitted(self._model, leader, floor, acts=False), len(leader.columns))
+            as_built = witnesses.prompt(in_fitted(self._model, leader, floor, acts=False))
+            unknown = strained(unknown, as_built, len(leader.columns))
             unknown = off_its_noise(unknown, beyond_noise(self._model, leader), len(leader.columns))
         followed = {name: over[name] for name in self._model.followed if name in over and name in first}
         if built and followed:
@@ -110,17 +110,16 @@ class Hearing:
         unknown = left_behind(unknown, followed, {n: self._as_run[n] for n in followed}, sizes, built,
                               in_fitted(self._model, leader, floor, acts=True))
         if built:  # without a commissioning recording any other duty may ask for other parameters
-            unknown = worsened(unknown, over, before.over)
+            unknown = worsened(unknown, witnesses, over, before.over)
         unknown = bent(unknown, gain_of_freedom(found.linearised, leader, FREEDOM), leader.log_evidence - none.log_evidence)
         if built:
             unknown = self._elsewhere(unknown, leader, closely)
         if len(leader.columns) > 1:
-            slow = max((ratio for name, ratio in over.items() if name.startswith("temperature/") and name not in AMPLIFIED), default=0.0)
-            unknown = halfway(unknown, shrunk, closed, slow)
+            unknown = halfway(unknown, shrunk, closed, max(witnesses.slow(over).values(), default=0.0))
         ways = [(beside_none.over, over, REFUTED)]
         if built:
             ways.append((self._as_run, runs.over(leader), REFUTED_AS_RUN))
-        return refuted(unknown, ways)
+        return refuted(unknown, witnesses, ways)
 
     def _elsewhere(self, unknown: Unknown, leader: Refitted, closely: bool) -> Unknown:
         """The same once it is asked whether held-out data want another rig, or other sizes of the effects, than the fitted recordings."""
@@ -128,8 +127,8 @@ class Hearing:
             return self._best.beside(leader.theta, leader.acting, closely, free, least)
 
         unsteady = spread_of_unsteady(leader)
-        unknown = displaced(unknown, best(unsteady, dict.fromkeys(NEEDED_BY, math.inf)).displaced)
-        least = dict.fromkeys(NEEDED_BY, FAR)  # strokes and winding sum up what another duty lets a law be off by
+        unknown = displaced(unknown, best(unsteady, dict.fromkeys(self._model.witnesses.summing, math.inf)).displaced)
+        least = dict.fromkeys(self._model.witnesses.summing, FAR)  # they sum up what another duty lets a law be off by
         spread = spread_elsewhere(leader)
         kept, other = best(unsteady, least), best(spread + unsteady, least)
         asked = [i for i, column in enumerate(leader.columns) if not column.effect.unsteady]

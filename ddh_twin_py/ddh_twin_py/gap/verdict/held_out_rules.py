@@ -13,9 +13,9 @@ from dataclasses import replace
 import numpy as np
 from scipy.special import expit
 
-from ddh_twin_py.gap.evidence.sensitivity import AMPLIFIED
 from ddh_twin_py.gap.shrink.size import of_all
-from ddh_twin_py.gap.verdict.unknown import NEEDED_BY, Unknown, but_sums, needed
+from ddh_twin_py.gap.verdict.unknown import Unknown, needed
+from ddh_twin_py.gap.witnesses import Witnesses
 
 REFUTED = 0.05
 """Worsening of the gap of held-out data, as a share of it and at least of the floor, from which a hypothesis is refuted."""
@@ -67,25 +67,25 @@ _NOT_SEEN, _CLOSED_INSTEAD = 0.4, 0.25  # probabilities that are left of somethi
 _NO_PROOF = 0.1  # the same, where nothing but a signal speaks that small flaws of laws move far, and nothing showed these
 
 
-def borne_out(unknown: Unknown, power: float, left: Mapping[str, float], best: Mapping[str, float], closed: float | None,
-              effects: int = 1, built: bool = True) -> Unknown:
+def borne_out(unknown: Unknown, witnesses: Witnesses, power: float, left: Mapping[str, float], best: Mapping[str, float],
+              closed: float | None, effects: int = 1, built: bool = True) -> Unknown:
     """The same, less probable where held-out data show nothing of what the field recording's free forms speak of.
 
     They show nothing either where one listed effect closes nearly all of their gap and they need no form beside it, once what is open of
     the rig is at its best: strokes and winding, which sum up small flaws, are then far off as run alone.
 
-    Signals that small flaws of the laws move far (`AMPLIFIED`) bear witness alone only where a commissioning recording showed these laws.
+    Amplified signals bear witness alone only where a commissioning recording showed these laws.
 
     Args:
-        power: see `needed`. left: of held-out data beside the best listed hypothesis as run, signal to RMS over floor. best: the same with
-            what is open of rig and begin at its best.
+        witnesses: of the rig. power: see `needed`. left: of held-out data beside the best listed hypothesis as run, signal to RMS over
+            floor. best: the same with what is open of rig and begin at its best.
         closed: share of the gap of held-out data that this hypothesis closes, None where there was none. effects: of which it consists;
             two close much of many a gap. built: whether a commissioning recording showed the laws.
     """
-    loud = [form.signal for form in unknown.forms if form.gain > needed(form.signal, power)]
+    loud = [form.signal for form in unknown.forms if form.gain > needed(witnesses, form.signal, power)]
     speaking = [signal for signal in loud if signal in left]
     names = ", ".join(speaking)
-    if speaking and not built and set(loud) <= set(AMPLIFIED):
+    if speaking and not built and set(loud) <= set(witnesses.amplified):
         note = (f"the recordings leave structure in {names} alone, which small flaws of the model's laws move far, and "
                 "there is no commissioning recording that showed these laws; it is no proof of anything")
         return unknown.at_most(_NO_PROOF, note)
@@ -93,10 +93,11 @@ def borne_out(unknown: Unknown, power: float, left: Mapping[str, float], best: M
         return unknown
     alone = closed if effects == 1 and closed is not None else 0.0  # share that one effect closes
     there = f"the field recording leaves structure in {names} beside the best listed hypothesis"
-    if all(left[signal] < (FAR if signal in AMPLIFIED else OUT_OF_SAMPLE) for signal in speaking):
-        seen = "little" if set(speaking) <= set(AMPLIFIED) else "nothing"
+    if all(left[signal] < (FAR if signal in witnesses.amplified else OUT_OF_SAMPLE) for signal in speaking):
+        seen = "little" if set(speaking) <= set(witnesses.amplified) else "nothing"
         return unknown.at_most(_CLOSED_INSTEAD if alone >= _CLOSED else _NOT_SEEN, f"{there}, of which held-out data show {seen}")
-    if built and alone >= _NEARLY_ALL and all(best.get(s, math.inf) < (LEFT_BEHIND if s in NEEDED_BY else OUT_OF_SAMPLE) for s in speaking):
+    least = {signal: LEFT_BEHIND if signal in witnesses.summing else OUT_OF_SAMPLE for signal in speaking}
+    if built and alone >= _NEARLY_ALL and all(best.get(signal, math.inf) < least[signal] for signal in speaking):
         note = (f"{there}, which closes {100.0 * alone:.0f} % of the gap of held-out data and leaves none of it there, with what is open "
                 "of the rig at its best")
         return unknown.at_most(_CLOSED_INSTEAD, note)
@@ -169,17 +170,16 @@ def left_behind(unknown: Unknown, left: Mapping[str, float], before: Mapping[str
     return replace(unknown.raised(probability, note), size=size, unit=unit)
 
 
-def strained(unknown: Unknown, as_built: Mapping[str, float], effects: int = 1) -> Unknown:
+def strained(unknown: Unknown, prompt: Mapping[str, float], effects: int = 1) -> Unknown:
     """The same, more probable where the best listed hypothesis asks for parameters that the rig as built had not.
 
     Parameters take up what a wrong cause leaves over, and are fitted to all recordings; what acts only since then leaves a recording of the
     rig as built at its floor.
 
     Args:
-        as_built: RMS over floor of the signals of the commissioning recordings beside it; temperatures, and signals that sum up small flaws
-            (`NEEDED_BY`), have no say. effects: of which the hypothesis consists.
+        prompt: RMS over floor beside it of those signals of the commissioning recordings that follow at once. effects: of which the
+            hypothesis consists.
     """
-    prompt = {name: ratio for name, ratio in as_built.items() if not name.startswith("temperature/") and name not in NEEDED_BY}
     if not prompt:
         return unknown
     worst = max(prompt, key=prompt.get)
@@ -237,7 +237,7 @@ def displaced(unknown: Unknown, beyond: float) -> Unknown:
 
     Args:
         beyond: standard deviations by which what is open moves farther than is expected, where it is at its best for held-out data but for
-            what sums up small flaws (`NEEDED_BY`); see `held_best.AtBest`.
+            what sums up small flaws; see `held_best.AtBest`.
     """
     note = ("beside the best listed hypothesis the held-out data ask for a rig, or a begin, that the fitted recordings exclude "
             f"({beyond:.0f} standard deviations beyond what they left open)")
@@ -262,7 +262,7 @@ def resized(unknown: Unknown, gained: float, times: Mapping[str, float], spread:
     Two effects that mimic a third together do so in the proportion of one duty. Sizes within a deviation of those found say nothing.
 
     Args:
-        gained: squared deviations that these data lose with other sizes, of what sums up small flaws (`NEEDED_BY`) those beyond `FAR`.
+        gained: squared deviations that these data lose with other sizes, of what sums up small flaws those beyond `FAR`.
         times: effect to the size that they ask for, over that found.
         spread: effect to the standard deviation of that ratio, by what the fit leaves open and by laws that err in another duty (`RESIZE`).
         proportion: whether they are two that could mimic a third in some proportion; see `two_effects.proportioned`.
@@ -275,15 +275,16 @@ def resized(unknown: Unknown, gained: float, times: Mapping[str, float], spread:
     return unknown.checked("resized", gained, limit).at_least(float(expit((gained - limit) / _RESIZED_SOFTNESS)), note)
 
 
-def worsened(unknown: Unknown, left: Mapping[str, float], before: Mapping[str, float]) -> Unknown:
+def worsened(unknown: Unknown, witnesses: Witnesses, left: Mapping[str, float], before: Mapping[str, float]) -> Unknown:
     """The same, more probable where the best listed hypothesis moves a signal of held-out data clearly away from what was measured.
 
-    What is true moves none away, whatever else acts; signals that sum up small flaws may go (`NEEDED_BY`).
+    What is true moves none away, whatever else acts; signals that sum up small flaws may go.
 
     Args:
-        left, before: beside it and without it, RMS over floor.
+        witnesses: of the rig. left, before: beside it and without it, RMS over floor.
     """
-    away = {name: math.sqrt(max(0.0, left[name] ** 2 - (_AS_FAR * max(1.0, before[name])) ** 2)) for name in left if name not in NEEDED_BY}
+    away = {name: math.sqrt(max(0.0, left[name] ** 2 - (_AS_FAR * max(1.0, before[name])) ** 2)) for name in left
+            if name not in witnesses.summing}
     worst = max(away, key=away.get, default="")
     unknown = unknown.checked("worsened", away[worst], AWAY) if away else unknown
     if not away or away[worst] < 0.5 * AWAY:
@@ -294,17 +295,17 @@ def worsened(unknown: Unknown, left: Mapping[str, float], before: Mapping[str, f
     return unknown.at_least(probability, note)
 
 
-def refuted(unknown: Unknown, ways: Sequence[tuple[Mapping[str, float], Mapping[str, float], float]]) -> Unknown:
+def refuted(unknown: Unknown, witnesses: Witnesses, ways: Sequence[tuple[Mapping[str, float], Mapping[str, float], float]]) -> Unknown:
     """The same where the best listed hypothesis makes held-out data worse than no effect does: then it is not the cause.
 
-    Signals that sum up small flaws (`NEEDED_BY`) refute nothing by themselves: strokes go their own way where the rod falls by its load
+    Signals that sum up small flaws refute nothing by themselves: strokes go their own way where the rod falls by its load
     and not by the pumps' flow.
 
     Args:
-        ways: in which the data are looked at: multiples of their floor by which signals are off with no effect and beside the hypothesis,
-            and the share of the gap that counts as worse.
+        witnesses: of the rig. ways: in which the data are looked at: multiples of their floor by which signals are off with no effect and
+            beside the hypothesis, and the share of the gap that counts as worse.
     """
-    asked = [min((_widened(pick(without), pick(left), share) for pick in (dict, but_sums)), key=_of_limit)
+    asked = [min((_widened(pick(without), pick(left), share) for pick in (dict, witnesses.but_summing)), key=_of_limit)
              for without, left, share in ways]
     worse = [off for off, limit in asked if off >= limit]
     unknown = unknown.checked("refuted", *max(asked, key=_of_limit))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -18,12 +17,8 @@ from ddh_twin_py.gap.findings import Shape
 from ddh_twin_py.gap.locate.free_places import FreePlace
 from ddh_twin_py.gap.locate.leftover import FreeForm, free_forms
 from ddh_twin_py.gap.model import DescribedModel
+from ddh_twin_py.gap.witnesses import Witnesses
 
-NEEDED = 25.0
-"""Log evidence that a free form must gain over the best listed hypothesis to be as likely as it, where a commissioning recording
-showed how well the laws hold."""
-NEEDED_BY = {"temperature/motor_winding": 60.0, "rod_position": 40.0}
-"""The same for signals that a small flaw of the model moves far: the winding follows the square of every torque, strokes integrate."""
 UNLISTED = 0.05
 """Probability of something outside the catalogue beside an effect that leads, whatever it explains: of 157 answers that were given with 0.9
 or more on sealed recordings of an independent plant, ten were wrong."""
@@ -94,18 +89,13 @@ class Unknown:
                 "depends_on": self.forms[0].depends_on if self.forms else []}
 
 
-def needed(signal: str, power: float) -> float:
+def needed(witnesses: Witnesses, signal: str, power: float) -> float:
     """Log evidence that a free form of a signal must gain to be as likely as the best listed hypothesis.
 
     Args:
-        power: to which the likelihood of listed hypotheses is raised; see `hypotheses.POWER`.
+        witnesses: of the rig. power: to which the likelihood of listed hypotheses is raised; see `hypotheses.POWER`.
     """
-    return NEEDED_BY.get(signal, NEEDED) * max(1.0, POWER / power)
-
-
-def but_sums(over: Mapping[str, float]) -> dict[str, float]:
-    """By signal, without those that a small flaw of the model moves far (`NEEDED_BY`); all where there are no others."""
-    return {name: value for name, value in over.items() if name not in NEEDED_BY} or dict(over)
+    return witnesses.needed_of(signal) * max(1.0, POWER / power)
 
 
 def structure_left(model: DescribedModel, linearised: Linearised, fitted: Refitted) -> bool:
@@ -116,7 +106,7 @@ def structure_left(model: DescribedModel, linearised: Linearised, fitted: Refitt
 def _judged(linearised: Linearised, fitted: Refitted, variables) -> tuple[list[FreeForm], float]:
     """Free forms beside a hypothesis, that which speaks loudest first, and how probable it is that one of them is needed."""
     forms = free_forms(linearised, fitted, variables)
-    beyond = {form.signal: form.gain - needed(form.signal, linearised.power) for form in forms}
+    beyond = {form.signal: form.gain - needed(linearised.model.witnesses, form.signal, linearised.power) for form in forms}
     forms = sorted(forms, key=lambda form: -beyond[form.signal])
     best = max(beyond.values(), default=-math.inf)
     return forms, float(expit(best / _SOFTNESS))
@@ -134,7 +124,7 @@ def unknown_beside(model: DescribedModel, found: Found, fitted: Refitted) -> Unk
     if forms:
         signal = model.signals[_reading_it(model, linearised, forms[0])][forms[0].signal]
         size, unit = forms[0].size * signal.noise, signal.unit
-        checks = [Check("structure", forms[0].gain, needed(forms[0].signal, linearised.power))]
+        checks = [Check("structure", forms[0].gain, needed(model.witnesses, forms[0].signal, linearised.power))]
     return Unknown(max(probability, UNLISTED if fitted.columns else 0.0), forms, size, unit, checks=checks)
 
 
