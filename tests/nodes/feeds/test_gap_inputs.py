@@ -1,10 +1,16 @@
-"""What gap_monitor makes of stamps that step back, before the gap watch sees them."""
+"""What gap_monitor takes of stamps that step back and of estimates that are no numbers, before the gap watch sees them."""
 
 import numpy as np
 import pytest
+from builtin_interfaces.msg import Time
 from ddh_twin_py.gap.watch.watch import HYDRAULIC, GapWatch, Settings
-from ddh_twin_py.nodes.feeds.gap_inputs import Forward
+from ddh_twin_py.nodes.feeds.gap_inputs import Forward, FreeRunTemperatures
+from ddh_twin_py.physics.thermal_network import NODES
 from ddh_twin_py.rig import load_rig
+from ddh_twin_py.twin.temperature_sensors import SENSORS
+from rclpy.serialization import serialize_message
+
+from ddh_msgs.msg import TemperatureEstimate, TemperatureEstimateArray
 
 TICK = 50_000_000
 
@@ -40,3 +46,16 @@ def test_a_step_within_a_run_is_found():
     assert forward.used(np.array([1, 2, 3, 2, 3, 4]) * 1_000_000_000).tolist() == [True, True, True, False, True, True]
     assert forward.used(np.array([3, 4, 5, 6]) * 1_000_000_000).tolist() == [False, True, True, True]
     assert forward.put_back == 2
+
+
+def estimates(tick, predicted):
+    """The message of a tick, every node predicted at so many degC."""
+    message = TemperatureEstimateArray(estimates=[TemperatureEstimate(location=node, predicted=predicted) for node in NODES])
+    message.header.stamp = Time(nanosec=tick * TICK)
+    return serialize_message(message)
+
+
+def test_an_estimate_that_is_no_number_costs_itself_alone():
+    taken = FreeRunTemperatures(np.full(len(SENSORS), 1.0), 0.5)
+    taken.take_estimates([estimates(tick, np.nan if tick in (4, 5) else 30.0) for tick in range(1, 11)])
+    assert [tick for tick in range(1, 11) if tick * TICK in taken._expected] == [1, 2, 3, 6, 7, 8, 9, 10]

@@ -88,8 +88,9 @@ class FreeRunTemperatures:
             names = [estimate.location for estimate in example.estimates]
             predicted = all_sensed(_columns(values["estimates.predicted"], names, NODES), self._top_share)
             steps = np.diff(stamps, prepend=stamps[0] - 1 if self._last is None else self._last)
-            broken = (steps <= 0) | (steps > _LONGEST_STEP) | ~np.isfinite(predicted).all(axis=1)
-            cuts = [0, *np.flatnonzero(broken).tolist(), stamps.size]
+            unusable = ~np.isfinite(predicted).all(axis=1)
+            broken = (steps <= 0) | (steps > _LONGEST_STEP) | unusable
+            cuts = [0, *np.flatnonzero(broken).tolist(), *(np.flatnonzero(unusable) + 1).tolist(), stamps.size]
             for first, stop in pairwise(sorted(set(cuts))):
                 self._pass_lag(stamps[first:stop], predicted[first:stop], bool(broken[first]))
             newest = int(stamps[-1])
