@@ -161,7 +161,7 @@ def test_frames_go_on_while_a_wish_is_not_answered(serve):
                 await asyncio.sleep(0.005)
             for k in range(8):
                 await ws.send_str(json.dumps({"do": "seek", "value": 1, "id": k}))
-            assert (await receive(ws, "answer"))["refused"] == "8 wishes are not answered yet"
+            assert (await receive(ws, "answer"))["refused"] == "8 commands are still waiting"
 
     asyncio.run(look())
 

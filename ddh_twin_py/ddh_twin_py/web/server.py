@@ -228,7 +228,7 @@ class PageServer:
             await socket.close(code=WSCloseCode.UNSUPPORTED_DATA, message=b"not understood")
             return
         if len(asked) >= _MOST_ASKED:
-            await _answer(socket, name, number, f"{_MOST_ASKED} wishes are not answered yet")
+            await _answer(socket, name, number, f"{_MOST_ASKED} commands are still waiting")
             return
         task = self._loop.create_task(self._do(socket, name, value, number))
         asked.add(task)
