@@ -9,26 +9,34 @@ from __future__ import annotations
 
 import hashlib
 import os
+from collections.abc import Iterator
 from pathlib import Path
 
 import numba
 import numpy
 
-_ROOMS_WITH_KERNELS = ("physics", "telemetry", "twin", "estimation", "gap", "benchmarks")
+_ROOMS_WITH_KERNELS = ("physics", "telemetry", "twin", "estimation", "gap", "bags", "benchmarks", "real_rigs")
 _MARKS = (b"physics.compiled import", b"frozen into kernels")
 
 
-def _cache_directory() -> Path:
+def sources() -> Iterator[tuple[str, bytes]]:
+    """Every source file on which a kernel's machine code may depend: its path in the package, and its content."""
     package = Path(__file__).resolve().parent.parent
-    digest = hashlib.sha256(Path(__file__).read_bytes())
     for source in sorted((package / "rig").iterdir()):  # the fields of the parameter record
         if source.suffix in (".py", ".yaml"):
-            digest.update(source.read_bytes())
+            yield source.relative_to(package).as_posix(), source.read_bytes()
     for room in _ROOMS_WITH_KERNELS:
-        for source in sorted((package / room).glob("*.py")):
+        for source in sorted((package / room).rglob("*.py")):
             content = source.read_bytes()
             if any(mark in content for mark in _MARKS):
-                digest.update(source.name.encode() + content)
+                yield source.relative_to(package).as_posix(), content
+
+
+def cache_directory() -> Path:
+    """Folder of the machine code of these sources."""
+    digest = hashlib.sha256(Path(__file__).read_bytes())
+    for path, content in sources():
+        digest.update(path.encode() + content)
     digest.update(f"{numba.__version__} {numpy.__version__}".encode())
     base = os.environ.get("DDH_TWIN_CACHE") or os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache")
     return Path(base) / "ddh_twin" / "kernels" / digest.hexdigest()[:16]
@@ -36,7 +44,7 @@ def _cache_directory() -> Path:
 
 if "NUMBA_CACHE_DIR" not in os.environ:
     try:
-        directory = _cache_directory()
+        directory = cache_directory()
         directory.mkdir(parents=True, exist_ok=True)
         numba.config.CACHE_DIR = str(directory)
     except OSError:
