@@ -9,6 +9,7 @@ from ddh_twin_py.benchmarks import filters
 from ddh_twin_py.benchmarks.continuous import SCALE, STATES
 from ddh_twin_py.benchmarks.figure import Figure
 from ddh_twin_py.benchmarks.free_run_speed import Cycle, errors, loosest, meets, seen
+from ddh_twin_py.benchmarks.recorded_run_speed import time_recorded_run
 from ddh_twin_py.benchmarks.solvers import compare_symbolic, scipy_lsoda
 from ddh_twin_py.benchmarks.tools import NotThere
 from ddh_twin_py.cli import benchmarks, live_bench
@@ -19,6 +20,7 @@ from ddh_twin_py.cli.simulated import collect
 from ddh_twin_py.physics.free_run import HYDRAULIC_STEP
 from ddh_twin_py.rig import load_rig
 from ddh_twin_py.twin.duty import load_duty
+from support.simulated import simulated
 
 
 @pytest.fixture(scope="module")
@@ -141,3 +143,8 @@ def test_ratio_is_above_one_where_better():
     assert Figure("speed", 10.0, "x", 5.0, smaller=False).ratio == 2.0
     assert Figure("time", 10.0, "s", 5.0).ratio == 0.5
     assert Figure("alone", 10.0, "s", None).ratio is None
+
+
+def test_a_recording_is_run_over_all_its_intervals():
+    figures = {figure.name: figure.value for figure in time_recorded_run(simulated(1, "paper_cycle", 12.0)[0], load_rig())}
+    assert set(figures) == {"free run on recorded commands", "temperature filter, a tick"} and min(figures.values()) > 0.0

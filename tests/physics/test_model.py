@@ -5,9 +5,10 @@ import math
 import numpy as np
 import pytest
 from ddh_twin_py.physics import thermal_network as network
+from ddh_twin_py.physics.balance import OPERATING_DTYPE
 from ddh_twin_py.physics.cylinder import coulomb_friction
-from ddh_twin_py.physics.free_run import settle
-from ddh_twin_py.physics.hydraulics import POSITION, PRESSURE_B, VELOCITY
+from ddh_twin_py.physics.free_run import COMMAND_PARTS, free_run, settle
+from ddh_twin_py.physics.hydraulics import HYDRAULIC_STATES, POSITION, PRESSURE_B, VELOCITY
 from ddh_twin_py.physics.motor import LEAST_FLUX, magnet_factor
 from ddh_twin_py.physics.oil import VAPOUR_PRESSURE, compressibility, dynamic_viscosity
 from ddh_twin_py.rig import load_rig
@@ -283,6 +284,18 @@ def test_oil_under_pressure_is_thicker_where_a_rig_says_so(rig):
 def test_a_state_of_the_wrong_length_is_refused(rig):
     with pytest.raises(ValueError, match="wrong length"):
         settle(rig.parameters, np.zeros(7), 0.1, 0.0, 0.0)
+
+
+@pytest.mark.parametrize("short", ["command", "ambient", "measured_position", "temperatures"])
+def test_arrays_that_are_shorter_than_the_run_are_refused(rig, short):
+    n = 3
+    sizes = {"command": n * COMMAND_PARTS + 1, "ambient": n, "measured_position": n, "temperatures": n}
+    given = {name: np.full((size - (name == short), network.N) if name == "temperatures" else size - (name == short), 300.0)
+             for name, size in sizes.items()}
+    given["measured_position"][:] = np.nan
+    with pytest.raises(ValueError, match="shorter than the run"):
+        free_run(rig.parameters, np.zeros(len(HYDRAULIC_STATES)), np.full(network.N, 300.0), 0.0 * given["command"], given["ambient"], 0.05,
+                 1e-3, given["measured_position"], np.zeros(n, OPERATING_DTYPE), given["temperatures"])
 
 
 def test_a_piston_that_meets_the_end_stop_leaves_no_false_void(rig):

@@ -93,3 +93,27 @@ def test_a_browser_that_leaves_is_forgotten_and_the_others_go_on(stage):
     stage.slow.gone = True
     stage.show()
     assert len(stage.viewers.all) == 1 and stage.fast.sent[-1] == b"frame 2"
+
+
+def test_a_browser_that_is_still_being_sent_to_delays_nobody(stage):
+    async def three_frames():
+        taken, send = asyncio.Event(), stage.slow.send_bytes
+
+        async def slowly(data):
+            await taken.wait()
+            await send(data)
+
+        stage.slow.send_bytes = slowly
+        shown = []
+        for number in (2, 3, 4):
+            shown.append(asyncio.create_task(stage.viewers.show(b"frame %d" % number, [], stage.snapshot, lambda: dict(stage.texts))))
+            await asyncio.sleep(0)
+            await asyncio.sleep(0)
+        assert stage.fast.sent[2:] == [b"frame 2", b"frame 3", b"frame 4"]
+        taken.set()
+        await asyncio.gather(*shown)
+
+    asyncio.run(three_frames())
+    assert stage.slow.sent[2:] == [b"frame 2"] and stage.seats[stage.slow].skipped == 2
+    stage.show()
+    assert stage.slow.sent[-1] == b"state 2"

@@ -10,8 +10,6 @@ import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
-import numpy as np
-
 from ddh_twin_py.bags.reader import read_recording
 from ddh_twin_py.bags.writer import write_recording
 from ddh_twin_py.benchmarks.calibration_speed import time_calibration
@@ -19,6 +17,7 @@ from ddh_twin_py.benchmarks.diagnosis_speed import FULL, time_diagnosis
 from ddh_twin_py.benchmarks.figure import Figure
 from ddh_twin_py.benchmarks.filters import compare_filters
 from ddh_twin_py.benchmarks.free_run_speed import compare_solvers
+from ddh_twin_py.benchmarks.recorded_run_speed import time_recorded_run
 from ddh_twin_py.benchmarks.screening_speed import time_screening
 from ddh_twin_py.benchmarks.timed_process import timed
 from ddh_twin_py.cli.arguments import duty_file
@@ -80,7 +79,7 @@ def measure(quick: bool = False, live: bool = True, quiet: bool = False) -> tupl
         with stage("screening", quiet):
             figures += time_screening(read_recording(bag), load_rig())
         with stage("free run and filter", quiet):
-            figures += _kernels(bag, duration)
+            figures += time_recorded_run(read_recording(bag), load_rig())
         for label, benchmark in COMPARISONS:
             with stage(label, quiet):
                 found, reasons = benchmark(quick)
@@ -122,32 +121,6 @@ def _decode(bag: Path) -> Iterator[Figure]:
         best = min(best, time.perf_counter() - started)
         messages = sum(len(stream) for _, stream in recording.streams())
     yield Figure("reading a bag", messages / best / 1e3, "k messages/s", 60.0, "rosbags", smaller=False)
-
-
-def _kernels(bag: Path, duration: float) -> Iterator[Figure]:
-    from ddh_twin_py.physics.balance import OPERATING_DTYPE
-    from ddh_twin_py.physics.free_run import HYDRAULIC_STEP, free_run, settle
-    from ddh_twin_py.physics.hydraulics import HYDRAULIC_STATES
-    from ddh_twin_py.physics.thermal_network import N
-    from ddh_twin_py.twin.intervals import INTERVAL
-
-    rig = load_rig()
-    recording = read_recording(bag)
-    result = replay(recording, rig)
-    n = result.time.size
-    command = np.append(result.measured["speed_command"][:1], result.measured["speed_command"])
-    best = float("inf")
-    for _ in range(3):
-        state, temperature = np.zeros(len(HYDRAULIC_STATES)), np.full(N, 296.15)
-        settle(rig.parameters, state, float(result.measured["rod_position"][0]), 3e6, 0.0)
-        points, temperatures = np.zeros(n, OPERATING_DTYPE), np.empty((n, N))
-        started = time.perf_counter()
-        free_run(rig.parameters, state, temperature, command, np.full(n, 296.15), INTERVAL, HYDRAULIC_STEP,
-                 np.full(n, np.nan), points, temperatures)
-        best = min(best, time.perf_counter() - started)
-    yield Figure("free run on recorded commands", n * INTERVAL / best, "x real time", 10000.0, "aim", smaller=False)
-    yield Figure("temperature filter, a tick", result.seconds["temperature_fusion"] / n * 1e6, "µs", 6.5,
-                 "numba filter")
 
 
 def _machine() -> str:

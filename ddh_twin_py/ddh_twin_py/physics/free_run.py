@@ -143,10 +143,13 @@ def free_run_sampled(params, state, temperature, command, ambient, interval, ste
     Returns:
         heat lost to ambient, J.
     Raises:
-        ValueError: a state or temperature of the wrong length.
+        ValueError: an array of the wrong length.
     """
     if state.shape[0] != len(HYDRAULIC_STATES) or temperature.shape[0] != N:
         raise ValueError("state or temperature has the wrong length")  # a kernel would write past its end
+    n = points.shape[0]
+    if command.shape[0] < n * COMMAND_PARTS + 1 or min(ambient.shape[0], measured_position.shape[0], temperatures.shape[0]) < n:
+        raise ValueError("command, ambient, measured_position or temperatures are shorter than the run")  # a kernel would read past them
     p = params[0]
     edge, wall, surface = np.empty(N_EDGES), np.empty(N_WALLS), np.empty((N_SURFACES, 3))
     capacity, work = np.empty(N), np.empty((N + 3, N))
@@ -161,7 +164,7 @@ def free_run_sampled(params, state, temperature, command, ambient, interval, ste
     iron = iron_coefficients(p)
     lost = 0.0
     at = 0
-    for k in range(points.shape[0]):
+    for k in range(n):
         if np.isfinite(measured_position[k]):
             state[POSITION] = measured_position[k]
         before = state[POSITION]

@@ -63,6 +63,7 @@ class PageServer:
         self._files = assets()
         self._given = host, port, token
         self._viewers = Viewers()
+        self._showing: set[asyncio.Task] = set()
         self._loop = asyncio.new_event_loop()
         self._runner: web.AppRunner | None = None
         self.access = Access.of(host, port, token)
@@ -138,7 +139,9 @@ class PageServer:
         self._loop.call_soon_threadsafe(self._show, frame, changed)
 
     def _show(self, frame: bytes, changed: list[str]) -> None:
-        self._loop.create_task(self._viewers.show(frame, changed, self._board.snapshot, self._board.texts))
+        task = self._loop.create_task(self._viewers.show(frame, changed, self._board.snapshot, self._board.texts))
+        self._showing.add(task)  # a loop alone does not keep a task
+        task.add_done_callback(self._showing.discard)
 
     # --- requests ----------------------------------------------------------------------------
 

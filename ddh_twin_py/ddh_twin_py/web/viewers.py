@@ -1,12 +1,13 @@
 """The browsers that look at the page: each gets frames at its own pace, and none holds anything up.
 
-A page acknowledges frames. One that has `WINDOW` of them not acknowledged, or whose socket still holds bytes, gets nothing
-until it has caught up; then it gets the newest state instead of what it has missed. So nothing piles up: neither here nor in
-the browser.
+A page acknowledges frames. One that has `WINDOW` of them not acknowledged, or whose socket holds bytes or is still being sent to, gets
+nothing until it has caught up; then it gets the newest state instead of what it has missed. So nothing piles up: neither here nor in the
+browser.
 """
 
 from __future__ import annotations
 
+import asyncio
 from collections.abc import Callable, Mapping
 from typing import Protocol
 
@@ -38,6 +39,7 @@ class Viewer:
         self._owed = set(documents)
         self._unseen = 0
         self._behind = True
+        self._sending = False
         self.skipped = 0
 
     def owe(self, keys: list[str]) -> None:
@@ -54,16 +56,20 @@ class Viewer:
 
     async def show(self, frame: bytes, snapshot: Callable[[], bytes], texts: Mapping[str, str]) -> None:
         """Send what is owed, and a frame; nothing where the browser has not caught up."""
-        if self._unseen >= WINDOW or self._socket.waiting():
+        if self._sending or self._unseen >= WINDOW or self._socket.waiting():
             self._behind = True
             self.skipped += 1
             return
-        for key in sorted(self._owed & texts.keys()):
-            await self._socket.send_str(texts[key])
-        self._owed.clear()
+        due, new = sorted(self._owed & texts.keys()), snapshot() if self._behind else frame
+        self._owed.difference_update(due)
         self._unseen += 1
-        await self._socket.send_bytes(snapshot() if self._behind else frame)
-        self._behind = False
+        self._behind, self._sending = False, True
+        try:
+            for key in due:
+                await self._socket.send_str(texts[key])
+            await self._socket.send_bytes(new)
+        finally:
+            self._sending = False
 
 
 class Viewers:
@@ -84,8 +90,11 @@ class Viewers:
         for viewer in list(self.all):
             viewer.owe(changed)
         known = texts() if self.all else {}
-        for viewer in list(self.all):
+
+        async def show(viewer: Viewer) -> None:
             try:
                 await viewer.show(frame, state, known)
             except (ConnectionError, RuntimeError):  # it is leaving; its own handler takes it off the list
                 self.all.discard(viewer)
+
+        await asyncio.gather(*(show(viewer) for viewer in list(self.all)))
