@@ -117,6 +117,8 @@ FLOWS = (
     ("tank_top", "pump_1", TANK_TOP, PUMP_1_OIL), ("tank_top", "pump_2", TANK_TOP, PUMP_2_OIL),
 )
 """Oil flows between control volumes, each counted in its own direction, m3/s, not below zero."""
+FLOW_PATHS = tuple(f"{flow[0]}>{flow[1]}" for flow in FLOWS)
+"""Their names in messages."""
 
 N_EDGES, N_SURFACES, N_WALLS, N_FLOWS = len(EDGES), len(SURFACES), len(WALLS), len(FLOWS)
 _EDGE_I = np.array([edge[1] for edge in EDGES])

@@ -6,11 +6,12 @@ from collections.abc import Iterator
 
 from ddh_twin_py.estimation.sensors import SENSOR_OF_NODE, SENSORS
 from ddh_twin_py.gap.watch.watch import HYDRAULIC, TEMPERATURES
-from ddh_twin_py.physics.thermal_network import NODES
+from ddh_twin_py.physics.thermal_network import FLOW_PATHS, NODES
 from ddh_twin_py.report.units import shown, words
 from ddh_twin_py.telemetry.signals import DRIVE_FIELDS, HYDRAULIC_FIELDS
 from ddh_twin_py.twin.hydraulic_model import RESIDUAL_SIGNALS
-from ddh_twin_py.web.streams import FLOW_PATHS, LOSSES, MOTOR_FIELDS, STATE_FIELDS
+from ddh_twin_py.twin.losses import LOSSES
+from ddh_twin_py.web.streams import MOTOR_FIELDS, STATE_FIELDS
 
 FIRST_CHARTS = (
     "pressure_piston_side", "pressure_rod_side", "rod_velocity", "current", "temperature/end_winding", "temperature/tank_oil",

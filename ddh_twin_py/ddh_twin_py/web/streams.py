@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 from ddh_twin_py.estimation.sensors import SENSORS
 from ddh_twin_py.gap.watch.watch import HYDRAULIC, TEMPERATURES
-from ddh_twin_py.physics.thermal_network import FLOWS, MOTOR_NODES, NODES
+from ddh_twin_py.physics.thermal_network import FLOW_PATHS, MOTOR_NODES, NODES
 from ddh_twin_py.telemetry.signals import (
     DRIVE_FIELDS,
     DRIVE_TOPIC,
@@ -20,10 +20,8 @@ from ddh_twin_py.telemetry.signals import (
     TEMPERATURE_SENSORS,
 )
 from ddh_twin_py.twin.hydraulic_model import RESIDUAL_SIGNALS
+from ddh_twin_py.twin.losses import LOSSES
 
-LOSSES = ("motor", "pump_1", "pump_2", "line_a", "line_b", "cylinder", "relief_valve", "check_valve")
-"""Components whose losses `HydraulicState` tells."""
-FLOW_PATHS = tuple(f"{flow[0]}>{flow[1]}" for flow in FLOWS)
 STATE_FIELDS = {
     "speed": "rad/s", "torque": "N*m", "current": "A", "voltage": "V", "electrical_power": "W",
     "pressure_piston_side": "Pa", "pressure_rod_side": "Pa", "pump_1_port_pressure": "Pa", "pump_2_port_pressure": "Pa",

@@ -8,8 +8,8 @@ import numpy as np
 
 from ddh_twin_py.estimation.fusion.temperature_fusion import FusionInputs, Reading
 from ddh_twin_py.nodes.feeds.intervals_feed import readings_of
-from ddh_twin_py.nodes.messages.conversion import FLOW_PATHS
-from ddh_twin_py.physics.thermal_network import MOTOR_NODES, N, N_FLOWS, NODES
+from ddh_twin_py.nodes.messages.named import ordered
+from ddh_twin_py.physics.thermal_network import FLOW_PATHS, MOTOR_NODES, N, N_FLOWS, NODES
 from ddh_twin_py.telemetry.signals import TEMPERATURE_PREFIX
 from ddh_twin_py.telemetry.ticks import Tick, tick_index
 from ddh_twin_py.twin.operating_point import PresentDuty, measured_rows
@@ -27,20 +27,20 @@ MOTOR_WIDTH = 2 + _MOTOR  # known, mean square current, heat
 
 def state_rows(example: object, values: dict[str, np.ndarray]) -> np.ndarray:
     """Rows (n, STATE_WIDTH) of `HydraulicState`, whatever order its names come in."""
-    heat = _ordered(example.heat_nodes, NODES, values["heat"])
-    flow = _ordered(example.flow_paths, FLOW_PATHS, values["flow"])
+    heat = ordered(example.heat_nodes, NODES, values["heat"], missing=0.0)
+    flow = ordered(example.flow_paths, FLOW_PATHS, values["flow"], missing=0.0)
     return np.column_stack([values["telemetry_known"], values["rod_position"], heat, flow, *(values[name] for name in _ASKED)])
 
 
 def motor_rows(example: object, values: dict[str, np.ndarray]) -> np.ndarray:
     """Rows (n, MOTOR_WIDTH) of `MotorThermalState`."""
-    heat = _ordered(example.heat_nodes, MOTOR_NODES, values["heat"])
+    heat = ordered(example.heat_nodes, MOTOR_NODES, values["heat"], missing=0.0)
     return np.column_stack([values["telemetry_known"], values["mean_square_current"], heat])
 
 
 def node_temperatures(names: Sequence[str], values: np.ndarray) -> np.ndarray:
     """Temperatures (n, N) in the order of the twin's nodes; NaN for a node that was not named."""
-    return _ordered(names, NODES, values, missing=np.nan)
+    return ordered(names, NODES, values)
 
 
 def inputs_of(ticks: Sequence[Tick]) -> tuple[FusionInputs, list[Reading]]:
@@ -88,12 +88,3 @@ def late_readings(late: Sequence[tuple[str, int, Sequence[float]]], start_ns: in
         Reading(tick_index(stamp, interval_ns) - 1 - start_ns // interval_ns, topic.removeprefix(TEMPERATURE_PREFIX), float(row[0]))
         for topic, stamp, row in late
     ]
-
-
-def _ordered(names: Sequence[str], wanted: Sequence[str], values: np.ndarray, missing: float = 0.0) -> np.ndarray:
-    place = {name: i for i, name in enumerate(names)}
-    ordered = np.full((len(values), len(wanted)), missing)
-    for j, name in enumerate(wanted):
-        if name in place:
-            ordered[:, j] = values[:, place[name]]
-    return ordered

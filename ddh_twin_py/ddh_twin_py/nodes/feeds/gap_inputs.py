@@ -10,6 +10,7 @@ import numpy as np
 from ddh_msgs.msg import ResidualArray, TemperatureEstimateArray
 from ddh_twin_py.gap.watch.watch import HYDRAULIC
 from ddh_twin_py.nodes.messages.conversion import FREE_RUN
+from ddh_twin_py.nodes.messages.named import of_source, ordered
 from ddh_twin_py.nodes.messages.wire import BulkParser
 from ddh_twin_py.physics.thermal_network import NODES
 from ddh_twin_py.telemetry.clocks.clock import same_unit
@@ -22,8 +23,6 @@ ESTIMATE_TOPIC = "temperature/estimates"
 READING_TOPIC = "temperature/residuals"
 _LONGEST_STEP = 1_000_000_000  # ns between two estimates of one run
 _KEPT = 120_000_000_000  # ns for which a free run's temperature waits for a reading
-_SOURCE = FREE_RUN.encode() + b"\0"
-_HEAD = 96  # bytes of a message in which its source is named
 _VELOCITY = "rod_velocity"
 
 
@@ -59,12 +58,12 @@ class FreeRunResiduals:
     def parse(self, messages: Sequence[bytes]) -> list[tuple[np.ndarray, ...]]:
         """Runs of stamps int64 (n,) in ns, measured, predicted (n, S) and rod velocity in m/s (n,), NaN for a signal that is not named."""
         runs = []
-        for example, stamps, values in self._parser.parse([m for m in messages if _SOURCE in m[:_HEAD]]):
+        for example, stamps, values in self._parser.parse(of_source(messages, FREE_RUN)):
             names = [residual.signal for residual in example.residuals]
             measured, predicted = values["residuals.measured"], values["residuals.predicted"]
-            ordered = [_columns(block, names, [name for name, _, _ in HYDRAULIC]) for block in (measured, predicted)]
-            velocity, expected = (_columns(block, names, [_VELOCITY])[:, 0] for block in (measured, predicted))
-            runs.append((stamps, *ordered, np.where(np.isfinite(velocity), velocity, expected)))
+            signals = [ordered(names, [name for name, _, _ in HYDRAULIC], block) for block in (measured, predicted)]
+            velocity, expected = (ordered(names, [_VELOCITY], block)[:, 0] for block in (measured, predicted))
+            runs.append((stamps, *signals, np.where(np.isfinite(velocity), velocity, expected)))
         return runs
 
 
@@ -86,7 +85,7 @@ class FreeRunTemperatures:
         newest = None
         for example, stamps, values in self._estimates.parse(messages):
             names = [estimate.location for estimate in example.estimates]
-            predicted = all_sensed(_columns(values["estimates.predicted"], names, NODES), self._top_share)
+            predicted = all_sensed(ordered(names, NODES, values["estimates.predicted"]), self._top_share)
             steps = np.diff(stamps, prepend=stamps[0] - 1 if self._last is None else self._last)
             unusable = ~np.isfinite(predicted).all(axis=1)
             broken = (steps <= 0) | (steps > _LONGEST_STEP) | unusable
@@ -114,16 +113,7 @@ class FreeRunTemperatures:
         runs = []
         for example, stamps, values in self._readings.parse(messages):
             names = [residual.signal for residual in example.residuals]
-            measured = _columns(values["residuals.measured"], names, [TEMPERATURE_PREFIX + sensor for sensor in SENSORS])
+            measured = ordered(names, [TEMPERATURE_PREFIX + sensor for sensor in SENSORS], values["residuals.measured"])
             unknown = np.full(len(SENSORS), np.nan)
             runs.append((stamps, measured, np.array([self._expected.get(stamp, unknown) for stamp in stamps.tolist()])))
         return runs
-
-
-def _columns(block: np.ndarray, names: Sequence[str], wanted: Sequence[str]) -> np.ndarray:
-    """Columns of the wanted names; NaN for one that is not there."""
-    ordered = np.full((block.shape[0], len(wanted)), np.nan)
-    for j, name in enumerate(wanted):
-        if name in names:
-            ordered[:, j] = block[:, names.index(name)]
-    return ordered

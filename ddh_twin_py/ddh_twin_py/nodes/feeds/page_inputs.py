@@ -11,14 +11,15 @@ from ddh_twin_py.bags.cdr import stamped_floats
 from ddh_twin_py.estimation.sensors import SENSORS
 from ddh_twin_py.nodes.feeds.telemetry_feed import field_count
 from ddh_twin_py.nodes.messages.conversion import FREE_RUN
+from ddh_twin_py.nodes.messages.named import of_source, ordered
 from ddh_twin_py.nodes.messages.wire import BulkParser
-from ddh_twin_py.physics.thermal_network import MOTOR_NODES, NODES
+from ddh_twin_py.physics.thermal_network import FLOW_PATHS, MOTOR_NODES, NODES
 from ddh_twin_py.telemetry.signals import TEMPERATURE_PREFIX
-from ddh_twin_py.web.streams import BY_NAME, ESTIMATE_PARTS, FLOW_PATHS, LOSSES, MOTOR_FIELDS, STATE_FIELDS
+from ddh_twin_py.twin.losses import LOSSES
+from ddh_twin_py.web.streams import BY_NAME, ESTIMATE_PARTS, MOTOR_FIELDS, STATE_FIELDS
 
 Rows = Iterator[tuple[str, np.ndarray, np.ndarray]]
 """Stream, stamps int64 (n,) in ns, values (n, fields)."""
-_HEAD = 96  # bytes of a message in which its source is named
 
 
 def telemetry_rows(topic: str, messages: Sequence[bytes]) -> tuple[np.ndarray, np.ndarray]:
@@ -41,7 +42,7 @@ class Parsers:
         self.by_topic: dict[str, tuple[type, Callable[[Sequence[bytes]], Rows]]] = {
             "hydraulics/state": (HydraulicState, lambda m: _each(states["hydraulics/state"], m, _state)),
             "hydraulics/prediction": (HydraulicState, lambda m: _each(states["hydraulics/prediction"], m, _prediction)),
-            "hydraulics/residuals": (ResidualArray, lambda m: _each(residuals["hydraulics/residuals"], _free_run_only(m), _noise)),
+            "hydraulics/residuals": (ResidualArray, lambda m: _each(residuals["hydraulics/residuals"], of_source(m, FREE_RUN), _noise)),
             "motor/thermal_state": (MotorThermalState, lambda m: _each(motor, m, _motor)),
             "temperature/estimates": (TemperatureEstimateArray, lambda m: _each(estimates, m, _estimates)),
             "temperature/residuals": (ResidualArray, lambda m: _each(residuals["temperature/residuals"], m, _innovations)),
@@ -53,11 +54,6 @@ def _each(parser: BulkParser, messages: Sequence[bytes], rows: Callable) -> Rows
     for example, stamps, values in parser.parse(messages):
         stream, block = rows(example, values)
         yield stream, stamps, block
-
-
-def _free_run_only(messages: Sequence[bytes]) -> list[bytes]:
-    source = FREE_RUN.encode() + b"\0"
-    return [message for message in messages if source in message[:_HEAD]]
 
 
 def _state(example: HydraulicState, values: dict) -> tuple[str, np.ndarray]:
@@ -105,15 +101,3 @@ def _gap(example: ResidualArray, values: dict) -> tuple[str, np.ndarray]:
 
 def _signals(example: ResidualArray) -> list[str]:
     return [residual.signal for residual in example.residuals]
-
-
-def ordered(names: Sequence[str], wanted: Sequence[str], values: np.ndarray) -> np.ndarray:
-    """Columns (n, len(wanted)) of the wanted names, NaN for one that is not there."""
-    if list(names) == list(wanted):
-        return values
-    place = {name: i for i, name in enumerate(names)}
-    found = np.full((len(values), len(wanted)), np.nan)
-    for j, name in enumerate(wanted):
-        if name in place:
-            found[:, j] = values[:, place[name]]
-    return found

@@ -17,7 +17,7 @@ from ddh_msgs.msg import (
     TemperatureEstimateArray,
 )
 from ddh_twin_py.nodes.messages.wire import Layout
-from ddh_twin_py.physics.thermal_network import FLOWS, MOTOR_NODES, NODES
+from ddh_twin_py.physics.thermal_network import FLOW_PATHS, MOTOR_NODES, NODES
 from ddh_twin_py.rig import Rig
 from ddh_twin_py.telemetry.signals import ZERO_CELSIUS
 from ddh_twin_py.twin.hydraulic_model import RESIDUAL_SIGNALS
@@ -25,7 +25,6 @@ from ddh_twin_py.twin.losses import LOSSES
 from ddh_twin_py.twin.machine_thermal import MotorResult
 
 SOFT_SENSOR, FREE_RUN, FUSION = "soft_sensor", "free_run", "fusion"
-FLOW_PATHS = tuple(f"{flow[0]}>{flow[1]}" for flow in FLOWS)
 
 _POINT_FIELDS = [
     name
