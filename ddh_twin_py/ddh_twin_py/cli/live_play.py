@@ -10,15 +10,14 @@ from pathlib import Path
 from ddh_twin_py.bags.message_types import know
 from ddh_twin_py.cli.console import stage
 from ddh_twin_py.cli.live_graph import LiveGraph
+from ddh_twin_py.cli.up import FLUSH_AFTER, MODELS
 from ddh_twin_py.sources.raw_bag import RawBag
 from ddh_twin_py.telemetry.signals import TOPIC_TYPES
 
-MODELS = ("hydraulic_model", "machine_thermal", "temperature_fusion")
 OUTPUTS = (
     "hydraulics/state", "hydraulics/prediction", "motor/thermal_state", "temperature/estimates",
     "temperature/residuals", "progress",
 )
-_FLUSH = 1.0  # s without messages after which the nodes work off what they hold
 _START = 60.0  # s that the nodes have to start, and more where they compile
 _PROGRESS = "ddh_msgs/msg/NodeProgress"
 _PLAYING = 0.85  # share of the time until all is recorded
@@ -53,7 +52,7 @@ def play(
         InputError: where a node dies or is not ready in time.
     """
     said: dict[str, float] = {"sent": 0, "speed": 0.0}
-    model = {"flush_after": _FLUSH} | ({"rig": str(rig_file)} if rig_file else {})
+    model = {"flush_after": FLUSH_AFTER} | ({"rig": str(rig_file)} if rig_file else {})
     with LiveGraph(log) as graph:
         with stage("starting the nodes", quiet):
             for node in MODELS:
@@ -76,7 +75,7 @@ def play(
                 time.sleep(0.1)
             graph.check(ended="bag_player")
             progress(_PLAYING)
-            time.sleep(2.0 * _FLUSH + 0.6)  # first the models work off what they hold, then the fusion
+            time.sleep(2.0 * FLUSH_AFTER + 0.6)  # first the models work off what they hold, then the fusion
             graph.check(ended="bag_player")
             graph.stop(*MODELS)
     return Played(int(said["sent"]), lost_messages(bag, recorded), said["speed"], used)
