@@ -4,7 +4,7 @@ import json
 
 import numpy as np
 import pytest
-from ddh_twin_py.web.board import MOST_ROWS, Board
+from ddh_twin_py.web.board import MOST_ROWS, SILENT, Board
 from ddh_twin_py.web.frames import Block, decode, encode
 from ddh_twin_py.web.history import GRID_NS
 from ddh_twin_py.web.quantities import FIRST_CHARTS, quantities
@@ -100,6 +100,21 @@ def test_without_telemetry_the_models_are_the_clock(board):
     assert board.now == 701
     model(board, 300)
     assert board.now == 300
+
+
+@pytest.mark.parametrize("silent", [True, False])
+def test_where_the_drive_falls_silent_the_others_go_on_and_it_leads_again_once_it_is_back(silent):
+    wall = [0.0]
+    board = Board(lambda: wall[0])
+    drive(board, *range(1000, 1003))
+    wall[0] += 1.01 * SILENT if silent else 0.5 * SILENT
+    model(board, *range(1003, 1101))
+    assert board.now == (1100 if silent else 1001)
+    assert board.latest("state.speed") == 2.0
+    drive(board, *range(1101, 1104))
+    assert board.now == 1102 and board.jumps == 0
+    model(board, 2000, value=9.0)  # the drive leads: what is far ahead of it is left out
+    assert board.latest("state.speed") == 2.0
 
 
 def test_documents_are_sent_where_they_change_and_hold_no_infinity(board):

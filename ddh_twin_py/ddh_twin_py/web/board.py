@@ -5,7 +5,8 @@ from __future__ import annotations
 import json
 import math
 import threading
-from collections.abc import Sequence
+import time
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -22,13 +23,18 @@ MOST_ROWS = 8
 """Rows of a stream in one frame: at higher rates of a replay the rest is in the history alone."""
 CLOCKS = ("drive", "hydraulics")
 """Streams whose stamps are the page's clock, the first that comes; without any it is the newest stamp of all."""
+SILENT = 3.0
+"""s of wall time without a message, from which a stream is not the clock, so that the others go on without it."""
 
 
 class Board:
     """Takes streams and documents in, gives frames out; may be used from several threads."""
 
-    def __init__(self) -> None:
+    def __init__(self, wall: Callable[[], float] = time.monotonic) -> None:
+        """``wall`` gives s of wall time."""
         self._lock = threading.RLock()
+        self._wall = wall
+        self._heard: dict[str, float] = {}  # s of wall time at which each stream came last
         self.history = History(len(COLUMNS))
         self._latest = np.full(len(COLUMNS), np.nan, np.float32)
         self._newest: dict[str, int] = {}  # row of the newest values of each stream
@@ -60,6 +66,7 @@ class Board:
     def _take_rows(self, stream: Stream, index: np.ndarray, values: np.ndarray) -> None:
         if not index.size:
             return
+        self._heard[stream.name] = self._wall()
         if self._clock() in (stream.name, None):
             before = np.maximum.accumulate(np.concatenate(([self._newest.get(stream.name, -1)], index[:-1])))
             back = np.flatnonzero(index < before - STRAGGLE)
@@ -98,7 +105,8 @@ class Board:
         self._fresh.pop(stream.name, None)
 
     def _clock(self) -> str | None:
-        return next((name for name in CLOCKS if name in self._newest), None)
+        since = self._wall() - SILENT
+        return next((name for name in CLOCKS if name in self._newest and self._heard[name] > since), None)
 
     def _advance_clock(self, stream: Stream, index: int) -> None:
         clock = self._clock()
