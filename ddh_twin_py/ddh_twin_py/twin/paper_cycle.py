@@ -6,11 +6,11 @@ belong together.
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
 
+from ddh_twin_py.physics.cylinder import piston_area
 from ddh_twin_py.physics.motor import RAD_PER_S_OF_RPM
 from ddh_twin_py.physics.oil import ZERO_CELSIUS
 from ddh_twin_py.physics.thermal_network import MOTOR_NODES, NODES
@@ -97,15 +97,11 @@ class Reading:
         return NODES[at].replace("_", " "), float(peaks[at])
 
 
-def piston_area(rig: Rig) -> float:
-    """m2."""
-    return 0.25 * math.pi * rig["cylinder.bore"] ** 2
-
-
 def read_as(name: str, rig: Rig, rpm: float, ambient: float) -> Reading:
     """Twenty cycles from everything at ambient; the first three and the last are kept whole."""
     speed, stroke = rpm * RAD_PER_S_OF_RPM, rig["cylinder.stroke"]
-    ramp = max(RAMP_RPM, rpm * rpm * rig["pump_1.displacement"] / 60.0 / piston_area(rig) / (0.2 * stroke)) * RAD_PER_S_OF_RPM
+    least = rpm * rpm * rig["pump_1.displacement"] / 60.0 / piston_area(rig.parameters[0]) / (0.2 * stroke)
+    ramp = max(RAMP_RPM, least) * RAD_PER_S_OF_RPM
     cycle = (
         Segment("dwell", 0.0, 0.0, DWELL), Segment("lift", speed, stroke - MARGIN, 60.0),
         Segment("dwell", 0.0, 0.0, DWELL), Segment("lower", speed, MARGIN, 60.0),

@@ -14,11 +14,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from ddh_twin_py.physics.balance import OPERATING_DTYPE
+from ddh_twin_py.physics.cylinder import piston_area
 from ddh_twin_py.physics.equivalent_current import mean_square
 from ddh_twin_py.physics.motor_only import motor_only
 from ddh_twin_py.physics.thermal_network import MOTOR_NODES, N
 from ddh_twin_py.rig import Rig
-from ddh_twin_py.twin.paper_cycle import AMBIENT, CHAMBER, CYCLES, PAYLOAD, ROD_SPEED, SPEED_RPM, Reading, piston_area, read_as
+from ddh_twin_py.twin.paper_cycle import AMBIENT, CHAMBER, CYCLES, PAYLOAD, ROD_SPEED, SPEED_RPM, Reading, read_as
 from ddh_twin_py.twin.paper_rows import Row, Runs, area_ratio, rows
 
 
@@ -33,7 +34,7 @@ class PaperResults:
 def paper_results(rig: Rig, progress: Callable[[float], None] = lambda share: None) -> PaperResults:
     """Run the paper's cycle in all readings and set up the table."""
     rig = rig.with_values({"load.payload_mass": PAYLOAD}, source="paper")
-    fast_rpm = ROD_SPEED * piston_area(rig) / rig["pump_1.displacement"] * 60.0
+    fast_rpm = ROD_SPEED * piston_area(rig.parameters[0]) / rig["pump_1.displacement"] * 60.0
     slow = read_as("500 rpm", rig, SPEED_RPM, AMBIENT)
     progress(0.25)
     fast = read_as("0.2 m/s", rig, fast_rpm, AMBIENT)

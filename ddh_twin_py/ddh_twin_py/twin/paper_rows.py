@@ -7,6 +7,7 @@ from dataclasses import asdict, dataclass
 
 import numpy as np
 
+from ddh_twin_py.physics.cylinder import piston_area
 from ddh_twin_py.physics.equivalent_current import mean_square
 from ddh_twin_py.physics.motor import RAD_PER_S_OF_RPM
 from ddh_twin_py.physics.oil import ZERO_CELSIUS
@@ -23,7 +24,6 @@ from ddh_twin_py.twin.paper_cycle import (
     ROD_SPEED,
     SPEED_RPM,
     Reading,
-    piston_area,
 )
 
 COMPUTED, FITTED, INPUT = ORIGINS = ("computed", "fitted", "input")
@@ -135,7 +135,7 @@ def _displacements(r: Runs) -> list[Row]:
 
 def _motion(r: Runs) -> list[Row]:
     rig, slow, fast = r.rig, r.slow, r.fast
-    at_most = SPEED_RPM / 60.0 * rig["pump_1.displacement"] / piston_area(rig)
+    at_most = SPEED_RPM / 60.0 * rig["pump_1.displacement"] / piston_area(rig.parameters[0])
     velocity, velocity_fast = (float(x.points["rod_velocity"][x.lift()][-20:].mean()) for x in (slow, fast))
     return [
         Row("Rod speed at 500 rpm", ROD_SPEED, velocity, "m/s",
