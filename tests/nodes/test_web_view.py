@@ -54,6 +54,7 @@ def test_documents_tell_rig_limits_gap_health_and_player(page):
     told = wait_for(lambda: (s := state(page)).get("limits") and s.get("gap") and s, 60.0, "limits and gap")
     assert told["rig"]["rig_id"] == "rig_000" and told["page"]["namespace"] == NS
     assert {row["location"] for row in told["limits"]["limits"]} == {"winding_hot_spot", "oil", "seals"}
+    assert wait_for(lambda: state(page)["limits"]["warn_within"], 20.0, "what is told of the fusion") == 1800.0
     assert told["gap"]["state"] == "learning" and len(told["gap"]["signals"]) == 16
     assert told["player"]["duration"] == pytest.approx(20.0, abs=0.1)
     assert {row["node"] for row in told["health"]} == {f"{NS[1:]}/{name}" for name in (*NODES, "web_view")}

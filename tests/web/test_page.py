@@ -115,6 +115,18 @@ def test_a_current_below_the_present_one_is_shown_with_its_reason(serve):
     assert second.endswith("keep it for ever"), "this duty leads there after the hour that is looked at"
 
 
+@pytest.mark.parametrize(("within", "told"), [(1800.0, "fair"), (600.0, "good"), (None, "good")])
+def test_a_limit_is_near_from_where_the_fusion_warns_on(serve, within, told):
+    page = serve()
+    row = {"location": "oil", "limit": 80.0, "temperature": 70.0, "standard_deviation": 1.0, "time_to_limit": 1200.0,
+           "time_to_limit_16": 900.0, "time_to_limit_84": None, "allowed_current": 5.9, "allowed_speed": 85.0}
+    limits = {"horizon": 3600.0, "duty_known": True, "rms_current": 7.1, "mean_absolute_speed": 52.0, "warn_within": within}
+    with Chromium() as browser:
+        shown(page, browser, limits={**limits, "limits": [row]})
+        browser.wait("document.querySelectorAll('#limits-body .margin').length === 1", 30.0)
+        assert browser.value("document.querySelector('#limits-body .margin').className") == f"margin {told}"
+
+
 def test_after_a_restart_with_another_token_the_page_asks_for_it(serve):
     first = serve(token="old")
     with Chromium() as browser:

@@ -65,7 +65,7 @@ class WebView(TwinNode):
         self._diagnostics = self._inputs.add(health.TOPIC, DiagnosticArray, qos.stream(reliable=False, depth=_DEPTH))
         self._documents = [
             (self._inputs.add(RIG_TOPIC, RigInfo, qos.LATCHED), "rig", rig_document),
-            (self._inputs.add("temperature/limits", LimitPrediction, loose), "limits", limits_document),
+            (self._inputs.add("temperature/limits", LimitPrediction, loose), "limits", self._limits),
             (self._inputs.add("gap/status", GapStatus, qos.STATUS), "gap", gap_status_document),
         ]
         self._status = self._inputs.add(f"{PLAYER}/status", PlayerStatus, qos.LATCHED)
@@ -123,6 +123,9 @@ class WebView(TwinNode):
         for message in self._inputs.take(self._diagnostics, wall):
             if self._mine in message:
                 self._take_diagnostics(deserialize_message(message, DiagnosticArray), wall)
+
+    def _limits(self, message: LimitPrediction) -> dict:
+        return limits_document(message, self._health.values(f"{self._mine.decode()}temperature_fusion: limits"))
 
     def _take_diagnostics(self, message: DiagnosticArray, wall: float) -> None:
         prefix = self._mine.decode()

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 from ddh_msgs.msg import GapStatus, LimitPrediction, PlayerStatus, RigInfo
 from ddh_twin_py.rig import Rig
 from ddh_twin_py.web.gap_news import SignalNews, gap_document
@@ -13,6 +15,7 @@ _LIMIT_FIELDS = (
     "location", "limit", "temperature", "standard_deviation", "temperature_at_horizon", "time_to_limit", "time_to_limit_16",
     "time_to_limit_84", "probability", "allowed_current", "allowed_speed", "reached_at_rest",
 )  # fmt: skip
+_WARNED_WITHIN = "warned within [s]"  # of the fusion's status `limits` in /diagnostics
 _PLAYER_FIELDS = ("bag", "position", "duration", "rate", "speed", "waiting", "paused", "ended", "loop")
 
 
@@ -31,12 +34,13 @@ def rig_document(message: RigInfo) -> dict:
     return {"rig_id": message.rig_id, "oil_grade": message.oil_grade, "payload_mass": message.payload_mass}
 
 
-def limits_document(message: LimitPrediction) -> dict:
-    """Margins and times to the limits."""
+def limits_document(message: LimitPrediction, status: Iterable[tuple[str, str]]) -> dict:
+    """Margins and times to the limits; ``status``: values of the status `limits`, which tell from where on a limit is near, s."""
     rows = [{name: getattr(limit, name) for name in _LIMIT_FIELDS} for limit in message.limits]
     return {
         "horizon": message.horizon, "duty_known": message.duty_known, "rms_current": message.rms_current,
         "mean_absolute_speed": message.mean_absolute_speed, "limits": rows,
+        "warn_within": next((float(value) for key, value in status if key == _WARNED_WITHIN), None),
     }  # fmt: skip
 
 

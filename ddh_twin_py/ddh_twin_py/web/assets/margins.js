@@ -3,7 +3,6 @@ import { element, lasting, number, words } from "./format.js";
 
 const NAMES = { winding_hot_spot: "winding, hottest point", oil: "oil, hottest volume", seals: "seals, pump cases and barrel" };
 const COOL = 20; // degC at which a gauge begins
-const SOON = 1800; // s
 
 export function limits(body, data) {
   if (!data) return;
@@ -18,7 +17,8 @@ export function limits(body, data) {
 
 function margin(row, data) {
   const share = (value) => Math.min(100, Math.max(0, (100 * (value - COOL)) / (row.limit - COOL)));
-  const soon = (row.time_to_limit !== null && row.time_to_limit <= SOON) || (row.time_to_limit_16 !== null && row.time_to_limit_16 <= SOON);
+  const near = (time) => time !== null && data.warn_within !== null && time <= data.warn_within;
+  const soon = near(row.time_to_limit) || near(row.time_to_limit_16);
   const beyond = row.time_to_limit !== null && row.time_to_limit <= 0;
   const low = share(row.temperature - 2 * row.standard_deviation);
   const band = element("b");
