@@ -14,6 +14,7 @@ from sensor_msgs.msg import Temperature
 from ddh_msgs.msg import DriveTelemetry, HydraulicTelemetry
 from ddh_twin_py.bags.cdr import stamped_floats
 from ddh_twin_py.nodes.base.inputs import Input, Inputs
+from ddh_twin_py.nodes.messages.conversion import to_kelvin
 from ddh_twin_py.rig import Rig
 from ddh_twin_py.telemetry.alignment.tick_aligner import TickAligner
 from ddh_twin_py.telemetry.screening.alike_watch import AlikeWatch
@@ -25,7 +26,6 @@ from ddh_twin_py.telemetry.signals import (
     HYDRAULIC_TOPIC,
     TEMPERATURE_FIELDS,
     TEMPERATURE_PREFIX,
-    ZERO_CELSIUS,
 )
 from ddh_twin_py.telemetry.ticks import Tick
 from ddh_twin_py.telemetry.units.unit_scales import UnitScales
@@ -134,7 +134,7 @@ class TelemetryFeed:
             stamps, values = stamps[sound], values[sound]
             came = list(compress(came, sound))
         if entry.topic.startswith(TEMPERATURE_PREFIX):
-            values[:, 0] += ZERO_CELSIUS
+            values[:, 0] = to_kelvin(values[:, 0])
         self.alike.take(entry.topic, stamps, values[:, 0])
         screened = screen.screen(stamps, values)
         if entry.topic in self.alike.refused:

@@ -1,4 +1,4 @@
-"""Values of the library to messages and back; the one place where degC meets K."""
+"""Values of the library to messages and back, K to degC among them."""
 
 from __future__ import annotations
 

@@ -21,7 +21,7 @@ from ddh_twin_py.telemetry.spans import UNSTAMPED
 from ddh_twin_py.telemetry.ticks import LONGEST_GAP
 
 PERIOD = 1.0  # s of wall time
-HOLD = 10.0
+SHOWN_FOR = 10.0
 """s of wall time for which a cause that struck is still shown in the level."""
 TOPIC = "/diagnostics"
 
@@ -261,7 +261,7 @@ class StreamJudge:
             report.warn(f"messages are missing: {self._rate:.3g} per second instead of {expected:.3g}")
 
     def _recent(self, name: str, wall: float) -> bool:
-        return name in self._struck and wall - self._struck[name] < HOLD
+        return name in self._struck and wall - self._struck[name] < SHOWN_FOR
 
     def _log(self, entry: Input, new: Set[str], wall: float) -> None:
         for finding in self._screen.findings(topic=entry.name):
@@ -306,7 +306,7 @@ class StreamJudge:
         """That in words, before the cause; '' where it is not known."""
         off = self._strayed(cause)
         if not off:
-            return "" if off is None else "a stamp of a time that is worked off: "
+            return "" if off is None else "a stamp of an interval that had already been computed: "
         return f"a stamp {abs(off):.3f} s {'behind' if off < 0.0 else 'ahead of'} the others: "
 
     def _values(self, report: Report) -> None:
