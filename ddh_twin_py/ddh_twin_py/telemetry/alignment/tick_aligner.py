@@ -20,25 +20,32 @@ TIMEOUT = 1.0  # s
 class TickAligner:
     """Cut live streams into ticks.
 
-    A tick is released once nothing of it can still come, see `TickCutter`; streams not named in `awaited` never hold one up.
-    What a stream tells by another clock is put aside until all streams have voted on it, see `clock_vote`. After a jump back all
-    that waits is released, without the time in which there was nothing for longer than messages can be under way, and the ticks begin anew;
-    after one ahead of more than `longest_gap` that time is skipped.
+    A tick is released once nothing of it can still come, see `TickCutter`; streams not named in `awaited` never hold one up. Samples must be
+    pushed in the order in which they came, whatever their stream: streams pushed one after the other would each tell every jump anew.
 
-    Samples of the streams that have not jumped yet are left out until they have gone back too, fit the new time, or have gone on for longer
-    than messages can be under way, unless that is far ahead. `followers` are computed from the other streams and lag behind them:
-    by up to `timeout` they tell the old time after a jump, so that they only restart themselves
-    when they go back; they decide for all only where none of the others speaks, or says otherwise
-    for `timeout` of data. What they said in the meantime is not lost. Samples must be pushed in the order in
-    which they came, whatever their stream: streams pushed one after the other would each tell every jump anew.
+    **Jumps.** What a stream tells by another clock is put aside until all streams have voted on it, see `clock_vote`. After a jump back the
+    ticks begin anew: all that waits is released, without the time in which there was nothing for longer than messages can be under way.
+    After a jump ahead of more than `longest_gap` that time is skipped.
 
-    Samples of the streams `keep_late` whose tick was released already are put into `late` (stream,
-    stamp in ns, row) for a listener that can use them; it empties the list.
+    **Streams that have not jumped yet.** Their samples are left out until one of these holds: they have gone back, too; they fit the new
+    time; they have gone on for longer than messages can be under way, unless that is far ahead.
 
-    `streams` maps name to number of fields. `counts` has, by (stream, cause): duplicate, late
-    (its tick was released already) and clock_jump; `old_clock` samples still had the time from
-    before another stream's jump, `other_clock` samples that of no other sample beside them. `strayed`
-    is, for late and other_clock, how far such samples lay from where all were when the last of them came, in ns.
+    **Followers.** `followers` are computed from the other streams and lag behind them. After a jump they tell the old time for up to
+    `timeout`; so where they go back they restart themselves alone. They decide for all only where none of the others speaks, or says
+    otherwise for `timeout` of data. What they said in the meantime is not lost.
+
+    **Late samples.** Those of the streams `keep_late` whose tick was released already are put into `late` (stream, stamp in ns, row) for a
+    listener that can use them; it empties the list.
+
+    `streams` maps name to number of fields. `counts` has, by (stream, cause):
+
+    - duplicate;
+    - late: its tick was released already;
+    - clock_jump;
+    - old_clock: it still had the time from before another stream's jump;
+    - other_clock: it had that of no other sample beside it.
+
+    `strayed` is, for late and other_clock, how far such samples lay from where all were when the last of them came, in ns.
     """
 
     def __init__(

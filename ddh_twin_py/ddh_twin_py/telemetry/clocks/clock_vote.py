@@ -1,22 +1,31 @@
 """Whose clock is believed where streams part: the vote of all streams on what one of them tells by another clock.
 
-A stream of which the stamps lie more than the reorder window behind its newest, or further ahead of all than streams that lag are waited
-for (10 s, or twice the usual step of the fastest), is doubted, and so is one that leaves out seconds which no other has told nor lags by
-(`APART`), while it speaks: a stream that lags was silent and goes on where it was. What it tells is put aside until it has gone on so for
-longer than that window or half of the step, and then is put to the vote of all streams. For it are those that tell the same clock, itself
-among them; against it those that have meanwhile told, by the clock of before, more than a reorder window beyond all that had come. It is
-believed once more are for it than against it and silent together, a stream being silent for as long as it had no time to speak: twice its
-usual step, its lag and the reorder window, 10 s at most, and `APART` where two streams leave out seconds, as in a pause of all.
-A stream that is outvoted is left out, and doubted anew with what it tells next, until its
-stamps go on as before or others tell its clock, too; so is one that tells a third clock where a jump back is believed. A stamp after which
-its stream goes on as before is of another clock, as of a second machine on the topic, and left out.
-Where a stream that spoke first is by another clock from its begin on, all others lie behind it: they are believed once more of them tell
-one clock, for as long and as fast as it goes on, than speak by that of the first.
-Where an awaited stream and another one come as they are stamped, by the computer's clock, they are right, however many tell another one:
-all sensors of one logger have one clock.
-A step back of 5 s or less may be messages that are late: there it must be told by several samples as close as the stream's are, while no
-stream goes on. Where others go on it is left out as late; if it was as many and as close as that, its clock was put back alone, and what
-the stream tells is doubted until it is as far as the others.
+**Doubt.** A stream is doubted
+
+- whose stamps lie more than the reorder window behind its newest;
+- whose stamps lie further ahead of all than streams that lag are waited for: 10 s, or twice the usual step of the fastest;
+- that leaves out seconds (`APART`), while it speaks, which no other has told nor lags by. One that lags was silent and goes on where it was.
+
+What it tells is put aside until it has gone on so for longer than the reorder window or half of the step. Then all streams vote.
+
+**Votes.** For it are those that tell the same clock, itself among them. Against it are those that have meanwhile told, by the clock of
+before, more than a reorder window beyond all that had come. Silent is a stream that had no time to speak: for twice its usual step, its lag
+and the reorder window, 10 s at most. Where two streams leave out seconds, as in a pause of all, that time is `APART`. What was put aside is
+believed once more are for it than against it and silent together.
+
+**Left out.** A stream that is outvoted is left out. It is doubted anew with what it tells next, until its stamps go on as before or others
+tell its clock, too. The same holds for one that tells a third clock where a jump back is believed. A stamp after which its stream goes on
+as before is of another clock, as of a second machine on the topic, and left out.
+
+**The begin.** Where a stream that spoke first is by another clock from its begin on, all others lie behind it. They are believed once more
+of them tell one clock, for as long and as fast as it goes on, than speak by that of the first.
+
+**The computer's clock.** An awaited stream and another one that both come as they are stamped, by the computer's clock, are right, however
+many tell another one: all sensors of one logger have one clock.
+
+**Late messages.** A step back of 5 s or less may be messages that are late. While other streams go on, it is left out as late. While none
+does, it must be told by several samples that are as close as the stream's are. Where as many and as close ones were left out as late, the
+stream's clock was put back alone: what it tells is doubted until it is as far as the others.
 """
 
 from __future__ import annotations
