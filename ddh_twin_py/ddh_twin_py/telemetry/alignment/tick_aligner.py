@@ -20,12 +20,12 @@ TIMEOUT = 1.0  # s
 class TickAligner:
     """Cut live streams into ticks.
 
-    A tick is released once nothing of it can still come, see `TickCutter`; streams not named in `awaited` never hold one up. Samples must be
-    pushed in the order in which they came, whatever their stream: streams pushed one after the other would each tell every jump anew.
+    A tick is released once nothing of it can still come, see `TickCutter`; streams not named in `awaited` never hold one up. Samples must
+    be pushed in the order in which they came, whatever their stream: streams pushed one after the other would each tell every jump anew.
 
     **Jumps.** What a stream tells by another clock is put aside until all streams have voted on it, see `clock_vote`. After a jump back the
     ticks begin anew: all that waits is released, without the time in which there was nothing for longer than messages can be under way.
-    After a jump ahead of more than `longest_gap` that time is skipped.
+    After a jump ahead by more than `longest_gap` the time between is skipped.
 
     **Streams that have not jumped yet.** Their samples are left out until one of these holds: they have gone back, too; they fit the new
     time; they have gone on for longer than messages can be under way, unless that is far ahead.

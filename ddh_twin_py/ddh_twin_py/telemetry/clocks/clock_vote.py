@@ -4,7 +4,8 @@
 
 - whose stamps lie more than the reorder window behind its newest;
 - whose stamps lie further ahead of all than streams that lag are waited for: 10 s, or twice the usual step of the fastest;
-- that leaves out seconds (`APART`), while it speaks, which no other has told nor lags by. One that lags was silent and goes on where it was.
+- that leaves out seconds (`APART`), while it speaks, which no other has told nor lags by.
+  One that lags was silent and goes on where it was.
 
 What it tells is put aside until it has gone on so for longer than the reorder window or half of the step. Then all streams vote.
 
