@@ -27,3 +27,5 @@ class Cause(IntFlag):
 REJECTING = Cause.NOT_A_NUMBER | Cause.INFINITE | Cause.OUT_OF_RANGE | Cause.WRONG_UNIT | Cause.STUCK
 OF_FIELD = (Cause.NOT_A_NUMBER, Cause.INFINITE, Cause.OUT_OF_RANGE, Cause.WRONG_UNIT, Cause.STUCK)
 OF_SAMPLE = (Cause.REPEATED, Cause.OUT_OF_ORDER, Cause.CLOCK_JUMP, Cause.GAP)
+CAUSES = (*OF_FIELD, *OF_SAMPLE)
+"""In the order of the rows in which screening counts them."""

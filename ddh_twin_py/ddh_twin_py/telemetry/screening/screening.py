@@ -13,12 +13,12 @@ import numpy as np
 
 from ddh_twin_py.rig import Rig
 from ddh_twin_py.telemetry import screening_kernel as kernel
-from ddh_twin_py.telemetry.causes import OF_FIELD, OF_SAMPLE, Cause
+from ddh_twin_py.telemetry.causes import CAUSES, Cause
 from ddh_twin_py.telemetry.clocks.clock import clock_segments, sorted_order
 from ddh_twin_py.telemetry.clocks.set_ahead import clock_set_ahead
 from ddh_twin_py.telemetry.recording import Finding, Recording, Stream
 from ddh_twin_py.telemetry.screening.all_zero import all_zero
-from ddh_twin_py.telemetry.screening.screening_report import findings_of, in_another_unit
+from ddh_twin_py.telemetry.screening.screening_report import Counted, findings_of, in_another_unit
 from ddh_twin_py.telemetry.screening.told_variance import odd_variances
 from ddh_twin_py.telemetry.signals import TEMPERATURE_PREFIX, Signal, UnitMistake, signals_of
 from ddh_twin_py.telemetry.spans import apart, missing_ends
@@ -29,8 +29,7 @@ from ddh_twin_py.telemetry.units.unit_rules import judge, rules_of
 from ddh_twin_py.telemetry.units.unit_scales import UnitScales
 from ddh_twin_py.telemetry.units.unit_suspicion import UnitSuspicion
 
-_CAUSES = (*OF_FIELD, *OF_SAMPLE)  # in the order of the kernel's rows of counts
-_STUCK = _CAUSES.index(Cause.STUCK)
+_STUCK = CAUSES.index(Cause.STUCK)
 _MOST_STOPS = 16  # that are kept for a listener
 _THOUSANDFOLD, _REACHED = 1e3, 0.01  # factor of a mistake of unit from which values out of range must reach, in the right unit, this share
 # of the largest that is allowed: 120 N*m out of range are no 0.12 N*m
@@ -225,7 +224,7 @@ class StreamScreen:
 
     def count(self, cause: Cause, field: str | None = None) -> int:
         """How often a cause struck, in one field or (None) over all."""
-        row = self._counts[_CAUSES.index(cause)]
+        row = self._counts[CAUSES.index(cause)]
         if field is None:
             return int(row.sum())
         return int(row[[s.field for s in self.signals].index(field)])
@@ -233,7 +232,7 @@ class StreamScreen:
     def health(self) -> dict[str, int]:
         """Counts for diagnostics, in fixed order: samples, then every cause by its name."""
         counts = {"samples": int(self._stream[kernel.COUNT])}
-        for cause in _CAUSES:
+        for cause in CAUSES:
             counts[cause.name.lower()] = self.count(cause)
         return counts
 
@@ -244,12 +243,12 @@ class StreamScreen:
 
     def in_another_unit(self) -> dict[int, tuple[UnitMistake, ...]]:
         """Fields, by number, of which so many samples are out of range that all look as if given in another unit, and which it may be."""
-        out_of_range = self._counts[_CAUSES.index(Cause.OUT_OF_RANGE)]
+        out_of_range = self._counts[CAUSES.index(Cause.OUT_OF_RANGE)]
         return in_another_unit(self.signals, out_of_range, int(self._stream[kernel.COUNT]), self._explaining)
 
     def begins_in_another_unit(self, least: int) -> dict[int, tuple[UnitMistake, ...]]:
         """The same of fields all of whose samples so far, ``least`` or more, are out of range."""
-        samples, out_of_range = int(self._stream[kernel.COUNT]), self._counts[_CAUSES.index(Cause.OUT_OF_RANGE)]
+        samples, out_of_range = int(self._stream[kernel.COUNT]), self._counts[CAUSES.index(Cause.OUT_OF_RANGE)]
         if samples < least:
             return {}
         told = {j: tuple(m for m, still in zip(signal.mistakes, self._explaining[j], strict=False) if still)
@@ -263,22 +262,9 @@ class StreamScreen:
         Times in the findings are s relative to `epoch_ns`. ``whole``: fields `in_another_unit` are not used at all. ``unit``: in which
         such a field is, as others tell.
         """
-        return findings_of(
-            self.signals,
-            file,
-            topic or self.topic,
-            epoch_ns,
-            int(self._stream[kernel.COUNT]),
-            self._counts,
-            self._first,
-            self._first_value,
-            self._explaining,
-            self.suspicions,
-            self.noise,
-            self._stuck_since,
-            whole,
-            unit,
-        )
+        counted = Counted(self.signals, int(self._stream[kernel.COUNT]), self._counts, self._first, self._first_value, self._explaining,
+                          self.noise, self._stuck_since, self.suspicions)
+        return findings_of(counted, file, topic or self.topic, epoch_ns, whole, unit)
 
 
 def screen_recording(

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
-from ddh_twin_py.telemetry.causes import OF_FIELD, OF_SAMPLE, Cause
+from ddh_twin_py.telemetry.causes import CAUSES, OF_FIELD, Cause
 from ddh_twin_py.telemetry.clocks.clock import PUT_BACK
 from ddh_twin_py.telemetry.recording import Finding
 from ddh_twin_py.telemetry.signals import Signal, UnitMistake
@@ -19,53 +20,71 @@ _HUGE, _SHARE_OF_HUGE = 1e4, 0.7  # factor from which hardly a sample stays in r
 _NEARLY_ALL = 0.95  # of the samples, from which what is left is no measurement any more
 
 
+@dataclass(frozen=True)
+class Counted:
+    """What was counted of one topic with m signals, by cause in the order of `CAUSES` and by signal.
+
+    Attributes:
+        signals: m. samples: of the topic. counts: int64[9, m]. first: ns, int64[9, m], when each cause struck first.
+        first_value: float64[9, m], what was read then. explaining: bool[m, k], mistakes of unit that explain all that is out of range.
+        noise: float64[m], expected. stuck_since: ns, int64[m], where the first run of a stuck signal began. suspicions: wrong units.
+    """
+
+    signals: Sequence[Signal]
+    samples: int
+    counts: np.ndarray
+    first: np.ndarray
+    first_value: np.ndarray
+    explaining: np.ndarray
+    noise: np.ndarray
+    stuck_since: np.ndarray
+    suspicions: Sequence[UnitSuspicion]
+
+
 def findings_of(
-    signals: Sequence[Signal],
-    file: str,
-    topic: str,
-    epoch_ns: int,
-    samples: int,
-    counts: np.ndarray,
-    first: np.ndarray,
-    first_value: np.ndarray,
-    mistaken: np.ndarray,
-    suspicions: Sequence[UnitSuspicion],
-    noise: np.ndarray,
-    stuck_since: np.ndarray,
-    whole: bool,
-    unit: UnitMistake | None = None,
+    counted: Counted, file: str, topic: str, epoch_ns: int, whole: bool, unit: UnitMistake | None = None
 ) -> list[Finding]:
-    """What looks like a wrong unit, then one per cause and field from the kernel's counts int64[9, m]; `stuck_since` int64[m] in ns.
+    """What looks like a wrong unit, then one per cause and field; times in s relative to ``epoch_ns``.
 
     ``whole``: whether nothing is used of a signal that is out of range in another unit; ``unit``: in which that is, as others tell.
     """
-    where = f"{file}: {topic}" if file else topic
-    causes = (*OF_FIELD, *OF_SAMPLE)
-    found = [_unit_finding(s, signals, where, file, topic, counts, first, first_value, epoch_ns) for s in suspicions]
-    suspected = {j for suspicion in suspicions for j in suspicion.fields}
-    for row, cause in enumerate(causes):
+    where = _where(file, topic)
+    signals, samples = counted.signals, counted.samples
+    found = [_unit_finding(suspicion, counted, file, topic, epoch_ns) for suspicion in counted.suspicions]
+    suspected = {j for suspicion in counted.suspicions for j in suspicion.fields}
+    for row, cause in enumerate(CAUSES):
         for j, signal in enumerate(signals if cause in OF_FIELD else signals[:1]):
-            count = int(counts[row, j])
+            count = int(counted.counts[row, j])
             if not count or cause is Cause.WRONG_UNIT:
                 continue
             if cause is Cause.OUT_OF_RANGE and j in suspected:
                 continue  # how it is wrong is told already, and nothing of it is used
-            at = (int(first[row, j]) - epoch_ns) * 1e-9
-            value = float(first_value[row, j])
+            at = _seconds(counted.first[row, j], epoch_ns)
+            value = float(counted.first_value[row, j])
             if cause in OF_FIELD:
-                shown = signal.to_message(value)
-                subject = f"{where} {signal.field}"
-                since = (int(stuck_since[j]) - epoch_ns) * 1e-9
-                said = _field_sentence(cause, signal, shown, count, samples, at, mistaken[j], noise[j], since, whole, unit)
-                severity = "error" if _lost(cause, signal, count, samples, mistaken[j]) else "warning"
-                found.append(Finding(severity, file, topic, signal.field, shown, count, f"{subject} {said}", at, cause in _MENDED))
+                said = _field_sentence(counted, cause, j, epoch_ns, whole, unit)
+                severity = "error" if _lost(cause, signal, count, samples, counted.explaining[j]) else "warning"
+                found.append(Finding(severity, file, topic, signal.field, signal.to_message(value), count,
+                                     f"{where} {signal.field} {said}", at, cause in _MENDED))
             else:
                 said = _sample_sentence(cause, value, count, samples, at)
                 found.append(Finding("warning", file, topic, "", value, count, f"{where} {said}", at, cause in _MENDED))
     return found
 
 
-def _field_sentence(cause, signal, value, count, samples, at, mistaken, noise, since, whole, told) -> str:
+def _where(file: str, topic: str) -> str:
+    return f"{file}: {topic}" if file else topic
+
+
+def _seconds(stamp: np.int64, epoch_ns: int) -> float:
+    return (int(stamp) - epoch_ns) * 1e-9
+
+
+def _field_sentence(counted: Counted, cause: Cause, j: int, epoch_ns: int, whole: bool, told: UnitMistake | None) -> str:
+    """What a cause did to signal j."""
+    row, signal, samples = CAUSES.index(cause), counted.signals[j], counted.samples
+    count, at = int(counted.counts[row, j]), _seconds(counted.first[row, j], epoch_ns)
+    value = signal.to_message(float(counted.first_value[row, j]))
     often = f"{count} of {samples} samples"
     unit = signal.message_unit
     if cause is Cause.NOT_A_NUMBER:
@@ -76,7 +95,8 @@ def _field_sentence(cause, signal, value, count, samples, at, mistaken, noise, s
         return f"is {value} in {often}, first at {at:.3f} s; not used"
     if cause is Cause.STUCK:
         return (
-            f"is stuck: it repeats exactly {value:.6g} {unit} since {since:.3f} s although noise of {noise:.3g} {signal.unit} "
+            f"is stuck: it repeats exactly {value:.6g} {unit} since {_seconds(counted.stuck_since[j], epoch_ns):.3f} s "
+            f"although noise of {counted.noise[j]:.3g} {signal.unit} "
             f"is expected; {often} are not used, the first at {at:.3f} s"
         )
     lowest, highest = signal.to_message(signal.lowest), signal.to_message(signal.highest)
@@ -84,7 +104,7 @@ def _field_sentence(cause, signal, value, count, samples, at, mistaken, noise, s
         f"reads {value:.6g} {unit} at {at:.3f} s, allowed are {lowest:g} to {highest:g} {unit}; "
         f"{often} are out of range and not used"
     )
-    likely = _mistake(signal, count, samples, mistaken)
+    likely = _mistake(signal, count, samples, counted.explaining[j])
     if likely:
         likely = (told,) if told is not None else likely
         others = ", nor are the others" if whole else ""
@@ -101,7 +121,7 @@ def in_another_unit(
     return {j: units for j, units in found.items() if units}
 
 
-def _mistake(signal: Signal, count: int, samples: int, mistaken) -> tuple[UnitMistake, ...]:
+def _mistake(signal: Signal, count: int, samples: int, mistaken: np.ndarray) -> tuple[UnitMistake, ...]:
     """The units in which a signal looks as if given, of which so many samples are out of range."""
     if count < max(_LEAST_FOR_UNIT, _LEAST_SHARE_FOR_UNIT * samples):
         return ()
@@ -109,7 +129,7 @@ def _mistake(signal: Signal, count: int, samples: int, mistaken) -> tuple[UnitMi
                  if still and (m.factor < _HUGE or count >= _SHARE_OF_HUGE * samples))
 
 
-def _lost(cause: Cause, signal: Signal, count: int, samples: int, mistaken) -> bool:
+def _lost(cause: Cause, signal: Signal, count: int, samples: int, mistaken: np.ndarray) -> bool:
     """Whether a signal that is measured is as good as lost."""
     if cause is Cause.NOT_A_NUMBER:
         return _NEARLY_ALL * samples <= count < samples
@@ -123,7 +143,7 @@ def _factor(mistake: UnitMistake, signal: Signal) -> str:
     return ", ".join(filter(None, (factor, f"{offset:+g}" if offset else "")))
 
 
-def _sample_sentence(cause, value, count, samples, at) -> str:
+def _sample_sentence(cause: Cause, value: float, count: int, samples: int, at: float) -> str:
     if cause is Cause.REPEATED:
         return f"repeats a stamp in {count} of {samples} messages, first at {at:.3f} s; repetitions are not used"
     if cause is Cause.OUT_OF_ORDER:
@@ -140,15 +160,16 @@ def _sample_sentence(cause, value, count, samples, at) -> str:
     return f"stopped {times} and came back, first after {value:.3f} s without a sample, at {at:.3f} s"
 
 
-def _unit_finding(suspicion, signals, where, file, topic, counts, first, first_value, epoch_ns) -> Finding:
+def _unit_finding(suspicion: UnitSuspicion, counted: Counted, file: str, topic: str, epoch_ns: int) -> Finding:
+    where, signals = _where(file, topic), counted.signals
     if not suspicion.fields:
         return Finding("warning", file, topic, "", None, 1, f"{where}: {suspicion.reason}; all are used")
     row = OF_FIELD.index(Cause.WRONG_UNIT)
     j = suspicion.fields[0]
     names = " and ".join(signals[k].field for k in suspicion.fields)
-    count = int(counts[row, list(suspicion.fields)].max())
-    value = float(first_value[row, j])
-    at = (int(first[row, j]) - epoch_ns) * 1e-9 if count else float("nan")
+    count = int(counted.counts[row, list(suspicion.fields)].max())
+    value = float(counted.first_value[row, j])
+    at = _seconds(counted.first[row, j], epoch_ns) if count else float("nan")
     said = suspicion.reason
     if suspicion.units:
         looks = "looks" if len(suspicion.fields) == 1 else "look"
