@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 from ddh_twin_py.bags.reader import read_recording
-from ddh_twin_py.physics.equivalent_current import compare, equivalent_current, mean_square, mean_square_of, ripple
+from ddh_twin_py.physics.equivalent_current import compare, equivalent_current, mean_square, ripple
 from ddh_twin_py.physics.motor_condensed import condense
 from ddh_twin_py.physics.motor_geometry import motor_network, reference_load
 from ddh_twin_py.rig import load_rig
@@ -31,6 +31,11 @@ def run(network, period):
 
 def rise(c):
     return c.steady - (273.15 + MACHINE["reference.ambient"])
+
+
+def mean_square_of(time, current):
+    """Mean of the squared current of any cycle, A^2, by the trapezoidal rule."""
+    return float(np.trapezoid(np.square(current), time) / (time[-1] - time[0]))
 
 
 def test_equation_6():

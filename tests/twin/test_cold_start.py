@@ -13,7 +13,7 @@ from ddh_twin_py.rig import load_rig
 from ddh_twin_py.twin.cold_start import LONGEST_CYCLE, AllowedSpeed, Case, start, sweep
 from ddh_twin_py.twin.cycle import DutyRun
 from ddh_twin_py.twin.duty import DutyCommand, load_duty
-from ddh_twin_py.twin.possible_speed import CURRENT_SHARE, STEADY, SUCTION_MARGIN, highest_speed, steady_state
+from ddh_twin_py.twin.possible_speed import CURRENT_SHARE, STEADY, SUCTION_MARGIN, highest_speed, steady_operation
 
 
 @pytest.fixture(scope="module")
@@ -25,6 +25,13 @@ def rig():
 def duties(repo_root):
     folder = repo_root / "ddh_twin_py/config/duty"
     return {name: load_duty(folder / f"{name}.yaml") for name in ("paper_cycle", "paper_cycle_each_minute", "paper_cycle_fast")}
+
+
+def steady_state(params, temperature, speed):
+    """`steady_operation` at mid-stroke, by name."""
+    out = np.empty(len(STEADY))
+    steady_operation(params, temperature, speed, 0.5 * float(params[0]["cylinder_stroke"]), out)
+    return dict(zip(STEADY, out, strict=True))
 
 
 @pytest.mark.parametrize("speed", [40.0, -40.0])

@@ -27,11 +27,6 @@ def equivalent_current(amplitude: float) -> float:
     return math.sqrt(mean_square(amplitude))
 
 
-def mean_square_of(time: np.ndarray, current: np.ndarray) -> float:
-    """Mean of the squared current of any cycle, A^2, by the trapezoidal rule; time (n,) s, current (n,) A."""
-    return float(np.trapezoid(np.square(current), time) / (time[-1] - time[0]))
-
-
 def ripple(period: float, time_constant: float) -> float:
     """Largest excess of a first-order winding's rise over its mean, as a share of the mean rise.
 

@@ -30,7 +30,6 @@ from ddh_twin_py.physics.thermal_network import (
     N_EDGES,
     N_SURFACES,
     N_WALLS,
-    NODES,
     PUMP_1_OIL,
     PUMP_2_OIL,
     SLOT_WINDING,
@@ -342,8 +341,3 @@ def _settled(time: Sequence[float], history: Sequence[np.ndarray]) -> bool:
     k = next((i for i in range(len(time) - 1, -1, -1) if time[-1] - time[i] >= 1800.0), 0)
     rate = np.abs(history[-1][nodes] - history[k][nodes]) / (time[-1] - time[k]) * 3600.0
     return bool(np.all(rate < SETTLED_RATE))
-
-
-def node_temperature(outcome: Outcome, node: str) -> np.ndarray:
-    """degC of one thermal node at the times of an outcome, (k,)."""
-    return outcome.history[:, NODES.index(node)] - ZERO_CELSIUS

@@ -8,8 +8,6 @@ on p_B by up to 10^6 Pa per Pa: roots are sought to the last digits.
 
 from __future__ import annotations
 
-import numpy as np
-
 from ddh_twin_py.physics.compiled import inlined, kernel
 from ddh_twin_py.physics.cylinder import coulomb_friction, load_force, piston_area, rod_side_area
 from ddh_twin_py.physics.hydraulics import coefficients, motor_friction_torque, pump_flows, pump_torques
@@ -158,10 +156,3 @@ def steady_operations(params, temperature, speeds, position, out):
     """`steady_operation` at each of ``speeds``, rad/s, (n,), into ``out`` (n, 6)."""
     for k in range(speeds.shape[0]):
         steady_operation(params, temperature, speeds[k], position, out[k])
-
-
-def steady_state(params: np.ndarray, temperature: np.ndarray, speed: float) -> dict[str, float]:
-    """`steady_operation` at mid-stroke, by name."""
-    out = np.empty(len(STEADY))
-    steady_operation(params, temperature, speed, 0.5 * float(params[0]["cylinder_stroke"]), out)
-    return dict(zip(STEADY, out, strict=True))
