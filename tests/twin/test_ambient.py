@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from ddh_twin_py.twin.ambient import AMBIENT_LAG, FOLLOWS, AmbientTracker
+from ddh_twin_py.twin.ambient import AMBIENT_LAG, MOST_OFF, AmbientTracker
 from ddh_twin_py.twin.intervals import INTERVAL
 
 EVERY = 10  # intervals between two readings
@@ -19,7 +19,7 @@ def test_air_that_warms_quickly_is_followed():
     seconds = np.arange(0.0, 60.0, EVERY * INTERVAL)
     air = 295.0 + 12.0 * np.clip((seconds - 20.0) / 15.0, 0.0, 1.0)
     off = np.repeat(air, EVERY) - followed(air)
-    assert 0.5 < off.max() < FOLLOWS + 12.0 / 15.0 * 3.0 * EVERY * INTERVAL
+    assert 0.5 < off.max() < MOST_OFF + 12.0 / 15.0 * 3.0 * EVERY * INTERVAL
 
 
 @pytest.mark.parametrize("wild", [1, 2])

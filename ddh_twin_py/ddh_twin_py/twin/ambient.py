@@ -8,7 +8,7 @@ from ddh_twin_py.twin.intervals import INTERVAL
 
 AMBIENT_LAG = 10.0
 """s over which ambient readings are smoothed."""
-FOLLOWS = 1.0
+MOST_OFF = 1.0
 """K by which the smoothed air may be off all of the last three readings, ten times a sensor's noise: a gate that opens is not smoothed."""
 
 
@@ -39,7 +39,7 @@ class AmbientTracker:
                     self.hold(self._read, True)
                 self._last = [*self._last[1:], self._read]
             self.value += self._share * (self._read - self.value)
-            self.value = min(max(self.value, min(self._last) - FOLLOWS), max(self._last) + FOLLOWS)
+            self.value = min(max(self.value, min(self._last) - MOST_OFF), max(self._last) + MOST_OFF)
             air[i] = self.value
         return air
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
-LONGEST_GAP = 0.5
+LONGEST_BRIDGED = 0.5
 """s between samples beyond which nothing is said of the command between them."""
 SLOWEST = 0.25
 """s between drive samples, from which a free run cannot follow the command: a step would come as a ramp."""
@@ -37,14 +37,14 @@ def corners(time: np.ndarray, command: np.ndarray) -> tuple[np.ndarray, np.ndarr
     between = (np.abs(slope[i] - before) > same) & (np.abs(slope[i] - after) > same)
     with np.errstate(divide="ignore", invalid="ignore"):
         into = (command[i + 1] - command[i] - after * width[i]) / (before - after)
-    found = confirmed & between & (into > 0.0) & (into < width[i]) & (width[i] < LONGEST_GAP)
+    found = confirmed & between & (into > 0.0) & (into < width[i]) & (width[i] < LONGEST_BRIDGED)
     place = i[found]
     return (np.insert(time, place + 1, time[place] + into[found]),
             np.insert(command, place + 1, command[place] + before[found] * into[found]))
 
 
 def command_at(time: np.ndarray, command: np.ndarray, edges: np.ndarray) -> np.ndarray:
-    """Command at ``edges`` (s, (m,)), rad/s; 0 where no sample is within `LONGEST_GAP`."""
+    """Command at ``edges`` (s, (m,)), rad/s; 0 where no sample is within `LONGEST_BRIDGED`."""
     good = np.isfinite(command)
     time, command = time[good], command[good]
     if time.size == 0:
@@ -54,4 +54,4 @@ def command_at(time: np.ndarray, command: np.ndarray, edges: np.ndarray) -> np.n
     value = np.interp(edges, time, command)
     following = np.clip(np.searchsorted(time, edges), 1, max(time.size - 1, 1))
     gap = np.minimum(np.abs(edges - time[following - 1]), np.abs(edges - time[np.minimum(following, time.size - 1)]))
-    return np.where(gap <= LONGEST_GAP, value, 0.0)
+    return np.where(gap <= LONGEST_BRIDGED, value, 0.0)

@@ -17,7 +17,7 @@ import numpy as np
 from ddh_twin_py.physics.balance import OPERATING_DTYPE
 from ddh_twin_py.physics.cylinder import holding_pressure, rod_travel
 from ddh_twin_py.physics.free_run import SAMPLED, free_run_sampled, settle
-from ddh_twin_py.physics.hydraulics import HYDRAULIC_STATES
+from ddh_twin_py.physics.hydraulics import HYDRAULIC_STATES, POSITION
 from ddh_twin_py.physics.thermal_network import N, capacities
 from ddh_twin_py.rig import Rig, load_rig
 from ddh_twin_py.telemetry.recording import Recording, RigInfo, drive_stream, hydraulic_stream, temperature_stream
@@ -141,13 +141,13 @@ class SimulatedRig:
                     times.append(now)
                     around = air + self.rig["surroundings.enclosure_rise"]
                     thermal.append(np.append(reading + contact * (around - reading), air))
-                next_command = program.step(state[5], rod_speed_per_rad, CONTROL_PERIOD)
+                next_command = program.step(state[POSITION], rod_speed_per_rad, CONTROL_PERIOD)
                 edges = np.linspace(command, next_command, command_size(_SUBINTERVALS))
                 command = next_command
                 free_run_sampled(parameters, state, self._temperature, edges, np.full(_SUBINTERVALS, air),
                                  CONTROL_PERIOD / _SUBINTERVALS, _STEP, nowhere, points, temperatures, end, sample)
                 if added is not None:
-                    capacities(parameters, state[5], capacity)
+                    capacities(parameters, state[POSITION], capacity)
                     self._temperature += CONTROL_PERIOD * added / capacity
                 last = points[-1]
                 speed, current, piston_side, rod_side, position, velocity = sample[0]

@@ -15,6 +15,7 @@ from ddh_twin_py.report.times import starts
 from ddh_twin_py.report.units import ZERO_CELSIUS, in_unit, number, words
 from ddh_twin_py.telemetry.signals import DRIVE_SIGNALS, DRIVE_TOPIC, HYDRAULIC_SIGNALS, HYDRAULIC_TOPIC, Signal
 from ddh_twin_py.twin.hydraulic_model import UNSEEN
+from ddh_twin_py.twin.intervals import HOLD
 
 if TYPE_CHECKING:
     from ddh_twin_py.estimation.replay_result import ReplayResult, SensorComparison
@@ -30,8 +31,6 @@ SETTLING = 10.0
 LOST_SHARE = 0.1
 """Share of the comparisons without a finite number beyond which nothing is said about agreement."""
 _MOST_NAMES = 4
-HOLD = 0.5
-"""s; an interval whose newest sample is older was not measured."""
 INPUTS = frozenset({"speed", "pressure_piston_side", "pressure_rod_side", "rod_position", "rod_velocity"})
 """What drives the soft sensor; comparing these with it would compare a measurement with itself."""
 NOT_COUNTED = frozenset({"torque"})
