@@ -31,16 +31,18 @@ def run(args: argparse.Namespace) -> int:
     rig = load_rig(args.rig)
     with stage("loading", args.quiet):
         from ddh_twin_py.report.studies.paper import paper_document, paper_json
-        from ddh_twin_py.twin.paper_results import paper_results
+        from ddh_twin_py.report.studies.paper_rows import rows
+        from ddh_twin_py.twin.paper_runs import paper_runs
     with stage("running the paper's cycle in both readings", args.quiet) as progress:
-        results = paper_results(rig, progress)
+        runs = paper_runs(rig, progress)
+        table = rows(runs)
     if args.html:
         with stage(f"writing {args.html}", args.quiet):
-            paper_document(results).write(args.html)
+            paper_document(runs, table).write(args.html)
     if args.json:
-        put_json(args.json, paper_json(results))
+        put_json(args.json, paper_json(runs, table))
     if not args.quiet and args.json != "-":
-        print_table(results.rows)
+        print_table(table)
     return 0
 
 

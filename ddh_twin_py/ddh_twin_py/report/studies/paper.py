@@ -8,11 +8,11 @@ from ddh_twin_py.physics.oil import ZERO_CELSIUS
 from ddh_twin_py.physics.thermal_network import MOTOR_NODES, NODES
 from ddh_twin_py.report.page import document as doc
 from ddh_twin_py.report.page.charts import Chart, Trace, charts
+from ddh_twin_py.report.studies.paper_rows import FITTED, INPUT, Row
 from ddh_twin_py.report.units import number, words
 from ddh_twin_py.rig import Rig
 from ddh_twin_py.twin.paper_cycle import CYCLES, Reading
-from ddh_twin_py.twin.paper_results import PaperResults
-from ddh_twin_py.twin.paper_rows import FITTED, INPUT, Row, Runs
+from ddh_twin_py.twin.paper_runs import Runs
 
 TITLE = "A Thermal Analysis of Direct Driven Hydraulics"
 SURFACES = ("housing", "pump_1_case", "pump_2_case", "cylinder_barrel", "tank_wall", "line_a_wall")
@@ -54,18 +54,18 @@ def paper_end(rig: Rig) -> doc.EndMatter:
     )
 
 
-def paper_json(results: PaperResults) -> dict:
+def paper_json(runs: Runs, table: list[Row]) -> dict:
     """The machine-readable twin of the page."""
     return {
-        "report": "paper", "verdict": verdict(results.rows), "rows": [row.as_json() for row in results.rows],
-        "end_matter": paper_end(results.runs.rig).as_json(),
+        "report": "paper", "verdict": verdict(table), "rows": [row.as_json() for row in table],
+        "end_matter": paper_end(runs.rig).as_json(),
     }
 
 
-def paper_document(results: PaperResults) -> doc.Document:
+def paper_document(runs: Runs, table: list[Row]) -> doc.Document:
     """The page."""
     page = doc.Document(
-        kind="The paper's results", title=TITLE, verdict=verdict(results.rows), level="fair", end=paper_end(results.runs.rig),
+        kind="The paper's results", title=TITLE, verdict=verdict(table), level="fair", end=paper_end(runs.rig),
     )
     columns = (
         doc.Column("Result", number=False), doc.Column("Paper"), doc.Column("Twin"), doc.Column("Difference"),
@@ -74,13 +74,13 @@ def paper_document(results: PaperResults) -> doc.Document:
     rows = [
         (row.result, cell(row.paper), cell(row.twin), cell(row.difference), row.unit.replace("*", "·"),
          row.origin, row.explanation.replace("N*m", "N·m"))
-        for row in results.rows
+        for row in table
     ]
     page.add("Paper and twin", _wrapping(doc.table(columns, rows)))
-    page.add("Figure 3: motor housing and winding at the equivalent current", *_figure_3(results.runs))
-    page.add("Figure 4: position, oil of pumps and tank", *_figure_4(results.runs.slow))
-    page.add("Figure 5: pressure, height, speed, flow and torque", *_figure_5(results.runs))
-    page.add("Figure 6: temperatures during lifting and lowering", *_figure_6(results.runs.slow))
+    page.add("Figure 3: motor housing and winding at the equivalent current", *_figure_3(runs))
+    page.add("Figure 4: position, oil of pumps and tank", *_figure_4(runs.slow))
+    page.add("Figure 5: pressure, height, speed, flow and torque", *_figure_5(runs))
+    page.add("Figure 6: temperatures during lifting and lowering", *_figure_6(runs.slow))
     return page
 
 

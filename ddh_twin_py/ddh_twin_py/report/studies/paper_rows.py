@@ -12,7 +12,6 @@ from ddh_twin_py.physics.equivalent_current import mean_square
 from ddh_twin_py.physics.motor import RAD_PER_S_OF_RPM
 from ddh_twin_py.physics.oil import ZERO_CELSIUS
 from ddh_twin_py.physics.thermal_network import MOTOR_NODES, NODES
-from ddh_twin_py.rig import Rig
 from ddh_twin_py.twin.paper_cycle import (
     AMBIENT,
     CHAMBER,
@@ -25,6 +24,7 @@ from ddh_twin_py.twin.paper_cycle import (
     SPEED_RPM,
     Reading,
 )
+from ddh_twin_py.twin.paper_runs import Runs, area_ratio
 
 COMPUTED, FITTED, INPUT = ORIGINS = ("computed", "fitted", "input")
 """The twin computes it; it computes it with a quantity of the data sheet that was derived from the paper's number; one of
@@ -56,30 +56,6 @@ class Row:
     def as_json(self) -> dict:
         """The row with its difference."""
         return {**asdict(self), "difference": self.difference}
-
-
-@dataclass(frozen=True)
-class Runs:
-    """What the rows are computed of.
-
-    Attributes:
-        rig: as given, with the paper's payload. slow, fast: 500 rpm and 0.2 m/s. cold: 500 rpm at the chamber's temperature.
-        matched: 500 rpm with pump 2 that fits the area ratio. equivalent_time, equivalent: s and K of the motor at the
-            constant equivalent current (paper, eq. 6), (n,) and (n, number of motor nodes).
-    """
-
-    rig: Rig
-    slow: Reading
-    fast: Reading
-    cold: Reading
-    matched: Reading
-    equivalent_time: np.ndarray
-    equivalent: np.ndarray
-
-
-def area_ratio(rig: Rig) -> float:
-    """Area of the rod side over that of the piston side."""
-    return 1.0 - (rig["cylinder.rod"] / rig["cylinder.bore"]) ** 2
 
 
 def rows(r: Runs) -> list[Row]:

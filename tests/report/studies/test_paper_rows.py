@@ -2,20 +2,21 @@
 
 import pytest
 from ddh_twin_py.report.studies.paper import verdict
+from ddh_twin_py.report.studies.paper_rows import FITTED, INPUT
+from ddh_twin_py.report.studies.paper_rows import rows as rows_of
 from ddh_twin_py.rig import load_rig
 from ddh_twin_py.twin.paper_cycle import CYCLES
-from ddh_twin_py.twin.paper_results import paper_results
-from ddh_twin_py.twin.paper_rows import FITTED, INPUT
+from ddh_twin_py.twin.paper_runs import paper_runs
 
 
 @pytest.fixture(scope="module")
-def results():
-    return paper_results(load_rig())
+def runs():
+    return paper_runs(load_rig())
 
 
 @pytest.fixture(scope="module")
-def rows(results):
-    return {row.result: row for row in results.rows}
+def rows(runs):
+    return {row.result: row for row in rows_of(runs)}
 
 
 @pytest.mark.parametrize("name, within", [
@@ -40,15 +41,15 @@ def test_the_pressure_peak_comes_from_the_displacements(rows):
     assert peak.twin > 0.9 * 122.0 and peak.difference is None
 
 
-def test_rises_per_cycle(rows, results):
+def test_rises_per_cycle(rows, runs):
     winding = rows["Winding hot spot, rise per cycle at the equivalent current"]
     housing = rows["Motor housing, rise per cycle at the equivalent current"]
     assert 3.0 < winding.twin < 6.0
     assert housing.twin < 0.45 < housing.paper
     # the energy bound that the explanation names
     assert "5140 J/K" in housing.explanation
-    current = results.runs.slow.points["current"][results.runs.slow.lift()].max()
-    joule = 3.0 * results.runs.rig["motor.phase_resistance_20C"] * 0.5 * current**2 * results.runs.slow.cycle
+    current = runs.slow.points["current"][runs.slow.lift()].max()
+    joule = 3.0 * runs.rig["motor.phase_resistance_20C"] * 0.5 * current**2 * runs.slow.cycle
     assert f"{joule:.0f} J" in housing.explanation and joule / 5140.0 < housing.paper
 
 
@@ -83,8 +84,8 @@ def test_every_row_says_why(rows):
 
 
 def test_another_rig_gives_other_results(rows):
-    other = paper_results(load_rig().with_values({"pump_1.friction_pressure": 0.22, "tank.oil_volume": 0.02}))
-    changed = {row.result: row for row in other.rows}
+    other = paper_runs(load_rig().with_values({"pump_1.friction_pressure": 0.22, "tank.oil_volume": 0.02}))
+    changed = {row.result: row for row in rows_of(other)}
     torque = "Torque in the lift, 149.5 kg, 500 rpm"
     assert changed[torque].twin > rows[torque].twin + 2.0
     tank = f"Tank oil over a whole cycle, cycle {CYCLES}"

@@ -1,4 +1,4 @@
-"""What the paper states, beside what the twin makes of it.
+"""The free run's runs of the paper's cycle, of which the table of its results is made.
 
 Minav, Papini, Pietola: A Thermal Analysis of Direct Driven Hydraulics. Its cycle is run twice by
 the free run, once for each reading of its text, which names both 500 rpm and 0.2 m/s although
@@ -20,19 +20,34 @@ from ddh_twin_py.physics.motor_only import motor_only
 from ddh_twin_py.physics.thermal_network import MOTOR_NODES, N
 from ddh_twin_py.rig import Rig
 from ddh_twin_py.twin.paper_cycle import AMBIENT, CHAMBER, CYCLES, PAYLOAD, ROD_SPEED, SPEED_RPM, Reading, read_as
-from ddh_twin_py.twin.paper_rows import Row, Runs, area_ratio, rows
 
 
 @dataclass(frozen=True)
-class PaperResults:
-    """Everything that the table and the pictures show: the runs, and the table of them."""
+class Runs:
+    """The paper's cycle in all its readings.
 
-    runs: Runs
-    rows: list[Row]
+    Attributes:
+        rig: as given, with the paper's payload. slow, fast: 500 rpm and 0.2 m/s. cold: 500 rpm at the chamber's temperature.
+        matched: 500 rpm with pump 2 that fits the area ratio. equivalent_time, equivalent: s and K of the motor at the
+            constant equivalent current (paper, eq. 6), (n,) and (n, number of motor nodes).
+    """
+
+    rig: Rig
+    slow: Reading
+    fast: Reading
+    cold: Reading
+    matched: Reading
+    equivalent_time: np.ndarray
+    equivalent: np.ndarray
 
 
-def paper_results(rig: Rig, progress: Callable[[float], None] = lambda share: None) -> PaperResults:
-    """Run the paper's cycle in all readings and set up the table."""
+def area_ratio(rig: Rig) -> float:
+    """Area of the rod side over that of the piston side."""
+    return 1.0 - (rig["cylinder.rod"] / rig["cylinder.bore"]) ** 2
+
+
+def paper_runs(rig: Rig, progress: Callable[[float], None] = lambda share: None) -> Runs:
+    """Run the paper's cycle in all readings."""
     rig = rig.with_values({"load.payload_mass": PAYLOAD}, source="paper")
     fast_rpm = ROD_SPEED * piston_area(rig.parameters[0]) / rig["pump_1.displacement"] * 60.0
     slow = read_as("500 rpm", rig, SPEED_RPM, AMBIENT)
@@ -45,7 +60,7 @@ def paper_results(rig: Rig, progress: Callable[[float], None] = lambda share: No
     matched = read_as("500 rpm, pump 2 that fits", fitting, SPEED_RPM, AMBIENT)
     runs = Runs(rig, slow, fast, cold, matched, *_equivalent_current(rig, slow))
     progress(1.0)
-    return PaperResults(runs, rows(runs))
+    return runs
 
 
 def _equivalent_current(rig: Rig, reading: Reading) -> tuple[np.ndarray, np.ndarray]:
