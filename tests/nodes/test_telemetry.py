@@ -10,7 +10,8 @@ from ddh_twin_py.sources.bag import BagSource
 from ddh_twin_py.sources.protocol import Samples, SourceError
 from ddh_twin_py.telemetry.recording import RigInfo as Rig
 from ddh_twin_py.twin.simulated_rig import simulate
-from lifecycle_msgs.srv import GetState
+from lifecycle_msgs.msg import Transition
+from lifecycle_msgs.srv import ChangeState, GetState
 from nodes.processes import NodeProcess, stamp_ns, wait_for
 
 from ddh_msgs.msg import DriveTelemetry, HydraulicTelemetry, RigInfo
@@ -90,6 +91,35 @@ def test_a_node_that_was_killed_joins_where_the_record_is(listener, duty):
     stamps = np.array([stamp_ns(m) for m in pressures[before:]])
     assert stamps.min() > sent
     assert np.all(np.diff(stamps) > 0)
+
+
+@pytest.mark.live
+def test_a_node_that_is_configured_or_activated_later_joins_where_the_record_is(listener, duty):
+    namespace = "/led"
+    drive = listener.collect(DriveTelemetry, f"{namespace}/drive/telemetry", reliable=False)
+    pressures = listener.collect(HydraulicTelemetry, f"{namespace}/hydraulics/telemetry", reliable=False)
+    given = {"source": "simulation", "simulation__duty": str(duty), "simulation__seed": 7}
+
+    def change(transition):
+        request = ChangeState.Request(transition=Transition(id=transition))
+        assert listener.call(ChangeState, f"{namespace}/pressure_telemetry/change_state", request, 60.0).success
+
+    with NodeProcess("pressure_telemetry", namespace, autostart=False, **given) as hydraulic:
+        hydraulic.says("ready", 60.0)
+        with NodeProcess("drive_telemetry", namespace, **given) as motor:
+            wait_for(lambda: drive and stamp_ns(drive[-1]) - stamp_ns(drive[0]) > 8e9, 60.0, "drive telemetry")
+            assert not pressures
+            change(Transition.TRANSITION_CONFIGURE)
+            for number in (1, 2):
+                begun, known = len(pressures), stamp_ns(drive[-1])
+                change(Transition.TRANSITION_ACTIVATE)
+                wait_for(lambda begun=begun: len(pressures) > begun + 50, 30.0, f"pressures, activation {number}")
+                assert stamp_ns(pressures[begun]) > known - 4e9, "the backlog is left out"  # a busy computer is late by seconds
+                change(Transition.TRANSITION_DEACTIVATE)
+                left = stamp_ns(drive[-1])
+                wait_for(lambda left=left: stamp_ns(drive[-1]) - left > 8e9, 30.0, "drive telemetry while pressures are inactive")
+            motor.stop()
+        hydraulic.stop()
 
 
 def test_what_a_node_behind_sends_comes_as_if_it_were_in_time():

@@ -1,9 +1,10 @@
 """Publishes telemetry of a source at the pace of its stamps; both telemetry nodes are one of these.
 
-Lifecycle: *configure* opens the source, *activate* begins to publish, *deactivate* pauses it. The
-nodes go through both by themselves unless `autostart` is false. The order that matters is between
-the two of them: both count from one start of the record, which drive_telemetry chooses and tells
-in the stamp of `rig`; pressure_telemetry stays inactive until it has heard that.
+Lifecycle: *configure* opens the source, *activate* begins to publish, *deactivate* stops. The nodes go
+through the first two by themselves unless `autostart` is false. The order that matters is between the two
+of them: both count from one start of the record, which drive_telemetry chooses each time that it is
+activated and tells in the stamp of `rig`; pressure_telemetry publishes nothing until it has heard that, and
+joins the record where it is by then.
 """
 
 from __future__ import annotations
@@ -59,6 +60,7 @@ class TelemetryPublisher(LifecycleNodeMixin, TwinNode):
         self._topics, self._leads = tuple(topics), leads
         self._source: Source | None = None
         self._epoch_ns: int | None = None  # when the record starts: of the node's clock, and as stamps are published
+        self._told_ns: int | None = None  # the same as another node told it last, whether there is a source yet or not
         self._rounds = 0.0  # s of data in the rounds before this one
         self._joining = True  # a record that may run already
         self._sending = False
@@ -98,6 +100,8 @@ class TelemetryPublisher(LifecycleNodeMixin, TwinNode):
             return TransitionCallbackReturn.FAILURE
         for note in getattr(self._source, "notes", ()):
             self.get_logger().warning(note)
+        if self._told_ns is not None:
+            self._start_record(self._told_ns)
         return TransitionCallbackReturn.SUCCESS
 
     def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
@@ -105,7 +109,9 @@ class TelemetryPublisher(LifecycleNodeMixin, TwinNode):
             self._start_record(self.get_clock().now().nanoseconds + _DISCOVERY)
         elif self._epoch_ns is None:
             self.get_logger().warning(f"waits for {self.resolve_topic_name(RIG_TOPIC)}, whose stamp tells the start of the record")
-        self._sending = True
+        self._joining, self._sending = True, True
+        if self._epoch_ns is not None:
+            self._waiting = {topic: self._fresh(samples, self._now()) for topic, samples in self._waiting.items()}
         return TransitionCallbackReturn.SUCCESS
 
     def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
@@ -141,6 +147,7 @@ class TelemetryPublisher(LifecycleNodeMixin, TwinNode):
 
     def _take_rig(self, message: RigInfo) -> None:
         epoch = message.header.stamp.sec * 1_000_000_000 + message.header.stamp.nanosec
+        self._told_ns = epoch
         if epoch == self._epoch_ns or self._source is None:
             return
         if self._epoch_ns is not None:
@@ -154,8 +161,7 @@ class TelemetryPublisher(LifecycleNodeMixin, TwinNode):
     def _pump(self) -> None:
         if not self._sending or self._epoch_ns is None or self.finished:
             return
-        now = (self.get_clock().now().nanoseconds - self._epoch_ns) * 1e-9 * self.values["rate"] - self._rounds
-        started = self.wall()
+        now, started = self._now(), self.wall()
         while all(s.due.size == 0 or s.due[-1] <= now for s in self._waiting.values()):
             self._send(now)
             batch = next(self._batches, None)
@@ -168,6 +174,10 @@ class TelemetryPublisher(LifecycleNodeMixin, TwinNode):
                 break  # a source that waits or computes must not keep the node from listening
         self._send(now)
         self._judge_pace(now)
+
+    def _now(self) -> float:
+        """s of data since the start of this round of the record."""
+        return (self.get_clock().now().nanoseconds - self._epoch_ns) * 1e-9 * self.values["rate"] - self._rounds
 
     def _judge_pace(self, now: float) -> None:
         """How far publishing lags; a node has joined once it holds samples that are not long past."""

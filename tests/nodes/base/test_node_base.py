@@ -1,5 +1,7 @@
 """What every node answers, whatever it does."""
 
+import subprocess
+import sys
 from types import SimpleNamespace
 
 import pytest
@@ -34,3 +36,33 @@ def test_what_comes_again_is_said_again_but_not_each_time():
 def test_a_node_says_that_it_is_ready_and_what_it_waits_for(node, topics):
     with NodeProcess(node, "/crane_1") as process:
         wait_for(lambda: f"ready in /crane_1, waiting for {topics}\n" in process.text, 90.0, node)
+
+
+FAILING = """
+import sys
+from ddh_twin_py.nodes.base.node_base import TwinNode, run
+
+
+class Failing(TwinNode):
+    def __init__(self):
+        super().__init__("failing")
+        self.every(0.01, self._fail)
+
+    def _fail(self):
+        raise ValueError("cannot go on")
+
+    def close(self):
+        print("kept what it has", flush=True)
+        raise OSError("disk full")
+
+
+run(Failing)
+"""
+
+
+@pytest.mark.live
+def test_a_node_that_fails_keeps_what_it_has():
+    done = subprocess.run([sys.executable, "-c", FAILING], capture_output=True, text=True, timeout=90.0)
+    assert done.returncode == 1 and done.stdout.count("kept what it has") == 1
+    assert "not all could be kept at the end: disk full" in done.stdout + done.stderr
+    assert done.stderr.rstrip().endswith("ValueError: cannot go on")

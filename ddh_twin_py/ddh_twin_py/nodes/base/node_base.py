@@ -115,10 +115,19 @@ def _say_once(kind: type[TwinNode]) -> Callable[[], None]:
     return say
 
 
+def _close_after_failure(node: TwinNode) -> None:
+    """Let a node that failed keep what it has; that this fails too is told beside the first failure, and hides it not."""
+    try:
+        node.close()
+    except Exception as error:  # whatever a node that failed is left with
+        node.get_logger().error(f"not all could be kept at the end: {error}")
+
+
 def run(kind: type[TwinNode], args: list[str] | None = None) -> int:
     """Spin a node of a kind that is made without arguments, until it is finished or SIGINT or SIGTERM come; returns the exit code.
 
-    0: stopped or finished; 2: what it was given cannot be used, said in one line.
+    0: stopped or finished; 1: finished, but not all of its work was done, as its log says; 2: what it was given cannot be used, said in one
+    line.
     """
     if {"-h", "--help"} & set(sys.argv[1:] if args is None else args):
         print(described(kind))
@@ -139,8 +148,12 @@ def run(kind: type[TwinNode], args: list[str] | None = None) -> int:
         executor.add_node(node)
         gc.collect()
         gc.freeze()
-        while not stop.asked and not node.finished:
-            executor.spin_once(timeout_sec=1.0)
+        try:
+            while not stop.asked and not node.finished:
+                executor.spin_once(timeout_sec=1.0)
+        except BaseException:
+            _close_after_failure(node)
+            raise
         node.close()
         return node.exit_code
     except (NodeError, BagError, RigError) as error:

@@ -20,29 +20,33 @@ class LevelKeeper:
         self.path, self._bin_length = Path(path), bin_length
         self.rig_id, self._levels = load_levels(self.path, bin_length) if self.path.exists() else ("", {})
         self.failure = ""
-        self._kept = set(self._levels)
+        self._under_way: set[str] = set()
         self._writer = ThreadPoolExecutor(1, thread_name_prefix="normal levels")
 
     def of(self, rig_id: str) -> Mapping[str, NormalLevel]:
-        """The levels that were found, none where they are of another machine."""
+        """The levels on disk, none where they are of another machine."""
         return {} if self._another(rig_id) else self._levels
 
     def _another(self, rig_id: str) -> bool:
         return bool(self.rig_id and rig_id and self.rig_id != rig_id)
 
     def keep(self, rig_id: str, levels: Mapping[str, NormalLevel]) -> None:
-        """Have them written soon, where a signal is among them that was not before; never over those of another machine."""
-        if not set(levels) <= self._kept and not self._another(rig_id):
-            self._kept = set(levels)
-            self.rig_id = self.rig_id or rig_id
+        """Have them written soon, where a signal is among them that is not on disk; never over those of another machine.
+
+        What could not be written is tried again at the next call.
+        """
+        if not set(levels) <= set(self._levels) | self._under_way and not self._another(rig_id):
+            self._under_way = set(levels)
             self._writer.submit(self._write, rig_id, dict(levels))
 
     def _write(self, rig_id: str, levels: dict[str, NormalLevel]) -> None:
         try:
             save_levels(self.path, rig_id, self._bin_length, levels)
-            self.failure = ""
+            self.rig_id, self._levels, self.failure = self.rig_id or rig_id, levels, ""
         except OSError as error:
             self.failure = f"{self.path}: cannot be written: {error.strerror or error}"
+        finally:
+            self._under_way = set()
 
     def close(self) -> None:
         """Write what waits and end."""

@@ -1,0 +1,47 @@
+"""Normal levels are on disk once they were learned, also where the disk was full for a while."""
+
+import pytest
+from ddh_twin_py.nodes.tasks import level_keeper
+from ddh_twin_py.nodes.tasks.level_keeper import LevelKeeper
+
+
+@pytest.fixture
+def written(monkeypatch):
+    """What was written, and whether the disk is full."""
+    kept = {"full": False, "attempts": 0}
+
+    def save(path, rig_id, bin_length, levels):
+        kept["attempts"] += 1
+        if kept["full"]:
+            raise OSError(28, "No space left on device")
+        kept["levels"] = set(levels)
+
+    monkeypatch.setattr(level_keeper, "save_levels", save)
+    return kept
+
+
+def kept_now(keeper, rig_id, levels):
+    keeper.keep(rig_id, dict.fromkeys(levels))
+    keeper._writer.submit(lambda: None).result()
+
+
+def test_what_could_not_be_written_is_tried_again_until_it_is(written, tmp_path):
+    keeper = LevelKeeper(str(tmp_path / "levels.json"), 1.0)
+    written["full"] = True
+    for _ in range(3):
+        kept_now(keeper, "crane_1", ["speed"])
+    assert written["attempts"] == 3 and "No space left" in keeper.failure and keeper.rig_id == ""
+    written["full"] = False
+    for _ in range(3):
+        kept_now(keeper, "crane_1", ["speed"])
+    assert written["attempts"] == 4 and written["levels"] == {"speed"} and keeper.failure == ""
+    keeper.close()
+
+
+def test_what_was_learned_of_a_machine_is_there_when_it_comes_back(written, tmp_path):
+    keeper = LevelKeeper(str(tmp_path / "levels.json"), 1.0)
+    kept_now(keeper, "crane_1", ["speed"])
+    assert keeper.of("crane_2") == {} and set(keeper.of("crane_1")) == {"speed"}
+    kept_now(keeper, "crane_2", ["speed", "current"])
+    assert written["levels"] == {"speed"}, "never over those of another machine"
+    keeper.close()
