@@ -255,16 +255,3 @@ def test_every_verb_is_a_module_with_a_docstring():
     for name in VERBS:
         module = import_module(cli._module(name))
         assert module.__doc__.startswith(f"`ddh-twin {name}`") and callable(module.run)
-
-
-def test_the_demos_differences_have_units_and_a_reason():
-    from ddh_twin_py.cli.demo import _sentence
-    from ddh_twin_py.cli.live_result import Difference
-
-    apart = [Difference("fused temperatures", 0.0321, 0.01, "K", 0.3), Difference("predicted temperatures", 1e-13, 1e-14, "K", 1e-12),
-             Difference("torque, soft sensor", 1.92, 0.1, "N*m", 16.0),
-             Difference("pressure rod side, free run", 3.0e5, 1.0e4, "Pa", 15.0)]
-    said = _sentence(apart)
-    assert "0.032 K of a fused temperature" in said and "1.9 N·m of a signal (torque, soft sensor; 16 times the noise of" in said
-    assert "It comes from when messages arrive" in said
-    assert "20 bar of a signal" in _sentence([*apart, Difference("pressure piston side, free run", 2.0e6, 1.0e4, "Pa", 100.0)])

@@ -42,10 +42,11 @@ def run(args: argparse.Namespace) -> int:
     with stage("loading", args.quiet):
         from ddh_twin_py.bags.reader import read_recording
         from ddh_twin_py.cli.live_play import play
-        from ddh_twin_py.cli.live_result import differences, live_result
+        from ddh_twin_py.cli.live_result import live_result
         from ddh_twin_py.cli.replay import leave_one_out
         from ddh_twin_py.estimation.replay import replay
         from ddh_twin_py.report.replay.agreement import compare
+        from ddh_twin_py.report.replay.live_differences import differences, sentence
         from ddh_twin_py.report.replay.page import replay_document, replay_json
         from ddh_twin_py.report.replay.summary import print_summary
         from ddh_twin_py.rig import load_rig
@@ -69,7 +70,7 @@ def run(args: argparse.Namespace) -> int:
             f"{played.sent} messages, {played.lost} lost, {played.speed:.1f} times real time, {played.cores:.1f} cores"
         )
         rows = [
-            ("Live against one process", _sentence(apart)),
+            ("Live against one process", sentence(apart)),
             ("Intervals that came over the topics", f"{100.0 * share:.2f} % of {live.time.size}"),
             ("What the nodes said", str(out / _LOG)),
         ]
@@ -86,7 +87,7 @@ def run(args: argparse.Namespace) -> int:
     if not args.quiet and args.json != "-":
         speed = f"live at {played.speed:.1f} times real time, {played.lost} messages lost"
         print_summary(agreement, f"{recording.path}, {speed}")
-        print(f"live against one process: {_sentence(apart)}.")
+        print(f"live against one process: {sentence(apart)}.")
         print(f"report: {out / _REPORT}")
     if played.lost or share < 0.99:
         came = f"{100.0 * share:.1f} % of the intervals came"
@@ -116,20 +117,3 @@ def _look_at_outputs(out: Path, recorded: Path, bag: Path, numbers: str | None) 
         raise InputError(f"--out: {recorded} is in the way and is no recording of a demo")
     if bag.resolve().is_relative_to(recorded.resolve()):
         raise InputError(f"--bag: {bag} would be overwritten by what is recorded; give --out another folder")
-
-
-def _sentence(apart) -> str:
-    """The largest differences in two sentences: how large, and what they come from."""
-    from ddh_twin_py.report.units import shown
-
-    by_name = {d.name: d for d in apart}
-    fused, predicted = by_name["fused temperatures"], by_name["predicted temperatures"]
-    signals = [d for d in apart if "," in d.name and d.in_noise is not None]
-    worst = max(signals, key=lambda d: d.in_noise)
-    unit = shown(worst.unit)
-    return (
-        f"largest difference at any instant {fused.largest:.2g} K of a fused temperature, {predicted.largest:.2g} K of a predicted one, "
-        f"and, counted in noise of a sample, {worst.largest * unit.factor:.2g} {unit.unit} of a signal ({worst.name}; "
-        f"{worst.in_noise:.2g} times the noise of that sensor). It comes from when messages arrive: the live soft sensor knows the fused "
-        "temperatures that had come by then, one process those of the same instant"
-    )

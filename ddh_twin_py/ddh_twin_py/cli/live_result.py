@@ -20,7 +20,6 @@ from ddh_twin_py.physics.balance import OPERATING_DTYPE, OPERATING_FIELDS
 from ddh_twin_py.physics.thermal_network import NODES, ROTOR, TEETH, YOKE
 from ddh_twin_py.sources.raw_bag import RawBag
 from ddh_twin_py.telemetry.signals import TEMPERATURE_PREFIX
-from ddh_twin_py.twin.hydraulic_model import RESIDUAL_SIGNALS
 from ddh_twin_py.twin.lagged_readings import lagged
 from ddh_twin_py.twin.losses import LOSSES
 from ddh_twin_py.twin.sensor_errors import sensor_lags, temperature_zero_errors
@@ -30,20 +29,6 @@ _TYPES = {
     f"ddh_msgs/msg/{kind.__name__}": kind
     for kind in (HydraulicState, MotorThermalState, ResidualArray, TemperatureEstimateArray)
 }
-
-
-@dataclass(frozen=True)
-class Difference:
-    """How far the live graph and the replay in one process are apart.
-
-    `largest` of `name`, in `unit`; `in_noise` where the quantity has a noise (None: it has not).
-    """
-
-    name: str
-    largest: float
-    rms: float
-    unit: str
-    in_noise: float | None
 
 
 @dataclass(frozen=True)
@@ -84,27 +69,6 @@ def live_result(bag: str | Path, offline: ReplayResult) -> tuple[ReplayResult, f
     )
     came = np.isfinite(fused[:, 0]) & np.isfinite(soft["speed"]) & np.isfinite(free["speed"])
     return result, float(came.mean())
-
-
-def differences(live: ReplayResult, offline: ReplayResult) -> list[Difference]:
-    """Live against in-process, over the intervals that came, largest first in its group."""
-    rig, found = live.rig, []
-
-    def add(name: str, a: np.ndarray, b: np.ndarray, unit: str, noise: float | None) -> None:
-        apart = np.abs(a - b)
-        apart = apart[np.isfinite(apart)]
-        if apart.size:
-            largest, rms = float(apart.max()), float(np.sqrt(np.mean(apart**2)))
-            found.append(Difference(name, largest, rms, unit, largest / noise if noise else None))
-
-    noise = rig.sensors["temperature"].noise
-    add("fused temperatures", live.fused, offline.fused, "K", noise)
-    add("standard deviations", live.fused_std, offline.fused_std, "K", noise)
-    add("predicted temperatures", live.free_temperature, offline.free_temperature, "K", noise)
-    for mode, a, b in (("free run", live.free, offline.free), ("soft sensor", live.soft, offline.soft)):
-        for name, key, unit in RESIDUAL_SIGNALS:
-            add(f"{name.replace('_', ' ')}, {mode}", a[name], b[name], unit, rig.sensors[key].noise)
-    return found
 
 
 def _read(bag: str | Path) -> dict[str, _Series]:
