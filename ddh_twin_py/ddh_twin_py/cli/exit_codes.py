@@ -11,9 +11,11 @@ EXIT_CODES = {
 """Code to meaning, for every verb."""
 
 NO = {
-    "calibrate": "nothing that --only asked for can be identified, and no rig file is written; or the fit does not describe the machine",
+    "calibrate": "nothing, or nothing that --only asked for, can be identified, and no rig file is written; or the fit does not describe "
+                 "the machine",
     "doctor": "something does not work",
     "fleet": "a result could not be kept; it is in the table",
-    "up": "the player of a bag crashed, a bag was played and --normal-file was not written, or a node did not stop and was killed",
+    "up": "the player of a bag crashed, a bag was played and --normal-file was not written, not all was recorded, or a node did not stop "
+          "and was killed",
 }
 """Verbs that can answer no, and what it means."""

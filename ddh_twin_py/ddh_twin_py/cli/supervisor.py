@@ -266,6 +266,8 @@ def combined_log(file: TextIO | None, screen: TextIO | None = sys.stdout, errors
         head, _, text = line.partition(" | ")
         who, now = head.split()[-1], time.monotonic()
         wrong = grave(who, text)
+        for old in [told for told, (_, at) in said.items() if now - at >= _ALIKE and not told.startswith(_REFUSED)]:
+            del said[old]
         first, at = said.get(text, (who, now))
         again = text in said and (text.startswith(_REFUSED) or first != who and now - at < _ALIKE)
         if text.startswith(_GRAVE) and not again:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from collections import Counter
 from collections.abc import Collection, Iterable
@@ -28,6 +29,7 @@ from ddh_twin_py.physics.thermal_network import NODES
 from ddh_twin_py.rig import load_rig
 from ddh_twin_py.telemetry.clocks.clock import Break
 from ddh_twin_py.telemetry.clocks.stream_line import LONGEST_LAG
+from ddh_twin_py.telemetry.recording import RigInfo as Rig
 from ddh_twin_py.telemetry.signals import RIG_TOPIC, TEMPERATURE_PREFIX, TEMPERATURE_SENSORS, ZERO_CELSIUS
 from ddh_twin_py.telemetry.ticks import INTERVAL, REORDER_WINDOW, Samples, Tick
 from ddh_twin_py.twin.ambient import AmbientTracker
@@ -202,8 +204,9 @@ class TelemetryNode(TwinNode, ABC):
         before = self.rig_info
         self.rig_info = message
         self.health.hardware_id = message.rig_id
-        if before is None or (before.rig_id, before.payload_mass) != (message.rig_id, message.payload_mass):
-            self.get_logger().info(f"rig {message.rig_id}, {message.oil_grade}, payload {message.payload_mass:g} kg")
+        told = Rig(message.rig_id, message.oil_grade, known_payload(message) or math.nan)
+        if before is None or str(told) != str(Rig(before.rig_id, before.oil_grade, known_payload(before) or math.nan)):
+            self.get_logger().info(f"rig {told}")
             contradiction = self.unit.contradiction(message) if self.unit is not None else ""
             if contradiction:
                 self.get_logger().warning(f"{contradiction}; it begins anew")

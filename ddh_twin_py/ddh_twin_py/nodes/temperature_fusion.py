@@ -186,6 +186,8 @@ class TemperatureFusionNode(TelemetryNode):
             self.begin_anew()
         else:
             self._fusion.rest(tick.gap)
+            self._limits.present.passes(round(tick.gap / self.values["interval"]))
+            self._current.begin_anew()
         self._last_end = tick.start_ns
 
     def _take_rig(self, message: RigInfo) -> None:

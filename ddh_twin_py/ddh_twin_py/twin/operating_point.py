@@ -5,7 +5,6 @@ The thermal network feels a cycle of seconds as its mean; these means drive pred
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -25,6 +24,8 @@ from ddh_twin_py.twin.possible_speed import STEADY, steady_operations
 
 WINDOW = 120.0
 """s of telemetry that count as the present duty."""
+OLDEST = 2.0 * WINDOW
+"""s of data time after which telemetry does not tell the present duty any more: what is missed for a moment costs nothing."""
 TELLS_AHEAD = 15.0
 """s ahead that each second of telemetry tells while there is less than a whole window."""
 LEAST_SEEN = 20.0
@@ -94,7 +95,7 @@ def _scales(rig: Rig, fastest: float) -> np.ndarray:
 
 
 class PresentDuty:
-    """The means of the last `WINDOW` seconds of telemetry, and what they would be at another speed.
+    """The means of the last `WINDOW` seconds of telemetry, none of them older than `OLDEST`, and what they would be at another speed.
 
     Args:
         rig: the rig. interval: s.
@@ -108,15 +109,28 @@ class PresentDuty:
     def clear(self) -> None:
         """Forget the duty."""
         self._rows: list[tuple[np.ndarray, ...]] = []
+        self._ages: list[int] = []  # intervals since each of these came
         self._count = 0
 
     def add(self, heat: np.ndarray, flow: np.ndarray, mean_square_current: np.ndarray, measured: np.ndarray) -> None:
         """Intervals in which all telemetry was there: (n, N), (n, N_FLOWS), (n,), `MEASURED_DTYPE` (n,)."""
         if measured.size:
             self._rows.append((heat, flow, mean_square_current, measured))
+            self._ages.append(0)
             self._count += measured.size
         while self._rows and self._count - self._rows[0][3].size >= self._size:
-            self._count -= self._rows.pop(0)[3].size
+            self._drop()
+
+    def passes(self, intervals: int) -> None:
+        """So many intervals passed, whether they told a duty or not."""
+        self._ages = [age + intervals for age in self._ages]
+        while self._ages and self._ages[0] * self._interval > OLDEST:
+            self._drop()
+
+    def _drop(self) -> None:
+        """Forget the oldest rows."""
+        self._ages.pop(0)
+        self._count -= self._rows.pop(0)[3].size
 
     @property
     def known(self) -> bool:
@@ -149,13 +163,6 @@ class PresentDuty:
             return None
         measured = np.concatenate([rows[3] for rows in self._rows])[-self._size:]
         return ChangedDuty(self._rig, self.point(), measured, temperature)
-
-    def scaled(self, temperature: np.ndarray) -> ScaledDuty | None:
-        """The duty at other speeds and these node temperatures, K (N,), see `ChangedDuty`; None where it stands."""
-        changed = self.changed(temperature)
-        if changed is None or not changed.scales.size:
-            return None
-        return ScaledDuty(changed.scales, [changed(scale, temperature) for scale in changed.scales])
 
 
 class ChangedDuty:
@@ -270,12 +277,3 @@ def duty_scales(rig: Rig, duty: Duty) -> np.ndarray:
 def scaled_in_speed(duty: Duty, scale: float) -> Duty:
     """A duty file's cycle with its speeds scaled, dwells as they are."""
     return replace(duty, cycle=tuple(replace(s, speed=s.speed * scale) for s in duty.cycle))
-
-
-def scaled_duty(rig: Rig, duty: Duty, cost: Callable[[Duty], OperatingPoint]) -> ScaledDuty | None:
-    """A duty file at other speeds, each of what ``cost`` says; None where it never moves."""
-    scales = duty_scales(rig, duty)
-    if not scales.size:
-        return None
-    points = [OperatingPoint.rest(duty.start_position), *(cost(scaled_in_speed(duty, scale)) for scale in scales[1:])]
-    return ScaledDuty(scales, points)

@@ -22,7 +22,18 @@ from ddh_twin_py.physics.thermal_network import N, N_FLOWS, NODES
 from ddh_twin_py.rig import load_rig
 from ddh_twin_py.twin.cycle import PERIOD, DutyRun
 from ddh_twin_py.twin.duty import DutyError, load_duty
-from ddh_twin_py.twin.operating_point import LEAST_SEEN, TELLS_AHEAD, OperatingPoint, PresentDuty, duty_point, measured_rows, scaled_duty
+from ddh_twin_py.twin.operating_point import (
+    LEAST_SEEN,
+    OLDEST,
+    TELLS_AHEAD,
+    OperatingPoint,
+    PresentDuty,
+    ScaledDuty,
+    duty_point,
+    duty_scales,
+    measured_rows,
+    scaled_in_speed,
+)
 from support.simulated import DUTY
 
 AIR = 296.15
@@ -131,7 +142,9 @@ def test_the_allowed_speed_keeps_the_oil(rig, state, duty):
     def cost(changed):
         return duty_point(rig, changed, np.full(N, 300.0), AIR)[0]
 
-    scaled = scaled_duty(rig, duty, cost)
+    scales = duty_scales(rig, duty)
+    at_rest = OperatingPoint.rest(duty.start_position)
+    scaled = ScaledDuty(scales, [at_rest, *(cost(scaled_in_speed(duty, scale)) for scale in scales[1:])])
     limit = row(ahead.forecast(state, [Span(3600.0, cost(duty))], 3600.0, scaled), "oil")
     assert 0.0 < limit.allowed_speed < cost(duty).speed
     scale = largest(lambda s: scaled.at(s).speed - limit.allowed_speed, scaled.largest)
@@ -142,7 +155,7 @@ def test_the_allowed_speed_keeps_the_oil(rig, state, duty):
 
 def test_the_present_duty_is_the_mean_of_the_window(rig):
     present = PresentDuty(rig, 0.05)
-    assert not present.known and present.point().speed == 0.0 and present.scaled(np.full(N, 300.0)) is None
+    assert not present.known and present.point().speed == 0.0 and present.changed(np.full(N, 300.0)) is None
     n = 4000  # longer than the window; the first part must be forgotten
     speed = np.where(np.arange(n) < 1600, 200.0, 50.0)
     values = {"speed": speed, "pressure_piston_side": np.full(n, 2e6), "rod_velocity": np.full(n, 0.05), "rod_position": np.full(n, 0.2),
@@ -153,7 +166,9 @@ def test_the_present_duty_is_the_mean_of_the_window(rig):
         present.add(np.full((100, N), 3.0), np.zeros((100, N_FLOWS)), np.full(100, 25.0), measured[rows])
     point = present.point()
     assert point.speed == 50.0 and point.mean_square_current == 25.0 and point.heat[0] == 3.0
-    scaled = present.scaled(np.full(N, 300.0))
+    warm = np.full(N, 300.0)
+    changed = present.changed(warm)
+    scaled = ScaledDuty(changed.scales, [changed(scale, warm) for scale in changed.scales])
     assert scaled.at(1.0).heat == pytest.approx(point.heat) and scaled.at(2.0).speed == pytest.approx(100.0)
     pump = NODES.index("pump_1_oil")
     assert scaled.at(0.5).heat[pump] < point.heat[pump] < scaled.at(2.0).heat[pump]
@@ -225,6 +240,19 @@ def test_seconds_of_a_duty_tell_minutes_and_a_window_tells_all(rig):
         assert present.seen == pytest.approx(5.0 * (k + 1))
         told = 0.0 if present.seen < LEAST_SEEN else TELLS_AHEAD * present.seen  # a single stroke is no duty
         assert present.tells_ahead == (np.inf if k == 23 else pytest.approx(told))
+
+
+def test_a_duty_that_is_long_past_is_not_the_present_one(rig):
+    present = PresentDuty(rig, 0.05)
+    rows = measured_rows({"speed": np.full(100, 50.0)}, 100)
+    for _ in range(30):
+        present.passes(100)
+        present.add(np.zeros((100, N)), np.zeros((100, N_FLOWS)), np.ones(100), rows)
+    assert present.seen == pytest.approx(120.0)
+    present.passes(round(0.9 * OLDEST / 0.05))
+    assert present.known and present.seen < 60.0, "what is left is the newest of it"
+    present.passes(round(0.2 * OLDEST / 0.05))
+    assert not present.known and present.point().mean_square_current == 0.0
 
 
 def test_the_hot_spot_lies_above_the_winding_and_widens_with_the_rise():

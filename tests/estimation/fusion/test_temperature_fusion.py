@@ -128,9 +128,9 @@ def test_models_gone_the_uncertainty_grows(rig):
     assert after[NODES.index("slot_winding")] > 5.0 > base.fused_std[-1, NODES.index("slot_winding")]
 
 
-@pytest.mark.parametrize("first_air", [0, 13, 47])
-def test_how_intervals_are_dealt_out_to_calls_does_not_matter(rig, first_air):
-    """Also not while the air and the first readings come in, which live nodes get in pieces of any size."""
+@pytest.mark.parametrize(("first_air", "told_until"), [(0, 120), (13, 120), (47, 120), (0, 70)])
+def test_how_intervals_are_dealt_out_to_calls_does_not_matter(rig, first_air, told_until):
+    """Also not while the air and the first readings come in, which live nodes get in pieces of any size, nor once telemetry has stopped."""
     n = 120
     air = np.where(np.arange(n) % 20 == first_air % 20, 287.0 + 0.01 * np.arange(n), np.nan)
     air[:first_air] = np.nan
@@ -141,7 +141,7 @@ def test_how_intervals_are_dealt_out_to_calls_does_not_matter(rig, first_air):
         for start in range(0, n, size):
             inputs = FusionInputs.unknown(min(size, n - start))
             inputs.heat[:] = 30.0
-            inputs.hydraulics_known[:] = inputs.motor_known[:] = True
+            inputs.hydraulics_known[:] = inputs.motor_known[:] = np.arange(start, start + len(inputs)) < told_until
             inputs.ambient[:] = air[start: start + size]
             now = [Reading(r.index - start, r.sensor, r.temperature) for r in readings if start <= r.index < start + size]
             result = fusion.advance(inputs, now)

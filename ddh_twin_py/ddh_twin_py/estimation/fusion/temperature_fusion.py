@@ -336,6 +336,7 @@ class TemperatureFusion:
         self._count = 0
         self._heat = np.zeros(N)
         self._unknown = np.zeros(N)
+        self._seen_heat, self._seen = np.zeros(N), np.zeros(N)  # W summed over intervals in which it was told, and how many
         self._flow = np.zeros(N_FLOWS)
         self._square = 0.0
         self._position = 0.0
@@ -360,7 +361,6 @@ class TemperatureFusion:
         innovations: list[Innovation] = []
         begun_anew: list[LeftTogether] = []
         heat = np.ascontiguousarray(inputs.heat)
-        unknown = self._unseen_heat(inputs)
         self._take_late(given)
         start = 0
         while start < n:
@@ -380,7 +380,7 @@ class TemperatureFusion:
                                       self._noise[now.sensor]))
             length = stop - start
             self._heat += heat[rows].sum(axis=0)
-            self._unknown += unknown[rows].sum(axis=0)
+            self._take_unseen(heat[rows], inputs.motor_known[rows], inputs.hydraulics_known[rows])
             self._flow += inputs.flow[rows].sum(axis=0)
             self._square += inputs.mean_square_current[rows].sum()
             self._position += inputs.rod_position[rows].sum()
@@ -446,6 +446,7 @@ class TemperatureFusion:
         )
         if self.trace is not None:
             self.trace.moved(count * self.interval, self._transition)
+        self._learn_usual_heat()
         pending = self._pending
         self._clear_epoch()
         self._silent += count * self.interval
@@ -507,17 +508,26 @@ class TemperatureFusion:
         covariance[:, at] = 0.0
         covariance[at, at] = uncertain_parameters(self.rig).prior[AMBIENT_AT] ** 2
 
-    def _unseen_heat(self, inputs: FusionInputs) -> np.ndarray:
-        """Standard deviation of heat that no telemetry tells, W, (n, N)."""
-        unknown = np.zeros((len(inputs), N))
+    def _take_unseen(self, heat: np.ndarray, motor_known: np.ndarray, hydraulics_known: np.ndarray) -> None:
+        """Gather how unsure the heat of intervals is that no telemetry tells, and what is usual where it does.
+
+        Args:
+            heat: W, (n, N). motor_known, hydraulics_known: of each interval, (n,).
+        """
         usual = self.state.usual_heat
-        for known, nodes in ((inputs.motor_known, slice(0, _MOTOR)), (inputs.hydraulics_known, slice(_MOTOR, N))):
+        for known, nodes in ((motor_known, slice(0, _MOTOR)), (hydraulics_known, slice(_MOTOR, N))):
             seen = np.asarray(known, dtype=bool)
-            unknown[~seen, nodes] = usual[nodes] + _UNSEEN_SHARE * np.abs(inputs.heat[~seen, nodes])
-            if seen.any():
-                weight = min(1.0, seen.sum() * self.interval / _DUTY_MEMORY)
-                usual[nodes] += weight * (np.abs(inputs.heat[seen, nodes]).mean(axis=0) - usual[nodes])
-        return unknown
+            size, unseen = np.abs(heat[:, nodes]), np.count_nonzero(~seen)
+            if unseen:
+                self._unknown[nodes] += unseen * usual[nodes] + _UNSEEN_SHARE * size[~seen].sum(axis=0)
+            self._seen_heat[nodes] += size[seen].sum(axis=0)
+            self._seen[nodes] += seen.size - unseen
+
+    def _learn_usual_heat(self) -> None:
+        """Move what heat is usual towards that of the epoch's intervals in which telemetry told it."""
+        seen, usual = self._seen > 0, self.state.usual_heat
+        weight = np.minimum(1.0, self._seen[seen] * self.interval / _DUTY_MEMORY)
+        usual[seen] += weight * (self._seen_heat[seen] / self._seen[seen] - usual[seen])
 
     def rest(self, age: float) -> None:
         """Let ``age`` seconds pass in which the machine may have stood or run unseen.

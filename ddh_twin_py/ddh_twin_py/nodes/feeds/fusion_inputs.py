@@ -72,7 +72,8 @@ def asked_of(ticks: Sequence[Tick]) -> dict[str, np.ndarray]:
 
 
 def add_duty(present: PresentDuty, asked: Mapping[str, np.ndarray], inputs: FusionInputs) -> None:
-    """Tell the present duty of the ticks in which both models knew their telemetry; ``asked``: of these, see `asked_of`."""
+    """Tell the present duty of ticks that passed and of telemetry that both models knew in them; ``asked``: of all, see `asked_of`."""
+    present.passes(inputs.hydraulics_known.size)
     known = np.flatnonzero(inputs.hydraulics_known & inputs.motor_known)
     if known.size:
         values = {name: rows[known] for name, rows in asked.items()} | {
