@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from ddh_twin_py.estimation.fusion.temperature_fusion import Innovation
+from ddh_twin_py.estimation.fusion.result import Innovation
 from ddh_twin_py.estimation.replay_result import ReplayResult, SensorComparison
 from ddh_twin_py.physics.balance import OPERATING_DTYPE
 from ddh_twin_py.physics.soft_sensor import MEASURED_DTYPE

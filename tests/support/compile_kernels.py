@@ -21,7 +21,8 @@ def of_the_models() -> None:
 
 def of_fusion_and_plant() -> None:
     """The filter without models, then the independent plant."""
-    from ddh_twin_py.estimation.fusion.temperature_fusion import FusionInputs, Reading, TemperatureFusion
+    from ddh_twin_py.estimation.fusion.inputs import FusionInputs, Reading
+    from ddh_twin_py.estimation.fusion.temperature_fusion import TemperatureFusion
     from ddh_twin_py.estimation.sensors import SENSORS
     from ddh_twin_py.rig import load_rig
 

@@ -10,8 +10,8 @@ import numpy as np
 
 from ddh_msgs.msg import HydraulicState, MotorThermalState, ResidualArray, TemperatureEstimateArray
 from ddh_twin_py.cli.arguments import InputError
+from ddh_twin_py.estimation.fusion.result import Innovation
 from ddh_twin_py.estimation.fusion.temperature_filter import GATE
-from ddh_twin_py.estimation.fusion.temperature_fusion import Innovation
 from ddh_twin_py.estimation.replay_result import ReplayResult
 from ddh_twin_py.estimation.sensors import NODE_INDEX, SENSORS
 from ddh_twin_py.nodes.messages.conversion import FREE_RUN, FUSION, SOFT_SENSOR, to_kelvin

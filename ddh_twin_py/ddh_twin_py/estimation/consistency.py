@@ -19,7 +19,7 @@ import numpy as np
 from scipy.stats import binom, chi2
 
 from ddh_twin_py.estimation.fusion.look_ahead import HOT_SPOT_SHARE, HOT_SPOT_SPREAD, hot_spot, with_hot_spot
-from ddh_twin_py.estimation.fusion.temperature_fusion import start_covariance
+from ddh_twin_py.estimation.fusion.state import start_covariance
 from ddh_twin_py.estimation.fusion.uncertain_parameters import N_UNKNOWN_HEATS, UNKNOWN_HEAT_SHARE, UNKNOWN_HEAT_STD, UNKNOWN_HEAT_TIME
 from ddh_twin_py.estimation.replay import replay
 from ddh_twin_py.estimation.sensors import SENSORS

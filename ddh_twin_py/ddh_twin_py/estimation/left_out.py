@@ -11,7 +11,7 @@ import numpy as np
 from ddh_twin_py.estimation.doubts.out_of_place import FAR_OFF, LEAST, OutOfPlace, far, far_off_zero, few, look_exchanged, stand_still
 from ddh_twin_py.estimation.doubts.still_watch import StillWatch
 from ddh_twin_py.estimation.fusion.credibility import FARTHEST_OFFSET
-from ddh_twin_py.estimation.fusion.temperature_fusion import Readings
+from ddh_twin_py.estimation.fusion.inputs import Readings
 from ddh_twin_py.estimation.replay_result import ReplayResult, SensorComparison
 from ddh_twin_py.estimation.sensors import SENSORS
 

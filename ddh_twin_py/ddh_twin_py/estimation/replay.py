@@ -13,9 +13,11 @@ from ddh_twin_py.estimation.doubts.doubted_current import CurrentWatch, DoubtedC
 from ddh_twin_py.estimation.doubts.off_course import moved_on, off_course
 from ddh_twin_py.estimation.fusion.catch_up import FOLLOWS, CatchUp
 from ddh_twin_py.estimation.fusion.credibility import Credibility
+from ddh_twin_py.estimation.fusion.inputs import FusionInputs, Readings
 from ddh_twin_py.estimation.fusion.left_together import LeftTogether
+from ddh_twin_py.estimation.fusion.result import FusionResult, Innovation
 from ddh_twin_py.estimation.fusion.start import FirstReadings, Told, air_at_start, start_temperature
-from ddh_twin_py.estimation.fusion.temperature_fusion import FusionInputs, FusionResult, Innovation, Readings, TemperatureFusion
+from ddh_twin_py.estimation.fusion.temperature_fusion import TemperatureFusion
 from ddh_twin_py.estimation.left_out import without_those_out_of_place
 from ddh_twin_py.estimation.replay_result import ReplayResult, SensorComparison
 from ddh_twin_py.estimation.sensors import NODE_INDEX, NODE_OF_SENSOR, SENSORS

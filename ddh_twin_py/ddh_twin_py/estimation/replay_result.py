@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ddh_twin_py.estimation.doubts.out_of_place import OutOfPlace
-from ddh_twin_py.estimation.fusion.temperature_fusion import Innovation
+from ddh_twin_py.estimation.fusion.result import Innovation
 from ddh_twin_py.estimation.fusion.uncertain_parameters import N_UNKNOWN_HEATS
 from ddh_twin_py.physics.thermal_network import N
 from ddh_twin_py.rig import Rig

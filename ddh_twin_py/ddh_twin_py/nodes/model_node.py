@@ -13,8 +13,8 @@ import numpy as np
 
 from ddh_msgs.msg import RigInfo, TemperatureEstimateArray
 from ddh_twin_py.estimation.fusion.catch_up import FOLLOWS, CatchUp
+from ddh_twin_py.estimation.fusion.inputs import Readings
 from ddh_twin_py.estimation.fusion.start import START, FirstReadings, air_at_start, start_temperature
-from ddh_twin_py.estimation.fusion.temperature_fusion import Readings
 from ddh_twin_py.nodes.base import qos
 from ddh_twin_py.nodes.base.node_base import POLL_PERIOD, TwinNode
 from ddh_twin_py.nodes.base.parameters import Parameter

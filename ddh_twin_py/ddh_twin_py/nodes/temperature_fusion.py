@@ -12,9 +12,11 @@ from ddh_twin_py.estimation.doubts.agrees_again import AGREES, AgreesAgain
 from ddh_twin_py.estimation.doubts.doubted_current import CurrentWatch
 from ddh_twin_py.estimation.doubts.place_watch import PlaceWatch
 from ddh_twin_py.estimation.fusion.credibility import Credibility
+from ddh_twin_py.estimation.fusion.inputs import FusionInputs, Reading, Readings, air_of
 from ddh_twin_py.estimation.fusion.left_together import LeftTogether
 from ddh_twin_py.estimation.fusion.outvoted import OUTVOTED
-from ddh_twin_py.estimation.fusion.temperature_fusion import FusionInputs, FusionResult, Reading, Readings, TemperatureFusion, air_of
+from ddh_twin_py.estimation.fusion.result import FusionResult
+from ddh_twin_py.estimation.fusion.temperature_fusion import TemperatureFusion
 from ddh_twin_py.estimation.sensors import NODE_INDEX, SENSORS
 from ddh_twin_py.nodes.base import qos
 from ddh_twin_py.nodes.base.node_base import AGAIN, run

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from ddh_twin_py.bags.reader import read_recording
 from ddh_twin_py.estimation.doubts.doubted_current import CurrentWatch
-from ddh_twin_py.estimation.fusion.temperature_fusion import FusionInputs
+from ddh_twin_py.estimation.fusion.inputs import FusionInputs
 from ddh_twin_py.estimation.replay import replay
 from ddh_twin_py.estimation.sensors import NODE_INDEX
 from ddh_twin_py.rig import load_rig

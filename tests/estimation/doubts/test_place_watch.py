@@ -8,7 +8,8 @@ import pytest
 from ddh_twin_py.bags.reader import read_recording
 from ddh_twin_py.estimation.doubts.agrees_again import AGREES, AgreesAgain
 from ddh_twin_py.estimation.doubts.place_watch import LASTING, WINDOW, PlaceWatch
-from ddh_twin_py.estimation.fusion.temperature_fusion import FusionInputs, Reading, Readings, TemperatureFusion, air_of
+from ddh_twin_py.estimation.fusion.inputs import FusionInputs, Reading, Readings, air_of
+from ddh_twin_py.estimation.fusion.temperature_fusion import TemperatureFusion
 from ddh_twin_py.estimation.replay import replay
 from ddh_twin_py.estimation.sensors import NODE_INDEX, SENSORS
 from ddh_twin_py.physics.thermal_network import N

@@ -5,6 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 from ddh_twin_py.estimation.fusion.duty_ahead import settled_speeds, warmed
+from ddh_twin_py.estimation.fusion.inputs import FusionInputs, Reading
 from ddh_twin_py.estimation.fusion.look_ahead import (
     HOT_SPOT,
     LookAhead,
@@ -15,7 +16,7 @@ from ddh_twin_py.estimation.fusion.look_ahead import (
     largest,
     step_times,
 )
-from ddh_twin_py.estimation.fusion.temperature_fusion import FusionInputs, Reading, TemperatureFusion
+from ddh_twin_py.estimation.fusion.temperature_fusion import TemperatureFusion
 from ddh_twin_py.estimation.sensors import SENSORS
 from ddh_twin_py.physics.oil import ZERO_CELSIUS
 from ddh_twin_py.physics.thermal_network import N, N_FLOWS, NODES

@@ -5,8 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from ddh_twin_py.bags.reader import read_recording
+from ddh_twin_py.estimation.fusion.inputs import FusionInputs, Reading
 from ddh_twin_py.estimation.fusion.outvoted import outvoted
-from ddh_twin_py.estimation.fusion.temperature_fusion import FusionInputs, Reading, TemperatureFusion
+from ddh_twin_py.estimation.fusion.temperature_fusion import TemperatureFusion
 from ddh_twin_py.estimation.replay import replay
 from ddh_twin_py.estimation.sensors import NODE_INDEX, SENSORS
 from ddh_twin_py.report.replay.agreement import compare

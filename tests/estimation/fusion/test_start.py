@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from ddh_twin_py.estimation.fusion.inputs import Reading, Readings
 from ddh_twin_py.estimation.fusion.start import (
     EARLY,
     UNDRIVEN,
@@ -10,7 +11,6 @@ from ddh_twin_py.estimation.fusion.start import (
     start_error,
     start_temperature,
 )
-from ddh_twin_py.estimation.fusion.temperature_fusion import Reading, Readings
 from ddh_twin_py.physics.thermal_network import NODES
 from ddh_twin_py.rig import load_rig
 

@@ -5,8 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from ddh_twin_py.estimation.consistency import JUDGED
+from ddh_twin_py.estimation.fusion.inputs import FusionInputs, Reading
 from ddh_twin_py.estimation.fusion.state_file import StateFileError, load_state, save_state
-from ddh_twin_py.estimation.fusion.temperature_fusion import FusionInputs, Reading, TemperatureFusion
+from ddh_twin_py.estimation.fusion.temperature_fusion import TemperatureFusion
 from ddh_twin_py.estimation.replay import ReplayError, replay
 from ddh_twin_py.estimation.sensors import NODE_INDEX, SENSORS
 from ddh_twin_py.physics.thermal_network import NODES

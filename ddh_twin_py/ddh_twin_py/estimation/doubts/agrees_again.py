@@ -13,7 +13,8 @@ import numpy as np
 
 from ddh_twin_py.estimation.doubts.out_of_place import AIR, LEAST, NEAR, OutOfPlace, zero_unit
 from ddh_twin_py.estimation.doubts.still_watch import STILL
-from ddh_twin_py.estimation.fusion.temperature_fusion import FusionResult, Readings
+from ddh_twin_py.estimation.fusion.inputs import Readings
+from ddh_twin_py.estimation.fusion.result import FusionResult
 from ddh_twin_py.estimation.sensors import SENSORS
 from ddh_twin_py.rig import Rig
 from ddh_twin_py.twin.sensor_errors import temperature_noise, temperature_zero_errors

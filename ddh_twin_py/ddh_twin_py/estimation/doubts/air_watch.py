@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ddh_twin_py.estimation.doubts.out_of_place import AIR, LEAST, NEAR, OutOfPlace, look_exchanged_with_air, zero_unit
-from ddh_twin_py.estimation.fusion.temperature_fusion import Readings
+from ddh_twin_py.estimation.fusion.inputs import Readings
 from ddh_twin_py.rig import Rig
 from ddh_twin_py.twin.sensor_errors import temperature_zero_errors
 from ddh_twin_py.twin.temperature_sensors import SENSORS

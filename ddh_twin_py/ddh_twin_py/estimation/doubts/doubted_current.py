@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ddh_twin_py.estimation.fusion.temperature_fusion import FusionInputs
+from ddh_twin_py.estimation.fusion.inputs import FusionInputs
 from ddh_twin_py.rig import Rig
 from ddh_twin_py.telemetry.signals import DRIVE_TOPIC
 from ddh_twin_py.telemetry.units.unit_scales import UnitScales

@@ -8,8 +8,9 @@ from ddh_twin_py.estimation.doubts.air_watch import LONGEST, AirWatch
 from ddh_twin_py.estimation.doubts.out_of_place import LEAST, OutOfPlace, far_off_zero, few, filter_is_off, look_exchanged, stand_still
 from ddh_twin_py.estimation.doubts.still_watch import StillWatch
 from ddh_twin_py.estimation.fusion.credibility import Credibility
+from ddh_twin_py.estimation.fusion.inputs import Readings
+from ddh_twin_py.estimation.fusion.state import FusionState
 from ddh_twin_py.estimation.fusion.temperature_filter import NEVER_READ
-from ddh_twin_py.estimation.fusion.temperature_fusion import FusionState, Readings
 from ddh_twin_py.rig import Rig
 from ddh_twin_py.twin.lagged_readings import LaggedReadings
 from ddh_twin_py.twin.sensor_errors import sensor_lags, temperature_zero_errors

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ddh_twin_py.estimation.fusion.temperature_fusion import Readings
+from ddh_twin_py.estimation.fusion.inputs import Readings
 from ddh_twin_py.estimation.sensors import SENSORS
 from ddh_twin_py.rig import Rig
 from ddh_twin_py.twin.sensor_errors import temperature_noise

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ddh_twin_py.estimation.fusion.temperature_fusion import FusionState
+from ddh_twin_py.estimation.fusion.state import FusionState
 from ddh_twin_py.estimation.fusion.uncertain_parameters import AMBIENT_AT, UNKNOWN_HEAT_AT, uncertain_parameters
 from ddh_twin_py.estimation.sensors import SENSORS
 from ddh_twin_py.rig import Rig

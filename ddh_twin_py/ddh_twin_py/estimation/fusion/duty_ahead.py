@@ -12,7 +12,7 @@ from collections.abc import Callable
 import numpy as np
 
 from ddh_twin_py.estimation.fusion.look_ahead import LookAhead, Span, step_times
-from ddh_twin_py.estimation.fusion.temperature_fusion import FusionState
+from ddh_twin_py.estimation.fusion.state import FusionState
 from ddh_twin_py.physics.thermal_network import N
 from ddh_twin_py.twin.operating_point import OperatingPoint, ScaledDuty
 

@@ -18,8 +18,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import bisect, brentq
 
+from ddh_twin_py.estimation.fusion.state import FusionState
 from ddh_twin_py.estimation.fusion.temperature_filter import predict_mean
-from ddh_twin_py.estimation.fusion.temperature_fusion import FusionState
 from ddh_twin_py.estimation.fusion.uncertain_parameters import (
     N_UNCERTAIN,
     N_UNKNOWN_HEATS,

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ddh_twin_py.estimation.fusion.inputs import Reading, Readings
 from ddh_twin_py.estimation.fusion.outvoted import outvoted
 from ddh_twin_py.estimation.fusion.temperature_filter import AGREEING
-from ddh_twin_py.estimation.fusion.temperature_fusion import Reading, Readings
 from ddh_twin_py.estimation.sensors import NODE_OF_SENSOR, SENSORS
 from ddh_twin_py.physics.thermal_network import NODES
 from ddh_twin_py.rig import Rig

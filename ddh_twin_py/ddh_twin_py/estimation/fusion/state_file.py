@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ddh_twin_py.estimation.fusion.temperature_fusion import FusionState
+from ddh_twin_py.estimation.fusion.state import FusionState
 from ddh_twin_py.rig.files import write_whole
 
 _VERSION = 1

@@ -9,23 +9,25 @@ the sensors with the uncertainty of unknown heat.
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Collection, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Sequence
 
 import numpy as np
 
+from ddh_twin_py.estimation.fusion.inputs import FusionInputs, Reading, Readings, air_of
 from ddh_twin_py.estimation.fusion.left_together import Departures, LeftTogether
 from ddh_twin_py.estimation.fusion.outvoted import HEARD, outvoted
+from ddh_twin_py.estimation.fusion.result import FusionResult, Innovation
 from ddh_twin_py.estimation.fusion.smoother import SMOOTHED_EVERY, Trace
+from ddh_twin_py.estimation.fusion.state import FusionState, start_covariance
 from ddh_twin_py.estimation.fusion.temperature_filter import NEVER_READ, advance_mean, predict_covariance, update
 from ddh_twin_py.estimation.fusion.uncertain_parameters import AMBIENT_AT, COPPER_AT, N_UNCERTAIN, UNKNOWN_HEAT_AT, uncertain_parameters
 from ddh_twin_py.estimation.sensors import NODE_INDEX, SENSORS
 from ddh_twin_py.physics.oil import ZERO_CELSIUS
-from ddh_twin_py.physics.thermal_network import HYDRAULIC_NODES, MOTOR_NODES, N, N_FLOWS, NODES, capacities
+from ddh_twin_py.physics.thermal_network import MOTOR_NODES, N, N_FLOWS, NODES, capacities
 from ddh_twin_py.rig import Rig
 from ddh_twin_py.twin.ambient import AmbientTracker
 from ddh_twin_py.twin.intervals import INTERVAL
-from ddh_twin_py.twin.sensor_errors import sensor_lags, take_off_air, temperature_noise, temperature_zero_errors
+from ddh_twin_py.twin.sensor_errors import sensor_lags, temperature_noise, temperature_zero_errors
 from ddh_twin_py.twin.temperature_sensors import all_sensed
 
 EPOCH = 1.0
@@ -35,16 +37,6 @@ UNKNOWN_AMBIENT = 10.0
 _M = len(SENSORS)
 _MOTOR = len(MOTOR_NODES)
 
-# K, what may be unknown of the temperatures before any reading: each row is one common cause
-# (a warm unit, a warm motor, a hot winding, warm oil, warm pumps) and how far it takes each node
-_CAUSES = (
-    dict.fromkeys(NODES, 8.0),
-    dict.fromkeys(MOTOR_NODES, 6.0),
-    {"slot_winding": 25.0, "end_winding": 25.0, "teeth": 10.0, "yoke": 6.0, "rotor": 6.0, "housing": 3.0},
-    dict.fromkeys(HYDRAULIC_NODES, 6.0),
-    {"pump_1_case": 5.0, "pump_2_case": 5.0, "pump_1_oil": 5.0, "pump_2_oil": 5.0},
-)
-_OWN = 2.0  # K, what is each node's own
 # W, heat of a node that may be running unseen before anything is known of its duty
 _UNSEEN_HEAT = np.array([60.0 if "winding" in name else 20.0 if name.endswith("oil") else 10.0 for name in NODES])
 _UNSEEN_SHARE = 0.5
@@ -55,144 +47,6 @@ _REST_STEP, _LONGEST_REST = 60.0, 86400.0  # s; after a day the unit is at rest,
 _REST_END, _REST_END_STEP = 60.0, 1.0  # s: towards the end of a rest what is unknown of a node comes to its lagged reading
 _REST_AMBIENT_DRIFT, _REST_AMBIENT_TIME = 6.0, 6.0 * 3600.0  # K, s: how far the air may move, and how soon
 _NO_VARIANCE = 1e-12  # K^2
-
-
-@dataclass(frozen=True)
-class FusionInputs:
-    """What the models say about n intervals.
-
-    Attributes:
-        heat: W into each node, copper loss left out, (n, N). mean_square_current: A^2, (n,).
-        flow: m3/s, (n, N_FLOWS), see `thermal_network.FLOWS`. rod_position: m, (n,).
-        hydraulics_known, motor_known: whether the telemetry behind them was there, (n,) bool.
-        ambient: K, (n,), NaN where not read.
-    """
-
-    heat: np.ndarray
-    mean_square_current: np.ndarray
-    flow: np.ndarray
-    rod_position: np.ndarray
-    hydraulics_known: np.ndarray
-    motor_known: np.ndarray
-    ambient: np.ndarray
-
-    @classmethod
-    def unknown(cls, n: int) -> FusionInputs:
-        """Inputs where no model spoke for n intervals."""
-        return cls(np.zeros((n, N)), np.zeros(n), np.zeros((n, N_FLOWS)), np.zeros(n), np.zeros(n, dtype=bool),
-                   np.zeros(n, dtype=bool), np.full(n, np.nan))
-
-    def __len__(self) -> int:
-        return self.heat.shape[0]
-
-
-@dataclass(frozen=True, slots=True)
-class Reading:
-    """One reading: index of its interval in the call, below 0 for one that comes late, name of the sensor, K."""
-
-    index: int
-    sensor: str
-    temperature: float
-
-
-@dataclass(frozen=True)
-class Readings:
-    """Many readings as arrays, in order of their intervals: index (r,), sensor as index into `SENSORS` (r,), K (r,)."""
-
-    index: np.ndarray
-    sensor: np.ndarray
-    temperature: np.ndarray
-
-    @classmethod
-    def of(cls, readings: Sequence[Reading]) -> Readings:
-        """The readings of network nodes among ``readings``; ``ambient``, unknown sensors and NaN are left out."""
-        good = sorted((r for r in readings if r.sensor in NODE_INDEX and np.isfinite(r.temperature)), key=lambda r: r.index)
-        return cls(np.array([r.index for r in good], dtype=np.int64), np.array([SENSORS.index(r.sensor) for r in good], dtype=np.int64),
-                   np.array([r.temperature for r in good], dtype=float))
-
-    def off_the_air(self, air: np.ndarray, rig: Rig) -> Readings:
-        """As sensors would read that touch their surfaces well, where the air had ``air``, K, by interval, (n,), the last before them."""
-        return replace(self, temperature=take_off_air(self.temperature, self.sensor, air[np.maximum(self.index, -1)], rig))
-
-    def where(self, kept: np.ndarray) -> Readings:
-        """Those that are kept, bool (r,)."""
-        return Readings(self.index[kept], self.sensor[kept], self.temperature[kept])
-
-    def without(self, sensors: Collection[str]) -> Readings:
-        """Those of the other sensors."""
-        return self.where(~np.isin(self.sensor, [SENSORS.index(name) for name in sensors if name in SENSORS]))
-
-    def between(self, start: int, stop: int) -> Readings:
-        """Those of the intervals start..stop, counted from start."""
-        rows = slice(*np.searchsorted(self.index, (start, stop)))
-        return Readings(self.index[rows] - start, self.sensor[rows], self.temperature[rows])
-
-
-def air_of(readings: Sequence[Reading], n: int) -> np.ndarray:
-    """What the air's sensor read in n intervals, K, (n,), NaN where it did not."""
-    air = np.full(n, np.nan)
-    for reading in readings:
-        if reading.sensor == "ambient" and reading.index >= 0 and np.isfinite(reading.temperature):
-            air[reading.index] = reading.temperature
-    return air
-
-
-@dataclass(frozen=True, slots=True)
-class Innovation:
-    """One reading against what was expected: interval, sensor, both in K, expected deviation, whether it was used.
-
-    The index counts from the start of the call that applied it; a reading of an earlier call has one below 0.
-    """
-
-    index: int
-    sensor: str
-    measured: float
-    expected: float
-    standard_deviation: float
-    accepted: bool
-
-
-@dataclass(frozen=True)
-class FusionResult:
-    """Estimates of n intervals.
-
-    Attributes:
-        temperature, standard_deviation: K, (n, N). ambient: K, (n,).
-        reading: K, what each sensor of `SENSORS` should have read, offset left out, (n, m).
-        reading_standard_deviation: K, (m,), at the end. innovations: of the readings applied.
-        begun_anew: where sensors left the filter's band together, and it began anew from what they read.
-    """
-
-    temperature: np.ndarray
-    standard_deviation: np.ndarray
-    ambient: np.ndarray
-    reading: np.ndarray
-    reading_standard_deviation: np.ndarray
-    innovations: list[Innovation]
-    begun_anew: list[LeftTogether]
-
-
-@dataclass
-class FusionState:
-    """All that the filter knows, as arrays; what a state file holds."""
-
-    dynamic: np.ndarray
-    offset: np.ndarray
-    deviation: np.ndarray
-    covariance: np.ndarray
-    ambient: float
-    usual_heat: np.ndarray
-    ambient_known: bool = False
-    refused: np.ndarray = field(default_factory=lambda: np.full(_M, NEVER_READ, dtype=np.int64))
-
-
-def start_covariance() -> np.ndarray:
-    """Covariance of the node temperatures before anything is known, K^2, (N, N)."""
-    covariance = np.diag(np.full(N, _OWN**2))
-    for cause in _CAUSES:
-        reach = np.array([cause.get(node, 0.0) for node in NODES])
-        covariance += np.outer(reach, reach)
-    return covariance
 
 
 class TemperatureFusion:

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from ddh_twin_py.estimation.fusion.temperature_fusion import FusionInputs, Reading
+from ddh_twin_py.estimation.fusion.inputs import FusionInputs, Reading
 from ddh_twin_py.nodes.feeds.intervals_feed import readings_of
 from ddh_twin_py.nodes.messages.named import ordered
 from ddh_twin_py.physics.thermal_network import FLOW_PATHS, MOTOR_NODES, N, N_FLOWS, NODES

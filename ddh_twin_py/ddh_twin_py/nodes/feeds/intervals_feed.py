@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ddh_twin_py.estimation.fusion.temperature_fusion import Reading
+from ddh_twin_py.estimation.fusion.inputs import Reading
 from ddh_twin_py.physics.soft_sensor import MEASURED_DTYPE
 from ddh_twin_py.telemetry.clocks.clock import same_unit
 from ddh_twin_py.telemetry.signals import (

@@ -11,7 +11,7 @@ from ddh_msgs.msg import LimitPrediction, TemperatureLimit
 from ddh_msgs.srv import PredictLimits
 from ddh_twin_py.estimation.fusion.duty_ahead import ROUNDS, settled_speeds, warmed
 from ddh_twin_py.estimation.fusion.look_ahead import HOT_SPOT, Forecast, LimitForecast, LookAhead, Span, default_limits
-from ddh_twin_py.estimation.fusion.temperature_fusion import FusionState
+from ddh_twin_py.estimation.fusion.state import FusionState
 from ddh_twin_py.nodes.base import qos
 from ddh_twin_py.nodes.base.node_base import TwinNode
 from ddh_twin_py.nodes.base.parameters import Parameter

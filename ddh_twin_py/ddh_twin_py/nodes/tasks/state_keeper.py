@@ -8,8 +8,8 @@ import threading
 from pathlib import Path
 
 from ddh_twin_py.bags.numbering import numbered
+from ddh_twin_py.estimation.fusion.state import FusionState
 from ddh_twin_py.estimation.fusion.state_file import OLDEST, SavedState, StateFileError, load_state, save_state
-from ddh_twin_py.estimation.fusion.temperature_fusion import FusionState
 from ddh_twin_py.nodes.base.parameters import NodeError
 from ddh_twin_py.rig.files import why_no_file
 
