@@ -17,9 +17,9 @@ from ddh_twin_py.nodes.base.inputs import Inputs
 from ddh_twin_py.nodes.base.node_base import TwinNode, run
 from ddh_twin_py.nodes.base.parameters import NodeError, Parameter
 from ddh_twin_py.nodes.base.progress import Progress
+from ddh_twin_py.nodes.base.twin_parameters import RIG, STALE_AFTER, rig_path
 from ddh_twin_py.nodes.feeds.gap_inputs import ESTIMATE_TOPIC, READING_TOPIC, RESIDUAL_TOPIC, Forward, FreeRunResiduals, FreeRunTemperatures
 from ddh_twin_py.nodes.messages.conversion import residual_layout
-from ddh_twin_py.nodes.model_node import RIG, STALE_AFTER, rig_path
 from ddh_twin_py.nodes.player.player_watch import PlayerWatch
 from ddh_twin_py.nodes.tasks.diagnose_action import DIAGNOSE_PARAMETERS, DiagnoseAction
 from ddh_twin_py.nodes.tasks.health import PAUSED, Health, Report, judge_age, judge_clock, judge_publishers

@@ -21,6 +21,7 @@ from ddh_twin_py.estimation.sensors import NODE_INDEX, SENSORS
 from ddh_twin_py.nodes.base import qos
 from ddh_twin_py.nodes.base.node_base import AGAIN, run
 from ddh_twin_py.nodes.base.parameters import Parameter
+from ddh_twin_py.nodes.base.twin_parameters import TWIN_PARAMETERS, rig_path
 from ddh_twin_py.nodes.feeds.fusion_inputs import (
     MOTOR_TOPIC,
     MOTOR_WIDTH,
@@ -38,10 +39,11 @@ from ddh_twin_py.nodes.feeds.fusion_inputs import (
 from ddh_twin_py.nodes.feeds.telemetry_feed import TelemetryFeed
 from ddh_twin_py.nodes.messages.conversion import FUSION, estimate_layout, location_layout, residual_layout, to_celsius, to_kelvin
 from ddh_twin_py.nodes.messages.wire import BulkParser
-from ddh_twin_py.nodes.model_node import TEMPERATURE_TOPICS, TWIN_PARAMETERS, TelemetryNode, Unit, known_payload, rig_path
+from ddh_twin_py.nodes.model_node import TEMPERATURE_TOPICS
 from ddh_twin_py.nodes.tasks.health import DROPPED, Report, judge_age, judge_publishers
 from ddh_twin_py.nodes.tasks.limit_watch import LIMIT_PARAMETERS, LimitWatch
 from ddh_twin_py.nodes.tasks.state_keeper import StateKeeper
+from ddh_twin_py.nodes.telemetry_node import TelemetryNode, Unit, known_payload
 from ddh_twin_py.physics.thermal_network import N, NODES
 from ddh_twin_py.physics.validity import outside_stated
 from ddh_twin_py.rig import load_rig

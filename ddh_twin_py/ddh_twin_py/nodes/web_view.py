@@ -10,10 +10,10 @@ from ddh_twin_py.nodes.base import qos
 from ddh_twin_py.nodes.base.inputs import Input, Inputs
 from ddh_twin_py.nodes.base.node_base import TwinNode, run
 from ddh_twin_py.nodes.base.parameters import NodeError, Parameter
+from ddh_twin_py.nodes.base.twin_parameters import RIG, rig_path
 from ddh_twin_py.nodes.feeds.page_documents import gap_status_document, limits_document, page_document, player_document, rig_document
 from ddh_twin_py.nodes.feeds.page_inputs import Parsers, telemetry_rows
 from ddh_twin_py.nodes.feeds.telemetry_feed import message_type
-from ddh_twin_py.nodes.model_node import RIG, rig_path
 from ddh_twin_py.nodes.player.player_client import PlayerClient
 from ddh_twin_py.nodes.player.player_watch import GONE, PLAYER
 from ddh_twin_py.nodes.tasks import health

@@ -53,21 +53,20 @@ class TemperatureFusion:
     """The filter with its bookkeeping.
 
     Args:
-        rig: the rig, its tolerances are the filter's priors. interval: s. epoch: s between
-            covariance steps. ambient: K at the start, None takes the sheet's.
+        rig: the rig, its tolerances are the filter's priors. interval: s. ambient: K at the start, None takes the sheet's.
 
     Attributes:
         state: all that it knows. trace: where its steps are written for a smoother, None: nowhere.
         left_out: of `SENSORS`, whether their readings are not used, until `use_again` or `reset`, bool (m,).
     """
 
-    def __init__(self, rig: Rig, interval: float = INTERVAL, epoch: float = EPOCH, ambient: float | None = None) -> None:
+    def __init__(self, rig: Rig, interval: float = INTERVAL, ambient: float | None = None) -> None:
         self.trace: Trace | None = None
         self._row = 0  # intervals since the trace was begun
         self.rig = rig
         self.interval = interval
         self.parameters = rig.parameters
-        self._per_epoch = max(1, round(epoch / interval))
+        self._per_epoch = max(1, round(EPOCH / interval))
         self._node = np.array([NODE_INDEX[sensor] for sensor in SENSORS])
         self._lag, self._noise = sensor_lags(rig), temperature_noise(rig)
         self._first_air = ZERO_CELSIUS + rig["ambient"] if ambient is None else ambient
