@@ -14,7 +14,7 @@ from ddh_twin_py.names import no_such
 
 _OF_BAGS = (".mcap", ".db3", ".zstd")
 _BESIDE_BAGS = ("metadata.yaml", "rig.yaml")
-_LONGEST_NAME = 250  # bytes; what is added to it while it is written has room below 255
+_LONGEST_NAME = 246  # bytes; what is added to it while it is written has room below 255
 _NAMESPACE = re.compile(r"(/[A-Za-z_][A-Za-z0-9_]*)+", re.ASCII)
 _LONGEST_NAMESPACE = 180  # of the 245 that ROS has for a namespace, a topic and a node included
 

@@ -7,6 +7,7 @@ import errno
 import fcntl
 import json
 import os
+import secrets
 import shutil
 import stat
 import tempfile
@@ -95,16 +96,19 @@ def write_whole(path: str | Path, content: str | bytes) -> Path:
     """
     path = Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
-    partial = path.with_name(f"{path.name}.{os.getpid()}")  # two may write the same file
+    partial = path.with_name(f"{path.name}.{secrets.token_hex(4)}")  # two may write the same file, each in a container with the same ids
+    made = False
     try:
-        with open(partial, "wb") as file:
+        with open(partial, "xb") as file:
+            made = True
             file.write(content.encode("utf-8", "backslashreplace") if isinstance(content, str) else content)
             file.flush()
             os.fsync(file.fileno())
         partial.replace(path)
     except BaseException as error:
         try:
-            partial.unlink(missing_ok=True)
+            if made:
+                partial.unlink(missing_ok=True)
         except OSError:
             pass  # what went wrong before is what counts
         if isinstance(error, OSError):
@@ -122,15 +126,16 @@ def whole_folder(path: str | Path) -> Iterator[Path]:
     """
     path = Path(path)
     above = [folder for folder in path.parents if not folder.exists()]
-    partial = path.with_name(f"{path.name}.{os.getpid()}")
+    partial = None
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        partial.mkdir()
+        partial = Path(tempfile.mkdtemp(prefix=f"{path.name}.", dir=path.parent))
         yield partial / path.name
         (partial / path.name).rename(path)
         partial.rmdir()
     except BaseException as error:
-        shutil.rmtree(partial, ignore_errors=True)
+        if partial is not None:
+            shutil.rmtree(partial, ignore_errors=True)
         try:
             for folder in above:
                 folder.rmdir()
