@@ -1,7 +1,12 @@
 """Processes: one per question, finished ones are kept, a crash loses one case only."""
 
 import json
+import subprocess
 import sys
+import threading
+import time
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
 
 import pytest
 import yaml
@@ -119,3 +124,46 @@ def test_a_score_looks_at_the_seals_once_and_counts_who_waits(bench, engine, mon
     monkeypatch.setattr(running, "verify", lambda out: looked.append(out) or verify(out))
     answers, waiting = answers_of_all([bench])
     assert ([a.name for a in answers], waiting, looked) == (["case_0004"], 3, [bench])
+
+
+def test_where_a_task_fails_those_that_have_not_begun_are_not_begun():
+    begun, go_on = [], threading.Event()
+
+    def task(number):
+        begun.append(number)
+        if number == 0:
+            raise OSError(28, "No space left on device")
+        go_on.wait(10.0)
+        return number
+
+    with ThreadPoolExecutor(2) as pool, pytest.raises(OSError, match="No space left"):
+        waiting = [pool.submit(task, number) for number in range(8)]
+        try:
+            list(running.results(waiting))
+        finally:
+            go_on.set()
+    assert len(begun) <= 4
+
+
+MAKER = """
+import sys, time
+from concurrent.futures import wait
+from ddh_twin_py.gap_bench.bench import _makers
+
+if __name__ == "__main__":
+    pool = _makers(1, None)
+    print(*[pool.submit(__import__("os").getpid).result()], flush=True)
+    time.sleep(60.0)
+"""
+
+
+def test_who_makes_cases_ends_with_a_parent_that_is_killed(tmp_path):
+    script = tmp_path / "maker.py"
+    script.write_text(MAKER)
+    with subprocess.Popen([sys.executable, str(script)], stdout=subprocess.PIPE, text=True) as parent:
+        worker = int(parent.stdout.readline())
+        parent.kill()
+    deadline = time.monotonic() + 20.0
+    while Path(f"/proc/{worker}").exists() and Path(f"/proc/{worker}/stat").read_text().split()[2] != "Z":
+        assert time.monotonic() < deadline, "the worker goes on"
+        time.sleep(0.1)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 
@@ -67,6 +68,8 @@ def diagnosis(model: Diagnosable, found: Found, commissioned: np.ndarray, hidden
     left_open = not_excluded(found, leader.theta, spread, parameters) if no_gap else NotExcluded({}, [], [])
     odd = _odd(model, concluded, before) if is_unknown else []
     nameless = is_unknown and not after.learned  # what acts is in no rig file then, and parameters fitted beside it took it up
+    both = [name for name in runs.floor if name in before.off and name in off and name in first]
+    astray = [name for name in both if not math.isfinite(before.off[name] + off[name])]
     report = {
         "verdict": verdict.word,
         "gap": {"as_is": before.gap_as_is, "before": before.gap, "after": gap_after,
@@ -78,7 +81,7 @@ def diagnosis(model: Diagnosable, found: Found, commissioned: np.ndarray, hidden
         "shrink": {name: {"unit": first[name].unit, "before": before.off[name] * first[name].noise, "after": off[name] * first[name].noise,
                           "noise": runs.floor[name] * first[name].noise, "before_interval": runs.interval(name, before.run),
                           "after_interval": runs.interval(name, runs.of(leader))}
-                   for name in runs.floor if name in before.off and name in first},
+                   for name in both if name not in astray},
         "unknown": unknown.entry() if is_unknown else None, "next_test": model.next_test(found, verdict, unknown),
         "held_out": held.words,
         "checks": [{"effects": list(best.effects), "check": check.name, "measured": check.measured, "limit": check.limit}
@@ -86,6 +89,7 @@ def diagnosis(model: Diagnosable, found: Found, commissioned: np.ndarray, hidden
         "notes": [*odd, *unknown.notes, *concluded.notes, *other_rig,
                   *([described(after.learned, before.gap, gap_after)] if after.learned else []),
                   *(_along_with(model, leader) if explained else []), *model.notes(), *_not_held(model, before.off), *_not_seen(hidden),
+                  *([f"free runs of held-out data go astray in {', '.join(astray)}"] if astray else []),
                   *left_open.notes(model.cut), *_at_the_end(pressed, nameless and leader.theta is not before.plain, model.cut)],
     }
     believed = leader.acting if after.learned or explained else []

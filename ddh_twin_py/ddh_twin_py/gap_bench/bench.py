@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import json
+import os
+import threading
+import time
 from collections.abc import Callable
-from concurrent.futures import Executor, ProcessPoolExecutor, as_completed
+from concurrent.futures import Executor, ProcessPoolExecutor
 from multiprocessing import get_context
 from pathlib import Path
 
 from ddh_twin_py.gap_bench.making import make
 from ddh_twin_py.gap_bench.plan import SUITES, PlanError, Planned, plan
-from ddh_twin_py.gap_bench.running import executor
+from ddh_twin_py.gap_bench.running import executor, results
 from ddh_twin_py.gap_bench.sealing import SEAL, seal
 from ddh_twin_py.rig import load_rig
 from ddh_twin_py.rig.files import held, read_json, write_whole
@@ -55,8 +58,8 @@ def make_bench(out: Path, cases: int, seed: int, suites: tuple[str, ...] = (), j
         failed = []
         with _makers(jobs, cluster) as pool:
             waiting = [pool.submit(_made, one, str(out.absolute())) for one in planned]
-            for done, future in enumerate(as_completed(waiting), 1):
-                if (wrong := future.result()):
+            for done, wrong in enumerate(results(waiting), 1):
+                if wrong:
                     failed.append(wrong)
                 if progress is not None:
                     progress(done / len(waiting))
@@ -67,7 +70,17 @@ def make_bench(out: Path, cases: int, seed: int, suites: tuple[str, ...] = (), j
 def _makers(jobs: int, cluster: str | None) -> Executor:
     if cluster is not None:
         return executor(jobs, cluster)
-    return ProcessPoolExecutor(jobs, mp_context=get_context("spawn"))
+    return ProcessPoolExecutor(jobs, mp_context=get_context("spawn"), initializer=_end_with, initargs=(os.getpid(),))
+
+
+def _end_with(parent: int) -> None:
+    """Let this process end within a second of its parent, which may be killed."""
+    def watch() -> None:
+        while os.getppid() == parent:
+            time.sleep(1.0)
+        os._exit(1)
+
+    threading.Thread(target=watch, daemon=True).start()
 
 
 def _made(planned: Planned, out: str) -> str:

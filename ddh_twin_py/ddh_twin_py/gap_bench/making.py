@@ -109,7 +109,6 @@ def _hide(planned: Planned, machine: Machine, instruments: Instruments, duty: Du
     """The machine, as it is without effects and on the field duty, and what is hidden in it."""
     view = scene(machine, instruments, duty, sensors)
     hidden: list[Hidden] = []
-    feigned = None
     for name in planned.effects:
         if len(hidden) == planned.hidden:
             break
@@ -122,8 +121,7 @@ def _hide(planned: Planned, machine: Machine, instruments: Instruments, duty: Du
         else:
             machine = as_sheet(machine, fault, sheet)
             view = scene(machine, instruments, duty.shortened(_LONGEST_FEIGNED), sensors)
-            feigned = feigned if feigned is not None else Feigned(sheet, view)
-            found = sized(fault, sign, planned.level, view, feigned)
+            found = sized(fault, sign, planned.level, view, Feigned(sheet, view))
         if found is None:
             continue
         record = machine.rig.parameters

@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Callable
-from concurrent.futures import Executor, ThreadPoolExecutor, as_completed
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Executor, Future, ThreadPoolExecutor, as_completed
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -117,13 +117,23 @@ def run_bench(out: Path, jobs: int = 1, suites: tuple[str, ...] = (), cases: int
         if again:
             forget(out, names, crashed=again == "crashed")
         waiting = [pool.submit(run_case, str(out.absolute()), name, engine, oracle) for name in names]
-        for done, future in enumerate(as_completed(waiting), 1):
-            name, well = future.result()
+        for done, (name, well) in enumerate(results(waiting), 1):
             if not well:
                 crashed.append(name)
             if progress is not None:
                 progress(done / len(waiting))
     return sorted(crashed)
+
+
+def results(waiting: Sequence[Future]) -> Iterator:
+    """What tasks give, as they end; where one fails, those that have not begun are not begun, and it is told once the others have ended."""
+    try:
+        for future in as_completed(waiting):
+            yield future.result()
+    except BaseException:
+        for future in waiting:
+            future.cancel()
+        raise
 
 
 def forget(out: Path, names: list[str], crashed: bool) -> None:

@@ -53,6 +53,14 @@ def test_what_is_open_explains_what_it_can():
     assert left(Warming(gain=0.8, begin=-0.7)) == pytest.approx(1.0, abs=0.06)
 
 
+def test_runs_that_go_astray_are_infinitely_off_whatever_is_open():
+    class Astray(Warming):
+        def run(self, theta, acting, begin=None):
+            return [{"flow": np.full(self._time.size, np.nan)}]
+
+    assert left(Astray()) == np.inf
+
+
 def test_who_waits_is_told_of_every_run():
     told = []
     best = HeldBest(Warming(gain=0.8), {"flow": 1.0}, lambda theta: theta, np.zeros(2), np.diag([0.5, 0.5]) ** 2, told.append)

@@ -22,6 +22,14 @@ def test_ratios_count_only_samples_that_were_binned_and_are_numbers():
     assert ratios({"a": signal(measured)}, {"a": np.zeros(4)}, nothing) == {}
 
 
+def test_a_run_that_predicts_no_number_is_infinitely_off_and_not_better():
+    astray = np.where(np.arange(100) < 10, 0.0, np.nan)
+    assert ratios({"a": signal(np.zeros(100))}, {"a": astray}) == {"a": np.inf}
+    missing = signal(np.where(np.arange(100) < 10, 1.0, np.nan))
+    assert ratios({"a": missing}, {"a": np.zeros(100)}) == {"a": pytest.approx(2.0)}
+    assert gap({"a": np.inf, "b": 1.0}, {"a": 1.0, "b": 1.0}) == np.inf
+
+
 def test_floor_is_what_the_fitted_twin_leaves_but_not_below_the_noise():
     left = {"a": np.full(100, 1.5), "b": np.full(100, 0.1)}
     signals = {name: signal(values) for name, values in left.items()}

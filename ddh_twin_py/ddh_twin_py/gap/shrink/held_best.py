@@ -150,6 +150,8 @@ class HeldBest:
             return _cost(self._squares(runs), least) + float(z @ ways.precision @ z)
 
         cost, told = cost_of(z, runs), _told(slopes)
+        if not math.isfinite(cost):  # runs went astray: there is no way from here
+            return z, runs
         for _ in range(_STEPS):
             step, gained = self._step(ways, z, runs, slopes, told, least), 0.0
             for share in _SHARES:

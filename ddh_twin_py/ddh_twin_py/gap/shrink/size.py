@@ -27,13 +27,16 @@ def held_back(signal) -> np.ndarray:
 
 
 def ratios(signals: Mapping, predictions: Mapping[str, np.ndarray], mask: Mask = counted) -> dict[str, float]:
-    """RMS of each signal's residual over the noise of one sample; signals without a sample are left out."""
+    """RMS of each signal's residual over the noise of one sample; signals without a sample are left out.
+
+    Where a run went astray and predicts no number, the signal is infinitely off.
+    """
     out = {}
     for name, signal in signals.items():
-        off = (signal.measured - predictions[name])[mask(signal)]
-        off = off[np.isfinite(off)]
+        off = (signal.measured - predictions[name])[mask(signal) & np.isfinite(signal.measured)]
         if off.size:
-            out[name] = float(np.sqrt(np.mean(off**2))) / signal.noise
+            rms = float(np.sqrt(np.mean(off**2)))
+            out[name] = rms / signal.noise if np.isfinite(rms) else np.inf
     return out
 
 
