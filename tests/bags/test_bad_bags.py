@@ -25,6 +25,7 @@ from ddh_twin_py.telemetry.signals import BESIDE_SENSORS
 from rosbags.highlevel import AnyReader
 from rosbags.rosbag2 import StoragePlugin, Writer
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+from support.bag_rows import write_rows
 
 DRIVE = "/ddh/drive/telemetry"
 
@@ -769,7 +770,8 @@ def two_rigs(tmp_path, short):
     with BagWriter(target) as writer:
         for namespace, rig_id in (("/left", "rig_1"), ("/right", "rig_2")):
             writer.write_rig(replace(short.rig, rig_id=rig_id), short.epoch_ns, namespace)
-            writer.write_rows(
+            write_rows(
+                writer,
                 f"{namespace}/drive/telemetry",
                 "ddh_msgs/msg/DriveTelemetry",
                 short.drive.stamps(short.epoch_ns),
@@ -793,7 +795,7 @@ def test_two_rig_ids_in_one_namespace(tmp_path, short):
         for rig_id in ("rig_1", "rig_2"):
             writer.write_rig(replace(short.rig, rig_id=rig_id), short.epoch_ns)
         stamps = short.drive.stamps(short.epoch_ns)
-        writer.write_rows(DRIVE, "ddh_msgs/msg/DriveTelemetry", stamps, short.drive.values)
+        write_rows(writer, DRIVE, "ddh_msgs/msg/DriveTelemetry", stamps, short.drive.values)
     assert "topic /ddh/rig names 2 rigs, 'rig_1' and 'rig_2'" in refusal(target)
 
 
@@ -803,7 +805,7 @@ def test_payload_that_changes_is_said(tmp_path, short):
         for payload in (149.5, 60.0):
             writer.write_rig(replace(short.rig, payload_mass=payload), short.epoch_ns)
         stamps = short.drive.stamps(short.epoch_ns)
-        writer.write_rows(DRIVE, "ddh_msgs/msg/DriveTelemetry", stamps, short.drive.values)
+        write_rows(writer, DRIVE, "ddh_msgs/msg/DriveTelemetry", stamps, short.drive.values)
     read = read_recording(target)
     assert read.rig.payload_mass == 149.5
     assert any("says payload 149.5 kg" in f.message and "then 60 kg" in f.message for f in read.warnings)

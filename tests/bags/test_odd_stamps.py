@@ -7,6 +7,7 @@ from ddh_twin_py.bags.writer import whole_bag
 from ddh_twin_py.gap.recordings.contradictions import contradictions
 from ddh_twin_py.rig import load_rig
 from ddh_twin_py.telemetry.signals import TEMPERATURE_PREFIX, TOPIC_TYPES, ZERO_CELSIUS
+from support.bag_rows import write_rows
 
 OIL = "temperature/tank_oil"
 
@@ -20,7 +21,7 @@ def recorded(path, recording, pace=1.0, epoch=None, topics=None):
             came = stream.stamps(recording.epoch_ns)
             stamps = epoch + (stream.time * 1e9 * (pace if topics is None or name in topics else 1.0)).astype(np.int64)
             values = stream.values - [ZERO_CELSIUS, 0.0] if name.startswith(TEMPERATURE_PREFIX) else stream.values
-            writer.write_rows(f"/ddh/{name}", TOPIC_TYPES[name], stamps, values, came + 1_000_000)
+            write_rows(writer, f"/ddh/{name}", TOPIC_TYPES[name], stamps, values, came + 1_000_000)
     return path
 
 

@@ -12,6 +12,7 @@ from ddh_twin_py.estimation.replay import ReplayError, replay
 from ddh_twin_py.rig import load_rig
 from ddh_twin_py.telemetry.signals import TEMPERATURE_PREFIX, TOPIC_TYPES, ZERO_CELSIUS
 from ddh_twin_py.telemetry.spans import missing_ends
+from support.bag_rows import write_rows
 
 DRIVE, OIL = "drive/telemetry", "temperature/tank_oil"
 
@@ -26,7 +27,7 @@ def recorded(path, recording, topic="", by=0.0, since=0.0):
             came = np.maximum.accumulate(stamps + rng.integers(500_000, 2_000_000, stamps.size))
             values = stream.values - [ZERO_CELSIUS, 0.0] if name.startswith(TEMPERATURE_PREFIX) else stream.values
             off = np.where(stream.time >= since, round(by * 1e9), 0) if name == topic else 0
-            writer.write_rows(f"/ddh/{name}", TOPIC_TYPES[name], stamps + off, values, came)
+            write_rows(writer, f"/ddh/{name}", TOPIC_TYPES[name], stamps + off, values, came)
     return path
 
 

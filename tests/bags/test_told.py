@@ -6,6 +6,7 @@ from ddh_twin_py.bags.reader import read_recording
 from ddh_twin_py.bags.storage import told
 from ddh_twin_py.bags.writer import BagWriter, write_recording
 from ddh_twin_py.cli.main import main
+from support.bag_rows import write_rows
 
 ESCAPE = "\x1b[31mpress\x07\n7"
 
@@ -30,8 +31,8 @@ def test_so_is_a_topic(tmp_path, short, capsys):
         writer.write_rig(short.rig, short.epoch_ns, "/" + ESCAPE)
         for name in ("drive/telemetry", "hydraulics/telemetry"):
             stream = dict(short.streams())[name]
-            writer.write_rows(f"/{ESCAPE}/{name}", f"ddh_msgs/msg/{'Drive' if name[0] == 'd' else 'Hydraulic'}Telemetry",
-                              stream.stamps(short.epoch_ns), stream.values)
+            write_rows(writer, f"/{ESCAPE}/{name}", f"ddh_msgs/msg/{'Drive' if name[0] == 'd' else 'Hydraulic'}Telemetry",
+                       stream.stamps(short.epoch_ns), stream.values)
     assert main(["info", str(tmp_path / "bag")]) == 0
     out, err = capsys.readouterr()
     assert "\x1b" not in out + err and "\\x1b[31mpress" in out

@@ -1,6 +1,7 @@
 """What is written survives: the reader reads it, and the death of the writer."""
 
 import os
+import resource
 import signal
 import struct
 import subprocess
@@ -22,6 +23,7 @@ from ddh_twin_py.bags.reader import read_recording
 from ddh_twin_py.bags.writer import BagWriter, whole_bag, write_recording
 from rosbags.highlevel import AnyReader
 from rosbags.rosbag2 import Reader
+from support.bag_rows import write_rows
 
 
 def test_profiles_and_hashes_are_those_of_the_given_bag(tmp_path, short, paper_cycle_bag):
@@ -45,6 +47,11 @@ def test_a_stamp_that_ros_cannot_hold_is_refused_with_its_topic(tmp_path, short)
     with pytest.raises(BagError, match=r"drive/telemetry: stamp 2147483648\.\d s since 1970 .*January 2038"):
         write_recording(tmp_path / "late", late)
     assert not (tmp_path / "late").exists()
+
+
+def rows(topic, writer, stamps, values):
+    """Messages of the drive, logged when they were stamped."""
+    write_rows(writer, topic, "ddh_msgs/msg/DriveTelemetry", stamps, values)
 
 
 def chunks_of(file):
@@ -72,7 +79,7 @@ def test_a_chunk_whose_contents_changed_is_left_out_and_named(tmp_path, short):
     other = write_recording(tmp_path / "first", short) / "first.mcap"
     with BagWriter(tmp_path / "two", flush_interval=1e6) as writer:
         for begin, values in ((0, short.drive.values[:50]), (10**9, short.drive.values[50:100])):
-            writer.write_rows("/ddh/drive/telemetry", "ddh_msgs/msg/DriveTelemetry", begin + 10**7 * np.arange(1, 51), values)
+            rows("/ddh/drive/telemetry", writer, begin + 10**7 * np.arange(1, 51), values)
             writer.flush()
     file = tmp_path / "two" / "two.mcap"
     content = bytearray(file.read_bytes())
@@ -140,12 +147,7 @@ def test_an_existing_folder_is_left_alone(tmp_path):
 def test_an_exception_in_the_context_leaves_a_whole_bag(tmp_path, short):
     with pytest.raises(RuntimeError), BagWriter(tmp_path / "field") as writer:
         writer.write_rig(short.rig, short.epoch_ns)
-        writer.write_rows(
-            "/ddh/drive/telemetry",
-            "ddh_msgs/msg/DriveTelemetry",
-            short.drive.stamps(short.epoch_ns),
-            short.drive.values,
-        )
+        rows("/ddh/drive/telemetry", writer, short.drive.stamps(short.epoch_ns), short.drive.values)
         raise RuntimeError
     read = read_recording(tmp_path / "field")
     assert len(read.drive) == len(short.drive)
@@ -157,8 +159,8 @@ def test_many_threads_may_write(tmp_path, short):
     with BagWriter(tmp_path / "field", flush_interval=0.02) as writer:
         threads = [
             threading.Thread(
-                target=writer.write_rows,
-                args=(f"/rig_{k}/drive/telemetry", "ddh_msgs/msg/DriveTelemetry", stamps, values),
+                target=rows,
+                args=(f"/rig_{k}/drive/telemetry", writer, stamps, values),
             )
             for k in range(4)
         ]
@@ -178,7 +180,36 @@ def test_a_full_disk_is_said(tmp_path, short, monkeypatch):
             writer.write_rig(short.rig, short.epoch_ns)
             time.sleep(0.01)
     monkeypatch.undo()
+    with pytest.raises(BagError, match="field cannot be written: No space left on device"):
+        writer.close()
     writer.close()
+
+
+@pytest.mark.parametrize("by_itself", [True, False])
+def test_what_was_written_before_the_disk_was_full_is_read_though_there_is_room_again(tmp_path, short, by_itself):
+    """The second chunk is written in half, by the thread that flushes or as it grows too long; then there is room again."""
+    writer = BagWriter(tmp_path / "field", flush_interval=1e6 if by_itself else 0.05)
+    rows("/ddh/drive/telemetry", writer, 10**7 * np.arange(1, 201), short.drive.values[:200])
+    writer.flush()
+    file = tmp_path / "field" / "field.mcap"
+    whole = file.stat().st_size
+    noise = np.random.default_rng(1).normal(size=(200 if not by_itself else 20000, 6))
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (whole + 5000, before[1]))  # signals are ignored by Python: EFBIG
+    try:
+        if by_itself:
+            with pytest.raises(BagError, match="field cannot be written: File too large"):
+                rows("/ddh/drive/telemetry", writer, 10**10 + 10**7 * np.arange(20000), noise)
+        else:
+            rows("/ddh/drive/telemetry", writer, 10**10 + 10**7 * np.arange(200), noise)
+            writer._thread.join(10.0)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+    with pytest.raises(BagError, match="field cannot be written: File too large"):
+        writer.close()
+    assert file.stat().st_size == whole
+    read = read_recording(tmp_path / "field")
+    assert len(read.drive) == 200 and any("the recorder was stopped hard" in finding.message for finding in read.warnings)
 
 
 def full(monkeypatch, after):
@@ -229,6 +260,8 @@ def test_unknown_quality_is_named():
 WRITE_FOREVER = """
     import sys, time
     import numpy as np
+    from ddh_twin_py.bags.cdr import encode_stamped_floats
+    from ddh_twin_py.bags.qos import SENSOR_DATA
     from ddh_twin_py.bags.writer import BagWriter
 
     rate = float(sys.argv[2])
@@ -237,7 +270,8 @@ WRITE_FOREVER = """
     while True:
         now = time.time_ns()
         row = np.full((1, 6), count)
-        writer.write_rows("/ddh/drive/telemetry", "ddh_msgs/msg/DriveTelemetry", np.array([now]), row)
+        (message,) = encode_stamped_floats(np.array([now]), row, "")
+        writer.write_raw("/ddh/drive/telemetry", "ddh_msgs/msg/DriveTelemetry", SENSOR_DATA, now, message.data)
         count += 1
         print(now, flush=True)
         time.sleep(1.0 / rate)

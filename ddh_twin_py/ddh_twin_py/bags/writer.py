@@ -7,7 +7,7 @@ import struct
 import threading
 import zlib
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from functools import partial
 from pathlib import Path
 
@@ -73,12 +73,18 @@ class BagWriter:
         self.close()
 
     def close(self) -> None:
-        """Write what is left, the index and metadata.yaml. Does nothing the second time."""
+        """Write what is left, the index and metadata.yaml. Does nothing the second time.
+
+        Raises BagError when the disk took no more, now or before: the file then ends with the last chunk that it took whole.
+        """
         if self._closing.is_set():
             return
         self._closing.set()
         self._thread.join()
         with self._lock:
+            if self._failure is not None:
+                _abandon(self._writer.storage)
+                raise _cannot(self.path, self._failure)
             try:
                 if not self.message_count:
                     self._writer.min_timestamp = 0
@@ -104,6 +110,7 @@ class BagWriter:
             try:
                 self._writer.write(connection, log_time_ns, cdr)
             except OSError as error:
+                self._failure = error
                 raise _cannot(self.path, error) from None
             self.message_count += 1
 
@@ -120,26 +127,12 @@ class BagWriter:
         topic = f"{normalised(namespace)}/{RIG_TOPIC}"
         self.write_message(topic, message, stamp_ns if log_time_ns is None else log_time_ns, LATCHED)
 
-    def write_rows(
-        self,
-        topic: str,
-        message_type: str,
-        stamps_ns: np.ndarray,
-        values: np.ndarray,
-        log_times_ns: np.ndarray | None = None,
-        frame_id: str = "",
-        qos: Sequence[Qos] | None = SENSOR_DATA,
-    ) -> None:
-        """Write many messages of one telemetry type: stamps int64[n] ns, values float64[n, m] as on the wire."""
-        log_times = stamps_ns if log_times_ns is None else log_times_ns
-        messages = encode_stamped_floats(stamps_ns, values, frame_id)
-        for log_time, message in zip(log_times.tolist(), messages, strict=True):
-            self.write_raw(topic, message_type, qos, log_time, message.data)
-
     def flush(self) -> None:
-        """Put everything written so far on the disk."""
+        """Put everything written so far on the disk. Raises BagError when it can take no more."""
         with self._lock:
-            self._flush()
+            self._try_flush()
+            if self._failure is not None:
+                raise _cannot(self.path, self._failure)
 
     def _connect(self, topic: str, message_type: str, qos: Sequence[Qos] | None) -> Connection:
         try:
@@ -154,13 +147,17 @@ class BagWriter:
         return connection
 
     def _keep_flushing(self) -> None:
-        while not self._closing.wait(self._interval):
+        while self._failure is None and not self._closing.wait(self._interval):
             with self._lock:
-                try:
-                    self._flush()
-                except OSError as error:
-                    self._failure = error
-                    return
+                self._try_flush()
+
+    def _try_flush(self) -> None:
+        """Flush unless something failed before: what comes after a chunk that could not be written cannot be read."""
+        if self._failure is None:
+            try:
+                self._flush()
+            except OSError as error:
+                self._failure = error
 
     def _flush(self) -> None:
         storage = self._writer.storage
@@ -173,15 +170,27 @@ class BagWriter:
 def _close_chunk(storage) -> None:
     """Close the pending chunk of rosbags' MCAP storage and put the CRC-32 of its unpacked records into its head, which rosbags leaves 0.
 
+    Where that fails the file is closed and ends where the chunk began.
     Source: MCAP format specification, Chunk (op=0x06), `uncompressed_crc`.
     """
     crc = zlib.crc32(storage.chunk.bio.getbuffer())
     begin = storage.bio.tell()
-    type(storage).close_chunk(storage)
-    end = storage.bio.tell()
-    storage.bio.seek(begin + CHUNK_CRC)
-    storage.bio.write(struct.pack("<I", crc))
-    storage.bio.seek(end)
+    try:
+        type(storage).close_chunk(storage)
+        end = storage.bio.tell()
+        storage.bio.seek(begin + CHUNK_CRC)
+        storage.bio.write(struct.pack("<I", crc))
+        storage.bio.seek(end)
+    except OSError:
+        _abandon(storage)
+        os.truncate(storage.path, begin)
+        raise
+
+
+def _abandon(storage) -> None:
+    """Close the file without what is still to be written; what its buffer holds may go to the disk."""
+    with suppress(OSError):
+        storage.bio.close()
 
 
 @contextmanager
