@@ -48,8 +48,8 @@ def described(fitted: Refitted, before: float, after: float) -> str:
     std = np.sqrt(np.maximum(np.diagonal(fitted.covariance), 0.0))
     named = ", ".join(f"{c.effect.id} {plus_minus(float(x), float(s), c.effect.unit, sign=True)}"
                       for c, x, s in zip(fitted.columns, fitted.x, std, strict=True))
-    return (f"a learned term ({named}) takes the gap of held-out data from {before:.2f} to {after:.2f} times the floor; it describes "
-            "and does not explain")
+    return (f"a learned term ({named}) takes the gap of held-out data, which decided that it is kept, from {before:.2f} to {after:.2f} "
+            "times the floor; it describes and does not explain")
 
 
 def _signed(linearised, columns: Sequence[Column]) -> list[tuple[Column, float]]:
