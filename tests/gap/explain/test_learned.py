@@ -40,4 +40,5 @@ def test_what_was_learned_is_told_in_the_units_that_people_read(unit, told):
     size = np.array([[0.01**2]])
     fitted = Refitted((column,), np.array([0.058]), size, size, np.zeros(0), [], 0.0, 0.0, np.zeros(1))
     assert described(fitted, 8.0, 1.17) == (
-        f"a learned term {told} takes the gap of held-out data from 8.00 to 1.17 times the floor; it describes and does not explain")
+        f"a learned term {told} takes the gap of held-out data, which decided that it is kept, from 8.00 to 1.17 times the floor; it "
+        "describes and does not explain")
