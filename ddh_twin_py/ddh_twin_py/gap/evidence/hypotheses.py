@@ -74,7 +74,8 @@ def weigh(information: np.ndarray, score: np.ndarray, room: np.ndarray) -> tuple
     """What departures along columns add to the log evidence, each in its own direction and within its bounds alone.
 
     The prior of a departure x is 2 x^2/w^2 N(x; 0, w^2) beyond `LEAST`, w = `WIDTH`: what is too small to be
-    seen is not asked about (a moment prior, Johnson & Rossell, J. R. Stat. Soc. B 72, 2010).
+    seen is not asked about (a moment prior, Johnson & Rossell, J. R. Stat. Soc. B 72, 2010). What bounds leave of it is not made whole
+    again: an effect of which laws allow only what is hardly seen is so much less likely to be what is seen.
 
     Args:
         information, score: X'PX (m, m) and X'Py (m,) with the shared unknowns integrated out.
