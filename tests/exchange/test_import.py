@@ -89,6 +89,20 @@ def test_logs_with_different_columns_and_parts_that_follow(files, tmp_path):
     np.testing.assert_allclose(recording.temperatures["tank_oil"].time, [0.5, 1.5])
 
 
+def test_parts_are_put_in_order_of_time_however_they_are_given(files, tmp_path):
+    """As a shell gives them: log_1, log_10, log_2."""
+    _, mapping = files(columns={name: {"column": "n", "unit": "rad/s"} for name in ("speed", "speed_command")})
+    logs = {k: tmp_path / f"log_{k}.csv" for k in (1, 10, 2)}
+    for k, log in logs.items():
+        log.write_text("t;n\n" + "".join(f"{k + i / 10};{k}\n".replace(".", ",") for i in range(10)))
+    recording = import_logs(list(logs.values()), read_mapping(mapping))
+    np.testing.assert_allclose(recording.drive.time, np.concatenate([k - 1 + np.arange(10) / 10 for k in (1, 2, 10)]))
+    np.testing.assert_array_equal(recording.drive.column("speed"), np.repeat([1.0, 2.0, 10.0], 10))
+    logs[2].write_text("t;n\n1,75;2\n3,0;2\n")
+    with pytest.raises(ExchangeError, match=r"log_2.csv: drive/telemetry is told for 0.150 s by .*log_1.csv, too"):
+        import_logs(list(logs.values()), read_mapping(mapping))
+
+
 @pytest.mark.parametrize("unit, texts, expected_ns", [
     ("ns", ("1777622400000000001",), 1777622400000000001),
     ("s", ("1777622400.000000001",), 1777622400000000001),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -21,30 +22,42 @@ _EARLY = 1.0e-9  # s by which a reading may come before its time
 def import_logs(paths: Sequence[str | Path], mapping: LogMapping) -> Recording:
     """Read logs of one machine, such as one with drive and pressures and another with temperatures, or parts that follow each other.
 
-    A signal is taken from every log that has its column. A line in which a stream has no value at all gives no sample; one that
-    has some gives NaN for the others. Temperatures are thinned to one reading in `every_s`.
+    A signal is taken from every log that has its column; logs that follow each other are put in order of time, however they are given.
+    A line in which a stream has no value at all gives no sample; one that has some gives NaN for the others. Temperatures are thinned to
+    one reading in `every_s`.
 
     Raises:
-        ExchangeError: naming file, line and column where a log cannot be read or a column of the mapping is in none of them.
+        ExchangeError: naming file, line and column where a log cannot be read or a column of the mapping is in none of them; naming
+            two logs that tell of one topic at the same time.
     """
     wanted = [mapping.time.column, *(rule.column for rule in mapping.columns)]
     logs = [read_log(path, mapping.dialect, wanted) for path in paths]
     _all_there(logs, mapping)
-    parts: dict[str, list[tuple[np.ndarray, np.ndarray]]] = {}
+    parts: dict[str, list[_Part]] = {}
     for log in logs:
         stamps = log.stamps(mapping.time)
         for topic, stamp, values in _samples(log, stamps, mapping):
-            parts.setdefault(topic, []).append((stamp, values))
-    joined = {
-        topic: (np.concatenate([stamp for stamp, _ in found]), np.concatenate([values for _, values in found]))
-        for topic, found in parts.items()
-    }
-    joined = {topic: pair for topic, pair in joined.items() if pair[0].size}
+            if stamp.size:
+                parts.setdefault(topic, []).append((log.file, stamp, values))
+    joined = {topic: _joined(topic, found) for topic, found in parts.items()}
     if not joined:
         raise ExchangeError(f"{paths[0]}: no line has a value in any column of {mapping.file}")
     epoch = min(int(stamp.min()) for stamp, _ in joined.values())
     streams = {topic: _stream(topic, (stamp - epoch) * 1e-9, values) for topic, (stamp, values) in joined.items()}
     return Recording(str(paths[0]), epoch, mapping.rig, None, None).with_streams(streams)
+
+
+_Part = tuple[str, np.ndarray, np.ndarray]  # file, stamps int64[n] ns, values float64[n, m]
+
+
+def _joined(topic: str, parts: Sequence[_Part]) -> tuple[np.ndarray, np.ndarray]:
+    """Stamps and values of one topic, of logs in the order of their first stamps."""
+    ordered = sorted(parts, key=lambda part: part[1][0])
+    for (file, stamps, _), (next_file, next_stamps, _) in itertools.pairwise(ordered):
+        if next_stamps[0] < stamps[-1]:
+            both = (min(stamps[-1], next_stamps[-1]) - next_stamps[0]) * 1e-9
+            raise ExchangeError(f"{next_file}: {topic} is told for {both:.3f} s by {file}, too; logs of one topic must follow each other")
+    return np.concatenate([stamps for _, stamps, _ in ordered]), np.concatenate([values for *_, values in ordered])
 
 
 def _all_there(logs: Sequence[LogFile], mapping: LogMapping) -> None:
