@@ -69,10 +69,28 @@ def test_cases_and_single_bags_are_found(folder):
 
 
 def test_parts_of_one_bag_are_one_recording_and_loose_files_are_many(tmp_path):
-    for name in ("cut/x_0.mcap", "cut/x_1.mcap", "loose/x.mcap", "loose/y_1.db3"):
+    for name in ("cut/cut_0.mcap", "cut/cut_1.mcap", "loose/x.mcap", "loose/y_1.db3"):
         (tmp_path / name).parent.mkdir(exist_ok=True)
         (tmp_path / name).write_bytes(b"")
     assert [f.name for f in find_recordings(tmp_path)] == ["cut", "loose/x.mcap", "loose/y_1.db3"]
+
+
+def test_numbered_files_are_one_recording_where_they_go_on_in_time_alone(tmp_path, second):
+    """Three days, two cranes at once, and a bag that was split and renamed, of which the tenth part is sorted before the second."""
+    def put(name, begin, end, later=0.0):
+        moved = replace(second.between(begin, end), epoch_ns=second.epoch_ns + round(later * 1e9), rig=None if begin else second.rig)
+        file = write_recording(tmp_path / "made" / name.replace("/", "-"), moved)
+        (tmp_path / "fleet" / name).parent.mkdir(parents=True, exist_ok=True)
+        (file / f"{file.name}.mcap").rename(tmp_path / "fleet" / f"{name}.mcap")
+
+    for k in (1, 2, 3):
+        put(f"days/day_{k}", 0.0, 1.0, 86400.0 * k)
+    for k in (1, 2):
+        put(f"cranes/crane_{k}", 0.0, 1.9 + 0.01 * k)
+    for k in (9, 10, 11):
+        put(f"renamed/x_{k}", 0.5 * (k - 9), 0.5 * (k - 8))
+    assert [f.name for f in find_recordings(tmp_path / "fleet")] == [
+        "cranes/crane_1.mcap", "cranes/crane_2.mcap", "days/day_1.mcap", "days/day_2.mcap", "days/day_3.mcap", "renamed"]
 
 
 def test_a_folder_without_recordings_is_an_error(tmp_path):

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import itertools
 import os
 import re
+from contextlib import closing
 from dataclasses import dataclass, replace
 from pathlib import Path
+
+import numpy as np
 
 from ddh_twin_py.bags.case import COMMISSIONING, FIELD, VALIDATION, Case, case_of, is_case
 from ddh_twin_py.bags.errors import BagError
@@ -13,8 +17,10 @@ from ddh_twin_py.bags.folder import DATA_ENDINGS, METADATA, holds_bag
 from ddh_twin_py.fleet.below import below
 from ddh_twin_py.fleet.copies import alike
 from ddh_twin_py.rig.files import did_you_mean
+from ddh_twin_py.sources.raw_bag import RawBag
 
-_PART = re.compile(r"_\d+$")
+_PART = re.compile(r"(.*)_(\d+)$")
+_BETWEEN = -0.5, 5.0  # s of log time from the end of one part of a bag to the begin of the next
 
 
 class FleetError(ValueError):
@@ -37,7 +43,8 @@ def find_recordings(folder: str | Path, leave_out: Path | None = None, rig: Path
 
     A folder that holds field/ and is no bag is one case, whatever else lies in it; one with a bag commissioning/ or validation/ and without
     field/ is a case that is refused. A rosbag2 folder is one recording, as are .mcap and .db3 files that belong to no bag, and a folder
-    that cannot be looked into. Hidden folders, and `leave_out`, are not looked into; links are followed,
+    that cannot be looked into. Files NAME_0, NAME_1 ... without metadata.yaml are one bag where the folder has that name, as rosbag2 gives
+    it, or where each goes on in time where the one before ends. Hidden folders, and `leave_out`, are not looked into; links are followed,
     and what is reached twice counts once, as do copies (`copies.alike`), under the first of their names.
 
     Raises:
@@ -105,7 +112,22 @@ def _bags(path: Path, files: list[str]) -> list[Path]:
     data = sorted(name for name in files if name.endswith(DATA_ENDINGS))
     if METADATA in files:
         return [path]
-    stems = {_PART.sub("", name.split(".")[0]) for name in data}
-    if len(data) > 1 and len(stems) == 1 and all(_PART.search(name.split(".")[0]) for name in data):
+    parts = [part for name in data if (part := _PART.fullmatch(name.split(".")[0]))]
+    stems, numbers = {part[1] for part in parts}, [int(part[2]) for part in parts]
+    if len(parts) == len(data) > 1 and len(stems) == 1 and (
+            stems == {path.resolve().name} and min(numbers) == 0 or _follow([path / data[i] for i in np.argsort(numbers)])):
         return [path]  # the parts of one bag whose recorder was stopped hard
     return [path / name for name in data]
+
+
+def _follow(files: list[Path]) -> bool:
+    """Whether each file goes on by its log times where the one before it ends."""
+    spans = []
+    try:
+        for file in files:
+            with closing(RawBag(file)) as bag:
+                spans.append((bag.first_ns, bag.last_ns))
+    except (BagError, OSError):
+        return False
+    least, most = _BETWEEN
+    return all(least <= (begin - end) * 1e-9 <= most for (_, end), (begin, _) in itertools.pairwise(spans))
