@@ -279,6 +279,23 @@ def test_what_is_finished_is_not_run_again_and_what_crashed_is(folder, tmp_path,
     assert len(ran) == 5
 
 
+def test_what_the_system_refused_is_tried_again(folder, tmp_path, monkeypatch):
+    (folder / "a/april").rename(folder / "a/full")  # no space for what the child makes
+    before = diagnosed(folder, tmp_path / "results")[0]
+    assert before["a/full"].error == "/tmp: No space left on device"
+    assert not Results(tmp_path / "results").path("a/full").exists()
+    (folder / "a/full").rename(folder / "a/april")
+
+    def no_space(**_):
+        raise OSError(28, "No space left on device")
+
+    with monkeypatch.context() as patched:  # for what is unpacked to read it here
+        patched.setattr("ddh_twin_py.bags.reader.tempfile.TemporaryDirectory", no_space)
+        assert "No space left on device" in diagnosed(folder, tmp_path / "results", again=True)[0]["a/march"].error
+    after = diagnosed(folder, tmp_path / "results")[0]
+    assert after["a/april"].error == after["a/march"].error == "" and after["b/torn/torn.mcap"].error
+
+
 def test_what_is_replaced_during_its_diagnosis_is_diagnosed_anew(folder, tmp_path, monkeypatch):
     real, ran = fleet_run.diagnose_recording, []
 

@@ -1,6 +1,6 @@
 """Stands in for the process of a diagnosis: keeps its protocol, and does what the name of the first bag says.
 
-`slow` goes on until it is stopped, `crash` kills itself, `fault` ends with a traceback, `bad` refuses its input;
+`slow` goes on until it is stopped, `crash` kills itself, `fault` ends with a traceback, `bad` refuses its input, `full` has no space;
 any other name gets a report that tells back what was asked.
 """
 
@@ -28,6 +28,9 @@ def main():
         os.kill(os.getpid(), signal.SIGKILL)
     if "fault" in name:
         raise RuntimeError("a fault of ours")
+    if "full" in name:
+        tell(error="/tmp: No space left on device", passing=True)
+        return 2
     if "bad" in name:
         tell(error=f"{request['field'][0]}: drive/telemetry:\n no message")
         return 2

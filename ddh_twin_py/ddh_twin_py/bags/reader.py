@@ -60,7 +60,7 @@ def read_recording(
         collector = Collector(folder.compression_mode == "message", folder.span)
         damage = _read_files(folder, collector, progress)
     except OSError as error:
-        raise BagError(f"{error.filename or path} cannot be read: {error.strerror or error}") from None
+        raise BagError(f"{error.filename or path} cannot be read: {error.strerror or error}") from error
     file = str(folder.path)
     total = sum(collector.counts.values())
     if not total:

@@ -2,7 +2,8 @@
 
 Reads one line of JSON from standard input: field, commissioning, validation, rig, without, only, engine, nice. Answers on
 standard output in lines of JSON: {"done", "stage"} as it goes on, and at the end {"report", "sentence", "seconds",
-"megabytes"} or {"error"}. It ends when its standard input does, so that no diagnosis outlives who asked.
+"megabytes"} or {"error", "passing"}, the latter true where the system refused something. It ends when its standard input
+does, so that no diagnosis outlives who asked.
 """
 
 from __future__ import annotations
@@ -15,6 +16,8 @@ import time
 from importlib import import_module
 from pathlib import Path
 from typing import TextIO
+
+from ddh_twin_py.bags.errors import of_the_system
 
 ENGINE = "ddh_twin_py.diagnosis.of_bags:diagnose"
 """``module:function`` that diagnoses, where the request names no other; the module's `stage_of`, where it has one, says what is done
@@ -56,7 +59,7 @@ def _answer(out: TextIO) -> int:
         if not isinstance(error, OSError) and not type(error).__module__.startswith("ddh_twin_py."):
             raise  # a fault of ours and not of the input
         said = f"{error.filename}: {error.strerror}" if isinstance(error, OSError) and error.filename else str(error)
-        tell(error=" ".join(said.split()))
+        tell(error=" ".join(said.split()), passing=of_the_system(error))
         return 2
     tell(report=diagnosis.report, sentence=diagnosis.sentence, seconds=time.perf_counter() - started, megabytes=peak_megabytes())
     return 0

@@ -25,8 +25,8 @@ _PATIENCE = 3.0  # s between asking the process to end and ending it
 class Outcome:
     """What came of it: `report` by the contract's schema and its `sentence`, or `error` in one line.
 
-    `answered`: the diagnosis said so itself; it neither crashed nor was stopped. `seconds` and `megabytes` (10^6 byte, the
-    most that was resident) are what a report took; NaN where they are not known.
+    `answered`: the diagnosis said so itself and would again; it neither crashed nor was stopped, nor did the system refuse it anything.
+    `seconds` and `megabytes` (10^6 byte, the most that was resident) are what a report took; NaN where they are not known.
     """
 
     report: dict = field(default_factory=dict)
@@ -129,7 +129,7 @@ class DiagnosisProcess:
         if self._stopped:
             return Outcome(error="the diagnosis was stopped")
         if "error" in told:
-            return Outcome(error=" ".join(str(told["error"]).split()), answered=True)
+            return Outcome(error=" ".join(str(told["error"]).split()), answered=not told.get("passing"))
         if isinstance(told.get("report"), dict):
             self.done, self.stage = 1.0, "done"
             took = {key: float(told[key]) for key in ("seconds", "megabytes") if told.get(key) is not None}

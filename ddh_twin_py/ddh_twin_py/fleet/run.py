@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
 from dataclasses import dataclass, replace
 
-from ddh_twin_py.bags.errors import BagError
+from ddh_twin_py.bags.errors import BagError, of_the_system
 from ddh_twin_py.diagnosis.process import COMMAND, DiagnosisProcess, Outcome
 from ddh_twin_py.fleet.recordings import FleetError, Found
 from ddh_twin_py.fleet.results import Results, fingerprint
@@ -52,7 +52,7 @@ def diagnose_recording(found: Found, settings: Settings, stop: threading.Event |
     try:
         known |= facts(found.name, found.case)
     except (BagError, OSError) as error:
-        return Diagnosed(Row(**known, error=" ".join(str(error).split())), {}, True)
+        return Diagnosed(Row(**known, error=" ".join(str(error).split())), {}, not of_the_system(error))
     except Exception as error:  # one recording of many; a damaged file may raise anything
         return Diagnosed(Row(**known, error=f"{type(error).__name__}: {' '.join(str(error).split())}"), {}, False)
     process = DiagnosisProcess(found.case, command=settings.command)
