@@ -1,8 +1,12 @@
 """Messages of a bag for playing back come in order of arrival, however they stand in its files."""
 
+import re
+
 import numpy as np
 import pytest
+from ddh_twin_py.bags.compression import zstd
 from ddh_twin_py.bags.damage import storage_file
+from ddh_twin_py.bags.reader import read_recording
 from ddh_twin_py.sources.raw_bag import RawBag
 from rosbags.highlevel import AnyReader
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
@@ -73,6 +77,32 @@ def test_files_of_a_bag_are_played_in_order_of_log_time(tmp_path, bag, storage):
 def test_packed_messages_are_put_in_order_too(tmp_path, bag):
     target = rewritten(bag, tmp_path / "odd", swapped, mode=CompressionMode.MESSAGE)
     assert sorted(played(bag)) == sorted(played(target)) and [at for _, at, _ in played(target)] == [at for _, at, _ in played(bag)]
+
+
+def test_a_packed_message_that_is_damaged_is_left_out_and_named(tmp_path, bag):
+    target = rewritten(bag, tmp_path / "odd", list, mode=CompressionMode.MESSAGE)
+    file = storage_file(target)
+    content = file.read_bytes()
+    frames = [m.start() for m in re.finditer(re.escape(b"\x28\xb5\x2f\xfd"), content)]  # as zstd begins
+    at = frames[len(frames) // 2]
+    file.write_bytes(content[:at] + b"\0" + content[at + 1 :])
+    right, found = played(bag), played(target)
+    assert len(found) == len(right) - 1 and set(found) < set(right)
+    ((topic, *_),) = set(right) - set(found)
+    raw = RawBag(target)
+    assert raw.notes == [f"holds 1 messages on {topic} that cannot be unpacked and are left out"] and raw.count == len(found)
+    raw.close()
+    assert sum(len(stream) for _, stream in read_recording(target).streams()) == len(found) - 1  # without the rig's
+
+
+def test_of_a_packed_file_that_is_cut_what_can_be_unpacked_is_played(tmp_path, bag):
+    file = storage_file(rewritten(bag, tmp_path / "plain", list))
+    packed = tmp_path / "cut.mcap.zstd"
+    content = zstd.compress(file.read_bytes())
+    packed.write_bytes(content[: len(content) * 9 // 10])
+    found, read = played(packed), read_recording(packed)
+    assert len(found) > 0.5 * len(played(bag)) and set(found) <= set(played(bag))
+    assert len(found) == 1 + sum(len(stream) for _, stream in read.streams())
 
 
 def test_after_the_recorders_clock_was_set_back_messages_come_as_they_stand(tmp_path, bag):

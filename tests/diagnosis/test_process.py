@@ -177,7 +177,13 @@ def test_the_process_tells_an_input_that_cannot_be_used_and_not_a_fault(monkeypa
     def refusing(*_, **__):
         raise BagError("field.mcap:\n drive/telemetry is empty")
 
-    assert run_main(monkeypatch, {"field": [str(tmp_path)]}, refusing) == (2, [{"error": "field.mcap: drive/telemetry is empty"}])
+    assert run_main(monkeypatch, {"field": [str(tmp_path)]}, refusing) == (
+        2, [{"error": "field.mcap: drive/telemetry is empty", "passing": False}])
+
+    def full(*_, **__):
+        raise OSError(28, "No space left on device", "/tmp/x")
+
+    assert run_main(monkeypatch, {"field": [str(tmp_path)]}, full)[1] == [{"error": "/tmp/x: No space left on device", "passing": True}]
 
     def faulty(*_, **__):
         raise ValueError("shapes do not fit")

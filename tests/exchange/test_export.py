@@ -9,8 +9,9 @@ import numpy as np
 import pyarrow.parquet
 import pytest
 from ddh_twin_py.bags.damage import truncate
+from ddh_twin_py.bags.errors import BagError
 from ddh_twin_py.bags.reader import read_recording
-from ddh_twin_py.bags.writer import write_recording
+from ddh_twin_py.bags.writer import BagWriter, write_recording
 from ddh_twin_py.cli.main import main
 from ddh_twin_py.exchange.bulk_messages import BulkMessages, Numbers
 from ddh_twin_py.exchange.output_bag import write_output_bag
@@ -18,6 +19,7 @@ from ddh_twin_py.exchange.replay_columns import replay_columns
 from ddh_twin_py.exchange.tables import write_csv, write_parquet
 from ddh_twin_py.physics.thermal_network import NODES
 from ddh_twin_py.report.replay.agreement import measured_values
+from ddh_twin_py.sources.raw_bag import RawBag
 from ddh_twin_py.telemetry.signals import signal_named
 from rosbags.highlevel import AnyReader
 from rosbags.typesys import Stores, get_typestore
@@ -98,6 +100,15 @@ def test_the_bag_is_read_by_others_and_holds_recording_and_outputs(replayed, sho
     before, after = read_recording(short_bag), read_recording(tmp_path / "out")
     for (topic, one), (_, same) in zip(before.streams(), after.streams(), strict=True):
         np.testing.assert_array_equal(one.values, same.values, err_msg=topic)
+
+
+def test_a_bag_that_cannot_be_written_leaves_the_recording_closed(replayed, short_bag, tmp_path, monkeypatch):
+    closed = []
+    monkeypatch.setattr(RawBag, "close", lambda bag: closed.append(bag.path))
+    monkeypatch.setattr(BagWriter, "write_raw", lambda *_: (_ for _ in ()).throw(BagError("full")))
+    with pytest.raises(BagError, match="full"):
+        write_output_bag(tmp_path / "out", short_bag, replayed)
+    assert closed == [str(short_bag)]
 
 
 def test_outputs_of_an_earlier_twin_give_way(replayed, short_bag, tmp_path):

@@ -10,7 +10,7 @@ import numpy as np
 
 from ddh_twin_py.bags.arrival import order_of_arrival
 from ddh_twin_py.bags.cdr import stamped_floats
-from ddh_twin_py.bags.compression import unpack_message
+from ddh_twin_py.bags.compression import unpack_messages
 from ddh_twin_py.bags.definitions import type_problem
 from ddh_twin_py.bags.message_types import telemetry_typestore
 from ddh_twin_py.bags.storage import EVER, Block, Channel, Storage, told
@@ -130,7 +130,7 @@ class Collector:
         rows = self.rows.setdefault(topic, Rows())
         relative = split_topic(topic)[1]
         if self._message_compression:
-            data, start, size = _unpacked(data, start, size)
+            data, start, size = unpack_messages(data, start, size)
         if relative == RIG_TOPIC:
             for begin, length in zip(start, size, strict=True):
                 self._decode_rig(topic, data[begin : begin + length].tobytes(), rows)
@@ -153,15 +153,3 @@ class Collector:
             rows.unreadable += 1
             return
         self.rigs.setdefault(topic, []).append(RigInfo(told(rig.rig_id), told(rig.oil_grade), float(rig.payload_mass)))
-
-
-def _unpacked(data: np.ndarray, start: np.ndarray, size: np.ndarray):
-    """The messages with their own compression undone; a damaged one becomes 0 bytes long."""
-    messages = []
-    for begin, length in zip(start, size, strict=True):
-        try:
-            messages.append(unpack_message(data[begin : begin + length].tobytes()))
-        except ValueError:
-            messages.append(b"")
-    sizes = np.array([len(m) for m in messages], np.int64)
-    return np.frombuffer(b"".join(messages), np.uint8), np.cumsum(sizes) - sizes, sizes

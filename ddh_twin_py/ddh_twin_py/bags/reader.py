@@ -10,13 +10,10 @@ from pathlib import Path
 import numpy as np
 
 from ddh_twin_py.bags.collector import Collector, Rows
-from ddh_twin_py.bags.compression import unpack_file
 from ddh_twin_py.bags.errors import BagError
 from ddh_twin_py.bags.folder import BagFolder, open_folder
-from ddh_twin_py.bags.mcap_storage import McapStorage
 from ddh_twin_py.bags.odd_stamps import odd_stamps
-from ddh_twin_py.bags.sqlite_storage import SqliteStorage
-from ddh_twin_py.bags.storage import Storage
+from ddh_twin_py.bags.opening import open_storage, unpacked
 from ddh_twin_py.bags.topics import choose_namespace, nearest_telemetry, split_topic
 from ddh_twin_py.bags.wrong_stamps import sound
 from ddh_twin_py.names import first_of
@@ -98,7 +95,7 @@ def _read_files(folder: BagFolder, collector: Collector, progress) -> list[str]:
     parts = len(folder.files)
     with tempfile.TemporaryDirectory(prefix="ddh_bag_") as scratch:
         for index, file in enumerate(folder.files):
-            storage = _open(file, Path(scratch))
+            storage = open_storage(unpacked(file, Path(scratch)))
             share = None
             if progress is not None:
 
@@ -112,18 +109,6 @@ def _read_files(folder: BagFolder, collector: Collector, progress) -> list[str]:
             damage += [f"{said}{of_file}" for said in storage.damage]
             folder.remarks += [f"{said}{of_file}" for said in storage.remarks]
     return damage
-
-
-def _open(file: Path, scratch: Path) -> Storage:
-    if file.suffix == ".zstd":
-        target = scratch / file.stem
-        try:
-            unpack_file(file, target)
-        except ValueError as error:
-            if not target.exists() or not target.stat().st_size:
-                raise BagError(f"{file} cannot be unpacked: {error}") from None
-        file = target
-    return McapStorage(file) if file.suffix == ".mcap" else SqliteStorage(file)
 
 
 def _within(topic: str, namespace: str) -> str:

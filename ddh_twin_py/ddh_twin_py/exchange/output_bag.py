@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import closing
 from pathlib import Path
 
 import numpy as np
@@ -49,28 +50,27 @@ def write_output_bag(
         outputs = _outputs(result)
     except KeyError as error:
         raise ExchangeError(f"{target}: the twin's messages cannot be written: {error.args[0]}") from None
-    raw = RawBag(source)
-    left_out = [topic for topic, kind in raw.topics if not _defined(kind)]
-    kept_out = {f"{result.recording.namespace}/{topic}" for topic, _, _ in outputs} | set(left_out)  # an earlier twin gives way
-    with whole_bag(target) as writer:
-        done = 0
-        waiting = _blocks(result, outputs)
-        ahead = next(waiting, None)
-        for block in raw.blocks():
-            for number, log_time, message in zip(block.topic.tolist(), block.log_time.tolist(), block.messages, strict=True):
-                while ahead is not None and ahead[0] <= log_time:
-                    _put(writer, result, ahead)
-                    ahead = next(waiting, None)
-                topic, kind = raw.topics[number]
-                if topic not in kept_out:
-                    writer.write_raw(topic, kind, _qos(topic), log_time, message)
-            done += len(block.messages)
-            if progress is not None:
-                progress(done / raw.count)
-        while ahead is not None:
-            _put(writer, result, ahead)
+    with closing(RawBag(source)) as raw:
+        left_out = [topic for topic, kind in raw.topics if not _defined(kind)]
+        kept_out = {f"{result.recording.namespace}/{topic}" for topic, _, _ in outputs} | set(left_out)  # an earlier twin gives way
+        with whole_bag(target) as writer:
+            done = 0
+            waiting = _blocks(result, outputs)
             ahead = next(waiting, None)
-    raw.close()
+            for block in raw.blocks():
+                for number, log_time, message in zip(block.topic.tolist(), block.log_time.tolist(), block.messages, strict=True):
+                    while ahead is not None and ahead[0] <= log_time:
+                        _put(writer, result, ahead)
+                        ahead = next(waiting, None)
+                    topic, kind = raw.topics[number]
+                    if topic not in kept_out:
+                        writer.write_raw(topic, kind, _qos(topic), log_time, message)
+                done += len(block.messages)
+                if progress is not None:
+                    progress(done / raw.count)
+            while ahead is not None:
+                _put(writer, result, ahead)
+                ahead = next(waiting, None)
     return left_out
 
 

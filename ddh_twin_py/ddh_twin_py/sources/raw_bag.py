@@ -11,12 +11,10 @@ from pathlib import Path
 import numpy as np
 
 from ddh_twin_py.bags.arrival import order_of_arrival
-from ddh_twin_py.bags.compression import unpack_file, unpack_message
+from ddh_twin_py.bags.compression import unpack_messages
 from ddh_twin_py.bags.errors import BagError
 from ddh_twin_py.bags.folder import open_folder
-from ddh_twin_py.bags.mcap_storage import McapStorage
-from ddh_twin_py.bags.sqlite_storage import SqliteStorage
-from ddh_twin_py.bags.storage import Storage
+from ddh_twin_py.bags.opening import open_storage, unpacked
 
 
 @dataclass(frozen=True)
@@ -44,7 +42,7 @@ class RawBag:
         self._folder = open_folder(path)
         self._scratch = tempfile.TemporaryDirectory(prefix="ddh_bag_")
         self.path = str(self._folder.path)
-        self._files = [self._unpacked(file) for file in self._folder.files]
+        self._files = [unpacked(file, Path(self._scratch.name)) for file in self._folder.files]
         self.topics: list[tuple[str, str]] = []
         self._number: dict[tuple[str, str], int] = {}
         self.notes: list[str] = list(self._folder.notes)
@@ -74,30 +72,36 @@ class RawBag:
 
     def blocks(self, start_ns: int | None = None) -> Iterator[RawBlock]:
         """Messages logged at `start_ns` or later, in order of arrival, block by block; what stands too early in a file waits in memory."""
-        packed = self._folder.compression_mode == "message"
         begin = self.first_ns if start_ns is None else start_ns
         for topic, log_time, messages in self._stored(begin) if self._place is None else self._sorted():
             wanted = slice(int(np.searchsorted(log_time, begin)), None)
             if log_time[wanted].size:
-                chosen = [unpack_message(message) for message in messages[wanted]] if packed else messages[wanted]
-                yield RawBlock(topic[wanted], log_time[wanted], chosen)
+                yield RawBlock(topic[wanted], log_time[wanted], messages[wanted])
 
     def close(self) -> None:
         """Remove what was unpacked."""
         self._scratch.cleanup()
 
     def _blocks(self, notes: list[str], remarks: list[str]) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]]:
+        packed = self._folder.compression_mode == "message"
+        damaged: Counter[str] = Counter()
         for file in self._files:
-            storage = self._open(file)
+            storage = open_storage(file)
             for block in storage.blocks():
                 known = np.isin(block.channel, list(storage.channels))
                 topic = np.zeros(block.channel.size, np.int64)
                 for key in np.unique(block.channel[known]):
                     channel = storage.channels[int(key)]
                     topic[block.channel == key] = self._number_of((channel.topic, channel.message_type))
-                yield topic[known], block.log_time[known], block.start[known], block.size[known], block.data
+                data, start, size = block.data, block.start, block.size
+                if packed:
+                    data, start, size = unpack_messages(data, start, size)
+                    damaged.update(self.topics[number][0] for number in topic[known & (size == 0)].tolist())
+                    known &= size > 0
+                yield topic[known], block.log_time[known], start[known], size[known], data
             notes += storage.damage
             remarks += storage.remarks
+        notes += [f"holds {count} messages on {topic} that cannot be unpacked and are left out" for topic, count in damaged.items()]
 
     def _places(self) -> np.ndarray:
         """Which place in order of arrival each message has, int64[n], in the order of the files."""
@@ -133,16 +137,3 @@ class RawBag:
             self._number[topic] = len(self.topics)
             self.topics.append(topic)
         return self._number[topic]
-
-    def _open(self, file: Path) -> Storage:
-        return McapStorage(file) if file.suffix == ".mcap" else SqliteStorage(file)
-
-    def _unpacked(self, file: Path) -> Path:
-        if file.suffix != ".zstd":
-            return file
-        target = Path(self._scratch.name) / file.stem
-        try:
-            unpack_file(file, target)
-        except ValueError as error:
-            raise BagError(f"{file} cannot be unpacked: {error}") from None
-        return target

@@ -1,0 +1,29 @@
+"""Open the files of a bag, whichever storage they are of and however they are packed."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from ddh_twin_py.bags.compression import unpack_file
+from ddh_twin_py.bags.errors import BagError
+from ddh_twin_py.bags.mcap_storage import McapStorage
+from ddh_twin_py.bags.sqlite_storage import SqliteStorage
+from ddh_twin_py.bags.storage import Storage
+
+
+def unpacked(file: Path, scratch: Path) -> Path:
+    """The file itself; of one that is packed as a whole what could be unpacked, in `scratch`. Raises BagError where that is nothing."""
+    if file.suffix != ".zstd":
+        return file
+    target = scratch / file.stem
+    try:
+        unpack_file(file, target)
+    except ValueError as error:
+        if not target.exists() or not target.stat().st_size:
+            raise BagError(f"{file} cannot be unpacked: {error}") from None
+    return target
+
+
+def open_storage(file: Path) -> Storage:
+    """A file that is not packed as a whole. Raises BagError where it is none of its storage."""
+    return McapStorage(file) if file.suffix == ".mcap" else SqliteStorage(file)
