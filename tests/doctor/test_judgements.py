@@ -111,6 +111,13 @@ def test_what_is_missing_and_what_may_have_meant_it():
     assert "/ddh/drive/telemetry: nobody publishes it" in of(none, "error")
 
 
+def test_a_message_that_cannot_be_decoded_moves_no_clock():
+    """Of a topic of one per second the first one of five is cut."""
+    air = heard("temperature/ambient", 1.0, (23.0, 0.0))
+    checks = check_machine(graph(replace(air, messages=[b"\0\1\0\0torn", *air.messages[1:]])), "/ddh", NOISE)
+    assert of(checks, "error") == ["/ddh/temperature/ambient: messages cannot be decoded"] and of(checks, "warning") == []
+
+
 def test_clocks_that_differ_and_a_recording_that_is_played():
     late = [heard("drive/telemetry", 100.0, (52.0, 52.0, 16.0, 9.0, 60.0, 900.0), delay=3600.0),
             heard("hydraulics/telemetry", 100.0, (90e5, 20e5, 0.2, 0.067), delay=3600.0),

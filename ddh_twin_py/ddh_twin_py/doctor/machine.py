@@ -81,11 +81,11 @@ def check_machine(survey: Survey, namespace: str, noise: Mapping[str, float], sc
             continue
         stamps, values, sound = _decoded(heard, relative)
         checks += _rate(heard, relative, survey.seconds)
-        if not sound:
+        if not sound.all():
             checks.append(Check(GROUP, heard.topic, "error", "messages cannot be decoded", expected, "build ddh_msgs of both sides anew"))
         if stamps.size:
             stamps_of[relative], streams[relative] = stamps, values
-            offsets[relative] = float(np.median(heard.arrived[: stamps.size] - stamps)) * 1e-9
+            offsets[relative] = float(np.median(heard.arrived[sound] - stamps)) * 1e-9
     checks += _clocks(namespace, offsets, stamps_of, survey.clock_published)
     stamps_of = {relative: stamp + round(offsets[relative] * 1e9) for relative, stamp in stamps_of.items()}  # as by one clock
     return checks + _values(namespace, streams, stamps_of, noise, scales)
@@ -112,13 +112,14 @@ def _announced(heard: HeardTopic, expected: str) -> list[Check]:
     return checks
 
 
-def _decoded(heard: HeardTopic, relative: str) -> tuple[np.ndarray, Stream, bool]:
+def _decoded(heard: HeardTopic, relative: str) -> tuple[np.ndarray, Stream, np.ndarray]:
+    """Stamps and values of the messages that are sound, and which of all these are."""
     fields = _FIELDS.get(relative, TEMPERATURE_FIELDS)
     stamps, values, sound = heard.floats(len(fields))
     stamps, values = stamps[sound], values[sound]
     if relative.startswith(TEMPERATURE_PREFIX):
         values[:, 0] += ZERO_CELSIUS
-    return stamps, Stream(stamps * 1e-9, values, fields), bool(sound.all())
+    return stamps, Stream(stamps * 1e-9, values, fields), sound
 
 
 def _rate(heard: HeardTopic, relative: str, seconds: float) -> list[Check]:
