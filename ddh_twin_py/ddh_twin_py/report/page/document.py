@@ -215,14 +215,16 @@ def version() -> str:
         number = metadata.version("ddh_twin_py")
     except metadata.PackageNotFoundError:
         number = "unknown"
-    here = Path(__file__).resolve().parent
-    try:
-        commit = subprocess.run(
-            ["git", "-C", str(here), "describe", "--always", "--dirty", "--exclude=*"],
-            capture_output=True, text=True, timeout=5, check=True,
-        ).stdout.strip()
-    except (OSError, subprocess.SubprocessError):
-        commit = ""
+    package = Path(__file__).resolve().parents[2]
+    top, commit = package.parents[1], ""
+    if top / "ddh_twin_py" / "ddh_twin_py" == package and (top / ".git").exists():  # a checkout of ours, not one that encloses a .venv
+        try:
+            commit = subprocess.run(
+                ["git", "-C", str(top), "describe", "--always", "--dirty", "--exclude=*"],
+                capture_output=True, text=True, timeout=5, check=True,
+            ).stdout.strip()
+        except (OSError, subprocess.SubprocessError):
+            pass
     return f"{number}+{commit}" if commit else number
 
 
