@@ -239,6 +239,12 @@ def test_without_ros_the_live_verbs_say_what_to_do(capsys, monkeypatch, paper_cy
 
 
 def test_what_one_verb_needs_is_named_with_how_to_get_it(capsys, monkeypatch):
+    def missing(args):
+        raise ModuleNotFoundError("No module named 'aiohttp'", name="aiohttp")
+
+    with monkeypatch.context() as patched:
+        patched.setattr("ddh_twin_py.cli.bench.run", missing)
+        assert failure(capsys, "bench").endswith("aiohttp is not here: run .venv/bin/ddh-twin, or pip install aiohttp")
     monkeypatch.setitem(sys.modules, "shtab", None)
     assert failure(capsys, "completion", "bash").endswith("shtab is not here: run .venv/bin/ddh-twin, or pip install shtab")
 

@@ -3,6 +3,7 @@
 import sys
 import time
 from dataclasses import replace
+from importlib import metadata
 
 import numpy as np
 import pytest
@@ -211,6 +212,24 @@ def test_installation(monkeypatch, tmp_path):
     said = {check.name: check for check in installation.check_installation(tmp_path)}
     assert said["packages"].found == "missing: no-such-package-here" and said["packages"].advice == "run make setup"
     assert said["Python"].level == "error" and said["ROS 2"].level == "warning"
+
+
+def test_packages_of_single_verbs_are_a_note_and_that_of_the_live_page_an_error(monkeypatch, tmp_path):
+    absent = {"pyarrow", "shtab"}
+    version = metadata.version
+
+    def installed(name):
+        if name in absent:
+            raise metadata.PackageNotFoundError(name)
+        return version(name)
+
+    monkeypatch.setattr(metadata, "version", installed)
+    said = {check.name: check for check in installation.check_installation(tmp_path)}["packages"]
+    assert (said.level, said.found) == ("note", "missing: pyarrow, shtab")
+    assert said.advice == "needed by export --parquet, fleet --parquet (pyarrow); completion (shtab) alone: run make setup"
+    absent.add("aiohttp")
+    said = {check.name: check for check in installation.check_installation(tmp_path)}["packages"]
+    assert (said.level, said.found) == ("error", "missing: aiohttp")
 
 
 def test_clock(monkeypatch):

@@ -20,8 +20,6 @@ VERBS = ("demo", "replay", "calibrate", "gap", "gap-design", "fleet", "info", "d
 _WITH_NODES = frozenset({"demo", "up", "view"})
 """Verbs that take the time that their nodes need to leave."""
 _ROS = frozenset({"rclpy", "ddh_msgs", "sensor_msgs", "diagnostic_msgs", "std_srvs", "rosgraph_msgs", "rcl_interfaces"})
-_BESIDE = frozenset({"pyarrow", "shtab", "llvmlite"})
-"""What single verbs need and no package of ROS 2 brings along."""
 
 _EPILOG = """\
 examples:
@@ -100,11 +98,13 @@ def _run(argv: Sequence[str] | None, interruption: Interruption) -> int:
         _write_no_more()
         return 0
     except ModuleNotFoundError as error:
-        package = (error.name or "").split(".")[0]
-        if package not in _ROS | _BESIDE:
+        from ddh_twin_py.doctor.installation import OF_SINGLE_VERBS
+
+        package, beside = (error.name or "").split(".")[0], {"aiohttp", *OF_SINGLE_VERBS}
+        if package not in _ROS | beside:
             raise
         said = f"{error.name} is not here: run .venv/bin/ddh-twin, or source the ROS 2 workspace first"
-        if package in _BESIDE:
+        if package in beside:
             said = f"{package} is not here: run .venv/bin/ddh-twin, or pip install {package}"
         print(f"{interruption.name}: error: {said}", file=sys.stderr)
         return 2

@@ -6,6 +6,7 @@ import os
 import shutil
 import sys
 import tempfile
+from collections.abc import Iterable
 from importlib import metadata, util
 from pathlib import Path
 
@@ -13,7 +14,9 @@ from ddh_twin_py.doctor.check import Check
 
 GROUP = "installation"
 PYTHONS = ((3, 11), (3, 12))
-NEEDED = ("numpy", "scipy", "numba", "rosbags", "apsw", "lz4", "backports.zstd", "PyYAML", "rich")
+NEEDED = ("numpy", "scipy", "numba", "rosbags", "apsw", "lz4", "backports.zstd", "PyYAML", "rich", "aiohttp")
+OF_SINGLE_VERBS = {"pyarrow": "export --parquet, fleet --parquet", "llvmlite": "fmu", "shtab": "completion"}
+"""What needs a package that nothing else does, and that no package of ROS 2 brings along."""
 _LEAST_SPACE = 1e9  # bytes
 _MESSAGES = ("DriveTelemetry", "HydraulicTelemetry", "RigInfo", "TemperatureEstimateArray", "HydraulicState", "GapStatus")
 
@@ -37,15 +40,23 @@ def _python() -> Check:
 
 
 def _packages() -> Check:
+    if missing := _missing(NEEDED):
+        return Check(GROUP, "packages", "error", f"missing: {', '.join(missing)}", "all installed", "run make setup")
+    if missing := _missing(OF_SINGLE_VERBS):
+        without = f"needed by {'; '.join(f'{OF_SINGLE_VERBS[name]} ({name})' for name in missing)} alone: run make setup"
+        return Check(GROUP, "packages", "note", f"missing: {', '.join(missing)}", "all installed", without)
+    return Check(GROUP, "packages", "ok", f"{len(NEEDED) + len(OF_SINGLE_VERBS)} installed", "all installed")
+
+
+def _missing(names: Iterable[str]) -> list[str]:
+    """Those of some distributions that are not installed."""
     missing = []
-    for name in NEEDED:
+    for name in names:
         try:
             metadata.version(name)
         except metadata.PackageNotFoundError:
             missing.append(name)
-    if missing:
-        return Check(GROUP, "packages", "error", f"missing: {', '.join(missing)}", "all installed", "run make setup")
-    return Check(GROUP, "packages", "ok", f"{len(NEEDED)} installed", "all installed")
+    return missing
 
 
 def _ros() -> Check:
