@@ -27,8 +27,10 @@ docs: setup ## the documents as a site, out/site/index.html
 lint: setup ## ruff
 	@.venv/bin/ruff check .
 
-clean: ## remove what was built and written; .venv stays
-	rm -rf out ros2_ws/build ros2_ws/install ros2_ws/log .pytest_cache .ruff_cache .hypothesis
+clean: ## remove what make built and wrote; .venv and what else is in out (recordings, states, reports) stay
+	rm -rf out/logs out/site out/doctrees out/demo out/bench.json
+	[ ! -d out ] || rmdir --ignore-fail-on-non-empty out
+	rm -rf ros2_ws/build ros2_ws/install ros2_ws/log .pytest_cache .ruff_cache .hypothesis
 	rm -f .venv/ddh/ddh_*.done
 	find ddh_twin_py tests -name __pycache__ -type d -prune -exec rm -rf {} +
 

@@ -118,3 +118,8 @@ def test_entrypoint_starts_nodes_and_commands_in_the_environment(repo_root):
     usage = run("ddh-twin", "--help")
     assert usage.returncode == 0, usage.stderr
     assert run("false").returncode == 1
+
+
+def test_the_state_of_the_fusion_is_called_what_it_is(compose):
+    (path,) = (word.partition(":=")[2] for word in compose["services"]["temperature_fusion"]["command"] if word.startswith("state_file:="))
+    assert path.endswith(".npz")
