@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from ddh_twin_py.estimation.fitting.calibration import FittedParameter
-from ddh_twin_py.gap.answer import _at_the_end, _not_held, _pressed
+from ddh_twin_py.gap.answer import _at_the_end, _not_held, _pressed, _shrink
 from ddh_twin_py.gap.catalogue import EFFECTS
 from ddh_twin_py.gap.verdict.hearing import spread_elsewhere, spread_of_unsteady
 from ddh_twin_py.rig.sheet import CUT
@@ -40,3 +40,13 @@ def test_what_held_out_data_lack_is_said():
     model = SimpleNamespace(signals=[{"current": 0, "voltage": 0}, {"current": 0, "tank": 0, "rod": 0}], altered=[False, True])
     assert _not_held(model, {"current": 1.0}) == ["held-out data have no usable tank, rod: how near the twin comes to that is not known"]
     assert _not_held(model, {"current": 1.0, "tank": 1.0, "rod": 1.0}) == []
+
+
+def test_a_signal_in_which_a_run_goes_astray_has_no_size_but_a_note():
+    signal = SimpleNamespace(unit="A", noise=0.5)
+    held = SimpleNamespace(signals=lambda: [{"current": signal, "speed": signal}])
+    runs = SimpleNamespace(held=held, floor={"current": 1.2, "speed": 1.0}, ratios=lambda leader: {"current": 2.0, "speed": math.inf},
+                           interval=lambda name, runs: None, of=lambda leader: [])
+    rows, notes = _shrink(SimpleNamespace(runs=runs, off={"current": 4.0, "speed": 3.0}, run=[]), None)
+    assert list(rows) == ["current"] and (rows["current"]["before"], rows["current"]["after"], rows["current"]["noise"]) == (2.0, 1.0, 0.6)
+    assert notes == ["free runs of held-out data go astray in speed"]

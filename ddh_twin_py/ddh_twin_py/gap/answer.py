@@ -48,17 +48,16 @@ def diagnosis(model: Diagnosable, found: Found, commissioned: np.ndarray, hidden
     progress(_RUN)
     concluded = conclude(model, found, before.plain, before.runs, before.off, lambda share: progress(_RUN + (_HEARD - _RUN) * share))
     progress(_HEARD)
-    held, runs, first = before.runs.held, before.runs, before.runs.held.signals()[0]
+    held, runs = before.runs.held, before.runs
     found, verdict, best = concluded.found, concluded.verdict, concluded.best
     no_gap, explained, is_unknown = verdict.word == "no_gap", verdict.word in ("explained", "ambiguous"), verdict.word == "unknown"
     after = _after(model, concluded, before)
     leader, unknown = after.leader, after.unknown
     progress(_PLACED)
-    off, gap_after = runs.ratios(leader), runs.gap(leader)
+    gap_after = runs.gap(leader)
     classes, confusable = classes_of(found.linearised, verdict.effects, found.fitted)
-    listed = [ids for ids, p in list(verdict.sets.items())[:_MOST] if p >= LISTED and ids]
-    listed = sorted([*listed, ()], key=lambda ids: -verdict.sets.get(ids, 0.0))
-    weighed = [_weighed(model, found, ids, verdict.sets.get(ids, 0.0), runs) for ids in listed]
+    weighed = _all_weighed(model, found, verdict, runs)
+    shrink, astray = _shrink(before, leader)
     spread = np.sqrt(np.diagonal(found.linearised.basis.covariance()))
     parameters = model.fitted_parameters(leader.theta, spread)
     pressed = _pressed(parameters)
@@ -68,8 +67,6 @@ def diagnosis(model: Diagnosable, found: Found, commissioned: np.ndarray, hidden
     left_open = not_excluded(found, leader.theta, spread, parameters) if no_gap else NotExcluded({}, [], [])
     odd = _odd(model, concluded, before) if is_unknown else []
     nameless = is_unknown and not after.learned  # what acts is in no rig file then, and parameters fitted beside it took it up
-    both = [name for name in runs.floor if name in before.off and name in off and name in first]
-    astray = [name for name in both if not math.isfinite(before.off[name] + off[name])]
     report = {
         "verdict": verdict.word,
         "gap": {"as_is": before.gap_as_is, "before": before.gap, "after": gap_after,
@@ -78,24 +75,20 @@ def diagnosis(model: Diagnosable, found: Found, commissioned: np.ndarray, hidden
         "why": _why(model, found, verdict),
         "classes": classes,
         "hypotheses": [{"effects": list(w.effects), "probability": w.probability, "gap_after": w.gap_after} for w in weighed],
-        "shrink": {name: {"unit": first[name].unit, "before": before.off[name] * first[name].noise, "after": off[name] * first[name].noise,
-                          "noise": runs.floor[name] * first[name].noise, "before_interval": runs.interval(name, before.run),
-                          "after_interval": runs.interval(name, runs.of(leader))}
-                   for name in both if name not in astray},
+        "shrink": shrink,
         "unknown": unknown.entry() if is_unknown else None, "next_test": model.next_test(found, verdict, unknown),
         "held_out": held.words,
         "checks": [{"effects": list(best.effects), "check": check.name, "measured": check.measured, "limit": check.limit}
                    for check in unknown.checks],
         "notes": [*odd, *unknown.notes, *concluded.notes, *other_rig,
                   *([described(after.learned, before.gap, gap_after)] if after.learned else []),
-                  *(_along_with(model, leader) if explained else []), *model.notes(), *_not_held(model, before.off), *_not_seen(hidden),
-                  *([f"free runs of held-out data go astray in {', '.join(astray)}"] if astray else []),
-                  *left_open.notes(model.cut), *_at_the_end(pressed, nameless and leader.theta is not before.plain, model.cut)],
+                  *(_along_with(model, leader) if explained else []), *model.notes(), *_not_held(model, before.off), *astray,
+                  *_not_seen(hidden), *left_open.notes(model.cut),
+                  *_at_the_end(pressed, nameless and leader.theta is not before.plain, model.cut)],
     }
     believed = leader.acting if after.learned or explained else []
     beside = BesideReport([*(d.effect for d in left_open.missed), *hidden], unknown.reading, at_best.over if at_best else None, asked_for,
-                          pressed, before.commissioned, left_open.since, verdict.together, model.cut,
-                          model.witnesses.amplified)
+                          pressed, before.commissioned, left_open.since, verdict.together, model.cut, model.witnesses.amplified)
     return Diagnosis(
         report=report, recordings=model.recordings, sentence=careful(odd) + sentence(report, model.catalogue, beside),
         traces=traces(held, before.run[0], runs.of(leader)[0], runs.floor), axes=held.axes(leader.theta, leader.acting),
@@ -164,6 +157,19 @@ def _after(model: Diagnosable, concluded: Conclusion, before: _Before) -> _After
     learned = concluded.law.fitted if concluded.law else learn(model, found, terms, gap, before.gap) if terms else None
     rows = unknown_places(model, concluded.sought, concluded.unknown, best)
     return _After(learned or min((found.fitted[()], best), key=gap), rows, sized(concluded.unknown, rows), learned)
+
+
+def _shrink(before: _Before, leader: Refitted) -> tuple[dict, list[str]]:
+    """How far each signal of held-out data was off and is beside the leader, and a note on those in which runs went astray, if any."""
+    runs, first = before.runs, before.runs.held.signals()[0]
+    off = runs.ratios(leader)
+    both = [name for name in runs.floor if name in before.off and name in off and name in first]
+    astray = [name for name in both if not math.isfinite(before.off[name] + off[name])]
+    rows = {name: {"unit": first[name].unit, "before": before.off[name] * first[name].noise, "after": off[name] * first[name].noise,
+                   "noise": runs.floor[name] * first[name].noise, "before_interval": runs.interval(name, before.run),
+                   "after_interval": runs.interval(name, runs.of(leader))}
+            for name in both if name not in astray}
+    return rows, [f"free runs of held-out data go astray in {', '.join(astray)}"] if astray else []
 
 
 def _odd(model: Diagnosable, concluded: Conclusion, before: _Before) -> list[str]:
@@ -240,6 +246,13 @@ def _why(model: Diagnosable, found: Found, verdict: Verdict) -> list[dict]:
             row["parameters"] = {fitted.columns[number].effect.parameter: {"value": value, "std": std, "unit": unit, "nominal": nominal}}
         rows.append(row)
     return rows
+
+
+def _all_weighed(model: Diagnosable, found: Found, verdict: Verdict, runs: HeldRuns) -> list[Weighed]:
+    """The sets that are listed, and no effect, the most probable first."""
+    listed = [ids for ids, p in list(verdict.sets.items())[:_MOST] if p >= LISTED and ids]
+    listed = sorted([*listed, ()], key=lambda ids: -verdict.sets.get(ids, 0.0))
+    return [_weighed(model, found, ids, verdict.sets.get(ids, 0.0), runs) for ids in listed]
 
 
 def _weighed(model: Diagnosable, found: Found, ids, probability: float, runs: HeldRuns) -> Weighed:
