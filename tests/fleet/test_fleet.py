@@ -468,7 +468,8 @@ def test_the_page_shows_each_rig_over_time_and_all_recordings():
     assert re.search(r'class="nowrap">20\d\d-\d\d-\d\d \d\d:\d\d:\d\d<', page)
     assert verdict(some_rows()) == "3 of 4 diagnosed recordings show a gap, on 1 of 2 rigs; 1 could not be diagnosed."
     failed = [row for row in some_rows() if row.error]
-    assert verdict(failed).startswith("no recording has an answer, of ") and verdict(failed).endswith("; 1 could not be diagnosed.")
+    named = [replace(row, rig="r") for row in failed]
+    assert verdict(named) == "no recording has an answer, of 1 rig; 1 could not be diagnosed."
     unclear = [*some_rows(), Row("d", verdict="insufficient")]
     assert "3 of 4 diagnosed recordings" in verdict(unclear) and "; 1 does not allow an answer; 1 could not" in verdict(unclear)
     within = [replace(some_rows()[0], gap_before=0.8), *some_rows()[1:]]
@@ -476,6 +477,13 @@ def test_the_page_shows_each_rig_over_time_and_all_recordings():
     xs = [float(x) for x in re.findall(r'<circle cx="([\d.]+)"', page)]
     assert all(0.0 <= x <= 620.0 for x in xs)
     assert fleet_document("x", [Row("c", error="torn")], "").html().count("<svg") == 0
+
+
+def test_where_no_rig_is_named_none_is_counted():
+    rows = [replace(row, rig="") for row in some_rows()]
+    assert verdict(rows) == "3 of 4 diagnosed recordings show a gap; 1 could not be diagnosed."
+    assert verdict([row for row in rows if row.error]) == "no recording has an answer; 1 could not be diagnosed."
+    assert "0 rigs" not in fleet_document("x", rows, "").html()
 
 
 def test_the_table_says_below_a_row_why_there_is_no_answer_and_one_probability():

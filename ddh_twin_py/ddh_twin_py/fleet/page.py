@@ -27,7 +27,7 @@ def fleet_document(folder: str, rows: Sequence[Row], rig_file: str) -> doc.Docum
     )  # fmt: skip
     counts = Counter(row.verdict for row in rows if not row.error)
     page.add("Overview", doc.figures([
-        doc.Figure("Recordings", str(len(rows)), f"of {_rigs(rigs)}"),
+        doc.Figure("Recordings", str(len(rows)), f"of {_rigs(rigs)}" if rigs else ""),
         *(doc.Figure(name.replace("_", " "), str(counts[name])) for name in _VERDICTS if counts[name]),
         doc.Figure("Errors", str(sum(bool(row.error) for row in rows))),
     ]))  # fmt: skip
@@ -68,8 +68,9 @@ def verdict(rows: Sequence[Row]) -> str:
     failed = sum(bool(row.error) for row in rows)
     unclear = sum(row.verdict == "insufficient" for row in rows)
     answered = len(rows) - failed - unclear
-    said = (f"{len(gaps)} of {answered} diagnosed recordings show a gap, on {len(concerned)} of {_rigs(rigs)}" if answered else
-            f"no recording has an answer, of {_rigs(rigs)}")
+    said = f"{len(gaps)} of {answered} diagnosed recordings show a gap" if answered else "no recording has an answer"
+    if rigs:
+        said += f", on {len(concerned)} of {_rigs(rigs)}" if answered else f", of {_rigs(rigs)}"
     if within := sum(row.verdict == "explained" and (row.gap_before or _FLOOR) < _FLOOR for row in gaps):
         said += f", of which {within} {'lies within the floor and is' if within == 1 else 'lie within the floor and are'} told by the cause"
     said += f"; {unclear} {'does' if unclear == 1 else 'do'} not allow an answer" if unclear else ""
