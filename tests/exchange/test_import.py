@@ -2,6 +2,7 @@
 
 import json
 import os
+import tracemalloc
 
 import numpy as np
 import pytest
@@ -101,6 +102,19 @@ def test_parts_are_put_in_order_of_time_however_they_are_given(files, tmp_path):
     logs[2].write_text("t;n\n1,75;2\n3,0;2\n")
     with pytest.raises(ExchangeError, match=r"log_2.csv: drive/telemetry is told for 0.150 s by .*log_1.csv, too"):
         import_logs(list(logs.values()), read_mapping(mapping))
+
+
+def test_columns_that_nobody_asked_for_take_no_memory(tmp_path):
+    log = tmp_path / "wide.csv"
+    log.write_text("t," + ",".join(f"c{k}" for k in range(200)) + "\n" + "".join(f"{i}," + "0.5," * 199 + "0.5\n" for i in range(2000)))
+    tracemalloc.start()
+    try:
+        read = read_log(log, Dialect(), ["t", "c7"])
+        most = tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+    assert read.numbers("t")[-1] == 1999.0 and (read.numbers("c7") == 0.5).all() and read.cells.keys() == {"t", "c7"}
+    assert most < 2e6, "all cells take 20 MB"
 
 
 @pytest.mark.parametrize("unit, texts, expected_ns", [

@@ -94,7 +94,8 @@ def read_log(path: str | Path, dialect: Dialect, wanted: Sequence[str]) -> LogFi
     """
     file = str(path)
     headings: tuple[str, ...] = ()
-    rows: list[list[str]] = []
+    places: dict[str, int] = {}
+    cells: dict[str, list[str]] = {}
     lines: list[int] = []
     try:
         if (what := no_regular_file(path)) not in ("", "a folder"):
@@ -109,9 +110,14 @@ def read_log(path: str | Path, dialect: Dialect, wanted: Sequence[str]) -> LogFi
                     continue
                 if not headings:
                     headings = tuple(cell.strip() for cell in row)
+                    places = _places(file, headings, wanted, dialect)
+                    cells = {name: [] for name in places}
                 elif line >= dialect.data_line and any(row):
-                    rows.append(row)
+                    if len(row) <= max(places.values(), default=-1):
+                        raise ExchangeError(f"{file}: line {line}: has {len(row)} of the {len(headings)} cells of the heading")
                     lines.append(line)
+                    for name, at in places.items():
+                        cells[name].append(row[at])
     except FileNotFoundError:
         raise ExchangeError(f"{file}: no such file{did_you_mean(file)}") from None
     except UnicodeError as error:
@@ -123,18 +129,18 @@ def read_log(path: str | Path, dialect: Dialect, wanted: Sequence[str]) -> LogFi
         raise ExchangeError(f"{file}: cannot be read: {error.strerror}") from None
     if not headings:
         raise ExchangeError(f"{file}: has no line {dialect.header_line}, where the names of the columns are (csv.header_line)")
+    return LogFile(file, headings, np.array(lines, np.int64), cells, dialect)
+
+
+def _places(file: str, headings: Sequence[str], wanted: Sequence[str], dialect: Dialect) -> dict[str, int]:
+    """Where those of the wanted columns stand that there are. Raises ExchangeError where two have one name."""
     places = {}
     for name in dict.fromkeys(wanted):
         if headings.count(name) > 1:
             raise ExchangeError(f"{file}: line {dialect.header_line}: {headings.count(name)} columns are named {name!r}")
         if name in headings:
             places[name] = headings.index(name)
-    last = max(places.values(), default=-1)
-    for line, row in zip(lines, rows, strict=True):
-        if len(row) <= last:
-            raise ExchangeError(f"{file}: line {line}: has {len(row)} of the {len(headings)} cells of the heading")
-    cells = {name: [row[at] for row in rows] for name, at in places.items()}
-    return LogFile(file, headings, np.array(lines, np.int64), cells, dialect)
+    return places
 
 
 def headings_of(path: str | Path, dialect: Dialect) -> tuple[str, ...]:
