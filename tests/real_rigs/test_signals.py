@@ -1,17 +1,8 @@
-"""Noise, bins and intervals of recordings."""
+"""Bins and intervals of recordings."""
 
 import numpy as np
-import pytest
 from ddh_twin_py.real_rigs.figures import interval, rms, surely_smaller
-from ddh_twin_py.real_rigs.signals import binned, noise_of, signal
-
-
-def test_noise_of_a_smooth_signal_is_that_of_its_noise():
-    rng = np.random.default_rng(0)
-    time = np.arange(4000) * 0.01
-    values = np.sin(time) + rng.normal(0.0, 0.05, time.size)
-    assert noise_of(values) == pytest.approx(0.05, rel=0.1)
-    assert noise_of(np.sin(time)) < 1e-5
+from ddh_twin_py.real_rigs.signals import binned, signal
 
 
 def test_bins_hold_one_kind_and_their_mean_time():

@@ -17,17 +17,12 @@ from ddh_twin_py.bags.storage import EVER, Block, Channel, Storage, told
 from ddh_twin_py.bags.topics import split_topic
 from ddh_twin_py.telemetry.recording import RigInfo
 from ddh_twin_py.telemetry.signals import (
-    DRIVE_FIELDS,
-    DRIVE_TOPIC,
-    HYDRAULIC_FIELDS,
-    HYDRAULIC_TOPIC,
+    MACHINE_FIELDS,
     RIG_TOPIC,
     RIG_TYPE,
     TEMPERATURE_FIELDS,
 )
 from ddh_twin_py.telemetry.ticks import REORDER_WINDOW, to_ns
-
-_FIELDS = {DRIVE_TOPIC: DRIVE_FIELDS, HYDRAULIC_TOPIC: HYDRAULIC_FIELDS}
 
 
 @dataclass(frozen=True)
@@ -135,7 +130,7 @@ class Collector:
             for begin, length in zip(start, size, strict=True):
                 self._decode_rig(topic, data[begin : begin + length].tobytes(), rows)
             return
-        fields = len(_FIELDS.get(relative, TEMPERATURE_FIELDS))
+        fields = len(MACHINE_FIELDS.get(relative, TEMPERATURE_FIELDS))
         stamp, values, sound = stamped_floats(data, start, size, fields)
         if not sound.all():
             rows.shortest = rows.shortest or int(size[~sound][0])

@@ -21,10 +21,9 @@ from ddh_twin_py.rig import LARGEST_PAYLOAD, OIL_GRADE
 from ddh_twin_py.telemetry.recording import Finding, Recording, RigInfo, Stream, same_oil
 from ddh_twin_py.telemetry.signals import (
     BESIDE_SENSORS,
-    DRIVE_FIELDS,
     DRIVE_TOPIC,
-    HYDRAULIC_FIELDS,
     HYDRAULIC_TOPIC,
+    MACHINE_FIELDS,
     RIG_TOPIC,
     TEMPERATURE_FIELDS,
     TEMPERATURE_PREFIX,
@@ -134,7 +133,7 @@ def _stream(relative: str, stamp: np.ndarray, values: np.ndarray, epoch: int) ->
         fields = TEMPERATURE_FIELDS
         values[:, 0] += ZERO_CELSIUS
     else:
-        fields = DRIVE_FIELDS if relative == DRIVE_TOPIC else HYDRAULIC_FIELDS
+        fields = MACHINE_FIELDS[relative]
     return Stream((stamp - epoch) * 1e-9, values, fields)
 
 

@@ -17,10 +17,9 @@ from ddh_twin_py.telemetry.recording import Recording, Stream
 from ddh_twin_py.telemetry.screening.screening import screen_recording
 from ddh_twin_py.telemetry.signals import (
     BESIDE_SENSORS,
-    DRIVE_FIELDS,
     DRIVE_TOPIC,
-    HYDRAULIC_FIELDS,
     HYDRAULIC_TOPIC,
+    MACHINE_FIELDS,
     RIG_TOPIC,
     RIG_TYPE,
     TEMPERATURE_FIELDS,
@@ -37,7 +36,6 @@ _SLACK = 1.05  # of a rate, before it is called too low or too high
 LATEST = 0.5
 """s between stamp and arrival, and between two streams, up to which the twin sorts messages in."""
 _FEW = 3  # messages that tell a rate
-_FIELDS = {DRIVE_TOPIC: DRIVE_FIELDS, HYDRAULIC_TOPIC: HYDRAULIC_FIELDS}
 _NEED = {
     DRIVE_TOPIC: ("error", "the twin is driven by it"),
     HYDRAULIC_TOPIC: ("warning", "the model's own pressures are used instead and the estimate is less sure"),
@@ -114,7 +112,7 @@ def _announced(heard: HeardTopic, expected: str) -> list[Check]:
 
 def _decoded(heard: HeardTopic, relative: str) -> tuple[np.ndarray, Stream, np.ndarray]:
     """Stamps and values of the messages that are sound, and which of all these are."""
-    fields = _FIELDS.get(relative, TEMPERATURE_FIELDS)
+    fields = MACHINE_FIELDS.get(relative, TEMPERATURE_FIELDS)
     stamps, values, sound = heard.floats(len(fields))
     stamps, values = stamps[sound], values[sound]
     if relative.startswith(TEMPERATURE_PREFIX):
@@ -128,7 +126,7 @@ def _rate(heard: HeardTopic, relative: str, seconds: float) -> list[Check]:
     if count < _FEW:
         enough = seconds * low > _FEW
         advice = f"{', '.join(heard.publishers)} announces it and sends nothing" if not count else "it comes more seldom than it should"
-        return [Check(GROUP, heard.topic, "error" if enough and relative in _FIELDS else "warning" if enough else "note",
+        return [Check(GROUP, heard.topic, "error" if enough and relative in MACHINE_FIELDS else "warning" if enough else "note",
                       f"{count} messages in {seconds:.0f} s", right, advice if enough else "listen longer: --seconds 60")]
     rate = heard.rate()
     found = f"{rate:.3g} per second"

@@ -13,9 +13,8 @@ from ddh_twin_py.exchange.log_file import LogFile, read_log
 from ddh_twin_py.exchange.mapping import ColumnRule, LogMapping
 from ddh_twin_py.names import no_such
 from ddh_twin_py.telemetry.recording import Recording, Stream, temperature_stream
-from ddh_twin_py.telemetry.signals import DRIVE_FIELDS, DRIVE_TOPIC, HYDRAULIC_FIELDS, HYDRAULIC_TOPIC, TEMPERATURE_PREFIX
+from ddh_twin_py.telemetry.signals import MACHINE_FIELDS, TEMPERATURE_PREFIX
 
-_FIELDS = {DRIVE_TOPIC: DRIVE_FIELDS, HYDRAULIC_TOPIC: HYDRAULIC_FIELDS}
 _EARLY = 1.0e-9  # s by which a reading may come before its time
 
 
@@ -76,7 +75,7 @@ def _all_there(logs: Sequence[LogFile], mapping: LogMapping) -> None:
 def _samples(log: LogFile, stamps: np.ndarray, mapping: LogMapping):
     """Topic, stamps and values of each stream that the log has a column of."""
     rules = [rule for rule in mapping.columns if rule.column in log.cells]
-    for topic, fields in _FIELDS.items():
+    for topic, fields in MACHINE_FIELDS.items():
         own = {rule.signal.field: rule for rule in rules if rule.signal.topic == topic}
         if own:
             values = np.full((stamps.size, len(fields)), np.nan)
@@ -104,4 +103,5 @@ def _thinned(stamps: np.ndarray, rows: np.ndarray, rule: ColumnRule) -> np.ndarr
 
 
 def _stream(topic: str, time: np.ndarray, values: np.ndarray) -> Stream:
-    return temperature_stream(time, values[:, 0], values[:, 1]) if topic not in _FIELDS else Stream(time, values, _FIELDS[topic])
+    fields = MACHINE_FIELDS.get(topic)
+    return temperature_stream(time, values[:, 0], values[:, 1]) if fields is None else Stream(time, values, fields)

@@ -8,17 +8,6 @@ from ddh_twin_py.estimation.fitting.binning import Binning, one_by_one
 from ddh_twin_py.estimation.fitting.experiment import Signal
 
 
-def noise_of(values: np.ndarray) -> float:
-    """Standard deviation of white noise on a smooth signal, from its third differences (robust: their median size).
-
-    Third differences of white noise have 20 times its variance; what is smooth over four samples has none.
-
-    Args:
-        values: (n,), evenly spaced, n > 3.
-    """
-    return float(1.4826 * np.median(np.abs(np.diff(values, 3))) / np.sqrt(20.0))
-
-
 def noise_of_repeats(values: np.ndarray, period: int) -> float:
     """Standard deviation of one sample among repeats of the same motion, from a record of at least two periods.
 

@@ -25,6 +25,8 @@ RIG_TYPE = "ddh_msgs/msg/RigInfo"
 DRIVE_FIELDS = ("speed_command", "speed", "torque", "current", "voltage", "electrical_power")
 HYDRAULIC_FIELDS = ("pressure_piston_side", "pressure_rod_side", "rod_position", "rod_velocity")
 TEMPERATURE_FIELDS = ("temperature", "variance")
+MACHINE_FIELDS: Mapping[str, tuple[str, ...]] = {DRIVE_TOPIC: DRIVE_FIELDS, HYDRAULIC_TOPIC: HYDRAULIC_FIELDS}
+"""Of the topics that carry no temperature."""
 
 TEMPERATURE_SENSORS = (
     "ambient",

@@ -50,11 +50,6 @@ class NormalLevel:
     bins: int
     samples: float
 
-    @property
-    def mean_deviation(self) -> float:
-        """Standard deviation of the mean over many bins, times the root of their number."""
-        return self.spread / (1.0 - self.correlation)
-
 
 @dataclass(frozen=True)
 class Bins:
