@@ -1,6 +1,7 @@
 """The telemetry nodes as processes: a simulated rig shared by two of them, and a bag."""
 
 import signal
+import time
 
 import numpy as np
 import pytest
@@ -120,6 +121,20 @@ def test_a_node_that_is_configured_or_activated_later_joins_where_the_record_is(
                 wait_for(lambda left=left: stamp_ns(drive[-1]) - left > 8e9, 30.0, "drive telemetry while pressures are inactive")
             motor.stop()
         hydraulic.stop()
+
+
+@pytest.mark.live
+def test_what_falls_silent_is_named_in_the_log_of_those_that_need_it(duty):
+    given = {"source": "simulation", "simulation__duty": str(duty), "simulation__seed": 7}
+    with NodeProcess("hydraulic_model", "/silent") as model, NodeProcess("drive_telemetry", "/silent", **given):
+        with NodeProcess("pressure_telemetry", "/silent", **given) as hydraulic:
+            hydraulic.says("ready", 60.0)
+            model.says("rig simulated_7", 60.0)
+            time.sleep(3.0)
+            hydraulic.stop()
+        said = model.says("nothing comes any more on ", 60.0)
+        assert "/silent/hydraulics/telemetry" in said and "drive" not in said
+        model.stop()
 
 
 def test_what_a_node_behind_sends_comes_as_if_it_were_in_time():

@@ -24,6 +24,7 @@ from ddh_twin_py.nodes.player.player_watch import PlayerWatch
 from ddh_twin_py.nodes.tasks.diagnose_action import DIAGNOSE_PARAMETERS, DiagnoseAction
 from ddh_twin_py.nodes.tasks.health import PAUSED, Health, Report, judge_age, judge_clock, judge_publishers
 from ddh_twin_py.nodes.tasks.level_keeper import LevelKeeper
+from ddh_twin_py.nodes.tasks.silent_inputs import SilentInputs
 from ddh_twin_py.rig import load_rig
 from ddh_twin_py.telemetry.clocks.clock import Break
 from ddh_twin_py.telemetry.signals import RIG_TOPIC
@@ -91,6 +92,7 @@ class GapMonitorNode(TwinNode):
         self.create_subscription(RigInfo, RIG_TOPIC, self._take_rig, qos.LATCHED)
         self._action = DiagnoseAction(self)
         self._player = PlayerWatch(self)
+        self._silent = SilentInputs(self, self._player.holds)
         self._health = Health(self)
         for entry in (self._residuals, self._estimates, self._readings):
             self._health.add(entry.topic, lambda report, entry=entry: self._judge_input(report, entry))
@@ -204,7 +206,8 @@ class GapMonitorNode(TwinNode):
     def _judge_input(self, report: Report, entry) -> str:
         wall = self.wall()
         paused = self._player.paused(wall)
-        judge_age(report, entry, wall, math.inf if paused else self.values["stale_after"], required=False)
+        limit = math.inf if paused else self.values["stale_after"]
+        self._silent.note(entry.name, *judge_age(report, entry, wall, limit, required=False), wall)
         judge_publishers(report, entry, self)
         report.add("messages", entry.received, "1")
         return PAUSED if paused else "comes in" if entry.received else "nothing yet"

@@ -17,6 +17,7 @@ from ddh_twin_py.nodes.base.progress import Progress
 from ddh_twin_py.nodes.feeds.telemetry_feed import TelemetryFeed
 from ddh_twin_py.nodes.player.player_watch import PlayerWatch
 from ddh_twin_py.nodes.tasks.health import Health, Report, add_streams, judge_clock
+from ddh_twin_py.nodes.tasks.silent_inputs import SilentInputs
 from ddh_twin_py.telemetry.clocks.clock import Break
 from ddh_twin_py.telemetry.recording import RigInfo as Rig
 from ddh_twin_py.telemetry.signals import RIG_TOPIC
@@ -61,9 +62,10 @@ class TelemetryNode(TwinNode, ABC):
         """Start looking at the inputs; to be called at the end of the constructor."""
         self.health = Health(self)
         self.player = PlayerWatch(self)
+        self.silent = SilentInputs(self, self.player.holds)
         self.breaks: Counter[Break] = Counter()
         add_streams(self.health, self, self.feed, required, self.values["stale_after"], self.player.paused,
-                    lambda: self.breaks[Break.PAUSE])
+                    lambda: self.breaks[Break.PAUSE], self.silent)
         self.health.add("clock", self._judge_clock)
         self.progress = Progress(self, self.feed.inputs)
         self.rig_info: RigInfo | None = None

@@ -354,8 +354,9 @@ class TemperatureFusionNode(TelemetryNode):
     # --- health ------------------------------------------------------------------------------
 
     def _judge_model(self, report: Report, topic: str) -> str:
-        paused = self.player.paused(self.wall())
-        judge_age(report, self._models[topic][0], self.wall(), np.inf if paused else self.values["stale_after"], required=False)
+        entry, wall = self._models[topic][0], self.wall()
+        limit = np.inf if self.player.paused(wall) else self.values["stale_after"]
+        self.silent.note(entry.name, *judge_age(report, entry, wall, limit, required=False), wall)
         judge_publishers(report, self._models[topic][0], self)
         report.add("messages", self._models[topic][0].received, "1")
         for cause, plain in DROPPED.items():

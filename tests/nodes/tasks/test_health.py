@@ -9,6 +9,7 @@ import pytest
 from ddh_twin_py.nodes.base.inputs import Input
 from ddh_twin_py.nodes.base.node_base import TwinNode
 from ddh_twin_py.nodes.tasks.health import Report, Stops, StopsTold, StreamJudge, judge_age, judge_clock
+from ddh_twin_py.nodes.tasks.silent_inputs import SilentInputs
 from ddh_twin_py.telemetry.alignment.tick_aligner import TickAligner
 from ddh_twin_py.telemetry.clocks.clock import Break
 from ddh_twin_py.telemetry.screening.alike_watch import AlikeWatch
@@ -91,7 +92,8 @@ def heard(off, pauses=0, seconds=50, every=None, still=(0.0, 0.0)):
                            get_logger=lambda: SimpleNamespace(warning=lines.append))  # fmt: skip
     node.warn_once, node.warn_again = partial(TwinNode.warn_once, node), partial(TwinNode.warn_again, node)
     told = StopsTold(node)
-    judges = {topic: StreamJudge(node, feed, topic, True, np.inf, lambda wall: False, lambda: pauses, told) for topic in TOPICS}
+    judges = {topic: StreamJudge(node, feed, topic, True, np.inf, lambda wall: False, lambda: pauses, told,
+                                 SilentInputs(node, lambda wall: False)) for topic in TOPICS}
     for k in (k for k in range(1, 50 * seconds) if not still[0] < 0.02 * k < still[1]):
         for topic in TOPICS:
             if k % every.get(topic, 1) == 0:

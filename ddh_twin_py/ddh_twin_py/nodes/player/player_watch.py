@@ -32,5 +32,9 @@ class PlayerWatch:
         """Whether nothing comes because somebody holds it."""
         return self._status is not None and self._status.paused and not self._status.ended and self._there(wall)
 
+    def holds(self, wall: float) -> bool:
+        """Whether nothing is due: it is paused, or came to its end."""
+        return self.paused(wall) or self._status is not None and self._status.ended
+
     def _there(self, wall: float) -> bool:
         return wall - self._heard <= GONE and self._node.count_publishers(self._subscription.topic_name) > 0

@@ -13,6 +13,7 @@ from ddh_twin_py.nodes.base import qos
 from ddh_twin_py.nodes.base.inputs import Input
 from ddh_twin_py.nodes.base.node_base import AGAIN, TwinNode
 from ddh_twin_py.nodes.feeds.telemetry_feed import TelemetryFeed
+from ddh_twin_py.nodes.tasks.silent_inputs import SilentInputs
 from ddh_twin_py.telemetry.causes import Cause
 from ddh_twin_py.telemetry.clocks.clock import Break
 from ddh_twin_py.telemetry.clocks.stream_line import APART
@@ -181,13 +182,13 @@ class StreamJudge:
 
     `required`: without it the node cannot do its work. `limit`: s of wall time after which it is
     stale. `held`: whether nothing can come at a wall time, as the player is paused. `pauses`: how often the stamps of
-    all streams went on much later. `told`: of all inputs of the node. Each cause is logged once, in a sentence, and counted after that;
-    each step of a clock that is wrong is logged.
+    all streams went on much later. `told`, `silent`: of all inputs of the node. Each cause is logged once, in a sentence, and counted after
+    that; each step of a clock that is wrong is logged.
     """
 
     def __init__(self, node: TwinNode, feed: TelemetryFeed, topic: str, required: bool, limit: float,
-                 held: Callable[[float], bool], pauses: Callable[[], int], told: StopsTold) -> None:
-        self._told = told
+                 held: Callable[[float], bool], pauses: Callable[[], int], told: StopsTold, silent: SilentInputs) -> None:
+        self._told, self._silent = told, silent
         self._node, self._feed, self._topic = node, feed, topic
         self._required, self._limit, self._held, self._pauses = required, limit, held, pauses
         self._stops = Stops()
@@ -206,7 +207,8 @@ class StreamJudge:
         wall = self._node.wall()
         limit = max(self._limit, 2.5 * (screen.period or 0.0))
         held = self._held(wall)
-        judge_age(report, entry, wall, np.inf if held else limit, self._required and not held)
+        age, limit = judge_age(report, entry, wall, np.inf if held else limit, self._required and not held)
+        self._silent.note(entry.name, age, limit, wall)
         judge_publishers(report, entry, self._node)
         counts = screen.health()
         counts |= {cause: self._feed.aligner.counts[self._topic, cause] for cause in DROPPED}
@@ -319,8 +321,12 @@ class StreamJudge:
             report.add(f"{signal.field} highest", float(signal.to_message(signal.highest)), signal.message_unit)
 
 
-def judge_age(report: Report, entry: Input, wall: float, limit: float, required: bool) -> None:
-    """Is the input there, and fresh; one that comes with seconds at once is as long as it is used to."""
+def judge_age(report: Report, entry: Input, wall: float, limit: float, required: bool) -> tuple[float, float]:
+    """Is the input there, and fresh; one that comes with seconds at once is as long as it is used to.
+
+    Returns:
+        age of its last message, NaN where none came, and from which it is stale, s.
+    """
     limit = max(limit, _USUAL * entry.usual_pause(wall))
     age = np.nan if entry.arrived is None else wall - entry.arrived
     report.add("age", float(age), "s")
@@ -330,6 +336,7 @@ def judge_age(report: Report, entry: Input, wall: float, limit: float, required:
             report.error(f"no message yet on {entry.name}")
     elif age > limit:
         (report.error if required else report.warn)(f"stale: {age:.1f} s without a message, limit {limit:g} s")
+    return float(age), limit
 
 
 def judge_publishers(report: Report, entry: Input, node: TwinNode) -> None:
@@ -361,9 +368,9 @@ def _times(count: int) -> str:
 
 def add_streams(
     health: Health, node: TwinNode, feed: TelemetryFeed, required: Iterable[str], limit: float,
-    held: Callable[[float], bool], pauses: Callable[[], int],
+    held: Callable[[float], bool], pauses: Callable[[], int], silent: SilentInputs,
 ) -> None:
     """A judge for every telemetry stream of a feed; arguments as of `StreamJudge`."""
     needed, told = set(required), StopsTold(node)
     for topic in feed.screens:
-        health.add(topic, StreamJudge(node, feed, topic, topic in needed, limit, held, pauses, told))
+        health.add(topic, StreamJudge(node, feed, topic, topic in needed, limit, held, pauses, told, silent))

@@ -1,0 +1,36 @@
+"""Says in the log which inputs of a node have fallen silent: who looks at no diagnostics sees that, too."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from ddh_twin_py.nodes.base.node_base import TwinNode
+
+SILENCE = 10.0
+"""s of wall time without a message on an input that came, after which it is silent."""
+_TOGETHER = 2.5  # s of wall time within which inputs that fall silent are named in one line
+
+
+class SilentInputs:
+    """Says in one line which inputs have fallen silent at about the same time, each once until it comes again.
+
+    Args:
+        node: that logs it. held: whether nothing is due at a wall time, as a player is paused or at its end.
+    """
+
+    def __init__(self, node: TwinNode, held: Callable[[float], bool]) -> None:
+        self._node, self._held = node, held
+        self._said: set[str] = set()
+        self._open: dict[str, float] = {}  # s of wall time at which each was found silent that is not said yet, by name
+
+    def note(self, name: str, age: float, usual: float, wall: float) -> None:
+        """So old is the last message of an input by its name, s, NaN where none ever came; ``usual``: from which age it is stale, s."""
+        if not age > max(SILENCE, usual) or self._held(wall):
+            self._said.discard(name)
+            self._open.pop(name, None)
+        elif name not in self._said:
+            self._said.add(name)
+            self._open[name] = wall
+        if self._open and wall - min(self._open.values()) >= _TOGETHER:
+            self._node.get_logger().warning(f"nothing comes any more on {', '.join(self._open)}")
+            self._open = {}
