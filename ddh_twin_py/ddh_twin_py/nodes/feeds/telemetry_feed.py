@@ -20,10 +20,9 @@ from ddh_twin_py.telemetry.alignment.tick_aligner import TickAligner
 from ddh_twin_py.telemetry.screening.alike_watch import AlikeWatch
 from ddh_twin_py.telemetry.screening.screening import StreamScreen
 from ddh_twin_py.telemetry.signals import (
-    DRIVE_FIELDS,
     DRIVE_TOPIC,
-    HYDRAULIC_FIELDS,
     HYDRAULIC_TOPIC,
+    MACHINE_FIELDS,
     TEMPERATURE_FIELDS,
     TEMPERATURE_PREFIX,
 )
@@ -38,9 +37,7 @@ _EDGE = 250_000_000  # ns at either end of that time in which messages may have 
 
 def field_count(topic: str) -> int:
     """Numbers in one sample of a telemetry topic."""
-    if topic.startswith(TEMPERATURE_PREFIX):
-        return len(TEMPERATURE_FIELDS)
-    return len({DRIVE_TOPIC: DRIVE_FIELDS, HYDRAULIC_TOPIC: HYDRAULIC_FIELDS}[topic])
+    return len(TEMPERATURE_FIELDS if topic.startswith(TEMPERATURE_PREFIX) else MACHINE_FIELDS[topic])
 
 
 def message_type(topic: str) -> type:
