@@ -94,6 +94,25 @@ def test_a_rig_that_stands_teaches_nothing_and_is_not_tested(rig):
     assert [status.statistic for status in watch.status()] == before
 
 
+@pytest.mark.parametrize("period", [1, 10, 20])
+@pytest.mark.parametrize("together", [True, False])
+def test_a_slow_temperature_sensor_learns_from_the_bins_in_which_the_rod_moves_between_its_readings(rig, period, together):
+    watch, rng = GapWatch(rig, Settings(bin_length=20.0, learning=500.0)), np.random.default_rng(3)
+    for k in range(60):
+        stamps = 20_000_000_000 * k + TICK * np.arange(1, 401)
+        within = (stamps / 1e9) % 20.0
+        moves = (within > 11.5) & (within < 15.5) if k % 2 else within < 0.0  # in every other bin
+        zero = np.zeros((stamps.size, len(NAMES)))
+        read = stamps[(stamps - 9_000_000_000) % (period * 1_000_000_000) == 0]
+        reading = 30.0 + 0.1 * rng.standard_normal((stamps.size, len(TEMPERATURES)))
+        for part in (slice(None),) if together else (slice(200), slice(200, None)):
+            watch.take_hydraulics(stamps[part], zero[part], zero[part], np.where(moves[part], 0.05, 0.0))
+            at = np.isin(stamps[part], read)
+            watch.take_temperatures(stamps[part][at], reading[part][at], np.full((at.sum(), len(TEMPERATURES)), 30.0))
+    learned = {status.learned for status in watch.status()[len(NAMES) :]}
+    assert learned == {1.0} and watch.levels[TEMPERATURES[0]].bins == 25
+
+
 def test_readings_that_come_late_are_left_out_and_no_clock_jump(rig):
     watch = GapWatch(rig, SETTINGS)
     machine = Machine(rig, watch)

@@ -209,6 +209,14 @@ class RunningTest:
         self._silent[:] = 0
         self._clear()
 
+    def bins(self, stamp_ns: np.ndarray) -> np.ndarray:
+        """Number of the bin of each stamp, which is the end of what it stands for; int64 (n,)."""
+        return (stamp_ns - 1) // self._bin_ns
+
+    def worked_at(self, stamp_ns: np.ndarray) -> None:
+        """The machine moved at these stamps, int64 (n,), without a sample or after it: the bin in hand counts if one is in it."""
+        self._worked |= bool((self.bins(stamp_ns) == self._index).any())
+
     def advance(self, stamp_ns: np.ndarray, residual: np.ndarray, phase: np.ndarray, works: np.ndarray) -> int:
         """Take in n samples; how many bins were finished.
 
@@ -219,7 +227,7 @@ class RunningTest:
         """
         n = stamp_ns.size
         before = np.concatenate(([self._newest if self._newest is not None else stamp_ns[0]], stamp_ns[:-1])) if n else stamp_ns
-        number = (stamp_ns - 1) // self._bin_ns  # a stamp is the end of what it stands for
+        number = self.bins(stamp_ns)
         cuts = np.flatnonzero((np.diff(number, prepend=number[:1]) != 0) | (stamp_ns < before))
         finished = 0
         edges = sorted({0, n, *cuts.tolist()})

@@ -72,6 +72,7 @@ class GapWatch:
         if self.hydraulics.resets != resets:
             self.temperatures.reset()
             self._forget_movement()
+        self.temperatures.worked_at(stamp_ns[phase > 0])
         self._moved_at = np.concatenate((self._moved_at, stamp_ns))
         self._moved = np.concatenate((self._moved, phase > 0))
         recent = self._moved_at > self._moved_at[-1] - _REMEMBERED if self._moved_at.size else np.empty(0, bool)
@@ -88,7 +89,7 @@ class GapWatch:
         used = (stamp_ns > before) & (stamp_ns <= (self._moved_at[-1] if self._moved_at.size else -1))
         stamp_ns, measured, predicted = stamp_ns[used], measured[used], predicted[used]
         phase = np.zeros(stamp_ns.size, int)
-        works = np.isin(stamp_ns, self._moved_at[self._moved])
+        works = np.isin(self.temperatures.bins(stamp_ns), self.temperatures.bins(self._moved_at[self._moved]))
         finished = self.temperatures.advance(stamp_ns, measured - predicted, phase, works)
         return _scaled(self.temperatures, stamp_ns, measured, predicted, phase), finished
 
