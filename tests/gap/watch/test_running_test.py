@@ -181,6 +181,14 @@ def test_a_clock_that_jumps_back_resets_the_test_and_keeps_what_is_learned():
     assert not any(s.opened for s in test.status())
 
 
+def test_the_newest_end_is_that_of_the_newest_finished_bin():
+    test, ends = made(), []
+    for first in (4, 5, 90, 3):  # the second finishes the first one; then a pause; then the clock jumps back
+        feed(test, 1, np.zeros((1, 2)), first)
+        ends.append(test.newest_end_ns)
+    assert ends == [0, 50 * SECOND, 60 * SECOND, 0]
+
+
 def test_a_jump_while_learning_begins_to_learn_anew():
     test = made()
     feed(test, 50, np.random.default_rng(1).standard_normal((50, 2)), 1000)

@@ -196,6 +196,7 @@ class RunningTest:
         shape = len(self.signals), self.phases
         self._index: int | None = None
         self._newest: int | None = None
+        self._newest_end = 0
         self._worked = False
         self._total, self._square, self._count = np.zeros(shape), np.zeros(shape), np.zeros(shape)
 
@@ -256,6 +257,7 @@ class RunningTest:
                 heard = self._count[s].any() and self._take_bin(s, name)
                 self._silent[s] = 0 if heard else self._silent[s] + 1
         self._total[:], self._square[:], self._count[:], self._worked = 0.0, 0.0, 0.0, False
+        self._newest_end = (self._index + 1) * self._bin_ns
         return 1
 
     def _take_bin(self, s: int, name: str) -> bool:
@@ -302,8 +304,8 @@ class RunningTest:
 
     @property
     def newest_end_ns(self) -> int:
-        """Stamp at which the newest finished bin ended, ns; 0 before the first."""
-        return 0 if self._index is None else self._index * self._bin_ns
+        """Stamp at which the newest finished bin ended, ns; 0 before the first, and after a clock jump."""
+        return self._newest_end
 
     def expected(self, phase: np.ndarray) -> np.ndarray:
         """Normal level of each signal in the phase of each sample, 0 where it is not known; (n, S)."""
