@@ -4,13 +4,15 @@ import resource
 import signal
 import time
 
+import numpy as np
 import pytest
 from ddh_twin_py.bags.reader import read_recording
+from ddh_twin_py.sources.raw_bag import RawBag
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from nodes.processes import NodeProcess, wait_for
 from std_msgs.msg import String
 
-from ddh_msgs.msg import NodeProgress
+from ddh_msgs.msg import NodeProgress, RigInfo
 
 pytestmark = pytest.mark.live
 NS = "/kept"
@@ -97,3 +99,19 @@ def test_a_recorder_that_hears_nothing_of_what_is_published_says_so(listener, tm
         recorder.stop(signal.SIGINT)
     for publisher in silent:
         listener.withdraw(publisher)
+
+
+def test_what_nobody_stamped_is_recorded_as_it_came(listener, tmp_path):
+    bag, begun = tmp_path / "bag", time.time_ns()
+    publisher = listener.here(lambda: listener.node.create_publisher(RigInfo, "/unset/rig", 10))
+    with NodeProcess("bag_recorder", "/unset", bag=str(bag), topics=["rig"], log_time="stamp") as recorder:
+        wait_for(lambda: publisher.get_subscription_count(), 30.0, "the recorder to listen")
+        for payload in (100.0, 120.0):
+            publisher.publish(RigInfo(payload_mass=payload))
+            time.sleep(0.3)
+        recorder.stop(signal.SIGINT)
+    listener.withdraw(publisher)
+    raw = RawBag(bag)
+    times = np.concatenate([block.log_time for block in raw.blocks()])
+    raw.close()
+    assert times.size == 2 and begun < times.min() and raw.duration < 60.0

@@ -110,3 +110,15 @@ def test_beyond_this_machine_a_token_is_made_up_and_logged():
         url = re.search(r"http://\S+", view.says("page at"))[0]
         assert re.search(r"\?token=\S{20,}$", url)
         view.stop()
+
+
+def test_nodes_without_a_namespace_are_heard_of():
+    with NodeProcess("web_view", "/", port=0) as view, NodeProcess("hydraulic_model", "/") as model:
+        address = re.search(r"http://\S+", view.says("page at"))[0]
+
+        def heard():
+            return {row["node"] for row in state(address).get("health", []) if row["lines"]}
+
+        wait_for(lambda: {"hydraulic_model", "web_view"} <= heard(), 60.0, "health of both")
+        model.stop()
+        view.stop()

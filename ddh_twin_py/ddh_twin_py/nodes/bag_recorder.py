@@ -141,7 +141,8 @@ class BagRecorder(TwinNode):
         now = self.get_clock().now().nanoseconds
         by_stamp = stamped and self.values["log_time"] == "stamp"
         for message in messages:
-            self._writer.write_raw(topic, kind, profile, stamp_of(message) if by_stamp else now, message)
+            stamp = stamp_of(message) if by_stamp else 0  # 0: nobody set it
+            self._writer.write_raw(topic, kind, profile, stamp or now, message)
             self._counts[topic] += 1
 
     def _judge(self, report: Report) -> str:

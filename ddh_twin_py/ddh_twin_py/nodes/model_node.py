@@ -29,7 +29,6 @@ from ddh_twin_py.telemetry.ticks import Samples, Tick
 from ddh_twin_py.twin.ambient import AmbientTracker
 from ddh_twin_py.twin.sensor_errors import take_off_sensor_errors, temperature_zero_errors
 
-AMBIENT_TOPIC = TEMPERATURE_PREFIX + "ambient"
 TEMPERATURE_TOPICS = tuple(TEMPERATURE_PREFIX + sensor for sensor in TEMPERATURE_SENSORS)
 FUSED_TOPIC = "temperature/estimates"
 MODEL_PARAMETERS = (

@@ -53,8 +53,9 @@ class WebView(TwinNode):
         self._board = Board()
         self._player = PlayerClient(self)
         self._streams = [stream for stream in STREAMS if stream.raw]
-        prefix = self.get_namespace().strip("/")
-        self._health = Health(f"{prefix}/{name}" for name in EXPECTED)
+        namespace = self.get_namespace().strip("/")
+        self._prefix = f"{namespace}/" if namespace else ""  # of what the rig's nodes are called in diagnostics
+        self._health = Health(f"{self._prefix}{name}" for name in EXPECTED)
         self._sensors = Sensors(stream.topic for stream in self._streams)
         self._board.put("page", page_document(self.get_namespace(), load_rig(rig_path(values["rig"]))))
         self._inputs = Inputs(self)
@@ -69,7 +70,6 @@ class WebView(TwinNode):
             (self._inputs.add("gap/status", GapStatus, qos.STATUS), "gap", gap_status_document),
         ]
         self._status = self._inputs.add(f"{PLAYER}/status", PlayerStatus, qos.LATCHED)
-        self._mine = f"{prefix}/".encode()
         self._updates = 0
         self._looked_at = 0.0
         self._server = PageServer(self._board, values["host"], values["port"], values["token"], self._player.ask, self._health.values)
@@ -121,16 +121,15 @@ class WebView(TwinNode):
             for message in self._inputs.take(entry, wall)[-1:]:
                 self._board.put(key, document(deserialize_message(message, entry.message_type)))
         for message in self._inputs.take(self._diagnostics, wall):
-            if self._mine in message:
+            if self._prefix.encode() in message:
                 self._take_diagnostics(deserialize_message(message, DiagnosticArray), wall)
 
     def _limits(self, message: LimitPrediction) -> dict:
-        return limits_document(message, self._health.values(f"{self._mine.decode()}temperature_fusion: limits"))
+        return limits_document(message, self._health.values(f"{self._prefix}temperature_fusion: limits"))
 
     def _take_diagnostics(self, message: DiagnosticArray, wall: float) -> None:
-        prefix = self._mine.decode()
         for status in message.status:
-            if status.name.startswith(prefix):
+            if status.name.startswith(self._prefix) and "/" not in status.name.partition(":")[0].removeprefix(self._prefix):
                 values = ((entry.key, entry.value) for entry in status.values)
                 self._health.take(status.name, status.level[0], status.message, values, wall)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -248,3 +248,8 @@ __all__ = [
     "same_oil",
     "temperature_stream",
 ]
+
+
+def announced_id(recordings: Iterable[Recording]) -> str:
+    """Rig id that the first of some recordings tells that tells one, '' where none does."""
+    return next((recording.rig.rig_id for recording in recordings if recording.rig is not None and recording.rig.rig_id), "")

@@ -35,5 +35,7 @@ def test_more_comes_as_long_as_the_player_plays_and_nothing_while_somebody_holds
     assert not watch.plays(100.0) and not watch.paused(100.0), "nobody has spoken"
     node.take(PlayerStatus(**told))
     assert (watch.plays(wall), watch.paused(wall)) == (plays, paused)
+    held = (told.get("paused") or told.get("ended")) and wall == 100.0
+    assert watch.holds(wall) is bool(held), "nothing is due of one that is paused or at its end and still there"
     node.players = 0
-    assert not watch.plays(100.0) and not watch.paused(100.0), "it has left"
+    assert not watch.plays(100.0) and not watch.paused(100.0) and not watch.holds(100.0), "it has left"

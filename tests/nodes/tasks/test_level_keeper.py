@@ -45,3 +45,11 @@ def test_what_was_learned_of_a_machine_is_there_when_it_comes_back(written, tmp_
     kept_now(keeper, "crane_2", ["speed", "current"])
     assert written["levels"] == {"speed"}, "never over those of another machine"
     keeper.close()
+
+
+def test_levels_that_were_learned_before_the_machine_was_named_are_written_again_with_its_name(written, tmp_path):
+    keeper = LevelKeeper(str(tmp_path / "levels.json"), 1.0)
+    for rig_id in ("", "", "crane_1", "crane_1"):
+        kept_now(keeper, rig_id, ["speed"])
+    assert written["attempts"] == 2 and keeper.rig_id == "crane_1" and keeper.of("crane_2") == {}
+    keeper.close()

@@ -21,6 +21,7 @@ from ddh_twin_py.twin.sensor_errors import temperature_noise, temperature_zero_e
 
 AGREES = 120.0
 """s for which sensors must agree, times how often they were left out."""
+_SILENT = 60.0  # s without a reading, after which a sensor has to agree from the beginning
 _WITHIN = 2.0  # standard deviations of the estimate within which a sensor agrees, and of which what it was off must be more
 _NEARER = 0.5  # of what it was off
 
@@ -77,7 +78,9 @@ class AgreesAgain:
         if any(np.any(np.abs(one) > min(_WITHIN * spread, _NEARER * was_off)) for one, spread in zip(off, sure, strict=True)):
             agreement.begin()
         elif was_off > _WITHIN * max(sure):  # else it would seem to agree as it is
-            agreement.add(off, reads, len(air_read) * self._interval)
+            agreement.passes(len(air_read) * self._interval)
+            if all(read.size for read in reads):
+                agreement.add(off, reads)
         if agreement.seconds < AGREES * self._times[found.sensors] or agreement.fewest < LEAST:
             return False
         closely = agreement.off() <= NEAR * self._unit.max() and not (found.still and self._stands_still(found, agreement))
@@ -101,12 +104,20 @@ class _Agreement:
         self._off: list[list[np.ndarray]] = []
         self._read: list[list[np.ndarray]] = []
         self._seconds: list[float] = []
+        self._since = 0.0  # s since the last readings of all
 
-    def add(self, off: list[np.ndarray], read: list[np.ndarray], seconds: float) -> None:
-        """So many s in which they did."""
+    def passes(self, seconds: float) -> None:
+        """So many s went by; a silence is no agreement."""
+        self._since += seconds
+        if self._since > _SILENT:
+            self.begin()
+
+    def add(self, off: list[np.ndarray], read: list[np.ndarray]) -> None:
+        """They were read, and agreed since they were read before."""
+        self._seconds.append(self._since if self._off else 0.0)
         self._off.append(off)
         self._read.append(read)
-        self._seconds.append(seconds)
+        self._since = 0.0
 
     def forget_oldest(self) -> None:
         """Go on without the first sixth: what is fused took its time to settle."""

@@ -20,7 +20,7 @@ from ddh_twin_py.rig import Rig
 from ddh_twin_py.rig.own_oil import of_own_oil
 from ddh_twin_py.rig.payload import of_declared_payload
 from ddh_twin_py.rig.sheet import BOUNDS, CUT, Quantity
-from ddh_twin_py.telemetry.recording import Recording
+from ddh_twin_py.telemetry.recording import Recording, announced_id
 from ddh_twin_py.telemetry.signals import DRIVE_TOPIC
 
 _ROUNDING = 1.0e-9  # of a quantity, below which what is left of it is none
@@ -204,7 +204,7 @@ def _told(problem: Problem, fit: Fit, asked: tuple[str, ...]) -> Calibration:
         parameters.append(fitted)
         if path not in refused:
             quantities[path] = _fitted_quantity(quantity, fitted, names)
-    rig_id = next((e.recording.rig.rig_id for e in problem.experiments if e.recording.rig is not None), rig.rig_id)
+    rig_id = announced_id(e.recording for e in problem.experiments) or rig.rig_id
     written = of_declared_payload(of_own_oil(quantities, rig.quantities), rig.quantities)
     correlation = (fit.covariance / np.outer(spread, spread))[: len(parameters), : len(parameters)]
     return Calibration(replace(rig, rig_id=rig_id, quantities=written), parameters, correlation, problem.rms(fit.first),

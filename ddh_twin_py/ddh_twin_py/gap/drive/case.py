@@ -33,6 +33,7 @@ from ddh_twin_py.gap.verdict.verdict import Verdict
 from ddh_twin_py.rig import Rig
 from ddh_twin_py.rig.payload import PAYLOAD, RATIO
 from ddh_twin_py.rig.sheet import CUT, FIELD_OF_PATH
+from ddh_twin_py.telemetry.recording import announced_id
 from ddh_twin_py.telemetry.signals import DRIVE_FIELDS
 from ddh_twin_py.twin.temperature_sensors import SENSORS
 
@@ -60,7 +61,7 @@ class DriveCase(DirectDrive):
     cut = CUT
 
     def __init__(self, commissioning: Sequence[Experiment], field: Sequence[Experiment], rig: Rig, held: Sequence[Experiment] = ()) -> None:
-        recorded = next((e.recording.rig.rig_id for e in field if e.recording.rig is not None and e.recording.rig.rig_id), rig.rig_id)
+        recorded = announced_id(e.recording for e in field) or rig.rig_id
         super().__init__(commissioning, field, replace(rig, rig_id=recorded), held)
         self._of_another = "" if rig.may_be_of(recorded) else rig.rig_id
         kinds = {"field": field, "commissioning": commissioning, "validation": held}

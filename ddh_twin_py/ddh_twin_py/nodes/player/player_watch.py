@@ -33,8 +33,8 @@ class PlayerWatch:
         return self._status is not None and self._status.paused and not self._status.ended and self._there(wall)
 
     def holds(self, wall: float) -> bool:
-        """Whether nothing is due: it is paused, or came to its end."""
-        return self.paused(wall) or self._status is not None and self._status.ended
+        """Whether nothing is due: it is paused, or came to its end and is still there."""
+        return self.paused(wall) or self._status is not None and self._status.ended and self._there(wall)
 
     def _there(self, wall: float) -> bool:
         return wall - self._heard <= GONE and self._node.count_publishers(self._subscription.topic_name) > 0

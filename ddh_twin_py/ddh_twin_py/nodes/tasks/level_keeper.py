@@ -31,11 +31,13 @@ class LevelKeeper:
         return bool(self.rig_id and rig_id and self.rig_id != rig_id)
 
     def keep(self, rig_id: str, levels: Mapping[str, NormalLevel]) -> None:
-        """Have them written soon, where a signal is among them that is not on disk; never over those of another machine.
+        """Have them written soon, where a signal is among them that is not on disk, or the machine was not named there; never over those of
+        another machine.
 
         What could not be written is tried again at the next call.
         """
-        if not set(levels) <= set(self._levels) | self._under_way and not self._another(rig_id):
+        unnamed = bool(levels and rig_id and not self.rig_id) and not self._under_way
+        if (unnamed or not set(levels) <= set(self._levels) | self._under_way) and not self._another(rig_id):
             self._under_way = set(levels)
             self._writer.submit(self._write, rig_id, dict(levels))
 

@@ -40,7 +40,7 @@
   function clock(seconds, digits) {
     if (domain[1] - domain[0] < 180 && Math.abs(seconds) < 180) return seconds.toFixed(digits) + " s";
     const sign = seconds < 0 ? "-" : "";
-    const whole = Math.abs(seconds);
+    const whole = Number(Math.abs(seconds).toFixed(digits)); // rounded before it is split, or 119.997 is 1:60.00
     const h = Math.floor(whole / 3600);
     const m = Math.floor((whole - 3600 * h) / 60);
     const s = (whole - 3600 * h - 60 * m).toFixed(digits).padStart(digits ? digits + 3 : 2, "0");

@@ -39,7 +39,7 @@ export function lasting(seconds) {
 
 /* Time of day of the data, in the time zone of whoever looks. */
 export function timeOfDay(seconds) {
-  return new Date(seconds * 1000).toLocaleTimeString([], { hour: "2-digit", minute: "2-digit", second: "2-digit", hour12: false });
+  return new Date(seconds * 1000).toLocaleTimeString([], { hour: "2-digit", minute: "2-digit", second: "2-digit", hourCycle: "h23" });
 }
 
 export function dayAndTime(seconds) {

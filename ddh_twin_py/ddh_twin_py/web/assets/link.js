@@ -22,14 +22,20 @@ export class Link {
 
   connect() {
     clearTimeout(this.timer);
+    const before = this.socket;
     const address = new URL("ws", location.href);
     address.protocol = location.protocol === "https:" ? "wss:" : "ws:";
     const socket = new WebSocket(address);
     socket.binaryType = "arraybuffer";
     this.socket = socket;
+    if (before) before.close(); // it may be opening still
     this.last = 0;
     this.unseen = 0;
-    socket.onmessage = (event) => (typeof event.data === "string" ? this.document(JSON.parse(event.data)) : this.frame(event.data));
+    socket.onmessage = (event) => {
+      if (this.socket !== socket) return;
+      if (typeof event.data === "string") this.document(JSON.parse(event.data));
+      else this.frame(event.data);
+    };
     socket.onclose = () => {
       if (this.socket !== socket) return;
       if (this.last === 0) this.ask();
