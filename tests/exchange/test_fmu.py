@@ -5,6 +5,7 @@ import subprocess
 import sys
 import zipfile
 from dataclasses import asdict
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -98,6 +99,13 @@ def test_every_number_of_the_rig_file_is_a_parameter():
     bounded = [variable for variable in several.values() if variable.lowest is not None]
     assert {variable.name for variable in bounded} == set(FIELD_OF_PATH) - {"load.payload_mass"}
     assert all(variable.lowest <= variable.start <= variable.highest for variable in bounded)
+
+
+def test_temperatures_are_shown_in_degC_and_their_differences_in_K():
+    listed = ElementTree.fromstring(archive.model_description(load_rig(), variables(load_rig()), "{0}")).iter("ScalarVariable")
+    shown = {variable.get("name"): real.get("displayUnit") for variable in listed for real in variable if real.get("unit") == "K"}
+    differences = {name for name, unit in shown.items() if unit is None}
+    assert differences == {name for name in shown if name.startswith(("surroundings.", "measurement."))} and set(shown.values()) == {"degC", None}
 
 
 def test_the_verb(tmp_path, capsys, monkeypatch):

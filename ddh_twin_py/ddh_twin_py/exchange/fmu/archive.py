@@ -128,7 +128,8 @@ def _scalar(variable: Variable) -> dict[str, str]:
 
 def _real(variable: Variable) -> dict[str, str]:
     given = {"unit": variable.unit} if variable.unit else {}
-    if variable.unit in _DISPLAY:
+    difference = variable.unit == "K" and variable.group == of.PARAMETER  # temperatures of the sheet are in degC
+    if variable.unit in _DISPLAY and not difference:
         given["displayUnit"] = _DISPLAY[variable.unit][0]
     numbers = {"min": variable.lowest, "max": variable.highest, "start": variable.start}
     return given | {name: repr(float(number)) for name, number in numbers.items() if number is not None}
