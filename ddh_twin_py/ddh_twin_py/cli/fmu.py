@@ -16,8 +16,8 @@ def add_parser(subparsers) -> None:
     parser = add_verb(
         subparsers, "fmu", "write the twin as an FMU (FMI 2.0, co-simulation)",
         "Compiles the free run of a rig into an FMU: speed command, payload and ambient in, pressures, motion, powers, losses and\n"
-        "temperatures out, every number of the rig file a parameter. It runs without Python on Linux x86-64; to make it takes a C\n"
-        "compiler.",
+        "temperatures out, every number of the rig file that it reads a parameter. It runs without Python on Linux x86-64; to make it\n"
+        "takes a C compiler.",
         _EXAMPLE,
     )
     parser.add_argument("output", metavar="FILE", type=output_file, help="FMU to write, NAME.fmu")

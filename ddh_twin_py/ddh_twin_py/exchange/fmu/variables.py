@@ -18,6 +18,8 @@ INPUT, SETTING, PARAMETER, OUTPUT, TEMPERATURE = 0, 100, 1000, 2000, 3000
 NOW = ("speed", "pressure_piston_side", "pressure_rod_side", "rod_position", "rod_velocity")
 """Outputs that hold at the communication point; all other powers, flows and torques are means over the step before it."""
 _PAYLOAD = "load.payload_mass"  # an input, though the sheet has a value of it
+_MEASURED = ("measurement.", "sensors.")  # sections of what measures the rig; the free run measures nothing
+_NOT_READ = ("ambient", "motor.rated_torque", "motor.maximum_speed", "motor.thermal.winding_limit")  # by the free run either
 _UNITS = {
     "speed": "rad/s", "speed_absolute": "rad/s", "current": "A", "mean_square_current": "A2", "torque": "N.m", "voltage": "V",
     "rod_position": "m", "rod_velocity": "m/s", "cylinder_force": "N", "friction_force": "N",
@@ -71,11 +73,12 @@ def _settings(rig: Rig) -> list[Variable]:
 
 
 def _parameters(rig: Rig) -> list[Variable]:
+    """What the free run reads of the rig file."""
     path_of = {field: path for path, field in FIELD_OF_PATH.items()}
     record, found = rig.parameters[0], []
     for i, field in enumerate(PARAMETER_DTYPE.names):
         path = path_of.get(field)
-        if path is None or path == _PAYLOAD:
+        if path is None or path in (_PAYLOAD, *_NOT_READ) or path.startswith(_MEASURED):
             continue
         quantity = rig.quantities[path]
         found.append(Variable(PARAMETER + i, path, _modelica(quantity.unit), f"rig file: {quantity.source or 'no source'}",
