@@ -52,6 +52,19 @@ for k, command in enumerate(wanted["command"][middle:], middle):
 told["again"] = fmu.getReal([reference[name] for name in names])
 told["outputs"] = {name: [row[i] for row in rows] for i, name in enumerate(names)}
 
+
+
+def lifted(payload, slope):
+    """Outputs after one interval with a payload in kg that changes by so many kg/s."""
+    one = slave(path, description, {"start.pressure_piston_side": 5e5})
+    one.setReal([reference["payload_mass"]], [payload])
+    one.setRealInputDerivatives([reference["payload_mass"]], [1], [slope])
+    one.doStep(0.0, 0.05)
+    return one.getReal([reference[name] for name in names])
+
+
+told["lifted"] = {"rising": lifted(150.0, 200.0), "middle": lifted(155.0, 0.0), "constant": lifted(150.0, 0.0)}
+
 for what, act in (
     ("setting an output", lambda: fmu.setReal([reference["speed"]], [1.0])),
     ("no payload", lambda: slave(path, description, {"payload_mass": 0.0})),
@@ -59,6 +72,7 @@ for what, act in (
     ("a leak that runs backwards", lambda: slave(path, description, {"pump_1.leakage": -1e-12})),
     ("a rod beyond its stroke", lambda: slave(path, description, {"start.rod_position": -0.1})),
     ("a pressure beyond all", lambda: slave(path, description, {"start.pressure_piston_side": 1e9})),
+    ("a payload that falls below none", lambda: lifted(1.0, -100.0)),
     ("another GUID", lambda: slave(path, description, {}, guid="{0}")),
 ):
     try:

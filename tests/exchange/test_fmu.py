@@ -76,8 +76,9 @@ def test_another_tool_gets_the_same_numbers(driven, fmu, tools_python, repo_root
         assert value == outputs[name][-1], name  # a state that was kept goes on in the same way
     assert told["errors"] == [
         "setting an output", "no payload", "degrees Celsius", "a leak that runs backwards", "a rod beyond its stroke",
-        "a pressure beyond all", "another GUID",
+        "a pressure beyond all", "a payload that falls below none", "another GUID",
     ]
+    assert told["lifted"]["rising"] == told["lifted"]["middle"] != told["lifted"]["constant"]
     assert told["units"]["temperature.tank_oil"] == "K" and told["units"]["pressure_rod_side"] == "Pa"
     assert told["plain"]["time"] == pytest.approx(5.0) and told["plain"]["rod_velocity"] > 0.0
 

@@ -255,14 +255,16 @@ EXPORT fmi2Status fmi2DoStep(fmi2Component c, fmi2Real now, fmi2Real h, fmi2Bool
   const char *wrong = wrong_setting(v);
   if (wrong) return said(s, fmi2Error, "%s", wrong);
   if (!(h > 0.0)) return said(s, fmi2Error, "the step is %g s, it must be above 0", h);
+  double payload = v->inputs[PAYLOAD] + v->slopes[PAYLOAD] * h;
+  if (!(payload > 0.0 && payload <= 1e5)) return said(s, fmi2Error, "the slope of payload_mass leads to %g kg, it must be above 0 to 1e5 kg", payload);
   double wanted = ceil(h / v->settings[LONGEST_INTERVAL] - 1e-6);
   long count = wanted < 1.0 ? 1 : (long)wanted;
   double interval = h / count;
-  v->parameters[DDH_PAYLOAD] = v->inputs[PAYLOAD];
   model_failed = 0;
   for (long k = 0; k < count; k++) {
     for (int j = 0; j <= DDH_COMMAND_PARTS; j++)
       command[j] = v->inputs[SPEED_COMMAND] + v->slopes[SPEED_COMMAND] * interval * (k + (double)j / DDH_COMMAND_PARTS);
+    v->parameters[DDH_PAYLOAD] = v->inputs[PAYLOAD] + v->slopes[PAYLOAD] * interval * (k + 0.5);
     ambient = v->inputs[AMBIENT] + v->slopes[AMBIENT] * interval * (k + 0.5);
     ddh_step(v->parameters, v->state, v->temperature, command, &ambient, interval, v->settings[HYDRAULIC_STEP], &nowhere, point, after);
     for (int i = 0; i < DDH_OUTPUTS; i++) sum[i] += point[i];
