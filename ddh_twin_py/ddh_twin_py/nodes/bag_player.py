@@ -98,6 +98,7 @@ class BagPlayer(TwinNode):
         self._playing = self._ending = self._told_end = False
         self._said_at = self._clock_at = self._checked_at = 0.0
         self._held = 0.0  # s of wall time in which the graph was slower than the rate asked for
+        self._held_since: float | None = None  # wall time of the look that sent all that it may, None where that was all that is due
         self._begin(self.values["start_offset"])
         self._control = PlayerControl(self, self, str(self._bag.path), self.values["loop"])
         self.get_logger().info(
@@ -155,6 +156,9 @@ class BagPlayer(TwinNode):
 
     def _step(self) -> None:
         wall = self.wall()
+        if self._held_since is not None:
+            self._held += wall - self._held_since
+            self._held_since = None
         self._take_progress(wall)
         if not self._playing:
             self._wait_for_listeners(wall)
@@ -177,9 +181,9 @@ class BagPlayer(TwinNode):
         if self.rate > 0.0:
             due = min(due, self._anchor_ns + round((wall - self._anchor_wall) * self.rate * 1e9))
         limit = self._flow.limit()
-        if limit is not None and limit < due:
+        held = limit is not None and limit < due
+        if held:
             due = limit
-            self._held += STEP
             wanted = self._anchor_ns + (wall - self._anchor_wall) * self.rate * 1e9
             if self.rate > 0.0 and wanted - limit > _LAG:
                 self.warn_once(*self._flow.held_by(wall, self.rate))
@@ -187,6 +191,8 @@ class BagPlayer(TwinNode):
                 self._anchor()
         if due > self._position_ns:
             self._send_until(due)
+        if held:
+            self._held_since = self.wall()
         if wall - self._said_at >= _SAY:
             self._say(wall)
 
