@@ -322,6 +322,13 @@ def test_the_channel_of_a_drive_that_disagrees_with_all_others_is_left_out_alone
     assert np.isnan(screened.drive.column(field)).all() and all(np.isfinite(screened.drive.column(name)).all() for name in others)
 
 
+@pytest.mark.filterwarnings("error")
+def test_a_power_that_is_always_zero_is_found_where_its_noise_is_not_known(paper, scales):
+    finding, screened = only(drive_with(paper, electrical_power=0.0), {}, scales)
+    assert "electrical_power is 0 times sqrt(3) times voltage times current, while torque times speed is 868 W; not used" in finding.message
+    assert np.isnan(screened.drive.column("electrical_power")).all() and np.isfinite(screened.drive.values[:, :5]).all()
+
+
 @pytest.mark.parametrize(("stream", "factors"), [(DRIVE, {"torque": 20.0, "current": 20.0, "electrical_power": 20.0}),
                                                  (HYDRAULIC, {"rod_position": -1.0})])
 def test_what_is_out_of_range_by_little_is_in_no_unit_a_thousand_times_as_small(paper, noise, stream, factors):

@@ -99,6 +99,9 @@ def _torque_or_current(torque: float, apparent: float, scales: UnitScales) -> li
 
 def _power_or_voltage(apparent: float, taken: _Taken) -> list[UnitSuspicion]:
     """Which of the two is wrong where power is so many times sqrt(3) times voltage times current, which is what makes the torque."""
+    if apparent == 0.0:
+        of = f"sqrt(3) times voltage times current, while torque times speed is {taken.shaft:.3g} W"
+        return [_wrong(_POWER, 0.0, of)] if taken.shaft > _TELLING else []
     if taken.fits(1.0, 1.0):
         return [_wrong(_VOLTAGE, 1.0 / apparent, "electrical power over sqrt(3) times current, with which torque times speed agrees")]
     if taken.fits(1.0, apparent):
