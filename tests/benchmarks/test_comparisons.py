@@ -130,7 +130,7 @@ def test_what_was_measured_is_kept_where_the_live_nodes_fail(tmp_path, monkeypat
 
     monkeypatch.setattr(live_bench, "live_figures", failing)
     monkeypatch.setattr(benchmarks, "COMPARISONS", ())
-    for part in ("_replay", "_decode", "time_screening", "_kernels"):
+    for part in ("_replay", "_decode", "time_screening", "time_recorded_run"):
         monkeypatch.setattr(benchmarks, part, lambda *given: [Figure("before", 1.0, "s", 2.0)])
     monkeypatch.setattr(benchmarks, "collect", lambda chunks, *given: collect(islice(chunks, 3), START_NS))
     out = tmp_path / "bench.json"
