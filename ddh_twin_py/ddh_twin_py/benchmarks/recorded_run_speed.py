@@ -25,7 +25,7 @@ def time_recorded_run(recording: Recording, rig: Rig) -> list[Figure]:
     """Multiples of real time of a free run on recorded commands, and µs of the temperature filter for a tick."""
     result = replay(recording, rig)
     n = result.time.size
-    stamps = (recording.drive.time - recording.drive.time[0]).astype(float)
+    stamps = recording.drive.time - recording.drive.time[0]
     command = command_at(stamps, recording.drive.values[:, DRIVE_FIELDS.index("speed_command")],
                          INTERVAL / COMMAND_PARTS * np.arange(command_size(n)))
     best = float("inf")

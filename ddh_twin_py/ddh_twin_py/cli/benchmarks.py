@@ -76,10 +76,11 @@ def measure(quick: bool = False, live: bool = True, quiet: bool = False) -> tupl
             figures += _replay(bag, Path(scratch), duration)
         with stage("reading", quiet):
             figures += _decode(bag)
+        recording, rig = read_recording(bag), load_rig()
         with stage("screening", quiet):
-            figures += time_screening(read_recording(bag), load_rig())
+            figures += time_screening(recording, rig)
         with stage("free run and filter", quiet):
-            figures += time_recorded_run(read_recording(bag), load_rig())
+            figures += time_recorded_run(recording, rig)
         for label, benchmark in COMPARISONS:
             with stage(label, quiet):
                 found, reasons = benchmark(quick)

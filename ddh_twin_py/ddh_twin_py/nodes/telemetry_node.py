@@ -49,6 +49,11 @@ def known_payload(told: RigInfo | None) -> float | None:
     return told.payload_mass if told is not None and 0.0 < told.payload_mass < np.inf else None
 
 
+def in_words(told: RigInfo) -> str:
+    """An announcement in a line; two that say the same are the same in words, also where neither knows the payload."""
+    return str(Rig(told.rig_id, told.oil_grade, known_payload(told) or math.nan))
+
+
 class TelemetryNode(TwinNode, ABC):
     """A node fed with ticks of telemetry; a subclass makes `feed` and does the work in `work`.
 
@@ -152,9 +157,8 @@ class TelemetryNode(TwinNode, ABC):
         before = self.rig_info
         self.rig_info = message
         self.health.hardware_id = message.rig_id
-        told = Rig(message.rig_id, message.oil_grade, known_payload(message) or math.nan)
-        if before is None or str(told) != str(Rig(before.rig_id, before.oil_grade, known_payload(before) or math.nan)):
-            self.get_logger().info(f"rig {told}")
+        if before is None or in_words(before) != in_words(message):
+            self.get_logger().info(f"rig {in_words(message)}")
             contradiction = self.unit.contradiction(message) if self.unit is not None else ""
             if contradiction:
                 self.get_logger().warning(f"{contradiction}; it begins anew")

@@ -109,27 +109,28 @@ class PresentDuty:
     def clear(self) -> None:
         """Forget the duty."""
         self._rows: list[tuple[np.ndarray, ...]] = []
-        self._ages: list[int] = []  # intervals since each of these came
+        self._came: list[int] = []  # intervals that had passed when each of these came
+        self._passed = 0
         self._count = 0
 
     def add(self, heat: np.ndarray, flow: np.ndarray, mean_square_current: np.ndarray, measured: np.ndarray) -> None:
         """Intervals in which all telemetry was there: (n, N), (n, N_FLOWS), (n,), `MEASURED_DTYPE` (n,)."""
         if measured.size:
             self._rows.append((heat, flow, mean_square_current, measured))
-            self._ages.append(0)
+            self._came.append(self._passed)
             self._count += measured.size
         while self._rows and self._count - self._rows[0][3].size >= self._size:
             self._drop()
 
     def passes(self, intervals: int) -> None:
         """So many intervals passed, whether they told a duty or not."""
-        self._ages = [age + intervals for age in self._ages]
-        while self._ages and self._ages[0] * self._interval > OLDEST:
+        self._passed += intervals
+        while self._came and (self._passed - self._came[0]) * self._interval > OLDEST:
             self._drop()
 
     def _drop(self) -> None:
         """Forget the oldest rows."""
-        self._ages.pop(0)
+        self._came.pop(0)
         self._count -= self._rows.pop(0)[3].size
 
     @property

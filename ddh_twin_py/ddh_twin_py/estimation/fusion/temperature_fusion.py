@@ -35,7 +35,7 @@ EPOCH = 1.0
 UNKNOWN_AMBIENT = 10.0
 """K, standard deviation of the air where no sensor tells it."""
 _M = len(SENSORS)
-_MOTOR = len(MOTOR_NODES)
+_GROUPS = slice(0, len(MOTOR_NODES)), slice(len(MOTOR_NODES), N)  # nodes of which the one and the other model tells the heat
 
 # W, heat of a node that may be running unseen before anything is known of its duty
 _UNSEEN_HEAT = np.array([60.0 if "winding" in name else 20.0 if name.endswith("oil") else 10.0 for name in NODES])
@@ -189,7 +189,7 @@ class TemperatureFusion:
         self._count = 0
         self._heat = np.zeros(N)
         self._unknown = np.zeros(N)
-        self._seen_heat, self._seen = np.zeros(N), np.zeros(N)  # W summed over intervals in which it was told, and how many
+        self._seen_heat, self._seen = np.zeros(N), [0] * len(_GROUPS)  # W summed over intervals that told it; their number by group
         self._flow = np.zeros(N_FLOWS)
         self._square = 0.0
         self._position = 0.0
@@ -368,19 +368,22 @@ class TemperatureFusion:
             heat: W, (n, N). motor_known, hydraulics_known: of each interval, (n,).
         """
         usual = self.state.usual_heat
-        for known, nodes in ((motor_known, slice(0, _MOTOR)), (hydraulics_known, slice(_MOTOR, N))):
-            seen = np.asarray(known, dtype=bool)
-            size, unseen = np.abs(heat[:, nodes]), np.count_nonzero(~seen)
+        for group, known in enumerate((motor_known, hydraulics_known)):
+            nodes, seen = _GROUPS[group], np.count_nonzero(known)
+            size, unseen = np.abs(heat[:, nodes]), known.size - seen
             if unseen:
-                self._unknown[nodes] += unseen * usual[nodes] + _UNSEEN_SHARE * size[~seen].sum(axis=0)
-            self._seen_heat[nodes] += size[seen].sum(axis=0)
-            self._seen[nodes] += seen.size - unseen
+                self._unknown[nodes] += unseen * usual[nodes] + _UNSEEN_SHARE * size[~known].sum(axis=0)
+                size = size[known]
+            self._seen_heat[nodes] += size.sum(axis=0)
+            self._seen[group] += seen
 
     def _learn_usual_heat(self) -> None:
         """Move what heat is usual towards that of the epoch's intervals in which telemetry told it."""
-        seen, usual = self._seen > 0, self.state.usual_heat
-        weight = np.minimum(1.0, self._seen[seen] * self.interval / _DUTY_MEMORY)
-        usual[seen] += weight * (self._seen_heat[seen] / self._seen[seen] - usual[seen])
+        usual = self.state.usual_heat
+        for nodes, seen in zip(_GROUPS, self._seen, strict=True):
+            if seen:
+                weight = min(1.0, seen * self.interval / _DUTY_MEMORY)
+                usual[nodes] += weight * (self._seen_heat[nodes] / seen - usual[nodes])
 
     def rest(self, age: float) -> None:
         """Let ``age`` seconds pass in which the machine may have stood or run unseen.
