@@ -2,7 +2,9 @@
 
 import numpy as np
 import pytest
-from ddh_twin_py.estimation.fusion.temperature_filter import predict_covariance, predict_mean, scaled_heat
+from ddh_twin_py.estimation.fusion.covariance_prediction import predict_covariance
+from ddh_twin_py.estimation.fusion.deviating_network import scaled_heat
+from ddh_twin_py.estimation.fusion.temperature_filter import predict_mean
 from ddh_twin_py.estimation.fusion.uncertain_parameters import (
     HEAT_SPLITS,
     N_PUMP_LOSS,

@@ -13,13 +13,14 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ddh_twin_py.estimation.fusion.covariance_prediction import predict_covariance
 from ddh_twin_py.estimation.fusion.inputs import FusionInputs, Reading, Readings, air_of
 from ddh_twin_py.estimation.fusion.left_together import Departures, LeftTogether
 from ddh_twin_py.estimation.fusion.outvoted import HEARD, outvoted
 from ddh_twin_py.estimation.fusion.result import FusionResult, Innovation
 from ddh_twin_py.estimation.fusion.smoother import SMOOTHED_EVERY, Trace
 from ddh_twin_py.estimation.fusion.state import FusionState, start_covariance
-from ddh_twin_py.estimation.fusion.temperature_filter import NEVER_READ, advance_mean, predict_covariance, update
+from ddh_twin_py.estimation.fusion.temperature_filter import NEVER_READ, advance_mean, update
 from ddh_twin_py.estimation.fusion.uncertain_parameters import AMBIENT_AT, COPPER_AT, N_UNCERTAIN, UNKNOWN_HEAT_AT, uncertain_parameters
 from ddh_twin_py.estimation.sensors import NODE_INDEX, SENSORS
 from ddh_twin_py.physics.oil import ZERO_CELSIUS
