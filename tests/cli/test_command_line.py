@@ -10,7 +10,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from ddh_twin_py.cli.arguments import OUTPUTS, json_file, output_file
+from ddh_twin_py.cli.arguments import OUTPUTS, InputError, json_file, output_file, reads
 from ddh_twin_py.cli.command_line_page import command_line_page
 from ddh_twin_py.cli.exit_codes import EXIT_CODES, NO
 from ddh_twin_py.cli.main import VERBS, build_parser, main
@@ -131,13 +131,61 @@ def test_the_page_is_not_served_by_a_rig_file_that_cannot_be_used(tmp_path, caps
     assert f"error: {tmp_path / 'own.yaml'}: is empty" in capsys.readouterr().err and not (tmp_path / "log").exists()
 
 
-def test_a_demo_overwrites_neither_its_input_nor_its_own_numbers(tmp_path, capsys):
+def test_a_demo_overwrites_neither_its_input_nor_its_own_numbers(tmp_path, capsys, repo_root, monkeypatch):
+    monkeypatch.chdir(repo_root)
     (tmp_path / "twin").mkdir()
     (tmp_path / "twin" / "twin_0.mcap").touch()
+    (tmp_path / "twin" / "recorded_by_demo").touch()
     for more, said in ((["--bag", tmp_path / "twin"], "twin would be overwritten by what is recorded"),
-                       (["--json", tmp_path / "report.json"], "--json and --out both write to")):
+                       (["--json", tmp_path / "report.json"], "--json and --out both write to"),
+                       (["--json", "bags/paper_cycle/metadata.yaml"], "--json would overwrite 'bags/paper_cycle/metadata.yaml'")):
         assert main(["demo", "--out", str(tmp_path), *map(str, more)]) == 2
         assert said in capsys.readouterr().err and (tmp_path / "twin" / "twin_0.mcap").exists()
+
+
+def test_a_demo_removes_what_a_demo_recorded_and_nothing_else(tmp_path, monkeypatch, repo_root):
+    monkeypatch.chdir(repo_root)
+    played = []
+
+    def play(bag, recorded, *_, **__):
+        assert not recorded.exists()
+        recorded.mkdir(parents=True)
+        (recorded / "twin_0.mcap").write_text(f"{len(played)}")
+        played.append(recorded)
+        raise InputError("a node ended")
+
+    monkeypatch.setattr("ddh_twin_py.cli.live_play.play", play)
+    monkeypatch.setattr("ddh_twin_py.estimation.replay.replay", lambda *_, **__: None)
+    monkeypatch.setattr("ddh_twin_py.cli.replay.leave_one_out", lambda *_: {})
+    (tmp_path / "twin").mkdir()
+    (tmp_path / "twin" / "twin_0.mcap").write_text("of a machine")  # as ddh-twin up --record leaves it
+    for _ in range(2):
+        assert main(["demo", "--bag", "bags/paper_cycle", "--out", str(tmp_path), "--quiet"]) == 2
+    assert played == [tmp_path / "twin_2", tmp_path / "twin_2"]
+    assert (tmp_path / "twin" / "twin_0.mcap").read_text() == "of a machine" and (tmp_path / "twin_2" / "twin_0.mcap").read_text() == "1"
+
+
+@pytest.mark.parametrize("written", ["metadata.yaml", "rig.yaml", "b_1.mcap"])
+def test_one_file_of_a_bag_stands_for_the_bag(written, tmp_path, capsys):
+    for name in ("metadata.yaml", "rig.yaml", "b_0.mcap", "b_1.mcap", "page.html"):
+        (tmp_path / name).touch()
+    with pytest.raises(SystemExit) as left:
+        main(["info", str(tmp_path / "b_0.mcap"), "--json", str(tmp_path / written)])
+    assert left.value.code == 2 and "--json would overwrite" in capsys.readouterr().err
+    assert not reads(str(tmp_path / "b_0.mcap"), str(tmp_path / "page.html"))
+    (tmp_path / "metadata.yaml").unlink()
+    assert not reads(str(tmp_path / "b_0.mcap"), str(tmp_path / "b_1.mcap"))  # two recordings side by side, of which one is made anew
+
+
+@pytest.mark.parametrize("argv", [
+    ["fleet", "bags", "--out", "{}", "--html", "{}/fleet.csv"], ["layouts", "{}", "--json", "{}/foxglove.json"],
+    ["gap-bench", "score", "{}", "--html", "{}/scores.json"], ["gap-bench", "score", "{}", "--json", "{}/scores.html"],
+], ids=lambda argv: argv[0])  # fmt: skip
+def test_what_a_verb_writes_by_itself_is_not_written_twice(argv, tmp_path, capsys, repo_root, monkeypatch):
+    monkeypatch.chdir(repo_root)
+    assert main([word.format(tmp_path) for word in argv]) == 2
+    said = capsys.readouterr().err
+    assert f"both write to '{tmp_path}" in said and len(said.splitlines()) == 1 and not list(tmp_path.iterdir())
 
 
 def test_the_nearest_of_a_file_that_is_not_there(tmp_path, capsys):

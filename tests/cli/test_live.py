@@ -12,7 +12,6 @@ from ddh_twin_py.bags.reader import read_recording
 from ddh_twin_py.bags.writer import write_recording
 from ddh_twin_py.cli.arguments import InputError
 from ddh_twin_py.cli.live_graph import LiveGraph, free_domain
-from ddh_twin_py.cli.main import main
 
 pytestmark = pytest.mark.live
 WITHOUT_FUSED_VISCOSITY = 0.05
@@ -60,14 +59,6 @@ def test_live_and_in_process_agree(demo):
     assert apart["fused temperatures"]["largest"] < WITHOUT_FUSED_VISCOSITY
     assert apart["torque, free run"]["largest"] < 1e-6
     assert apart["torque, soft sensor"]["in_noise"] < 1.0
-
-
-def test_an_earlier_recording_is_replaced_and_nothing_else(demo, short_bag, tmp_path, capsys):
-    (tmp_path / "twin").mkdir()
-    (tmp_path / "twin" / "precious.txt").write_text("mine")
-    assert main(["demo", "--bag", str(short_bag), "--out", str(tmp_path), "--quiet"]) == 2
-    assert "is in the way" in capsys.readouterr().err
-    assert (tmp_path / "twin" / "precious.txt").exists()
 
 
 def test_a_node_that_cannot_start_is_named_with_its_reason(tmp_path):

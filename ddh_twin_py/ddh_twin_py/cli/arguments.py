@@ -7,7 +7,7 @@ import os
 import re
 import shutil
 import sys
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 
 from ddh_twin_py.names import no_such
@@ -101,22 +101,30 @@ class Parser(argparse.ArgumentParser):
         read = [value for action, values in given.items() if action.type not in OUTPUTS
                 for value in (values if isinstance(values, list) else [values]) if isinstance(value, str) and value]
         for action, value in given.items():
-            source = next((s for s in read if _reads(s, value)), "") if action.type in OUTPUTS and isinstance(value, str) else ""
+            source = next((s for s in read if reads(s, value)), "") if action.type in OUTPUTS and isinstance(value, str) else ""
             if source:
                 name = action.option_strings[-1] if action.option_strings else action.metavar
                 self.error(f"{name} would overwrite {value!r}, an input of this run ({source}); give it a path of its own")
 
 
-def _reads(given: str, written: str) -> bool:
-    """Whether what an argument reads, a file or a folder of recordings however deep, is or holds the file that is to be written."""
+def reads(given: str, written: str) -> bool:
+    """Whether what an argument reads, a file or a folder of recordings however deep, is or holds the file that is to be written.
+
+    One file of a bag stands for the whole of it.
+    """
     try:
-        if Path(given).is_file():
-            return os.path.realpath(given) == os.path.realpath(written)
+        path = Path(given)
+        if path.is_file():
+            if os.path.realpath(path) == os.path.realpath(written):
+                return True
+            if path.suffix not in _OF_BAGS or not (path.parent / "metadata.yaml").is_file():
+                return False
+            path = path.parent
         file = Path(os.path.realpath(written))
         of_a_bag = file.suffix in _OF_BAGS or file.name in _BESIDE_BAGS
-        if not (of_a_bag and file.is_file() and Path(given).is_dir()):
+        if not (of_a_bag and file.is_file() and path.is_dir()):
             return False
-        return any(Path(way(given)) in Path(way(written)).parents for way in (os.path.abspath, os.path.realpath))
+        return any(Path(way(path)) in Path(way(written)).parents for way in (os.path.abspath, os.path.realpath))
     except (OSError, ValueError):
         return False
 
@@ -213,6 +221,14 @@ def refuse_unwritable(name: str, folder: Path, files: Iterable[Path]) -> None:
             output_file(str(path))
         except argparse.ArgumentTypeError as error:
             raise InputError(f"{name}: {error}") from None
+
+
+def refuse_same(name: str, own: Iterable[str | Path], given: Mapping[str, str | Path | None]) -> None:
+    """Raise InputError where a file of ``given``, option to path, is one that ``name`` writes: the second would overwrite the first."""
+    there = {os.path.realpath(path) for path in own}
+    for option, path in given.items():
+        if path is not None and str(path) != "-" and os.path.realpath(path) in there:
+            raise InputError(f"{option} and {name} both write to {str(path)!r}; give each a path of its own")
 
 
 def refuse_recording(name: str, folder: Path) -> None:

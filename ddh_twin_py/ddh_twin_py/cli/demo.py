@@ -6,10 +6,23 @@ import argparse
 import os
 from pathlib import Path
 
-from ddh_twin_py.cli.arguments import InputError, add_json, add_quiet, add_rig, add_verb, named_file, refuse_recording, refuse_unwritable
+from ddh_twin_py.bags.numbering import numbered
+from ddh_twin_py.cli.arguments import (
+    InputError,
+    add_json,
+    add_quiet,
+    add_rig,
+    add_verb,
+    named_file,
+    reads,
+    refuse_recording,
+    refuse_same,
+    refuse_unwritable,
+)
 
 _EXAMPLE = "  ddh-twin demo --out out/demo"
 _REPORT, _NUMBERS, _LOG = "report.html", "report.json", "nodes.log"
+_OWN = "recorded_by_demo"  # in the folder of a recording that the next demo may replace
 
 
 def add_parser(subparsers) -> None:
@@ -37,7 +50,7 @@ def run(args: argparse.Namespace) -> int:
 
     out = Path(args.out)
     bag = Path(args.bag) if args.bag else _example_bag()
-    recorded = out / "twin"
+    recorded = next(path for path in numbered(out / "twin") if not os.path.lexists(path) or (path / _OWN).is_file())
     _look_at_outputs(out, recorded, bag, args.json)
     with stage("loading", args.quiet):
         from ddh_twin_py.bags.reader import read_recording
@@ -60,7 +73,11 @@ def run(args: argparse.Namespace) -> int:
     with stage("estimating each location without its sensor", args.quiet) as progress:
         left_out = leave_one_out(offline, recording, INTERVAL, progress)
     shutil.rmtree(recorded, ignore_errors=True)
-    played = play(bag, recorded, out / _LOG, rig_file=args.rig, quiet=args.quiet)
+    try:
+        played = play(bag, recorded, out / _LOG, rig_file=args.rig, quiet=args.quiet)
+    finally:
+        if recorded.is_dir():
+            (recorded / _OWN).touch()
     with stage(f"writing {out / _REPORT}", args.quiet):
         live, share = live_result(recorded, offline)
         apart = differences(live, offline)
@@ -73,6 +90,7 @@ def run(args: argparse.Namespace) -> int:
             ("Live against one process", sentence(apart)),
             ("Intervals that came over the topics", f"{100.0 * share:.2f} % of {live.time.size}"),
             ("What the nodes said", str(out / _LOG)),
+            ("What the nodes published", str(recorded)),
         ]
         replay_document(live, agreement, how, rows).write(out / _REPORT)
         told = {
@@ -104,16 +122,16 @@ def _example_bag() -> Path:
 
 
 def _look_at_outputs(out: Path, recorded: Path, bag: Path, numbers: str | None) -> None:
-    """What is to be written can be, and what is removed is the recording of an earlier demo and not the one to play.
+    """What is to be written can be, is written once, and is not of the recording to play.
 
     Raises:
         InputError: it cannot, or is.
     """
-    refuse_unwritable("--out", out, [out / name for name in (_REPORT, _NUMBERS, _LOG)])
+    own = [out / name for name in (_REPORT, _NUMBERS, _LOG)]
+    refuse_unwritable("--out", out, own)
     refuse_recording("--out", out)
-    if numbers not in (None, "-") and os.path.realpath(numbers) in (os.path.realpath(out / name) for name in (_REPORT, _NUMBERS, _LOG)):
-        raise InputError(f"--json and --out both write to {numbers!r}; give each a path of its own")
-    if recorded.is_dir() and any(recorded.iterdir()) and not list(recorded.glob("*.mcap")):
-        raise InputError(f"--out: {recorded} is in the way and is no recording of a demo")
+    refuse_same("--out", own, {"--json": numbers})
+    if numbers and reads(str(bag), numbers):
+        raise InputError(f"--json would overwrite {numbers!r} of the recording to play, {bag}; give it a path of its own")
     if bag.resolve().is_relative_to(recorded.resolve()):
         raise InputError(f"--bag: {bag} would be overwritten by what is recorded; give --out another folder")

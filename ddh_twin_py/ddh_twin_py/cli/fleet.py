@@ -17,6 +17,7 @@ from ddh_twin_py.cli.arguments import (
     output_file,
     positive,
     refuse_recording,
+    refuse_same,
     refuse_unwritable,
     whole,
 )
@@ -77,6 +78,8 @@ def run(args: argparse.Namespace) -> int:
             raise InputError(f"{name} is {given!r}; allowed is the name of a folder")
     out = Path(args.out)
     refuse_unwritable("--out", out, [out / _TABLE])
+    if not args.csv:
+        refuse_same("--out", [out / _TABLE], {"--parquet": args.parquet, "--html": args.html, "--json": args.json})
     refuse_recording("--out", out)
     found = find_recordings(args.folder, out, Path(args.rig) if args.rig else None)
     busy = FleetError(f"{out}: another ddh-twin fleet writes its results there; wait for it, or give --out another folder")

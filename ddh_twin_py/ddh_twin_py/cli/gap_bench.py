@@ -6,7 +6,18 @@ import argparse
 import os
 from pathlib import Path
 
-from ddh_twin_py.cli.arguments import InputError, add_html, add_json, add_quiet, add_verb, refuse_recording, refuse_unwritable, seed, whole
+from ddh_twin_py.cli.arguments import (
+    InputError,
+    add_html,
+    add_json,
+    add_quiet,
+    add_verb,
+    refuse_recording,
+    refuse_same,
+    refuse_unwritable,
+    seed,
+    whole,
+)
 from ddh_twin_py.names import no_such
 
 STEPS = ("make", "run", "score")
@@ -56,7 +67,7 @@ def run(args: argparse.Namespace) -> int:
     for suite in suites:
         if suite not in SUITES:
             raise InputError(f"--suite: {no_such('suite', suite, list(SUITES))}")
-    _refuse_outputs(args, steps)
+    _refuse_outputs(args, steps, out if len(folders) == 1 else None)
     if "make" in steps:
         refuse_unwritable("OUT", out, [out / "x"])
         refuse_recording("OUT", out)
@@ -101,19 +112,24 @@ def run(args: argparse.Namespace) -> int:
     return 0
 
 
-def _refuse_outputs(args: argparse.Namespace, steps: tuple[str, ...]) -> None:
-    """Before hours of work: what only a score can write, a page without a place for the table, or one path twice."""
+def _refuse_outputs(args: argparse.Namespace, steps: tuple[str, ...], alone: Path | None) -> None:
+    """Before hours of work: what only a score can write, a page without a place for the table, or one path twice.
+
+    A bench that is scored ``alone`` keeps its scores in its folder.
+    """
     given = {name: value for name in ("table", "html", "json", "bench") if (value := getattr(args, name))}
     if given and "score" not in steps:
         raise InputError(f"--{next(iter(given))}: is for the step score, which {steps[0]} is not")
+    if alone is not None:
+        own = [alone / "scores.json"] + [alone / "scores.html"] * (not args.html)
+        refuse_same("OUT", own, {"--table": args.table, "--html": args.html, "--json": args.json})
     if args.table is None:
         return
     from ddh_twin_py.report.bench.table import place_of
 
     place_of(args.table)
     for name in ("html", "json"):
-        if name in given and given[name] != "-" and os.path.realpath(given[name]) == os.path.realpath(args.table):
-            raise InputError(f"--table and --{name} both write to {given[name]!r}; give each a path of its own")
+        refuse_same(f"--{name}", [given[name]] if name in given else [], {"--table": args.table})
 
 
 def _asked(words: list[str]) -> tuple[tuple[str, ...], list[Path]]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from ddh_twin_py.cli.arguments import add_json, add_quiet, add_verb, named_file, namespace, refuse_recording, refuse_unwritable
+from ddh_twin_py.cli.arguments import add_json, add_quiet, add_verb, named_file, namespace, refuse_recording, refuse_same, refuse_unwritable
 
 _EXAMPLE = "  ddh-twin layouts out/layouts --namespace /crane_1"
 
@@ -36,6 +36,7 @@ def run(args: argparse.Namespace) -> int:
     folder = Path(args.folder)
     files = {folder / name: content for name, content in layout_files(normalised(namespace(args.namespace))).items()}
     refuse_unwritable("FOLDER", folder, files)
+    refuse_same("FOLDER", files, {"--json": args.json})
     refuse_recording("FOLDER", folder)
     written = [write_whole(path, content) for path, content in files.items()]
     if args.json:

@@ -7,7 +7,7 @@ import os
 from collections.abc import Sequence
 from pathlib import Path
 
-from ddh_twin_py.cli.arguments import InputError, add_json, add_verb, named_file, refuse_unwritable
+from ddh_twin_py.cli.arguments import InputError, add_json, add_verb, named_file, refuse_same, refuse_unwritable
 from ddh_twin_py.names import no_such
 
 TABLE = "real.csv"
@@ -92,8 +92,7 @@ def _look_at_outputs(out: Path, numbers: str | None, rigs: Sequence[str]) -> Non
     """
     own = [out / TABLE, *(out / f"{rig}.{end}" for rig in rigs for end in ("html", "json"))]
     refuse_unwritable("--out", out, own)
-    if numbers not in (None, "-") and os.path.realpath(numbers) in map(os.path.realpath, own):
-        raise InputError(f"--json and --out both write to {numbers!r}; give each a path of its own")
+    refuse_same("--out", own, {"--json": numbers})
 
 
 def print_table(studies, out: Path) -> None:
