@@ -1,5 +1,7 @@
 """A described rig through the whole engine: what acts is found, built in, and then nothing is left."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from ddh_twin_py.estimation.fitting.comparison import Comparison, Discrepancy
@@ -7,6 +9,7 @@ from ddh_twin_py.gap import answer
 from ddh_twin_py.gap.evidence.slopes import slopes_of
 from ddh_twin_py.real_rigs.controls import on_real, on_simulated
 from ddh_twin_py.real_rigs.diagnose import diagnose, found_by, rounds
+from ddh_twin_py.real_rigs.rig_model import RigModel
 from support.heated_block import DESCRIPTION, block
 
 OFFSET, BEND, DRAUGHT = DESCRIPTION.effects
@@ -39,6 +42,17 @@ def test_what_held_out_data_ask_of_the_rig_is_told_and_progress_goes_on(monkeypa
     outcome = diagnose(block(theta=(0.5, -0.5)), shares.append)
     assert any("with another gain" in note for note in outcome.diagnosis.report["notes"])
     assert shares == sorted(shares) and shares[-1] == 1.0 and any(0.9 < share < 1.0 for share in shares)
+
+
+def test_what_nobody_listed_is_told_with_its_place_its_size_and_on_what_it_depends():
+    clean, odd = block(seed=3), block()
+    for run in odd.field:
+        reading = run.signals["temperature"]
+        run.signals["temperature"] = replace(reading, measured=reading.measured + np.where(run.command > 1.0, 0.4, 0.0))
+    outcome = diagnose(RigModel(replace(DESCRIPTION, effects=()), odd.field, commissioning=clean.field))
+    found = outcome.diagnosis.report["unknown"]
+    assert outcome.verdict == "unknown" and (found["component"], found["domain"]) == DESCRIPTION.places["temperature"]
+    assert 0.05 < found["size"] < 0.4 and found["unit"] == "K" and "warmth" in found["depends_on"]
 
 
 def test_neutral_values_are_the_baseline_exactly():

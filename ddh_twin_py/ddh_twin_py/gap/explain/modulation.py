@@ -16,6 +16,8 @@ def modulations(block: Block, variables: Mapping[str, np.ndarray],
                 phases: Sequence[str] = PHASES) -> tuple[list[tuple[str, str]], np.ndarray]:
     """Forms of one signal: by phase, growing with the oil's warmth and with speed; of a temperature slow curves.
 
+    A signal none of whose bins lies in a phase, as of a rig that has no cycle, has its forms over the whole recording.
+
     Args:
         block: of the signal, b bins. variables: on what it may depend, name to values at all bins of the recording, (rows,).
         phases: of the cycle that have forms of their own.
@@ -30,9 +32,10 @@ def modulations(block: Block, variables: Mapping[str, np.ndarray],
         return ([("all", "time" if degree else "phase") for degree in range(_DEGREES)],
                 np.column_stack([np.polynomial.legendre.legval(place, [0.0] * degree + [1.0]) for degree in range(_DEGREES)]))
     grown = {key: centred(values[block.rows]) for key, values in variables.items()}
-    if block.per_stroke:
-        warm = {key: values for key, values in grown.items() if key == "oil temperature"}
-        return [("all", "phase"), *(("all", key) for key in warm)], np.column_stack([np.ones(time.size), *warm.values()])
+    without_phases = bool(time.size) and not np.any(block.binning.phase >= 0)
+    if block.per_stroke or without_phases:
+        kept = {key: values for key, values in grown.items() if without_phases or key == "oil temperature"}
+        return [("all", "phase"), *(("all", key) for key in kept)], np.column_stack([np.ones(time.size), *kept.values()])
     kinds, forms = [], []
     for phase in phases:
         here = (block.binning.phase == PHASES.index(phase)).astype(float)
