@@ -1,5 +1,6 @@
 """What an answer says beside its verdict."""
 
+import json
 import math
 from dataclasses import replace
 from types import SimpleNamespace
@@ -7,10 +8,13 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from ddh_twin_py.estimation.fitting.calibration import FittedParameter
+from ddh_twin_py.gap import answer
 from ddh_twin_py.gap.answer import _at_the_end, _not_held, _pressed, _shrink
 from ddh_twin_py.gap.catalogue import EFFECTS
 from ddh_twin_py.gap.verdict.hearing import spread_elsewhere, spread_of_unsteady
+from ddh_twin_py.real_rigs.diagnose import diagnose
 from ddh_twin_py.rig.sheet import CUT
+from support.heated_block import DESCRIPTION, block
 
 
 def test_a_parameter_pressed_against_its_tolerance_is_named():
@@ -50,3 +54,12 @@ def test_a_signal_in_which_a_run_goes_astray_has_no_size_but_a_note():
     rows, notes = _shrink(SimpleNamespace(runs=runs, off={"current": 4.0, "speed": 3.0}, run=[]), None)
     assert list(rows) == ["current"] and (rows["current"]["before"], rows["current"]["after"], rows["current"]["noise"]) == (2.0, 1.0, 0.6)
     assert notes == ["free runs of held-out data go astray in speed"]
+
+
+def test_a_report_of_runs_that_go_astray_is_finite_and_says_so_in_words(monkeypatch):
+    usual = answer._before
+    monkeypatch.setattr(answer, "_before", lambda *given: replace(usual(*given), gap=math.inf, gap_as_is=math.inf))
+    diagnosis = diagnose(block([(DESCRIPTION.effects[0], 0, 0.3)])).diagnosis
+    json.dumps(diagnosis.report, allow_nan=False)
+    assert (diagnosis.report["gap"]["as_is"], diagnosis.report["gap"]["before"], diagnosis.report["gap"]["closed_fraction"]) == (None,) * 3
+    assert diagnosis.report["gap"]["after"] > 0.0 and "astray" in diagnosis.sentence and "inf" not in diagnosis.sentence

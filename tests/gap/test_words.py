@@ -1,5 +1,7 @@
 """The verdict in one sentence."""
 
+import math
+
 import pytest
 from ddh_twin_py.gap.catalogue import EFFECTS
 from ddh_twin_py.gap.words import BesideReport, careful, sentence
@@ -226,3 +228,19 @@ def test_a_gap_that_parameters_close_is_not_the_size_of_what_acts():
     assert "lie 2.8 times the floor off, and 1.0 times with the rig's parameters fitted anew." in said
     report["hypotheses"][0]["gap_after"] = 2.7
     assert sentence(report, EFFECTS).startswith("There is a gap of 2.8 times the floor at motor")
+
+
+@pytest.mark.parametrize(("gap", "set_", "begins", "holds"), [
+    ({"verdict": "ambiguous"}, ["load.mass"], "Free runs of data not used for that go astray, and these cannot be told apart surely: ", ""),
+    ({"verdict": "explained"}, ["load.mass"], "The gap is explained by load.mass",
+     "free runs of data not used to find it lie 1.1 times the floor off with it and go astray without it (probability 60 %"),
+    ({"verdict": "unknown"}, [], "Something acts at motor (mechanical) that no listed effect explains: ",
+     "data not used to find it go astray, and lie 1.1 times the floor off with the rig's parameters fitted anew."),
+    ({"verdict": "unknown"}, ["load.mass"], "Free runs of data not used to find it go astray, and something acts at ", ""),
+    ({"verdict": "no_gap"}, [], "Probably no gap: ", " Unfitted the twin went astray, fitted to the commissioning recording alone it "),
+])  # fmt: skip
+def test_runs_that_go_astray_are_no_number(gap, set_, begins, holds):
+    report = {**_unknown(("motor", 1.0)), "gap": {"as_is": math.inf, "before": math.inf, "after": 1.1}, "why": [], "classes": [],
+              "shrink": SHRINK, "hypotheses": [{"effects": set_, "probability": 0.6, "gap_after": 1.1}], **gap}
+    said = sentence(report, EFFECTS)
+    assert said.startswith(begins) and holds in said and "inf" not in said and "nan" not in said

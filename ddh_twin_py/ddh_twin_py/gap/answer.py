@@ -27,6 +27,7 @@ from ddh_twin_py.gap.verdict.places import alone, entry_of, places, sized, unkno
 from ddh_twin_py.gap.verdict.unknown import Unknown
 from ddh_twin_py.gap.verdict.verdict import Verdict
 from ddh_twin_py.gap.words import BesideReport, careful, sentence
+from ddh_twin_py.rig.files import finite
 
 LISTED = 0.01
 """Probability from which an effect or a set is listed."""
@@ -90,7 +91,7 @@ def diagnosis(model: Diagnosable, found: Found, commissioned: np.ndarray, hidden
     beside = BesideReport([*(d.effect for d in left_open.missed), *hidden], unknown.reading, at_best.over if at_best else None, asked_for,
                           pressed, before.commissioned, left_open.since, verdict.together, model.cut, model.witnesses.amplified)
     return Diagnosis(
-        report=report, recordings=model.recordings, sentence=careful(odd) + sentence(report, model.catalogue, beside),
+        report=finite(report), recordings=model.recordings, sentence=careful(odd) + sentence(report, model.catalogue, beside),
         traces=traces(held, before.run[0], runs.of(leader)[0], runs.floor), axes=held.axes(leader.theta, leader.acting),
         lacking=after.rows, alone=alone(model, found), inputs=model.unknown_inputs(before.plain, spread) if not no_gap else [],
         weighed=weighed, confusable=confusable, parameters=parameters, shapes=unknown.shapes,

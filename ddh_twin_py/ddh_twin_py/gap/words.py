@@ -59,7 +59,7 @@ def sentence(report: Mapping, catalogue: Mapping[str, Effect], beside: BesideRep
     """The verdict with its confidence, for an engineer who reads nothing else: one sentence, and of no gap another on what it rests on.
 
     Args:
-        catalogue: effects that were asked about, by id.
+        report: sizes of gaps in it are infinite where free runs went astray. catalogue: effects that were asked about, by id.
     """
     match report["verdict"]:
         case "no_gap":
@@ -115,8 +115,10 @@ def _no_gap(report: Mapping, beside: BesideReport) -> str:
     none = next((h["probability"] for h in report["hypotheses"] if not h["effects"]), 0.0)
     said = "No gap" if none >= _PLAIN else "Probably no gap"
     shown = " that would have shown" if beside.unseen else ""
-    verdict = (f"{said}: with its parameters fitted{tolerances(beside.cut)} the twin explains data not used for that to {after:.1f} times "
-               f"the floor{_another(beside)}, and that no effect acts{shown} is {probably(none)} likely{_else(report)}.")
+    reach = (f"explains data not used for that to {after:.1f} times the floor" if math.isfinite(after) else
+             "goes astray in data not used for that")
+    verdict = (f"{said}: with its parameters fitted{tolerances(beside.cut)} the twin {reach}{_another(beside)}, and that no effect acts"
+               f"{shown} is {probably(none)} likely{_else(report)}.")
     rests = _rests_on(as_is, before, after, _left_off(report, beside), beside)
     return f"{verdict} {rests}" if rests else verdict
 
@@ -128,11 +130,24 @@ def _rests_on(as_is: float, before: float, after: float, left: str, beside: Besi
     if left:
         return left
     if before > _CLOSED_BY * after:  # what the recordings in question show of the rig, its commissioning did not
-        return f"Unfitted the twin was {as_is:.1f} times the floor off, fitted to the commissioning recording alone {before:.1f}."
+        alone = f"{before:.1f}" if math.isfinite(before) else "it went astray"
+        return f"{_unfitted(as_is)}, fitted to the commissioning recording alone {alone}."
     if named := [*_counted(beside.pressed, "parameter", "at the end of what a fit may use"),
                  *_counted(beside.unseen, "effect", "that would not show")]:
         return f"The notes name {' and '.join(named)}."
-    return f"Unfitted the twin was {as_is:.1f} times the floor off, which calibration closes." if as_is > _CLOSED_BY * after else ""
+    return f"{_unfitted(as_is)}, which calibration closes." if as_is > _CLOSED_BY * after else ""
+
+
+def _unfitted(as_is: float) -> str:
+    return f"Unfitted the twin {f'was {as_is:.1f} times the floor off' if math.isfinite(as_is) else 'went astray'}"
+
+
+def _lie(gap: float) -> str:
+    return f"lie {gap:.1f} times the floor off" if math.isfinite(gap) else "go astray"
+
+
+def _stays(worst: str, least: str, times: float) -> str:
+    return f"{worst} stays {least}{times:.1f} times its floor off" if math.isfinite(times) else f"{worst} goes astray"
 
 
 def _counted(names: Sequence[str], what: str, which: str) -> list[str]:
@@ -147,8 +162,8 @@ def _left_off(report: Mapping, beside: BesideReport) -> str:
         return ""
     easily = ", which small flaws of the model move far," if worst in beside.amplified else ""
     least = "" if beside.at_best is None else "at least "
-    name = signal_name(worst)
-    return f"{name[:1].upper()}{name[1:]}{easily} stays {least}{times:.1f} times its floor off, and no listed effect explains that."
+    said = _stays(signal_name(worst) + easily, least, times)
+    return f"{said[:1].upper()}{said[1:]}, and no listed effect explains that."
 
 
 def untold(since: Mapping[str, str]) -> str:
@@ -190,9 +205,11 @@ def _explained(report: Mapping, catalogue: Mapping[str, Effect], beside: BesideR
     text = f"The gap is explained by {' and '.join(named)}"
     worst, times = _left_most(report, beside.at_best, beside.amplified)
     least = "" if beside.at_best is None else "at least "
-    left = f"; {worst} stays {least}{times:.1f} times its floor off, which nothing that is listed explains" if times > _LEFT else ""
+    left = f"; {_stays(worst, least, times)}, which nothing that is listed explains" if times > _LEFT else ""
     without = next((h["gap_after"] for h in report["hypotheses"] if not h["effects"] and h["gap_after"] is not None), math.inf)
-    if gap["before"] <= 1.0 and gap["after"] > _HARDLY * gap["before"]:
+    if not math.isfinite(gap["before"]) or not math.isfinite(gap["after"]):
+        much = f"free runs of data not used to find it {_lie(gap['after'])} with it and {_lie(gap['before'])} without it"
+    elif gap["before"] <= 1.0 and gap["after"] > _HARDLY * gap["before"]:
         much = ("only the recording in which it was sought tells of it: data not used to find it lie within the floor with it and without "
                 f"it ({gap['after']:.1f} and {gap['before']:.1f} times)")
     elif _HARDLY * without < gap["after"] and without < _HARDLY * gap["before"]:
@@ -244,7 +261,8 @@ def _ambiguous(report: Mapping) -> str:
     if before <= _CLOSED_BY:
         return (f"Data not used for that lie {before:.1f} times the floor off, which is no gap, but the recording in which it was sought "
                 f"asks for a cause, and these cannot be told apart surely: {named}.")
-    return f"There is a gap of {before:.1f} times the floor, and these cannot be told apart surely: {named}."
+    there = f"There is a gap of {before:.1f} times the floor" if math.isfinite(before) else "Free runs of data not used for that go astray"
+    return f"{there}, and these cannot be told apart surely: {named}."
 
 
 def _unknown(report: Mapping, reading: str) -> str:
@@ -254,8 +272,11 @@ def _unknown(report: Mapping, reading: str) -> str:
     before = report["gap"]["before"]
     fitted = next((h["gap_after"] for h in report["hypotheses"] if not h["effects"] and h["gap_after"] is not None), math.inf)
     if before > _CLOSED_BY and fitted < _HARDLY * before:  # its size is not that of what acts there
-        return (f"Something acts{place} that no listed effect explains: data not used to find it lie {before:.1f} times the floor off, and "
-                f"{fitted:.1f} times with the rig's parameters fitted anew.")
+        off = (f"data not used to find it lie {before:.1f} times the floor off, and {fitted:.1f} times" if math.isfinite(before) else
+               f"free runs of data not used to find it go astray, and {_lie(fitted)}")
+        return f"Something acts{place} that no listed effect explains: {off} with the rig's parameters fitted anew."
+    if not math.isfinite(before):
+        return f"Free runs of data not used to find it go astray, and something acts{place} that no listed effect explains."
     return f"There is a gap of {before:.1f} times the floor{place} that no listed effect explains."
 
 

@@ -6,12 +6,13 @@ import difflib
 import errno
 import fcntl
 import json
+import math
 import os
 import secrets
 import shutil
 import stat
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -83,6 +84,17 @@ def read_json(path: str | Path) -> object:
         raise ValueError(" ".join(str(error).split())) from None
     except RecursionError:
         raise ValueError("nested too deep to be read") from None
+
+
+def finite(data: object) -> object:
+    """Data as JSON can hold it: NaN and infinity as None, numpy's scalars as Python's, mappings and sequences as dict and list."""
+    if isinstance(data, Mapping):
+        return {str(key): finite(value) for key, value in data.items()}
+    if isinstance(data, (list, tuple)):
+        return [finite(value) for value in data]
+    if hasattr(data, "item") and not isinstance(data, str):  # a numpy scalar
+        data = data.item()
+    return None if isinstance(data, float) and not math.isfinite(data) else data
 
 
 def write_whole(path: str | Path, content: str | bytes) -> Path:

@@ -1,6 +1,7 @@
 """The page of a gap diagnosis: every verdict, what it must hold, and what it must not."""
 
 import json
+import math
 import re
 from dataclasses import replace
 from html.parser import HTMLParser
@@ -268,6 +269,19 @@ def test_the_gap_at_the_end_is_called_after_what_was_added(kind, added, title, d
     diagnosis = replace(diagnoses[kind], added=added, report={**diagnoses[kind].report, "gap": gap})
     assert card(diagnosis, title) == "1.34 ×"
     assert title == "With the cause added" or card(diagnosis, "With the cause added") is None
+
+
+@pytest.mark.parametrize("kind", ["explained", "ambiguous", "unknown"])
+def test_a_gap_without_a_size_is_said_to_be_astray(kind, diagnoses):
+    given, first = diagnoses[kind], diagnoses[kind].weighed[0]
+    gap = {"as_is": None, "before": None, "after": None, "closed_fraction": None}
+    weighed = [replace(first, gap_after=math.inf, left={"current": math.inf}), *given.weighed[1:],
+               Weighed(("a.b",), 0.001, math.inf, {}, {}, {})]
+    diagnosis = replace(given, report={**given.report, "gap": gap}, weighed=weighed, added=("pump_1.leakage",))
+    assert card(diagnosis, "Gap as given") == card(diagnosis, "Parameters fitted") == "astray"
+    page, terminal = gap_document(diagnosis).html(), " ".join(line.plain for line in gap_summary(diagnosis))
+    assert "With it free runs of held-out data go astray." in page and "– times" not in page and "nan" not in page
+    assert "astray unfitted, astray fitted, astray with" in terminal
 
 
 def test_what_speaks_most_strongly_against_is_named_first(diagnoses):

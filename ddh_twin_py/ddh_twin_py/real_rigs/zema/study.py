@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
@@ -109,7 +110,8 @@ def _controls(f: Features, p: np.void, known: np.ndarray, found: Conditions, exa
     for example in examples:
         last = example.outcomes[-1]
         gap = last.diagnosis.report["gap"]
-        control = on_real(last, lambda outcome, gap=gap: (gap["before"], gap["after"]))
+        before, after = (math.inf if gap[when] is None else gap[when] for when in ("before", "after"))
+        control = on_real(last, lambda outcome, errors=(before, after): errors)
         out.append(replace(control, what=f"{control.what}, {last.model.field[0].name}"))
         control = on_simulated(last.model, last.plain.theta)
         out.append(replace(control, what=f"{control.what}, {last.model.field[0].name}"))

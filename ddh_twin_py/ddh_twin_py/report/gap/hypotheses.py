@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 from ddh_twin_py.gap.diagnosis import Diagnosis, Weighed
@@ -15,6 +16,7 @@ from ddh_twin_py.report.gap.words import (
     UNKNOWN,
     capital,
     effect_name,
+    floors,
     leaning,
     percent,
     set_name,
@@ -58,7 +60,8 @@ def hypotheses(diagnosis: Diagnosis) -> doc.Html:
     if rest:
         columns = (doc.Column("Hypothesis", number=False), doc.Column("Probability"), doc.Column("Gap left", "× floor"),
                    doc.Column("Value", number=False))
-        rows = [(capital(set_name(w.effects)), probably(w.probability), number(w.gap_after, 2), _values(w)) for w in rest]
+        left = ["–" if w.gap_after is None else floors(w.gap_after, "") for w in rest]
+        rows = [(capital(set_name(w.effects)), probably(w.probability), gap, _values(w)) for w, gap in zip(rest, left, strict=True)]
         none = [row for w, row in zip(rest, rows, strict=True) if not w.effects]
         others = [row for w, row in zip(rest, rows, strict=True) if w.effects]
         if none:
@@ -124,7 +127,8 @@ def _card(w: Weighed, place: int, diagnosis: Diagnosis, left: str) -> doc.Html:
     if w.effects == (UNKNOWN,):
         blocks.append(doc.paragraph(f"Something acts on the rig that is real and that no effect of the catalogue explains. {left}".strip()))
     if w.gap_after is not None:
-        blocks.append(doc.paragraph(f"With it the gap is {number(w.gap_after, 2)} times the noise floor."))
+        blocks.append(doc.paragraph(f"With it the gap is {number(w.gap_after, 2)} times the noise floor." if math.isfinite(w.gap_after)
+                                    else "With it free runs of held-out data go astray."))
     blocks += [_in_words(w), _evidence(w, folded=place > 1), "</div>"]
     return doc.Html("".join(blocks))
 
@@ -135,7 +139,7 @@ def _explained_by_none(w: Weighed, cut: float) -> str:
     off = [(name, times) for name, times in _sorted(w.left) if times > NEAR]
     if not off:
         return f"{said}."
-    named = first_of([f"{signal_name(name)} {number(times, 1)} times its floor" for name, times in off], _MOST_NAMED)
+    named = first_of([f"{signal_name(name)} {_times(times)}" for name, times in off], _MOST_NAMED)
     return f"{said}, all but {len(off)} of {len(w.left)} signals, which it leaves open: {named}."
 
 
@@ -173,11 +177,15 @@ def _in_words(w: Weighed) -> doc.Html:
     speaking = sorted(w.gains.items(), key=lambda item: -item[1])
     backing = [f"{signal_name(n)} ({strength(g)}, {percent(g / total)} of the evidence)" for n, g in speaking if g >= 4.0][:_MOST_NAMED]
     against = [f"{signal_name(n)} fits worse ({strength(g)})" for n, g in reversed(speaking) if g <= -4.0][:_MOST_NAMED]
-    open_ = [f"{signal_name(n)} stays {number(v, 1)} times its floor" for n, v in _sorted(w.left) if v > NEAR][:_MOST_NAMED]
+    open_ = [f"{signal_name(n)} stays {_times(v)}" for n, v in _sorted(w.left) if v > NEAR][:_MOST_NAMED]
     rows = [("For it", "; ".join(backing) or "no signal speaks for it beyond chance"),
             ("Against it", "; ".join(against) or "no signal speaks against it beyond chance"),
             ("Left open by it", "; ".join(open_) or "no signal stays beyond its floor")]
     return doc.Html('<dl class="about">' + "".join(f"<dt>{name}</dt><dd>{doc.text(said)}</dd>" for name, said in rows) + "</dl>")
+
+
+def _times(left: float) -> str:
+    return f"{number(left, 1)} times its floor" if math.isfinite(left) else "astray"
 
 
 def _sorted(left) -> list[tuple[str, float]]:
@@ -195,7 +203,7 @@ def _evidence(w: Weighed, folded: bool) -> doc.Html:
     for name in names:
         gain, left = w.gains.get(name), w.left.get(name)
         bar = doc.Html("–") if gain is None else _signed(gain, largest)
-        mark = doc.Html("–") if left is None else doc.mark("good" if left <= NEAR else "fair" if left <= 2.0 else "poor", number(left, 2))
+        mark = doc.Html("–") if left is None else doc.mark("good" if left <= NEAR else "fair" if left <= 2.0 else "poor", floors(left, ""))
         rows.append((signal_name(name), bar, "–" if gain is None else leaning(gain), mark))
     caption = "Evidence signal by signal"
     if folded:

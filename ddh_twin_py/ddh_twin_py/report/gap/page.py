@@ -24,6 +24,7 @@ from ddh_twin_py.report.gap.words import (
     effect_name,
     ending,
     farther_off,
+    floors,
     mostly,
     percent,
     places,
@@ -89,13 +90,13 @@ def _key_figures(diagnosis: Diagnosis) -> list[doc.Figure]:
     leading = diagnosis.weighed[0] if diagnosis.weighed else None
     cards = [doc.Figure("Verdict", said, f"{set_name(leading.effects)}, {probably(leading.probability)}" if leading else "see the notes",
                         _reservation(diagnosis))]
-    if gap["before"] is not None:
+    if report["verdict"] != "insufficient":
         cards += [
-            doc.Figure("Gap as given", f"{number(gap['as_is'], 2)} ×", "noise floor; nothing fitted"),
-            doc.Figure("Parameters fitted", f"{number(gap['before'], 2)} ×", "noise floor; no effect added"),
+            doc.Figure("Gap as given", floors(gap["as_is"]), "noise floor; nothing fitted"),
+            doc.Figure("Parameters fitted", floors(gap["before"]), "noise floor; no effect added"),
         ]
-    if gap["after"] is not None and (diagnosis.added or gap["after"] != gap["before"]):
-        cards.append(doc.Figure(capital(ending(report["verdict"], diagnosis.added)), f"{number(gap['after'], 2)} ×",
+    if report["verdict"] != "insufficient" and (diagnosis.added or gap["after"] != gap["before"]):
+        cards.append(doc.Figure(capital(ending(report["verdict"], diagnosis.added)), floors(gap["after"]),
                                 "; ".join(filter(None, ("noise floor", way_closed(gap))))))
     if report["where"]:
         first = places(report["where"])[0]
@@ -137,7 +138,7 @@ def _notes(notes: list[str]) -> doc.Html:
 
 def _fits(diagnosis: Diagnosis) -> doc.Html:
     """What the fits are whose gaps stand above and among the hypotheses; they differ."""
-    if diagnosis.report["gap"]["before"] is None:
+    if diagnosis.report["verdict"] == "insufficient":
         return doc.Html("")
     if not diagnosis.recordings.get("commissioning"):
         return doc.note(f"Parameters fitted: to the field recording{tolerances(diagnosis.cut)}; 'no effect' is the same fit.")

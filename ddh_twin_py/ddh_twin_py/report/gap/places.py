@@ -53,7 +53,7 @@ def drawings(diagnosis: Diagnosis) -> doc.Html:
 
 def _nowhere(diagnosis: Diagnosis) -> str:
     """Why nothing is marked."""
-    if diagnosis.report["gap"]["before"] is None:
+    if diagnosis.report["verdict"] == "insufficient":
         return "The record does not say where anything is missing."
     if diagnosis.report["verdict"] != "no_gap":
         return "No place can be named at which something is missing."

@@ -18,6 +18,7 @@ from ddh_twin_py.report.gap.words import (
     effect_name,
     ending,
     farther_off,
+    floors,
     percent,
     places,
     set_name,
@@ -111,13 +112,13 @@ def print_gap(diagnosis: Diagnosis, console: Console | None = None) -> None:
 
 def _gap(diagnosis: Diagnosis, width: int) -> list[Text]:
     report, gap = diagnosis.report, diagnosis.report["gap"]
-    if gap["before"] is None:
+    if report["verdict"] == "insufficient":
         return []
     fraction = gap["closed_fraction"]
     said = "" if fraction is None else f" ({closed(fraction)} closed from {number(gap['before'], 2)})"
     last = f"{ending(report['verdict'], diagnosis.added)}{said}"
-    return _titled("gap", f"{number(gap['as_is'], 2)} × floor unfitted, {number(gap['before'], 2)} fitted, "
-                          f"{number(gap['after'], 2)} {last}", 2, width)
+    return _titled("gap", f"{floors(gap['as_is'], ' × floor')} unfitted, {floors(gap['before'], '')} fitted, "
+                          f"{floors(gap['after'], '')} {last}", 2, width)
 
 
 def _floor(diagnosis: Diagnosis, width: int) -> list[Text]:

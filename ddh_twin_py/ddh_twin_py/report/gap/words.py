@@ -13,8 +13,8 @@ from ddh_twin_py.gap.words import by_component, component_name, signal_name
 from ddh_twin_py.report.units import ZERO_CELSIUS, decimals, number, probably, shown, words
 
 __all__ = ["NEAR", "PHASES", "PHASE_MEANING", "UNKNOWN", "VERDICTS", "Place", "axis_scale", "capital", "closed", "component_name",
-           "effect_name", "ending", "leaning", "mostly", "percent", "places", "regime_name", "set_name", "signal_name", "strength",
-           "times_floor"]
+           "effect_name", "ending", "floors", "leaning", "mostly", "percent", "places", "regime_name", "set_name", "signal_name",
+           "strength", "times_floor"]
 UNKNOWN = "unknown"
 """Id that stands for an effect outside the catalogue."""
 PHASES = (*binning.PHASES, "all")
@@ -101,6 +101,11 @@ def closed(fraction: float) -> str:
     if fraction >= 1.0:
         return "all"
     return "none" if fraction <= 0.0 else f"{100.0 * fraction:.0f} %"
+
+
+def floors(gap: float | None, ending: str = " ×") -> str:
+    """Multiples of the noise floor, with what they end in; `astray` where a free run went astray, so that there is no number."""
+    return "astray" if gap is None or not math.isfinite(gap) else f"{number(gap, 2)}{ending}"
 
 
 def way_closed(gap: Mapping[str, float | None]) -> str:

@@ -13,7 +13,7 @@ from html import escape
 from importlib import metadata, resources
 from pathlib import Path
 
-from ddh_twin_py.rig.files import write_whole
+from ddh_twin_py.rig.files import finite, write_whole
 
 _PACKAGES = ("numpy", "numba", "rosbags")
 _ON_A_PAGE = 30
@@ -252,19 +252,7 @@ def write_json(path: str | Path, data: Mapping) -> Path:
 
 def json_text(data: object) -> str:
     """JSON with NaN and infinity as null."""
-    return json.dumps(_finite(data), indent=1, ensure_ascii=False, allow_nan=False)
-
-
-def _finite(data: object) -> object:
-    if isinstance(data, Mapping):
-        return {str(key): _finite(value) for key, value in data.items()}
-    if isinstance(data, (list, tuple)):
-        return [_finite(value) for value in data]
-    if hasattr(data, "item") and not isinstance(data, str):  # a numpy scalar
-        data = data.item()
-    if isinstance(data, float) and (data != data or data in (float("inf"), float("-inf"))):
-        return None
-    return data
+    return json.dumps(finite(data), indent=1, ensure_ascii=False, allow_nan=False)
 
 
 def _numeric(column: Column) -> str:
