@@ -155,6 +155,15 @@ def test_a_decimal_comma_that_nobody_announced(files):
     assert said == "LOG: line 2, column 't': value is '0,5'; a time in s is needed; decimals with a comma: csv.decimal: ','"
 
 
+def test_what_says_that_there_is_nothing_is_read_as_it_stands_in_the_log(files):
+    log, mapping = files(LOG.replace("498,5", "-9999,0").replace("12,5", "-,-").replace("30\n", "-1,5\n"),
+                         csv={"decimal": ",", "missing": ["n/a", "-9999,0", "-,-", -1.5]})
+    recording = import_logs([log], read_mapping(mapping))
+    assert np.isnan(recording.drive.column("speed")).all() and np.isfinite(recording.drive.column("speed_command")).all()
+    np.testing.assert_allclose(recording.hydraulic.column("pressure_rod_side"), [12.6e5])
+    np.testing.assert_allclose(recording.temperatures["tank_oil"].column("temperature"), [304.15])
+
+
 @pytest.mark.parametrize("changes, said", [
     ({"colums": {}}, "MAP: colums: no entry 'colums'; the nearest is 'columns'"),
     ({"time": {"colunm": "t"}}, "MAP: time.colunm: no entry 'colunm'; the nearest is 'column'"),

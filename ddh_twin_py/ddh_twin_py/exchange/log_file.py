@@ -81,9 +81,8 @@ class LogFile:
     def _pointed(self, column: str) -> list[str]:
         missing = set(self.dialect.missing)
         texts = [text.strip() for text in self.cells[column]]
-        if self.dialect.decimal == ",":
-            texts = [text.replace(",", ".") for text in texts]
-        return ["nan" if text in missing else text for text in texts]
+        pointed = [text.replace(",", ".") for text in texts] if self.dialect.decimal == "," else texts
+        return ["nan" if text in missing or told in missing else told for text, told in zip(texts, pointed, strict=True)]
 
 
 def read_log(path: str | Path, dialect: Dialect, wanted: Sequence[str]) -> LogFile:
