@@ -147,6 +147,17 @@ def test_the_free_run_is_held_against_samples_where_they_lie(result):
     assert unaware.rms_free > 2.0
 
 
+def test_the_soft_sensor_is_compared_over_the_span_of_its_row(result):
+    soft = result.soft.copy()
+    soft["voltage"][result.time < result.time[0] + UNSEEN] += 100.0
+    voltage = next(s for s in compare(replace(result, soft=soft)).signals if s.name == "voltage")
+    assert voltage.soft_in_noise == pytest.approx(0.25)
+    begun = result.time < result.time[0] + 0.5 * UNSEEN  # all that there is
+    short = replace(result, time=result.time[begun], measured=result.measured[begun], soft=soft[begun], free=result.free[begun])
+    voltage = next(s for s in compare(short).signals if s.name == "voltage")
+    assert voltage.soft_in_noise == pytest.approx(0.25 + 100.0 / voltage.noise)
+
+
 def test_what_moved_before_a_run_began_is_no_difference(result):
     free = result.free.copy()
     early = result.time < result.time[0] + UNSEEN

@@ -374,7 +374,8 @@ def _signal(signal: Signal, result: ReplayResult) -> SignalAgreement | None:
     seen = _later(result.time, UNSEEN)
     if result.off.any():
         seen &= result.settled
-    difference = np.where(seen, difference, np.nan) if np.isfinite(difference[seen]).any() else difference
+    seen = seen if np.isfinite(difference[seen]).any() else np.ones(seen.size, dtype=bool)
+    difference = np.where(seen, difference, np.nan)
     here = np.isfinite(difference)
     if not here.any():
         return None
@@ -382,7 +383,7 @@ def _signal(signal: Signal, result: ReplayResult) -> SignalAgreement | None:
     return SignalAgreement(
         name=signal.name, unit=signal.unit, samples=int(here.sum()),
         lowest=float(np.nanmin(measured)), highest=float(np.nanmax(measured)), rms_free=_rms(difference),
-        rms_soft=None if signal.name in INPUTS else _rms(result.soft[signal.name] - measured),
+        rms_soft=None if signal.name in INPUTS else _rms((result.soft[signal.name] - measured)[seen]),
         largest_free=float(abs(difference[at])), largest_at=float(result.time[at]),
         noise=float(result.rig.sensors[signal.noise_key].noise),
     )
