@@ -100,6 +100,9 @@ def conclude(model: Locatable, found: Found, plain: np.ndarray, runs: HeldRuns, 
     if crossed is not None:
         unknown = unknown.raised(PROBABILITY, crossed.said)
     found, unknown = something_acting(found, unknown, acts, why)
+    if found.leader != leader.effects:  # it leads once no effect is less believed, and was not heard yet
+        leader = found.fitted.get(found.leader) or none
+        unknown = hearing.of(leader.effects).as_doubted_as(unknown)
     at_best, sought = hearing.at_best[leader.effects], found
     bests = at_best if unknown.probability >= LIKELY else None
     beyond = drift is not None or not _nothing_beyond(model.witnesses, runs, leader, none, bests)

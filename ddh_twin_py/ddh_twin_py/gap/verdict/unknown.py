@@ -73,6 +73,10 @@ class Unknown:
         """The same, at least so probable, with a note that says why."""
         return replace(self, probability=max(self.probability, probability), notes=[*self.notes, note])
 
+    def as_doubted_as(self, other: Unknown) -> Unknown:
+        """The same, at least as probable as another, with the notes of both."""
+        return replace(self, probability=max(self.probability, other.probability), notes=[*self.notes, *other.notes])
+
     def at_least(self, probability: float, note: str) -> Unknown:
         """The same, at least so probable, with a note that says why where that is as likely as not."""
         if probability <= self.probability:

@@ -1,0 +1,33 @@
+"""What is concluded names the hypothesis that it heard."""
+
+import pytest
+from ddh_twin_py.gap import answer
+from ddh_twin_py.gap.verdict import conclusion
+from ddh_twin_py.real_rigs.diagnose import diagnose
+from ddh_twin_py.real_rigs.rig_model import RigModel
+from support.heated_block import DESCRIPTION, block
+
+OFFSET = DESCRIPTION.effects[0]
+
+
+@pytest.fixture
+def concluded(monkeypatch):
+    """The conclusion on a block whose sensor is off by a hair, where something acts with a probability."""
+    def on(acts: float) -> conclusion.Conclusion:
+        kept = []
+        conclude = conclusion.conclude
+        monkeypatch.setattr(conclusion, "_something_acts", lambda *_: (acts, "commissioned, it would hardly show this"))
+        monkeypatch.setattr(answer, "conclude", lambda *given, **named: kept.append(conclude(*given, **named)) or kept[-1])
+        diagnose(RigModel(DESCRIPTION, block([(OFFSET, 0, 0.0445)], seed=1).field, commissioning=block(seed=3).field))
+        return kept[-1]
+
+    return on
+
+
+def test_who_leads_once_no_effect_is_less_believed_was_heard(concluded):
+    before = concluded(0.0)
+    assert before.found.leader == () and before.verdict.word == "no_gap"
+    after = concluded(0.6)
+    assert after.found.leader == after.verdict.leader == after.best.effects == (OFFSET.id,)
+    assert set(after.at_best) == {(), (OFFSET.id,)}
+    assert 0.2 < after.unknown.probability < 0.5
