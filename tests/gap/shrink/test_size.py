@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from ddh_twin_py.estimation.fitting.binning import by_time
-from ddh_twin_py.gap.shrink.size import WITHOUT_COMMISSIONING, closed, floors, gap, interval, ratios
+from ddh_twin_py.gap.shrink.size import WITHOUT_COMMISSIONING, closed, floors, gap, interval, pooled, ratios
 
 
 def signal(measured, noise=0.5, used=None):
@@ -63,3 +63,11 @@ def test_interval_covers_the_true_rms_and_grows_where_errors_hang_together():
     slow = interval([(signal(np.repeat(rng.normal(0.0, 2.0, 20), 300)), np.zeros(6000))])
     assert slow[1] - slow[0] > 3.0 * (white[1] - white[0])
     assert np.isnan(interval([(signal(np.full(10, np.nan)), np.zeros(10))])).all()
+
+
+def test_the_interval_of_recordings_of_unlike_length_holds_their_rms():
+    rng = np.random.default_rng(1)
+    long, short = signal(rng.normal(0.0, 1.0, 36000)), signal(rng.normal(0.0, 5.0, 1200))
+    both = [({"a": one}, {"a": np.zeros(one.time.size)}) for one in (long, short)]
+    low, high = interval([(own["a"], run["a"]) for own, run in both])
+    assert low < pooled(both)["a"] * long.noise < high < 1.2 * low

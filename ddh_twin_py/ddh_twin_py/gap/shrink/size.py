@@ -78,12 +78,14 @@ def closed(before: float, after: float) -> float | None:
 def interval(recordings: Sequence[tuple[object, np.ndarray]], mask: Mask = counted) -> tuple[float, float]:
     """95 % interval of a residual's RMS, in the signal's unit, by a bootstrap of blocks of at most `_BLOCK` s; NaN where no sample counts.
 
+    Blocks are drawn within each recording, and recordings weigh the same, as in `pooled`.
+
     Künsch, The jackknife and the bootstrap for general stationary observations, Ann. Stat. 17 (1989).
 
     Args:
         recordings: one signal in each, and what was predicted of it.
     """
-    squares, counts = [np.zeros(0)], [np.zeros(0)]
+    rng, squares = np.random.default_rng(0), []
     for signal, prediction in recordings:
         off = signal.measured - prediction
         used = mask(signal) & np.isfinite(off)
@@ -92,11 +94,10 @@ def interval(recordings: Sequence[tuple[object, np.ndarray]], mask: Mask = count
             continue
         block = min(_BLOCK, float(np.ptp(time)) / _LEAST_BLOCKS) or _BLOCK
         _, which = np.unique((time / block).astype(np.int64), return_inverse=True)
-        squares.append(np.bincount(which, off[used] ** 2))
-        counts.append(np.bincount(which))
-    square, count = np.concatenate(squares), np.concatenate(counts)
-    if not count.size:
+        square, count = np.bincount(which, off[used] ** 2), np.bincount(which)
+        drawn = rng.integers(0, count.size, (_DRAWS, count.size))
+        squares.append(square[drawn].sum(axis=1) / count[drawn].sum(axis=1))
+    if not squares:
         return float("nan"), float("nan")
-    drawn = np.random.default_rng(0).integers(0, count.size, (_DRAWS, count.size))
-    low, high = np.percentile(np.sqrt(square[drawn].sum(axis=1) / count[drawn].sum(axis=1)), [2.5, 97.5])
+    low, high = np.percentile(np.sqrt(np.mean(squares, axis=0)), [2.5, 97.5])
     return float(low), float(high)
