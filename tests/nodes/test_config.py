@@ -315,8 +315,8 @@ def test_normal_levels_that_were_not_written_are_told_at_the_end(launch_file, pa
     assert ended("--source", "bag", "--bag", paper_cycle_bag, "--normal-file", levels) == (0, [])
 
 
-@pytest.mark.parametrize(("ended", "code"), [(0, 0), (1, 1), (-signal.SIGTERM, 0)])
-def test_a_recording_that_is_not_whole_is_said_and_counts(ended, code, monkeypatch, tmp_path):
+@pytest.mark.parametrize(("ended", "restarts", "code"), [(0, 0, 0), (1, 0, 1), (-signal.SIGTERM, 0, 0), (None, 0, 1), (0, 1, 1)])
+def test_a_recording_that_is_not_whole_is_said_and_counts(ended, restarts, code, monkeypatch, tmp_path):
     class Ended:
         said = []
 
@@ -328,7 +328,9 @@ def test_a_recording_that_is_not_whole_is_said_and_counts(ended, code, monkeypat
 
         def run(self):
             for child in self.children:
-                child.process = SimpleNamespace(returncode=ended if child.name == "bag_recorder" else 0)
+                child.process = SimpleNamespace(returncode=0)
+                if child.name == "bag_recorder":  # crashed and not yet started again where it has no process
+                    child.process, child.restarts = None if ended is None else SimpleNamespace(returncode=ended), restarts
             return 0
 
     monkeypatch.setattr(up, "Supervisor", Ended)

@@ -144,9 +144,11 @@ def _not_learned(args: argparse.Namespace) -> str:
 
 
 def _not_whole(args: argparse.Namespace, children: Sequence[Child]) -> str:
-    """That the recorder ended with an error, as where the disk was full, '' where it did not."""
-    recorder = next((child.process for child in children if child.name == "bag_recorder"), None)
-    return f"--record: not all was recorded into {args.record}, see the log" if recorder and (recorder.returncode or 0) > 0 else ""
+    """That the recorder ended with an error, as where the disk was full, or before the end, '' where it did not."""
+    for recorder in (child for child in children if child.name == "bag_recorder"):
+        if recorder.restarts or recorder.process is None or (recorder.process.returncode or 0) > 0:
+            return f"--record: not all was recorded into {args.record}, see the log"
+    return ""
 
 
 def _recorded(record: str | None) -> list[str]:
