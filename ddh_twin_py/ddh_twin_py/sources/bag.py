@@ -66,7 +66,7 @@ def _due(stamps: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
         for topic, part in parts.items():
             due[topic][part] = (np.maximum.accumulate(stamps[topic][part]) - start + offset) * 1e-9
         offset += stop - start
-    return due
+    return {topic: np.maximum.accumulate(times) for topic, times in due.items()}
 
 
 def open_source(options: Mapping[str, object]) -> BagSource:

@@ -11,6 +11,7 @@ import numpy as np
 
 from ddh_twin_py.physics.compiled import inlined, kernel
 from ddh_twin_py.telemetry.causes import Cause
+from ddh_twin_py.telemetry.clocks.clock import JUMPS, LEFT, NEVER, NEWEST, RETURNS, clock_begin, clock_step
 
 NAN, INF, RANGE, UNIT, STUCK = 1, 2, 4, 8, 16
 REPEATED, LATE, JUMP, GAP = 32, 64, 128, 256
@@ -22,9 +23,9 @@ CAUSES = 9
 LAST, RUN, RUN_SINCE, QUANTUM, CHANGES, SAMPLES, STUCK_LIMIT = range(7)
 FIELD_COLUMNS = 7
 
-# entries of `stream_state` int64[STREAM_ENTRIES]
-NEWEST, COUNT, SEGMENT, PERIOD, PERIODS, RING_AT, RING_FULL = range(7)
-STREAM_ENTRIES = 7
+# entries of `stream_state` int64[STREAM_ENTRIES], behind those of its clock
+COUNT, SEGMENT, PERIOD, PERIODS, RING_AT, RING_FULL = range(4, 10)
+STREAM_ENTRIES = 10
 
 RING = 1024  # stamps remembered to recognise a late repetition
 FIRST_PERIODS = 16  # intervals of which the median is the first typical period
@@ -99,24 +100,24 @@ def _learn_period(stream, periods, step):  # pragma: no cover - compiled
 def _judge_time(stamp, stream, ring, periods, window):  # pragma: no cover - compiled
     """Flag of one stamp; the interval in ns is the second value where there is one, of a jump by how much the clock was set back."""
     if stream[COUNT] == 0:
-        stream[NEWEST] = stamp
+        clock_begin(stamp, stream)
         return 0, 0
-    step = stamp - stream[NEWEST]
-    if step > 0:
-        stream[NEWEST] = stamp
-        flag = 0
-        if stream[PERIODS] == FIRST_PERIODS and step > max(GAP_PERIODS * stream[PERIOD], window):
-            flag = GAP
-        _learn_period(stream, periods, step)
-        return flag, step
-    if step == 0:
-        return REPEATED, 0
-    if -step > window:
+    newest, left = stream[NEWEST], stream[LEFT]
+    does = clock_step(stamp, stream, window)
+    if does == JUMPS:
         stream[SEGMENT] += 1
-        stream[NEWEST] = stamp
         stream[RING_AT] = 0
         stream[RING_FULL] = 0
-        return JUMP, -step + stream[PERIOD]
+        return JUMP, newest - stamp + stream[PERIOD]
+    step = stamp - (left if does == RETURNS else newest)
+    known, longest = stream[PERIODS] == FIRST_PERIODS, max(GAP_PERIODS * stream[PERIOD], window)
+    if stream[LEFT] != NEVER and step > 0 and known and stamp - stream[LEFT] > longest:
+        return LATE, step  # of the time before the clock jumped
+    if step > 0:
+        _learn_period(stream, periods, step)
+        return (GAP if known and step > longest else 0), step
+    if step == 0:
+        return REPEATED, 0
     return (REPEATED if _known(ring, stream, stamp) else LATE), -step
 
 

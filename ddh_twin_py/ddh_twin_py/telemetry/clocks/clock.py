@@ -7,10 +7,16 @@ from enum import Enum
 
 import numpy as np
 
-from ddh_twin_py.physics.compiled import kernel
+from ddh_twin_py.physics.compiled import inlined, kernel
 
 PUT_BACK = 10.0
 """s by which a clock may be put back, and the twin goes on as warm as it is; by more it begins anew."""
+NEWEST, BEGAN, ENDED, LEFT = range(4)
+"""Entries of a stream's `clock` int64[4], ns: its newest stamp, the first one since it was put back last, the newest before that, and the
+newest before what may be late of the time before that; `NEVER` where there is none."""
+NEVER = -(2**63)
+RISES, BEHIND, JUMPS, LEAPS, RETURNS = range(5)
+"""What a stamp does, see `clock_step`."""
 _SEEN_AS = 0.25
 """s by which nodes differ in how far a clock was put back: each knows the last and the first sample of its own streams alone."""
 
@@ -46,8 +52,8 @@ def clock_segments(stamps: Mapping[str, np.ndarray], window_ns: int) -> dict[str
     """For every sample, how often the clock had jumped back before it (int64[n] per stream).
 
     Stamps are int64[n] ns in order of arrival. A stamp more than `window_ns` older than the
-    newest before it is a jump. A stream too slow to show a jump that others show is cut where
-    its stamps pass the last ones from before that jump.
+    newest before it is a jump; what comes up to `window_ns` late from before a jump is of the time before (`clock_step`). A stream too
+    slow to show a jump that others show is cut where its stamps pass the last ones from before that jump.
     """
     segments = {name: _jumps_before(np.ascontiguousarray(stamp), window_ns) for name, stamp in stamps.items()}
     counts = {name: int(s[-1]) if s.size else 0 for name, s in segments.items()}
@@ -57,9 +63,8 @@ def clock_segments(stamps: Mapping[str, np.ndarray], window_ns: int) -> dict[str
         ends = np.full(most, np.iinfo(np.int64).min)
         for other, segment in segments.items():
             if counts[other] == most:
-                starts = np.concatenate(([0], np.flatnonzero(np.diff(segment)) + 1))
-                newest = np.maximum.reduceat(stamps[other], starts)[:-1]
-                ends = np.maximum(ends, newest)
+                before = segment < most
+                np.maximum.at(ends, segment[before], stamps[other][before])
         segments[name] = _cut(np.ascontiguousarray(stamps[name]), segments[name], ends + window_ns)
     return segments
 
@@ -78,17 +83,56 @@ def sorted_order(stamp: np.ndarray, segment: np.ndarray) -> np.ndarray | slice:
     return order[~repeated]
 
 
+@inlined
+def clock_begin(stamp, clock):  # pragma: no cover - compiled
+    """The first stamp of a stream."""
+    clock[NEWEST] = clock[BEGAN] = stamp
+    clock[ENDED] = clock[LEFT] = NEVER
+
+
+@inlined
+def clock_step(stamp, clock, window):  # pragma: no cover - compiled
+    """What the next stamp of a stream does, all in ns: it RISES, or stays BEHIND the newest; beyond `window` it JUMPS back.
+
+    Within `window` of the time after a jump it LEAPS to within `window` of the end of the time before: it may be late. It was, with all
+    since, if the next stamp that does not go on there RETURNS, which is no further jump.
+    """
+    newest = clock[NEWEST]
+    if stamp < newest - window:
+        if clock[LEFT] != NEVER and stamp >= clock[LEFT] - window:
+            clock[NEWEST] = max(clock[LEFT], stamp)
+            clock[LEFT] = NEVER
+            return RETURNS
+        clock_begin(stamp, clock)
+        clock[ENDED] = newest
+        return JUMPS
+    if stamp <= newest:
+        return BEHIND
+    clock[NEWEST] = stamp
+    if clock[ENDED] == NEVER or stamp > clock[ENDED] + window:
+        clock[LEFT] = NEVER
+    elif clock[LEFT] == NEVER and newest + window < stamp and clock[ENDED] - window < stamp and newest <= clock[BEGAN] + window:
+        clock[LEFT] = newest
+        return LEAPS
+    return RISES
+
+
 @kernel
 def _jumps_before(stamp, window):  # pragma: no cover - compiled
     segment = np.zeros(stamp.size, np.int64)
-    number = 0
-    newest = np.int64(0)
+    clock = np.empty(4, np.int64)
+    number = leapt = 0
     for i in range(stamp.size):
-        if i > 0 and stamp[i] < newest - window:
+        if i == 0:
+            clock_begin(stamp[i], clock)
+            continue
+        step = clock_step(stamp[i], clock, window)
+        if step == JUMPS:
             number += 1
-            newest = stamp[i]
-        elif i == 0 or stamp[i] > newest:
-            newest = stamp[i]
+        elif step == LEAPS:
+            leapt = i
+        elif step == RETURNS:
+            segment[leapt:i] -= 1
         segment[i] = number
     return segment
 
@@ -97,11 +141,12 @@ def _jumps_before(stamp, window):  # pragma: no cover - compiled
 def _cut(stamp, own, ends):  # pragma: no cover - compiled
     """Segments of a slow stream: its own jumps, and those that its stamps have passed."""
     segment = np.empty_like(own)
-    number = 0
+    number = jumps = 0
     for i in range(stamp.size):
-        if i > 0 and own[i] > own[i - 1]:
+        if own[i] > jumps:
             number += 1
-        elif number < ends.size and stamp[i] > ends[number]:
+        elif own[i] == jumps and number < ends.size and stamp[i] > ends[number]:
             number += 1
-        segment[i] = min(number, ends.size)
+        jumps = max(jumps, own[i])
+        segment[i] = min(number, ends.size) - (jumps - own[i])
     return segment
