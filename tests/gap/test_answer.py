@@ -56,6 +56,16 @@ def test_a_signal_in_which_a_run_goes_astray_has_no_size_but_a_note():
     assert notes == ["free runs of held-out data go astray in speed"]
 
 
+def test_a_signal_that_only_a_later_recording_reads_has_its_size():
+    amps, volts = SimpleNamespace(unit="A", noise=0.5), SimpleNamespace(unit="V", noise=2.0)
+    held = SimpleNamespace(signals=lambda: [{"current": amps}, {"current": SimpleNamespace(unit="A", noise=0.7), "voltage": volts}])
+    ratios = {"current": 2.0, "voltage": 30.0}
+    runs = SimpleNamespace(held=held, floor=dict.fromkeys(ratios, 1.0), ratios=lambda leader: ratios, interval=lambda *given: None,
+                           of=lambda leader: [])
+    rows, _ = _shrink(SimpleNamespace(runs=runs, off=ratios, run=[]), None)
+    assert {name: (row["unit"], row["after"]) for name, row in rows.items()} == {"current": ("A", 1.0), "voltage": ("V", 60.0)}
+
+
 def test_a_report_of_runs_that_go_astray_is_finite_and_says_so_in_words(monkeypatch):
     usual = answer._before
     monkeypatch.setattr(answer, "_before", lambda *given: replace(usual(*given), gap=math.inf, gap_as_is=math.inf))

@@ -20,7 +20,7 @@ from ddh_twin_py.gap.findings import Lack
 from ddh_twin_py.gap.not_excluded import NotExcluded, not_excluded
 from ddh_twin_py.gap.shrink import size
 from ddh_twin_py.gap.shrink.at_odds import at_odds
-from ddh_twin_py.gap.shrink.held_runs import HeldRuns, ratios_of, recorded, traces
+from ddh_twin_py.gap.shrink.held_runs import HeldRuns, first_of_each, ratios_of, recorded, traces
 from ddh_twin_py.gap.shrink.open_rig import asked_of_rig, told
 from ddh_twin_py.gap.verdict.conclusion import Conclusion, conclude
 from ddh_twin_py.gap.verdict.places import alone, entry_of, places, sized, unknown_places
@@ -162,7 +162,7 @@ def _after(model: Diagnosable, concluded: Conclusion, before: _Before) -> _After
 
 def _shrink(before: _Before, leader: Refitted) -> tuple[dict, list[str]]:
     """How far each signal of held-out data was off and is beside the leader, and a note on those in which runs went astray, if any."""
-    runs, first = before.runs, before.runs.held.signals()[0]
+    runs, first = before.runs, first_of_each(before.runs.held)
     off = runs.ratios(leader)
     both = [name for name in runs.floor if name in before.off and name in off and name in first]
     astray = [name for name in both if not math.isfinite(before.off[name] + off[name])]

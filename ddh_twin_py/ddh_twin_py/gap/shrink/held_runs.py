@@ -53,6 +53,11 @@ def ratios_of(held: Held, runs) -> dict[str, float]:
     return size.pooled(list(zip(held.signals(), runs, strict=True)), held.mask())
 
 
+def first_of_each(held: Held) -> dict[str, object]:
+    """Each signal as the first of the held-out recordings that have it reads it."""
+    return {name: signal for own in reversed(held.signals()) for name, signal in own.items()}
+
+
 def traces(held: Held, before: Mapping[str, np.ndarray], after: Mapping[str, np.ndarray], floor: Mapping[str, float]) -> dict[str, Trace]:
     """Signals of the first held-out recording, in order of time, with two runs of it."""
     mask, out = held.mask(), {}

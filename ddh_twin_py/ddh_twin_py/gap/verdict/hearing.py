@@ -16,7 +16,7 @@ from ddh_twin_py.gap.locate.locatable import Locatable
 from ddh_twin_py.gap.shrink import size
 from ddh_twin_py.gap.shrink.bin_means import beyond_noise
 from ddh_twin_py.gap.shrink.held_best import AtBest, HeldBest
-from ddh_twin_py.gap.shrink.held_runs import HeldRuns, in_fitted
+from ddh_twin_py.gap.shrink.held_runs import HeldRuns, first_of_each, in_fitted
 from ddh_twin_py.gap.verdict.drift import Drift
 from ddh_twin_py.gap.verdict.held_out_rules import (
     FAR,
@@ -94,13 +94,13 @@ class Hearing:
         self.at_best[leader.effects] = {(): beside_none, leader.effects: beside}
         over, shrunk = beside.over, beside.gap
         closed = size.closed(before.gap, shrunk)
-        first, built = runs.held.signals()[0], drift is not None
+        first, built = first_of_each(runs.held), drift is not None
         unknown = borne_out(unknown, witnesses, found.linearised.power, runs.over(leader), over, closed, len(leader.columns), built)
         if built:
             as_built = witnesses.prompt(in_fitted(self._model, leader, floor, acts=False))
             unknown = strained(unknown, as_built, len(leader.columns))
             unknown = off_its_noise(unknown, beyond_noise(self._model, leader), len(leader.columns))
-        followed = {name: over[name] for name in self._model.followed if name in over and name in first}
+        followed = {name: over[name] for name in self._model.followed if name in over}
         if built and followed:
             unknown = drifted(unknown, drift.of(leader), len(leader.columns), self._gap_as_run, shrunk)
             unknown = far_off(unknown, over, closed, len(leader.columns))
