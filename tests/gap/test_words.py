@@ -91,6 +91,12 @@ def test_what_is_within_the_floor_is_called_no_gap(before, begins):
     assert sentence(report, EFFECTS).startswith(begins) and sentence(report, EFFECTS).endswith("load.mass 40 %; no effect 30 %.")
 
 
+def test_what_is_unknown_within_the_floor_is_called_no_gap():
+    report = {**_unknown(("motor", 1.0)), "gap": {"as_is": 9.0, "before": 0.9, "after": 0.9}}
+    assert sentence(report, EFFECTS) == ("Data not used for that lie 0.9 times the floor off, which is no gap, but the recording in which "
+                                         "it was sought asks for a cause at motor (mechanical) that no listed effect explains.")
+
+
 def test_no_gap_says_what_a_duty_of_its_own_asks_of_the_rig():
     """A valve that opened in no fitted recording: what is open of it explains the gap, so that nothing stays off."""
     report = {**NO_GAP, "gap": {"as_is": 5.0, "before": 3.9, "after": 3.9}, "shrink": {**SHRINK, "speed": {"after": 1.0, "noise": 0.1}}}

@@ -259,10 +259,15 @@ def _ambiguous(report: Mapping) -> str:
     named = "; ".join(f"{_in_words(h['effects'])} {probably(h['probability'])}" for h in sets)
     before = report["gap"]["before"]
     if before <= _CLOSED_BY:
-        return (f"Data not used for that lie {before:.1f} times the floor off, which is no gap, but the recording in which it was sought "
-                f"asks for a cause, and these cannot be told apart surely: {named}.")
+        return f"{_sought(before)}, and these cannot be told apart surely: {named}."
     there = f"There is a gap of {before:.1f} times the floor" if math.isfinite(before) else "Free runs of data not used for that go astray"
     return f"{there}, and these cannot be told apart surely: {named}."
+
+
+def _sought(before: float) -> str:
+    """That a cause is asked for where data not used to find it lie within the floor."""
+    return (f"Data not used for that lie {before:.1f} times the floor off, which is no gap, but the recording in which it was sought asks "
+            "for a cause")
 
 
 def _unknown(report: Mapping, reading: str) -> str:
@@ -277,6 +282,8 @@ def _unknown(report: Mapping, reading: str) -> str:
         return f"Something acts{place} that no listed effect explains: {off} with the rig's parameters fitted anew."
     if not math.isfinite(before):
         return f"Free runs of data not used to find it go astray, and something acts{place} that no listed effect explains."
+    if before <= _CLOSED_BY:
+        return f"{_sought(before)}{place} that no listed effect explains."
     return f"There is a gap of {before:.1f} times the floor{place} that no listed effect explains."
 
 
