@@ -107,7 +107,7 @@ def test_no_gap_says_what_a_duty_of_its_own_asks_of_the_rig():
     assert "stays" not in said and "Speed stays 10.0 times" in sentence(report, EFFECTS)
 
 
-@pytest.mark.parametrize(("left", "ends"), [(1.5, "> 99.5 %)."), (3.1, "; pressure_rod_side stays 3.1 times its floor off, which nothing "
+@pytest.mark.parametrize(("left", "ends"), [(1.5, "> 99.5 %)."), (3.1, "; pressure, rod side stays 3.1 times its floor off, which nothing "
                                                                     "that is listed explains.")])  # fmt: skip
 def test_sizes_are_in_the_units_of_the_page_and_nothing_is_quite_sure(left, ends):
     drop = {"value": 6.508e12, "std": 6.7e11, "unit": "Pa*s2/m6", "nominal": 0.0}

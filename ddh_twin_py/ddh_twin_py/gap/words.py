@@ -205,7 +205,7 @@ def _explained(report: Mapping, catalogue: Mapping[str, Effect], beside: BesideR
     text = f"The gap is explained by {' and '.join(named)}"
     worst, times = _left_most(report, beside.at_best, beside.amplified)
     least = "" if beside.at_best is None else "at least "
-    left = f"; {_stays(worst, least, times)}, which nothing that is listed explains" if times > _LEFT else ""
+    left = f"; {_stays(signal_name(worst), least, times)}, which nothing that is listed explains" if times > _LEFT else ""
     without = next((h["gap_after"] for h in report["hypotheses"] if not h["effects"] and h["gap_after"] is not None), math.inf)
     if not math.isfinite(gap["before"]) or not math.isfinite(gap["after"]):
         much = f"free runs of data not used to find it {_lie(gap['after'])} with it and {_lie(gap['before'])} without it"
