@@ -110,6 +110,15 @@ def test_after_the_recorders_clock_was_set_back_messages_come_as_they_stand(tmp_
         half = messages[len(messages) // 2][1]
         return [(connection, at - 3 * SECOND * (at > half), raw) for connection, at, raw in messages]
 
-    found = played(rewritten(bag, tmp_path / "back", set_back))
+    target = rewritten(bag, tmp_path / "back", set_back)
+    found = played(target)
     assert [(topic, raw) for topic, _, raw in found] == [(topic, raw) for topic, _, raw in played(bag)]
     assert np.flatnonzero(np.diff([at for _, at, _ in found]) < 0).size == 1
+    raw, whole = RawBag(target), RawBag(bag)
+    blocks = list(raw.blocks())
+    due, log_time = (np.concatenate([getattr(block, name) for block in blocks]) for name in ("due", "log_time"))
+    assert np.all(np.diff(due) >= 0) and {0, 3 * SECOND} <= {round(off, -8) for off in (due - log_time).tolist()}
+    assert (raw.begin_ns, raw.end_ns) == (due[0], due[-1]) and raw.duration == pytest.approx(whole.duration, abs=0.1)
+    assert np.concatenate([block.due for block in raw.blocks(int(due[-5]))]).tolist() == due[-5:].tolist()
+    raw.close()
+    whole.close()

@@ -1,4 +1,4 @@
-"""In which order the messages of a bag came, however they stand in its files."""
+"""In which order the messages of a bag came, however they stand in its files, and at which times."""
 
 from __future__ import annotations
 
@@ -25,3 +25,10 @@ def order_of_arrival(log_time: np.ndarray) -> np.ndarray:
     if overlap and changes > 2 * (len(parts) - 1):
         return np.concatenate([part[np.argsort(log_time[part], kind="stable")] for part in parts])
     return order
+
+
+def time_gone_by(log_time: np.ndarray) -> np.ndarray:
+    """Log times, ns, of messages in order of arrival, int64[n], that go on where the recorder's clock was set back."""
+    if not log_time.size:
+        return log_time
+    return log_time + np.concatenate([[0], np.cumsum(np.maximum(log_time[:-1] - log_time[1:], 0))])

@@ -140,7 +140,7 @@ class BagPlayer(TwinNode):
 
     def _begin(self, offset: float) -> None:
         """Go on from `offset` s after the start of the bag."""
-        self._start_ns = self._bag.first_ns + round(offset * 1e9)
+        self._start_ns = self._bag.begin_ns + round(offset * 1e9)
         self._blocks: Iterator[RawBlock] = self._bag.blocks(self._start_ns)
         self._block: RawBlock | None = None
         self._at = 0
@@ -197,15 +197,15 @@ class BagPlayer(TwinNode):
             self._say(wall)
 
     def _send_until(self, due_ns: int) -> None:
-        """Send what was logged up to `due_ns`."""
+        """Send what is due up to `due_ns`."""
         while True:
             if self._block is None or self._at >= len(self._block.messages):
                 self._block, self._at = next(self._blocks, None), 0
                 if self._block is None:
-                    self._position_ns = self._bag.last_ns
+                    self._position_ns = self._bag.end_ns
                     self._ending, self._ended_at = True, self.wall()
                     return
-            stop = int(np.searchsorted(self._block.log_time, due_ns, side="right"))
+            stop = int(np.searchsorted(self._block.due, due_ns, side="right"))
             if stop <= self._at:
                 break
             self._send(self._block, self._at, stop)
@@ -215,13 +215,13 @@ class BagPlayer(TwinNode):
         self._position_ns = due_ns
 
     def _send(self, block: RawBlock, start: int, stop: int) -> None:
-        topics, times = block.topic[start:stop].tolist(), block.log_time[start:stop].tolist()
-        for topic, log_time, message in zip(topics, times, block.messages[start:stop], strict=True):
+        topics, times = block.topic[start:stop].tolist(), block.due[start:stop].tolist()
+        for topic, due, message in zip(topics, times, block.messages[start:stop], strict=True):
             channel = self._channels.get(topic)
             if channel is None:
                 continue
             if channel.stamped:
-                self._flow.sent(channel.publisher.topic_name, stamp_of(message), log_time)
+                self._flow.sent(channel.publisher.topic_name, stamp_of(message), due)
             elif channel.publisher.qos_profile.durability == qos.LATCHED.durability:
                 continue  # published at the start
             channel.publisher.publish(message)
@@ -239,7 +239,7 @@ class BagPlayer(TwinNode):
         if not self._told_end:
             self._told_end = True
             taken = max(wall - self._begun_wall, 1e-9)
-            data = (self._bag.last_ns - self._begun_ns) * 1e-9
+            data = (self._bag.end_ns - self._begun_ns) * 1e-9
             self.get_logger().info(
                 f"end of the bag: {self.sent} messages, {data:.1f} s of data in {taken:.1f} s, {data / taken:.1f} times real time; "
                 f"the graph held the player up for {self._held:.1f} s"
@@ -346,7 +346,7 @@ class BagPlayer(TwinNode):
     @property
     def position(self) -> float:
         """s after the start of the bag."""
-        return (self._position_ns - self._bag.first_ns) * 1e-9
+        return (self._position_ns - self._bag.begin_ns) * 1e-9
 
     @property
     def duration(self) -> float:

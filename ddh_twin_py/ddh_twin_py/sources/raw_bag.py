@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ddh_twin_py.bags.arrival import order_of_arrival
+from ddh_twin_py.bags.arrival import order_of_arrival, time_gone_by
 from ddh_twin_py.bags.compression import unpack_messages
 from ddh_twin_py.bags.errors import BagError
 from ddh_twin_py.bags.folder import open_folder
@@ -21,20 +21,22 @@ from ddh_twin_py.bags.opening import open_storage, unpacked
 class RawBlock:
     """Serialised messages in order of log time, later than those of the block before unless the recorder's clock was set back between them.
 
-    `topic[i]` numbers the topic in the bag's `topics`; `log_time` int64[n] ns; `messages` as CDR.
+    `topic[i]` numbers the topic in the bag's `topics`; `log_time` int64[n] ns; `due` int64[n] ns is the same, but never falls over the
+    whole bag (`time_gone_by`); `messages` as CDR.
     """
 
     topic: np.ndarray
     log_time: np.ndarray
+    due: np.ndarray
     messages: list[bytes]
 
 
 class RawBag:
     """A bag opened for playing.
 
-    `topics` lists (name, type) and is complete from the start; `first_ns` and `last_ns` are the
-    log times at both ends, `count` the number of messages, `notes` what could not be read, is not as its metadata.yaml says, or is odd and
-    costs no message.
+    `topics` lists (name, type) and is complete from the start; `first_ns` and `last_ns` are the first and the last log time, `begin_ns` and
+    `end_ns` when the first and the last message are due, `count` the number of messages, `notes` what could not be read, is not as its
+    metadata.yaml says, or is odd and costs no message.
     Raises BagError when there is no bag, or nothing in it.
     """
 
@@ -61,22 +63,24 @@ class RawBag:
         if not lost:
             self.notes += self._folder.contradicted(dict(self.topics), self.first_ns, self.last_ns) if self.count else []
             self.notes += filter(None, [self._folder.miscounted(counts)])
-        self._place = None if ordered else self._places()
+        self.begin_ns, self.end_ns = self.first_ns, self.last_ns
+        self._place, self._due = (None, None) if ordered else self._places()
         if not self.count:
             raise BagError(f"{self.path} holds no messages" + (f": it {self.notes[0]}" if self.notes else ""))
 
     @property
     def duration(self) -> float:
-        """From the first to the last message, s of log time."""
-        return (self.last_ns - self.first_ns) * 1e-9
+        """From the first to the last message, s of the time in which they are due."""
+        return (self.end_ns - self.begin_ns) * 1e-9
 
     def blocks(self, start_ns: int | None = None) -> Iterator[RawBlock]:
-        """Messages logged at `start_ns` or later, in order of arrival, block by block; what stands too early in a file waits in memory."""
-        begin = self.first_ns if start_ns is None else start_ns
-        for topic, log_time, messages in self._stored(begin) if self._place is None else self._sorted():
-            wanted = slice(int(np.searchsorted(log_time, begin)), None)
-            if log_time[wanted].size:
-                yield RawBlock(topic[wanted], log_time[wanted], messages[wanted])
+        """Messages due at `start_ns` or later, in order of arrival, block by block; what stands too early in a file waits in memory."""
+        begin = self.begin_ns if start_ns is None else start_ns
+        stored = ((*block[:2], block[1], block[2]) for block in self._stored(begin)) if self._place is None else self._sorted()
+        for topic, log_time, due, messages in stored:
+            wanted = slice(int(np.searchsorted(due, begin)), None)
+            if due[wanted].size:
+                yield RawBlock(topic[wanted], log_time[wanted], due[wanted], messages[wanted])
 
     def close(self) -> None:
         """Remove what was unpacked."""
@@ -103,12 +107,15 @@ class RawBag:
             remarks += storage.remarks
         notes += [f"holds {count} messages on {topic} that cannot be unpacked and are left out" for topic, count in damaged.items()]
 
-    def _places(self) -> np.ndarray:
-        """Which place in order of arrival each message has, int64[n], in the order of the files."""
-        order = order_of_arrival(np.concatenate([log_time for _, log_time, *_ in self._blocks([], [])]))
+    def _places(self) -> tuple[np.ndarray, np.ndarray]:
+        """Which place in order of arrival each message has, int64[n], in the order of the files; when the one of each place is due, ns."""
+        log_time = np.concatenate([log_time for _, log_time, *_ in self._blocks([], [])])
+        order = order_of_arrival(log_time)
         place = np.empty_like(order)
         place[order] = np.arange(order.size)
-        return place
+        due = time_gone_by(log_time[order])
+        self.begin_ns, self.end_ns = int(due[0]), int(due[-1])
+        return place, due
 
     def _stored(self, begin: int) -> Iterator[tuple[np.ndarray, np.ndarray, list[bytes]]]:
         """Topic, log time and CDR of the messages as they stand in the files, without blocks that end before ``begin``, ns."""
@@ -118,8 +125,8 @@ class RawBag:
             content = data.tobytes()
             yield topic, log_time, [content[a : a + n] for a, n in zip(start.tolist(), size.tolist(), strict=True)]
 
-    def _sorted(self) -> Iterator[tuple[np.ndarray, np.ndarray, list[bytes]]]:
-        """The same in order of arrival; where the log time steps back a block ends."""
+    def _sorted(self) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray, list[bytes]]]:
+        """Topic, log time, when due and CDR in order of arrival; where the log time steps back a block ends."""
         least = np.append(np.minimum.accumulate(self._place[::-1])[::-1], self.count)  # of all places from a message on
         held: dict[int, tuple[int, int, bytes]] = {}
         read = done = 0
@@ -127,10 +134,11 @@ class RawBag:
             held.update(zip(self._place[read : read + block[1].size].tolist(), zip(*block, strict=True), strict=True))
             read += block[1].size
             ready = [held.pop(place) for place in range(done, int(least[read]))]
+            due = self._due[done : done + len(ready)]
             done += len(ready)
             topic, log_time = (np.array([message[i] for message in ready], np.int64) for i in (0, 1))
             for part in np.split(np.arange(len(ready)), np.flatnonzero(np.diff(log_time) < 0) + 1):
-                yield topic[part], log_time[part], [ready[i][2] for i in part]
+                yield topic[part], log_time[part], due[part], [ready[i][2] for i in part]
 
     def _number_of(self, topic: tuple[str, str]) -> int:
         if topic not in self._number:
