@@ -108,7 +108,14 @@ def diagnose(model: RigModel, progress: Callable[[float], None] | None = None, d
     Args:
         progress: told the share done. discrepancy: what the model is forgiven; the engine's own where None.
         start: gives the place at which the search begins, deviations, (k,).
+
+    Raises:
+        ValueError: no sample takes no part in finding and fitting.
     """
+    held = model.held_data()
+    if not any(held.mask()(signal).any() for signals in held.signals() for signal in signals.values()):
+        raise ValueError(f"{', '.join(run.name for run in model.held or model.field)}: nothing is held out, by which an answer could be "
+                         "refuted; give the model recordings as `held`, or signals a `held_from` before their end")
     told = progress or (lambda share: None)
     started = time.perf_counter()
     begun = start(model)
