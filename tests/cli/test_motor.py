@@ -1,8 +1,12 @@
 """`ddh-twin motor`: files that it writes, what it says."""
 
 import json
+from types import SimpleNamespace
 
+from ddh_twin_py.cli.console import output
 from ddh_twin_py.cli.main import main
+from ddh_twin_py.report.studies.motor_comparison import Row
+from ddh_twin_py.report.studies.motor_page import print_motor
 from ddh_twin_py.rig import load_rig
 
 
@@ -32,6 +36,13 @@ def test_a_description_of_another_machine(capsys, tmp_path):
     assert said.startswith("mine: ") and "(0 of them explained)" in said
     assert "The description gives no explanation." in said  # notes speak of the machine that they stand with
     assert f"generated from mine with 2 layers ({file})" in load_rig(output).quantities["motor.thermal.slot_to_teeth"].source
+
+
+def test_notes_are_printed_as_they_were_written(capsys):
+    row = Row("motor.thermal.x", "W/K", 1.0, 2.0, 0.1, -5.0, "outside", "wider than the drawing [see sheet 3], taken from [/lab]")
+    print_motor(SimpleNamespace(machine=SimpleNamespace(machine_id="mine [2]")), SimpleNamespace(misfit=0.01), [row], [], output())
+    said = " ".join(capsys.readouterr().out.split())
+    assert said.startswith("mine [2]: ") and f"motor.thermal.x: {row.note}" in said and " -5.0 " in said
 
 
 def test_interrupted_before_the_end_nothing_is_written(monkeypatch, tmp_path):

@@ -11,7 +11,7 @@ from ddh_twin_py.bags.writer import write_recording
 from ddh_twin_py.cli.benchmarks import Figure
 from ddh_twin_py.cli.main import main
 from ddh_twin_py.rig import load_rig
-from ddh_twin_py.telemetry.recording import Stream
+from ddh_twin_py.telemetry.recording import RigInfo, Stream
 from ddh_twin_py.telemetry.signals import DRIVE_FIELDS
 
 
@@ -117,6 +117,14 @@ def test_info_names_what_is_wrong(paper_cycle_bag, tmp_path, capsys):
     out, err = capsys.readouterr()
     assert "pressure_piston_side" in err and "100" in err
     assert any("Ambient 23" in line for line in json.loads(out)["end_matter"]["assumptions"])
+
+
+def test_info_prints_names_as_they_were_given(paper_cycle_bag, tmp_path, capsys):
+    recording = read_recording(paper_cycle_bag).between(0.0, 2.0)
+    for rig_id in ("press [old]", "press[/x]", "press :bug:"):
+        bag = write_recording(tmp_path / rig_id[5:].replace("/", ""), replace(recording, rig=RigInfo(rig_id, "ISO VG 32", 100.0)))
+        assert main(["info", str(bag)]) == 0
+        assert f"rig: {rig_id}, ISO VG 32" in capsys.readouterr().out
 
 
 def test_what_a_log_never_had_is_not_measured_and_not_rejected(paper_cycle_bag, tmp_path, capsys):

@@ -31,11 +31,10 @@ def add_parser(subparsers) -> None:
 def run(args: argparse.Namespace) -> int:
     """Measure, print, write."""
     from rich.box import SIMPLE_HEAD
-    from rich.console import Console
     from rich.table import Table
 
     from ddh_twin_py.cli.benchmarks import LIVE_FAILED, measure
-    from ddh_twin_py.cli.console import put_json, say
+    from ddh_twin_py.cli.console import output, put_json, say
 
     figures, left_out, machine = measure(quick=args.quick, live=not args.no_live, quiet=args.quiet)
     rows = [figure.row() for figure in figures]
@@ -49,10 +48,11 @@ def run(args: argparse.Namespace) -> int:
         table.add_column("of", overflow="fold")
         for figure in figures:
             table.add_row(*figure.cells())
-        Console().print(table)
+        console = output()
+        console.print(table)
         for reason in (reason for reason in left_out if reason not in failed):
-            Console().print(f"left out: {reason}", soft_wrap=True)
-        Console().print(f"{machine}; rows in {args.json}", soft_wrap=True)
+            console.print(f"left out: {reason}", soft_wrap=True)
+        console.print(f"{machine}; rows in {args.json}", soft_wrap=True)
     for reason in failed:
         say(f"ddh-twin bench: error: {reason}")
     return 2 if failed else 0

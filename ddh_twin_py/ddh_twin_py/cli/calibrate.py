@@ -72,7 +72,7 @@ def run(args: argparse.Namespace) -> int:
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # small matrices; the free runs use the cores
     import time
 
-    from ddh_twin_py.cli.console import put_json, say, show_findings, stage
+    from ddh_twin_py.cli.console import output, put_json, say, show_findings, stage
     from ddh_twin_py.rig import load_rig
 
     rig = load_rig(args.rig)
@@ -113,7 +113,7 @@ def run(args: argparse.Namespace) -> int:
         show_findings(experiment.recording.findings, "what `ddh-twin info` tells of the bag")
     failed = unfitted(signals)
     if not args.quiet and args.json != "-":
-        print_calibration(fit, signals, said)
+        print_calibration(fit, signals, said, output())
     elif failed:
         say(f"ddh-twin calibrate: error: {failed}")
     code = _finish(args, fit, rig, failed)

@@ -39,7 +39,7 @@ def stage(name: str, quiet: bool = False, part: Callable[[float], str] | None = 
         from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeRemainingColumn
 
         columns = (
-            SpinnerColumn(finished_text="✓"), TextColumn("{task.description}"), BarColumn(24), TimeRemainingColumn()
+            SpinnerColumn(finished_text="✓"), TextColumn("{task.description}", markup=False), BarColumn(24), TimeRemainingColumn()
         )
         with Progress(*columns, console=Console(stderr=True)) as progress:
             task, words = progress.add_task(name, total=None), name
@@ -100,10 +100,13 @@ def _lines(name: str, started: float, part: Callable[[float], str] | None,
 
 
 def output():
-    """The terminal, or what standard output leads to: no colour unless it is a terminal, none with NO_COLOR."""
+    """The terminal, or what standard output leads to: no colour unless it is a terminal, none with NO_COLOR.
+
+    Square brackets and colons are what people wrote: names of rigs, paths, notes.
+    """
     from rich.console import Console
 
-    return Console()
+    return Console(markup=False, emoji=False)
 
 
 def say(message: str) -> None:

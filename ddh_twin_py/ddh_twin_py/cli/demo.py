@@ -46,7 +46,7 @@ def run(args: argparse.Namespace) -> int:
     import shutil
     from dataclasses import asdict
 
-    from ddh_twin_py.cli.console import put_json, say, show_findings, stage
+    from ddh_twin_py.cli.console import output, put_json, say, show_findings, stage
 
     out = Path(args.out)
     bag = Path(args.bag) if args.bag else _example_bag()
@@ -104,7 +104,7 @@ def run(args: argparse.Namespace) -> int:
     show_findings(live.recording.findings, str(out / _REPORT))
     if not args.quiet and args.json != "-":
         speed = f"live at {played.speed:.1f} times real time, {played.lost} messages lost"
-        print_summary(agreement, f"{recording.path}, {speed}")
+        print_summary(agreement, f"{recording.path}, {speed}", output())
         print(f"live against one process: {sentence(apart)}.")
         print(f"report: {out / _REPORT}")
     if played.lost or share < 0.99:

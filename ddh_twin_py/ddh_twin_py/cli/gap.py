@@ -85,11 +85,11 @@ def _write_json(args: argparse.Namespace, diagnosis, case, rig) -> None:
 
 
 def _print(args: argparse.Namespace, diagnosis, case, rig) -> None:
-    from ddh_twin_py.cli.console import say
+    from ddh_twin_py.cli.console import output, say
     from ddh_twin_py.report.gap.summary import lost_data, print_gap
 
     if not args.quiet and args.json != "-":
-        print_gap(diagnosis)
+        print_gap(diagnosis, output())
         return
     for said in lost_data(diagnosis):
         say(f"warning: {said}")

@@ -148,12 +148,12 @@ def _asked(words: list[str]) -> tuple[tuple[str, ...], list[Path]]:
 def print_scores(scored: dict) -> None:
     """Two tables on standard output: every score over all cases, the main ones by suite and level."""
     from rich.box import SIMPLE_HEAD
-    from rich.console import Console
     from rich.table import Table
 
+    from ddh_twin_py.cli.console import output
     from ddh_twin_py.report.bench.page import shown, verdict
 
-    console = Console()
+    console = output()
     console.print(verdict(scored))
     columns = [scored["all"], *scored["by_commissioning"]]
     table = Table(box=SIMPLE_HEAD, pad_edge=False, show_edge=False)
@@ -172,4 +172,4 @@ def print_scores(scored: dict) -> None:
                       *(shown(name, scores[name]).rsplit(",", 1)[0] for name in ("right", said, "first", "third")))
     console.print(table)
     for row in scored["crashed"]:
-        console.print(f"crashed: {row['name']}: {row['why']}", markup=False)
+        console.print(f"crashed: {row['name']}: {row['why']}")

@@ -61,7 +61,7 @@ def run(args: argparse.Namespace) -> int:
     import time
     from concurrent.futures import ThreadPoolExecutor
 
-    from ddh_twin_py.cli.console import put_json, stage
+    from ddh_twin_py.cli.console import output, put_json, stage
     from ddh_twin_py.rig import load_rig
     from ddh_twin_py.twin.duty import load_duty
 
@@ -98,5 +98,5 @@ def run(args: argparse.Namespace) -> int:
     if args.json:
         put_json(args.json, design_json(found, rig, path.stem, seconds))
     if not args.quiet and args.json != "-":
-        print_design(found)
+        print_design(found, output())
     return 0

@@ -82,13 +82,13 @@ def recording_json(recording: Recording) -> dict:
 def _show(recording: Recording, missing: dict[str, list[str]]) -> None:
     from datetime import UTC, datetime
 
-    from rich.console import Console
     from rich.table import Table
     from rich.text import Text
 
+    from ddh_twin_py.cli.console import output
     from ddh_twin_py.report.units import duration, number
 
-    console = Console()
+    console = output()
     start = datetime.fromtimestamp(recording.epoch_ns * 1e-9, UTC)
     console.print(Text(recording.path, style="bold"))
     rig = recording.rig

@@ -38,7 +38,7 @@ def layers(text: str) -> int:
 
 def run(args: argparse.Namespace) -> int:
     """Generate, compare, write what was asked for."""
-    from ddh_twin_py.cli.console import put_json, stage
+    from ddh_twin_py.cli.console import output, put_json, stage
     from ddh_twin_py.rig import load_rig
     from ddh_twin_py.rig.machine import load_machine
 
@@ -77,7 +77,7 @@ def run(args: argparse.Namespace) -> int:
     if overlay:
         write_text(args.output, overlay)
     if not args.quiet and args.json != "-":
-        print_motor(network, condensed, rows, steps)
+        print_motor(network, condensed, rows, steps, output())
     return 0
 
 

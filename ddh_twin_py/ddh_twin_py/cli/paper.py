@@ -49,12 +49,12 @@ def run(args: argparse.Namespace) -> int:
 def print_table(rows) -> None:
     """Results with their explanations, on standard output; explanations stand below where the terminal is narrow."""
     from rich.box import SIMPLE_HEAD
-    from rich.console import Console
     from rich.table import Table
 
+    from ddh_twin_py.cli.console import output
     from ddh_twin_py.report.studies.paper import cell, verdict
 
-    console = Console()
+    console = output()
     wide = console.width >= 130
     table = Table(box=SIMPLE_HEAD, pad_edge=False, show_edge=False)
     table.add_column("", justify="right")
@@ -72,4 +72,4 @@ def print_table(rows) -> None:
     console.print(table)
     if not wide:  # no room beside the numbers
         for k, row in enumerate(rows, 1):
-            console.print(f"{k:2d}  {row.explanation}", highlight=False, markup=False)
+            console.print(f"{k:2d}  {row.explanation}", highlight=False)

@@ -98,12 +98,12 @@ def _look_at_outputs(out: Path, numbers: str | None, rigs: Sequence[str]) -> Non
 def print_table(studies, out: Path) -> None:
     """What was found, and the figures of every study, on standard output."""
     from rich.box import SIMPLE_HEAD
-    from rich.console import Console
     from rich.table import Table
 
+    from ddh_twin_py.cli.console import output
     from ddh_twin_py.report.units import plain
 
-    console = Console()
+    console = output()
     for study in studies:
         passed = sum(c.passed for c in study.controls)
         console.print(f"{study.rig}: {study.sentence} Negative controls: {passed} of {len(study.controls)} passed.", highlight=False)

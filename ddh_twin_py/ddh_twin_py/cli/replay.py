@@ -35,7 +35,7 @@ def add_parser(subparsers) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Replay, write what was asked for, print the summary."""
-    from ddh_twin_py.cli.console import put_json, show_findings, stage
+    from ddh_twin_py.cli.console import output, put_json, show_findings, stage
     from ddh_twin_py.rig import load_rig
 
     rig = load_rig(args.rig)
@@ -63,7 +63,7 @@ def run(args: argparse.Namespace) -> int:
         put_json(args.json, replay_json(result, agreement))
     show_findings(result.recording.findings, args.html or args.json or "the report (--html FILE)")
     if not args.quiet and args.json != "-":
-        print_summary(agreement, recording.path)
+        print_summary(agreement, recording.path, output())
     return 0
 
 

@@ -116,9 +116,9 @@ def run(args: argparse.Namespace) -> int:
 def print_flips(outcomes) -> None:
     """Where the answer changes, on standard output."""
     from rich.box import SIMPLE_HEAD
-    from rich.console import Console
     from rich.table import Table
 
+    from ddh_twin_py.cli.console import output
     from ddh_twin_py.physics.oil import STATED_FROM, ZERO_CELSIUS
     from ddh_twin_py.report.studies.cold_start import flips, verdict
 
@@ -127,7 +127,7 @@ def print_flips(outcomes) -> None:
         table.add_column(name)
     for line in flips(outcomes):
         table.add_row(*line)
-    console = Console()
+    console = output()
     console.print(verdict(outcomes))
     console.print(table)
     if any(o.extrapolated for o in outcomes):

@@ -19,12 +19,11 @@ if TYPE_CHECKING:
 _MOST_PAIRS = 12
 
 
-def print_calibration(fit: Calibration, signals: Sequence[SignalFit], said: str, console: Console | None = None) -> None:
+def print_calibration(fit: Calibration, signals: Sequence[SignalFit], said: str, console: Console) -> None:
     """Print signals, parameters by group, pairs of which only a combination is informed, and the verdict.
 
     The verdict comes first where the fit does not describe the machine.
     """
-    console = console or Console()
     if failed := unfitted(signals):
         console.print(said, style=STYLE["poor"], highlight=False)
     held = any(s.held_out is not None for s in signals)

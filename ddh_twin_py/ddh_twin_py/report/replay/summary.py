@@ -24,9 +24,9 @@ def summary(agreement: Agreement, title: str) -> Group:
     return Group(*parts)
 
 
-def print_summary(agreement: Agreement, title: str, console: Console | None = None) -> None:
+def print_summary(agreement: Agreement, title: str, console: Console) -> None:
     """Print the summary."""
-    (console or Console()).print(summary(agreement, title), soft_wrap=False)
+    console.print(summary(agreement, title), soft_wrap=False)
 
 
 def plain_table(*columns: str) -> Table:

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
+from rich.text import Text
 
 from ddh_twin_py.physics.equivalent_current import Comparison
 from ddh_twin_py.physics.motor import RAD_PER_S_OF_RPM
@@ -96,9 +97,8 @@ def motor_document(
     return page
 
 
-def print_motor(network: Network, condensed: Condensed, rows: Sequence[Row], steps: Sequence[Step], console: Console | None = None) -> None:
+def print_motor(network: Network, condensed: Condensed, rows: Sequence[Row], steps: Sequence[Step], console: Console) -> None:
     """The table on the terminal."""
-    console = console or Console()
     shown = Table(box=SIMPLE_HEAD, pad_edge=False, show_edge=False, padding=(0, 1, 0, 0))
     shown.add_column("quantity", no_wrap=True)
     for name in ("generated", "sheet", "± 1σ", "deviation", "unit"):
@@ -107,12 +107,12 @@ def print_motor(network: Network, condensed: Condensed, rows: Sequence[Row], ste
         style = _STYLE[_LEVEL[row.verdict]]
         shown.add_row(
             _short(row.path), f"{row.generated:.4g}", f"{row.sheet:.4g}", f"{100 * row.tolerance:.0f} %",
-            f"[{style}]{_deviation(row)}[/{style}]", _unit(row.unit),
+            Text(_deviation(row), style=style), _unit(row.unit),
         )
-    console.print(f"[bold]{network.machine.machine_id}[/bold]: {verdict(rows)}", shown)
+    console.print(Text.assemble((network.machine.machine_id, "bold"), f": {verdict(rows)}"), shown)
     for row in rows:
         if row.verdict == "outside":
-            console.print(f"[bold]{row.path}[/bold]: {row.note or _SILENT}")
+            console.print(Text.assemble((row.path, "bold"), f": {row.note or _SILENT}"))
     if steps:
         told = ", ".join(f"{s.layers} layers {s.slot_over_teeth:.2f} K" for s in steps)
         order = f"; order of convergence {observed_order(steps):.1f}" if len(steps) > 2 else ""
