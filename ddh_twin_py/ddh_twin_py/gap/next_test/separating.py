@@ -143,8 +143,8 @@ class Trial(ABC):
         out = [np.zeros((base.size, 0))]
         for j in range(value.size):
             step = _DIFFERENCE * np.sqrt(max(value[j], 0.0)) * vector[:, j]
-            moved = [(c.effect, c.law, float(c.effect.limit(x + s))) for c, x, s in zip(belief.columns, belief.x, step, strict=True)]
-            out.append((self.features(belief.theta, moved) - base)[:, None] / _DIFFERENCE)
+            moved, share = _within(belief, step)
+            out.append((self.features(belief.theta, acting_of(belief.columns, moved)) - base)[:, None] / (_DIFFERENCE * share))
         return _told(np.hstack(out))
 
     def sensitivities(self, belief: Believed, remaining: Remaining, wanted: np.ndarray | None = None) -> np.ndarray:
@@ -202,6 +202,19 @@ class Trial(ABC):
         cross = products[:-1, -1]
         taken = np.linalg.solve(np.eye(cross.size) + products[:-1, :-1], cross)
         return max(0.0, 0.5 * float(products[-1, -1] - cross @ taken))
+
+
+def _within(belief: Believed, step: np.ndarray) -> tuple[np.ndarray, float]:
+    """Departures a step (m,) away, (m,), and which share of it that is: where bounds shorten it, the way on which they leave more."""
+    lowest, highest = (np.array([getattr(c.effect, end) for c in belief.columns]) for end in ("lowest", "highest"))
+    ways = []
+    for way in (step, -step):
+        moved = np.clip(belief.x + way, lowest, highest)
+        if np.array_equal(moved, belief.x + way):
+            return moved, 1.0
+        ways.append((float((moved - belief.x) @ way / (way @ way)), moved))
+    share, moved = max(ways, key=lambda one: one[0])
+    return (moved, share) if share > 0.0 else (belief.x, 1.0)
 
 
 def _side_by_side(column: Callable[..., np.ndarray], wanted: Sequence, rows: int) -> np.ndarray:
