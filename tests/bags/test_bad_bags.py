@@ -120,6 +120,8 @@ def test_a_file_that_may_not_be_read(bag, monkeypatch):
 
     monkeypatch.setattr(Path, "open", deny)
     assert "field.mcap cannot be read: Permission denied" in refusal(bag)
+    with pytest.raises(BagError, match=r"field\.mcap cannot be read: Permission denied"):
+        RawBag(bag)
 
 
 def test_a_file_that_is_no_bag(tmp_path):

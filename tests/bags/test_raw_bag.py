@@ -122,3 +122,18 @@ def test_after_the_recorders_clock_was_set_back_messages_come_as_they_stand(tmp_
     assert np.concatenate([block.due for block in raw.blocks(int(due[-5]))]).tolist() == due[-5:].tolist()
     raw.close()
     whole.close()
+
+
+def test_of_several_files_the_damaged_one_is_named(tmp_path, bag):
+    folder = tmp_path / "parts"
+    folder.mkdir()
+    for number, half in enumerate((lambda messages: messages[: len(messages) // 2], lambda messages: messages[len(messages) // 2 :])):
+        storage_file(rewritten(bag, tmp_path / str(number), half)).rename(folder / f"parts_{number}.mcap")
+    last = folder / "parts_1.mcap"
+    with last.open("r+b") as opened:
+        opened.truncate(last.stat().st_size * 8 // 10)
+    raw = RawBag(folder)
+    (note,) = (note for note in raw.notes if "parts_1" in note)
+    assert note.startswith("has no end") and note.endswith(" (parts_1.mcap)")
+    assert any(note in finding.message for finding in read_recording(folder).findings)
+    raw.close()

@@ -13,7 +13,7 @@ from ddh_twin_py.bags.collector import Collector, Rows
 from ddh_twin_py.bags.errors import BagError
 from ddh_twin_py.bags.folder import BagFolder, open_folder
 from ddh_twin_py.bags.odd_stamps import odd_stamps
-from ddh_twin_py.bags.opening import open_storage, unpacked
+from ddh_twin_py.bags.opening import of_file, open_storage, readable, unpacked
 from ddh_twin_py.bags.topics import choose_namespace, nearest_telemetry, split_topic
 from ddh_twin_py.bags.wrong_stamps import sound
 from ddh_twin_py.names import first_of
@@ -51,12 +51,10 @@ def read_recording(
     other topics) is in `findings`.
     Raises BagError, one line naming file, topic and value, when the bag cannot be used.
     """
-    try:
+    with readable(path):
         folder = open_folder(path)
         collector = Collector(folder.compression_mode == "message", folder.span)
         damage = _read_files(folder, collector, progress)
-    except OSError as error:
-        raise BagError(f"{error.filename or path} cannot be read: {error.strerror or error}") from error
     file = str(folder.path)
     total = sum(collector.counts.values())
     if not total:
@@ -104,9 +102,8 @@ def _read_files(folder: BagFolder, collector: Collector, progress) -> list[str]:
             collector.read(storage, hashes, share)
             if share is not None:
                 share(1.0)
-            of_file = f" ({file.name})" if parts > 1 else ""
-            damage += [f"{said}{of_file}" for said in storage.damage]
-            folder.remarks += [f"{said}{of_file}" for said in storage.remarks]
+            damage += of_file(storage.damage, file, folder.files)
+            folder.remarks += of_file(storage.remarks, file, folder.files)
     return damage
 
 

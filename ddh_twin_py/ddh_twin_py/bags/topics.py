@@ -35,8 +35,8 @@ def normalised(namespace: str) -> str:
     return f"/{stripped}" if stripped else ""
 
 
-def choose_namespace(path: str, types: dict[str, str], wanted: str | None) -> str:
-    """The namespace of the rig among the topics (name to type) of a bag.
+def choose_namespace(path: str, types: dict[str, str], wanted: str | None, by: str = "--namespace NAME") -> str:
+    """The namespace of the rig among the topics (name to type) of a bag; `by` what a person chooses one.
 
     Raises BagError when there is none, the wanted one is absent, or two rigs are there and
     none is wanted.
@@ -58,7 +58,7 @@ def choose_namespace(path: str, types: dict[str, str], wanted: str | None) -> st
         raise BagError(f"{path} has no telemetry: expected topics such as /ddh/{DRIVE_TOPIC}; it has {_listed(types)}")
     if len(candidates) > 1:
         names = " and ".join(repr(n or "/") for n in candidates)
-        raise BagError(f"{path} holds {len(candidates)} rigs, in the namespaces {names}; choose one with --namespace NAME")
+        raise BagError(f"{path} holds {len(candidates)} rigs, in the namespaces {names}; choose one with {by}")
     return candidates[0]
 
 

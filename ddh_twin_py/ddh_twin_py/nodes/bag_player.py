@@ -12,13 +12,13 @@ from rclpy.serialization import deserialize_message
 from rosgraph_msgs.msg import Clock as ClockMessage
 
 from ddh_msgs.msg import NodeProgress
-from ddh_twin_py.bags.topics import split_topic
+from ddh_twin_py.bags.topics import choose_namespace, split_topic
 from ddh_twin_py.nodes.base import progress, qos
 from ddh_twin_py.nodes.base.inputs import Inputs
 from ddh_twin_py.nodes.base.node_base import TwinNode, run
 from ddh_twin_py.nodes.base.parameters import NodeError, Parameter
 from ddh_twin_py.nodes.messages.message_classes import message_class
-from ddh_twin_py.nodes.messages.wire import stamp_of
+from ddh_twin_py.nodes.messages.wire import STAMPED, stamp_of
 from ddh_twin_py.nodes.player.flow_control import FlowControl
 from ddh_twin_py.nodes.player.player_control import FASTEST, PlayerControl
 from ddh_twin_py.sources.raw_bag import RawBag, RawBlock
@@ -54,6 +54,7 @@ class BagPlayer(TwinNode):
         Parameter("loop", False, "Begin again at the end. The stamps jump back; listeners start anew."),
         Parameter("paused", False, "Wait for the service pause before the first message."),
         Parameter("clock_rate", 40.0, "How often /clock is published, in wall time; 0: never.", "Hz", 0.0, 1000.0),
+        Parameter("namespace", "", "Namespace of the rig in the bag; needed where a bag holds more than one rig."),
         Parameter("topics", ("*",), "Patterns of topics to play, relative to the namespace of the bag, such as temperature/*."),
         Parameter(
             "wait_for_nodes", ("",),
@@ -109,10 +110,9 @@ class BagPlayer(TwinNode):
     # --- topics ------------------------------------------------------------------------------
 
     def _make_channels(self) -> dict[int, Channel]:
-        channels = {}
-        namespaces = {split[0] for topic, _ in self._bag.topics if (split := split_topic(topic))}
+        channels, namespace = {}, self._namespace()
         for number, (topic, type_name) in enumerate(self._bag.topics):
-            relative = _relative(topic, namespaces)
+            relative = _relative(topic, namespace)
             if topic in _NOT_PLAYED or not any(fnmatchcase(relative, p) for p in self.values["topics"]):
                 continue
             kind = message_class(type_name)
@@ -125,6 +125,12 @@ class BagPlayer(TwinNode):
         if not channels:
             raise NodeError(f"parameter topics is {self.values['topics']}, no topic of {self._bag.path} is named so")
         return channels
+
+    def _namespace(self) -> str | None:
+        """Namespace of the rig in the bag, None where that holds no telemetry."""
+        if not self.values["namespace"] and not any(split_topic(topic) for topic, _ in self._bag.topics):
+            return None
+        return choose_namespace(self._bag.path, dict(self._bag.topics), self.values["namespace"] or None, "the parameter namespace")
 
     def _publish_rig(self) -> None:
         """What is latched comes first, wherever in the bag playing begins."""
@@ -182,15 +188,14 @@ class BagPlayer(TwinNode):
             due = min(due, self._anchor_ns + round((wall - self._anchor_wall) * self.rate * 1e9))
         limit = self._flow.limit()
         held = limit is not None and limit < due
+        wanted = self._anchor_ns + (wall - self._anchor_wall) * self.rate * 1e9
         if held:
             due = limit
-            wanted = self._anchor_ns + (wall - self._anchor_wall) * self.rate * 1e9
-            if self.rate > 0.0 and wanted - limit > _LAG:
-                self.warn_once(*self._flow.held_by(wall, self.rate))
-                self._position_ns = max(self._position_ns, due)
-                self._anchor()
         if due > self._position_ns:
             self._send_until(due)
+        if held and self.rate > 0.0 and wanted - due > _LAG:
+            self.warn_once(*self._flow.held_by(wall, self.rate))
+            self._anchor()
         if held:
             self._held_since = self.wall()
         if wall - self._said_at >= _SAY:
@@ -219,6 +224,10 @@ class BagPlayer(TwinNode):
         for topic, due, message in zip(topics, times, block.messages[start:stop], strict=True):
             channel = self._channels.get(topic)
             if channel is None:
+                continue
+            if channel.stamped and len(message) < STAMPED:
+                said = f"a message on {self._bag.topics[topic][0]} has {len(message)} bytes and no stamp; such are left out"
+                self.warn_once(("short", topic), f"{self._bag.path}: {said}")
                 continue
             if channel.stamped:
                 self._flow.sent(channel.publisher.topic_name, stamp_of(message), due)
@@ -384,12 +393,9 @@ class BagPlayer(TwinNode):
         self._bag.close()
 
 
-def _relative(topic: str, namespaces: set[str]) -> str:
+def _relative(topic: str, namespace: str | None) -> str:
     """Name within the rig's namespace; a topic of another namespace keeps its full name."""
-    for namespace in sorted(namespaces, key=len, reverse=True):
-        if topic.startswith(namespace + "/"):
-            return topic[len(namespace) + 1 :]
-    return topic
+    return topic if namespace is None else topic.removeprefix(f"{namespace}/")
 
 
 def main(args: list[str] | None = None) -> int:

@@ -14,7 +14,7 @@ from ddh_twin_py.bags.arrival import order_of_arrival, time_gone_by
 from ddh_twin_py.bags.compression import unpack_messages
 from ddh_twin_py.bags.errors import BagError
 from ddh_twin_py.bags.folder import open_folder
-from ddh_twin_py.bags.opening import open_storage, unpacked
+from ddh_twin_py.bags.opening import of_file, open_storage, readable, unpacked
 
 
 @dataclass(frozen=True)
@@ -41,6 +41,10 @@ class RawBag:
     """
 
     def __init__(self, path: str | Path) -> None:
+        with readable(path):
+            self._open(path)
+
+    def _open(self, path: str | Path) -> None:
         self._folder = open_folder(path)
         self._scratch = tempfile.TemporaryDirectory(prefix="ddh_bag_")
         self.path = str(self._folder.path)
@@ -103,8 +107,8 @@ class RawBag:
                     damaged.update(self.topics[number][0] for number in topic[known & (size == 0)].tolist())
                     known &= size > 0
                 yield topic[known], block.log_time[known], start[known], size[known], data
-            notes += storage.damage
-            remarks += storage.remarks
+            notes += of_file(storage.damage, file, self._files)
+            remarks += of_file(storage.remarks, file, self._files)
         notes += [f"holds {count} messages on {topic} that cannot be unpacked and are left out" for topic, count in damaged.items()]
 
     def _places(self) -> tuple[np.ndarray, np.ndarray]:

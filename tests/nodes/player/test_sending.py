@@ -1,11 +1,14 @@
 """What the player sends by when, and what it tells of its place meanwhile."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from ddh_twin_py.bags.cdr import encode_stamped_floats
+from ddh_twin_py.bags.errors import BagError
 from ddh_twin_py.bags.qos import SENSOR_DATA
 from ddh_twin_py.bags.writer import BagWriter
-from ddh_twin_py.nodes.bag_player import BagPlayer, Channel
+from ddh_twin_py.nodes.bag_player import BagPlayer, Channel, _relative
 from ddh_twin_py.nodes.player.flow_control import FlowControl
 from ddh_twin_py.sources.raw_bag import RawBag
 
@@ -29,7 +32,7 @@ class Player(BagPlayer):
 
     def __init__(self, bag, rate):
         self._bag, self.rate, self.paused, self._flow = bag, rate, False, FlowControl(1.0)
-        self.now, self.sent, self._held_since, self.said = 0.0, 0, None, []
+        self.now, self.sent, self._held_since, self._causes = 0.0, 0, None, {}
         self._channels = {0: Channel(Publisher(), True)}
         self.report(0)
         self._begin(0.0)
@@ -51,7 +54,11 @@ class Player(BagPlayer):
         self._said_at = wall
 
     def warn_once(self, cause, text):
-        self.said += [text] if text not in self.said else []
+        self._causes.setdefault(cause, text)
+
+    @property
+    def said(self):
+        return list(self._causes.values())
 
 
 def bag_of(path, log_times, messages=None):
@@ -73,3 +80,42 @@ def test_where_the_recorders_clock_was_set_back_the_rate_is_kept(tmp_path):
         player.report(player.sent)
     assert most <= 2 and player.sent == 4000 and player.now == pytest.approx(40.0, abs=0.1)
     assert player.position == pytest.approx(player.duration)
+
+
+def test_a_place_ahead_of_what_was_sent_is_never_told(tmp_path):
+    """A listener that takes 6 times real time where 100 are asked for."""
+    player, taken = Player(bag_of(tmp_path / "bag", STAMPS), 100.0), 0
+    while not player._ending and player.now < 20.0:
+        player.look()
+        if player.sent < STAMPS.size:
+            assert player.stamp_ns < STAMPS[player.sent]
+        taken = min(player.sent, taken + 3)
+        player.report(taken)
+    assert player.now == pytest.approx(40.0 / 6.0, rel=0.05) and player.sent == STAMPS.size
+    assert player.said == ["/ddh/listener cannot take 100 times real time; playing as fast as it can"]
+
+
+def test_a_message_that_is_too_short_for_a_stamp_is_left_out_and_named(tmp_path):
+    player = Player(bag_of(tmp_path / "bag", STAMPS, {500: b"", 600: b"\0\1\0\0\1\0\0"}), 0.0)
+    while not player._ending:
+        player.look()
+        player.report(player.sent)
+    assert player.sent == STAMPS.size - 2
+    assert player.said == [f"{tmp_path / 'bag'}: a message on {TOPIC} has 0 bytes and no stamp; such are left out"]
+
+
+def topics_of(topics, namespace=""):
+    """What becomes of the topics (name, type) of a bag."""
+    player = SimpleNamespace(_bag=SimpleNamespace(path="bag", topics=topics), values={"namespace": namespace})
+    chosen = BagPlayer._namespace(player)
+    return [_relative(topic, chosen) for topic, _ in topics]
+
+
+def test_of_two_rigs_in_a_bag_one_is_chosen_and_the_other_keeps_its_name():
+    machines = [(f"/rig_{x}/drive/telemetry", "ddh_msgs/msg/DriveTelemetry") for x in "ab"]
+    with pytest.raises(BagError, match="holds 2 rigs, in the namespaces '/rig_a' and '/rig_b'; choose one with the parameter namespace"):
+        topics_of(machines)
+    assert topics_of(machines, "rig_b") == ["/rig_a/drive/telemetry", "drive/telemetry"]
+    assert topics_of([*machines[:1], ("/rig_a/other", "std_msgs/msg/Empty"), ("/tf", "std_msgs/msg/Empty")]) == [
+        "drive/telemetry", "other", "/tf"]
+    assert topics_of([("/tf", "std_msgs/msg/Empty")]) == ["/tf"]

@@ -12,10 +12,13 @@ import importlib
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from rclpy.serialization import deserialize_message
+from rclpy.serialization import deserialize_message, serialize_message
 
 _ENCAPSULATION = 4
 _STAMP_BYTES = 8
+_PADDED = 8  # bytes, whatever they hold, of which a serialiser puts fewer behind an array without values
+STAMPED = _ENCAPSULATION + _STAMP_BYTES
+"""Bytes of the shortest message that holds a stamp."""
 
 
 class Layout:
@@ -66,9 +69,9 @@ class Layout:
 
     def parse(self, messages: Sequence[bytes]) -> tuple[np.ndarray, dict[str, np.ndarray]] | None:
         """Stamps int64[n] and values by name, (n,) or (n, m); None where a message has another layout."""
-        if any(len(message) != self._size for message in messages):
+        if any(not self._size <= len(message) < self._size + _PADDED for message in messages):
             return None
-        joined = np.frombuffer(b"".join(messages), np.uint8).reshape(len(messages), self._size)
+        joined = np.frombuffer(b"".join(message[: self._size] for message in messages), np.uint8).reshape(len(messages), self._size)
         if not (joined[:, self._fixed] == self._fixed_bytes).all():
             return None
         rows = np.zeros((len(messages), self._template.size), np.uint8)
@@ -87,32 +90,46 @@ class Layout:
 class BulkParser:
     """Parses messages of a type whose strings and lengths hardly ever change.
 
-    `example` is the message whose layout is in force, with the names in it.
+    `example` is the message whose layout is in force, with the names in it; `unreadable` counts messages that are none of the type.
     """
 
     def __init__(self, message_type: type) -> None:
         self._type = message_type
         self._layout: Layout | None = None
         self.example: object | None = None
+        self.unreadable = 0
 
     def parse(self, messages: Sequence[bytes]) -> list[tuple[object, np.ndarray, dict[str, np.ndarray]]]:
-        """Runs of messages of one layout, in order: example, stamps int64[n] ns, values by name; (n, 0) of a list without entries."""
+        """Runs of messages of one layout, in order: example, stamps int64[n] ns, values by name; (n, 0) of a list without entries.
+
+        A message that is none of the type is left out and counted.
+        """
         runs = []
         while messages:
             parsed = self._layout.parse(messages) if self._layout is not None else None
             if parsed is not None:
                 runs.append((self.example, *parsed))
                 break
-            count = 1 if self._layout is None or self._layout.parse(messages[:1]) is None else self._same(messages)
-            if count == 1:
-                self.example = deserialize_message(messages[0], self._type)
-                self._layout = Layout(self.example)
-            runs.append((self.example, *self._layout.parse(messages[:count])))
-            messages = messages[count:]
+            count = 0 if self._layout is None else self._same(messages)
+            parsed = self._layout.parse(messages[:count]) if count else self._anew(messages[0])
+            if parsed is None:
+                self.unreadable += 1
+            else:
+                runs.append((self.example, *parsed))
+            messages = messages[max(count, 1) :]
         return runs
 
+    def _anew(self, message: bytes) -> tuple[np.ndarray, dict[str, np.ndarray]] | None:
+        """A message by a layout of its own, also where another serialiser wrote it; None where it is none of the type."""
+        try:
+            example = deserialize_message(message, self._type)
+        except RuntimeError:
+            return None
+        self.example, self._layout = example, Layout(example)
+        return self._layout.parse([message]) or self._layout.parse([serialize_message(example)])
+
     def _same(self, messages: Sequence[bytes]) -> int:
-        count = 1
+        count = 0
         while count < len(messages) and self._layout.parse(messages[count : count + 1]) is not None:
             count += 1
         return count
