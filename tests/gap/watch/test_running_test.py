@@ -259,7 +259,7 @@ def test_levels_survive_in_a_file(tmp_path):
     feed(test, 101, rng.standard_normal((101, 2)))
     path = tmp_path / "deep" / "normal.json"
     save_levels(path, "rig_7", 10.0, test.levels)
-    rig_id, levels = load_levels(path, 10.0)
+    rig_id, levels = load_levels(path, 10.0, dict.fromkeys(test.levels, test.phases))
     assert rig_id == "rig_7" and levels == test.levels
     assert made(known=levels).status()[0].learned == 1.0
 
@@ -272,6 +272,8 @@ def test_levels_survive_in_a_file(tmp_path):
         (lambda c: c["signals"]["p"].update(spread=-1.0), "signals.p.spread: value is -1.0"),
         (lambda c: c["signals"]["p"].pop("floor"), "KeyError: 'floor'"),
         (lambda c: c.update(signals=[1]), "is no file of normal levels"),
+        (lambda c: c["signals"]["p"].update(level=[0.0]), "signals.p.level: found 1 of the 2 needed, one for each phase"),
+        (lambda c: c["signals"]["p"].update(level=[None, None]), "signals.p.level: value is [None, None], which no normal level has"),
     ],
 )
 def test_a_file_that_cannot_be_used_says_why(tmp_path, change, words):
@@ -281,7 +283,7 @@ def test_a_file_that_cannot_be_used_says_why(tmp_path, change, words):
     change(content)
     path.write_text(json.dumps(content))
     with pytest.raises(NormalLevelError, match="normal.json") as caught:
-        load_levels(path, 10.0)
+        load_levels(path, 10.0, {"p": 2})
     assert words in str(caught.value) and "\n" not in str(caught.value)
     path.write_text("{")
     with pytest.raises(NormalLevelError, match="is no JSON"):

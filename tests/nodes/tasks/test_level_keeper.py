@@ -1,6 +1,7 @@
 """Normal levels are on disk once they were learned, also where the disk was full for a while."""
 
 import pytest
+from ddh_twin_py.gap.watch.normal_level import NormalLevel, NormalLevelError, save_levels
 from ddh_twin_py.nodes.tasks import level_keeper
 from ddh_twin_py.nodes.tasks.level_keeper import LevelKeeper
 
@@ -36,6 +37,13 @@ def test_what_could_not_be_written_is_tried_again_until_it_is(written, tmp_path)
         kept_now(keeper, "crane_1", ["speed"])
     assert written["attempts"] == 4 and written["levels"] == {"speed"} and keeper.failure == ""
     keeper.close()
+
+
+def test_a_file_of_other_phases_is_refused(tmp_path):
+    path = tmp_path / "levels.json"
+    save_levels(path, "crane_1", 1.0, {"speed": NormalLevel((0.0,), 1.0, 1.0, 0.0, 100, 400.0)})
+    with pytest.raises(NormalLevelError, match=r"levels.json: signals.speed.level: found 1 of the 3 needed"):
+        LevelKeeper(str(path), 1.0)
 
 
 def test_what_was_learned_of_a_machine_is_there_when_it_comes_back(written, tmp_path):

@@ -149,11 +149,14 @@ def save_levels(path: str | Path, rig_id: str, bin_length: float, levels: Mappin
     write_whole(path, json.dumps(content, indent=1, allow_nan=False) + "\n")
 
 
-def load_levels(path: str | Path, bin_length: float) -> tuple[str, dict[str, NormalLevel]]:
+def load_levels(path: str | Path, bin_length: float, phases: Mapping[str, int] | None = None) -> tuple[str, dict[str, NormalLevel]]:
     """Rig id and normal levels by signal.
 
+    Args:
+        bin_length: s. phases: how many each signal's level must have; any, where a signal is not named.
+
     Raises:
-        NormalLevelError: the file cannot be read, is none of ours, or was learned with bins of another length.
+        NormalLevelError: the file cannot be read, is none of ours, or was learned with bins of another length or other phases.
     """
     try:
         content = read_json(path)
@@ -166,7 +169,7 @@ def load_levels(path: str | Path, bin_length: float) -> tuple[str, dict[str, Nor
             raise NormalLevelError(f"{path}: version is {content['version']!r}, it must be {_VERSION}")
         if content["bin"] != bin_length:
             raise NormalLevelError(f"{path}: bin is {content['bin']!r} s, the test's bins are {bin_length:g} s")
-        levels = {name: _level(path, name, row) for name, row in content["signals"].items()}
+        levels = {name: _level(path, name, row, (phases or {}).get(name)) for name, row in content["signals"].items()}
         return str(content["rig_id"]), levels
     except (KeyError, TypeError, AttributeError, ValueError) as error:
         if isinstance(error, NormalLevelError):
@@ -174,11 +177,15 @@ def load_levels(path: str | Path, bin_length: float) -> tuple[str, dict[str, Nor
         raise NormalLevelError(f"{path}: is no file of normal levels ({type(error).__name__}: {error})") from None
 
 
-def _level(path: str | Path, name: str, row: Mapping) -> NormalLevel:
+def _level(path: str | Path, name: str, row: Mapping, phases: int | None) -> NormalLevel:
     level = tuple(math.nan if v is None else float(v) for v in row["level"])
     made = NormalLevel(level, *(float(row[k]) for k in ("floor", "spread", "correlation")), int(row["bins"]), float(row["samples"]))
     allowed = {"floor": made.floor > 0.0, "spread": made.spread > 0.0, "bins": made.bins >= LEAST_BINS, "samples": made.samples > 0.0,
                "correlation": 0.0 <= made.correlation <= _MOST_CORRELATED}  # fmt: skip
+    if phases not in (None, len(level)):
+        raise NormalLevelError(f"{path}: signals.{name}.level: found {len(level)} of the {phases} needed, one for each phase")
+    if not np.isfinite(level).any():
+        raise NormalLevelError(f"{path}: signals.{name}.level: value is {row['level']!r}, which no normal level has")
     for key, well in allowed.items():
         if not well or not math.isfinite(getattr(made, key)):
             raise NormalLevelError(f"{path}: signals.{name}.{key}: value is {row[key]!r}, which no normal level has")

@@ -26,6 +26,8 @@ MOVING = 0.002
 BLUNT = 10.0
 """Multiple of a sample's noise from which a learned floor hides what a fitted twin would show."""
 _PHASES = 3  # holding, lifting, lowering
+PHASES = {name: _PHASES for name, _, _ in HYDRAULIC} | dict.fromkeys(TEMPERATURES, 1)
+"""How many phases the normal level of each watched signal has."""
 _REMEMBERED = 120_000_000_000  # ns in which temperatures may come after the hydraulics of the same time
 
 

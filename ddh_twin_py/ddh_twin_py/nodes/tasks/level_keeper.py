@@ -7,6 +7,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from ddh_twin_py.gap.watch.normal_level import NormalLevel, load_levels, save_levels
+from ddh_twin_py.gap.watch.watch import PHASES
 
 
 class LevelKeeper:
@@ -18,7 +19,7 @@ class LevelKeeper:
 
     def __init__(self, path: str, bin_length: float) -> None:
         self.path, self._bin_length = Path(path), bin_length
-        self.rig_id, self._levels = load_levels(self.path, bin_length) if self.path.exists() else ("", {})
+        self.rig_id, self._levels = load_levels(self.path, bin_length, PHASES) if self.path.exists() else ("", {})
         self.failure = ""
         self._under_way: set[str] = set()
         self._writer = ThreadPoolExecutor(1, thread_name_prefix="normal levels")
