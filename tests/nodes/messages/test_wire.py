@@ -92,3 +92,24 @@ def test_a_list_without_entries_has_no_values(message_type):
     assert isinstance(example, message_type) and stamps.tolist() == [0]
     nested = {name: block.shape for name, block in values.items() if "." in name}
     assert nested and set(nested.values()) == {(1, 0)}
+
+
+def test_a_message_that_another_wrote_is_read():
+    """One without values is padded; a machine of the other byte order writes another layout."""
+    plain = serialize_message(HydraulicState(mode="soft"))
+    parser = BulkParser(HydraulicState)
+    for _ in range(2):  # a layout that is new, one that is known
+        (example, stamps, values), = parser.parse([plain])
+        assert example.mode == "soft" and stamps.tolist() == [0] and values["temperature"].shape == (1, 0)
+    words = [number.to_bytes(4, "big") for number in (7, 5, 1, 0, 2, 0x78000000, 1, 0)]  # stamp, frame_id "", rig_id "x", oil_grade ""
+    (example, stamps, values), = BulkParser(RigInfo).parse([bytes(4) + b"".join(words) + np.array(149.5, ">f8").tobytes()])
+    assert (example.rig_id, stamps.tolist(), values["payload_mass"].tolist()) == ("x", [7_000_000_005], [149.5])
+
+
+def test_a_message_that_is_none_of_the_type_is_left_out():
+    soft = LAYOUTS[HydraulicState].compose(STAMPS, {})
+    for first in ([], soft[:1]):
+        parser = BulkParser(HydraulicState)
+        parser.parse(first)
+        runs = parser.parse([soft[0][:100], *soft, b"", b"\0\1" + bytes([255]) * len(soft[0]), *soft])
+        assert parser.unreadable == 3 and np.concatenate([stamps for _, stamps, _ in runs]).tolist() == [*STAMPS, *STAMPS]

@@ -123,6 +123,12 @@ class Inputs:
         """All messages that wait on one input, oldest first, as CDR."""
         return self.take_timed(entry, wall)[0]
 
+    def leave_out(self, entry: Input, count: int) -> None:
+        """So many messages of an input in all are none of its type: counted, and said once."""
+        if count and not entry.rejected:
+            self._node.get_logger().warning(f"{entry.name}: a message is no {entry.message_type.__name__}; such are left out and counted")
+        entry.rejected = count
+
     def take_timed(self, entry: Input, wall: float) -> tuple[list[bytes], list[int]]:
         """The same, and when the middleware got each of them, ns of the computer's clock, never falling; 0 where it does not tell."""
         taken, came = [], []
