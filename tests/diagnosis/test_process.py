@@ -70,6 +70,17 @@ def test_what_went_wrong_is_one_line(tmp_path, name, words):
     assert words in outcome.error and "\n" not in outcome.error and not outcome.report
 
 
+@pytest.mark.parametrize(("line", "words"), [
+    ("5", "e"), ("[1]", "e"), ('{"report": 3}', "e"),
+    pytest.param('{"done": "soon"}', "the diagnosis answered what cannot be read",
+                 marks=pytest.mark.filterwarnings("ignore::pytest.PytestUnhandledThreadExceptionWarning")),
+])  # fmt: skip
+def test_a_line_that_nobody_understands_hangs_nothing(tmp_path, line, words):
+    command = "sh", "-c", f"echo '{line}'; echo '{{\"error\": \"e\"}}'"
+    outcome = DiagnosisProcess(case_of([tmp_path]), command=command).wait(20.0)
+    assert outcome is not None and outcome.error == words
+
+
 def test_a_command_that_cannot_be_started(tmp_path):
     process = DiagnosisProcess(case_of([tmp_path]), command=("/nowhere/python",))
     assert "/nowhere/python: cannot be started" in process.wait(1.0).error

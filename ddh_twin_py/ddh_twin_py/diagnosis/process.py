@@ -101,6 +101,14 @@ class DiagnosisProcess:
                 pass
 
     def _read(self, request: str) -> None:
+        try:
+            self._listen(request)
+        finally:  # whoever waits is answered, whatever came
+            if self.outcome is None:
+                self._signal(signal.SIGKILL)
+                self.outcome = Outcome(error="the diagnosis answered what cannot be read")
+
+    def _listen(self, request: str) -> None:
         told: dict = {}
         try:
             self._process.stdin.write(request)
@@ -111,6 +119,8 @@ class DiagnosisProcess:
             try:
                 message = json.loads(line)
             except ValueError:
+                continue
+            if not isinstance(message, dict):
                 continue
             if "report" in message or "error" in message:
                 told = message
