@@ -59,3 +59,14 @@ def test_an_estimate_that_is_no_number_costs_itself_alone():
     taken = FreeRunTemperatures(np.full(len(SENSORS), 1.0), 0.5)
     taken.take_estimates([estimates(tick, np.nan if tick in (4, 5) else 30.0) for tick in range(1, 11)])
     assert [tick for tick in range(1, 11) if tick * TICK in taken._expected] == [1, 2, 3, 6, 7, 8, 9, 10]
+
+
+@pytest.mark.parametrize("batch", [2, 5, 40])
+def test_what_sensors_read_of_the_free_run_does_not_depend_on_how_estimates_are_batched(batch):
+    def expected(size):
+        taken = FreeRunTemperatures(np.full(len(SENSORS), 5.0), 0.5)
+        for first in range(1, 41, size):
+            taken.take_estimates([estimates(tick, 30.0 + 0.1 * tick) for tick in range(first, min(first + size, 41))])
+        return np.array([taken._expected[tick * TICK] for tick in range(1, 41)])
+
+    np.testing.assert_allclose(expected(batch), expected(1), rtol=0.0, atol=1e-9)

@@ -7,7 +7,9 @@ import rclpy
 from ddh_twin_py.nodes.feeds import telemetry_feed
 from ddh_twin_py.nodes.feeds.telemetry_feed import TelemetryFeed
 from ddh_twin_py.rig import load_rig
+from ddh_twin_py.telemetry.causes import Cause
 from nodes.processes import wait_for
+from rclpy.serialization import serialize_message
 from sensor_msgs.msg import Temperature
 
 pytestmark = pytest.mark.live
@@ -77,4 +79,38 @@ def test_what_waited_for_a_process_that_stood_still_is_aligned_in_the_order_of_i
     assert not feed.aligner.strayed and not any(tick.restart for tick in ticks)
     if not busy:
         assert sum(len(tick.samples[topic]) for tick in ticks for topic in TOPICS) == 4 * 52
+    node.destroy_node()
+
+
+def test_a_clock_that_is_set_back_after_a_stand_still_holds_nothing_up(listener, monkeypatch):
+    now = EPOCH * SECOND
+    monkeypatch.setattr(telemetry_feed, "time_ns", lambda: now)
+    node = rclpy.create_node("still", namespace="/set_back", context=listener.context)
+    feed = TelemetryFeed(node, load_rig(), TOPICS, [], 0.05, 0.5, 1.0)
+
+    def look():
+        feed.take(0.0)
+        feed.collect(TOPICS[0], [now], [now], [[294.0, 0.0]])
+        feed.align()
+
+    look()
+    now += 2 * SECOND  # it stood still
+    look()
+    assert feed._collected, "what else came meanwhile is awaited"
+    now -= 3600 * SECOND
+    look()
+    assert not feed._collected
+    node.destroy_node()
+
+
+def test_a_reading_that_comes_twice_is_handed_on_once(listener):
+    node = rclpy.create_node("twice", namespace="/twice", context=listener.context)
+    feed = TelemetryFeed(node, load_rig(), TOPICS, [], 0.05, 0.5, 1.0, keep_late=TOPICS)
+    messages = []
+    for tenths in (0, 3, 0):
+        message = Temperature(temperature=21.0)
+        message.header.stamp.sec, message.header.stamp.nanosec = EPOCH, tenths * 100_000_000
+        messages.append(serialize_message(message))
+    feed._take(feed.inputs.all[TOPICS[0]], feed.screens[TOPICS[0]], messages, [1, 2, 3])
+    assert [came for came, *_ in feed._collected] == [1, 2] and feed.screens[TOPICS[0]].count(Cause.REPEATED) == 1
     node.destroy_node()

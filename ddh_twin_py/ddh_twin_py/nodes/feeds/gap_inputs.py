@@ -102,7 +102,7 @@ class FreeRunTemperatures:
             self._last = None
             return
         if anew or self._last is None:
-            self._last = int(stamps[0])
+            self._last = int(stamps[0]) - (int(stamps[-1]) - int(stamps[0])) // max(stamps.size - 1, 1)
             self._lagging.begin_anew()
         seen = self._lagging.follow(predicted, (int(stamps[-1]) - self._last) * 1e-9 / stamps.size)
         self._expected.update(zip(stamps.tolist(), seen, strict=True))

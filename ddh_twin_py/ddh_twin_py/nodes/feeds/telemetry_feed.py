@@ -108,7 +108,7 @@ class TelemetryFeed:
         Where the process stood still it waits until all has come, and `take` says meanwhile that there is some.
         """
         if self._stood is not None and self._stood_still(*self._stood):
-            if self._looked < self._stood[1] + _COMES:
+            if self._stood[1] <= self._looked < self._stood[1] + _COMES:  # else also where the clock was set back meanwhile
                 return
             order = _stamps_in_order
         else:
@@ -136,7 +136,8 @@ class TelemetryFeed:
         screened = screen.screen(stamps, values)
         if entry.topic in self.alike.refused:
             screened.values[:, 0] = np.nan
-        self.collect(entry.topic, came, (screened.stamp - self._delay[entry.topic]).tolist(), screened.values)
+        stamps, kept = screened.stamp - self._delay[entry.topic], screened.kept
+        self.collect(entry.topic, compress(came, kept), stamps[kept].tolist(), screened.values[kept])
         if len(screened.stamp):
             self.last[entry.topic] = screened.values[-1]
         entry.newest_ns = screen.newest_ns or 0
