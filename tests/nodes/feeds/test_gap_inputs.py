@@ -65,6 +65,7 @@ def test_an_estimate_that_is_no_number_costs_itself_alone():
 def test_what_sensors_read_of_the_free_run_does_not_depend_on_how_estimates_are_batched(batch):
     def expected(size):
         taken = FreeRunTemperatures(np.full(len(SENSORS), 5.0), 0.5)
+        taken.take_estimates([estimates(80, 30.0)])  # of a time before, which ends here
         for first in range(1, 41, size):
             taken.take_estimates([estimates(tick, 30.0 + 0.1 * tick) for tick in range(first, min(first + size, 41))])
         return np.array([taken._expected[tick * TICK] for tick in range(1, 41)])
