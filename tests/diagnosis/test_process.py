@@ -81,6 +81,14 @@ def test_a_line_that_nobody_understands_hangs_nothing(tmp_path, line, words):
     assert outcome is not None and outcome.error == words
 
 
+def test_a_stop_ends_what_outlives_the_process_that_started_it(tmp_path):
+    process = DiagnosisProcess(case_of([tmp_path]), command=("sh", "-c", "(trap '' TERM; echo '{\"done\": 0.5}'; sleep 60) & wait"))
+    until(lambda: process.done == 0.5)
+    process.stop()
+    assert process.outcome is not None, "its end of the pipe is closed once it is gone"
+    assert process.outcome.error == "the diagnosis was stopped"
+
+
 def test_a_command_that_cannot_be_started(tmp_path):
     process = DiagnosisProcess(case_of([tmp_path]), command=("/nowhere/python",))
     assert "/nowhere/python: cannot be started" in process.wait(1.0).error

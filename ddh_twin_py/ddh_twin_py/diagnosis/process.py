@@ -94,11 +94,11 @@ class DiagnosisProcess:
         self._reader.join(_PATIENCE)
 
     def _signal(self, number: int) -> None:
-        if self._process.poll() is None:
-            try:
-                os.killpg(self._process.pid, number)
-            except ProcessLookupError:
-                pass
+        """To the whole group: what the process started may outlive it."""
+        try:
+            os.killpg(self._process.pid, number)
+        except ProcessLookupError:
+            pass
 
     def _read(self, request: str) -> None:
         try:
