@@ -69,10 +69,10 @@ def test_cases_and_single_bags_are_found(folder):
 
 
 def test_parts_of_one_bag_are_one_recording_and_loose_files_are_many(tmp_path):
-    for name in ("cut/cut_0.mcap", "cut/cut_1.mcap", "loose/x.mcap", "loose/y_1.db3"):
+    for name in ("cut/cut_0.mcap", "cut/cut_1.mcap", "loose/x.mcap", "loose/y_1.db3", "run.2/run.2_0.db3.zstd", "run.2/run.2_1.db3.zstd"):
         (tmp_path / name).parent.mkdir(exist_ok=True)
         (tmp_path / name).write_bytes(b"")
-    assert [f.name for f in find_recordings(tmp_path)] == ["cut", "loose/x.mcap", "loose/y_1.db3"]
+    assert [f.name for f in find_recordings(tmp_path)] == ["cut", "loose/x.mcap", "loose/y_1.db3", "run.2"]
 
 
 def test_numbered_files_are_one_recording_where_they_go_on_in_time_alone(tmp_path, second):

@@ -19,7 +19,7 @@ from ddh_twin_py.fleet.copies import alike
 from ddh_twin_py.rig.files import did_you_mean
 from ddh_twin_py.sources.raw_bag import RawBag
 
-_PART = re.compile(r"(.*)_(\d+)$")
+_PART = re.compile(rf"(.*)_(\d+)(?:{'|'.join(map(re.escape, DATA_ENDINGS))})")
 _BETWEEN = -0.5, 5.0  # s of log time from the end of one part of a bag to the begin of the next
 
 
@@ -112,7 +112,7 @@ def _bags(path: Path, files: list[str]) -> list[Path]:
     data = sorted(name for name in files if name.endswith(DATA_ENDINGS))
     if METADATA in files:
         return [path]
-    parts = [part for name in data if (part := _PART.fullmatch(name.split(".")[0]))]
+    parts = [part for name in data if (part := _PART.fullmatch(name))]
     stems, numbers = {part[1] for part in parts}, [int(part[2]) for part in parts]
     if len(parts) == len(data) > 1 and len(stems) == 1 and (
             stems == {path.resolve().name} and min(numbers) == 0 or _follow([path / data[i] for i in np.argsort(numbers)])):
