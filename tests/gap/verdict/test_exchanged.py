@@ -36,6 +36,14 @@ def test_two_sensors_that_read_each_other_s_places_are_exchanged():
     assert found.said.endswith("are the two sensors exchanged?") and "temperature/case" in found.said
 
 
+def test_a_recording_without_a_reading_takes_nothing_off():
+    one, silent = case(SWAPPED), case(dict.fromkeys(COURSES, np.full(TIME.size, np.nan)))
+    both = SimpleNamespace(altered=[False, True, True], signals=[{}, one.signals[1], silent.signals[1]], run_one=one.run_one)
+    fit = SimpleNamespace(predictions=[{}, COURSES, COURSES])
+    assert exchanged(both, np.zeros(1), fit) == exchanged(one, np.zeros(1), fit)
+    assert exchanged(silent, np.zeros(1), fit) is None
+
+
 @pytest.mark.parametrize("read", [
     COURSES,
     {**COURSES, "temperature/housing": COURSES["temperature/housing"] + 3.0},  # one alone

@@ -74,12 +74,13 @@ def first_of_both(found: Exchanged, places: Sequence[FreePlace]) -> list[FreePla
 
 
 def _off(signals: Sequence[Mapping], runs: Sequence[Mapping[str, np.ndarray]], read: str, of: str) -> float:
-    """RMS, in noises, by which a reading is off what runs show of a place."""
+    """RMS, in noises, by which a reading is off what runs show of a place; of recordings without a reading nothing counts."""
     squares = []
     for own, run in zip(signals, runs, strict=True):
         signal, there = own[read], own[of]
         order = np.argsort(there.time, kind="stable")
         shown = np.interp(signal.time, there.time[order], run[of][order])
         used = np.isfinite(signal.measured) & (signal.binning.bin >= 0)
-        squares.append(np.mean(((signal.measured - shown)[used] / signal.noise) ** 2) if used.any() else 0.0)
-    return float(np.sqrt(np.mean(squares)))
+        if used.any():
+            squares.append(np.mean(((signal.measured - shown)[used] / signal.noise) ** 2))
+    return float(np.sqrt(np.mean(squares))) if squares else 0.0
