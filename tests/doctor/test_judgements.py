@@ -85,6 +85,8 @@ def test_a_sound_machine_has_nothing_wrong():
     (heard("hydraulics/telemetry", 100.0, (90e5, 20e5, 0.2, 0.067), messages=[b"\0\1\0\0torn"] * 500), "error",
      "/ddh/hydraulics/telemetry: messages cannot be decoded"),
     (rig_message(payload=0.0), "warning", "/ddh/rig: press_7, ISO VG 32, payload 0 kg"),
+    (rig_message(payload=1e9), "warning", "/ddh/rig: press_7, ISO VG 32, payload 1e+09 kg"),
+    (rig_message(payload=float("inf")), "warning", "/ddh/rig: press_7, ISO VG 32, payload inf kg"),
     (rig_message(latched=False), "warning", "/ddh/rig: not transient local"),
     (heard("temperature/ambient", 0.2, (23.0, 0.0)), "note", "/ddh/temperature/ambient: 1 messages in 5 s"),
 ])
