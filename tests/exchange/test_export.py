@@ -3,6 +3,7 @@
 import csv
 import json
 import os
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,9 +15,12 @@ from ddh_twin_py.bags.reader import read_recording
 from ddh_twin_py.bags.writer import BagWriter, write_recording
 from ddh_twin_py.cli.main import main
 from ddh_twin_py.exchange.bulk_messages import BulkMessages, Numbers
+from ddh_twin_py.exchange.import_log import import_logs
+from ddh_twin_py.exchange.mapping import read_mapping
 from ddh_twin_py.exchange.output_bag import write_output_bag
 from ddh_twin_py.exchange.replay_columns import replay_columns
 from ddh_twin_py.exchange.tables import write_csv, write_parquet
+from ddh_twin_py.exchange.telemetry_tables import write_telemetry
 from ddh_twin_py.physics.thermal_network import NODES
 from ddh_twin_py.report.replay.agreement import measured_values
 from ddh_twin_py.sources.raw_bag import RawBag
@@ -170,6 +174,12 @@ def test_of_a_folder_that_does_not_fit_on_the_disk_nothing_is_left(short_bag, tm
     said = capsys.readouterr().err
     assert f"error: {target}" in said and "No space left on device" in said
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_mapping_is_read_whatever_the_recording_is_called(short_bag, tmp_path):
+    recording = replace(read_recording(short_bag).between(0.0, 1.0), path="a\nb: [c")
+    *logs, mapping = write_telemetry(tmp_path / "samples", recording)
+    assert len(import_logs(logs, read_mapping(mapping)).drive) == len(recording.drive)
 
 
 def test_samples_of_a_recording_that_was_cut_off_come_with_a_warning(short_bag, tmp_path, capsys):

@@ -8,7 +8,7 @@ import numpy as np
 import yaml
 
 from ddh_twin_py.exchange.errors import ExchangeError
-from ddh_twin_py.rig.files import whole_folder, write_whole
+from ddh_twin_py.rig.files import printable, whole_folder, write_whole
 from ddh_twin_py.telemetry.recording import Recording
 from ddh_twin_py.telemetry.signals import TEMPERATURE_PREFIX, signals_of
 
@@ -54,6 +54,6 @@ def _write(folder: Path, recording: Recording) -> list[Path]:
         if np.isfinite(recording.rig.payload_mass):
             mapping["rig"]["payload_mass_kg"] = float(recording.rig.payload_mass)
     names = " ".join(path.name for path in written)
-    heading = f"# Written by ddh-twin export from {recording.path}.\n# ddh-twin import {names} --mapping {MAPPING} -o BAG\n"
+    heading = f"# Written by ddh-twin export from {printable(recording.path)}.\n# ddh-twin import {names} --mapping {MAPPING} -o BAG\n"
     written.append(write_whole(folder / MAPPING, heading + yaml.safe_dump(mapping, sort_keys=False, allow_unicode=True)))
     return written
