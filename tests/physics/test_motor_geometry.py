@@ -281,6 +281,8 @@ def test_the_comparison_counts_in_the_sheet_s_tolerances(network):
     assert all(row.note for row in table.values() if row.verdict != "within one"), "a difference without a reason"
     exact = replace(RIG, quantities={**RIG.quantities, row.path: replace(RIG.quantities[row.path], tolerance=0.0)})
     assert next(r for r in rows(condense(network), MACHINE, exact) if r.path == row.path).deviations is None
+    met = replace(RIG, quantities={**RIG.quantities, row.path: replace(RIG.quantities[row.path], value=row.generated)})
+    assert rows(condense(network), MACHINE, met)[-1].path == row.path  # the largest difference first, none last
 
 
 def test_speed_helps_across_the_air_gap(small):

@@ -79,7 +79,7 @@ def rows(condensed: Condensed, machine: Machine, rig: Rig) -> list[Row]:
         size = abs(deviations) if deviations is not None else np.inf
         verdict = "within one" if size <= 1.0 else "within the sheet's range" if size <= CUT else "outside"
         found.append(Row(path, quantity.unit, value, quantity.value, quantity.tolerance, deviations, verdict, machine.notes.get(path, "")))
-    return sorted(found, key=lambda row: -abs(row.deviations or np.inf))
+    return sorted(found, key=lambda row: -np.inf if row.deviations is None else -abs(row.deviations))
 
 
 def rated_load(machine: Machine, rig: Rig) -> Load:
