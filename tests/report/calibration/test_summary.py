@@ -56,6 +56,7 @@ def test_a_signal_that_the_fit_made_worse_is_said_to_be():
     fit = SimpleNamespace(asked=("pump_1.leakage",), settled=True, parameters=(), refused=())
     signals = [SignalFit("temperature/cylinder_barrel", 1.5, 1.72, None, 0), SignalFit("current", 3.0, 1.69, None, 0)]
     said, _ = verdict(fit, signals, 0.0)
+    assert verdict(fit, [SignalFit("speed", 9.0, 4.9, None, 0)], 0.0)[1] == "fair"  # as everywhere else
     assert "temperature/cylinder barrel 1.72 (made worse by the fit, 1.50 as given), current 1.69 (2 of 2 signals)" in said
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from ddh_twin_py.names import first_of
-from ddh_twin_py.report.replay.agreement import FAR, FLOOR
+from ddh_twin_py.report.replay.agreement import FAR, FLOOR, level
 from ddh_twin_py.report.units import words
 from ddh_twin_py.rig.sheet import CUT
 
@@ -87,19 +87,19 @@ def verdict(fit: Calibration, signals: Sequence[SignalFit], share: float) -> tup
     where = f"on the last {100 * share:.0f} % of the recordings, held out" if share else "on the recordings it was fitted to"
     far = [s for s in sorted(signals, key=lambda s: -s.judged) if s.judged > FLOOR]
     if not far:
-        said, level = f"The fitted twin's free run is within {FLOOR:g} times sensor noise on all {len(signals)} signals {where}.", "good"
+        said, graded = f"The fitted twin's free run is within {FLOOR:g} times sensor noise on all {len(signals)} signals {where}.", "good"
     else:
         named = ", ".join(f"{words(s.name)} {s.judged:.2f}{s.worse}" for s in far[:_MOST_NAMES])
         names = named + (" and more" if len(far) > _MOST_NAMES else "")
         said = f"Beyond {FLOOR:g} times sensor noise {where}: {names} ({len(far)} of {len(signals)} signals)."
-        level = "fair" if far[0].judged < 3.0 * FLOOR else "poor"
+        graded = level(far[0].judged)
         if fit.asked:
             said += " What was held at the sheet may be the cause; the standard deviations do not count it."
     said = f"{unfitted(signals)} {said}".lstrip()
     if not fit.settled:
-        level = "fair" if level == "good" else level
+        graded = "fair" if graded == "good" else graded
         said += " The fit was stopped before it had settled."
     if ended := pressed(fit):
-        level = "fair" if level == "good" else level
+        graded = "fair" if graded == "good" else graded
         said += f" {ended}"
-    return said, level
+    return said, graded
