@@ -179,6 +179,7 @@ def test_what_says_that_there_is_nothing_is_read_as_it_stands_in_the_log(files):
     ({"columns": {}}, "MAP: columns: found {}, a mapping of signals is needed"),
     ({"rig": {"payload_mass_kg": -1}}, "MAP: rig.payload_mass_kg: value is -1 kg, allowed are above 0 to 100000 kg"),
     ({"csv": {"delimiter": ",", "decimal": ","}}, "MAP: csv.decimal and csv.delimiter are both ','"),
+    ({"csv": {"encoding": "undefined"}}, "MAP: csv.encoding: no encoding 'undefined'"),
     ({"csv": {"encoding": "utf8x"}}, "MAP: csv.encoding: no encoding 'utf8x'"),
     ({"csv": {"header_line": 0}}, "MAP: csv.header_line: value is 0, a whole number from 1 on"),
 ])

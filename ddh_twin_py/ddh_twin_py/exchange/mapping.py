@@ -201,7 +201,7 @@ def _dialect(file: str, entry: Mapping) -> Dialect:
         raise ExchangeError(f"{file}: csv.decimal and csv.delimiter are both {texts['decimal']!r}")
     try:
         "".encode(texts["encoding"])
-    except LookupError:
+    except (LookupError, ValueError):
         raise ExchangeError(f"{file}: csv.encoding: no encoding {texts['encoding']!r}; usual are utf-8, latin-1, cp1252, utf-16") from None
     if texts["encoding"].lower().replace("_", "-") in ("utf-8", "utf8"):
         texts["encoding"] = default.encoding  # with or without the mark at its beginning

@@ -30,6 +30,7 @@ _LONGEST_MESSAGE = 4096  # bytes from a browser
 _HEARTBEAT = 15.0  # s
 _FAREWELL = 1.0  # s that a browser has to answer that the server ends
 _MOST_COLUMNS = 64
+_LONGEST_LOOK = 1e6  # s that are looked back
 _START = 10.0  # s until the port is bound, or is not
 _ANSWER = 10.0  # s that a command may take
 _MOST_ASKED = 8  # commands of one browser that are not answered yet
@@ -78,7 +79,7 @@ class PageServer:
         host, port, token = self._given
         try:
             taken = bound.result(_START)
-        except (OSError, TimeoutError) as error:
+        except (OSError, ValueError) as error:  # a name of a host can be none; TimeoutError is an OSError
             reason = error.strerror if isinstance(error, OSError) and error.strerror else str(error) or "no answer"
             raise ServerError(f"the page cannot be served at {host}:{port}: {reason}") from None
         self.access = Access.of(host, taken, token)
@@ -87,7 +88,7 @@ class PageServer:
         asyncio.set_event_loop(self._loop)
         try:
             bound.set_result(self._loop.run_until_complete(self._bind()))
-        except OSError as error:
+        except (OSError, ValueError) as error:
             bound.set_exception(error)
             return
         self._loop.run_forever()
@@ -184,9 +185,15 @@ class PageServer:
             level, seconds = int(request.query.get("level", "0")), float(request.query.get("seconds", "30"))
         except ValueError:
             raise web.HTTPBadRequest(text="level is a whole number and seconds a number\n") from None
-        if unknown or not 0 < len(names) <= _MOST_COLUMNS or not 0 <= level < len(LEVELS) or not 0.0 < seconds < 1e6:
-            wrong = f"no column {unknown[0]!r}" if unknown else f"allowed are 1 to {_MOST_COLUMNS} columns, levels 0 to {len(LEVELS) - 1}"
-            raise web.HTTPBadRequest(text=f"{wrong}\n")
+        wrong = [f"no column {name!r}" for name in unknown[:1]]
+        if not 0 < len(names) <= _MOST_COLUMNS:
+            wrong.append(f"{len(names)} columns, allowed are 1 to {_MOST_COLUMNS} columns")
+        if not 0 <= level < len(LEVELS):
+            wrong.append(f"level is {level}, allowed are levels 0 to {len(LEVELS) - 1}")
+        if not 0.0 < seconds < _LONGEST_LOOK:
+            wrong.append(f"seconds is {seconds:g}, allowed are above 0 and below {_LONGEST_LOOK:g}")
+        if wrong:
+            raise web.HTTPBadRequest(text=f"{'; '.join(wrong)}\n")
         first, values = self._board.look_back(level, names, seconds)
         body = np.array([first], "<i8").tobytes() + np.ascontiguousarray(values.T, "<f4").tobytes()
         return web.Response(body=body, headers={**_HEADERS, "Content-Type": "application/octet-stream"})

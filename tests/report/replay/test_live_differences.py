@@ -11,3 +11,5 @@ def test_the_demos_differences_have_units_and_a_reason():
     assert "0.032 K of a fused temperature" in said and "1.9 N·m of a signal (torque, soft sensor; 16 times the noise of" in said
     assert "It comes from when messages arrive" in said
     assert "20 bar of a signal" in sentence([*apart, Difference("pressure piston side, free run", 2.0e6, 1.0e4, "Pa", 100.0)])
+    assert sentence([]) == "cannot be told: in no interval both have fused temperatures and predicted temperatures"
+    assert sentence(apart[:2]) == "cannot be told: in no interval both have signals"

@@ -53,8 +53,11 @@ def differences(live: ReplayResult, offline: ReplayResult) -> list[Difference]:
 def sentence(apart: Sequence[Difference]) -> str:
     """The largest differences in two sentences: how large, and what they come from."""
     by_name = {d.name: d for d in apart}
-    fused, predicted = by_name["fused temperatures"], by_name["predicted temperatures"]
+    fused, predicted = (by_name.get(f"{which} temperatures") for which in ("fused", "predicted"))
     signals = [d for d in apart if "," in d.name and d.in_noise is not None]
+    if fused is None or predicted is None or not signals:
+        none = [name for name, there in (("fused", fused), ("predicted", predicted)) if there is None]
+        return f"cannot be told: in no interval both have {' and '.join([f'{name} temperatures' for name in none] or ['signals'])}"
     worst = max(signals, key=lambda d: d.in_noise)
     unit = shown(worst.unit)
     return (
