@@ -115,7 +115,7 @@ def test_a_folder_for_results_is_looked_at_before_the_work(argv, tmp_path, capsy
 
 
 @pytest.mark.parametrize("argv", [
-    ["demo", "--out", ""], ["layouts", ""], ["real", "--data", ""], ["info", ""], ["motor", "--description", " "],
+    ["demo", "--out", ""], ["layouts", ""], ["real", "--data", ""], ["info", ""], ["calibrate", ""], ["motor", "--description", " "],
     ["gap", "b", "--validation", ""],
 ], ids=lambda argv: argv[0])  # fmt: skip
 def test_an_empty_name_is_no_folder(argv, tmp_path, capsys, monkeypatch):

@@ -42,6 +42,7 @@ def test_the_same_sweep_twice_is_the_same(capsys):
     (["study", "cold-start", "--ambient", "200"], "an ambient of 200 degC, allowed are -60 to 80 degC"),
     (["study", "cold-start", "--grades", "VG 33"], "no oil grade 'VG 33'; the nearest is 'ISO VG 32'"),
     (["study", "cold-start", "--duty", "paper"], "paper: no such duty file, and no duty 'paper'; the nearest is 'paper_cycle'"),
+    (["study", "cold-start", "--ambient=-60:80:0.02"], "'-60:80:0.02' are more than 5000 ambients"),
     (["study", "cold-start", "--ambient", "-30:40:nan"], "'-30:40:nan' is neither FROM:TO:STEP nor a list"),
     (["study", "cold-start", "--rig", ""], "argument --rig: an empty name"),
     (["study", "cold-start", "--hours", "0"], "'0' is no number above 0"),

@@ -7,7 +7,7 @@ import os
 from collections.abc import Sequence
 from pathlib import Path
 
-from ddh_twin_py.cli.arguments import add_html, add_json, add_namespace, add_quiet, add_rig, add_verb, output_file
+from ddh_twin_py.cli.arguments import add_html, add_json, add_namespace, add_quiet, add_rig, add_verb, named_file, output_file
 
 _EXAMPLE = "  ddh-twin calibrate bags/paper_cycle --held-out 0.3 -o out/rig.yaml --html out/calibration.html"
 
@@ -53,7 +53,7 @@ def add_parser(subparsers) -> None:
         "describe the machine, as more than half of the signals stay beyond 5 times noise, and the rig file that is written says so.",
         _EXAMPLE,
     )
-    parser.add_argument("bags", metavar="BAG", nargs="+", help="rosbag2 folders, or .mcap or .db3 files, of one rig")
+    parser.add_argument("bags", metavar="BAG", nargs="+", type=named_file, help="rosbag2 folders, or .mcap or .db3 files, of one rig")
     parser.add_argument("-o", "--output", metavar="FILE", type=output_file, help="rig file to write")
     add_rig(parser)
     add_namespace(parser)

@@ -20,8 +20,10 @@ def ambients(text: str) -> list[float]:
     try:
         if ":" in text:
             first, last, step = (float(part) for part in text.split(":"))
-            if step <= 0.0 or last < first or (last - first) / step > _MOST:
+            if step <= 0.0 or last < first:
                 raise ValueError
+            if (last - first) / step > _MOST:
+                raise argparse.ArgumentTypeError(f"{text!r} are more than {_MOST} ambients, the most starts that are run at once")
             found = [first + k * step for k in range(int((last - first) / step + 1e-9) + 1)]
         else:
             found = [float(part) for part in text.split(",")]
