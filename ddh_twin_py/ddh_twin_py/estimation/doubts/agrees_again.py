@@ -64,14 +64,14 @@ class AgreesAgain:
         off, expected, sure, reads = [], [], [], []
         for sensor in found.sensors:
             if sensor == AIR:
-                read, of_place, spread = air_read[np.isfinite(air_read)], result.ambient[np.isfinite(air_read)], self._unit.max()
+                read, at, place, spread = air_read[np.isfinite(air_read)], np.isfinite(air_read), result.ambient, self._unit.max()
             else:
                 k = SENSORS.index(sensor)
                 here = readings.sensor == k
-                read, of_place = readings.temperature[here], result.reading[readings.index[here], k] + self._zero[k]
+                read, at, place = readings.temperature[here], readings.index[here], result.reading[:, k] + self._zero[k]
                 spread = np.hypot(result.reading_standard_deviation[k], self._unit[k])
-            off.append(read - of_place)
-            expected.append(of_place.mean() if of_place.size else np.nan)
+            off.append(read - place[at])
+            expected.append(place.mean())
             sure.append(spread)
             reads.append(read)
         was_off = np.ptp(expected) if len(expected) > 1 else abs(found.off)
@@ -79,7 +79,7 @@ class AgreesAgain:
             agreement.begin()
         elif was_off > _WITHIN * max(sure):  # else it would seem to agree as it is
             agreement.passes(len(air_read) * self._interval)
-            if all(read.size for read in reads):
+            if any(read.size for read in reads):
                 agreement.add(off, reads)
         if agreement.seconds < AGREES * self._times[found.sensors] or agreement.fewest < LEAST:
             return False
@@ -104,6 +104,7 @@ class _Agreement:
         self._off: list[list[np.ndarray]] = []
         self._read: list[list[np.ndarray]] = []
         self._seconds: list[float] = []
+        self._heard: set[int] = set()  # those that were read since
         self._since = 0.0  # s since the last readings of all
 
     def passes(self, seconds: float) -> None:
@@ -113,11 +114,16 @@ class _Agreement:
             self.begin()
 
     def add(self, off: list[np.ndarray], read: list[np.ndarray]) -> None:
-        """They were read, and agreed since they were read before."""
-        self._seconds.append(self._since if self._off else 0.0)
+        """Some of them were read, and all agreed since all were read before."""
+        if not self._off:
+            self._since = 0.0
+        self._heard |= {k for k, one in enumerate(read) if one.size}
+        all_heard = len(self._heard) == len(read)
+        self._seconds.append(self._since if all_heard else 0.0)
         self._off.append(off)
         self._read.append(read)
-        self._since = 0.0
+        if all_heard:
+            self._heard, self._since = set(), 0.0
 
     def forget_oldest(self) -> None:
         """Go on without the first sixth: what is fused took its time to settle."""
