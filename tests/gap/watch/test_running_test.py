@@ -236,7 +236,11 @@ def test_the_mix_of_phases_is_no_gap_and_a_phase_never_seen_is_not_tested():
     assert level.floor == pytest.approx(math.hypot(0.1, 0.2), rel=0.1)
     mixed(61, 100, 0.9)
     mixed(161, 100, 0.4, (0, 2))
-    assert not test.status()[0].opened
+    assert not test.status()[0].opened and test.status()[0].unheard == 0.0
+    mixed(261, 1, 0.95, (0, 2))
+    before = test.status()[0].statistic
+    mixed(262, 100, 0.95, (0, 2))
+    assert test.status()[0].statistic == before and test.status()[0].unheard > 0.0, "a sample or two are no bin, whatever else was read"
     assert test.expected(np.array([1, 2]))[:, 0] == pytest.approx((level.level[1], 0.0))
 
 

@@ -265,8 +265,9 @@ class RunningTest:
         total, square, count = self._total[s].copy(), self._square[s].copy(), self._count[s].copy()
         test = self._tests.get(name)
         if test is not None:
-            x = Bins(np.zeros(1), total[None], square[None], count[None]).means(np.array(test.level.level))[0]
-            enough = math.isfinite(x) and count.sum() >= _LEAST_FILLED * test.level.samples
+            level = np.array(test.level.level)
+            x = Bins(np.zeros(1), total[None], square[None], count[None]).means(level)[0]
+            enough = math.isfinite(x) and count[np.isfinite(level)].sum() >= _LEAST_FILLED * test.level.samples
             if enough:
                 test.step(self._index, float(x))
             return bool(enough)
