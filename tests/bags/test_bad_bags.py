@@ -801,16 +801,35 @@ def test_two_rig_ids_in_one_namespace(tmp_path, short):
     assert "topic /ddh/rig names 2 rigs, 'rig_1' and 'rig_2'" in refusal(target)
 
 
-def test_payload_that_changes_is_said(tmp_path, short):
-    target = tmp_path / "payload"
+def announced(target, short, **field):
+    """A bag in which the rig is announced with these values of a field one after the other, as it is read."""
+    ((name, told),) = field.items()
     with BagWriter(target) as writer:
-        for payload in (149.5, 60.0):
-            writer.write_rig(replace(short.rig, payload_mass=payload), short.epoch_ns)
+        for value in told:
+            writer.write_rig(replace(short.rig, **{name: value}), short.epoch_ns)
         stamps = short.drive.stamps(short.epoch_ns)
         write_rows(writer, DRIVE, "ddh_msgs/msg/DriveTelemetry", stamps, short.drive.values)
-    read = read_recording(target)
+    return read_recording(target)
+
+
+def test_payload_that_changes_is_said(tmp_path, short):
+    read = announced(tmp_path / "payload", short, payload_mass=(149.5, 60.0))
     assert read.rig.payload_mass == 149.5
     assert any("says payload 149.5 kg" in f.message and "then 60 kg" in f.message for f in read.warnings)
+
+
+@pytest.mark.parametrize("first", [np.nan, 0.0])
+def test_the_first_announcement_of_a_payload_that_is_a_mass_is_used(tmp_path, short, first):
+    read = announced(tmp_path / "payload", short, payload_mass=(first, first, 200.0, 60.0))
+    (said,) = (finding.message for finding in read.findings if finding.topic == "/ddh/rig")
+    assert read.rig.payload_mass == 200.0
+    assert f"says payload {first:g} kg" in said and "then 200 kg" in said
+    assert said.endswith("; number 3 of 4, whose payload is the first that is a mass, is used")
+
+
+def test_an_announcement_without_a_name_is_of_the_rig_that_another_one_names(tmp_path, short):
+    read = announced(tmp_path / "names", short, rig_id=("", "rig_1"))
+    assert read.rig.rig_id == "rig_1" and not [finding for finding in read.findings if finding.topic == "/ddh/rig"]
 
 
 def test_stamps_far_from_the_others_do_not_move_the_epoch(tmp_path, short):

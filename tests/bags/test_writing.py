@@ -44,6 +44,10 @@ def test_rosbags_reads_every_message_and_its_definition(tmp_path, short):
 
 def test_a_stamp_that_ros_cannot_hold_is_refused_with_its_topic(tmp_path, short):
     late = replace(short, epoch_ns=2**31 * 1_000_000_000)
+    early = replace(short, epoch_ns=-5 * 10**9)
+    with pytest.raises(BagError, match=r"drive/telemetry: stamp -\d\.\d s since 1970 cannot be written, allowed are 0 to"):
+        write_recording(tmp_path / "early", early)
+    assert not (tmp_path / "early").exists()
     with pytest.raises(BagError, match=r"drive/telemetry: stamp 2147483648\.\d s since 1970 .*January 2038"):
         write_recording(tmp_path / "late", late)
     assert not (tmp_path / "late").exists()

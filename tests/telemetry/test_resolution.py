@@ -10,11 +10,11 @@ RNG = np.random.default_rng(3)
 WARMING = 300.0 + np.linspace(0.0, 12.0, 3000) + RNG.normal(0.0, 0.1, 3000)
 
 
-@pytest.mark.parametrize("step", [1.0, 0.5, 0.1])
-def test_rounded_readings_tell_their_step(step):
-    rounded = 273.15 + np.round((WARMING - 273.15) / step) * step
-    assert resolution(rounded) == pytest.approx(step, abs=1e-3)
-    assert resolution(rounded.astype(np.float32).astype(float)) == pytest.approx(step, abs=1e-3)
+@pytest.mark.parametrize(("step", "warms"), [(1.0, 1.0), (0.5, 1.0), (0.1, 1.0), (1 / 32, 0.1), (1 / 64, 0.1), (1 / 128, 0.1)])
+def test_rounded_readings_tell_their_step(step, warms):
+    rounded = 273.15 + np.round((300.0 + warms * (WARMING - 300.0) - 273.15) / step) * step
+    assert resolution(rounded) == pytest.approx(step, abs=1e-4)
+    assert resolution(rounded.astype(np.float32).astype(float)) == pytest.approx(step, abs=1e-4)
     assert rounding_error(rounded) == pytest.approx(step / math.sqrt(12.0), abs=1e-3)
     rounded[::7] = np.nan
     assert resolution(rounded) == pytest.approx(step, abs=1e-3)

@@ -140,25 +140,32 @@ def _rig(file: str, namespace: str, collector: Collector) -> tuple[RigInfo | Non
     if not rigs:
         message = f"{file} has no message on {topic}: payload and oil grade must come from elsewhere"
         return None, [Finding("warning", file, topic, "", None, 1, message)]
-    names = sorted({rig.rig_id for rig in rigs})
+    names = sorted({rig.rig_id for rig in rigs} - {""})
     if len(names) > 1:
         listed = " and ".join(repr(n) for n in names)
         raise BagError(f"{file}: topic {topic} names {len(names)} rigs, {listed}; a recording is of one rig")
-    rig, findings = _usable(file, topic, rigs[0])
-    others = [other for other in rigs if (repr(other), other.oil_grade) != (repr(rigs[0]), rigs[0].oil_grade)]
-    if others:
+    used = next((number for number, rig in enumerate(rigs) if _is_mass(rig.payload_mass)), 0)
+    rig, findings = _usable(file, topic, rigs[used])
+    others = [other for other in rigs if (other.payload_mass, other.oil_grade) != (rigs[used].payload_mass, rigs[used].oil_grade)]
+    if others and _is_mass(rig.payload_mass):
+        first, then = (rigs[0], rigs[used] if used else others[0])
+        which = f"number {used + 1} of {len(rigs)}, whose payload is the first that is a mass," if used else "the first"
         message = (
-            f"{file}: topic {topic} says payload {rigs[0].payload_mass:g} kg and {rigs[0].oil_grade!r} first, "
-            f"then {others[0].payload_mass:g} kg and {others[0].oil_grade!r}; the first is used"
+            f"{file}: topic {topic} says payload {first.payload_mass:g} kg and {first.oil_grade!r} first, "
+            f"then {then.payload_mass:g} kg and {then.oil_grade!r}; {which} is used"
         )
         findings.append(Finding("warning", file, topic, "payload_mass", others[0].payload_mass, len(others), message))
-    return rig, findings
+    return replace(rig, rig_id=next(iter(names), "")), findings
+
+
+def _is_mass(payload: float) -> bool:
+    return 0.0 < payload <= LARGEST_PAYLOAD
 
 
 def _usable(file: str, topic: str, rig: RigInfo) -> tuple[RigInfo, list[Finding]]:
     """The rig with a payload that is a mass or NaN, and what is said about payload and oil."""
     findings = []
-    if not 0.0 < rig.payload_mass <= LARGEST_PAYLOAD:
+    if not _is_mass(rig.payload_mass):
         message = (
             f"{file}: topic {topic} payload_mass is {rig.payload_mass:g} kg, allowed are above 0 to {LARGEST_PAYLOAD:g} kg; "
             "the rig file's payload is taken instead"

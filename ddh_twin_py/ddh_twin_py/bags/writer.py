@@ -229,7 +229,7 @@ def write_recording(
     parts = []
     for relative, stream in recording.streams():
         stamps = stream.stamps(recording.epoch_ns)
-        _check_stamps(path, f"{namespace}/{relative}", stamps)
+        _check_stamps(path, f"{namespace}/{relative}", stamps, latency_ns)
         values = stream.values
         frame = "ddh"
         if relative.startswith(TEMPERATURE_PREFIX):
@@ -237,6 +237,8 @@ def write_recording(
             values = values - np.array([ZERO_CELSIUS, 0.0])
         log_times = np.maximum.accumulate(stamps + latency_ns)
         parts.append((relative, log_times, encode_stamped_floats(stamps, values, frame)))
+    if recording.rig is not None:
+        _check_stamps(path, f"{namespace}/{RIG_TOPIC}", np.array([recording.epoch_ns]), 0)
     with whole_bag(path, flush_interval) as writer:
         if recording.rig is not None:
             writer.write_rig(recording.rig, recording.epoch_ns, namespace)
@@ -251,12 +253,12 @@ def write_recording(
     return writer.path
 
 
-def _check_stamps(path: str | Path, topic: str, stamps: np.ndarray) -> None:
-    """Raises BagError where a stamp, int64[n] ns, is beyond the 32 bits that ROS 2 has for its seconds."""
-    beyond = np.flatnonzero(np.abs(stamps) >= 2**31 * 1_000_000_000)
+def _check_stamps(path: str | Path, topic: str, stamps: np.ndarray, latency_ns: int) -> None:
+    """Raises BagError where a stamp, int64[n] ns, is beyond the 32 bits that ROS 2 has for its seconds, or its log time before 1970."""
+    beyond = np.flatnonzero((stamps >= 2**31 * 1_000_000_000) | (stamps < -latency_ns))
     if beyond.size:
         said = f"{stamps[beyond[0]] * 1e-9:.1f} s since 1970"
-        raise BagError(f"{path}: {topic}: stamp {said} cannot be written, ROS 2 ends at {2**31} s (January 2038)")
+        raise BagError(f"{path}: {topic}: stamp {said} cannot be written, allowed are 0 to {2**31} s (January 2038)")
 
 
 def _stamp(store, stamp_ns: int):

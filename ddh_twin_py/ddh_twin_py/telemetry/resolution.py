@@ -7,7 +7,8 @@ import math
 import numpy as np
 
 _EXACT = 1e-3  # of a step by which values may lie beside it: numbers of single precision
-_FINEST = 1e-4  # steps below this count as none
+_FINEST = 1e-4  # steps below this count as none, and what values are rounded to
+_BINARY = 5e-3  # steps above this may be no multiples of that, as 1/64 is none
 _REPEATED = 5  # samples of each value on average, fewer are chance
 
 
@@ -22,7 +23,8 @@ def resolution(values: np.ndarray) -> float:
     steps = np.diff(given)
     step = float(steps.min())
     counted = steps / step
-    return step if np.all(np.abs(counted - np.round(counted)) <= _EXACT * np.maximum(1.0, counted)) else 0.0
+    exact = max(_EXACT, _FINEST / step) if step > _BINARY else _EXACT
+    return step if np.all(np.abs(counted - np.round(counted)) <= exact * np.maximum(1.0, counted)) else 0.0
 
 
 def rounding_error(values: np.ndarray) -> float:

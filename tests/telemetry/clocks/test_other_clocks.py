@@ -100,6 +100,11 @@ def test_one_stamp_that_its_topic_does_not_go_on_from_is_left_out():
         assert other_clocks(stamps, came)[OIL][0].sum() == 1
 
 
+def test_a_topic_without_messages_is_no_clock():
+    nothing = np.empty(0, np.int64)
+    assert other_clocks({OIL: nothing}, {OIL: nothing}) == {}
+
+
 def late(name, t):
     return 3.0 if name == OIL and 20.0 < t < 20.5 else 0.0
 

@@ -6,10 +6,13 @@ import numpy as np
 import pytest
 from ddh_twin_py.bags import damage
 from ddh_twin_py.bags.reader import read_recording
+from ddh_twin_py.rig import load_rig
 from ddh_twin_py.telemetry.causes import Cause
 from ddh_twin_py.telemetry.recording import Stream, drive_stream
 from ddh_twin_py.telemetry.screening.screening import StreamScreen, screen_recording
 from ddh_twin_py.telemetry.signals import DRIVE_FIELDS, SIGNALS, TEMPERATURE_SENSORS
+from ddh_twin_py.telemetry.units.drive_units import judge_drive
+from ddh_twin_py.telemetry.units.unit_scales import UnitScales
 
 DRIVE, HYDRAULIC = "drive/telemetry", "hydraulics/telemetry"
 
@@ -391,6 +394,12 @@ def test_the_load_tells_the_unit_of_pressures(paper, noise, scales, unit, factor
         assert [f"in {unit} (factor {factor:.4g}), expected is Pa" in f.message for f in screened.findings] == [True]
 
 
+@pytest.mark.filterwarnings("error")
+def test_a_torque_that_is_always_zero_is_held_against_nothing():
+    window = 200.0 * np.array([[1.0, 100.0, 100.0, 4.0], [0.0, 0.0, 0.0, 0.0], [1.0, 0.0, 4.0, 0.0], [1.0, 10.0, 1600.0, 0.0]])
+    assert judge_drive(window, UnitScales.of(load_rig())) == []
+
+
 def test_without_the_load_all_units_that_fit_are_named(paper, noise):
     """12.2 is as well bar as MPa."""
     bad = damage.with_wrong_unit(paper, HYDRAULIC, "pressure_rod_side", 1e-6)
@@ -580,6 +589,16 @@ def test_stream_that_stops_and_comes_back(paper, noise):
     finding, _ = only(damage.without_samples(paper, HYDRAULIC, 50.0, 57.0), noise)
     assert f"/ddh/{HYDRAULIC} stopped once and came back, first after 7.0" in finding.message
     assert finding.value == pytest.approx(7.0, abs=0.02)
+
+
+def test_how_long_a_stream_stopped_is_counted_from_its_newest_stamp():
+    stamps = np.concatenate([np.arange(100) * 10_000_000, [990_000_000 - 395_000_000, 3_990_000_000]])
+    screen = StreamScreen(DRIVE)
+    screen.screen(stamps, np.zeros((stamps.size, 6)))
+    assert list(screen.stops) == pytest.approx([3.0])
+    screen.screen([3_700_000_000], np.zeros((1, 6)))
+    screen.screen([3_800_000_000, 6_990_000_000], np.zeros((2, 6)))
+    assert list(screen.stops) == pytest.approx([3.0, 3.0])
 
 
 def test_some_lost_messages_are_no_gap(paper, noise):

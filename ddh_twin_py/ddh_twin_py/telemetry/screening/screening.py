@@ -151,8 +151,10 @@ class StreamScreen:
                 self._judge_units()
         for j in np.flatnonzero((told == 0) & (self._counts[_STUCK] > 0)):
             self._stuck_since[j] = self._run_began(j, stamp, np.array(given, float, ndmin=2)[:, j], flags[:, j], before[j])
-        for i in np.flatnonzero(flags[:, 0] & Cause.GAP):
-            self.stops.append(float(stamp[i] - (stamp[i - 1] if i else newest)) * 1e-9)
+        if (stops := np.flatnonzero(flags[:, 0] & Cause.GAP)).size:
+            rising = np.flatnonzero((flags[:, 0] & (Cause.OUT_OF_ORDER | Cause.REPEATED)) == 0)
+            for i, place in zip(stops, np.searchsorted(rising, stops), strict=True):
+                self.stops.append(float(stamp[i] - (stamp[rising[place - 1]] if place else newest)) * 1e-9)
         return Screened(stamp, values, flags)
 
     def _run_began(self, j: int, stamp: np.ndarray, given: np.ndarray, flags: np.ndarray, before: np.ndarray) -> int:

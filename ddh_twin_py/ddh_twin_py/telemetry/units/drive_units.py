@@ -92,7 +92,7 @@ def _torque_or_current(torque: float, apparent: float, scales: UnitScales) -> li
     if not _odd(apparent, _OF_VOLTAGE):
         percent = UnitMistake("% of rated torque", 100.0 / scales.rated_torque)
         return [_wrong(_TORQUE, torque, "the torque constant times current, with which voltage and electrical power agree", percent)]
-    if _OF_VOLTAGE[0] < apparent / torque < _OF_VOLTAGE[1]:
+    if torque > 0.0 and _OF_VOLTAGE[0] < apparent / torque < _OF_VOLTAGE[1]:
         return [_wrong(_CURRENT, 1.0 / torque, "torque over the torque constant, with which voltage and electrical power agree")]
     return []
 
