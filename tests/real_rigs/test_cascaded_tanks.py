@@ -7,6 +7,7 @@ from ddh_twin_py.real_rigs.cascaded_tanks.recordings import IDENTIFICATION, STEP
 from ddh_twin_py.real_rigs.cascaded_tanks.study import run
 from ddh_twin_py.real_rigs.rig_model import RigModel
 from ddh_twin_py.real_rigs.study import RecordingsError
+from support.documented import shown
 from support.real_sets import effect_of, tank_record, write_tanks
 
 pytestmark = pytest.mark.long
@@ -98,7 +99,7 @@ def test_reading_one_record_looks_at_nothing_of_the_other(tmp_path):
     assert read(tmp_path, IDENTIFICATION).level.size == 1024
 
 
-def test_the_real_set(shared_dir):
+def test_the_real_set(shared_dir, repo_root):
     data = shared_dir / "data" / "real"
     if not present(data):
         pytest.skip(f"no recordings of the cascaded tanks in {data}")
@@ -106,4 +107,5 @@ def test_the_real_set(shared_dir):
     assert "upper_tank.overflow" in study.found and "upper level" in study.sentence
     for row in study.rows:
         assert row.after < 0.75 * row.before, row
+        assert shown(repo_root / "docs" / "real_rigs.md", row), row
     assert all(control.passed for control in study.controls)

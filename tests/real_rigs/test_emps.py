@@ -10,6 +10,7 @@ from ddh_twin_py.real_rigs.rig_model import RigModel
 from ddh_twin_py.real_rigs.signals import noise_of_repeats
 from ddh_twin_py.real_rigs.study import RecordingsError
 from scipy.io import loadmat, savemat
+from support.documented import shown
 from support.real_sets import effect_of, emps_record, write_emps
 
 pytestmark = pytest.mark.long
@@ -120,7 +121,7 @@ def test_pulses_are_what_the_command_has_beyond_the_controller(tmp_path):
     assert not read(tmp_path, IDENTIFICATION).pulses.any()
 
 
-def test_the_real_set(shared_dir):
+def test_the_real_set(shared_dir, repo_root):
     data = shared_dir / "data" / "real"
     if not present(data):
         pytest.skip(f"no recordings of the EMPS in {data}")
@@ -131,6 +132,7 @@ def test_the_real_set(shared_dir):
     assert theirs.before == pytest.approx(4.08, abs=0.1) and theirs.after == pytest.approx(3.11, abs=0.1)
     for row in study.rows:
         assert row.after < row.before, row
+        assert shown(repo_root / "docs" / "real_rigs.md", row), row
     assert all(control.passed for control in study.controls)
     first = read(data, IDENTIFICATION)
     assert Axis(first, 0.4, HELD_SHARE).signals["force"].held_from < first.time[-1]

@@ -200,3 +200,10 @@ def test_the_site_builds_and_asks_for_nothing(repo_root, tmp_path):
     index = (site / "index.html").read_text()
     named = ("tutorial", "howto_machine", "command_line", "messages", "physics", "gap_method")
     assert all(f'href="{name}.html"' in index for name in named)
+
+
+def test_no_page_has_a_word_that_was_to_be_replaced(pages):
+    """A line of one word in capitals stands for a table or a figure that its writer meant to put there."""
+    left = [f"{page.name}:{number}: {line}" for page, text in pages.items() for number, line in enumerate(text.splitlines(), 1)
+            if re.fullmatch(r"[A-Z][A-Z_]{2,}", line)]
+    assert not left
