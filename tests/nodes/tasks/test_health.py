@@ -71,14 +71,26 @@ def test_what_all_streams_left_out_is_no_stop_of_one():
     assert stops.first == 30.0, "it stopped by itself"
 
 
+def test_a_stop_is_not_excused_by_a_pause_of_long_ago():
+    stops = Stops()
+    for lengths, wall in (([], 0.0), ([700.0], 1000.0), ([], 1100.0)):
+        stops.note(lengths, 3, wall)
+    assert (stops.count, stops.first) == (1, 700.0)
+    stops.note([], 4, 1200.0)
+    stops.note([900.0], 4, 1210.0)  # a stream that is told seldom comes back after all others
+    stops.note([], 4, 1300.0)
+    assert stops.count == 1
+
+
 TOPICS = ("drive/telemetry", "hydraulics/telemetry", "temperature/ambient")
 DRIVE, AMBIENT = TOPICS[0], TOPICS[2]
 
 
-def heard(off, pauses=0, seconds=50, every=None, still=(0.0, 0.0)):
+def heard(off, paused=np.inf, seconds=50, every=None, still=(0.0, 0.0)):
     """What three inputs of a node log, and what `/diagnostics` says of each, of stamps that are off by so many s, given by topic and s.
 
-    A topic tells 50 times a second, or each so many 1/50 s. The process stands still between two times, s, and hears nothing of them.
+    A topic tells 50 times a second, or each so many 1/50 s. After `paused`, s, all went on later.
+    The process stands still between two times, s, and hears nothing of them.
     """
     width, every = dict(zip(TOPICS, (6, 4, 2), strict=True)), every or {}
     names = {topic: SimpleNamespace(topic_name=f"/ddh/{topic}") for topic in TOPICS}
@@ -92,7 +104,7 @@ def heard(off, pauses=0, seconds=50, every=None, still=(0.0, 0.0)):
                            get_logger=lambda: SimpleNamespace(warning=lines.append))  # fmt: skip
     node.warn_once, node.warn_again = partial(TwinNode.warn_once, node), partial(TwinNode.warn_again, node)
     told = StopsTold(node)
-    judges = {topic: StreamJudge(node, feed, topic, True, np.inf, lambda wall: False, lambda: pauses, told,
+    judges = {topic: StreamJudge(node, feed, topic, True, np.inf, lambda wall: False, lambda: int(wall > paused), told,
                                  SilentInputs(node, lambda wall: False)) for topic in TOPICS}
     for k in (k for k in range(1, 50 * seconds) if not still[0] < 0.02 * k < still[1]):
         for topic in TOPICS:
@@ -128,7 +140,7 @@ def off_in(said):
 
 
 def test_a_clock_that_goes_ahead_is_no_stop_of_any_stream():
-    assert heard(lambda topic, t: 700.0 if t > 20.0 else 0.0, pauses=1)[0] == []
+    assert heard(lambda topic, t: 700.0 if t > 20.0 else 0.0, paused=20.0)[0] == []
 
 
 @pytest.mark.parametrize("topic", TOPICS)

@@ -120,7 +120,8 @@ class Stops:
         self.count, self.first = 0, 0.0
         self._open: list[tuple[float, float]] = []  # wall time and length of those that are not known yet, s
         self._offs: deque[float] = deque(maxlen=_MOST_STEPS)  # s
-        self._pauses = 0  # of all, that were stops of this stream
+        self._pauses = 0  # of all until now
+        self._paused: list[float] = []  # wall times of the last of them, s, that were no stop of this stream yet
 
     def clock_was_off(self, off: float) -> None:
         """Its clock, alone, was off by so many s."""
@@ -133,12 +134,16 @@ class Stops:
     def note(self, lengths: Iterable[float], pauses: int, wall: float, settles: float = SETTLES) -> None:
         """Stops of so many s were seen, and so many long pauses of all streams until now; the wait until that is judged is given, s."""
         self._open += [(wall, length) for length in lengths]
+        self._paused += [wall] * (pauses - self._pauses)
+        self._pauses = pauses
         while self._open and wall - self._open[0][0] >= settles:
-            length = self._open.pop(0)[1]
-            if length > LONGEST_GAP and pauses > self._pauses:
-                self._pauses += 1
+            came, length = self._open.pop(0)
+            pause = next((at for at in self._paused if abs(at - came) <= settles), None) if length > LONGEST_GAP else None
+            if pause is not None:
+                self._paused.remove(pause)
             elif not self._of_clock(length):
                 self.count, self.first = self.count + 1, self.first or length
+        self._paused = [at for at in self._paused if wall - at < 2.0 * settles]
 
     def _of_clock(self, length: float) -> bool:
         """Whether a stop of so many s is the step of a clock that went off, from one error to another, or back."""
