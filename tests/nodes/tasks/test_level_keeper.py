@@ -1,5 +1,7 @@
 """Normal levels are on disk once they were learned, also where the disk was full for a while."""
 
+from dataclasses import replace
+
 import pytest
 from ddh_twin_py.gap.watch.normal_level import NormalLevel, NormalLevelError, save_levels
 from ddh_twin_py.nodes.tasks import level_keeper
@@ -61,3 +63,17 @@ def test_levels_that_were_learned_before_the_machine_was_named_are_written_again
         kept_now(keeper, rig_id, ["speed"])
     assert written["attempts"] == 2 and keeper.rig_id == "crane_1" and keeper.of("crane_2") == {}
     keeper.close()
+
+
+def test_a_file_keeps_the_name_of_its_machine_and_a_level_that_is_no_number_is_said(tmp_path):
+    path = tmp_path / "levels.json"
+    level = NormalLevel((1.0, 2.0, 3.0), 1.0, 1.0, 0.1, 60, 100.0)
+    save_levels(path, "crane_1", 1.0, {"speed": level})
+    keeper = LevelKeeper(str(path), 1.0)
+    keeper.keep("", {"speed": level, "current": level})
+    keeper.close()
+    assert LevelKeeper(str(path), 1.0).rig_id == "crane_1"
+    keeper = LevelKeeper(str(path), 1.0)
+    keeper.keep("crane_1", {"speed": replace(level, spread=float("nan")), "torque": level})
+    keeper.close()
+    assert f"{path}: cannot be written: " in keeper.failure and set(LevelKeeper(str(path), 1.0).of("crane_1")) == {"speed", "current"}

@@ -33,21 +33,21 @@ class LevelKeeper:
 
     def keep(self, rig_id: str, levels: Mapping[str, NormalLevel]) -> None:
         """Have them written soon, where a signal is among them that is not on disk, or the machine was not named there; never over those of
-        another machine.
+        another machine. Levels of a machine that is not named go to that of the file.
 
         What could not be written is tried again at the next call.
         """
         unnamed = bool(levels and rig_id and not self.rig_id) and not self._under_way
         if (unnamed or not set(levels) <= set(self._levels) | self._under_way) and not self._another(rig_id):
             self._under_way = set(levels)
-            self._writer.submit(self._write, rig_id, dict(levels))
+            self._writer.submit(self._write, rig_id or self.rig_id, dict(levels))
 
     def _write(self, rig_id: str, levels: dict[str, NormalLevel]) -> None:
         try:
             save_levels(self.path, rig_id, self._bin_length, levels)
             self.rig_id, self._levels, self.failure = self.rig_id or rig_id, levels, ""
-        except OSError as error:
-            self.failure = f"{self.path}: cannot be written: {error.strerror or error}"
+        except (OSError, ValueError) as error:
+            self.failure = f"{self.path}: cannot be written: {getattr(error, 'strerror', None) or error}"
         finally:
             self._under_way = set()
 
