@@ -157,3 +157,8 @@ def test_a_message_that_holds_some_columns_leaves_the_others(board):
         board.take("temperature_gap", np.array([row]) * GRID_NS, values)
     names = BY_NAME["temperature_gap"].columns
     assert [board.latest(name) for name in names[:2]] == [1.0, 2.0] and np.isnan(board.latest(names[2]))
+
+
+def test_a_clock_that_jumps_back_with_every_other_sample_is_followed(board):
+    drive(board, *(row for k in range(1500) for row in (1000 + k, 5000 + k)))
+    assert board.now == 2499 and board.jumps == 1499  # the last row is not whole yet

@@ -68,17 +68,25 @@ class Board:
             return
         self._heard[stream.name] = self._wall()
         if self._clock() in (stream.name, None):
-            before = np.maximum.accumulate(np.concatenate(([self._newest.get(stream.name, -1)], index[:-1])))
-            back = np.flatnonzero(index < before - STRAGGLE)
-            if back.size:
-                self._take_rows(stream, index[: back[0]], values[: back[0]])
+            while (back := self._steps_back(stream, index)).size:
+                self._place(stream, index[: back[0]], values[: back[0]])
+                index, values = index[back[0] :], values[back[0] :]
                 self.jumps += 1
-                self.now = int(index[back[0]])
+                self.now = int(index[0])
                 self._forget(stream)
-                self._take_rows(stream, index[back[0] :], values[back[0] :])
-                return
         elif self._newest.get(stream.name, -1) > self.now + AHEAD:
             self._forget(stream)
+        self._place(stream, index, values)
+
+    def _steps_back(self, stream: Stream, index: np.ndarray) -> np.ndarray:
+        """Where rows lie before the newest ahead of them."""
+        before = np.maximum.accumulate(np.concatenate(([self._newest.get(stream.name, -1)], index[:-1])))
+        return np.flatnonzero(index < before - STRAGGLE)
+
+    def _place(self, stream: Stream, index: np.ndarray, values: np.ndarray) -> None:
+        """Rows of one run of the clock, each to its place."""
+        if not index.size:
+            return
         self._advance_clock(stream, int(index.max()))
         wanted = (index <= self.now + AHEAD) & (index > self.now + AHEAD - self.history.reach)
         if not wanted.any():
