@@ -1,13 +1,14 @@
 """The data sheet: what is read, what is refused, what is drawn."""
 
 import os
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 from ddh_twin_py.rig import RigError, load_rig
 from ddh_twin_py.rig.bounds import bound_of, contradiction
-from ddh_twin_py.rig.sheet import BOUNDS
+from ddh_twin_py.rig.sheet import BOUNDS, SensorSpec
 
 
 def test_reference_has_value_unit_tolerance_and_source():
@@ -25,6 +26,17 @@ def test_a_partial_file_changes_only_what_it_names(tmp_path):
     assert rig.rig_id == "mine"
     assert rig["pump_1.leakage"] == 2.0e-12
     assert rig["pump_2.leakage"] == load_rig()["pump_2.leakage"]
+
+
+def test_what_a_row_of_a_sensor_leaves_out_is_the_sheets_and_what_it_says_is_its_own(tmp_path):
+    file, sheet = tmp_path / "mine.yaml", load_rig()
+    file.write_text("sensors:\n  temperature: {noise: 0.2, unit: K}\n  pressure: {noise: 3.0e+4, unit: Pa}\n")
+    rig = load_rig(file)
+    assert rig.sensors["temperature"] == replace(sheet.sensors["temperature"], noise=0.2)
+    assert rig.sensors["pressure"] == replace(sheet.sensors["pressure"], noise=3.0e4)
+    assert rig.zero_error("tank_oil") == sheet.zero_error("tank_oil") == (0.0, 0.3)
+    file.write_text("sensors:\n  pressure: {noise: 3.0e+4, unit: Pa, offset_tolerance: 0, full_scale: null}\n")
+    assert load_rig(file).sensors["pressure"] == SensorSpec(3.0e4, "Pa")
 
 
 @pytest.mark.parametrize("written, value", [("1.3e7", 1.3e7), ("13E+6", 1.3e7), ("1.3e+7", 1.3e7), ("13.e6", 1.3e7), ("13000000", 1.3e7)])

@@ -30,7 +30,7 @@ def test_deviations_sources_zero_errors_and_sensors_are_read_back_exactly(tmp_pa
         quantities[path] = Quantity(value, unit, 0.0, "fitted", abs(value) * 3.0)
     lag = "sensors.temperature.time_constant"
     quantities[lag] = replace(quantities[lag], value=7.25, std=0.5)
-    sensors = {**rig.sensors, "pressure": replace(rig.sensors["pressure"], noise=3.0e4)}
+    sensors = {**rig.sensors, "pressure": replace(rig.sensors["pressure"], noise=3.0e4, full_scale=None)}
     rig = replace(rig, quantities=quantities, sensors=sensors)
     read = load_rig(write_rig(tmp_path / "rig.yaml", rig, "first line\nsecond line"))
     _same(read, rig)

@@ -204,8 +204,8 @@ def load_rig(path: str | Path | None = None) -> Rig:
     """Read a rig file, or the reference sheet where ``path`` is None.
 
     Args:
-        path: YAML file; entries that it leaves out are those of the reference sheet. ``oil: {grade: ISO VG 46}`` stands for the
-            entries that a grade decides (`oil_grades`), with the reference sheet's tolerances.
+        path: YAML file; entries that it leaves out are those of the reference sheet, and so is what it leaves out of a sensor.
+            ``oil: {grade: ISO VG 46}`` stands for the entries that a grade decides (`oil_grades`), with the reference sheet's tolerances.
 
     Raises:
         RigError: file missing, no regular file or too large, not YAML, an entry given twice or unknown
@@ -219,7 +219,7 @@ def load_rig(path: str | Path | None = None) -> Rig:
     tree, grade = _named_oil(tree, str(path))
     _refuse_unknown_sections(tree, str(path))
     _refuse_unknown_sensors(tree.get("sensors"), str(path))
-    rig_id, quantities, sensors = _parse(tree, str(path))
+    rig_id, quantities, sensors = _parse(tree, str(path), _REFERENCE.sensors)
     merged = dict(_filled_with(grade, str(path)).quantities) if grade else dict(_REFERENCE.quantities)
     for name, quantity in quantities.items():
         if name not in merged:
@@ -327,7 +327,7 @@ def _number(file: str, name: str, value: Any) -> float:
     return finite_number(f"{file}: {name}", value, RigError)
 
 
-def _parse(tree: dict, file: str) -> tuple[str, dict[str, Quantity], dict[str, SensorSpec]]:
+def _parse(tree: dict, file: str, of_sheet: Mapping[str, SensorSpec]) -> tuple[str, dict[str, Quantity], dict[str, SensorSpec]]:
     quantities: dict[str, Quantity] = {}
     sensors: dict[str, SensorSpec] = {}
 
@@ -385,11 +385,12 @@ def _parse(tree: dict, file: str) -> tuple[str, dict[str, Quantity], dict[str, S
         for name, row in node.items():
             if not isinstance(row, dict) or "noise" not in row:
                 raise RigError(f"{file}: sensors.{name}: found {shown(row)}, expected {{noise, unit}}")
-            scale = row.get("full_scale")
+            sheet = of_sheet.get(name, SensorSpec(math.nan, ""))
+            scale = row.get("full_scale", sheet.full_scale)
             sensors[name] = SensorSpec(
                 noise=_number(file, f"sensors.{name}.noise", row["noise"]),
                 unit=_text(row.get("unit")),
-                offset_tolerance=_number(file, f"sensors.{name}.offset_tolerance", row.get("offset_tolerance", 0.0)),
+                offset_tolerance=_number(file, f"sensors.{name}.offset_tolerance", row.get("offset_tolerance", sheet.offset_tolerance)),
                 full_scale=None if scale is None else _number(file, f"sensors.{name}.full_scale", scale),
             )
             if row.get("time_constant") is not None:
@@ -405,7 +406,7 @@ def _read_reference() -> Rig:
     folder = resources.files("ddh_twin_py.rig")
 
     def parsed(file: str) -> tuple[str, dict[str, Quantity], dict[str, SensorSpec]]:
-        return _parse(parse_yaml(folder.joinpath(file).read_text(encoding="utf-8"), file, RigError), file)
+        return _parse(parse_yaml(folder.joinpath(file).read_text(encoding="utf-8"), file, RigError), file, {})
 
     rig_id, quantities, sensors = parsed("ddh_rig.yaml")
     _, further, _ = parsed("extensions.yaml")

@@ -72,7 +72,7 @@ def _add_sensors(tree: dict, sensors: Mapping[str, SensorSpec], reference: Mappi
     for name, spec in sensors.items():
         if spec != reference[name] or name in inside:
             row = {"noise": spec.noise, "unit": spec.unit, "offset_tolerance": spec.offset_tolerance}
-            if spec.full_scale is not None:
+            if spec.full_scale != reference[name].full_scale:
                 row["full_scale"] = spec.full_scale
             rows[name] = _Leaf({**row, **inside.get(name, {})})
     if rows:
