@@ -7,7 +7,7 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from ddh_twin_py.gap.effect import Effect
-from ddh_twin_py.gap.shrink.size import of_all
+from ddh_twin_py.gap.shrink.size import BEGINS, of_all
 from ddh_twin_py.names import first_of
 from ddh_twin_py.rig.reader_units import plain, plus_minus, probably, shown
 from ddh_twin_py.rig.sheet import CUT
@@ -220,7 +220,7 @@ def _explained(report: Mapping, catalogue: Mapping[str, Effect], beside: BesideR
         much = f"it shrinks from {gap['before']:.1f} to {gap['after']:.1f} times the floor on data not used to find it"
         if without < _HARDLY * gap["before"]:
             much += f", where the rig's parameters fitted anew without it leave {without:.1f}"
-        if gap["before"] <= _CLOSED_BY:
+        if gap["before"] <= BEGINS:
             much += ", where without it hardly anything is beyond the floor"
             much += "" if beside.commissioned else ", as the rig's own parameters may take up what it does"
     else:
@@ -258,7 +258,7 @@ def _ambiguous(report: Mapping) -> str:
     sets = [h for h in report["hypotheses"] if h["probability"] >= 0.05][:4]
     named = "; ".join(f"{_in_words(h['effects'])} {probably(h['probability'])}" for h in sets)
     before = report["gap"]["before"]
-    if before <= _CLOSED_BY:
+    if before <= BEGINS:
         return f"{_sought(before)}, and these cannot be told apart surely: {named}."
     there = f"There is a gap of {before:.1f} times the floor" if math.isfinite(before) else "Free runs of data not used for that go astray"
     return f"{there}, and these cannot be told apart surely: {named}."
@@ -276,13 +276,13 @@ def _unknown(report: Mapping, reading: str) -> str:
     place = f" at {unknown['component']} ({unknown['domain']}{which}){_or_elsewhere(report)}" if unknown else ""
     before = report["gap"]["before"]
     fitted = next((h["gap_after"] for h in report["hypotheses"] if not h["effects"] and h["gap_after"] is not None), math.inf)
-    if before > _CLOSED_BY and fitted < _HARDLY * before:  # its size is not that of what acts there
+    if before > BEGINS and fitted < _HARDLY * before:  # its size is not that of what acts there
         off = (f"data not used to find it lie {before:.1f} times the floor off, and {fitted:.1f} times" if math.isfinite(before) else
                f"free runs of data not used to find it go astray, and {_lie(fitted)}")
         return f"Something acts{place} that no listed effect explains: {off} with the rig's parameters fitted anew."
     if not math.isfinite(before):
         return f"Free runs of data not used to find it go astray, and something acts{place} that no listed effect explains."
-    if before <= _CLOSED_BY:
+    if before <= BEGINS:
         return f"{_sought(before)}{place} that no listed effect explains."
     return f"There is a gap of {before:.1f} times the floor{place} that no listed effect explains."
 

@@ -9,7 +9,7 @@ import numpy as np
 WITHOUT_COMMISSIONING = 1.6
 """Floor of a signal, in multiples of its noise, where no commissioning recording says more."""
 BEGINS = 1.2
-"""Gap, in multiples of the floor, below which no closed fraction is stated."""
+"""Gap, in multiples of the floor, up to which there is none; below it no closed fraction is stated."""
 _DRAWS = 200  # of the bootstrap
 _BLOCK, _LEAST_BLOCKS = 30.0, 8  # s that stay together in it, fewer where a recording is short
 

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 from ddh_twin_py.estimation.fitting import binning
 from ddh_twin_py.gap.explain.learned import PREFIX
+from ddh_twin_py.gap.shrink.size import BEGINS
 from ddh_twin_py.gap.words import by_component, component_name, signal_name
 from ddh_twin_py.report.units import ZERO_CELSIUS, decimals, number, probably, shown, words
 
@@ -34,7 +35,7 @@ VERDICTS = {
     "insufficient": ("Cannot tell", "poor"),
 }
 """Verdict of the contract to its words and the colour beside them."""
-NEAR = 1.2
+NEAR = BEGINS
 """Multiples of the noise floor up to which a signal counts as explained."""
 _FARTHER = 1.1  # times the RMS before, from which a signal ends farther off
 _EFFECT_NAMES = {
