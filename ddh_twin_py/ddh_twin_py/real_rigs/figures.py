@@ -6,6 +6,8 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from ddh_twin_py.gap.shrink.size import redrawn
+
 _DRAWS = 400
 _BLOCKS = 20
 
@@ -16,18 +18,14 @@ def rms(values: np.ndarray) -> float:
 
 
 def interval(values: np.ndarray, blocks: int = _BLOCKS) -> tuple[float, float]:
-    """95 % interval of the root mean square by a bootstrap of blocks that follow each other.
-
-    Künsch, The jackknife and the bootstrap for general stationary observations, Ann. Stat. 17 (1989).
+    """95 % interval of the root mean square by a bootstrap of blocks that follow each other, see `size.redrawn`.
 
     Args:
         values: (n,), in their order. blocks: how many the record is cut into.
     """
     parts = np.array_split(np.square(values), blocks)
     square, count = np.array([p.sum() for p in parts]), np.array([p.size for p in parts])
-    drawn = np.random.default_rng(0).integers(0, blocks, (_DRAWS, blocks))
-    found = np.sqrt(square[drawn].sum(axis=1) / count[drawn].sum(axis=1))
-    low, high = np.percentile(found, [2.5, 97.5])
+    low, high = np.percentile(np.sqrt(redrawn(square, count, _DRAWS, np.random.default_rng(0))), [2.5, 97.5])
     return float(low), float(high)
 
 

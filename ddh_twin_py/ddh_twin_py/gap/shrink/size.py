@@ -75,12 +75,22 @@ def closed(before: float, after: float) -> float | None:
     return None if before < BEGINS else (before - after) / (before - 1.0)
 
 
+def redrawn(square: np.ndarray, count: np.ndarray, draws: int, rng: np.random.Generator) -> np.ndarray:
+    """Mean squares of a record whose blocks are drawn anew, (draws,).
+
+    Künsch, The jackknife and the bootstrap for general stationary observations, Ann. Stat. 17 (1989).
+
+    Args:
+        square, count: sum of squares and samples of each block, (b,).
+    """
+    drawn = rng.integers(0, count.size, (draws, count.size))
+    return square[drawn].sum(axis=1) / count[drawn].sum(axis=1)
+
+
 def interval(recordings: Sequence[tuple[object, np.ndarray]], mask: Mask = counted) -> tuple[float, float]:
     """95 % interval of a residual's RMS, in the signal's unit, by a bootstrap of blocks of at most `_BLOCK` s; NaN where no sample counts.
 
     Blocks are drawn within each recording, and recordings weigh the same, as in `pooled`.
-
-    Künsch, The jackknife and the bootstrap for general stationary observations, Ann. Stat. 17 (1989).
 
     Args:
         recordings: one signal in each, and what was predicted of it.
@@ -95,8 +105,7 @@ def interval(recordings: Sequence[tuple[object, np.ndarray]], mask: Mask = count
         block = min(_BLOCK, float(np.ptp(time)) / _LEAST_BLOCKS) or _BLOCK
         _, which = np.unique((time / block).astype(np.int64), return_inverse=True)
         square, count = np.bincount(which, off[used] ** 2), np.bincount(which)
-        drawn = rng.integers(0, count.size, (_DRAWS, count.size))
-        squares.append(square[drawn].sum(axis=1) / count[drawn].sum(axis=1))
+        squares.append(redrawn(square, count, _DRAWS, rng))
     if not squares:
         return float("nan"), float("nan")
     low, high = np.percentile(np.sqrt(np.mean(squares, axis=0)), [2.5, 97.5])
