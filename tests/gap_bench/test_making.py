@@ -5,13 +5,14 @@ import pytest
 import yaml
 from ddh_twin_py.bags.reader import read_recording
 from ddh_twin_py.estimation.fitting.experiment import Experiment
+from ddh_twin_py.gap_bench import making
 from ddh_twin_py.gap_bench.bench import make_bench
 from ddh_twin_py.gap_bench.duties import drawn
 from ddh_twin_py.gap_bench.making import make
 from ddh_twin_py.gap_bench.plan import PlanError, Planned
 from ddh_twin_py.gap_bench.recordings import recording_of
-from ddh_twin_py.gap_bench.sealing import verify
-from ddh_twin_py.plant.machine import build
+from ddh_twin_py.gap_bench.sealing import seal, verify
+from ddh_twin_py.plant.machine import Machine, build
 from ddh_twin_py.plant.sensors import SENSORS, Instruments, measure
 from ddh_twin_py.rig import load_rig
 
@@ -86,6 +87,24 @@ def test_bench_is_made_sealed_and_not_made_twice(tmp_path):
     assert make_bench(tmp_path, 1, 2, ("none",)) == []
     with pytest.raises(PlanError, match="use another folder"):
         make_bench(tmp_path, 2, 2, ("none",))
+
+
+def test_of_a_case_whose_plant_leaves_the_numbers_nothing_is_left(tmp_path, monkeypatch):
+    monkeypatch.setattr(making, "drawn", lambda rng, _, *further: drawn(rng, 40.0, *further))
+    run = Machine.run
+
+    def astray(self, exercise, faults, *times):
+        course = run(self, exercise, faults, *times)
+        if (tmp_path / "cases" / "case_0002" / "commissioning").exists():
+            course.drive[-1, 0] = np.nan
+        return course
+
+    monkeypatch.setattr(Machine, "run", astray)
+    make(Planned("case_0001", "none", "", (), 0, True, 9), tmp_path, load_rig())
+    with pytest.raises(PlanError, match="case_0002: field: the plant left the numbers"):
+        make(Planned("case_0002", "none", "", (), 0, True, 5), tmp_path, load_rig())
+    seal(tmp_path)
+    assert verify(tmp_path) == ["case_0001"] and not (tmp_path / "cases" / "case_0002").exists()
 
 
 def test_a_folder_that_holds_something_else_is_no_place_for_a_bench(tmp_path):

@@ -15,7 +15,7 @@ from ddh_twin_py.gap_bench.plan import PlanError, Planned
 from ddh_twin_py.gap_bench.recordings import recording_of
 from ddh_twin_py.gap_bench.sealing import RECORDINGS, digest_of
 from ddh_twin_py.gap_bench.sizes import sized, worst
-from ddh_twin_py.gap_bench.visibility import Feigned, Scene, scene
+from ddh_twin_py.gap_bench.visibility import Feigned, scene
 from ddh_twin_py.plant.fault import Fault
 from ddh_twin_py.plant.listed_faults import LISTED
 from ddh_twin_py.plant.machine import Machine, build
@@ -47,7 +47,7 @@ def make(planned: Planned, out: Path, sheet: Rig) -> Path:
     """Write a case's bags and its truth; a case whose truth is there is left alone.
 
     Raises:
-        PlanError: no effect of the plan is possible at this level.
+        PlanError: no effect of the plan is possible at this level, or the plant left the numbers; no folder of the case is left.
     """
     target = out / "truth" / f"{planned.name}.yaml"
     folder = out / "cases" / planned.name
@@ -66,7 +66,7 @@ def make(planned: Planned, out: Path, sheet: Rig) -> Path:
         "field": drawn(rng, _field_seconds(planned, rng), payload[0], rate, bool(rng.random() < 0.5)),
         "validation": drawn(rng, 540.0, payload[1], rate, bool(rng.random() < 0.6)),
     }
-    machine, view, hidden = _hide(planned, machine, instruments, duties["field"], sensors, sheet, rng)
+    machine, hidden = _hide(planned, machine, instruments, duties["field"], sensors, sheet, rng)
     faults = [(h.fault, h.departure) for h in hidden]
     if folder.exists():
         shutil.rmtree(folder)
@@ -79,6 +79,7 @@ def make(planned: Planned, out: Path, sheet: Rig) -> Path:
         duty = duties[part]
         course = machine.run(duty.exercise, [] if part == "commissioning" else faults, duty.drive_time, duty.hydraulic_time)
         if not (np.isfinite(course.drive).all() and np.isfinite(course.hydraulic).all() and np.isfinite(course.temperatures).all()):
+            shutil.rmtree(folder, ignore_errors=True)
             raise PlanError(f"{planned.name}: {part}: the plant left the numbers, hidden are {[h.fault.id for h in hidden]}")
         readings = measure(course, instruments, duty.exercise.ambient, sensors, slow, rng)
         write_recording(folder / part, recording_of(readings, planned.name, duty.exercise.payload, day + after[part]))
@@ -105,8 +106,8 @@ def _sensors(planned: Planned, rng: np.random.Generator) -> tuple[str, ...]:
 
 
 def _hide(planned: Planned, machine: Machine, instruments: Instruments, duty: Duty, sensors: tuple[str, ...], sheet: Rig,
-          rng: np.random.Generator) -> tuple[Machine, Scene, list[Hidden]]:
-    """The machine, as it is without effects and on the field duty, and what is hidden in it."""
+          rng: np.random.Generator) -> tuple[Machine, list[Hidden]]:
+    """The machine, as it is without effects, and what is hidden in it."""
     view = scene(machine, instruments, duty, sensors)
     hidden: list[Hidden] = []
     for name in planned.effects:
@@ -132,7 +133,7 @@ def _hide(planned: Planned, machine: Machine, instruments: Instruments, duty: Du
         hidden.append(Hidden(fault, found, nominal + change, nominal, signal, rise))
     if len(hidden) < planned.hidden:
         raise PlanError(f"{planned.name}: no {planned.hidden} effects of the plan are possible at level {planned.level}")
-    return machine, view, hidden
+    return machine, hidden
 
 
 def as_sheet(machine: Machine, fault: Fault, sheet: Rig) -> Machine:

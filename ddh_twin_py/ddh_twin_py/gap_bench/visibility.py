@@ -120,7 +120,7 @@ def features(view: Scene, readings: Mapping[str, np.ndarray]) -> np.ndarray:
 class Feigned:
     """What machines within the sheet's tolerances can look like on a duty.
 
-    The response to one standard deviation of each toleranced quantity, taken at the sheet's own machine, and the zeros of the
+    The response to one standard deviation of each toleranced quantity, taken at the scene's machine, and the zeros of the
     sensors: together the covariance of `features`, noise included.
     """
 
