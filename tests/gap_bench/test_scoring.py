@@ -5,10 +5,12 @@ import math
 from pathlib import Path
 
 import pytest
+import yaml
 from ddh_twin_py.gap_bench.answers import answer_of, groups_of
 from ddh_twin_py.gap_bench.intervals import mean, median, share
 from ddh_twin_py.gap_bench.result_files import ResultError
 from ddh_twin_py.gap_bench.scoring import answers_of_all, confusion, reliability, score, summary
+from ddh_twin_py.gap_bench.sealing import seal
 from ddh_twin_py.report.bench.page import shown
 from ddh_twin_py.report.bench.table import BEGIN, END, TableError, gap_bench_table, write_table
 from support.gap_reports import report, result, truth
@@ -198,6 +200,21 @@ def test_copied_answers_do_not_count_twice(tmp_path):
     files[0].write_text(json.dumps(found))
     with pytest.raises(ResultError, match="one.json: the answer to case_0001 is among the others already"):
         answers_of_all(files[:1])
+
+
+def test_copied_benches_do_not_count_twice(tmp_path):
+    for name in ("one", "copy"):
+        bench = tmp_path / name
+        for folder in ("truth", "results"):
+            (bench / folder).mkdir(parents=True)
+        (bench / "truth" / "case_0001.yaml").write_text(yaml.safe_dump(truth()))
+        (bench / "results" / "case_0001.blind.json").write_text(json.dumps(result(report(why=[(P1, 0.9)]))))
+        seal(bench)
+    kept = tmp_path / "kept.json"
+    kept.write_text(json.dumps(summary(answers_of_all([bench])[0])))
+    for first, second in ((bench, bench), (tmp_path / "one", bench), (bench, kept), (kept, bench)):
+        with pytest.raises(ResultError, match=f"{second}: the answer to .*case_0001 is among the others already; copies would"):
+            answers_of_all([first, second])
 
 
 @pytest.mark.parametrize(("name", "value"), [

@@ -38,24 +38,26 @@ def answers_of_all(folders: Sequence[Path], suites: tuple[str, ...] = (), cases:
         folders: of benches, or files in which a score kept its answers; those are taken as they are.
 
     Raises:
-        SealError: the truth is not what was sealed. BenchError: no such case, or none was run. ResultError: an answer that is damaged.
+        SealError: the truth is not what was sealed. BenchError: no such case, or none was run. ResultError: an answer that is damaged, or
+            that is given twice, in folders or files.
     """
     found: list[Answer] = []
+    known: set[Answer] = set()  # each as its own bench names it
     waiting = 0
     for out in folders:
         if out.is_file():
             own = [a for a in kept_answers(out) if not suites or a.suite in suites]
-            known = set(found)
-            for answer in own:
-                if answer in known:
-                    raise ResultError(f"{out}: the answer to {answer.name} is among the others already; copies would count twice")
-                known.add(answer)
-            found += own
-            continue
-        names = selected(out, suites, cases)
-        own = _answers_of(out, names)
-        waiting += len(names) - len(own)
-        found += own if len(folders) == 1 else [replace(a, name=f"{out.name}/{a.name}") for a in own]
+        else:
+            names = selected(out, suites, cases)
+            own = _answers_of(out, names)
+            waiting += len(names) - len(own)
+            own = own if len(folders) == 1 else [replace(a, name=f"{out.name}/{a.name}") for a in own]
+        for answer in own:
+            of_bench = replace(answer, name=answer.name.rpartition("/")[2])
+            if of_bench in known:
+                raise ResultError(f"{out}: the answer to {answer.name} is among the others already; copies would count twice")
+            known.add(of_bench)
+        found += own
     return found, waiting
 
 
