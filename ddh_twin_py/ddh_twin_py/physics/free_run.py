@@ -101,6 +101,53 @@ def _take(point, factor, heat, flow, anew):
 
 
 @inlined
+def _take_command(state, command, first, interval):
+    """Note how the command of an interval, rad/s, its parts from ``first`` on, bends, in `UNBENT` and `COMMAND_SLOPE` of the state.
+
+    Returns:
+        whether it is constant, and the time up to the middle of the interval since it last bent or the current limit held, s.
+    """
+    steady, bent = True, False
+    for j in range(COMMAND_PARTS):
+        slope = (command[first + j + 1] - command[first + j]) * COMMAND_PARTS / interval
+        steady = steady and slope == 0.0
+        bent = bent or abs(slope - state[COMMAND_SLOPE]) > BEND
+        state[COMMAND_SLOPE] = slope
+    since = state[UNBENT] + 0.5 * interval
+    if bent or state[SPEED] != state[SPEED_REFERENCE]:
+        since = 0.0
+    state[UNBENT] = 0.0 if bent else state[UNBENT] + interval
+    return steady, since
+
+
+@inlined
+def _swing(point, heat, flow, heat_early, heat_late, flow_early, flow_late):
+    """Heat (N, W) and flows (N_FLOWS, m3/s) at the begin and the end of an interval, from their means and half of what they change by.
+
+    Flows change by one share of that, so that what flows in flows out and none is below zero.
+    """
+    for i in range(N):
+        heat_early[i], heat_late[i] = point.heat[i] - heat[i], point.heat[i] + heat[i]
+    most = 1.0
+    for i in range(N_FLOWS):
+        if abs(flow[i]) * most > point.flow[i]:
+            most = point.flow[i] / abs(flow[i])
+    for i in range(N_FLOWS):
+        flow_early[i], flow_late[i] = point.flow[i] - most * flow[i], point.flow[i] + most * flow[i]
+
+
+@inlined
+def _look(instants, at, end, step, earlier, later, samples):
+    """Fill `samples` at the instants up to ``end`` of a step (s), linear between its ends, from number ``at`` on; the next number."""
+    while at < instants.shape[0] and instants[at] <= end:
+        part = 1.0 - (end - instants[at]) / step
+        for i in range(6):
+            samples[at, i] = earlier[i] + part * (later[i] - earlier[i])
+        at += 1
+    return at
+
+
+@inlined
 def _taken(command, p):
     """The speed that the drive takes a command for, rad/s."""
     return p.motor_speed_loop_gain * command + p.motor_speed_loop_zero
@@ -160,7 +207,6 @@ def free_run_sampled(params, state, temperature, command, ambient, interval, ste
     fine = max(1, int(round(interval / (COMMAND_PARTS * step))))
     damped = _longer(interval / COMMAND_PARTS, DAMPED_FACTOR, step, interval)
     calm, still = _longer(interval, CALM_FACTOR, step, CALM_STEP), _longer(interval, STILL_FACTOR, step, STILL_STEP)
-    unbent, last_slope = state[UNBENT], state[COMMAND_SLOPE]
     iron = iron_coefficients(p)
     lost = 0.0
     at = 0
@@ -178,16 +224,7 @@ def free_run_sampled(params, state, temperature, command, ambient, interval, ste
         resistance = winding_resistance(temperature, p)
         torque_limit = available_current(temperature[SLOT_WINDING], temperature[END_WINDING], p) * magnets * p.motor_torque_constant
         first = k * COMMAND_PARTS
-        steady, bent = True, False
-        for j in range(COMMAND_PARTS):
-            slope = (command[first + j + 1] - command[first + j]) * COMMAND_PARTS / interval
-            steady = steady and slope == 0.0
-            bent = bent or abs(slope - last_slope) > BEND
-            last_slope = slope
-        since = unbent + 0.5 * interval  # up to the middle of the interval
-        if bent or state[SPEED] != state[SPEED_REFERENCE]:
-            since = 0.0
-        unbent = 0.0 if bent else unbent + interval
+        steady, since = _take_command(state, command, first, interval)
         parts, count = COMMAND_PARTS, damped if since > DAMPED_AFTER else fine
         settled = steady and since > CALM_AFTER and _clear_of_stops(state[POSITION], state[VELOCITY] * interval, p)
         if settled:
@@ -219,25 +256,14 @@ def free_run_sampled(params, state, temperature, command, ambient, interval, ste
                 current = _add(point, 0.5 * share if last else share, speed, acceleration, limited, pressure_a, pressure_b,
                                velocity, position, resistance, magnets, iron, c, p)
                 end = k * interval + j * span + (m + 1) * h
-                while at < instants.shape[0] and instants[at] <= end:
-                    later = (speed, current, pressure_a, pressure_b, position, velocity)
-                    part = 1.0 - (end - instants[at]) / h
-                    for i in range(6):
-                        samples[at, i] = earlier[i] + part * (later[i] - earlier[i])
-                    at += 1
+                later = (speed, current, pressure_a, pressure_b, position, velocity)
+                at = _look(instants, at, end, h, earlier, later, samples)
         _take(point, 1.0 / share, swing_heat, swing_flow, False)
         add_further_heat(point, p)
         for i in range(len(VISCOUS_NODES)):
             state[WARMING + i] = -temperature[VISCOUS_NODES[i]] / interval
         capacities(params, 0.5 * (before + state[POSITION]), capacity)
-        for i in range(N):
-            early[i], late[i] = point.heat[i] - swing_heat[i], point.heat[i] + swing_heat[i]
-        most = 1.0  # all alike, so that what flows in flows out; none is below zero
-        for i in range(N_FLOWS):
-            if abs(swing_flow[i]) * most > point.flow[i]:
-                most = point.flow[i] / abs(swing_flow[i])
-        for i in range(N_FLOWS):
-            flow_early[i], flow_late[i] = point.flow[i] - most * swing_flow[i], point.flow[i] + most * swing_flow[i]
+        _swing(point, swing_heat, swing_flow, early, late, flow_early, flow_late)
         lost += network_step_between(
             params, edge, wall, surface, capacity, temperature, ambient[k] + p.surroundings_enclosure_rise, early, late,
             point.mean_square_current, flow_early, flow_late, interval, work,
@@ -245,7 +271,6 @@ def free_run_sampled(params, state, temperature, command, ambient, interval, ste
         for i in range(len(VISCOUS_NODES)):
             state[WARMING + i] += temperature[VISCOUS_NODES[i]] / interval
         temperatures[k] = temperature
-    state[UNBENT], state[COMMAND_SLOPE] = unbent, last_slope
     return lost
 
 
