@@ -57,6 +57,7 @@ class Effect:
             None for the one of its component and domain.
         reading: the signal that errs, of a law that acts in one sensor alone.
         beside: what may have changed along with it since commissioning; None where nothing may.
+        title: its name for people, where that is not the id's in words.
     """
 
     id: str
@@ -82,6 +83,7 @@ class Effect:
     reading: str = ""
     reached: tuple[float, float] = (-math.inf, math.inf)
     beside: Beside | None = None
+    title: str = ""
 
     def happens(self, x: float, commissioned: bool | None = None) -> str:
         """What happens, in one sentence, where the departure is x.

@@ -71,4 +71,6 @@ def test_symbols_of_a_law_are_explained():
 def test_every_effect_has_a_name_of_its_own():
     names = [effect_name(e) for e in EFFECTS]
     assert len(set(names)) == len(EFFECTS) and not any("_" in name or "." in name for name in names)
+    assert effect_name("relief_valve.setting") == EFFECTS["relief_valve.setting"].title == "relief valve: opening pressure"
+    assert effect_name("pump_1.leakage") == "pump 1: leakage" and not EFFECTS["pump_1.leakage"].title
     assert effect_name("unknown") == "a cause outside the catalogue" and set_name(()).startswith("no effect")

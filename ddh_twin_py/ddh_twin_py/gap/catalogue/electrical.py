@@ -49,6 +49,7 @@ EFFECTS = (
     ),
     Effect(
         id="motor.pwm_loss", component="motor", domain="electrical", parameter="power", unit="W",
+        title="motor: PWM loss",
         reference=fixed(0.0), laws=(_switching(0.0), _switching(1.0)), step=10.0, lowest=0.0, highest=500.0,
         about="Switching harmonics heat the stator whenever the drive is enabled, at standstill too.",
         law="heat P into teeth and yoke at all times",

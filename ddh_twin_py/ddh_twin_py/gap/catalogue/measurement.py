@@ -10,6 +10,7 @@ from ddh_twin_py.gap.effect import Effect, added, fixed, scaled, value_of
 def _offset(side: str, *confused_with: str) -> Effect:
     return Effect(
         id=f"sensor.pressure_{side}_side_offset", component="sensor", domain="measurement", parameter="offset", unit="Pa",
+        title=f"sensor: zero of the {side}-side pressure",
         reference=fixed(0.0), laws=(added(f"measurement_pressure_{side}_side_offset"),), step=5e4, lowest=-2e7, highest=2e7,
         about=f"Zero error of the {side}-side pressure transducer: it reads too much.",
         about_below=f"Zero error of the {side}-side pressure transducer: it reads too little.",
@@ -32,6 +33,7 @@ EFFECTS = (
     _offset("rod", "check_valve.cracking", "sensor.pressure_rod_side_gain"),
     Effect(
         id="sensor.pressure_rod_side_gain", component="sensor", domain="measurement", parameter="gain", unit="1",
+        title="sensor: span of the rod-side pressure",
         reference=fixed(1.0), laws=(scaled("measurement_pressure_rod_side_gain"),), step=0.02, lowest=-0.5, highest=1.0,
         about="Span error of the rod-side pressure transducer: it reads too much.",
         about_below="Span error of the rod-side pressure transducer: it reads too little.",
@@ -55,6 +57,7 @@ EFFECTS = (
     ),
     Effect(
         id="sensor.temperature_lag", component="sensor", domain="measurement", parameter="time_constant", unit="s",
+        title="sensor: lag on surfaces",
         reference=lambda record: float(record["sensors_temperature_time_constant"][0] * record["measurement_surface_lag_ratio"][0]),
         laws=(_lag,), step=10.0, lowest=-4.5, highest=1000.0, grows=True,
         about="The surface sensors follow more slowly than {reference}.",
@@ -66,6 +69,7 @@ EFFECTS = (
     ),
     Effect(
         id="sensor.surface_contact", component="sensor", domain="measurement", parameter="ambient_fraction", unit="1",
+        title="sensor: contact with surfaces",
         reference=fixed(0.0), laws=(added("measurement_surface_contact"),), step=0.05, lowest=0.0, highest=0.9,
         about="The surface sensors read between surface and air.",
         law="T_read = (1 - f) T + f T_ambient",
@@ -78,6 +82,7 @@ EFFECTS = (
     ),
     Effect(
         id="sensor.time_skew", component="sensor", domain="measurement", parameter="delay", unit="s",
+        title="sensor: clocks apart",
         reference=value_of("measurement_time_skew"), laws=(added("measurement_time_skew"),), step=0.01, lowest=-0.5, highest=0.5,
         about="The hydraulic stream is stamped later than the drive stream for the same instant.",
         about_below="The hydraulic stream is stamped earlier than the drive stream for the same instant.",

@@ -40,6 +40,7 @@ def _viscosity(record: np.ndarray) -> float:
 EFFECTS = (
     Effect(
         id="oil.viscosity_temperature", component="oil", domain="hydraulic", parameter="viscosity_index_slope", unit="1",
+        title="oil: viscosity over temperature",
         reference=value_of("oil_walther_b"), laws=(_slope,), step=0.05, lowest=-0.9, highest=0.9,
         about="The oil's viscosity changes with temperature otherwise than {reference} (another grade in the tank).",
         law="log10 log10(nu + 0.7) = A - B log10 T, viscosity at 40 degC kept, to within the 10 % of a grade (ISO 3448)",

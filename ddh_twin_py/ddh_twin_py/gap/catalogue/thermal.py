@@ -5,9 +5,9 @@ from __future__ import annotations
 from ddh_twin_py.gap.effect import Effect, added, divided, fixed, scaled
 
 
-def _cooling(name: str, component: str, what: str, fields: tuple[str, ...], *confused_with: str) -> Effect:
+def _cooling(name: str, component: str, what: str, fields: tuple[str, ...], *confused_with: str, title: str = "") -> Effect:
     return Effect(
-        id=name, component=component, domain="thermal", parameter="convection_ratio", unit="1",
+        id=name, title=title, component=component, domain="thermal", parameter="convection_ratio", unit="1",
         reference=fixed(1.0), laws=(scaled(*fields),), step=0.3, lowest=-0.98, highest=30.0,
         reached=(-0.95, 9.0),  # wind or a fan carries about ten times what still air does
         about=f"Convection carries more heat away from {what} than {{reference}} (a fan, wind).",
@@ -45,7 +45,8 @@ EFFECTS = (
         confused_with=("pump_1.friction", "motor.cooling", "pump_1.cooling"),
     ),
     _cooling("pump_1.cooling", "pump_1", "both pump cases", ("pump_1_convection", "pump_2_convection"),
-             "pump_1.friction", "pump_2.friction", "motor.flange_conduction", "ambient.enclosure", "sensor.surface_contact"),
+             "pump_1.friction", "pump_2.friction", "motor.flange_conduction", "ambient.enclosure", "sensor.surface_contact",
+             title="pumps: cooling of both cases"),
     _cooling("tank.cooling", "tank", "the tank", ("tank_convection",),
              "tank.mount_conduction", "tank.oil_level", "ambient.solar_load", "ambient.enclosure", "sensor.surface_contact"),
     Effect(

@@ -7,6 +7,7 @@ from ddh_twin_py.gap.effect import Effect, added, fixed, value_of
 EFFECTS = (
     Effect(
         id="relief_valve.setting", component="relief_valve", domain="hydraulic", parameter="opening_pressure", unit="Pa",
+        title="relief valve: opening pressure",
         reference=value_of("relief_valve_opening_pressure"), laws=(added("relief_valve_opening_pressure"),), step=5e5,
         lowest=-1.2e7, highest=2e7,
         about="The rod-side relief valve opens at a higher pressure than {reference}.",
@@ -33,6 +34,7 @@ EFFECTS = (
     ),
     Effect(
         id="check_valve.cracking", component="check_valve", domain="hydraulic", parameter="cracking_pressure", unit="Pa",
+        title="check valve: cracking pressure",
         reference=value_of("check_valve_cracking_pressure"), laws=(added("check_valve_cracking_pressure"),), step=1e4,
         lowest=-3e4, highest=9e4, grows=True,
         about="The anti-cavitation check valve opens late, the rod side runs at a vacuum when lowering.",

@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from ddh_twin_py.estimation.fitting import binning
+from ddh_twin_py.gap.catalogue import EFFECTS
 from ddh_twin_py.gap.explain.learned import PREFIX
 from ddh_twin_py.gap.shrink.size import BEGINS
 from ddh_twin_py.gap.words import by_component, component_name, signal_name
@@ -38,16 +39,6 @@ VERDICTS = {
 NEAR = BEGINS
 """Multiples of the noise floor up to which a signal counts as explained."""
 _FARTHER = 1.1  # times the RMS before, from which a signal ends farther off
-_EFFECT_NAMES = {
-    "motor.pwm_loss": "motor: PWM loss", "oil.viscosity_temperature": "oil: viscosity over temperature",
-    "pump_1.cooling": "pumps: cooling of both cases", "relief_valve.setting": "relief valve: opening pressure",
-    "check_valve.cracking": "check valve: cracking pressure",
-    "sensor.pressure_piston_side_offset": "sensor: zero of the piston-side pressure",
-    "sensor.pressure_rod_side_offset": "sensor: zero of the rod-side pressure",
-    "sensor.pressure_rod_side_gain": "sensor: span of the rod-side pressure",
-    "sensor.temperature_lag": "sensor: lag on surfaces", "sensor.surface_contact": "sensor: contact with surfaces",
-    "sensor.time_skew": "sensor: clocks apart",
-}
 _STRENGTH = ((1e4, "overwhelming"), (1e3, "very strong"), (1e2, "strong"), (10.0, "clear"), (4.0, "some"))
 _NUMBER = r"[−-]?\d+(?:\.\d+)?(?:e[+-]?\d+)?"
 _AMOUNT = re.compile(rf"(?P<low>{_NUMBER}) to (?P<high>{_NUMBER}) (?P<unit>rad/s|Pa|m/s|m|K)$")
@@ -81,8 +72,8 @@ def effect_name(effect: str) -> str:
     """An effect in words, such as `pump 1: leakage`."""
     if effect == UNKNOWN:
         return "a cause outside the catalogue"
-    if effect in _EFFECT_NAMES:
-        return _EFFECT_NAMES[effect]
+    if effect in EFFECTS and EFFECTS[effect].title:
+        return EFFECTS[effect].title
     component, _, name = effect.partition(".")
     return f"{component_name(component)}: {words(name)}" if name else words(effect)
 
