@@ -23,7 +23,7 @@ from ddh_twin_py.bags.reader import read_recording  # noqa: E402
 from ddh_twin_py.bags.writer import write_recording  # noqa: E402
 from ddh_twin_py.cli.live_graph import LiveGraph  # noqa: E402
 from ddh_twin_py.cli.main import main as ddh_twin  # noqa: E402
-from ddh_twin_py.cli.up import FLUSH_AFTER, MODELS, TWIN  # noqa: E402
+from ddh_twin_py.cli.twin_nodes import FLUSH_AFTER, MODELS, TWIN  # noqa: E402
 from support.chromium import Chromium, executable  # noqa: E402
 
 PICTURES = ROOT / "docs" / "pictures"

@@ -46,8 +46,8 @@ def test_page_table_and_json_agree(tmp_path, duty, capsys, monkeypatch):
 @pytest.mark.parametrize("given, expected", [
     (["--sensors", " ,"], "names no sensor; `none` says that there is none"),
     (["--sensors", "tank_oill"], "no temperature sensor 'tank_oill'; the nearest is 'tank_oil'"),
-    (["--duration", "5"], "'5' is no duration from 30 to 3600 s"),
-    (["--duration", "-5"], "'-5' is no duration from 30 to 3600 s"), (["--duration", "long"], "'long' is no duration from 30 to 3600 s"),
+    (["--duration", "5"], "'5' is no number from 30 to 3600 s"),
+    (["--duration", "-5"], "'-5' is no number from 30 to 3600 s"), (["--duration", "long"], "'long' is no number from 30 to 3600 s"),
     (["--commissioning", "mixed", "--without-commissioning"], "--commissioning mixed and --without-commissioning exclude each other"),
     (["--commissioning", "mixd"], "no duty 'mixd'; the nearest is 'mixed'"),
 ])

@@ -14,6 +14,7 @@ import pytest
 import rclpy
 import yaml
 from ddh_twin_py.cli import up
+from ddh_twin_py.cli.twin_nodes import TWIN
 from ddh_twin_py.nodes.parameter_file import PARAMETERS, AsRos, ParameterFileError, check_files, read_parameter_file, unanswered
 
 
@@ -134,15 +135,15 @@ def test_a_file_that_a_parameter_file_names_is_looked_at_before_a_node_starts(se
 ])
 def test_files_of_nodes_that_are_not_started_and_those_that_are_made_are_not_asked_for(section, tmp_path):
     (tmp_path / "own.yaml").write_text(section)
-    check_files(tmp_path / "own.yaml", read_parameter_file(tmp_path / "own.yaml"), "/ddh", dict.fromkeys(up.TWIN, {}))
+    check_files(tmp_path / "own.yaml", read_parameter_file(tmp_path / "own.yaml"), "/ddh", dict.fromkeys(TWIN, {}))
 
 
 def test_a_rig_file_that_an_argument_replaces_is_not_asked_for(tmp_path):
     (tmp_path / "own.yaml").write_text("/**: {ros__parameters: {rig: nowhere.yaml}}")
     sections = read_parameter_file(tmp_path / "own.yaml")
-    check_files(tmp_path / "own.yaml", sections, "/ddh", dict.fromkeys(up.TWIN, {"rig": "crane_1.yaml"}))
+    check_files(tmp_path / "own.yaml", sections, "/ddh", dict.fromkeys(TWIN, {"rig": "crane_1.yaml"}))
     with pytest.raises(ParameterFileError, match="nowhere.yaml: no such rig file"):
-        check_files(tmp_path / "own.yaml", sections, "/ddh", dict.fromkeys(up.TWIN, {}))
+        check_files(tmp_path / "own.yaml", sections, "/ddh", dict.fromkeys(TWIN, {}))
 
 
 def test_a_parameter_file_is_read_as_ros_reads_it(tmp_path):
@@ -349,7 +350,7 @@ def test_the_live_page_is_an_option_and_no_player_waits_for_it(launch_file, pape
 
 
 def test_flags_and_plain_start_of_the_launch_file(launch_file):
-    assert [n.executable for n in started(launch_file)] == list(up.TWIN)
+    assert [n.executable for n in started(launch_file)] == list(TWIN)
     assert {n.output for n in started(launch_file, quiet="true")} == {"log"}
     assert {n.output for n in started(launch_file, quiet="false")} == {"screen"}
 
@@ -358,7 +359,7 @@ def test_a_node_that_cannot_use_what_it_was_given_stops_the_launch_and_one_that_
     defaults = {name: default for name, default, *_ in launch_file.options()}
     actions = launch_file.nodes(defaults)
     handled = {a.args[0].target_action.executable: a.args[0].on_exit for a in actions if a.kind == "RegisterEventHandler"}
-    assert set(handled) == set(up.TWIN)
+    assert set(handled) == set(TWIN)
     (stop,) = handled["hydraulic_model"](SimpleNamespace(returncode=2, process_name="hydraulic_model-1"), None)
     assert stop.kind == "Shutdown" and "hydraulic_model-1 cannot use what it was given" in stop.reason
     assert handled["hydraulic_model"](SimpleNamespace(returncode=-9, process_name="hydraulic_model-1"), None) == []

@@ -8,7 +8,7 @@ import sys
 
 import pytest
 from ddh_twin_py.bags.reader import read_recording
-from ddh_twin_py.cli.up import TWIN
+from ddh_twin_py.cli.twin_nodes import TWIN
 from nodes.processes import HeldProcess, runs, wait_for
 
 pytestmark = pytest.mark.live

@@ -163,7 +163,7 @@ def whole(lowest: int, highest: int) -> Callable[[str], int]:
     return parse
 
 
-def between(lowest: float, highest: float, unit: str) -> Callable[[str], float]:
+def between(lowest: float, highest: float, unit: str = "") -> Callable[[str], float]:
     """A number within bounds."""
 
     def parse(text: str) -> float:
@@ -172,10 +172,14 @@ def between(lowest: float, highest: float, unit: str) -> Callable[[str], float]:
         except ValueError:
             value = float("nan")
         if not lowest <= value <= highest:
-            raise argparse.ArgumentTypeError(f"{text!r} is no number from {lowest:g} to {highest:g} {unit}")
+            raise argparse.ArgumentTypeError(f"{text!r} is no number from {lowest:g} to {highest:g} {unit}".rstrip())
         return value
 
     return parse
+
+
+RATE = between(0.0, 10000.0)
+"""Speed of a source against real time; 0 is as fast as it goes."""
 
 
 def output_file(text: str) -> str:

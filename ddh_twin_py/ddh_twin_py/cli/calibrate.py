@@ -7,20 +7,9 @@ import os
 from collections.abc import Sequence
 from pathlib import Path
 
-from ddh_twin_py.cli.arguments import add_html, add_json, add_namespace, add_quiet, add_rig, add_verb, named_file, output_file
+from ddh_twin_py.cli.arguments import add_html, add_json, add_namespace, add_quiet, add_rig, add_verb, between, named_file, output_file
 
 _EXAMPLE = "  ddh-twin calibrate bags/paper_cycle --held-out 0.3 -o out/rig.yaml --html out/calibration.html"
-
-
-def _share(text: str) -> float:
-    """A share from 0 to 0.9."""
-    try:
-        value = float(text)
-    except ValueError:
-        value = -1.0
-    if not 0.0 <= value <= 0.9:
-        raise argparse.ArgumentTypeError(f"{text!r} is no share from 0 to 0.9")
-    return value
 
 
 def _name(text: str) -> str:
@@ -60,7 +49,7 @@ def add_parser(subparsers) -> None:
     parser.add_argument("--only", metavar="PATH", nargs="+", default=[], type=_name,
                         help="fit these alone (such as pump_1.leakage) and zero errors; all else is held exact; "
                              "one given twice counts once")
-    parser.add_argument("--held-out", metavar="SHARE", type=_share, default=0.0,
+    parser.add_argument("--held-out", metavar="SHARE", type=between(0.0, 0.9), default=0.0,
                         help="share at the end of each recording that is only predicted (default 0)")
     add_html(parser)
     add_json(parser)

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import argparse
-import math
 import os
 
-from ddh_twin_py.cli.arguments import InputError, add_html, add_json, add_quiet, add_rig, add_verb, duty_file
+from ddh_twin_py.cli.arguments import InputError, add_html, add_json, add_quiet, add_rig, add_verb, between, duty_file
 from ddh_twin_py.names import no_such
 
 _EXAMPLE = "  ddh-twin gap-design paper_cycle --duration 600 --sensors motor_winding,tank_oil --html out/design.html"
@@ -23,17 +22,6 @@ def _sensors(text: str) -> list[str]:
     return [] if named == ["none"] else named
 
 
-def _length(text: str) -> float:
-    """s, from `_SHORTEST` to `_LONGEST`."""
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not _SHORTEST <= value <= _LONGEST:
-        raise argparse.ArgumentTypeError(f"{text!r} is no duration from {_SHORTEST:g} to {_LONGEST:g} s")
-    return value
-
-
 def add_parser(subparsers) -> None:
     """Declare the verb."""
     parser = add_verb(
@@ -43,7 +31,8 @@ def add_parser(subparsers) -> None:
         _EXAMPLE,
     )
     parser.add_argument("duty", metavar="DUTY", help="duty file, or the name of one of the project's, such as paper_cycle or mixed")
-    parser.add_argument("--duration", metavar="S", type=_length, help="of the test (default as the duty says, 600 where it has no end)")
+    parser.add_argument("--duration", metavar="S", type=between(_SHORTEST, _LONGEST, "s"),
+                        help="of the test (default as the duty says, 600 where it has no end)")
     parser.add_argument("--sensors", metavar="LIST", type=_sensors, help="temperature sensors beside ambient, or none (default all)")
     parser.add_argument("--no-pressure", action="store_true", help="there are no pressure transducers")
     parser.add_argument("--without-commissioning", action="store_true", help="there is no recording of the rig as built")

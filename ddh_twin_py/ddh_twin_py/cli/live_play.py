@@ -10,7 +10,7 @@ from pathlib import Path
 from ddh_twin_py.bags.message_types import know
 from ddh_twin_py.cli.console import stage
 from ddh_twin_py.cli.live_graph import LiveGraph
-from ddh_twin_py.cli.up import FLUSH_AFTER, MODELS
+from ddh_twin_py.cli.twin_nodes import FLUSH_AFTER, MODELS
 from ddh_twin_py.sources.raw_bag import RawBag
 from ddh_twin_py.telemetry.signals import TOPIC_TYPES
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from ddh_twin_py.cli.arguments import add_html, add_json, add_quiet, add_rig, add_verb, named_file, output_file
+from ddh_twin_py.cli.arguments import add_html, add_json, add_quiet, add_rig, add_verb, named_file, output_file, whole
 
 _EXAMPLE = """\
   ddh-twin motor --html out/motor.html
@@ -21,19 +21,12 @@ def add_parser(subparsers) -> None:
         _EXAMPLE,
     )
     parser.add_argument("--description", metavar="FILE", type=named_file, help="machine description with what differs from the 115U2C")
-    parser.add_argument("--layers", metavar="N", type=layers, default=12, help="of the slot along its depth, 1 to 24 (default 12)")
+    parser.add_argument("--layers", metavar="N", type=whole(1, 24), default=12, help="of the slot along its depth, 1 to 24 (default 12)")
     add_rig(parser)
     parser.add_argument("-o", "--output", metavar="RIG.yaml", type=output_file, help="write a rig file with the generated quantities")
     add_html(parser)
     add_json(parser)
     add_quiet(parser, "no progress, no table")
-
-
-def layers(text: str) -> int:
-    """A whole number from 1 to 24."""
-    if not text.strip().isdecimal() or not 1 <= int(text) <= 24:
-        raise argparse.ArgumentTypeError(f"{text!r} is no whole number from 1 to 24")
-    return int(text)
 
 
 def run(args: argparse.Namespace) -> int:

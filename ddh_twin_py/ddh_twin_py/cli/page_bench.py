@@ -15,7 +15,7 @@ from ddh_twin_py.benchmarks.figure import Figure
 from ddh_twin_py.cli.arguments import InputError
 from ddh_twin_py.cli.console import stage
 from ddh_twin_py.cli.live_graph import LiveGraph
-from ddh_twin_py.cli.up import FLUSH_AFTER, MODELS, TWIN
+from ddh_twin_py.cli.twin_nodes import FLUSH_AFTER, MODELS, TWIN
 
 LIMITS = {1: 25.0, 20: 40.0}
 """Browsers, and % of one core that web_view may take with them."""

@@ -12,6 +12,7 @@ from pathlib import Path
 
 from ddh_twin_py.bags.numbering import numbered
 from ddh_twin_py.cli.arguments import (
+    RATE,
     InputError,
     Parser,
     add_json,
@@ -30,17 +31,13 @@ from ddh_twin_py.cli.arguments import (
 from ddh_twin_py.cli.console import put_json, say
 from ddh_twin_py.cli.parameter_yaml import parameter_yaml
 from ddh_twin_py.cli.supervisor import Child, Supervisor, combined_log
+from ddh_twin_py.cli.twin_nodes import FLUSH_AFTER, TWIN
 
-__all__ = ["ENDING", "MODELS", "TWIN", "Parser", "add_parser", "check", "environment_additions", "node_parameters", "run"]
+__all__ = ["ENDING", "Parser", "add_parser", "check", "environment_additions", "node_parameters", "run"]
 
-MODELS = ("hydraulic_model", "machine_thermal", "temperature_fusion")
-TWIN = (*MODELS, "gap_monitor")
-"""Nodes that always run."""
 SOURCES = ("none", "bag", "simulation")
 ENDING = ("bag_player", "drive_telemetry", "pressure_telemetry")
 """Nodes that may come to their end; with them the whole ends."""
-FLUSH_AFTER = 1.0
-"""s without a message after which models work off what they hold: a bag that has ended, or was paused, gives nothing more."""
 _EXAMPLE = """\
   ddh-twin up                                          beside a machine that publishes its telemetry
   ddh-twin up --source bag --bag bags/paper_cycle --rate 0 --record out/live
@@ -66,7 +63,7 @@ def add_parser(subparsers) -> None:
                         help="duty file, or the name of one of the project's, with --source simulation")
     parser.add_argument("--seed", type=seed, default=1, help="which rig is simulated (default 1)")
     parser.add_argument(
-        "--rate", type=rate, default=1.0,
+        "--rate", type=RATE, default=1.0,
         help="speed of the source against real time (default 1); 0 plays a bag as fast as the nodes take it",
     )
     parser.add_argument("--loop", action="store_true", help="begin again at the end of the bag or the duty")
@@ -83,17 +80,6 @@ def add_parser(subparsers) -> None:
     parser.add_argument("--log", metavar="FILE", type=output_file, help="write the log of all nodes here too")
     add_json(parser, "when it ends, write what ran, how often it was started again, and where the files are; - is standard output")
     add_quiet(parser, "no log on the screen; warnings and errors stay")
-
-
-def rate(text: str) -> float:
-    """Speed against real time, 0 to 10000."""
-    try:
-        value = float(text)
-    except ValueError:
-        value = -1.0
-    if not 0.0 <= value <= 10000.0:
-        raise argparse.ArgumentTypeError(f"{text!r} is no number from 0 to 10000")
-    return value
 
 
 def node_parameters(args: argparse.Namespace) -> dict[str, dict[str, object]]:

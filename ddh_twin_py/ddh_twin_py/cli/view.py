@@ -9,7 +9,19 @@ import re
 import threading
 import time
 
-from ddh_twin_py.cli.arguments import InputError, add_json, add_quiet, add_rig, add_verb, kept_file, namespace, output_file, refuse_missing
+from ddh_twin_py.cli.arguments import (
+    RATE,
+    InputError,
+    add_json,
+    add_quiet,
+    add_rig,
+    add_verb,
+    kept_file,
+    namespace,
+    output_file,
+    refuse_missing,
+    whole,
+)
 
 _EXAMPLE = """\
   ddh-twin view                                   what runs in the namespace /ddh
@@ -30,13 +42,13 @@ def add_parser(subparsers) -> None:
         _EXAMPLE,
     )  # fmt: skip
     parser.add_argument("bag", metavar="BAG", nargs="?", help="recording to play")
-    parser.add_argument("--rate", type=_rate, default=None, help="speed against real time, with BAG (default 1); 0 is as fast as it goes")
+    parser.add_argument("--rate", type=RATE, default=None, help="speed against real time, with BAG (default 1); 0 is as fast as it goes")
     parser.add_argument("--paused", action="store_true", help="wait for somebody to press play, with BAG")
     parser.add_argument("--namespace", metavar="NS", default="/ddh", help="of the rig (default /ddh)")
     parser.add_argument(
         "--host", metavar="ADDRESS", default="127.0.0.1", help="address to serve at (default 127.0.0.1); 0.0.0.0: all of this machine",
     )
-    parser.add_argument("--port", type=_port, default=8420, help="port (default 8420); 0 takes any that is free")
+    parser.add_argument("--port", type=whole(0, 65535), default=8420, help="port (default 8420); 0 takes any that is free")
     parser.add_argument("--token", default="", help="what a browser must know; made up where it is needed and not given")
     add_rig(parser)
     parser.add_argument("--normal-file", metavar="FILE", type=kept_file,
@@ -45,18 +57,6 @@ def add_parser(subparsers) -> None:
     add_json(parser, "write where the page is and what it shows; - is standard output")
     add_quiet(parser, "the page's address alone")
     parser.add_argument("--log", metavar="FILE", type=output_file, default="out/view.log", help="what the nodes say (default out/view.log)")
-
-
-def _rate(text: str) -> float:
-    from ddh_twin_py.cli.up import rate
-
-    return rate(text)
-
-
-def _port(text: str) -> int:
-    if not text.isdecimal() or int(text) > 65535:
-        raise argparse.ArgumentTypeError(f"{text!r} is no port, allowed are 0 to 65535")
-    return int(text)
 
 
 def run(args: argparse.Namespace) -> int:
@@ -110,7 +110,7 @@ def run(args: argparse.Namespace) -> int:
 
 def _played(args: argparse.Namespace) -> dict[str, dict[str, object]]:
     """Nodes that play a recording through the twin; none where there is no recording."""
-    from ddh_twin_py.cli.up import FLUSH_AFTER, MODELS, TWIN
+    from ddh_twin_py.cli.twin_nodes import FLUSH_AFTER, MODELS, TWIN
 
     if not args.bag:
         return {}
