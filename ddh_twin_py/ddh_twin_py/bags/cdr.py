@@ -7,6 +7,8 @@ zero, frame_id, padding to 8 bytes counted from offset 4, then the float64 field
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 ENCAPSULATION = 4
@@ -47,6 +49,12 @@ def stamped_floats(
         rows = _gather(data, start[chosen[whole]] + offset[whole], 8 * fields)
         values[chosen[whole]] = rows.view(f"{order}f8")
     return stamps, values, sound
+
+
+def floats_of_messages(messages: Sequence[bytes], fields: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The same of messages that lie each for itself."""
+    size = np.array([len(message) for message in messages], np.int64)
+    return stamped_floats(np.frombuffer(b"".join(messages), np.uint8), np.cumsum(size) - size, size, fields)
 
 
 def encode_stamped_floats(stamps: np.ndarray, values: np.ndarray, frame_id: str = "") -> np.ndarray:

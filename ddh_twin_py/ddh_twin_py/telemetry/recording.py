@@ -236,6 +236,11 @@ def same_oil(*grades: str) -> bool:
     return len({"".join(grade.split()).upper().removeprefix("ISO") for grade in grades}) == 1
 
 
+def announced_id(recordings: Iterable[Recording]) -> str:
+    """Rig id that the first of some recordings tells that tells one, '' where none does."""
+    return next((recording.rig.rig_id for recording in recordings if recording.rig is not None and recording.rig.rig_id), "")
+
+
 __all__ = [
     "SEVERITIES",
     "ZERO_CELSIUS",
@@ -243,13 +248,9 @@ __all__ = [
     "Recording",
     "RigInfo",
     "Stream",
+    "announced_id",
     "drive_stream",
     "hydraulic_stream",
     "same_oil",
     "temperature_stream",
 ]
-
-
-def announced_id(recordings: Iterable[Recording]) -> str:
-    """Rig id that the first of some recordings tells that tells one, '' where none does."""
-    return next((recording.rig.rig_id for recording in recordings if recording.rig is not None and recording.rig.rig_id), "")

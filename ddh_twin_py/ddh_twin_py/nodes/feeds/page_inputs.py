@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Sequence
 import numpy as np
 
 from ddh_msgs.msg import HydraulicState, MotorThermalState, ResidualArray, TemperatureEstimateArray
-from ddh_twin_py.bags.cdr import stamped_floats
+from ddh_twin_py.bags.cdr import floats_of_messages
 from ddh_twin_py.estimation.sensors import SENSORS
 from ddh_twin_py.nodes.feeds.telemetry_feed import field_count
 from ddh_twin_py.nodes.messages.conversion import FREE_RUN
@@ -24,9 +24,7 @@ Rows = Iterator[tuple[str, np.ndarray, np.ndarray]]
 
 def telemetry_rows(topic: str, messages: Sequence[bytes]) -> tuple[np.ndarray, np.ndarray]:
     """Stamps in ns and fields of telemetry messages, sound ones alone; a temperature without its variance."""
-    sizes = np.array([len(message) for message in messages], np.int64)
-    data = np.frombuffer(b"".join(messages), np.uint8)
-    stamps, values, sound = stamped_floats(data, np.cumsum(sizes) - sizes, sizes, field_count(topic))
+    stamps, values, sound = floats_of_messages(messages, field_count(topic))
     if topic.startswith(TEMPERATURE_PREFIX):
         values = values[:, :1]
     return stamps[sound], values[sound]

@@ -12,7 +12,7 @@ from rclpy.node import Node
 from sensor_msgs.msg import Temperature
 
 from ddh_msgs.msg import DriveTelemetry, HydraulicTelemetry
-from ddh_twin_py.bags.cdr import stamped_floats
+from ddh_twin_py.bags.cdr import floats_of_messages
 from ddh_twin_py.nodes.base.inputs import Input, Inputs
 from ddh_twin_py.nodes.messages.conversion import to_kelvin
 from ddh_twin_py.rig import Rig
@@ -124,9 +124,7 @@ class TelemetryFeed:
         return not any(begin + _EDGE < at < end - _EDGE for at, *_ in self._collected)
 
     def _take(self, entry: Input, screen: StreamScreen, messages: list[bytes], came: list[int]) -> None:
-        sizes = np.array([len(message) for message in messages], np.int64)
-        data = np.frombuffer(b"".join(messages), np.uint8)
-        stamps, values, sound = stamped_floats(data, np.cumsum(sizes) - sizes, sizes, field_count(entry.topic))
+        stamps, values, sound = floats_of_messages(messages, field_count(entry.topic))
         if not sound.all():
             stamps, values = stamps[sound], values[sound]
             came = list(compress(came, sound))

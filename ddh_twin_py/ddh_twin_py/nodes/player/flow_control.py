@@ -6,7 +6,9 @@ from collections import deque
 from collections.abc import Collection
 from dataclasses import dataclass, field
 
-JUMP = 500_000_000  # ns; stamps that step back further are another time
+from ddh_twin_py.telemetry.ticks import REORDER_WINDOW, to_ns
+
+_JUMP = to_ns(REORDER_WINDOW)  # stamps that step back further are another time
 _QUIET = 1.5  # s of wall time; a node that lives tells its progress once a second
 
 
@@ -27,7 +29,7 @@ class Pending:
     def sent(self, stamp: int, log_time: int) -> None:
         if not self._listens:
             return
-        if self._highest is None or stamp < self._highest - JUMP:
+        if self._highest is None or stamp < self._highest - _JUMP:
             self._sent.clear()
             self._highest = stamp
         self._highest = max(self._highest, stamp)
