@@ -16,8 +16,9 @@ from ddh_twin_py.nodes.base.node_base import POLL_PERIOD, TwinNode
 from ddh_twin_py.nodes.base.progress import Progress
 from ddh_twin_py.nodes.feeds.telemetry_feed import TelemetryFeed
 from ddh_twin_py.nodes.player.player_watch import PlayerWatch
-from ddh_twin_py.nodes.tasks.health import Health, Report, add_streams, judge_clock
+from ddh_twin_py.nodes.tasks.health import Health, Report, judge_clock
 from ddh_twin_py.nodes.tasks.silent_inputs import SilentInputs
+from ddh_twin_py.nodes.tasks.stream_judge import add_streams
 from ddh_twin_py.telemetry.clocks.clock import Break
 from ddh_twin_py.telemetry.recording import RigInfo as Rig
 from ddh_twin_py.telemetry.signals import RIG_TOPIC

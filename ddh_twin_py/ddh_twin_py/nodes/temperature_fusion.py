@@ -40,9 +40,10 @@ from ddh_twin_py.nodes.feeds.telemetry_feed import TelemetryFeed
 from ddh_twin_py.nodes.messages.conversion import FUSION, estimate_layout, location_layout, residual_layout, to_celsius, to_kelvin
 from ddh_twin_py.nodes.messages.wire import BulkParser
 from ddh_twin_py.nodes.model_node import TEMPERATURE_TOPICS
-from ddh_twin_py.nodes.tasks.health import DROPPED, Report, judge_age, judge_publishers
+from ddh_twin_py.nodes.tasks.health import Report, judge_age, judge_publishers
 from ddh_twin_py.nodes.tasks.limit_watch import LIMIT_PARAMETERS, LimitWatch
 from ddh_twin_py.nodes.tasks.state_keeper import StateKeeper
+from ddh_twin_py.nodes.tasks.stream_judge import DROPPED
 from ddh_twin_py.nodes.telemetry_node import TelemetryNode, Unit, known_payload
 from ddh_twin_py.physics.thermal_network import N, NODES
 from ddh_twin_py.physics.validity import outside_stated

@@ -8,8 +8,10 @@ import numpy as np
 import pytest
 from ddh_twin_py.nodes.base.inputs import Input
 from ddh_twin_py.nodes.base.node_base import TwinNode
-from ddh_twin_py.nodes.tasks.health import Report, Stops, StopsTold, StreamJudge, judge_age, judge_clock
+from ddh_twin_py.nodes.tasks.health import Report, judge_age, judge_clock
 from ddh_twin_py.nodes.tasks.silent_inputs import SilentInputs
+from ddh_twin_py.nodes.tasks.stops import Stops, StopsTold
+from ddh_twin_py.nodes.tasks.stream_judge import StreamJudge
 from ddh_twin_py.telemetry.alignment.tick_aligner import TickAligner
 from ddh_twin_py.telemetry.clocks.clock import Break
 from ddh_twin_py.telemetry.screening.alike_watch import AlikeWatch
