@@ -31,6 +31,13 @@ def test_a_load_of_unknown_pressure_is_held_at_the_start(paper_cycle_bag):
     np.testing.assert_array_equal(held.operating(off)[0], points)
 
 
+@pytest.mark.parametrize(("declared", "taken"), [(137.0, 137.0), (0.0, None), (-5.0, None), (np.inf, None), (np.nan, None)])
+def test_a_payload_that_is_no_mass_declares_nothing(paper_cycle_bag, declared, taken):
+    rig, recording = load_rig(), read_recording(paper_cycle_bag).between(0.0, 10.0)
+    told = replace(recording, rig=replace(recording.rig, payload_mass=declared))
+    assert Experiment(told, rig).payload == (taken or rig["load.payload_mass"])
+
+
 SINKING = """
 payload_kg: 420
 ambient_degC: 40

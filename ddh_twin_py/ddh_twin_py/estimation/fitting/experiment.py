@@ -102,6 +102,11 @@ class Signal:
     follows: np.ndarray | None = None
     per_stroke: bool = False
 
+    @property
+    def held_back(self) -> np.ndarray:
+        """Samples that count as held out, bool (n,)."""
+        return np.isfinite(self.measured) & (self.time > self.held_from)
+
 
 class Experiment:
     """One recording and the free run over it.
@@ -125,9 +130,8 @@ class Experiment:
         self._used_share = used
         recording, ticks = _in_one_stretch(recording, rig, interval)
         self.recording, self.interval = recording, interval
-        said = recording.rig.payload_mass if recording.rig is not None else np.nan
         self._sheet_payload = rig["load.payload_mass"]
-        self.payload = said if np.isfinite(said) else self._sheet_payload
+        self.payload = rig.declaring(recording.rig.payload_mass if recording.rig is not None else None)["load.payload_mass"]
         n = len(ticks)
         self._begin_ns = int(ticks.end_ns[0]) - round(interval * 1e9)
         drive, hydraulic = ticks.samples[DRIVE_TOPIC], ticks.samples[HYDRAULIC_TOPIC]

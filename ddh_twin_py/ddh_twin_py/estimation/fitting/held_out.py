@@ -29,7 +29,7 @@ def rms_over_noise(experiments: Sequence[Experiment], predictions: Sequence[Mapp
 
 
 def held_out(experiments: Sequence[Experiment], rig: Rig) -> dict[str, tuple[float, int]]:
-    """`rms_over_noise` of the part that `Experiment.used_until` holds back.
+    """`rms_over_noise` of the part that is held out, from `Experiment.held_from` on.
 
     Each run starts at the begin of its recording, as the fit's did, and is not put right by what was
     measured but at standstills (see `experiment`); where too little is read to say how it began, its first minutes tell.
@@ -38,4 +38,4 @@ def held_out(experiments: Sequence[Experiment], rig: Rig) -> dict[str, tuple[flo
         rig: the fitted rig.
     """
     predictions = [experiment.predict(experiment.parameters(rig), begin=None) for experiment in experiments]
-    return rms_over_noise(experiments, predictions, lambda experiment, signal: signal.time > experiment.used_until)
+    return rms_over_noise(experiments, predictions, lambda _, signal: signal.held_back)
