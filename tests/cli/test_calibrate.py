@@ -151,11 +151,13 @@ def test_a_bag_given_twice_is_refused(bag, capsys):
 
 
 @pytest.mark.filterwarnings("error::RuntimeWarning")
-def test_a_recording_without_speed_command_or_signals_is_refused(bag, tmp_path, capsys):
-    recording = read_recording(bag).between(0.0, 20.0)
-    recording.drive.values[:, recording.drive.fields.index("speed_command")] = float("nan")
-    write_recording(tmp_path / "a", recording)
-    assert f"{tmp_path / 'a'}: /ddh/drive/telemetry speed_command: no finite value" in error_of([tmp_path / "a"], capsys)
+def test_a_recording_without_speed_command_rod_position_or_signals_is_refused(bag, tmp_path, capsys):
+    for name, topic, column in (("a", "drive", "speed_command"), ("c", "hydraulic", "rod_position")):
+        recording = read_recording(bag).between(0.0, 20.0)
+        stream = getattr(recording, topic)
+        stream.values[:, stream.fields.index(column)] = float("nan")
+        write_recording(tmp_path / name, recording)
+        assert re.search(f"{tmp_path / name}: /ddh/{topic}s?/telemetry {column}: no finite value", error_of([tmp_path / name], capsys))
     write_recording(tmp_path / "b", read_recording(bag).between(0.0, 1.0).with_streams(
         dict(pair for pair in read_recording(bag).between(0.0, 1.0).streams() if not pair[0].startswith("temperature"))))
     assert f"{tmp_path / 'b'}: no usable sample of any signal" in error_of([tmp_path / "b"], capsys)

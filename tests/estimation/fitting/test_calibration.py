@@ -99,6 +99,27 @@ def test_the_part_held_out_is_not_used():
     assert not held_out([Experiment(recording, sheet)], sheet)
 
 
+def test_next_to_the_part_that_is_used_nothing_counts():
+    recording, _ = rig_that_differs_in_six(SEEDS[0])
+    sheet, spoilt = load_rig(), recording.between(0.0, recording.duration)
+    experiment = Experiment(recording, sheet, used=0.7)
+    time = spoilt.hydraulic.time - spoilt.span[0]
+    spoilt.hydraulic.values[(time > experiment.used_until + 0.1) & (time < experiment.held_from - 0.1), 0] += 1.0e6
+    clean, dirty = (held_out([e], sheet) for e in (experiment, Experiment(spoilt, sheet, used=0.7)))
+    assert dirty["pressure_piston_side"][0] == pytest.approx(clean["pressure_piston_side"][0], rel=0.01)
+    time = experiment.signals["speed"].time
+    assert clean["speed"][1] == np.count_nonzero(time > experiment.held_from) < np.count_nonzero(time > experiment.used_until)
+
+
+@pytest.mark.parametrize("missing", [(), ("voltage",)])
+def test_recordings_that_hold_the_same_samples_are_refused_whatever_the_drive_does_not_tell(missing):
+    recording, _ = rig_that_differs_in_six(SEEDS[0])
+    recording = recording.between(0.0, 30.0)
+    recording.drive.values[:, [recording.drive.fields.index(name) for name in missing]] = np.nan
+    with pytest.raises(CalibrationError, match="samples are in both and would count twice"):
+        calibrate([Experiment(part, load_rig()) for part in (recording, recording.between(5.0, 30.0))], load_rig(), SIX[:1])
+
+
 @pytest.mark.parametrize("only, said", [
     (["pump_1.leekage"], "pump_1.leekage: no such parameter; the nearest is 'pump_1.leakage'"),
     (["cylinder.bore"], "cylinder.bore: ddh_rig.yaml holds it exact"),

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ddh_twin_py.estimation.fitting.comparison import Discrepancy, sized
-from ddh_twin_py.estimation.fitting.experiment import Experiment
+from ddh_twin_py.estimation.fitting.experiment import STROKE, Experiment
 from ddh_twin_py.estimation.fitting.problem import RESTARTS, Fit, Problem
 from ddh_twin_py.estimation.fitting.unknowns import offset_paths, uncertain_paths, with_offsets
 from ddh_twin_py.names import nearest
@@ -21,7 +21,7 @@ from ddh_twin_py.rig.own_oil import of_own_oil
 from ddh_twin_py.rig.payload import of_declared_payload
 from ddh_twin_py.rig.sheet import BOUNDS, CUT, Quantity
 from ddh_twin_py.telemetry.recording import Recording, announced_id
-from ddh_twin_py.telemetry.signals import DRIVE_TOPIC
+from ddh_twin_py.telemetry.signals import DRIVE_TOPIC, HYDRAULIC_TOPIC
 
 _ROUNDING = 1.0e-9  # of a quantity, below which what is left of it is none
 INFORMED = 0.9
@@ -135,9 +135,10 @@ def calibrate(experiments: Sequence[Experiment], rig: Rig, only: Sequence[str] =
 def _check_recordings(experiments: Sequence[Experiment]) -> None:
     """Refuse recordings of several rigs, and those that no free run can be made of or compared with."""
     for e in experiments:
-        if not np.isfinite(e.recording.drive.column("speed_command")).any():
-            raise CalibrationError(f"{e.recording.path}: {e.recording.namespace}/{DRIVE_TOPIC} speed_command: no finite value; "
-                                   "a free run needs it")
+        for topic, stream, column, why in ((DRIVE_TOPIC, e.recording.drive, "speed_command", "needs it"),
+                                           (HYDRAULIC_TOPIC, e.recording.hydraulic, STROKE, "starts from it and is put back to it")):
+            if not np.isfinite(stream.column(column)).any():
+                raise CalibrationError(f"{e.recording.path}: {e.recording.namespace}/{topic} {column}: no finite value; a free run {why}")
         if not any((signal.binning.bin >= 0).any() for signal in e.signals.values()):
             raise CalibrationError(f"{e.recording.path}: no usable sample of any signal; there is nothing to fit to")
     named = [e.recording for e in experiments if e.recording.rig is not None and e.recording.rig.rig_id]
@@ -154,7 +155,9 @@ def _check_samples(recordings: Sequence[Recording]) -> None:
         for other in recordings[:k]:
             stamps = [recording.drive.stamps(recording.epoch_ns) for recording in (one, other)]
             found, at, there = np.intersect1d(*stamps, return_indices=True)
-            same = np.all(one.drive.values[at] == other.drive.values[there], axis=1) if found.size else np.zeros(0, bool)
+            told, there_told = one.drive.values[at], other.drive.values[there]
+            alike = (told == there_told) | (np.isnan(told) & np.isnan(there_told))
+            same = alike.all(axis=1) & np.isfinite(told).any(axis=1)
             if same.sum() >= _SAME_SAMPLES:
                 raise CalibrationError(f"{other.path} and {one.path}: {one.namespace}/{DRIVE_TOPIC}: {int(same.sum())} samples are in "
                                        "both and would count twice; give one of the two")
