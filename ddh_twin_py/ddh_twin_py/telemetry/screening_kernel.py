@@ -11,7 +11,7 @@ import numpy as np
 
 from ddh_twin_py.physics.compiled import inlined, kernel
 from ddh_twin_py.telemetry.causes import Cause
-from ddh_twin_py.telemetry.clocks.clock import JUMPS, LEFT, NEVER, NEWEST, RETURNS, clock_begin, clock_step
+from ddh_twin_py.telemetry.clocks.clock import BEGAN, ENDED, JUMPS, LEFT, NEVER, NEWEST, RETURNS, clock_begin, clock_step
 
 NAN, INF, RANGE, UNIT, STUCK = 1, 2, 4, 8, 16
 REPEATED, LATE, JUMP, GAP = 32, 64, 128, 256
@@ -112,7 +112,7 @@ def _judge_time(stamp, stream, ring, periods, window):  # pragma: no cover - com
     step = stamp - (left if does == RETURNS else newest)
     known, longest = stream[PERIODS] == FIRST_PERIODS, max(GAP_PERIODS * stream[PERIOD], window)
     if stream[LEFT] != NEVER and step > 0 and known and stamp - stream[LEFT] > longest:
-        return LATE, step  # of the time before the clock jumped
+        return LATE, stream[ENDED] + stream[PERIOD] + stream[LEFT] - stream[BEGAN] - stamp  # of the time before the clock jumped
     if step > 0:
         _learn_period(stream, periods, step)
         return (GAP if known and step > longest else 0), step

@@ -58,7 +58,7 @@ def test_live_and_whole_are_cut_alike_where_the_clock_jumps(seed):
 
 def late_across(stamps, at, late):
     """The stamps, ns, of which ``late`` ones before number ``at`` come each after a further one behind it."""
-    held = list(range(at - late, at))
+    held = list(range(at - late, at) if late < 2 else range(at - late - 1, at - 1))
     rest = [i for i in range(stamps.size) if i not in held]
     for k, i in enumerate(held):
         rest.insert(rest.index(at) + 3 + 2 * k, i)
@@ -83,6 +83,8 @@ def test_what_comes_late_across_a_jump_back_is_of_the_time_before(by, late):
     screen = StreamScreen("drive/telemetry")
     screen.screen(stamps[order], rows[order])
     assert (screen.segment, screen.count(Cause.CLOCK_JUMP), screen.count(Cause.GAP), screen.count(Cause.OUT_OF_ORDER)) == (1, 1, 0, late)
+    told = {0: "", 1: "the first is 0.040 s late", 4: "the first is 0.140 s late"}[late]
+    assert any(told in finding.message for finding in screen.findings())
     aligner, live = TickAligner({"drive/telemetry": 6, "hydraulics/telemetry": 4}), []
     for i, k in enumerate(order.tolist()):
         aligner.push("drive/telemetry", int(stamps[k]), rows[k])
