@@ -6,6 +6,7 @@ from ddh_twin_py.estimation.fitting.experiment import Experiment
 from ddh_twin_py.rig import load_rig
 from ddh_twin_py.twin.duty import DutyError, parse_duty
 from ddh_twin_py.twin.rehearsal import rehearse
+from ddh_twin_py.twin.simulated_rig import SimulatedRig
 
 DUTY = """
 payload_kg: 180
@@ -54,6 +55,14 @@ def test_ambient_and_start_are_those_asked_for():
     assert cold.temperatures["ambient"].values[-1, 0] == pytest.approx(288.15 + 3.0 * 39.0 / 60.0, abs=6 * noise)
 
 
+def test_a_table_of_the_air_that_begins_before_the_start_says_how_warm_that_is():
+    told = parse_duty(DUTY.format(repeat=0).replace("[0, 15.0]", "[-1000, 0.0], [0, 15.0]"))
+    simulated = SimulatedRig(load_rig(), told, 3)
+    next(iter(simulated.run(5.0)))
+    assert simulated.truth() == pytest.approx(288.15, abs=3.0)
+    assert rehearse(load_rig(), told, 2.0).temperatures["tank_oil"].values[0, 0] == pytest.approx(288.15, abs=1.0)
+
+
 def cold_nodes():
     from ddh_twin_py.physics.thermal_network import N
 
@@ -66,3 +75,6 @@ def test_a_duty_ends_where_it_says_or_is_refused():
     assert twice == pytest.approx(2.0 * once, rel=0.05)
     with pytest.raises(DutyError, match="repeat is 0, for ever"):
         rehearse(rig, duty())
+    for duration in (0.0, -1.0, float("nan"), float("inf")):
+        with pytest.raises(DutyError, match="duration of the rehearsal is .* s, it must be above 0"):
+            rehearse(rig, duty(), duration)

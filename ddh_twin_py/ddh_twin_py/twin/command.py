@@ -44,13 +44,13 @@ def corners(time: np.ndarray, command: np.ndarray) -> tuple[np.ndarray, np.ndarr
 
 
 def command_at(time: np.ndarray, command: np.ndarray, edges: np.ndarray) -> np.ndarray:
-    """Command at ``edges`` (s, (m,)), rad/s; 0 where no sample is within `LONGEST_BRIDGED`."""
+    """Command at ``edges`` (s, (m,)), rad/s, by samples in any order; 0 where none is within `LONGEST_BRIDGED`."""
     good = np.isfinite(command)
     time, command = time[good], command[good]
     if time.size == 0:
         return np.zeros(edges.size)
-    increasing = np.concatenate([[True], np.diff(time) > 0.0])
-    time, command = corners(time[increasing], command[increasing])
+    time, first = np.unique(time, return_index=True)
+    time, command = corners(time, command[first])
     value = np.interp(edges, time, command)
     following = np.clip(np.searchsorted(time, edges), 1, max(time.size - 1, 1))
     gap = np.minimum(np.abs(edges - time[following - 1]), np.abs(edges - time[np.minimum(following, time.size - 1)]))

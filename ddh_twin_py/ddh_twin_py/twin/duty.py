@@ -17,6 +17,7 @@ A duty file is YAML:
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -124,6 +125,16 @@ def duty_of(tree: object, path: Path) -> Duty:
         cycle=tuple(_segment(path, i, row) for i, row in enumerate(cycle)),
         file=str(path),
     )
+
+
+def check_duration(duration: float | None, of: str) -> None:
+    """Whether a run can be so many s long; None: as long as its duty.
+
+    Raises:
+        DutyError: it cannot.
+    """
+    if duration is not None and not 0.0 < duration < math.inf:
+        raise DutyError(f"the duration of the {of} is {duration:g} s, it must be above 0")
 
 
 def check_for_rig(duty: Duty, rig: Rig) -> None:

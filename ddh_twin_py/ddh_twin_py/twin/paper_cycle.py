@@ -98,7 +98,7 @@ class Reading:
 
 
 def read_as(name: str, rig: Rig, rpm: float, ambient: float) -> Reading:
-    """Twenty cycles from everything at ambient; the first three and the last are kept whole."""
+    """Twenty cycles from everything at ambient; the first `SHOWN_CYCLES` and the last are kept whole."""
     speed, stroke = rpm * RAD_PER_S_OF_RPM, rig["cylinder.stroke"]
     least = rpm * rpm * rig["pump_1.displacement"] / 60.0 / piston_area(rig.parameters[0]) / (0.2 * stroke)
     ramp = max(RAMP_RPM, least) * RAD_PER_S_OF_RPM

@@ -1,8 +1,8 @@
 """The free run's runs of the paper's cycle, of which the table of its results is made.
 
-Minav, Papini, Pietola: A Thermal Analysis of Direct Driven Hydraulics. Its cycle is run twice by
-the free run, once for each reading of its text, which names both 500 rpm and 0.2 m/s although
-they do not belong together, and once at the ambient of its thermal image.
+Minav, Papini, Pietola: A Thermal Analysis of Direct Driven Hydraulics. Its cycle is run four times by
+the free run: once for each reading of its text, which names both 500 rpm and 0.2 m/s although
+they do not belong together, once at the ambient of its thermal image, and once with a pump 2 that fits the cylinder's area ratio.
 """
 
 from __future__ import annotations

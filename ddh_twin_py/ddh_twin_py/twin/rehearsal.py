@@ -16,7 +16,7 @@ from ddh_twin_py.rig import Rig
 from ddh_twin_py.telemetry.recording import Recording, RigInfo, Stream, drive_stream, hydraulic_stream, temperature_stream
 from ddh_twin_py.telemetry.signals import HYDRAULIC_FIELDS
 from ddh_twin_py.twin.cycle import DutyRun
-from ddh_twin_py.twin.duty import Duty, DutyError, check_for_rig
+from ddh_twin_py.twin.duty import Duty, DutyError, check_duration, check_for_rig
 from ddh_twin_py.twin.temperature_sensors import SENSORS, sensed
 
 PERIOD = 0.02
@@ -37,13 +37,15 @@ def rehearse(rig: Rig, duty: Duty, duration: float | None = None, sensors: Seque
         name: of the recording.
 
     Raises:
-        DutyError: a duty that goes on for ever without a duration, or is not within the rig's stroke.
+        DutyError: a duty that goes on for ever without a duration, one of no s, or one that is not within the rig's stroke.
     """
     check_for_rig(duty, rig)
+    check_duration(duration, "rehearsal")
     if duration is None and duty.repeat == 0:
         raise DutyError(f"{duty.file}: repeat is 0, for ever; a duration is needed")
     loaded = rig.declaring(duty.payload)
-    run = DutyRun(loaded, duty, duty.ambient[0] if start is None else start, float(duty.ambient[0]), period=PERIOD)
+    air = float(np.interp(0.0, duty.ambient_time, duty.ambient))
+    run = DutyRun(loaded, duty, air if start is None else start, air, period=PERIOD)
     first = run.temperature[None, :].copy()
     points, commands, temperatures, done, longest = [], [], [first], 0, np.inf if duration is None else duration
     while run.time < longest - 0.5 * PERIOD and (duty.repeat == 0 or done < duty.repeat):

@@ -7,7 +7,6 @@ and duty give the same rig and the same samples, in whichever process.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -21,7 +20,7 @@ from ddh_twin_py.physics.hydraulics import HYDRAULIC_STATES, POSITION
 from ddh_twin_py.physics.thermal_network import N, capacities
 from ddh_twin_py.rig import Rig, load_rig
 from ddh_twin_py.telemetry.recording import Recording, RigInfo, drive_stream, hydraulic_stream, temperature_stream
-from ddh_twin_py.twin.duty import Duty, DutyCommand, DutyError, check_for_rig, load_duty
+from ddh_twin_py.twin.duty import Duty, DutyCommand, DutyError, check_duration, check_for_rig, load_duty
 from ddh_twin_py.twin.intervals import command_size
 from ddh_twin_py.twin.temperature_sensors import INNER_SENSORS, SENSORS, all_sensed
 
@@ -48,8 +47,7 @@ def simulate(rig_path: str | Path | None, duty_path: str | Path, seed: int, dura
     Raises:
         RigError, DutyError: for files that cannot be used.
     """
-    if duration is not None and not 0.0 < duration < math.inf:
-        raise DutyError(f"the duration of the simulation is {duration:g} s, it must be above 0")
+    check_duration(duration, "simulation")
     return SimulatedRig(load_rig(rig_path), load_duty(duty_path), seed).run(duration)
 
 
@@ -113,7 +111,7 @@ class SimulatedRig:
         duty, parameters = self._duty, self.rig.parameters
         record = parameters[0]
         rod_speed_per_rad = rod_travel(record)
-        self._temperature = np.full(N, duty.ambient[0])
+        self._temperature = np.full(N, np.interp(0.0, duty.ambient_time, duty.ambient))
         met, capacity = self._surroundings, np.empty(N)
         if met is not None:
             self._temperature += met.start
