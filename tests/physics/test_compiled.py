@@ -1,5 +1,8 @@
 """No change of an equation may meet machine code of the old one."""
 
+import os
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -25,3 +28,12 @@ def test_what_a_changed_file_freezes_into_kernels_is_compiled_anew(path, monkeyp
     monkeypatch.setattr(compiled, "sources", lambda: [(p, content + b" " * (p == path)) for p, content in sources])
     assert compiled.cache_directory() != before
     assert path in dict(sources)
+
+
+@pytest.mark.parametrize("room", ["physics", "plant"])
+def test_without_a_home_kernels_are_compiled_in_each_process(room):
+    alone = ("import pwd\ndef nobody(user): raise KeyError(user)\npwd.getpwuid = nobody\n"
+             f"import ddh_twin_py.{room}.compiled\nprint('read')")
+    env = {name: value for name, value in os.environ.items() if name not in ("HOME", "NUMBA_CACHE_DIR", "DDH_TWIN_CACHE", "XDG_CACHE_HOME")}
+    done = subprocess.run([sys.executable, "-c", alone], env=env, capture_output=True, text=True, check=False)
+    assert done.stdout == "read\n", done.stderr

@@ -4,7 +4,6 @@ import importlib
 import re
 from fnmatch import fnmatchcase
 
-import numpy as np
 import pytest
 from ddh_twin_py.physics import cylinder, free_run, motor, oil, pump, soft_sensor, thermal_network
 from ddh_twin_py.physics.balance import OPERATING_FIELDS
@@ -83,17 +82,3 @@ def test_constants_of_the_page_are_those_of_the_code(page, text, value, scale):
     assert found, text
     written = next((group for group in found.groups() if group), "1")
     assert float(written.replace(",", "").replace("−", "-")) * scale == pytest.approx(value, rel=1e-3)
-
-
-def test_conductances_are_filled_in_the_order_of_their_paths():
-    """`conductances` fills by number what `EDGES`, `WALLS` and `SURFACES` name by path."""
-    edge, wall, surface = np.empty(thermal_network.N_EDGES), np.empty(thermal_network.N_WALLS), np.empty((thermal_network.N_SURFACES, 3))
-    thermal_network.conductances(RIG.parameters, edge, wall, surface)
-    of_path = {}
-    for value, (path, _, _) in zip(edge, thermal_network.EDGES, strict=True):
-        of_path[path] = of_path.get(path, 0.0) + value  # the tank's layers share one
-    wanted = {path: RIG[path] for path in of_path}
-    wanted["tank.mixing_resistance"] = 1.0 / (RIG["tank.mixing_resistance"] + thermal_network.MIXED)
-    assert of_path == pytest.approx(wanted)
-    assert wall == pytest.approx([RIG[path] for path, _ in thermal_network.WALLS])
-    assert surface == pytest.approx(np.array([[RIG[path] for path in row[:3]] for row in thermal_network.SURFACES]))

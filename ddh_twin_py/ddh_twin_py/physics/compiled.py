@@ -47,8 +47,8 @@ if "NUMBA_CACHE_DIR" not in os.environ:
         directory = cache_directory()
         directory.mkdir(parents=True, exist_ok=True)
         numba.config.CACHE_DIR = str(directory)
-    except OSError:
-        pass  # a read-only home: kernels are compiled again in each process
+    except (OSError, RuntimeError):
+        pass  # a read-only home, or none: kernels are compiled again in each process
 
 kernel = numba.njit(cache=True, error_model="numpy", nogil=True)
 """Decorator of every compiled function of the model."""

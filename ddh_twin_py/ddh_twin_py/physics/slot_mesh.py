@@ -143,8 +143,8 @@ def slot_mesh(m: Machine, d: Design, layers: int, temperature: float) -> SlotMes
         z = (k + 0.5) * step_z
         cell: dict[tuple[str, int, int], int] = {}
 
-        def box(region, r0, r1, x0, x1, y0, y1):  # lower and upper radius; left and right at the lower, at the upper radius
-            return region, np.array([[r0, x0], [r0, x1], [r1, y1], [r1, y0]])
+        def box(r0, r1, x0, x1):  # lower and upper radius, left and right
+            return np.array([[r0, x0], [r0, x1], [r1, x1], [r1, x0]])
 
         def put(key, region, area, heat, copper, r, x, corners, cell=cell, z=z):
             volume = many * area * step_z
@@ -152,20 +152,20 @@ def slot_mesh(m: Machine, d: Design, layers: int, temperature: float) -> SlotMes
 
         for j in range(n.tooth_columns):
             x = 0.5 * m["stator.slot_opening"] + (j + 0.5) * shoe
-            corners = box(TEETH, bore, below, x - shoe / 2, x + shoe / 2, x - shoe / 2, x + shoe / 2)[1]
+            corners = box(bore, below, x - shoe / 2, x + shoe / 2)
             put(("tip", 0, j), TEETH, shoe * tip, iron_heat, 0.0, bore + 0.5 * tip, x, corners)
         for i in range(n.layers):
             r_w, r_t = below + thick + (i + 0.5) * step_w, below + (i + 0.5) * step_t
             for j in range(n.columns):
                 w = widths[i] / n.columns
-                corners = box(WINDING, r_w - step_w / 2, r_w + step_w / 2, j * w, (j + 1) * w, j * w, (j + 1) * w)[1]
+                corners = box(r_w - step_w / 2, r_w + step_w / 2, j * w, (j + 1) * w)
                 put(
                     ("wind", i, j), WINDING, w * step_w, wind_heat * (1.0 + liner_share), share * w * step_w, r_w,
                     (j + 0.5) * w, corners,
                 )
             for j in range(n.tooth_columns):
                 x = 0.5 * d.pitch_angle * r_t - 0.5 * m["stator.tooth_width"] + (j + 0.5) * tooth
-                corners = box(TEETH, r_t - step_t / 2, r_t + step_t / 2, x - tooth / 2, x + tooth / 2, x - tooth / 2, x + tooth / 2)[1]
+                corners = box(r_t - step_t / 2, r_t + step_t / 2, x - tooth / 2, x + tooth / 2)
                 put(("tooth", i, j), TEETH, tooth * step_t, iron_heat, 0.0, r_t, x, corners)
         for i in range(n.yoke_rows):
             r = above + (i + 0.5) * step_y
@@ -178,7 +178,7 @@ def slot_mesh(m: Machine, d: Design, layers: int, temperature: float) -> SlotMes
                 )
                 start = b
         _faces_of_plane(cell, face, m, n, (k_iron, k_wind), liner, (step_w, step_t, step_y, tip), widths, tooth, shoe, angles,
-                        (above, below, outer), step_z)
+                        above, step_z)
         for j, angle in enumerate(angles):
             area = angle * outer * step_z
             wall = 0.25 * (m["housing.across_flats"] - 2.0 * outer) / m["materials.housing_conductivity"]
@@ -200,11 +200,10 @@ def slot_mesh(m: Machine, d: Design, layers: int, temperature: float) -> SlotMes
     return mesh
 
 
-def _faces_of_plane(cell, face, m, n, conductivities, liner, steps, widths, tooth, shoe, angles, radii, step_z) -> None:
+def _faces_of_plane(cell, face, m, n, conductivities, liner, steps, widths, tooth, shoe, angles, above, step_z) -> None:
     """Faces within one plane: inside the winding, winding to iron through the liner, inside the iron."""
     k_iron, k_wind = conductivities
     step_w, step_t, step_y, tip = steps
-    above, below, _ = radii
     for i in range(n.layers):
         w = widths[i] / n.columns
         for j in range(n.columns - 1):
