@@ -1,6 +1,6 @@
 """A drive's current ten times too large is told by the pressures, and neither heats the winding nor costs it its sensor."""
 
-from dataclasses import replace
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
@@ -123,6 +123,16 @@ def test_one_that_is_twice_as_much_for_long_is_held_to_be_so_until_it_agrees():
     watch.take(inputs(8.0, n), shown)
     watch.begin_anew()
     assert watch.unlike == ""
+
+
+@pytest.mark.parametrize("call", [1, 40, 200])
+def test_single_odd_intervals_do_not_hide_what_the_current_is_on_the_whole_in_whichever_calls(call):
+    watch, scales, given = CurrentWatch(load_rig(), INTERVAL), UnitScales.of(load_rig()), inputs(8.0, 400)
+    given.mean_square_current[75::150] = 0.25
+    rows = [slice(start, start + call) for start in range(0, 400, call)]
+    parts = (FusionInputs(*(getattr(given, entry.name)[part] for entry in fields(FusionInputs))) for part in rows)
+    found = [part.start + told.index for part, one in zip(rows, parts, strict=True) for told in watch.take(one, asked(scales, call))[1]]
+    assert found == [pytest.approx(200, abs=max(call, 3))]
 
 
 def test_the_motor_is_not_known_while_its_current_is_what_the_shaft_needs():

@@ -95,7 +95,6 @@ class CurrentWatch:
         if not self.doubted and not odd.any():
             self._row = 0.0 if heard.any() else self._row
             return inputs, self._on_the_whole(read[heard], needed[heard], len(inputs) - 1)
-        self._begin_whole()
         unheard = inputs.motor_known & ~inputs.hydraulics_known & (read > self._least)
         used, told = np.ones(len(inputs), bool), []
         for k in range(len(inputs)):
@@ -106,6 +105,11 @@ class CurrentWatch:
                 told.append(self._turn(k, read[k], needed[k] if heard[k] else np.nan))
                 self._row = 0.0
             used[k] = not self.doubted
+        if told or self.doubted:
+            self._begin_whole()
+        else:
+            like = heard & ~odd
+            told = self._on_the_whole(read[like], needed[like], len(inputs) - 1)
         square = np.where(used, inputs.mean_square_current, np.nan_to_num(needed) ** 2)
         return replace(inputs, mean_square_current=square, motor_known=inputs.motor_known & used), told
 
