@@ -11,7 +11,7 @@ import numpy as np
 
 from ddh_twin_py.physics.compiled import inlined, kernel
 from ddh_twin_py.telemetry.causes import Cause
-from ddh_twin_py.telemetry.clocks.clock import BEGAN, ENDED, JUMPS, LEFT, NEVER, NEWEST, RETURNS, clock_begin, clock_step
+from ddh_twin_py.telemetry.clocks.clock import BEGAN, CLOCK_ENTRIES, ENDED, JUMPS, LEFT, NEVER, NEWEST, RETURNS, clock_begin, clock_step
 
 NAN, INF, RANGE, UNIT, STUCK = 1, 2, 4, 8, 16
 REPEATED, LATE, JUMP, GAP = 32, 64, 128, 256
@@ -24,8 +24,8 @@ LAST, RUN, RUN_SINCE, QUANTUM, CHANGES, SAMPLES, STUCK_LIMIT = range(7)
 FIELD_COLUMNS = 7
 
 # entries of `stream_state` int64[STREAM_ENTRIES], behind those of its clock
-COUNT, SEGMENT, PERIOD, PERIODS, RING_AT, RING_FULL = range(4, 10)
-STREAM_ENTRIES = 10
+COUNT, SEGMENT, PERIOD, PERIODS, RING_AT, RING_FULL = range(CLOCK_ENTRIES, CLOCK_ENTRIES + 6)
+STREAM_ENTRIES = CLOCK_ENTRIES + 6
 
 RING = 1024  # stamps remembered to recognise a late repetition
 FIRST_PERIODS = 16  # intervals of which the median is the first typical period

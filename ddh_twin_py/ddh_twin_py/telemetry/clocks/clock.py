@@ -11,10 +11,13 @@ from ddh_twin_py.physics.compiled import inlined, kernel
 
 PUT_BACK = 10.0
 """s by which a clock may be put back, and the twin goes on as warm as it is; by more it begins anew."""
-NEWEST, BEGAN, ENDED, LEFT = range(4)
-"""Entries of a stream's `clock` int64[4], ns: its newest stamp, the first one since it was put back last, the newest before that, and the
-newest before what may be late of the time before that; `NEVER` where there is none."""
+NEWEST, BEGAN, ENDED, LEFT, RETURNED = range(5)
+"""Entries of a stream's `clock` int64[CLOCK_ENTRIES], ns: its newest stamp, the first one since it was put back last, the newest before
+that, and the newest before what may be late of the time before that, `NEVER` where there is none; and how often what was late RETURNS,
+0 to begin with."""
+CLOCK_ENTRIES = 5
 NEVER = -(2**63)
+_MOST_RETURNS = 100  # of a stream; two machines that publish alternately on one topic go on to and fro for ever
 RISES, BEHIND, JUMPS, LEAPS, RETURNS = range(5)
 """What a stamp does, see `clock_step`."""
 _SEEN_AS = 0.25
@@ -85,7 +88,7 @@ def sorted_order(stamp: np.ndarray, segment: np.ndarray) -> np.ndarray | slice:
 
 @inlined
 def clock_begin(stamp, clock):  # pragma: no cover - compiled
-    """The first stamp of a stream."""
+    """The first stamp of a stream, or the first one since it was put back."""
     clock[NEWEST] = clock[BEGAN] = stamp
     clock[ENDED] = clock[LEFT] = NEVER
 
@@ -95,13 +98,14 @@ def clock_step(stamp, clock, window):  # pragma: no cover - compiled
     """What the next stamp of a stream does, all in ns: it RISES, or stays BEHIND the newest; beyond `window` it JUMPS back.
 
     Within `window` of the time after a jump it LEAPS to within `window` of the end of the time before: it may be late. It was, with all
-    since, if the next stamp that does not go on there RETURNS, which is no further jump.
+    since, if the next stamp that does not go on there RETURNS, which is no further jump, `_MOST_RETURNS` times at most.
     """
     newest = clock[NEWEST]
     if stamp < newest - window:
-        if clock[LEFT] != NEVER and stamp >= clock[LEFT] - window:
+        if clock[LEFT] != NEVER and stamp >= clock[LEFT] - window and clock[RETURNED] < _MOST_RETURNS:
             clock[NEWEST] = max(clock[LEFT], stamp)
             clock[LEFT] = NEVER
+            clock[RETURNED] += 1
             return RETURNS
         clock_begin(stamp, clock)
         clock[ENDED] = newest
@@ -120,7 +124,7 @@ def clock_step(stamp, clock, window):  # pragma: no cover - compiled
 @kernel
 def _jumps_before(stamp, window):  # pragma: no cover - compiled
     segment = np.zeros(stamp.size, np.int64)
-    clock = np.empty(4, np.int64)
+    clock = np.zeros(CLOCK_ENTRIES, np.int64)
     number = leapt = 0
     for i in range(stamp.size):
         if i == 0:
