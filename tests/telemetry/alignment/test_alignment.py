@@ -360,7 +360,8 @@ def test_a_long_silence_is_skipped_and_marked():
 
 def test_two_sources_on_one_topic_are_refused():
     stamps = [t for k in range(2000) for t in (k * 10 * MS, 10**12 + k * 10 * MS)]
-    with pytest.raises(ValueError, match="drive/telemetry: the stamps jump back 1999 times, allowed are 1000"):
+    # of 1999 steps back the first 100 might be messages that came late
+    with pytest.raises(ValueError, match="drive/telemetry: the stamps jump back 1899 times, allowed are 1000"):
         align(recording_of([stamps, [], []]))
 
 
