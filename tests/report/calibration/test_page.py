@@ -13,7 +13,8 @@ def specs(values, share, used):
     """Charts of one signal with noise of 1 V, as the page gets them."""
     time = 0.01 * np.arange(values.size)
     experiment = SimpleNamespace(signals={"voltage": SimpleNamespace(time=time, measured=values, noise=1.0, unit="V")}, used_until=used,
-                                 predict=lambda parameters, begin: {"voltage": np.zeros(values.size)}, parameters=lambda rig: None)
+                                 held_from=used + 5.0, parameters=lambda rig: None,
+                                 predict=lambda parameters, begin: {"voltage": np.zeros(values.size)})
     (chart,) = _residuals(experiment, SimpleNamespace(rig=None), share)
     markup = chart.html((0.0, time[-1]))
     return chart, json.loads(markup[markup.index('json">') + 6:markup.index("</script>")])
@@ -27,7 +28,7 @@ def test_noise_is_told_by_its_mean_and_its_ends_and_not_by_its_extremes_alone():
     assert list(told) == ["1.6 × sensor noise", "fitted part", "held out"]
     assert all("dots" not in line and line["band"] for line in told.values())
     parts = {trace.label: trace for trace in chart.traces[1:]}
-    for trace, low, high in zip(parts.values(), (0.0, 150.0), (150.0, 200.0), strict=True):
+    for trace, low, high in zip(parts.values(), (0.0, 155.0), (150.0, 200.0), strict=True):
         here = np.isfinite(trace.values)
         assert np.abs(trace.values[here]).max() < 0.9 and (chart.time[here] > low).all() and (chart.time[here] < high).all()
         assert (trace.ends[0][here] < trace.values[here]).all() and (trace.ends[1][here] > trace.values[here]).all()

@@ -23,7 +23,7 @@ def counted(signal) -> np.ndarray:
 
 def held_back(signal) -> np.ndarray:
     """Samples that a fit was not given, of a recording of which it was given the rest, (n,)."""
-    return np.isfinite(signal.measured) & (signal.time > signal.held_from)
+    return signal.held_back
 
 
 def ratios(signals: Mapping, predictions: Mapping[str, np.ndarray], mask: Mask = counted) -> dict[str, float]:

@@ -127,6 +127,7 @@ def _signals(signals: Sequence[SignalFit]) -> doc.Html:
 def _residuals(experiment: Experiment, fit: Calibration, share: float) -> list[Chart]:
     """Measured less predicted, each signal over time, in the unit that people read.
 
+    What lies between the fitted part and what is held out counts nowhere and is not drawn.
     Samples are dots; where they are more than `_MOST_DOTS`, a line and a band tell mean, lowest and highest of `_SPANS` equal times.
     """
     predicted = experiment.predict(experiment.parameters(fit.rig), begin=None)
@@ -136,12 +137,13 @@ def _residuals(experiment: Experiment, fit: Calibration, share: float) -> list[C
         off = (signal.measured - predicted[name]) * unit.factor
         parts = [("fitted part", "measured", signal.time <= experiment.used_until)]
         if share:
-            parts.append(("held out", "predicted", signal.time > experiment.used_until))
+            parts.append(("held out", "predicted", signal.time > experiment.held_from))
         parts = [(label, role, np.where(here, off, np.nan)) for label, role, here in parts]
         time = signal.time
         if time.size > _MOST_DOTS:
             edges = np.linspace(time[0], time[-1], _SPANS + 1)
-            edges[np.argmin(np.abs(edges - experiment.used_until))] = experiment.used_until  # no span holds a few samples of a part alone
+            for at in (experiment.used_until, experiment.held_from):  # no span holds a few samples of a part alone
+                edges[np.argmin(np.abs(edges - at))] = at
             time = 0.5 * (edges[1:] + edges[:-1])
             told = ((label, role, mean_and_ends(signal.time, values, edges)) for label, role, values in parts)
             traces = [Trace(label, role, mean, ends=(low, high)) for label, role, (mean, low, high) in told]
