@@ -1,14 +1,18 @@
 """The command line: help that costs nothing, errors in one line, exit codes."""
 
+import json
 import os
 import shlex
 import signal
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from importlib import import_module
 
 import pytest
+from ddh_twin_py.bags.reader import read_recording
+from ddh_twin_py.bags.writer import write_recording
 from ddh_twin_py.cli import main as cli
 from ddh_twin_py.cli.main import main
 from ddh_twin_py.rig.files import write_whole
@@ -161,6 +165,16 @@ def test_info_warns_of_a_rig_file_of_another_rig(paper_cycle_bag, tmp_path, caps
     (tmp_path / "crane_1.yaml").write_text("rig_id: crane_1\n")
     assert main(["info", str(paper_cycle_bag), "--quiet", "--rig", str(tmp_path / "crane_1.yaml")]) == 0
     assert "the rig file describes crane_1 and the recording is of rig_000" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(("recorded", "given"), [("46", "46"), ("32", "46"), ("46", "32"), ("68", "46")])
+def test_info_warns_of_another_oil_than_the_rig_file_s(recorded, given, paper_cycle_bag, tmp_path, capsys):
+    short = read_recording(paper_cycle_bag).between(0.0, 20.0)
+    bag = write_recording(tmp_path / "oil", replace(short, rig=replace(short.rig, oil_grade=f"ISO VG {recorded}")))
+    (tmp_path / "rig.yaml").write_text(f"oil: {{grade: ISO VG {given}}}\n")
+    assert main(["info", str(bag), "--rig", str(tmp_path / "rig.yaml"), "--json", "-"]) == 0
+    findings = json.loads(capsys.readouterr().out)["findings"]
+    assert [finding["value"] for finding in findings if finding["field"] == "oil_grade"] == [f"ISO VG {recorded}"] * (recorded != given)
 
 
 @pytest.mark.parametrize("argv", [["info"], ["info", "--json", "-"]])

@@ -78,3 +78,5 @@ def test_a_recording_of_another_oil_says_so_and_is_not_doubted_beside_its_rig_fi
     assert recording.rig.oil_grade == "ISO VG 46"
     doubted = replace(recording, findings=[Finding("warning", "bag", "/ddh/rig", "oil_grade", "ISO VG 46", 1, "another oil")])
     assert doubted.held_against("vg46").findings == [] and doubted.held_against("ISO VG 32").findings == doubted.findings
+    (said,) = recording.held_against("ISO VG 68").findings
+    assert "oil_grade is 'ISO VG 46', the rig file's is 'ISO VG 68'; the oil of the rig file is used" in said.message

@@ -82,7 +82,7 @@ def run(args: argparse.Namespace) -> int:
     experiments = []
     for bag in args.bags:
         with stage(f"reading {bag}", args.quiet) as progress:
-            recording = read_recording(bag, args.namespace, progress)
+            recording = read_recording(bag, args.namespace, progress).held_against(rig.oil_grade)
             one_clock([recording])
             experiments.append(Experiment(recording, rig, used=1.0 - args.held_out))
         for text in () if args.quiet else contradictions(recording, rig):  # the fit takes minutes

@@ -24,7 +24,7 @@ _COMMON = (
 )
 _SURROUNDINGS = (
     ("`NO_COLOR`", "any value: no colours on a terminal. Without a terminal there are none"),
-    ("`DDH_TWIN_CACHE`", "folder in which `ddh_twin` holds the compiled models (default `$XDG_CACHE_HOME`, where that is not set `~/.cache`)"),
+    ("`DDH_TWIN_CACHE`", "folder in which `ddh_twin` holds the compiled models (default `$XDG_CACHE_HOME`, else `~/.cache`)"),
     ("`ROS_DOMAIN_ID`, `ROS_AUTOMATIC_DISCOVERY_RANGE`", "which graph `up` and `doctor` are in, as everywhere in ROS 2"),
     ("`CC`", "C compiler of `fmu`"),
 )

@@ -55,7 +55,7 @@ def run(args: argparse.Namespace) -> int:
         from ddh_twin_py.bags.reader import read_recording
         from ddh_twin_py.exchange.telemetry_tables import write_telemetry
     with stage(f"reading {args.bag}", args.quiet) as progress:
-        recording = read_recording(args.bag, args.namespace, progress)
+        recording = read_recording(args.bag, args.namespace, progress).held_against(rig.oil_grade)
     if args.telemetry:
         with stage(f"writing {args.telemetry}", args.quiet):
             write_telemetry(args.telemetry, recording)

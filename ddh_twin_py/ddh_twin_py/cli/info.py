@@ -40,7 +40,7 @@ def run(args: argparse.Namespace) -> int:
     from ddh_twin_py.telemetry.screening.screening import screen_by_sheet
 
     rig = load_rig(args.rig)
-    recording = read_recording(args.bag, args.namespace)
+    recording = read_recording(args.bag, args.namespace).held_against(rig.oil_grade)
     screened = screen_by_sheet(recording, rig)
     another = rig.of_another(screened.rig.rig_id if screened.rig is not None else "")
     said = [*([f"{screened.path}: {another}"] if another else []), *contradictions(screened, rig)]

@@ -12,6 +12,7 @@ from .signals import (
     DRIVE_TOPIC,
     HYDRAULIC_FIELDS,
     HYDRAULIC_TOPIC,
+    RIG_TOPIC,
     TEMPERATURE_FIELDS,
     TEMPERATURE_PREFIX,
     TEMPERATURE_SENSORS,
@@ -143,10 +144,18 @@ class Recording:
     namespace: str = ""
 
     def held_against(self, oil_grade: str) -> Recording:
-        """The recording without the finding of another oil than the sheet's, where a rig file has that oil, by the name of its grade."""
-        if self.rig is None or not oil_grade or not same_oil(self.rig.oil_grade, oil_grade):
+        """The recording beside a rig file whose oil is of a grade, "" of none: another oil is a finding, the same one is none."""
+        if self.rig is None or not oil_grade:
             return self
-        return replace(self, findings=[finding for finding in self.findings if finding.field != "oil_grade"])
+        told = [finding for finding in self.findings if finding.field == "oil_grade"]
+        if same_oil(self.rig.oil_grade, oil_grade):
+            return replace(self, findings=[finding for finding in self.findings if finding not in told])
+        if told or not self.rig.oil_grade.strip():
+            return self
+        topic = f"{self.namespace}/{RIG_TOPIC}"
+        message = (f"{self.path}: topic {topic} oil_grade is {self.rig.oil_grade!r}, the rig file's is {oil_grade!r}; "
+                   "the oil of the rig file is used")
+        return replace(self, findings=[*self.findings, Finding("warning", self.path, topic, "oil_grade", self.rig.oil_grade, 1, message)])
 
     def samples(self) -> dict[str, int]:
         """Samples of each topic, by the name that findings give it."""
