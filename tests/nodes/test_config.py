@@ -180,10 +180,11 @@ def test_a_section_that_no_node_takes_is_named(section, namespace, taken, tmp_pa
 @pytest.mark.parametrize("node", PARAMETERS)
 def test_the_page_names_every_parameter_with_its_default(node, repo_root):
     page = (repo_root / "docs" / "nodes" / f"{node}.md").read_text()
-    rows = {cells[0].strip(" `"): cells[1].strip(" `") for cells in table_rows(page) if len(cells) >= 3}
+    rows = {cells[0].strip(" `"): [cell.strip(" `") for cell in cells[1:]] for cells in table_rows(page) if len(cells) >= 3}
     for parameter in PARAMETERS[node]:
         assert parameter.name in rows, f"{node}.md lacks {parameter.name}"
-        assert rows[parameter.name] == shown(parameter.default), parameter.name
+        assert rows[parameter.name][0] == shown(parameter.default), parameter.name
+        assert rows[parameter.name][-1].startswith(parameter.description), parameter.name
     for heading in ("## Topics", "## Parameters", "## Failure modes"):
         assert heading in page
 
