@@ -137,3 +137,23 @@ def test_of_several_files_the_damaged_one_is_named(tmp_path, bag):
     assert note.startswith("has no end") and note.endswith(" (parts_1.mcap)")
     assert any(note in finding.message for finding in read_recording(folder).findings)
     raw.close()
+
+
+def test_what_is_recorded_at_its_stamp_and_lags_is_no_clock_set_back(tmp_path, bag):
+    def lagging(messages):
+        """Outputs come in batches, seconds after what they tell of; on one topic, two publishers lag unlike."""
+        def comes(number, connection, at):
+            if "hydraulics" in connection.topic:
+                return (at // (SECOND // 2)) * (SECOND // 2) + 2 * SECOND
+            return at + (number % 2) * 5 * SECOND // 2 if "housing" in connection.topic else at
+
+        return [message for _, message in sorted(((comes(i, m[0], m[1]), m) for i, m in enumerate(messages)), key=lambda item: item[0])]
+
+    target = rewritten(bag, tmp_path / "lagging", lagging)
+    assert sorted(played(target)) == sorted(played(bag))
+    raw, whole = RawBag(target), RawBag(bag)
+    assert raw.duration == whole.duration
+    due = np.concatenate([block.due for block in raw.blocks()])
+    assert np.all(np.diff(due) >= 0) and due[-1] - due[0] == round(whole.duration * SECOND)
+    raw.close()
+    whole.close()

@@ -8,14 +8,15 @@ _STEP_BACK = 10**9  # ns by which a recorder's clock was set back, or a part of 
 _SHORTEST = 10  # messages between two steps back, on average, below which no clock was set back so often: the file is in no order
 
 
-def order_of_arrival(log_time: np.ndarray) -> np.ndarray:
+def order_of_arrival(log_time: np.ndarray, topic: np.ndarray) -> np.ndarray:
     """Indices of messages in order of arrival, int64[n], from the recorder's clock, ns, in the order of the file.
 
     Parts of a file may stand in any order, each as a whole in a gap of another. Where they tell the same time instead, the recorder's
-    clock was set back between them, and they came as they stand.
+    clock was set back between them, and they came as they stand. Topics (``topic`` int64[n] numbers them) that lag behind others, as where
+    messages are recorded at their stamps, make no parts: their own times go on.
     """
     order = np.argsort(log_time, kind="stable")
-    first = np.concatenate([[0], np.flatnonzero(np.diff(log_time) < -_STEP_BACK) + 1])
+    first = np.concatenate([[0], _steps_back(log_time, topic)])
     if log_time.size < _SHORTEST * first.size:
         return order
     parts = np.split(np.arange(log_time.size), first[1:])
@@ -25,6 +26,24 @@ def order_of_arrival(log_time: np.ndarray) -> np.ndarray:
     if overlap and changes > 2 * (len(parts) - 1):
         return np.concatenate([part[np.argsort(log_time[part], kind="stable")] for part in parts])
     return order
+
+
+def _steps_back(log_time: np.ndarray, topic: np.ndarray) -> np.ndarray:
+    """First message after each step back of the recorder's clock, int64[k]: where most is lost before a topic's own time is back.
+
+    Most topics step back there; one alone has several publishers that lag unlike.
+    """
+    of_topic = np.argsort(topic, kind="stable")
+    change = np.diff(log_time)
+    fell = np.flatnonzero((np.diff(log_time[of_topic]) < -_STEP_BACK) & (np.diff(topic[of_topic]) == 0))
+    spans = zip(of_topic[fell].tolist(), of_topic[fell + 1].tolist(), strict=True)
+    first = np.unique(np.array([before + int(np.argmin(change[before:after])) + 1 for before, after in spans], np.int64))
+    votes = np.zeros(first.size)
+    for own in np.split(of_topic, np.flatnonzero(np.diff(topic[of_topic])) + 1):
+        after = np.searchsorted(own, first)
+        across = np.flatnonzero((after > 0) & (after < own.size))
+        votes[across] += np.where(log_time[own[after[across]]] < log_time[own[after[across] - 1]], 1.0, -1.0)
+    return first[votes > 0.0]
 
 
 def time_gone_by(log_time: np.ndarray) -> np.ndarray:

@@ -113,8 +113,8 @@ class RawBag:
 
     def _places(self) -> tuple[np.ndarray, np.ndarray]:
         """Which place in order of arrival each message has, int64[n], in the order of the files; when the one of each place is due, ns."""
-        log_time = np.concatenate([log_time for _, log_time, *_ in self._blocks([], [])])
-        order = order_of_arrival(log_time)
+        topic, log_time = (np.concatenate(parts) for parts in zip(*(block[:2] for block in self._blocks([], [])), strict=True))
+        order = order_of_arrival(log_time, topic)
         place = np.empty_like(order)
         place[order] = np.arange(order.size)
         due = time_gone_by(log_time[order])
