@@ -4,7 +4,8 @@ import json
 
 import pytest
 from ddh_twin_py.cli.main import main
-from nodes.processes import NodeProcess, wait_for
+from diagnostic_msgs.msg import DiagnosticArray
+from nodes.processes import Listener, NodeProcess, wait_for
 
 pytestmark = pytest.mark.live
 
@@ -30,3 +31,17 @@ def test_without_a_machine(capsys):
     assert main(["doctor", "--json", "-", "--seconds", "1", "--quiet"]) == 0
     assert main(["doctor", "--seconds", "1", "--quiet", "--machine"]) == 1
     assert "nobody publishes drive/telemetry" in capsys.readouterr().out
+
+
+def test_diagnostics_that_are_cut_off_are_left_out(capsys):
+    listener = Listener()
+    publisher = listener.node.create_publisher(DiagnosticArray, "/diagnostics", 10)
+    timer = listener.node.create_timer(0.1, lambda: publisher.publish(b"\0\1\0\0\1\0"))
+    try:
+        main(["doctor", "--json", "-", "--seconds", "2", "--quiet"])
+    finally:
+        listener.here(timer.cancel)
+        listener.close()
+    told, said = capsys.readouterr()
+    names = {check["name"] for check in json.loads(told)["checks"] if check["group"] == "middleware"}
+    assert "between processes" in names and "start" not in names, told + said

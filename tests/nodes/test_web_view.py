@@ -9,9 +9,10 @@ import aiohttp
 import pytest
 from ddh_twin_py.bags.writer import write_recording
 from ddh_twin_py.web.streams import STATE_FIELDS, STREAMS
-from nodes.processes import NodeProcess, wait_for
+from diagnostic_msgs.msg import DiagnosticArray
+from nodes.processes import LATCHED, NodeProcess, wait_for
 
-from ddh_msgs.msg import HydraulicState, MotorThermalState, TemperatureEstimate
+from ddh_msgs.msg import HydraulicState, LimitPrediction, MotorThermalState, PlayerStatus, RigInfo, TemperatureEstimate
 
 pytestmark = pytest.mark.live
 NS = "/seen"
@@ -122,3 +123,22 @@ def test_nodes_without_a_namespace_are_heard_of():
         wait_for(lambda: {"hydraulic_model", "web_view"} <= heard(), 60.0, "health of both")
         model.stop()
         view.stop()
+
+
+def test_messages_that_are_not_sound_are_left_out(listener):
+    cut = b"\0\1\0\0"
+    sent = {
+        "/cut/bag_player/status": (PlayerStatus, LATCHED, cut), "/cut/rig": (RigInfo, LATCHED, cut),
+        "/cut/temperature/limits": (LimitPrediction, 10, cut), "/diagnostics": (DiagnosticArray, 10, cut + bytes(8) + b"\1\0\0\0cut/x"),
+        "/cut/hydraulics/state": (HydraulicState, 10, HydraulicState(heat_nodes=["housing"])),
+    }  # fmt: skip
+    publishers = {topic: listener.node.create_publisher(kind, topic, profile) for topic, (kind, profile, _) in sent.items()}
+    with NodeProcess("web_view", "/cut", port=0) as view:
+        view.says("ready")
+        for topic, (kind, _, message) in sent.items():
+            wait_for(publishers[topic].get_subscription_count, 10.0, topic)
+            publishers[topic].publish(message)
+            view.says(f"{topic}: a message is no sound {kind.__name__}", 10.0)
+        view.stop()
+    for publisher in publishers.values():
+        listener.withdraw(publisher)

@@ -8,7 +8,6 @@ from fnmatch import fnmatchcase
 
 import numpy as np
 from rclpy.publisher import Publisher
-from rclpy.serialization import deserialize_message
 from rosgraph_msgs.msg import Clock as ClockMessage
 
 from ddh_msgs.msg import NodeProgress
@@ -273,8 +272,7 @@ class BagPlayer(TwinNode):
     # --- listeners ---------------------------------------------------------------------------
 
     def _take_progress(self, wall: float) -> None:
-        for data in self._inputs.take(self._progress, wall):
-            message = deserialize_message(data, NodeProgress)
+        for message in self._inputs.read(self._progress, self._inputs.take(self._progress, wall)):
             newest = dict(zip(message.topics, message.newest, strict=False))
             self._flow.report(message.node, newest, wall, sum(message.received))
 

@@ -12,7 +12,6 @@ import numpy as np
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.node import Node
-from rclpy.serialization import deserialize_message
 from rclpy.signals import SignalHandlerOptions
 from std_msgs.msg import Header
 
@@ -93,8 +92,8 @@ def _listen(node: Node, seconds: float, loop: float | None, progress: Callable[[
         for name, entry in inputs.all.items():
             taken = inputs.take(entry, now)
             if entry is health:
-                for message in taken:
-                    for status in deserialize_message(message, DiagnosticArray).status:
+                for message in inputs.read(health, taken):
+                    for status in message.status:
                         statuses[status.name] = Health(status.name, int.from_bytes(status.level, "little"), status.message)
             elif taken:
                 arrived.setdefault(name, []).extend([time.time_ns()] * len(taken))

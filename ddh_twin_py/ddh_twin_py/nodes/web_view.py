@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from diagnostic_msgs.msg import DiagnosticArray
-from rclpy.serialization import deserialize_message
 
 from ddh_msgs.msg import GapStatus, LimitPrediction, PlayerStatus, RigInfo
 from ddh_twin_py.nodes.base import qos
@@ -12,7 +11,7 @@ from ddh_twin_py.nodes.base.node_base import TwinNode, run
 from ddh_twin_py.nodes.base.parameters import NodeError, Parameter
 from ddh_twin_py.nodes.base.twin_parameters import RIG, rig_path
 from ddh_twin_py.nodes.feeds.page_documents import gap_status_document, limits_document, page_document, player_document, rig_document
-from ddh_twin_py.nodes.feeds.page_inputs import Parsers, telemetry_rows
+from ddh_twin_py.nodes.feeds.page_inputs import page_rows, telemetry_rows
 from ddh_twin_py.nodes.feeds.telemetry_feed import message_type
 from ddh_twin_py.nodes.player.player_client import PlayerClient
 from ddh_twin_py.nodes.player.player_watch import GONE, PLAYER
@@ -61,8 +60,7 @@ class WebView(TwinNode):
         self._inputs = Inputs(self)
         loose = qos.stream(reliable=False, depth=_DEPTH)
         self._raw = [(stream, self._inputs.add(stream.topic, message_type(stream.topic), loose)) for stream in self._streams]
-        parsers = Parsers().by_topic
-        self._outputs = [(self._inputs.add(topic, kind, loose), parse) for topic, (kind, parse) in parsers.items()]
+        self._outputs = [(self._inputs.add(topic, rows.message_type, loose), rows) for topic, rows in page_rows().items()]
         self._diagnostics = self._inputs.add(health.TOPIC, DiagnosticArray, qos.stream(reliable=False, depth=_DEPTH))
         self._documents = [
             (self._inputs.add(RIG_TOPIC, RigInfo, qos.LATCHED), "rig", rig_document),
@@ -89,13 +87,14 @@ class WebView(TwinNode):
         self._player.work()
         for stream, entry in self._raw:
             self._take_samples(stream, entry, wall)
-        for entry, parse in self._outputs:
+        for entry, rows in self._outputs:
             messages = self._inputs.take(entry, wall)
             if messages:
-                for name, stamps, values in parse(messages):
+                for name, stamps, values in rows.parse(messages):
                     self._board.take(name, stamps, values)
-        for message in self._inputs.take(self._status, wall)[-1:]:
-            self._board.put("player", player_document(deserialize_message(message, PlayerStatus)))
+                self._inputs.leave_out(entry, rows.unreadable)
+        for message in self._inputs.read(self._status, self._inputs.take(self._status, wall))[-1:]:
+            self._board.put("player", player_document(message))
         self._updates += 1
         if self._updates % _SELDOM == 0:
             self._take_documents(wall)
@@ -118,11 +117,11 @@ class WebView(TwinNode):
 
     def _take_documents(self, wall: float) -> None:
         for entry, key, document in self._documents:
-            for message in self._inputs.take(entry, wall)[-1:]:
-                self._board.put(key, document(deserialize_message(message, entry.message_type)))
-        for message in self._inputs.take(self._diagnostics, wall):
-            if self._prefix.encode() in message:
-                self._take_diagnostics(deserialize_message(message, DiagnosticArray), wall)
+            for message in self._inputs.read(entry, self._inputs.take(entry, wall))[-1:]:
+                self._board.put(key, document(message))
+        own = (message for message in self._inputs.take(self._diagnostics, wall) if self._prefix.encode() in message)
+        for message in self._inputs.read(self._diagnostics, own):
+            self._take_diagnostics(message, wall)
 
     def _limits(self, message: LimitPrediction) -> dict:
         return limits_document(message, self._health.values(f"{self._prefix}temperature_fusion: limits"))
@@ -147,6 +146,7 @@ class WebView(TwinNode):
     def _judge_page(self, report: health.Report) -> str:
         report.add("browsers", self._server.viewers, "1")
         report.add("frames left out for slow browsers", self._server.skipped, "1")
+        report.add("messages left out", sum(entry.rejected for entry in self._inputs.all.values()), "1")
         report.add("backward jumps", self._board.jumps, "1")
         return "is served"
 

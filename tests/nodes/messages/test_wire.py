@@ -113,3 +113,18 @@ def test_a_message_that_is_none_of_the_type_is_left_out():
         parser.parse(first)
         runs = parser.parse([soft[0][:100], *soft, b"", b"\0\1" + bytes([255]) * len(soft[0]), *soft])
         assert parser.unreadable == 3 and np.concatenate([stamps for _, stamps, _ in runs]).tolist() == [*STAMPS, *STAMPS]
+
+
+@pytest.mark.parametrize("unsound", [
+    HydraulicState(heat_nodes=["housing"]), HydraulicState(flow=[1.0]),
+    HydraulicState(temperature_nodes=["housing"], temperature=[1.0, 2.0]),
+    MotorThermalState(heat_nodes=["end_winding"]), MotorThermalState(nodes=["end_winding"], temperature=[]),
+], ids=repr)  # fmt: skip
+def test_a_message_without_a_value_for_each_name_is_left_out(unsound):
+    kind = type(unsound)
+    sound = LAYOUTS[kind].compose(STAMPS, {})
+    for first in ([], sound[:1]):
+        parser = BulkParser(kind)
+        parser.parse(first)
+        runs = parser.parse([serialize_message(unsound), *sound, serialize_message(unsound), *sound])
+        assert parser.unreadable == 2 and np.concatenate([stamps for _, stamps, _ in runs]).tolist() == [*STAMPS, *STAMPS]

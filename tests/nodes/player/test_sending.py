@@ -9,8 +9,12 @@ from ddh_twin_py.bags.errors import BagError
 from ddh_twin_py.bags.qos import SENSOR_DATA
 from ddh_twin_py.bags.writer import BagWriter
 from ddh_twin_py.nodes.bag_player import BagPlayer, Channel, _relative
+from ddh_twin_py.nodes.base.inputs import Input, Inputs
 from ddh_twin_py.nodes.player.flow_control import FlowControl
 from ddh_twin_py.sources.raw_bag import RawBag
+from rclpy.serialization import serialize_message
+
+from ddh_msgs.msg import NodeProgress
 
 TOPIC, LISTENER = "/ddh/drive/telemetry", "/ddh/listener"
 STAMPS = np.arange(4000) * 10_000_000 + 10**18  # ns, 40 s
@@ -102,6 +106,17 @@ def test_a_message_that_is_too_short_for_a_stamp_is_left_out_and_named(tmp_path)
         player.report(player.sent)
     assert player.sent == STAMPS.size - 2
     assert player.said == [f"{tmp_path / 'bag'}: a message on {TOPIC} has 0 bytes and no stamp; such are left out"]
+
+
+def test_progress_that_is_cut_off_is_left_out(tmp_path):
+    player, said = Player(bag_of(tmp_path / "bag", STAMPS), 1.0), []
+    player._progress = Input("progress", NodeProgress, None, SimpleNamespace(topic_name="/ddh/progress"))
+    player._inputs = Inputs(SimpleNamespace(get_logger=lambda: SimpleNamespace(warning=said.append)))
+    whole = serialize_message(NodeProgress(node="/ddh/other", topics=[TOPIC], newest=[1], received=[1]))
+    player._inputs.take = lambda entry, wall: [whole[:10], whole]
+    player._take_progress(0.0)
+    assert "/ddh/other" in player._flow.consumers and said == [
+        "/ddh/progress: a message is no sound NodeProgress; such are left out and counted"]
 
 
 def topics_of(topics, namespace=""):

@@ -8,6 +8,7 @@ milliseconds, takes all that came, and decodes them in bulk: 13 microseconds a m
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from itertools import accumulate
 
@@ -18,6 +19,7 @@ from rclpy.qos import QoSProfile
 from rclpy.subscription import Subscription
 
 from ddh_twin_py.nodes.base import qos
+from ddh_twin_py.nodes.messages.wire import read
 
 _JUMP = 500_000_000  # ns
 _PAUSE = 0.5  # s of wall time without a message that are a pause
@@ -123,10 +125,17 @@ class Inputs:
         """All messages that wait on one input, oldest first, as CDR."""
         return self.take_timed(entry, wall)[0]
 
+    def read(self, entry: Input, messages: Iterable[bytes]) -> list[object]:
+        """Messages of an input as objects of its type; what is none is left out, counted, and said once."""
+        found = [read(message, entry.message_type) for message in messages]
+        self.leave_out(entry, entry.rejected + sum(message is None for message in found))
+        return [message for message in found if message is not None]
+
     def leave_out(self, entry: Input, count: int) -> None:
-        """So many messages of an input in all are none of its type: counted, and said once."""
+        """So many messages of an input in all are none of its type, or not sound: counted, and said once."""
         if count and not entry.rejected:
-            self._node.get_logger().warning(f"{entry.name}: a message is no {entry.message_type.__name__}; such are left out and counted")
+            kind = entry.message_type.__name__
+            self._node.get_logger().warning(f"{entry.name}: a message is no sound {kind}; such are left out and counted")
         entry.rejected = count
 
     def take_timed(self, entry: Input, wall: float) -> tuple[list[bytes], list[int]]:

@@ -30,28 +30,36 @@ def telemetry_rows(topic: str, messages: Sequence[bytes]) -> tuple[np.ndarray, n
     return stamps[sound], values[sound]
 
 
-class Parsers:
-    """Parsers of the twin's outputs by topic; each gives rows of one stream or of several."""
+class PageRows:
+    """Rows of the streams that one of the twin's outputs gives; ``rows`` puts what is parsed of it into one stream."""
 
-    def __init__(self) -> None:
-        states = {topic: BulkParser(HydraulicState) for topic in ("hydraulics/state", "hydraulics/prediction")}
-        residuals = {topic: BulkParser(ResidualArray) for topic in ("hydraulics/residuals", "temperature/residuals", "gap/residuals")}
-        motor, estimates = BulkParser(MotorThermalState), BulkParser(TemperatureEstimateArray)
-        self.by_topic: dict[str, tuple[type, Callable[[Sequence[bytes]], Rows]]] = {
-            "hydraulics/state": (HydraulicState, lambda m: _each(states["hydraulics/state"], m, _state)),
-            "hydraulics/prediction": (HydraulicState, lambda m: _each(states["hydraulics/prediction"], m, _prediction)),
-            "hydraulics/residuals": (ResidualArray, lambda m: _each(residuals["hydraulics/residuals"], of_source(m, FREE_RUN), _noise)),
-            "motor/thermal_state": (MotorThermalState, lambda m: _each(motor, m, _motor)),
-            "temperature/estimates": (TemperatureEstimateArray, lambda m: _each(estimates, m, _estimates)),
-            "temperature/residuals": (ResidualArray, lambda m: _each(residuals["temperature/residuals"], m, _innovations)),
-            "gap/residuals": (ResidualArray, lambda m: _each(residuals["gap/residuals"], m, _gap)),
-        }
+    def __init__(self, message_type: type, rows: Callable[[object, dict], tuple[str, np.ndarray]], source: str = "") -> None:
+        self.message_type, self._rows, self._source = message_type, rows, source
+        self._parser = BulkParser(message_type)
+
+    @property
+    def unreadable(self) -> int:
+        """How many messages were left out, see `BulkParser`."""
+        return self._parser.unreadable
+
+    def parse(self, messages: Sequence[bytes]) -> Rows:
+        """Rows of these messages, of those of one source where there is one to look for."""
+        for example, stamps, values in self._parser.parse(of_source(messages, self._source) if self._source else messages):
+            stream, block = self._rows(example, values)
+            yield stream, stamps, block
 
 
-def _each(parser: BulkParser, messages: Sequence[bytes], rows: Callable) -> Rows:
-    for example, stamps, values in parser.parse(messages):
-        stream, block = rows(example, values)
-        yield stream, stamps, block
+def page_rows() -> dict[str, PageRows]:
+    """Of each of the twin's outputs that the page shows, by topic."""
+    return {
+        "hydraulics/state": PageRows(HydraulicState, _state),
+        "hydraulics/prediction": PageRows(HydraulicState, _prediction),
+        "hydraulics/residuals": PageRows(ResidualArray, _noise, FREE_RUN),
+        "motor/thermal_state": PageRows(MotorThermalState, _motor),
+        "temperature/estimates": PageRows(TemperatureEstimateArray, _estimates),
+        "temperature/residuals": PageRows(ResidualArray, _innovations),
+        "gap/residuals": PageRows(ResidualArray, _gap),
+    }
 
 
 def _state(example: HydraulicState, values: dict) -> tuple[str, np.ndarray]:

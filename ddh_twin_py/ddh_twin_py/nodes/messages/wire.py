@@ -90,11 +90,12 @@ class Layout:
 class BulkParser:
     """Parses messages of a type whose strings and lengths hardly ever change.
 
-    `example` is the message whose layout is in force, with the names in it; `unreadable` counts messages that are none of the type.
+    `example` is the message whose layout is in force, with the names in it; `unreadable` counts messages that are none of the type, and
+    those in which numbers and the names that stand before them are not equally many.
     """
 
     def __init__(self, message_type: type) -> None:
-        self._type = message_type
+        self.message_type = message_type
         self._layout: Layout | None = None
         self.example: object | None = None
         self.unreadable = 0
@@ -102,7 +103,7 @@ class BulkParser:
     def parse(self, messages: Sequence[bytes]) -> list[tuple[object, np.ndarray, dict[str, np.ndarray]]]:
         """Runs of messages of one layout, in order: example, stamps int64[n] ns, values by name; (n, 0) of a list without entries.
 
-        A message that is none of the type is left out and counted.
+        A message that is unreadable is left out and counted.
         """
         runs = []
         while messages:
@@ -121,9 +122,8 @@ class BulkParser:
 
     def _anew(self, message: bytes) -> tuple[np.ndarray, dict[str, np.ndarray]] | None:
         """A message by a layout of its own, also where another serialiser wrote it; None where it is none of the type."""
-        try:
-            example = deserialize_message(message, self._type)
-        except RuntimeError:
+        example = read(message, self.message_type)
+        if example is None or not _each_named(example):
             return None
         self.example, self._layout = example, Layout(example)
         return self._layout.parse([message]) or self._layout.parse([serialize_message(example)])
@@ -133,6 +133,24 @@ class BulkParser:
         while count < len(messages) and self._layout.parse(messages[count : count + 1]) is not None:
             count += 1
         return count
+
+
+def read(message: bytes, message_type: type) -> object | None:
+    """A serialised message as an object of its type; None where it is none, as one that is cut off."""
+    try:
+        return deserialize_message(message, message_type)
+    except RuntimeError:
+        return None
+
+
+def _each_named(message: object) -> bool:
+    """Whether each array of numbers has as many as there are names in the array of names just before it, where one is."""
+    before = ""
+    for attribute, kind in message.get_fields_and_field_types().items():
+        if kind == "sequence<double>" and before and len(getattr(message, attribute)) != len(getattr(message, before)):
+            return False
+        before = attribute if kind == "sequence<string>" else ""
+    return True
 
 
 def stamp_of(message: bytes) -> int:
