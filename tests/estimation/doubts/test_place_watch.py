@@ -182,6 +182,14 @@ def test_of_two_that_are_exchanged_within_a_window_neither_is_believed_in_the_en
     assert abs(fused[-1, AT] - truth.fused[-1, AT]) < 2.0 * spread[-1, AT] < 40.0
 
 
+def test_of_two_that_are_exchanged_the_other_is_not_believed_once_one_is_left_out(whole):
+    recording, truth = whole
+    fused, spread, said = live(truth, with_exchanged(recording, "motor_winding", "tank_oil", 20.0))
+    assert [entry[1:] for entry in said] == [("out", ("motor_winding", "tank_oil"))] and said[0][0] < 100.0
+    after = truth.time > said[0][0] + 1.0
+    assert np.all(np.abs(fused - truth.fused)[after, AT] < 2.5 * spread[after, AT])
+
+
 @pytest.mark.parametrize("kept", [2.0, 5.0])
 def test_a_sensor_that_keeps_an_error_of_its_own_is_not_used_again(whole, kept):
     recording, truth = whole

@@ -75,7 +75,8 @@ class PlaceWatch:
         paired = {sensor for found in self.told if len(found.sensors) > 1 for sensor in found.sensors}
         read = np.full(len(free), np.nan) if air is None else air
         found = (self._air.take(seen, readings, read, gone) or self._exchanged(seen, readings, paired)
-                 or self._still(seen, readings.without(gone), state) or self._far_off(state, len(free) * self._interval))
+                 or self._with_its_partner(self._still(seen, readings.without(gone), state)
+                                           or self._far_off(state, len(free) * self._interval)))
         if found is not None:
             if found.sensors:  # of two that are exchanged, one may have been told alone
                 self.told = [one for one in self.told if not one.within(found)] + [found]
@@ -96,10 +97,20 @@ class PlaceWatch:
         waits = self._seconds < LONGEST and np.any((self._count > 0) & (self._count < LEAST))
         if self._seconds < WINDOW or waits:
             return None
-        off = np.sqrt(np.where(self._count < LEAST, np.nan, self._square.T / np.maximum(self._count, 1)).T)
+        off = self._off_each()
         self._off = np.diagonal(off)
         self._begin_window()
         return look_exchanged(off, self._rig)
+
+    def _off_each(self) -> np.ndarray:
+        """K, RMS by which each sensor is off each place in the window so far, (m, m), NaN of those that were read too seldom in it."""
+        return np.sqrt(np.where(self._count < LEAST, np.nan, self._square.T / np.maximum(self._count, 1)).T)
+
+    def _with_its_partner(self, found: OutOfPlace | None) -> OutOfPlace | None:
+        """One that was found by itself, with the one that it looks exchanged with in a window that is not at its end, as that one is
+        believed otherwise."""
+        both = look_exchanged(self._off_each(), self._rig) if found is not None and found.sensors else None
+        return both if both is not None and found.within(both) else found
 
     def _still(self, seen: np.ndarray, readings: Readings, state: FusionState) -> OutOfPlace | None:
         """One that stands still; where the filter, which goes by what was measured, can believe that, the unit does not run as told, and
