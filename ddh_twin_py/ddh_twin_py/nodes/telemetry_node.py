@@ -19,6 +19,7 @@ from ddh_twin_py.nodes.player.player_watch import PlayerWatch
 from ddh_twin_py.nodes.tasks.health import Health, Report, judge_clock
 from ddh_twin_py.nodes.tasks.silent_inputs import SilentInputs
 from ddh_twin_py.nodes.tasks.stream_judge import add_streams
+from ddh_twin_py.rig import LARGEST_PAYLOAD
 from ddh_twin_py.telemetry.clocks.clock import Break
 from ddh_twin_py.telemetry.recording import RigInfo as Rig
 from ddh_twin_py.telemetry.signals import RIG_TOPIC
@@ -46,8 +47,15 @@ class Unit:
 
 
 def known_payload(told: RigInfo | None) -> float | None:
-    """Announced payload in kg, None where none was."""
-    return told.payload_mass if told is not None and 0.0 < told.payload_mass < np.inf else None
+    """Announced payload in kg, None where none was, or one that is none."""
+    return told.payload_mass if told is not None and 0.0 < told.payload_mass <= LARGEST_PAYLOAD else None
+
+
+def _refused_payload(told: RigInfo) -> str:
+    """That an announced payload is none, '' where it is one, or 0 or NaN, which is not known."""
+    if known_payload(told) is not None or told.payload_mass == 0.0 or math.isnan(told.payload_mass):
+        return ""
+    return f"{RIG_TOPIC}: payload_mass is {told.payload_mass:g} kg, allowed are above 0 to {LARGEST_PAYLOAD:g} kg; it is not used"
 
 
 def in_words(told: RigInfo) -> str:
@@ -158,6 +166,8 @@ class TelemetryNode(TwinNode, ABC):
         before = self.rig_info
         self.rig_info = message
         self.health.hardware_id = message.rig_id
+        if refused := _refused_payload(message):
+            self.warn_once(refused, refused)
         if before is None or in_words(before) != in_words(message):
             self.get_logger().info(f"rig {in_words(message)}")
             contradiction = self.unit.contradiction(message) if self.unit is not None else ""
