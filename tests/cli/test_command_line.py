@@ -96,6 +96,25 @@ def test_one_path_for_two_outputs_is_refused(argv, said, capsys, tmp_path, monke
     assert left.value.code == 2 and said in err and len(err.splitlines()) == 1
 
 
+@pytest.mark.parametrize("argv, said", [
+    (["simulate", "d", "-o", "b", "--json", "b/b.mcap"], "/b/b.mcap' into what --output writes as a whole"),
+    (["import", "l.csv", "--mapping", "m", "--json", "b/metadata.yaml", "-o", "b"], "/b/metadata.yaml' into what --output writes"),
+    (["export", "b", "--mcap", "m", "--json", "m/m.mcap"], "--json would write "),
+    (["export", "b", "--mcap", "m", "--csv", "m/m_0.mcap"], "--csv would write "),
+    (["export", "b", "--telemetry", "t", "--csv", "t/drive_telemetry.csv"], "/t/drive_telemetry.csv' into what --telemetry writes"),
+    (["export", "b", "--telemetry", "t", "--json", "./t/sub/mapping.yaml"], "/t/sub/mapping.yaml' into what --telemetry writes"),
+    (["export", "b", "--telemetry", "m/t", "--mcap", "m"], "/m/t' into what --mcap writes"),
+    (["up", "--record", "b", "--log", "b/log"], "/b/log' into what --record writes"),
+    (["replay", "b", "--html", "r", "--json", "r/x"], "/r/x' into what --html writes"),
+])
+def test_an_output_in_another_one_is_refused(argv, said, capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(SystemExit) as left:
+        main(argv)
+    err = capsys.readouterr().err
+    assert left.value.code == 2 and said in err and len(err.splitlines()) == 1 and not list(tmp_path.iterdir())
+
+
 @pytest.mark.parametrize("argv", [
     ["demo", "--out"], ["layouts"], ["fleet", "FOLDER", "--out"], ["real", "--data", "FOLDER", "--out"], ["gap-bench"],
 ], ids=lambda argv: argv[0])  # fmt: skip
@@ -178,7 +197,9 @@ def test_one_file_of_a_bag_stands_for_the_bag(written, tmp_path, capsys):
 
 
 @pytest.mark.parametrize("argv", [
-    ["fleet", "bags", "--out", "{}", "--html", "{}/fleet.csv"], ["layouts", "{}", "--json", "{}/foxglove.json"],
+    ["fleet", "bags", "--out", "{}", "--html", "{}/fleet.csv"],
+    ["fleet", "bags", "--out", "{}", "--json", "{}/results/x.json"], ["fleet", "bags", "--out", "{}", "--csv", "{}/results/x.json"],
+    ["demo", "--out", "{}", "--json", "{}/twin/metadata.yaml"], ["layouts", "{}", "--json", "{}/foxglove.json"],
     ["gap-bench", "score", "{}", "--html", "{}/scores.json"], ["gap-bench", "score", "{}", "--json", "{}/scores.html"],
 ], ids=lambda argv: argv[0])  # fmt: skip
 def test_what_a_verb_writes_by_itself_is_not_written_twice(argv, tmp_path, capsys, repo_root, monkeypatch):

@@ -83,7 +83,7 @@ class Parser(argparse.ArgumentParser):
         return self
 
     def refuse_twice(self, found: argparse.Namespace) -> None:
-        """One path for two outputs is an error: the second would overwrite the first."""
+        """One path for two outputs, or one that lies in another, is an error: it would overwrite the first, or be written into it."""
         taken: dict[str, str] = {}
         for action in self._actions:
             given = getattr(found, action.dest, None)
@@ -94,6 +94,9 @@ class Parser(argparse.ArgumentParser):
             if path in taken:
                 self.error(f"{taken[path]} and {name} both write to {given!r}; give each a path of its own")
             taken[path] = name
+        for path, name in taken.items():
+            if around := next((str(one) for one in Path(path).parents if str(one) in taken), None):
+                self.error(f"{name} would write {path!r} into what {taken[around]} writes as a whole; give each a path of its own")
 
     def refuse_inputs(self, found: argparse.Namespace) -> None:
         """An output that is one of the inputs is an error: it would be lost, and a bag with it."""
@@ -228,10 +231,14 @@ def refuse_unwritable(name: str, folder: Path, files: Iterable[Path]) -> None:
 
 
 def refuse_same(name: str, own: Iterable[str | Path], given: Mapping[str, str | Path | None]) -> None:
-    """Raise InputError where a file of ``given``, option to path, is one that ``name`` writes: the second would overwrite the first."""
-    there = {os.path.realpath(path) for path in own}
+    """Raise InputError where a file of ``given``, option to path, is one that ``name`` writes, or lies in a folder that it fills: it
+    would overwrite what is there."""
+    there = {Path(os.path.realpath(path)) for path in own}
     for option, path in given.items():
-        if path is not None and str(path) != "-" and os.path.realpath(path) in there:
+        if path is None or str(path) == "-":
+            continue
+        file = Path(os.path.realpath(path))
+        if not there.isdisjoint((file, *file.parents)):
             raise InputError(f"{option} and {name} both write to {str(path)!r}; give each a path of its own")
 
 

@@ -130,7 +130,7 @@ def _look_at_outputs(out: Path, recorded: Path, bag: Path, numbers: str | None) 
     own = [out / name for name in (_REPORT, _NUMBERS, _LOG)]
     refuse_unwritable("--out", out, own)
     refuse_recording("--out", out)
-    refuse_same("--out", own, {"--json": numbers})
+    refuse_same("--out", [*own, recorded], {"--json": numbers})
     if numbers and reads(str(bag), numbers):
         raise InputError(f"--json would overwrite {numbers!r} of the recording to play, {bag}; give it a path of its own")
     if bag.resolve().is_relative_to(recorded.resolve()):

@@ -78,12 +78,12 @@ def run(args: argparse.Namespace) -> int:
             raise InputError(f"{name} is {given!r}; allowed is the name of a folder")
     out = Path(args.out)
     refuse_unwritable("--out", out, [out / _TABLE])
-    if not args.csv:
-        refuse_same("--out", [out / _TABLE], {"--parquet": args.parquet, "--html": args.html, "--json": args.json})
+    results = Results(out / "results")
+    own = [results.folder, out / _LOCK] + [out / _TABLE] * (not args.csv)
+    refuse_same("--out", own, {"--csv": args.csv, "--parquet": args.parquet, "--html": args.html, "--json": args.json})
     refuse_recording("--out", out)
     found = find_recordings(args.folder, out, Path(args.rig) if args.rig else None)
     busy = FleetError(f"{out}: another ddh-twin fleet writes its results there; wait for it, or give --out another folder")
-    results = Results(out / "results")
     unkept: list[OSError] = []
     before = [results.finished(one) is not None and not args.again for one in found]
     far = FleetProgress(len(found), sum(before))
