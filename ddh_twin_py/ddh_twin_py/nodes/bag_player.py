@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 
 import numpy as np
+from rclpy.exceptions import NameValidationException
 from rclpy.publisher import Publisher
 from rosgraph_msgs.msg import Clock as ClockMessage
 
@@ -21,7 +22,7 @@ from ddh_twin_py.nodes.messages.wire import STAMPED, stamp_of
 from ddh_twin_py.nodes.player.flow_control import FlowControl
 from ddh_twin_py.nodes.player.player_control import FASTEST, PlayerControl
 from ddh_twin_py.sources.raw_bag import RawBag, RawBlock
-from ddh_twin_py.telemetry.signals import RIG_TOPIC, TOPIC_TYPES
+from ddh_twin_py.telemetry.signals import MACHINE_FIELDS, RIG_TOPIC, TOPIC_TYPES
 
 STEP = 0.005  # s of wall time between two looks at what is due
 _BURST = 250_000_000  # ns of data sent at once
@@ -109,18 +110,23 @@ class BagPlayer(TwinNode):
     # --- topics ------------------------------------------------------------------------------
 
     def _make_channels(self) -> dict[int, Channel]:
-        channels, namespace = {}, self._namespace()
-        for number, (topic, type_name) in enumerate(self._bag.topics):
-            relative = _relative(topic, namespace)
+        channels, types = {}, {}
+        played_as = _relative([topic for topic, _ in self._bag.topics], self._namespace())
+        for number, ((topic, type_name), relative) in enumerate(zip(self._bag.topics, played_as, strict=True)):
             if topic in _NOT_PLAYED or not any(fnmatchcase(relative, p) for p in self.values["topics"]):
                 continue
             kind = message_class(type_name)
             if kind is None:
                 self.get_logger().warning(f"{self._bag.path}: topic {topic} is of type {type_name}, which is not installed; not played")
                 continue
+            if types.setdefault(topic, type_name) != type_name:
+                raise NodeError(f"{self._bag.path}: topic {topic} has two types, {types[topic]} and {type_name}")
             profile = qos.LATCHED if relative == RIG_TOPIC else qos.stream(reliable=True)
             stamped = relative in TOPIC_TYPES and relative != RIG_TOPIC
-            channels[number] = Channel(self.create_publisher(kind, relative, profile), stamped)
+            try:
+                channels[number] = Channel(self.create_publisher(kind, relative, profile), stamped)
+            except (NameValidationException, ValueError):
+                self.get_logger().warning(f"{self._bag.path}: topic {topic} has a name that ROS 2 does not allow; not played")
         if not channels:
             raise NodeError(f"parameter topics is {self.values['topics']}, no topic of {self._bag.path} is named so")
         return channels
@@ -391,9 +397,13 @@ class BagPlayer(TwinNode):
         self._bag.close()
 
 
-def _relative(topic: str, namespace: str | None) -> str:
-    """Name within the rig's namespace; a topic of another namespace keeps its full name."""
-    return topic if namespace is None else topic.removeprefix(f"{namespace}/")
+def _relative(topics: Sequence[str], namespace: str | None) -> list[str]:
+    """Names within the rig's namespace; a topic of another namespace, or of a rig in one below, keeps its full name."""
+    if namespace is None:
+        return list(topics)
+    splits = [split for topic in topics if (split := split_topic(topic)) is not None and split[1] in MACHINE_FIELDS]
+    below = tuple(f"{rig}/" for rig, _ in splits if rig.startswith(f"{namespace}/"))
+    return [topic if topic.startswith(below) else topic.removeprefix(f"{namespace}/") for topic in topics]
 
 
 def main(args: list[str] | None = None) -> int:

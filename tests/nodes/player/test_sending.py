@@ -10,9 +10,11 @@ from ddh_twin_py.bags.qos import SENSOR_DATA
 from ddh_twin_py.bags.writer import BagWriter
 from ddh_twin_py.nodes.bag_player import BagPlayer, Channel, _relative
 from ddh_twin_py.nodes.base.inputs import Input, Inputs
+from ddh_twin_py.nodes.base.parameters import NodeError
 from ddh_twin_py.nodes.player.flow_control import FlowControl
 from ddh_twin_py.sources.raw_bag import RawBag
 from rclpy.serialization import serialize_message
+from rclpy.validate_topic_name import validate_topic_name
 
 from ddh_msgs.msg import NodeProgress
 
@@ -122,8 +124,7 @@ def test_progress_that_is_cut_off_is_left_out(tmp_path):
 def topics_of(topics, namespace=""):
     """What becomes of the topics (name, type) of a bag."""
     player = SimpleNamespace(_bag=SimpleNamespace(path="bag", topics=topics), values={"namespace": namespace})
-    chosen = BagPlayer._namespace(player)
-    return [_relative(topic, chosen) for topic, _ in topics]
+    return _relative([topic for topic, _ in topics], BagPlayer._namespace(player))
 
 
 def test_of_two_rigs_in_a_bag_one_is_chosen_and_the_other_keeps_its_name():
@@ -134,3 +135,39 @@ def test_of_two_rigs_in_a_bag_one_is_chosen_and_the_other_keeps_its_name():
     assert topics_of([*machines[:1], ("/rig_a/other", "std_msgs/msg/Empty"), ("/tf", "std_msgs/msg/Empty")]) == [
         "drive/telemetry", "other", "/tf"]
     assert topics_of([("/tf", "std_msgs/msg/Empty")]) == ["/tf"]
+
+
+@pytest.mark.parametrize(("chosen", "other"), [("", "/b"), ("/rig", "/rig/b")])
+def test_a_rig_whose_namespace_lies_below_the_chosen_one_keeps_its_name(chosen, other):
+    machines = [(f"{space}/{name}", kind) for space in (chosen, other) for name, kind in (
+        ("drive/telemetry", "ddh_msgs/msg/DriveTelemetry"), ("temperature/tank_oil", "sensor_msgs/msg/Temperature"),
+        ("gap/status", "ddh_msgs/msg/GapStatus"))]  # fmt: skip
+    own = ["drive/telemetry", "temperature/tank_oil", "gap/status"]
+    assert topics_of(machines, chosen or "/") == [*own, *(f"{other}/{name}" for name in own)]
+
+
+class Channels(BagPlayer):
+    """What is needed of a player to make its channels; the names that it publishes are `made`."""
+
+    def __init__(self, *topics):
+        self._bag, self.said, self.made = SimpleNamespace(path="bag", topics=topics), [], []
+        self.values = {"namespace": "", "topics": ["*"]}
+
+    def get_logger(self):
+        return SimpleNamespace(warning=self.said.append)
+
+    def create_publisher(self, kind, name, profile):
+        validate_topic_name(name)
+        self.made.append(name)
+
+
+def test_a_topic_with_a_name_that_ros_does_not_allow_is_left_out_and_named():
+    player = Channels((TOPIC, "ddh_msgs/msg/DriveTelemetry"), ("/ddh/temp//x y", "sensor_msgs/msg/Temperature"))
+    assert list(player._make_channels()) == [0] and player.made == ["drive/telemetry"]
+    assert player.said == ["bag: topic /ddh/temp//x y has a name that ROS 2 does not allow; not played"]
+
+
+def test_a_topic_with_two_types_is_refused_in_a_line():
+    player = Channels((TOPIC, "ddh_msgs/msg/DriveTelemetry"), (TOPIC, "sensor_msgs/msg/Temperature"))
+    with pytest.raises(NodeError, match=f"bag: topic {TOPIC} has two types, ddh_msgs/msg/DriveTelemetry and sensor_msgs/msg/Temperature"):
+        player._make_channels()
