@@ -67,6 +67,14 @@ def test_simulate_then_info_then_replay(tmp_path, capsys):
     assert main(["replay", str(first), "--json", "-"]) == 0
 
 
+def test_simulate_tells_of_its_bag_what_info_tells_of_it(tmp_path, capsys):
+    bag = str(tmp_path / "bag")
+    assert main(["simulate", "paper_cycle", "-o", bag, "--duration", "2", "--quiet", "--json", "-"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert main(["info", bag, "--json", "-"]) == 0
+    assert told == json.loads(capsys.readouterr().out) and told["path"] == bag and told["namespace"] == "/ddh"
+
+
 def test_a_folder_with_the_name_of_a_duty_hides_none(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     for name in ("mixed", "other"):

@@ -44,8 +44,8 @@ def command_line_page(parser: Parser) -> str:
         "Results go to standard output and to the files that were named, progress, warnings and errors to standard error; progress is a "
         "bar with the remaining time on a terminal, else a line at least every 30 s. A file or a bag is written whole or not at all, but "
         "for what `up` records as it comes; a bag or folder that exists is not overwritten; one path for two outputs, or one inside the "
-        "other, is refused. Folders that are missing on the way to an output are made, for every option and verb, and whether it can be written is looked at before "
-        "the work begins.", "",
+        "other, is refused. Folders that are missing on the way to an output are made, for every option and verb, and whether it can be "
+        "written is looked at before the work begins.", "",
         "## Exit codes", "",
         "| code | |", "|---|---|", *(f"| {code} | {about} |" for code, about in EXIT_CODES.items()), "",
         "| verb | its code 1 |", "|---|---|", *(f"| `{name}` | {about} |" for name, about in NO.items()), "",

@@ -68,6 +68,7 @@ def run(args: argparse.Namespace) -> int:
     if duty.repeat == 0 and args.duration is None:
         raise InputError(f"{path}: repeat is 0, for ever; say with --duration when to stop")
     with stage("loading", args.quiet):
+        from ddh_twin_py.bags.reader import read_recording
         from ddh_twin_py.bags.writer import write_recording
         from ddh_twin_py.cli.info import recording_json
         from ddh_twin_py.cli.simulated import collect
@@ -81,7 +82,7 @@ def run(args: argparse.Namespace) -> int:
     with stage(f"writing {args.output}", args.quiet):
         write_recording(args.output, recording)
     if args.json:
-        put_json(args.json, recording_json(recording))
+        put_json(args.json, recording_json(read_recording(args.output)))
     if not args.quiet:
         say(f"{args.output}: {recording.duration:.1f} s of {recording.rig.rig_id}")
     return 0
