@@ -59,6 +59,17 @@ def test_an_oil_may_be_named_by_its_grade(tmp_path):
     assert load_rig(file)["oil.density_15C"] == 880.0  # the supplier's own number stands before the grade's
 
 
+@pytest.mark.parametrize("row, changed", [
+    ("{offset_tolerance: 0.5, unit: K}", {"offset_tolerance": 0.5}), ("{full_scale: 200, unit: K}", {"full_scale": 200.0}),
+    ("{time_constant: {value: 9, unit: s}}", {}), ("{unit: K}", {}),
+])
+def test_a_sensor_row_without_noise_has_that_of_the_sheet(row, changed, tmp_path):
+    (tmp_path / "rig.yaml").write_text(f"sensors:\n  temperature: {row}\n")
+    rig = load_rig(tmp_path / "rig.yaml")
+    assert rig.sensors["temperature"] == replace(load_rig().sensors["temperature"], **changed)
+    assert rig["sensors.temperature.time_constant"] == (9.0 if "time_constant" in row else 6.0)
+
+
 @pytest.mark.parametrize("text, expected", [
     ("pump_1:\n  leekage: {value: 1.0}\n", "pump_1.leekage: no such entry; the nearest is 'pump_1.leakage'"),
     ("pump_1:\n  leakage: {value: lots}\n", "pump_1.leakage: value is 'lots'"),
@@ -91,7 +102,10 @@ def test_an_oil_may_be_named_by_its_grade(tmp_path):
     ("pump_1:\n  leakage: {value: 1.3e-12, unit: }\n", "pump_1.leakage: unit is missing, this entry is in 'm3/(s*Pa)'"),
     ("pump_1:\n  leakage: {value: 1.0, source: }\n", "pump_1.leakage.source: value is nothing, a text is needed"),
     ("rig_id:\n", "rig_id: found nothing, a name is needed"),
-    ("sensors: {speed: }\n", "sensors.speed: found nothing, expected {noise, unit}"),
+    ("sensors: {speed: }\n", "sensors.speed: found nothing, expected some of {noise, unit, offset_tolerance, full_scale, time_con"),
+    ("sensors: {speed: {}}\n", "sensors.speed: found {}, expected some of {noise, unit, offset_tolerance, full_scale, time_constant, sour"),
+    ("sensors: {speed: {noise: , unit: rad/s}}\n", "sensors.speed.noise: value is missing, a finite number is needed"),
+    ("sensors: {temperature: {offset_tolerance: 0.5}}\n", "sensors.temperature: unit is missing, this sensor is in 'K'"),
     ("sensors:\n", "sensors: found nothing, a mapping of sensors is needed"),
     ("sensors: []\n", "sensors: found [], a mapping of sensors is needed"),
     ("sensors:\n  presure: 5\n", "sensors.presure: no such entry; the nearest is 'sensors.pressure'"),

@@ -33,6 +33,7 @@ LEAF = ("value", "unit", "tolerance", "std", "source")
 _AN_ENTRY = "{value, unit, tolerance, source}"
 SENSOR_ROW = ("noise", "unit", "offset_tolerance", "full_scale", "time_constant", "source")
 """What an entry of a sensor may say."""
+_IN_UNIT_OF_SENSOR = ("noise", "offset_tolerance", "full_scale")
 LARGEST_PAYLOAD = 1.0e5
 """kg; a payload that a recording or a duty gives must be above 0 and not above this."""
 
@@ -383,13 +384,14 @@ def _parse(tree: dict, file: str, of_sheet: Mapping[str, SensorSpec]) -> tuple[s
         if not isinstance(node, dict):
             raise RigError(f"{file}: sensors: found {shown(node)}, a mapping of sensors is needed")
         for name, row in node.items():
-            if not isinstance(row, dict) or "noise" not in row:
-                raise RigError(f"{file}: sensors.{name}: found {shown(row)}, expected {{noise, unit}}")
+            if not isinstance(row, dict) or not row:
+                raise RigError(f"{file}: sensors.{name}: found {shown(row)}, expected some of {{{', '.join(SENSOR_ROW)}}}")
             sheet = of_sheet.get(name, SensorSpec(math.nan, ""))
             scale = row.get("full_scale", sheet.full_scale)
+            unit = "" if any(key in row for key in _IN_UNIT_OF_SENSOR) else sheet.unit
             sensors[name] = SensorSpec(
-                noise=_number(file, f"sensors.{name}.noise", row["noise"]),
-                unit=_text(row.get("unit")),
+                noise=_number(file, f"sensors.{name}.noise", row.get("noise", sheet.noise)),
+                unit=_text(row.get("unit", unit)),
                 offset_tolerance=_number(file, f"sensors.{name}.offset_tolerance", row.get("offset_tolerance", sheet.offset_tolerance)),
                 full_scale=None if scale is None else _number(file, f"sensors.{name}.full_scale", scale),
             )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ddh_twin_py.rig import Quantity, load_rig
-from ddh_twin_py.rig.sheet import BOUNDS
+from ddh_twin_py.rig.sheet import BOUNDS, SENSOR_ROW
 
 _FOOT = "*Written by `scripts/reference_pages.py` from `rig/ddh_rig.yaml` and `rig/extensions.yaml`; change it there.*"
 
@@ -24,7 +24,10 @@ def rig_sheet_page() -> str:
         lines += [f"## {section}", "", "| path | value | unit | tolerance | allowed | source |", "|---|---|---|---|---|---|"]
         lines += [_row(path, rig.quantities[path]) for path in paths]
         lines.append("")
-    lines += ["## sensors", "", "| sensor | noise of a sample | tolerance of the zero | unit |", "|---|---|---|---|"]
+    keys = ", ".join(f"`{key}`" for key in SENSOR_ROW)
+    lines += ["## sensors", "", f"A row says what differs: some of {keys}. What it leaves out is this sheet's; `unit` is needed beside "
+              "`noise`, `offset_tolerance` and `full_scale`.", "",
+              "| sensor | noise of a sample | tolerance of the zero | unit |", "|---|---|---|---|"]
     lines += [f"| `sensors.{name}` | {spec.noise:g} | {spec.offset_tolerance:g} | {spec.unit} |" for name, spec in rig.sensors.items()]
     return "\n".join([*lines, "", _FOOT, ""])
 
