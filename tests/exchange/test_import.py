@@ -164,6 +164,14 @@ def test_what_says_that_there_is_nothing_is_read_as_it_stands_in_the_log(files):
     np.testing.assert_allclose(recording.temperatures["tank_oil"].column("temperature"), [304.15])
 
 
+@pytest.mark.parametrize("written", ["-9999", "-9999,0", "-9999,000", "-9,999e3"])
+def test_a_number_that_says_that_there_is_nothing_is_meant_by_value(written, files):
+    log, mapping = files(LOG.replace("498,5", written).replace("30\n", f"{written}\n"), csv={"decimal": ",", "missing": ["n/a", -9999, 0]})
+    recording = import_logs([log], read_mapping(mapping))
+    assert np.isnan(recording.drive.column("speed")).all() and recording.drive.time.size == 2  # the time 0 is a time
+    np.testing.assert_allclose(recording.temperatures["tank_oil"].column("temperature"), [304.15])
+
+
 @pytest.mark.parametrize("changes, said", [
     ({"colums": {}}, "MAP: colums: no entry 'colums'; the nearest is 'columns'"),
     ({"time": {"colunm": "t"}}, "MAP: time.colunm: no entry 'colunm'; the nearest is 'column'"),
@@ -181,6 +189,7 @@ def test_what_says_that_there_is_nothing_is_read_as_it_stands_in_the_log(files):
     ({"csv": {"delimiter": ",", "decimal": ","}}, "MAP: csv.decimal and csv.delimiter are both ','"),
     ({"csv": {"encoding": "undefined"}}, "MAP: csv.encoding: no encoding 'undefined'"),
     ({"csv": {"encoding": "utf8x"}}, "MAP: csv.encoding: no encoding 'utf8x'"),
+    ({"csv": {"missing": [10**400]}}, "MAP: csv.missing: value is 1000"),
     ({"csv": {"header_line": 0}}, "MAP: csv.header_line: value is 0, a whole number from 1 on"),
 ])
 def test_a_mapping_that_cannot_be_used(files, changes, said):

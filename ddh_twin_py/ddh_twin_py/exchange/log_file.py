@@ -40,7 +40,8 @@ class LogFile:
         grouped = any("_" in text for text in texts)  # 5_00 is a number of Python and of no log
         try:
             if not grouped:
-                return np.array(texts, dtype=np.float64) if texts else np.empty(0)
+                values = np.array(texts, dtype=np.float64)
+                return np.where(np.isin(values, self.dialect.missing_values), np.nan, values)
         except ValueError:
             pass
         for i, text in enumerate(texts):

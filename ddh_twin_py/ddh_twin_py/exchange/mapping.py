@@ -64,7 +64,7 @@ class TimeRule:
 
 @dataclass(frozen=True)
 class Dialect:
-    """How the file is written; `delimiter` '' is found from the heading, lines count from 1."""
+    """How the file is written; `delimiter` '' is found from the heading, lines count from 1; cells are `missing` by text or value."""
 
     delimiter: str = ""
     decimal: str = "."
@@ -73,6 +73,7 @@ class Dialect:
     data_line: int = 2
     comment: str = ""
     missing: tuple[str, ...] = ("", "NaN", "nan", "NAN")
+    missing_values: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -209,8 +210,11 @@ def _dialect(file: str, entry: Mapping) -> Dialect:
     data = _line(file, "data_line", entry.get("data_line", header + 1), header + 1)
     missing = entry.get("missing", [])
     if not isinstance(missing, list):
-        raise ExchangeError(f"{file}: csv.missing: found {shown(missing)}, a list of texts is needed")
-    return Dialect(**texts, header_line=header, data_line=data, missing=(*default.missing, *(str(text) for text in missing)))
+        raise ExchangeError(f"{file}: csv.missing: found {shown(missing)}, a list of texts and numbers is needed")
+    numbers = [value for value in missing if type(value) in (int, float) and value - value == 0]  # infinity and NaN are texts
+    return Dialect(**texts, header_line=header, data_line=data,
+                   missing=(*default.missing, *(str(text) for text in missing if text not in numbers)),
+                   missing_values=tuple(finite_number(f"{file}: csv.missing", value, ExchangeError) for value in numbers))
 
 
 def _line(file: str, name: str, given: object, least: int) -> int:
