@@ -155,6 +155,23 @@ def test_a_decimal_comma_that_nobody_announced(files):
     assert said == "LOG: line 2, column 't': value is '0,5'; a time in s is needed; decimals with a comma: csv.decimal: ','"
 
 
+@pytest.mark.parametrize("csv", [{"decimal": ","}, {"decimal": ",", "delimiter": ","}])
+def test_commas_between_quoted_numbers_with_a_comma(csv, files):
+    quoted = "t,n_set,n,p,oil\n" + '"0,00",500,"498,5","12,5",30\n"0,01","500,0",,"12,6",\n'
+    recording = import_logs([files(quoted, csv=csv)[0]], read_mapping(files(quoted, csv=csv)[1]))
+    np.testing.assert_allclose(recording.drive.time, [0.0, 0.01])
+    np.testing.assert_allclose(recording.drive.column("speed"), [-498.5 * np.pi / 30, np.nan])
+    np.testing.assert_allclose(recording.hydraulic.column("pressure_rod_side"), [12.5e5, 12.6e5])
+    said = refused(files("t,n_set,n,p,oil\n0,00,500,498,12,30\n", csv=csv))  # 0 would be a time, and 00 a command
+    assert said.startswith("LOG: line 2: has 6 cells and the heading 5; where the comma is csv.delimiter and csv.decimal, a number")
+
+
+def test_a_heading_that_is_not_cut_names_its_delimiter(files):
+    said = refused(files("t,n_set,n,p,oil\n0,1,1,1,1\n", csv={"delimiter": ";"}))
+    assert said == ("LOG: line 1: no column 't'; valid are t,n_set,n,p,oil (time.column of MAP); "
+                    "its heading is one column, cut at ';' (csv.delimiter)")
+
+
 def test_what_says_that_there_is_nothing_is_read_as_it_stands_in_the_log(files):
     log, mapping = files(LOG.replace("498,5", "-9999,0").replace("12,5", "-,-").replace("30\n", "-1,5\n"),
                          csv={"decimal": ",", "missing": ["n/a", "-9999,0", "-,-", -1.5]})
@@ -186,7 +203,7 @@ def test_a_number_that_says_that_there_is_nothing_is_meant_by_value(written, fil
     ({"columns": {"speed": {"column": "n", "unit": "rpm"}}}, "MAP: columns: speed_command is missing, and the twin is driven by it"),
     ({"columns": {}}, "MAP: columns: found {}, a mapping of signals is needed"),
     ({"rig": {"payload_mass_kg": -1}}, "MAP: rig.payload_mass_kg: value is -1 kg, allowed are above 0 to 100000 kg"),
-    ({"csv": {"delimiter": ",", "decimal": ","}}, "MAP: csv.decimal and csv.delimiter are both ','"),
+    ({"csv": {"delimiter": "."}}, "MAP: csv.decimal and csv.delimiter are both '.'"),
     ({"csv": {"encoding": "undefined"}}, "MAP: csv.encoding: no encoding 'undefined'"),
     ({"csv": {"encoding": "utf8x"}}, "MAP: csv.encoding: no encoding 'utf8x'"),
     ({"csv": {"missing": [10**400]}}, "MAP: csv.missing: value is 1000"),

@@ -63,13 +63,19 @@ def _all_there(logs: Sequence[LogFile], mapping: LogMapping) -> None:
     for log in logs:
         if mapping.time.column not in log.cells:
             raise ExchangeError(f"{log.file}: line {mapping.dialect.header_line}: "
-                                f"{no_such('column', mapping.time.column, list(log.headings))} (time.column of {mapping.file})")
+                                f"{no_such('column', mapping.time.column, list(log.headings))} "
+                                f"(time.column of {mapping.file}){_uncut(log)}")
     headings = list(dict.fromkeys(name for log in logs for name in log.headings))
     for rule in mapping.columns:
         if not any(rule.column in log.cells for log in logs):
             names = ", ".join(log.file for log in logs)
             raise ExchangeError(f"{names}: line {mapping.dialect.header_line}: {no_such('column', rule.column, headings)} "
-                                f"(columns.{rule.signal.name} of {mapping.file})")
+                                f"(columns.{rule.signal.name} of {mapping.file}){_uncut(logs[0])}")
+
+
+def _uncut(log: LogFile) -> str:
+    """What is said beside of a log whose heading is one column."""
+    return f"; its heading is one column, cut at {log.dialect.delimiter!r} (csv.delimiter)" if len(log.headings) == 1 else ""
 
 
 def _samples(log: LogFile, stamps: np.ndarray, mapping: LogMapping):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import datetime
 from decimal import Decimal
 from pathlib import Path
@@ -23,7 +23,10 @@ _WIDEST = 60  # characters of a cell that are shown
 
 @dataclass(frozen=True)
 class LogFile:
-    """A log, read: `headings`, and the cells of the columns that were asked for as texts; `lines[i]` is where row i stands."""
+    """A log, read: `headings`, and the cells of the columns that were asked for as texts; `lines[i]` is where row i stands.
+
+    `dialect` names the delimiter that the file was cut at.
+    """
 
     file: str
     headings: tuple[str, ...]
@@ -101,9 +104,9 @@ def read_log(path: str | Path, dialect: Dialect, wanted: Sequence[str]) -> LogFi
         if (what := no_regular_file(path)) not in ("", "a folder"):
             raise ExchangeError(f"{file}: is {what}, a regular file is needed")
         with open(path, encoding=dialect.encoding, newline="") as stream:
-            delimiter = dialect.delimiter or _delimiter(stream, dialect)
+            dialect = replace(dialect, delimiter=dialect.delimiter or _delimiter(stream, dialect))
             stream.seek(0)
-            reader = csv.reader(stream, delimiter=delimiter)
+            reader = csv.reader(stream, delimiter=dialect.delimiter)
             for row in reader:
                 line = reader.line_num
                 if line < dialect.header_line or not row or dialect.comment and row[0].startswith(dialect.comment):
@@ -115,6 +118,9 @@ def read_log(path: str | Path, dialect: Dialect, wanted: Sequence[str]) -> LogFi
                 elif line >= dialect.data_line and any(row):
                     if len(row) <= max(places.values(), default=-1):
                         raise ExchangeError(f"{file}: line {line}: has {len(row)} of the {len(headings)} cells of the heading")
+                    if dialect.delimiter == dialect.decimal and len(row) != len(headings):
+                        raise ExchangeError(f"{file}: line {line}: has {len(row)} cells and the heading {len(headings)}; where the comma "
+                                            "is csv.delimiter and csv.decimal, a number with a comma stands in quotes")
                     lines.append(line)
                     for name, at in places.items():
                         cells[name].append(row[at])
@@ -149,8 +155,8 @@ def headings_of(path: str | Path, dialect: Dialect) -> tuple[str, ...]:
 
 
 def _delimiter(stream, dialect: Dialect) -> str:
-    """What the heading is most cut by."""
+    """What the heading is most cut by; by the decimal comma only where nothing else is there."""
     for number, line in enumerate(stream, 1):
         if number >= dialect.header_line and line.strip() and not (dialect.comment and line.startswith(dialect.comment)):
-            return max(_DELIMITERS, key=lambda mark: line.count(mark) * (mark != dialect.decimal or mark == "."))
+            return max(_DELIMITERS, key=lambda mark: (mark != dialect.decimal and mark in line, line.count(mark)))
     return ","

@@ -198,7 +198,7 @@ def _dialect(file: str, entry: Mapping) -> Dialect:
         raise ExchangeError(f"{file}: csv.delimiter: value is {texts['delimiter']!r}, one character is needed (a tabulator: tab)")
     if texts["decimal"] not in (".", ","):
         raise ExchangeError(f"{file}: csv.decimal: value is {texts['decimal']!r}, allowed are '.' and ','")
-    if texts["decimal"] == texts["delimiter"]:
+    if texts["decimal"] == texts["delimiter"] != ",":  # a comma may be both where numbers stand in quotes
         raise ExchangeError(f"{file}: csv.decimal and csv.delimiter are both {texts['decimal']!r}")
     try:
         "".encode(texts["encoding"])
