@@ -42,6 +42,7 @@ def test_nodes_that_compile_for_long_are_waited_for(monkeypatch, tmp_path):
     clock = iter(range(0, 10**6, 1200))
     monkeypatch.setattr(live_play, "LiveGraph", SlowGraph)
     monkeypatch.setattr(live_play, "lost_messages", lambda bag, recorded: 0)
+    monkeypatch.setattr(live_play, "played_topics", lambda bag: ["*"])
     monkeypatch.setattr(time, "sleep", lambda seconds: None)
     monkeypatch.setattr(time, "monotonic", lambda: float(next(clock)))
     played = live_play.play(tmp_path / "bag", tmp_path / "recorded", tmp_path / "log", quiet=True)

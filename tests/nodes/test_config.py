@@ -13,6 +13,8 @@ from types import SimpleNamespace
 import pytest
 import rclpy
 import yaml
+from ddh_twin_py.bags.qos import SENSOR_DATA
+from ddh_twin_py.bags.writer import BagWriter
 from ddh_twin_py.cli import up
 from ddh_twin_py.cli.twin_nodes import TWIN
 from ddh_twin_py.nodes.parameter_file import PARAMETERS, AsRos, ParameterFileError, check_files, read_parameter_file, unanswered
@@ -341,6 +343,23 @@ def test_a_recording_that_is_not_whole_is_said_and_counts(ended, restarts, code,
     assert up.run(parser.parse_args(["up", "--quiet", "--record", str(tmp_path / "bag")])) == code
     assert [text for text in Ended.said if "not all was recorded" in text and str(tmp_path / "bag") in text] == Ended.said[1:]
     assert len(Ended.said) == 1 + code
+
+
+def test_of_a_bag_telemetry_and_rig_are_played_unless_the_file_names_other_topics(launch_file, paper_cycle_bag, tmp_path):
+    def topics(bag, *given):
+        arguments = launch_file.parser().parse_args(["--source=bag", f"--bag={bag}", "--namespace=a", *given])
+        return up.node_parameters(arguments)["bag_player"].get("topics")
+
+    played = topics(paper_cycle_bag)
+    assert {"rig", "drive/telemetry", "temperature/tank_oil"} <= set(played) and "temperature/estimates" not in played
+    assert not any(pattern.startswith(("hydraulics/s", "motor/", "gap/")) or "*" in pattern for pattern in played)
+    (tmp_path / "twin.yaml").write_text("/**/bag_player: {ros__parameters: {topics: ['*']}}\n")
+    assert topics(paper_cycle_bag, f"--params={tmp_path / 'twin.yaml'}") is None
+    (tmp_path / "other.yaml").write_text("/b/bag_player: {ros__parameters: {topics: ['*']}}\n")
+    assert topics(paper_cycle_bag, f"--params={tmp_path / 'other.yaml'}") == played
+    with BagWriter(tmp_path / "other") as writer:
+        writer.write_raw("/tf", "std_msgs/msg/Empty", SENSOR_DATA, 0, bytes(8))
+    assert topics(tmp_path / "other") == ["*"]
 
 
 def test_the_live_page_is_an_option_and_no_player_waits_for_it(launch_file, paper_cycle_bag):

@@ -10,7 +10,7 @@ from pathlib import Path
 from ddh_twin_py.bags.message_types import know
 from ddh_twin_py.cli.console import stage
 from ddh_twin_py.cli.live_graph import LiveGraph
-from ddh_twin_py.cli.twin_nodes import FLUSH_AFTER, MODELS
+from ddh_twin_py.cli.twin_nodes import FLUSH_AFTER, MODELS, played_topics
 from ddh_twin_py.sources.raw_bag import RawBag
 from ddh_twin_py.telemetry.signals import TOPIC_TYPES
 
@@ -61,6 +61,7 @@ def play(
             playing: list[float] = []
             graph.start("bag_player", {
                 "bag": str(bag), "rate": float(rate), "wait_for_nodes": [*MODELS, "bag_recorder"], "wait": _START,
+                "topics": played_topics(bag),
             }, hear=lambda line: _hear(line, said, playing))
             while not playing and graph.alive("bag_player"):  # which ends with an error where nodes are not ready for too long
                 graph.check(ended="bag_player")

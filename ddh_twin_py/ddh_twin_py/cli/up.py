@@ -31,7 +31,7 @@ from ddh_twin_py.cli.arguments import (
 from ddh_twin_py.cli.console import put_json, say
 from ddh_twin_py.cli.parameter_yaml import parameter_yaml
 from ddh_twin_py.cli.supervisor import Child, Supervisor, combined_log
-from ddh_twin_py.cli.twin_nodes import FLUSH_AFTER, TWIN
+from ddh_twin_py.cli.twin_nodes import FLUSH_AFTER, TWIN, played_topics
 
 __all__ = ["ENDING", "Parser", "add_parser", "check", "environment_additions", "node_parameters", "run"]
 
@@ -58,7 +58,7 @@ def add_parser(subparsers) -> None:
         "--source", choices=SOURCES, default="none",
         help="where telemetry comes from: none (default; a machine publishes it), bag (played without loss), simulation",
     )
-    parser.add_argument("--bag", metavar="BAG", type=named_file, help="bag to play, with --source bag")
+    parser.add_argument("--bag", metavar="BAG", type=named_file, help="bag to play, with --source bag: its telemetry and rig")
     parser.add_argument("--duty", metavar="FILE", type=named_file,
                         help="duty file, or the name of one of the project's, with --source simulation")
     parser.add_argument("--seed", type=seed, default=1, help="which rig is simulated (default 1)")
@@ -103,6 +103,8 @@ def node_parameters(args: argparse.Namespace) -> dict[str, dict[str, object]]:
         nodes["bag_player"] = {
             "bag": str(args.bag), "rate": args.rate, "loop": args.loop, "wait_for_nodes": [name for name in nodes if name != "web_view"],
         }  # fmt: skip
+        if not _in_file(args, "bag_player", "topics"):
+            nodes["bag_player"]["topics"] = played_topics(args.bag)
     if args.source == "simulation":
         simulated = {"source": "simulation", "rate": args.rate, "loop": args.loop}
         simulated |= {"simulation.duty": str(args.duty), "simulation.seed": args.seed}
@@ -110,6 +112,15 @@ def node_parameters(args: argparse.Namespace) -> dict[str, dict[str, object]]:
             simulated["simulation.rig"] = str(args.rig)
         nodes |= {"drive_telemetry": dict(simulated), "pressure_telemetry": dict(simulated)}
     return nodes
+
+
+def _in_file(args: argparse.Namespace, node: str, name: str) -> bool:
+    """Whether the parameter file gives a node this parameter."""
+    if not args.params:
+        return False
+    from ddh_twin_py.nodes.parameter_file import gives, read_parameter_file
+
+    return gives(read_parameter_file(args.params), f"/{args.namespace.strip('/')}/{node}", name)
 
 
 def _ran(args: argparse.Namespace, children: Sequence[Child], code: int) -> dict:

@@ -110,7 +110,7 @@ def run(args: argparse.Namespace) -> int:
 
 def _played(args: argparse.Namespace) -> dict[str, dict[str, object]]:
     """Nodes that play a recording through the twin; none where there is no recording."""
-    from ddh_twin_py.cli.twin_nodes import FLUSH_AFTER, MODELS, TWIN
+    from ddh_twin_py.cli.twin_nodes import FLUSH_AFTER, MODELS, TWIN, played_topics
 
     if not args.bag:
         return {}
@@ -123,6 +123,7 @@ def _played(args: argparse.Namespace) -> dict[str, dict[str, object]]:
     rate = 1.0 if args.rate is None else args.rate
     nodes["bag_player"] = {
         "bag": str(args.bag), "rate": rate, "paused": args.paused, "exit_at_end": False, "wait_for_nodes": list(TWIN), "wait": _START,
+        "topics": played_topics(args.bag),
     }  # fmt: skip
     return nodes
 

@@ -176,6 +176,11 @@ def unanswered(sections: Mapping[str, object], namespace: str) -> list[str]:
     return [section for section in sections if not any(_takes(section, node) for node in nodes)]
 
 
+def gives(sections: Mapping[str, Mapping[str, object]], node: str, name: str) -> bool:
+    """Whether sections give this parameter to a node, which is named in full."""
+    return any(name in values and _takes(section, node) for section, values in sections.items())
+
+
 def _takes(section: str, node: str) -> bool:
     """Whether a node takes a section, as ROS matches their names."""
     levels = [{"**": ".*", "*": "[^/]+"}.get(level, re.escape(level)) for level in section.strip("/").split("/")]
