@@ -26,6 +26,16 @@ def test_a_rig_id_is_escaped_and_bounded(tmp_path, short, capsys):
     assert "\x1b" not in out and "\x07" not in out and "press" in out and len(out) < 5000
 
 
+def test_an_oil_is_escaped_once(tmp_path, short):
+    read = read_recording(write_recording(tmp_path / "bag", replace(short, rig=replace(short.rig, oil_grade="VG\n32"))))
+    (finding,) = read.findings
+    assert "oil_grade is 'VG\\n32', the reference" in finding.message
+    (finding,) = replace(read, findings=[]).held_against("ISO VG 46").findings
+    assert "oil_grade is 'VG\\n32', the rig file's is 'ISO VG 46'" in finding.message
+    (finding,) = replace(read, findings=[], rig=replace(read.rig, oil_grade="VG\n32")).held_against("ISO VG 46").findings
+    assert "oil_grade is 'VG\\n32', the rig" in finding.message
+
+
 def test_so_is_a_topic(tmp_path, short, capsys):
     with BagWriter(tmp_path / "bag") as writer:
         writer.write_rig(short.rig, short.epoch_ns, "/" + ESCAPE)

@@ -48,7 +48,7 @@ def test_a_stamp_that_ros_cannot_hold_is_refused_with_its_topic(tmp_path, short)
     with pytest.raises(BagError, match=r"drive/telemetry: stamp -\d\.\d s since 1970 cannot be written, allowed are 0 to"):
         write_recording(tmp_path / "early", early)
     assert not (tmp_path / "early").exists()
-    with pytest.raises(BagError, match=r"drive/telemetry: stamp 2147483648\.\d s since 1970 .*January 2038"):
+    with pytest.raises(BagError, match=r"drive/telemetry: stamp 2147483648\.\d s since 1970 .* 0 to below 2147483648 s \(January 2038"):
         write_recording(tmp_path / "late", late)
     assert not (tmp_path / "late").exists()
 

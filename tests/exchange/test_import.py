@@ -166,6 +166,14 @@ def test_commas_between_quoted_numbers_with_a_comma(csv, files):
     assert said.startswith("LOG: line 2: has 6 cells and the heading 5; where the comma is csv.delimiter and csv.decimal, a number")
 
 
+def test_a_name_of_digits_is_told_as_it_is_written_or_refused(files):
+    log, mapping = files()
+    mapping.write_text(mapping.read_text().replace("press_7", "007"))
+    assert "'007' is no int: YAML takes a number that begins with 0 as octal; put a name in quotes" in refused((log, mapping))
+    mapping.write_text(mapping.read_text().replace("007", "'007'"))
+    assert import_logs([log], read_mapping(mapping)).rig.rig_id == "007"
+
+
 def test_a_heading_that_is_not_cut_names_its_delimiter(files):
     said = refused(files("t,n_set,n,p,oil\n0,1,1,1,1\n", csv={"delimiter": ";"}))
     assert said == ("LOG: line 1: no column 't'; valid are t,n_set,n,p,oil (time.column of MAP); "

@@ -151,8 +151,8 @@ def _rig(file: str, namespace: str, collector: Collector) -> tuple[RigInfo | Non
         first, then = (rigs[0], rigs[used] if used else others[0])
         which = f"number {used + 1} of {len(rigs)}, whose payload is the first that is a mass," if used else "the first"
         message = (
-            f"{file}: topic {topic} says payload {first.payload_mass:g} kg and {first.oil_grade!r} first, "
-            f"then {then.payload_mass:g} kg and {then.oil_grade!r}; {which} is used"
+            f"{file}: topic {topic} says payload {first.payload_mass:g} kg and '{first.oil_grade}' first, "
+            f"then {then.payload_mass:g} kg and '{then.oil_grade}'; {which} is used"
         )
         findings.append(Finding("warning", file, topic, "payload_mass", others[0].payload_mass, len(others), message))
     return replace(rig, rig_id=next(iter(names), "")), findings
@@ -173,7 +173,7 @@ def _usable(file: str, topic: str, rig: RigInfo) -> tuple[RigInfo, list[Finding]
         findings.append(Finding("warning", file, topic, "payload_mass", rig.payload_mass, 1, message))
         rig = replace(rig, payload_mass=float("nan"))
     if not same_oil(rig.oil_grade, OIL_GRADE):
-        given = repr(rig.oil_grade) if rig.oil_grade.strip() else "not told"
+        given = f"'{rig.oil_grade}'" if rig.oil_grade.strip() else "not told"
         message = (
             f"{file}: topic {topic} oil_grade is {given}, the reference sheet's is {OIL_GRADE!r}; the oil of the rig file is "
             "used (another one: oil: {grade: ISO VG 46} in a file for --rig)"

@@ -258,7 +258,7 @@ def _check_stamps(path: str | Path, topic: str, stamps: np.ndarray, latency_ns: 
     beyond = np.flatnonzero((stamps >= 2**31 * 1_000_000_000) | (stamps < -latency_ns))
     if beyond.size:
         said = f"{stamps[beyond[0]] * 1e-9:.1f} s since 1970"
-        raise BagError(f"{path}: {topic}: stamp {said} cannot be written, allowed are 0 to {2**31} s (January 2038)")
+        raise BagError(f"{path}: {topic}: stamp {said} cannot be written, allowed are 0 to below {2**31} s (January 2038)")
 
 
 def _stamp(store, stamp_ns: int):

@@ -14,6 +14,7 @@ from ddh_twin_py.exchange.units import TIME_UNITS, to_inside, units_for
 from ddh_twin_py.names import no_such
 from ddh_twin_py.rig import LARGEST_PAYLOAD
 from ddh_twin_py.rig.numbers import finite_number
+from ddh_twin_py.rig.unique_keys import DecimalLoader
 from ddh_twin_py.rig.yaml_file import mapping, read_yaml, shown
 from ddh_twin_py.telemetry.recording import RigInfo
 from ddh_twin_py.telemetry.signals import SIGNALS, TEMPERATURE_PREFIX, Signal, signal_named
@@ -94,7 +95,7 @@ def read_mapping(path: str | Path) -> LogMapping:
         ExchangeError: file missing or not YAML, an entry that is unknown (with the nearest valid one), missing, or out of range.
     """
     file = str(path)
-    tree = mapping(read_yaml(path, "mapping file", ExchangeError), file, "mapping file", ExchangeError)
+    tree = mapping(read_yaml(path, "mapping file", ExchangeError, DecimalLoader), file, "mapping file", ExchangeError)
     _known(file, "", tree, _ENTRIES[""])
     parts = {name: _part(file, tree, name) for name in ("time", "rig", "csv")}
     given = tree.get("columns")

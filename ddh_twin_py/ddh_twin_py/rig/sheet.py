@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from datetime import date
 from importlib import resources
 from pathlib import Path
 from typing import Any
@@ -22,6 +23,7 @@ from ddh_twin_py.rig.errors import RigError
 from ddh_twin_py.rig.numbers import PURE_NUMBER, finite_number
 from ddh_twin_py.rig.oil_grades import OF_GRADE, oil_grade
 from ddh_twin_py.rig.own_oil import of_own_oil
+from ddh_twin_py.rig.unique_keys import DecimalLoader
 from ddh_twin_py.rig.yaml_file import mapping, parse_yaml, read_yaml, shown
 
 CUT = 2.5
@@ -216,7 +218,7 @@ def load_rig(path: str | Path | None = None) -> Rig:
     """
     if path is None:
         return _REFERENCE
-    tree = mapping(read_yaml(path, "rig file", RigError), str(path), "rig file", RigError, "sections")
+    tree = mapping(read_yaml(path, "rig file", RigError, DecimalLoader), str(path), "rig file", RigError, "sections")
     tree, grade = _named_oil(tree, str(path))
     _refuse_unknown_sections(tree, str(path))
     _refuse_unknown_sensors(tree.get("sensors"), str(path))
@@ -374,7 +376,8 @@ def _parse(tree: dict, file: str, of_sheet: Mapping[str, SensorSpec]) -> tuple[s
 
     rig_id = tree.get("rig_id", "")
     if isinstance(rig_id, bool) or not isinstance(rig_id, (str, int, float)):
-        raise RigError(f"{file}: rig_id: found {shown(rig_id)}, a name is needed")
+        quotes = "; put it in quotes" if isinstance(rig_id, (bool, date)) else ""
+        raise RigError(f"{file}: rig_id: found {shown(rig_id)}, a name is needed{quotes}")
     for section, node in tree.items():
         if section == "rig_id":
             continue

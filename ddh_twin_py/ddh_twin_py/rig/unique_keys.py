@@ -9,6 +9,7 @@ import yaml
 
 CLINGS = re.compile(r"[\w.]+:[^\s/]")
 """A name and its value without the blank between them, no address."""
+_OCTAL = re.compile(r"[-+]?0[0-9_]+")
 _SURROGATE = re.compile("[\ud800-\udfff]")
 
 
@@ -37,6 +38,19 @@ class Loader(yaml.SafeLoader):
             kind = node.tag.rpartition(":")[2]
             why = f": {cause}" if isinstance(cause, ValueError) else ""
             raise yaml.constructor.ConstructorError(None, None, f"{node.value!r} is no {kind}{why}", node.start_mark) from None
+
+
+class DecimalLoader(Loader):
+    """A reader to which 007 is no 7 and 010 no 8, as they are to YAML."""
+
+    def construct_yaml_int(self, node: yaml.ScalarNode) -> int:
+        """See `yaml.SafeLoader`. Raises ValueError."""
+        if _OCTAL.fullmatch(node.value):
+            raise ValueError("YAML takes a number that begins with 0 as octal; put a name in quotes, and write a number without that 0")
+        return super().construct_yaml_int(node)
+
+
+DecimalLoader.add_constructor("tag:yaml.org,2002:int", DecimalLoader.construct_yaml_int)
 
 
 def read_unique(text: str, loader_type: type[Loader] = Loader) -> object:

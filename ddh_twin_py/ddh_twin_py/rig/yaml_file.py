@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from datetime import date
 from pathlib import Path
 
 import yaml
@@ -84,4 +85,4 @@ def mapping(tree: object, name: str, kind: str, error: type[ValueError], entries
 
 def shown(value: object) -> str:
     """A value of a file as it is told: that there is none, or what it is."""
-    return "nothing" if value is None else repr(value)
+    return "nothing" if value is None else str(value) if isinstance(value, date) else repr(value)

@@ -7,6 +7,8 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from ddh_twin_py.rig.files import printable
+
 from .signals import (
     DRIVE_FIELDS,
     DRIVE_TOPIC,
@@ -153,7 +155,7 @@ class Recording:
         if told or not self.rig.oil_grade.strip():
             return self
         topic = f"{self.namespace}/{RIG_TOPIC}"
-        message = (f"{self.path}: topic {topic} oil_grade is {self.rig.oil_grade!r}, the rig file's is {oil_grade!r}; "
+        message = (f"{self.path}: topic {topic} oil_grade is '{printable(self.rig.oil_grade)}', the rig file's is {oil_grade!r}; "
                    "the oil of the rig file is used")
         return replace(self, findings=[*self.findings, Finding("warning", self.path, topic, "oil_grade", self.rig.oil_grade, 1, message)])
 
