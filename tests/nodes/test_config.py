@@ -357,6 +357,8 @@ def test_of_a_bag_telemetry_and_rig_are_played_unless_the_file_names_other_topic
     assert topics(paper_cycle_bag, f"--params={tmp_path / 'twin.yaml'}") is None
     (tmp_path / "other.yaml").write_text("/b/bag_player: {ros__parameters: {topics: ['*']}}\n")
     assert topics(paper_cycle_bag, f"--params={tmp_path / 'other.yaml'}") == played
+    (tmp_path / "root.yaml").write_text("bag_player: {ros__parameters: {topics: ['*']}}\n")
+    assert topics(paper_cycle_bag, f"--params={tmp_path / 'root.yaml'}", "--namespace=/") is None
     with BagWriter(tmp_path / "other") as writer:
         writer.write_raw("/tf", "std_msgs/msg/Empty", SENSOR_DATA, 0, bytes(8))
     assert topics(tmp_path / "other") == ["*"]

@@ -118,9 +118,10 @@ def _in_file(args: argparse.Namespace, node: str, name: str) -> bool:
     """Whether the parameter file gives a node this parameter."""
     if not args.params:
         return False
+    from ddh_twin_py.bags.topics import normalised
     from ddh_twin_py.nodes.parameter_file import gives, read_parameter_file
 
-    return gives(read_parameter_file(args.params), f"/{args.namespace.strip('/')}/{node}", name)
+    return gives(read_parameter_file(args.params), f"{normalised(args.namespace)}/{node}", name)
 
 
 def _ran(args: argparse.Namespace, children: Sequence[Child], code: int) -> dict:
