@@ -4,13 +4,14 @@ import numpy as np
 import pytest
 from builtin_interfaces.msg import Time
 from ddh_twin_py.gap.watch.watch import HYDRAULIC, GapWatch, Settings
-from ddh_twin_py.nodes.feeds.gap_inputs import Forward, FreeRunTemperatures
+from ddh_twin_py.nodes.feeds.gap_inputs import ESTIMATE_TOPIC, READING_TOPIC, RESIDUAL_TOPIC, Forward, FreeRunResiduals, FreeRunTemperatures
+from ddh_twin_py.nodes.messages.conversion import FREE_RUN
 from ddh_twin_py.physics.thermal_network import NODES
 from ddh_twin_py.rig import load_rig
 from ddh_twin_py.twin.temperature_sensors import SENSORS
 from rclpy.serialization import serialize_message
 
-from ddh_msgs.msg import TemperatureEstimate, TemperatureEstimateArray
+from ddh_msgs.msg import ResidualArray, TemperatureEstimate, TemperatureEstimateArray
 
 TICK = 50_000_000
 
@@ -71,3 +72,11 @@ def test_what_sensors_read_of_the_free_run_does_not_depend_on_how_estimates_are_
         return np.array([taken._expected[tick * TICK] for tick in range(1, 41)])
 
     np.testing.assert_allclose(expected(batch), expected(1), rtol=0.0, atol=1e-9)
+
+
+def test_messages_that_are_cut_off_are_counted_by_topic():
+    residuals, temperatures = FreeRunResiduals(), FreeRunTemperatures(np.full(len(SENSORS), 1.0), 0.5)
+    cut = serialize_message(ResidualArray(source=FREE_RUN))[:-4]
+    assert residuals.parse([cut, cut]) == temperatures.parse([cut[:20]]) == []
+    assert temperatures.take_estimates([estimates(1, 30.0)[:100], estimates(2, 30.0)]) == 2 * TICK
+    assert residuals.unreadable | temperatures.unreadable == {RESIDUAL_TOPIC: 2, READING_TOPIC: 1, ESTIMATE_TOPIC: 1}

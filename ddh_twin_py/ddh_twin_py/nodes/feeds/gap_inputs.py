@@ -55,6 +55,11 @@ class FreeRunResiduals:
     def __init__(self) -> None:
         self._parser = BulkParser(ResidualArray)
 
+    @property
+    def unreadable(self) -> dict[str, int]:
+        """How many messages were left out by topic, see `BulkParser`."""
+        return {RESIDUAL_TOPIC: self._parser.unreadable}
+
     def parse(self, messages: Sequence[bytes]) -> list[tuple[np.ndarray, ...]]:
         """Runs of stamps int64 (n,) in ns, measured, predicted (n, S) and rod velocity in m/s (n,), NaN for a signal that is not named."""
         runs = []
@@ -79,6 +84,11 @@ class FreeRunTemperatures:
         self._lagging, self._top_share = LaggedReadings(lag), top_share
         self._last: int | None = None  # ns, stamp of the free run that was taken last
         self._expected: dict[int, np.ndarray] = {}  # degC (S,) by stamp in ns
+
+    @property
+    def unreadable(self) -> dict[str, int]:
+        """How many messages were left out by topic, see `BulkParser`."""
+        return {ESTIMATE_TOPIC: self._estimates.unreadable, READING_TOPIC: self._readings.unreadable}
 
     def take_estimates(self, messages: Sequence[bytes]) -> int | None:
         """Keep the free run's temperatures; the newest stamp in ns, None without a message."""
