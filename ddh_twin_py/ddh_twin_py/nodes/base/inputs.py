@@ -19,7 +19,7 @@ from rclpy.qos import QoSProfile
 from rclpy.subscription import Subscription
 
 from ddh_twin_py.nodes.base import qos
-from ddh_twin_py.nodes.messages.wire import read
+from ddh_twin_py.nodes.base.deserialised import deserialised
 
 _JUMP = 500_000_000  # ns
 _PAUSE = 0.5  # s of wall time without a message that are a pause
@@ -127,7 +127,7 @@ class Inputs:
 
     def read(self, entry: Input, messages: Iterable[bytes]) -> list[object]:
         """Messages of an input as objects of its type; what is none is left out, counted, and said once."""
-        found = [read(message, entry.message_type) for message in messages]
+        found = [deserialised(message, entry.message_type) for message in messages]
         self.leave_out(entry, entry.rejected + sum(message is None for message in found))
         return [message for message in found if message is not None]
 

@@ -12,7 +12,9 @@ import importlib
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from rclpy.serialization import deserialize_message, serialize_message
+from rclpy.serialization import serialize_message
+
+from ddh_twin_py.nodes.base.deserialised import deserialised
 
 _ENCAPSULATION = 4
 _STAMP_BYTES = 8
@@ -122,7 +124,7 @@ class BulkParser:
 
     def _anew(self, message: bytes) -> tuple[np.ndarray, dict[str, np.ndarray]] | None:
         """A message by a layout of its own, also where another serialiser wrote it; None where it is none of the type."""
-        example = read(message, self.message_type)
+        example = deserialised(message, self.message_type)
         if example is None or not _each_named(example):
             return None
         self.example, self._layout = example, Layout(example)
@@ -133,14 +135,6 @@ class BulkParser:
         while count < len(messages) and self._layout.parse(messages[count : count + 1]) is not None:
             count += 1
         return count
-
-
-def read(message: bytes, message_type: type) -> object | None:
-    """A serialised message as an object of its type; None where it is none, as one that is cut off."""
-    try:
-        return deserialize_message(message, message_type)
-    except RuntimeError:
-        return None
 
 
 def _each_named(message: object) -> bool:
