@@ -57,7 +57,7 @@ class Rows:
         stored = Arrived(log_time, stamp, np.concatenate(self.values))
         self.log_time, self.stamp, self.values = [], [], []
         if np.any(log_time[1:] < log_time[:-1]) and np.any(stamp < np.maximum.accumulate(stamp) - to_ns(REORDER_WINDOW)):
-            return stored.at(order_of_arrival(log_time, np.zeros(log_time.size, np.int64)))
+            return stored.at(order_of_arrival(log_time))
         return stored
 
 

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ddh_twin_py.bags.arrival import order_of_arrival, time_gone_by
+from ddh_twin_py.bags.arrival import order_of_arrival, steps_of_arrival, time_gone_by
 from ddh_twin_py.bags.compression import unpack_messages
 from ddh_twin_py.bags.errors import BagError
 from ddh_twin_py.bags.folder import open_folder
@@ -114,10 +114,11 @@ class RawBag:
     def _places(self) -> tuple[np.ndarray, np.ndarray]:
         """Which place in order of arrival each message has, int64[n], in the order of the files; when the one of each place is due, ns."""
         topic, log_time = (np.concatenate(parts) for parts in zip(*(block[:2] for block in self._blocks([], [])), strict=True))
-        order = order_of_arrival(log_time, topic)
+        times, back = steps_of_arrival(log_time, topic)
+        order = order_of_arrival(times, back)
         place = np.empty_like(order)
         place[order] = np.arange(order.size)
-        due = time_gone_by(log_time[order])
+        due = time_gone_by(times[order])
         self.begin_ns, self.end_ns = int(due[0]), int(due[-1])
         return place, due
 
