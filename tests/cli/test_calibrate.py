@@ -185,7 +185,7 @@ def test_a_fit_that_had_not_settled_says_so_at_the_end(bag, tmp_path, capsys, mo
 def test_a_share_that_is_none_is_refused(bag, share, capsys):
     with pytest.raises(SystemExit) as left:
         main(["calibrate", str(bag), "--held-out", share])
-    assert left.value.code == 2 and "share from 0 to 0.9" in capsys.readouterr().err
+    assert left.value.code == 2 and "is no number from 0 to 0.9" in capsys.readouterr().err
 
 
 def test_an_output_that_is_an_input_is_refused(bag, tmp_path, capsys):

@@ -25,6 +25,16 @@ def answered(tmp_path):
     return tmp_path
 
 
+@pytest.fixture
+def other(answered):
+    """Another sealed bench of the same cases, whose answers took another time."""
+    folder = answered / "other"
+    shutil.copytree(answered, folder, ignore=shutil.ignore_patterns("other"))
+    for file in (folder / "results").iterdir():
+        file.write_text(json.dumps({**json.loads(file.read_text()), "seconds": 77.0}))
+    return folder
+
+
 def test_what_has_no_answer_yet_is_left_out(answered, capsys):
     assert main(["gap-bench", "score", str(answered)]) == 0
     said = capsys.readouterr()
@@ -47,17 +57,13 @@ def test_score_prints_and_writes(answered, capsys):
     assert "<svg" in page and "case_0003" in page and "stated probability" in page
 
 
-def test_several_benches_are_scored_together(answered, tmp_path, capsys):
-    other = tmp_path / "other"
-    shutil.copytree(answered, other, ignore=shutil.ignore_patterns("other"))
+def test_several_benches_are_scored_together(answered, other, tmp_path, capsys):
     assert main(["gap-bench", "score", str(answered), str(other), "--html", str(tmp_path / "both.html")]) == 0
     assert "Of 4 sealed cases 100 %" in capsys.readouterr().out
     assert "other/case_0001" in (tmp_path / "both.html").read_text() and not (other / "scores.json").exists()
 
 
-def test_a_bench_among_several_is_scored_alone(answered, tmp_path, capsys):
-    other = tmp_path / "other"
-    shutil.copytree(answered, other, ignore=shutil.ignore_patterns("other"))
+def test_a_bench_among_several_is_scored_alone(answered, other, capsys):
     asked = ["gap-bench", "score", str(answered), str(other), "--json", "-", "--quiet"]
     assert main([*asked, "--bench", "other"]) == 0
     scored = json.loads(capsys.readouterr().out)
