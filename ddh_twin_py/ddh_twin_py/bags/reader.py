@@ -17,7 +17,7 @@ from ddh_twin_py.bags.opening import of_file, open_storage, readable, unpacked
 from ddh_twin_py.bags.topics import choose_namespace, nearest_telemetry, split_topic
 from ddh_twin_py.bags.wrong_stamps import sound
 from ddh_twin_py.names import first_of
-from ddh_twin_py.rig import LARGEST_PAYLOAD, OIL_GRADE
+from ddh_twin_py.rig import OIL_GRADE, PAYLOADS, is_payload
 from ddh_twin_py.telemetry.recording import Finding, Recording, RigInfo, Stream, same_oil
 from ddh_twin_py.telemetry.signals import (
     BESIDE_SENSORS,
@@ -144,10 +144,10 @@ def _rig(file: str, namespace: str, collector: Collector) -> tuple[RigInfo | Non
     if len(names) > 1:
         listed = " and ".join(repr(n) for n in names)
         raise BagError(f"{file}: topic {topic} names {len(names)} rigs, {listed}; a recording is of one rig")
-    used = next((number for number, rig in enumerate(rigs) if _is_mass(rig.payload_mass)), 0)
+    used = next((number for number, rig in enumerate(rigs) if is_payload(rig.payload_mass)), 0)
     rig, findings = _usable(file, topic, rigs[used])
     others = [other for other in rigs if (other.payload_mass, other.oil_grade) != (rigs[used].payload_mass, rigs[used].oil_grade)]
-    if others and _is_mass(rig.payload_mass):
+    if others and is_payload(rig.payload_mass):
         first, then = (rigs[0], rigs[used] if used else others[0])
         which = f"number {used + 1} of {len(rigs)}, whose payload is the first that is a mass," if used else "the first"
         message = (
@@ -158,16 +158,12 @@ def _rig(file: str, namespace: str, collector: Collector) -> tuple[RigInfo | Non
     return replace(rig, rig_id=next(iter(names), "")), findings
 
 
-def _is_mass(payload: float) -> bool:
-    return 0.0 < payload <= LARGEST_PAYLOAD
-
-
 def _usable(file: str, topic: str, rig: RigInfo) -> tuple[RigInfo, list[Finding]]:
     """The rig with a payload that is a mass or NaN, and what is said about payload and oil."""
     findings = []
-    if not _is_mass(rig.payload_mass):
+    if not is_payload(rig.payload_mass):
         message = (
-            f"{file}: topic {topic} payload_mass is {rig.payload_mass:g} kg, allowed are above 0 to {LARGEST_PAYLOAD:g} kg; "
+            f"{file}: topic {topic} payload_mass is {rig.payload_mass:g} kg, allowed are {PAYLOADS}; "
             "the rig file's payload is taken instead"
         )
         findings.append(Finding("warning", file, topic, "payload_mass", rig.payload_mass, 1, message))

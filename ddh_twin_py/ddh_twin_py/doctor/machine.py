@@ -10,7 +10,7 @@ from ddh_twin_py.bags.message_types import know
 from ddh_twin_py.bags.topics import nearest_telemetry, split_topic
 from ddh_twin_py.doctor.check import Check
 from ddh_twin_py.doctor.survey import HeardTopic, Survey
-from ddh_twin_py.rig import LARGEST_PAYLOAD
+from ddh_twin_py.rig import PAYLOADS, is_payload
 from ddh_twin_py.telemetry.clocks.clock import PUT_BACK
 from ddh_twin_py.telemetry.clocks.other_clocks import outvoted
 from ddh_twin_py.telemetry.clocks.stream_line import LONGEST_LAG
@@ -146,8 +146,8 @@ def _rig(heard: HeardTopic) -> Check:
         return Check(GROUP, heard.topic, "warning", "nothing came", "one message", f"{', '.join(heard.publishers)} must publish it once")
     message = know(RIG_TYPE).deserialize_cdr(heard.messages[-1], RIG_TYPE)
     found = f"{message.rig_id or 'no rig_id'}, {message.oil_grade or 'no oil grade'}, payload {message.payload_mass:g} kg"
-    right = f"payload_mass above 0 to {LARGEST_PAYLOAD:g} kg"
-    if not 0.0 < message.payload_mass <= LARGEST_PAYLOAD:
+    right = f"payload_mass {PAYLOADS}"
+    if not is_payload(message.payload_mass):
         return Check(GROUP, heard.topic, "warning", found, right, "say what the rod lifts; the rig file's is used instead")
     return Check(GROUP, heard.topic, "ok", found, f"rig_id, oil grade, {right}")
 

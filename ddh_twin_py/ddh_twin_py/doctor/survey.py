@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ddh_twin_py.bags.cdr import stamped_floats
+from ddh_twin_py.bags.cdr import floats_of_messages
 
 
 @dataclass(frozen=True)
@@ -26,9 +26,8 @@ class HeardTopic:
     messages: list[bytes]
 
     def floats(self, fields: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Stamps, values (n, fields) that follow the header, and which messages are sound; see `stamped_floats`."""
-        size = np.array([len(message) for message in self.messages], np.int64)
-        return stamped_floats(np.frombuffer(b"".join(self.messages), np.uint8), np.cumsum(size) - size, size, fields)
+        """Stamps, values (n, fields) that follow the header, and which messages are sound; see `cdr.stamped_floats`."""
+        return floats_of_messages(self.messages, fields)
 
     def stamps(self) -> np.ndarray:
         """Stamps of messages that begin with a header, int64[n] in ns; those that are too short or no plain CDR are left out."""

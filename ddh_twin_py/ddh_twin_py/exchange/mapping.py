@@ -12,7 +12,7 @@ import numpy as np
 from ddh_twin_py.exchange.errors import ExchangeError
 from ddh_twin_py.exchange.units import TIME_UNITS, to_inside, units_for
 from ddh_twin_py.names import no_such
-from ddh_twin_py.rig import LARGEST_PAYLOAD
+from ddh_twin_py.rig import PAYLOADS, is_payload
 from ddh_twin_py.rig.numbers import finite_number
 from ddh_twin_py.rig.unique_keys import DecimalLoader
 from ddh_twin_py.rig.yaml_file import mapping, read_yaml, shown
@@ -186,8 +186,8 @@ def _rig(file: str, entry: Mapping) -> RigInfo | None:
     payload = float("nan")
     if "payload_mass_kg" in entry:
         payload = finite_number(f"{file}: rig.payload_mass_kg", entry["payload_mass_kg"], ExchangeError)
-        if not 0.0 < payload <= LARGEST_PAYLOAD:
-            raise ExchangeError(f"{file}: rig.payload_mass_kg: value is {payload:g} kg, allowed are above 0 to {LARGEST_PAYLOAD:g} kg")
+        if not is_payload(payload):
+            raise ExchangeError(f"{file}: rig.payload_mass_kg: value is {payload:g} kg, allowed are {PAYLOADS}")
     return RigInfo(str(entry.get("rig_id", "")), str(entry.get("oil_grade", "")), payload)
 
 

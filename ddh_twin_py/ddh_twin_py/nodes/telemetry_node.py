@@ -19,7 +19,7 @@ from ddh_twin_py.nodes.player.player_watch import PlayerWatch
 from ddh_twin_py.nodes.tasks.health import Health, Report, judge_clock
 from ddh_twin_py.nodes.tasks.silent_inputs import SilentInputs
 from ddh_twin_py.nodes.tasks.stream_judge import add_streams
-from ddh_twin_py.rig import LARGEST_PAYLOAD
+from ddh_twin_py.rig import PAYLOADS, is_payload
 from ddh_twin_py.telemetry.clocks.clock import Break
 from ddh_twin_py.telemetry.recording import RigInfo as Rig
 from ddh_twin_py.telemetry.signals import RIG_TOPIC
@@ -48,14 +48,14 @@ class Unit:
 
 def known_payload(told: RigInfo | None) -> float | None:
     """Announced payload in kg, None where none was, or one that is none."""
-    return told.payload_mass if told is not None and 0.0 < told.payload_mass <= LARGEST_PAYLOAD else None
+    return told.payload_mass if told is not None and is_payload(told.payload_mass) else None
 
 
 def _refused_payload(told: RigInfo) -> str:
     """That an announced payload is none, '' where it is one, or 0 or NaN, which is not known."""
     if known_payload(told) is not None or told.payload_mass == 0.0 or math.isnan(told.payload_mass):
         return ""
-    return f"{RIG_TOPIC}: payload_mass is {told.payload_mass:g} kg, allowed are above 0 to {LARGEST_PAYLOAD:g} kg; it is not used"
+    return f"{RIG_TOPIC}: payload_mass is {told.payload_mass:g} kg, allowed are {PAYLOADS}; it is not used"
 
 
 def in_words(told: RigInfo) -> str:

@@ -38,6 +38,13 @@ SENSOR_ROW = ("noise", "unit", "offset_tolerance", "full_scale", "time_constant"
 _IN_UNIT_OF_SENSOR = ("noise", "offset_tolerance", "full_scale")
 LARGEST_PAYLOAD = 1.0e5
 """kg; a payload that a recording or a duty gives must be above 0 and not above this."""
+PAYLOADS = f"above 0 to {LARGEST_PAYLOAD:g} kg"
+"""That in words."""
+
+
+def is_payload(declared: float) -> bool:
+    """Whether a payload that is declared, kg, can be one."""
+    return 0.0 < declared <= LARGEST_PAYLOAD
 
 
 @dataclass(frozen=True)

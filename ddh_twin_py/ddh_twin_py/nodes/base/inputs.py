@@ -20,8 +20,9 @@ from rclpy.subscription import Subscription
 
 from ddh_twin_py.nodes.base import qos
 from ddh_twin_py.nodes.base.deserialised import deserialised
+from ddh_twin_py.telemetry.ticks import REORDER_WINDOW, to_ns
 
-_JUMP = 500_000_000  # ns
+_JUMP = to_ns(REORDER_WINDOW)
 _PAUSE = 0.5  # s of wall time without a message that are a pause
 _QUIET = SubscriptionEventCallbacks(use_default_callbacks=False)
 
