@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
@@ -83,3 +84,8 @@ class Diagnosis:
     detectable: list[Detection] = field(default_factory=list)
     untold: Mapping[str, str] = field(default_factory=dict)
     cut: float = CUT
+
+    def gap(self, when: str) -> float:
+        """The gap ``as_is``, ``before`` or ``after`` in multiples of the floor, infinite where free runs went astray (null in JSON)."""
+        said = self.report["gap"][when]
+        return math.inf if said is None else said

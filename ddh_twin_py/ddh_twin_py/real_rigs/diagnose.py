@@ -132,8 +132,7 @@ def diagnose(model: RigModel, progress: Callable[[float], None] | None = None, d
     plain = found.fitted[()]
     leader = found.fitted.get(kept.leader, plain)
     told(1.0)
-    before = result.report["gap"]["before"]
-    listed = judge(kept, _NOTHING_ELSE, before is not None and before <= 1.0)
+    listed = judge(kept, _NOTHING_ELSE, result.gap("before") <= 1.0)
     return Outcome(model, replace(result, seconds=seconds), found, listed, plain, leader,
                    bool(leader.columns) and _shrinks(model, plain, leader))
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
@@ -109,9 +108,7 @@ def _controls(f: Features, p: np.void, known: np.ndarray, found: Conditions, exa
         told(0.4 + 0.1 * (i + 1))
     for example in examples:
         last = example.outcomes[-1]
-        gap = last.diagnosis.report["gap"]
-        before, after = (math.inf if gap[when] is None else gap[when] for when in ("before", "after"))
-        control = on_real(last, lambda outcome, errors=(before, after): errors)
+        control = on_real(last, lambda outcome: (outcome.diagnosis.gap("before"), outcome.diagnosis.gap("after")))
         out.append(replace(control, what=f"{control.what}, {last.model.field[0].name}"))
         control = on_simulated(last.model, last.plain.theta)
         out.append(replace(control, what=f"{control.what}, {last.model.field[0].name}"))
