@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from operator import attrgetter
 
 import numpy as np
 
 from ddh_twin_py.gap.effect import Acting
-from ddh_twin_py.gap.shrink.size import counted, held_back
+from ddh_twin_py.gap.shrink.size import counted
 from ddh_twin_py.real_rigs.run import Run
 
 
@@ -35,7 +36,7 @@ class RigHeld:
 
     def mask(self) -> Callable[[object], np.ndarray]:
         """Which samples of a signal count."""
-        return counted if self._whole else held_back
+        return counted if self._whole else attrgetter("held_back")
 
     def open_begins(self) -> list[int]:
         """None: described rigs begin as they are read."""

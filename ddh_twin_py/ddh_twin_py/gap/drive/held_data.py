@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from operator import attrgetter
 
 import numpy as np
 
 from ddh_twin_py.gap.drive.direct_drive import STEP, DirectDrive
 from ddh_twin_py.gap.effect import Acting
-from ddh_twin_py.gap.shrink.size import counted, held_back
+from ddh_twin_py.gap.shrink.size import counted
 from ddh_twin_py.physics.thermal_network import TANK
 
 
@@ -40,7 +41,7 @@ class HeldData:
 
     def mask(self) -> Callable[[object], np.ndarray]:
         """Which samples of a signal count."""
-        return counted if self.model.held else held_back
+        return counted if self.model.held else attrgetter("held_back")
 
     def open_begins(self) -> list[int]:
         """In how many ways each recording may begin otherwise than is likely; of a field recording that was fitted none."""

@@ -21,11 +21,6 @@ def counted(signal) -> np.ndarray:
     return signal.binning.bin >= 0
 
 
-def held_back(signal) -> np.ndarray:
-    """Samples that a fit was not given, of a recording of which it was given the rest, (n,)."""
-    return signal.held_back
-
-
 def ratios(signals: Mapping, predictions: Mapping[str, np.ndarray], mask: Mask = counted) -> dict[str, float]:
     """RMS of each signal's residual over the noise of one sample; signals without a sample are left out.
 
