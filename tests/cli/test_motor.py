@@ -49,6 +49,7 @@ def test_interrupted_before_the_end_nothing_is_written(monkeypatch, tmp_path):
     def interrupt(*given):
         raise KeyboardInterrupt
 
+    monkeypatch.setattr("ddh_twin_py.report.studies.motor_comparison.cycles", lambda *given: [])
     monkeypatch.setattr("ddh_twin_py.report.studies.motor_comparison.sensitivities", interrupt)
     out = tmp_path / "out"
     files = ["--html", str(out / "m.html"), "--json", str(out / "m.json"), "-o", str(out / "rig.yaml")]

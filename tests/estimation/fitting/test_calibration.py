@@ -136,19 +136,21 @@ def test_no_recording_is_an_error():
 
 
 def _commissioning(folder):
-    """Commissioning recordings of the open cases; all of them where DDH_ALL_COMMISSIONING is set, else one."""
-    found = sorted(folder.glob("data/open_cases/*/commissioning"))
-    return found if os.environ.get("DDH_ALL_COMMISSIONING") else found[1:2]
+    """Commissioning recordings of the open cases by name: all of them where DDH_ALL_COMMISSIONING is set, else five minutes of one."""
+    bags = sorted(folder.glob("data/open_cases/*/commissioning"))
+    if os.environ.get("DDH_ALL_COMMISSIONING"):
+        return {bag.parent.name: read_recording(bag) for bag in bags}
+    return {bag.parent.name: read_recording(bag).between(0.0, 300.0) for bag in bags[1:2]}
 
 
 def test_the_fitted_free_run_stays_within_noise_on_the_part_held_out(shared_dir):
     sheet = load_rig()
-    bags = _commissioning(shared_dir)
-    if not bags:
+    recordings = _commissioning(shared_dir)
+    if not recordings:
         pytest.skip("no commissioning recordings")
     far = {}
-    for bag in bags:
-        experiment = Experiment(read_recording(bag), sheet, used=0.7)
+    for case, recording in recordings.items():
+        experiment = Experiment(recording, sheet, used=0.7)
         fit = calibrate([experiment], sheet)
-        far.update({(bag.parent.name, name): rms for name, (rms, _) in held_out([experiment], fit.rig).items() if rms > 1.6})
+        far.update({(case, name): rms for name, (rms, _) in held_out([experiment], fit.rig).items() if rms > 1.6})
     assert not far
