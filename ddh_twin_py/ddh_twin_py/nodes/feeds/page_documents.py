@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from ddh_msgs.msg import GapStatus, LimitPrediction, PlayerStatus, RigInfo
-from ddh_twin_py.rig import Rig
+from ddh_twin_py.rig import Rig, is_payload
 from ddh_twin_py.web.gap_news import SignalNews, gap_document
 from ddh_twin_py.web.history import GRID, LEVELS
 from ddh_twin_py.web.quantities import BAND, FIRST_CHARTS, quantities
@@ -30,8 +30,9 @@ def page_document(namespace: str, rig: Rig) -> dict:
 
 
 def rig_document(message: RigInfo) -> dict:
-    """As announced."""
-    return {"rig_id": message.rig_id, "oil_grade": message.oil_grade, "payload_mass": message.payload_mass}
+    """As announced; a payload that is none, which no node takes, is None."""
+    payload = message.payload_mass if is_payload(message.payload_mass) else None
+    return {"rig_id": message.rig_id, "oil_grade": message.oil_grade, "payload_mass": payload}
 
 
 def limits_document(message: LimitPrediction, status: Iterable[tuple[str, str]]) -> dict:

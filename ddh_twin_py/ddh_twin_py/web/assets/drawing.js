@@ -94,7 +94,7 @@ export class Drawing {
   text(what) {
     const store = this.store;
     const name = what.show;
-    if (name === "payload") return store.documents.rig ? `${number(store.documents.rig.payload_mass, 1)} kg` : "";
+    if (name === "payload") return store.documents.rig?.payload_mass ? `${number(store.documents.rig.payload_mass, 1)} kg` : "";
     if (name === "stroke") return `${number(store.page.rig.stroke * 1000, 0)} mm`;
     if (name.startsWith("pressure_"))
       return quantity(measured(store, `hydraulics.${name}`, `state.${name}`) * 1e-5, what.short ? 0 : 1, "bar");
