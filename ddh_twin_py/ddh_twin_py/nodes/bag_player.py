@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 
@@ -20,13 +20,12 @@ from ddh_twin_py.nodes.base.parameters import NodeError, Parameter
 from ddh_twin_py.nodes.messages.message_classes import message_class
 from ddh_twin_py.nodes.messages.wire import STAMPED, stamp_of
 from ddh_twin_py.nodes.player.flow_control import FlowControl
+from ddh_twin_py.nodes.player.playback import Playback
 from ddh_twin_py.nodes.player.player_control import FASTEST, PlayerControl
 from ddh_twin_py.sources.raw_bag import RawBag, RawBlock
 from ddh_twin_py.telemetry.signals import MACHINE_FIELDS, RIG_TOPIC, TOPIC_TYPES
 
 STEP = 0.005  # s of wall time between two looks at what is due
-_BURST = 250_000_000  # ns of data sent at once
-_LAG = 1_000_000_000  # ns of data behind the rate asked for, from which on it is said
 _SETTLE = 0.3  # s of wall time from the last match to the first message
 _SAY = 2.0  # s of wall time between two lines of progress
 _NAMED_WAIT, _FIRST_START = 60.0, 900.0  # s of wall time for a node that is not there, and for one that is and compiles its kernels
@@ -84,24 +83,20 @@ class BagPlayer(TwinNode):
             raise NodeError(
                 f"parameter start_offset is {self.values['start_offset']:g} s, {self._bag.path} is {self._bag.duration:.1f} s long"
             )
-        self.rate = self.values["rate"]
-        self.paused = self.values["paused"]
         self._flow = FlowControl(self.values["lead"])
         self._inputs = Inputs(self)
         self._progress = self._inputs.add(progress.TOPIC, NodeProgress, qos.stream(reliable=True, depth=200))
         self._channels = self._make_channels()
         self._clock_publisher = self.create_publisher(ClockMessage, "/clock", 10)
         self._publish_rig()
-        self.sent = self.loops = 0
+        self.sent = 0
         self._waited_since = self.wall()
         self._ready_since: float | None = None
         self._told_starting: set[str] = set()
-        self._playing = self._ending = self._told_end = False
         self._said_at = self._clock_at = self._checked_at = 0.0
-        self._held = 0.0  # s of wall time in which the graph was slower than the rate asked for
-        self._held_since: float | None = None  # wall time of the look that sent all that it may, None where that was all that is due
-        self._begin(self.values["start_offset"])
-        self._control = PlayerControl(self, self, str(self._bag.path), self.values["loop"])
+        rate, offset, paused = (self.values[name] for name in ("rate", "start_offset", "paused"))
+        self._playback = Playback(self._bag, self._flow, self.wall, rate, offset, paused)
+        self._control = PlayerControl(self, self._playback, str(self._bag.path), self.values["loop"])
         self.get_logger().info(
             f"{self._bag.path}: {self._bag.duration:.1f} s, {self._bag.count} messages, {len(self._channels)} topics"
         )
@@ -149,29 +144,11 @@ class BagPlayer(TwinNode):
 
     # --- playing -----------------------------------------------------------------------------
 
-    def _begin(self, offset: float) -> None:
-        """Go on from `offset` s after the start of the bag."""
-        self._start_ns = self._bag.begin_ns + round(offset * 1e9)
-        self._blocks: Iterator[RawBlock] = self._bag.blocks(self._start_ns)
-        self._block: RawBlock | None = None
-        self._at = 0
-        self._position_ns = self._start_ns
-        self._flow.jumped()
-        self._anchor()
-        self._ending = self._told_end = False
-        self._begun_wall, self._begun_ns, self._said_at = self.wall(), self._position_ns, self.wall()
-
-    def _anchor(self) -> None:
-        """From here and now on the position follows the wall clock at the rate."""
-        self._anchor_wall, self._anchor_ns = self.wall(), self._position_ns
-
     def _step(self) -> None:
         wall = self.wall()
-        if self._held_since is not None:
-            self._held += wall - self._held_since
-            self._held_since = None
+        self._playback.look(wall)
         self._take_progress(wall)
-        if not self._playing:
+        if self._playback.waiting:
             self._wait_for_listeners(wall)
             return
         if wall - self._checked_at > 1.0:
@@ -179,54 +156,22 @@ class BagPlayer(TwinNode):
             self._flow.keep(self._running())
             for reason in self._flow.given_up(wall):
                 self.get_logger().warning(reason)
-        if self._ending:
+        if self._playback.sent_all:
             self._end(wall)
-        elif not self.paused:
+        elif not self._playback.paused:
             self._advance(wall)
         if self.values["clock_rate"] and wall - self._clock_at >= 1.0 / self.values["clock_rate"]:
             self._clock_at = wall
             self._tell_clock()
 
     def _advance(self, wall: float) -> None:
-        due = self._position_ns + _BURST
-        if self.rate > 0.0:
-            due = min(due, self._anchor_ns + round((wall - self._anchor_wall) * self.rate * 1e9))
-        limit = self._flow.limit()
-        held = limit is not None and limit < due
-        wanted = self._anchor_ns + (wall - self._anchor_wall) * self.rate * 1e9
-        if held:
-            due = limit
-        if due > self._position_ns:
-            self._send_until(due)
-        if held and self.rate > 0.0 and wanted - due > _LAG:
-            self.warn_once(*self._flow.held_by(wall, self.rate))
-            self._anchor()
-        if held:
-            self._held_since = self.wall()
-        if wall - self._said_at >= _SAY:
+        if self._playback.advance(wall, self._send):
+            self.warn_once(*self._flow.held_by(wall, self._playback.rate))
+        if wall - max(self._said_at, self._playback.begun) >= _SAY:
             self._say(wall)
 
-    def _send_until(self, due_ns: int) -> None:
-        """Send what is due up to `due_ns`."""
-        while True:
-            if self._block is None or self._at >= len(self._block.messages):
-                self._block, self._at = next(self._blocks, None), 0
-                if self._block is None:
-                    self._position_ns = self._bag.end_ns
-                    self._ending, self._ended_at = True, self.wall()
-                    return
-            stop = int(np.searchsorted(self._block.due, due_ns, side="right"))
-            if stop <= self._at:
-                break
-            self._send(self._block, self._at, stop)
-            self._at = stop
-            if stop < len(self._block.messages):
-                break
-        self._position_ns = due_ns
-
-    def _send(self, block: RawBlock, start: int, stop: int) -> None:
-        topics, times = block.topic[start:stop].tolist(), block.due[start:stop].tolist()
-        for topic, due, message in zip(topics, times, block.messages[start:stop], strict=True):
+    def _send(self, block: RawBlock) -> None:
+        for topic, due, message in zip(block.topic.tolist(), block.due.tolist(), block.messages, strict=True):
             channel = self._channels.get(topic)
             if channel is None:
                 continue
@@ -246,17 +191,14 @@ class BagPlayer(TwinNode):
         if self._flow.slowest() is not None:
             return
         if self.values["loop"]:
-            self.loops += 1
-            self.get_logger().info(f"end of the bag, beginning again (round {self.loops + 1}); stamps jump back")
-            self._begin(self.values["start_offset"])
+            self.get_logger().info(f"end of the bag, beginning again (round {self._playback.next_round()}); stamps jump back")
             return
-        if not self._told_end:
-            self._told_end = True
-            taken = max(wall - self._begun_wall, 1e-9)
-            data = (self._bag.end_ns - self._begun_ns) * 1e-9
+        if not self._playback.ended:
+            self._playback.ended = True
+            data, taken = self._playback.since_begin(wall)
             self.get_logger().info(
                 f"end of the bag: {self.sent} messages, {data:.1f} s of data in {taken:.1f} s, {data / taken:.1f} times real time; "
-                f"the graph held the player up for {self._held:.1f} s"
+                f"the graph held the player up for {self._playback.held:.1f} s"
             )
             self._control.tell()
             if self.values["clock_rate"]:
@@ -265,14 +207,14 @@ class BagPlayer(TwinNode):
 
     def _say(self, wall: float) -> None:
         self._said_at = wall
-        share = 100.0 * self.position / max(self._bag.duration, 1e-9)
-        data = (self._position_ns - self._begun_ns) * 1e-9
-        speed = data / max(wall - self._begun_wall, 1e-9)
-        self.get_logger().info(f"{share:.0f} %, {self.position:.1f} of {self._bag.duration:.1f} s, {speed:.1f} times real time")
+        position, duration = self._playback.position, self._playback.duration
+        share = 100.0 * position / max(duration, 1e-9)
+        data, taken = self._playback.since_begin(wall)
+        self.get_logger().info(f"{share:.0f} %, {position:.1f} of {duration:.1f} s, {data / taken:.1f} times real time")
 
     def _tell_clock(self) -> None:
         message = ClockMessage()
-        message.clock.sec, message.clock.nanosec = divmod(self._position_ns, 1_000_000_000)
+        message.clock.sec, message.clock.nanosec = divmod(self._playback.stamp_ns, 1_000_000_000)
         self._clock_publisher.publish(message)
 
     # --- listeners ---------------------------------------------------------------------------
@@ -307,11 +249,10 @@ class BagPlayer(TwinNode):
             return
         elif wall - self._ready_since < _SETTLE:
             return
-        self._playing = True
-        self._begun_wall, self._begun_ns, self._said_at = wall, self._position_ns, wall
-        self._anchor()
+        self._playback.start(wall)
+        rate = self._playback.rate
         names = ", ".join(sorted(self._flow.consumers)) or "nobody that tells its progress"
-        self.get_logger().info(f"playing at {f'{self.rate:g} times real time' if self.rate else 'full speed'}; waiting for {names}")
+        self.get_logger().info(f"playing at {f'{rate:g} times real time' if rate else 'full speed'}; waiting for {names}")
 
     def _named(self) -> list[str]:
         return [name for name in self.values["wait_for_nodes"] if name]
@@ -353,45 +294,6 @@ class BagPlayer(TwinNode):
             f"{info.node_namespace.rstrip('/')}/{info.node_name}": info.qos_profile.reliability == qos.OUTPUT.reliability
             for info in infos
         }
-
-    # --- what PlayerControl steers and tells ---------------------------------------------------
-
-    @property
-    def position(self) -> float:
-        """s after the start of the bag."""
-        return (self._position_ns - self._bag.begin_ns) * 1e-9
-
-    @property
-    def duration(self) -> float:
-        """Length of the bag, s."""
-        return self._bag.duration
-
-    @property
-    def stamp_ns(self) -> int:
-        """The data's time at the position, ns."""
-        return self._position_ns
-
-    @property
-    def waiting(self) -> bool:
-        """Whether listeners are still waited for."""
-        return not self._playing
-
-    @property
-    def ended(self) -> bool:
-        """Whether all was sent and taken."""
-        return self._told_end
-
-    def pause(self, paused: bool) -> None:
-        if not paused:
-            self._anchor()
-        self.paused = paused
-
-    def seek(self, offset: float) -> None:
-        self._begin(offset)
-
-    def set_rate(self, rate: float) -> None:
-        self.rate = rate
-        self._anchor()
 
     def close(self) -> None:
         self._bag.close()

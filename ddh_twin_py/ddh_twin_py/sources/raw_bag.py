@@ -30,6 +30,10 @@ class RawBlock:
     due: np.ndarray
     messages: list[bytes]
 
+    def part(self, rows: slice) -> RawBlock:
+        """Some of the messages."""
+        return RawBlock(self.topic[rows], self.log_time[rows], self.due[rows], self.messages[rows])
+
 
 class RawBag:
     """A bag opened for playing.
@@ -82,9 +86,9 @@ class RawBag:
         begin = self.begin_ns if start_ns is None else start_ns
         stored = ((*block[:2], block[1], block[2]) for block in self._stored(begin)) if self._place is None else self._sorted()
         for topic, log_time, due, messages in stored:
-            wanted = slice(int(np.searchsorted(due, begin)), None)
-            if due[wanted].size:
-                yield RawBlock(topic[wanted], log_time[wanted], due[wanted], messages[wanted])
+            block = RawBlock(topic, log_time, due, messages).part(slice(int(np.searchsorted(due, begin)), None))
+            if block.messages:
+                yield block
 
     def close(self) -> None:
         """Remove what was unpacked."""

@@ -1,4 +1,4 @@
-"""What the player sends by when, and what it tells of its place meanwhile."""
+"""What of a bag the player sends, and under which names."""
 
 from types import SimpleNamespace
 
@@ -20,7 +20,6 @@ from ddh_msgs.msg import NodeProgress
 
 TOPIC, LISTENER = "/ddh/drive/telemetry", "/ddh/listener"
 STAMPS = np.arange(4000) * 10_000_000 + 10**18  # ns, 40 s
-LOOK = 0.005  # s
 
 
 class Publisher:
@@ -34,37 +33,14 @@ class Publisher:
 
 
 class Player(BagPlayer):
-    """A player without a node, on a clock that the test moves, with one topic and one listener."""
+    """A player without a node, of one topic."""
 
-    def __init__(self, bag, rate):
-        self._bag, self.rate, self.paused, self._flow = bag, rate, False, FlowControl(1.0)
-        self.now, self.sent, self._held_since, self._causes = 0.0, 0, None, {}
+    def __init__(self, bag):
+        self._bag, self._flow, self.sent, self._causes = bag, FlowControl(1.0), 0, {}
         self._channels = {0: Channel(Publisher(), True)}
-        self.report(0)
-        self._begin(0.0)
-
-    def report(self, taken):
-        newest = int(STAMPS[taken - 1]) if taken else 0
-        self._flow.report(LISTENER, {TOPIC: newest}, self.now, taken)
-
-    def look(self):
-        """A look at what is due; how many messages it sent."""
-        before, self.now = self.sent, self.now + LOOK
-        self._advance(self.now)
-        return self.sent - before
-
-    def wall(self):
-        return self.now
-
-    def _say(self, wall):
-        self._said_at = wall
 
     def warn_once(self, cause, text):
         self._causes.setdefault(cause, text)
-
-    @property
-    def said(self):
-        return list(self._causes.values())
 
 
 def bag_of(path, log_times, messages=None):
@@ -76,42 +52,16 @@ def bag_of(path, log_times, messages=None):
     return RawBag(path)
 
 
-def test_where_the_recorders_clock_was_set_back_the_rate_is_kept(tmp_path):
-    log_times = STAMPS.copy()
-    log_times[2000:] -= 10 * 10**9
-    player, most = Player(bag_of(tmp_path / "bag", log_times), 1.0), 0
-    assert player.duration == pytest.approx(39.98)
-    while not player._ending and player.now < 60.0:
-        most = max(most, player.look())
-        player.report(player.sent)
-    assert most <= 2 and player.sent == 4000 and player.now == pytest.approx(40.0, abs=0.1)
-    assert player.position == pytest.approx(player.duration)
-
-
-def test_a_place_ahead_of_what_was_sent_is_never_told(tmp_path):
-    """A listener that takes 6 times real time where 100 are asked for."""
-    player, taken = Player(bag_of(tmp_path / "bag", STAMPS), 100.0), 0
-    while not player._ending and player.now < 20.0:
-        player.look()
-        if player.sent < STAMPS.size:
-            assert player.stamp_ns < STAMPS[player.sent]
-        taken = min(player.sent, taken + 3)
-        player.report(taken)
-    assert player.now == pytest.approx(40.0 / 6.0, rel=0.05) and player.sent == STAMPS.size
-    assert player.said == ["/ddh/listener cannot take 100 times real time; playing as fast as it can"]
-
-
 def test_a_message_that_is_too_short_for_a_stamp_is_left_out_and_named(tmp_path):
-    player = Player(bag_of(tmp_path / "bag", STAMPS, {500: b"", 600: b"\0\1\0\0\1\0\0"}), 0.0)
-    while not player._ending:
-        player.look()
-        player.report(player.sent)
+    player = Player(bag_of(tmp_path / "bag", STAMPS, {500: b"", 600: b"\0\1\0\0\1\0\0"}))
+    for block in player._bag.blocks():
+        player._send(block)
     assert player.sent == STAMPS.size - 2
-    assert player.said == [f"{tmp_path / 'bag'}: a message on {TOPIC} has 0 bytes and no stamp; such are left out"]
+    assert list(player._causes.values()) == [f"{tmp_path / 'bag'}: a message on {TOPIC} has 0 bytes and no stamp; such are left out"]
 
 
 def test_progress_that_is_cut_off_is_left_out(tmp_path):
-    player, said = Player(bag_of(tmp_path / "bag", STAMPS), 1.0), []
+    player, said = Player(bag_of(tmp_path / "bag", STAMPS)), []
     player._progress = Input("progress", NodeProgress, None, SimpleNamespace(topic_name="/ddh/progress"))
     player._inputs = Inputs(SimpleNamespace(get_logger=lambda: SimpleNamespace(warning=said.append)))
     whole = serialize_message(NodeProgress(node="/ddh/other", topics=[TOPIC], newest=[1], received=[1]))

@@ -1,1 +1,1 @@
-"""How a bag player is steered, watched and waited for."""
+"""What of a bag is due, and how its player is steered, watched and waited for."""

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Protocol
-
 from std_srvs.srv import SetBool
 
 from ddh_msgs.msg import PlayerStatus
 from ddh_msgs.srv import Seek, SetRate
 from ddh_twin_py.nodes.base import qos
 from ddh_twin_py.nodes.base.node_base import TwinNode
+from ddh_twin_py.nodes.player.playback import Playback
 
 STATUS_TOPIC = "~/status"
 FASTEST = 10000.0  # times real time
@@ -18,32 +17,11 @@ _ALIVE = 1.0  # s of wall time after which it is told again where nothing has ch
 _SPEED_OVER = 1.0  # s of wall time
 
 
-class Player(Protocol):
-    """What is steered: positions in s after the start of the bag, `duration` of the bag in s, rate 0 for full speed."""
-
-    position: float
-    duration: float
-    rate: float
-    paused: bool
-    waiting: bool
-    ended: bool
-    stamp_ns: int
-
-    def pause(self, paused: bool) -> None:
-        """Stop or go on."""
-
-    def seek(self, offset: float) -> None:
-        """Go on from another place."""
-
-    def set_rate(self, rate: float) -> None:
-        """Go on at another rate."""
-
-
 class PlayerControl:
     """Services `~/pause`, `~/seek`, `~/set_rate` of a player, and its `~/status` ten times a second while it moves."""
 
-    def __init__(self, node: TwinNode, player: Player, bag: str, loop: bool) -> None:
-        self._node, self._player = node, player
+    def __init__(self, node: TwinNode, playback: Playback, bag: str, loop: bool) -> None:
+        self._node, self._playback = node, playback
         self._status = PlayerStatus(bag=bag, loop=loop)
         self._told = None
         self._told_at = -_ALIVE
@@ -56,16 +34,16 @@ class PlayerControl:
 
     def tell(self) -> None:
         """Publish the status where it has changed, and once a second."""
-        player, wall = self._player, self._node.wall()
-        self._passed = [passed for passed in self._passed if passed[0] > wall - _SPEED_OVER] + [(wall, player.position)]
-        now = (player.position, player.rate, player.paused, player.waiting, player.ended)
+        playback, wall = self._playback, self._node.wall()
+        self._passed = [passed for passed in self._passed if passed[0] > wall - _SPEED_OVER] + [(wall, playback.position)]
+        now = (playback.position, playback.rate, playback.paused, playback.waiting, playback.ended)
         if now == self._told and wall - self._told_at < _ALIVE:
             return
         self._told, self._told_at = now, wall
         status = self._status
         status.position, status.rate, status.paused, status.waiting, status.ended = now
-        status.duration, status.speed = player.duration, self._speed()
-        status.header.stamp.sec, status.header.stamp.nanosec = divmod(player.stamp_ns, 1_000_000_000)
+        status.duration, status.speed = playback.duration, self._speed()
+        status.header.stamp.sec, status.header.stamp.nanosec = divmod(playback.stamp_ns, 1_000_000_000)
         self._publisher.publish(status)
 
     def _speed(self) -> float:
@@ -77,17 +55,17 @@ class PlayerControl:
         self.tell()
 
     def _on_pause(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
-        self._player.pause(request.data)
+        self._playback.pause(request.data)
         self.tell()
         response.success = True
-        response.message = f"{'paused' if request.data else 'playing'} at {self._player.position:.3f} s"
+        response.message = f"{'paused' if request.data else 'playing'} at {self._playback.position:.3f} s"
         return response
 
     def _on_seek(self, request: Seek.Request, response: Seek.Response) -> Seek.Response:
-        if not 0.0 <= request.offset <= self._player.duration:
-            response.message = f"offset is {request.offset:g} s, allowed are 0 to {self._player.duration:.3f} s"
+        if not 0.0 <= request.offset <= self._playback.duration:
+            response.message = f"offset is {request.offset:g} s, allowed are 0 to {self._playback.duration:.3f} s"
             return response
-        self._player.seek(request.offset)
+        self._playback.seek(request.offset)
         self._jumped()
         self._node.get_logger().info(f"now at {request.offset:g} s")
         response.success = True
@@ -97,7 +75,7 @@ class PlayerControl:
         if not 0.0 <= request.rate <= FASTEST:
             response.message = f"rate is {request.rate:g}, allowed are 0 (full speed) to {FASTEST:g}"
             return response
-        self._player.set_rate(request.rate)
+        self._playback.set_rate(request.rate)
         self.tell()
         response.success = True
         return response
