@@ -5,7 +5,8 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 import pytest
 from ddh_twin_py.gap.evidence.hypotheses import POWER, POWER_WITHOUT_COMMISSIONING
-from ddh_twin_py.real_rigs.fit import by_steps, fit, least_squares, power_of
+from ddh_twin_py.gap.evidence.question import Question
+from ddh_twin_py.real_rigs.fit import by_steps, fit, least_squares
 from ddh_twin_py.real_rigs.rig_model import RigModel
 from support.heated_block import DESCRIPTION, Block, block
 
@@ -28,5 +29,5 @@ def test_a_fit_may_begin_elsewhere_and_stays_within_its_bounds():
 def test_the_power_is_that_of_the_engine():
     model = block()
     run = Block(model.runs[0].command, model.runs[0].signals["temperature"].measured, 0.0)
-    assert power_of(model) == POWER_WITHOUT_COMMISSIONING
-    assert power_of(RigModel(DESCRIPTION, model.runs, commissioning=[run])) == POWER
+    assert Question(model, ()).power == POWER_WITHOUT_COMMISSIONING
+    assert Question(RigModel(DESCRIPTION, model.runs, commissioning=[run]), ()).power == POWER

@@ -4,9 +4,8 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
 import numpy as np
-from ddh_twin_py.estimation.fitting.comparison import Discrepancy
-from ddh_twin_py.gap.evidence.hypotheses import POWER, SLACK
 from ddh_twin_py.gap.evidence.linearised import linearise
+from ddh_twin_py.gap.evidence.question import Question
 from ddh_twin_py.gap.locate.free_places import free_places
 
 
@@ -18,7 +17,7 @@ def misread(model, name, error):
 
 def linearised_with(model, effects):
     with ThreadPoolExecutor(2) as pool:
-        return linearise(model, effects, np.zeros(3), Discrepancy(), SLACK, POWER, pool)
+        return linearise(Question(model, effects), np.zeros(3), pool)
 
 
 def places_in(linearised, off=""):

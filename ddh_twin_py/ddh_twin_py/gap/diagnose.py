@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import time
 from collections.abc import Callable, Collection, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -16,8 +17,8 @@ from ddh_twin_py.gap import answer
 from ddh_twin_py.gap.catalogue import EFFECTS
 from ddh_twin_py.gap.diagnosis import Diagnosis
 from ddh_twin_py.gap.drive.case import DriveCase
-from ddh_twin_py.gap.evidence.hypotheses import POWER, POWER_WITHOUT_COMMISSIONING
-from ddh_twin_py.gap.explain.search import Found, search
+from ddh_twin_py.gap.evidence.question import Question
+from ddh_twin_py.gap.explain.search import Otherwise, search
 from ddh_twin_py.gap.explain.side_by_side import THREADS
 from ddh_twin_py.gap.recordings.carried_load import undeclared_loads
 from ddh_twin_py.gap.recordings.contradictions import contradictions
@@ -99,12 +100,10 @@ def diagnose(recordings: Recordings, rig: Rig, without: Collection[str] = (), on
                           restarts=RESTARTS if commissioning else 0)
         discrepancy = sized(problem.discrepancy, fit.allowances) if commissioning else Discrepancy()
         fitted = model.of_first(fit.theta)
-        sheet = None if commissioning else np.zeros(model.size)  # a fit takes a large effect for parameters
+        sheet = None if commissioning else Otherwise(np.zeros(model.size), functools.partial(structure_left, model))
         lap("fit of the rig")
-        power = POWER if commissioning else POWER_WITHOUT_COMMISSIONING
-        found: Found = search(model, effects, fitted, discrepancy, power, pool,
-                              lambda done: told(_FITTED + (_SEARCHED - _FITTED) * done), sheet,
-                              lambda linearised, fitted: structure_left(model, linearised, fitted))
+        question = Question(model, effects, discrepancy)
+        found = search(question, fitted, pool, lambda done: told(_FITTED + (_SEARCHED - _FITTED) * done), sheet)
         lap("search")
         result = answer.diagnosis(model, found, fitted, unseen(effects, found.linearised.columns), seconds,
                                   lambda done: told(_SEARCHED + (1.0 - _SEARCHED) * done))

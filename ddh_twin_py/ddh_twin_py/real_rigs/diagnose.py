@@ -17,6 +17,7 @@ import numpy as np
 from ddh_twin_py.estimation.fitting.comparison import Discrepancy
 from ddh_twin_py.gap import answer
 from ddh_twin_py.gap.diagnosis import Diagnosis
+from ddh_twin_py.gap.evidence.question import Question
 from ddh_twin_py.gap.explain.refit import Refitted
 from ddh_twin_py.gap.explain.search import Found, search
 from ddh_twin_py.gap.findings import Lack
@@ -26,7 +27,7 @@ from ddh_twin_py.gap.verdict.tolerance import without_parameters
 from ddh_twin_py.gap.verdict.unknown import Unknown
 from ddh_twin_py.gap.verdict.verdict import Verdict, judge
 from ddh_twin_py.real_rigs.figures import surely_smaller
-from ddh_twin_py.real_rigs.fit import by_steps, power_of
+from ddh_twin_py.real_rigs.fit import by_steps
 from ddh_twin_py.real_rigs.next_test import why_none
 from ddh_twin_py.real_rigs.rig_model import RigModel
 
@@ -122,8 +123,8 @@ def diagnose(model: RigModel, progress: Callable[[float], None] | None = None, d
     seconds = {"fit of the rig": time.perf_counter() - started}
     told(0.3)
     with ThreadPoolExecutor(max_workers=_THREADS) as pool:
-        found = search(model, model.effects, begun, discrepancy or Discrepancy(), power_of(model), pool,
-                       lambda done: told(0.3 + 0.6 * done))
+        question = Question(model, model.effects, discrepancy or Discrepancy())
+        found = search(question, begun, pool, lambda done: told(0.3 + 0.6 * done))
         seconds["search"] = time.perf_counter() - started - sum(seconds.values())
         result = answer.diagnosis(model, found, begun, unseen(model.effects, found.linearised.columns), seconds,
                                   lambda done: told(0.9 + 0.1 * done))

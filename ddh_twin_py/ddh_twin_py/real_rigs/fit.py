@@ -8,8 +8,8 @@ import numpy as np
 from scipy import optimize
 
 from ddh_twin_py.estimation.fitting.comparison import Comparison, Discrepancy
-from ddh_twin_py.gap.evidence.hypotheses import POWER, POWER_WITHOUT_COMMISSIONING, SLACK
 from ddh_twin_py.gap.evidence.linearised import linearise
+from ddh_twin_py.gap.evidence.question import Question
 from ddh_twin_py.gap.explain.refit import Refit, Refitted
 from ddh_twin_py.real_rigs.rig_model import RigModel
 
@@ -21,11 +21,6 @@ _DIFFERENCE = 1.0e-3  # relative to a deviation
 _CONVERGED = 1.0e-6
 
 
-def power_of(model: RigModel) -> float:
-    """Power of the likelihood in the engine, with or without a recording of the rig as built."""
-    return POWER if model.commissioning else POWER_WITHOUT_COMMISSIONING
-
-
 def fit(model: RigModel, pool: ThreadPoolExecutor, theta: np.ndarray | None = None, discrepancy: Discrepancy | None = None) -> Refitted:
     """The model's parameters where recordings, priors and what the engine forgives a model put them, by the engine's own steps.
 
@@ -35,7 +30,7 @@ def fit(model: RigModel, pool: ThreadPoolExecutor, theta: np.ndarray | None = No
     theta = np.zeros(model.size) if theta is None else theta
     fitted, best = None, np.inf
     for _ in range(_PLACES):
-        place = linearise(model, (), theta, discrepancy or Discrepancy(), SLACK, power_of(model), pool)
+        place = linearise(Question(model, (), discrepancy or Discrepancy()), theta, pool)
         here = Refit(place).of([], place.shared(None), np.zeros(0))
         cost = here.chi_square + float(here.theta @ here.theta)
         if fitted is not None and not cost < best - max(_SETTLED, 1e-5 * best):

@@ -6,13 +6,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from ddh_twin_py.estimation.fitting.comparison import Discrepancy
 from ddh_twin_py.estimation.fitting.experiment import Experiment
 from ddh_twin_py.gap.catalogue import EFFECTS
 from ddh_twin_py.gap.drive.design import by_effect, classes, design
 from ddh_twin_py.gap.drive.direct_drive import DirectDrive
-from ddh_twin_py.gap.evidence.hypotheses import POWER, SLACK
 from ddh_twin_py.gap.evidence.linearised import linearise
+from ddh_twin_py.gap.evidence.question import Question
 from ddh_twin_py.gap.explain.detection import DETECTED, SIZES, detections
 from ddh_twin_py.rig import load_rig
 from ddh_twin_py.twin.duty import load_duty
@@ -36,7 +35,7 @@ def rehearsed(rig, of=None, sensors=("motor_housing",)):
 def taken(rig, field, commissioning=None, names=NAMES):
     model = DirectDrive([] if commissioning is None else [commissioning], [field], rig)
     with ThreadPoolExecutor(2) as pool:
-        return linearise(model, [EFFECTS[name] for name in names], np.zeros(model.size), Discrepancy(), SLACK, POWER, pool)
+        return linearise(Question(model, [EFFECTS[name] for name in names]), np.zeros(model.size), pool)
 
 
 @pytest.fixture(scope="module")

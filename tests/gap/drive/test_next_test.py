@@ -5,14 +5,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from ddh_twin_py.estimation.fitting.comparison import Discrepancy
 from ddh_twin_py.estimation.fitting.experiment import Experiment
 from ddh_twin_py.gap.catalogue import EFFECTS
 from ddh_twin_py.gap.drive.candidate_tests import FASTEST, SLOWEST, candidate_tests
 from ddh_twin_py.gap.drive.direct_drive import DirectDrive
 from ddh_twin_py.gap.drive.next_test import next_test, trials
 from ddh_twin_py.gap.drive.next_test_of_unknown import next_test_of_unknown
-from ddh_twin_py.gap.evidence.hypotheses import POWER
+from ddh_twin_py.gap.evidence.question import Question
 from ddh_twin_py.gap.explain.search import search
 from ddh_twin_py.gap.next_test.beliefs import beliefs
 from ddh_twin_py.gap.next_test.proposal import DECIDES, described
@@ -37,7 +36,7 @@ def case():
     before, after = (Experiment(rehearse(r, duty, 60.0, ["tank_oil"]), rig) for r in (rig, worn))
     model = DirectDrive([before], [after], rig)
     with ThreadPoolExecutor(2) as pool:
-        found = search(model, [EFFECTS[name] for name in NAMES], np.zeros(model.size), Discrepancy(), POWER, pool)
+        found = search(Question(model, [EFFECTS[name] for name in NAMES]), np.zeros(model.size), pool)
     return model, replace(found, probability={BEARING: 0.6, PUMP: 0.38, (): 0.02})
 
 

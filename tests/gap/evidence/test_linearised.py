@@ -4,9 +4,8 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
-from ddh_twin_py.estimation.fitting.comparison import Discrepancy
-from ddh_twin_py.gap.evidence.hypotheses import POWER, SLACK
 from ddh_twin_py.gap.evidence.linearised import linearise
+from ddh_twin_py.gap.evidence.question import Question
 from support.first_order import EFFECTS, FirstOrder
 
 
@@ -14,8 +13,8 @@ def test_a_place_nearby_runs_each_recording_once_and_answers_as_if_it_had_been_l
     model = FirstOrder(np.array([1.0, -0.8, 0.5]), [(EFFECTS[0], 0, 0.2)], seed=3)
     there = np.array([0.3, -0.2, 0.1])
     with ThreadPoolExecutor(2) as pool:
-        taken = linearise(model, EFFECTS, np.zeros(3), Discrepancy(), SLACK, POWER, pool)
-        anew = linearise(model, EFFECTS, there, Discrepancy(), SLACK, POWER, pool)
+        taken = linearise(Question(model, EFFECTS), np.zeros(3), pool)
+        anew = linearise(Question(model, EFFECTS), there, pool)
     ran, run_one = [], model.run_one
     model.run_one = lambda number, theta, acting=(), roughly=False: ran.append(number) or run_one(number, theta, acting, roughly)
     nearby = taken.nearby(there)
@@ -32,7 +31,7 @@ def test_a_place_nearby_runs_each_recording_once_and_answers_as_if_it_had_been_l
 def test_sensitivities_follow_the_deviations_of_a_place_nearby():
     model = FirstOrder(np.array([1.0, -0.8, 0.5]), [(EFFECTS[0], 0, 0.2)], seed=3)
     with ThreadPoolExecutor(2) as pool:
-        taken = linearise(model, EFFECTS, np.zeros(3), Discrepancy(), SLACK, POWER, pool)
+        taken = linearise(Question(model, EFFECTS), np.zeros(3), pool)
     nearby = taken.nearby(np.array([0.4, 0.4, 0.0]))
     for before, after, old, new in zip(taken.sensitivities, nearby.sensitivities, taken.comparisons, nearby.comparisons, strict=True):
         assert after * new.spread[:, None] == pytest.approx(before * old.spread[:, None])
@@ -42,7 +41,7 @@ def test_a_rig_that_is_held_takes_nothing_up():
     built = np.array([1.0, -0.8, 0.5])
     model = FirstOrder(built, [(EFFECTS[0], 0, 0.2)], seed=3)
     with ThreadPoolExecutor(2) as pool:
-        taken = linearise(model, EFFECTS, np.zeros(3), Discrepancy(), SLACK, POWER, pool)
+        taken = linearise(Question(model, EFFECTS), np.zeros(3), pool)
     held, nearby = taken.held_at(built), taken.nearby(built)
     for value, comparison, prediction in zip(held.values(), nearby.comparisons, nearby.predictions, strict=True):
         assert value == pytest.approx(comparison.residual(prediction))

@@ -5,18 +5,16 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from ddh_twin_py.estimation.fitting.comparison import Discrepancy
-from ddh_twin_py.gap.evidence.hypotheses import POWER, SLACK, weighted
 from ddh_twin_py.gap.evidence.linearised import linearise
+from ddh_twin_py.gap.evidence.question import Question
 from ddh_twin_py.gap.explain.fits import Fits, Learnt, Start
 from support.first_order import EFFECTS, FirstOrder
 
 
 def ranked(model, pool, theta=(0.0, 0.0, 0.0)):
     """A model's linearisation about parameters (3,), and the weights of every set of effects by it."""
-    linearised = linearise(model, EFFECTS, np.array(theta), Discrepancy(), SLACK, POWER, pool)
-    singles = linearised.evidence.singles()
-    return linearised, weighted(singles + linearised.evidence.pairs(singles), linearised.columns, linearised.effects)
+    linearised = linearise(Question(model, EFFECTS), np.array(theta), pool)
+    return linearised, linearised.weights()
 
 
 @pytest.mark.parametrize("index, departure", [(0, 0.15), (2, 0.12)])

@@ -6,10 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from ddh_twin_py.estimation.fitting.comparison import Discrepancy
 from ddh_twin_py.gap.effect import divided
-from ddh_twin_py.gap.evidence.hypotheses import POWER, SLACK
+from ddh_twin_py.gap.evidence.hypotheses import POWER
 from ddh_twin_py.gap.evidence.linearised import linearise
+from ddh_twin_py.gap.evidence.question import Question
 from ddh_twin_py.gap.explain.full_power import at_full_power
 from ddh_twin_py.gap.explain.refit import Refit
 from support.first_order import EFFECTS, FirstOrder
@@ -26,7 +26,7 @@ class Folded(FirstOrder):
 
 def fitted_at(model, pool, place, theta, x=ACTS):
     """A linearisation about ``place`` (3,), and fits of no effect and of the true one from parameters (3,) and departure ``x``."""
-    linearised = linearise(model, EFFECTS, np.array(place), Discrepancy(), SLACK, POWER, pool)
+    linearised = linearise(Question(model, EFFECTS), np.array(place), pool)
     refit, column = Refit(linearised), next(c for c in linearised.columns if c.effect is EFFECTS[1])
     fits = [refit.of([], np.array(theta), np.zeros(0)), refit.of([column], np.array(theta), np.array([x / column.x]))]
     return linearised, {fit.effects: fit for fit in fits}
@@ -76,7 +76,7 @@ def test_the_size_of_a_leader_is_as_uncertain_as_where_it_acts_and_not_as_where_
     throttled, x = replace(EFFECTS[0], laws=(divided("gain"),), highest=10.0), 3.0
     model = FirstOrder(np.array([0.5, 0.0, 0.0]), [(throttled, 0, x)], seed=1)
     with ThreadPoolExecutor(2) as pool:
-        linearised = linearise(model, [throttled], np.zeros(3), Discrepancy(), 0.0, POWER, pool)
+        linearised = linearise(Question(model, [throttled], slack=0.0), np.zeros(3), pool)
         column = next(c for c in linearised.columns if c.x > 0.0)
         fits = [Refit(linearised).of(own, np.zeros(3), np.full(len(own), x / column.x)) for own in ([], [column])]
         fitted = {fit.effects: fit for fit in fits}

@@ -5,9 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from ddh_twin_py.estimation.fitting.comparison import Discrepancy
-from ddh_twin_py.gap.evidence.hypotheses import POWER, SLACK
 from ddh_twin_py.gap.evidence.linearised import linearise
+from ddh_twin_py.gap.evidence.question import Question
 from ddh_twin_py.gap.explain.law_freedom import LawFreedom, gain_of_freedom
 from ddh_twin_py.gap.explain.partners import partners
 from ddh_twin_py.gap.explain.refit import Refit
@@ -19,7 +18,7 @@ GAIN, LAG, OFFSET = (replace(effect, law_error=0.1) for effect in EFFECTS)
 
 def fitted(model, *effects):
     with ThreadPoolExecutor(2) as pool:
-        linearised = linearise(model, (GAIN, LAG, OFFSET), np.zeros(3), Discrepancy(), SLACK, POWER, pool)
+        linearised = linearise(Question(model, (GAIN, LAG, OFFSET)), np.zeros(3), pool)
     columns = [next(c for c in linearised.columns if c.effect.id == effect.id and c.x > 0.0) for effect in effects]
     return linearised, Refit(linearised).of(columns, TRUE, np.ones(len(columns)))
 

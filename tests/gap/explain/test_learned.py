@@ -5,9 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from ddh_twin_py.estimation.fitting.comparison import Discrepancy
-from ddh_twin_py.gap.evidence.hypotheses import POWER, SLACK
 from ddh_twin_py.gap.evidence.linearised import linearise
+from ddh_twin_py.gap.evidence.question import Question
 from ddh_twin_py.gap.evidence.sensitivity import Column
 from ddh_twin_py.gap.explain.learned import described, learn
 from ddh_twin_py.gap.explain.refit import Refit, Refitted
@@ -25,7 +24,7 @@ OFFSET = EFFECTS[2]
 def test_a_term_must_bring_held_out_data_nearer_than_the_rig_as_fitted_and_as_built(with_it, fitted, before, is_learned):
     model = FirstOrder(np.zeros(3), [(OFFSET, 0, 0.2)], seed=2)
     with ThreadPoolExecutor(2) as pool:
-        linearised = linearise(model, [], np.zeros(3), Discrepancy(), SLACK, POWER, pool)
+        linearised = linearise(Question(model, []), np.zeros(3), pool)
     found = Found(linearised, {(): 1.0}, {(): Refit(linearised).of([], np.zeros(3), np.zeros(0))})
     term = learn(model, found, [OFFSET], lambda fit: with_it if fit.columns else fitted, before)
     assert (term is not None) == is_learned

@@ -6,10 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from ddh_twin_py.estimation.fitting.comparison import Discrepancy
 from ddh_twin_py.gap.effect import Beside, added
-from ddh_twin_py.gap.evidence.hypotheses import POWER, SLACK
 from ddh_twin_py.gap.evidence.linearised import linearise
+from ddh_twin_py.gap.evidence.question import Question
 from ddh_twin_py.gap.explain.refit import Refit
 from support.first_order import EFFECTS, FirstOrder
 
@@ -20,7 +19,7 @@ def test_a_start_from_which_runs_go_astray_does_not_dismiss_the_hypothesis(value
     true = 0.15
     model = FirstOrder(np.array([1.0, -0.8, 0.5]), [(EFFECTS[0], 0, true)])
     with ThreadPoolExecutor(2) as pool:
-        linearised = linearise(model, EFFECTS, np.zeros(3), Discrepancy(), SLACK, POWER, pool)
+        linearised = linearise(Question(model, EFFECTS), np.zeros(3), pool)
     start, run_one = np.array([2.0, 2.0, 2.0]), model.run_one
 
     def astray(number, theta, acting=()):
@@ -39,7 +38,7 @@ GAIN = replace(EFFECTS[0], beside=Beside(lambda record, z: added("other_zero")(r
 
 def _fitted(model, effects, of):
     with ThreadPoolExecutor(2) as pool:
-        linearised = linearise(model, effects, np.zeros(3), Discrepancy(), SLACK, POWER, pool)
+        linearised = linearise(Question(model, effects), np.zeros(3), pool)
     column = next(c for c in linearised.columns if c.effect is of and c.x > 0.0)
     return Refit(linearised).of([column], np.zeros(3), np.array([1.0]))
 

@@ -5,8 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from ddh_twin_py.estimation.fitting.comparison import Discrepancy
-from ddh_twin_py.gap.evidence.hypotheses import POWER
+from ddh_twin_py.gap.evidence.question import Question
 from ddh_twin_py.gap.explain.search import search
 from support.first_order import DEVIATION, EFFECTS, FirstOrder
 
@@ -15,7 +14,7 @@ TRUE = np.array([1.0, -0.8, 0.5])
 
 def found(model, effects=EFFECTS, progress=None):
     with ThreadPoolExecutor(2) as pool:
-        return search(model, effects, np.zeros(3), Discrepancy(), POWER, pool, progress)
+        return search(Question(model, effects), np.zeros(3), pool, progress)
 
 
 @pytest.mark.parametrize("index, departure", [(0, 0.15), (0, -0.15), (1, 0.4), (2, 0.12), (2, -0.12)])

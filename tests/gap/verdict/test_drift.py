@@ -4,9 +4,8 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
-from ddh_twin_py.estimation.fitting.comparison import Discrepancy
-from ddh_twin_py.gap.evidence.hypotheses import POWER, SLACK
 from ddh_twin_py.gap.evidence.linearised import linearise
+from ddh_twin_py.gap.evidence.question import Question
 from ddh_twin_py.gap.explain.refit import Refit
 from ddh_twin_py.gap.verdict.drift import Drift
 from support.first_order import EFFECTS, FirstOrder
@@ -18,7 +17,7 @@ def drifts(acting):
     """Drifts asked for by no effect and by the first effect, and the degrees of freedom, where ``acting`` has acted since commissioning."""
     model = FirstOrder(BUILT, acting, seed=4)
     with ThreadPoolExecutor(2) as pool:
-        linearised = linearise(model, EFFECTS, BUILT, Discrepancy(), SLACK, POWER, pool)
+        linearised = linearise(Question(model, EFFECTS), BUILT, pool)
     drift, refit = Drift(linearised, BUILT), Refit(linearised)
     column = next(c for c in linearised.columns if c.effect is EFFECTS[0])
     return drift.of(refit.of([], BUILT, np.zeros(0))), drift.of(refit.of([column], BUILT, np.array([1.0]))), drift.expected

@@ -5,11 +5,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from ddh_twin_py.estimation.fitting.comparison import Discrepancy
 from ddh_twin_py.estimation.sensors import NODE_OF_SENSOR
 from ddh_twin_py.gap.drive.learned_terms import terms_at, unlisted_laws
-from ddh_twin_py.gap.evidence.hypotheses import POWER, SLACK
 from ddh_twin_py.gap.evidence.linearised import linearise
+from ddh_twin_py.gap.evidence.question import Question
 from ddh_twin_py.gap.explain.refit import Refit
 from ddh_twin_py.gap.explain.search import Found
 from ddh_twin_py.gap.locate.free_places import FreePlace
@@ -34,7 +33,7 @@ class WithLaws(FirstOrder):
 def searched(model, listed, leading):
     """What a search for listed effects leaves, led by a set of them, and that set."""
     with ThreadPoolExecutor(2) as pool:
-        linearised = linearise(model, listed, np.zeros(3), Discrepancy(), SLACK, POWER, pool)
+        linearised = linearise(Question(model, listed), np.zeros(3), pool)
     refit = Refit(linearised)
     columns = [next(c for c in linearised.columns if c.effect.id == name) for name in leading]
     none, best = refit.of([], np.zeros(3), np.zeros(0)), refit.of(columns, np.zeros(3), np.ones(len(columns)))

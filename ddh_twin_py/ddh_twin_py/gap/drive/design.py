@@ -14,12 +14,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ddh_twin_py.estimation.fitting.comparison import Discrepancy
 from ddh_twin_py.estimation.fitting.experiment import Experiment
 from ddh_twin_py.gap.drive.direct_drive import DirectDrive
 from ddh_twin_py.gap.effect import Effect
-from ddh_twin_py.gap.evidence.hypotheses import POWER, POWER_WITHOUT_COMMISSIONING, SLACK
 from ddh_twin_py.gap.evidence.linearised import Linearised, linearise
+from ddh_twin_py.gap.evidence.question import Question
 from ddh_twin_py.gap.explain.classes import TELLS_APART, separations
 from ddh_twin_py.gap.explain.detection import SIZES, Detection, detections, ways_of
 from ddh_twin_py.rig import Rig
@@ -57,8 +56,7 @@ def design(field: Experiment, commissioning: Experiment | None, rig: Rig, effect
         rig: that does both. effects: that might act in the test. progress: told the share done.
     """
     model = DirectDrive([] if commissioning is None else [commissioning], [field], rig)
-    power = POWER_WITHOUT_COMMISSIONING if commissioning is None else POWER
-    linearised = linearise(model, effects, np.zeros(model.size), Discrepancy(), SLACK, power, pool, progress)
+    linearised = linearise(Question(model, effects), np.zeros(model.size), pool, progress)
     shown = detections(linearised, effects, pool)
     names, separation = by_effect(linearised)
     seen = {d.effect for d in shown if d.detects("moderate")}

@@ -11,9 +11,10 @@ import numpy as np
 
 from ddh_twin_py.estimation.fitting.comparison import Comparison, Discrepancy, scatter_of
 from ddh_twin_py.estimation.fitting.weighting import Weighting
-from ddh_twin_py.gap.effect import Acting, Effect
+from ddh_twin_py.gap.effect import Acting
 from ddh_twin_py.gap.evidence.basis import Basis
-from ddh_twin_py.gap.evidence.hypotheses import WIDTH, Evidence, Hypothesis, slack_shares
+from ddh_twin_py.gap.evidence.hypotheses import WIDTH, Evidence, Hypothesis, Ids, slack_shares, weighted
+from ddh_twin_py.gap.evidence.question import Question
 from ddh_twin_py.gap.evidence.sensitivity import Column, Way, stacked, taken_at, without_astray
 from ddh_twin_py.gap.evidence.slopes import slopes_of
 from ddh_twin_py.gap.model import Model
@@ -28,22 +29,17 @@ class Linearised:
     """Sensitivities of a case at one place, without any effect acting.
 
     Attributes:
-        model: of the rig. theta: parameters there, in deviations, (k,). discrepancy: what the model is forgiven.
-        slack, power: see `hypotheses.SLACK` and `hypotheses.POWER`. predictions: there, by recording. comparisons: by recording.
-        sensitivities: by recording, (rows, k). columns: of the effects. effects: how many were asked about.
+        question: that is asked. theta: parameters there, in deviations, (k,). predictions: there, by recording.
+        comparisons: by recording. sensitivities: by recording, (rows, k). columns: of the effects.
         taken: parameters at which these were taken, (k,). astray: ways of effects in which runs went astray there.
     """
 
-    model: Model
+    question: Question
     theta: np.ndarray
-    discrepancy: Discrepancy
-    slack: float
-    power: float
     predictions: list[dict[str, np.ndarray]]
     comparisons: list[Comparison]
     sensitivities: list[np.ndarray]
     columns: list[Column]
-    effects: int
     taken: np.ndarray
     astray: frozenset[Way] = frozenset()
     basis: Basis = field(init=False, repr=False)
@@ -56,6 +52,26 @@ class Linearised:
         columns, values = self.of_columns(), self.values()
         object.__setattr__(self, "basis", basis)
         object.__setattr__(self, "evidence", Evidence(basis.sums(columns, values), basis.normal(columns, values), self.columns))
+
+    @property
+    def model(self) -> Model:
+        """See `Question`."""
+        return self.question.model
+
+    @property
+    def discrepancy(self) -> Discrepancy:
+        """See `Question`."""
+        return self.question.discrepancy
+
+    @property
+    def slack(self) -> float:
+        """See `Question`."""
+        return self.question.slack
+
+    @property
+    def power(self) -> float:
+        """See `Question`."""
+        return self.question.power
 
     def of_columns(self) -> list[np.ndarray]:
         """Effects' columns by recording, (rows, m)."""
@@ -81,6 +97,11 @@ class Linearised:
         if hypothesis:
             out = [o - rows[:, list(hypothesis.columns)] @ hypothesis.departure for o, rows in zip(out, self.of_columns(), strict=True)]
         return out
+
+    def weights(self) -> dict[Ids, tuple[float, Hypothesis | None]]:
+        """Log weight and best way of every set of effects, by the linear model; see `hypotheses.weighted`."""
+        singles = self.evidence.singles()
+        return weighted(singles + self.evidence.pairs(singles), self.columns, len(self.question.effects))
 
     def standing_out(self) -> Linearised:
         """The same with columns as long as an effect must be to stand out from what the rig's tolerances can feign."""
@@ -121,23 +142,23 @@ class Linearised:
         """The same sensitivities in the deviations of another comparison."""
         comparisons = [Comparison(s, p, discrepancy) for s, p in zip(self.model.signals, predictions, strict=True)]
         ratios = [old.spread / new.spread for old, new in zip(self.comparisons, comparisons, strict=True)]
-        return replace(self, theta=theta, discrepancy=discrepancy, predictions=predictions, comparisons=comparisons,
+        return replace(self, question=self.question.forgiving(discrepancy), theta=theta, predictions=predictions, comparisons=comparisons,
                        sensitivities=[j * r[:, None] for j, r in zip(self.sensitivities, ratios, strict=True)],
                        columns=[replace(c, change=[h * r for h, r in zip(c.change, ratios, strict=True)]) for c in self.columns])
 
 
-def linearise(model: Model, effects: Sequence[Effect], theta: np.ndarray, discrepancy: Discrepancy, slack: float, power: float,
-              pool: ThreadPoolExecutor, progress: Callable[[float], None] | None = None, near: Linearised | None = None,
-              ways: Sequence[Column] = ()) -> Linearised:
+def linearise(question: Question, theta: np.ndarray, pool: ThreadPoolExecutor, progress: Callable[[float], None] | None = None,
+              near: Linearised | None = None, resized: bool = True) -> Linearised:
     """Take all sensitivities at a place.
 
     Args:
-        effects: that may act. theta: parameters, in deviations, (k,). progress: told the share done.
+        theta: parameters, in deviations, (k,). progress: told the share done.
         near: taken before: its sensitivities of recordings in which no effect acts are kept, and runs that went astray are tried again.
-        ways: columns taken elsewhere, whose sizes are kept; none: all are sought.
+        resized: whether the sizes of all columns are sought; else those of ``near`` are kept.
     """
+    model = question.model
     predictions = model.run(theta, ())
-    comparisons = [Comparison(s, p, discrepancy) for s, p in zip(model.signals, predictions, strict=True)]
+    comparisons = [Comparison(s, p, question.discrepancy) for s, p in zip(model.signals, predictions, strict=True)]
     numbers = [i for i, altered in enumerate(model.altered) if altered or near is None]
     told = (lambda share: progress(0.5 * share)) if progress else None
     fresh = {number: without_astray(rows)
@@ -145,7 +166,7 @@ def linearise(model: Model, effects: Sequence[Effect], theta: np.ndarray, discre
     sensitivities = [fresh[i] if i in fresh else near.sensitivities[i] * (near.comparisons[i].spread / c.spread)[:, None]
                      for i, c in enumerate(comparisons)]
     told = (lambda share: progress(0.5 + 0.5 * share)) if progress else None
-    columns, astray = taken_at(effects, model, theta, comparisons, pool, told, ways, near.astray if near else ())
-    found = Linearised(model, theta, discrepancy, slack, power, predictions, comparisons, sensitivities, columns, len(effects), theta,
-                       frozenset(astray))
+    columns, astray = taken_at(question.effects, model, theta, comparisons, pool, told, () if resized else near.columns,
+                               near.astray if near else ())
+    found = Linearised(question, theta, predictions, comparisons, sensitivities, columns, theta, frozenset(astray))
     return found.standing_out() if all(model.altered) else found

@@ -2,21 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ddh_twin_py.estimation.fitting.comparison import Discrepancy
-from ddh_twin_py.gap.effect import Effect
-from ddh_twin_py.gap.evidence.hypotheses import SLACK, Ids, weighted
+from ddh_twin_py.gap.evidence.hypotheses import Ids
 from ddh_twin_py.gap.evidence.linearised import Linearised, linearise
-from ddh_twin_py.gap.evidence.sensitivity import Column
-from ddh_twin_py.gap.explain.fits import Fits, Start
+from ddh_twin_py.gap.evidence.question import Question
+from ddh_twin_py.gap.explain.fits import Fits, Learnt, Start
 from ddh_twin_py.gap.explain.full_power import at_full_power
 from ddh_twin_py.gap.explain.refit import Refitted
-from ddh_twin_py.gap.model import Model
 
 _PASSES = 3
 _LIKELY, _SIZED = 0.02, 4  # sets whose sizes are sought with the whole likelihood
@@ -51,49 +48,60 @@ class Found:
         return replace(self, probability={ids: w / whole for ids, w in sorted(weights.items(), key=lambda item: -item[1])})
 
 
-def search(model: Model, effects: Sequence[Effect], theta: np.ndarray, discrepancy: Discrepancy, power: float,
-           pool: ThreadPoolExecutor, progress: Callable[[float], None] | None = None, otherwise: np.ndarray | None = None,
-           left_over: Callable[[Linearised, Refitted], bool] | None = None) -> Found:
+@dataclass(frozen=True)
+class Otherwise:
+    """Where else a search begins once, if from its first place too little is explained.
+
+    Attributes:
+        theta: parameters, in deviations, (k,). left_over: says of a linearisation and its leader whether that leaves structure behind,
+            which is too little as well.
+    """
+
+    theta: np.ndarray
+    left_over: Callable[[Linearised, Refitted], bool]
+
+
+@dataclass(frozen=True)
+class _Place:
+    """Where a pass is made, and what is known there.
+
+    Attributes:
+        theta: parameters, in deviations, (k,). known: where sets stood before. learnt: what fits of the pass before tell.
+        near: whether sensitivities are those of a place nearby. resized: whether the sizes of columns are sought anew.
+        wide: whether large effects, which bend, were not looked for yet. otherwise: where the search may still begin again.
+    """
+
+    theta: np.ndarray
+    known: Mapping[Ids, Start]
+    learnt: Learnt | None = None
+    near: bool = False
+    resized: bool = True
+    wide: bool = True
+    otherwise: Otherwise | None = None
+
+
+def search(question: Question, theta: np.ndarray, pool: ThreadPoolExecutor, progress: Callable[[float], None] | None = None,
+           otherwise: Otherwise | None = None) -> Found:
     """Search from parameters ``theta`` (k,), in deviations.
 
     Args:
-        effects: that may act. discrepancy: what the model is forgiven. power: see `hypotheses.POWER`.
-        progress: told the share done. otherwise: parameters from which to begin again, (k,), where too little is explained from there.
-        left_over: says whether a hypothesis leaves structure behind; None: it is not asked.
+        progress: told the share done. otherwise: where the search begins again where too little is explained; None: nowhere.
     """
-    linearised, learnt, known = None, None, {(): Start(theta, np.zeros(0))}
-    as_built = None if all(model.altered) else theta
-    ways: Sequence[Column] = ()  # whose sizes are kept
-    near = False  # whether sensitivities are those of a place nearby
-    wide = True  # whether large effects, which bend, were not looked for yet
+    as_built = None if all(question.model.altered) else theta
+    place, linearised = _Place(theta, {(): Start(theta, np.zeros(0))}, otherwise=otherwise), None
     for number in range(_PASSES):
-        told = (lambda share, n=number: progress((n + 0.8 * share) / _PASSES)) if progress else None
-        if near:
-            linearised = linearised.nearby(theta)
-        else:
-            linearised = linearise(model, effects, theta, discrepancy, SLACK, power, pool, told, linearised, ways)
-        weights = _weights(linearised)
-        linearised = linearised.with_scatter(max(weights.values(), key=lambda w: w[0])[1])
-        weights = _weights(linearised)
-        fits = Fits(linearised, weights, pool, learnt, _after(progress, number))
-        fits.again(known)
+        linearised = _linearised(question, place, linearised, pool, _before(progress, number))
+        fits = Fits(linearised, linearised.weights(), pool, place.learnt, _after(progress, number))
+        fits.again(place.known)
         fits.leaders()
         poor = fits.poor()
-        if wide and (poor or fits.misled()):
+        looked = place.wide and (poor or fits.misled())
+        if looked:
             fits.every_effect()
-            wide = False
         found = Found(linearised, fits.probability(), fits.fitted)
-        leader = found.leader if found.leader in fits.fitted else ()
-        again = otherwise is not None and (poor or (left_over is not None and left_over(linearised, fits.fitted[leader])))
-        last = number == _PASSES - 1
-        moved = not last and model.begin_anew(fits.fitted[leader].theta, fits.fitted[leader].acting)
-        if last or (not again and not poor and not moved and fits.bent(leader) < _CLOSE):
+        place = _further(replace(place, wide=place.wide and not looked), fits, found, poor) if number < _PASSES - 1 else None
+        if place is None:
             break
-        known, discrepancy, learnt = fits.starts(found), linearised.discrepancy, fits.learnt()
-        ways = () if fits.lost() else linearised.columns
-        wide = wide or again
-        theta, otherwise = (otherwise, None) if again else (fits.fitted[leader].theta, otherwise)
-        near = not moved and np.abs(theta - linearised.taken).max() < _NEARBY
         fits = found = None  # with runs and sensitivities of half an hour these are hundreds of megabytes
     fits.sharpen()
     fits.settle()
@@ -104,12 +112,39 @@ def search(model: Model, effects: Sequence[Effect], theta: np.ndarray, discrepan
     return replace(found, fitted=at_full_power(linearised, fits.fitted, likely, as_built, pool))
 
 
+def _linearised(question: Question, place: _Place, before: Linearised | None, pool: ThreadPoolExecutor,
+                progress: Callable[[float], None] | None) -> Linearised:
+    """The case about a place, classes as uncertain as their bins scatter under the linear model's leader; ``before``: of the last pass."""
+    if place.near:
+        here = before.nearby(place.theta)
+    else:
+        asked = question if before is None else before.question  # forgiven what was found to scatter
+        here = linearise(asked, place.theta, pool, progress, before, place.resized)
+    return here.with_scatter(max(here.weights().values(), key=lambda w: w[0])[1])
+
+
+def _further(place: _Place, fits: Fits, found: Found, poor: bool) -> _Place | None:
+    """Where the next pass is made after one at a place; None where none is needed.
+
+    Args:
+        fits, found: of that pass. poor: whether its leaders explained too little.
+    """
+    linearised, otherwise = found.linearised, place.otherwise
+    leader = fits.fitted[found.leader if found.leader in fits.fitted else ()]
+    again = otherwise is not None and (poor or otherwise.left_over(linearised, leader))
+    moved = linearised.model.begin_anew(leader.theta, leader.acting)
+    if not again and not poor and not moved and fits.bent(leader.effects) < _CLOSE:
+        return None
+    theta, otherwise = (otherwise.theta, None) if again else (leader.theta, otherwise)
+    near = not moved and bool(np.abs(theta - linearised.taken).max() < _NEARBY)
+    return _Place(theta, fits.starts(found), fits.learnt(), near, fits.lost(), place.wide or again, otherwise)
+
+
+def _before(progress: Callable[[float], None] | None, number: int) -> Callable[[float], None] | None:
+    """Tells the share done while a pass is linearised."""
+    return (lambda share: progress((number + 0.8 * share) / _PASSES)) if progress else None
+
+
 def _after(progress: Callable[[float], None] | None, number: int) -> Callable[[int], None] | None:
     """Tells the share done once so many sets of a pass are fitted; how many there will be is not known."""
     return (lambda fitted: progress((number + 0.8 + 0.2 * fitted / (fitted + _USUAL)) / _PASSES)) if progress else None
-
-
-def _weights(linearised: Linearised) -> dict:
-    evidence = linearised.evidence
-    singles = evidence.singles()
-    return weighted(singles + evidence.pairs(singles), linearised.columns, linearised.effects)

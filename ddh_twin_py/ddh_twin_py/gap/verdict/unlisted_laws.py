@@ -70,7 +70,7 @@ def best_unlisted(model: DescribedModel, found: Found, leader: Refitted, gap: Ca
         return None
     best = max(fits, key=lambda fitted: fitted.log_evidence)
     ahead = best.log_evidence - leader.log_evidence
-    odds = ahead / TEMPERED + math.log(PRIOR) - log_prior(leader.effects, own.effects)
+    odds = ahead / TEMPERED + math.log(PRIOR) - log_prior(leader.effects, len(own.question.effects))
     weight = found.probability.get(leader.effects, 0.0) * math.exp(min(odds, 700.0))
     if not np.isfinite(best.log_evidence) or best.slight or gap(best) > _WIDER * max(gap(leader), 1.0):
         return None
