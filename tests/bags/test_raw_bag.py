@@ -170,3 +170,24 @@ def test_a_topic_that_begins_with_another_clock_comes_where_it_stands(tmp_path, 
     assert raw.duration == pytest.approx(whole.duration, abs=0.01)
     raw.close()
     whole.close()
+
+
+@pytest.mark.parametrize(("hole", "waited"), [(300, 300), (86_400, 0)])
+def test_a_recorders_clock_that_was_set_ahead_is_not_waited_for_and_a_pause_of_minutes_is(tmp_path, bag, hole, waited):
+    def later(messages):
+        half = messages[len(messages) // 2][1]
+        return [(connection, at + hole * SECOND * (at > half), raw) for connection, at, raw in messages]
+
+    target = rewritten(bag, tmp_path / "ahead", later)
+    assert [(topic, raw) for topic, _, raw in played(target)] == [(topic, raw) for topic, _, raw in played(bag)]
+    raw, whole = RawBag(target), RawBag(bag)
+    assert raw.duration == pytest.approx(whole.duration + waited, abs=0.1)
+    blocks = list(raw.blocks())
+    due, log_time = (np.concatenate([getattr(block, name) for block in blocks]) for name in ("due", "log_time"))
+    assert np.all(np.diff(due) >= 0) and (raw.begin_ns, raw.end_ns) == (due[0], due[-1])
+    assert np.ptp(log_time - due) == pytest.approx((hole - waited) * SECOND, abs=0.1 * SECOND)
+    assert np.concatenate([block.due for block in raw.blocks(int(due[-5]))]).tolist() == due[-5:].tolist()
+    said = [note for note in raw.notes if "is not waited for" in note]
+    assert len(said) == (not waited) and all(note.startswith(f"holds nothing for {hole} s at ") for note in said)
+    raw.close()
+    whole.close()

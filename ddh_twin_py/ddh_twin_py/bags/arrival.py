@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from ddh_twin_py.telemetry.ticks import LONGEST_GAP, to_ns
+
 _STEP_BACK = 10**9  # ns by which a recorder's clock was set back, or a part of a file stands before another
 _MANY = 0.25  # share of the topics that step back where the recorder's clock does
 _SHORTEST = 10  # messages between two steps back, on average, below which no clock was set back so often: the file is in no order
@@ -61,8 +63,21 @@ def order_of_arrival(log_time: np.ndarray, back: np.ndarray | None = None) -> np
     return order
 
 
-def time_gone_by(log_time: np.ndarray) -> np.ndarray:
-    """Log times, ns, of messages in order of arrival, int64[n], that go on where the recorder's clock was set back."""
-    if not log_time.size:
-        return log_time
-    return log_time + np.concatenate([[0], np.cumsum(np.maximum(log_time[:-1] - log_time[1:], 0))])
+def goes_on(log_time: np.ndarray, before: int) -> bool:
+    """Whether log times, ns, int64[n], the first of them after ``before``, never step back nor go on more than `LONGEST_GAP` later."""
+    return not _lost(np.concatenate([[before], log_time])).any()
+
+
+def time_gone_by(log_time: np.ndarray) -> tuple[np.ndarray, list[tuple[int, int]]]:
+    """Log times, ns, of messages in order of arrival, int64[n], that go on where the recorder's clock was set back, or left out so much
+    time that it was set ahead, or nobody waits for what was recorded after it; where in these times that was, and how much, ns."""
+    lost = _lost(log_time)
+    gone_by = log_time - np.concatenate([np.zeros(min(log_time.size, 1), np.int64), np.cumsum(lost)])
+    ahead = np.flatnonzero(lost > 0)
+    return gone_by, list(zip(gone_by[ahead].tolist(), lost[ahead].tolist(), strict=True))
+
+
+def _lost(log_time: np.ndarray) -> np.ndarray:
+    """Steps between log times, ns, int64[n - 1], that are no time that is waited for; 0 for all others."""
+    step = np.diff(log_time)
+    return np.where((step < 0) | (step > to_ns(LONGEST_GAP)), step, 0)

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ddh_twin_py.bags.arrival import order_of_arrival, steps_of_arrival, time_gone_by
+from ddh_twin_py.bags.arrival import goes_on, order_of_arrival, steps_of_arrival, time_gone_by
 from ddh_twin_py.bags.compression import unpack_messages
 from ddh_twin_py.bags.errors import BagError
 from ddh_twin_py.bags.folder import open_folder
@@ -22,7 +22,7 @@ class RawBlock:
     """Serialised messages in order of log time, later than those of the block before unless the recorder's clock was set back between them.
 
     `topic[i]` numbers the topic in the bag's `topics`; `log_time` int64[n] ns; `due` int64[n] ns is the same, but never falls over the
-    whole bag (`time_gone_by`); `messages` as CDR.
+    whole bag, nor leaves out more than `LONGEST_GAP` (`time_gone_by`); `messages` as CDR.
     """
 
     topic: np.ndarray
@@ -62,7 +62,7 @@ class RawBag:
         for topic, log_time, *_ in self._blocks(self.notes, self._folder.remarks):
             if log_time.size:
                 counts.update({self.topics[number][0]: int(n) for number, n in enumerate(np.bincount(topic)) if n})
-                ordered = ordered and log_time[0] >= self.last_ns and bool(np.all(log_time[1:] >= log_time[:-1]))
+                ordered = ordered and goes_on(log_time, self.last_ns if self.count else int(log_time[0]))
                 self.count += log_time.size
                 self.first_ns = min(self.first_ns, int(log_time.min()))
                 self.last_ns = max(self.last_ns, int(log_time.max()))
@@ -122,8 +122,13 @@ class RawBag:
         order = order_of_arrival(times, back)
         place = np.empty_like(order)
         place[order] = np.arange(order.size)
-        due = time_gone_by(times[order])
+        due, left_out = time_gone_by(times[order])
         self.begin_ns, self.end_ns = int(due[0]), int(due[-1])
+        if left_out:
+            (at, length), more = left_out[0], len(left_out) - 1
+            times = f", and so {more} more time{'s' * (more > 1)}" * (more > 0)
+            self.notes.append(f"holds nothing for {length * 1e-9:.0f} s at {(at - self.begin_ns) * 1e-9:.1f} s{times}: the recorder's clock "
+                              "was set ahead, or nothing was recorded; that is not waited for")
         return place, due
 
     def _stored(self, begin: int) -> Iterator[tuple[np.ndarray, np.ndarray, list[bytes]]]:
