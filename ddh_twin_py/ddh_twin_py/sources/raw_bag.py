@@ -127,8 +127,8 @@ class RawBag:
         if left_out:
             (at, length), more = left_out[0], len(left_out) - 1
             times = f", and so {more} more time{'s' * (more > 1)}" * (more > 0)
-            self.notes.append(f"holds nothing for {length * 1e-9:.0f} s at {(at - self.begin_ns) * 1e-9:.1f} s{times}: the recorder's clock "
-                              "was set ahead, or nothing was recorded; that is not waited for")
+            self.notes.append(f"holds nothing for {length * 1e-9:.0f} s at {(at - self.begin_ns) * 1e-9:.1f} s{times}: the recorder's "
+                              "clock was set ahead, or nothing was recorded; that is not waited for")
         return place, due
 
     def _stored(self, begin: int) -> Iterator[tuple[np.ndarray, np.ndarray, list[bytes]]]:

@@ -50,3 +50,12 @@ def test_while_a_player_is_paused_or_at_its_end_nothing_is_due(made):
     held.append(True)
     run(silent, 60, {DRIVE: lambda wall: min(wall, 20)})
     assert said == []
+
+
+def test_what_comes_again_is_not_silent_to_a_node_that_stood_still_and_was_busy_then(made):
+    silent, said, _ = made
+    run(silent, 20, {DRIVE: lambda wall: wall, TANK: lambda wall: wall})
+    for wall, came in ((45.0, 19.0), (48.5, 48.4), (49.5, 49.4)):  # stood still until 45 s, and took in what came meanwhile until 48.5 s
+        for name in (DRIVE, TANK):
+            silent.note(name, wall - came, 2.0, wall)
+    assert said == []

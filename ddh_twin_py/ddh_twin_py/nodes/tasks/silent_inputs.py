@@ -21,7 +21,8 @@ class SilentInputs:
     def __init__(self, node: TwinNode, held: Callable[[float], bool]) -> None:
         self._node, self._held = node, held
         self._said: set[str] = set()
-        self._open: dict[str, float] = {}  # s of wall time at which each was found silent that is not said yet, by name
+        self._open: dict[str, float] = {}  # s of wall time at which each was found silent last that is not said yet, by name
+        self._since = 0.0  # s of wall time at which the first of them was
 
     def note(self, name: str, age: float, usual: float, wall: float) -> None:
         """So old is the last message of an input by its name, s, NaN where none ever came; ``usual``: from which age it is stale, s."""
@@ -29,8 +30,11 @@ class SilentInputs:
             self._said.discard(name)
             self._open.pop(name, None)
         elif name not in self._said:
+            self._since = self._since if self._open else wall
             self._said.add(name)
             self._open[name] = wall
-        if self._open and wall - min(self._open.values()) >= _TOGETHER:
+        elif name in self._open:
+            self._open[name] = wall
+        if self._open and min(self._open.values()) - self._since >= _TOGETHER:  # all were looked at again, also where that took long
             self._node.get_logger().warning(f"nothing comes any more on {', '.join(self._open)}")
             self._open = {}
