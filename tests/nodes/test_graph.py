@@ -433,6 +433,7 @@ def test_bad_input_is_named_in_log_and_diagnostics(graph, short_recording, liste
     estimates = listener.collect(TemperatureEstimateArray, "/ddh/temperature/estimates")
     bad = with_value(short_recording, "temperature/line_a", "temperature", float("nan"), 5.0, 15.0)
     bad = with_value(bad, "drive/telemetry", "speed", 1e6, 8.0, 9.0)
+    bad = with_value(bad, "hydraulics/telemetry", "pressure_rod_side", 4.1e7, 8.0, 8.1)
     bad = with_stuck_sensor(bad, "temperature/pump_1_case", "temperature", 2.0)
     bad = with_wrong_unit(bad, "hydraulics/telemetry", "pressure_piston_side", 1e-5)
     bad = with_clock_jump(bad, 16.0, -10.0)
@@ -449,6 +450,7 @@ def test_bad_input_is_named_in_log_and_diagnostics(graph, short_recording, liste
     said = graph["hydraulic_model"].text
     assert said.count("/ddh/hydraulics/telemetry pressure_piston_side looks as if given in bar") == 1
     assert "/ddh/drive/telemetry speed reads 1e+06 rad/s" in said
+    assert "/ddh/hydraulics/telemetry pressure_rod_side reads 4.1e+07 Pa" in said and "the sensor's full scale is 4e+07 Pa" in said
     assert all(np.isfinite(e.temperature) for m in estimates for e in m.estimates)
 
 

@@ -60,7 +60,7 @@ def test_an_oil_may_be_named_by_its_grade(tmp_path):
 
 
 @pytest.mark.parametrize("row, changed", [
-    ("{offset_tolerance: 0.5, unit: K}", {"offset_tolerance": 0.5}), ("{full_scale: 200, unit: K}", {"full_scale": 200.0}),
+    ("{offset_tolerance: 0.5, unit: K}", {"offset_tolerance": 0.5}), ("{full_scale: 473.15, unit: K}", {"full_scale": 473.15}),
     ("{time_constant: {value: 9, unit: s}}", {}), ("{unit: K}", {}),
 ])
 def test_a_sensor_row_without_noise_has_that_of_the_sheet(row, changed, tmp_path):
@@ -121,6 +121,7 @@ def test_a_sensor_row_without_noise_has_that_of_the_sheet(row, changed, tmp_path
     ("sensors:\n  pressure: {noise: 2.0e+4, unit: Pa, offset_tolerance: -1}\n", "sensors.pressure.offset_tolerance: value is -1"),
     ("sensors:\n  pressure: {noise: 2.0e+4, full_scale: wide}\n", "sensors.pressure.full_scale: value is 'wide'"),
     ("sensors:\n  pressure: {noise: 2.0e+4, unit: Pa, full_scale: -4.0}\n", "sensors.pressure.full_scale: value is -4"),
+    ("sensors:\n  temperature: {unit: K, full_scale: 200}\n", "sensors.temperature.full_scale: value is 200 K; it is the largest"),
     ("sensors:\n  temperature: {noise: 0.1, time_constant: 6}\n", "sensors.temperature.time_constant: found 6"),
     ('rig_id: "\\ud800"\n', "rig_id: value is '\\ud800', it holds half a character (a lone surrogate)"),
     ('pump_1:\n  leakage: {value: 1.0, source: "x\\udfff"}\n', "pump_1.leakage.source: value is 'x\\udfff', it holds half"),

@@ -36,6 +36,7 @@ _AN_ENTRY = "{value, unit, tolerance, source}"
 SENSOR_ROW = ("noise", "unit", "offset_tolerance", "full_scale", "time_constant", "source")
 """What an entry of a sensor may say."""
 _IN_UNIT_OF_SENSOR = ("noise", "offset_tolerance", "full_scale")
+_ICE = 273.15  # K
 LARGEST_PAYLOAD = 1.0e5
 """kg; a payload that a recording or a duty gives must be above 0 and not above this."""
 PAYLOADS = f"above 0 to {LARGEST_PAYLOAD:g} kg"
@@ -73,7 +74,8 @@ class Quantity:
 
 @dataclass(frozen=True)
 class SensorSpec:
-    """One row of the sheet's sensors: noise of a sample and tolerance of the zero, in ``unit``."""
+    """One row of the sheet's sensors: noise of a sample, tolerance of the zero and the size from which readings are saturated, in
+    ``unit``; temperatures are saturated from so many K above absolute zero."""
 
     noise: float
     unit: str
@@ -319,6 +321,9 @@ def _check_sensor(where: str, spec: SensorSpec, reference: SensorSpec) -> None:
     _within(f"{where}.offset_tolerance: value", spec.offset_tolerance, zero, reference.unit)
     if spec.full_scale is not None and spec.full_scale <= 0.0:
         raise RigError(f"{where}.full_scale: value is {spec.full_scale:g}, it must be above 0")
+    if spec.full_scale is not None and reference.unit == "K" and spec.full_scale <= _ICE:
+        raise RigError(f"{where}.full_scale: value is {spec.full_scale:g} K; it is the largest temperature that is read, and 473.15 K are "
+                       "200 degC")
 
 
 def _unknown(file: str, name: str, valid: Any) -> str:

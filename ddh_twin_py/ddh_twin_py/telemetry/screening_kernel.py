@@ -14,10 +14,11 @@ from ddh_twin_py.telemetry.causes import Cause
 from ddh_twin_py.telemetry.clocks.clock import BEGAN, CLOCK_ENTRIES, ENDED, JUMPS, LEFT, NEVER, NEWEST, RETURNS, clock_begin, clock_step
 
 NAN, INF, RANGE, UNIT, STUCK = 1, 2, 4, 8, 16
-REPEATED, LATE, JUMP, GAP = 32, 64, 128, 256
+REPEATED, LATE, JUMP, GAP, SATURATED = 32, 64, 128, 256, 512
 assert (NAN, INF, RANGE, UNIT, STUCK) == (1, 2, Cause.OUT_OF_RANGE, Cause.WRONG_UNIT, Cause.STUCK)
 assert (REPEATED, LATE, JUMP, GAP) == (Cause.REPEATED, Cause.OUT_OF_ORDER, Cause.CLOCK_JUMP, Cause.GAP)
-CAUSES = 9
+assert SATURATED == Cause.SATURATED
+CAUSES = 10
 
 # columns of `field_state` float64[m, FIELD_COLUMNS]
 LAST, RUN, RUN_SINCE, QUANTUM, CHANGES, SAMPLES, STUCK_LIMIT = range(7)
@@ -156,6 +157,7 @@ def screen(
     stamp,
     values,
     limits,
+    full_scale,
     noise,
     rules,
     floors,
@@ -181,7 +183,8 @@ def screen(
     Begins with sample `begin` and returns where it stopped: at the end, or once a unit rule
     that makes windows has the `needed` samples of evidence.
 
-    stamp int64[n]; values float64[n, c]; limits float64[m, 2]; noise float64[m] (0: none);
+    stamp int64[n]; values float64[n, c]; limits float64[m, 2]; full_scale float64[m], of the
+    sensors (inf: not known); noise float64[m] (0: none);
     rules int64[r, 6], floors float64[r]: see `unit_rules`; mistakes float64[m, k, 5]: factor
     and offset of usual mistakes of unit, between what the right value is, and how large it must
     be once; suspect bool[m]: fields held to be in a wrong unit; mistaken bool[m, k]: mistakes that
@@ -194,7 +197,7 @@ def screen(
         flag, step = _judge_time(stamp[i], stream, ring, periods, window)
         stream[COUNT] += 1
         if flag:
-            cause = 5 if flag == REPEATED else 6 if flag == LATE else 7 if flag == JUMP else 8
+            cause = 6 if flag == REPEATED else 7 if flag == LATE else 8 if flag == JUMP else 9
             _note(counts, first, first_value, cause, 0, stamp[i], step * 1e-9)
         if flag == JUMP:
             for j in range(fields):
@@ -234,6 +237,9 @@ def screen(
                         mistaken[j, k] = False
                     if abs(right) >= mistakes[j, k, 4]:
                         reached[j, k] = True
+            elif abs(value) >= full_scale[j]:
+                own = SATURATED
+                _note(counts, first, first_value, 5, j, stamp[i], value)
             else:
                 if suspect[j]:
                     own |= UNIT

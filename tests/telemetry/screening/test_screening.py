@@ -1,6 +1,7 @@
 """Screening: sound sensors pass in silence, each fault is named with file, topic and value."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -9,8 +10,8 @@ from ddh_twin_py.bags.reader import read_recording
 from ddh_twin_py.rig import load_rig
 from ddh_twin_py.telemetry.causes import Cause
 from ddh_twin_py.telemetry.recording import Stream, drive_stream
-from ddh_twin_py.telemetry.screening.screening import StreamScreen, screen_recording
-from ddh_twin_py.telemetry.signals import DRIVE_FIELDS, SIGNALS, TEMPERATURE_SENSORS
+from ddh_twin_py.telemetry.screening.screening import StreamScreen, screen_by_sheet, screen_recording
+from ddh_twin_py.telemetry.signals import DRIVE_FIELDS, HYDRAULIC_FIELDS, SIGNALS, TEMPERATURE_SENSORS, ZERO_CELSIUS
 from ddh_twin_py.telemetry.units.drive_units import judge_drive
 from ddh_twin_py.telemetry.units.unit_scales import UnitScales
 
@@ -40,7 +41,7 @@ def test_paper_cycle_passes_in_silence(paper, noise):
         np.testing.assert_array_equal(before.values, after.values, name)
 
 
-def test_open_cases_have_no_false_findings(shared_dir, noise):
+def test_open_cases_have_no_false_findings(shared_dir, noise, scales):
     """Imperfect clocks and drop-outs are named, but no sound sensor is called stuck or off."""
     folders = sorted((shared_dir / "data" / "open_cases").glob("case_*/*"))
     if not folders:
@@ -49,7 +50,7 @@ def test_open_cases_have_no_false_findings(shared_dir, noise):
     for folder in folders:
         recording = read_recording(folder)
         assert recording.findings == [], folder
-        screened = screen_recording(recording, noise)
+        screened = screen_recording(recording, noise, scales=scales)
         quiet += not screened.findings
         nans = sum(int(np.isnan(s.values).sum()) for _, s in recording.streams())
         said = sum(f.count for f in screened.findings if "is NaN in" in f.message)
@@ -459,6 +460,52 @@ def test_a_unit_put_right_is_believed_again(paper, noise):
     for i in range(half, len(values), 10):
         last = screen.screen(paper.hydraulic.stamps(paper.epoch_ns)[i : i + 10], values[i : i + 10])
     assert np.isfinite(last.values).all()
+
+
+# Full scale
+
+
+def clipped(recording, limit):
+    """The recording whose piston side's transducer ends at so many Pa."""
+    values = recording.hydraulic.values.copy()
+    values[:, 0] = np.minimum(values[:, 0], limit)
+    return recording.with_streams(dict(recording.streams()) | {HYDRAULIC: Stream(recording.hydraulic.time, values, HYDRAULIC_FIELDS)}, [])
+
+
+def test_readings_at_the_full_scale_are_told_and_left_out(paper, noise, scales):
+    """A transducer of 25 bar where the piston side goes to 31: what it reads there is where it ends, and not that it is stuck."""
+    low = replace(scales, full_scale={"pressure": 2.5e6})
+    beyond = paper.hydraulic.values[:, 0] >= 2.5e6
+    assert beyond.any() and paper.hydraulic.values[:, 1].max() > 2.5e6
+    part = clipped(paper, 2.5e6)
+    part.hydraulic.values[:, 1] *= 0.2
+    finding, screened = only(part, noise, low)
+    assert np.array_equal(np.isnan(screened.hydraulic.values[:, 0]), beyond) and np.isfinite(screened.hydraulic.values[:, 1]).all()
+    assert (finding.field, finding.value, finding.count, finding.severity) == ("pressure_piston_side", 2.5e6, beyond.sum(), "warning")
+    assert "reads 2.5e+06 Pa at" in finding.message and "the sensor's full scale is 2.5e+06 Pa: it is saturated in" in finding.message
+
+
+def test_live_readings_at_the_full_scale_are_told_alike(paper, noise, scales):
+    """Sample by sample, and in the unit of the message."""
+    low = replace(scales, full_scale={"temperature": ZERO_CELSIUS + 24.0, "pressure": 2.5e6})
+    for topic, stream in (("temperature/tank_oil", paper.temperatures["tank_oil"]), (HYDRAULIC, clipped(paper, 2.5e6).hydraulic)):
+        stamps = stream.stamps(paper.epoch_ns)
+        whole, live = (StreamScreen(topic, noise, scales=low) for _ in range(2))
+        at_once = whole.screen(stamps, stream.values)
+        one_by_one = [live.screen(stamps[i : i + 1], stream.values[i : i + 1]).values for i in range(len(stream))]
+        np.testing.assert_array_equal(np.concatenate(one_by_one), at_once.values)
+        said = [str(finding) for finding in live.findings("f")]
+        assert said == [str(finding) for finding in whole.findings("f")] and live.count(Cause.SATURATED) == whole.count(Cause.SATURATED) > 0
+        assert ("full scale is 24 degC" if topic != HYDRAULIC else "full scale is 2.5e+06 Pa") in said[0]
+
+
+def test_the_full_scale_of_the_sheet_is_that_of_every_screen(paper):
+    """400 bar, by the rig file alone."""
+    values = paper.hydraulic.values.copy()
+    values[100, 0] = 4.0e7
+    recording = paper.with_streams(dict(paper.streams()) | {HYDRAULIC: Stream(paper.hydraulic.time, values, HYDRAULIC_FIELDS)}, [])
+    (finding,) = screen_by_sheet(recording, load_rig()).findings
+    assert "full scale is 4e+07 Pa: it is saturated in 1 of" in finding.message
 
 
 # Stuck

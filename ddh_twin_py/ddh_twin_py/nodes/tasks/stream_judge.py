@@ -29,6 +29,7 @@ _PLAIN = {
     Cause.OUT_OF_RANGE: "out of range",
     Cause.WRONG_UNIT: "unit suspect",
     Cause.STUCK: "stuck",
+    Cause.SATURATED: "at full scale",
     Cause.REPEATED: "repeated",
     Cause.OUT_OF_ORDER: "out of order",
     Cause.CLOCK_JUMP: "clock jumped back",

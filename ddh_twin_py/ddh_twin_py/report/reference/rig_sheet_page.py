@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ddh_twin_py.rig import Quantity, load_rig
-from ddh_twin_py.rig.sheet import BOUNDS, SENSOR_ROW
+from ddh_twin_py.rig.sheet import BOUNDS, SENSOR_ROW, SensorSpec
 
 _FOOT = "*Written by `scripts/reference_pages.py` from `rig/ddh_rig.yaml` and `rig/extensions.yaml`; change it there.*"
 
@@ -26,10 +26,16 @@ def rig_sheet_page() -> str:
         lines.append("")
     keys = ", ".join(f"`{key}`" for key in SENSOR_ROW)
     lines += ["## sensors", "", f"A row says what differs: some of {keys}. What it leaves out is this sheet's; `unit` is needed beside "
-              "`noise`, `offset_tolerance` and `full_scale`.", "",
-              "| sensor | noise of a sample | tolerance of the zero | unit |", "|---|---|---|---|"]
-    lines += [f"| `sensors.{name}` | {spec.noise:g} | {spec.offset_tolerance:g} | {spec.unit} |" for name, spec in rig.sensors.items()]
+              "`noise`, `offset_tolerance` and `full_scale`. A reading of the size of `full_scale` or more is saturated: it is told and "
+              "not used (temperatures in K above absolute zero: 473.15 for a sensor of up to 200 degC).", "",
+              "| sensor | noise of a sample | tolerance of the zero | full scale | unit |", "|---|---|---|---|---|"]
+    lines += [f"| `sensors.{name}` | {spec.noise:g} | {spec.offset_tolerance:g} | {_scale(spec)} | {spec.unit} |"
+              for name, spec in rig.sensors.items()]
     return "\n".join([*lines, "", _FOOT, ""])
+
+
+def _scale(spec: SensorSpec) -> str:
+    return "not known" if spec.full_scale is None else f"{spec.full_scale:g}"
 
 
 def _row(path: str, quantity: Quantity) -> str:

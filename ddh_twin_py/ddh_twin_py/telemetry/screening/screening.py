@@ -1,4 +1,4 @@
-"""Judge every sample: finite, in range, in a likely unit, in order, alive.
+"""Judge every sample: finite, in range, below the sensor's full scale, in a likely unit, in order, alive.
 
 One implementation for whole recordings and for the few samples that a live node gets at once.
 """
@@ -34,7 +34,7 @@ _MOST_STOPS = 16  # that are kept for a listener
 _THOUSANDFOLD, _REACHED = 1e3, 0.01  # factor of a mistake of unit from which values out of range must reach, in the right unit, this share
 # of the largest that is allowed: 120 N*m out of range are no 0.12 N*m
 _NOT_IN_RUNS = (
-    Cause.NOT_A_NUMBER | Cause.INFINITE | Cause.OUT_OF_RANGE | Cause.REPEATED | Cause.OUT_OF_ORDER
+    Cause.NOT_A_NUMBER | Cause.INFINITE | Cause.OUT_OF_RANGE | Cause.SATURATED | Cause.REPEATED | Cause.OUT_OF_ORDER
 )  # what the kernel does not look at when it counts repetitions
 
 
@@ -64,7 +64,8 @@ class StreamScreen:
 
     `topic` is relative. `noise` maps the keys of the rig sheet's sensors (`speed`, `pressure`,
     `temperature`, ...) to the standard deviation of one sample in SI; a key that is absent or 0
-    turns the judgement of stuck values off. `scales` of the rig make the judgement of units a sharper one. Values are SI inside,
+    turns the judgement of stuck values off. `scales` of the rig make the judgement of units a sharper one and tell
+    the full scale of the sensors. Values are SI inside,
     temperatures in kelvin. `stops` are the lengths, s, of the last times that the stream stopped, for a listener; it empties them.
     """
 
@@ -86,6 +87,8 @@ class StreamScreen:
         most = max(len(s.mistakes) for s in self.signals)
         self._raised: Set[tuple[int, ...]] = set()
         self._limits = np.array([(s.lowest, s.highest) for s in self.signals])
+        full_scale = scales.full_scale if scales is not None else {}
+        self._full_scale = np.array([full_scale.get(s.noise_key, np.inf) for s in self.signals])
         self._mistakes = np.full((fields, most, 5), np.nan)
         for j, signal in enumerate(self.signals):
             for k, mistake in enumerate(signal.mistakes):
@@ -127,6 +130,7 @@ class StreamScreen:
                 stamp,
                 values,
                 self._limits,
+                self._full_scale,
                 self.noise,
                 self._rules,
                 self._floors,
@@ -265,7 +269,7 @@ class StreamScreen:
         such a field is, as others tell.
         """
         counted = Counted(self.signals, int(self._stream[kernel.COUNT]), self._counts, self._first, self._first_value, self._explaining,
-                          self.noise, self._stuck_since, self.suspicions)
+                          self.noise, self._full_scale, self._stuck_since, self.suspicions)
         return findings_of(counted, file, topic or self.topic, epoch_ns, whole, unit)
 
 

@@ -25,9 +25,10 @@ class Counted:
     """What was counted of one topic with m signals, by cause in the order of `CAUSES` and by signal.
 
     Attributes:
-        signals: m. samples: of the topic. counts: int64[9, m]. first: ns, int64[9, m], when each cause struck first.
-        first_value: float64[9, m], what was read then. explaining: bool[m, k], mistakes of unit that explain all that is out of range.
-        noise: float64[m], expected. stuck_since: ns, int64[m], where the first run of a stuck signal began. suspicions: wrong units.
+        signals: m. samples: of the topic. counts: int64[10, m]. first: ns, int64[10, m], when each cause struck first.
+        first_value: float64[10, m], what was read then. explaining: bool[m, k], mistakes of unit that explain all that is out of range.
+        noise: float64[m], expected. full_scale: float64[m], of the sensors. stuck_since: ns, int64[m], where the first run of a stuck
+        signal began. suspicions: wrong units.
     """
 
     signals: Sequence[Signal]
@@ -37,6 +38,7 @@ class Counted:
     first_value: np.ndarray
     explaining: np.ndarray
     noise: np.ndarray
+    full_scale: np.ndarray
     stuck_since: np.ndarray
     suspicions: Sequence[UnitSuspicion]
 
@@ -57,7 +59,7 @@ def findings_of(
             count = int(counted.counts[row, j])
             if not count or cause is Cause.WRONG_UNIT:
                 continue
-            if cause is Cause.OUT_OF_RANGE and j in suspected:
+            if cause in (Cause.OUT_OF_RANGE, Cause.SATURATED) and j in suspected:
                 continue  # how it is wrong is told already, and nothing of it is used
             at = _seconds(counted.first[row, j], epoch_ns)
             value = float(counted.first_value[row, j])
@@ -99,6 +101,9 @@ def _field_sentence(counted: Counted, cause: Cause, j: int, epoch_ns: int, whole
             f"although noise of {counted.noise[j]:.3g} {signal.unit} "
             f"is expected; {often} are not used, the first at {at:.3f} s"
         )
+    if cause is Cause.SATURATED:
+        return (f"reads {value:.6g} {unit} at {at:.3f} s, the sensor's full scale is {signal.to_message(float(counted.full_scale[j])):g} "
+                f"{unit}: it is saturated in {often}, which are not used")
     lowest, highest = signal.to_message(signal.lowest), signal.to_message(signal.highest)
     said = (
         f"reads {value:.6g} {unit} at {at:.3f} s, allowed are {lowest:g} to {highest:g} {unit}; "

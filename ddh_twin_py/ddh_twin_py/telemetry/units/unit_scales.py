@@ -1,8 +1,9 @@
-"""What a rig's file tells of the size that readings must have: the load on the piston's areas, torque and copper loss per current."""
+"""What a rig's file tells of the size of readings: the load on the piston's areas, torque and copper loss per current, full scales."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -14,7 +15,8 @@ from ddh_twin_py.telemetry.recording import Recording
 @dataclass(frozen=True)
 class UnitScales:
     """`piston_area`, `rod_side_area` in m2; `load`, N, against extension at mid stroke; `phase_resistance`, ohm, at 20 degC;
-    `torque_constant`, N*m/A; `rated_torque`, N*m; `current_limit` of the drive, A."""
+    `torque_constant`, N*m/A; `rated_torque`, N*m; `current_limit` of the drive, A;
+    `full_scale` of sensors that tell one, by the keys of the sheet, SI (temperatures K)."""
 
     piston_area: float
     rod_side_area: float
@@ -23,6 +25,7 @@ class UnitScales:
     torque_constant: float
     rated_torque: float
     current_limit: float
+    full_scale: Mapping[str, float] = field(default_factory=dict)
 
     def force(self, piston_side: np.ndarray | float, rod_side: np.ndarray | float) -> np.ndarray | float:
         """N, against the load, of the pressures of both sides, Pa."""
@@ -35,4 +38,5 @@ class UnitScales:
         record = rig.declaring(declared).parameters[0]
         return cls(float(piston_area(record)), float(rod_side_area(record)), float(load_force(0.5 * rig["cylinder.stroke"], record)),
                    float(rig["motor.phase_resistance_20C"]), float(rig["motor.torque_constant"]), float(rig["motor.rated_torque"]),
-                   float(rig["motor.current_limit"]))
+                   float(rig["motor.current_limit"]),
+                   {name: spec.full_scale for name, spec in rig.sensors.items() if spec.full_scale is not None})
