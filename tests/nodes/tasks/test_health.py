@@ -6,9 +6,10 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from builtin_interfaces.msg import Time
 from ddh_twin_py.nodes.base.inputs import Input
 from ddh_twin_py.nodes.base.node_base import TwinNode
-from ddh_twin_py.nodes.tasks.health import Report, judge_age, judge_clock
+from ddh_twin_py.nodes.tasks.health import Health, Report, judge_age, judge_clock
 from ddh_twin_py.nodes.tasks.silent_inputs import SilentInputs
 from ddh_twin_py.nodes.tasks.stops import Stops, StopsTold
 from ddh_twin_py.nodes.tasks.stream_judge import StreamJudge
@@ -192,3 +193,22 @@ def test_a_stream_that_stopped_is_said_to_have_come_back():
     (said,) = (line for line in lines if "came back" in line)
     assert said.startswith(f"{', '.join(f'/ddh/{topic}' for topic in TOPICS)} stopped and came back, first after 60.0 to 60.")
     assert shown[DRIVE][40.0] == "stopped and came back (1 times)"
+
+
+@pytest.mark.parametrize(("looks", "said"), [
+    (range(60), []),
+    ([0, 1, 9], []),
+    ([0, 1, 31, 32, 33], ["this node did nothing for 30 s, as it was stopped or the computer is too slow; what came meanwhile may be "
+                          "lost"]),
+])  # fmt: skip
+def test_a_node_that_did_nothing_for_a_while_says_so(looks, said):
+    warned, walls = [], iter([float(wall) for wall in looks])
+    node = SimpleNamespace(
+        wall=lambda: next(walls), every=lambda period, callback: None, warn_again=lambda cause, text: warned.append(text),
+        create_publisher=lambda *_: SimpleNamespace(publish=lambda message: None), get_fully_qualified_name=lambda: "/ddh/node",
+        get_clock=lambda: SimpleNamespace(now=lambda: SimpleNamespace(to_msg=Time)),
+    )
+    health = Health(node)
+    for _ in looks:
+        health.publish()
+    assert warned == said

@@ -15,6 +15,7 @@ from ddh_twin_py.telemetry.clocks.clock import Break
 PERIOD = 1.0  # s of wall time
 TOPIC = "/diagnostics"
 PAUSED = "the player is paused"
+_STOOD = 10.0  # s of wall time without a judgement, from which it is said that the node did nothing
 _USUAL = 1.5  # usual pauses between messages, after which an input is stale
 
 
@@ -54,6 +55,7 @@ class Health:
         self._judges: list[tuple[str, Callable[[Report], str]]] = []
         self._publisher = node.create_publisher(DiagnosticArray, TOPIC, qos.DIAGNOSTICS)
         self.hardware_id = ""
+        self._judged: float | None = None  # s of wall time
         node.every(PERIOD, self.publish)
 
     def add(self, concern: str, judge: Callable[[Report], str]) -> None:
@@ -61,6 +63,11 @@ class Health:
         self._judges.append((concern, judge))
 
     def publish(self) -> None:
+        wall = self._node.wall()
+        stood, self._judged = wall - (wall if self._judged is None else self._judged), wall
+        if stood > _STOOD:
+            self._node.warn_again("stood", f"this node did nothing for {stood:.0f} s, as it was stopped or the computer is too slow; what "
+                                           "came meanwhile may be lost")
         name = self._node.get_fully_qualified_name().lstrip("/")
         message = DiagnosticArray()
         message.header.stamp = self._node.get_clock().now().to_msg()
