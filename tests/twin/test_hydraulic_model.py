@@ -38,6 +38,15 @@ def test_a_rod_at_an_end_stop_is_not_pressed_by_the_noise_of_its_position(stop):
     assert np.abs(np.diff(between, axis=0))[10:].max() < 1.0
 
 
+@pytest.mark.parametrize("beyond", [3.0e-4, 1.0e-3])
+@pytest.mark.parametrize("stop", ["retracted", "extended"])
+def test_a_run_whose_first_position_lies_beyond_a_stop_begins_at_the_stop(stop, beyond):
+    at, way = (0.0, -1.0) if stop == "retracted" else (load_rig()["cylinder.stroke"], 1.0)
+    there, off = (np.full(STANDING + MOVING, at) for _ in range(2))
+    off[0] += way * beyond
+    np.testing.assert_array_equal(run(off)[0], run(there)[0])
+
+
 def test_elsewhere_a_standing_rod_is_where_it_was_measured():
     rig = load_rig()
     position = np.full(STANDING + MOVING, 0.5 * rig["cylinder.stroke"])

@@ -8,10 +8,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from ddh_twin_py.physics.cylinder import holding_pressure, rod_travel
-from ddh_twin_py.physics.free_run import COMMAND_PARTS, settle
+from ddh_twin_py.physics.cylinder import rod_travel
+from ddh_twin_py.physics.free_run import COMMAND_PARTS
 from ddh_twin_py.physics.hydraulics import SPEED, SPEED_REFERENCE, VELOCITY
 from ddh_twin_py.twin.intervals import HOLD
+from ddh_twin_py.twin.rest import rest_at
 
 STILL, CARRIED = 1.0, 5.0e-3
 """rad/s of a command up to which a rod rests, and m by which it is elsewhere than before."""
@@ -92,15 +93,7 @@ def take_up(parameters: np.ndarray, state: np.ndarray, measured: np.void, comman
     speed = float(measured["speed"]) - gained if np.isfinite(measured["speed"]) else float(command[0])
     mean = float(measured["rod_velocity"])
     mean = mean if np.isfinite(mean) else (speed + gained) * rod_travel(p)
-    rest_at(parameters, state, measured, float(measured["rod_position"]) - 0.5 * interval * mean)
+    position = float(measured["rod_position"]) - 0.5 * interval * mean
+    rest_at(parameters, state, position, float(measured["pressure_piston_side"]), float(measured["pressure_rod_side"]))
     state[SPEED_REFERENCE] = state[SPEED] = speed
     state[VELOCITY] = mean - gained * rod_travel(p)
-
-
-def rest_at(parameters: np.ndarray, state: np.ndarray, measured: np.void, position: float) -> None:
-    """Set the hydraulic state to rest at a position, m, no further than the stops, and at the measured pressures, (1,) each."""
-    p = parameters[0]
-    position = min(max(position, 0.0), float(p["cylinder_stroke"]))
-    rod_side = float(np.nan_to_num(measured["pressure_rod_side"]))
-    piston_side = float(measured["pressure_piston_side"])
-    settle(parameters, state, position, piston_side if np.isfinite(piston_side) else holding_pressure(position, rod_side, p), rod_side)

@@ -8,14 +8,15 @@ import numpy as np
 
 from ddh_twin_py.physics.balance import OPERATING_DTYPE, OPERATING_FIELDS
 from ddh_twin_py.physics.compiled import kernel
-from ddh_twin_py.physics.cylinder import holding_pressure, rod_travel
-from ddh_twin_py.physics.free_run import COMMAND_PARTS, HYDRAULIC_STEP, free_run, settle
+from ddh_twin_py.physics.cylinder import rod_travel
+from ddh_twin_py.physics.free_run import COMMAND_PARTS, HYDRAULIC_STEP, free_run
 from ddh_twin_py.physics.hydraulics import HYDRAULIC_STATES, POSITION
 from ddh_twin_py.physics.oil import VAPOUR_PRESSURE
 from ddh_twin_py.physics.thermal_network import END_WINDING, N, SLOT_WINDING
 from ddh_twin_py.rig import Rig
 from ddh_twin_py.twin.duty import Duty, segment_table
 from ddh_twin_py.twin.duty_program import COMMAND, CYCLES, new_program, next_command
+from ddh_twin_py.twin.rest import rest_at
 
 PERIOD = 0.02
 """s, control period and interval of the thermal network within a cycle."""
@@ -128,7 +129,7 @@ class DutyRun:
         self._ramp = duty.ramp
         self._rod_speed_per_rad = rod_travel(record)
         self._state = np.zeros(len(HYDRAULIC_STATES))
-        settle(self.parameters, self._state, duty.start_position, holding_pressure(duty.start_position, 0.0, record), 0.0)
+        rest_at(self.parameters, self._state, duty.start_position)
         self._program = new_program()
         self._point = np.zeros(1, OPERATING_DTYPE)
         self._flat = self._point.view(np.float64).reshape(1, _COLUMNS)

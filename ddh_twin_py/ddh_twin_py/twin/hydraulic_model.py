@@ -8,14 +8,14 @@ from itertools import pairwise
 import numpy as np
 
 from ddh_twin_py.physics.balance import OPERATING_DTYPE
-from ddh_twin_py.physics.cylinder import holding_pressure
-from ddh_twin_py.physics.free_run import COMMAND_PARTS, HYDRAULIC_STEP, free_run, settle
+from ddh_twin_py.physics.free_run import COMMAND_PARTS, HYDRAULIC_STEP, free_run
 from ddh_twin_py.physics.hydraulics import HYDRAULIC_STATES, POSITION
 from ddh_twin_py.physics.soft_sensor import soft_sensor
 from ddh_twin_py.physics.thermal_network import N
 from ddh_twin_py.rig import Rig
-from ddh_twin_py.twin.course import Course, rest_at, take_up
+from ddh_twin_py.twin.course import Course, take_up
 from ddh_twin_py.twin.intervals import INTERVAL, STANDSTILL
+from ddh_twin_py.twin.rest import rest_at
 
 RESIDUAL_SIGNALS = (
     ("speed", "speed", "rad/s"),
@@ -30,7 +30,8 @@ RESIDUAL_SIGNALS = (
 )
 """Signals that telemetry and model both have: name, key of the noise in the sheet, unit."""
 
-_DRIVING = ("speed", "current", "current_square", "pressure_piston_side", "pressure_rod_side", "rod_position", "rod_velocity")
+_PRESSURES = ("pressure_piston_side", "pressure_rod_side")
+_DRIVING = ("speed", "current", "current_square", *_PRESSURES, "rod_position", "rod_velocity")
 _FREE_RUN_NAME = {"current_square": "mean_square_current"}
 UNSEEN = 5.0
 """s at the beginning that say nothing of a free run's fast signals: what moved before it began is not known."""
@@ -186,7 +187,8 @@ class HydraulicModel:
             if self._falls > 1:
                 self._let_go(standing, position, stop)
             else:
-                rest_at(self._parameters, self._state, measured[stop - 1], float(position[stop - 1]))
+                pressures = (float(measured[name][stop - 1]) for name in _PRESSURES)
+                rest_at(self._parameters, self._state, float(position[stop - 1]), *pressures)
             begin = stop
 
     def _run_free(self, rows: slice, command: np.ndarray, ambient: np.ndarray, position: np.ndarray, free: np.ndarray,
@@ -203,12 +205,10 @@ class HydraulicModel:
         position[begin : begin + int(moves[0]) if moves.size else None] = np.nan
 
     def _place(self, measured: np.ndarray) -> None:
-        """Begin at rest at the measured pressures and position; take the position once it is there."""
+        """Begin at rest at the measured pressures and position, or amid the stroke until a position is there."""
         if not self._started:
             position = _first(measured["rod_position"], 0.5 * self.rig["cylinder.stroke"])
-            rod_side = _first(measured["pressure_rod_side"], 0.0)
-            holding = holding_pressure(position, rod_side, self._parameters[0])
-            settle(self._parameters, self._state, position, _first(measured["pressure_piston_side"], holding), rod_side)
+            rest_at(self._parameters, self._state, position, *(_first(measured[name], np.nan) for name in _PRESSURES))
             self._started = True
             self._placed = bool(np.isfinite(measured["rod_position"]).any())
         elif not self._placed and np.isfinite(measured["rod_position"]).any():

@@ -10,8 +10,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ddh_twin_py.physics.balance import OPERATING_DTYPE
-from ddh_twin_py.physics.cylinder import holding_pressure, rod_travel
-from ddh_twin_py.physics.free_run import HYDRAULIC_STEP, free_run, settle
+from ddh_twin_py.physics.cylinder import rod_travel
+from ddh_twin_py.physics.free_run import HYDRAULIC_STEP, free_run
 from ddh_twin_py.physics.hydraulics import HYDRAULIC_STATES, POSITION, SPEED
 from ddh_twin_py.physics.motor import RAD_PER_S_OF_RPM
 from ddh_twin_py.physics.oil import VAPOUR_PRESSURE
@@ -21,6 +21,7 @@ from ddh_twin_py.rig import Rig
 from ddh_twin_py.twin.duty import Duty, DutyCommand, DutyError
 from ddh_twin_py.twin.intervals import command_size
 from ddh_twin_py.twin.possible_speed import STEADY, steady_operations
+from ddh_twin_py.twin.rest import rest_at
 
 WINDOW = 120.0
 """s of telemetry that count as the present duty."""
@@ -248,7 +249,7 @@ def duty_point(rig: Rig, duty: Duty, temperature: np.ndarray, ambient: float) ->
     record = parameters[0]
     per_rad = rod_travel(record)
     state = np.zeros(len(HYDRAULIC_STATES))
-    settle(parameters, state, duty.start_position, holding_pressure(duty.start_position, 0.0, record), 0.0)
+    rest_at(parameters, state, duty.start_position)
     program = DutyCommand(replace(duty, repeat=1))
     points, temperatures = np.zeros(1, OPERATING_DTYPE), np.empty((1, N))
     air, nowhere, edges = np.full(1, ambient), np.full(1, np.nan), np.zeros(command_size(1))

@@ -11,6 +11,7 @@ from ddh_twin_py.physics.cylinder import piston_area
 from ddh_twin_py.physics.thermal_network import NODES
 from ddh_twin_py.rig import load_rig
 from ddh_twin_py.telemetry.recording import Stream
+from ddh_twin_py.telemetry.signals import HYDRAULIC_FIELDS
 from support.simulated import of_the_sheet
 
 
@@ -29,6 +30,16 @@ def test_a_load_of_unknown_pressure_is_held_at_the_start(paper_cycle_bag):
     for name in ("pressure_piston_side", "pressure_rod_side"):
         off[f"measurement_{name}_offset"] = 5.0e4  # of a transducer that is not there
     np.testing.assert_array_equal(held.operating(off)[0], points)
+
+
+def test_a_recording_that_begins_a_little_beyond_a_stop_begins_at_it(paper_cycle_bag):
+    rig, recording = load_rig(), read_recording(paper_cycle_bag).between(0.0, 60.0)
+    values = recording.hydraulic.values.copy()
+    position = values[:, HYDRAULIC_FIELDS.index("rod_position")]
+    position -= position[0] + 5.0e-4
+    at_it = Experiment(replace(recording, hydraulic=replace(recording.hydraulic, values=values)), rig)
+    points = at_it.operating(at_it.parameters(rig))[0][:20]
+    assert np.abs(points["rod_position"]).max() < 1e-4 and points["pressure_rod_side"].max() < 1e5
 
 
 @pytest.mark.parametrize(("declared", "taken"), [(137.0, 137.0), (0.0, None), (-5.0, None), (np.inf, None), (np.nan, None)])

@@ -33,7 +33,7 @@ from ddh_twin_py.estimation.fusion.start import EARLY, START, air_at_start, spre
 from ddh_twin_py.estimation.sensors import NODE_INDEX, NODE_OF_SENSOR
 from ddh_twin_py.physics.balance import OPERATING_DTYPE
 from ddh_twin_py.physics.cylinder import holding_pressure
-from ddh_twin_py.physics.free_run import COMMAND_PARTS, HYDRAULIC_STEP, SAMPLED, free_run, free_run_sampled, settle
+from ddh_twin_py.physics.free_run import COMMAND_PARTS, HYDRAULIC_STEP, SAMPLED, free_run, free_run_sampled
 from ddh_twin_py.physics.hydraulics import HYDRAULIC_STATES
 from ddh_twin_py.physics.motor_samples import electrical_samples
 from ddh_twin_py.physics.oil import ZERO_CELSIUS
@@ -55,6 +55,7 @@ from ddh_twin_py.twin.ambient import AmbientTracker
 from ddh_twin_py.twin.command import command_at
 from ddh_twin_py.twin.hydraulic_model import UNSEEN, off_the_stops
 from ddh_twin_py.twin.intervals import INTERVAL, STANDSTILL, command_size, new_carry, reduce_intervals
+from ddh_twin_py.twin.rest import rest_at
 from ddh_twin_py.twin.temperature_sensors import INNER_SENSORS, sensed
 
 DRIVE_SIGNALS = ("speed", "current", "voltage", "electrical_power")
@@ -441,14 +442,18 @@ class Experiment:
                          self._put(parameters, inputs.placed), points, temperatures, instants, samples)
 
     def _settled(self, parameters: np.ndarray) -> np.ndarray:
-        """Hydraulic state at the start, at rest where it was measured; (`HYDRAULIC_STATES`,)."""
+        """Hydraulic state at the start, at rest where it was measured, errors of the sensors apart; (`HYDRAULIC_STATES`,).
+
+        Of what is not measured the start is the same whatever parameters are tried: the pressure that holds the load on the rig as it is
+        given, and a rod that is retracted, from where most duties begin.
+        """
         p, state = parameters[0], np.zeros(len(HYDRAULIC_STATES))
         piston, rod = (self._start[name] for name in PRESSURES)
         if self._read_pressures[0]:  # what is not measured has no zero error
             piston -= p["measurement_pressure_piston_side_offset"]
         if self._read_pressures[1]:
             rod = (rod - p["measurement_pressure_rod_side_offset"]) / p["measurement_pressure_rod_side_gain"]
-        settle(parameters, state, self._start["rod_position"] / p["measurement_rod_position_scale"], piston, rod)
+        rest_at(parameters, state, self._start["rod_position"] / p["measurement_rod_position_scale"], piston, rod)
         return state
 
     def _put(self, parameters: np.ndarray, placed: np.ndarray) -> np.ndarray:
