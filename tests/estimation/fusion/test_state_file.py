@@ -161,6 +161,18 @@ def test_a_second_file_that_is_no_state_leaves_the_first_that_was_set_aside(tmp_
     assert [(tmp_path / name).read_text() for name in ("state.old", "state.old_2", "state.old_3")] == [f"no state {n}" for n in range(3)]
 
 
+def test_the_state_of_another_rig_is_not_lost(tmp_path, state):
+    save_state(tmp_path / "state", state, "rig_7", STAMP)
+    keeper = StateKeeper(str(tmp_path / "state"), state)
+    said = keeper.refusal(1.0, "rig_8")
+    assert said.endswith("is of rig 'rig_7', this is 'rig_8'; not used, and kept as state.old once a state is written")
+    for stamp in range(3):
+        keeper.keep(state, "rig_8", stamp)
+    keeper.close()
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["state", "state.old"]
+    assert [load_state(tmp_path / name, state).rig_id for name in ("state", "state.old")] == ["rig_8", "rig_7"]
+
+
 def test_a_state_is_written_where_what_was_in_its_place_is_removed_meanwhile(tmp_path, state):
     (tmp_path / "state").write_text("no state")
     keeper = StateKeeper(str(tmp_path / "state"), state)

@@ -18,8 +18,8 @@ class StateKeeper:
     """Loads a state file at the start and writes snapshots of the state in a thread of its own.
 
     `saved` is what was found, `note` why it was not (to be told to people), `written` how often
-    the file was written, `failure` why it could not be. A file that is no state of this filter is not overwritten: it is set aside
-    under its name with `.old`, or `.old_2` and so on where that is taken, before the first state is written.
+    the file was written, `failure` why it could not be. A file that is no state of this filter, or of another rig, is not overwritten: it
+    is set aside under its name with `.old`, or `.old_2` and so on where that is taken, before the first state is written.
     """
 
     def __init__(self, path: str, like: FusionState) -> None:
@@ -29,6 +29,7 @@ class StateKeeper:
         self.written = 0
         self.failure = ""
         self._foreign = False
+        self._rig_id = ""  # of the state on disk, '' where that is not known
         self._next: tuple[FusionState, str, int] | None = None
         self._changed = threading.Condition()
         self._closing = False
@@ -40,6 +41,7 @@ class StateKeeper:
             if why := why_no_file(folder):
                 raise NodeError(f"parameter state_file is {path}: it cannot be written: {folder}: {why}")
             self.saved = load_state(self.path, like)
+            self._rig_id = self.saved.rig_id if self.saved else ""
             self.note = "" if self.saved else f"{self.path}: no state yet, starting without"
         except StateFileError as error:
             self._foreign = True
@@ -59,7 +61,8 @@ class StateKeeper:
         if age > OLDEST:
             return f"{self.path}: is {age / 86400.0:.0f} days old, more than {OLDEST / 86400.0:.0f}; not used"
         if rig_id and self.saved.rig_id and rig_id != self.saved.rig_id:
-            return f"{self.path}: is of rig {self.saved.rig_id!r}, this is {rig_id!r}; not used"
+            return (f"{self.path}: is of rig {self.saved.rig_id!r}, this is {rig_id!r}; not used, and kept as {self._aside().name} once a "
+                    "state is written")
         return ""
 
     def keep(self, state: FusionState, rig_id: str, stamp_ns: int) -> None:
@@ -82,11 +85,13 @@ class StateKeeper:
                 waiting, self._next = self._next, None
                 if waiting is None:
                     return
+            state, rig_id, stamp_ns = waiting
             try:
-                if self._foreign and self.path.exists():  # it may have been removed since
+                another = bool(rig_id and self._rig_id and rig_id != self._rig_id)
+                if (self._foreign or another) and self.path.exists():  # it may have been removed since
                     self.path.replace(self._aside())
-                self._foreign = False
-                save_state(self.path, *waiting)
+                self._foreign, self._rig_id = False, rig_id or self._rig_id
+                save_state(self.path, state, rig_id, stamp_ns)
                 self.written += 1
                 self.failure = ""
             except OSError as error:
