@@ -19,7 +19,7 @@ class Bag:
     """Messages with these log times, ns, in blocks of 300; each message is its number."""
 
     def __init__(self, log_time):
-        self._log_time, self._due = log_time, time_gone_by(log_time)
+        self._log_time, self._due = log_time, time_gone_by(log_time)[0]
         self.begin_ns, self.end_ns = int(self._due[0]), int(self._due[-1])
         self.duration = (self.end_ns - self.begin_ns) * 1e-9
 
