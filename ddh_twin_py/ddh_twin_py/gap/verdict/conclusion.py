@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -37,7 +37,7 @@ from ddh_twin_py.gap.witnesses import Witnesses
 
 _NO_NEARER = 0.99  # share of the gap of held-out data without any effect, from which a hypothesis does not help with it
 _NO_HELP = "held-out data show nothing beyond the floor, and the best listed hypothesis brings them no nearer; it is less believed"
-_HEARD, _USUAL_RUNS = 0.7, 100  # share of the work that is done once hypotheses were heard, and runs of held-out data that take half of it
+_USUAL_RUNS = 100  # runs of held-out data that take half of the work
 _OUT_OF_THE_QUESTION = 1e-3  # probability of no effect, below which nothing more is asked of it
 
 
@@ -65,9 +65,80 @@ class Conclusion:
     notes: list[str]
 
 
+@dataclass(frozen=True)
+class _Case:
+    """What rules may ask of a case.
+
+    Attributes:
+        model: of the rig. plain: parameters without any hypothesis, (k,). runs: free runs of held-out data.
+        drift: from the rig as commissioned, None where nothing showed that. hearing: of held-out data about any hypothesis.
+        acts: how probable it is that the rig is not as it was commissioned. why: so.
+    """
+
+    model: Locatable
+    plain: np.ndarray
+    runs: HeldRuns
+    drift: Drift | None
+    hearing: Hearing
+    acts: float
+    why: str
+
+
+@dataclass(frozen=True)
+class _Standing:
+    """How a case stands between two rules; see `Conclusion` for what it holds."""
+
+    found: Found
+    unknown: Unknown
+    law: UnlistedLaw | None = None
+    crossed: Exchanged | None = None
+
+    @property
+    def leader(self) -> Refitted:
+        """The leading hypothesis, or no effect."""
+        return _leading(self.found)
+
+
+def _another_believed(case: _Case, standing: _Standing) -> _Standing:
+    """Held-out data that speak against the leader may leave a rival of it more probable."""
+    found, unknown = next_believed(standing.found, standing.unknown, case.hearing.of)
+    return replace(standing, found=found, unknown=unknown)
+
+
+def _law_unlisted(case: _Case, standing: _Standing) -> _Standing:
+    """A law that no catalogue lists may explain more than the leader."""
+    model, found, leader = case.model, standing.found, standing.leader
+    law = best_unlisted(model, found, leader, case.runs.gap) if case.drift or leader.columns else None
+    if law is None:
+        return standing
+    forms_of_none = unknown_beside(model, found, found.fitted[()])
+    unknown = beside_law(standing.unknown, law, forms_of_none, leader.effects, size_of(model, law))
+    return replace(standing, unknown=unknown, law=law if law.probability >= LIKELY else None)
+
+
+def _sensors_exchanged(case: _Case, standing: _Standing) -> _Standing:
+    """Two sensors may read each other's places."""
+    crossed = exchanged(case.model, case.plain, standing.leader) if case.drift else None
+    if crossed is None:
+        return standing
+    return replace(standing, crossed=crossed, unknown=standing.unknown.raised(PROBABILITY, crossed.said))
+
+
+def _not_as_commissioned(case: _Case, standing: _Standing) -> _Standing:
+    """No effect is less believed where the rig as commissioned would hardly show the recordings; who leads then is heard."""
+    found, unknown = something_acting(standing.found, standing.unknown, case.acts, case.why)
+    if found.leader != standing.leader.effects:
+        unknown = case.hearing.of(_leading(found).effects).as_doubted_as(unknown)
+    return replace(standing, found=found, unknown=unknown)
+
+
+_RULES: Sequence[Callable[[_Case, _Standing], _Standing]] = (_another_believed, _law_unlisted, _sensors_exchanged, _not_as_commissioned)
+"""In the order in which they act; each is given how the case stands and gives how it stands then."""
+
+
 def conclude(model: Locatable, found: Found, plain: np.ndarray, runs: HeldRuns, as_run: Mapping[str, float],
              progress: Callable[[float], None] | None = None) -> Conclusion:
-    """Conclude from what a search found.
+    """Conclude from what a search found: what is no effect, the rules, the verdict, its places.
 
     Args:
         plain: parameters of the rig without any hypothesis, (k,): as commissioned, or of no effect where nothing showed that.
@@ -77,48 +148,61 @@ def conclude(model: Locatable, found: Found, plain: np.ndarray, runs: HeldRuns, 
     progress = progress or (lambda share: None)
     with_slight = found.fitted.get(found.leader)
     found = without_parameters(model, found)
-    none = found.fitted[()]
-    leader = found.fitted.get(found.leader) or none
     drift = None if all(model.altered) else Drift(found.linearised, plain)
     acts, why = _something_acts(model, found, runs, plain, drift) if drift else (0.0, "")
-    no_help = runs.gap(none) <= NEARLY and runs.gap(leader) > _NO_NEARER * runs.gap(none)
-    notes = []
-    if leader.columns and drift and acts < LIKELY and no_help:
-        found, notes = less_believed(found), [_NO_HELP]
-        leader = leader if found.leader else none
+    found, notes = _without_help(found, runs) if drift and acts < LIKELY else (found, [])
+    leader = _leading(found).effects
     open_rig = HeldBest(runs.held, runs.floor, model.within, plain, found.linearised.basis.covariance(),
-                        lambda ran: progress(_HEARD * ran / (ran + _USUAL_RUNS)))
-    hearing = Hearing(model, found, runs, open_rig, plain, as_run, drift, {leader.effects: with_slight})
-    found, unknown = next_believed(found, hearing.of(leader.effects), hearing.of)
-    leader = found.fitted.get(found.leader) or none
-    progress(_HEARD)
-    law = best_unlisted(model, found, leader, runs.gap) if drift or leader.columns else None
-    if law is not None:
-        unknown = beside_law(unknown, law, unknown_beside(model, found, none), leader.effects, size_of(model, law))
-        law = law if law.probability >= LIKELY else None
-    crossed = exchanged(model, plain, leader) if drift else None
-    if crossed is not None:
-        unknown = unknown.raised(PROBABILITY, crossed.said)
-    found, unknown = something_acting(found, unknown, acts, why)
-    if found.leader != leader.effects:  # it leads once no effect is less believed, and was not heard yet
-        leader = found.fitted.get(found.leader) or none
-        unknown = hearing.of(leader.effects).as_doubted_as(unknown)
-    at_best, sought = hearing.at_best[leader.effects], found
-    bests = at_best if unknown.probability >= LIKELY else None
-    beyond = drift is not None or not _nothing_beyond(model.witnesses, runs, leader, none, bests)
-    verdict = judge(found, unknown, not beyond)
+                        lambda ran: progress(ran / (ran + _USUAL_RUNS)))
+    hearing = Hearing(model, found, runs, open_rig, plain, as_run, drift, {leader: with_slight})
+    case, standing = _Case(model, plain, runs, drift, hearing, acts, why), _Standing(found, hearing.of(leader))
+    for rule in _RULES:
+        standing = rule(case, standing)
+    verdict = _judged(case, standing)
+    sought, unknown = standing.found, standing.unknown
     if verdict.word == "unknown":
-        if acts >= LIKELY and not leader.columns:
-            sought = replace(found, linearised=found.linearised.held_at(plain))
-        likely = model.free_places(sought, unknown.forms, unknown.off)
-        likely = first_of_both(crossed, likely) if crossed else place_of(law, likely) if law else likely
-        unknown = located(unknown, sought.linearised, likely)
-        unknown = drawn(model, found.linearised, none if law else leader, unknown)
-        named = [f"the best listed hypothesis is {' and '.join(leader.effects)}"] if leader.columns and not law else []
-        unknown = replace(unknown, notes=[*unknown.notes, *named])
-    if verdict.word == "no_gap" and leader.columns:  # they speak of a hypothesis that the answer does not name
+        sought, unknown = _placed(case, standing)
+    if verdict.word == "no_gap" and standing.leader.columns:  # they speak of a hypothesis that the answer does not name
         unknown = replace(unknown, notes=[])
-    return Conclusion(found, verdict, leader, unknown, sought, law, crossed, at_best, notes)
+    return Conclusion(standing.found, verdict, standing.leader, unknown, sought, standing.law, standing.crossed,
+                      hearing.at_best[standing.leader.effects], notes)
+
+
+def _leading(found: Found) -> Refitted:
+    """The leading hypothesis as it was fitted, or no effect."""
+    return found.fitted.get(found.leader) or found.fitted[()]
+
+
+def _without_help(found: Found, runs: HeldRuns) -> tuple[Found, list[str]]:
+    """The same with a leader less believed, and a note on it, where it does not help with held-out data that show nothing."""
+    leader, none = _leading(found), found.fitted[()]
+    no_help = runs.gap(none) <= NEARLY and runs.gap(leader) > _NO_NEARER * runs.gap(none)
+    return (less_believed(found), [_NO_HELP]) if leader.columns and no_help else (found, [])
+
+
+def _judged(case: _Case, standing: _Standing) -> Verdict:
+    """The verdict on how a case stands after all rules."""
+    found, unknown, leader = standing.found, standing.unknown, standing.leader
+    if case.drift is not None:
+        return judge(found, unknown)
+    bests = case.hearing.at_best[leader.effects] if unknown.probability >= LIKELY else None
+    return judge(found, unknown, _nothing_beyond(case.model.witnesses, case.runs, leader, found.fitted[()], bests))
+
+
+def _placed(case: _Case, standing: _Standing) -> tuple[Found, Unknown]:
+    """Hypotheses about which places of what is unknown were sought, and it with its places, its shape and a note on what is listed."""
+    model, found, leader, law = case.model, standing.found, standing.leader, standing.law
+    held = case.acts >= LIKELY and not leader.columns
+    sought = replace(found, linearised=found.linearised.held_at(case.plain)) if held else found
+    likely = model.free_places(sought, standing.unknown.forms, standing.unknown.off)
+    if standing.crossed:
+        likely = first_of_both(standing.crossed, likely)
+    elif law:
+        likely = place_of(law, likely)
+    unknown = located(standing.unknown, sought.linearised, likely)
+    unknown = drawn(model, found.linearised, found.fitted[()] if law else leader, unknown)
+    named = [f"the best listed hypothesis is {' and '.join(leader.effects)}"] if leader.columns and not law else []
+    return sought, replace(unknown, notes=[*unknown.notes, *named])
 
 
 def _nothing_beyond(witnesses: Witnesses, runs: HeldRuns, leader: Refitted, none: Refitted,
