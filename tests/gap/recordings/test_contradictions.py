@@ -86,6 +86,28 @@ def test_what_cannot_be_is_told(recording, stream, change, said):
     assert len(found) == 1 and said in found[0] and recording.path in found[0] and "/telemetry" in found[0]
 
 
+def declaring(recording, payload):
+    return replace(recording, rig=replace(recording.rig, payload_mass=payload))
+
+
+def test_another_payload_than_declared_is_no_swapped_connector(recording):
+    """Pressures exchanged would carry what is declared, too, and the current tells which it is."""
+    heavy = declaring(recording, 700.0)
+    (said,) = contradictions(heavy, load_rig())
+    assert "do not fit the 700 kg" in said and "was it another payload, about 202 kg as they are" in said and "swapped" not in said
+    (said,) = contradictions(changed(heavy, "drive", lambda values, at: values[:, at("current")].fill(np.nan)), load_rig())
+    assert "either their connectors are swapped, or the payload is another than the 700 kg" in said
+
+
+def test_a_pressure_that_is_missing_where_it_is_large_swaps_no_connectors(recording):
+    """As where the transducer is at its end: what is left of it does not carry the load."""
+    def lost(values, at):
+        one = values[:, at("pressure_piston_side")]
+        one[one > np.quantile(one, 0.6)] = np.nan
+
+    assert contradictions(changed(declaring(recording, 700.0), "hydraulic", lost), load_rig()) == []
+
+
 def test_a_speed_in_revolutions_is_told_of_a_shaft_that_never_makes_ten_of_them_in_a_second():
     slow = simulated(1, "paper_cycle", 60.0)[0]
     slow = changed(slow, "drive", speeds_in_revolutions)

@@ -41,6 +41,19 @@ def test_a_drive_by_another_clock_is_refused(role, ahead, said, recording):
     assert said in str(refused.value) and str(refused.value).startswith(f"{odd.path}: {odd.namespace}/hydraulics/telemetry follows ")
 
 
+def test_two_machines_on_the_same_topics_are_refused(recording):
+    """A second rod, 7 s behind, between the messages of the first."""
+    def beside(stream):
+        time = np.concatenate([stream.time, stream.time + 7.0123])
+        order = np.argsort(time, kind="stable")
+        return replace(stream, time=time[order], values=np.concatenate([stream.values, stream.values])[order])
+
+    both = recording.with_streams({topic: beside(stream) for topic, stream in recording.streams()})
+    with pytest.raises(ExperimentError, match="two machines publish there") as refused:
+        diagnose(Recordings([recording], commissioning=both), load_rig())
+    assert "rod_position is" in str(refused.value) and recording.path in str(refused.value) and "\n" not in str(refused.value)
+
+
 def test_drive_and_hydraulics_that_share_no_time_are_refused_whether_the_rod_moves_or_not(recording):
     still = replace(recording.hydraulic, time=recording.hydraulic.time - 900.0, values=np.zeros_like(recording.hydraulic.values))
     with pytest.raises(ExperimentError, match=r"they have no time in common; do their clocks differ\?$"):

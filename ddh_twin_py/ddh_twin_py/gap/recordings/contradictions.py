@@ -10,6 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from ddh_twin_py.gap.recordings.carried_load import carried
 from ddh_twin_py.gap.recordings.winding_place import warms_instead
 from ddh_twin_py.physics.cylinder import load_force, piston_area, rod_side_area, rod_travel
 from ddh_twin_py.rig import Rig
@@ -41,6 +42,7 @@ _MOSTLY, _COLDER = 0.9, 1.0  # share of the time, and K, for which a winding mus
 _GO_TOGETHER = 0.8  # correlation of the torque that pressures ask for with that which the current makes
 _TIMES = 5.0  # how many times as much one must be as the other to be told
 _BETTER = 4.0  # times by which exchanged pressures must fit the load better
+_BETTER_TURNED = 1.5  # times by which pressures one way round must fit the torque of the current better to be held for right
 
 
 def contradictions(recording: Recording, rig: Rig) -> list[str]:
@@ -265,12 +267,7 @@ def _current(on: dict[str, np.ndarray]) -> str:
 
 def _torque(on: dict[str, np.ndarray], rig: Rig) -> str:
     """Both pressures against the current that turns the pumps against them: their size, which neither payload nor zero errors change."""
-    speed, torque = on["speed"], rig["motor.torque_constant"] * on["current"]
-    one, other = (on[f"pressure_{side}_side"] * rig[f"{pump}.displacement"] / (2.0 * math.pi)
-                  for side, pump in (("piston", "pump_1"), ("rod", "pump_2")))
-    lost = np.abs(one) * rig["pump_1.friction_pressure"] + np.abs(other) * rig["pump_2.friction_pressure"]
-    asked = one - other + np.sign(speed) * lost
-    here = np.isfinite(asked + torque) & (np.abs(speed) > _TURNING)
+    asked, torque, here = _turned(on, rig, on["pressure_piston_side"], on["pressure_rod_side"])
     if _correlation(asked, torque, here) < _GO_TOGETHER:
         return ""
     ratio = float(asked[here].std() / torque[here].std())
@@ -280,9 +277,23 @@ def _torque(on: dict[str, np.ndarray], rig: Rig) -> str:
             "with the pumps of {rig}; the pressures or the current are likely in another unit, or a decimal place is lost")
 
 
+def _turned(on: dict[str, np.ndarray], rig: Rig, piston: np.ndarray, rod: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """N*m, (n,), that pressures of both sides, Pa, ask for and that the current makes, and where both are known of a shaft that turns."""
+    speed, torque = on["speed"], rig["motor.torque_constant"] * on["current"]
+    one, other = (pressure * rig[f"{pump}.displacement"] / (2.0 * math.pi) for pressure, pump in ((piston, "pump_1"), (rod, "pump_2")))
+    lost = np.abs(one) * rig["pump_1.friction_pressure"] + np.abs(other) * rig["pump_2.friction_pressure"]
+    asked = one - other + np.sign(speed) * lost
+    return asked, torque, np.isfinite(asked + torque) & (np.abs(speed) > _TURNING)
+
+
 def _pressures(on: dict[str, np.ndarray], recording: Recording, rig: Rig) -> str:
-    """Which of two pressures carries the load."""
-    record = rig.declaring(recording.rig.payload_mass if recording.rig is not None else None).parameters[0]
+    """Which of two pressures carries the load, or whether that is another; not asked where some are missing, as those that are beyond a
+    sensor's range."""
+    known = np.isfinite(recording.hydraulic.column("pressure_piston_side") + recording.hydraulic.column("pressure_rod_side"))
+    if known.mean() < _MOSTLY:
+        return ""
+    declared = rig.declaring(recording.rig.payload_mass if recording.rig is not None else None)
+    record = declared.parameters[0]
     piston, rod, load = (float(x) for x in (piston_area(record), rod_side_area(record), load_force(0.5 * rig["cylinder.stroke"], record)))
     one, other = on["pressure_piston_side"], on["pressure_rod_side"]
     here = np.isfinite(one) & np.isfinite(other) & (np.abs(on["rod_velocity"]) > _MOVING)
@@ -291,8 +302,18 @@ def _pressures(on: dict[str, np.ndarray], recording: Recording, rig: Rig) -> str
     as_is, exchanged = (abs(float(np.mean(a[here] * piston - b[here] * rod)) - load) for a, b in ((one, other), (other, one)))
     if as_is < _BETTER * exchanged or as_is < 0.5 * load:
         return ""
-    return ("{hydraulic}: pressure_piston_side and pressure_rod_side carry the load only if they are exchanged; their connectors are "
-            "likely swapped")
+    left, left_exchanged = (float(np.sqrt(np.mean((asked - torque)[turning] ** 2))) if turning.sum() >= _LEAST else math.nan
+                            for asked, torque, turning in (_turned(on, rig, one, other), _turned(on, rig, other, one)))
+    only = "{hydraulic}: pressure_piston_side and pressure_rod_side carry the load only if they are exchanged"
+    if left > _BETTER_TURNED * left_exchanged:
+        return f"{only}; their connectors are likely swapped"
+    carries = carried(recording, rig)
+    as_they_are = "" if math.isnan(carries) else f", about {carries:.0f} kg as they are"
+    given = f"the {declared['load.payload_mass']:g} kg that are declared or assumed"
+    if left_exchanged > _BETTER_TURNED * left:
+        return (f"{{hydraulic}}: the pressures do not fit {given}, but fit the current that turns the pumps against them; was it another "
+                f"payload{as_they_are}?")
+    return f"{only}; either their connectors are swapped, or the payload is another than {given}{as_they_are}"
 
 
 def _winding(recording: Recording) -> str:

@@ -13,6 +13,7 @@ from ddh_twin_py.estimation.fitting.unpredictable import COMMANDS_LOST
 from ddh_twin_py.gap.effect import Effect
 from ddh_twin_py.gap.evidence.sensitivity import Column
 from ddh_twin_py.gap.recordings.contradictions import other_clock
+from ddh_twin_py.gap.recordings.two_machines import two_machines
 from ddh_twin_py.telemetry.recording import Recording, Stream
 from ddh_twin_py.telemetry.signals import DRIVE_TOPIC, HYDRAULIC_TOPIC
 from ddh_twin_py.twin.command import SLOWEST
@@ -35,8 +36,11 @@ def one_rig(recordings: Sequence[Recording]) -> None:
     """Refuse recordings of several rigs.
 
     Raises:
-        ExperimentError: two recordings announce different rig_id.
+        ExperimentError: two recordings announce different rig_id, or one is of two machines at once.
     """
+    for recording in recordings:
+        if mixed := two_machines(recording):
+            raise ExperimentError(mixed)
     named = [r for r in recordings if r.rig is not None and r.rig.rig_id]
     for other in named[1:]:
         if other.rig.rig_id != named[0].rig.rig_id:
