@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from builtin_interfaces.msg import Time
 from ddh_twin_py.nodes.telemetry_publisher import pieces
 from ddh_twin_py.sources import registry
 from ddh_twin_py.sources.bag import BagSource
@@ -15,6 +16,7 @@ from ddh_twin_py.twin.simulated_rig import simulate
 from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState, GetState
 from nodes.processes import NodeProcess, stamp_ns, wait_for
+from rosgraph_msgs.msg import Clock
 
 from ddh_msgs.msg import DriveTelemetry, HydraulicTelemetry, RigInfo
 
@@ -120,8 +122,41 @@ def test_a_node_that_is_configured_or_activated_later_joins_where_the_record_is(
                 change(Transition.TRANSITION_DEACTIVATE)
                 left = stamp_ns(drive[-1])
                 wait_for(lambda left=left: stamp_ns(drive[-1]) - left > 8e9, 30.0, "drive telemetry while pressures are inactive")
+            change(Transition.TRANSITION_ACTIVATE)
+            change(Transition.TRANSITION_ACTIVE_SHUTDOWN)
+            left = stamp_ns(drive[-1])
+            wait_for(lambda: stamp_ns(drive[-1]) - left > 4e9, 30.0, "drive telemetry after the shutdown of pressures")
+            assert stamp_ns(pressures[-1]) < left + 2e9, "a node that is shut down publishes nothing"
             motor.stop()
         hydraulic.stop()
+
+
+@pytest.mark.live
+def test_where_the_clock_is_set_the_record_begins_anew_there(listener, duty):
+    drive = listener.collect(DriveTelemetry, "/set/drive/telemetry", reliable=False)
+    pressures = listener.collect(HydraulicTelemetry, "/set/hydraulics/telemetry", reliable=False)
+    clock = listener.node.create_publisher(Clock, "/clock", 10)
+    given = {"source": "simulation", "simulation__duty": str(duty), "simulation__seed": 7, "use_sim_time": True}
+
+    def comes(seconds):
+        """Whether, as the clock goes on from so many s, both nodes tell that time."""
+        began = time.monotonic()
+
+        def told():
+            clock.publish(Clock(clock=Time(sec=seconds + int(time.monotonic() - began))))
+            return all(messages and 0.0 <= stamp_ns(messages[-1]) * 1e-9 - seconds < 100.0 for messages in (drive, pressures))
+
+        wait_for(told, 60.0, f"telemetry by a clock that was set to {seconds} s")
+
+    with NodeProcess("drive_telemetry", "/set", **given) as motor, NodeProcess("pressure_telemetry", "/set", **given) as hydraulic:
+        motor.says("ready", 60.0)
+        hydraulic.says("ready", 60.0)
+        for seconds in (100_000, 50_000, 200_000):
+            comes(seconds)
+        motor.says("this node's clock went back by 50", 10.0)
+        motor.stop()
+        hydraulic.stop()
+    listener.withdraw(clock)
 
 
 @pytest.mark.live

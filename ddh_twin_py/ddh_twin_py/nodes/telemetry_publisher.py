@@ -25,11 +25,13 @@ from ddh_twin_py.nodes.tasks.health import Health, Report
 from ddh_twin_py.sources.protocol import Samples, Source, SourceError
 from ddh_twin_py.sources.registry import open_source, source_modules
 from ddh_twin_py.telemetry.signals import RIG_TOPIC, TEMPERATURE_PREFIX, ZERO_CELSIUS
+from ddh_twin_py.telemetry.ticks import LONGEST_GAP
 
 _BEHIND = 0.25  # s of data; what is older when a node joins is left out: listeners sort in what comes up to 0.5 s after the rest
 _TOGETHER = 0.1  # s of data of which one topic may be sent before another one's
 _DISCOVERY = 500_000_000  # ns from telling the start of the record to it, so that listeners get the first samples
 _LOOP_PAUSE = 0.1  # s of data between the last sample of one round and the start of the next
+_SET_BACK = 1.0  # s by which a clock that goes back was set
 _BEHIND_LIMIT = 0.5  # s of wall time that publishing may lag before it is said
 
 
@@ -61,6 +63,7 @@ class TelemetryPublisher(LifecycleNodeMixin, TwinNode):
         self._source: Source | None = None
         self._epoch_ns: int | None = None  # when the record starts: of the node's clock, and as stamps are published
         self._told_ns: int | None = None  # the same as another node told it last, whether there is a source yet or not
+        self._looked_ns: int | None = None  # the node's clock at the last look since it was activated
         self._rounds = 0.0  # s of data in the rounds before this one
         self._joining = True  # a record that may run already
         self._sending = False
@@ -109,7 +112,7 @@ class TelemetryPublisher(LifecycleNodeMixin, TwinNode):
             self._start_record(self.get_clock().now().nanoseconds + _DISCOVERY)
         elif self._epoch_ns is None:
             self.get_logger().warning(f"waits for {self.resolve_topic_name(RIG_TOPIC)}, whose stamp tells the start of the record")
-        self._joining, self._sending = True, True
+        self._joining, self._sending, self._looked_ns = True, True, None
         if self._epoch_ns is not None:
             self._waiting = {topic: self._fresh(samples, self._now()) for topic, samples in self._waiting.items()}
         return TransitionCallbackReturn.SUCCESS
@@ -117,6 +120,10 @@ class TelemetryPublisher(LifecycleNodeMixin, TwinNode):
     def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
         self._sending = False
         return TransitionCallbackReturn.SUCCESS
+
+    def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturn:
+        self.on_deactivate(state)
+        return self.on_cleanup(state)
 
     def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:
         self._source, self._epoch_ns, self._waiting = None, None, {}
@@ -161,6 +168,8 @@ class TelemetryPublisher(LifecycleNodeMixin, TwinNode):
     def _pump(self) -> None:
         if not self._sending or self._epoch_ns is None or self.finished:
             return
+        if self._leads:
+            self._follow_clock()
         now, started = self._now(), self.wall()
         while all(s.due.size == 0 or s.due[-1] <= now for s in self._waiting.values()):
             self._send(now)
@@ -174,6 +183,15 @@ class TelemetryPublisher(LifecycleNodeMixin, TwinNode):
                 break  # a source that waits or computes must not keep the node from listening
         self._send(now)
         self._judge_pace(now)
+
+    def _follow_clock(self) -> None:
+        """Begin the record anew where the node's clock was set: nobody waits for what is due in an hour, or works off a day at once."""
+        before, self._looked_ns = self._looked_ns, self.get_clock().now().nanoseconds
+        step = 0.0 if before is None else (self._looked_ns - before) * 1e-9
+        if not -_SET_BACK <= step <= LONGEST_GAP:
+            went = "back" if step < 0.0 else "ahead"
+            self.warn_again(("clock", went), f"this node's clock went {went} by {abs(step):.1f} s; the record begins anew")
+            self._start_record(self._looked_ns + _DISCOVERY)
 
     def _now(self) -> float:
         """s of data since the start of this round of the record."""
