@@ -12,6 +12,7 @@ from datetime import UTC, datetime
 from ddh_twin_py.bags.case import Case
 from ddh_twin_py.bags.reader import read_recording
 from ddh_twin_py.diagnosis.process import Outcome
+from ddh_twin_py.gap.contract import Report, Why
 
 COPY = " | "
 """Between names in `Row.copies`."""
@@ -105,13 +106,13 @@ def row_of(known: dict, outcome: Outcome) -> Row:
     return Row(**row)
 
 
-def _leading(report: dict) -> list[str]:
+def _leading(report: Report) -> list[str]:
     """The most probable set of effects, empty where none is named."""
     sets = [h for h in report.get("hypotheses") or [] if h["effects"]]
     return max(sets, key=lambda h: h["probability"])["effects"] if sets else []
 
 
-def _effect(why: Sequence[dict], classes: Sequence[Sequence[str]], leading: Sequence[str]) -> dict:
+def _effect(why: Sequence[Why], classes: Sequence[Sequence[str]], leading: Sequence[str]) -> dict:
     first = why[0]
     members = next((list(c) for c in classes if first["effect"] in c), [first["effect"]])
     shares = {entry["effect"]: entry["probability"] for entry in why}

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ddh_twin_py.estimation.fitting.calibration import FittedParameter
+from ddh_twin_py.gap.contract import Report, Shrunk, Why
 from ddh_twin_py.gap.diagnosable import Diagnosable
 from ddh_twin_py.gap.diagnosis import Diagnosis, Weighed
 from ddh_twin_py.gap.explain.classes import classes_of
@@ -68,7 +69,7 @@ def diagnosis(model: Diagnosable, found: Found, commissioned: np.ndarray, hidden
     left_open = not_excluded(found, leader.theta, spread, parameters) if no_gap else NotExcluded({}, [], [])
     odd = _odd(model, concluded, before) if is_unknown else []
     nameless = is_unknown and not after.learned  # what acts is in no rig file then, and parameters fitted beside it took it up
-    report = {
+    report: Report = {
         "verdict": verdict.word,
         "gap": {"as_is": before.gap_as_is, "before": before.gap, "after": gap_after,
                 "closed_fraction": size.closed(before.gap, gap_after)},
@@ -160,7 +161,7 @@ def _after(model: Diagnosable, concluded: Conclusion, before: _Before) -> _After
     return _After(learned or min((found.fitted[()], best), key=gap), rows, sized(concluded.unknown, rows), learned)
 
 
-def _shrink(before: _Before, leader: Refitted) -> tuple[dict, list[str]]:
+def _shrink(before: _Before, leader: Refitted) -> tuple[dict[str, Shrunk], list[str]]:
     """How far each signal of held-out data was off and is beside the leader, and a note on those in which runs went astray, if any."""
     runs, first = before.runs, first_of_each(before.runs.held)
     off = runs.ratios(leader)
@@ -212,7 +213,7 @@ def _not_held(model: Diagnosable, held: Collection[str]) -> list[str]:
 
 def insufficient(model: Diagnosable, reason: str) -> Diagnosis:
     """The answer where the recordings allow none."""
-    report = {
+    report: Report = {
         "verdict": "insufficient", "gap": dict.fromkeys(("as_is", "before", "after", "closed_fraction")), "where": [], "why": [],
         "classes": [], "hypotheses": [], "shrink": {}, "unknown": None, "next_test": None, "held_out": model.held_data().words,
         "checks": [], "notes": [reason, *model.notes()],
@@ -234,12 +235,12 @@ def _along_with(model: Diagnosable, fitted: Refitted) -> list[str]:
     return said
 
 
-def _why(model: Diagnosable, found: Found, verdict: Verdict) -> list[dict]:
+def _why(model: Diagnosable, found: Found, verdict: Verdict) -> list[Why]:
     rows = []
     for name, probability in list(verdict.effects.items())[:_MOST]:
         if probability < LISTED:
             break
-        row: dict = {"effect": name, "probability": probability}
+        row: Why = {"effect": name, "probability": probability}
         fitted = next((f for ids, f in ((ids, found.fitted[ids]) for ids in verdict.sets if ids in found.fitted) if name in ids), None)
         if fitted is not None:
             number = [c.effect.id for c in fitted.columns].index(name)

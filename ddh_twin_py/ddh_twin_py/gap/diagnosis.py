@@ -10,6 +10,7 @@ import numpy as np
 
 from ddh_twin_py.estimation.fitting.calibration import FittedParameter
 from ddh_twin_py.gap.catalogue import EFFECTS
+from ddh_twin_py.gap.contract import Report
 from ddh_twin_py.gap.effect import Effect
 from ddh_twin_py.gap.explain.detection import Detection
 from ddh_twin_py.gap.findings import Lack, Shape, Trace
@@ -62,7 +63,7 @@ class Diagnosis:
         assumptions: texts for the end of the page. seconds: by stage. catalogue: effects by id.
     """
 
-    report: dict
+    report: Report
     sentence: str
     recordings: Mapping[str, list[str]]
     traces: Mapping[str, Trace]

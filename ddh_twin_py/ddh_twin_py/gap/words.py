@@ -6,6 +6,7 @@ import math
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 
+from ddh_twin_py.gap.contract import Place, Report
 from ddh_twin_py.gap.effect import Effect
 from ddh_twin_py.gap.shrink.size import BEGINS, of_all
 from ddh_twin_py.names import first_of
@@ -55,7 +56,7 @@ class BesideReport:
     amplified: Collection[str] = ()
 
 
-def sentence(report: Mapping, catalogue: Mapping[str, Effect], beside: BesideReport = BesideReport()) -> str:
+def sentence(report: Report, catalogue: Mapping[str, Effect], beside: BesideReport = BesideReport()) -> str:
     """The verdict with its confidence, for an engineer who reads nothing else: one sentence, and of no gap another on what it rests on.
 
     Args:
@@ -102,7 +103,7 @@ def signal_name(signal: str) -> str:
     return component_name(signal) if place == signal else f"temperature, {component_name(place)}"
 
 
-def by_component(where: Sequence[Mapping]) -> dict[str, float]:
+def by_component(where: Sequence[Place]) -> dict[str, float]:
     """Share of each component in the report's places."""
     shares: dict[str, float] = {}
     for row in where:
@@ -110,7 +111,7 @@ def by_component(where: Sequence[Mapping]) -> dict[str, float]:
     return shares
 
 
-def _no_gap(report: Mapping, beside: BesideReport) -> str:
+def _no_gap(report: Report, beside: BesideReport) -> str:
     as_is, before, after = (report["gap"][name] for name in ("as_is", "before", "after"))
     none = next((h["probability"] for h in report["hypotheses"] if not h["effects"]), 0.0)
     said = "No gap" if none >= _PLAIN else "Probably no gap"
@@ -155,7 +156,7 @@ def _counted(names: Sequence[str], what: str, which: str) -> list[str]:
     return [f"{len(names)} {what}{'s' * (len(names) > 1)} {which}"] if names else []
 
 
-def _left_off(report: Mapping, beside: BesideReport) -> str:
+def _left_off(report: Report, beside: BesideReport) -> str:
     """A sentence on the signal that stays farthest off beside "no gap"; empty where none is far off."""
     worst, times = _left_most(report, beside.at_best)
     if times <= _LEFT:
@@ -177,7 +178,7 @@ def shown_by_field(value: str) -> str:
     return f"the field recordings show {value}, the commissioning recording does not show it"
 
 
-def _else(report: Mapping) -> str:
+def _else(report: Report) -> str:
     """What else it may be where "no gap" is not sure, each with its probability; empty where nothing else counts."""
     others = [h for h in report["hypotheses"] if h["effects"] and h["probability"] >= _COUNTS]
     named = ", ".join(f"{_in_words(h['effects'])} {probably(h['probability'])}" for h in others[:_OTHERS])
@@ -189,7 +190,7 @@ def _in_words(effects: Sequence[str]) -> str:
     return "something that is not listed" if list(effects) == ["unknown"] else " + ".join(effects) or "no effect"
 
 
-def _left_most(report: Mapping, at_best: Mapping[str, float] | None, but: Collection[str] = ()) -> tuple[str, float]:
+def _left_most(report: Report, at_best: Mapping[str, float] | None, but: Collection[str] = ()) -> tuple[str, float]:
     """The signal that stays farthest off held-out data, and by how many floors; those in ``but`` are left out."""
     off = {name: row["after"] / row["noise"] for name, row in report["shrink"].items()} if at_best is None else at_best
     left = {name: times for name, times in off.items() if name not in but}
@@ -197,7 +198,7 @@ def _left_most(report: Mapping, at_best: Mapping[str, float] | None, but: Collec
     return worst, left.get(worst, 0.0)
 
 
-def _explained(report: Mapping, catalogue: Mapping[str, Effect], beside: BesideReport) -> str:
+def _explained(report: Report, catalogue: Mapping[str, Effect], beside: BesideReport) -> str:
     marginal = {row["effect"]: row["probability"] for row in report["why"]}
     leader = sorted(_leader(report), key=lambda name: -marginal.get(name, 0.0))  # what is surest first
     gap = report["gap"]
@@ -228,7 +229,7 @@ def _explained(report: Mapping, catalogue: Mapping[str, Effect], beside: BesideR
     return f"{text.removesuffix(',')}: {much}{_another(beside)} ({_how_sure(report, leader, marginal, beside.together)}){left}."
 
 
-def _how_sure(report: Mapping, leader: Sequence[str], marginal: Mapping[str, float], together: float) -> str:
+def _how_sure(report: Report, leader: Sequence[str], marginal: Mapping[str, float], together: float) -> str:
     """Probability of the leading set; of it and all that it cannot be told from, and of each effect, where those differ much."""
     own = _probability(report, leader)
     text = f"probability {probably(own)}"
@@ -240,7 +241,7 @@ def _how_sure(report: Mapping, leader: Sequence[str], marginal: Mapping[str, flo
     return text
 
 
-def _not_told_from(report: Mapping, name: str, leader: Sequence[str]) -> str:
+def _not_told_from(report: Report, name: str, leader: Sequence[str]) -> str:
     """Other effects of the class of one that leads; empty where it has none."""
     members = dict.fromkeys(m for c in report["classes"] if name in c for m in c if m not in leader)
     return f", which this recording cannot tell from {', '.join(members)}," if members else ""
@@ -254,7 +255,7 @@ def _another(beside: BesideReport) -> str:
             "tolerance allows")
 
 
-def _ambiguous(report: Mapping) -> str:
+def _ambiguous(report: Report) -> str:
     sets = [h for h in report["hypotheses"] if h["probability"] >= 0.05][:4]
     named = "; ".join(f"{_in_words(h['effects'])} {probably(h['probability'])}" for h in sets)
     before = report["gap"]["before"]
@@ -270,7 +271,7 @@ def _sought(before: float) -> str:
             "for a cause")
 
 
-def _unknown(report: Mapping, reading: str) -> str:
+def _unknown(report: Report, reading: str) -> str:
     unknown = report["unknown"] or {}
     which = f": {reading}" if reading else ""
     place = f" at {unknown['component']} ({unknown['domain']}{which}){_or_elsewhere(report)}" if unknown else ""
@@ -287,7 +288,7 @@ def _unknown(report: Mapping, reading: str) -> str:
     return f"There is a gap of {before:.1f} times the floor{place} that no listed effect explains."
 
 
-def _or_elsewhere(report: Mapping) -> str:
+def _or_elsewhere(report: Report) -> str:
     """Other components at which it may lie, with the probability of each; empty where the first is sure."""
     shares = by_component(report["where"])
     first = report["unknown"]["component"]
@@ -297,15 +298,15 @@ def _or_elsewhere(report: Mapping) -> str:
     return f", {probably(shares[first])} likely, or at " + ", ".join(f"{name} {probably(shares[name])}" for name in others[:_OTHERS]) + ","
 
 
-def _leader(report: Mapping) -> list[str]:
+def _leader(report: Report) -> list[str]:
     return max((h for h in report["hypotheses"] if h["effects"] and h["effects"] != ["unknown"]), key=lambda h: h["probability"])["effects"]
 
 
-def _probability(report: Mapping, leader: Sequence[str]) -> float:
+def _probability(report: Report, leader: Sequence[str]) -> float:
     return next(h["probability"] for h in report["hypotheses"] if set(h["effects"]) == set(leader))
 
 
-def _named(report: Mapping, name: str, catalogue: Mapping[str, Effect], commissioned: bool | None) -> str:
+def _named(report: Report, name: str, catalogue: Mapping[str, Effect], commissioned: bool | None) -> str:
     row = next((r for r in report["why"] if r["effect"] == name), {})
     parameters = row.get("parameters", {})
     values = [f"{p.replace('_', ' ')} {plus_minus(v['value'], v['std'], v['unit'])}{_usual(v)}" for p, v in parameters.items()]

@@ -7,6 +7,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import permutations
 
+from ddh_twin_py.gap.contract import Report
+
 LARGEST_CLASS = 3
 """A class of at most so many effects that contains the true one counts as it."""
 NO_ANSWER = ("no_gap", "insufficient")
@@ -63,7 +65,7 @@ class Answer:
     checks: tuple[tuple[str, float, float], ...] = ()
 
 
-def groups_of(report: Mapping) -> list[Group]:
+def groups_of(report: Report) -> list[Group]:
     """Effects of `why`, largest probability first; those of a class of at most `LARGEST_CLASS` together."""
     probability = {row["effect"]: float(row["probability"]) for row in report["why"]}
     taken: set[str] = set()
@@ -134,7 +136,7 @@ def _pairs(groups: Sequence[Group], truth: Mapping, true: tuple[str, ...]) -> tu
         (g.probability, rightly_unknown if g.effects == (UNKNOWN,) else bool(set(g.effects) & set(true))) for g in groups)
 
 
-def _both(report: Mapping, true: tuple[str, ...]) -> bool:
+def _both(report: Report, true: tuple[str, ...]) -> bool:
     """Whether each true effect is in the leading hypothesis, or in a class with a member of it that stands for no other true effect."""
     leading = report["hypotheses"][0]["effects"] if report.get("hypotheses") else []
     small = [set(g) for g in report.get("classes", []) if len(g) <= LARGEST_CLASS]
@@ -145,7 +147,7 @@ def _both(report: Mapping, true: tuple[str, ...]) -> bool:
     return any(all(map(stands_for, chosen, true)) for chosen in permutations(leading, len(true)))
 
 
-def _closed(report: Mapping, oracle: Mapping | None) -> float | None:
+def _closed(report: Report, oracle: Mapping | None) -> float | None:
     """Fraction of the gap closed, over what the oracle closes."""
     if oracle is None or "report" not in oracle:
         return None
@@ -153,7 +155,7 @@ def _closed(report: Mapping, oracle: Mapping | None) -> float | None:
     return None if own is None or not best or best < 0.1 else own / best
 
 
-def _parameters(effects: Sequence[Mapping], report: Mapping) -> tuple[tuple[float, ...], tuple[bool, ...]]:
+def _parameters(effects: Sequence[Mapping], report: Report) -> tuple[tuple[float, ...], tuple[bool, ...]]:
     rows = {row["effect"]: row.get("parameters") or {} for row in report["why"]}
     errors, covered = [], []
     for effect in effects:

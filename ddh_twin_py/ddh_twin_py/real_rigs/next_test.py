@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ddh_twin_py.gap.contract import NextTest
 from ddh_twin_py.gap.effect import Acting
 from ddh_twin_py.gap.explain.search import Found
 from ddh_twin_py.gap.next_test.proposal import Contest
@@ -45,7 +46,7 @@ class _Trial(Trial):
         return self._run.predict(self._record(theta, acting))
 
 
-def next_test(tests: Sequence[DescribedTest], record: Record, found: Found) -> dict | None:
+def next_test(tests: Sequence[DescribedTest], record: Record, found: Found) -> NextTest | None:
     """What to do next, by the contract: description, between, expected_separation.
 
     Args:

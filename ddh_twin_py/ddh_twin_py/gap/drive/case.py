@@ -12,6 +12,7 @@ import numpy as np
 from ddh_twin_py.estimation.fitting.calibration import INFORMED, FittedParameter
 from ddh_twin_py.estimation.fitting.experiment import DRIVE_SIGNALS, HYDRAULIC_SIGNALS, Experiment
 from ddh_twin_py.gap.catalogue import EFFECTS
+from ddh_twin_py.gap.contract import NextTest
 from ddh_twin_py.gap.drive.courses import course
 from ddh_twin_py.gap.drive.direct_drive import STEP, DirectDrive
 from ddh_twin_py.gap.drive.held_data import HeldData
@@ -118,7 +119,7 @@ class DriveCase(DirectDrive):
         """What an effect adds over the first field recording."""
         return course(effect, self.field[0], without, acting, STEP)
 
-    def next_test(self, found: Found, verdict: Verdict, unknown: Unknown) -> dict | None:
+    def next_test(self, found: Found, verdict: Verdict, unknown: Unknown) -> NextTest | None:
         """The test that would tell most, None where nothing is left to tell apart."""
         if verdict.word == "no_gap":
             return None

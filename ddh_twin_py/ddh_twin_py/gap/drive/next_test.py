@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ddh_twin_py.estimation.fitting.experiment import Experiment
+from ddh_twin_py.gap.contract import NextTest
 from ddh_twin_py.gap.drive.candidate_tests import LENGTH, CandidateTest, candidate_tests
 from ddh_twin_py.gap.drive.direct_drive import STEP, DirectDrive
 from ddh_twin_py.gap.drive.rehearsed_trial import RehearsedTrial
@@ -64,7 +65,7 @@ class _Look:
                          for d, own in zip(self.differences, self.departures, strict=True)])
 
 
-def next_test(model: DirectDrive, found: Found) -> dict | None:
+def next_test(model: DirectDrive, found: Found) -> NextTest | None:
     """What to do next, by the contract, see `Contest.proposal`.
 
     Args:

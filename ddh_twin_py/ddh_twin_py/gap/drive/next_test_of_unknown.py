@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ddh_twin_py.estimation.fitting.experiment import Experiment
+from ddh_twin_py.gap.contract import NextTest
 from ddh_twin_py.gap.drive.direct_drive import STEP, DirectDrive
 from ddh_twin_py.gap.drive.next_test import trials
 from ddh_twin_py.gap.drive.rehearsed_trial import RehearsedTrial
@@ -24,7 +25,7 @@ _FARTHEST = 2.0  # ranges of the recordings to which what they show is carried o
 
 
 def next_test_of_unknown(model: DirectDrive, found: Found, ids: tuple[str, ...], signal: str, size: float,
-                         depends_on: Sequence[str]) -> dict | None:
+                         depends_on: Sequence[str]) -> NextTest | None:
     """What to do next where no listed effect explains a gap, by the contract: description, between, expected_separation.
 
     The cause either grows with the variable, as seen over the range of the recordings, or is the same

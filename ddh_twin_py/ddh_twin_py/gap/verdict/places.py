@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from ddh_twin_py.estimation.fitting.binning import PHASES
+from ddh_twin_py.gap.contract import Place
 from ddh_twin_py.gap.evidence.hypotheses import WIDTH
 from ddh_twin_py.gap.evidence.linearised import Linearised
 from ddh_twin_py.gap.evidence.sensitivity import Column
@@ -172,6 +173,6 @@ def _left_by_phase(found: Found, leader: Refitted, named: Collection[str]) -> di
     return chi_square_by_phase(left, linearised.comparisons)
 
 
-def entry_of(row: Lack) -> dict:
+def entry_of(row: Lack) -> Place:
     return {"component": row.component, "domain": row.domain, "phase": row.phase, "share": row.share, "missing": row.value,
             "unit": row.unit, "std": row.std}

@@ -9,6 +9,7 @@ import numpy as np
 from scipy.special import expit
 
 from ddh_twin_py.estimation.fitting.binning import PHASES
+from ddh_twin_py.gap.contract import Beyond
 from ddh_twin_py.gap.evidence.hypotheses import POWER
 from ddh_twin_py.gap.evidence.linearised import Linearised
 from ddh_twin_py.gap.explain.refit import Refitted
@@ -87,7 +88,7 @@ class Unknown:
         """The same, at most so probable, with a note that says why."""
         return replace(self, probability=min(self.probability, probability), notes=[*self.notes, note])
 
-    def entry(self) -> dict:
+    def entry(self) -> Beyond:
         """By the contract's schema."""
         return {"component": self.places[0].component, "domain": self.places[0].domain, "size": self.size, "unit": self.unit,
                 "depends_on": self.forms[0].depends_on if self.forms else []}

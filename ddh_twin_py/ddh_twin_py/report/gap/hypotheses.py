@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+from ddh_twin_py.gap.contract import Why
 from ddh_twin_py.gap.diagnosis import Diagnosis, Weighed
 from ddh_twin_py.gap.effect import Effect
 from ddh_twin_py.gap.verdict.unknown import UNLISTED
@@ -165,7 +166,7 @@ def _values(w: Weighed) -> str:
     return "; ".join(plus_minus(value, std, unit) for value, std, unit, _ in w.values.values())
 
 
-def _parameters(row: dict) -> str:
+def _parameters(row: Why) -> str:
     found = [plus_minus(p["value"], p["std"], p["unit"]) for p in row.get("parameters", {}).values()]
     return f", {'; '.join(found)}" if found else ""
 

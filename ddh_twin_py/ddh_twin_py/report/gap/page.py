@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from ddh_twin_py.gap.contract import Shrunk
 from ddh_twin_py.gap.words import BUT, tolerances
 from ddh_twin_py.names import first_of
 from ddh_twin_py.report.gap.checks import checks_of
@@ -122,7 +123,7 @@ def _reservation(diagnosis: Diagnosis) -> str:
     return f"but {named} may have changed since commissioning; this cannot be told here" if named else ""
 
 
-def _farther_off(shrink: Mapping[str, Mapping[str, float]]) -> str:
+def _farther_off(shrink: Mapping[str, Shrunk]) -> str:
     """The signals that end farther off than they were, with both sizes; empty where none does."""
     rows = [(signal_name(name), shrink[name]) for name in farther_off(shrink)]
     named = ", ".join(f"{name} {number(times_floor(row, 'before'), 2)} → {number(times_floor(row, 'after'), 2)}" for name, row in rows)

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from ddh_twin_py.gap.contract import Shrunk
 from ddh_twin_py.gap.diagnosis import Diagnosis
 from ddh_twin_py.gap.findings import Shape, Trace
 from ddh_twin_py.report.gap.words import NEAR, axis_scale, capital, component_name, signal_name, times_floor
@@ -108,7 +109,7 @@ def shrink_table(diagnosis: Diagnosis) -> doc.Html:
         "variable has a quarter of its variance or more in its means over that variable."))
 
 
-def _with_interval(row: dict, when: str) -> str:
+def _with_interval(row: Shrunk, when: str) -> str:
     """RMS in people's unit with its 95 % interval where there is one."""
     written = in_unit(row[when], row["unit"])
     ends = [in_unit(end, row["unit"], False) for end in row.get(f"{when}_interval") or ()]

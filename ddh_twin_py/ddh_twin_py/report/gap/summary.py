@@ -29,6 +29,7 @@ from ddh_twin_py.report.replay.summary import STYLE
 from ddh_twin_py.report.units import in_unit, number, plus_minus, probably
 
 if TYPE_CHECKING:
+    from ddh_twin_py.gap.contract import Report
     from ddh_twin_py.gap.diagnosis import Diagnosis
 
 LINES, WIDTH = 25, 80
@@ -143,7 +144,7 @@ def _hypotheses(diagnosis: Diagnosis, width: int, most: int) -> list[Text]:
     return lines
 
 
-def _places(report: dict, width: int) -> list[Text]:
+def _places(report: Report, width: int) -> list[Text]:
     lines = []
     for i, place in enumerate(places(report["where"])[:_MOST_PLACES]):
         row = place.largest
@@ -155,7 +156,7 @@ def _places(report: dict, width: int) -> list[Text]:
     return lines
 
 
-def _signals(report: dict, room: int, width: int) -> list[Text]:
+def _signals(report: Report, room: int, width: int) -> list[Text]:
     worst = sorted(report["shrink"].items(), key=lambda item: -max(times_floor(item[1], "before"), times_floor(item[1], "after")))
     rows = [item for item in worst if max(times_floor(item[1], "before"), times_floor(item[1], "after")) > NEAR]
     if not report["shrink"]:

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 from ddh_twin_py.estimation.fitting import binning
 from ddh_twin_py.gap.catalogue import EFFECTS
+from ddh_twin_py.gap.contract import Shrunk
 from ddh_twin_py.gap.explain.learned import PREFIX
 from ddh_twin_py.gap.shrink.size import BEGINS
 from ddh_twin_py.gap.words import by_component, component_name, signal_name
@@ -106,7 +107,7 @@ def way_closed(gap: Mapping[str, float | None]) -> str:
     return "" if fraction is None else f"{closed(fraction)} of the way from {gap['before']:.2f} to 1"
 
 
-def farther_off(shrink: Mapping[str, Mapping[str, float]]) -> list[str]:
+def farther_off(shrink: Mapping[str, Shrunk]) -> list[str]:
     """Signals that are left open and end farther off than they were, the farthest first."""
     worse = [name for name, row in shrink.items() if row["after"] > _FARTHER * row["before"] and times_floor(row, "after") > NEAR]
     return sorted(worse, key=lambda name: -times_floor(shrink[name], "after"))
