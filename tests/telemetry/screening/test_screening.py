@@ -508,6 +508,16 @@ def test_the_full_scale_of_the_sheet_is_that_of_every_screen(paper):
     assert "full scale is 4e+07 Pa: it is saturated in 1 of" in finding.message
 
 
+@pytest.mark.parametrize("share", [0.5, 0.95])
+def test_a_transducer_that_ends_where_nobody_said_is_saturated_and_not_stuck(paper, noise, scales, share):
+    """In a recording: it repeats its largest reading, in runs as short as they may be."""
+    limit = float(np.quantile(paper.hydraulic.values[:, 0], share))
+    finding, screened = only(clipped(paper, limit), noise, scales)
+    beyond = paper.hydraulic.values[:, 0] >= limit
+    assert np.array_equal(np.isnan(screened.hydraulic.values[:, 0]), beyond) and finding.count == beyond.sum()
+    assert "none is larger, and noise repeats no reading so often: it is saturated in" in finding.message
+
+
 # Stuck
 
 

@@ -19,8 +19,9 @@ from ddh_twin_py.telemetry.clocks.set_ahead import clock_set_ahead
 from ddh_twin_py.telemetry.recording import Finding, Recording, Stream
 from ddh_twin_py.telemetry.screening.all_zero import all_zero
 from ddh_twin_py.telemetry.screening.screening_report import Counted, findings_of, in_another_unit
+from ddh_twin_py.telemetry.screening.sensor_end import sensor_end
 from ddh_twin_py.telemetry.screening.told_variance import odd_variances
-from ddh_twin_py.telemetry.signals import TEMPERATURE_PREFIX, Signal, UnitMistake, signals_of
+from ddh_twin_py.telemetry.signals import HYDRAULIC_TOPIC, TEMPERATURE_PREFIX, Signal, UnitMistake, signals_of
 from ddh_twin_py.telemetry.spans import apart, missing_ends
 from ddh_twin_py.telemetry.ticks import REORDER_WINDOW, to_ns
 from ddh_twin_py.telemetry.units.alike_units import alike_units, first_readings, likely_units
@@ -89,6 +90,7 @@ class StreamScreen:
         self._limits = np.array([(s.lowest, s.highest) for s in self.signals])
         full_scale = scales.full_scale if scales is not None else {}
         self._full_scale = np.array([full_scale.get(s.noise_key, np.inf) for s in self.signals])
+        self._ends = np.full(fields, np.inf)
         self._mistakes = np.full((fields, most, 5), np.nan)
         for j, signal in enumerate(self.signals):
             for k, mistake in enumerate(signal.mistakes):
@@ -130,7 +132,7 @@ class StreamScreen:
                 stamp,
                 values,
                 self._limits,
-                self._full_scale,
+                np.minimum(self._full_scale, self._ends),
                 self.noise,
                 self._rules,
                 self._floors,
@@ -160,6 +162,12 @@ class StreamScreen:
             for i, place in zip(stops, np.searchsorted(rising, stops), strict=True):
                 self.stops.append(float(stamp[i] - (stamp[rising[place - 1]] if place else newest)) * 1e-9)
         return Screened(stamp, values, flags)
+
+    def find_ends(self, values: np.ndarray) -> None:
+        """Learn from all readings, float64[n, c], before they are screened, at which pressure its transducer ends; see `sensor_end`."""
+        for j, signal in enumerate(self.signals):
+            if signal.noise_key == "pressure":
+                self._ends[j] = sensor_end(values[:, j], self.noise[j])
 
     def _run_began(self, j: int, stamp: np.ndarray, given: np.ndarray, flags: np.ndarray, before: np.ndarray) -> int:
         """Stamp, ns, of the first repetition of the value that field j was first found stuck at."""
@@ -269,7 +277,7 @@ class StreamScreen:
         such a field is, as others tell.
         """
         counted = Counted(self.signals, int(self._stream[kernel.COUNT]), self._counts, self._first, self._first_value, self._explaining,
-                          self.noise, self._full_scale, self._stuck_since, self.suspicions)
+                          self.noise, self._full_scale, self._ends, self._stuck_since, self.suspicions)
         return findings_of(counted, file, topic or self.topic, epoch_ns, whole, unit)
 
 
@@ -294,6 +302,8 @@ def screen_recording(
     segments = clock_segments(stamps, to_ns(reorder_window))
     for topic, stream in recording.streams():
         screens[topic] = screen = StreamScreen(topic, noise, reorder_window, scales)
+        if topic == HYDRAULIC_TOPIC:
+            screen.find_ends(stream.values)
         screened = screen.screen(stamps[topic], stream.values)
         _, values, flags = screened
         if screen.count(Cause.STUCK):

@@ -27,8 +27,8 @@ class Counted:
     Attributes:
         signals: m. samples: of the topic. counts: int64[10, m]. first: ns, int64[10, m], when each cause struck first.
         first_value: float64[10, m], what was read then. explaining: bool[m, k], mistakes of unit that explain all that is out of range.
-        noise: float64[m], expected. full_scale: float64[m], of the sensors. stuck_since: ns, int64[m], where the first run of a stuck
-        signal began. suspicions: wrong units.
+        noise: float64[m], expected. full_scale: float64[m], of the sensors by the rig file. ends: float64[m], by their readings.
+        stuck_since: ns, int64[m], where the first run of a stuck signal began. suspicions: wrong units.
     """
 
     signals: Sequence[Signal]
@@ -39,6 +39,7 @@ class Counted:
     explaining: np.ndarray
     noise: np.ndarray
     full_scale: np.ndarray
+    ends: np.ndarray
     stuck_since: np.ndarray
     suspicions: Sequence[UnitSuspicion]
 
@@ -102,8 +103,9 @@ def _field_sentence(counted: Counted, cause: Cause, j: int, epoch_ns: int, whole
             f"is expected; {often} are not used, the first at {at:.3f} s"
         )
     if cause is Cause.SATURATED:
-        return (f"reads {value:.6g} {unit} at {at:.3f} s, the sensor's full scale is {signal.to_message(float(counted.full_scale[j])):g} "
-                f"{unit}: it is saturated in {often}, which are not used")
+        full, end = (signal.to_message(float(limit[j])) for limit in (counted.full_scale, counted.ends))
+        told = f"the sensor's full scale is {full:g} {unit}" if full <= end else "none is larger, and noise repeats no reading so often"
+        return f"reads {value:.6g} {unit} at {at:.3f} s, {told}: it is saturated in {often}, which are not used"
     lowest, highest = signal.to_message(signal.lowest), signal.to_message(signal.highest)
     said = (
         f"reads {value:.6g} {unit} at {at:.3f} s, allowed are {lowest:g} to {highest:g} {unit}; "
