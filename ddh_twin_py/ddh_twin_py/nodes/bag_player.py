@@ -17,6 +17,7 @@ from ddh_twin_py.nodes.base import progress, qos
 from ddh_twin_py.nodes.base.inputs import Inputs
 from ddh_twin_py.nodes.base.node_base import TwinNode, run
 from ddh_twin_py.nodes.base.parameters import NodeError, Parameter
+from ddh_twin_py.nodes.base.times import set_time
 from ddh_twin_py.nodes.messages.message_classes import message_class
 from ddh_twin_py.nodes.messages.wire import STAMPED, stamp_of
 from ddh_twin_py.nodes.player.flow_control import FlowControl
@@ -214,7 +215,7 @@ class BagPlayer(TwinNode):
 
     def _tell_clock(self) -> None:
         message = ClockMessage()
-        message.clock.sec, message.clock.nanosec = divmod(self._playback.stamp_ns, 1_000_000_000)
+        set_time(message.clock, self._playback.stamp_ns)
         self._clock_publisher.publish(message)
 
     # --- listeners ---------------------------------------------------------------------------

@@ -17,6 +17,7 @@ from ddh_twin_py.nodes.base.inputs import Inputs
 from ddh_twin_py.nodes.base.node_base import TwinNode, run
 from ddh_twin_py.nodes.base.parameters import NodeError, Parameter
 from ddh_twin_py.nodes.base.progress import Progress
+from ddh_twin_py.nodes.base.times import set_time
 from ddh_twin_py.nodes.base.twin_parameters import RIG, STALE_AFTER, rig_path
 from ddh_twin_py.nodes.feeds.gap_inputs import ESTIMATE_TOPIC, READING_TOPIC, RESIDUAL_TOPIC, Forward, FreeRunResiduals, FreeRunTemperatures
 from ddh_twin_py.nodes.messages.conversion import residual_layout
@@ -173,7 +174,7 @@ class GapMonitorNode(TwinNode):
             bin=self._settings.bin_length, time_between_false_alarms=self._settings.between_alarms,
             signals=[_signal_gap(status) for status in self._statuses],
         )  # fmt: skip
-        message.header.stamp.sec, message.header.stamp.nanosec = divmod(self._watch.newest_end_ns, 1_000_000_000)
+        set_time(message.header.stamp, self._watch.newest_end_ns)
         self._told.publish(message)
         if self._keeper is not None:
             self._keeper.keep(self._rig_id, self._watch.levels)
@@ -270,7 +271,7 @@ def _signal_gap(status: SignalStatus) -> SignalGap:
         size_standard_deviation=status.size_deviation, size_in_floors=status.size / status.floor,
     )  # fmt: skip
     if status.opened:
-        row.since.sec, row.since.nanosec = divmod(round(status.since * 1e9), 1_000_000_000)
+        set_time(row.since, round(status.since * 1e9))
     return row
 
 

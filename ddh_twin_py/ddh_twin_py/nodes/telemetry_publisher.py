@@ -20,6 +20,7 @@ from ddh_twin_py.bags.cdr import encode_stamped_floats
 from ddh_twin_py.nodes.base import qos
 from ddh_twin_py.nodes.base.node_base import POLL_PERIOD, TwinNode
 from ddh_twin_py.nodes.base.parameters import NodeError, Parameter
+from ddh_twin_py.nodes.base.times import ns_of, set_time
 from ddh_twin_py.nodes.feeds.telemetry_feed import message_type
 from ddh_twin_py.nodes.tasks.health import Health, Report
 from ddh_twin_py.sources.protocol import Samples, Source, SourceError
@@ -146,14 +147,14 @@ class TelemetryPublisher(LifecycleNodeMixin, TwinNode):
 
     def _publish_rig(self) -> None:
         message = RigInfo()
-        message.header.stamp.sec, message.header.stamp.nanosec = divmod(self._epoch_ns, 1_000_000_000)
+        set_time(message.header.stamp, self._epoch_ns)
         rig = self._source.rig
         if rig is not None:
             message.rig_id, message.oil_grade, message.payload_mass = rig.rig_id, rig.oil_grade, rig.payload_mass
         self._rig_publisher.publish(message)
 
     def _take_rig(self, message: RigInfo) -> None:
-        epoch = message.header.stamp.sec * 1_000_000_000 + message.header.stamp.nanosec
+        epoch = ns_of(message.header.stamp)
         self._told_ns = epoch
         if epoch == self._epoch_ns or self._source is None:
             return

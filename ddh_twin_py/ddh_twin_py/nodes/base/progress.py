@@ -6,6 +6,7 @@ from ddh_msgs.msg import NodeProgress
 from ddh_twin_py.nodes.base import qos
 from ddh_twin_py.nodes.base.inputs import Inputs
 from ddh_twin_py.nodes.base.node_base import TwinNode
+from ddh_twin_py.nodes.base.times import set_time
 
 TOPIC = "progress"
 _DATA_STEP = 200_000_000  # ns of data
@@ -41,5 +42,5 @@ class Progress:
             rejected=[entry.rejected for entry in entries],
             newest=[entry.newest_ns for entry in entries],
         )
-        message.header.stamp.sec, message.header.stamp.nanosec = divmod(newest, 1_000_000_000)
+        set_time(message.header.stamp, newest)
         self._publisher.publish(message)

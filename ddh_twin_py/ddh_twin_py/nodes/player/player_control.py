@@ -8,6 +8,7 @@ from ddh_msgs.msg import PlayerStatus
 from ddh_msgs.srv import Seek, SetRate
 from ddh_twin_py.nodes.base import qos
 from ddh_twin_py.nodes.base.node_base import TwinNode
+from ddh_twin_py.nodes.base.times import set_time
 from ddh_twin_py.nodes.player.playback import Playback
 
 STATUS_TOPIC = "~/status"
@@ -43,7 +44,7 @@ class PlayerControl:
         status = self._status
         status.position, status.rate, status.paused, status.waiting, status.ended = now
         status.duration, status.speed = playback.duration, self._speed()
-        status.header.stamp.sec, status.header.stamp.nanosec = divmod(playback.stamp_ns, 1_000_000_000)
+        set_time(status.header.stamp, playback.stamp_ns)
         self._publisher.publish(status)
 
     def _speed(self) -> float:

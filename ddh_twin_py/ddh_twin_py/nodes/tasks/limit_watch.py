@@ -15,6 +15,7 @@ from ddh_twin_py.estimation.fusion.state import FusionState
 from ddh_twin_py.nodes.base import qos
 from ddh_twin_py.nodes.base.node_base import TwinNode
 from ddh_twin_py.nodes.base.parameters import Parameter
+from ddh_twin_py.nodes.base.times import set_time
 from ddh_twin_py.nodes.messages.conversion import to_celsius, to_kelvin
 from ddh_twin_py.nodes.tasks.health import Report
 from ddh_twin_py.physics.thermal_network import N, N_FLOWS, NODES
@@ -104,7 +105,7 @@ class LimitWatch:
             horizon=self._horizon, ambient=float(to_celsius(state.ambient)), rms_current=math.sqrt(point.mean_square_current),
             mean_absolute_speed=point.speed, duty_known=self.present.known, limits=[_row(limit) for limit in self.newest.limits],
         )
-        message.header.stamp.sec, message.header.stamp.nanosec = divmod(stamp, 1_000_000_000)
+        set_time(message.header.stamp, stamp)
         self._publisher.publish(message)
 
     def _changed_duty(self, state: FusionState) -> ChangedDuty | None:
