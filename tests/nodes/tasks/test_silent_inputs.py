@@ -59,3 +59,12 @@ def test_what_comes_again_is_not_silent_to_a_node_that_stood_still_and_was_busy_
         for name in (DRIVE, TANK):
             silent.note(name, wall - came, 2.0, wall)
     assert said == []
+
+
+def test_what_comes_some_seconds_after_a_node_that_stood_still_goes_on_is_not_silent_and_what_does_not_is(made):
+    silent, said, _ = made
+    run(silent, 20, {DRIVE: lambda wall: wall, TANK: lambda wall: wall})
+    for wall in range(45, 70):
+        silent.note(DRIVE, wall - (19.0 if wall < 52 else wall), 2.0, float(wall))
+        silent.note(TANK, wall - 19.0, 2.0, float(wall))
+    assert said == [f"nothing comes any more on {TANK}"]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 
 from ddh_twin_py.nodes.base.node_base import TwinNode
@@ -9,6 +10,7 @@ from ddh_twin_py.nodes.base.node_base import TwinNode
 SILENCE = 10.0
 """s of wall time without a message on an input that came, after which it is silent."""
 _TOGETHER = 2.5  # s of wall time within which inputs that fall silent are named in one line
+_STOOD = 5.0  # s of wall time between two looks, after which the node itself may have taken nothing in
 
 
 class SilentInputs:
@@ -23,13 +25,17 @@ class SilentInputs:
         self._said: set[str] = set()
         self._open: dict[str, float] = {}  # s of wall time at which each was found silent last that is not said yet, by name
         self._since = 0.0  # s of wall time at which the first of them was
+        self._looked = self._woke = -math.inf  # s of wall time of the last look, and of the last one after the node stood still
 
     def note(self, name: str, age: float, usual: float, wall: float) -> None:
         """So old is the last message of an input by its name, s, NaN where none ever came; ``usual``: from which age it is stale, s."""
+        if wall - self._looked > _STOOD:
+            self._woke = wall
+        self._looked = wall
         if not age > max(SILENCE, usual) or self._held(wall):
             self._said.discard(name)
             self._open.pop(name, None)
-        elif name not in self._said:
+        elif name not in self._said and wall - self._woke > SILENCE:
             self._since = self._since if self._open else wall
             self._said.add(name)
             self._open[name] = wall
