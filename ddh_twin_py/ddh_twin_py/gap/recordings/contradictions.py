@@ -40,6 +40,7 @@ _BOTH_WAYS = 1.2  # ratio of the two up to which they are the same
 _BEYOND = 1.05  # strokes that a rod must travel to be told
 _MOSTLY, _COLDER = 0.9, 1.0  # share of the time, and K, for which a winding must be colder than its housing to be told
 _GO_TOGETHER = 0.8  # correlation of the torque that pressures ask for with that which the current makes
+_BRAKES, _NO_CURRENT = -1.0, -0.2  # N*m below which the drive brakes, and A above which its current does not
 _TIMES = 5.0  # how many times as much one must be as the other to be told
 _BETTER = 4.0  # times by which exchanged pressures must fit the load better
 _BETTER_TURNED = 1.5  # times by which pressures one way round must fit the torque of the current better to be held for right
@@ -64,7 +65,8 @@ def contradictions(recording: Recording, rig: Rig) -> list[str]:
         return []
     travel = _shaft(on, rig) or _travel(on, rig)
     torque = "" if travel else _torque(on, rig)  # of other pumps it says nothing
-    said = [_command(on), _position(on), travel, _stroke(hydraulic, rig), _current(on), torque or _pressures(on, recording, rig)]
+    said = [_command(on), _position(on), travel, _stroke(hydraulic, rig), _current(on) or _unsigned(drive),
+            torque or _pressures(on, recording, rig)]
     said = [_named(text, recording, rig.file) for text in said if text]
     return [f"{recording.path}: {text}" for text in (*said, *warmth)]
 
@@ -263,6 +265,18 @@ def _current(on: dict[str, np.ndarray]) -> str:
         return ""
     return (f"{{drive}}: the current is {lifting.mean():.3g} A on average at positive speed and {lowering.mean():.3g} A at negative; "
             "friction makes it larger at positive speed, so its sign is likely the wrong one")
+
+
+def _unsigned(drive: Stream) -> str:
+    """Current and torque of the same messages: one that is told without its sign, or not below zero."""
+    current, torque = drive.column("current"), drive.column("torque")
+    known = np.isfinite(current)
+    brakes, drives = known & (torque < _BRAKES), known & (torque > -_BRAKES)
+    if (min(brakes.sum(), drives.sum()) < _LEAST or np.mean(current[brakes] > _NO_CURRENT) < _MOSTLY
+            or np.mean(current[drives] > -_NO_CURRENT) < _MOSTLY):
+        return ""
+    return (f"{{drive}}: current is {np.median(current[brakes]):.3g} A while torque is {np.median(torque[brakes]):.3g} N*m, and hardly "
+            "ever below 0; it is likely told without its sign, so that what it says of a drive that brakes is wrong")
 
 
 def _torque(on: dict[str, np.ndarray], rig: Rig) -> str:
