@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 from ddh_twin_py.estimation.fitting.calibration import FittedParameter
 from ddh_twin_py.gap import answer
-from ddh_twin_py.gap.answer import _at_the_end, _not_held, _pressed, _shrink
+from ddh_twin_py.gap.answer import _shrink
 from ddh_twin_py.gap.catalogue import EFFECTS
+from ddh_twin_py.gap.report_notes import at_the_end, not_held, pressed_ones
 from ddh_twin_py.gap.verdict.hearing import spread_elsewhere, spread_of_unsteady
 from ddh_twin_py.real_rigs.diagnose import diagnose
 from ddh_twin_py.rig.sheet import CUT
@@ -20,15 +21,15 @@ from support.heated_block import DESCRIPTION, block
 def test_a_parameter_pressed_against_its_tolerance_is_named():
     free, high, low = (FittedParameter(name, "bar", 10.0, 2.0, value, 0.1, True) for name, value in
                        (("oil.a", 14.8), ("oil.b", 15.0), ("oil.c", 5.0)))
-    assert _pressed([free, high, low]) == ["oil.b (15 instead of 10 bar)", "oil.c (5 instead of 10 bar)"]
-    assert _pressed([replace(high, cut=math.inf)]) == [], "nothing holds it"
-    assert _pressed([replace(high, informed=False)]) == [], "nothing was learnt of it"
-    assert _pressed([replace(high, unit="1")]) == ["oil.b (15 instead of 10)"]
-    assert _at_the_end([], False, CUT) == []
-    assert _at_the_end(["a", "b"], False, CUT)[0].startswith("a, b are fitted 2.5 times the tolerance off")
-    assert _at_the_end(["c"], False, CUT)[0].startswith("c is fitted 2.5 times the tolerance off, the very end of what a fit may use")
-    assert _at_the_end(["c"], True, CUT)[0].startswith("in the fit that comes nearest, which no rig file is written from, c is fitted")
-    (note,) = _at_the_end(["c"] * 6, False, CUT)
+    assert pressed_ones([free, high, low]) == ["oil.b (15 instead of 10 bar)", "oil.c (5 instead of 10 bar)"]
+    assert pressed_ones([replace(high, cut=math.inf)]) == [], "nothing holds it"
+    assert pressed_ones([replace(high, informed=False)]) == [], "nothing was learnt of it"
+    assert pressed_ones([replace(high, unit="1")]) == ["oil.b (15 instead of 10)"]
+    assert at_the_end([], False, CUT) == []
+    assert at_the_end(["a", "b"], False, CUT)[0].startswith("a, b are fitted 2.5 times the tolerance off")
+    assert at_the_end(["c"], False, CUT)[0].startswith("c is fitted 2.5 times the tolerance off, the very end of what a fit may use")
+    assert at_the_end(["c"], True, CUT)[0].startswith("in the fit that comes nearest, which no rig file is written from, c is fitted")
+    (note,) = at_the_end(["c"] * 6, False, CUT)
     assert note.startswith("c, c, c, c and 2 further parameters are fitted")
 
 
@@ -42,8 +43,8 @@ def test_sizes_in_another_duty_err_by_fit_and_law_and_heat_into_an_unknown_body_
 
 def test_what_held_out_data_lack_is_said():
     model = SimpleNamespace(signals=[{"current": 0, "voltage": 0}, {"current": 0, "tank": 0, "rod": 0}], altered=[False, True])
-    assert _not_held(model, {"current": 1.0}) == ["held-out data have no usable tank, rod: how near the twin comes to that is not known"]
-    assert _not_held(model, {"current": 1.0, "tank": 1.0, "rod": 1.0}) == []
+    assert not_held(model, {"current": 1.0}) == ["held-out data have no usable tank, rod: how near the twin comes to that is not known"]
+    assert not_held(model, {"current": 1.0, "tank": 1.0, "rod": 1.0}) == []
 
 
 def test_a_signal_in_which_a_run_goes_astray_has_no_size_but_a_note():

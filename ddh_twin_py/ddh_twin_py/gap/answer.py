@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,8 +19,10 @@ from ddh_twin_py.gap.explain.refit import Refitted
 from ddh_twin_py.gap.explain.search import Found
 from ddh_twin_py.gap.findings import Lack
 from ddh_twin_py.gap.not_excluded import NotExcluded, not_excluded
+from ddh_twin_py.gap.report_notes import at_the_end, not_held, not_seen, pressed_ones
 from ddh_twin_py.gap.shrink import size
 from ddh_twin_py.gap.shrink.at_odds import at_odds
+from ddh_twin_py.gap.shrink.held_best import AtBest
 from ddh_twin_py.gap.shrink.held_runs import HeldRuns, first_of_each, ratios_of, recorded, traces
 from ddh_twin_py.gap.shrink.open_rig import asked_of_rig, told
 from ddh_twin_py.gap.verdict.conclusion import Conclusion, conclude
@@ -33,8 +35,8 @@ from ddh_twin_py.rig.files import finite
 LISTED = 0.01
 """Probability from which an effect or a set is listed."""
 _RUN, _HEARD, _PLACED = 0.1, 0.7, 0.85  # shares of the work that are done when held-out data were run, and heard, and places are known
-_MOST_AT_END = 4  # parameters named that are pressed against the end of their tolerance
 _MOST = 12  # sets and effects listed
+_EXPLAINED = ("explained", "ambiguous")  # verdicts by which listed effects act
 
 
 def diagnosis(model: Diagnosable, found: Found, commissioned: np.ndarray, hidden: Sequence[str], seconds: Mapping[str, float],
@@ -52,7 +54,7 @@ def diagnosis(model: Diagnosable, found: Found, commissioned: np.ndarray, hidden
     progress(_HEARD)
     held, runs = before.runs.held, before.runs
     found, verdict, best = concluded.found, concluded.verdict, concluded.best
-    no_gap, explained, is_unknown = verdict.word == "no_gap", verdict.word in ("explained", "ambiguous"), verdict.word == "unknown"
+    no_gap, is_unknown = verdict.word == "no_gap", verdict.word == "unknown"
     after = _after(model, concluded, before)
     leader, unknown = after.leader, after.unknown
     progress(_PLACED)
@@ -60,15 +62,8 @@ def diagnosis(model: Diagnosable, found: Found, commissioned: np.ndarray, hidden
     classes, confusable = classes_of(found.linearised, verdict.effects, found.fitted)
     weighed = _all_weighed(model, found, verdict, runs)
     shrink, astray = _shrink(before, leader)
-    spread = np.sqrt(np.diagonal(found.linearised.basis.covariance()))
-    parameters = model.fitted_parameters(leader.theta, spread)
-    pressed = _pressed(parameters)
-    at_best = concluded.at_best.get(leader.effects)
-    asked_for = asked_of_rig(model, leader, at_best, runs) if at_best else ""
-    other_rig = [told(gap_after, at_best.gap, asked_for, "validation" in model.recordings)] if asked_for else []
-    left_open = not_excluded(found, leader.theta, spread, parameters) if no_gap else NotExcluded({}, [], [])
+    rig = _with_which(model, concluded, before, after)
     odd = _odd(model, concluded, before) if is_unknown else []
-    nameless = is_unknown and not after.learned  # what acts is in no rig file then, and parameters fitted beside it took it up
     report: Report = {
         "verdict": verdict.word,
         "gap": {"as_is": before.gap_as_is, "before": before.gap, "after": gap_after,
@@ -82,23 +77,22 @@ def diagnosis(model: Diagnosable, found: Found, commissioned: np.ndarray, hidden
         "held_out": held.words,
         "checks": [{"effects": list(best.effects), "check": check.name, "measured": check.measured, "limit": check.limit}
                    for check in unknown.checks],
-        "notes": [*odd, *unknown.notes, *concluded.notes, *other_rig,
-                  *([described(after.learned, before.gap, gap_after)] if after.learned else []),
-                  *(_along_with(model, leader) if explained else []), *model.notes(), *_not_held(model, before.off), *astray,
-                  *_not_seen(hidden), *left_open.notes(model.cut),
-                  *_at_the_end(pressed, nameless and leader.theta is not before.plain, model.cut)],
+        "notes": [*odd, *unknown.notes, *concluded.notes, *_of_what_is_added(model, concluded, before, after, rig, gap_after),
+                  *model.notes(), *not_held(model, before.off), *astray, *not_seen(hidden), *rig.left_open.notes(model.cut),
+                  *at_the_end(rig.pressed, rig.nameless and leader.theta is not before.plain, model.cut)],
     }
-    believed = leader.acting if after.learned or explained else []
-    beside = BesideReport([*(d.effect for d in left_open.missed), *hidden], unknown.reading, at_best.over if at_best else None, asked_for,
-                          pressed, before.commissioned, left_open.since, verdict.together, model.cut, model.witnesses.amplified)
+    believed = leader.acting if after.learned or verdict.word in _EXPLAINED else []
+    beside = BesideReport([*(d.effect for d in rig.left_open.missed), *hidden], unknown.reading, rig.at_best.over if rig.at_best else None,
+                          rig.asked_for, rig.pressed, before.commissioned, rig.left_open.since, verdict.together, model.cut,
+                          model.witnesses.amplified)
     return Diagnosis(
         report=finite(report), recordings=model.recordings, sentence=careful(odd) + sentence(report, model.catalogue, beside),
         traces=traces(held, before.run[0], runs.of(leader)[0], runs.floor), axes=held.axes(leader.theta, leader.acting),
-        lacking=after.rows, alone=alone(model, found), inputs=model.unknown_inputs(before.plain, spread) if not no_gap else [],
-        weighed=weighed, confusable=confusable, parameters=parameters, shapes=unknown.shapes,
-        rig=model.rig_with(before.plain if nameless else leader.theta, believed, spread, joint=leader.joint if believed else None,
-                           as_built=nameless and before.commissioned),
-        added=leader.effects, nameless=nameless, detectable=left_open.detectable, untold=left_open.untold(),
+        lacking=after.rows, alone=alone(model, found), inputs=model.unknown_inputs(before.plain, rig.spread) if not no_gap else [],
+        weighed=weighed, confusable=confusable, parameters=rig.parameters, shapes=unknown.shapes,
+        rig=model.rig_with(before.plain if rig.nameless else leader.theta, believed, rig.spread,
+                           joint=leader.joint if believed else None, as_built=rig.nameless and before.commissioned),
+        added=leader.effects, nameless=rig.nameless, detectable=rig.left_open.detectable, untold=rig.left_open.untold(),
         assumptions=model.assumptions, seconds=dict(seconds), catalogue=model.catalogue, cut=model.cut)
 
 
@@ -161,6 +155,44 @@ def _after(model: Diagnosable, concluded: Conclusion, before: _Before) -> _After
     return _After(learned or min((found.fitted[()], best), key=gap), rows, sized(concluded.unknown, rows), learned)
 
 
+@dataclass(frozen=True)
+class _Rig:
+    """The rig with which the gap "after" is taken.
+
+    Attributes:
+        spread: standard deviations of its parameters, (k,). parameters: with prior and posterior. pressed: those at the end of their
+            tolerance. at_best: held-out data at best beside it, None where these were not sought. asked_for: what of the rig they then
+            ask for, empty where it is nothing. left_open: what is not excluded, of no gap alone.
+        nameless: whether what acts is in no rig file, and parameters that were fitted beside it took it up.
+    """
+
+    spread: np.ndarray
+    parameters: list[FittedParameter]
+    pressed: list[str]
+    at_best: AtBest | None
+    asked_for: str
+    left_open: NotExcluded
+    nameless: bool
+
+
+def _with_which(model: Diagnosable, concluded: Conclusion, before: _Before, after: _After) -> _Rig:
+    """See `_Rig`."""
+    found, word, leader = concluded.found, concluded.verdict.word, after.leader
+    spread = np.sqrt(np.diagonal(found.linearised.basis.covariance()))
+    parameters = model.fitted_parameters(leader.theta, spread)
+    at_best = concluded.at_best.get(leader.effects)
+    asked_for = asked_of_rig(model, leader, at_best, before.runs) if at_best else ""
+    left_open = not_excluded(found, leader.theta, spread, parameters) if word == "no_gap" else NotExcluded({}, [], [])
+    return _Rig(spread, parameters, pressed_ones(parameters), at_best, asked_for, left_open, word == "unknown" and not after.learned)
+
+
+def _of_what_is_added(model: Diagnosable, concluded: Conclusion, before: _Before, after: _After, rig: _Rig, gap: float) -> list[str]:
+    """Notes on what is added to the twin: the rig that held-out data ask for beside it, terms learned, what changed along with effects."""
+    other_rig = [told(gap, rig.at_best.gap, rig.asked_for, "validation" in model.recordings)] if rig.asked_for else []
+    learned = [described(after.learned, before.gap, gap)] if after.learned else []
+    return [*other_rig, *learned, *(_along_with(model, after.leader) if concluded.verdict.word in _EXPLAINED else [])]
+
+
 def _shrink(before: _Before, leader: Refitted) -> tuple[dict[str, Shrunk], list[str]]:
     """How far each signal of held-out data was off and is beside the leader, and a note on those in which runs went astray, if any."""
     runs, first = before.runs, first_of_each(before.runs.held)
@@ -178,37 +210,6 @@ def _odd(model: Diagnosable, concluded: Conclusion, before: _Before) -> list[str
     """What is odd about recordings in which something unknown is found: sensors exchanged, recordings that do not go together."""
     crossed = [concluded.crossed.said] if concluded.crossed else []
     return [*crossed, *at_odds(model, concluded.best, before.runs, before.gap_as_is, before.gap)]
-
-
-def _not_seen(hidden: Sequence[str]) -> list[str]:
-    """A note on effects that no signal would show, none where there are none."""
-    return [f"can be neither found nor excluded, as no signal of these recordings would show it: {', '.join(hidden)}"] if hidden else []
-
-
-def _pressed(parameters: Sequence[FittedParameter]) -> list[str]:
-    """Parameters that a fit pressed against the end of their tolerance, each with its value and that of the sheet."""
-    return [f"{p.name} ({p.value:.4g} instead of {p.prior:.4g}{'' if p.unit == '1' else f' {p.unit}'})"
-            for p in parameters if p.informed and p.at_end]
-
-
-def _at_the_end(pressed: Sequence[str], unwritten: bool, cut: float) -> list[str]:
-    """A note on them, none where there are none.
-
-    Args:
-        unwritten: a rig file that is written holds other values. cut: tolerances within which parameters are fitted.
-    """
-    more = f" and {len(pressed) - _MOST_AT_END} further parameters" if len(pressed) > _MOST_AT_END else ""
-    are = "are" if len(pressed) > 1 else "is"
-    where = "in the fit that comes nearest, which no rig file is written from, " if unwritten else ""
-    return [f"{where}{', '.join(pressed[:_MOST_AT_END])}{more} {are} fitted {cut:g} times the tolerance off, the very "
-            "end of what a fit may use; the sheet may be wrong there, or something hide behind it"] if pressed else []
-
-
-def _not_held(model: Diagnosable, held: Collection[str]) -> list[str]:
-    """A note on what the field recordings hold and held-out data do not, none where nothing is missing."""
-    asked = dict.fromkeys(name for own, altered in zip(model.signals, model.altered, strict=True) if altered for name in own)
-    missing = [name for name in asked if name not in held]
-    return [f"held-out data have no usable {', '.join(missing)}: how near the twin comes to that is not known"] if missing else []
 
 
 def insufficient(model: Diagnosable, reason: str) -> Diagnosis:
