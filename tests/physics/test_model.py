@@ -1,6 +1,7 @@
 """The model against limits, closed forms and a second formulation."""
 
 import math
+import runpy
 
 import numpy as np
 import pytest
@@ -10,7 +11,7 @@ from ddh_twin_py.physics.cylinder import coulomb_friction
 from ddh_twin_py.physics.free_run import COMMAND_PARTS, free_run, settle
 from ddh_twin_py.physics.hydraulics import HYDRAULIC_STATES, POSITION, PRESSURE_B, VELOCITY
 from ddh_twin_py.physics.motor import LEAST_FLUX, magnet_factor
-from ddh_twin_py.physics.oil import VAPOUR_PRESSURE, compressibility, dynamic_viscosity
+from ddh_twin_py.physics.oil import ATMOSPHERE, VAPOUR_PRESSURE, compressibility, compressibility_nearby, dynamic_viscosity
 from ddh_twin_py.rig import load_rig
 from scipy.integrate import solve_ivp
 from support.cycles import INTERVAL, START, lift_and_lower, run
@@ -42,6 +43,14 @@ def test_entrained_air_matters_at_low_pressure_alone(rig):
     p = rig.parameters[0]
     assert 1 / compressibility(0.0, p) < 0.02 * p["oil_bulk_modulus"]
     assert 1 / compressibility(2e7, p) > 0.9 * p["oil_bulk_modulus"]
+
+
+@pytest.mark.parametrize("pressure", [-0.99e5, VAPOUR_PRESSURE, 0.0, 2e5, 1e7])
+@pytest.mark.parametrize("step", [-0.5, -0.0099, -1e-4, 0.0, 1e-3, 0.0099, 0.02, 3.0])
+def test_compressibility_nearby_is_that_of_the_pressure(rig, pressure, step):
+    p = rig.parameters[0]
+    to = pressure + step * (max(pressure, VAPOUR_PRESSURE) + ATMOSPHERE)
+    assert compressibility_nearby(compressibility(pressure, p), pressure, to, p) == pytest.approx(compressibility(to, p), rel=2e-9)
 
 
 def test_step_size_does_not_matter(rig):
@@ -226,6 +235,11 @@ def test_sparse_elimination_solves(rig):
     network.factorise(lu)
     network.solve(lu, x)
     np.testing.assert_allclose(matrix @ x, b, rtol=1e-10, atol=1e-12)
+
+
+def test_the_elimination_is_that_of_the_tables(repo_root):
+    made = runpy.run_path(str(repo_root / "scripts" / "network_elimination.py"))
+    assert made["FILE"].read_text(encoding="utf-8") == made["source"](), "python scripts/network_elimination.py writes it anew"
 
 
 def test_every_conductance_of_the_tables_reaches_the_kernel(rig):

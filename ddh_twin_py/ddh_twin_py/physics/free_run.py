@@ -12,6 +12,7 @@ from ddh_twin_py.physics.hydraulics import (
     POSITION,
     PRESSURE_A,
     PRESSURE_B,
+    RATES,
     SPEED,
     SPEED_REFERENCE,
     UNBENT,
@@ -293,3 +294,5 @@ def settle(params, state, position, pressure_a, pressure_b):
     state[COMMAND_SLOPE] = 0.0
     for i in range(len(VISCOUS_NODES)):
         state[WARMING + i] = 0.0
+    for i in range(3):
+        state[RATES + i] = 0.0

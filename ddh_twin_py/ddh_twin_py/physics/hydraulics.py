@@ -5,7 +5,8 @@ before pressure rises again. Steps are SDIRK2 (Alexander 1977; gamma = 1 - 1/sqr
 order, L-stable), so that the oil springs of the light load are resolved or damped and never
 blow up. Dry friction of the piston grows over a small creep velocity and is set-valued at rest
 where that is 0: each implicit stage is solved for the velocity exactly, as the piecewise linear
-equation that it is, so that the piston truly sticks or creeps. The servo drive follows its
+equation that it is, so that the piston truly sticks or creeps. A stage is linear about where the
+rates of the stage before lead; only where it comes out elsewhere is it solved once more. The servo drive follows its
 command as a first-order lag with all the torque that this takes, up to the current limit;
 beyond it the shaft goes where that torque lets it.
 """
@@ -26,21 +27,26 @@ from ddh_twin_py.physics.cylinder import (
     piston_area,
     rod_side_area,
 )
-from ddh_twin_py.physics.oil import VAPOUR_PRESSURE, compressibility, pressure_factor, viscosity_ratio
+from ddh_twin_py.physics.oil import ATMOSPHERE, VAPOUR_PRESSURE, compressibility, compressibility_nearby, pressure_factor, viscosity_ratio
 from ddh_twin_py.physics.thermal_network import LINE_A, LINE_B, PUMP_1_OIL, PUMP_2_OIL
 from ddh_twin_py.physics.valves import check_flow, relief_flow, relief_flow_slope
 
 HYDRAULIC_STATES = ("speed_reference", "speed", "pressure_piston_side", "pressure_rod_side", "rod_velocity", "rod_position", "unbent",
-                    "command_slope", "warming_pump_1_oil", "warming_pump_2_oil", "warming_line_a_oil", "warming_line_b_oil")
+                    "command_slope", "warming_pump_1_oil", "warming_pump_2_oil", "warming_line_a_oil", "warming_line_b_oil",
+                    "pressure_piston_side_rate", "pressure_rod_side_rate", "rod_acceleration")
 """Order of the hydraulic state: rad/s, rad/s, Pa, Pa, m/s, m, s since the command last bent, rad/s2 of the command at the end
-of the interval before, and K/s of the oil whose viscosity counts, over that interval."""
+of the interval before, K/s of the oil whose viscosity counts, over that interval, and Pa/s, Pa/s, m/s2 at the end of the step before."""
 SPEED_REFERENCE, SPEED, PRESSURE_A, PRESSURE_B, VELOCITY, POSITION, UNBENT, COMMAND_SLOPE = range(8)
 WARMING = 8
 """First of the states of warming, in the order of `VISCOUS_NODES`."""
+RATES = 12
+"""First of the rates of both pressures and the velocity."""
 VISCOUS_NODES = (PUMP_1_OIL, PUMP_2_OIL, LINE_A, LINE_B)
 """Nodes whose oil leaks, rubs and flows through the lines."""
 
 _GAMMA = 1.0 - 1.0 / math.sqrt(2.0)
+_EXPECTED_PRESSURE, _EXPECTED_VELOCITY = 1.0e-3, 1.0e-5
+"""Of the absolute pressure, and m/s: from where a stage was expected; what a second sweep then moves is their square's order."""
 
 
 @inlined
@@ -235,8 +241,37 @@ def follow_decays(step, p):
 
 @inlined
 def softness(state, p):
-    """1/bulk modulus of both sides at the state's pressures, 1/Pa."""
-    return compressibility(state[PRESSURE_A], p), compressibility(state[PRESSURE_B], p)
+    """1/bulk modulus of both sides at the state's pressures, 1/Pa, and these, Pa gauge."""
+    a, b = state[PRESSURE_A], state[PRESSURE_B]
+    return compressibility(a, p), compressibility(b, p), a, b
+
+
+@inlined
+def _as_expected(a, b, v, a_new, b_new, v_new, p):
+    """Whether pressures (Pa gauge) and velocity (m/s) came out so near to where a sweep was linear that another would not move them."""
+    crack = -p.check_valve_cracking_pressure
+    return (
+        abs(a_new - a) <= _EXPECTED_PRESSURE * (a + ATMOSPHERE) and abs(b_new - b) <= _EXPECTED_PRESSURE * (b + ATMOSPHERE)
+        and abs(v_new - v) <= _EXPECTED_VELOCITY
+        and (a_new > crack) == (a > crack) and (b_new > crack) == (b > crack)
+        and (b_new > p.relief_valve_opening_pressure) == (b > p.relief_valve_opening_pressure)
+    )  # fmt: skip
+
+
+@inlined
+def _stage(base_a, base_b, base_v, base_x, step, speed, rate_a, rate_b, rate_v, soft, c, p):
+    """Solve an implicit stage y = base + step f(y): pressures, velocity, and 1/bulk modulus near there with the pressures it is of.
+
+    The first sweep is about where the rates (Pa/s, Pa/s, m/s2) lead; a second follows where that was not `_as_expected`.
+    """
+    a, b, v = base_a + step * rate_a, base_b + step * rate_b, base_v + step * rate_v
+    soft_a, soft_b = compressibility_nearby(soft[0], soft[2], a, p), compressibility_nearby(soft[1], soft[3], b, p)
+    a_new, b_new, v_new = _sweep(base_a, base_b, base_v, base_x, step, speed, a, b, v, soft_a, soft_b, c, p)
+    if not _as_expected(a, b, v, a_new, b_new, v_new, p):
+        a, b, v = a_new, b_new, v_new
+        soft_a, soft_b = compressibility(a, p), compressibility(b, p)
+        a_new, b_new, v_new = _sweep(base_a, base_b, base_v, base_x, step, speed, a, b, v, soft_a, soft_b, c, p)
+    return a_new, b_new, v_new, (soft_a, soft_b, a, b)
 
 
 @inlined
@@ -244,8 +279,8 @@ def hydraulic_step(state, command, command_slope, step, decay_early, decay_late,
     """Advance the hydraulic state in place by ``step`` seconds; the command is command + command_slope t, rad/s.
 
     ``decay_early`` and ``decay_late`` are those of `follow_decays` for this step;
-    ``torque_limit`` in N*m; ``soft``: 1/bulk modulus of both sides about which the first sweep
-    is linear, 1/Pa, from the step before or from `softness`.
+    ``torque_limit`` in N*m; ``soft``: 1/bulk modulus of both sides, 1/Pa, and the pressures it is of, Pa gauge, from the step
+    before or from `softness`.
 
     Returns:
         speed, acceleration, p_A, p_B, velocity, position at the end of the step, `soft` for the next, and the drive's torque, N*m,
@@ -269,16 +304,14 @@ def hydraulic_step(state, command, command_slope, step, decay_early, decay_late,
 
     a0, b0, v0, x0 = state[PRESSURE_A], state[PRESSURE_B], state[VELOCITY], state[POSITION]
     sub = _GAMMA * step
-    a1, b1, v1 = _sweep(a0, b0, v0, x0, sub, speed_early, a0, b0, v0, soft[0], soft[1], c, p)
-    soft_a, soft_b = compressibility(a1, p), compressibility(b1, p)
-    a1, b1, v1 = _sweep(a0, b0, v0, x0, sub, speed_early, a1, b1, v1, soft_a, soft_b, c, p)
-    ratio = (1.0 - _GAMMA) / _GAMMA
+    a1, b1, v1, soft = _stage(a0, b0, v0, x0, sub, speed_early, state[RATES], state[RATES + 1], state[RATES + 2], soft, c, p)
+    ratio, per_second = (1.0 - _GAMMA) / _GAMMA, 1.0 / sub
     base_a, base_b, base_v, base_x = a0 + ratio * (a1 - a0), b0 + ratio * (b1 - b0), v0 + ratio * (v1 - v0), x0 + ratio * sub * v1
-    a2, b2, v2 = _sweep(base_a, base_b, base_v, base_x, sub, speed_late, a1, b1, v1, soft_a, soft_b, c, p)
-    soft_a, soft_b = compressibility(a2, p), compressibility(b2, p)
-    a2, b2, v2 = _sweep(base_a, base_b, base_v, base_x, sub, speed_late, a2, b2, v2, soft_a, soft_b, c, p)
+    a2, b2, v2, soft = _stage(base_a, base_b, base_v, base_x, sub, speed_late, (a1 - a0) * per_second, (b1 - b0) * per_second,
+                              (v1 - v0) * per_second, soft, c, p)
     x2 = base_x + sub * v2
     state[SPEED_REFERENCE] = late
     state[SPEED] = speed_late
     state[PRESSURE_A], state[PRESSURE_B], state[VELOCITY], state[POSITION] = a2, b2, v2, x2
-    return speed_late, acceleration_late, max(a2, VAPOUR_PRESSURE), max(b2, VAPOUR_PRESSURE), v2, x2, (soft_a, soft_b), limit_torque
+    state[RATES], state[RATES + 1], state[RATES + 2] = (a2 - base_a) * per_second, (b2 - base_b) * per_second, (v2 - base_v) * per_second
+    return speed_late, acceleration_late, max(a2, VAPOUR_PRESSURE), max(b2, VAPOUR_PRESSURE), v2, x2, soft, limit_torque

@@ -16,6 +16,11 @@ ZERO_CELSIUS = 273.15
 STATED_FROM, STATED_TO = ZERO_CELSIUS - 20.0, ZERO_CELSIUS + 100.0
 """K, range of the Walther law."""
 _LN10 = math.log(10.0)
+_NEARBY = 0.01  # of the absolute pressure
+_AIR_1 = -1.0 - 1.0 / POLYTROPIC_EXPONENT  # d ln(1/K)/d ln(p) of air, and the further terms of its binomial series
+_AIR_2 = _AIR_1 * (_AIR_1 - 1.0) / 2.0
+_AIR_3 = _AIR_2 * (_AIR_1 - 2.0) / 3.0
+_AIR_4 = _AIR_3 * (_AIR_1 - 3.0) / 4.0
 
 
 @inlined
@@ -58,6 +63,19 @@ def compressibility(pressure, p):
     ratio = ATMOSPHERE / (max(pressure, VAPOUR_PRESSURE) + ATMOSPHERE)
     air = p.oil_air_fraction * (ratio * math.exp(math.log(ratio) * (1.0 / POLYTROPIC_EXPONENT)))
     return 1.0 / p.oil_bulk_modulus + air * (1.0 / (POLYTROPIC_EXPONENT * ATMOSPHERE))
+
+
+@inlined
+def compressibility_nearby(known, there, pressure, p):
+    """`compressibility` at a pressure, 1/Pa, from the one that is ``known`` (1/Pa) at a pressure ``there`` (both Pa gauge).
+
+    The series of its air up to the fourth order where the two are within `_NEARBY` of each other, good to 1e-9 of it.
+    """
+    step = (max(pressure, VAPOUR_PRESSURE) - max(there, VAPOUR_PRESSURE)) / (max(there, VAPOUR_PRESSURE) + ATMOSPHERE)
+    if abs(step) > _NEARBY:
+        return compressibility(pressure, p)
+    stiff = 1.0 / p.oil_bulk_modulus
+    return stiff + (known - stiff) * (1.0 + step * (_AIR_1 + step * (_AIR_2 + step * (_AIR_3 + step * _AIR_4))))
 
 
 @inlined

@@ -19,6 +19,7 @@ import numpy as np
 from ddh_twin_py.physics import cylinder
 from ddh_twin_py.physics.compiled import inlined, kernel
 from ddh_twin_py.physics.motor import phase_resistance, resistance_factor
+from ddh_twin_py.physics.network_elimination import factorise, solve
 from ddh_twin_py.physics.oil import volumetric_heat_capacity
 
 MIXED = 1.0e-5
@@ -315,59 +316,6 @@ def _power_slopes(params, edge, wall, surface, temperature, ambient, mean_square
         natural = 1.25 * surface[k, 1] * math.sqrt(math.sqrt(abs(temperature[i] - ambient)))
         radiation = 4.0 * surface[k, 2] * STEFAN_BOLTZMANN * temperature[i] ** 3
         jacobian[i, i] -= factor * surface[k, 0] * (natural + radiation)
-
-
-def _elimination_plan() -> tuple[np.ndarray, np.ndarray]:
-    """For each node the later nodes that it is tied to, fill-in included: (N, most) indices and (N,) counts."""
-    tied = np.eye(N, dtype=bool)
-    for i, j in [(edge[1], edge[2]) for edge in EDGES] + [(flow[2], flow[3]) for flow in FLOWS]:
-        tied[i, j] = tied[j, i] = True
-    for k in range(N):
-        later = [i for i in range(k + 1, N) if tied[i, k]]
-        for i in later:
-            tied[i, later] = True
-    counts = np.array([int(tied[k, k + 1:].sum()) for k in range(N)])
-    later = np.zeros((N, max(counts)), dtype=np.int64)
-    for k in range(N):
-        later[k, : counts[k]] = k + 1 + np.flatnonzero(tied[k, k + 1:])
-    return later, counts
-
-
-_LATER, _LATER_COUNT = _elimination_plan()
-
-
-@kernel
-def factorise(matrix):
-    """LU of a matrix with the network's pattern (N, N), in place, without pivoting (it is diagonally dominant).
-
-    The diagonal holds the inverse pivots.
-    """
-    for k in range(N):
-        inverse = 1.0 / matrix[k, k]
-        matrix[k, k] = inverse
-        for a in range(_LATER_COUNT[k]):
-            i = _LATER[k, a]
-            factor = matrix[i, k] * inverse
-            matrix[i, k] = factor
-            for b in range(_LATER_COUNT[k]):
-                j = _LATER[k, b]
-                matrix[i, j] -= factor * matrix[k, j]
-
-
-@kernel
-def solve(lu, x):
-    """Solve lu x = x in place, x (N,); lu from `factorise`."""
-    for k in range(N):
-        value = x[k]
-        for a in range(_LATER_COUNT[k]):
-            i = _LATER[k, a]
-            x[i] -= lu[i, k] * value
-    for k in range(N - 1, -1, -1):
-        value = x[k]
-        for a in range(_LATER_COUNT[k]):
-            j = _LATER[k, a]
-            value -= lu[k, j] * x[j]
-        x[k] = value * lu[k, k]
 
 
 @kernel

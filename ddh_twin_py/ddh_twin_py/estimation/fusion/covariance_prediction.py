@@ -23,6 +23,7 @@ from ddh_twin_py.estimation.fusion.uncertain_parameters import (
     UNKNOWN_HEAT_TIME,
 )
 from ddh_twin_py.physics.compiled import inlined, kernel
+from ddh_twin_py.physics.network_elimination import factorise, solve
 from ddh_twin_py.physics.thermal_network import (
     CHAMBER_A,
     CHAMBER_B,
@@ -40,10 +41,8 @@ from ddh_twin_py.physics.thermal_network import (
     TANK_TOP,
     VALVE_OIL,
     copper_loss,
-    factorise,
     network_jacobian,
     network_rates,
-    solve,
 )
 
 _UNKNOWN_HEAT_TIME = 60.0  # s, correlation time of what is not a state: heat while telemetry is missing, errors of the node's own heat
