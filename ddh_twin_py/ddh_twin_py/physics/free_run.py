@@ -12,7 +12,6 @@ from ddh_twin_py.physics.hydraulics import (
     POSITION,
     PRESSURE_A,
     PRESSURE_B,
-    RATES,
     SPEED,
     SPEED_REFERENCE,
     UNBENT,
@@ -284,15 +283,7 @@ def settle(params, state, position, pressure_a, pressure_b):
     """
     if state.shape[0] != len(HYDRAULIC_STATES):
         raise ValueError("state has the wrong length")
-    state[SPEED_REFERENCE] = 0.0
-    state[SPEED] = 0.0
+    state[:] = 0.0
     state[PRESSURE_A] = pressure_a
     state[PRESSURE_B] = pressure_b
-    state[VELOCITY] = 0.0
     state[POSITION] = position
-    state[UNBENT] = 0.0
-    state[COMMAND_SLOPE] = 0.0
-    for i in range(len(VISCOUS_NODES)):
-        state[WARMING + i] = 0.0
-    for i in range(3):
-        state[RATES + i] = 0.0

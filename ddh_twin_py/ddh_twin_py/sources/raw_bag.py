@@ -126,8 +126,8 @@ class RawBag:
         self.begin_ns, self.end_ns = int(due[0]), int(due[-1])
         if left_out:
             (at, length), more = left_out[0], len(left_out) - 1
-            times = f", and so {more} more time{'s' * (more > 1)}" * (more > 0)
-            self.notes.append(f"holds nothing for {length * 1e-9:.0f} s at {(at - self.begin_ns) * 1e-9:.1f} s{times}: the recorder's "
+            and_so = f", and so {more} more time{'s' * (more > 1)}" * (more > 0)
+            self.notes.append(f"holds nothing for {length * 1e-9:.0f} s at {(at - self.begin_ns) * 1e-9:.1f} s{and_so}: the recorder's "
                               "clock was set ahead, or nothing was recorded; that is not waited for")
         return place, due
 
