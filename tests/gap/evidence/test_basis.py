@@ -109,3 +109,19 @@ def test_further_unknowns_are_as_if_they_had_been_among_the_parameters(case):
     one, other = (b.normal(split(made, c), split(made, y)) for b in (grown, basis))
     np.testing.assert_allclose(one.covariance(1.0), other.covariance(1.0), atol=1e-9)
     assert grown.misfit(split(made, y)) == pytest.approx(basis.misfit(split(made, y)), abs=1e-8)
+
+
+def test_columns_of_which_the_slack_is_a_share_need_no_products_of_their_own(case):
+    _, made, _, f, _, y = case
+    parameters, slack, values = split(made, f[:, :PARAMETERS]), split(made, f[:, PARAMETERS:]), split(made, y)
+    shares = np.array([0.05, 0.1, 0.1])
+    basis = Basis(Weighting(made), parameters, slack, -ENDS, ENDS, 0.7)
+    sums, normal = basis.both_of_slack(shares, values)
+    columns = [s / shares for s in slack]
+    of_both = basis.both(columns, values)
+    for name in ("information", "score", "chi_square"):
+        np.testing.assert_allclose(getattr(sums, name), getattr(basis.sums(columns, values), name), rtol=1e-9, atol=1e-9)
+        np.testing.assert_array_equal(getattr(of_both[0], name), getattr(basis.sums(columns, values), name))
+    for name in ("information", "score", "cross", "own", "own_score", "square"):
+        np.testing.assert_allclose(getattr(normal, name), getattr(basis.normal(columns, values), name), rtol=1e-9, atol=1e-9)
+        np.testing.assert_array_equal(getattr(of_both[1], name), getattr(basis.normal(columns, values), name))

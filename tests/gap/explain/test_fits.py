@@ -133,7 +133,7 @@ def _judged(changed, by_freedom):
         none = fits.fitted[()].log_evidence
         fits.fitted = {ids: replace(f, log_evidence=none + changed.get(ids, 0.0)) for ids, f in fits.fitted.items()}
         fits._owed._law_error = dict.fromkeys(fits._owed._law_error, 0.1)
-        fits._owed._freed = lambda one, pairs, fitted: {ids: by_freedom[one, ids] for ids in (one, *pairs)}
+        fits._owed._freed = lambda asked, fitted: by_freedom
         return fits, fits._judged()
 
 

@@ -55,6 +55,8 @@ class Weighting:
                 else:
                     self._take(number, block, names, shared)
         self._names = list(names)
+        self._gathering = [csr_matrix((share, (which, np.arange(which.size))), shape=(len(names), which.size))
+                           for _, _, _, share, which in self._groups]
         self._shared = np.array([shared[i] for i in range(len(names))])
         self.log_determinant += float(np.sum(np.log1p(self._shared)))
 
@@ -78,22 +80,23 @@ class Weighting:
             out[number][rows] -= curves @ cho_solve(factor, curves.T @ columns[number][rows], check_finite=False)
         if not self._groups:
             return out
-        total = self._in_classes(columns)
-        for number, rows, loads, share, which in self._groups:
-            own = _rowwise(VARIANT**2 * share, loads @ columns[number][rows]) + _rowwise(share, total[which])
-            out[number][rows] -= loads.T @ own
+        loaded = self._loaded(columns)
+        total = self._in_classes(loaded)
+        for own, (number, rows, loads, share, which) in zip(loaded, self._groups, strict=True):
+            out[number][rows] -= loads.T @ (_rowwise(VARIANT**2 * share, own) + _rowwise(share, total[which]))
         return out
 
-    def _in_classes(self, columns: Sequence[np.ndarray]) -> np.ndarray:
-        """What columns say of the shared classes, in units of their allowance, (classes, k)."""
-        total = np.zeros((self._shared.size, *columns[0].shape[1:]))
-        for number, rows, loads, share, which in self._groups:
-            np.add.at(total, which, _rowwise(share, loads @ columns[number][rows]))
-        return _rowwise(1.0 / (1.0 + self._shared), total)
+    def _loaded(self, columns: Sequence[np.ndarray]) -> list[np.ndarray]:
+        """What columns make in every stretch of the classes of each block, (groups, k)."""
+        return [loads @ columns[number][rows] for number, rows, loads, _, _ in self._groups]
+
+    def _in_classes(self, loaded: Sequence[np.ndarray]) -> np.ndarray:
+        """What columns, as `_loaded`, say of the shared classes, in units of their allowance, (classes, k)."""
+        return _rowwise(1.0 / (1.0 + self._shared), sum(gather @ own for gather, own in zip(self._gathering, loaded, strict=True)))
 
     def classes(self, residuals: Sequence[np.ndarray]) -> dict[tuple, tuple[float, float]]:
         """Mean and variance of each shared class in units of its allowance, given residuals by recording, (rows,)."""
-        mean = self._in_classes(residuals)
+        mean = self._in_classes(self._loaded(residuals)) if self._groups else np.zeros(0)
         return {name: (float(m), 1.0 / (1.0 + s)) for name, m, s in zip(self._names, mean, self._shared, strict=True)}
 
     def products(self, left: Sequence[np.ndarray], right: Sequence[np.ndarray]) -> np.ndarray:

@@ -8,6 +8,7 @@ combinations of parameters that showed most there, and the best of them is then 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,6 +19,7 @@ from ddh_twin_py.gap.drive.candidate_tests import LENGTH, CandidateTest, candida
 from ddh_twin_py.gap.drive.direct_drive import STEP, DirectDrive
 from ddh_twin_py.gap.drive.rehearsed_trial import RehearsedTrial
 from ddh_twin_py.gap.explain.search import Found
+from ddh_twin_py.gap.explain.side_by_side import THREADS
 from ddh_twin_py.gap.next_test.proposal import Contest
 from ddh_twin_py.gap.next_test.separating import Believed, Remaining, root_of
 from ddh_twin_py.twin.rehearsal import rehearse
@@ -135,10 +137,14 @@ def trials(model: DirectDrive, found: Found, leader: Believed) -> Iterator[tuple
     pressures = any(name.startswith("pressure_") for name in experiment.signals)
     _, temperatures = experiment.operating(model.record(model.first, leader.theta, leader.acting), STEP)
     tests = candidate_tests(model.rig, round(float(experiment.payload), 1), float(np.mean(experiment.air)), temperatures[-1])
-    for i, test in enumerate(tests):
+
+    def candidate(test: CandidateTest) -> tuple[RehearsedTrial, list[Option]]:
         options = [Option(test, sensors, "")]
-        if i == 0:
+        if test is tests[0]:
             options += [Option(test, (*sensors, name), name) for name in SENSORS if name not in sensors]
         read = [name for name in SENSORS if any(name in o.sensors for o in options)]
         recording = rehearse(model.rig, test.duty, LENGTH, read, pressures, test.start, "candidate test")
-        yield RehearsedTrial(model, found.linearised, Experiment(recording, model.rig)), options
+        return RehearsedTrial(model, found.linearised, Experiment(recording, model.rig)), options
+
+    with ThreadPoolExecutor(max_workers=THREADS) as pool:
+        yield from pool.map(candidate, tests)

@@ -96,16 +96,36 @@ class Basis:
         Args:
             columns: by recording, (rows, m). values: by recording, (rows,).
         """
-        crossed, squared = self._products(columns, values)
+        return self._integrated(*self._products(columns, values))
+
+    def normal(self, columns: Rows, values: Rows) -> Normal:
+        """The same with the slack integrated out and the parameters within their bounds."""
+        return self._within_bounds(*self._products(columns, values))
+
+    def both(self, columns: Rows, values: Rows) -> tuple[Sums, Normal]:
+        """`sums` and `normal`."""
+        products = self._products(columns, values)
+        return self._integrated(*products), self._within_bounds(*products)
+
+    def both_of_slack(self, shares: np.ndarray, values: Rows) -> tuple[Sums, Normal]:
+        """The same of columns of which the slack is ``shares``, (m,), none 0: what these make is known, the values alone are weighed."""
+        weighted, cross = self._against(values)
+        square = float(sum(v @ w for v, w in zip(values, weighted, strict=True)))
+        crossed = self.information[:, self.parameters :] / shares
+        squared, own_score = crossed[self.parameters :] / shares[:, None], cross[self.parameters :] / shares
+        products = np.column_stack([crossed, cross]), np.block([[squared, own_score[:, None]], [own_score, np.array([square])]])
+        return self._integrated(*products), self._within_bounds(*products)
+
+    def _integrated(self, crossed: np.ndarray, squared: np.ndarray) -> Sums:
+        """Sums of `_products`."""
         cross, cross_y = crossed[:, :-1], crossed[:, -1]
         solved = cho_solve(self._factor, cross, check_finite=False)
         solved_y = cho_solve(self._factor, cross_y, check_finite=False)
         return Sums(squared[:-1, :-1] - cross.T @ solved, squared[:-1, -1] - cross.T @ solved_y,
                     float(squared[-1, -1] - cross_y @ solved_y))
 
-    def normal(self, columns: Rows, values: Rows) -> Normal:
-        """The same with the slack integrated out and the parameters within their bounds."""
-        crossed, squared = self._products(columns, values)
+    def _within_bounds(self, crossed: np.ndarray, squared: np.ndarray) -> Normal:
+        """Normal equations of `_products`."""
         k = self.parameters
         mixed = self.information[:k, k:]
         by_slack = cho_solve(self._slack, np.column_stack([mixed.T, crossed[k:]]), check_finite=False)
@@ -142,13 +162,13 @@ class Basis:
 
     def misfit(self, residual: Rows) -> float:
         """Chi-square of residuals with the slack, but not the parameters, integrated out."""
-        weighted, cross = self._against_slack(residual)
+        weighted, cross = self._against(residual, self.parameters)
         square = float(sum(r @ w for r, w in zip(residual, weighted, strict=True)))
         return square - float(cross @ cho_solve(self._slack, cross, check_finite=False))
 
     def misfits(self, residual: Rows) -> list[np.ndarray]:
         """What every row adds to that chi-square, by recording, (rows,)."""
-        weighted, cross = self._against_slack(residual)
+        weighted, cross = self._against(residual, self.parameters)
         left = cho_solve(self._slack, cross, check_finite=False)
         taken = self.weighting.applied([(c[:, self.parameters :] @ left)[:, None] for c in self.columns])
         return [r * (w - self.power * t[:, 0]) for r, w, t in zip(residual, weighted, taken, strict=True)]
@@ -163,7 +183,7 @@ class Basis:
         left = [c - f @ solved for c, f in zip(columns, self.columns, strict=True)]
         return [self.power * rest * weighted for rest, weighted in zip(left, self.weighting.applied(left), strict=True)]
 
-    def _against_slack(self, residual: Rows) -> tuple[list[np.ndarray], np.ndarray]:
-        """Residuals as they are weighed, by recording, (rows,), and against the slack, (m,)."""
-        weighted = [self.power * w[:, 0] for w in self.weighting.applied([r[:, None] for r in residual])]
-        return weighted, sum(c[:, self.parameters :].T @ w for c, w in zip(self.columns, weighted, strict=True))
+    def _against(self, values: Rows, first: int = 0) -> tuple[list[np.ndarray], np.ndarray]:
+        """Values as they are weighed, by recording, (rows,), and against parameters and slack from the ``first`` on, (m,)."""
+        weighted = [self.power * w[:, 0] for w in self.weighting.applied([v[:, None] for v in values])]
+        return weighted, sum(c[:, first:].T @ w for c, w in zip(self.columns, weighted, strict=True))

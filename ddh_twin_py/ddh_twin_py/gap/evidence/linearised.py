@@ -49,9 +49,10 @@ class Linearised:
         ends = np.full(self.theta.size, _BEYOND)
         basis = Basis(Weighting(self.comparisons), self.sensitivities, self.of_slack(), self.model.within(-ends), self.model.within(ends),
                       self.power)
-        columns, values = self.of_columns(), self.values()
+        shares, values = self._slack_shares(), self.values()
+        sums = basis.both_of_slack(shares, values) if np.all(shares) else basis.both(self.of_columns(), values)
         object.__setattr__(self, "basis", basis)
-        object.__setattr__(self, "evidence", Evidence(basis.sums(columns, values), basis.normal(columns, values), self.columns))
+        object.__setattr__(self, "evidence", Evidence(*sums, self.columns))
 
     @property
     def model(self) -> Model:
@@ -79,8 +80,12 @@ class Linearised:
 
     def of_slack(self) -> list[np.ndarray]:
         """The same, as large as the model's laws may be off."""
-        shares = self.slack * slack_shares(self.columns)
+        shares = self._slack_shares()
         return [rows * shares for rows in self.of_columns()]
+
+    def _slack_shares(self) -> np.ndarray:
+        """Share of each column by which it is slack, (m,)."""
+        return self.slack * slack_shares(self.columns)
 
     def values(self) -> list[np.ndarray]:
         """What parameters and effects have to explain: residuals with the parameters' prior centred on the sheet."""
@@ -134,7 +139,8 @@ class Linearised:
     def acting_at(self, theta: np.ndarray, acting: Acting, numbers: Sequence[int], pool: ThreadPoolExecutor) -> Linearised:
         """The same with sensitivities of the recordings ``numbers`` taken at parameters (k,) where effects act; all else stays."""
         beside = list(self.sensitivities)
-        for i, rows in zip(numbers, slopes_of(self.model, pool, theta, self.comparisons, numbers, acting=acting), strict=True):
+        slopes = slopes_of(self.model, pool, theta, self.comparisons, numbers, acting=acting, roughly=True)
+        for i, rows in zip(numbers, slopes, strict=True):
             beside[i] = without_astray(rows)
         return replace(self, sensitivities=beside)
 

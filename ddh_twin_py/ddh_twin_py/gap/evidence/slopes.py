@@ -30,10 +30,9 @@ def slopes_of(model: Model, pool: ThreadPoolExecutor, theta: np.ndarray, compari
         moved[i] += steps[i]
         return features(moved)
 
-    base = features(theta)
-    out = [np.empty((comparisons[number].size, model.size)) for number in numbers]
+    base, out = pool.submit(features, theta), [np.empty((comparisons[number].size, model.size)) for number in numbers]
     for i, moved in enumerate(pool.map(column, range(model.size))):
-        for rows, m, b in zip(out, moved, base, strict=True):
+        for rows, m, b in zip(out, moved, base.result(), strict=True):
             rows[:, i] = (m - b) / steps[i]
         if progress is not None:
             progress((i + 1) / model.size)

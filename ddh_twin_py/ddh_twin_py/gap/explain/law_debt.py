@@ -56,9 +56,9 @@ class LawDebt:
         for ids in pairs:
             ones = ((name,) for name in ids if (name,) in fitted)
             asked.setdefault(max(ones, key=lambda one: fitted[one].log_evidence, default=best), []).append(ids)
-        gained = [self._freed(one, own, fitted) for one, own in asked.items()]
-        ahead = max(full[one] + own[one] for one, own in zip(asked, gained, strict=True)) - full[best]
-        return {ids: max(0.0, ahead - own[ids]) for one, own in zip(asked, gained, strict=True) for ids in asked[one]}
+        gained = self._freed(asked, fitted)
+        ahead = max(full[one] + gained[one, one] for one in asked) - full[best]
+        return {ids: max(0.0, ahead - gained[one, ids]) for one, own in asked.items() for ids in own}
 
     def _square(self, ids: Ids, fitted: Mapping[Ids, Refitted]) -> float:
         """The share by which a law is off, squared, of what an effect of a pair explains by itself, the larger of the two."""
@@ -66,16 +66,20 @@ class LawDebt:
         own = [self._law_error[name] ** 2 * (fitted[(name,)].log_evidence - none) for name in ids if (name,) in fitted]
         return max([0.0, *own])
 
-    def _freed(self, one: Ids, pairs: Sequence[Ids], fitted: Mapping[Ids, Refitted]) -> dict[Ids, float]:
-        """Log evidence that a single effect, and pairs of which it is the first, gain where its law is free."""
-        first, asked = fitted[one], []
-        for ids in (one, *pairs):
+    def _freed(self, asked: Mapping[Ids, Sequence[Ids]], fitted: Mapping[Ids, Refitted]) -> dict[tuple[Ids, Ids], float]:
+        """Log evidence that single effects, and pairs of which each is the first, gain where its law is free, by both."""
+        pairs = [(one, ids) for one, own in asked.items() for ids in (one, *own)]
+        wanted = []
+        for one, ids in pairs:
             known = self._by_freedom.get((one, ids))
-            if known is None or known[0] is not first or known[1] is not fitted[ids]:
-                asked.append(ids)
-        if asked:
-            freedom = LawFreedom(self._linearised, first, {one[0]: self._law_error[one[0]]})
-            fits = [fitted[ids] for ids in asked]
-            for ids, fit, log in zip(asked, fits, self._pool.map(freedom.log_evidence, fits), strict=True):
-                self._by_freedom[one, ids] = first, fit, log - fit.log_evidence
-        return {ids: self._by_freedom[one, ids][2] for ids in (one, *pairs)}
+            if known is None or known[0] is not fitted[one] or known[1] is not fitted[ids]:
+                wanted.append((one, ids))
+        ones = list(dict.fromkeys(one for one, _ in wanted))
+        freedom = dict(zip(ones, self._pool.map(lambda one: self._freedom(fitted[one], one[0]), ones), strict=True))
+        logs = self._pool.map(lambda pair: freedom[pair[0]].log_evidence(fitted[pair[1]]), wanted)
+        for (one, ids), log in zip(wanted, logs, strict=True):
+            self._by_freedom[one, ids] = fitted[one], fitted[ids], log - fitted[ids].log_evidence
+        return {pair: self._by_freedom[pair][2] for pair in pairs}
+
+    def _freedom(self, fitted: Refitted, name: str) -> LawFreedom:
+        return LawFreedom(self._linearised, fitted, {name: self._law_error[name]})

@@ -15,7 +15,7 @@ import numpy as np
 
 from ddh_twin_py.gap.effect import Effect
 from ddh_twin_py.gap.evidence.basis import Basis
-from ddh_twin_py.gap.evidence.box import Normal
+from ddh_twin_py.gap.evidence.box import Held, Normal
 from ddh_twin_py.gap.evidence.hypotheses import LEAST, WIDTH, evidence_of
 from ddh_twin_py.gap.evidence.linearised import Linearised
 from ddh_twin_py.gap.evidence.sensitivity import TYPICAL, Column, acting_of, sane
@@ -144,17 +144,22 @@ class Refit:
             nowhere = np.full((theta.size + x.size,) * 2, np.nan)
             return Refitted(tuple(columns), x, nowhere[theta.size :, theta.size :], nowhere, theta, predictions, -np.inf, np.inf, beside)
         k, stale = theta.size, True
+
+        def solved() -> tuple[Normal, Held]:
+            shared = here.at(theta, beside)
+            sums = here.normal(residual, shared, x / scale)
+            return sums, sums.held(np.arange(scale.size), room, self._width, shared)
+
         for _ in range(_STEPS):
             if stale:
                 here, stale = self._about(columns, theta, x, beside, predictions), False
-            shared = here.at(theta, beside)
-            held = here.normal(residual, shared, x / scale).held(np.arange(scale.size), room, self._width, shared)
+            (sums, held), gained = solved(), 0.0
             promised = abs(cost - held.lowest)  # less than nothing from a start that a column's direction excludes
             if promised < _SETTLED:
                 break
             aim = beside.copy()
             aim[here.also] = held.shared[k:]
-            gained, lengths = 0.0, Lengths(promised)
+            lengths = Lengths(promised)
             while lengths.next:
                 share = lengths.next
                 new_theta, new_beside = self._model.within(theta + share * (held.shared[:k] - theta)), beside + share * (aim - beside)
@@ -173,12 +178,11 @@ class Refit:
                 break
         if stale:
             here = self._about(columns, theta, x, beside, predictions)
-        shared = here.at(theta, beside)
-        sums = here.normal(residual, shared, x / scale)
-        held = sums.held(np.arange(scale.size), room, self._width, shared)
+        if gained > 0.0:
+            sums, held = solved()
         log, _, covariance = evidence_of(held, room)
         log -= 0.5 * max(0.0, cost - held.lowest)  # what the linear model promises and no step could find
-        joint, misfit = self._joint(sums, theta.size, scale), self._basis.misfit(residual)
+        joint, misfit = self._joint(sums, theta.size, scale), cost - self._prior(theta, x, scale, beside)
         return Refitted(tuple(columns), x, covariance * np.outer(scale, scale), joint, theta, predictions, log, misfit, beside)
 
     def joint(self, fitted: Refitted) -> np.ndarray:
@@ -236,7 +240,11 @@ class Refit:
         """Infinite where a run went astray."""
         if not all(sane(r).all() for r in residual):
             return np.inf
-        return self._basis.misfit(residual) + float(theta @ theta + beside @ beside) + float(np.sum((x / scale / self._width) ** 2))
+        return self._basis.misfit(residual) + self._prior(theta, x, scale, beside)
+
+    def _prior(self, theta, x, scale, beside) -> float:
+        """What parameters, departures and what changed beside them cost by themselves."""
+        return float(theta @ theta + beside @ beside) + float(np.sum((x / scale / self._width) ** 2))
 
     def _columns(self, columns, theta, x, scale, predictions, beside, also=()) -> tuple[list[np.ndarray], list[np.ndarray]]:
         """Differences of the features, by recording, (rows, m): by every departure in multiples of its column, and, of the effects
