@@ -2,6 +2,7 @@
 
 import json
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -124,6 +125,14 @@ def test_reliability_of_what_was_said():
     assert rows[0.8]["right"]["value"] == 0.75 and rows[0.8]["stated"] == pytest.approx(0.85)
     assert rows[0.1]["right"]["value"] == 0.25
     assert rows[0.5]["right"]["n"] == 0
+
+
+def test_no_gap_is_a_statement_whose_probability_is_held_against_what_was_hidden():
+    silent = report("no_gap", where="", hypotheses=[{"effects": [], "probability": 0.95, "gap_after": 1.0}])
+    answers = [answer(truth(suite="none", level="", effects=()), silent), answer(truth(level="faint"), silent)]
+    row = reliability(answers)[9]
+    assert (row["stated"], row["right"]["value"], row["right"]["n"]) == (0.95, 0.5, 2)
+    assert replace(answers[0], none=None).stated == ()  # of a score that was kept before
 
 
 def test_confusion_counts_truth_against_answer():

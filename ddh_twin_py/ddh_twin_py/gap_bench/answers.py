@@ -31,7 +31,8 @@ class Answer:
         name, suite, level, expected, commissioning: of the case. crashed: what went wrong, '' where nothing did.
         verdict: of the report. detected: something was said to be there. ranks: place of each true effect among the groups,
             from 1; infinite where it is not named. probability: of each true effect, with its class.
-        named: the leading group's first effect. pairs: (probability, right) of every group named.
+        named: the leading group's first effect. pairs: (probability, right) of every group named. none: probability of no gap; None in
+            answers of before it was kept.
         component_first: the true component leads `where`. both: both of two are in the leading hypothesis.
         said_unknown: verdict or leading cause is unknown. unknown_component: and the component of it is right.
         closed: fraction closed over the oracle's. errors: of parameters, relative to the effect's size. covered: whether the
@@ -52,6 +53,7 @@ class Answer:
     probability: tuple[float, ...] = ()
     named: str = ""
     pairs: tuple[tuple[float, bool], ...] = ()
+    none: float | None = None
     component_first: bool | None = None
     both: bool | None = None
     said_unknown: bool = False
@@ -63,6 +65,11 @@ class Answer:
     megabytes: float = math.nan
     right: bool = field(default=False)
     checks: tuple[tuple[str, float, float], ...] = ()
+
+    @property
+    def stated(self) -> tuple[tuple[float, bool], ...]:
+        """(probability, right) of all that was stated: of every group named and of no gap."""
+        return self.pairs if self.none is None else (*self.pairs, (self.none, self.expected == "no_gap"))
 
 
 def groups_of(report: Report) -> list[Group]:
@@ -111,6 +118,7 @@ def answer_of(truth: Mapping, results: Mapping[str, Mapping]) -> Answer:
     answer = Answer(
         **base, verdict=report["verdict"], detected=detected, ranks=ranks, probability=probability,
         named=groups[0].effects[0] if groups and detected else "", pairs=_pairs(groups, truth, true),
+        none=next((float(h["probability"]) for h in report.get("hypotheses", []) if not h["effects"]), 0.0),
         component_first=(bool(where) and where[0]["component"] in components) if hidden else None,
         both=_both(report, true) if truth["suite"] == "two" else None, said_unknown=said_unknown,
         unknown_component=(said_unknown and about.get("component") in components) if truth["expected"] == UNKNOWN else None,

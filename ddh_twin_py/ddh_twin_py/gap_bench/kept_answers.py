@@ -20,8 +20,8 @@ KEY = "answers"
 _WITHOUT_VALUE = {"ranks": math.inf, "seconds": math.nan, "megabytes": math.nan}  # what JSON has no number for
 _WORDS = {"suite": SUITES, "level": ("", *LEVELS), "expected": ("explained", "no_gap", "unknown"),
           "verdict": ("", "no_gap", "explained", "ambiguous", "unknown", "insufficient")}  # fmt: skip
-_LOWEST = {"ranks": 1.0, "probability": 0.0, "pairs": 0.0, "errors": 0.0, "seconds": 0.0, "megabytes": 0.0}
-_HIGHEST = {"probability": 1.0, "pairs": 1.0}
+_LOWEST = {"ranks": 1.0, "probability": 0.0, "pairs": 0.0, "none": 0.0, "errors": 0.0, "seconds": 0.0, "megabytes": 0.0}
+_HIGHEST = {"probability": 1.0, "pairs": 1.0, "none": 1.0}
 _HINTS = get_type_hints(Answer)
 _NEEDED = {f.name for f in fields(Answer) if f.default is MISSING}
 

@@ -118,8 +118,8 @@ def score(answers: Sequence[Answer]) -> dict[str, Estimate]:
 
 
 def reliability(answers: Sequence[Answer]) -> list[dict]:
-    """Stated probability against how often it was right, in bins of a tenth."""
-    pairs = [pair for a in answers for pair in a.pairs]
+    """Stated probability against how often it was right, in bins of a tenth; see `Answer.stated`."""
+    pairs = [pair for a in answers for pair in a.stated]
     rows = []
     for k in range(BINS):
         inside = [(p, right) for p, right in pairs if min(int(p * BINS), BINS - 1) == k]

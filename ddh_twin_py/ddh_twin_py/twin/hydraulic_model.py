@@ -15,7 +15,7 @@ from ddh_twin_py.physics.thermal_network import N
 from ddh_twin_py.rig import Rig
 from ddh_twin_py.twin.course import Course, take_up
 from ddh_twin_py.twin.intervals import INTERVAL, STANDSTILL
-from ddh_twin_py.twin.rest import rest_at
+from ddh_twin_py.twin.rest import first_finite, rest_at
 
 RESIDUAL_SIGNALS = (
     ("speed", "speed", "rad/s"),
@@ -48,12 +48,6 @@ def off_the_stops(position: np.ndarray, rig: Rig, samples: float = 1.0) -> np.nd
     reach = _SURE * rig.sensors["rod_position"].noise / np.sqrt(max(samples, 1.0))
     free = (position > reach) & (position < rig["cylinder.stroke"] - reach)
     return np.where(free, position, np.nan)
-
-
-def _first(values: np.ndarray, default: float) -> float:
-    """The first finite value, else the default."""
-    finite = values[np.isfinite(values)]
-    return float(finite[0]) if finite.size else default
 
 
 @dataclass(frozen=True)
@@ -207,12 +201,12 @@ class HydraulicModel:
     def _place(self, measured: np.ndarray) -> None:
         """Begin at rest at the measured pressures and position, or amid the stroke until a position is there."""
         if not self._started:
-            position = _first(measured["rod_position"], 0.5 * self.rig["cylinder.stroke"])
-            rest_at(self._parameters, self._state, position, *(_first(measured[name], np.nan) for name in _PRESSURES))
+            position = first_finite(measured["rod_position"], 0.5 * self.rig["cylinder.stroke"])
+            rest_at(self._parameters, self._state, position, *(first_finite(measured[name], np.nan) for name in _PRESSURES))
             self._started = True
             self._placed = bool(np.isfinite(measured["rod_position"]).any())
         elif not self._placed and np.isfinite(measured["rod_position"]).any():
-            self._state[POSITION] = _first(measured["rod_position"], np.nan)
+            self._state[POSITION] = first_finite(measured["rod_position"], np.nan)
             self._placed = True
 
     @staticmethod

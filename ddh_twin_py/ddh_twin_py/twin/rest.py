@@ -10,6 +10,12 @@ from ddh_twin_py.physics.cylinder import holding_pressure
 from ddh_twin_py.physics.free_run import settle
 
 
+def first_finite(values: np.ndarray, default: float) -> float:
+    """The first finite one of values (n,), where a run begins, else the default."""
+    finite = values[np.isfinite(values)]
+    return float(finite[0]) if finite.size else default
+
+
 def rest_at(parameters: np.ndarray, state: np.ndarray, position: float, piston_side: float = math.nan, rod_side: float = math.nan) -> None:
     """Set the hydraulic state to rest at a position and at pressures.
 

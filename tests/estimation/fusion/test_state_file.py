@@ -161,6 +161,19 @@ def test_a_second_file_that_is_no_state_leaves_the_first_that_was_set_aside(tmp_
     assert [(tmp_path / name).read_text() for name in ("state.old", "state.old_2", "state.old_3")] == [f"no state {n}" for n in range(3)]
 
 
+def test_a_state_newer_than_the_data_is_not_lost(tmp_path, state):
+    """As of a machine, where yesterday's recording is played with its state file."""
+    save_state(tmp_path / "state", state, "rig_7", STAMP)
+    keeper = StateKeeper(str(tmp_path / "state"), state)
+    said = keeper.refusal(-86400.0, "rig_7")
+    assert said.endswith("is 86400 s newer than the data; not used, and kept as state.old once a state is written")
+    for stamp in range(3):
+        keeper.keep(state, "rig_7", stamp)
+    keeper.close()
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["state", "state.old"]
+    assert [load_state(tmp_path / name, state).stamp_ns for name in ("state", "state.old")] == [2, STAMP]
+
+
 def test_the_state_of_another_rig_is_not_lost(tmp_path, state):
     save_state(tmp_path / "state", state, "rig_7", STAMP)
     keeper = StateKeeper(str(tmp_path / "state"), state)

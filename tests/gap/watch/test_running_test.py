@@ -275,6 +275,7 @@ def test_levels_survive_in_a_file(tmp_path):
         (lambda c: c.update(bin=5.0), "bin is 5.0 s, the test's bins are 10 s"),
         (lambda c: c["signals"]["p"].update(spread=-1.0), "signals.p.spread: value is -1.0"),
         (lambda c: c["signals"]["p"].pop("floor"), "KeyError: 'floor'"),
+        (lambda c: c.update(rig_id=None), "rig_id is None, a string is needed"),
         (lambda c: c.update(signals=[1]), "is no file of normal levels"),
         (lambda c: c["signals"]["p"].update(level=[0.0]), "signals.p.level: found 1 of the 2 needed, one for each phase"),
         (lambda c: c["signals"]["p"].update(level=[None, None]), "signals.p.level: value is [None, None], which no normal level has"),

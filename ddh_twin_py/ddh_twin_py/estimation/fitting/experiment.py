@@ -55,7 +55,7 @@ from ddh_twin_py.twin.ambient import AmbientTracker
 from ddh_twin_py.twin.command import command_at
 from ddh_twin_py.twin.hydraulic_model import UNSEEN, off_the_stops
 from ddh_twin_py.twin.intervals import INTERVAL, STANDSTILL, command_size, new_carry, reduce_intervals
-from ddh_twin_py.twin.rest import rest_at
+from ddh_twin_py.twin.rest import first_finite, rest_at
 from ddh_twin_py.twin.temperature_sensors import INNER_SENSORS, sensed
 
 DRIVE_SIGNALS = ("speed", "current", "voltage", "electrical_power")
@@ -149,7 +149,7 @@ class Experiment:
         self._stroke_ends = self._stroke_ends[self._stroke_ends * interval > 1.0]
         self.air = self._ambient(ticks, rig, n)
         self._past = never_met(measured["rod_position"], rig)
-        self._start = {name: _first_finite(measured[name]) for name in (*PRESSURES, "rod_position")}
+        self._start = {name: first_finite(measured[name], 0.0) for name in (*PRESSURES, "rod_position")}
         self._read_pressures = [bool(np.isfinite(measured[name]).any()) for name in PRESSURES]
         if not self._read_pressures[0]:
             self._start[PRESSURES[0]] = self._holding_pressure(rig)
@@ -534,8 +534,3 @@ def _first_reading(signal: Signal) -> float:
 
 def _slow(time: np.ndarray, usable: np.ndarray) -> Binning:
     return by_time(time, usable, _SLOW_BIN)
-
-
-def _first_finite(values: np.ndarray) -> float:
-    finite = values[np.isfinite(values)]
-    return float(finite[0]) if finite.size else 0.0

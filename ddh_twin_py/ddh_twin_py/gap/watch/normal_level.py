@@ -170,7 +170,9 @@ def load_levels(path: str | Path, bin_length: float, phases: Mapping[str, int] |
         if content["bin"] != bin_length:
             raise NormalLevelError(f"{path}: bin is {content['bin']!r} s, the test's bins are {bin_length:g} s")
         levels = {name: _level(path, name, row, (phases or {}).get(name)) for name, row in content["signals"].items()}
-        return str(content["rig_id"]), levels
+        if not isinstance(content["rig_id"], str):
+            raise NormalLevelError(f"{path}: rig_id is {content['rig_id']!r}, a string is needed")
+        return content["rig_id"], levels
     except (KeyError, TypeError, AttributeError, ValueError) as error:
         if isinstance(error, NormalLevelError):
             raise

@@ -18,8 +18,9 @@ class StateKeeper:
     """Loads a state file at the start and writes snapshots of the state in a thread of its own.
 
     `saved` is what was found, `note` why it was not (to be told to people), `written` how often
-    the file was written, `failure` why it could not be. A file that is no state of this filter, or of another rig, is not overwritten: it
-    is set aside under its name with `.old`, or `.old_2` and so on where that is taken, before the first state is written.
+    the file was written, `failure` why it could not be. A file that is no state of this filter, of another rig, or newer than the data,
+    as whoever plays yesterday's recording finds it, is not overwritten: it is set aside under its name with `.old`, or `.old_2` and so on
+    where that is taken, before the first state is written.
     """
 
     def __init__(self, path: str, like: FusionState) -> None:
@@ -56,13 +57,14 @@ class StateKeeper:
 
     def refusal(self, age: float, rig_id: str) -> str:
         """Why the state found does not fit data that begins `age` s after it, '' if it does."""
+        kept = f"not used, and kept as {self._aside().name} once a state is written"
         if age < 0.0:
-            return f"{self.path}: is {-age:.0f} s newer than the data; not used"
+            self._foreign = True
+            return f"{self.path}: is {-age:.0f} s newer than the data; {kept}"
         if age > OLDEST:
             return f"{self.path}: is {age / 86400.0:.0f} days old, more than {OLDEST / 86400.0:.0f}; not used"
         if rig_id and self.saved.rig_id and rig_id != self.saved.rig_id:
-            return (f"{self.path}: is of rig {self.saved.rig_id!r}, this is {rig_id!r}; not used, and kept as {self._aside().name} once a "
-                    "state is written")
+            return f"{self.path}: is of rig {self.saved.rig_id!r}, this is {rig_id!r}; {kept}"
         return ""
 
     def keep(self, state: FusionState, rig_id: str, stamp_ns: int) -> None:

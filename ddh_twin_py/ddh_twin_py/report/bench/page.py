@@ -157,14 +157,14 @@ def reliability_figure(rows: Sequence[Mapping]) -> Html:
             f'<circle cx="{at:.1f}" cy="{y(right["value"]):.1f}" r="4.5" fill="var(--s-c1)"/></g>')
     parts.append(f'<text x="{x(0.5)}" y="{y(0) + 34}" text-anchor="middle" class="axis">stated probability</text>')
     parts.append(f'<text x="12" y="{y(0.5)}" text-anchor="middle" class="axis" transform="rotate(-90 12 {y(0.5)})">share right</text>')
-    said = "Stated probability of every named cause against how often it was right; on the line it is calibrated."
+    said = "Stated probability of every named cause, and of no gap, against how often it was right; on the line it is calibrated."
     size = f'width="{_SIDE + _EDGE + 12}" height="{_SIDE + 52}"'
     return Html(f'<div class="map"><p class="caption">{said}</p><svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 '
                 f'{_SIDE + _EDGE + 12} {_SIDE + 52}" {size} role="img" aria-label="{said}">{"".join(parts)}</svg></div>')
 
 
 def _reliability_table(rows: Sequence[Mapping]) -> Html:
-    columns = [doc.Column("stated"), doc.Column("mean stated"), doc.Column("right", "95 %, causes named")]
+    columns = [doc.Column("stated"), doc.Column("mean stated"), doc.Column("right", "95 %, causes named and no gap")]
     return doc.table(columns, [
         (f"{row['from']:.1f}–{row['to']:.1f}", f"{row['stated']:.2f}", shown("right", row["right"])) for row in rows if row["right"]["n"]
     ])
