@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 from ddh_twin_py.gap.evidence.linearised import linearise
 from ddh_twin_py.gap.evidence.question import Question
-from ddh_twin_py.gap.explain.fits import Fits, Learnt, Start
+from ddh_twin_py.gap.explain.fits import Fits, Start
+from ddh_twin_py.gap.explain.worth import Learnt
 from support.first_order import EFFECTS, FirstOrder
 
 
@@ -15,6 +16,12 @@ def ranked(model, pool, theta=(0.0, 0.0, 0.0)):
     """A model's linearisation about parameters (3,), and the weights of every set of effects by it."""
     linearised = linearise(Question(model, EFFECTS), np.array(theta), pool)
     return linearised, linearised.weights()
+
+
+def stand(fits, fitted):
+    """Let other sets stand for those that were fitted."""
+    fits.fitted.clear()
+    fits.fitted.update(fitted)
 
 
 @pytest.mark.parametrize("index, departure", [(0, 0.15), (2, 0.12)])
@@ -53,14 +60,14 @@ def test_a_fit_that_lost_its_way_is_found_again_with_sensitivities_of_its_own():
         fits = Fits(linearised, weights, pool)
         fits.leaders()
         found = fits.fitted[true]
-        promised = fits.linear(true)
+        promised = fits.worth.linear(true)
         fitted = fits.fitted
-        fits.fitted = {**fitted, (): replace(fitted[()], log_evidence=fitted[()].log_evidence + 2.0 * max(10.0, 0.05 * promised))}
+        stand(fits, {**fitted, (): replace(fitted[()], log_evidence=fitted[()].log_evidence + 2.0 * max(10.0, 0.05 * promised))})
         assert not fits.fell_short(), "that no effect does better than the linear model knows is no fault of the fit"
         fits.fitted = fitted
         lost = min(found.log_evidence, linearised.evidence.log_of_none + promised) - 2.0 * max(10.0, 0.05 * promised)
         astray = replace(found, x=0.5 * found.x, theta=found.theta + 1.0, log_evidence=lost)
-        fits.fitted = {(): fits.fitted[()], true: replace(astray, predictions=model.run(astray.theta, astray.acting))}
+        stand(fits, {(): fits.fitted[()], true: replace(astray, predictions=model.run(astray.theta, astray.acting))})
         assert fits.fell_short()
         fits.sharpen()
     assert fits.fitted[true].log_evidence > found.log_evidence - 0.5
@@ -78,10 +85,10 @@ def test_of_two_near_rivals_that_stopped_on_the_way_the_better_one_is_found():
         astray = replace(found, x=0.7 * found.x, log_evidence=found.log_evidence - 8.0)
         ahead = replace(rival, log_evidence=found.log_evidence - 4.0)
         alone = {(): none, true: replace(astray, predictions=model.run(astray.theta, astray.acting))}
-        fits.fitted = {**alone, other: replace(ahead, log_evidence=none.log_evidence + 1.0)}
+        stand(fits, {**alone, other: replace(ahead, log_evidence=none.log_evidence + 1.0)})
         fits.sharpen()
         assert fits.fitted[true].log_evidence == astray.log_evidence, "where no rival is near nothing is decided by it"
-        fits.fitted = {**alone, other: ahead}
+        stand(fits, {**alone, other: ahead})
         fits.sharpen()
     assert fits.fitted[true].log_evidence > found.log_evidence - 0.5
     np.testing.assert_allclose(fits.fitted[true].x, found.x, rtol=0.05)
@@ -99,15 +106,15 @@ def test_where_the_linear_model_misjudges_no_effect_others_are_judged_as_elsewhe
             fits = Fits(linearised, weights, pool, before)
             fits.again({(): Start(np.zeros(3), np.zeros(0)), (true,): Start(np.zeros(3), np.array([0.3]))})
             # as where the linear model is taken about a place that no effect is far from
-            fits.fitted = {ids: replace(f, log_evidence=f.log_evidence + 500.0) for ids, f in fits.fitted.items()}
+            stand(fits, {ids: replace(f, log_evidence=f.log_evidence + 500.0) for ids, f in fits.fitted.items()})
             return fits
 
         known = fits_after(Learnt(expected={unrelated: -9.0}, off=1.0))
         unknown = fits_after(None)
-    assert (known.learnt().expected, known.learnt().off) == ({unrelated: -9.0}, 1.0) and unknown.learnt().off > 400.0
+    assert (known.worth.learnt().expected, known.worth.learnt().off) == ({unrelated: -9.0}, 1.0) and unknown.worth.learnt().off > 400.0
     assert known.probability()[unrelated] < 1e-3
-    promised = linearised.evidence.log_of_none + known.linear((true,))
-    assert known.bent((true,)) == pytest.approx(abs(known.fitted[(true,)].log_evidence - promised))
+    promised = linearised.evidence.log_of_none + known.worth.linear((true,))
+    assert known.worth.bent((true,)) == pytest.approx(abs(known.fitted[(true,)].log_evidence - promised))
 
 
 def test_sets_that_nobody_fitted_do_not_outweigh_those_that_were():
@@ -131,7 +138,7 @@ def _judged(changed, by_freedom):
         fits = Fits(linearised, weights, pool)
         fits.again({(): Start(np.zeros(3), np.zeros(0)), **{ids: Start(np.zeros(3), np.full(len(ids), 0.1)) for ids in changed}})
         none = fits.fitted[()].log_evidence
-        fits.fitted = {ids: replace(f, log_evidence=none + changed.get(ids, 0.0)) for ids, f in fits.fitted.items()}
+        stand(fits, {ids: replace(f, log_evidence=none + changed.get(ids, 0.0)) for ids, f in fits.fitted.items()})
         fits._owed._law_error = dict.fromkeys(fits._owed._law_error, 0.1)
         fits._owed._freed = lambda asked, fitted: by_freedom
         return fits, fits._judged()
@@ -144,7 +151,7 @@ def test_a_pair_is_not_held_against_another_by_how_badly_its_first_effect_does_a
     freedom = {(gain, gain): 129.0, (gain, true): 8.0, (lag, lag): 46.0, (lag, mimic): 28.0}
     fits, weight = _judged(evidence, freedom)
     assert weight[true] - weight[mimic] == pytest.approx(1622.0 + 8.0 - 1587.0 - 28.0, abs=0.1)
-    assert fits._full(lag) < weight[mimic] < fits._full(mimic)
+    assert fits.worth.full(lag) < weight[mimic] < fits.worth.full(mimic)
 
 
 def test_a_second_effect_that_only_mends_the_law_of_the_first_is_not_believed():
@@ -153,4 +160,4 @@ def test_a_second_effect_that_only_mends_the_law_of_the_first_is_not_believed():
     evidence = {gain: 1000.0, lag: 10.0, zero: 5.0, mends: 1030.0, other: 1028.0}
     fits, weight = _judged(evidence, {(gain, gain): 41.0, (gain, mends): 3.0, (gain, other): 0.0})
     assert max(weight, key=weight.get) == gain
-    assert weight[mends] == pytest.approx(fits._full(mends) - 38.0)
+    assert weight[mends] == pytest.approx(fits.worth.full(mends) - 38.0)

@@ -7,10 +7,9 @@ is then to be expected of them are fitted too: a set is expected to fall short a
 from __future__ import annotations
 
 import itertools
-import math
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.special import logsumexp
@@ -22,6 +21,7 @@ from ddh_twin_py.gap.explain.law_debt import LawDebt
 from ddh_twin_py.gap.explain.partners import partners
 from ddh_twin_py.gap.explain.refit import Refit, Refitted
 from ddh_twin_py.gap.explain.taken_up import taken_up
+from ddh_twin_py.gap.explain.worth import Learnt, Worth
 
 TEMPERED = 2.0
 """By which log odds between one effect and another in its place are tempered: laws that are not quite the rig's speak for one."""
@@ -52,21 +52,6 @@ class Start:
     x: np.ndarray
 
 
-@dataclass(frozen=True)
-class Learnt:
-    """What the fits of one linearisation tell those of another nearby; it holds no runs and no sensitivities.
-
-    Attributes:
-        short: by how much sets with an effect fell short of the linear model at least, log weight, by effect.
-        expected: what every set is expected to be worth where the linear model was least wrong of no effect so far.
-        off: by how much log evidence it was wrong there.
-    """
-
-    short: Mapping[str, float] = field(default_factory=dict)
-    expected: Mapping[Ids, float] = field(default_factory=dict)
-    off: float = math.inf
-
-
 class Fits:
     """Full fits of one linearisation.
 
@@ -75,19 +60,17 @@ class Fits:
         before: of a linearisation nearby. told: called with the number of sets fitted so far.
 
     Attributes:
-        fitted: sets fitted in full; () is always among them once `again` or `leaders` was called.
+        worth: what sets are worth. fitted: sets fitted in full; () is always among them once `again` or `leaders` was called.
     """
 
     def __init__(self, linearised: Linearised, weights: Mapping[Ids, tuple[float, Hypothesis | None]], pool: ThreadPoolExecutor,
                  before: Learnt | None = None, told: Callable[[int], None] | None = None) -> None:
         self._told, self._count = told, 0
         self._linearised, self._weights, self._pool = linearised, weights, pool
+        self.worth = Worth(linearised, weights, before or Learnt())
+        self.fitted = self.worth.fitted
         self._refit = Refit(linearised)
         self._owed = LawDebt(linearised, pool)
-        self._beside_first: dict[Ids, float] = {}
-        self.fitted: dict[Ids, Refitted] = {}
-        before = before or Learnt()
-        self._learnt, self._elsewhere, self._off_elsewhere = before.short, before.expected, before.off
 
     def again(self, known: Mapping[Ids, Start]) -> None:
         """Fit sets from where they stood before."""
@@ -103,14 +86,14 @@ class Fits:
 
     def leaders(self) -> None:
         """Fit the leading sets, and further ones for as long as one is expected to be as good as the best that was fitted."""
-        promised = self._expected()
+        promised = self.worth.expected()
         best = max(promised.values())
         ranked = sorted((ids for ids in promised if ids and best - promised[ids] < _FAR_BEHIND), key=lambda ids: -promised[ids])
         single = max((ids for ids in promised if len(ids) == 1), key=lambda ids: promised[ids], default=())
         self._fit(dict.fromkeys([(), *ranked[:_AT_ONCE], single]))
         while len(self.fitted) < _MOST:
-            expected, best = self._expected(), self._best()
-            least = {ids: self._full(best) - (_RIVAL if set(ids) >= set(best) else _ANOTHER) for ids in expected}
+            expected, best = self.worth.expected(), self.worth.best()
+            least = {ids: self.worth.full(best) - (_RIVAL if set(ids) >= set(best) else _ANOTHER) for ids in expected}
             rest = [ids for ids in expected if ids not in self.fitted and expected[ids] > least[ids]]
             rest.sort(key=lambda ids: -expected[ids])
             rest = rest or self._rivals()
@@ -126,33 +109,34 @@ class Fits:
 
     def _rivals(self) -> list[Ids]:
         """Sets not fitted that the linear model holds for about as good as the best: that they fell short elsewhere is no proof."""
-        best = self._best()
-        least = self._full(best) - _ANOTHER + (max(0.0, self._off()) if self._off() > self._off_elsewhere else 0.0)
+        best = self.worth.best()
+        least = self.worth.full(best) - _ANOTHER + (max(0.0, self.worth.off()) if self.worth.off() > self.worth.off_elsewhere else 0.0)
         close = [ids for ids, (weight, _) in self._weights.items() if weight > least and ids not in self.fitted]
         return sorted((ids for ids in close if not best or not set(ids) >= set(best)), key=lambda ids: -self._weights[ids][0])
 
     def _alike(self) -> list[Ids]:
         """Sets not fitted in which an effect of the best is replaced by one that shows alike in common duties."""
-        expected, best = self._expected(), self._best()
+        expected, best = self.worth.expected(), self.worth.best()
         confused = {c.effect.id: c.effect.confused_with for c in self._linearised.columns}
         found = []
         for name in best:
             others = {*confused[name], *(other for other, known in confused.items() if name in known)} - set(best)
             found += [tuple(sorted({*best} - {name} | {other})) for other in others]
         wanted = [ids for ids in dict.fromkeys(found) if ids in expected and ids not in self.fitted]
-        least = self._full(best) - self._reach(best)
+        least = self.worth.full(best) - self._reach(best)
         wanted = [ids for ids in wanted if max(expected[ids], self._weights[ids][0]) > least]
         return sorted(wanted, key=lambda ids: -expected[ids])[:_AT_ONCE]
 
     def _beside(self) -> None:
         """Fit pairs that do well beside the best single effect as it acts: the linear model knows none acting."""
-        single = max((ids for ids in self.fitted if len(ids) == 1 and ids in self._weights), key=self._full, default=())
-        if not single or self.gain(single) < _BENDS:
+        single = max((ids for ids in self.fitted if len(ids) == 1 and ids in self._weights), key=self.worth.full, default=())
+        if not single or self.worth.gain(single) < _BENDS:
             return
         found = partners(self._linearised, self._refit, self.fitted[single], self._pool)
-        none, least = self.fitted[()].log_evidence, self._full(self._best()) - _ANOTHER
-        weight = {ids: self._weights[ids][0] - self.linear(ids) + log - none for ids, (log, _) in found.items() if ids in self._weights}
-        self._beside_first = weight
+        none, least = self.fitted[()].log_evidence, self.worth.full(self.worth.best()) - _ANOTHER
+        weight = {ids: self._weights[ids][0] - self.worth.linear(ids) + log - none
+                  for ids, (log, _) in found.items() if ids in self._weights}
+        self.worth.beside_first = weight
         wanted = sorted((ids for ids in weight if ids not in self.fitted and weight[ids] > least), key=lambda ids: -weight[ids])
 
         def fit(ids: Ids) -> Refitted:
@@ -163,7 +147,7 @@ class Fits:
 
     def _once_judged(self) -> None:
         """Fit sets that are expected to be as good as the best once a law that is off has its due."""
-        best, expected = max(self._judged().values()), self._expected()
+        best, expected = max(self._judged().values()), self.worth.expected()
         promised = {ids: expected[ids] - self._by_law(ids) for ids in expected if ids not in self.fitted}
         wanted = [ids for ids in promised if promised[ids] > best - _RIVAL]
         self._fit(sorted(wanted, key=lambda ids: -promised[ids])[:_AT_ONCE])
@@ -203,12 +187,13 @@ class Fits:
 
     def misled(self) -> bool:
         """Whether the best set explains so much more than the linear model said that its ranking says little of others."""
-        best = self._best()
-        return bool(best) and self.gain(best) > _BENDS and self.gain(best) - self.linear(best) > _MISLED * self.gain(best)
+        best = self.worth.best()
+        gain = self.worth.gain(best)
+        return bool(best) and gain > _BENDS and gain - self.worth.linear(best) > _MISLED * gain
 
     def lost(self) -> bool:
         """Whether the linear model is so wrong of no effect that it is one of runs that went astray, and says nothing of any."""
-        return self._off() > _LOST
+        return self.worth.off() > _LOST
 
     def every_effect(self) -> None:
         """Fit every effect in each of its ways: a large one bends, and no line shows where it leads."""
@@ -224,9 +209,9 @@ class Fits:
 
         Both are held against each other as they are and not over no effect, of which the linear model knows little where others act.
         """
-        best = self._best()
-        promised = self._linearised.evidence.log_of_none + self.linear(best)
-        return bool(best) and promised - self.fitted[best].log_evidence > max(_SHORT, _SHORT_SHARE * self.linear(best))
+        best = self.worth.best()
+        promised = self._linearised.evidence.log_of_none + self.worth.linear(best)
+        return bool(best) and promised - self.fitted[best].log_evidence > max(_SHORT, _SHORT_SHARE * self.worth.linear(best))
 
     def sharpen(self) -> None:
         """Fit the leading sets from where sensitivities lead that are taken with their effects acting, where that may decide.
@@ -242,43 +227,18 @@ class Fits:
 
     def _unsettled(self) -> list[Ids]:
         """Leading sets of which it is not known which is the best: others instead of the first are near, or a fit lost its way."""
-        leading = sorted((ids for ids in self.fitted if ids and ids in self._weights), key=lambda ids: -self._full(ids))
+        leading = sorted((ids for ids in self.fitted if ids and ids in self._weights), key=lambda ids: -self.worth.full(ids))
         if self.fell_short():
             return leading[:_SHARPENED]
-        if not leading or self.gain(leading[0]) < _BENDS:
+        if not leading or self.worth.gain(leading[0]) < _BENDS:
             return []
-        best, least = set(leading[0]), self._full(leading[0]) - self._reach(leading[0])
-        near = [ids for ids in leading[1:] if self._full(ids) > least and not best >= {*ids} and not best <= {*ids}]
+        best, least = set(leading[0]), self.worth.full(leading[0]) - self._reach(leading[0])
+        near = [ids for ids in leading[1:] if self.worth.full(ids) > least and not best >= {*ids} and not best <= {*ids}]
         return [leading[0], *near[: _SHARPENED - 1]] if near else []
 
     def _reach(self, best: Ids) -> float:
         """Log weight behind the best set within which another may turn out to be better."""
-        return max(_ALIKE, _ALIKE_SHARE * self.gain(best))
-
-    def gain(self, ids: Ids) -> float:
-        """Log evidence over no effect, in full."""
-        return self.fitted[ids].log_evidence - self.fitted[()].log_evidence
-
-    def linear(self, ids: Ids) -> float:
-        """The same by the linear model."""
-        hypothesis = self._weights[ids][1]
-        return hypothesis.log_evidence if hypothesis else 0.0
-
-    def bent(self, ids: Ids) -> float:
-        """By how much log evidence the linear model is wrong of a set that was fitted, or of no effect where it was not right elsewhere."""
-        wrong = abs(self.fitted[ids].log_evidence - self._linearised.evidence.log_of_none - self.linear(ids))
-        return wrong if self._off_elsewhere < abs(self._off()) else max(wrong, abs(self._off()), abs(self.gain(ids) - self.linear(ids)))
-
-    def learnt(self) -> Learnt:
-        """What these fits tell those of another linearisation."""
-        off = abs(self._off())
-        known = (self._expected(), off) if off <= self._off_elsewhere else (self._elsewhere, self._off_elsewhere)
-        return Learnt(self._short(), *known)
-
-    def _off(self) -> float:
-        """Log evidence of no effect over what the linear model says; about where effects act it knows little of none."""
-        none = self.fitted.get(())
-        return none.log_evidence - self._linearised.evidence.log_of_none if none else 0.0
+        return max(_ALIKE, _ALIKE_SHARE * self.worth.gain(best))
 
     def probability(self) -> dict[Ids, float]:
         """Full fits stand before linear ones; a set that was not fitted is as good as is expected of it, but not the best."""
@@ -288,13 +248,14 @@ class Fits:
             if len(ids) == len(best) == len({*ids} & {*best}) + 1:
                 out[ids] += (1.0 - 1.0 / TEMPERED) * (out[best] - out[ids])
         highest = min(max(out.values()) - _BEHIND, max(min(out.values()), logsumexp(list(out.values())) - 1.0))
-        for ids, weight in self._expected().items():
+        for ids, weight in self.worth.expected().items():
             out.setdefault(ids, min(weight - self._by_law(ids), highest))
         return probabilities(out)
 
     def _without_slight(self) -> None:
         """Fit what is left of leading sets of which an effect came out too slight to be one: nothing else would stand for it."""
-        leading = [ids for ids in self.fitted if ids in self._weights and self._full(self._best()) - self._full(ids) < _FAR_BEHIND]
+        least = self.worth.full(self.worth.best()) - _FAR_BEHIND
+        leading = [ids for ids in self.fitted if ids in self._weights and self.worth.full(ids) > least]
 
         def rest(fitted: Refitted) -> Ids:
             return tuple(name for name in fitted.effects if name not in fitted.slight)
@@ -308,9 +269,10 @@ class Fits:
     def _judged(self) -> dict[Ids, float]:
         """Log weights of the sets that were fitted, less what a law that is off may be to blame for."""
         self._without_slight()
-        leading = sorted((ids for ids in self.fitted if len(ids) == 2 and ids in self._weights), key=lambda ids: -self._full(ids))[:_JUDGED]
+        pairs = [ids for ids in self.fitted if len(ids) == 2 and ids in self._weights]
+        leading = sorted(pairs, key=lambda ids: -self.worth.full(ids))[:_JUDGED]
         self._fit([one for one in dict.fromkeys(map(self._first_of, leading)) if one not in self.fitted])
-        full = {ids: self._full(ids) for ids in self.fitted if ids in self._weights}
+        full = {ids: self.worth.full(ids) for ids in self.fitted if ids in self._weights}
         beyond = self._owed.in_full(leading, self.fitted, full)
         return {ids: weight - (beyond[ids] if ids in beyond else self._by_law(ids)) for ids, weight in full.items()}
 
@@ -320,9 +282,9 @@ class Fits:
 
     def _first_of(self, pair: Ids) -> Ids:
         """The effect of a pair that is held to explain more by itself; one that nobody fitted would have no law to be off."""
-        expected = self._expected()
+        expected = self.worth.expected()
         ones = [(name,) for name in pair if (name,) in expected]
-        return max(ones, key=lambda one: self._full(one) if one in self.fitted else expected[one], default=())
+        return max(ones, key=lambda one: self.worth.full(one) if one in self.fitted else expected[one], default=())
 
     def starts(self, found) -> dict[Ids, Start]:
         """Where the leading sets stand, for another linearisation."""
@@ -358,37 +320,3 @@ class Fits:
             known = self.fitted.get(found.effects)
             if known is None or found.log_evidence > known.log_evidence:
                 self.fitted[found.effects] = found
-
-    def _full(self, ids: Ids) -> float:
-        """Log weight of a set that was fitted."""
-        return self._weights[ids][0] - self.linear(ids) + self.gain(ids)
-
-    def _short(self) -> dict[str, float]:
-        """By how much sets with an effect fell short of the linear model at least, log weight, by effect."""
-        found: dict[str, float] = {}
-        for ids in self.fitted:
-            if ids in self._weights:
-                fell = min(0.0, self._full(ids) - self._weights[ids][0])
-                for name in ids:
-                    found[name] = max(found.get(name, -math.inf), fell)
-        return {**self._learnt, **found}
-
-    def _best(self) -> Ids:
-        """Of the sets that were fitted the one of largest log weight, () where none was."""
-        return max((ids for ids in self.fitted if ids in self._weights), key=self._full, default=())
-
-    def _expected(self) -> dict[Ids, float]:
-        """Log weight of every set, as far short of the linear one as sets with one of its effects fell at least.
-
-        Where the best that was fitted does better than the linear model said, others with one of its effects are expected to do so too;
-        pairs that were weighed beside their first effect as it acts are expected to do as well as there.
-        """
-        short, best = self._short(), self._best()
-        more = max(0.0, self._full(best) - self._weights[best][0]) if best else 0.0
-        out = {ids: weight + min((short.get(name, 0.0) for name in ids), default=0.0) + (more if set(ids) & set(best) else 0.0)
-               for ids, (weight, _) in self._weights.items()}
-        if self._off() > self._off_elsewhere:  # here others mend what no effect lacks at this place alone
-            out.update({ids: min(weight, out[ids]) for ids, weight in self._elsewhere.items() if ids in out and not set(ids) & set(best)})
-        beside = self._beside_first
-        more = max(0.0, self._full(best) - beside[best]) if best in beside else 0.0
-        return {**out, **{ids: weight + more for ids, weight in beside.items()}}

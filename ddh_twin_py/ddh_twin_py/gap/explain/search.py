@@ -11,9 +11,10 @@ import numpy as np
 from ddh_twin_py.gap.evidence.hypotheses import Ids
 from ddh_twin_py.gap.evidence.linearised import Linearised, linearise
 from ddh_twin_py.gap.evidence.question import Question
-from ddh_twin_py.gap.explain.fits import Fits, Learnt, Start
+from ddh_twin_py.gap.explain.fits import Fits, Start
 from ddh_twin_py.gap.explain.full_power import at_full_power
 from ddh_twin_py.gap.explain.refit import Refitted
+from ddh_twin_py.gap.explain.worth import Learnt
 
 _PASSES = 3
 _LIKELY, _SIZED = 0.02, 4  # sets whose sizes are sought with the whole likelihood
@@ -133,11 +134,11 @@ def _further(place: _Place, fits: Fits, found: Found, poor: bool) -> _Place | No
     leader = fits.fitted[found.leader if found.leader in fits.fitted else ()]
     again = otherwise is not None and (poor or otherwise.left_over(linearised, leader))
     moved = linearised.model.begin_anew(leader.theta, leader.acting)
-    if not again and not poor and not moved and fits.bent(leader.effects) < _CLOSE:
+    if not again and not poor and not moved and fits.worth.bent(leader.effects) < _CLOSE:
         return None
     theta, otherwise = (otherwise.theta, None) if again else (leader.theta, otherwise)
     near = not moved and bool(np.abs(theta - linearised.taken).max() < _NEARBY)
-    return _Place(theta, fits.starts(found), fits.learnt(), near, fits.lost(), place.wide or again, otherwise)
+    return _Place(theta, fits.starts(found), fits.worth.learnt(), near, fits.lost(), place.wide or again, otherwise)
 
 
 def _before(progress: Callable[[float], None] | None, number: int) -> Callable[[float], None] | None:
