@@ -22,7 +22,8 @@ _NO_HELP = 5.0  # log odds that a hypothesis loses against no effect, where it b
 _SHRINKS = 0.95  # share of a gap that is left, from which a hypothesis hardly shrinks it
 _LOUD, _RELIEVED = 20.0, 8.0  # log evidence of a hypothesis, and what of it is relief of parameters: larger than flaws of laws make them
 _FAR, _NEARER = 2.0, 0.75  # floors that a signal is far off, and what of it is left where a hypothesis brings it much nearer
-_NOTHING_LEFT = 0.2  # what is left of every probability where held-out data have no gap: of 130 answers so, uncommissioned, 24 hid an effect
+_NOTHING_LEFT = 0.2
+"""What is left of every probability where held-out data have no gap: of 130 answers of no gap without commissioning 24 hid an effect."""
 
 
 @dataclass(frozen=True)
