@@ -30,16 +30,12 @@ from scipy.special import logsumexp, ndtr
 from ddh_twin_py.estimation.fitting.linear_gaussian import gain
 from ddh_twin_py.gap.evidence.basis import Sums
 from ddh_twin_py.gap.evidence.box import Held, Normal
-from ddh_twin_py.gap.evidence.sensitivity import TYPICAL, Column
+from ddh_twin_py.gap.evidence.sensitivity import Column
 
 Ids = tuple[str, ...]
 """A set of effects, by their ids, sorted; empty for no effect."""
 WIDTH = 1.2
-"""Width of a departure's prior in fits, in multiples of its column."""
-LEVELS = (2.2, 5.0, 11.0)
-"""Rises of the worst signal, in multiples of its noise, that a faint, a moderate and a clear effect have; one is as likely as another."""
-WIDTHS = tuple(level / TYPICAL / math.sqrt(2.0) for level in LEVELS)
-"""Widths of a departure's prior in what is said of the evidence, in multiples of its column: each makes one of the levels the likeliest."""
+"""Width of a departure's prior, in multiples of its column; the most likely departure is the square root of two of it."""
 LEAST = 0.2
 """Departure below which nothing is called an effect, in multiples of its column: the worst signal rises by its noise."""
 SLACK = 0.01
@@ -77,7 +73,7 @@ class Hypothesis:
 def weigh(information: np.ndarray, score: np.ndarray, room: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
     """What departures along columns add to the log evidence, each in its own direction and within its bounds alone.
 
-    The prior of a departure x is the mean of 2 x^2/w^2 N(x; 0, w^2) over the `WIDTHS` w, beyond `LEAST`: what is too small to be
+    The prior of a departure x is 2 x^2/w^2 N(x; 0, w^2) beyond `LEAST`, w = `WIDTH`: what is too small to be
     seen is not asked about (a moment prior, Johnson & Rossell, J. R. Stat. Soc. B 72, 2010). What bounds leave of it is not made whole
     again: an effect of which laws allow only what is hardly seen is so much less likely to be what is seen.
 
@@ -86,24 +82,20 @@ def weigh(information: np.ndarray, score: np.ndarray, room: np.ndarray) -> tuple
         room: largest departures that the laws allow, (m,).
 
     Returns:
-        log evidence gained, and, with `WIDTH`, estimate (m,) and covariance (m, m), in multiples of the columns.
+        log evidence gained, estimate (m,), covariance (m, m), in multiples of the columns.
     """
-    widths = np.array(list(itertools.product(WIDTHS, repeat=score.size)))
-    inner = np.linalg.inv(information * widths[:, :, None] * widths[:, None, :] + np.eye(score.size))
-    covariance = inner * widths[:, :, None] * widths[:, None, :]
-    estimate = covariance @ score
-    logs = 0.5 * estimate @ score + 0.5 * np.linalg.slogdet(inner)[1]
-    spread = np.sqrt(np.diagonal(covariance, axis1=1, axis2=2))
+    log, estimate, covariance = gain(information, score, np.full(score.size, WIDTH))
+    spread = np.sqrt(np.diagonal(covariance))
     within = ndtr((room - estimate) / spread) - ndtr((np.minimum(LEAST, room) - estimate) / spread)
-    logs += np.sum(np.log(2.0 * np.maximum(within, 1e-300)), axis=1)
+    log += float(np.sum(np.log(2.0 * np.maximum(within, 1e-300))))
     estimate = np.minimum(estimate, room)
-    moment = np.prod(estimate**2 + spread**2, axis=1)
-    if score.size == 2:
-        mixed = covariance[:, 0, 1]
-        moment += 2.0 * mixed**2 + 4.0 * estimate[:, 0] * estimate[:, 1] * mixed
-    logs += np.log(np.maximum(moment, 1e-300)) - 2.0 * np.sum(np.log(widths), axis=1)
-    _, estimate, covariance = gain(information, score, np.full(score.size, WIDTH))
-    return float(logsumexp(logs)) - math.log(len(logs)), np.minimum(estimate, room), covariance
+    square = estimate**2 + spread**2
+    if square.size == 2:
+        moment = square[0] * square[1] + 2.0 * covariance[0, 1] ** 2 + 4.0 * estimate[0] * estimate[1] * covariance[0, 1]
+    else:
+        moment = float(np.prod(square))
+    log += math.log(max(moment, 1e-300) / WIDTH ** (2 * score.size))
+    return log, estimate, covariance
 
 
 def evidence_of(held: Held, room: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
