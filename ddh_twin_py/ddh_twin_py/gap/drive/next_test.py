@@ -7,9 +7,8 @@ combinations of parameters that showed most there, and the best of them is then 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -19,7 +18,7 @@ from ddh_twin_py.gap.drive.candidate_tests import LENGTH, CandidateTest, candida
 from ddh_twin_py.gap.drive.direct_drive import STEP, DirectDrive
 from ddh_twin_py.gap.drive.rehearsed_trial import RehearsedTrial
 from ddh_twin_py.gap.explain.search import Found
-from ddh_twin_py.gap.explain.side_by_side import THREADS
+from ddh_twin_py.gap.explain.side_by_side import side_by_side
 from ddh_twin_py.gap.next_test.proposal import Contest
 from ddh_twin_py.gap.next_test.separating import Believed, Remaining, root_of
 from ddh_twin_py.twin.rehearsal import rehearse
@@ -130,7 +129,7 @@ def _looks(model: DirectDrive, found: Found, contest: Contest, remaining: Remain
     return out
 
 
-def trials(model: DirectDrive, found: Found, leader: Believed) -> Iterator[tuple[RehearsedTrial, list[Option]]]:
+def trials(model: DirectDrive, found: Found, leader: Believed) -> list[tuple[RehearsedTrial, list[Option]]]:
     """Every candidate rehearsed, with its options; the usual one, with added sensors, first."""
     experiment = model.field[0]
     sensors = tuple(experiment.sensors)
@@ -146,5 +145,4 @@ def trials(model: DirectDrive, found: Found, leader: Believed) -> Iterator[tuple
         recording = rehearse(model.rig, test.duty, LENGTH, read, pressures, test.start, "candidate test")
         return RehearsedTrial(model, found.linearised, Experiment(recording, model.rig)), options
 
-    with ThreadPoolExecutor(max_workers=THREADS) as pool:
-        yield from pool.map(candidate, tests)
+    return side_by_side([partial(candidate, test) for test in tests])

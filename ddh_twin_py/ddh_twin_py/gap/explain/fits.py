@@ -188,8 +188,10 @@ class Fits:
     def misled(self) -> bool:
         """Whether the best set explains so much more than the linear model said that its ranking says little of others."""
         best = self.worth.best()
+        if not best:
+            return False
         gain = self.worth.gain(best)
-        return bool(best) and gain > _BENDS and gain - self.worth.linear(best) > _MISLED * gain
+        return gain > _BENDS and gain - self.worth.linear(best) > _MISLED * gain
 
     def lost(self) -> bool:
         """Whether the linear model is so wrong of no effect that it is one of runs that went astray, and says nothing of any."""

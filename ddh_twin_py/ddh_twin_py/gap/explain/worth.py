@@ -34,12 +34,12 @@ class Worth:
         before: of a linearisation nearby.
 
     Attributes:
-        weights: as given. fitted: sets fitted in full. off_elsewhere: by how much log evidence the linear model was wrong of no effect
-            where it was least so. beside_first: log weight of pairs that were weighed beside their first effect as it acts.
+        fitted: sets fitted in full. off_elsewhere: by how much log evidence the linear model was wrong of no effect where it was least so.
+        beside_first: log weight of pairs that were weighed beside their first effect as it acts.
     """
 
     def __init__(self, linearised: Linearised, weights: Mapping[Ids, tuple[float, Hypothesis | None]], before: Learnt) -> None:
-        self._linearised, self.weights = linearised, weights
+        self._linearised, self._weights = linearised, weights
         self._learnt, self._elsewhere, self.off_elsewhere = before.short, before.expected, before.off
         self.fitted: dict[Ids, Refitted] = {}
         self.beside_first: dict[Ids, float] = {}
@@ -50,7 +50,7 @@ class Worth:
 
     def linear(self, ids: Ids) -> float:
         """The same by the linear model."""
-        hypothesis = self.weights[ids][1]
+        hypothesis = self._weights[ids][1]
         return hypothesis.log_evidence if hypothesis else 0.0
 
     def bent(self, ids: Ids) -> float:
@@ -71,21 +71,21 @@ class Worth:
 
     def full(self, ids: Ids) -> float:
         """Log weight of a set that was fitted."""
-        return self.weights[ids][0] - self.linear(ids) + self.gain(ids)
+        return self._weights[ids][0] - self.linear(ids) + self.gain(ids)
 
     def _short(self) -> dict[str, float]:
         """By how much sets with an effect fell short of the linear model at least, log weight, by effect."""
         found: dict[str, float] = {}
         for ids in self.fitted:
-            if ids in self.weights:
-                fell = min(0.0, self.full(ids) - self.weights[ids][0])
+            if ids in self._weights:
+                fell = min(0.0, self.full(ids) - self._weights[ids][0])
                 for name in ids:
                     found[name] = max(found.get(name, -math.inf), fell)
         return {**self._learnt, **found}
 
     def best(self) -> Ids:
         """Of the sets that were fitted the one of largest log weight, () where none was."""
-        return max((ids for ids in self.fitted if ids in self.weights), key=self.full, default=())
+        return max((ids for ids in self.fitted if ids in self._weights), key=self.full, default=())
 
     def expected(self) -> dict[Ids, float]:
         """Log weight of every set, as far short of the linear one as sets with one of its effects fell at least.
@@ -94,9 +94,9 @@ class Worth:
         pairs that were weighed beside their first effect as it acts are expected to do as well as there.
         """
         short, best = self._short(), self.best()
-        more = max(0.0, self.full(best) - self.weights[best][0]) if best else 0.0
+        more = max(0.0, self.full(best) - self._weights[best][0]) if best else 0.0
         out = {ids: weight + min((short.get(name, 0.0) for name in ids), default=0.0) + (more if set(ids) & set(best) else 0.0)
-               for ids, (weight, _) in self.weights.items()}
+               for ids, (weight, _) in self._weights.items()}
         if self.off() > self.off_elsewhere:  # here others mend what no effect lacks at this place alone
             out.update({ids: min(weight, out[ids]) for ids, weight in self._elsewhere.items() if ids in out and not set(ids) & set(best)})
         beside = self.beside_first

@@ -29,7 +29,7 @@ class StateKeeper:
         self.note = ""
         self.written = 0
         self.failure = ""
-        self._foreign = False
+        self._kept_aside = False  # whether what is on disk is kept under another name before a state is written
         self._rig_id = ""  # of the state on disk, '' where that is not known
         self._next: tuple[FusionState, str, int] | None = None
         self._changed = threading.Condition()
@@ -45,7 +45,7 @@ class StateKeeper:
             self._rig_id = self.saved.rig_id if self.saved else ""
             self.note = "" if self.saved else f"{self.path}: no state yet, starting without"
         except StateFileError as error:
-            self._foreign = True
+            self._kept_aside = True
             self.note = f"{error}; starting without, and kept as {self._aside().name} once a state is written"
         except OSError as error:
             raise NodeError(f"parameter state_file is {path}: {error.strerror or error}") from None
@@ -56,10 +56,10 @@ class StateKeeper:
         return next(path for path in numbered(self.path.with_name(f"{self.path.name}.old")) if not os.path.lexists(path))
 
     def refusal(self, age: float, rig_id: str) -> str:
-        """Why the state found does not fit data that begins `age` s after it, '' if it does."""
+        """Why the state found does not fit data that begins `age` s after it, '' if it does; a newer one is kept aside from then on."""
         kept = f"not used, and kept as {self._aside().name} once a state is written"
         if age < 0.0:
-            self._foreign = True
+            self._kept_aside = True
             return f"{self.path}: is {-age:.0f} s newer than the data; {kept}"
         if age > OLDEST:
             return f"{self.path}: is {age / 86400.0:.0f} days old, more than {OLDEST / 86400.0:.0f}; not used"
@@ -90,9 +90,9 @@ class StateKeeper:
             state, rig_id, stamp_ns = waiting
             try:
                 another = bool(rig_id and self._rig_id and rig_id != self._rig_id)
-                if (self._foreign or another) and self.path.exists():  # it may have been removed since
+                if (self._kept_aside or another) and self.path.exists():  # it may have been removed since
                     self.path.replace(self._aside())
-                self._foreign, self._rig_id = False, rig_id or self._rig_id
+                self._kept_aside, self._rig_id = False, rig_id or self._rig_id
                 save_state(self.path, state, rig_id, stamp_ns)
                 self.written += 1
                 self.failure = ""
