@@ -11,11 +11,11 @@ from support.free_inputs import linearised_with, misread, places_in
 GAIN, LAG, _ = EFFECTS
 
 
-def judged(model):
-    """What is unknown beside the larger gain, by this rule alone."""
+def judged(model, effect=GAIN):
+    """What is unknown beside an effect, by this rule alone."""
     linearised = linearised_with(model, [GAIN, LAG])
     place = places_in(linearised)[0]
-    column = next(c for c in linearised.columns if c.effect is GAIN and c.x > 0.0)
+    column = next(c for c in linearised.columns if c.effect is effect and c.x > 0.0)
     refit = Refit(linearised)
     none, leader = refit.of([], np.zeros(3), np.zeros(0)), refit.of([column], np.zeros(3), np.ones(1))
     return outdone(Unknown(UNLISTED, [], 0.0, "1"), place, linearised, leader, none)
@@ -27,6 +27,14 @@ def test_what_is_true_explains_more_than_any_place(gain):
     (check,) = unknown.checks
     assert check.name == "outdone" and check.measured < 0.1 * OUTDONE and OUTDONE <= check.limit
     assert unknown.probability == UNLISTED and unknown.notes == []
+
+
+@pytest.mark.parametrize("theta", [(-3.0, 3.0, 0.0), (3.0, 3.0, 3.0)])
+def test_where_the_linear_model_bends_places_are_not_held_for_better_than_what_is_true(theta):
+    """Far from a rig that is off by itself no effect looks worse than it is, and what places explain over that is no more of it."""
+    unknown = judged(FirstOrder(np.array(theta), [(LAG, 0, 0.3)]), LAG)
+    (check,) = unknown.checks
+    assert check.measured < 0.0 and unknown.probability == UNLISTED and unknown.notes == []
 
 
 def differing(forward, backward):

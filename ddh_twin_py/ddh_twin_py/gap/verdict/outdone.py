@@ -29,12 +29,19 @@ def outdone(unknown: Unknown, place: FreePlace, linearised: Linearised, leader: 
     Args:
         unknown: beside the leader. place: that explains most of all, by the effects that are listed. none: no effect, fitted.
     """
-    explained = max(leader.log_evidence - none.log_evidence, _by_the_linear_model(linearised, leader))
+    explained = max(leader.log_evidence - min(none.log_evidence, _none_as_places_see_it(linearised)),
+                    _by_the_linear_model(linearised, leader))
     ahead, limit = place.log_evidence - explained, OUTDONE + OUTDONE_SHARE * max(0.0, explained)
     where = place.signal or place.component
     note = (f"what may be lacking at {where}, freely in each phase of the cycle and at each speed and temperature, explains the recordings "
             f"better than the best listed hypothesis does, by {ahead:.0f} nats of evidence; it would not if that were true")
     return unknown.checked("outdone", ahead, limit).at_least(float(expit((ahead - limit) / _SOFTNESS)), note)
+
+
+def _none_as_places_see_it(linearised: Linearised) -> float:
+    """Log evidence of no effect over which places explain something: by the linear model, with the parameters within no bounds."""
+    evidence = linearised.evidence
+    return evidence.none.log_volume - 0.5 * evidence.sums.chi_square
 
 
 def _by_the_linear_model(linearised: Linearised, leader: Refitted) -> float:
