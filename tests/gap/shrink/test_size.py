@@ -52,6 +52,10 @@ def test_closed_fraction():
     assert closed(1.19, 1.0) is None
 
 
+def test_a_run_that_went_astray_and_does_so_no_more_is_a_gap_that_is_closed():
+    assert closed(np.inf, 1.4) == 1.0 and closed(np.inf, np.inf) == 0.0
+
+
 def test_interval_covers_the_true_rms_and_grows_where_errors_hang_together():
     rng = np.random.default_rng(1)
     covered = 0

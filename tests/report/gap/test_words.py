@@ -5,7 +5,18 @@ import math
 import pytest
 from ddh_twin_py.gap.catalogue import EFFECTS
 from ddh_twin_py.report.gap.symbols import legend
-from ddh_twin_py.report.gap.words import axis_scale, closed, effect_name, ending, leaning, percent, regime_name, set_name, times_floor
+from ddh_twin_py.report.gap.words import (
+    axis_scale,
+    closed,
+    effect_name,
+    ending,
+    leaning,
+    percent,
+    regime_name,
+    set_name,
+    times_floor,
+    way_closed,
+)
 from ddh_twin_py.report.units import plus_minus, probably
 
 
@@ -52,6 +63,11 @@ def test_probabilities_are_never_more_certain_than_they_are():
         "says nothing", "says nothing", "clear, for it", "strong, against it", "some, for it", "very strong, for it",
         "overwhelming, for it"]
     assert times_floor({"before": 3.0, "noise": 0.0}, "before") == math.inf
+
+
+@pytest.mark.parametrize("before", [None, math.inf])
+def test_a_gap_that_was_without_a_number_closes_from_astray(before):
+    assert way_closed({"before": before, "closed_fraction": 1.0}) == "all of the way from astray to 1"
 
 
 def test_the_end_of_a_diagnosis_is_called_what_it_is():

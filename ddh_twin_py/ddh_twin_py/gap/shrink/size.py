@@ -66,7 +66,9 @@ def of_all(over: Mapping[str, float]) -> float:
 
 
 def closed(before: float, after: float) -> float | None:
-    """Fraction of the gap that is closed, None where there is hardly one."""
+    """Fraction of the gap that is closed, None where there is hardly one; where the run before went astray all, unless that after does."""
+    if np.isinf(before):
+        return float(np.isfinite(after))
     return None if before < BEGINS else (before - after) / (before - 1.0)
 
 

@@ -116,7 +116,7 @@ def _gap(diagnosis: Diagnosis, width: int) -> list[Text]:
     if report["verdict"] == "insufficient":
         return []
     fraction = gap["closed_fraction"]
-    said = "" if fraction is None else f" ({closed(fraction)} closed from {number(gap['before'], 2)})"
+    said = "" if fraction is None else f" ({closed(fraction)} closed from {floors(gap['before'], '')})"
     last = f"{ending(report['verdict'], diagnosis.added)}{said}"
     return _titled("gap", f"{floors(gap['as_is'], ' × floor')} unfitted, {floors(gap['before'], '')} fitted, "
                           f"{floors(gap['after'], '')} {last}", 2, width)

@@ -104,7 +104,7 @@ def floors(gap: float | None, ending: str = " ×") -> str:
 def way_closed(gap: Mapping[str, float | None]) -> str:
     """How much of what the gap of fitted parameters is beyond the floor was closed, with its ends; empty where there is hardly one."""
     fraction = gap["closed_fraction"]
-    return "" if fraction is None else f"{closed(fraction)} of the way from {gap['before']:.2f} to 1"
+    return "" if fraction is None else f"{closed(fraction)} of the way from {floors(gap['before'], '')} to 1"
 
 
 def farther_off(shrink: Mapping[str, Shrunk]) -> list[str]:
