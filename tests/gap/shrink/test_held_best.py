@@ -167,9 +167,9 @@ def test_another_size_costs_its_deviations():
 
 
 def test_what_sums_up_small_flaws_costs_what_is_beyond_its_limit_alone():
-    near, far = (AtBest({}, np.zeros(0), np.zeros(0), {"flow": 1.0, "strokes": square}, 0.5, 1.0) for square in (1.9, 16.0))
+    near, far = (AtBest({}, np.zeros(0), np.zeros(0), {"flow": [1.0], "strokes": [square]}, 0.5, 1.0) for square in (1.9, 16.0))
     assert near.cost({}) == pytest.approx(10.0 * 2.9 + 0.5)
-    none = AtBest({}, np.zeros(0), np.zeros(0), {"flow": 1.0, "strokes": 0.5}, 0.5, 1.0)
+    none = AtBest({}, np.zeros(0), np.zeros(0), {"flow": [1.0], "strokes": [0.5]}, 0.5, 1.0)
     assert near.cost({"strokes": 3.0}) == none.cost({"strokes": 3.0})
     assert far.cost({"strokes": 3.0}) - none.cost({"strokes": 3.0}) == pytest.approx(10.0 * (16.0 - 9.0))
 
@@ -180,3 +180,29 @@ def test_what_has_no_say_moves_nothing():
     assert heard.departures == pytest.approx([0.2], abs=0.02)
     assert deaf.departures == mute.departures == pytest.approx([0.3]) and deaf.moved == mute.moved == 0.0
     assert mute.cost({"flow": np.inf}) == 0.0
+
+
+class Often(Pushed):
+    """The same recorded so many times."""
+
+    def __init__(self, pushed, times):
+        super().__init__(pushed)
+        self._signals = self._signals * times
+
+    def open_begins(self):
+        return [0] * len(self._signals)
+
+    def run(self, theta, acting, begin=None):
+        return super().run(theta, acting) * len(self._signals)
+
+
+@pytest.mark.parametrize("times", [1, 3])
+def test_a_signal_s_say_begins_at_as_many_floors_of_however_many_recordings(times):
+    best = HeldBest(Often(0.2, times), {"flow": 1.0}, lambda theta: theta, np.zeros(1), np.diag([0.01]) ** 2)
+    off = best.beside(np.zeros(1), [(PUSH, 0, 0.3)]).over["flow"]
+
+    def other(least):
+        return best.beside(np.zeros(1), [(PUSH, 0, 0.3)], spread=(0.1,), least={"flow": least})
+
+    assert other(1.05 * off).departures == pytest.approx([0.3]) and other(0.95 * off).departures < 0.29
+    assert other(1.05 * off).cost({"flow": 1.05 * off}) == pytest.approx(10.0 * times * (1.05 * off) ** 2)

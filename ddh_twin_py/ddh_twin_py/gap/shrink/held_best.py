@@ -39,14 +39,14 @@ class AtBest:
 
     Attributes:
         over: RMS over floor of each signal. theta: parameters there, in deviations, (k,). departures: of the effects there, (m,).
-        squares: mean square over floor of each signal's samples that were used, of several recordings their sum.
+        squares: mean square over floor of each signal's samples that were used, by recording that reads it.
         moved: squared deviations of what is open. expected: of them, where the fitted recordings and these are of one rig.
     """
 
     over: dict[str, float]
     theta: np.ndarray
     departures: np.ndarray
-    squares: dict[str, float]
+    squares: dict[str, list[float]]
     moved: float
     expected: float
 
@@ -182,17 +182,17 @@ class HeldBest:
         return [{name: (s[name].measured[i] - run[name][i]) / (s[name].noise * self._floor[name]) for name, i in used.items()}
                 for used, s, run in zip(self._used, self._held.signals(), runs, strict=True)]
 
-    def _squares(self, runs: Runs) -> dict[str, float]:
-        """Mean square of the residuals over floors of each signal, summed over recordings."""
-        out: dict[str, float] = {}
+    def _squares(self, runs: Runs) -> dict[str, list[float]]:
+        """Mean square of the residuals over floors of each signal, by recording that reads it."""
+        out: dict[str, list[float]] = {}
         for own in self._off(runs):
             for name, off in own.items():
-                out[name] = out.get(name, 0.0) + float(np.mean(off**2))
+                out.setdefault(name, []).append(float(np.mean(off**2)))
         return out
 
     def _speaking(self, runs: Runs, least: Mapping[str, float]) -> set[str]:
         """Signals that have a say."""
-        return {name for name, square in self._squares(runs).items() if square > least.get(name, 0.0) ** 2}
+        return {name for name, own in self._squares(runs).items() if sum(own) > len(own) * least.get(name, 0.0) ** 2}
 
     def _step(self, ways: _Ways, z: np.ndarray, runs: Runs, slopes: Runs, told: Mapping[str, np.ndarray],
               least: Mapping[str, float]) -> np.ndarray:
@@ -230,10 +230,10 @@ def _summed(told: Mapping[str, np.ndarray], speaking: set[str], more: np.ndarray
     return sum((own for name, own in told.items() if name in speaking), more)
 
 
-def _cost(squares: Mapping[str, float], least: Mapping[str, float]) -> float:
+def _cost(squares: Mapping[str, Sequence[float]], least: Mapping[str, float]) -> float:
     """Of mean squares over floors; of signals in ``least`` what is beyond that many floors, where these are infinite nothing."""
-    bounds = {name: least.get(name, 0.0) ** 2 for name in squares}
-    return _WEIGHT * sum(max(square, bounds[name]) for name, square in squares.items() if math.isfinite(bounds[name]))
+    bounds = {name: len(own) * least.get(name, 0.0) ** 2 for name, own in squares.items()}
+    return _WEIGHT * sum(max(sum(own), bounds[name]) for name, own in squares.items() if math.isfinite(bounds[name]))
 
 
 def _spread_out(counts: np.ndarray) -> np.ndarray:
