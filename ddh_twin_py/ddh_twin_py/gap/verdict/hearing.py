@@ -131,7 +131,7 @@ class Hearing:
         least = dict.fromkeys(self._model.witnesses.summing, FAR)  # they sum up what another duty lets a law be off by
         spread = spread_elsewhere(leader)
         kept, other = best(unsteady, least), best(spread + unsteady, least)
-        asked = [i for i, column in enumerate(leader.columns) if not column.effect.unsteady]
+        asked = [i for i, column in enumerate(leader.columns) if leader.x[i] and not column.effect.unsteady]
         times = {leader.columns[i].effect.id: float(other.departures[i] / leader.x[i]) for i in asked}
         shares = {leader.columns[i].effect.id: float(spread[i] / abs(leader.x[i])) for i in asked}
         return resized(unknown, kept.cost(least) - other.cost(least), times, shares, proportioned(self._found.linearised, leader))
