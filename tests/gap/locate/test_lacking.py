@@ -39,6 +39,15 @@ def test_regimes_read_as_parts(warmth, read):
     assert [row.regime for row in rows if row.regime] == read
 
 
+@pytest.mark.parametrize(("speeds", "means"), [
+    ([100.0, 100.00001, 200.0], [29.5, 74.5]), ([50.0, 100.0, 100.00001], [14.5, 59.5]), ([0.0, 100.0, 200.0], [14.5, 44.5, 74.5]),
+])  # fmt: skip
+def test_regimes_whose_edges_read_alike_lose_no_sample(speeds, means):
+    value = np.arange(90.0)
+    rows = lacks([ActingEffect(LEAK, course(value, "m3/s", [0] * 90, speed=np.repeat(speeds, 30)), 1.0, {"lifting": 1.0}, 0.1)])
+    assert [row.value for row in rows if row.regime] == pytest.approx(means)
+
+
 def test_a_phase_that_never_was_lacks_nothing():
     (row,) = lacks([ActingEffect(LEAK, course([1.0, 1.0], "m3/s", [0, 0]), 1.0, {"lowering": 1.0}, 0.1)])
     assert row.value == row.std == 0.0

@@ -56,7 +56,8 @@ def lacks(acting: Sequence[ActingEffect]) -> list[Lack]:
             at = np.ones(one.course.value.size, dtype=bool) if phase == "all" else one.course.phase == PHASES.index(phase)
             rows.append(_row(one, phase, "", at, one.share * part))
         for (name, unit), values in one.course.regimes.items():
-            edges = {f"{edge:.4g}": edge for edge in np.quantile(values, np.linspace(0.0, 1.0, _REGIMES + 1))}
+            lowest, *higher = np.quantile(values, np.linspace(0.0, 1.0, _REGIMES + 1))
+            edges = {f"{edge:.4g}": edge for edge in (lowest, *higher, lowest)}  # alike the last counts, at the start the first
             if len(edges) < _REGIMES:  # they do not read as two parts at least
                 continue
             for (low, begin), (high, end) in pairwise(edges.items()):
