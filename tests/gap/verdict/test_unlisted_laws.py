@@ -56,6 +56,15 @@ def test_held_out_data_that_speak_against_a_law_are_heard():
     assert law_of(model, [GAIN, LAG], [GAIN.id, LAG.id], lambda fitted: 3.0 if OFFSET.id in fitted.effects else 1.2) is None
 
 
+def test_where_they_speak_against_the_law_of_most_evidence_the_next_is_asked():
+    model = WithLaws(np.zeros(3), [(OFFSET, 0, 0.2)], seed=2)
+    twin = replace(OFFSET, id="meter.twin", lowest=-0.19, highest=0.19)
+    model.laws = (OFFSET, twin)
+    assert law_of(model, [GAIN, LAG], [GAIN.id, LAG.id]).effect is OFFSET
+    law = law_of(model, [GAIN, LAG], [GAIN.id, LAG.id], lambda fitted: 3.0 if OFFSET.id in fitted.effects else 1.2)
+    assert law.effect is twin and law.probability > 0.99
+
+
 def test_a_listed_effect_that_acts_keeps_what_it_has():
     law = law_of(WithLaws(np.zeros(3), [(GAIN, 0, 0.3)], seed=2), [GAIN, LAG], [GAIN.id])
     assert law is None or law.probability < 1e-3

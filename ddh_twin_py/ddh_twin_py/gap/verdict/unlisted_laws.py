@@ -51,7 +51,7 @@ class UnlistedLaw:
 
 
 def best_unlisted(model: DescribedModel, found: Found, leader: Refitted, gap: Callable[[Refitted], float]) -> UnlistedLaw | None:
-    """The law that explains the recordings best, None where none comes near the leading listed hypothesis.
+    """The law that explains the recordings best of those that held-out data let stand, None where none comes near the leading hypothesis.
 
     Args:
         leader: that hypothesis, or no effect. gap: of held-out data under a fit.
@@ -66,14 +66,16 @@ def best_unlisted(model: DescribedModel, found: Found, leader: Refitted, gap: Ca
         refit = Refit(own)
         starts = [(column, theta, departure) for column, departure in promising for theta in (none.theta, leader.theta)]
         fits = list(pool.map(lambda start: refit.of([start[0]], start[1], np.array([start[2]])), starts))
-    if not fits:
+
+    def stands(law: Refitted) -> bool:
+        return bool(np.isfinite(law.log_evidence)) and not law.slight and not gap(law) > _WIDER * max(gap(leader), 1.0)
+
+    best = next(filter(stands, sorted(fits, key=lambda fitted: -fitted.log_evidence)), None)
+    if best is None:
         return None
-    best = max(fits, key=lambda fitted: fitted.log_evidence)
     ahead = best.log_evidence - leader.log_evidence
     odds = ahead / TEMPERED + math.log(PRIOR) - log_prior(leader.effects, len(own.question.effects))
     weight = found.probability.get(leader.effects, 0.0) * math.exp(min(odds, 700.0))
-    if not np.isfinite(best.log_evidence) or best.slight or gap(best) > _WIDER * max(gap(leader), 1.0):
-        return None
     return UnlistedLaw(best, weight / (1.0 + weight), ahead)
 
 
