@@ -14,6 +14,7 @@ from ddh_twin_py.gap.evidence.hypotheses import (
     PRIOR_NONE,
     PRIOR_PAIRS,
     WIDTH,
+    WIDTHS,
     Evidence,
     Hypothesis,
     probabilities,
@@ -24,6 +25,7 @@ from ddh_twin_py.gap.evidence.hypotheses import (
 )
 from ddh_twin_py.gap.evidence.sensitivity import Column
 from scipy.integrate import dblquad, quad
+from scipy.special import logsumexp
 from scipy.stats import multivariate_normal, norm
 
 NAMES = list(EFFECTS)[:5]
@@ -64,16 +66,24 @@ def test_gain_is_that_of_the_whole_gaussian():
 
 def moment_prior(x):
     """Of a departure in one direction; it integrates to 1 from 0 to infinity."""
-    return 2.0 * x**2 / WIDTH**2 * norm.pdf(x, scale=WIDTH)
+    return np.mean([2.0 * x**2 / width**2 * norm.pdf(x, scale=width) for width in WIDTHS])
 
 
 @pytest.mark.parametrize("information, score, room", [(20.0, 30.0, math.inf), (20.0, 50.0, 6.0), (6.0, 14.0, math.inf)])
 def test_weigh_of_one_is_the_integral_over_its_prior(information, score, room):
     exact, _ = quad(lambda x: moment_prior(x) * math.exp(score * x - 0.5 * information * x**2), LEAST, min(room, 12.0))
     log, estimate, covariance = weigh(np.array([[information]]), np.array([score]), np.array([room]))
-    assert log == pytest.approx(math.log(exact), abs=0.02)
+    assert log == pytest.approx(math.log(exact), abs=0.001)
     precision = information + WIDTH**-2
     assert estimate[0] == pytest.approx(score / precision) and covariance[0, 0] == pytest.approx(1.0 / precision)
+
+
+def test_a_faint_departure_is_not_held_for_less_likely_than_a_clear_one():
+    """Of the same certainty: each has the evidence of its own width."""
+    information = 400.0
+    faint, clear = (weigh(np.array([[information]]), np.array([information * x]), np.array([math.inf]))[0] - 0.5 * information * x**2
+                    for x in (0.44, 2.2))
+    assert faint == pytest.approx(clear + math.log(5.0), abs=0.5)  # as likely, of a range a fifth as wide
 
 
 def test_weigh_of_two_is_the_integral_over_both():
@@ -95,9 +105,43 @@ def test_an_estimate_stays_within_its_room_and_pays_for_it():
 
 
 def test_nothing_seen_is_no_evidence():
-    """Where the data say nothing the evidence is the share of the prior's normal beyond the least departure."""
+    """Where the data say nothing the evidence is the share of the prior beyond the least departure."""
     log, estimate, _ = weigh(np.array([[0.0]]), np.array([0.0]), np.array([math.inf]))
-    assert log == pytest.approx(math.log(2.0 * norm.sf(LEAST / WIDTH))) and estimate[0] == 0.0
+    beyond, _ = quad(moment_prior, LEAST, math.inf)
+    assert log == pytest.approx(math.log(beyond), abs=1e-6) and estimate[0] == 0.0
+
+
+@pytest.mark.parametrize("room", [1.0, 2.0, math.inf])
+@pytest.mark.parametrize("aim", [-6.0, -1.0, -0.1, 0.15, 0.9, 3.0])
+@pytest.mark.parametrize("information", [25.0, 1000.0, 1.0e5])
+def test_a_departure_against_its_bounds_pays_for_all_of_it(information, aim, room):
+    """What data ask for far outside costs hundreds and thousands of nats, and none of them is lost."""
+    best = min(max(aim, LEAST), room)
+    spread = 1.0 / (information**0.5 + information * abs(best - aim))
+
+    def log_density(x):
+        return math.log(moment_prior(x)) + information * (aim * x - 0.5 * x**2)
+
+    begin, end = max(LEAST, best - 20.0 * spread), min(room, best + 20.0 * spread)
+    exact, _ = quad(lambda x: math.exp(log_density(x) - log_density(best)), begin, end, points=[best] if begin < best < end else None,
+                    limit=400)
+    log, estimate, _ = weigh(np.array([[information]]), np.array([information * aim]), np.array([room]))
+    assert log == pytest.approx(math.log(exact) + log_density(best), abs=0.01) and estimate[0] <= room
+
+
+@pytest.mark.parametrize("aim, room", [((-1.0, 2.0), (9.0, 9.0)), ((2.0, 2.5), (1.5, 9.0)), ((-0.5, -0.3), (9.0, 9.0))])
+@pytest.mark.parametrize("correlated", [-0.8, 0.8])
+def test_a_pair_of_which_one_goes_against_its_bounds_is_the_integral_over_both(aim, room, correlated):
+    covariance = 0.15**2 * np.array([[1.0, correlated], [correlated, 1.0]])
+    information = np.linalg.inv(covariance)
+    score = information @ np.array(aim)
+    x, y = (np.linspace(LEAST, min(end, 6.0), 2001) for end in room)
+    prior = [np.log(np.mean([2.0 * z**2 / w**2 * norm.pdf(z, scale=w) for w in WIDTHS], axis=0)) for z in (x, y)]
+    log_density = (prior[0][:, None] + prior[1] + score[0] * x[:, None] + score[1] * y
+                   - 0.5 * information[0, 0] * x[:, None] ** 2 - 0.5 * information[1, 1] * y**2 - information[0, 1] * x[:, None] * y)
+    exact = logsumexp(log_density) + math.log((x[1] - x[0]) * (y[1] - y[0]))
+    log, _, _ = weigh(information, score, np.array(room))
+    assert log == pytest.approx(exact, abs=0.2 + 0.02 * abs(exact))
 
 
 @pytest.mark.parametrize("true", [{}, {2: 2.0}, {1: 2.0, 4: 1.5}])

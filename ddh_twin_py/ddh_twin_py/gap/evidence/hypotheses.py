@@ -25,17 +25,23 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import logsumexp, ndtr
+from scipy.special import log_ndtr, logsumexp
 
 from ddh_twin_py.estimation.fitting.linear_gaussian import gain
 from ddh_twin_py.gap.evidence.basis import Sums
 from ddh_twin_py.gap.evidence.box import Held, Normal
-from ddh_twin_py.gap.evidence.sensitivity import Column
+from ddh_twin_py.gap.evidence.sensitivity import TYPICAL, Column
 
 Ids = tuple[str, ...]
 """A set of effects, by their ids, sorted; empty for no effect."""
 WIDTH = 1.2
-"""Width of a departure's prior, in multiples of its column; the most likely departure is the square root of two of it."""
+"""Width of a departure's prior in fits, in multiples of its column."""
+LEVELS = (2.2, 5.0, 11.0)
+"""Rises of the worst signal, in multiples of its noise, that a faint, a moderate and a clear effect have; one is as likely as another."""
+WIDTHS = tuple(level / TYPICAL / math.sqrt(2.0) for level in LEVELS)
+"""Widths of a departure's prior in what is said of the evidence, in multiples of its column: each makes one of the levels the likeliest."""
+WIDTHS_WITHOUT_COMMISSIONING = (WIDTH,)
+"""The same where columns are as long as what stands out from tolerances (`linearised.STANDS_OUT`): its levels lie close to each other."""
 LEAST = 0.2
 """Departure below which nothing is called an effect, in multiples of its column: the worst signal rises by its noise."""
 SLACK = 0.01
@@ -50,6 +56,8 @@ PRIOR_PAIRS = 0.15
 """Prior probability that two effects act at once."""
 _SHRINKS = 0.1
 """Prior probability that an effect that is known for growing is smaller than expected; see `Effect.grows`."""
+_NEVER = -1e9  # log probability of what is impossible
+_FAR = 30.0  # deviations outside from which a normal falls off like an exponential
 _PAIRS_AMONG = 30  # columns whose pairs are tried
 
 
@@ -70,40 +78,80 @@ class Hypothesis:
     shared: np.ndarray
 
 
-def weigh(information: np.ndarray, score: np.ndarray, room: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
+def weigh(information: np.ndarray, score: np.ndarray, room: np.ndarray,
+          widths: Sequence[float] = WIDTHS) -> tuple[float, np.ndarray, np.ndarray]:
     """What departures along columns add to the log evidence, each in its own direction and within its bounds alone.
 
-    The prior of a departure x is 2 x^2/w^2 N(x; 0, w^2) beyond `LEAST`, w = `WIDTH`: what is too small to be
+    The prior of a departure x is the mean of 2 x^2/w^2 N(x; 0, w^2) over the widths w, beyond `LEAST`: what is too small to be
     seen is not asked about (a moment prior, Johnson & Rossell, J. R. Stat. Soc. B 72, 2010). What bounds leave of it is not made whole
     again: an effect of which laws allow only what is hardly seen is so much less likely to be what is seen.
 
     Args:
         information, score: X'PX (m, m) and X'Py (m,) with the shared unknowns integrated out.
-        room: largest departures that the laws allow, (m,).
+        room: largest departures that the laws allow, (m,). widths: of their prior, in multiples of the columns.
 
     Returns:
-        log evidence gained, estimate (m,), covariance (m, m), in multiples of the columns.
+        log evidence gained, and, with `WIDTH`, estimate (m,) and covariance (m, m), in multiples of the columns.
     """
-    log, estimate, covariance = gain(information, score, np.full(score.size, WIDTH))
-    spread = np.sqrt(np.diagonal(covariance))
-    within = ndtr((room - estimate) / spread) - ndtr((np.minimum(LEAST, room) - estimate) / spread)
-    log += float(np.sum(np.log(2.0 * np.maximum(within, 1e-300))))
-    estimate = np.minimum(estimate, room)
-    square = estimate**2 + spread**2
-    if square.size == 2:
-        moment = square[0] * square[1] + 2.0 * covariance[0, 1] ** 2 + 4.0 * estimate[0] * estimate[1] * covariance[0, 1]
-    else:
-        moment = float(np.prod(square))
-    log += math.log(max(moment, 1e-300) / WIDTH ** (2 * score.size))
-    return log, estimate, covariance
+    wide = np.array(list(itertools.product(widths, repeat=score.size)))
+    inner = np.linalg.inv(information * wide[:, :, None] * wide[:, None, :] + np.eye(score.size))
+    covariance = inner * wide[:, :, None] * wide[:, None, :]
+    estimate = covariance @ score
+    logs = 0.5 * estimate @ score + 0.5 * np.linalg.slogdet(inner)[1]
+    inside, estimate, covariance = _within(estimate, covariance, np.minimum(LEAST, room), room)
+    logs += score.size * math.log(2.0) + inside
+    moment = np.prod(estimate**2 + np.diagonal(covariance, axis1=1, axis2=2), axis=1)
+    if score.size == 2:
+        mixed = covariance[:, 0, 1]
+        moment += 2.0 * mixed**2 + 4.0 * estimate[:, 0] * estimate[:, 1] * mixed
+    logs += np.log(np.maximum(moment, 1e-300)) - 2.0 * np.sum(np.log(wide), axis=1)
+    _, estimate, covariance = gain(information, score, np.full(score.size, WIDTH))
+    return float(logsumexp(logs)) - math.log(len(logs)), np.minimum(estimate, room), covariance
 
 
-def evidence_of(held: Held, room: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
+def _within(mean: np.ndarray, covariance: np.ndarray, least: np.ndarray, most: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Normals within bounds, one unknown after another cut off, the one farthest outside first, and the rest moved along with it.
+
+    Minka, Expectation propagation for approximate Bayesian inference, UAI (2001): assumed-density filtering by moments.
+
+    Args:
+        mean, covariance: (n, m) and (n, m, m). least, most: bounds, (m,).
+
+    Returns:
+        log probability that all are within, (n,), mean and covariance there.
+    """
+    outside = np.maximum(least - mean, mean - most) / np.sqrt(np.diagonal(covariance, axis1=1, axis2=2))
+    total = np.zeros(len(mean))
+    for i in np.argsort(-outside.max(axis=0)):
+        spread = np.sqrt(covariance[:, i, i])
+        log, centre, width = _cut((least[i] - mean[:, i]) / spread, (most[i] - mean[:, i]) / spread)
+        along = covariance[:, :, i] / spread[:, None]
+        total += log
+        mean = mean + along * centre[:, None]
+        covariance = covariance - along[:, :, None] * along[:, None, :] * (1.0 - width)[:, None, None]
+    return total, np.clip(mean, least, most), covariance
+
+
+def _cut(low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Log probability of a standard normal between two ends, and its mean and variance there; far outside too."""
+    turned = low > 0.0
+    begin, end = np.where(turned, -high, low), np.where(turned, -low, high)  # towards the side from which nothing cancels
+    below = np.minimum(log_ndtr(begin) - log_ndtr(end), 0.0)
+    log = np.maximum(log_ndtr(end) + np.log(np.maximum(-np.expm1(below), 1e-300)), _NEVER)
+    at_begin, at_end = (np.exp(np.minimum(-0.5 * x**2 - log, 700.0)) / math.sqrt(2.0 * math.pi) for x in (begin, end))
+    mean = np.clip(at_begin - at_end, begin, end)
+    squares = np.where(np.isfinite(begin), begin, 0.0) * at_begin - np.where(np.isfinite(end), end, 0.0) * at_end
+    nearest = np.where(end < 0.0, end, 1.0)
+    variance = np.where(end < -_FAR, nearest**-2.0, np.clip(1.0 + squares - mean**2, 0.0, 1.0))
+    return log, np.where(turned, -mean, mean), variance
+
+
+def evidence_of(held: Held, room: np.ndarray, widths: Sequence[float] = WIDTHS) -> tuple[float, np.ndarray, np.ndarray]:
     """Log evidence of a hypothesis, estimate (m,) and covariance (m, m) of its departures; see `weigh`."""
     shared = held.log_volume - 0.5 * held.chi_square
     if not room.size:
         return shared, np.zeros(0), np.zeros((0, 0))
-    log, estimate, covariance = weigh(held.information, held.score, room)
+    log, estimate, covariance = weigh(held.information, held.score, room, widths)
     return log + shared, estimate, covariance
 
 
@@ -112,14 +160,14 @@ class Evidence:
 
     Args:
         sums: of all columns, the shared unknowns integrated out without bounds. normal: the same before that.
-        columns: what they are.
+        columns: what they are. widths: see `weigh`.
 
     Attributes:
         none: where no column departs. log_of_none: its log evidence but for a constant.
     """
 
-    def __init__(self, sums: Sums, normal: Normal, columns: Sequence[Column]) -> None:
-        self.columns, self.sums, self._normal = list(columns), sums, normal
+    def __init__(self, sums: Sums, normal: Normal, columns: Sequence[Column], widths: Sequence[float] = WIDTHS) -> None:
+        self.columns, self.sums, self._normal, self._widths = list(columns), sums, normal, widths
         self.none = normal.held(np.zeros(0, np.int64), np.zeros(0), WIDTH)
         self.log_of_none = evidence_of(self.none, np.zeros(0))[0]
 
@@ -128,7 +176,7 @@ class Evidence:
         index = np.array(chosen, dtype=np.int64)
         room = np.array([self.columns[i].room for i in index])
         held = self._normal.held(index, room, WIDTH, near.shared if near else self.none.shared)
-        log, estimate, covariance = evidence_of(held, room)
+        log, estimate, covariance = evidence_of(held, room, self._widths)
         return Hypothesis(tuple(int(i) for i in index), log - self.log_of_none, estimate, np.sqrt(np.diagonal(covariance)), held.shared)
 
     def singles(self) -> list[Hypothesis]:

@@ -7,7 +7,13 @@ from dataclasses import dataclass, field, replace
 
 from ddh_twin_py.estimation.fitting.comparison import Discrepancy
 from ddh_twin_py.gap.effect import Effect
-from ddh_twin_py.gap.evidence.hypotheses import POWER, POWER_WITHOUT_COMMISSIONING, SLACK
+from ddh_twin_py.gap.evidence.hypotheses import (
+    POWER,
+    POWER_WITHOUT_COMMISSIONING,
+    SLACK,
+    WIDTHS,
+    WIDTHS_WITHOUT_COMMISSIONING,
+)
 from ddh_twin_py.gap.model import Model
 
 
@@ -29,6 +35,11 @@ class Question:
     def power(self) -> float:
         """Power of the likelihood, with or without a recording of the rig as built; see `hypotheses.POWER`."""
         return POWER_WITHOUT_COMMISSIONING if all(self.model.altered) else POWER
+
+    @property
+    def widths(self) -> tuple[float, ...]:
+        """Widths of the departures' prior, with or without such a recording; see `hypotheses.WIDTHS`."""
+        return WIDTHS_WITHOUT_COMMISSIONING if all(self.model.altered) else WIDTHS
 
     def forgiving(self, discrepancy: Discrepancy) -> Question:
         """The same of a model that is forgiven so much."""

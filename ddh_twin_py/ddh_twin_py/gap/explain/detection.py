@@ -127,7 +127,8 @@ def _confirmed(rise_at: Callable[[float], float], found: float, wanted: float) -
 def _gain(linearised: Linearised, column: int, departure: float) -> float:
     """Expected log evidence of a column that departs by so many multiples of it."""
     own = float(linearised.evidence.sums.information[column, column])
-    return weigh(np.array([[own]]), np.array([own * departure]), np.array([linearised.columns[column].room]))[0]
+    return weigh(np.array([[own]]), np.array([own * departure]), np.array([linearised.columns[column].room]),
+                 linearised.question.widths)[0]
 
 
 def _smallest(linearised: Linearised, column: int) -> float | None:

@@ -44,7 +44,7 @@ def partners(linearised: Linearised, refit: Refit, first: Refitted, pool: Thread
     known = [linearised.columns[ways[c.way]] for c in found]
     columns = [own, *(c.longer(k.x / c.x) for c, k in zip(found, known, strict=True))]
     rows = [np.column_stack([mine, *(c.change[number] for c in columns[1:])]) for number, mine in enumerate(local)]
-    evidence = Evidence(*linearised.basis.both(rows, values), columns)
+    evidence = Evidence(*linearised.basis.both(rows, values), columns, linearised.question.widths)
     promised = max(0.0, evidence.of([0]).log_evidence + evidence.log_of_none - first.log_evidence)
     out: dict[Ids, tuple[float, Hypothesis]] = {}
     for number in range(1, len(columns)):

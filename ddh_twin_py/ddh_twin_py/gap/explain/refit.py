@@ -108,11 +108,11 @@ class Refit:
 
     Args:
         linearised: the case about one place, whose sensitivities to the parameters are kept. basis: instead of its own.
-        width: of the departures' prior, in multiples of their columns.
+        width: of the departures' prior, in multiples of their columns; None: of that by which hypotheses are weighed.
     """
 
-    def __init__(self, linearised: Linearised, basis: Basis | None = None, width: float = WIDTH) -> None:
-        self._width = width
+    def __init__(self, linearised: Linearised, basis: Basis | None = None, width: float | None = None) -> None:
+        self._width, self._widths = (WIDTH, linearised.question.widths) if width is None else (width, (width,))
         self._model, self._comparisons, self._sensitivities = linearised.model, linearised.comparisons, linearised.sensitivities
         self._basis, self._place, self._at_place = basis or linearised.basis, linearised.theta, linearised.predictions
 
@@ -180,7 +180,7 @@ class Refit:
             here = self._about(columns, theta, x, beside, predictions)
         if gained > 0.0:
             sums, held = solved()
-        log, _, covariance = evidence_of(held, room)
+        log, _, covariance = evidence_of(held, room, self._widths)
         log -= 0.5 * max(0.0, cost - held.lowest)  # what the linear model promises and no step could find
         joint, misfit = self._joint(sums, theta.size, scale), cost - self._prior(theta, x, scale, beside)
         return Refitted(tuple(columns), x, covariance * np.outer(scale, scale), joint, theta, predictions, log, misfit, beside)
@@ -263,7 +263,7 @@ class Refit:
             moved = x.copy()
             for reach in (_NEAR, -_NEAR):
                 moved[j] = column.effect.limit(float(x[j] + reach * scale[j]))
-                if moved[j] != x[j]:
+                if abs(moved[j] - x[j]) > 0.5 * _NEAR * abs(scale[j]):  # beside a bound there may be no room but for rounding
                     break
             calls += [partial(fill, out[number][:, j], (moved[j] - x[j]) / scale[j], number, moved, beside) for number in altered]
         for place, j in enumerate(also):

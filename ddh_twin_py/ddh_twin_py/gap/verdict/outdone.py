@@ -48,4 +48,4 @@ def _by_the_linear_model(linearised: Linearised, leader: Refitted) -> float:
     """Log evidence that a hypothesis gains over none on the sums that places are compared on."""
     own = columns_of_effects(linearised, leader)
     sums, room = linearised.evidence.sums, np.array([linearised.columns[i].room for i in own])
-    return weigh(sums.information[np.ix_(own, own)], sums.score[own], room)[0]
+    return weigh(sums.information[np.ix_(own, own)], sums.score[own], room, linearised.question.widths)[0]

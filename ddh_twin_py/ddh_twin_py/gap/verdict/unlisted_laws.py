@@ -88,7 +88,8 @@ def _promising(found: Found, columns: Sequence[Column], least: float) -> list[tu
     sums = own.basis.sums(changes, own.values())
     told = []
     for i, column in enumerate(columns):
-        log, estimate, _ = weigh(sums.information[i : i + 1, i : i + 1], sums.score[i : i + 1], np.array([column.room]))
+        log, estimate, _ = weigh(sums.information[i : i + 1, i : i + 1], sums.score[i : i + 1], np.array([column.room]),
+                                 own.question.widths)
         told.append((log, column, max(0.5, float(estimate[0]))))
     told.sort(key=lambda one: -one[0])
     return [(column, departure) for log, column, departure in told[:_FITTED] if log > least]
