@@ -9,7 +9,9 @@ import numpy as np
 from ddh_twin_py.gap.effect import Beside, Effect, added, value_of
 
 _KEPT_AT = math.log10(313.15)
-_GRADE = 0.1 / math.sqrt(3.0)  # ISO 3448: a grade's viscosity at 40 degC is within a tenth of its number; any within is as likely
+_GRADE = 0.1 / math.sqrt(3.0)
+"""Standard deviation of a share that is as likely anywhere within a tenth, where ISO 3448 has a grade's viscosity at 40 degC; fitted as a
+Gaussian of it that ends at the tenth."""
 
 
 def _slope(record: np.ndarray, x: float) -> None:
