@@ -69,3 +69,45 @@ def test_where_no_recording_shows_the_rig_before_nothing_changes_beside_an_effec
     model = FirstOrder(np.zeros(3), [(GAIN.along_with(1.2), 0, 0.15)])
     model.altered = [True, True]
     assert not _fitted(model, [GAIN, *EFFECTS[1:]], GAIN).beside.any()
+
+
+def test_beside_a_bound_an_effect_is_looked_at_the_other_way():
+    """A departure that ends a rounding short of its bound has no room there, and a difference over a rounding is no sensitivity."""
+    model = FirstOrder(np.zeros(3), [(EFFECTS[0], 0, 0.6)], seed=21, seconds=(30.0, 30.0))
+    with ThreadPoolExecutor(2) as pool:
+        linearised = linearise(Question(model, [replace(EFFECTS[0], highest=0.3)]), np.zeros(3), pool)
+    column = next(c for c in linearised.columns if c.x > 0.0)
+    at, short = (replace(column, effect=replace(column.effect, highest=end)) for end in (0.3, np.nextafter(0.3, 1.0)))
+    fits = [Refit(linearised).of([own], np.zeros(3), np.array([0.3 / column.x])) for own in (at, short)]
+    assert fits[0].covariance[0, 0] == pytest.approx(fits[1].covariance[0, 0], rel=1e-6)
+    assert fits[0].log_evidence == pytest.approx(fits[1].log_evidence, abs=1e-3)
+
+
+def test_a_wide_prior_of_sizes_is_wide_in_the_evidence_too():
+    """How large a large effect is costs no more than its chi-square where any size is as likely."""
+    model = FirstOrder(np.zeros(3), [(EFFECTS[1], 0, 4.0)], seed=3)
+    with ThreadPoolExecutor(2) as pool:
+        linearised = linearise(Question(model, EFFECTS), np.zeros(3), pool)
+    column = next(c for c in linearised.columns if c.effect is EFFECTS[1] and c.x > 0.0)
+    fitted = Refit(linearised, width=10.0).of([column], np.zeros(3), np.array([1.0]))
+    multiples = fitted.x[0] / column.x
+    assert multiples > 5.0
+    assert fitted.log_evidence > -0.5 * fitted.chi_square - 0.5 * (multiples / 10.0) ** 2 - 15.0
+
+
+class Exponential(FirstOrder):
+    """The same loop whose gain grows threefold with every unit of what was the other meter's zero."""
+
+    def run_one(self, number, theta, acting=(), roughly=False):
+        gained = 3.0 ** self.record(number, theta, acting)[0]["other_zero"]
+        return {name: gained * flow for name, flow in super().run_one(number, theta).items()}
+
+
+def test_a_fit_that_still_gains_much_goes_on():
+    true = 2.0
+    model = Exponential(np.zeros(3), [(EFFECTS[2], 0, true)])
+    with ThreadPoolExecutor(2) as pool:
+        linearised = linearise(Question(model, EFFECTS[2:]), np.zeros(3), pool)
+    column = next(c for c in linearised.columns if c.x > 0.0)
+    fitted = Refit(linearised).of([column], np.zeros(3), np.array([1.0]))
+    assert fitted.x[0] == pytest.approx(true, rel=0.01)

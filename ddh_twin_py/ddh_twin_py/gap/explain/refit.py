@@ -22,9 +22,9 @@ from ddh_twin_py.gap.evidence.sensitivity import TYPICAL, Column, acting_of, san
 from ddh_twin_py.gap.explain.side_by_side import side_by_side
 from ddh_twin_py.gap.explain.step_length import Lengths
 
-_STEPS = 8
+_STEPS, _MOST = 8, 24  # steps after which only a fit that still gains much goes on, and those after which none does
 _NEAR = 0.05  # of a column: how far the effects' own differences reach
-_SETTLED = 0.1  # of chi-square that a step must promise, and gain
+_SETTLED, _MUCH = 0.1, 10.0  # of chi-square that a step must promise, and gain; the same after `_STEPS`
 _BENT = 2.0  # of chi-square that a step must gain for the effects' own columns to be taken anew
 _BESIDE = 0.25  # deviations: how far the differences by what changed beside an effect reach
 
@@ -150,7 +150,7 @@ class Refit:
             sums = here.normal(residual, shared, x / scale)
             return sums, sums.held(np.arange(scale.size), room, self._width, shared)
 
-        for _ in range(_STEPS):
+        for step in range(1, _MOST + 1):
             if stale:
                 here, stale = self._about(columns, theta, x, beside, predictions), False
             (sums, held), gained = solved(), 0.0
@@ -174,7 +174,7 @@ class Refit:
                     break
                 lengths.lost(new_cost - cost)
             stale = gained >= _BENT
-            if gained < _SETTLED:
+            if gained < (_SETTLED if step < _STEPS else _MUCH):
                 break
         if stale:
             here = self._about(columns, theta, x, beside, predictions)
