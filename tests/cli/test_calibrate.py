@@ -93,9 +93,22 @@ def test_a_recording_that_cannot_be_fitted_is_exit_1_and_said_first(more, bag, t
     assert main(["calibrate", str(tmp_path / "odd"), "--only", "pump_1.leakage", "-o", str(file), *more]) == 1
     out, err = capsys.readouterr()
     said = "The fit does not describe this machine: with it "
-    assert err.startswith(f"ddh-twin calibrate: error: {said}") if more else " ".join(out.split()).startswith(said)
+    assert f"ddh-twin calibrate: error: {said}" in err if more else " ".join(out.split()).startswith(said)
     assert not more or not out
     assert said in " ".join(file.read_text().replace("#", " ").split()) and "pump_1.leakage" in load_rig(file).quantities
+
+
+def test_a_rig_file_of_another_rig_is_told_on_the_terminal_and_in_the_file_that_is_written(bag, tmp_path, capsys):
+    """The new file is named as the recording is, so that no verb notices later."""
+    short = read_recording(bag).between(0.0, 40.0)
+    write_recording(tmp_path / "short", replace(short, rig=replace(short.rig, rig_id="press_7")))
+    (tmp_path / "crane_1.yaml").write_text("rig_id: crane_1\n")
+    said, file = "the rig file describes crane_1 and the recording is of press_7", tmp_path / "rig.yaml"
+    options = ["--rig", str(tmp_path / "crane_1.yaml"), "--only", "pump_1.leakage", "--quiet", "-o", str(file), "--json", "-"]
+    assert main(["calibrate", str(tmp_path / "short"), *options]) == 0
+    out, err = capsys.readouterr()
+    assert f"ddh-twin calibrate: warning: {said}" in err and json.loads(out)["verdict"].startswith(f"Careful: {said}. ")
+    assert f"# Careful: {said}." in file.read_text() and load_rig(file).rig_id == "press_7"
 
 
 @pytest.mark.parametrize(("off", "fits"), [([0.9, 1.1, 7.0, 300.0], True), ([1.1, 7.0, 9.0], False), ([5.0, 4.9, 300.0], True)])
@@ -114,9 +127,9 @@ def test_errors_are_one_line(bag, options, said, capsys):
 
 
 def error_of(options, capsys):
+    """The one line that is no warning."""
     assert main(["calibrate", "--quiet", *map(str, options)]) == 2
-    error = capsys.readouterr().err.strip()
-    assert "\n" not in error
+    (error,) = (line for line in capsys.readouterr().err.splitlines() if not line.startswith("ddh-twin calibrate: warning: "))
     return error
 
 

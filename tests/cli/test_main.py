@@ -167,6 +167,16 @@ def test_info_warns_of_a_rig_file_of_another_rig(paper_cycle_bag, tmp_path, caps
     assert "the rig file describes crane_1 and the recording is of rig_000" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize("summary", [[], ["--quiet"], ["--json", "-"]])
+def test_replay_warns_of_a_rig_file_of_another_rig_once(summary, paper_cycle_bag, tmp_path, capsys):
+    bag = write_recording(tmp_path / "bag", read_recording(paper_cycle_bag).between(0.0, 20.0))
+    (tmp_path / "crane_1.yaml").write_text("rig_id: crane_1\n")
+    assert main(["replay", str(bag), "--no-smoothing", *summary, "--rig", str(tmp_path / "crane_1.yaml")]) == 0
+    out, err = capsys.readouterr()
+    said = "the rig file describes crane_1 and the recording is of rig_000"
+    assert (f"warning: {bag}: {said}" in err) == bool(summary) and (said in " ".join(out.split())) == (summary != ["--quiet"])
+
+
 @pytest.mark.parametrize(("recorded", "given"), [("46", "46"), ("32", "46"), ("46", "32"), ("68", "46")])
 def test_info_warns_of_another_oil_than_the_rig_file_s(recorded, given, paper_cycle_bag, tmp_path, capsys):
     short = read_recording(paper_cycle_bag).between(0.0, 20.0)

@@ -188,3 +188,14 @@ def test_samples_of_a_recording_that_was_cut_off_come_with_a_warning(short_bag, 
     assert main(["export", str(bag), "--telemetry", str(tmp_path / "half"), "--quiet"]) == 0
     assert "has no end, the recorder was stopped hard: it is whole up to byte" in capsys.readouterr().err
     assert list((tmp_path / "half").glob("*.csv"))
+
+
+def test_a_rig_file_of_another_rig_is_told(short_bag, tmp_path, capsys):
+    (tmp_path / "crane_1.yaml").write_text("rig_id: crane_1\n")
+    options = ["--json", "-", "--interval", "0.2", "--no-smoothing", "--quiet"]
+    another = "the rig file describes crane_1 and the recording is of rig_000"
+    for rig, said in ([], []), (["--rig", str(tmp_path / "crane_1.yaml")], [another]):
+        assert main(["export", str(short_bag), *options, *rig]) == 0
+        out, err = capsys.readouterr()
+        assert json.loads(out)["doubts"] == said
+        assert err.splitlines() == [f"warning: {short_bag}: {text}" for text in said]

@@ -72,9 +72,11 @@ def run(args: argparse.Namespace) -> int:
         from ddh_twin_py.estimation.fitting.held_out import held_out
         from ddh_twin_py.gap.recordings.contradictions import contradictions
         from ddh_twin_py.gap.recordings.suitability import one_clock
+        from ddh_twin_py.gap.words import careful
         from ddh_twin_py.report.calibration.groups import signal_fits, unfitted, verdict
         from ddh_twin_py.report.calibration.page import calibration_document, calibration_json
         from ddh_twin_py.report.calibration.summary import print_calibration
+        from ddh_twin_py.telemetry.recording import announced_id
     check_paths(rig, args.only)
     twice = _given_twice(args.bags)
     if twice:
@@ -85,14 +87,18 @@ def run(args: argparse.Namespace) -> int:
             recording = read_recording(bag, args.namespace, progress).held_against(rig.oil_grade)
             one_clock([recording])
             experiments.append(Experiment(recording, rig, used=1.0 - args.held_out))
-        for text in () if args.quiet else contradictions(recording, rig):  # the fit takes minutes
+        for text in contradictions(recording, rig):  # the fit takes minutes
             say(f"ddh-twin calibrate: warning: {text}")
+    another = [text for text in [rig.of_another(announced_id(e.recording for e in experiments))] if text]
+    for text in another:
+        say(f"ddh-twin calibrate: warning: {text}")
     started = time.perf_counter()
     with stage("fitting", args.quiet) as progress:
         fit = calibrate(experiments, rig, tuple(dict.fromkeys(args.only)), progress=progress)
     seconds = time.perf_counter() - started
     signals = signal_fits(fit, held_out(experiments, fit.rig) if args.held_out else {})
     said, mood = verdict(fit, signals, args.held_out)
+    said = careful(another) + said
     if args.html:
         with stage(f"writing {args.html}", args.quiet):
             calibration_document(fit, experiments, signals, args.held_out, said, mood, rig.file, seconds).write(args.html)
@@ -105,19 +111,21 @@ def run(args: argparse.Namespace) -> int:
         print_calibration(fit, signals, said, output())
     elif failed:
         say(f"ddh-twin calibrate: error: {failed}")
-    code = _finish(args, fit, rig, failed)
+    code = _finish(args, fit, rig, failed, another)
     if not fit.settled:
         say("ddh-twin calibrate: warning: the fit was stopped before it had settled")
     return code
 
 
-def _finish(args: argparse.Namespace, fit, rig, failed: str) -> int:
+def _finish(args: argparse.Namespace, fit, rig, failed: str, another: Sequence[str]) -> int:
     """Say what was refused and write the rig file; the exit code.
 
     Args:
         failed: that the fit does not describe the machine, empty where it does; the file says so then.
+        another: that the priors are another rig's; empty where they are not. The file says so.
     """
     from ddh_twin_py.cli.console import say
+    from ddh_twin_py.gap.words import careful
     from ddh_twin_py.report.calibration.groups import grouped, pressed
     from ddh_twin_py.rig.files import printable
     from ddh_twin_py.rig.writer import write_rig
@@ -133,7 +141,7 @@ def _finish(args: argparse.Namespace, fit, rig, failed: str) -> int:
         return 1
     if args.output:
         heading = "Fitted by ddh-twin calibrate to " + ", ".join(printable(bag) for bag in args.bags)
-        heading += "".join(f"\n{text}" for text in (failed, pressed(fit)) if text)
+        heading += "".join(f"\n{text}" for text in (careful(another).strip(), failed, pressed(fit)) if text)
         heading += f"\npriors: {printable(rig.file)}\nEntries that are not named here are the reference sheet's.\n"
         heading += "std: one standard deviation; correlations between fitted values are not kept here."
         write_rig(args.output, fit.rig, heading)

@@ -67,11 +67,12 @@ def run(args: argparse.Namespace) -> int:
         from ddh_twin_py.exchange.output_bag import write_output_bag
         from ddh_twin_py.exchange.replay_columns import replay_columns
         from ddh_twin_py.exchange.tables import about_columns, write_csv, write_parquet
+        from ddh_twin_py.report.replay.doubts import doubts, with_doubts
         from ddh_twin_py.report.replay.page import end_matter_json
         from ddh_twin_py.twin.intervals import INTERVAL
     with stage("running the twin", args.quiet) as progress:
         result = replay(recording, rig, args.interval or INTERVAL, progress=progress, smooth=not args.no_smoothing)
-    columns, end = replay_columns(result), end_matter_json(result)
+    columns, end, doubtful = replay_columns(result), end_matter_json(result), doubts(result)
     if args.csv:
         with stage(f"writing {args.csv}", args.quiet) as progress:
             write_csv(args.csv, columns, progress)
@@ -85,6 +86,7 @@ def run(args: argparse.Namespace) -> int:
             say(f"warning: {args.mcap}: left out, because the type's definition is nowhere: {', '.join(left_out)}")
     if args.json:
         about = about_columns(columns)
-        put_json(args.json, {"recording": recording.path, "rows": int(result.time.size), "columns": about, "end_matter": end})
-    show_findings(result.recording.findings, "ddh-twin info")
+        put_json(args.json, {"recording": recording.path, "rows": int(result.time.size), "doubts": list(doubtful), "columns": about,
+                             "end_matter": end})
+    show_findings(with_doubts(result.recording, doubtful), "ddh-twin info")
     return 0

@@ -36,13 +36,13 @@ def run(args: argparse.Namespace) -> int:
     from ddh_twin_py.cli.console import put_json, show_findings
     from ddh_twin_py.gap.recordings.contradictions import contradictions
     from ddh_twin_py.rig import load_rig
-    from ddh_twin_py.telemetry.recording import Finding
+    from ddh_twin_py.telemetry.recording import Finding, announced_id
     from ddh_twin_py.telemetry.screening.screening import screen_by_sheet
 
     rig = load_rig(args.rig)
     recording = read_recording(args.bag, args.namespace).held_against(rig.oil_grade)
     screened = screen_by_sheet(recording, rig)
-    another = rig.of_another(screened.rig.rig_id if screened.rig is not None else "")
+    another = rig.of_another(announced_id([screened]))
     said = [*([f"{screened.path}: {another}"] if another else []), *contradictions(screened, rig)]
     apart = [Finding("warning", screened.path, "", "", None, 1, text) for text in said]
     screened = replace(screened, findings=[*screened.findings, *apart])

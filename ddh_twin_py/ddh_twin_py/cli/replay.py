@@ -43,6 +43,7 @@ def run(args: argparse.Namespace) -> int:
         from ddh_twin_py.bags.reader import read_recording
         from ddh_twin_py.estimation.replay import replay
         from ddh_twin_py.report.replay.agreement import compare
+        from ddh_twin_py.report.replay.doubts import with_doubts
         from ddh_twin_py.report.replay.page import replay_document, replay_json
         from ddh_twin_py.report.replay.summary import print_summary
         from ddh_twin_py.twin.intervals import INTERVAL
@@ -61,8 +62,10 @@ def run(args: argparse.Namespace) -> int:
             replay_document(result, agreement).write(args.html)
     if args.json:
         put_json(args.json, replay_json(result, agreement))
-    show_findings(result.recording.findings, args.html or args.json or "the report (--html FILE)")
-    if not args.quiet and args.json != "-":
+    summarised = not args.quiet and args.json != "-"
+    findings = with_doubts(result.recording, () if summarised else agreement.doubts)
+    show_findings(findings, args.html or args.json or "the report (--html FILE)")
+    if summarised:
         print_summary(agreement, recording.path, output())
     return 0
 

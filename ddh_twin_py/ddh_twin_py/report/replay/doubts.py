@@ -13,9 +13,12 @@ from ddh_twin_py.gap.recordings.doubts import damage
 from ddh_twin_py.report.times import starts
 from ddh_twin_py.report.units import number
 from ddh_twin_py.telemetry.clocks.clock import PUT_BACK, same_unit
+from ddh_twin_py.telemetry.recording import Finding, announced_id
 from ddh_twin_py.twin.command import SLOWEST
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from ddh_twin_py.estimation.replay_result import ReplayResult
     from ddh_twin_py.telemetry.recording import Recording
 
@@ -25,7 +28,7 @@ _TELLS_HEAT = 15.0  # s from which a recording says something of temperatures: t
 def doubts(result: ReplayResult) -> tuple[str, ...]:
     """Why the free run may be off, or as good as it looks, through no merit or fault of the twin; empty where nothing is in the way."""
     recording, found = result.recording, []
-    if another := result.rig.of_another(recording.rig.rig_id if recording.rig is not None else ""):
+    if another := result.rig.of_another(announced_id([recording])):
         found.append(another)
     if not commanded(recording):
         found.append("there is no speed command, by which the free run is driven: what it says of anything tells little")
@@ -55,6 +58,13 @@ def doubts(result: ReplayResult) -> tuple[str, ...]:
     if lasting < _TELLS_HEAT:
         found.append(f"{number(lasting, 0)} s say next to nothing of temperatures, which take minutes")
     return tuple(found)
+
+
+def with_doubts(recording: Recording, doubtful: Sequence[str]) -> list[Finding]:
+    """A recording's findings, before them a warning of each of its `doubts` that is none of them."""
+    told = {finding.message for finding in recording.findings}
+    messages = [f"{recording.path}: {text}" for text in doubtful]
+    return [*(Finding("warning", recording.path, "", "", None, 1, text) for text in messages if text not in told), *recording.findings]
 
 
 def commanded(recording: Recording) -> bool:
