@@ -93,7 +93,7 @@ def diagnose(recordings: Recordings, rig: Rig, without: Collection[str] = (), on
     effects = [effect for name, effect in EFFECTS.items() if name not in without and (only is None or name in only)]
     read = [e.recording for e in (*field, *commissioning, *held)]
     if reason:
-        return _noted(answer.insufficient(model, reason), read, rig)
+        return _noted(answer.insufficient(model, reason), read, rig, another=model.of_another)
     with ThreadPoolExecutor(max_workers=THREADS) as pool:
         problem = Problem(commissioning or field, model.rig, model.paths, Discrepancy())
         fit = problem.fit(pool, lambda done: told(_FITTED * done), sweeps=_SWEEPS if commissioning else _SWEEPS_OF_SHEET,
@@ -112,21 +112,21 @@ def diagnose(recordings: Recordings, rig: Rig, without: Collection[str] = (), on
     late = out_of_order(recordings.field, recordings.commissioning)
     omitted = left_out([*field, *commissioning, *held])
     loads = undeclared_loads(*([e.recording for e in own] for own in (field, commissioning, held)), rig)
-    return _noted(replace(result, seconds=seconds), read, rig, [*loads, *late], model.missing(), omitted)
+    return _noted(replace(result, seconds=seconds), read, rig, [*loads, *late], model.missing(), omitted, model.of_another)
 
 
 def _noted(result: Diagnosis, recordings: Sequence[Recording], rig: Rig, late: Sequence[str] = (),
-           missing: Sequence[str] = (), omitted: Sequence[str] = ()) -> Diagnosis:
+           missing: Sequence[str] = (), omitted: Sequence[str] = (), another: Sequence[str] = ()) -> Diagnosis:
     """A diagnosis that says what is wrong with its recordings: what is damaged or contradicts itself at once, what is doubtful last.
 
     Args:
         late: what does not go together: their order, their loads. missing: signals that there are not. omitted: what is
-            not compared.
+            not compared. another: that the rig file is of another rig; first of all.
     """
     against = (text for recording in recordings for text in contradictions(recording, rig))
     damaged = [*damage(recordings), *pauses(recordings), *at_the_stops(recordings, rig), *late, *against]
     blamed = result.report["verdict"] == "unknown" or any("load.mass" in h["effects"] for h in result.report["hypotheses"])
-    said = [*damaged, *missing, *undeclared(recordings, rig[PAYLOAD], blamed)]
+    said = [*another, *damaged, *missing, *undeclared(recordings, rig[PAYLOAD], blamed)]
     first = f"{careful(said)}{result.sentence}" if said and said[0] not in result.sentence else result.sentence
     sheet = of_reference(recordings, rig) if result.report["verdict"] == "unknown" else []
     notes = [*said, *sheet, *result.report["notes"], *omitted, *doubts(recordings)]

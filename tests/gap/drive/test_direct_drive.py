@@ -9,6 +9,7 @@ from ddh_twin_py.estimation.fitting.comparison import Comparison, Discrepancy
 from ddh_twin_py.estimation.fitting.experiment import Experiment
 from ddh_twin_py.estimation.fitting.problem import Problem
 from ddh_twin_py.gap.catalogue import EFFECTS
+from ddh_twin_py.gap.diagnose import Recordings, diagnose
 from ddh_twin_py.gap.drive.case import DriveCase
 from ddh_twin_py.gap.drive.direct_drive import DirectDrive
 from ddh_twin_py.gap.drive.held_data import HeldData
@@ -208,7 +209,14 @@ def test_a_rig_file_of_another_rig_is_told(recording, described, tells):
     """None is the file of the rig that is recorded; the reference sheet is of any."""
     rig = replace(load_rig(), rig_id=described or recording.rig.rig_id)
     notes = DriveCase([], [Experiment(recording, rig)], rig).notes()
-    assert any("describes crane_1, the recordings are of" in note for note in notes) is tells
+    assert any("describes crane_1 and the recording is of" in note for note in notes) is tells
+
+
+def test_a_rig_file_of_another_rig_stands_first_in_the_sentence_of_a_gap(recording):
+    found = diagnose(Recordings([recording.between(0.0, 4.0)]), replace(load_rig(), rig_id="crane_1"))
+    told = f"the rig file describes crane_1 and the recording is of {recording.rig.rig_id}; what was fitted to another rig is no tolerance"
+    assert found.sentence.startswith(f"Careful: {told} of this one. The recordings allow no answer: ")
+    assert sum(told in note for note in found.report["notes"]) == 1 and told in found.report["notes"][0]
 
 
 def test_fitted_parameters_carry_their_spread_and_source(model):

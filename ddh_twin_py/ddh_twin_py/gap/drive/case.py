@@ -64,7 +64,8 @@ class DriveCase(DirectDrive):
     def __init__(self, commissioning: Sequence[Experiment], field: Sequence[Experiment], rig: Rig, held: Sequence[Experiment] = ()) -> None:
         recorded = announced_id(e.recording for e in field) or rig.rig_id
         super().__init__(commissioning, field, replace(rig, rig_id=recorded), held)
-        self._of_another = "" if rig.may_be_of(recorded) else rig.rig_id
+        another = rig.of_another(recorded)
+        self.of_another = [f"{another}; what was fitted to another rig is no tolerance of this one"] if another else []
         kinds = {"field": field, "commissioning": commissioning, "validation": held}
         self.recordings = {kind: [e.recording.path for e in own] for kind, own in kinds.items() if own}
 
@@ -171,11 +172,7 @@ class DriveCase(DirectDrive):
 
     def notes(self) -> list[str]:
         """What these recordings cannot say, whatever was found."""
-        notes = []
-        if self._of_another:
-            notes.append(f"{self.rig.file} describes {self._of_another}, the recordings are of {self.rig.rig_id}; what was fitted to "
-                         "another rig is no tolerance of this one")
-        notes += self.missing()
+        notes = [*self.of_another, *self.missing()]
         there = self._sensors_there()
         unread = [sensor for sensor in SENSORS if sensor not in there]
         if there and unread:
