@@ -1,7 +1,10 @@
 """What is concluded names the hypothesis that it heard."""
 
+from types import SimpleNamespace
+
 import pytest
 from ddh_twin_py.gap import answer
+from ddh_twin_py.gap.explain.search import Found
 from ddh_twin_py.gap.verdict import conclusion
 from ddh_twin_py.real_rigs.diagnose import diagnose
 from ddh_twin_py.real_rigs.rig_model import RigModel
@@ -31,3 +34,15 @@ def test_who_leads_once_no_effect_is_less_believed_was_heard(concluded):
     assert after.found.leader == after.verdict.leader == after.best.effects == (OFFSET.id,)
     assert set(after.at_best) == {(), (OFFSET.id,)}
     assert 0.2 < after.unknown.probability < 0.5
+
+
+@pytest.mark.parametrize("built, without, beside, helps", [(True, 1.1, 1.1, False), (True, 1.1, 0.9, True), (True, 2.0, 2.0, False),
+                                                           (False, 1.1, 1.1, True), (False, 2.1, 2.14, False), (False, 2.1, 1.5, True)])
+def test_a_leader_that_brings_held_out_data_no_nearer_is_less_believed(built, without, beside, helps):
+    """Without commissioning only where these have a gap: parameters take an effect up, and leave none within the floor."""
+    leader, none = SimpleNamespace(columns=(1,), effects=("fan",)), SimpleNamespace(columns=(), effects=())
+    found = Found(None, {("fan",): 0.9, (): 0.1}, {("fan",): leader, (): none})
+    runs = SimpleNamespace(gap=lambda fitted: beside if fitted is leader else without)
+    after, notes = conclusion._without_help(found, runs, built)
+    assert (after.leader == ("fan",)) == helps and bool(notes) != helps
+    assert all("no nearer" in note and ("nothing beyond the floor" in note) == (without <= 1.25) for note in notes)

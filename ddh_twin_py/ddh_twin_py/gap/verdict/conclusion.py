@@ -36,7 +36,8 @@ from ddh_twin_py.gap.verdict.verdict import (
 from ddh_twin_py.gap.witnesses import Witnesses
 
 _NO_NEARER = 0.99  # share of the gap of held-out data without any effect, from which a hypothesis does not help with it
-_NO_HELP = "held-out data show nothing beyond the floor, and the best listed hypothesis brings them no nearer; it is less believed"
+_NO_HELP = "the best listed hypothesis brings held-out data no nearer; it is less believed"
+_NOTHING_THERE = "held-out data show nothing beyond the floor, and "
 _USUAL_RUNS = 100  # runs of held-out data that take half of the work
 _OUT_OF_THE_QUESTION = 1e-3  # probability of no effect, below which nothing more is asked of it
 
@@ -150,7 +151,7 @@ def conclude(model: Locatable, found: Found, plain: np.ndarray, runs: HeldRuns, 
     found = without_parameters(model, found)
     drift = None if all(model.altered) else Drift(found.linearised, plain)
     acts, why = _something_acts(model, found, runs, plain, drift) if drift else (0.0, "")
-    found, notes = _without_help(found, runs) if drift and acts < LIKELY else (found, [])
+    found, notes = _without_help(found, runs, drift is not None) if acts < LIKELY else (found, [])
     leader = _leading(found).effects
     open_rig = HeldBest(runs.held, runs.floor, model.within, plain, found.linearised.basis.covariance(),
                         lambda ran: progress(ran / (ran + _USUAL_RUNS)))
@@ -173,11 +174,17 @@ def _leading(found: Found) -> Refitted:
     return found.fitted.get(found.leader) or found.fitted[()]
 
 
-def _without_help(found: Found, runs: HeldRuns) -> tuple[Found, list[str]]:
-    """The same with a leader less believed, and a note on it, where it does not help with held-out data that show nothing."""
+def _without_help(found: Found, runs: HeldRuns, built: bool) -> tuple[Found, list[str]]:
+    """The same with a leader less believed, and a note on it, where it does not help with held-out data.
+
+    Args:
+        built: whether a recording showed the rig as built. Without one parameters take an effect up, and leave nothing beyond the floor.
+    """
     leader, none = _leading(found), found.fitted[()]
-    no_help = runs.gap(none) <= NEARLY and runs.gap(leader) > _NO_NEARER * runs.gap(none)
-    return (less_believed(found), [_NO_HELP]) if leader.columns and no_help else (found, [])
+    gap = runs.gap(none)
+    if not leader.columns or runs.gap(leader) <= _NO_NEARER * gap or (gap <= NEARLY and not built):
+        return found, []
+    return less_believed(found), [(_NOTHING_THERE if gap <= NEARLY else "") + _NO_HELP]
 
 
 def _judged(case: _Case, standing: _Standing) -> Verdict:

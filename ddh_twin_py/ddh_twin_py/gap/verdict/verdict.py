@@ -18,7 +18,7 @@ LIKELY = 0.5
 UNKNOWN = "unknown"
 NEARLY = 1.25
 """Multiple of the floor up to which a gap of held-out data is nearly none."""
-_NO_HELP = 5.0  # log odds that a hypothesis loses against no effect, where it brings held-out data within the floor no nearer
+_NO_HELP = 5.0  # log odds that a hypothesis loses against no effect, where it brings held-out data no nearer
 _SHRINKS = 0.95  # share of a gap that is left, from which a hypothesis hardly shrinks it
 _LOUD, _RELIEVED = 20.0, 8.0  # log evidence of a hypothesis, and what of it is relief of parameters: larger than flaws of laws make them
 _FAR, _NEARER = 2.0, 0.75  # floors that a signal is far off, and what of it is left where a hypothesis brings it much nearer
@@ -44,7 +44,7 @@ class Verdict:
 
 
 def less_believed(found: Found) -> Found:
-    """The same where the leader does not help with held-out data that show nothing beyond the floor: what is true would help there too.
+    """The same where the leader does not help with held-out data: what is true would help there too.
 
     How strongly the field recording speaks for it still counts, as its effect may be one that the held-out duty does not show.
     """
