@@ -21,7 +21,7 @@ def concluded(monkeypatch):
         conclude = conclusion.conclude
         monkeypatch.setattr(conclusion, "_something_acts", lambda *_: (acts, "commissioned, it would hardly show this"))
         monkeypatch.setattr(answer, "conclude", lambda *given, **named: kept.append(conclude(*given, **named)) or kept[-1])
-        diagnose(RigModel(DESCRIPTION, block([(OFFSET, 0, 0.035)], seed=1).field, commissioning=block(seed=3).field))
+        diagnose(RigModel(DESCRIPTION, block([(OFFSET, 0, 0.032)], seed=1).field, commissioning=block(seed=3).field))
         return kept[-1]
 
     return on
