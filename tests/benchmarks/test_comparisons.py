@@ -13,13 +13,14 @@ from ddh_twin_py.benchmarks.recorded_run_speed import time_recorded_run
 from ddh_twin_py.benchmarks.solvers import compare_symbolic, scipy_lsoda
 from ddh_twin_py.benchmarks.tools import NotThere
 from ddh_twin_py.cli import benchmarks, live_bench
-from ddh_twin_py.cli.arguments import InputError, duty_file
+from ddh_twin_py.cli.arguments import InputError
 from ddh_twin_py.cli.main import main
 from ddh_twin_py.cli.simulate import START_NS
 from ddh_twin_py.cli.simulated import collect
 from ddh_twin_py.physics.free_run import HYDRAULIC_STEP
 from ddh_twin_py.rig import load_rig
 from ddh_twin_py.twin.duty import load_duty
+from ddh_twin_py.twin.duty_file import duty_file
 from support.simulated import simulated
 
 

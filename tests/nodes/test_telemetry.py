@@ -232,11 +232,18 @@ def test_a_bag_whose_clock_jumped_goes_on_without_a_pause(short_recording):
         ("bag", {"path": "/nowhere"}, "/nowhere does not exist"),
         ("simulation", {}, "simulation.duty is empty"),
         ("simulation", {"duty": "/nowhere.yaml"}, "no such duty file"),
+        ("simulation", {"duty": "mixd"}, "mixd: no such duty file, and no duty 'mixd'; the nearest is 'mixed', valid are mixed"),
     ],
 )
 def test_a_source_that_cannot_be_opened_says_why(name, options, words):
     with pytest.raises(SourceError, match=words):
         registry.open_source(name, options)
+
+
+def test_a_duty_of_the_project_is_named_as_in_the_verbs(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    source = registry.open_source("simulation", {"duty": "mixed", "seed": 3, "duration": 1.0})
+    assert "drive/telemetry" in next(iter(source.batches(["drive/telemetry"])))
 
 
 def test_a_simulated_rig_names_itself(duty):

@@ -5,13 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from ddh_twin_py.bags.reader import read_recording
-from ddh_twin_py.cli.arguments import duty_file
 from ddh_twin_py.cli.simulated import collect
 from ddh_twin_py.estimation.replay import replay
 from ddh_twin_py.physics.thermal_network import NODES
 from ddh_twin_py.rig import load_rig
 from ddh_twin_py.telemetry.signals import DRIVE_TOPIC, HYDRAULIC_TOPIC
 from ddh_twin_py.twin.duty import load_duty
+from ddh_twin_py.twin.duty_file import duty_file
 from ddh_twin_py.twin.sensor_errors import delay_ns, take_off_air, take_off_delay, temperature_noise, temperature_zero_errors
 from ddh_twin_py.twin.simulated_rig import SimulatedRig
 from ddh_twin_py.twin.temperature_sensors import SENSORS

@@ -4,13 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from ddh_twin_py.cli.arguments import duty_file
 from ddh_twin_py.cli.simulated import collect
 from ddh_twin_py.estimation.fitting.experiment import Experiment
 from ddh_twin_py.gap.shrink.size import ratios
 from ddh_twin_py.rig import load_rig
 from ddh_twin_py.telemetry.recording import Finding
 from ddh_twin_py.twin.duty import load_duty
+from ddh_twin_py.twin.duty_file import duty_file
 from ddh_twin_py.twin.simulated_rig import SimulatedRig
 
 DURATION = 120.0

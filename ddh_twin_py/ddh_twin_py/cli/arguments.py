@@ -329,20 +329,3 @@ def namespace(given: str) -> str:
     if len(name) > _LONGEST_NAMESPACE:
         raise InputError(f"--namespace has {len(name)} characters, allowed are {_LONGEST_NAMESPACE}")
     return name
-
-
-def duty_file(given: str) -> Path:
-    """A duty file by path, or one of the project's own by name, beside which a folder of that name does not matter."""
-    path = Path(given)
-    if path.suffix or path.exists() and not path.is_dir():
-        return path
-    folders = [Path(__file__).resolve().parents[2] / "config" / "duty"]
-    prefixes = os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep)
-    folders += [Path(prefix) / "share/ddh_twin_py/config/duty" for prefix in prefixes if prefix]
-    known = {file.stem: file for folder in reversed(folders) for file in sorted(folder.glob("*.yaml"))}
-    if given not in known:
-        if path.is_dir():
-            return path
-        nearest = f", and {no_such('duty', given, sorted(known))}" if known else ""
-        raise InputError(f"{given}: no such duty file{nearest}")
-    return known[given]

@@ -20,13 +20,13 @@ from ddh_twin_py.benchmarks.free_run_speed import compare_solvers
 from ddh_twin_py.benchmarks.recorded_run_speed import time_recorded_run
 from ddh_twin_py.benchmarks.screening_speed import time_screening
 from ddh_twin_py.benchmarks.timed_process import timed
-from ddh_twin_py.cli.arguments import duty_file
 from ddh_twin_py.cli.console import stage
 from ddh_twin_py.cli.simulate import START_NS
 from ddh_twin_py.cli.simulated import collect
 from ddh_twin_py.estimation.replay import replay
 from ddh_twin_py.rig import load_rig
 from ddh_twin_py.twin.duty import load_duty
+from ddh_twin_py.twin.duty_file import duty_file
 from ddh_twin_py.twin.simulated_rig import SimulatedRig
 
 

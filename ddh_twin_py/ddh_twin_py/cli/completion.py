@@ -5,7 +5,8 @@ from __future__ import annotations
 import argparse
 from collections.abc import Sequence
 
-from ddh_twin_py.cli.arguments import OUTPUTS, add_json, add_verb, duty_file
+from ddh_twin_py.cli.arguments import OUTPUTS, add_json, add_verb
+from ddh_twin_py.twin.duty_file import duty_file
 
 _EXAMPLE = """\
   ddh-twin completion bash > ~/.local/share/bash-completion/completions/ddh-twin

@@ -5,8 +5,9 @@ from __future__ import annotations
 import argparse
 import os
 
-from ddh_twin_py.cli.arguments import InputError, add_html, add_json, add_quiet, add_rig, add_verb, between, duty_file
+from ddh_twin_py.cli.arguments import InputError, add_html, add_json, add_quiet, add_rig, add_verb, between
 from ddh_twin_py.names import no_such
+from ddh_twin_py.twin.duty_file import duty_file
 
 _EXAMPLE = "  ddh-twin gap-design paper_cycle --duration 600 --sensors motor_winding,tank_oil --html out/design.html"
 _LONGEST = 3600.0  # s

@@ -5,7 +5,8 @@ from __future__ import annotations
 import argparse
 from datetime import datetime
 
-from ddh_twin_py.cli.arguments import InputError, add_json, add_quiet, add_rig, add_verb, between, duty_file, new_folder, seed
+from ddh_twin_py.cli.arguments import InputError, add_json, add_quiet, add_rig, add_verb, between, new_folder, seed
+from ddh_twin_py.twin.duty_file import duty_file
 
 _EXAMPLE = """\
   ddh-twin simulate paper_cycle -o out/simulated --seed 3 --duration 600

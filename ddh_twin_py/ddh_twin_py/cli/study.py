@@ -6,7 +6,8 @@ import argparse
 import re
 import time
 
-from ddh_twin_py.cli.arguments import InputError, add_html, add_json, add_quiet, add_rig, add_verb, duty_file, output_file, positive
+from ddh_twin_py.cli.arguments import InputError, add_html, add_json, add_quiet, add_rig, add_verb, output_file, positive
+from ddh_twin_py.twin.duty_file import duty_file
 
 _EXAMPLE = "  ddh-twin study cold-start --ambient -30:40:5 --grades 15,32,68 --duty paper_cycle --html out/cold_start.html"
 DUTIES = "paper_cycle,paper_cycle_each_minute,paper_cycle_fast"

@@ -19,7 +19,6 @@ from ddh_twin_py.cli.arguments import (
     add_quiet,
     add_rig,
     add_verb,
-    duty_file,
     kept_file,
     named_file,
     namespace,
@@ -32,6 +31,7 @@ from ddh_twin_py.cli.console import put_json, say
 from ddh_twin_py.cli.parameter_yaml import parameter_yaml
 from ddh_twin_py.cli.supervisor import Child, Supervisor, combined_log
 from ddh_twin_py.cli.twin_nodes import FLUSH_AFTER, TWIN, played_topics
+from ddh_twin_py.twin.duty_file import duty_file
 
 __all__ = ["ENDING", "Parser", "add_parser", "check", "environment_additions", "node_parameters", "run"]
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import argparse
 
-from ddh_twin_py.cli.arguments import add_html, add_json, add_quiet, add_rig, add_verb, between, duty_file, whole
+from ddh_twin_py.cli.arguments import add_html, add_json, add_quiet, add_rig, add_verb, between, whole
+from ddh_twin_py.twin.duty_file import duty_file
 
 _EXAMPLE = "  ddh-twin verify --seeds 40 --duration 600 --json out/consistency.json"
 
