@@ -42,6 +42,11 @@ def test_every_column_of_a_chart_is_there_and_no_quantity_twice():
     assert len(COLUMNS) == len(set(COLUMNS)) == sum(WIDTHS)
 
 
+def test_a_legend_tells_a_sensor_s_noise_from_the_uncertainty_of_an_estimate():
+    spreads = {line["band"].split(".")[0]: line["spread"] for q in quantities() for line in q["lines"] if "band" in line}
+    assert spreads == {"noise": "2 × sensor noise", "estimate": "2 σ", "innovation": "2 σ"}
+
+
 def test_a_frame_holds_what_came_since_the_last_one_and_only_once(board):
     drive(board, 1000, 1001, 1002, value=5.0)
     number, now, blocks = decode(board.frame(), WIDTHS)

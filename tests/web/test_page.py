@@ -67,6 +67,7 @@ def test_a_band_that_was_wide_before_the_first_reading_does_not_stretch_the_axis
         browser.wait(f"{ticks}.some((at) => at > 21 && at < 25)")
         browser.value("written.length = 0")  # also what was drawn just before
         ticks = browser.wait(f"{ticks}.length > 1 && {ticks}", 30.0)
+        assert "twin, fused ± 2 σ" in browser.value("document.querySelector('#chart-list').textContent")
     assert min(ticks) >= 21.0 and max(ticks) <= 25.0, ticks
 
 

@@ -27,7 +27,7 @@ def quantities() -> list[dict]:
     """All of them, in the order of the menu; each with id, label, group, unit, factor from SI, digits and its lines.
 
     A line has a `column`, a `role` (measured, fused, soft, twin) and a label; `band` names the column of its standard deviation
-    (about the line, or about `around`), and `dots` marks readings that come now and then.
+    (about the line, or about `around`), `spread` says what `BAND` of them are, and `dots` marks readings that come now and then.
     """
     return [*_signals(), *_temperatures(), *_flows_and_powers(), *_losses(), *_heat(), *_oil_flows(), *_gaps(), *_innovations()]
 
@@ -39,7 +39,7 @@ def _quantity(name: str, label: str, group: str, unit: str, lines: list[dict], *
 
 
 def _line(column: str, role: str, label: str, **more: object) -> dict:
-    return {"column": column, "role": role, "label": label, **more}
+    return {"column": column, "role": role, "label": label, "spread": "2 σ", **more}
 
 
 def _signals() -> Iterator[dict]:
@@ -49,7 +49,7 @@ def _signals() -> Iterator[dict]:
         stream = "drive" if name in DRIVE_FIELDS else "hydraulics"
         lines = [_line(f"{stream}.{name}", "measured", "measured")]
         if name in noisy:
-            lines.append(_line(f"prediction.{name}", "twin", "twin, free run", band=f"noise.{name}"))
+            lines.append(_line(f"prediction.{name}", "twin", "twin, free run", band=f"noise.{name}", spread="2 × sensor noise"))
         elif name == "speed_command":
             lines[0]["label"] = "commanded"
         yield _quantity(name, words(name), "telemetry", STATE_FIELDS.get(name, "rad/s"), lines)

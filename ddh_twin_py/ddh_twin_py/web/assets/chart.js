@@ -59,7 +59,7 @@ export class Chart {
           "li",
           { class: `${line.role}${line.dots ? " dots" : ""}` },
           element("i"),
-          `${line.label}${line.band ? " ± 2 σ" : ""} `,
+          `${line.label}${line.band ? ` ± ${line.spread}` : ""} `,
           element("b", {}, DASH),
         ),
       ),
