@@ -8,6 +8,7 @@ from html.parser import HTMLParser
 
 import numpy as np
 import pytest
+from ddh_twin_py.physics.thermal_network import NODES
 from ddh_twin_py.report.page.charts import Chart, Trace, quantised
 from ddh_twin_py.report.page.document import Column, Document, EndMatter, table
 from ddh_twin_py.report.replay.agreement import compare
@@ -89,6 +90,13 @@ def test_what_is_just_beyond_the_floor_is_not_rounded_to_it(result):
     agreement = compare(result)
     page = replay_document(result, agreement).html()
     assert "<dt>Furthest off</dt><dd>1.604 × noise<" in page and "1.604 times noise" in agreement.verdict
+
+
+def test_the_warmest_place_stands_beside_what_its_sensor_would_read(result):
+    result.fused[:, NODES.index("end_winding")] = 273.15 + 50.08
+    page = replay_document(result, compare(result)).html()
+    assert "<dd>50.1 °C<" in page and "end winding itself, ± 0.30 K; its sensor, which lags, would read 28.8" in page
+    assert "This table, and both lines of a chart, are seen through the sensor" in page
 
 
 def test_packing_keeps_extremes_and_gaps():

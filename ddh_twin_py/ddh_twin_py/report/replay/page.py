@@ -198,8 +198,9 @@ def _key_figures(result: ReplayResult, agreement: Agreement) -> list[doc.Figure]
                                   f"largest RMS, {words(worst.sensor)}"))
     if agreement.nodes:
         hottest = max(agreement.nodes, key=lambda n: n.fused)
+        lagging = [f"; its sensor, which lags, would read {celsius(t.fused, 1)}" for t in agreement.temperatures if t.node == hottest.node]
         figures.append(doc.Figure("Warmest at the end", f"{celsius(hottest.fused, 1)} °C",
-                                  f"{words(hottest.node)}, ± {number(hottest.fused_std, 2)} K"))
+                                  f"{words(hottest.node)} itself, ± {number(hottest.fused_std, 2)} K{''.join(lagging)}"))
     losses, electrical = sum(x.soft for x in agreement.losses), agreement.energy["electrical_power_soft_sensor"]
     found = [
         f"{count} {severity}{'s' * (count > 1)}" for severity in ("error", "warning")
@@ -219,7 +220,7 @@ def _temperature_table(agreement: Agreement) -> doc.Html:
         return doc.paragraph("No temperature sensor was recorded; the fusion rests on the models alone.")
     columns = [
         doc.Column("Sensor", number=False), doc.Column("Measured", "°C, last"), doc.Column("Predicted", "°C, free run"),
-        doc.Column("Fused ± σ", "°C"), doc.Column("RMS predicted", "K"), doc.Column("RMS fused", f"K, uses sensor, from {SETTLING:g} s"),
+        doc.Column("Fused ± σ", "°C, as read"), doc.Column("RMS predicted", "K"), doc.Column("RMS fused", f"K, uses sensor, from {SETTLING:g} s"),
         *((doc.Column("RMS left out", "K, sensor not used"),) if left_out else ()),
         doc.Column("Noise", "K"), doc.Column("Predicted", "in noise", number=False),
         doc.Column("Readings"), doc.Column("Refused", "by the filter"),
@@ -241,8 +242,8 @@ def _temperature_note(agreement: Agreement) -> doc.Html:
     if not agreement.temperatures:
         return doc.Html("")
     return doc.note(
-        "Both lines are seen through the sensor's lag. The fused estimate is of the node itself: apart from what the rig file "
-        "knows of it, it leaves out the "
+        "This table, and both lines of a chart, are seen through the sensor's lag: a place that cools is colder than that by now, see all thermal "
+        "nodes at the end. Apart from what the rig file knows of it, the fused estimate leaves out the "
         "sensor's own zero error, which the filter estimates beside it. RMS predicted is over all readings of the recording, RMS fused "
         f"over those from {SETTLING:g} s after each start, by when the filter has found the temperatures (over all readings: largest "
         f"{number(max(t.rms_fused_whole for t in agreement.temperatures), 2)} K). Until then its band does not stretch the axis. "
