@@ -220,7 +220,8 @@ def _temperature_table(agreement: Agreement) -> doc.Html:
         return doc.paragraph("No temperature sensor was recorded; the fusion rests on the models alone.")
     columns = [
         doc.Column("Sensor", number=False), doc.Column("Measured", "°C, last"), doc.Column("Predicted", "°C, free run"),
-        doc.Column("Fused ± σ", "°C, as read"), doc.Column("RMS predicted", "K"), doc.Column("RMS fused", f"K, uses sensor, from {SETTLING:g} s"),
+        doc.Column("Fused ± σ", "°C, as read"), doc.Column("RMS predicted", "K"),
+        doc.Column("RMS fused", f"K, uses sensor, from {SETTLING:g} s"),
         *((doc.Column("RMS left out", "K, sensor not used"),) if left_out else ()),
         doc.Column("Noise", "K"), doc.Column("Predicted", "in noise", number=False),
         doc.Column("Readings"), doc.Column("Refused", "by the filter"),
@@ -242,8 +243,8 @@ def _temperature_note(agreement: Agreement) -> doc.Html:
     if not agreement.temperatures:
         return doc.Html("")
     return doc.note(
-        "This table, and both lines of a chart, are seen through the sensor's lag: a place that cools is colder than that by now, see all thermal "
-        "nodes at the end. Apart from what the rig file knows of it, the fused estimate leaves out the "
+        "This table, and both lines of a chart, are seen through the sensor's lag: a place that cools is colder than that by now, see all "
+        "thermal nodes at the end. Apart from what the rig file knows of it, the fused estimate leaves out the "
         "sensor's own zero error, which the filter estimates beside it. RMS predicted is over all readings of the recording, RMS fused "
         f"over those from {SETTLING:g} s after each start, by when the filter has found the temperatures (over all readings: largest "
         f"{number(max(t.rms_fused_whole for t in agreement.temperatures), 2)} K). Until then its band does not stretch the axis. "
