@@ -51,6 +51,8 @@ def test_progress_is_told_and_a_stop_ends_the_process(tmp_path):
     process = begun(tmp_path, "slow")
     until(lambda: process.done == 0.5)
     assert process.stage == "fitting" and process.outcome is None and process.wait(0.0) is None
+    told = []
+    assert process.wait(0.5, lambda *far: told.append(far)) is None and told == [(0.5, "fitting")] * 2
     process.stop()
     assert process.outcome.error == "the diagnosis was stopped"
     with pytest.raises(ProcessLookupError):

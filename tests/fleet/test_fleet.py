@@ -208,7 +208,7 @@ def diagnosed(folder, results, **given):
     calls = []
     command = FAKE
     rows = run_fleet(find_recordings(folder), Results(results), Settings(30.0, command), jobs=2,
-                     progress=lambda share, running: calls.append(share), **given)
+                     progress=lambda share, running, failed: calls.append(share), **given)
     return {row.recording: row for row in rows}, calls
 
 
@@ -384,7 +384,7 @@ def test_an_interruption_ends_the_processes(folder, tmp_path, second, monkeypatc
     monkeypatch.setattr(fleet_run.DiagnosisProcess, "stop", lambda self: (stop(self), stopped.append(self)))
     found = [f for f in find_recordings(folder) if f.name in ("a/april", "slow")]
 
-    def interrupt(share, running):
+    def interrupt(share, running, failed):
         if list(running) == ["slow"] and running["slow"][0] > 0.0:
             raise KeyboardInterrupt
 
@@ -399,9 +399,9 @@ def test_what_is_under_way_counts_by_its_share_and_is_named(folder, tmp_path, se
     found = [f for f in find_recordings(folder) if f.name in ("a/april", "slow")]
     told, far = [], FleetProgress(2, 0, iter((0.0, 60.0)).__next__)
     run_fleet(found, Results(tmp_path / "results"), Settings(3.0, FAKE), jobs=2, progress=lambda *one: told.append(one))
-    assert any(running == {"slow": (0.5, "fitting")} and share == 0.75 for share, running in told) and told[-1] == (1.0, {})
+    assert any(running == {"slow": (0.5, "fitting")} and share == 0.75 for share, running, _ in told) and told[-1] == (1.0, {}, 1)
     shares = []
-    far.then(shares.append)(0.75, {"slow": (0.5, "fitting")})
+    far.then(shares.append)(0.75, {"slow": (0.5, "fitting")}, 0)
     assert shares == [0.75] and far.said(0.75) == "1 of 2 finished, slow 50 %, about 20 s left"
 
 
@@ -409,8 +409,17 @@ def test_what_is_under_way_counts_by_its_share_and_is_named(folder, tmp_path, se
     (0.0, "reading", "reading"), (0.001, COMPILING, COMPILING), (0.5, COMPILING, COMPILING), (0.5, "fitting the rig", "50 %")])
 def test_of_a_recording_whose_share_stands_still_the_stage_is_told(done, stage, said):
     far = FleetProgress(1, 0, lambda: 0.0)
-    far.then(lambda share: None)(0.0, {"slow": (done, stage)})
+    far.then(lambda share: None)(0.0, {"slow": (done, stage)}, 0)
     assert far.said(0.0) == f"0 of 1 finished, slow {said}"
+
+
+def test_what_failed_tells_nothing_of_the_time_that_is_left():
+    """One of two bags is broken; after 60 s the other is at 5 %, then at 25 %."""
+    now = iter((0.0, 60.0, 300.0))
+    far = FleetProgress(2, 0, now.__next__)
+    for done, left in ((0.05, ""), (0.25, ", about 3 min left")):
+        far.then(lambda share: None)(0.5 + done / 2.0, {"slow": (done, "fitting")}, 1)
+        assert far.said(0.5) == f"1 of 2 finished, slow {100.0 * done:.0f} %{left}"
 
 
 def report(verdict, why, classes=()):

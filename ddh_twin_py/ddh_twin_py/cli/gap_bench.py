@@ -78,11 +78,14 @@ def run(args: argparse.Namespace) -> int:
         for line in failed:
             say(f"not made: {line}")
     if "run" in steps:
-        from ddh_twin_py.gap_bench.running import run_bench
+        from ddh_twin_py.fleet.progress import FleetProgress
+        from ddh_twin_py.gap_bench.running import answered, run_bench, selected
 
-        with stage("diagnosing", args.quiet) as progress:
+        names = selected(out, suites, args.cases)
+        far = FleetProgress(len(names), 0 if args.again == "all" else len(answered(out, names, not args.no_oracle)))
+        with stage(f"diagnosing {len(names)} cases", args.quiet, far.said) as progress:
             crashed = run_bench(out, args.jobs, suites, args.cases, oracle=not args.no_oracle, cluster=args.cluster,
-                                again=args.again, progress=progress)
+                                again=args.again, progress=far.then(progress))
         if crashed:
             say(f"{len(crashed)} cases crashed and count as wrong: {', '.join(crashed)}")
     if "score" in steps:

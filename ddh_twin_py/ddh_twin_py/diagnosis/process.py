@@ -10,7 +10,8 @@ import subprocess
 import sys
 import tempfile
 import threading
-from collections.abc import Sequence
+import time
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -18,6 +19,7 @@ import ddh_twin_py
 from ddh_twin_py.bags.case import Case
 
 COMMAND = (sys.executable, "-m", "ddh_twin_py.diagnosis.child")
+_TURN = 0.2  # s between looks at how far it is
 _PATIENCE = 3.0  # s between asking the process to end and ending it
 
 
@@ -77,10 +79,14 @@ class DiagnosisProcess:
         """Of the process; 0 where it could not be started."""
         return self._process.pid if hasattr(self, "_process") else 0
 
-    def wait(self, timeout: float | None = None) -> Outcome | None:
-        """Wait up to `timeout` s for the end; None where it goes on."""
+    def wait(self, timeout: float | None = None, told: Callable[[float, str], None] | None = None) -> Outcome | None:
+        """Wait up to `timeout` s for the end; None where it goes on. ``told`` is the share done and the stage, each `_TURN` s."""
         if hasattr(self, "_reader"):
-            self._reader.join(timeout)
+            until = math.inf if timeout is None else time.monotonic() + timeout
+            while told is not None and self._reader.is_alive() and time.monotonic() + _TURN < until:
+                self._reader.join(_TURN)
+                told(self.done, self.stage)
+            self._reader.join(None if timeout is None else max(until - time.monotonic(), 0.0))
         return self.outcome
 
     def stop(self) -> None:

@@ -1,4 +1,4 @@
-"""How far a fleet is, in words: how many are finished, what is under way, and how long the rest may take."""
+"""How far a fleet, or a bench, is, in words: how many are finished, what is under way, and how long the rest may take."""
 
 from __future__ import annotations
 
@@ -22,14 +22,16 @@ class FleetProgress:
 
     def __init__(self, recordings: int, finished: int, clock: Callable[[], float] = time.monotonic) -> None:
         self._recordings, self._finished = recordings, finished
-        self.share = self._begun = finished / recordings
+        self.share = finished / recordings
         self._clock, self._since = clock, clock()
+        self._before, self._failed = finished, 0
         self._running: Mapping[str, tuple[float, str]] = {}
 
-    def then(self, progress: Callable[[float], None]) -> Callable[[float, Mapping[str, tuple[float, str]]], None]:
-        """What keeps the share of all and of each that is under way, and passes the first on."""
+    def then(self, progress: Callable[[float], None]) -> Callable[[float, Mapping[str, tuple[float, str]], int], None]:
+        """What keeps the share of all and of each that is under way, and how many of this run failed, and passes the first on."""
 
-        def told(share: float, running: Mapping[str, tuple[float, str]]) -> None:
+        def told(share: float, running: Mapping[str, tuple[float, str]], failed: int) -> None:
+            self._failed = failed
             self._finished = round(share * self._recordings - sum(done for done, _ in running.values()))
             self.share, self._running = share, running
             progress(share)
@@ -44,9 +46,10 @@ class FleetProgress:
         return ", ".join([f"{self._finished} of {self._recordings} finished", *named[:_NAMED], *more, *self._left()])
 
     def _left(self) -> list[str]:
-        """How long the rest takes, if it goes on so; nothing where that cannot be told yet."""
-        done, left = self.share - self._begun, 1.0 - self.share
-        if done < _SURE * (1.0 - self._begun) or left <= 0.0:
+        """How long the rest takes, if it goes on so; nothing where that cannot be told yet. What failed tells nothing of that."""
+        left = self._recordings * (1.0 - self.share)
+        done = self._recordings - self._before - self._failed - left
+        if done < _SURE * (done + left) or left <= 0.0:
             return []
         seconds = (self._clock() - self._since) * left / done
         return [f"about {seconds / 60.0:.0f} min left" if seconds >= 90.0 else f"about {seconds:.0f} s left"]

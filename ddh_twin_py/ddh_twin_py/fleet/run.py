@@ -20,8 +20,8 @@ LONGEST = 3600.0
 _READING = "reading"
 _LOOK = 1.0  # s between looks at how far recordings are
 _TURN = 0.2  # s between looks at how far one is
-Progress = Callable[[float, Mapping[str, tuple[float, str]]], None]
-"""Told the share done of all recordings, and of each that is under way here, by name, with its stage."""
+Progress = Callable[[float, Mapping[str, tuple[float, str]], int], None]
+"""Told the share done of all recordings, and of each that is under way here, by name, with its stage; and how many ended with an error."""
 
 
 @dataclass(frozen=True)
@@ -82,15 +82,17 @@ def run_fleet(found: Sequence[Found], results: Results, settings: Settings, jobs
     """
     rows = {} if again else {f.name: row for f in found if (row := results.finished(f)) is not None}
     left = [f for f in found if f.name not in rows]
+    failed = 0
     running: dict[str, tuple[float, str]] = {}
 
     def tell() -> None:
         if progress is not None:
             now = {name: far for name, far in dict(running).items() if name not in rows}
-            progress((len(rows) + sum(share for share, _ in now.values())) / len(found), now)
+            progress((len(rows) + sum(share for share, _ in now.values())) / len(found), now, failed)
 
     for one, before, diagnosed in (_on_cluster(left, settings, cluster) if cluster else _here(left, settings, jobs, running, tell)):
         rows[one.name] = diagnosed.row
+        failed += bool(diagnosed.row.error)
         if diagnosed.final:
             try:
                 results.keep(one, before, diagnosed.row, diagnosed.report)

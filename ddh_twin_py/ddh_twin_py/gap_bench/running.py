@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor, Future, ThreadPoolExecutor, as_completed
 from importlib.util import find_spec
 from pathlib import Path
@@ -41,8 +41,9 @@ def questions(out: Path, truth: dict, oracle: bool = True) -> list[str]:
     return asked
 
 
-def run_case(out: str, name: str, engine: str = ENGINE, oracle: bool = True, timeout: float = TIMEOUT) -> tuple[str, bool]:
-    """Ask everything about one case that has no answer yet.
+def run_case(out: str, name: str, engine: str = ENGINE, oracle: bool = True, timeout: float = TIMEOUT,
+             told: Callable[[float, str], None] | None = None) -> tuple[str, bool]:
+    """Ask everything about one case that has no answer yet; ``told`` is the share done of it, and what is done.
 
     Returns:
         the case's name, and whether every process ended well.
@@ -50,15 +51,18 @@ def run_case(out: str, name: str, engine: str = ENGINE, oracle: bool = True, tim
     folder = Path(out)
     truth = truth_of(folder, name)
     well = True
-    for question in questions(folder, truth, oracle):
+    asked = questions(folder, truth, oracle)
+    for k, question in enumerate(asked):
         target = result_file(folder, name, question)
         if not is_answered(target):
-            _ask(folder, name, question, truth, engine, timeout)
+            _ask(folder, name, question, truth, engine, timeout,
+                 told and (lambda done, stage, k=k: told((k + done) / len(asked), stage)))
         well = well and "error" not in read_result(target)
     return name, well
 
 
-def _ask(out: Path, name: str, question: str, truth: dict, engine: str, timeout: float) -> None:
+def _ask(out: Path, name: str, question: str, truth: dict, engine: str, timeout: float,
+         told: Callable[[float, str], None] | None) -> None:
     true = [e["effect"] for e in truth["effects"] if e["listed"]]
     target = result_file(out, name, question)
     target.parent.mkdir(parents=True, exist_ok=True)
@@ -70,7 +74,7 @@ def _ask(out: Path, name: str, question: str, truth: dict, engine: str, timeout:
         write_whole(target, json.dumps({"error": str(error), "seconds": 0.0}))
         return
     process = DiagnosisProcess(case, engine=engine, **asked)
-    outcome = process.wait(timeout)
+    outcome = process.wait(timeout, told)
     if outcome is None:
         process.stop()
     if outcome is None or outcome.error:
@@ -92,14 +96,15 @@ def left_out(true: list[str], out: Path, name: str) -> list[str]:
 
 def run_bench(out: Path, jobs: int = 1, suites: tuple[str, ...] = (), cases: int | None = None, engine: str = ENGINE,
               oracle: bool = True, cluster: str | None = None, again: str = "",
-              progress: Callable[[float], None] | None = None) -> list[str]:
+              progress: Callable[[float, Mapping[str, tuple[float, str]], int], None] | None = None) -> list[str]:
     """Run what is not done yet.
 
     Args:
         out: folder of a sealed bench. jobs: processes at once. suites: only these; () is all. cases: only the first so many.
         engine: ``module:function``. oracle: whether the oracle is asked too. cluster: address of a dask scheduler whose
             workers see ``out`` under the same path. again: 'crashed' or 'all': answers that are asked for once more.
-        progress: called with the share done.
+        progress: told the share done of all cases, and of each that is under way here, by name, with its stage; and how many of those
+            that were asked about did not end well.
 
     Returns:
         names of the cases of which a process did not end well.
@@ -111,18 +116,38 @@ def run_bench(out: Path, jobs: int = 1, suites: tuple[str, ...] = (), cases: int
     module = engine.partition(":")[0]
     if engine == ENGINE and find_spec(module) is None:
         raise BenchError(f"{module}: this installation has no gap diagnosis, there is nothing to run")
-    crashed = []
+    ended: dict[str, bool] = {}
+    running: dict[str, tuple[float, str]] = {}
     busy = BenchError(f"{out}: another ddh-twin gap-bench is running there; wait for it")
     with held(out, _LOCK, busy), executor(jobs, cluster) as pool:
         if again:
             forget(out, names, crashed=again == "crashed")
-        waiting = [pool.submit(run_case, str(out.absolute()), name, engine, oracle) for name in names]
-        for done, (name, well) in enumerate(results(waiting), 1):
-            if not well:
-                crashed.append(name)
+        before = answered(out, names, oracle)
+
+        def tell() -> None:
             if progress is not None:
-                progress(done / len(waiting))
-    return sorted(crashed)
+                now = {name: far for name, far in dict(running).items() if name not in ended}
+                failed = sum(not well for name, well in dict(ended).items() if name not in before)
+                progress((len(ended) + sum(share for share, _ in now.values())) / len(names), now, failed)
+
+        def teller(name: str) -> Callable[[float, str], None]:
+            def told(done: float, stage: str) -> None:
+                running[name] = done, stage
+                tell()
+
+            return told
+
+        waiting = [pool.submit(run_case, str(out.absolute()), name, engine, oracle, told=None if cluster else teller(name))
+                   for name in names]
+        for name, well in results(waiting):
+            ended[name] = well
+            tell()
+    return sorted(name for name, well in ended.items() if not well)
+
+
+def answered(out: Path, names: Sequence[str], oracle: bool = True) -> list[str]:
+    """Those of cases of which every question has an answer."""
+    return [name for name in names if all(is_answered(result_file(out, name, q)) for q in questions(out, truth_of(out, name), oracle))]
 
 
 def results(waiting: Sequence[Future]) -> Iterator:
