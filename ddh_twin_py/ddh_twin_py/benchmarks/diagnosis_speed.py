@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import re
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -25,24 +27,27 @@ FULL = 1800.0
 _RATE, _SLOW_RATE = 50.0, 1.0  # Hz
 _COMMISSIONING, _VALIDATION = 600.0, 540.0  # s
 _SECONDS, _MEGABYTES = 180.0, 2000.0
+_SHARE = re.compile(r"^diagnosing: (\d+) %", re.MULTILINE)  # of a line that `ddh-twin gap` tells now and then
 _DAY = 86_400 * 10**9
 _EPOCH = 1_767_225_600 * 10**9
 
 
-def time_diagnosis(sheet: Rig, scratch: Path, seconds: float = FULL) -> list[Figure]:
+def time_diagnosis(sheet: Rig, scratch: Path, seconds: float = FULL, progress: Callable[[float], None] | None = None) -> list[Figure]:
     """Time (s) and peak memory (MB) of `ddh-twin gap`, a process of its own, with and without commissioning.
 
     Args:
         scratch: folder for the recordings. seconds: of field data; limits are stated for `FULL` alone.
+        progress: told the share done.
 
     Raises:
         ProcessFailed: the diagnosis ended without a report.
     """
-    figures = []
-    for commissioned, effects in ((True, COMMISSIONED), (False, UNCOMMISSIONED)):
+    figures, cases = [], ((True, COMMISSIONED), (False, UNCOMMISSIONED))
+    for k, (commissioned, effects) in enumerate(cases):
         label = "with" if commissioned else "without"
         make_case(scratch / label, sheet, effects, commissioned, seconds)
-        took, memory, verdict = _diagnosed(scratch / label, scratch / "report.json")
+        took, memory, verdict = _diagnosed(scratch / label, scratch / "report.json",
+                                             progress and (lambda share, k=k: progress((k + share) / len(cases))))
         name = f"diagnosis of {seconds / 60:.0f} min at 50 Hz, {label} commissioning"
         limits = (_SECONDS, _MEGABYTES, "limit") if seconds == FULL else (None, None, "")
         figures += [Figure(f"{name} ({verdict})", took, "s", limits[0], limits[2]),
@@ -66,7 +71,12 @@ def make_case(case: Path, sheet: Rig, effects: dict[str, float], commissioned: b
         write_recording(case / part, recording_of(readings, case.name, duty.exercise.payload, _EPOCH + days * _DAY))
 
 
-def _diagnosed(case: Path, out: Path) -> tuple[float, float, str]:
+def _diagnosed(case: Path, out: Path, progress: Callable[[float], None] | None) -> tuple[float, float, str]:
     """Seconds, megabytes and verdict; reading of the bags included."""
-    seconds, megabytes = timed("gap", str(case), "--quiet", "--json", str(out))
+
+    def told(said: str) -> None:
+        if progress is not None and (shares := _SHARE.findall(said)):
+            progress(float(shares[-1]) / 100.0)
+
+    seconds, megabytes = timed("gap", str(case), "--json", str(out), told=told)
     return seconds, megabytes, json.loads(out.read_text())["verdict"]

@@ -29,32 +29,34 @@ from ddh_twin_py.twin.duty import load_duty
 from ddh_twin_py.twin.duty_file import duty_file
 from ddh_twin_py.twin.simulated_rig import SimulatedRig
 
+Progress = Callable[[float], None]
 
-def _solvers(quick: bool) -> tuple[list[Figure], list[str]]:
+
+def _solvers(quick: bool, progress: Progress) -> tuple[list[Figure], list[str]]:
     return compare_solvers(load_rig(), load_duty(duty_file("paper_cycle")), 60.0 if quick else 300.0)
 
 
-def _filters(quick: bool) -> tuple[list[Figure], list[str]]:
+def _filters(quick: bool, progress: Progress) -> tuple[list[Figure], list[str]]:
     return compare_filters(500 if quick else 5000)
 
 
-def _diagnosis(quick: bool) -> tuple[list[Figure], list[str]]:
+def _diagnosis(quick: bool, progress: Progress) -> tuple[list[Figure], list[str]]:
     with tempfile.TemporaryDirectory(prefix="ddh_diagnosis_") as scratch:
-        return time_diagnosis(load_rig(), Path(scratch), 300.0 if quick else FULL), []
+        return time_diagnosis(load_rig(), Path(scratch), 300.0 if quick else FULL, progress), []
 
 
-def _calibration(quick: bool) -> tuple[list[Figure], list[str]]:
+def _calibration(quick: bool, progress: Progress) -> tuple[list[Figure], list[str]]:
     return time_calibration(load_rig(), load_duty(duty_file("mixed")), 120.0 if quick else 600.0), []
 
 
-COMPARISONS: tuple[tuple[str, Callable[[bool], tuple[list[Figure], list[str]]]], ...] = (
+COMPARISONS: tuple[tuple[str, Callable[[bool, Progress], tuple[list[Figure], list[str]]]], ...] = (
     ("free run beside general solvers", _solvers),
     ("Kalman filter beside others", _filters),
     ("calibration of six parameters", _calibration),
     ("diagnosis of a long recording", _diagnosis),
 )
-"""Comparisons in one run: what the progress says, and a function of ``quick`` that gives figures and
-what was left out, each with its reason. A further benchmark is one more row."""
+"""Comparisons in one run: what the progress says, and a function of ``quick`` and of what is told the share done
+that gives figures and what was left out, each with its reason. A further benchmark is one more row."""
 
 
 LIVE_FAILED = "the live nodes failed"
@@ -82,8 +84,8 @@ def measure(quick: bool = False, live: bool = True, quiet: bool = False) -> tupl
         with stage("free run and filter", quiet):
             figures += time_recorded_run(recording, rig)
         for label, benchmark in COMPARISONS:
-            with stage(label, quiet):
-                found, reasons = benchmark(quick)
+            with stage(label, quiet) as progress:
+                found, reasons = benchmark(quick, progress)
             figures += found
             left_out += reasons
         if live:
