@@ -380,4 +380,12 @@ def test_the_page_says_what_a_hypothesis_had_to_bear_and_how_near_it_came(kind, 
     said, asked = " ".join(said.split()), kind != "insufficient"
     assert ("Must the rig have changed beside it?" in said and "0.50 standard deviations; from the rig as" in said) is asked
     assert ("stay off in the held-out data? ▲ yes 2.40 × floor" in said) is (kind == "unknown")
-    assert ("0.00 points of evidence" in said) is asked  # below nothing is nothing
+    assert ("−0.40 points of evidence" in said and "A number below 0 speaks for the hypothesis" in said) is asked
+    assert "'Nearly' is" not in said
+
+
+def test_what_is_nearly_is_said_where_something_is(diagnoses):
+    near = replace(diagnoses["explained"], report={**diagnoses["explained"].report, "checks": [
+        {"effects": ["load.mass"], "check": "drifted", "measured": 7.0, "limit": 8.0}]})
+    assert "nearly 7.00 standard deviations" in (said := " ".join(" ".join(Page(gap_document(near).html()).words).split()))
+    assert "'Nearly' is three quarters of the way" in said

@@ -27,12 +27,14 @@ CHECKS = {
 _NEAR = 0.75  # of the way to the limit, from which a check is near it
 _ABOUT = (
     "Each question asks whether a cause outside the catalogue would do better. At the number under 'doubted from' such a cause is as "
-    "likely as not by that question alone; some of these numbers grow with what the hypothesis explains. Multiples of a floor begin "
-    "at 1, which is noise alone; 'nearly' is three quarters of the way from there. Held-out data are looked at with what the "
+    "likely as not by that question alone; some of these numbers grow with what the hypothesis explains. Where noise alone is left "
+    "a signal is off by 1 floor; how much a gap widens, and what is beyond a limit, is 0 where nothing is wrong. A number below 0 speaks "
+    "for the hypothesis, such as a gap that it narrows. Held-out data are looked at with what the "
     "recordings left open of the rig at its best, so these numbers may be smaller than those of the charts. A question that does not "
     "apply was not asked. Where the answer is yes the notes say what follows, or why nothing does. The method is in "
     "docs/gap_method.md, section 11."
 )
+_NEARLY = "'Nearly' is three quarters of the way from where nothing is wrong to there. "
 
 
 def checks_of(diagnosis: Diagnosis) -> doc.Html:
@@ -42,11 +44,13 @@ def checks_of(diagnosis: Diagnosis) -> doc.Html:
         return doc.Html("")
     columns = (doc.Column("Asked", number=False), doc.Column("Answer", number=False), doc.Column("Measured", number=False),
                doc.Column("Doubted from"))
-    table = []
+    table, near = [], False
     for row in rows:
         question, what, unit, nothing = CHECKS[row["check"]]
         share = (row["measured"] - nothing) / (row["limit"] - nothing)
         level, answer = ("good", "no") if share < _NEAR else ("fair", "nearly") if share < 1.0 else ("poor", "yes")
-        measured = f"{number(max(row['measured'], 0.0), 2)} {unit}".strip()
+        measured = f"{number(row['measured'], 2)} {unit}".strip()
+        near = near or answer == "nearly"
         table.append((question, doc.mark(level, answer), f"{measured}; {what}", number(row["limit"], 2)))
-    return doc.Html(doc.paragraph(f"Asked about: {set_name(tuple(rows[0]['effects']))}.") + doc.table(columns, table) + doc.note(_ABOUT))
+    asked = doc.paragraph(f"Asked about: {set_name(tuple(rows[0]['effects']))}.")
+    return doc.Html(asked + doc.table(columns, table) + doc.note(_NEARLY * near + _ABOUT))
