@@ -21,10 +21,12 @@ from support.heated_block import DESCRIPTION, block
 def test_a_parameter_pressed_against_its_tolerance_is_named():
     free, high, low = (FittedParameter(name, "bar", 10.0, 2.0, value, 0.1, True) for name, value in
                        (("oil.a", 14.8), ("oil.b", 15.0), ("oil.c", 5.0)))
-    assert pressed_ones([free, high, low]) == ["oil.b (15 instead of 10 bar)", "oil.c (5 instead of 10 bar)"]
+    assert pressed_ones([free, high, low]) == ["oil.b (15.00 instead of 10.00 bar)", "oil.c (5.000 instead of 10.00 bar)"]
     assert pressed_ones([replace(high, cut=math.inf)]) == [], "nothing holds it"
     assert pressed_ones([replace(high, informed=False)]) == [], "nothing was learnt of it"
-    assert pressed_ones([replace(high, unit="1")]) == ["oil.b (15 instead of 10)"]
+    assert pressed_ones([replace(high, unit="1")]) == ["oil.b (15.00 instead of 10.00)"]
+    offset = FittedParameter("measurement.pressure_rod_side_offset", "Pa", -1.202e5, 8160.0, -9.984e4, 100.0, True)
+    assert pressed_ones([replace(offset, prior_std=8144.0)])[0].endswith("_offset (−0.9984 instead of −1.202 bar)")
     assert at_the_end([], False, CUT) == []
     assert at_the_end(["a", "b"], False, CUT)[0].startswith("a, b are fitted 2.5 times the tolerance off")
     assert at_the_end(["c"], False, CUT)[0].startswith("c is fitted 2.5 times the tolerance off, the very end of what a fit may use")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -25,11 +25,13 @@ class NotExcluded:
         since: effects in whose place a parameter stands that only the field recordings show, each with that parameter and its value.
         unsure: effects of which nothing tells whether they act since commissioning, those of ``since`` among them.
         detectable: from which size all others that move any signal would have been found.
+        quantities: name of what departs with each of these, by effect.
     """
 
     since: Mapping[str, str]
     unsure: Sequence[str]
     detectable: Sequence[Detection]
+    quantities: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def missed(self) -> list[Detection]:
@@ -50,8 +52,16 @@ class NotExcluded:
         said += [untold({name: value}) for name, value in self.since.items()]
         if self.missed:
             said.append(f"'no gap' does not exclude these, which would likely have been missed even at {SIZES['moderate']:g} times the "
-                        f"noise of their worst signal, or as large as machines have them: {', '.join(map(_with_size, self.missed))}")
+                        f"noise of their worst signal, or as large as machines have them: {', '.join(map(self._with_size, self.missed))}")
         return said
+
+    def _with_size(self, missed: Detection) -> str:
+        """An effect with the quantity that departs and the value up or down to which it may act unseen."""
+        if missed.smallest is None:
+            return f"{missed.effect} (at any size that it may have)"
+        name = self.quantities.get(missed.effect, "").replace("_", " ")
+        bound = f"{'up' if missed.smallest > 0.0 else 'down'} to {moved(missed.nominal, missed.smallest, missed.unit)}"
+        return f"{missed.effect} ({f'{name} {bound}'.lstrip()})"
 
 
 def not_excluded(found: Found, theta: np.ndarray, spread: np.ndarray, parameters: Sequence[FittedParameter]) -> NotExcluded:
@@ -64,7 +74,8 @@ def not_excluded(found: Found, theta: np.ndarray, spread: np.ndarray, parameters
     unsure = list(dict.fromkeys([*_taken_up(found), *since]))
     asked = {column.effect.id: column.effect for column in found.linearised.columns if column.effect.id not in unsure}
     with ThreadPoolExecutor(max_workers=THREADS) as pool:
-        return NotExcluded(since, unsure, detections(found.linearised, list(asked.values()), pool))
+        seen = detections(found.linearised, list(asked.values()), pool)
+    return NotExcluded(since, unsure, seen, {name: effect.parameter for name, effect in asked.items()})
 
 
 def _taken_up(found: Found) -> list[str]:
@@ -79,10 +90,3 @@ def _since(found: Found, theta: np.ndarray, spread: np.ndarray, parameters: Sequ
     told = {name: parameters[number] for name, number in shown.items() if number < len(parameters)}
     return {name: f"{p.name} {plus_minus(p.value, p.std, p.unit)} instead of the sheet's {plus_minus(p.prior, p.prior_std, p.unit)}"
             for name, p in told.items()}
-
-
-def _with_size(missed: Detection) -> str:
-    """An effect with the value of its quantity up or down to which it may act unseen, where there is one."""
-    if missed.smallest is None:
-        return missed.effect
-    return f"{missed.effect} {'up' if missed.smallest > 0.0 else 'down'} to {moved(missed.nominal, missed.smallest, missed.unit)}"

@@ -6,7 +6,9 @@ from collections.abc import Collection, Sequence
 
 from ddh_twin_py.estimation.fitting.calibration import FittedParameter
 from ddh_twin_py.gap.diagnosable import Diagnosable
+from ddh_twin_py.rig.reader_units import plain, shown
 
+_FIGURES = 4  # of a parameter there
 _MOST_AT_END = 4  # parameters named that are pressed against the end of their tolerance
 
 
@@ -17,7 +19,11 @@ def not_seen(hidden: Sequence[str]) -> list[str]:
 
 def pressed_ones(parameters: Sequence[FittedParameter]) -> list[str]:
     """Parameters that a fit pressed against the end of their tolerance, each with its value and that of the sheet."""
-    return [f"{p.name} ({p.value:.4g} instead of {p.prior:.4g}{'' if p.unit == '1' else f' {p.unit}'})"
+
+    def told(value: float, unit: str) -> str:
+        return plain(value * shown(unit).factor, _FIGURES)
+
+    return [f"{p.name} ({told(p.value, p.unit)} instead of {f'{told(p.prior, p.unit)} {shown(p.unit).unit}'.rstrip()})"
             for p in parameters if p.informed and p.at_end]
 
 
