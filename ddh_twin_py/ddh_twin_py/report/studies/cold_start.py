@@ -46,15 +46,24 @@ def flips(outcomes: Sequence[cold.Outcome]) -> list[tuple[str, str, str]]:
     found = []
     for duty, grade in dict.fromkeys((o.case.duty, o.case.grade) for o in outcomes):
         line = sorted((o for o in outcomes if (o.case.duty, o.case.grade) == (duty, grade)), key=lambda o: o.case.ambient)
-        parts: list[list] = []
+        parts: list[list[cold.Outcome]] = []
         for o in line:
-            if parts and parts[-1][0] == o.verdict:
-                parts[-1][2] = o.case.ambient
+            if parts and parts[-1][0].verdict == o.verdict:
+                parts[-1].append(o)
             else:
-                parts.append([o.verdict, o.case.ambient, o.case.ambient])
-        told = [f"{verdict} at {a:g}" + (f" to {b:g}" if b != a else "") + " degC" for verdict, a, b in parts]
-        found.append((duty, grade, "; ".join(told)))
+                parts.append([o])
+        found.append((duty, grade, "; ".join(map(_alike, parts))))
     return found
+
+
+def _alike(outcomes: Sequence[cold.Outcome]) -> str:
+    """In words what happens in a range of ambient, whose starts come out alike; of what overheats what and when."""
+    a, b = outcomes[0].case.ambient, outcomes[-1].case.ambient
+    said = f"{outcomes[0].verdict} at {a:g}" + (f" to {b:g}" if b != a else "") + " degC"
+    if outcomes[0].verdict != "overheats":
+        return said
+    times = [minutes(f([o.time_over_limit for o in outcomes])) for f in (min, max)]
+    return f"{said} (the winding, after {' to '.join(dict.fromkeys(times))})"
 
 
 def verdict(outcomes: Sequence[cold.Outcome]) -> str:
@@ -103,7 +112,7 @@ def cold_start_end(rig: Rig, outcomes: Sequence[cold.Outcome], hours: float, sec
 
 
 def cold_start_document(rig: Rig, outcomes: Sequence[cold.Outcome], hours: float, seconds: float) -> doc.Document:
-    """The page: per duty a map of what happens, of steady tank oil and of steady winding; the table."""
+    """The page: per duty a map of what happens, of tank oil at the end and of the highest winding; the table."""
     page = doc.Document(
         kind="Study: cold start", title=f"{rig.rig_id}: can it keep itself warm?", verdict=verdict(outcomes), level="fair",
         end=cold_start_end(rig, outcomes, hours, seconds),
@@ -118,7 +127,7 @@ def cold_start_document(rig: Rig, outcomes: Sequence[cold.Outcome], hours: float
         page.add(
             f"Duty: {words(duty)}", _verdict_map(these),
             _number_map(these, "tank_oil", "Tank oil at the end, degC (lines as above)"),
-            _number_map(these, "winding", "Winding at the end, peak of a cycle, degC (lines as above)"),
+            _number_map(these, "winding_peak", "Winding, highest of the run, degC (lines as above)"),
         )
     page.add("Where the answer flips", doc.table(
         [doc.Column(n, number=False) for n in ("Duty", "Oil", "What happens")], [(words(a), b, c) for a, b, c in flips(outcomes)]))
