@@ -74,6 +74,7 @@ def test_a_report_of_runs_that_go_astray_is_finite_and_says_so_in_words(monkeypa
     monkeypatch.setattr(answer, "_before", lambda *given: replace(usual(*given), gap=math.inf, gap_as_is=math.inf))
     diagnosis = diagnose(block([(DESCRIPTION.effects[0], 0, 0.3)])).diagnosis
     json.dumps(diagnosis.report, allow_nan=False)
-    assert (diagnosis.report["gap"]["as_is"], diagnosis.report["gap"]["before"], diagnosis.report["gap"]["closed_fraction"]) == (None, None, 1.0)
-    assert (diagnosis.gap("before"), diagnosis.gap("after")) == (math.inf, diagnosis.report["gap"]["after"])
-    assert diagnosis.report["gap"]["after"] > 0.0 and "astray" in diagnosis.sentence and "inf" not in diagnosis.sentence
+    gap = diagnosis.report["gap"]
+    assert (gap["as_is"], gap["before"], gap["closed_fraction"]) == (None, None, 1.0)
+    assert (diagnosis.gap("before"), diagnosis.gap("after")) == (math.inf, gap["after"])
+    assert gap["after"] > 0.0 and "astray" in diagnosis.sentence and "inf" not in diagnosis.sentence
