@@ -195,20 +195,18 @@ def test_a_stream_that_stopped_is_said_to_have_come_back():
     assert shown[DRIVE][40.0] == "stopped and came back (1 times)"
 
 
-@pytest.mark.parametrize(("looks", "said"), [
-    (range(60), []),
-    ([0, 1, 9], []),
-    ([0, 1, 31, 32, 33], ["this node did nothing for 30 s, as it was stopped or the computer is too slow; what came meanwhile may be "
-                          "lost"]),
-])  # fmt: skip
-def test_a_node_that_did_nothing_for_a_while_says_so(looks, said):
-    warned, walls = [], iter([float(wall) for wall in looks])
+@pytest.mark.parametrize(("looks", "stood"), [(range(60), False), ([0, 1, 9], False), ([0, 1, *range(31, 100)], True)])
+def test_a_node_that_did_nothing_for_a_while_says_so_at_once_and_for_a_minute(looks, stood):
+    warned, shown, walls = [], [], iter([float(wall) for wall in looks])
     node = SimpleNamespace(
         wall=lambda: next(walls), every=lambda period, callback: None, warn_again=lambda cause, text: warned.append(text),
-        create_publisher=lambda *_: SimpleNamespace(publish=lambda message: None), get_fully_qualified_name=lambda: "/ddh/node",
+        create_publisher=lambda *_: SimpleNamespace(publish=shown.append), get_fully_qualified_name=lambda: "/ddh/node",
         get_clock=lambda: SimpleNamespace(now=lambda: SimpleNamespace(to_msg=Time)),
-    )
+    )  # fmt: skip
     health = Health(node)
     for _ in looks:
         health.publish()
-    assert warned == said
+    said = "did nothing for 30 s, as it was stopped or the computer is too slow; what came meanwhile may be lost"
+    assert warned == ([f"this node {said}"] if stood else [])
+    told = [(status.name, status.message) for array in shown for status in array.status]
+    assert told == [("ddh/node: process", said if stood and 31 <= wall < 91 else "goes on") for wall in looks]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 
 import numpy as np
@@ -15,7 +16,7 @@ from ddh_twin_py.telemetry.clocks.clock import Break
 PERIOD = 1.0  # s of wall time
 TOPIC = "/diagnostics"
 PAUSED = "the player is paused"
-_STOOD = 10.0  # s of wall time without a judgement, from which it is said that the node did nothing
+_STOOD, _TOLD = 10.0, 60.0  # s of wall time without a judgement, from which it is said that the node did nothing, and for which after it
 _USUAL = 1.5  # usual pauses between messages, after which an input is stale
 
 
@@ -56,6 +57,9 @@ class Health:
         self._publisher = node.create_publisher(DiagnosticArray, TOPIC, qos.DIAGNOSTICS)
         self.hardware_id = ""
         self._judged: float | None = None  # s of wall time
+        self._stood = ""  # what is said of the last time that the node did nothing
+        self._stood_until = -math.inf  # s of wall time
+        self.add("process", self._judge_process)
         node.every(PERIOD, self.publish)
 
     def add(self, concern: str, judge: Callable[[Report], str]) -> None:
@@ -63,11 +67,6 @@ class Health:
         self._judges.append((concern, judge))
 
     def publish(self) -> None:
-        wall = self._node.wall()
-        stood, self._judged = wall - (wall if self._judged is None else self._judged), wall
-        if stood > _STOOD:
-            self._node.warn_again("stood", f"this node did nothing for {stood:.0f} s, as it was stopped or the computer is too slow; what "
-                                           "came meanwhile may be lost")
         name = self._node.get_fully_qualified_name().lstrip("/")
         message = DiagnosticArray()
         message.header.stamp = self._node.get_clock().now().to_msg()
@@ -75,6 +74,20 @@ class Health:
             report = Report(f"{name}: {concern}", self.hardware_id)
             message.status.append(report.finished(judge(report)))
         self._publisher.publish(message)
+
+    def _judge_process(self, report: Report) -> str:
+        """Did the node go on all the time; what it did not do is said for a minute, in the log at once."""
+        wall = self._node.wall()
+        stood, self._judged = wall - (wall if self._judged is None else self._judged), wall
+        report.add("pause", stood, "s")
+        report.add("pause limit", _STOOD, "s")
+        if stood > _STOOD:
+            self._stood_until = wall
+            self._stood = f"did nothing for {stood:.0f} s, as it was stopped or the computer is too slow; what came meanwhile may be lost"
+            self._node.warn_again("stood", f"this node {self._stood}")
+        if wall - self._stood_until < _TOLD:
+            report.warn(self._stood)
+        return "goes on"
 
 
 def judge_age(report: Report, entry: Input, wall: float, limit: float, required: bool) -> tuple[float, float]:
