@@ -4,7 +4,7 @@ Every hypothesis is a linear Gaussian model: the rig's parameters (their prior a
 commissioning recording says of them), the allowances for the model's own flaws, and the columns
 of its effects. Its evidence is exact and costs a small matrix, so that hundreds of pairs are tried. An
 effect's size is as likely as its signals: the prior of a departure is the one that moves the
-worst signal by some `sensitivity.TYPICAL` of its noise, the same for all effects, so that no
+worst signal by some of its `LEVELS` of noise, the same for all effects, so that no
 effect is preferred for its unit.
 
 A model's laws are a little wrong, and alike in thousands of rows, which a likelihood would count
