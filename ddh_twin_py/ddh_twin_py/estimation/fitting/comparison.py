@@ -139,17 +139,17 @@ class Comparison:
         return self.measured - self.features(prediction)
 
 
-def scatter_of(comparison: Comparison, residual: np.ndarray, widened: Mapping[tuple, float] | None = None) -> dict[tuple, float]:
-    """How much each class scatters about its own mean, over what its noise says, not below 1.
+def scatter_of(comparison: Comparison, residual: np.ndarray) -> dict[tuple, float]:
+    """How much each class scatters about its own mean, over what its deviations say, not below 1.
 
     Args:
-        residual: of the comparison, (size,). widened: class to the scatter that its deviations hold already, see `Discrepancy.scatter`.
+        residual: of the comparison, (size,).
     """
     found: dict[tuple, float] = {}
     for block in comparison.blocks:
         if block.curves is not None:
             continue
-        own = residual[block.rows] * np.array([(widened or {}).get(name, 1.0) for name in block.names])[block.kind]
+        own = residual[block.rows]
         count = np.bincount(block.kind)
         mean = np.bincount(block.kind, own) / count
         square = np.bincount(block.kind, (own - mean[block.kind]) ** 2)

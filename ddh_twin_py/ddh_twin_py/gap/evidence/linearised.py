@@ -115,26 +115,21 @@ class Linearised:
         typical = STANDS_OUT * feigned / (math.sqrt(2.0) * WIDTH)
         return replace(self, columns=[c.longer(max(1.0, float(t))) for c, t in zip(self.columns, typical, strict=True)])
 
-    def scatter_under(self, left: Sequence[np.ndarray]) -> dict[tuple, float]:
-        """How much the bins of each class scatter, over their noise, where effects act; ``left``: residuals, by recording, (rows,)."""
+    def with_scatter(self, hypothesis: Hypothesis | None) -> Linearised:
+        """The same with classes as uncertain as their bins scatter under a hypothesis; no run is needed."""
         found: dict[tuple, list[float]] = {}
-        for comparison, rows, altered in zip(self.comparisons, left, self.model.altered, strict=True):
+        for comparison, left, altered in zip(self.comparisons, self.left(hypothesis), self.model.altered, strict=True):
             if altered:
-                for name, factor in scatter_of(comparison, rows, self.discrepancy.scatter).items():
+                for name, factor in scatter_of(comparison, left).items():
                     found.setdefault(name, []).append(factor)
-        return {name: float(np.sqrt(np.mean(np.square(factors)))) for name, factors in found.items()}
+        scatter = dict(self.discrepancy.scatter)
+        for name, factors in found.items():  # of several recordings, their root mean square
+            scatter[name] = max(1.0, scatter.get(name, 1.0) * float(np.sqrt(np.mean(np.square(factors)))))
+        return self._with(self.theta, replace(self.discrepancy, scatter=scatter), self.predictions)
 
-    def forgiving(self, discrepancy: Discrepancy) -> Linearised:
-        """The same of a model that is forgiven so much; no run is needed."""
-        return self._with(self.theta, discrepancy, self.predictions)
-
-    def nearby(self, theta: np.ndarray, discrepancy: Discrepancy | None = None) -> Linearised:
-        """The same about parameters (k,) nearby, with the sensitivities as they are: each recording is run once.
-
-        Args:
-            discrepancy: what the model is forgiven there; None: what it is here.
-        """
-        return self._with(theta, discrepancy or self.discrepancy, self.model.run(theta, ()))
+    def nearby(self, theta: np.ndarray) -> Linearised:
+        """The same about parameters (k,) nearby, with the sensitivities as they are: each recording is run once."""
+        return self._with(theta, self.discrepancy, self.model.run(theta, ()))
 
     def held_at(self, theta: np.ndarray) -> Linearised:
         """The same as seen from parameters (k,) that are held there: nothing of the rig is left open. Columns stay what they are here."""

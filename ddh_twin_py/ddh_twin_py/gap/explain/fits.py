@@ -290,23 +290,13 @@ class Fits:
 
     def starts(self, found) -> dict[Ids, Start]:
         """Where the leading sets stand, for another linearisation."""
+        leading = [ids for ids in found.probability if ids in self.fitted][:_KEPT]
         out = {}
-        for ids in self._leading(found):
+        for ids in dict.fromkeys([(), *leading]):
             fitted = self.fitted[ids]
             x = dict(zip((c.effect.id for c in fitted.columns), fitted.x, strict=True))
             out[ids] = Start(fitted.theta, np.array([x[name] for name in ids]))
         return out
-
-    def scatter(self, found) -> dict[tuple, float]:
-        """The least by which classes of bins scatter beside any of those sets, for another linearisation; alike for all hypotheses."""
-        own = self._linearised
-        each = [own.scatter_under([c.residual(p) for c, p in zip(own.comparisons, self.fitted[ids].predictions, strict=True)])
-                for ids in self._leading(found)]
-        return {name: min(one[name] for one in each) for name in each[0]}
-
-    def _leading(self, found) -> list[Ids]:
-        """No effect and the most probable of the sets that were fitted."""
-        return list(dict.fromkeys([(), *[ids for ids in found.probability if ids in self.fitted][:_KEPT]]))
 
     def _columns(self, ids: Ids) -> list[Column] | None:
         if not ids:

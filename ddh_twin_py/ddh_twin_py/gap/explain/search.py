@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ddh_twin_py.estimation.fitting.comparison import Discrepancy
 from ddh_twin_py.gap.evidence.hypotheses import Ids
 from ddh_twin_py.gap.evidence.linearised import Linearised, linearise
 from ddh_twin_py.gap.evidence.question import Question
@@ -70,15 +68,13 @@ class _Place:
 
     Attributes:
         theta: parameters, in deviations, (k,). known: where sets stood before. learnt: what fits of the pass before tell.
-        scatter: of classes of bins, as those fits leave them. near: whether sensitivities are those of a place nearby.
-        resized: whether the sizes of columns are sought anew. wide: whether large effects, which bend, were not looked for
-        yet. otherwise: where the search may still begin again.
+        near: whether sensitivities are those of a place nearby. resized: whether the sizes of columns are sought anew.
+        wide: whether large effects, which bend, were not looked for yet. otherwise: where the search may still begin again.
     """
 
     theta: np.ndarray
     known: Mapping[Ids, Start]
     learnt: Learnt | None = None
-    scatter: Mapping[tuple, float] = field(default_factory=dict)
     near: bool = False
     resized: bool = True
     wide: bool = True
@@ -119,25 +115,13 @@ def search(question: Question, theta: np.ndarray, pool: ThreadPoolExecutor, prog
 
 def _linearised(question: Question, place: _Place, before: Linearised | None, pool: ThreadPoolExecutor,
                 progress: Callable[[float], None] | None) -> Linearised:
-    """The case about a place, classes as uncertain as their bins scatter; ``before``: of the last pass.
-
-    What scatters under the linear model's leader may be where that model bends, and hide the truth among the noise: where the leaders were
-    fitted the least of all counts.
-    """
-    known = _scattering(question, place.scatter)
+    """The case about a place, classes as uncertain as their bins scatter under the linear model's leader; ``before``: of the last pass."""
     if place.near:
-        here = before.nearby(place.theta, known)
+        here = before.nearby(place.theta)
     else:
-        here = linearise(question.forgiving(known), place.theta, pool, progress, before, place.resized)
-    leader = max(here.weights().values(), key=lambda w: w[0])[1]
-    found = {name: min(value, place.scatter.get(name, math.inf)) for name, value in here.scatter_under(here.left(leader)).items()}
-    return here.forgiving(_scattering(question, found))
-
-
-def _scattering(question: Question, scatter: Mapping[tuple, float]) -> Discrepancy:
-    """What the model is forgiven where classes scatter so, no less than the question says."""
-    own = question.discrepancy.scatter
-    return replace(question.discrepancy, scatter={**own, **{name: max(value, own.get(name, 1.0)) for name, value in scatter.items()}})
+        asked = question if before is None else before.question  # forgiven what was found to scatter
+        here = linearise(asked, place.theta, pool, progress, before, place.resized)
+    return here.with_scatter(max(here.weights().values(), key=lambda w: w[0])[1])
 
 
 def _further(place: _Place, fits: Fits, found: Found, poor: bool) -> _Place | None:
@@ -154,7 +138,7 @@ def _further(place: _Place, fits: Fits, found: Found, poor: bool) -> _Place | No
         return None
     theta, otherwise = (otherwise.theta, None) if again else (leader.theta, otherwise)
     near = not moved and bool(np.abs(theta - linearised.taken).max() < _NEARBY)
-    return _Place(theta, fits.starts(found), fits.worth.learnt(), fits.scatter(found), near, fits.lost(), place.wide or again, otherwise)
+    return _Place(theta, fits.starts(found), fits.worth.learnt(), near, fits.lost(), place.wide or again, otherwise)
 
 
 def _before(progress: Callable[[float], None] | None, number: int) -> Callable[[float], None] | None:
