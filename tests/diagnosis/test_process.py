@@ -5,6 +5,7 @@ import json
 import os
 import subprocess
 import sys
+import threading
 import time
 import types
 from pathlib import Path
@@ -45,6 +46,25 @@ def test_a_report_comes_back_with_what_was_asked(tmp_path):
         "without": ["load.mass"], "only": None, "engine": "",
     }  # fmt: skip
     assert (process.done, process.stage) == (1.0, "done")
+
+
+@pytest.mark.parametrize(("longest", "ends"), [(1.5, True), (0.3, False)])
+def test_what_compiling_takes_is_not_waited_for(longest, ends, tmp_path):
+    """Of a diagnosis that takes 1 s, and 2 s more in which it compiles."""
+    code = ("import json, sys, time\nsys.stdin.readline()\n"
+            f"for stage, seconds in (('reading', 0.5), ({COMPILING!r}, 2.0), ('fitting', 0.5)):\n"
+            "    print(json.dumps({'done': 0.1, 'stage': stage}), flush=True)\n    time.sleep(seconds)\n"
+            "print(json.dumps({'error': 'done'}))")
+    process = DiagnosisProcess(case_of([tmp_path]), command=(sys.executable, "-S", "-c", code))
+    outcome = process.wait(longest)
+    process.stop()
+    assert (outcome is not None and outcome.error == "done") is ends
+
+
+def test_a_stop_that_is_asked_for_ends_the_waiting(tmp_path):
+    process, asked = begun(tmp_path, "slow"), threading.Event()
+    assert process.wait(60.0, lambda done, stage: asked.set(), asked) is None and process.outcome is None
+    process.stop()
 
 
 def test_progress_is_told_and_a_stop_ends_the_process(tmp_path):

@@ -354,29 +354,6 @@ def test_a_diagnosis_that_takes_too_long_is_given_up_and_tried_again(folder, tmp
     assert Results(tmp_path / "results").finished(found[0]) is None
 
 
-class Compiles:
-    """A diagnosis of 10 s, and of 100 s more in which it compiles, by how long it is waited for."""
-
-    def __init__(self, case, command):
-        self.done, self.stage, self.waited = 0.0, "reading", 0.0
-
-    def wait(self, timeout):
-        self.waited += timeout
-        self.stage = COMPILING if 1.0 < self.waited < 101.0 else "fitting"
-        return Outcome(error="done") if self.waited > 110.0 else None
-
-    def stop(self):
-        pass
-
-
-@pytest.mark.parametrize(("longest", "said"), [(20.0, "done"), (5.0, "the diagnosis was stopped, it took longer than 5 s")])
-def test_what_compiling_takes_is_not_counted(longest, said, folder, tmp_path, monkeypatch):
-    monkeypatch.setattr(fleet_run, "DiagnosisProcess", Compiles)
-    found = [f for f in find_recordings(folder) if f.name == "a/april"]
-    (row,) = run_fleet(found, Results(tmp_path / "results"), Settings(longest))
-    assert row.error == said
-
-
 def test_an_interruption_ends_the_processes(folder, tmp_path, second, monkeypatch):
     write_recording(folder / "slow", second)
     stopped = []

@@ -17,6 +17,7 @@ from pathlib import Path
 
 import ddh_twin_py
 from ddh_twin_py.bags.case import Case
+from ddh_twin_py.physics.compiling import COMPILING
 
 COMMAND = (sys.executable, "-m", "ddh_twin_py.diagnosis.child")
 _TURN = 0.2  # s between looks at how far it is
@@ -79,14 +80,20 @@ class DiagnosisProcess:
         """Of the process; 0 where it could not be started."""
         return self._process.pid if hasattr(self, "_process") else 0
 
-    def wait(self, timeout: float | None = None, told: Callable[[float, str], None] | None = None) -> Outcome | None:
-        """Wait up to `timeout` s for the end; None where it goes on. ``told`` is the share done and the stage, each `_TURN` s."""
-        if hasattr(self, "_reader"):
-            until = math.inf if timeout is None else time.monotonic() + timeout
-            while told is not None and self._reader.is_alive() and time.monotonic() + _TURN < until:
-                self._reader.join(_TURN)
+    def wait(self, longest: float = math.inf, told: Callable[[float, str], None] | None = None,
+             stop: threading.Event | None = None) -> Outcome | None:
+        """Wait for the end; None where it goes on after ``longest`` s, without those of compiling the model, or once ``stop`` is set.
+
+        Args:
+            told: the share done and the stage, each `_TURN` s.
+        """
+        waited = 0.0
+        while self.outcome is None and waited < longest and not (stop is not None and stop.is_set()):
+            began = time.monotonic()
+            self._reader.join(min(_TURN, longest - waited))
+            waited += (time.monotonic() - began) * (self.stage != COMPILING)
+            if told is not None and self.outcome is None and waited < longest:
                 told(self.done, self.stage)
-            self._reader.join(None if timeout is None else max(until - time.monotonic(), 0.0))
         return self.outcome
 
     def stop(self) -> None:

@@ -12,14 +12,12 @@ from ddh_twin_py.diagnosis.process import COMMAND, DiagnosisProcess, Outcome
 from ddh_twin_py.fleet.recordings import FleetError, Found
 from ddh_twin_py.fleet.results import Results, fingerprint
 from ddh_twin_py.fleet.row import COPY, Row, facts, row_of
-from ddh_twin_py.physics.compiling import COMPILING
 from ddh_twin_py.report.page.document import version
 
 LONGEST = 3600.0
 """s after which the diagnosis of one recording is given up."""
 _READING = "reading"
 _LOOK = 1.0  # s between looks at how far recordings are
-_TURN = 0.2  # s between looks at how far one is
 Progress = Callable[[float, Mapping[str, tuple[float, str]], int], None]
 """Told the share done of all recordings, and of each that is under way here, by name, with its stage; and how many ended with an error."""
 
@@ -56,15 +54,11 @@ def diagnose_recording(found: Found, settings: Settings, stop: threading.Event |
     except Exception as error:  # one recording of many; a damaged file may raise anything
         return Diagnosed(Row(**known, error=f"{type(error).__name__}: {' '.join(str(error).split())}"), {}, False)
     process = DiagnosisProcess(found.case, command=settings.command)
-    outcome, waited = process.wait(_TURN), _TURN
-    while outcome is None:
-        if stop is not None and stop.is_set() or waited > settings.longest:
-            process.stop()
-            late = "" if stop is not None and stop.is_set() else f", it took longer than {settings.longest:g} s"
-            return Diagnosed(row_of(known, Outcome(error=f"the diagnosis was stopped{late}")), {}, False)
-        if told is not None:
-            told(process.done, process.stage)
-        outcome, waited = process.wait(_TURN), waited + _TURN * (process.stage != COMPILING)
+    outcome = process.wait(settings.longest, told, stop)
+    if outcome is None:
+        process.stop()
+        late = "" if stop is not None and stop.is_set() else f", it took longer than {settings.longest:g} s"
+        return Diagnosed(row_of(known, Outcome(error=f"the diagnosis was stopped{late}")), {}, False)
     return Diagnosed(row_of(known, outcome), outcome.report, outcome.answered)
 
 
