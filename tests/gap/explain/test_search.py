@@ -90,3 +90,22 @@ class Sticking(FirstOrder):
 def test_an_effect_with_which_runs_went_astray_at_one_place_is_asked_about_at_the_next():
     result = found(Sticking(TRUE, [(EFFECTS[2], 0, 0.2)], seed=2))
     assert result.leader == ("meter.offset",) and result.probability[result.leader] > 0.8
+
+
+@pytest.mark.parametrize("departure", [1.0, 3.0])
+def test_what_scatters_where_the_linear_model_bends_is_no_noise_beside_the_fits(departure):
+    """A lag that is grown several times: no line follows it, and what it leaves would hide the truth among the noise."""
+    result = found(FirstOrder(np.zeros(3), [(EFFECTS[1], 0, departure)], seed=3))
+    assert result.leader == ("valve.lag",) and result.probability[result.leader] > 0.99
+    left, known = result.linearised.scatter_beside(result.fitted[result.leader].predictions), result.linearised.discrepancy.scatter
+    assert max(known[name] / own for name, own in left.items()) < 1.3
+
+
+@pytest.mark.parametrize(("departure", "index", "seed"), [(2.0, 2, 3), (3.0, 2, 4), (2.0, 0, 3), (1.0, 0, 4)])
+def test_a_second_effect_is_found_beside_a_large_one_that_bends(departure, index, seed):
+    true = {EFFECTS[1].id: departure, EFFECTS[index].id: 0.05}
+    result = found(FirstOrder(np.zeros(3), [(EFFECTS[1], 0, departure), (EFFECTS[index], 0, 0.05)], seed=seed))
+    assert result.leader == tuple(sorted(true)) and result.probability[result.leader] > 0.9
+    fitted = result.fitted[result.leader]
+    for effect, _, x in fitted.acting:
+        assert abs(x - true[effect.id]) < max(0.005, 0.01 * departure)

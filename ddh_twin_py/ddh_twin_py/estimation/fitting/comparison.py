@@ -139,17 +139,18 @@ class Comparison:
         return self.measured - self.features(prediction)
 
 
-def scatter_of(comparison: Comparison, residual: np.ndarray) -> dict[tuple, float]:
+def scatter_of(comparison: Comparison, residual: np.ndarray, widened: Mapping[tuple, float] | None = None) -> dict[tuple, float]:
     """How much each class scatters about its own mean, over what its deviations say, not below 1.
 
     Args:
-        residual: of the comparison, (size,).
+        residual: of the comparison, (size,). widened: class to the scatter that its deviations hold already and that is to be counted
+            in, see `Discrepancy.scatter`.
     """
     found: dict[tuple, float] = {}
     for block in comparison.blocks:
         if block.curves is not None:
             continue
-        own = residual[block.rows]
+        own = residual[block.rows] * np.array([(widened or {}).get(name, 1.0) for name in block.names])[block.kind]
         count = np.bincount(block.kind)
         mean = np.bincount(block.kind, own) / count
         square = np.bincount(block.kind, (own - mean[block.kind]) ** 2)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
 
@@ -117,15 +117,26 @@ class Linearised:
 
     def with_scatter(self, hypothesis: Hypothesis | None) -> Linearised:
         """The same with classes as uncertain as their bins scatter under a hypothesis; no run is needed."""
+        known = self.discrepancy.scatter
+        return self.scattering({name: known.get(name, 1.0) * factor for name, factor in self._in_altered(self.left(hypothesis)).items()})
+
+    def scatter_beside(self, predictions: Sequence[dict[str, np.ndarray]]) -> dict[tuple, float]:
+        """How much the bins of each class scatter, over their noise, beside runs of every recording."""
+        left = [c.residual(p) for c, p in zip(self.comparisons, predictions, strict=True)]
+        return self._in_altered(left, self.discrepancy.scatter)
+
+    def scattering(self, scatter: Mapping[tuple, float]) -> Linearised:
+        """The same with classes as uncertain as they scatter so, over their noise; no run is needed."""
+        return self._with(self.theta, replace(self.discrepancy, scatter={**self.discrepancy.scatter, **scatter}), self.predictions)
+
+    def _in_altered(self, left: Sequence[np.ndarray], widened: Mapping[tuple, float] | None = None) -> dict[tuple, float]:
+        """See `scatter_of`; of several recordings in which effects act, their root mean square."""
         found: dict[tuple, list[float]] = {}
-        for comparison, left, altered in zip(self.comparisons, self.left(hypothesis), self.model.altered, strict=True):
+        for comparison, rows, altered in zip(self.comparisons, left, self.model.altered, strict=True):
             if altered:
-                for name, factor in scatter_of(comparison, left).items():
+                for name, factor in scatter_of(comparison, rows, widened).items():
                     found.setdefault(name, []).append(factor)
-        scatter = dict(self.discrepancy.scatter)
-        for name, factors in found.items():  # of several recordings, their root mean square
-            scatter[name] = max(1.0, scatter.get(name, 1.0) * float(np.sqrt(np.mean(np.square(factors)))))
-        return self._with(self.theta, replace(self.discrepancy, scatter=scatter), self.predictions)
+        return {name: float(np.sqrt(np.mean(np.square(factors)))) for name, factors in found.items()}
 
     def nearby(self, theta: np.ndarray) -> Linearised:
         """The same about parameters (k,) nearby, with the sensitivities as they are: each recording is run once."""

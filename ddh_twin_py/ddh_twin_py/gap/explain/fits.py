@@ -9,7 +9,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.special import logsumexp
@@ -84,6 +84,20 @@ class Fits:
 
         self._take(fit, known.items())
 
+    def on(self, linearised: Linearised) -> Fits:
+        """The leading sets, fitted on from where they stand with other deviations of the same rows, and what is hidden beside their first.
+
+        What is not fitted stays as far behind the best as it is here.
+        """
+        out = Fits(linearised, self._weights, self._pool, self.worth.learnt(), self._told)
+        out._count = self._count
+        there = {column.way: column for column in linearised.columns}
+        least = self.worth.full(self.worth.best()) - _FAR_BEHIND
+        leading = [ids for ids in self.fitted if not ids or (ids in self._weights and self.worth.full(ids) > least)]
+        out._take(out._refit.again, [replace(f, columns=tuple(there[c.way] for c in f.columns)) for f in map(self.fitted.get, leading)])
+        out._beside()
+        return out
+
     def leaders(self) -> None:
         """Fit the leading sets, and further ones for as long as one is expected to be as good as the best that was fitted."""
         promised = self.worth.expected()
@@ -137,7 +151,8 @@ class Fits:
         weight = {ids: self._weights[ids][0] - self.worth.linear(ids) + log - none
                   for ids, (log, _) in found.items() if ids in self._weights}
         self.worth.beside_first = weight
-        wanted = sorted((ids for ids in weight if ids not in self.fitted and weight[ids] > least), key=lambda ids: -weight[ids])
+        known = {ids: self.worth.full(ids) for ids in weight if ids in self.fitted}  # perhaps another way of its effects
+        wanted = sorted((ids for ids in weight if weight[ids] > max(least, known.get(ids, least) + _RIVAL)), key=lambda ids: -weight[ids])
 
         def fit(ids: Ids) -> Refitted:
             pair = found[ids][1]

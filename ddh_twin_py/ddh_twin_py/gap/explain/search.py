@@ -20,6 +20,9 @@ _PASSES = 3
 _LIKELY, _SIZED = 0.02, 4  # sets whose sizes are sought with the whole likelihood
 _USUAL = 8  # sets that are fitted in a pass
 _NEARBY = 0.5  # deviations of every parameter, within which sensitivities are not taken anew
+_KEPT = 3  # leading sets beside which classes are known to scatter
+_NOISIER = 1.3  # times as uncertain as it scatters beside a leading fit, from which a class hides something
+_NEARER = 3  # times that classes are held to what they scatter there; fits go on, and what they leave scatters less
 _CLOSE = 3.0  # difference of log evidence between linear and full that needs no further pass
 
 
@@ -107,10 +110,17 @@ def search(question: Question, theta: np.ndarray, pool: ThreadPoolExecutor, prog
     fits.sharpen()
     fits.settle()
     found = Found(linearised, fits.probability(), fits.fitted)
+    for _ in range(_NEARER):
+        linearised = _beside_fits(found, question.discrepancy.scatter)
+        if linearised is None:
+            break
+        fits = fits.on(linearised)
+        fits.settle()
+        found = Found(linearised, fits.probability(), fits.fitted)
     likely = [ids for ids, p in found.probability.items() if p >= _LIKELY][:_SIZED]
     if progress:
         progress(1.0)
-    return replace(found, fitted=at_full_power(linearised, fits.fitted, likely, as_built, pool))
+    return replace(found, fitted=at_full_power(found.linearised, fits.fitted, likely, as_built, pool))
 
 
 def _linearised(question: Question, place: _Place, before: Linearised | None, pool: ThreadPoolExecutor,
@@ -122,6 +132,24 @@ def _linearised(question: Question, place: _Place, before: Linearised | None, po
         asked = question if before is None else before.question  # forgiven what was found to scatter
         here = linearise(asked, place.theta, pool, progress, before, place.resized)
     return here.with_scatter(max(here.weights().values(), key=lambda w: w[0])[1])
+
+
+def _beside_fits(found: Found, as_built: Mapping[tuple, float]) -> Linearised | None:
+    """The same place with classes no more uncertain than they scatter beside a leading fit; None where that changes little.
+
+    A line does not follow a large effect. What it leaves must count as noise for as long as sets are ranked by lines, else one leads
+    that mends the line's own error. Fits follow, and that noise would hide from them what acts beside it.
+
+    Args:
+        as_built: how classes scatter beside the rig as commissioned, below which none goes.
+    """
+    here, known = found.linearised, found.linearised.discrepancy.scatter
+    leading = [ids for ids in found.probability if ids in found.fitted][:_KEPT]
+    each = [here.scatter_beside(found.fitted[ids].predictions) for ids in dict.fromkeys([*leading, ()])]
+    least = {name: max(as_built.get(name, 1.0), min(one[name] for one in each)) for name in each[0]}
+    if all(known.get(name, 1.0) < _NOISIER * scatter for name, scatter in least.items()):
+        return None
+    return here.scattering({name: min(known.get(name, 1.0), scatter) for name, scatter in least.items()})
 
 
 def _further(place: _Place, fits: Fits, found: Found, poor: bool) -> _Place | None:
