@@ -85,8 +85,10 @@ def test_a_recorder_whose_disk_is_full_says_so_and_stays(playing, listener, tmp_
         assert all(s.level == DiagnosticStatus.ERROR and "nothing is recorded" in s.message for s in shown())
         recorder.process.terminate()
         assert recorder.ends() == 1 and "Traceback" not in recorder.text and "Exception" not in recorder.text, recorder.text
+        told_at_its_end = recorder.text
     recording = read_recording(bag)
     assert recording.drive is not None and len(recording.drive) > 50
+    assert f"/drive/telemetry {len(recording.drive)}," in told_at_its_end and "are lost: " in told_at_its_end
 
 
 def test_a_recorder_that_hears_nothing_of_what_is_published_says_so(listener, tmp_path):

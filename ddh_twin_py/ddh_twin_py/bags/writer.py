@@ -6,9 +6,9 @@ import os
 import struct
 import threading
 import zlib
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
-from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -54,12 +54,13 @@ class BagWriter:
         self._closing = threading.Event()
         self._failure: OSError | None = None
         self._connections: dict[str, Connection] = {}
+        self._kept: Counter[int] = Counter()
         try:
             self._writer = Writer(Path(path), version=Writer.VERSION_LATEST, storage_plugin=StoragePlugin.MCAP)
             self._writer.set_compression(CompressionMode.STORAGE, CompressionFormat.ZSTD)
             self._writer.open()
             self._writer.storage.compressor = pack_chunk
-            self._writer.storage.close_chunk = partial(_close_chunk, self._writer.storage)
+            self._writer.storage.close_chunk = self._close_chunk
             self._flush()  # the header, so that even an empty file says what it is
         except (WriterError, OSError) as error:
             raise _cannot(self.path, error) from None
@@ -158,6 +159,18 @@ class BagWriter:
                 self._flush()
             except OSError as error:
                 self._failure = error
+
+    @property
+    def on_disk(self) -> dict[str, int]:
+        """How many messages of each topic are in the file already."""
+        with self._lock:
+            return {topic: self._kept[connection.id] for topic, connection in self._connections.items()}
+
+    def _close_chunk(self) -> None:
+        storage = self._writer.storage
+        held = {number: len(messages) for number, messages in storage.chunk.msgs.items()}
+        _close_chunk(storage)
+        self._kept.update(held)
 
     def _flush(self) -> None:
         storage = self._writer.storage

@@ -172,8 +172,11 @@ class BagRecorder(TwinNode):
                 self._writer.close()
             except BagError as error:
                 self._give_up(error)
-        listed = ", ".join(f"{topic} {count}" for topic, count in sorted(self._counts.items())) or "nothing"
-        self.get_logger().info(f"{self._writer.path}: {sum(self._counts.values())} messages: {listed}")
+        kept = {**dict.fromkeys(self._counts, 0), **self._writer.on_disk}
+        lost = sum(self._counts.values()) - sum(kept.values())
+        listed = ", ".join(f"{topic} {count}" for topic, count in sorted(kept.items())) or "nothing"
+        also = f", the last {lost} that came before it failed are lost" if lost else ""
+        self.get_logger().info(f"{self._writer.path}: {sum(kept.values())} messages{also}: {listed}")
 
 
 def main(args: list[str] | None = None) -> int:
