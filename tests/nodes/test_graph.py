@@ -349,6 +349,7 @@ def test_a_model_begins_from_what_is_read_when_another_rig_is_announced(paper_cy
         warm = with_value(warm, f"temperature/{sensor}", "temperature", 60.0 + ZERO_CELSIUS, 0.0)
     bag = write_recording(tmp_path / "warm", warm)
     states = listener.collect(MotorThermalState, "/swapped/motor/thermal_state")
+    health = listener.collect(DiagnosticArray, "/diagnostics")
     with NodeProcess("machine_thermal", "/swapped", flush_after=0.5) as model:
         rig = listener.node.create_publisher(RigInfo, "/swapped/rig", LATCHED)
         given = {"bag": str(bag), "rate": 2.0, "wait_for_nodes": ["machine_thermal"], "topics": ["drive/telemetry", "temperature/*"]}
@@ -360,6 +361,10 @@ def test_a_model_begins_from_what_is_read_when_another_rig_is_announced(paper_cy
                 # what it told before comes late on a busy machine; what is of so much later it told after it began, which takes 3 s of data
                 wait_for(lambda begun=heard + 6_000_000_000: states and stamp_ns(states[-1]) > begun, 60.0, "states")
                 heard = stamp_ns(states[-1])
+            wait_for(lambda: (told := diagnostics(health, "swapped/machine_thermal: rig")) and "another rig was announced" in told.message
+                     and "do two machines publish on /swapped/rig?" in told.message, 10.0, "the exchange of rigs")
+            for name in ("rig_2", "rig_3", "rig_2", "rig_3"):
+                rig.publish(RigInfo(rig_id=name, oil_grade="ISO VG 32", payload_mass=149.5))
             player.stop()
         listener.withdraw(rig)
         model.stop()

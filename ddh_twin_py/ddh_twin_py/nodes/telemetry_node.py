@@ -12,7 +12,7 @@ import numpy as np
 
 from ddh_msgs.msg import RigInfo
 from ddh_twin_py.nodes.base import qos
-from ddh_twin_py.nodes.base.node_base import POLL_PERIOD, TwinNode
+from ddh_twin_py.nodes.base.node_base import AGAIN, POLL_PERIOD, TwinNode
 from ddh_twin_py.nodes.base.progress import Progress
 from ddh_twin_py.nodes.feeds.telemetry_feed import TelemetryFeed
 from ddh_twin_py.nodes.player.player_watch import PlayerWatch
@@ -81,8 +81,11 @@ class TelemetryNode(TwinNode, ABC):
         add_streams(self.health, self, self.feed, required, self.values["stale_after"], self.player.paused,
                     lambda: self.breaks[Break.PAUSE], self.silent)
         self.health.add("clock", self._judge_clock)
+        self.health.add("rig", self._judge_rig)
         self.progress = Progress(self, self.feed.inputs)
         self.rig_info: RigInfo | None = None
+        self._announced: set[str] = set()  # what was told of rigs so far
+        self._exchanged: list[float] = []  # s, wall clock: when another rig was announced than that of the state in hand
         self.unit: Unit | None = None  # what the state in hand belongs to, None while there is none
         self.create_subscription(RigInfo, RIG_TOPIC, self._take_rig, qos.LATCHED)
         self._last_data: float | None = None
@@ -169,14 +172,26 @@ class TelemetryNode(TwinNode, ABC):
         if refused := _refused_payload(message):
             self.warn_once(refused, refused)
         if before is None or in_words(before) != in_words(message):
-            self.get_logger().info(f"rig {in_words(message)}")
+            if in_words(message) not in self._announced:
+                self._announced.add(in_words(message))
+                self.get_logger().info(f"rig {in_words(message)}")
             contradiction = self.unit.contradiction(message) if self.unit is not None else ""
             if contradiction:
-                self.get_logger().warning(f"{contradiction}; it begins anew")
+                self.warn_again(contradiction, f"{contradiction}; it begins anew")
+                self._exchanged.append(self.wall())
                 self.unit = None
                 self.begin_anew()
             elif self.unit is not None and not self.unit.rig_id:
                 self.unit = replace(self.unit, rig_id=message.rig_id)
+
+    def _judge_rig(self, report: Report) -> str:
+        """Which rig was announced, and whether others are by turns."""
+        lately = [at for at in self._exchanged if self.wall() - at < AGAIN]
+        report.add("exchanges of the rig", len(self._exchanged), "1")
+        if len(lately) > 1:
+            report.warn(f"another rig was announced {len(lately)} times within a minute, last '{self.rig_id}', and all began anew "
+                        f"each time; do two machines publish on {self.resolve_topic_name(RIG_TOPIC)}?")
+        return in_words(self.rig_info) if self.rig_info is not None else "not announced"
 
     @property
     def rig_id(self) -> str:

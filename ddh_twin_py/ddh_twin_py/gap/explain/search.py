@@ -21,7 +21,7 @@ _LIKELY, _SIZED = 0.02, 4  # sets whose sizes are sought with the whole likeliho
 _USUAL = 8  # sets that are fitted in a pass
 _NEARBY = 0.5  # deviations of every parameter, within which sensitivities are not taken anew
 _KEPT = 3  # leading sets beside which classes are known to scatter
-_NOISIER = 1.3  # times as uncertain as it scatters beside a leading fit, from which a class hides something
+_HIDDEN = 0.02  # share of what all rows tell, that classes hide which scatter less beside a leading fit
 _NEARER = 3  # times that classes are held to what they scatter there; fits go on, and what they leave scatters less
 _CLOSE = 3.0  # difference of log evidence between linear and full that needs no further pass
 
@@ -147,9 +147,9 @@ def _beside_fits(found: Found, as_built: Mapping[tuple, float]) -> Linearised | 
     leading = [ids for ids in found.probability if ids in found.fitted][:_KEPT]
     each = [here.scatter_beside(found.fitted[ids].predictions) for ids in dict.fromkeys([*leading, ()])]
     least = {name: max(as_built.get(name, 1.0), min(one[name] for one in each)) for name in each[0]}
-    if all(known.get(name, 1.0) < _NOISIER * scatter for name, scatter in least.items()):
-        return None
-    return here.scattering({name: min(known.get(name, 1.0), scatter) for name, scatter in least.items()})
+    nearer = here.scattering({name: min(known.get(name, 1.0), scatter) for name, scatter in least.items()})
+    told = [(now.spread / was.spread) ** 2 for was, now in zip(here.comparisons, nearer.comparisons, strict=True)]
+    return nearer if 1.0 - float(np.mean(np.concatenate(told))) > _HIDDEN else None
 
 
 def _further(place: _Place, fits: Fits, found: Found, poor: bool) -> _Place | None:
