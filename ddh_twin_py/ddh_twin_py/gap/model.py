@@ -87,11 +87,13 @@ class Held(Protocol):
         """By recording, in how many ways it may begin otherwise than is likely from what is read."""
         ...
 
-    def run(self, theta: np.ndarray, acting: Acting, begin: Sequence[Sequence[float]] | None = None) -> list[dict[str, np.ndarray]]:
+    def run(self, theta: np.ndarray, acting: Acting, begin: Sequence[Sequence[float]] | None = None,
+            roughly: bool = False) -> list[dict[str, np.ndarray]]:
         """Free runs, by recording.
 
         Args:
             begin: by recording, standard deviations of each of those ways; None: as the first minutes of each tell.
+            roughly: where only the difference to another such run is asked.
         """
         ...
 

@@ -42,8 +42,9 @@ class RigHeld:
         """None: described rigs begin as they are read."""
         return [0] * len(self._runs)
 
-    def run(self, theta: np.ndarray, acting: Acting, begin: Sequence[Sequence[float]] | None = None) -> list[dict[str, np.ndarray]]:
-        """Free runs, by recording; all begin as they are read."""
+    def run(self, theta: np.ndarray, acting: Acting, begin: Sequence[Sequence[float]] | None = None,
+            roughly: bool = False) -> list[dict[str, np.ndarray]]:
+        """Free runs, by recording; all begin as they are read, and rough ones are as fine as others."""
         record = self._record(theta, acting)
         return [run.predict(record) for run in self._runs]
 

@@ -29,7 +29,7 @@ class Later:
     def open_begins(self):
         return [0]
 
-    def run(self, theta, acting, begin=None):
+    def run(self, theta, acting, begin=None, roughly=False):
         return [self._loop.run_one(1, theta, acting)]
 
 

@@ -40,7 +40,7 @@ class Warming:
     def open_begins(self):
         return [int(self._open)]
 
-    def run(self, theta, acting, begin=None):
+    def run(self, theta, acting, begin=None, roughly=False):
         return [{"flow": self._flow(theta[0], 0.0 if begin is None or not len(begin[0]) else begin[0][0])}]
 
 
@@ -55,7 +55,7 @@ def test_what_is_open_explains_what_it_can():
 
 def test_runs_that_go_astray_are_infinitely_off_whatever_is_open():
     class Astray(Warming):
-        def run(self, theta, acting, begin=None):
+        def run(self, theta, acting, begin=None, roughly=False):
             return [{"flow": np.full(self._time.size, np.nan)}]
 
     assert left(Astray()) == np.inf
@@ -140,7 +140,7 @@ class Pushed(Warming):
         super().__init__(gain, is_open=False)
         self._signals[0]["flow"].measured[:] += pushed * (self._command > 0.0)
 
-    def run(self, theta, acting, begin=None):
+    def run(self, theta, acting, begin=None, roughly=False):
         (flow,) = super().run(theta, (), begin)
         return [{"flow": flow["flow"] + sum(x for _, _, x in acting) * (self._command > 0.0)}]
 
@@ -192,7 +192,7 @@ class Often(Pushed):
     def open_begins(self):
         return [0] * len(self._signals)
 
-    def run(self, theta, acting, begin=None):
+    def run(self, theta, acting, begin=None, roughly=False):
         return super().run(theta, acting) * len(self._signals)
 
 

@@ -8,7 +8,7 @@ from operator import attrgetter
 
 import numpy as np
 
-from ddh_twin_py.gap.drive.direct_drive import STEP, DirectDrive
+from ddh_twin_py.gap.drive.direct_drive import COARSE, STEP, DirectDrive
 from ddh_twin_py.gap.effect import Acting
 from ddh_twin_py.gap.shrink.size import counted
 from ddh_twin_py.physics.thermal_network import TANK
@@ -47,13 +47,14 @@ class HeldData:
         """In how many ways each recording may begin otherwise than is likely; of a field recording that was fitted none."""
         return [e.open_begins for e in self.model.held] or [0] * len(self.model.field)
 
-    def run(self, theta: np.ndarray, acting: Acting, begin: Sequence[Sequence[float]] | None = None) -> list[dict[str, np.ndarray]]:
+    def run(self, theta: np.ndarray, acting: Acting, begin: Sequence[Sequence[float]] | None = None,
+            roughly: bool = False) -> list[dict[str, np.ndarray]]:
         """Free runs, by recording; ``begin`` as in `Experiment.predict`, by recording; None: all as their first minutes tell."""
         if self.model.held:
-            begins = begin if begin is not None else [None] * len(self.model.held)
-            return [held.predict(self.model.held_record(number, theta, acting), STEP, own_history=True, begin=own)
+            begins, step = begin if begin is not None else [None] * len(self.model.held), COARSE if roughly else STEP
+            return [held.predict(self.model.held_record(number, theta, acting), step, own_history=True, begin=own, roughly=roughly)
                     for number, (held, own) in enumerate(zip(self.model.held, begins, strict=True))]
-        return [self.model.run_one(self.model.first + number, theta, acting) for number in range(len(self.model.field))]
+        return [self.model.run_one(self.model.first + number, theta, acting, roughly) for number in range(len(self.model.field))]
 
     def axes(self, theta: np.ndarray, acting: Acting) -> dict[str, tuple[np.ndarray, np.ndarray]]:
         """Variables on which residuals may depend, from the free run of the first recording."""

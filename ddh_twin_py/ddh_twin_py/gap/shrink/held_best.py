@@ -13,6 +13,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from scipy.linalg import block_diag, cho_factor, cho_solve
@@ -109,8 +110,8 @@ class HeldBest:
         self._precision = block_diag(np.linalg.inv(prior), np.eye(begins))
         used = [{name: _spread_out(held.mask()(s)) for name, s in own.items()} for own in held.signals()]
         self._used = [{name: index for name, index in own.items() if index.size} for own in used]
-        ways, z = self._ways(theta, (), ()), np.zeros(len(self._moves))
-        self._slopes = self._sensitivities(ways, self._of_rig, z, self._run(ways, z))
+        self._to_begins: dict[tuple, Runs] = {}
+        self._slopes = self._sensitivities(self._ways(theta, (), ()), self._of_rig, np.zeros(len(self._moves)))
 
     def beside(self, theta: np.ndarray, acting: Acting, closely: bool = False, spread: Sequence[float] = (),
                least: Mapping[str, float] | None = None) -> AtBest:
@@ -125,18 +126,25 @@ class HeldBest:
         least = least or {}
         ways = self._ways(theta, acting, spread)
         z = np.zeros(len(ways.moves))
-        runs = self._run(ways, z)
-        own = self._sensitivities(ways, range(len(self._of_rig), z.size), z, runs)  # the warmth of oil bends, and what acts bends it
-        slopes = [{name: np.hstack([rig[name], more[name]]) for name in more} for rig, more in zip(self._slopes, own, strict=True)]
+        runs, begins = self._run(ways, z), self._of_begins(ways, z)  # the warmth of oil bends, and what acts bends it
+        sizes = self._sensitivities(ways, range(len(self._moves), z.size), z)
+        slopes = [{name: np.hstack([one[name] for one in own]) for name in own[0]} for own in zip(self._slopes, begins, sizes, strict=True)]
         z, runs = self._descended(ways, z, runs, slopes, least)
         if closely:
-            slopes = self._sensitivities(ways, range(z.size), z, runs)
+            slopes = self._sensitivities(ways, range(z.size), z)
             z, runs = self._descended(ways, z, runs, slopes, least)
         at, _, acts = self._at(ways, z)
         told = _summed(_told(slopes), self._speaking(runs, least), np.zeros_like(ways.precision))
         expected = float(np.trace(np.linalg.solve(ways.precision + told, told)))
         return AtBest({name: ratio / self._floor[name] for name, ratio in ratios_of(self._held, runs).items()}, at,
                       np.array([x for _, _, x in acts]), self._squares(runs), float(z @ ways.precision @ z), expected)
+
+    def _of_begins(self, ways: _Ways, z: np.ndarray) -> Runs:
+        """Sensitivities to the begins of a hypothesis that has not moved, which is asked about several times."""
+        asked = ways.theta.tobytes(), tuple((effect.id, law, x) for effect, law, x in ways.acting)
+        if asked not in self._to_begins:
+            self._to_begins[asked] = self._sensitivities(ways, range(len(self._of_rig), len(self._moves)), z)
+        return self._to_begins[asked]
 
     def _ways(self, theta: np.ndarray, acting: Acting, spread: Sequence[float]) -> _Ways:
         free = np.asarray(spread if len(spread) else np.zeros(len(acting)))
@@ -171,11 +179,11 @@ class HeldBest:
         theta, acting = self._within(theta), [(effect, law, effect.limit(x)) for effect, law, x in acting]
         return (theta, begin, acting) if beyond is None else _Ways(theta, begin, acting, ways.moves, ways.precision).moved(beyond)
 
-    def _run(self, ways: _Ways, z: np.ndarray, beyond: np.ndarray | None = None) -> Runs:
+    def _run(self, ways: _Ways, z: np.ndarray, beyond: np.ndarray | None = None, roughly: bool = False) -> Runs:
         theta, begin, acting = self._at(ways, z, beyond)
         if self._told is not None:
             self._told(next(self._ran))
-        return self._held.run(theta, acting, np.split(begin, self._ends[:-1]))
+        return self._held.run(theta, acting, np.split(begin, self._ends[:-1]), roughly)
 
     def _off(self, runs: Runs) -> Runs:
         """Residuals over floors of the samples that are used, by recording."""
@@ -204,17 +212,21 @@ class HeldBest:
                     score -= _WEIGHT / off[name].size * (slope.T @ off[name])
         return cho_solve(cho_factor(_summed(told, speaking, ways.precision)), score)
 
-    def _sensitivities(self, ways: _Ways, moves: Sequence[int], z: np.ndarray, runs: Runs) -> Runs:
-        """Of residuals over floors to some moves, by recording, signal to (samples, moves); ``runs`` are those at ``z``."""
-        base = self._off(runs)
+    def _sensitivities(self, ways: _Ways, moves: Sequence[int], z: np.ndarray) -> Runs:
+        """Of residuals over floors to some moves about ``z``, by recording, signal to (samples, moves)."""
+        if not len(moves):
+            return [{name: np.empty((index.size, 0)) for name, index in own.items()} for own in self._used]
 
-        def moved(move: int) -> Runs:
-            return self._off(self._run(ways, z, _DIFFERENCE * np.eye(z.size)[move]))
+        def moved(move: int | None, roughly: bool) -> Runs:
+            return self._off(self._run(ways, z, None if move is None else _DIFFERENCE * np.eye(z.size)[move], roughly))
 
         with ThreadPoolExecutor(max_workers=THREADS) as pool:
-            changed = list(pool.map(moved, moves))
-        return [{name: np.nan_to_num(np.array([(other[number][name] - off) / _DIFFERENCE for other in changed]).reshape(-1, off.size).T,
-                                     posinf=0.0, neginf=0.0) for name, off in own.items()} for number, own in enumerate(base)]
+            for roughly in (True, False):  # a rough run may go astray where a fine one does not
+                base, *changed = pool.map(partial(moved, roughly=roughly), [None, *moves])
+                if all(np.isfinite(off).all() for own in base for off in own.values()):
+                    break
+        return [{name: np.nan_to_num(np.array([(other[number][name] - off) / _DIFFERENCE for other in changed]).T, posinf=0.0, neginf=0.0)
+                 for name, off in own.items()} for number, own in enumerate(base)]
 
 
 def _told(slopes: Runs) -> dict[str, np.ndarray]:
