@@ -19,7 +19,7 @@ def add_parser(subparsers) -> None:
         subparsers, "gap", "say why a recorded rig and its twin part",
         "Runs the twin over recordings of a rig and says what it misses, where, which effects of the catalogue explain it and\n"
         "how surely, what is left, and which test would tell the rest apart. With a recording of the rig as built, the gap is\n"
-        "what changed since then; without one, the rig is held against its sheet.",
+        "what changed since then; without one, the rig is held against its rig file, or the reference sheet where none is\ngiven.",
         _EXAMPLE,
     )
     parser.add_argument("field", metavar="FIELD", nargs="+",

@@ -92,12 +92,14 @@ class Rig:
         quantities: dotted path of the sheet (``pump_1.leakage``) to `Quantity`.
         sensors: signal kind (``pressure``, ``temperature``, ...) to `SensorSpec`.
         file: the file that it was read from.
+        given: whether that is a rig file that somebody gave, and not the reference sheet.
     """
 
     rig_id: str
     quantities: Mapping[str, Quantity]
     sensors: Mapping[str, SensorSpec]
     file: str
+    given: bool = False
 
     def __getitem__(self, path: str) -> float:
         return self.quantities[path].value
@@ -252,7 +254,7 @@ def load_rig(path: str | Path | None = None) -> Rig:
     odd = contradiction({name: quantity.value for name, quantity in merged.items()})
     if odd:
         raise RigError(f"{path}: {odd}")
-    return Rig(rig_id or _REFERENCE.rig_id, merged, {**_REFERENCE.sensors, **sensors}, str(path))
+    return Rig(rig_id or _REFERENCE.rig_id, merged, {**_REFERENCE.sensors, **sensors}, str(path), given=True)
 
 
 def _refuse_unknown_sections(tree: dict, file: str) -> None:

@@ -55,6 +55,16 @@ def test_a_rig_without_any_tolerance_is_said_to_be_one(recording):
         assert any(said in note for note in DriveCase([], [Experiment(recording, rig)], rig).notes()) is tells
 
 
+def test_what_a_rig_is_held_against_is_named(recording, tmp_path):
+    file = tmp_path / "crane.yaml"
+    file.write_text("rig_id: crane_1\n")
+    for rig, words, not_said in ((load_rig(), "no rig file: the rig is held against the reference sheet", "its rig file, and"),
+                                 (load_rig(file), "held against its rig file", "reference sheet")):
+        said = " ".join(DriveCase([], [Experiment(recording, rig)], rig).notes())
+        assert words in said and not_said not in said
+        assert ("differs from it by design (stroke, pumps ...) needs its own rig file" in said) is not rig.given
+
+
 def test_the_end_of_a_recording_is_followed_where_the_oils_warmth_is_read(recording):
     sheet = load_rig()
     few, cold = (replace(recording, temperatures={n: s for n, s in recording.temperatures.items() if n not in gone})

@@ -41,7 +41,8 @@ from ddh_twin_py.twin.temperature_sensors import SENSORS
 _FEW = 10  # quantities with a tolerance, below which a sheet is taken for exact
 ASSUMPTIONS = [
     "The rig's parameters are independent and normal within the sheet's tolerances, and the same in all recordings.",
-    "With a commissioning recording an effect acts since then; without one the rig is held against its sheet.",
+    "With a commissioning recording an effect acts since then; without one the rig is held against its rig file, or the reference sheet "
+    "where none is given.",
     "Noise of the sensors is white and as the sheet says; a model's laws are a little wrong in every direction, those of the effects too.",
     "No more than two effects act at once.",
 ]
@@ -170,6 +171,14 @@ class DriveCase(DirectDrive):
             return []
         return [f"{', '.join(steps)}: given in steps of {max(steps.values()):.3g} K at most; what is smaller than these is not seen there"]
 
+    def _held_against(self) -> str:
+        """What the unit is held against where it was not recorded as built."""
+        if self.rig.given:
+            return "there is no commissioning recording: the rig is held against its rig file, and what lies within tolerances is no gap"
+        return ("there is no commissioning recording and no rig file: the rig is held against the reference sheet, and what lies within "
+                "its tolerances is no gap; a machine that differs from it by design (stroke, pumps ...) needs its own rig file (--rig), "
+                "else the difference is told as an effect")
+
     def notes(self) -> list[str]:
         """What these recordings cannot say, whatever was found."""
         notes = [*self.of_another, *self.missing()]
@@ -183,6 +192,5 @@ class DriveCase(DirectDrive):
             notes.append(f"the rig's sheet leaves {free} quantities a tolerance: whatever else differs from it is called an effect or "
                          "unknown")
         if not self.commissioning:
-            notes.append("there is no commissioning recording: the rig is held against its sheet, and what lies within tolerances is "
-                         "no gap")
+            notes.append(self._held_against())
         return notes

@@ -90,10 +90,10 @@ def undeclared(recordings: Sequence[Recording], payload: float, matters: bool) -
 
 
 def of_reference(recordings: Sequence[Recording], rig: Rig) -> list[str]:
-    """A question where recordings that name their rig were held against the reference rig's sheet; none where a rig file was given."""
+    """A question where recordings that name their rig were held against the reference sheet; none where a rig file was given."""
     named = next((r.rig.rig_id for r in recordings if r.rig is not None and r.rig.rig_id), "")
     return [] if rig.named or not named else [
-        f"the recordings name {named} and were held against the reference rig's sheet; if {named} is another machine, give its rig file "
+        f"the recordings name {named} and were held against the reference sheet; if {named} is another machine, give its rig file "
         "(--rig)"]
 
 
