@@ -24,7 +24,7 @@ from ddh_twin_py.fleet.page import fleet_document, remark, verdict
 from ddh_twin_py.fleet.parquet import write_parquet
 from ddh_twin_py.fleet.progress import FleetProgress
 from ddh_twin_py.fleet.recordings import FleetError, find_recordings
-from ddh_twin_py.fleet.results import Results, fingerprint
+from ddh_twin_py.fleet.results import Results, fingerprints
 from ddh_twin_py.fleet.row import COLUMNS, Row, as_csv, row_of
 from ddh_twin_py.fleet.run import Settings, run_fleet
 from ddh_twin_py.physics.compiling import COMPILING
@@ -321,7 +321,7 @@ def test_a_kept_result_of_wrong_types_is_none(wrong, folder, tmp_path):
     results = Results(tmp_path)
     (found,) = (f for f in find_recordings(folder) if f.name == "a/april")
     row = Row("a/april", rig="r", begin="2026-01-01T00:00:00Z", duration=2.0, verdict="no_gap", gap_before=1)
-    results.keep(found, fingerprint(found), row, {})
+    results.keep(found, fingerprints(found), row, {})
     assert results.finished(found) == row
     content = json.loads(results.path(found.name).read_text())
     results.path(found.name).write_text(json.dumps({**content, "row": content["row"] | wrong}))
@@ -590,6 +590,57 @@ def test_answers_of_other_versions_are_counted(folder, tmp_path, monkeypatch, ca
     assert "answers of other versions: 1 of 0.1+abc, 1 of one that is not known; --again makes them anew\n" in capsys.readouterr().out
     assert "1 of 0.1+abc, 1 of one that is not known" in (tmp_path / "fleet.html").read_text()
     assert main([*asked, "--again"]) == 0 and "other versions" not in capsys.readouterr().out
+
+
+@pytest.fixture
+def two_rigs(tmp_path, second):
+    """Recordings of three rigs and one without a name, and files of two of the rigs."""
+    for name in ("crane_1", "crane_2", "crane_3", ""):
+        write_recording(tmp_path / "fleet" / (name or "nameless"), replace(second, rig=replace(second.rig, rig_id=name)))
+    files = [tmp_path / f"{name}.yaml" for name in ("crane_1", "crane_2")]
+    for file in files:
+        file.write_text(f"rig_id: {file.stem}\n")
+    return tmp_path / "fleet", files
+
+
+def asked_against(out):
+    kept = [json.loads(file.read_text()) for file in (out / "results").iterdir()]
+    return {one["recording"]: one["report"]["asked"]["rig"] for one in kept}
+
+
+def test_each_recording_is_held_against_the_file_of_its_rig(two_rigs, tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(fleet_run.Settings, "__init__", _with_fake(fleet_run.Settings.__init__))
+    folder, (first, other) = two_rigs
+    out = tmp_path / "out"
+    asked = ["fleet", str(folder), "--out", str(out), "--rig", str(first), "--rig", str(other), "--html", str(tmp_path / "f.html")]
+    assert main(asked) == 0
+    said = capsys.readouterr().out
+    assert asked_against(out) == {"crane_1": str(first), "crane_2": str(other), "crane_3": None, "nameless": None}
+    assert "  crane_3: Held against the reference sheet: none of the rig files is of crane_3.\n" in said
+    assert "  nameless: Held against the reference sheet: the recording names no rig.\n" in said
+    assert "crane_1: " not in said and "none of the rig files is of crane_3." in (tmp_path / "f.html").read_text()
+    rows = {row["recording"]: row["sheet"] for row in csv.DictReader((out / "fleet.csv").open())}
+    assert (rows["crane_1"], rows["crane_3"]) == (str(first), "reference sheet: none of the rig files is of crane_3")
+    ran = []
+    real = fleet_run.diagnose_recording
+    monkeypatch.setattr(fleet_run, "diagnose_recording", lambda found, *rest: (ran.append(found.name), real(found, *rest))[1])
+    assert main(asked) == 0 and ran == []
+    other.write_text("rig_id: crane_2\npump_1:\n  leakage: {value: 2.0e-12, unit: m3/(s*Pa)}\n")
+    assert main(asked) == 0 and ran == ["crane_2"], "what is of another file is not diagnosed again"
+    assert main([*asked[:6], "--again"]) == 0 and set(asked_against(out).values()) == {str(first)}, "one file is for all"
+    assert main([*asked[:4], "--again"]) == 0 and set(asked_against(out).values()) == {None}
+    assert {row["sheet"] for row in csv.DictReader((out / "fleet.csv").open())} == {"reference sheet"}
+
+
+@pytest.mark.parametrize(("content", "words"), [
+    ("rig_id: crane_1\n", "crane_1.yaml and {other} both have the rig_id crane_1; give one of them"),
+    ("cylinder:\n  stroke: {value: 0.3, unit: m}\n", "{other} has no rig_id of its own; of several rig files each is for")])
+def test_of_several_rig_files_each_has_a_rig_id_of_its_own(content, words, two_rigs, capsys):
+    folder, (first, other) = two_rigs
+    other.write_text(content)
+    assert main(["fleet", str(folder), "--rig", str(first), "--rig", str(other)]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert words.format(other=other) in line
 
 
 def _with_fake(real):

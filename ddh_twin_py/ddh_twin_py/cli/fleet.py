@@ -5,15 +5,17 @@ from __future__ import annotations
 import argparse
 import os
 import sys
+from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from ddh_twin_py.cli.arguments import (
     InputError,
     add_html,
     add_json,
     add_quiet,
-    add_rig,
     add_verb,
+    named_file,
     output_file,
     positive,
     refuse_recording,
@@ -21,6 +23,9 @@ from ddh_twin_py.cli.arguments import (
     refuse_unwritable,
     whole,
 )
+
+if TYPE_CHECKING:
+    from ddh_twin_py.rig import Rig
 
 _EXAMPLE = """\
   ddh-twin fleet bags --html out/fleet.html
@@ -48,7 +53,9 @@ def add_parser(subparsers) -> None:
     parser.add_argument("--again", action="store_true", help="diagnose also what is finished")
     parser.add_argument("--longest", metavar="S", type=positive, default=3600.0, help="give a recording up after so many seconds, "
                         "without those of compiling the model (default 3600)")
-    add_rig(parser)
+    parser.add_argument("--rig", metavar="FILE", type=named_file, action="append", default=[], help="rig file with what differs from the "
+                        "reference sheet, for all recordings; given several times, each is for the recordings that name its rig_id, and "
+                        "others are held against the reference sheet. A machine of another design (stroke, pumps ...) needs its own")
     parser.add_argument("--csv", metavar="FILE", type=output_file, help="the table (default fleet.csv in --out)")
     parser.add_argument("--parquet", metavar="FILE", type=output_file, help="the table as Parquet")
     add_html(parser, "write the page with the trend of each rig")
@@ -72,7 +79,9 @@ def run(args: argparse.Namespace) -> int:
     from ddh_twin_py.rig import load_rig
     from ddh_twin_py.rig.files import held, printable
 
-    rig = load_rig(args.rig)
+    rigs = [load_rig(file) for file in args.rig]
+    by_id = _by_id(rigs)
+    sheets = ", ".join([*args.rig, *[load_rig().file] * (len(args.rig) != 1)])
     for name, given in (("FOLDER", args.folder), ("--out", args.out)):
         if not given.strip():
             raise InputError(f"{name} is {given!r}; allowed is the name of a folder")
@@ -82,7 +91,7 @@ def run(args: argparse.Namespace) -> int:
     own = [results.folder, out / _LOCK] + [out / _TABLE] * (not args.csv)
     refuse_same("--out", own, {"--csv": args.csv, "--parquet": args.parquet, "--html": args.html, "--json": args.json})
     refuse_recording("--out", out)
-    found = find_recordings(args.folder, out, Path(args.rig) if args.rig else None)
+    found = find_recordings(args.folder, out, Path(args.rig[0]) if len(args.rig) == 1 else None, by_id)
     busy = FleetError(f"{out}: another ddh-twin fleet writes its results there; wait for it, or give --out another folder")
     unkept: list[OSError] = []
     before = [results.finished(one) is not None and not args.again for one in found]
@@ -101,10 +110,10 @@ def run(args: argparse.Namespace) -> int:
     if args.parquet:
         write_parquet(args.parquet, rows)
     if args.json:
-        told = {"folder": str(args.folder), "verdict": verdict(rows), "end_matter": fleet_end(rows, rig.file).as_json()}
+        told = {"folder": str(args.folder), "verdict": verdict(rows), "end_matter": fleet_end(rows, sheets).as_json()}
         put_json(args.json, {**told, "rows": [asdict(row) for row in rows]})
     if args.html:
-        fleet_document(str(args.folder), rows, rig.file).write(args.html)
+        fleet_document(str(args.folder), rows, sheets).write(args.html)
     if not args.quiet and args.json != "-":
         print(verdict(rows))
         for row in (row for row in rows if row.copies):
@@ -120,3 +129,18 @@ def run(args: argparse.Namespace) -> int:
         print(f"{len(unkept)} of {len(found)} results could not be kept ({unkept[0]}); they are in the table, and the next run makes them "
               "anew", file=sys.stderr)
     return 1 if unkept else 0
+
+
+def _by_id(rigs: Sequence[Rig]) -> dict[str, Path]:
+    """Files of several rigs by the id that recordings name; none of one, which holds for all."""
+    if len(rigs) < 2:
+        return {}
+    found: dict[str, Path] = {}
+    for rig in rigs:
+        if not rig.named:
+            raise InputError(f"--rig: {rig.file} has no rig_id of its own; of several rig files each is for the recordings that name its "
+                             "rig_id")
+        if rig.rig_id in found:
+            raise InputError(f"--rig: {found[rig.rig_id]} and {rig.file} both have the rig_id {rig.rig_id}; give one of them")
+        found[rig.rig_id] = Path(rig.file)
+    return found

@@ -6,6 +6,7 @@ import re
 from collections import Counter
 from collections.abc import Sequence
 
+from ddh_twin_py.fleet.recordings import REFERENCE
 from ddh_twin_py.fleet.row import Row
 from ddh_twin_py.fleet.trend_chart import Line, trend_chart
 from ddh_twin_py.report.gap.words import percent
@@ -54,10 +55,13 @@ def fleet_end(rows: Sequence[Row], rig_file: str) -> doc.EndMatter:
 
 
 def remark(row: Row) -> str:
-    """What must be known of a recording before its verdict is read: why there is none, or what its answer warns of; else empty."""
-    if row.error or row.verdict == "insufficient":
-        return row.error or row.sentence
-    return row.sentence if row.sentence.startswith("Careful") else ""
+    """What must be known of a recording before its verdict is read: why there is none, what its answer warns of, or that none of several
+    rig files is of its rig; else empty."""
+    if row.error:
+        return row.error
+    told = row.sentence if row.verdict == "insufficient" or row.sentence.startswith("Careful") else ""
+    against = f"Held against the {row.sheet}." if row.sheet.startswith(REFERENCE) else ""
+    return " ".join(filter(None, [against, told]))
 
 
 def verdict(rows: Sequence[Row]) -> str:

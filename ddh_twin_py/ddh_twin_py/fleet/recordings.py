@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import os
 import re
+from collections.abc import Mapping
 from contextlib import closing
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -20,6 +21,8 @@ from ddh_twin_py.rig.files import did_you_mean
 from ddh_twin_py.sources.raw_bag import RawBag
 
 _PART = re.compile(rf"(.*)_(\d+)(?:{'|'.join(map(re.escape, DATA_ENDINGS))})")
+REFERENCE = "reference sheet: "
+"""What a recording is held against that is of none of several rig files, before the words that say so."""
 _BETWEEN = -0.5, 5.0  # s of log time from the end of one part of a bag to the begin of the next
 
 
@@ -30,16 +33,29 @@ class FleetError(ValueError):
 @dataclass(frozen=True)
 class Found:
     """One recording to diagnose: its name, which is its path below the folder, and its case; `refused` says why it is none, `copies` are
-    names of others with the same content."""
+    names of others with the same content, `rigs` rig ids and files of several rigs, of which the case has none yet (`of_rig`)."""
 
     name: str
     case: Case
     refused: str = ""
     copies: tuple[str, ...] = ()
+    rigs: tuple[tuple[str, Path], ...] = ()
+
+    def of_rig(self, rig_id: str) -> Found:
+        """The same with the file of the rig that it names, of several; without one, the reference sheet, where there is none."""
+        return replace(self, case=replace(self.case, rig=dict(self.rigs).get(rig_id)), rigs=()) if self.rigs else self
+
+    def sheet(self, rig_id: str) -> str:
+        """What it is held against, as the recording of that rig: a rig file, or the reference sheet, and why where several are given."""
+        if file := self.of_rig(rig_id).case.rig:
+            return str(file)
+        why = f"none of the rig files is of {rig_id}" if rig_id else "the recording names no rig"
+        return f"{REFERENCE}{why}" if self.rigs else REFERENCE.removesuffix(": ")
 
 
-def find_recordings(folder: str | Path, leave_out: Path | None = None, rig: Path | None = None) -> list[Found]:
-    """Every recording below a folder, sorted by name.
+def find_recordings(folder: str | Path, leave_out: Path | None = None, rig: Path | None = None,
+                    rigs: Mapping[str, Path] | None = None) -> list[Found]:
+    """Every recording below a folder, sorted by name, to be held against one rig file, or that of several, by rig id, that it names.
 
     A folder that holds field/ and is no bag is one case, whatever else lies in it; one with a bag commissioning/ or validation/ and without
     field/ is a case that is refused. A rosbag2 folder is one recording, as are .mcap and .db3 files that belong to no bag, and a folder
@@ -73,7 +89,7 @@ def find_recordings(folder: str | Path, leave_out: Path | None = None, rig: Path
     found += [_found(p.relative_to(folder).as_posix(), p, rig) for p in closed]
     if not found:
         raise FleetError(f"{folder}: holds no recording, neither a folder with field/, nor a rosbag2 folder, nor a .mcap or .db3 file")
-    return _without_copies(_once(found))
+    return [replace(one, rigs=tuple((rigs or {}).items())) for one in _without_copies(_once(found))]
 
 
 def _once(found: list[Found]) -> list[Found]:

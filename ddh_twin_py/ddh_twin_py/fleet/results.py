@@ -6,6 +6,7 @@ import hashlib
 import json
 import os
 import re
+from collections.abc import Mapping
 from dataclasses import asdict
 from pathlib import Path
 
@@ -32,21 +33,27 @@ class Results:
         something else."""
         try:
             content = read_json(self.path(found.name))
-            if content["version"] == _VERSION and content["recording"] == found.name and content["input"] == fingerprint(found):
+            if content["version"] == _VERSION and content["recording"] == found.name:
                 row = kept_row(content["row"])
-                return row if row.recording == found.name else None
+                return row if row.recording == found.name and content["input"] == fingerprint(found.of_rig(row.rig)) else None
         except (OSError, ValueError, KeyError, TypeError, RecursionError):
             pass
         return None
 
-    def keep(self, found: Found, before: str, row: Row, report: dict) -> None:
+    def keep(self, found: Found, before: Mapping[str, str], row: Row, report: dict) -> None:
         """Write a recording's result, whole or not at all. Raises OSError.
 
         Args:
-            before: its `fingerprint` before it was diagnosed; one that changed meanwhile is not finished then.
+            before: its `fingerprints` before it was diagnosed; one that changed meanwhile is not finished then.
         """
-        content = {"version": _VERSION, "recording": found.name, "input": before, "row": asdict(row), "report": report}
+        unchanged = before.get(row.rig, before[""])
+        content = {"version": _VERSION, "recording": found.name, "input": unchanged, "row": asdict(row), "report": report}
         write_whole(self.path(found.name), json.dumps(content, indent=1) + "\n")
+
+
+def fingerprints(found: Found) -> dict[str, str]:
+    """By the rig that it may name: which of several rig files is its own is known once it is read. '' is any other rig."""
+    return {rig_id: fingerprint(found.of_rig(rig_id)) for rig_id in ("", *dict(found.rigs))}
 
 
 def fingerprint(found: Found) -> str:

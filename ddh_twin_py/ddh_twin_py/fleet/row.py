@@ -30,6 +30,7 @@ class Row:
         gap_before, gap_after: in multiples of the noise floor. error: in one line, '' where there is a report.
         version: of this project, as it answered; '' where the answer is older than that it is kept.
         copies: paths of other recordings with the same content, joined by `COPY`.
+        sheet: what it was held against, `Found.sheet`; '' where there is no answer.
     """
 
     recording: str
@@ -51,6 +52,7 @@ class Row:
     error: str = ""
     version: str = ""
     copies: str = ""
+    sheet: str = ""
 
     @property
     def time(self) -> datetime | None:

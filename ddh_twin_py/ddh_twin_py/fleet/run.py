@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from ddh_twin_py.bags.errors import BagError, of_the_system
 from ddh_twin_py.diagnosis.process import COMMAND, DiagnosisProcess, Outcome
 from ddh_twin_py.fleet.recordings import FleetError, Found
-from ddh_twin_py.fleet.results import Results, fingerprint
+from ddh_twin_py.fleet.results import Results, fingerprints
 from ddh_twin_py.fleet.row import COPY, Row, facts, row_of
 from ddh_twin_py.report.page.document import version
 
@@ -53,7 +53,7 @@ def diagnose_recording(found: Found, settings: Settings, stop: threading.Event |
         return Diagnosed(Row(**known, error=" ".join(str(error).split())), {}, not of_the_system(error))
     except Exception as error:  # one recording of many; a damaged file may raise anything
         return Diagnosed(Row(**known, error=f"{type(error).__name__}: {' '.join(str(error).split())}"), {}, False)
-    process = DiagnosisProcess(found.case, command=settings.command)
+    process = DiagnosisProcess(found.of_rig(known["rig"]).case, command=settings.command)
     outcome = process.wait(settings.longest, told, stop)
     if outcome is None:
         process.stop()
@@ -95,22 +95,23 @@ def run_fleet(found: Sequence[Found], results: Results, settings: Settings, jobs
                     raise
                 unkept(error)
         tell()
-    return [replace(rows[f.name], copies=COPY.join(f.copies)) for f in found]
+    return [replace(row, copies=COPY.join(f.copies), sheet="" if row.error else f.sheet(row.rig))
+            for f, row in ((f, rows[f.name]) for f in found)]
 
 
 def _here(left: Sequence[Found], settings: Settings, jobs: int, running: dict[str, tuple[float, str]],
-          look: Callable[[], None]) -> Iterator[tuple[Found, str, Diagnosed]]:
-    """Each with its fingerprint as its diagnosis began: what is changed under way is another recording.
+          look: Callable[[], None]) -> Iterator[tuple[Found, dict[str, str], Diagnosed]]:
+    """Each with its fingerprints as its diagnosis began: what is changed under way is another recording.
 
     Args:
         running: kept as recordings begin, go on and end: name to share done and stage. look: called now and then meanwhile.
     """
     stop = threading.Event()
 
-    def one(found: Found) -> tuple[Found, str, Diagnosed]:
+    def one(found: Found) -> tuple[Found, dict[str, str], Diagnosed]:
         running[found.name] = 0.0, _READING
         try:
-            return found, fingerprint(found), diagnose_recording(found, settings, stop, lambda *far: running.update({found.name: far}))
+            return found, fingerprints(found), diagnose_recording(found, settings, stop, lambda *far: running.update({found.name: far}))
         finally:
             del running[found.name]
 
@@ -128,7 +129,7 @@ def _here(left: Sequence[Found], settings: Settings, jobs: int, running: dict[st
             pool.shutdown(cancel_futures=True)
 
 
-def _on_cluster(left: Sequence[Found], settings: Settings, address: str) -> Iterator[tuple[Found, str, Diagnosed]]:
+def _on_cluster(left: Sequence[Found], settings: Settings, address: str) -> Iterator[tuple[Found, dict[str, str], Diagnosed]]:
     try:
         import distributed
     except ImportError:
@@ -138,7 +139,7 @@ def _on_cluster(left: Sequence[Found], settings: Settings, address: str) -> Iter
     except (OSError, ValueError) as error:
         raise FleetError(f"--cluster {address}: no scheduler answers ({' '.join(str(error).split())})") from None
     with client:
-        before = {found.name: fingerprint(found) for found in left}
+        before = {found.name: fingerprints(found) for found in left}
         futures = {client.submit(diagnose_recording, found, settings, pure=False): found for found in left}
         for future in distributed.as_completed(list(futures)):
             found = futures[future]
