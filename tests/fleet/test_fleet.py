@@ -20,7 +20,7 @@ from ddh_twin_py.bags.writer import write_recording
 from ddh_twin_py.cli.main import main
 from ddh_twin_py.diagnosis.process import Outcome
 from ddh_twin_py.fleet import run as fleet_run
-from ddh_twin_py.fleet.page import fleet_document, remark, verdict
+from ddh_twin_py.fleet.page import fleet_document, newest_gaps, remark, verdict
 from ddh_twin_py.fleet.parquet import write_parquet
 from ddh_twin_py.fleet.progress import FleetProgress
 from ddh_twin_py.fleet.recordings import FleetError, find_recordings
@@ -459,10 +459,23 @@ def test_the_page_shows_each_rig_over_time_and_all_recordings():
     unclear = [*some_rows(), Row("d", verdict="insufficient")]
     assert "3 of 4 diagnosed recordings" in verdict(unclear) and "; 1 does not allow an answer; 1 could not" in verdict(unclear)
     within = [replace(some_rows()[0], gap_before=0.8), *some_rows()[1:]]
-    assert ", on 1 of 2 rigs, of which 1 lies within the floor and is told by the cause; 1 could" in verdict(within)
+    assert (", on 1 of 2 rigs, in 1 of which all signals together are off by no more than noise, and some of them show the cause; 1 could"
+            in verdict(within))
     xs = [float(x) for x in re.findall(r'<circle cx="([\d.]+)"', page)]
     assert all(0.0 <= x <= 620.0 for x in xs)
     assert fleet_document("x", [Row("c", error="torn")], "").html().count("<svg") == 0
+
+
+def test_rigs_whose_newest_recording_shows_a_gap_are_named_with_the_cause():
+    old, new = (replace(some_rows()[0], recording=name, rig="crane_1", begin=f"2026-0{n}-01T00:00:00Z") for n, name in ((1, "a"), (2, "b")))
+    assert newest_gaps([new, old]) == ["b, crane_1: explained, pump_1.leakage 90 %"]
+    mended = replace(new, verdict="no_gap", effect="", probability=None)
+    assert newest_gaps([old, mended]) == [] and newest_gaps([old, Row("b", "crane_1", new.begin, error="torn")])[0].startswith("a, crane_1")
+    beside = replace(new, rig="", also="motor.iron_loss", verdict="ambiguous", effect="x | y")
+    unknown = replace(new, recording="c", rig="", verdict="unknown", effect="unknown", probability=0.8)
+    assert newest_gaps([beside, unknown]) == ["b: ambiguous, x | y 90 %, beside it motor.iron_loss", "c: unknown cause 80 %"]
+    many = newest_gaps([replace(new, rig=f"crane_{n:02}") for n in range(12)])
+    assert len(many) == 11 and many[9].startswith("b, crane_09: ") and many[10] == "and 2 more"
 
 
 def test_where_no_rig_is_named_none_is_counted():
@@ -538,7 +551,8 @@ def test_the_verb_writes_table_and_page_and_says_what_failed(folder, tmp_path, m
     out = folder / "out"
     assert main(["fleet", str(folder), "--out", str(out), "--jobs", "2", "--html", str(page)]) == 0
     said = capsys.readouterr().out
-    assert "2 of 2 diagnosed recordings show a gap, on 1 of 1 rig; 3 could not be diagnosed." in said and "b/bad: " in said
+    assert "2 of 2 diagnosed recordings show a gap, on 1 of 1 rig; 3 could not be diagnosed.\n" in said and "b/bad: " in said
+    assert "diagnosed.\n  a/march, rig_000: explained, pump_1.leakage 90 %\n" in said
     table = list(csv.DictReader((out / "fleet.csv").read_text().splitlines()))
     assert [row["recording"] for row in table] == ["a/april", "a/march", "b/bad", "b/crash", "b/torn/torn.mcap"]
     assert "<svg" in page.read_text()

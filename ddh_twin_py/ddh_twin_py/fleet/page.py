@@ -9,13 +9,15 @@ from collections.abc import Sequence
 from ddh_twin_py.fleet.recordings import REFERENCE
 from ddh_twin_py.fleet.row import Row
 from ddh_twin_py.fleet.trend_chart import Line, trend_chart
-from ddh_twin_py.report.gap.words import percent
+from ddh_twin_py.report.gap.words import UNKNOWN, percent
 from ddh_twin_py.report.page import document as doc
 from ddh_twin_py.rig.reader_units import plus_minus, shown
 
 _VERDICTS = ("no_gap", "explained", "ambiguous", "unknown", "insufficient")
+_GAPS = ("explained", "ambiguous", "unknown")
 _OF_THE_SET = re.compile(r" \(probability [^()]*\)")  # of all that acts together; the table has that of the effect
 _FLOOR = 1.0  # gap below which nothing is beyond the noise
+_MOST_NAMED = 10  # rigs with a gap that are named
 _MARKS = {"no_gap": "good", "explained": "fair", "ambiguous": "fair", "unknown": "poor", "insufficient": "none", "": "none"}
 
 
@@ -67,7 +69,7 @@ def remark(row: Row) -> str:
 def verdict(rows: Sequence[Row]) -> str:
     """One sentence: of how many recordings and rigs, and what is wrong with how many."""
     rigs = {row.rig for row in rows if row.rig}
-    gaps = [row for row in rows if row.verdict in ("explained", "ambiguous", "unknown")]
+    gaps = [row for row in rows if row.verdict in _GAPS]
     concerned = {row.rig for row in gaps if row.rig}
     failed = sum(bool(row.error) for row in rows)
     unclear = sum(row.verdict == "insufficient" for row in rows)
@@ -76,9 +78,30 @@ def verdict(rows: Sequence[Row]) -> str:
     if rigs:
         said += f", on {len(concerned)} of {_rigs(rigs)}" if answered else f", of {_rigs(rigs)}"
     if within := sum(row.verdict == "explained" and (row.gap_before or _FLOOR) < _FLOOR for row in gaps):
-        said += f", of which {within} {'lies within the floor and is' if within == 1 else 'lie within the floor and are'} told by the cause"
+        said += f", in {within} of which all signals together are off by no more than noise, and some of them show the cause"
     said += f"; {unclear} {'does' if unclear == 1 else 'do'} not allow an answer" if unclear else ""
     return said + (f"; {failed} could not be diagnosed." if failed else ".")
+
+
+def newest_gaps(rows: Sequence[Row]) -> list[str]:
+    """A line for each rig whose newest recording with an answer shows a gap, such as 'b, crane_1: explained, line_b.compliance 94 %'.
+
+    A recording that names no rig is one by itself. After `_MOST_NAMED` lines how many more there are.
+    """
+    newest: dict[tuple[str, str], Row] = {}
+    for row in sorted(rows, key=lambda row: (row.rig, row.begin, row.recording)):
+        if row.verdict == "no_gap" or row.verdict in _GAPS:
+            newest[row.rig, "" if row.rig else row.recording] = row
+    told = [f"{', '.join(filter(None, (row.recording, row.rig)))}: {_cause(row)}" for row in newest.values() if row.verdict in _GAPS]
+    return [*told[:_MOST_NAMED], *([f"and {len(told) - _MOST_NAMED} more"] if len(told) > _MOST_NAMED else [])]
+
+
+def _cause(row: Row) -> str:
+    """Verdict, cause and its probability, and what acts beside it."""
+    share = "" if row.probability is None else f" {percent(row.probability)}"
+    if row.effect in ("", UNKNOWN):
+        return f"{row.verdict}{' cause' * (row.verdict == 'unknown')}{share}"
+    return f"{row.verdict}, {row.effect}{share}" + (f", beside it {row.also}" if row.also else "")
 
 
 def _rigs(rigs: Sequence[str] | set[str]) -> str:
