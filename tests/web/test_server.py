@@ -37,7 +37,7 @@ def test_the_page_and_all_that_it_asks_for_come_from_here(served):
     assert status == 200 and headers["Content-Type"].startswith("text/html")
     policy = headers["Content-Security-Policy"]
     assert "default-src 'none'" in policy and "http:" not in policy
-    for name in ("main.js", "charts.js", "page.css", "circuit.svg", "uPlot.iife.min.js", "uPlot.min.css"):
+    for name in ("main.js", "charts.js", "page.css", "circuit.svg", "language.js", "uPlot.iife.min.js", "uPlot.min.css"):
         status, headers, content = get(served.url + name)
         assert status == 200 and content, name
         assert get(served.url + name, headers={"If-None-Match": headers["ETag"]})[0] == 304

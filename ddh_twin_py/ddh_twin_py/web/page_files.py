@@ -10,7 +10,7 @@ _TYPES = {
     ".html": "text/html; charset=utf-8", ".js": "text/javascript; charset=utf-8", ".css": "text/css; charset=utf-8",
     ".svg": "image/svg+xml; charset=utf-8",
 }  # fmt: skip
-_UPLOT = ("uPlot.iife.min.js", "uPlot.min.css")
+_OF_REPORTS = ("language.js", "uplot/uPlot.iife.min.js", "uplot/uPlot.min.css")  # the same files as in reports
 
 
 @dataclass(frozen=True)
@@ -27,8 +27,9 @@ def assets() -> dict[str, Asset]:
     found = {}
     for file in resources.files("ddh_twin_py.web").joinpath("assets").iterdir():
         found[file.name] = _asset(file)
-    for name in _UPLOT:
-        found[name] = _asset(resources.files("ddh_twin_py.report").joinpath("assets", "uplot", name))
+    for path in _OF_REPORTS:
+        file = resources.files("ddh_twin_py.report").joinpath("assets", *path.split("/"))
+        found[file.name] = _asset(file)
     return found
 
 

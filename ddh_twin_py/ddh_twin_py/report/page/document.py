@@ -93,7 +93,7 @@ class Document:
             for n, (heading, body) in enumerate((*self.sections, ("About these numbers", end_matter(self.end))), 1)
         )
         has_charts = "<figure" in sections
-        scripts = f"<script>{_asset('uplot/uPlot.iife.min.js')}</script>" if has_charts else ""
+        scripts = f"<script>{_asset('language.js')}</script><script>{_asset('uplot/uPlot.iife.min.js')}</script>" if has_charts else ""
         styles = (_asset("uplot/uPlot.min.css") if has_charts else "") + _asset("style.css")
         reset = '<button id="all" type="button">Show all</button>' if has_charts else ""
         hint = (
