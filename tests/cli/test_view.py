@@ -4,6 +4,7 @@ import json
 import os
 import re
 import signal
+import socket
 import subprocess
 import sys
 import urllib.request
@@ -12,6 +13,7 @@ import pytest
 from ddh_twin_py.bags.reader import read_recording
 from ddh_twin_py.bags.writer import write_recording
 from ddh_twin_py.cli.main import main
+from ddh_twin_py.cli.page_port import refuse_taken
 from nodes.processes import HeldProcess, runs, wait_for
 
 
@@ -99,14 +101,18 @@ def test_arguments_that_cannot_be_used(arguments, words, capsys, paper_cycle_bag
     assert words in capsys.readouterr().err
 
 
-@pytest.mark.live
-def test_a_port_that_is_taken_is_said_in_one_line(tmp_path):
-    with View(tmp_path) as view:
-        port = view.page.rstrip("/").rpartition(":")[2]
-        done = subprocess.run(
-            [sys.executable, "-m", "ddh_twin_py.cli.main", "view", "--port", port, "--no-browser", "--log", str(tmp_path / "log2")],
-            capture_output=True, text=True, timeout=90,
-        )  # fmt: skip
-        assert done.returncode == 2 and done.stderr.count("\n") == 1
-        assert "error: node web_view ended with exit code 2" in done.stderr and "in use" in done.stderr
-        view.stop()
+def test_a_port_that_is_taken_is_said_in_one_line_before_any_node_starts(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr("ddh_twin_py.cli.live_graph.LiveGraph.start", lambda *_: pytest.fail("a node is started"))
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = taken.getsockname()[1]
+        assert main(["view", "--port", str(port), "--no-browser", "--log", str(tmp_path / "log")]) == 2
+    said = f"ddh-twin view: error: --port {port}: the address is in use; choose another, or 0 for any free one\n"
+    assert capsys.readouterr().err == said
+
+
+def test_a_port_that_is_free_or_that_the_system_chooses_is_not_refused():
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = taken.getsockname()[1]
+        refuse_taken("127.0.0.1", 0, "", "")
+    for host in ("127.0.0.1", "localhost", "0.0.0.0", "no such host.", "192.0.2.1"):
+        refuse_taken(host, port, "", "")

@@ -3,6 +3,7 @@
 import json
 import os
 import signal
+import socket
 import subprocess
 import sys
 
@@ -124,3 +125,18 @@ def test_arguments_that_cannot_be_used(arguments, words, capsys):
         code = error.code
     assert code == 2
     assert words in capsys.readouterr().err
+
+
+def test_a_page_whose_port_is_taken_is_refused_before_any_node_starts(tmp_path, monkeypatch, capsys):
+    from ddh_twin_py.cli.main import main
+
+    monkeypatch.setattr("ddh_twin_py.cli.supervisor.Supervisor.run", lambda _: pytest.fail("a node is started"))
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = taken.getsockname()[1]
+        params = tmp_path / "twin.yaml"
+        params.write_text(f"/**/web_view:\n  ros__parameters:\n    port: {port}\n")
+        assert main(["up", "--view", "--params", str(params)]) == 2
+        (line,) = capsys.readouterr().err.splitlines()
+        assert f"--view: port {port}: the address is in use; end what is served there" in line
+        monkeypatch.setattr("ddh_twin_py.web.access.PORT", port)
+        assert main(["up", "--view"]) == 2 and f"--view: port {port}: " in capsys.readouterr().err

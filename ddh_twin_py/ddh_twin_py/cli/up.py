@@ -114,14 +114,14 @@ def node_parameters(args: argparse.Namespace) -> dict[str, dict[str, object]]:
     return nodes
 
 
-def _in_file(args: argparse.Namespace, node: str, name: str) -> bool:
-    """Whether the parameter file gives a node this parameter."""
+def _in_file(args: argparse.Namespace, node: str, name: str) -> list[object]:
+    """What the parameter file gives a node for this parameter; empty where it does not."""
     if not args.params:
-        return False
+        return []
     from ddh_twin_py.bags.topics import normalised
-    from ddh_twin_py.nodes.parameter_file import gives, read_parameter_file
+    from ddh_twin_py.nodes.parameter_file import given, read_parameter_file
 
-    return gives(read_parameter_file(args.params), f"{normalised(args.namespace)}/{node}", name)
+    return given(read_parameter_file(args.params), f"{normalised(args.namespace)}/{node}", name)
 
 
 def _ran(args: argparse.Namespace, children: Sequence[Child], code: int) -> dict:
@@ -209,6 +209,12 @@ def check(args: argparse.Namespace) -> None:
         check_files(args.params, sections, args.namespace, started)
         for section in unanswered(sections, args.namespace):
             say(f"ddh-twin up: warning: {args.params}: {section}: no node in {args.namespace} takes it; /**/NODE is one in any namespace")
+    if args.view:
+        from ddh_twin_py.cli.page_port import refuse_taken
+        from ddh_twin_py.web.access import LOCAL, PORT
+
+        host, port = ([default, *_in_file(args, "web_view", name)][-1] for name, default in (("host", LOCAL), ("port", PORT)))
+        refuse_taken(host, port, f"--view: port {port}", "end what is served there, or give web_view another port with --params")
     if args.duty:
         args.duty = duty_file(args.duty)
         refuse_missing("--duty", args.duty)

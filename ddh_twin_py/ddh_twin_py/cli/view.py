@@ -64,6 +64,7 @@ def run(args: argparse.Namespace) -> int:
     from ddh_twin_py.bags.folder import open_folder
     from ddh_twin_py.cli.console import put_json
     from ddh_twin_py.cli.live_graph import LiveGraph
+    from ddh_twin_py.cli.page_port import refuse_taken
 
     if args.rig:
         from ddh_twin_py.rig import load_rig
@@ -75,6 +76,7 @@ def run(args: argparse.Namespace) -> int:
     for option in ("rate", "normal_file", "paused"):
         if getattr(args, option) and not args.bag:
             raise InputError(f"--{option.replace('_', '-')} is for a recording, and none is named")
+    refuse_taken(args.host, args.port, f"--port {args.port}", "choose another, or 0 for any free one")
     page: list[str] = []
     there = threading.Event()
 

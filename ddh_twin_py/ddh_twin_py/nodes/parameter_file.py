@@ -176,9 +176,9 @@ def unanswered(sections: Mapping[str, object], namespace: str) -> list[str]:
     return [section for section in sections if not any(_takes(section, node) for node in nodes)]
 
 
-def gives(sections: Mapping[str, Mapping[str, object]], node: str, name: str) -> bool:
-    """Whether sections give this parameter to a node, which is named in full."""
-    return any(name in values and _takes(section, node) for section, values in sections.items())
+def given(sections: Mapping[str, Mapping[str, object]], node: str, name: str) -> list[object]:
+    """What sections give a node, which is named in full, for this parameter; empty where none does."""
+    return [values[name] for section, values in sections.items() if name in values and _takes(section, node)]
 
 
 def _takes(section: str, node: str) -> bool:

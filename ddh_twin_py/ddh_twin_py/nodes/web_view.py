@@ -18,7 +18,7 @@ from ddh_twin_py.nodes.player.player_watch import GONE, PLAYER
 from ddh_twin_py.nodes.tasks import health
 from ddh_twin_py.rig import load_rig
 from ddh_twin_py.telemetry.signals import RIG_TOPIC
-from ddh_twin_py.web.access import LOCAL
+from ddh_twin_py.web.access import LOCAL, PORT
 from ddh_twin_py.web.board import Board
 from ddh_twin_py.web.health import Health, Sensors
 from ddh_twin_py.web.server import PageServer, ServerError
@@ -36,7 +36,7 @@ class WebView(TwinNode):
 
     PARAMETERS = (
         Parameter("host", LOCAL, "Address to serve the page at; 0.0.0.0 is every one of this machine, and needs a token."),
-        Parameter("port", 8420, "Port; 0 takes any that is free, the log says which.", "", 0, 65535),
+        Parameter("port", PORT, "Port; 0 takes any that is free, the log says which.", "", 0, 65535),
         Parameter(
             "token", "",
             "What a browser must know to see the page. Empty: none at an address that only this machine reaches, else one that is "

@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from urllib.parse import SplitResult, urlsplit
 
-LOCAL = "127.0.0.1"
+LOCAL, PORT = "127.0.0.1", 8420
 _SOMEWHERE = "192.0.2.1"  # an address for documents (RFC 5737), beyond this machine's networks
 _LOCAL_NAMES = ("localhost", "127.0.0.1", "::1")
 
