@@ -139,3 +139,20 @@ def test_a_value_and_its_deviation_stand_in_one_line():
     words = "pump 1: leakage and relief valve: seat leakage  1.728 ± 0.079; 0.097 ± 0.065 mL/(min·bar)"
     first, second = (line.plain for line in _weighed("cause", "2 %", words, 80, 2))
     assert first.endswith("seat leakage") and second.strip() == "1.728 ± 0.079; 0.097 ± 0.065 mL/(min·bar)"
+
+
+def test_signals_that_stay_off_their_floor_are_named():
+    diagnosis = made_diagnosis("explained", seconds=120.0)
+    names = list(diagnosis.report["shrink"])
+    rows = {name: {**diagnosis.report["shrink"][name], "noise": 1.0, "before": 9.0 - i, "after": 0.9} for i, name in enumerate(names)}
+    rows[names[-1]] |= {"before": 1.31, "after": 1.29}
+    rows[names[-2]] |= {"before": 1.46, "after": 1.45}
+    said = " ".join(" ".join(rendered(replace(diagnosis, report={**diagnosis.report, "shrink": rows}))).split())
+    stay = f"not: {signal_name(names[-2])} 1.45, {signal_name(names[-1])} 1.29"
+    assert f"{len(names) - 2} of {len(names)} signals end within 1.2 times their floor; {stay}" in said
+    full = {**diagnosis.report, "shrink": rows, "notes": [f"x; recovered {n} " + "much " * 40 for n in (1, 2)],
+            "next_test": {"description": "a long test " * 34 + "ends", "expected_separation": 3.0}}
+    lines = rendered(replace(diagnosis, report=full, sentence="a long sentence " * 40))
+    at = next(i for i, line in enumerate(lines) if line.startswith("signals"))
+    assert stay in " ".join(" ".join(lines[at:]).split()) and len(lines) <= LINES
+    assert stay in " ".join(rendered(replace(diagnosis, report=full), None))

@@ -38,6 +38,7 @@ _ENDLESS, _NARROW = 10_000, 60  # columns of a file, of the narrowest terminal t
 _MOST_HYPOTHESES, _MOST_PLACES, _MOST_SIGNALS, _MOST_LOST = 4, 3, 5, 2
 _LEAST_OF_SENTENCE, _MORE_OF_SENTENCE = 4, 3  # lines
 _MOST_OF_TEST, _LEAST_OF_SIGNALS, _LEAST_OF_NOTES = 7, 4, 2  # lines
+_MOST_OF_ENDS = 2  # lines on the signals that stay off their floor
 _LEAST_OF_REST = 2  # lines: a place and the signals
 _INDENT = 21  # columns before the words of what has a share
 _FURTHER = "further notes"
@@ -164,10 +165,10 @@ def _signals(report: Report, room: int, width: int) -> list[Text]:
     if not rows:
         return [Text(f"signals    all {len(worst)} within {NEAR:g} times their noise floor")]
     lines = [Text(f"{'signals':<11}{'RMS of what the twin misses':<30}{'before → after':>19}{'× noise floor':>20}")]
-    most = max(0, min(_MOST_SIGNALS, room - 2))
+    last = _how_they_end(report, max(1, min(_MOST_OF_ENDS, room - 2)), width)
+    most = max(0, min(_MOST_SIGNALS, room - 1 - len(last)))
     if not most:
-        near = sum(times_floor(row, "after") <= NEAR for _, row in worst)
-        return [Text(f"signals    {near} of {len(worst)} end within {NEAR:g} times their floor")]
+        return _how_they_end(report, max(1, min(_MOST_OF_ENDS, room)), width, "signals")
     for name, row in rows[:most]:
         before, after, unit = times_floor(row, "before"), times_floor(row, "after"), row["unit"]
         sizes = f"{in_unit(row['before'], unit, False)} → {in_unit(row['after'], unit)}"
@@ -177,12 +178,19 @@ def _signals(report: Report, room: int, width: int) -> list[Text]:
             line.stylize(STYLE["fair"], len(line) - len(number(after, 2)))
         lines.append(line)
     if len(worst) > len(rows[:most]):
-        near = sum(times_floor(row, "after") <= NEAR for _, row in worst)
-        farther = len(farther_off(report["shrink"]))
-        said = f"end within {NEAR:g} times their floor, {farther} farther off than before" if farther else \
-            f"signals end within {NEAR:g} times their floor"
-        lines.append(Text(f"           {near} of {len(worst)} {said}"))
+        lines += last
     return lines
+
+
+def _how_they_end(report: Report, most: int, width: int, title: str = "") -> list[Text]:
+    """How many signals end near their floor, and which others stay how far off it, in ``most`` lines or less."""
+    ends = sorted(((times_floor(row, "after"), name) for name, row in report["shrink"].items()), reverse=True)
+    off = [f"{signal_name(name)} {number(times, 2)}" for times, name in ends if times > NEAR]
+    farther = len(farther_off(report["shrink"]))
+    said = f"{len(ends) - len(off)} of {len(ends)} " + (
+        f"end within {NEAR:g} times their floor, {farther} farther off than before" if farther else
+        f"signals end within {NEAR:g} times their floor")
+    return _titled(title, f"{said}; not: {', '.join(off)}" if off else said, most, width)
 
 
 def _notes(notes: list[str], room: int, width: int = WIDTH) -> list[Text]:
