@@ -13,8 +13,8 @@ def test_what_a_record_would_not_have_shown_is_no_part_of_no_gap():
     impossible = Detection("tank.cooling", "W/K", None, None, "", dict.fromkeys(("faint", "moderate", "clear")))
     far = Detection("motor.cooling", "1", 28.3, 2.8, "speed", dict.fromkeys(("faint", "moderate", "clear"), 9.0), 1.0, beyond=True)
     (note,) = NotExcluded({}, [], [shown, faint, impossible, far], {"pump_1.leakage": "leakage_ratio"}).notes(CUT)
-    assert note.endswith(": pump_1.leakage (leakage ratio down to 0.572), tank.cooling (at any size that it may have), motor.cooling "
-                         "(up to 29.3)")
+    assert note.endswith(": pump_1.leakage (leakage ratio down to 0.572, as built 1.00), tank.cooling (at any size that it may have), "
+                         "motor.cooling (up to 29.3, as built 1.00)")
     assert NotExcluded({}, [], [shown]).notes(CUT) == []
 
 

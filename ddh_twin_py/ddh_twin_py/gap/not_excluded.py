@@ -61,6 +61,8 @@ class NotExcluded:
             return f"{missed.effect} (at any size that it may have)"
         name = self.quantities.get(missed.effect, "").replace("_", " ")
         bound = f"{'up' if missed.smallest > 0.0 else 'down'} to {moved(missed.nominal, missed.smallest, missed.unit)}"
+        if missed.nominal:  # as finely as the bound
+            bound += f", as built {moved(missed.nominal + missed.smallest, -missed.smallest, missed.unit)}"
         return f"{missed.effect} ({f'{name} {bound}'.lstrip()})"
 
 

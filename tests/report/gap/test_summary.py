@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 from ddh_twin_py.gap.catalogue import EFFECTS
 from ddh_twin_py.report.gap.summary import LINES, _notes, _weighed, print_gap
-from ddh_twin_py.report.gap.words import effect_name, set_name, signal_name
+from ddh_twin_py.report.gap.words import set_name, signal_name
 from rich.console import Console
 from support.made_diagnosis import KINDS, made_diagnosis
 
@@ -106,7 +106,8 @@ def test_numbers_are_those_of_the_report():
     assert diagnosis.sentence in said and f"Explained: {diagnosis.sentence}" in said
     for key in ("as_is", "before", "after"):
         assert f"{diagnosis.report['gap'][key]:.2f}" in said
-    assert any(effect_name("pump_1.leakage") in line and "98 %" in line and "1.830 ± 0.040" in line for line in lines)
+    assert any("98 %  pump 1: leakage, leakage ratio 1.830 ± 0.040" in line for line in lines)
+    assert [line.strip() for line in lines].count("± is one standard deviation") == 1
     row = diagnosis.report["shrink"]["pressure_piston_side"]
     line = next(line for line in lines if signal_name("pressure_piston_side") in line)
     assert f"{row['before'] * 1e-5:.3f} → {row['after'] * 1e-5:.3f} bar" in line

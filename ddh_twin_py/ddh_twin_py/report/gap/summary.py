@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from rich.console import Console
 from rich.text import Text
 
+from ddh_twin_py.gap.catalogue import EFFECTS
 from ddh_twin_py.gap.shrink.size import WITHOUT_COMMISSIONING
 from ddh_twin_py.report.gap.words import (
     NEAR,
@@ -26,7 +27,7 @@ from ddh_twin_py.report.gap.words import (
     times_floor,
 )
 from ddh_twin_py.report.replay.summary import STYLE
-from ddh_twin_py.report.units import in_unit, number, plus_minus, probably
+from ddh_twin_py.report.units import in_unit, number, plus_minus, probably, words
 
 if TYPE_CHECKING:
     from ddh_twin_py.gap.contract import Report
@@ -42,6 +43,8 @@ _MOST_OF_ENDS = 2  # lines on the signals that stay off their floor
 _LEAST_OF_REST = 2  # lines: a place and the signals
 _INDENT = 21  # columns before the words of what has a share
 _FURTHER = "further notes"
+SPREAD = "± is one standard deviation"
+"""What stands once below the causes, where a line is left."""
 _RECOVERED = "; recovered "
 """Stands in what reading says of a damaged recording."""
 
@@ -55,8 +58,10 @@ def gap_summary(diagnosis: Diagnosis, width: int = WIDTH) -> list[Text]:
     sentence = _sentence(words, diagnosis.sentence)
     lines, missing, lost = _begin(diagnosis, sentence, _LEAST_OF_SENTENCE, width)
     least = LINES - _LEAST_OF_REST - _LEAST_OF_SIGNALS
-    if sum(map(len, (lines, missing, gap, causes, test))) > least:
+    spread = _titled("", SPREAD, 1, width) if "±" in _plain([*lines, *causes, *_places(report, width)]) else []
+    if sum(map(len, (lines, missing, gap, causes, spread, test))) > least:
         causes = _hypotheses(diagnosis, width, 1)
+    causes += spread if sum(map(len, (lines, missing, gap, causes, spread, test))) <= least else []
     spare = least - sum(map(len, (lines, missing, gap, causes, test)))
     if spare > 0:
         lines, missing, lost = _begin(diagnosis, sentence, _LEAST_OF_SENTENCE + min(spare, _MORE_OF_SENTENCE), width)
@@ -135,11 +140,12 @@ def _hypotheses(diagnosis: Diagnosis, width: int, most: int) -> list[Text]:
     shown = [w for w in diagnosis.weighed if w.probability >= 0.005][:_MOST_HYPOTHESES]
     lines = []
     for i, w in enumerate(shown):
-        values = "; ".join(plus_minus(value, std, unit) for value, std, unit, _ in w.values.values())
+        values = {effect: plus_minus(value, std, unit) for effect, (value, std, unit, _) in w.values.items()}
+        named = [f"{words(EFFECTS[effect].parameter)} {value}" if effect in EFFECTS else value for effect, value in values.items()]
         said = set_name(w.effects)
-        whole = f"{said}  {values}" if values else said
-        fits = len(_wrapped(whole, most + 1, width - _INDENT)) <= most
-        lines += _weighed("" if i else "cause", probably(w.probability), whole if fits else said, width, most)
+        ways = [f"{said}, {'; '.join(named)}", f"{said}  {'; '.join(values.values())}"] * bool(values)
+        fits = (way for way in ways if len(_wrapped(way, most + 1, width - _INDENT)) <= most)
+        lines += _weighed("" if i else "cause", probably(w.probability), next(fits, said), width, most)
     for members in diagnosis.report["classes"][:1]:
         lines += _titled("alike", ", ".join(effect_name(e) for e in members) + " look alike in this record", 2, width)
     return lines
