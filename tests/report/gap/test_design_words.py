@@ -87,3 +87,19 @@ def test_rows_of_what_is_not_detected_are_marked_and_explained():
     assert "○: this test does not detect the effect at a moderate size" in some and "counts in no class" in some
     every = design_document(a_design(("load.mass", "tank.cooling", "pump_1.leakage"), []), load_rig(), "a duty", 1.0).html()
     assert "○" not in every
+
+
+def test_what_no_machine_reaches_has_neither_a_smallest_departure_nor_what_it_is_told_from():
+    effects = ["load.mass", "motor.flange_conduction", "pump_1.cooling"]
+    found = [Detection("load.mass", "kg", 2.0, 1.9, "current", dict.fromkeys(SIZES, 5.0)),
+             Detection("motor.flange_conduction", "W/K", 99.8, 1.4, "current", dict.fromkeys(SIZES), beyond=True),
+             Detection("pump_1.cooling", "1", None, None, "current", dict.fromkeys(SIZES))]
+    design = replace(a_design((), []), detections=found, names=effects, separation=np.full((3, 3), 5.7))
+    out = io.StringIO()
+    print_design(design, Console(file=out, width=100))
+    rows = {line.split()[0]: line.split()[1:] for line in out.getvalue().splitlines() if line.strip().startswith(tuple(effects))}
+    assert rows == {"load.mass": ["+2.00", "kg", "yes", "yes", "yes", "5.7"], **{name: ["–"] * 5 for name in effects[1:]}}
+    said = " ".join(out.getvalue().split())
+    assert "odds of 20 to 1" in said and "Bayes" not in said
+    page = design_document(design, load_rig(), "a duty", 1.0).html()
+    assert "99.8" not in page and page.count("load: mass, 5.7") == 0 and page.count("motor: flange conduction, 5.7") == 1

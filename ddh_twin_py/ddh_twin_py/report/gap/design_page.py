@@ -5,7 +5,17 @@ from __future__ import annotations
 from ddh_twin_py.gap.drive.design import Design
 from ddh_twin_py.gap.explain.classes import TELLS_APART
 from ddh_twin_py.gap.explain.detection import DETECTED, SIZES, Detection
-from ddh_twin_py.report.gap.design_words import SIZE_WORDS, impossible, nearest, separation_words, setting, shows_in, smallest, verdict
+from ddh_twin_py.report.gap.design_words import (
+    SIZE_WORDS,
+    found_at_some_size,
+    impossible,
+    nearest,
+    separation_words,
+    setting,
+    shows_in,
+    smallest,
+    verdict,
+)
 from ddh_twin_py.report.gap.words import effect_name
 from ddh_twin_py.report.page import document as doc
 from ddh_twin_py.report.page.heatmap import Cell, Grid, heatmap
@@ -106,11 +116,11 @@ def _detections(design: Design) -> doc.Html:
     columns = [doc.Column("Effect", number=False), doc.Column("Smallest detected", "departure", False), doc.Column("Rise", "× noise"),
                doc.Column("Shows most in", number=False), *(doc.Column(size.capitalize(), f"{rise:g} × noise", False)
                                                             for size, rise in SIZES.items()),
-               doc.Column("Least told from", "log Bayes factor", False)]
+               doc.Column("Least told from", "log of the odds", False)]
     rows = []
     for d in design.detections:
-        near = nearest(design, d.effect)
-        rows.append((effect_name(d.effect), smallest(d), number(d.rise, 1), shows_in(d), *(_mark(d, size) for size in SIZES),
+        near, rise = nearest(design, d), number(d.rise if found_at_some_size(d) else None, 1)
+        rows.append((effect_name(d.effect), smallest(d), rise, shows_in(d), *(_mark(d, size) for size in SIZES),
                      "–" if near is None else f"{effect_name(near[0])}, {number(near[1], 1)}"))
     table = doc.table(columns, rows, "Detected: the evidence for the effect is expected to be 20 times that for none. The departure is "
                                      "that of the quantity that a diagnosis reports, from its value without the effect.")

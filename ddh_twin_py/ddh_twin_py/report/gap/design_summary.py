@@ -7,6 +7,7 @@ from rich.table import Table
 from rich.text import Text
 
 from ddh_twin_py.gap.drive.design import Design
+from ddh_twin_py.gap.explain.classes import TELLS_APART
 from ddh_twin_py.gap.explain.detection import SIZES
 from ddh_twin_py.report.gap.design_words import nearest, setting, smallest, verdict
 from ddh_twin_py.report.replay.summary import STYLE, plain_table
@@ -40,13 +41,13 @@ def _table(design: Design, room: int) -> Table:
     """Every effect; names that are longer than ``room`` columns break after the component."""
     table = plain_table("effect", "smallest departure", *(f"{rise:g}" for rise in SIZES.values()), "told")
     for d in design.detections:
-        near = nearest(design, d.effect)
+        near = nearest(design, d)
         told = "–" if near is None else number(near[1], 1)
         marks = [Text(_MARK[d.detects(size)][0], style=STYLE.get(_MARK[d.detects(size)][1], "")) for size in SIZES]
         name = d.effect if len(d.effect) <= room else d.effect.replace(".", ".\n  ", 1)
         table.add_row(name, smallest(d, short=True), *marks, told)
     table.caption, table.caption_justify = (
         "2.2, 5, 11: would it be detected where the worst signal rises to so many times its noise (faint, moderate, clear); – lies beyond "
-        "what the effect may be, or no sensor shows it.\ntold: least expected log Bayes factor against another effect; 3 is "
-        "needed.", "left")
+        "what the effect may be, or no sensor shows it.\ntold: how surely it is told from the effect that it is taken for most easily, as "
+        f"the log of the odds; from {TELLS_APART:g} on, odds of 20 to 1, the two count as told apart.", "left")
     return table

@@ -36,13 +36,19 @@ def setting(design: Design) -> str:
     return f"{duration(design.duration)} of the duty {before}; {pressures}; temperature sensors beside ambient: {sensors}."
 
 
+def found_at_some_size(d: Detection) -> bool:
+    """Whether there is a size that machines reach at which an effect is detected."""
+    return d.smallest is not None and not d.beyond
+
+
 def smallest(d: Detection, short: bool = False) -> str:
-    """The smallest departure that is detected, with the quantity's name and the unit that people read; a dash where there is none.
+    """The smallest departure that is detected, with the quantity's name and the unit that people read; a dash where there is none that
+    machines reach.
 
     Args:
         short: only what a quantity without a unit is, such as `ratio`, instead of every quantity's whole name.
     """
-    if d.smallest is None:
+    if not found_at_some_size(d):
         return "–"
     name = words(EFFECTS[d.effect].parameter) if d.effect in EFFECTS else ""
     if short:
@@ -62,11 +68,11 @@ def shows_in(d: Detection) -> str:
     return signal_name(d.worst) if d.worst else "no signal"
 
 
-def nearest(design: Design, name: str) -> tuple[str, float] | None:
-    """The effect that another is least told from, and by how much; None where an effect moves no signal."""
-    if name not in design.names or len(design.names) < 2:
+def nearest(design: Design, d: Detection) -> tuple[str, float] | None:
+    """The effect that another is least told from, and by how much; None where that one moves no signal, or is detected at no size."""
+    if d.effect not in design.names or len(design.names) < 2 or not found_at_some_size(d):
         return None
-    i = design.names.index(name)
+    i = design.names.index(d.effect)
     value, other = min((float(value), other) for j, (value, other) in enumerate(zip(design.separation[i], design.names, strict=True))
                        if j != i)
     return other, value
