@@ -25,7 +25,7 @@ from ddh_twin_py.fleet.parquet import write_parquet
 from ddh_twin_py.fleet.progress import FleetProgress
 from ddh_twin_py.fleet.recordings import FleetError, find_recordings
 from ddh_twin_py.fleet.results import Results, fingerprints
-from ddh_twin_py.fleet.row import COLUMNS, Row, as_csv, row_of
+from ddh_twin_py.fleet.row import COLUMNS, Row, as_csv, row_of, with_one_probability
 from ddh_twin_py.fleet.run import Settings, run_fleet
 from ddh_twin_py.physics.compiling import COMPILING
 from ddh_twin_py.report.page.document import version
@@ -252,6 +252,18 @@ def test_every_recording_has_a_row_whatever_happens(folder, tmp_path):
     assert "drive/telemetry: no message" in rows["b/bad"].error and "SIGKILL" in rows["b/crash"].error
     assert rows["b/torn/torn.mcap"].error and "\n" not in rows["b/torn/torn.mcap"].error
     assert calls[-1] == 1.0 and calls == sorted(calls)
+
+
+def test_a_row_has_one_probability(folder, tmp_path, monkeypatch):
+    """That of the effect; the set that its sentence is of has another. Where no effect is named the sentence keeps its own."""
+    said = "The gap is explained by x: it shrinks from 3.0 to 1.1 times the floor (probability 93 %)."
+    real = fleet_run.row_of
+    monkeypatch.setattr(fleet_run, "row_of", lambda known, outcome: real(known, replace(outcome, sentence=said)))
+    rows, _ = diagnosed(folder, tmp_path / "results")
+    again, _ = diagnosed(folder, tmp_path / "results")
+    assert rows["a/march"].sentence == again["a/march"].sentence == said.replace(" (probability 93 %)", "")
+    none = Row("x", verdict="no_gap", sentence="No gap: nothing is needed (probability 97 %).")
+    assert with_one_probability(none) == none
 
 
 def test_what_is_finished_is_not_run_again_and_what_crashed_is(folder, tmp_path, monkeypatch):

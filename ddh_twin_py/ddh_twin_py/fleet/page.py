@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import re
 from collections import Counter
 from collections.abc import Sequence
 
 from ddh_twin_py.fleet.recordings import REFERENCE
-from ddh_twin_py.fleet.row import Row
+from ddh_twin_py.fleet.row import Row, with_one_probability
 from ddh_twin_py.fleet.trend_chart import Line, trend_chart
 from ddh_twin_py.report.gap.words import UNKNOWN, percent
 from ddh_twin_py.report.page import document as doc
@@ -15,7 +14,6 @@ from ddh_twin_py.rig.reader_units import plus_minus, shown
 
 _VERDICTS = ("no_gap", "explained", "ambiguous", "unknown", "insufficient")
 _GAPS = ("explained", "ambiguous", "unknown")
-_OF_THE_SET = re.compile(r" \(probability [^()]*\)")  # of all that acts together; the table has that of the effect
 _FLOOR = 1.0  # gap below which nothing is beyond the noise
 _MOST_NAMED = 10  # rigs with a gap that are named
 _MARKS = {"no_gap": "good", "explained": "fair", "ambiguous": "fair", "unknown": "poor", "insufficient": "none", "": "none"}
@@ -142,7 +140,7 @@ def _size_charts(rows: Sequence[Row]) -> list[doc.Html]:
 
 def _newest(rows: Sequence[Row]) -> doc.Html:
     told = [row for row in sorted(rows, key=lambda row: row.begin) if row.sentence]
-    return doc.note(f"Newest, {told[-1].begin}: {_OF_THE_SET.sub('', told[-1].sentence)}") if told else doc.Html("")
+    return doc.note(f"Newest, {told[-1].begin}: {with_one_probability(told[-1]).sentence}") if told else doc.Html("")
 
 
 def _table(rows: Sequence[Row]) -> doc.Html:

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import csv
 import io
+import re
 import sys
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass, fields, replace
 from datetime import UTC, datetime
 
 from ddh_twin_py.bags.case import Case
@@ -67,6 +68,7 @@ class Row:
 
 COLUMNS = tuple(f.name for f in fields(Row))
 _FORMULA = ("=", "+", "-", "@")
+_OF_THE_SET = re.compile(r" \(probability [^()]*\)")
 NUMBERS = tuple(f.name for f in fields(Row) if "float" in str(f.type))
 
 
@@ -90,6 +92,12 @@ def facts(name: str, case: Case) -> dict:
         "recording": name, "rig": recording.rig.rig_id if recording.rig else "", "begin": f"{begin:%Y-%m-%dT%H:%M:%SZ}",
         "duration": round(recording.duration, 3),
     }  # fmt: skip
+
+
+def with_one_probability(row: Row) -> Row:
+    """The same, its sentence without the probability of all that acts together, where `probability` tells that of the effect: it is another
+    number."""
+    return row if row.probability is None else replace(row, sentence=_OF_THE_SET.sub("", row.sentence))
 
 
 def row_of(known: dict, outcome: Outcome) -> Row:

@@ -11,7 +11,7 @@ from ddh_twin_py.bags.errors import BagError, of_the_system
 from ddh_twin_py.diagnosis.process import COMMAND, DiagnosisProcess, Outcome
 from ddh_twin_py.fleet.recordings import FleetError, Found
 from ddh_twin_py.fleet.results import Results, fingerprints
-from ddh_twin_py.fleet.row import COPY, Row, facts, row_of
+from ddh_twin_py.fleet.row import COPY, Row, facts, row_of, with_one_probability
 from ddh_twin_py.report.page.document import version
 
 LONGEST = 3600.0
@@ -95,7 +95,7 @@ def run_fleet(found: Sequence[Found], results: Results, settings: Settings, jobs
                     raise
                 unkept(error)
         tell()
-    return [replace(row, copies=COPY.join(f.copies), sheet="" if row.error else f.sheet(row.rig))
+    return [replace(with_one_probability(row), copies=COPY.join(f.copies), sheet="" if row.error else f.sheet(row.rig))
             for f, row in ((f, rows[f.name]) for f in found)]
 
 
