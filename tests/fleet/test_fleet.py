@@ -391,7 +391,7 @@ def test_what_is_under_way_counts_by_its_share_and_is_named(folder, tmp_path, se
     assert any(running == {"slow": (0.5, "fitting")} and share == 0.75 for share, running, _ in told) and told[-1] == (1.0, {}, 1)
     shares = []
     far.then(shares.append)(0.75, {"slow": (0.5, "fitting")}, 0)
-    assert shares == [0.75] and far.said(0.75) == "1 of 2 finished, slow 50 %, about 20 s left"
+    assert shares == [0.75] and far.said(0.75) == "1 of 2 finished, slow: 50 %, about 20 s left"
 
 
 @pytest.mark.parametrize(("done", "stage", "said"), [
@@ -399,7 +399,7 @@ def test_what_is_under_way_counts_by_its_share_and_is_named(folder, tmp_path, se
 def test_of_a_recording_whose_share_stands_still_the_stage_is_told(done, stage, said):
     far = FleetProgress(1, 0, lambda: 0.0)
     far.then(lambda share: None)(0.0, {"slow": (done, stage)}, 0)
-    assert far.said(0.0) == f"0 of 1 finished, slow {said}"
+    assert far.said(0.0) == f"0 of 1 finished, slow: {said}"
 
 
 def test_what_failed_tells_nothing_of_the_time_that_is_left():
@@ -408,7 +408,7 @@ def test_what_failed_tells_nothing_of_the_time_that_is_left():
     far = FleetProgress(2, 0, now.__next__)
     for done, left in ((0.05, ""), (0.25, ", about 3 min left")):
         far.then(lambda share: None)(0.5 + done / 2.0, {"slow": (done, "fitting")}, 1)
-        assert far.said(0.5) == f"1 of 2 finished, slow {100.0 * done:.0f} %{left}"
+        assert far.said(0.5) == f"1 of 2 finished, slow: {100.0 * done:.0f} %{left}"
 
 
 def report(verdict, why, classes=()):

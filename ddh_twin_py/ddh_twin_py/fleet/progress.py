@@ -39,8 +39,8 @@ class FleetProgress:
         return told
 
     def said(self, share: float) -> str:
-        """Such as `2 of 4 finished, crane_3 41 %, about 12 min left`; of one whose share stands still, what it does."""
-        named = [f"{printable(name)} {stage if done < _STARTED or stage == COMPILING else f'{100.0 * done:.0f} %'}"
+        """Such as `2 of 4 finished, crane_3: 41 %, about 12 min left`; of one whose share stands still, what it does."""
+        named = [f"{printable(name)}: {stage if done < _STARTED or stage == COMPILING else f'{100.0 * done:.0f} %'}"
                  for name, (done, stage) in sorted(self._running.items())]
         more = [f"{len(named) - _NAMED} more under way"] if len(named) > _NAMED else []
         return ", ".join([f"{self._finished} of {self._recordings} finished", *named[:_NAMED], *more, *self._left()])
