@@ -105,7 +105,7 @@ class TemperatureFusionNode(TelemetryNode):
         if values["state_file"]:
             self._keeper = StateKeeper(values["state_file"], self._fusion.state)
             if self._keeper.note:
-                self.get_logger().warning(self._keeper.note)
+                (self.get_logger().info if self._keeper.first else self.get_logger().warning)(self._keeper.note)
             self.every(values["state_period"], self._keep_state)
         self._limits = LimitWatch(self, self._rig, lambda: self._fusion.state if self._done else None, lambda: self._last_end or 0)
         self._warm_up()

@@ -17,16 +17,16 @@ from ddh_twin_py.rig.files import why_no_file
 class StateKeeper:
     """Loads a state file at the start and writes snapshots of the state in a thread of its own.
 
-    `saved` is what was found, `note` why it was not (to be told to people), `written` how often
-    the file was written, `failure` why it could not be. A file that is no state of this filter, of another rig, or newer than the data,
-    as whoever plays yesterday's recording finds it, is not overwritten: it is set aside under its name with `.old`, or `.old_2` and so on
-    where that is taken, before the first state is written.
+    `saved` is what was found, `note` why it was not (to be told to people; no warning where `first`: nothing was kept yet), `written`
+    how often the file was written, `failure` why it could not be. A file that is no state of this filter, of another rig, or newer than
+    the data, as whoever plays yesterday's recording finds it, is not overwritten: it is set aside under its name with `.old`, or
+    `.old_2` and so on where that is taken, before the first state is written.
     """
 
     def __init__(self, path: str, like: FusionState) -> None:
         self.path = Path(path)
         self.saved: SavedState | None = None
-        self.note = ""
+        self.note, self.first = "", False
         self.written = 0
         self.failure = ""
         self._kept_aside = False  # whether what is on disk is kept under another name before a state is written
@@ -43,7 +43,8 @@ class StateKeeper:
                 raise NodeError(f"parameter state_file is {path}: it cannot be written: {folder}: {why}")
             self.saved = load_state(self.path, like)
             self._rig_id = self.saved.rig_id if self.saved else ""
-            self.note = "" if self.saved else f"{self.path}: no state yet, starting without"
+            self.first = self.saved is None
+            self.note = f"{self.path}: no state yet, starting without" if self.first else ""
         except StateFileError as error:
             self._kept_aside = True
             self.note = f"{error}; starting without, and kept as {self._aside().name} once a state is written"
