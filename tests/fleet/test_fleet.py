@@ -105,6 +105,13 @@ def test_a_file_is_said_to_be_one(folder):
     assert str(caught.value) == f"{folder}/b/torn/torn.mcap: is a file; give a folder of recordings, such as {folder}/b/torn"
 
 
+def test_no_folder_is_proposed_that_holds_no_recording(tmp_path):
+    (tmp_path / "README.md").write_text("no bag")
+    with pytest.raises(FleetError) as caught:
+        find_recordings(tmp_path / "README.md")
+    assert str(caught.value) == f"{tmp_path}/README.md: is a file; give a folder of recordings"
+
+
 @pytest.mark.parametrize("role", ["commissioning", "validation"])
 def test_a_case_without_field_is_a_row_that_says_so_and_alone_an_error(role, folder, tmp_path, second, capsys):
     write_recording(folder / "half" / role, second)

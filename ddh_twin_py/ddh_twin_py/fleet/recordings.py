@@ -68,7 +68,8 @@ def find_recordings(folder: str | Path, leave_out: Path | None = None, rig: Path
     """
     folder = Path(folder)
     if folder.exists() and not folder.is_dir():
-        raise FleetError(f"{folder}: is a file; give a folder of recordings, such as {folder.parent}")
+        such = f", such as {folder.parent}" if _holds_recordings(folder.parent) else ""
+        raise FleetError(f"{folder}: is a file; give a folder of recordings{such}")
     if not folder.is_dir():
         raise FleetError(f"{folder}: there is no such folder{did_you_mean(folder)}")
     found: list[Found] = []
@@ -90,6 +91,14 @@ def find_recordings(folder: str | Path, leave_out: Path | None = None, rig: Path
     if not found:
         raise FleetError(f"{folder}: holds no recording, neither a folder with field/, nor a rosbag2 folder, nor a .mcap or .db3 file")
     return [replace(one, rigs=tuple((rigs or {}).items())) for one in _without_copies(_once(found))]
+
+
+def _holds_recordings(folder: Path) -> bool:
+    """Whether a bag or a case lies in a folder itself, or in one that lies in it."""
+    try:
+        return is_case(folder) or holds_bag(folder) or any(is_case(path) or holds_bag(path) for path in folder.iterdir())
+    except OSError:
+        return False
 
 
 def _once(found: list[Found]) -> list[Found]:
