@@ -151,6 +151,22 @@ def test_of_two_streams_that_are_apart_none_is_called_wrong(alone):
     assert len(said) == 1 and said[0].startswith(f"/ddh/{alone[0]}: its stamps lie 60 s ahead of"), said
 
 
+@pytest.mark.parametrize("loop", [5.0, None])
+def test_on_a_busy_computer_clocks_are_not_blamed_first(loop):
+    """Streams that are seconds apart, and all of them seconds late; hours are of a clock."""
+    busy = "this computer is busy or discovery was late, which looks the same"
+
+    def advice(name, *changed, loop=loop):
+        checks = check_machine(replace(graph(*changed), loop=loop), "/ddh", NOISE)
+        return next(check.advice for check in checks if check.name == name and "stamps" in (check.name, *check.found.split()))
+
+    apart = heard(*HYDRAULICS, stamp_shift=-2.0)
+    assert busy in advice("/ddh/hydraulics/telemetry", apart) and busy not in advice("/ddh/hydraulics/telemetry", apart, loop=0.6)
+    air = ("temperature/ambient", 2.0, (23.0, 0.0))
+    late, old = ([heard(*one, delay=delay) for one in (DRIVE, HYDRAULICS, OIL, air)] for delay in (2.0, 3600.0))
+    assert busy in advice("stamps", *late) and busy not in advice("stamps", *late, loop=0.6) and busy not in advice("stamps", *old)
+
+
 def test_the_twins_own_nodes():
     survey = graph()
     silent = check_twin(survey, "/ddh")

@@ -9,6 +9,7 @@ import numpy as np
 from ddh_twin_py.bags.message_types import know
 from ddh_twin_py.bags.topics import nearest_telemetry, split_topic
 from ddh_twin_py.doctor.check import Check
+from ddh_twin_py.doctor.middleware import came_late
 from ddh_twin_py.doctor.survey import HeardTopic, Survey
 from ddh_twin_py.rig import PAYLOADS, is_payload
 from ddh_twin_py.telemetry.clocks.clock import PUT_BACK
@@ -85,7 +86,7 @@ def check_machine(survey: Survey, namespace: str, noise: Mapping[str, float], sc
         if stamps.size:
             stamps_of[relative], streams[relative] = stamps, values
             offsets[relative] = float(np.median(heard.arrived[sound] - stamps)) * 1e-9
-    checks += _clocks(namespace, offsets, stamps_of, survey.clock_published)
+    checks += _clocks(namespace, offsets, stamps_of, survey.clock_published, came_late(survey))
     stamps_of = {relative: stamp + round(offsets[relative] * 1e9) for relative, stamp in stamps_of.items()}  # as by one clock
     return checks + _values(namespace, streams, stamps_of, noise, scales)
 
@@ -152,9 +153,12 @@ def _rig(heard: HeardTopic) -> Check:
     return Check(GROUP, heard.topic, "ok", found, f"rig_id, oil grade, {right}")
 
 
-def _clocks(namespace: str, offsets: Mapping[str, float], stamps: Mapping[str, np.ndarray], simulated: bool) -> list[Check]:
+def _clocks(namespace: str, offsets: Mapping[str, float], stamps: Mapping[str, np.ndarray], simulated: bool, late: bool) -> list[Check]:
+    """What is said of stamps. ``late``: messages came too late here, which looks as if stamps of some seconds ago were of another clock."""
     if not offsets:
         return []
+    busy = ("as said of messages between processes, this computer is busy or discovery was late, which looks the same: ask again when it "
+            "is not, before clocks are blamed; ")
     checks = []
     first = _usual(offsets)
     found, right = f"stamps are {_apart(offsets[first])} this computer's clock", f"0 to {LATEST:g} s behind"
@@ -163,7 +167,7 @@ def _clocks(namespace: str, offsets: Mapping[str, float], stamps: Mapping[str, n
     elif simulated:
         checks.append(Check(GROUP, "stamps", "note", f"{found}; /clock is published", right, "a recording is played: nothing to do"))
     else:
-        checks.append(Check(GROUP, "stamps", "warning", found, right,
+        checks.append(Check(GROUP, "stamps", "warning", found, right, busy * (late and 0.0 <= offsets[first] <= LONGEST_LAG) +
                             "keep the clocks of both computers in step (chrony, PTP), and stamp with the time of measurement"))
     lost = outvoted({relative: round(-offset * 1e9) for relative, offset in offsets.items()})
     for relative, offset in offsets.items():
@@ -175,7 +179,7 @@ def _clocks(namespace: str, offsets: Mapping[str, float], stamps: Mapping[str, n
             happens = ("the twin takes what they tell at once for as far apart" if abs(behind) <= LONGEST_LAG else
                        "the twin believes one of the two and leaves the other out")
             checks.append(Check(GROUP, topic, "warning", f"its stamps lie {_apart(behind)} those of {first}", within,
-                                f"the streams must be stamped by one clock; {happens}"))
+                                f"{busy * (late and abs(behind) <= LONGEST_LAG)}the streams must be stamped by one clock; {happens}"))
     for relative, stamp in stamps.items():
         back = np.diff(stamp)
         if (back < -LATEST * 1e9).any():

@@ -13,6 +13,11 @@ SLOW = 3.0
 PROFILE = "FASTRTPS_DEFAULT_PROFILES_FILE"
 
 
+def came_late(survey: Survey) -> bool:
+    """Whether a message of a process of our own came late or not at all, as on a busy computer or where discovery is slow."""
+    return survey.loop is None or survey.loop > SLOW
+
+
 def check_middleware(survey: Survey) -> list[Check]:
     """Which middleware, which domain, whether processes hear each other, and how soon."""
     checks = [_which(survey), _reach(survey), _loop(survey)]
@@ -53,7 +58,7 @@ def _loop(survey: Survey) -> Check:
         return Check(GROUP, "between processes", "error", "a message of a process of our own did not come", right,
                      "look at firewall, multicast on the loopback device (ip link set lo multicast on), and free space in /dev/shm")
     found = f"first message {survey.loop:.1f} s after the start of a process"
-    if survey.loop > SLOW:
+    if came_late(survey):
         set_it = f"discovery is slow: set {PROFILE} to ddh_twin_py/config/fastdds_profile.xml"
         busy = f"discovery is slow though {PROFILE} is set: see whether the computer is busy"
         return Check(GROUP, "between processes", "warning", found, right, busy if survey.environment.get(PROFILE) else set_it)
