@@ -651,7 +651,9 @@ def test_each_recording_is_held_against_the_file_of_its_rig(two_rigs, tmp_path, 
     assert asked_against(out) == {"crane_1": str(first), "crane_2": str(other), "crane_3": None, "nameless": None}
     assert "  crane_3: Held against the reference sheet: none of the rig files is of crane_3.\n" in said
     assert "  nameless: Held against the reference sheet: the recording names no rig.\n" in said
-    assert "crane_1: " not in said and "none of the rig files is of crane_3." in (tmp_path / "f.html").read_text()
+    against = "2 of 4 recordings were held against the reference sheet: a machine that differs from it by design"
+    assert against in said and against in (tmp_path / "f.html").read_text()
+    assert "crane_1: " not in said.partition("(--rig)")[2] and "none of the rig files is of crane_3." in (tmp_path / "f.html").read_text()
     rows = {row["recording"]: row["sheet"] for row in csv.DictReader((out / "fleet.csv").open())}
     assert (rows["crane_1"], rows["crane_3"]) == (str(first), "reference sheet: none of the rig files is of crane_3")
     ran = []
@@ -663,6 +665,7 @@ def test_each_recording_is_held_against_the_file_of_its_rig(two_rigs, tmp_path, 
     assert main([*asked[:6], "--again"]) == 0 and set(asked_against(out).values()) == {str(first)}, "one file is for all"
     assert main([*asked[:4], "--again"]) == 0 and set(asked_against(out).values()) == {None}
     assert {row["sheet"] for row in csv.DictReader((out / "fleet.csv").open())} == {"reference sheet"}
+    assert "4 of 4 recordings were held against the reference sheet: a machine that differs" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(("content", "words"), [

@@ -68,7 +68,7 @@ def run(args: argparse.Namespace) -> int:
     from dataclasses import asdict
 
     from ddh_twin_py.cli.console import put_json, stage
-    from ddh_twin_py.fleet.page import fleet_document, fleet_end, newest_gaps, of_other_versions, remark, verdict
+    from ddh_twin_py.fleet.page import fleet_document, fleet_end, newest_gaps, of_other_versions, of_reference, remark, verdict
     from ddh_twin_py.fleet.parquet import write_parquet
     from ddh_twin_py.fleet.progress import FleetProgress
     from ddh_twin_py.fleet.recordings import FleetError, find_recordings
@@ -118,6 +118,8 @@ def run(args: argparse.Namespace) -> int:
         print(verdict(rows))
         for said in newest_gaps(rows):
             print(f"  {printable(said)}")
+        if held := of_reference(rows):
+            print(held)
         for row in (row for row in rows if row.copies):
             print(f"  {printable(row.names)}: the same recording, one row")
         for row in rows:

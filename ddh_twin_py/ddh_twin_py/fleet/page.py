@@ -48,10 +48,19 @@ def fleet_end(rows: Sequence[Row], rig_file: str) -> doc.EndMatter:
             "Sizes are those of the most probable effect; bars are two standard deviations. The probability in the table is that the "
             "effect acts, alone or with others; that of a class is that of its members together.",
             "A rig's recordings are told by the rig id in the bag; those without one are in the table alone.",
+            *filter(None, [of_reference(rows)]),
         ],
         (("Recordings", str(len(rows))), ("Rigs", str(len({row.rig for row in rows if row.rig}))),
          *([("Answers of other versions", others)] if (others := of_other_versions(rows)) else [])),
     )
+
+
+def of_reference(rows: Sequence[Row]) -> str:
+    """That recordings with an answer were held against the reference sheet, how many, and what a machine of another design needs; '' where
+    none was."""
+    held = sum(row.sheet.partition(": ")[0] == REFERENCE for row in rows)
+    return (f"{held} of {len(rows)} recordings were held against the reference sheet: a machine that differs from it by design "
+            "(stroke, pumps ...) needs its own rig file (--rig), else the difference is told as an effect.") if held else ""
 
 
 def remark(row: Row) -> str:
@@ -60,7 +69,8 @@ def remark(row: Row) -> str:
     if row.error:
         return row.error
     told = row.sentence if row.verdict == "insufficient" or row.sentence.startswith("Careful") else ""
-    against = f"Held against the {row.sheet}." if row.sheet.startswith(REFERENCE) else ""
+    sheet, _, why = row.sheet.partition(": ")
+    against = f"Held against the {sheet}: {why}." if sheet == REFERENCE and why else ""
     return " ".join(filter(None, [against, told]))
 
 

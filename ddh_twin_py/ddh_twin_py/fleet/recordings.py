@@ -21,8 +21,8 @@ from ddh_twin_py.rig.files import did_you_mean
 from ddh_twin_py.sources.raw_bag import RawBag
 
 _PART = re.compile(rf"(.*)_(\d+)(?:{'|'.join(map(re.escape, DATA_ENDINGS))})")
-REFERENCE = "reference sheet: "
-"""What a recording is held against that is of none of several rig files, before the words that say so."""
+REFERENCE = "reference sheet"
+"""What a recording is held against without a rig file; where several are given, ``: `` and why follow."""
 _BETWEEN = -0.5, 5.0  # s of log time from the end of one part of a bag to the begin of the next
 
 
@@ -50,7 +50,7 @@ class Found:
         if file := self.of_rig(rig_id).case.rig:
             return str(file)
         why = f"none of the rig files is of {rig_id}" if rig_id else "the recording names no rig"
-        return f"{REFERENCE}{why}" if self.rigs else REFERENCE.removesuffix(": ")
+        return f"{REFERENCE}: {why}" if self.rigs else REFERENCE
 
 
 def find_recordings(folder: str | Path, leave_out: Path | None = None, rig: Path | None = None,
