@@ -19,8 +19,10 @@ from ddh_twin_py.nodes.messages.conversion import (
 )
 from ddh_twin_py.nodes.messages.standard_messages import StandardMessages
 from ddh_twin_py.nodes.model_node import FUSED_TOPIC, ModelNode
+from ddh_twin_py.nodes.tasks.contradiction_watch import ContradictionWatch
 from ddh_twin_py.nodes.tasks.health import Report
 from ddh_twin_py.telemetry.signals import DRIVE_TOPIC, HYDRAULIC_TOPIC
+from ddh_twin_py.telemetry.ticks import Tick
 from ddh_twin_py.twin.hydraulic_model import HydraulicModel
 
 FRESH = 5_000_000_000  # ns of data for which a fused temperature is used
@@ -48,9 +50,15 @@ class HydraulicModelNode(ModelNode):
         self._soft_standard, self._free_standard = (StandardMessages(self, mode, mode == FREE_RUN) for mode in (SOFT_SENSOR, FREE_RUN))
         self._fused_used = False
         self._off, self._times_off = False, 0
+        self._contradictions = ContradictionWatch(self, self.rig)
         self.begin(required=[DRIVE_TOPIC])
         self.health.add(FUSED_TOPIC, self._judge_fused)
         self.health.add("free run", self._judge_free)
+        self.health.add("channels", self._contradictions.judge)
+
+    def work(self, ticks: list[Tick], flush: bool) -> None:
+        self._contradictions.add(ticks)
+        super().work(ticks, flush)
 
     def make_model(self, temperature: np.ndarray, payload_mass: float | None) -> HydraulicModel:
         return HydraulicModel(self.rig, temperature, payload_mass, self.interval)
