@@ -14,7 +14,6 @@ from ddh_twin_py.estimation.doubts.place_watch import PlaceWatch
 from ddh_twin_py.estimation.fusion.credibility import Credibility
 from ddh_twin_py.estimation.fusion.inputs import FusionInputs, Reading, Readings, air_of
 from ddh_twin_py.estimation.fusion.left_together import LeftTogether
-from ddh_twin_py.estimation.fusion.outvoted import OUTVOTED
 from ddh_twin_py.estimation.fusion.result import FusionResult
 from ddh_twin_py.estimation.fusion.temperature_fusion import TemperatureFusion
 from ddh_twin_py.estimation.sensors import NODE_INDEX, SENSORS
@@ -390,8 +389,8 @@ class TemperatureFusionNode(TelemetryNode):
             report.warn(found.left_out + _UNTIL)
         if self._begun_anew is not None and self.wall() - self._begun_anew[0] < AGAIN:
             report.warn(self._begun_anew[1].why)
-        if contradicted := self._fusion.contradicted:
-            report.warn(f"{' and '.join(contradicted)}: more than {OUTVOTED:g} K off what all other sensors beside the oil read, not used")
+        for why in self._fusion.contradicted:
+            report.warn(why)
         outside = outside_stated(self._newest)
         if outside:
             report.warn(outside)

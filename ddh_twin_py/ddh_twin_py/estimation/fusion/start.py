@@ -89,7 +89,7 @@ def start_temperature(readings: Sequence[Reading] | Readings, ambient: float, in
     told = np.full(len(SENSORS), np.nan)
     for k, temperature in _telling(early, interval):
         told[k] = _agreed(temperature)
-    heard = np.flatnonzero(np.isfinite(told) & ~outvoted(told))
+    heard = np.flatnonzero(np.isfinite(told) & ~outvoted(told, ambient))
     read = {NODE_OF_SENSOR[SENSORS[k]]: float(told[k] - known[k]) for k in heard}
     return spread_start(read, ambient)
 

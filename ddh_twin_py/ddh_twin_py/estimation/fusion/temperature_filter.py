@@ -28,6 +28,8 @@ from ddh_twin_py.physics.thermal_network import N, N_EDGES, N_SURFACES, N_WALLS,
 
 GATE = 5.0
 """A reading further off than this many standard deviations is not used."""
+LATE_GATE = 3.0
+"""The same of a sensor that speaks late, once its place is known: it is as likely wrong as what is known, from here on."""
 PATIENCE = 10
 """After so many refused readings in a row the sensor's offset is taken as unknown again."""
 NEVER_READ = -1
@@ -64,11 +66,13 @@ def predict_mean(params, dynamic, deviation, sensor_node, lag, heat, square, flo
 
 
 @kernel
-def update(dynamic, offset, deviation, covariance, sensor, measured, innovation, noise, doubted, refused, before, accepted, spread, gains):
+def update(dynamic, offset, deviation, covariance, sensor, measured, innovation, noise, doubted, late, refused, before, accepted, spread,
+           gains):
     """Apply readings one after the other, in place.
 
     The first reading of a sensor may be any, and moves what it tells of; it counts with 10 K until one of the next two says the same. So
-    does one that is not known to within `AGREEING`, as after a rest. One that is doubted is not used.
+    does one that is not known to within `AGREEING`, as after a rest. One that speaks late, where that is known to within as much, is put to
+    `LATE_GATE` until it is believed. One that is doubted is not used.
 
     Args:
         sensor: index of the sensor of each reading, (r,).
@@ -77,6 +81,7 @@ def update(dynamic, offset, deviation, covariance, sensor, measured, innovation,
             to what was left when it was applied.
         noise: K, standard deviation of each reading, (r,).
         doubted: whether all other sensors contradict each reading, (r,).
+        late: whether each sensor spoke late and is not believed yet, (m,), changed.
         refused: readings refused in a row, per sensor, `NEVER_READ` of one that is not believed yet, (m,).
         before: K, last two readings of each sensor, NaN before the first, (m, 2).
         accepted: out, whether each reading was used, (r,). spread: out, K, its expected deviation.
@@ -93,6 +98,7 @@ def update(dynamic, offset, deviation, covariance, sensor, measured, innovation,
         for i in range(size):
             gain[i] = covariance[i, reading] + covariance[i, zero]
         new = refused[k] == NEVER_READ or gain[reading] + gain[zero] > AGREEING * AGREEING
+        known = late[k] and covariance[reading, reading] <= AGREEING * AGREEING
         agrees = abs(measured[r] - before[k, 0]) <= AGREEING or abs(measured[r] - before[k, 1]) <= AGREEING
         unsure = new and not agrees
         before[k, 1] = before[k, 0]
@@ -102,16 +108,18 @@ def update(dynamic, offset, deviation, covariance, sensor, measured, innovation,
         left = innovation[r] - moved[reading] - moved[zero]
         innovation[r] = left
         spread[r] = np.sqrt(variance)
-        accepted[r] = not doubted[r] and (new or left * left <= GATE * GATE * variance)
+        gate, certain = LATE_GATE if late[k] else GATE, gain[reading] + gain[zero] + noise[r] * noise[r]
+        accepted[r] = not doubted[r] and (new and not known or left * left <= gate * gate * certain)
         if doubted[r]:
             continue
         if not accepted[r]:
-            refused[k] += 1
+            refused[k] = max(refused[k], 0) + 1
             if refused[k] % PATIENCE == 0:
                 covariance[zero, zero] += left * left
             continue
         if not unsure:
             refused[k] = 0
+            late[k] = False
         for i in range(size):
             moved[i] += gain[i] / variance * left
         for i in range(size):

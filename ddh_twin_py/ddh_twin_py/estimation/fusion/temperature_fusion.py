@@ -16,7 +16,7 @@ import numpy as np
 from ddh_twin_py.estimation.fusion.covariance_prediction import predict_covariance
 from ddh_twin_py.estimation.fusion.inputs import FusionInputs, Reading, Readings, air_of
 from ddh_twin_py.estimation.fusion.left_together import Departures, LeftTogether
-from ddh_twin_py.estimation.fusion.outvoted import HEARD, outvoted
+from ddh_twin_py.estimation.fusion.outvoted import COLDER, HEARD, colder_than_all, outvoted, told_outvoted
 from ddh_twin_py.estimation.fusion.result import FusionResult, Innovation
 from ddh_twin_py.estimation.fusion.smoother import SMOOTHED_EVERY, Trace
 from ddh_twin_py.estimation.fusion.state import FusionState, start_covariance
@@ -80,8 +80,8 @@ class TemperatureFusion:
 
     @property
     def contradicted(self) -> list[str]:
-        """Sensors that are not used at present, as all others beside the oil contradict them; see `outvoted`."""
-        return [SENSORS[k] for k in np.flatnonzero(outvoted(self._newest))]
+        """Sensors that are not used at present, as all others contradict them, a line of each; see `outvoted`."""
+        return told_outvoted(self._newest, self.state.ambient if self.state.ambient_known else np.nan)
 
     def begin_trace(self) -> Trace:
         """Write all steps from here on into a new trace, whose rows count the intervals from here on."""
@@ -171,6 +171,8 @@ class TemperatureFusion:
         self._last = np.full((_M, 2), np.nan)  # K, last two readings of each sensor
         self._newest = np.full(_M, np.nan)  # K, last reading of each sensor within `HEARD` and since the last rest
         self._silent = np.zeros(_M)  # s since then
+        self._late = np.zeros(_M, bool)  # sensors that spoke after a silence of `HEARD` and are not believed yet
+        self._colder = np.zeros(_M)  # K, of the motor's sensors when they were last read, see `colder_than_all`
         self._clear_epoch()
 
     def _forget_past(self) -> None:
@@ -309,9 +311,12 @@ class TemperatureFusion:
         if not pending:
             return [], []
         index, sensor, measured, predicted, noise = (np.concatenate(column) for column in zip(*pending, strict=True))
+        self._late[sensor] |= self._silent[sensor] > HEARD
         self._newest[sensor], self._silent[sensor] = measured, 0.0
         self._newest[self.left_out] = np.nan
-        doubted = outvoted(self._newest) | self.left_out
+        air = ambient if air_known else np.nan
+        self._doubt_zeros(sensor, air)
+        doubted = outvoted(self._newest, air) | self.left_out
         applied = self._apply(index, sensor, measured, measured - predicted, noise, doubted[sensor])
         left = self._departures.together(stop - 1, state.refused, self._last, ~doubted, self._silent)
         if left is None:
@@ -322,6 +327,19 @@ class TemperatureFusion:
         predicted = self.state.dynamic[N + sensor] + self.state.offset[sensor]
         return self._apply(index, sensor, measured, measured - predicted, noise, doubted[sensor]), [left]
 
+    def _doubt_zeros(self, sensor: np.ndarray, air: float) -> None:
+        """Let the zero error of a motor's sensor be as large as it is colder than all that is read, in two of these epochs in a row.
+
+        Args:
+            sensor: those that were read, (r,). air: K, NaN where nobody told it.
+        """
+        now = np.where(np.isin(np.arange(_M), sensor), colder_than_all(self._newest, air), self._colder)
+        lasting = np.where(now > COLDER, np.minimum(now, self._colder), 0.0)
+        self._colder = now
+        for k in np.flatnonzero(lasting > COLDER):
+            at = N + _M + k
+            self.state.covariance[at, at] = max(self.state.covariance[at, at], lasting[k] ** 2)
+
     def _apply(self, index: np.ndarray, sensor: np.ndarray, measured: np.ndarray, innovation: np.ndarray, noise: np.ndarray,
                doubted: np.ndarray) -> list[Innovation]:
         """Apply readings, K, (r,) each, the noise with which they count and whether all others contradict them."""
@@ -330,7 +348,7 @@ class TemperatureFusion:
         gains = np.empty((index.size, state.covariance.shape[0]))
         before = state.dynamic[N:].copy()
         update(state.dynamic, state.offset, state.deviation, state.covariance, sensor, measured, innovation,
-               noise, doubted, state.refused, self._last, accepted, spread, gains)
+               noise, doubted, self._late, state.refused, self._last, accepted, spread, gains)
         self._learned += state.dynamic[N:] - before
         if self.trace is not None:
             self.trace.read(gains[accepted], sensor[accepted], innovation[accepted], spread[accepted])
