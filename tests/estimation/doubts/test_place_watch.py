@@ -203,6 +203,43 @@ def test_a_broken_one_that_crosses_the_estimate_or_stays_where_it_is_is_not(whol
     assert [entry[1] for entry in live(truth, moved(recording, "motor_winding", by))[2]] == ["out"]
 
 
+def first_read(recording, sensor, since):
+    """The recording, in which a sensor says nothing before s."""
+    stream = recording.temperatures[sensor]
+    spoken = stream.time >= since
+    silent = replace(stream, time=stream.time[spoken], values=stream.values[spoken])
+    return replace(recording, temperatures={**recording.temperatures, sensor: silent})
+
+
+@pytest.mark.parametrize(("sensor", "by", "since"), [
+    ("motor_winding", -12.0, 0.0), ("motor_winding", -12.0, 120.0), ("motor_winding", -25.0, 120.0), ("motor_housing", -8.0, 120.0),
+    ("motor_winding", 12.0, 120.0), ("tank_oil", 6.0, 120.0),
+])  # fmt: skip
+def test_a_sensor_that_is_wrong_from_its_first_reading_is_told_and_nothing_else_is_blamed(whole, sensor, by, since):
+    recording, truth = whole
+    fused, spread, said = live(truth, first_read(moved(recording, sensor, lambda t: np.full(t.size, by)), sensor, since))
+    assert [entry[1:] for entry in said] == [("out", (sensor,))]
+    read, begin = list(NODE_INDEX.values()), round(20.0 / INTERVAL)
+    assert np.all(np.abs(fused - truth.fused)[begin:, read] < 3.5 * spread[begin:, read])
+    assert abs(fused[-1, NODE_INDEX[sensor]] - truth.fused[-1, NODE_INDEX[sensor]]) < 2.0
+
+
+@pytest.mark.parametrize("sensor", SENSORS)
+def test_a_sound_sensor_that_speaks_late_is_believed_at_once(whole, sensor):
+    recording, truth = whole
+    fused, spread, said = live(truth, first_read(recording, sensor, 120.0))
+    at, after = NODE_INDEX[sensor], round(140.0 / INTERVAL)
+    assert said == [] and np.all(np.abs(fused - truth.fused)[after:, at] < 0.3) and spread[after, at] < 0.5
+
+
+def test_one_that_was_wrong_from_its_first_reading_is_used_again_once_it_is_put_right(whole):
+    recording, truth = whole
+    wrong = moved(recording, "motor_winding", lambda t: np.where(t < 170.0, -12.0, 0.0))
+    fused, spread, said = live(truth, wrong)
+    assert [entry[1:] for entry in said] == [("out", ("motor_winding",)), ("back", ("motor_winding",))]
+    assert said[1][0] > 170.0 + AGREES and abs(fused[-1, AT] - truth.fused[-1, AT]) < 2.0 * spread[-1, AT] < 1.0
+
+
 def standing(recording, sensor, since=0.0, until=np.inf):
     """A sensor of which only noise is left from s to s, about what it reads on the whole."""
     stream = recording.temperatures[sensor]

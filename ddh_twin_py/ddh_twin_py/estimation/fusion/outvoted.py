@@ -43,8 +43,8 @@ def outvoted(reading: np.ndarray, air: float) -> np.ndarray:
     """Which sensors are contradicted by all others, bool (m,).
 
     Args:
-        reading: K, newest of each of `SENSORS`, NaN of one that was not read lately, (m,). Those of the motor have no say about the others, and
-            are outvoted only as colder than all: a winding may be far warmer.
+        reading: K, newest of each of `SENSORS`, NaN of one that was not read lately, (m,). Those of the motor have no say about others
+            and are outvoted only as colder than all: a winding may be far warmer.
         air: K, NaN where nobody told it.
     """
     found = colder_than_all(reading, air) > COLDER
