@@ -19,10 +19,11 @@ import numpy as np
 from scipy.stats import binom, chi2
 
 from ddh_twin_py.estimation.fusion.look_ahead import HOT_SPOT_SHARE, HOT_SPOT_SPREAD, hot_spot, with_hot_spot
+from ddh_twin_py.estimation.fusion.outvoted import colder_than_all
 from ddh_twin_py.estimation.fusion.state import start_covariance
 from ddh_twin_py.estimation.fusion.uncertain_parameters import N_UNKNOWN_HEATS, UNKNOWN_HEAT_SHARE, UNKNOWN_HEAT_STD, UNKNOWN_HEAT_TIME
 from ddh_twin_py.estimation.replay import replay
-from ddh_twin_py.estimation.sensors import SENSORS
+from ddh_twin_py.estimation.sensors import NODE_INDEX, SENSORS
 from ddh_twin_py.physics.thermal_network import N, NODES
 from ddh_twin_py.rig import Rig
 from ddh_twin_py.telemetry.recording import Recording, Stream
@@ -70,9 +71,12 @@ class Band:
 
 
 def drawn_surroundings(rig: Rig, seed: int) -> Surroundings:
-    """Start, unknown heats and sensor lags as the filter believes them."""
+    """Start, unknown heats and sensor lags as the filter believes them; a start with the motor colder than all around it is mirrored about
+    the air, which leaves the covariance as it is."""
     rng = np.random.default_rng([seed, 1])
     start = np.linalg.cholesky(start_covariance()) @ rng.standard_normal(N)  # eigenvectors differ from machine to machine
+    if np.any(colder_than_all(start[list(NODE_INDEX.values())], 0.0) > 0.0):
+        start = -start
     kept = np.exp(-CHUNK / UNKNOWN_HEAT_TIME)
     path = [rng.normal(0.0, UNKNOWN_HEAT_STD)]
 
