@@ -71,12 +71,12 @@ class Band:
 
 
 def drawn_surroundings(rig: Rig, seed: int) -> Surroundings:
-    """Start, unknown heats and sensor lags as the filter believes them; a start with the motor colder than all around it is mirrored about
-    the air, which leaves the covariance as it is."""
+    """Start, unknown heats and sensor lags as the filter believes them; a start is mirrored about the air, which leaves the covariance as it
+    is, where the motor would be colder than all around it."""
     rng = np.random.default_rng([seed, 1])
     start = np.linalg.cholesky(start_covariance()) @ rng.standard_normal(N)  # eigenvectors differ from machine to machine
-    if np.any(colder_than_all(start[list(NODE_INDEX.values())], 0.0) > 0.0):
-        start = -start
+    read = list(NODE_INDEX.values())
+    start = min(start, -start, key=lambda drawn: colder_than_all(drawn[read], 0.0).max())
     kept = np.exp(-CHUNK / UNKNOWN_HEAT_TIME)
     path = [rng.normal(0.0, UNKNOWN_HEAT_STD)]
 
