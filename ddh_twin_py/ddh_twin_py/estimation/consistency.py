@@ -71,8 +71,8 @@ class Band:
 
 
 def drawn_surroundings(rig: Rig, seed: int) -> Surroundings:
-    """Start, unknown heats and sensor lags as the filter believes them; a start is mirrored about the air, which leaves the covariance as it
-    is, where the motor would be colder than all around it."""
+    """Start, unknown heats and sensor lags as the filter believes them; a start is mirrored about the air, which leaves the covariance as
+    it is, where the motor would be colder than all around it."""
     rng = np.random.default_rng([seed, 1])
     start = np.linalg.cholesky(start_covariance()) @ rng.standard_normal(N)  # eigenvectors differ from machine to machine
     read = list(NODE_INDEX.values())

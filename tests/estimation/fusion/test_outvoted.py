@@ -105,6 +105,15 @@ def test_after_a_hot_restart_sensors_are_believed_that_speak_at_once_or_minutes_
     assert np.all(off < 3.0 * result.standard_deviation[-1, read]) and result.standard_deviation[-1, read].max() < 1.0
 
 
+def test_where_most_sensors_speak_late_and_contradict_the_first_one_the_estimate_begins_anew_from_them():
+    unit, fusion = as_warm_as(330.0, 296.0), TemperatureFusion(load_rig(), ambient=296.0)
+    cold = [replace(r, temperature=300.0) if r.sensor == "line_a" else r for r in sound(unit, 120.0)]
+    result = follow(fusion, [r for r in cold if r.sensor == "line_a" or r.index >= 2000], 120.0)
+    assert len(result.begun_anew) == 1 and "tank_oil" in result.begun_anew[0].sensors
+    off = np.abs(result.temperature[-1] - unit.state.dynamic[:N])
+    assert off[[node for sensor, node in NODE_INDEX.items() if sensor != "line_a"]].max() < 1.0
+
+
 def test_a_winding_that_reads_colder_than_a_rested_unit_is_told_and_moves_nothing():
     unit, fusion = as_warm_as(296.0, 296.0), TemperatureFusion(load_rig(), ambient=296.0)
     wrong = [replace(r, temperature=r.temperature - 12.0 * (r.sensor == "motor_winding")) for r in sound(unit, 300.0)]
