@@ -362,7 +362,7 @@ def test_a_model_begins_from_what_is_read_when_another_rig_is_announced(paper_cy
                 # what it told before comes late on a busy machine; what is of so much later it told after it began, which takes 3 s of data
                 wait_for(lambda begun=heard + 6_000_000_000: states and stamp_ns(states[-1]) > begun, 60.0, "states")
                 heard = stamp_ns(states[-1])
-            wait_for(lambda: (told := diagnostics(health, "swapped/machine_thermal: rig")) and "another rig was announced" in told.message
+            wait_for(lambda: (told := diagnostics(health, "swapped/machine_thermal: rig")) and "of the rig changed" in told.message
                      and "do two machines publish on /swapped/rig?" in told.message, 10.0, "the exchange of rigs")
             for name in ("rig_2", "rig_3", "rig_2", "rig_3"):
                 rig.publish(RigInfo(rig_id=name, oil_grade="ISO VG 32", payload_mass=149.5))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections import Counter
+from collections import Counter, deque
 from collections.abc import Collection
 from dataclasses import dataclass, replace
 
@@ -84,8 +84,8 @@ class TelemetryNode(TwinNode, ABC):
         self.health.add("rig", self._judge_rig)
         self.progress = Progress(self, self.feed.inputs)
         self.rig_info: RigInfo | None = None
-        self._announced: set[str] = set()  # what was told of rigs so far
-        self._exchanged: list[float] = []  # s, wall clock: when another rig was announced than that of the state in hand
+        self._exchanges = 0  # times that another rig or payload was announced than that of the state in hand
+        self._lately: deque[float] = deque()  # s, wall clock, of those of the last minute
         self.unit: Unit | None = None  # what the state in hand belongs to, None while there is none
         self.create_subscription(RigInfo, RIG_TOPIC, self._take_rig, qos.LATCHED)
         self._last_data: float | None = None
@@ -172,13 +172,12 @@ class TelemetryNode(TwinNode, ABC):
         if refused := _refused_payload(message):
             self.warn_once(refused, refused)
         if before is None or in_words(before) != in_words(message):
-            if in_words(message) not in self._announced:
-                self._announced.add(in_words(message))
-                self.get_logger().info(f"rig {in_words(message)}")
             contradiction = self.unit.contradiction(message) if self.unit is not None else ""
+            if not contradiction or self.warn_again(contradiction, f"{contradiction}; it begins anew"):
+                self.get_logger().info(f"rig {in_words(message)}")
             if contradiction:
-                self.warn_again(contradiction, f"{contradiction}; it begins anew")
-                self._exchanged.append(self.wall())
+                self._exchanges += 1
+                self._lately.append(self.wall())
                 self.unit = None
                 self.begin_anew()
             elif self.unit is not None and not self.unit.rig_id:
@@ -186,11 +185,13 @@ class TelemetryNode(TwinNode, ABC):
 
     def _judge_rig(self, report: Report) -> str:
         """Which rig was announced, and whether others are by turns."""
-        lately = [at for at in self._exchanged if self.wall() - at < AGAIN]
-        report.add("exchanges of the rig", len(self._exchanged), "1")
-        if len(lately) > 1:
-            report.warn(f"another rig was announced {len(lately)} times within a minute, last '{self.rig_id}', and all began anew "
-                        f"each time; do two machines publish on {self.resolve_topic_name(RIG_TOPIC)}?")
+        while self._lately and self.wall() - self._lately[0] > AGAIN:
+            self._lately.popleft()
+        report.add("changes of the rig", self._exchanges, "1")
+        if len(self._lately) > 1:
+            report.warn(f"what is announced of the rig changed {len(self._lately)} times within a minute, last to "
+                        f"{in_words(self.rig_info)}, and all began anew each time; do two machines publish on "
+                        f"{self.resolve_topic_name(RIG_TOPIC)}?")
         return in_words(self.rig_info) if self.rig_info is not None else "not announced"
 
     @property
