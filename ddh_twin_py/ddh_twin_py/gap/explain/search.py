@@ -144,6 +144,8 @@ def _beside_fits(found: Found, as_built: Mapping[tuple, float]) -> Linearised | 
         as_built: how classes scatter beside the rig as commissioned, below which none goes.
     """
     here, known = found.linearised, found.linearised.discrepancy.scatter
+    if all(here.model.altered):  # nothing showed how well the laws hold: what a fit bends to follow says too little of noise
+        return None
     leading = [ids for ids in found.probability if ids in found.fitted][:_KEPT]
     each = [here.scatter_beside(found.fitted[ids].predictions) for ids in dict.fromkeys([*leading, ()])]
     least = {name: max(as_built.get(name, 1.0), min(one[name] for one in each)) for name in each[0]}
