@@ -1,5 +1,6 @@
 """A payload that a machine announces is held to the same bounds as one that a recording declares."""
 
+from collections import deque
 from types import SimpleNamespace
 
 import pytest
@@ -14,6 +15,7 @@ def said_of(payload):
     said, anew = [], []
     node = SimpleNamespace(
         rig_info=None, health=SimpleNamespace(), unit=Unit("rig_7", 149.5), warn_once=lambda cause, text: said.append(text),
+        warn_again=lambda cause, text: said.append(text) or True, wall=lambda: 0.0, _exchanges=0, _lately=deque(),
         get_logger=lambda: SimpleNamespace(info=lambda text: None, warning=said.append), begin_anew=lambda: anew.append(True),
     )  # fmt: skip
     TelemetryNode._take_rig(node, RigInfo(rig_id="rig_7", payload_mass=payload))
