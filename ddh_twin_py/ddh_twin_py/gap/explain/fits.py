@@ -305,9 +305,8 @@ class Fits:
 
     def starts(self, found) -> dict[Ids, Start]:
         """Where the leading sets stand, for another linearisation."""
-        leading = [ids for ids in found.probability if ids in self.fitted][:_KEPT]
         out = {}
-        for ids in dict.fromkeys([(), *leading]):
+        for ids in found.leading(_KEPT):
             fitted = self.fitted[ids]
             x = dict(zip((c.effect.id for c in fitted.columns), fitted.x, strict=True))
             out[ids] = Start(fitted.theta, np.array([x[name] for name in ids]))

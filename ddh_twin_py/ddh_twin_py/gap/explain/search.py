@@ -46,6 +46,10 @@ class Found:
         """The most probable set."""
         return next(iter(self.probability))
 
+    def leading(self, most: int) -> list[Ids]:
+        """No effect, and the most probable of the sets that were fitted, at most so many."""
+        return list(dict.fromkeys([(), *[ids for ids in self.probability if ids in self.fitted][:most]]))
+
     def reweighed(self, weights: Mapping[Ids, float]) -> Found:
         """The same with other weights of its sets, which become their probabilities."""
         whole = sum(weights.values()) or 1.0
@@ -146,8 +150,7 @@ def _beside_fits(found: Found, as_built: Mapping[tuple, float]) -> Linearised | 
     here, known = found.linearised, found.linearised.discrepancy.scatter
     if all(here.model.altered):  # nothing showed how well the laws hold: what a fit bends to follow says too little of noise
         return None
-    leading = [ids for ids in found.probability if ids in found.fitted][:_KEPT]
-    each = [here.scatter_beside(found.fitted[ids].predictions) for ids in dict.fromkeys([*leading, ()])]
+    each = [here.scatter_beside(found.fitted[ids].predictions) for ids in found.leading(_KEPT)]
     least = {name: max(as_built.get(name, 1.0), min(one[name] for one in each)) for name in each[0]}
     nearer = here.scattering({name: min(known.get(name, 1.0), scatter) for name, scatter in least.items()})
     told = [(now.spread / was.spread) ** 2 for was, now in zip(here.comparisons, nearer.comparisons, strict=True)]

@@ -53,9 +53,10 @@ class ContradictionWatch:
 
     def _look(self) -> None:
         now = {_without_figures(text): text for text in contradictions(self._recording(), self._rig)}
-        self.said = [text for kind, text in now.items() if kind in self._before]
-        for text in self.said:
-            self._node.warn_once(("contradiction", _without_figures(text)), text)
+        told = {kind: text for kind, text in now.items() if kind in self._before}
+        for kind, text in told.items():
+            self._node.warn_once(("contradiction", kind), text)
+        self.said = list(told.values())
         self._before = now
 
     def _recording(self) -> Recording:
