@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -26,6 +26,7 @@ from ddh_twin_py.gap.shrink.held_best import AtBest
 from ddh_twin_py.gap.shrink.held_runs import HeldRuns, first_of_each, ratios_of, recorded, traces
 from ddh_twin_py.gap.shrink.open_rig import asked_of_rig, told
 from ddh_twin_py.gap.verdict.conclusion import Conclusion, conclude
+from ddh_twin_py.gap.verdict.hidden_causes import hidden_causes, with_hidden
 from ddh_twin_py.gap.verdict.places import alone, entry_of, places, sized, unknown_places
 from ddh_twin_py.gap.verdict.unknown import Unknown
 from ddh_twin_py.gap.verdict.verdict import Verdict
@@ -52,6 +53,7 @@ def diagnosis(model: Diagnosable, found: Found, commissioned: np.ndarray, hidden
     progress(_RUN)
     concluded = conclude(model, found, before.plain, before.runs, before.off, lambda share: progress(_RUN + (_HEARD - _RUN) * share))
     progress(_HEARD)
+    concluded, left_open = _with_left_open(model, concluded, before.commissioned)
     held, runs = before.runs.held, before.runs
     found, verdict, best = concluded.found, concluded.verdict, concluded.best
     no_gap, is_unknown = verdict.word == "no_gap", verdict.word == "unknown"
@@ -62,7 +64,7 @@ def diagnosis(model: Diagnosable, found: Found, commissioned: np.ndarray, hidden
     classes, confusable = classes_of(found.linearised, verdict.effects, found.fitted)
     weighed = _all_weighed(model, found, verdict, runs)
     shrink, astray = _shrink(before, leader)
-    rig = _with_which(model, concluded, before, after)
+    rig = _with_which(model, concluded, before, after, left_open)
     odd = _odd(model, concluded, before) if is_unknown else []
     report: Report = {
         "verdict": verdict.word,
@@ -175,14 +177,29 @@ class _Rig:
     nameless: bool
 
 
-def _with_which(model: Diagnosable, concluded: Conclusion, before: _Before, after: _After) -> _Rig:
+def _with_left_open(model: Diagnosable, concluded: Conclusion, commissioned: bool) -> tuple[Conclusion, NotExcluded]:
+    """The conclusion, of no gap with the share of causes that may hide, and what that does not exclude."""
+    if concluded.verdict.word != "no_gap":
+        return concluded, NotExcluded({}, [], [])
+    found = concluded.found
+    theta, spread = found.fitted[()].theta, _spread(found)
+    left_open = not_excluded(found, theta, spread, model.fitted_parameters(theta, spread))
+    hidden = hidden_causes(left_open.detectable, left_open.unsure, len(found.linearised.question.effects), commissioned)
+    return replace(concluded, verdict=with_hidden(concluded.verdict, hidden)), left_open
+
+
+def _spread(found: Found) -> np.ndarray:
+    """Standard deviations of the rig's parameters, (k,)."""
+    return np.sqrt(np.diagonal(found.linearised.basis.covariance()))
+
+
+def _with_which(model: Diagnosable, concluded: Conclusion, before: _Before, after: _After, left_open: NotExcluded) -> _Rig:
     """See `_Rig`."""
     found, word, leader = concluded.found, concluded.verdict.word, after.leader
-    spread = np.sqrt(np.diagonal(found.linearised.basis.covariance()))
+    spread = _spread(found)
     parameters = model.fitted_parameters(leader.theta, spread)
     at_best = concluded.at_best.get(leader.effects)
     asked_for = asked_of_rig(model, leader, at_best, before.runs) if at_best else ""
-    left_open = not_excluded(found, leader.theta, spread, parameters) if word == "no_gap" else NotExcluded({}, [], [])
     return _Rig(spread, parameters, pressed_ones(parameters), at_best, asked_for, left_open, word == "unknown" and not after.learned)
 
 

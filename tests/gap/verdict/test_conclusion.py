@@ -1,11 +1,14 @@
 """What is concluded names the hypothesis that it heard."""
 
+import math
 from types import SimpleNamespace
 
 import pytest
 from ddh_twin_py.gap import answer
 from ddh_twin_py.gap.explain.search import Found
+from ddh_twin_py.gap.shrink.held_runs import INDEPENDENT, HeldRuns
 from ddh_twin_py.gap.verdict import conclusion
+from ddh_twin_py.gap.verdict.verdict import NO_HELP
 from ddh_twin_py.real_rigs.diagnose import diagnose
 from ddh_twin_py.real_rigs.rig_model import RigModel
 from support.heated_block import DESCRIPTION, block
@@ -36,13 +39,19 @@ def test_who_leads_once_no_effect_is_less_believed_was_heard(concluded):
     assert 0.2 < after.unknown.probability < 0.5
 
 
-@pytest.mark.parametrize("built, without, beside, helps", [(True, 1.1, 1.1, False), (True, 1.1, 0.9, True), (True, 2.0, 2.0, False),
-                                                           (False, 1.1, 1.1, True), (False, 2.1, 2.14, False), (False, 2.1, 1.5, True)])
-def test_a_leader_that_brings_held_out_data_no_nearer_is_less_believed(built, without, beside, helps):
+@pytest.mark.parametrize("built, without, beside, lost", [
+    (True, 1.1, 1.1, 0.0),  # small effects take nothing of what is no gap
+    (True, 1.1, 1.12, 0.5 * INDEPENDENT * 4 * (1.12**2 - 1.1**2)), (True, 1.1, 1.5, NO_HELP), (True, 1.1, 0.9, 0.0),
+    (True, 1.1, math.inf, NO_HELP),
+    (True, 2.0, 2.0, NO_HELP), (False, 1.1, 1.3, 0.0), (False, 2.1, 2.14, NO_HELP), (False, 2.1, 1.5, 0.0),
+])  # fmt: skip
+def test_a_leader_that_brings_held_out_data_no_nearer_is_less_believed(built, without, beside, lost):
     """Without commissioning only where these have a gap: parameters take an effect up, and leave none within the floor."""
     leader, none = SimpleNamespace(columns=(1,), effects=("fan",)), SimpleNamespace(columns=(), effects=())
-    found = Found(None, {("fan",): 0.9, (): 0.1}, {("fan",): leader, (): none})
-    runs = SimpleNamespace(gap=lambda fitted: beside if fitted is leader else without)
+    found = Found(None, {("fan",): 0.6, (): 0.4}, {("fan",): leader, (): none})
+    runs = HeldRuns(None, dict.fromkeys("abcd", 1.0))
+    runs.ratios = lambda fitted: dict.fromkeys("abcd", beside if fitted is leader else without)
     after, notes = conclusion._without_help(found, runs, built)
-    assert (after.leader == ("fan",)) == helps and bool(notes) != helps
-    assert all("no nearer" in note and ("nothing beyond the floor" in note) == (without <= 1.25) for note in notes)
+    odds = after.probability[("fan",)] / after.probability[()]
+    assert odds == pytest.approx(1.5 * math.exp(-lost)) and bool(notes) == (lost > 0.0)
+    assert all(("nothing beyond the floor" in note) == (without <= 1.25) for note in notes)

@@ -5,7 +5,15 @@ from types import SimpleNamespace
 import pytest
 from ddh_twin_py.gap.explain.search import Found
 from ddh_twin_py.gap.verdict.unknown import LISTED, Unknown
-from ddh_twin_py.gap.verdict.verdict import explains_a_signal, judge, less_believed, marginal_of, nothing_to_explain, something_acting
+from ddh_twin_py.gap.verdict.verdict import (
+    NO_HELP,
+    explains_a_signal,
+    judge,
+    less_believed,
+    marginal_of,
+    nothing_to_explain,
+    something_acting,
+)
 
 FAN, PAIR = ("motor.cooling",), ("motor.cooling", "oil.viscosity_temperature")
 
@@ -15,13 +23,13 @@ def found(*probability):
 
 
 def test_an_effect_that_does_not_help_must_be_spoken_for_the_louder():
-    weak, strong = less_believed(found(0.55, 0.05, 0.4)), less_believed(found(0.999, 0.0009999, 1e-7))
+    weak, strong = less_believed(found(0.55, 0.05, 0.4), NO_HELP), less_believed(found(0.999, 0.0009999, 1e-7), NO_HELP)
     assert weak.leader == () and weak.probability[()] > 0.95
     assert strong.leader == FAN and strong.probability[FAN] > 0.95
 
 
 def test_odds_among_effects_stay_and_all_sum_to_one():
-    after = less_believed(found(0.6, 0.1, 0.3)).probability
+    after = less_believed(found(0.6, 0.1, 0.3), 2.0).probability
     assert after[FAN] / after[PAIR] == pytest.approx(6.0) and sum(after.values()) == pytest.approx(1.0)
 
 

@@ -367,6 +367,12 @@ def test_what_is_always_left_beside_an_effect_is_told(effects, unknown, told, di
     assert (f"Where an effect leads, {100.0 * UNLISTED:.0f} % is always left to such a cause" in page) == told
 
 
+def test_that_causes_may_hide_is_told_beside_no_gap_alone(diagnoses):
+    weighed = [Weighed((), 0.6, 1.0, {}, {}, {}), Weighed(("unknown",), 0.1, None, {}, {}, {})]
+    pages = (gap_document(replace(diagnoses[verdict], weighed=weighed)).html() for verdict in ("no_gap", "explained"))
+    assert ["would hardly show, each" in page for page in pages] == [True, False]
+
+
 def test_every_check_that_a_rule_makes_has_words(repo_root):
     rules = "".join(file.read_text() for file in (repo_root / "ddh_twin_py/ddh_twin_py/gap").rglob("*.py"))
     assert set(re.findall(r'(?:checked|Check)\("(\w+)"', rules)) == set(CHECKS)

@@ -21,13 +21,12 @@ from scipy.linalg import block_diag, cho_factor, cho_solve
 from ddh_twin_py.gap.effect import Acting
 from ddh_twin_py.gap.explain.side_by_side import THREADS
 from ddh_twin_py.gap.model import Held
-from ddh_twin_py.gap.shrink.held_runs import ratios_of
+from ddh_twin_py.gap.shrink.held_runs import INDEPENDENT, ratios_of
 from ddh_twin_py.gap.shrink.size import of_all
 
 _OPEN = 0.3  # deviations: what is known better than that does not move
 _DIFFERENCE = 0.05  # deviations
 _SAMPLES = 2000  # of a signal at most that a step is computed from
-_WEIGHT = 10.0  # of a signal's mean square against one deviation: as many independent samples has it at least
 _LEAST_FREE = 1.0  # degrees of freedom: where these data tell nothing anew, a move of one deviation is none
 _STEPS, _SHARES, _SETTLED = 3, (1.0, 0.4, 0.15), 0.05  # steps, what is tried of each, cost that one must gain
 
@@ -209,7 +208,7 @@ class HeldBest:
         for off, own in zip(self._off(runs), slopes, strict=True):
             for name, slope in own.items():
                 if name in speaking:
-                    score -= _WEIGHT / off[name].size * (slope.T @ off[name])
+                    score -= INDEPENDENT / off[name].size * (slope.T @ off[name])
         return cho_solve(cho_factor(_summed(told, speaking, ways.precision)), score)
 
     def _sensitivities(self, ways: _Ways, moves: Sequence[int], z: np.ndarray) -> Runs:
@@ -234,7 +233,7 @@ def _told(slopes: Runs) -> dict[str, np.ndarray]:
     out: dict[str, np.ndarray] = {}
     for own in slopes:
         for name, slope in own.items():
-            out[name] = out.get(name, 0.0) + _WEIGHT / len(slope) * (slope.T @ slope)
+            out[name] = out.get(name, 0.0) + INDEPENDENT / len(slope) * (slope.T @ slope)
     return out
 
 
@@ -245,7 +244,7 @@ def _summed(told: Mapping[str, np.ndarray], speaking: set[str], more: np.ndarray
 def _cost(squares: Mapping[str, Sequence[float]], least: Mapping[str, float]) -> float:
     """Of mean squares over floors; of signals in ``least`` what is beyond that many floors, where these are infinite nothing."""
     bounds = {name: len(own) * least.get(name, 0.0) ** 2 for name, own in squares.items()}
-    return _WEIGHT * sum(max(sum(own), bounds[name]) for name, own in squares.items() if math.isfinite(bounds[name]))
+    return INDEPENDENT * sum(max(sum(own), bounds[name]) for name, own in squares.items() if math.isfinite(bounds[name]))
 
 
 def _spread_out(counts: np.ndarray) -> np.ndarray:

@@ -11,6 +11,9 @@ from ddh_twin_py.gap.findings import Trace
 from ddh_twin_py.gap.model import DescribedModel, Held, Model
 from ddh_twin_py.gap.shrink import size
 
+INDEPENDENT = 10.0
+"""Independent samples that a signal of held-out data has at least: of its mean square, over floor, so many times half is evidence."""
+
 
 class HeldRuns:
     """Free runs of held-out data under fits; each fit is run once.
@@ -40,6 +43,11 @@ class HeldRuns:
     def gap(self, fitted: Refitted) -> float:
         """Gap that a fit leaves; see `size.gap`."""
         return size.gap(self.ratios(fitted), self.floor)
+
+    def speaks(self, fitted: Refitted, other: Refitted) -> float:
+        """Log evidence of held-out data for a fit over another, as run; minus infinity where it goes astray and the other does not."""
+        mine, others = self.over(fitted), self.over(other)
+        return 0.5 * INDEPENDENT * sum(others[name] ** 2 - mine[name] ** 2 for name in mine)
 
     def interval(self, name: str, runs: list[dict[str, np.ndarray]]) -> list[float] | None:
         """95 % interval of the RMS that runs leave of a signal, in its unit; None where no sample counts."""

@@ -26,6 +26,7 @@ from ddh_twin_py.gap.verdict.unlisted_laws import UnlistedLaw, beside_law, best_
 from ddh_twin_py.gap.verdict.verdict import (
     LIKELY,
     NEARLY,
+    NO_HELP,
     Verdict,
     explains_a_signal,
     judge,
@@ -36,8 +37,8 @@ from ddh_twin_py.gap.verdict.verdict import (
 from ddh_twin_py.gap.witnesses import Witnesses
 
 _NO_NEARER = 0.99  # share of the gap of held-out data without any effect, from which a hypothesis does not help with it
-_NO_HELP = "the best listed hypothesis brings held-out data no nearer; it is less believed"
-_NOTHING_THERE = "held-out data show nothing beyond the floor, and "
+_NO_NEARER_SAID = "the best listed hypothesis brings held-out data no nearer; it is less believed"
+_FARTHER_OFF = "held-out data show nothing beyond the floor, and the best listed hypothesis brings them farther off; it is less believed"
 _USUAL_RUNS = 100  # runs of held-out data that take half of the work
 _OUT_OF_THE_QUESTION = 1e-3  # probability of no effect, below which nothing more is asked of it
 
@@ -177,14 +178,21 @@ def _leading(found: Found) -> Refitted:
 def _without_help(found: Found, runs: HeldRuns, built: bool) -> tuple[Found, list[str]]:
     """The same with a leader less believed, and a note on it, where it does not help with held-out data.
 
+    Of a gap it must take something. Where there is none, a small effect takes hardly anything of it, and it is held against it only by how
+    much it brings these data farther off.
+
     Args:
         built: whether a recording showed the rig as built. Without one parameters take an effect up, and leave nothing beyond the floor.
     """
     leader, none = _leading(found), found.fitted[()]
     gap = runs.gap(none)
-    if not leader.columns or runs.gap(leader) <= _NO_NEARER * gap or (gap <= NEARLY and not built):
+    if not leader.columns or (gap <= NEARLY and not built):
         return found, []
-    return less_believed(found), [(_NOTHING_THERE if gap <= NEARLY else "") + _NO_HELP]
+    if gap <= NEARLY:
+        lost, note = min(NO_HELP, -runs.speaks(leader, none)), _FARTHER_OFF
+    else:
+        lost, note = NO_HELP if runs.gap(leader) > _NO_NEARER * gap else 0.0, _NO_NEARER_SAID
+    return (less_believed(found, lost), [note]) if lost > 0.0 else (found, [])
 
 
 def _judged(case: _Case, standing: _Standing) -> Verdict:

@@ -18,7 +18,8 @@ LIKELY = 0.5
 UNKNOWN = "unknown"
 NEARLY = 1.25
 """Multiple of the floor up to which a gap of held-out data is nearly none."""
-_NO_HELP = 5.0  # log odds that a hypothesis loses against no effect, where it brings held-out data no nearer
+NO_HELP = 5.0
+"""Log odds that a hypothesis loses at most against no effect, where it brings held-out data no nearer."""
 _SHRINKS = 0.95  # share of a gap that is left, from which a hypothesis hardly shrinks it
 _LOUD, _RELIEVED = 20.0, 8.0  # log evidence of a hypothesis, and what of it is relief of parameters: larger than flaws of laws make them
 _FAR, _NEARER = 2.0, 0.75  # floors that a signal is far off, and what of it is left where a hypothesis brings it much nearer
@@ -43,12 +44,15 @@ class Verdict:
     together: float = 0.0
 
 
-def less_believed(found: Found) -> Found:
+def less_believed(found: Found, lost: float) -> Found:
     """The same where the leader does not help with held-out data: what is true would help there too.
 
     How strongly the field recording speaks for it still counts, as its effect may be one that the held-out duty does not show.
+
+    Args:
+        lost: log odds that every set of effects loses against none.
     """
-    odds = {ids: p * (math.exp(-_NO_HELP) if ids else 1.0) for ids, p in found.probability.items()}
+    odds = {ids: p * (math.exp(-lost) if ids else 1.0) for ids, p in found.probability.items()}
     return found.reweighed(odds)
 
 

@@ -34,6 +34,7 @@ _MOST_OPEN = 4
 _SAME = 0.02
 """By which the probability of an effect alone or beside others must be larger than alone to be told as another number."""
 _MOST_NAMED = 3
+_HIDING = "What it lacks to certainty is mostly left to causes that recordings like these would hardly show, each as likely as it is small."
 EVIDENCE = (
     "Evidence is how much of the misfit goes away with the hypothesis: each sample's misfit in multiples of what noise allows, squared and "
     "summed (a chi-square). Up to 4 is chance; from 4 on some, from 10 clear, from 100 strong, from 1000 very strong, from 10 000 "
@@ -124,7 +125,8 @@ def _card(w: Weighed, place: int, diagnosis: Diagnosis, left: str) -> doc.Html:
     for effect in w.effects:
         blocks.append(_effect(effect, w, diagnosis.catalogue.get(effect), commissioned))
     if not w.effects:
-        blocks.append(doc.paragraph(_explained_by_none(w, diagnosis.cut)))
+        hiding = f" {_HIDING}" if diagnosis.report["verdict"] == "no_gap" else ""
+        blocks.append(doc.paragraph(f"{_explained_by_none(w, diagnosis.cut)}{hiding}"))
     if w.effects == (UNKNOWN,):
         blocks.append(doc.paragraph(f"Something acts on the rig that is real and that no effect of the catalogue explains. {left}".strip()))
     if w.gap_after is not None:

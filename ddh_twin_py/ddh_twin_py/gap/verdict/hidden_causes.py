@@ -1,0 +1,75 @@
+"""What *no gap* leaves to causes that may act all the same, as the recordings would hardly show them.
+
+Evidence asks about departures that stand out, and its prior leaves out those near none (`hypotheses.weigh`). What may act unseen is counted
+here: each effect as likely as before any data, but for the sizes that would have shown.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+from scipy.special import expit
+
+from ddh_twin_py.gap.evidence.hypotheses import Ids, log_prior
+from ddh_twin_py.gap.explain.detection import Detection
+from ddh_twin_py.gap.verdict.verdict import UNKNOWN, Verdict, marginal_of
+
+UNLISTED_TOO = 0.45
+"""Causes of no catalogue that hide, for each listed one: of 45 answers of no gap on sealed recordings of a commissioned rig that hid
+something, 31 hid an effect and 14 what no catalogue lists."""
+WITHOUT_COMMISSIONING = 0.2
+"""Odds that a listed cause hides where no commissioning recording showed the rig: of 141 such answers 24 hid one. What the tolerances leave
+to an effect there is in no size of a signal, so that the odds are the same for all recordings."""
+
+
+@dataclass(frozen=True)
+class Hidden:
+    """How likely causes hide, as odds against no effect.
+
+    Attributes:
+        listed: effect to these odds. unlisted: of something that no catalogue lists.
+    """
+
+    listed: Mapping[str, float]
+    unlisted: float
+
+    @property
+    def share(self) -> float:
+        """Of what speaks for no effect, that part which is left to hidden causes."""
+        odds = sum(self.listed.values()) + self.unlisted
+        return odds / (1.0 + odds)
+
+
+def hidden_causes(detectable: Sequence[Detection], unsure: Sequence[str], asked: int, commissioned: bool) -> Hidden:
+    """How likely causes hide that these recordings would hardly show.
+
+    Args:
+        detectable: from which size effects would have been found. unsure: effects in whose place a parameter may stand.
+        asked: effects asked about. commissioned: whether a commissioning recording showed the rig.
+    """
+    none_first = log_prior((), asked) - log_prior(("",), asked)  # log odds of no effect against one of them, before any data
+    missed = dict.fromkeys(unsure, 1.0) | {d.effect: _missed(d, none_first) for d in detectable}
+    listed = {name: share * math.exp(-none_first) for name, share in missed.items()}
+    if commissioned:
+        return Hidden(listed, UNLISTED_TOO * sum(listed.values()))
+    whole = sum(listed.values()) or 1.0
+    return Hidden({name: WITHOUT_COMMISSIONING * odds / whole for name, odds in listed.items()}, 0.0)
+
+
+def _missed(detection: Detection, none_first: float) -> float:
+    """Probability of no effect where this one acts, over the sizes that its bounds allow."""
+    gains = [gain for gain in detection.gain.values() if gain is not None]
+    return float(sum(expit(none_first - gain) for gain in gains) / len(gains)) if gains else 0.0
+
+
+def with_hidden(verdict: Verdict, hidden: Hidden) -> Verdict:
+    """A verdict of no gap, of which hidden causes have their share."""
+    none = verdict.sets.get((), 0.0)
+    kept = none * (1.0 - hidden.share)
+    sets: dict[Ids, float] = {**verdict.sets, (): kept}
+    for ids, odds in [((UNKNOWN,), hidden.unlisted), *(((name,), odds) for name, odds in hidden.listed.items())]:
+        sets[ids] = sets.get(ids, 0.0) + kept * odds
+    sets = dict(sorted(sets.items(), key=lambda item: -item[1]))
+    return replace(verdict, sets=sets, effects=marginal_of(sets))

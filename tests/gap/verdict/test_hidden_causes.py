@@ -1,0 +1,55 @@
+"""No gap leaves to causes that hardly show what they had before any data."""
+
+import math
+
+import pytest
+from ddh_twin_py.gap.evidence.hypotheses import log_prior
+from ddh_twin_py.gap.explain.detection import SIZES, Detection
+from ddh_twin_py.gap.verdict.hidden_causes import UNLISTED_TOO, WITHOUT_COMMISSIONING, Hidden, hidden_causes, with_hidden
+from ddh_twin_py.gap.verdict.verdict import Verdict, marginal_of
+
+FAN, LEAK, PAIR, OUTSIDE = ("motor.cooling",), ("pump_1.leakage",), ("motor.cooling", "pump_1.leakage"), ("unknown",)
+SETS = {(): 0.9, OUTSIDE: 0.05, FAN: 0.03, PAIR: 0.02}
+ASKED = 40
+
+
+def detection(effect, *gains):
+    return Detection(effect, "1", None, None, "", dict(zip(SIZES, gains, strict=True)))
+
+
+def odds_before_data():
+    return math.exp(log_prior(("",), ASKED) - log_prior((), ASKED))
+
+
+def test_what_nothing_shows_is_as_likely_as_before_data_and_what_all_sizes_show_is_out():
+    hidden = hidden_causes([detection("a", -9.0, -9.0, -9.0), detection("b", 40.0, 200.0, 900.0)], ["c"], ASKED, True)
+    assert hidden.listed["a"] == pytest.approx(odds_before_data(), rel=1e-3) and hidden.listed["c"] == pytest.approx(odds_before_data())
+    assert hidden.listed["b"] < 1e-9 and hidden.unlisted == pytest.approx(UNLISTED_TOO * sum(hidden.listed.values()))
+
+
+def test_a_faint_effect_hides_where_larger_ones_show_and_sizes_that_bounds_forbid_do_not_count():
+    hidden = hidden_causes([detection("a", -9.0, 90.0, 900.0), detection("b", -9.0, None, None), detection("c", None, None, None)],
+                           [], ASKED, True)
+    assert hidden.listed["a"] == pytest.approx(odds_before_data() / 3.0, rel=1e-3)
+    assert hidden.listed["b"] == pytest.approx(odds_before_data(), rel=1e-3) and hidden.listed["c"] == 0.0
+
+
+def test_without_commissioning_the_odds_of_all_are_the_same_for_all_recordings():
+    few = hidden_causes([detection("a", 0.0, 90.0, 900.0), detection("b", 0.0, 0.0, 0.0)], [], ASKED, False)
+    assert sum(few.listed.values()) == pytest.approx(WITHOUT_COMMISSIONING) and few.unlisted == 0.0
+    assert few.listed["b"] == pytest.approx(3.0 * few.listed["a"], rel=1e-6)
+    assert hidden_causes([], [], ASKED, False).share == 0.0
+
+
+def test_hidden_causes_take_their_share_from_no_effect_alone():
+    before = Verdict("no_gap", (), SETS, marginal_of(SETS))
+    after = with_hidden(before, Hidden({FAN[0]: 0.15, LEAK[0]: 0.05}, 0.05))
+    assert after.word == "no_gap" and after.sets[()] == pytest.approx(0.9 / 1.25) and sum(after.sets.values()) == pytest.approx(1.0)
+    assert after.sets[FAN] == pytest.approx(0.03 + 0.9 * 0.15 / 1.25) and after.sets[LEAK] == pytest.approx(0.9 * 0.05 / 1.25)
+    assert after.sets[PAIR] == 0.02 and after.effects[FAN[0]] == pytest.approx(after.sets[FAN] + 0.02)
+    assert list(after.sets.values()) == sorted(after.sets.values(), reverse=True)
+
+
+def test_where_nothing_hides_nothing_changes():
+    before = Verdict("no_gap", (), SETS, marginal_of(SETS))
+    assert with_hidden(before, Hidden({}, 0.0)).sets == SETS
