@@ -103,6 +103,23 @@ class _About:
         return self.basis.normal(self.own, [r + j @ shared + c @ departure for r, j, c in both])
 
 
+@dataclass(frozen=True)
+class _Stand:
+    """Where a fit stands.
+
+    Attributes:
+        theta: parameters, (k,). x: departures in the effects' own units, (m,). beside: what changed beside them, (m,).
+        predictions: by recording. residual: of them, by recording, (rows,). cost: of all of it, infinite where a run went astray.
+    """
+
+    theta: np.ndarray
+    x: np.ndarray
+    beside: np.ndarray
+    predictions: list[dict[str, np.ndarray]]
+    residual: list[np.ndarray]
+    cost: float
+
+
 class Refit:
     """Fits hypotheses of one case.
 
@@ -122,75 +139,78 @@ class Refit:
         Args:
             columns: its effects. theta: parameters, deviations, (k,). departure: multiples of the columns, (m,).
         """
-        scale = np.array([c.x for c in columns])
-        x = np.array([c.effect.limit(float(a)) for c, a in zip(columns, departure * scale, strict=True)])
+        x = np.array([c.effect.limit(float(a)) for c, a in zip(columns, departure * _scale(columns), strict=True)])
         starts = [(self._place, 0.0 * x), (self._model.within(theta), x), (self._place, x)]  # the first is known and needs no run
-        runs, costs = [], []
-        for start in starts[: 3 if scale.size else 2]:
-            runs.append(self._run(columns, *start))
-            costs.append(self._cost(self._residual(runs[-1]), *start, scale, np.zeros(x.size)))
-            if costs[-1] < costs[0]:
+        stands: list[_Stand] = []
+        for start in starts[: 3 if x.size else 2]:
+            stands.append(self._stand(columns, *start, np.zeros(x.size), self._run(columns, *start)))
+            if stands[-1].cost < stands[0].cost:
                 break
-        nearest = int(np.argmin(costs))
-        return self._from(columns, *starts[nearest], np.zeros(x.size), runs[nearest])
+        return self._from(columns, min(stands, key=lambda stand: stand.cost))
 
-    def _from(self, columns: Sequence[Column], theta: np.ndarray, x: np.ndarray, beside: np.ndarray,
-              predictions: list[dict[str, np.ndarray]]) -> Refitted:
-        """Fit a hypothesis from a place, parameters (k,), departures and what changed beside them (m,), and what it predicts there."""
-        scale, room = np.array([c.x for c in columns]), np.array([c.room for c in columns])
-        residual = self._residual(predictions)
-        cost = self._cost(residual, theta, x, scale, beside)
-        if not np.isfinite(cost):
-            nowhere = np.full((theta.size + x.size,) * 2, np.nan)
-            return Refitted(tuple(columns), x, nowhere[theta.size :, theta.size :], nowhere, theta, predictions, -np.inf, np.inf, beside)
-        k, stale = theta.size, True
-
-        def solved() -> tuple[Normal, Held]:
-            shared = here.at(theta, beside)
-            sums = here.normal(residual, shared, x / scale)
-            return sums, sums.held(np.arange(scale.size), room, self._width, shared)
-
+    def _from(self, columns: Sequence[Column], stand: _Stand) -> Refitted:
+        """Fit a hypothesis from where it stands."""
+        if not np.isfinite(stand.cost):
+            return _astray(columns, stand)
+        here = self._about(columns, stand)
         for step in range(1, _MOST + 1):
-            if stale:
-                here, stale = self._about(columns, theta, x, beside, predictions), False
-            (sums, held), gained = solved(), 0.0
-            promised = abs(cost - held.lowest)  # less than nothing from a start that a column's direction excludes
-            if promised < _SETTLED:
-                break
-            aim = beside.copy()
-            aim[here.also] = held.shared[k:]
-            lengths = Lengths(promised)
-            while lengths.next:
-                share = lengths.next
-                new_theta, new_beside = self._model.within(theta + share * (held.shared[:k] - theta)), beside + share * (aim - beside)
-                departed = x + share * (held.departure * scale - x)
-                new_x = np.array([c.effect.limit(float(a)) for c, a in zip(columns, departed, strict=True)])
-                tried = self._run(along_with(columns, new_beside), new_theta, new_x)
-                new_residual = self._residual(tried)
-                new_cost = self._cost(new_residual, new_theta, new_x, scale, new_beside)
-                if new_cost < cost:
-                    gained = cost - new_cost
-                    theta, x, beside, predictions, residual, cost = new_theta, new_x, new_beside, tried, new_residual, new_cost
-                    break
-                lengths.lost(new_cost - cost)
-            stale = gained >= _BENT
+            sums, held = self._solved(columns, stand, here)
+            further = self._further(columns, stand, here, held)
+            gained, stand = stand.cost - further.cost, further
+            if gained >= _BENT:
+                here = self._about(columns, stand)
             if gained < (_SETTLED if step < _STEPS else _MUCH):
                 break
-        if stale:
-            here = self._about(columns, theta, x, beside, predictions)
         if gained > 0.0:
-            sums, held = solved()
+            sums, held = self._solved(columns, stand, here)
+        scale, room = _scale(columns), np.array([c.room for c in columns])
         log, _, covariance = evidence_of(held, room, self._widths)
-        log -= 0.5 * max(0.0, cost - held.lowest)  # what the linear model promises and no step could find
-        joint, misfit = self._joint(sums, theta.size, scale), cost - self._prior(theta, x, scale, beside)
-        return Refitted(tuple(columns), x, covariance * np.outer(scale, scale), joint, theta, predictions, log, misfit, beside)
+        log -= 0.5 * max(0.0, stand.cost - held.lowest)  # what the linear model promises and no step could find
+        joint = self._joint(sums, stand.theta.size, scale)
+        misfit = stand.cost - self._prior(stand.theta, stand.x, scale, stand.beside)
+        return Refitted(tuple(columns), stand.x, covariance * np.outer(scale, scale), joint, stand.theta, stand.predictions, log, misfit,
+                        stand.beside)
+
+    def _stand(self, columns, theta, x, beside, predictions) -> _Stand:
+        residual = self._residual(predictions)
+        return _Stand(theta, x, beside, predictions, residual, self._cost(residual, theta, x, _scale(columns), beside))
+
+    def _standing(self, fitted: Refitted) -> _Stand:
+        """Where a hypothesis stands that was fitted elsewhere."""
+        return self._stand(fitted.columns, fitted.theta, fitted.x, fitted.beside, fitted.predictions)
+
+    def _solved(self, columns: Sequence[Column], stand: _Stand, here: _About) -> tuple[Normal, Held]:
+        """Sums about a place of what is left where a fit stands, and the lowest cost that they promise."""
+        shared, room = here.at(stand.theta, stand.beside), np.array([c.room for c in columns])
+        sums = here.normal(stand.residual, shared, stand.x / _scale(columns))
+        return sums, sums.held(np.arange(room.size), room, self._width, shared)
+
+    def _further(self, columns: Sequence[Column], stand: _Stand, here: _About, held: Held) -> _Stand:
+        """A step towards the lowest cost that is promised, as far as runs confirm; the same where none does or hardly anything is."""
+        promised = abs(stand.cost - held.lowest)  # less than nothing from a start that a column's direction excludes
+        if promised < _SETTLED:
+            return stand
+        scale, k = _scale(columns), stand.theta.size
+        aim = stand.beside.copy()
+        aim[here.also] = held.shared[k:]
+        lengths = Lengths(promised)
+        while lengths.next:
+            share = lengths.next
+            theta = self._model.within(stand.theta + share * (held.shared[:k] - stand.theta))
+            beside = stand.beside + share * (aim - stand.beside)
+            departed = stand.x + share * (held.departure * scale - stand.x)
+            x = np.array([c.effect.limit(float(a)) for c, a in zip(columns, departed, strict=True)])
+            tried = self._stand(columns, theta, x, beside, self._run(along_with(columns, beside), theta, x))
+            if tried.cost < stand.cost:
+                return tried
+            lengths.lost(tried.cost - stand.cost)
+        return stand
 
     def joint(self, fitted: Refitted) -> np.ndarray:
         """Covariance of parameters and departures, (k + m, k + m), of a hypothesis as it was fitted elsewhere."""
-        scale = np.array([c.x for c in fitted.columns])
-        here = self._about(fitted.columns, fitted.theta, fitted.x, fitted.beside, fitted.predictions)
-        sums = here.normal(self._residual(fitted.predictions), here.at(fitted.theta, fitted.beside), fitted.x / scale)
-        return self._joint(sums, fitted.theta.size, scale)
+        stand = self._standing(fitted)
+        sums, _ = self._solved(fitted.columns, stand, self._about(fitted.columns, stand))
+        return self._joint(sums, fitted.theta.size, _scale(fitted.columns))
 
     def _joint(self, sums: Normal, parameters: int, scale: np.ndarray) -> np.ndarray:
         """What changed beside the effects integrated out."""
@@ -199,11 +219,10 @@ class Refit:
         units = np.concatenate([np.ones(parameters), scale])
         return of_all[np.ix_(own, own)] * np.outer(units, units)
 
-    def _about(self, columns: Sequence[Column], theta: np.ndarray, x: np.ndarray, beside: np.ndarray,
-               predictions: list[dict[str, np.ndarray]]) -> _About:
-        """The model about a place, linear in the departures and in what changes beside them."""
+    def _about(self, columns: Sequence[Column], stand: _Stand) -> _About:
+        """The model about where a fit stands, linear in the departures and in what changes beside them."""
         also = self._also(columns)
-        own, more = self._columns(columns, theta, x, np.array([c.x for c in columns]), predictions, beside, also)
+        own, more = self._columns(columns, stand.theta, stand.x, _scale(columns), stand.predictions, stand.beside, also)
         if not also.size:
             return _About(self._basis, self._sensitivities, own, also)
         ends = np.array([columns[j].effect.beside.end for j in also])
@@ -217,11 +236,11 @@ class Refit:
 
     def again(self, fitted: Refitted) -> Refitted:
         """Fit a hypothesis from where another fit of it stands."""
-        return self._from(fitted.columns, fitted.theta, fitted.x, fitted.beside, fitted.predictions)
+        return self._from(fitted.columns, self._standing(fitted))
 
     def local(self, fitted: Refitted) -> tuple[list[np.ndarray], list[np.ndarray]]:
         """Columns of its departures about its optimum, (rows, m), and what they and the parameters explain there, (rows,), by recording."""
-        scale = np.array([c.x for c in fitted.columns])
+        scale = _scale(fitted.columns)
         columns, _ = self._columns(fitted.columns, fitted.theta, fitted.x, scale, fitted.predictions, fitted.beside)
         both = zip(self._residual(fitted.predictions), self._sensitivities, columns, strict=True)
         return columns, [r + j @ fitted.theta + c @ (fitted.x / scale) for r, j, c in both]
@@ -272,3 +291,15 @@ class Refit:
             calls += [partial(fill, more[number][:, place], changed[j] - beside[j], number, x, changed) for number in altered]
         side_by_side(calls)
         return out, more
+
+
+def _scale(columns: Sequence[Column]) -> np.ndarray:
+    """Departures of columns, in the effects' own units, (m,)."""
+    return np.array([c.x for c in columns])
+
+
+def _astray(columns: Sequence[Column], stand: _Stand) -> Refitted:
+    """A hypothesis whose every run went astray."""
+    k, size = stand.theta.size, stand.theta.size + stand.x.size
+    nowhere = np.full((size, size), np.nan)
+    return Refitted(tuple(columns), stand.x, nowhere[k:, k:], nowhere, stand.theta, stand.predictions, -np.inf, np.inf, stand.beside)
