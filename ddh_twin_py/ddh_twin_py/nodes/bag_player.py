@@ -20,6 +20,7 @@ from ddh_twin_py.nodes.base.parameters import NodeError, Parameter
 from ddh_twin_py.nodes.base.times import set_time
 from ddh_twin_py.nodes.messages.message_classes import message_class
 from ddh_twin_py.nodes.messages.wire import STAMPED, stamp_of
+from ddh_twin_py.nodes.player.awaited_listeners import AwaitedListeners
 from ddh_twin_py.nodes.player.flow_control import FlowControl
 from ddh_twin_py.nodes.player.playback import Playback
 from ddh_twin_py.nodes.player.player_control import FASTEST, PlayerControl
@@ -27,9 +28,8 @@ from ddh_twin_py.sources.raw_bag import RawBag, RawBlock
 from ddh_twin_py.telemetry.signals import MACHINE_FIELDS, RIG_TOPIC, TOPIC_TYPES
 
 STEP = 0.005  # s of wall time between two looks at what is due
-_SETTLE = 0.3  # s of wall time from the last match to the first message
 _SAY = 2.0  # s of wall time between two lines of progress
-_NAMED_WAIT, _FIRST_START = 60.0, 900.0  # s of wall time for a node that is not there, and for one that is and compiles its kernels
+_LOOK = 0.05  # s of wall time between two looks at who listens
 _NOT_PLAYED = ("/clock", "/rosout", "/parameter_events")
 
 
@@ -91,9 +91,8 @@ class BagPlayer(TwinNode):
         self._clock_publisher = self.create_publisher(ClockMessage, "/clock", 10)
         self._publish_rig()
         self.sent = 0
-        self._waited_since = self.wall()
-        self._ready_since: float | None = None
-        self._told_starting: set[str] = set()
+        self._awaited = AwaitedListeners(self, self._flow, [channel.publisher for channel in self._channels.values()],
+                                         self.values["wait_for_nodes"], self.values["wait"], self.wall())
         self._said_at = self._clock_at = self._checked_at = 0.0
         rate, offset, paused = (self.values[name] for name in ("rate", "start_offset", "paused"))
         self._playback = Playback(self._bag, self._flow, self.wall, rate, offset, paused)
@@ -150,11 +149,11 @@ class BagPlayer(TwinNode):
         self._playback.look(wall)
         self._take_progress(wall)
         if self._playback.waiting:
-            self._wait_for_listeners(wall)
+            self._begin_when_heard(wall)
             return
         if wall - self._checked_at > 1.0:
             self._checked_at = wall
-            self._flow.keep(self._running())
+            self._flow.keep(self._awaited.running())
             for reason in self._flow.given_up(wall):
                 self.get_logger().warning(reason)
         if self._playback.sent_all:
@@ -225,76 +224,16 @@ class BagPlayer(TwinNode):
             newest = dict(zip(message.topics, message.newest, strict=False))
             self._flow.report(message.node, newest, wall, sum(message.received))
 
-    def _wait_for_listeners(self, wall: float) -> None:
-        if wall - self._checked_at < 0.05:
+    def _begin_when_heard(self, wall: float) -> None:
+        if wall - self._checked_at < _LOOK:
             return
         self._checked_at = wall
-        missing = self._missing()
-        if missing:
-            self._ready_since = None
-            longest, waited = self.values["wait"], wall - self._waited_since
-            if self._named():
-                starting = self._starting()
-                longest += _FIRST_START if starting else _NAMED_WAIT
-                if starting and waited >= self.values["wait"] and starting not in self._told_starting:
-                    self._told_starting.add(starting)
-                    self.get_logger().info(f"node {starting} is there and not ready yet; a first start compiles the model: waiting for "
-                                           f"up to {longest:g} s")
-            if waited < longest:
-                return
-            if self._named():
-                raise NodeError(f"waited {longest:g} s for {missing}; is it running, in namespace {self.get_namespace()}?")
-            self.get_logger().info(f"nobody listens after {longest:g} s, playing all the same")
-        elif self._ready_since is None:
-            self._ready_since = wall
-            return
-        elif wall - self._ready_since < _SETTLE:
+        if not self._awaited.are_there(wall):
             return
         self._playback.start(wall)
         rate = self._playback.rate
         names = ", ".join(sorted(self._flow.consumers)) or "nobody that tells its progress"
         self.get_logger().info(f"playing at {f'{rate:g} times real time' if rate else 'full speed'}; waiting for {names}")
-
-    def _named(self) -> list[str]:
-        return [name for name in self.values["wait_for_nodes"] if name]
-
-    def _awaited(self) -> list[str]:
-        """Full names of the nodes that must listen."""
-        prefix = self.get_namespace().rstrip("/")
-        return [name if name.startswith("/") else f"{prefix}/{name}" for name in self._named()]
-
-    def _starting(self) -> str:
-        """The first awaited node that runs and has not told its progress yet, '' where there is none or another one does not run."""
-        silent = [name for name in self._awaited() if name not in self._flow.consumers]
-        return silent[0] if silent and set(silent) <= self._running() else ""
-
-    def _running(self) -> set[str]:
-        """Full names of the nodes of the graph."""
-        return {f"{namespace.rstrip('/')}/{name}" for name, namespace in self.get_node_names_and_namespaces()}
-
-    def _missing(self) -> str:
-        """What is still awaited before the first message, '' when all are there."""
-        listening = {channel: self._listeners(channel) for channel in self._channels.values()}
-        awaited = self._awaited()
-        for name in awaited:
-            if name not in self._flow.consumers:
-                return f"node {name}"
-        for name in awaited or self._flow.consumers:
-            for channel, reliable in listening.items():
-                topic = channel.publisher.topic_name
-                if topic in self._flow.consumers[name].topics and not reliable.get(name, False):
-                    return f"node {name} to listen reliably to {topic}"
-        return "" if awaited or any(listening.values()) else "any listener"
-
-    def _listeners(self, channel: Channel) -> dict[str, bool]:
-        """Nodes that subscribe to a topic and are matched; whether they ask for reliable delivery."""
-        infos = self.get_subscriptions_info_by_topic(channel.publisher.topic_name)
-        if channel.publisher.get_subscription_count() < len(infos):
-            return {}
-        return {
-            f"{info.node_namespace.rstrip('/')}/{info.node_name}": info.qos_profile.reliability == qos.OUTPUT.reliability
-            for info in infos
-        }
 
     def close(self) -> None:
         self._bag.close()

@@ -38,16 +38,24 @@ def test_without_commissioning_the_odds_of_all_are_the_same_for_all_recordings()
     few = hidden_causes([detection("a", 0.0, 90.0, 900.0), detection("b", 0.0, 0.0, 0.0)], [], ASKED, False)
     assert sum(few.listed.values()) == pytest.approx(WITHOUT_COMMISSIONING) and few.unlisted == 0.0
     assert few.listed["b"] == pytest.approx(3.0 * few.listed["a"], rel=1e-6)
-    assert hidden_causes([], [], ASKED, False).share == 0.0
+    assert hidden_causes([], [], ASKED, False) == Hidden({}, 0.0)
 
 
-def test_hidden_causes_take_their_share_from_no_effect_alone():
+def test_hidden_causes_stand_beside_what_evidence_says_by_their_odds_against_no_effect():
     before = Verdict("no_gap", (), SETS, marginal_of(SETS))
     after = with_hidden(before, Hidden({FAN[0]: 0.15, LEAK[0]: 0.05}, 0.05))
-    assert after.word == "no_gap" and after.sets[()] == pytest.approx(0.9 / 1.25) and sum(after.sets.values()) == pytest.approx(1.0)
-    assert after.sets[FAN] == pytest.approx(0.03 + 0.9 * 0.15 / 1.25) and after.sets[LEAK] == pytest.approx(0.9 * 0.05 / 1.25)
-    assert after.sets[PAIR] == 0.02 and after.effects[FAN[0]] == pytest.approx(after.sets[FAN] + 0.02)
+    whole = 1.0 + 0.9 * 0.25
+    assert after.word == "no_gap" and after.sets[()] == pytest.approx(0.9 / whole) and sum(after.sets.values()) == pytest.approx(1.0)
+    assert after.sets[FAN] == pytest.approx((0.03 + 0.9 * 0.15) / whole) and after.sets[LEAK] == pytest.approx(0.9 * 0.05 / whole)
+    assert after.sets[PAIR] == pytest.approx(0.02 / whole) and after.effects[FAN[0]] == pytest.approx(after.sets[FAN] + after.sets[PAIR])
     assert list(after.sets.values()) == sorted(after.sets.values(), reverse=True)
+
+
+@pytest.mark.parametrize("rival", [FAN, OUTSIDE])
+def test_no_effect_stays_ahead_of_a_near_rival(rival):
+    sets = {(): 0.51, rival: 0.49}
+    after = with_hidden(Verdict("no_gap", (), sets, marginal_of(sets)), Hidden({LEAK[0]: 0.3}, 0.4))
+    assert next(iter(after.sets)) == () and sum(after.sets.values()) == pytest.approx(1.0)
 
 
 def test_where_nothing_hides_nothing_changes():

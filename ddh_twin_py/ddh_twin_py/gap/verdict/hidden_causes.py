@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 
 from scipy.special import expit
 
-from ddh_twin_py.gap.evidence.hypotheses import Ids, log_prior
+from ddh_twin_py.gap.evidence.hypotheses import log_prior
 from ddh_twin_py.gap.explain.detection import Detection
 from ddh_twin_py.gap.verdict.verdict import UNKNOWN, Verdict, marginal_of
 
@@ -34,12 +34,6 @@ class Hidden:
 
     listed: Mapping[str, float]
     unlisted: float
-
-    @property
-    def share(self) -> float:
-        """Of what speaks for no effect, that part which is left to hidden causes."""
-        odds = sum(self.listed.values()) + self.unlisted
-        return odds / (1.0 + odds)
 
 
 def hidden_causes(detectable: Sequence[Detection], unsure: Sequence[str], asked: int, commissioned: bool) -> Hidden:
@@ -65,11 +59,12 @@ def _missed(detection: Detection, none_first: float) -> float:
 
 
 def with_hidden(verdict: Verdict, hidden: Hidden) -> Verdict:
-    """A verdict of no gap, of which hidden causes have their share."""
-    none = verdict.sets.get((), 0.0)
-    kept = none * (1.0 - hidden.share)
-    sets: dict[Ids, float] = {**verdict.sets, (): kept}
-    for ids, odds in [((UNKNOWN,), hidden.unlisted), *(((name,), odds) for name, odds in hidden.listed.items())]:
-        sets[ids] = sets.get(ids, 0.0) + kept * odds
-    sets = dict(sorted(sets.items(), key=lambda item: -item[1]))
+    """A verdict of no gap with what may hide among its sets; that no effect acts stays ahead."""
+    sets, none = dict(verdict.sets), verdict.sets[()]
+    odds = {(name,): value for name, value in hidden.listed.items()}
+    odds[(UNKNOWN,)] = min(hidden.unlisted, 1.0 - sets.get((UNKNOWN,), 0.0) / none)
+    for ids, value in odds.items():
+        sets[ids] = sets.get(ids, 0.0) + none * value
+    whole = sum(sets.values())
+    sets = {ids: p / whole for ids, p in sorted(sets.items(), key=lambda item: (-item[1], bool(item[0])))}
     return replace(verdict, sets=sets, effects=marginal_of(sets))

@@ -1,0 +1,94 @@
+"""Who must listen before the first message is played, and whether all of them do."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from rclpy.node import Node
+from rclpy.publisher import Publisher
+
+from ddh_twin_py.nodes.base import qos
+from ddh_twin_py.nodes.base.parameters import NodeError
+from ddh_twin_py.nodes.player.flow_control import FlowControl
+
+_SETTLE = 0.3  # s of wall time from the last match to the first message
+_NAMED_WAIT, _FIRST_START = 60.0, 900.0  # s of wall time for a node that is not there, and for one that is and compiles its kernels
+
+
+class AwaitedListeners:
+    """Waits for the listeners of a player.
+
+    Args:
+        node: the player. flow: that hears of those that tell their progress. publishers: of what is played.
+        named: nodes that must listen, by name in the player's namespace or in full; none: any listener will do.
+        wait: longest wall time to wait for any, s. begun: wall time from which that counts, s.
+    """
+
+    def __init__(self, node: Node, flow: FlowControl, publishers: Sequence[Publisher], named: Sequence[str], wait: float,
+                 begun: float) -> None:
+        self._node, self._flow, self._publishers, self._wait, self._begun = node, flow, publishers, wait, begun
+        prefix = node.get_namespace().rstrip("/")
+        self._named = [name if name.startswith("/") else f"{prefix}/{name}" for name in named if name]
+        self._ready_since: float | None = None
+        self._told_starting: set[str] = set()
+
+    def are_there(self, wall: float) -> bool:
+        """Whether playing may begin: all listen, or nobody must and none came.
+
+        Raises:
+            NodeError: a node that must listen does not, after all that it may take.
+        """
+        if missing := self._missing():
+            self._ready_since = None
+            return self._long_enough(missing, wall)
+        if self._ready_since is None:
+            self._ready_since = wall
+        return wall - self._ready_since >= _SETTLE
+
+    def running(self) -> set[str]:
+        """Full names of the nodes of the graph."""
+        return {f"{namespace.rstrip('/')}/{name}" for name, namespace in self._node.get_node_names_and_namespaces()}
+
+    def _long_enough(self, missing: str, wall: float) -> bool:
+        """Whether what is missing was waited for as long as it may take."""
+        longest, waited = self._wait, wall - self._begun
+        if self._named:
+            starting = self._starting()
+            longest += _FIRST_START if starting else _NAMED_WAIT
+            if starting and waited >= self._wait and starting not in self._told_starting:
+                self._told_starting.add(starting)
+                self._node.get_logger().info(f"node {starting} is there and not ready yet; a first start compiles the model: waiting for "
+                                             f"up to {longest:g} s")
+        if waited < longest:
+            return False
+        if self._named:
+            raise NodeError(f"waited {longest:g} s for {missing}; is it running, in namespace {self._node.get_namespace()}?")
+        self._node.get_logger().info(f"nobody listens after {longest:g} s, playing all the same")
+        return True
+
+    def _starting(self) -> str:
+        """The first node that must listen, runs and has not told its progress yet; '' where there is none or another one does not run."""
+        silent = [name for name in self._named if name not in self._flow.consumers]
+        return silent[0] if silent and set(silent) <= self.running() else ""
+
+    def _missing(self) -> str:
+        """What is still awaited, '' when all are there."""
+        listening = [(publisher.topic_name, self._listening_to(publisher)) for publisher in self._publishers]
+        for name in self._named:
+            if name not in self._flow.consumers:
+                return f"node {name}"
+        for name in self._named or self._flow.consumers:
+            for topic, reliable in listening:
+                if topic in self._flow.consumers[name].topics and not reliable.get(name, False):
+                    return f"node {name} to listen reliably to {topic}"
+        return "" if self._named or any(reliable for _, reliable in listening) else "any listener"
+
+    def _listening_to(self, publisher: Publisher) -> dict[str, bool]:
+        """Nodes that subscribe to a topic and are matched; whether they ask for reliable delivery."""
+        infos = self._node.get_subscriptions_info_by_topic(publisher.topic_name)
+        if publisher.get_subscription_count() < len(infos):
+            return {}
+        return {
+            f"{info.node_namespace.rstrip('/')}/{info.node_name}": info.qos_profile.reliability == qos.OUTPUT.reliability
+            for info in infos
+        }

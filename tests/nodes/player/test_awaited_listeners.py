@@ -1,0 +1,93 @@
+"""Playing begins once all that must listen do, or nobody must and none came."""
+
+from types import SimpleNamespace
+
+import pytest
+from ddh_twin_py.nodes.base import qos
+from ddh_twin_py.nodes.base.parameters import NodeError
+from ddh_twin_py.nodes.player.awaited_listeners import AwaitedListeners
+from rclpy.qos import QoSReliabilityPolicy
+
+TOPIC, FUSION = "/rig/drive/telemetry", "/rig/temperature_fusion"
+
+
+class Graph:
+    """A graph in which one topic is played and nodes come to listen to it."""
+
+    def __init__(self):
+        self.said, self.subscribed, self.matched, self.nodes = [], {}, True, []
+        self.flow = SimpleNamespace(consumers={})
+
+    def get_namespace(self):
+        return "/rig"
+
+    def get_logger(self):
+        return SimpleNamespace(info=self.said.append)
+
+    def get_node_names_and_namespaces(self):
+        return [(name.rsplit("/", 1)[1], name.rsplit("/", 1)[0]) for name in self.nodes]
+
+    def get_subscriptions_info_by_topic(self, topic):
+        return [SimpleNamespace(node_namespace=name.rsplit("/", 1)[0], node_name=name.rsplit("/", 1)[1],
+                                qos_profile=SimpleNamespace(reliability=reliability)) for name, reliability in self.subscribed.items()]
+
+    def listens(self, name, reliability=qos.OUTPUT.reliability):
+        self.subscribed[name] = reliability
+        self.nodes.append(name)
+        self.flow.consumers[name] = SimpleNamespace(topics={TOPIC: None})
+
+    def awaited(self, *named, wait=5.0):
+        publisher = SimpleNamespace(topic_name=TOPIC, get_subscription_count=lambda: len(self.subscribed) if self.matched else 0)
+        return AwaitedListeners(self, self.flow, [publisher], named, wait, begun=0.0)
+
+
+@pytest.fixture
+def graph():
+    return Graph()
+
+
+@pytest.mark.parametrize("named", [(), ("temperature_fusion",), (FUSION,), ("",)])
+def test_it_begins_a_moment_after_the_last_match(graph, named):
+    awaited = graph.awaited(*named)
+    assert not awaited.are_there(1.0)
+    graph.listens(FUSION)
+    assert not awaited.are_there(1.1) and not awaited.are_there(1.3) and awaited.are_there(1.5)
+
+
+def test_who_is_gone_again_meanwhile_is_waited_for_anew(graph):
+    awaited = graph.awaited("temperature_fusion")
+    graph.listens(FUSION)
+    assert not awaited.are_there(1.0)
+    graph.matched = False
+    assert not awaited.are_there(1.2)
+    graph.matched = True
+    assert not awaited.are_there(2.0) and awaited.are_there(2.4)
+
+
+def test_where_nobody_must_listen_it_plays_all_the_same(graph):
+    awaited = graph.awaited()
+    assert not awaited.are_there(4.9) and awaited.are_there(5.1)
+    assert any("nobody listens after 5 s" in said for said in graph.said)
+
+
+def test_a_node_that_is_not_there_is_an_error_after_a_minute(graph):
+    awaited = graph.awaited("temperature_fusion")
+    assert not awaited.are_there(64.9)
+    with pytest.raises(NodeError, match=f"waited 65 s for node {FUSION}; is it running, in namespace /rig"):
+        awaited.are_there(65.1)
+
+
+def test_a_node_that_is_there_and_compiles_has_longer_and_is_told_of_once(graph):
+    awaited = graph.awaited("temperature_fusion")
+    graph.nodes.append(FUSION)
+    assert not any(awaited.are_there(wall) for wall in (1.0, 6.0, 66.0, 900.0))
+    assert len(graph.said) == 1 and "compiles the model" in graph.said[0]
+    with pytest.raises(NodeError, match="waited 905 s"):
+        awaited.are_there(906.0)
+
+
+def test_one_that_would_lose_messages_is_not_enough(graph):
+    awaited = graph.awaited("temperature_fusion")
+    graph.listens(FUSION, QoSReliabilityPolicy.BEST_EFFORT)
+    with pytest.raises(NodeError, match=f"to listen reliably to {TOPIC}"):
+        awaited.are_there(66.0)
