@@ -34,7 +34,7 @@ _MOST_OPEN = 4
 _SAME = 0.02
 """By which the probability of an effect alone or beside others must be larger than alone to be told as another number."""
 _MOST_NAMED = 3
-_HIDING = "What it lacks to certainty is mostly left to causes that these recordings would hardly show; the less they would, the more to each."
+_HIDING = "What it lacks to certainty is mostly left to causes that these recordings would hardly show; the less they would, the more."
 EVIDENCE = (
     "Evidence is how much of the misfit goes away with the hypothesis: each sample's misfit in multiples of what noise allows, squared and "
     "summed (a chi-square). Up to 4 is chance; from 4 on some, from 10 clear, from 100 strong, from 1000 very strong, from 10 000 "
