@@ -53,7 +53,8 @@ def diagnosis(model: Diagnosable, found: Found, commissioned: np.ndarray, hidden
     progress(_RUN)
     concluded = conclude(model, found, before.plain, before.runs, before.off, lambda share: progress(_RUN + (_HEARD - _RUN) * share))
     progress(_HEARD)
-    concluded, left_open = _with_left_open(model, concluded, before.commissioned)
+    spread = np.sqrt(np.diagonal(concluded.found.linearised.basis.covariance()))
+    concluded, left_open = _with_left_open(model, concluded, spread, before.commissioned)
     held, runs = before.runs.held, before.runs
     found, verdict, best = concluded.found, concluded.verdict, concluded.best
     no_gap, is_unknown = verdict.word == "no_gap", verdict.word == "unknown"
@@ -64,7 +65,7 @@ def diagnosis(model: Diagnosable, found: Found, commissioned: np.ndarray, hidden
     classes, confusable = classes_of(found.linearised, verdict.effects, found.fitted)
     weighed = _all_weighed(model, found, verdict, runs)
     shrink, astray = _shrink(before, leader)
-    rig = _with_which(model, concluded, before, after, left_open)
+    rig = _with_which(model, concluded, spread, before, after)
     odd = _odd(model, concluded, before) if is_unknown else []
     report: Report = {
         "verdict": verdict.word,
@@ -80,21 +81,21 @@ def diagnosis(model: Diagnosable, found: Found, commissioned: np.ndarray, hidden
         "checks": [{"effects": list(best.effects), "check": check.name, "measured": check.measured, "limit": check.limit}
                    for check in unknown.checks],
         "notes": [*odd, *unknown.notes, *concluded.notes, *_of_what_is_added(model, concluded, before, after, rig, gap_after),
-                  *model.notes(), *not_held(model, before.off), *astray, *not_seen(hidden), *rig.left_open.notes(model.cut),
+                  *model.notes(), *not_held(model, before.off), *astray, *not_seen(hidden), *left_open.notes(model.cut),
                   *at_the_end(rig.pressed, rig.nameless and leader.theta is not before.plain, model.cut)],
     }
     believed = leader.acting if after.learned or verdict.word in _EXPLAINED else []
-    beside = BesideReport([*(d.effect for d in rig.left_open.missed), *hidden], unknown.reading, rig.at_best.over if rig.at_best else None,
-                          rig.asked_for, rig.pressed, before.commissioned, rig.left_open.since, verdict.together, model.cut,
+    beside = BesideReport([*(d.effect for d in left_open.missed), *hidden], unknown.reading, rig.at_best.over if rig.at_best else None,
+                          rig.asked_for, rig.pressed, before.commissioned, left_open.since, verdict.together, model.cut,
                           model.witnesses.amplified)
     return Diagnosis(
         report=finite(report), recordings=model.recordings, sentence=careful(odd) + sentence(report, model.catalogue, beside),
         traces=traces(held, before.run[0], runs.of(leader)[0], runs.floor), axes=held.axes(leader.theta, leader.acting),
-        lacking=after.rows, alone=alone(model, found), inputs=model.unknown_inputs(before.plain, rig.spread) if not no_gap else [],
+        lacking=after.rows, alone=alone(model, found), inputs=model.unknown_inputs(before.plain, spread) if not no_gap else [],
         weighed=weighed, confusable=confusable, parameters=rig.parameters, shapes=unknown.shapes,
-        rig=model.rig_with(before.plain if rig.nameless else leader.theta, believed, rig.spread,
+        rig=model.rig_with(before.plain if rig.nameless else leader.theta, believed, spread,
                            joint=leader.joint if believed else None, as_built=rig.nameless and before.commissioned),
-        added=leader.effects, nameless=rig.nameless, detectable=rig.left_open.detectable, untold=rig.left_open.untold(),
+        added=leader.effects, nameless=rig.nameless, detectable=left_open.detectable, untold=left_open.untold(),
         assumptions=model.assumptions, seconds=dict(seconds), catalogue=model.catalogue, cut=model.cut)
 
 
@@ -162,45 +163,41 @@ class _Rig:
     """The rig with which the gap "after" is taken.
 
     Attributes:
-        spread: standard deviations of its parameters, (k,). parameters: with prior and posterior. pressed: those at the end of their
-            tolerance. at_best: held-out data at best beside it, None where these were not sought. asked_for: what of the rig they then
-            ask for, empty where it is nothing. left_open: what is not excluded, of no gap alone.
+        parameters: with prior and posterior. pressed: those at the end of their tolerance. at_best: held-out data at best beside it,
+            None where these were not sought. asked_for: what of the rig they then ask for, empty where it is nothing.
         nameless: whether what acts is in no rig file, and parameters that were fitted beside it took it up.
     """
 
-    spread: np.ndarray
     parameters: list[FittedParameter]
     pressed: list[str]
     at_best: AtBest | None
     asked_for: str
-    left_open: NotExcluded
     nameless: bool
 
 
-def _with_left_open(model: Diagnosable, concluded: Conclusion, commissioned: bool) -> tuple[Conclusion, NotExcluded]:
-    """The conclusion, of no gap with the share of causes that may hide, and what that does not exclude."""
+def _with_left_open(model: Diagnosable, concluded: Conclusion, spread: np.ndarray, commissioned: bool) -> tuple[Conclusion, NotExcluded]:
+    """The conclusion, of no gap with the share of causes that may hide, and what that does not exclude.
+
+    Args:
+        spread: standard deviations of the rig's parameters, (k,). commissioned: whether a commissioning recording showed the rig.
+    """
     if concluded.verdict.word != "no_gap":
         return concluded, NotExcluded({}, [], [])
     found = concluded.found
-    theta, spread = found.fitted[()].theta, _spread(found)
+    theta = found.fitted[()].theta
     left_open = not_excluded(found, theta, spread, model.fitted_parameters(theta, spread))
     hidden = hidden_causes(left_open.detectable, left_open.unsure, len(found.linearised.question.effects), commissioned)
     return replace(concluded, verdict=with_hidden(concluded.verdict, hidden)), left_open
 
 
-def _spread(found: Found) -> np.ndarray:
-    """Standard deviations of the rig's parameters, (k,)."""
-    return np.sqrt(np.diagonal(found.linearised.basis.covariance()))
-
-
-def _with_which(model: Diagnosable, concluded: Conclusion, before: _Before, after: _After, left_open: NotExcluded) -> _Rig:
-    """See `_Rig`."""
-    found, word, leader = concluded.found, concluded.verdict.word, after.leader
-    spread = _spread(found)
+def _with_which(model: Diagnosable, concluded: Conclusion, spread: np.ndarray, before: _Before, after: _After) -> _Rig:
+    """See `_Rig`; standard deviations of its parameters (k,)."""
+    leader = after.leader
     parameters = model.fitted_parameters(leader.theta, spread)
     at_best = concluded.at_best.get(leader.effects)
     asked_for = asked_of_rig(model, leader, at_best, before.runs) if at_best else ""
-    return _Rig(spread, parameters, pressed_ones(parameters), at_best, asked_for, left_open, word == "unknown" and not after.learned)
+    return _Rig(parameters, pressed_ones(parameters), at_best, asked_for,
+                concluded.verdict.word == "unknown" and not after.learned)
 
 
 def _of_what_is_added(model: Diagnosable, concluded: Conclusion, before: _Before, after: _After, rig: _Rig, gap: float) -> list[str]:
