@@ -8,6 +8,8 @@ from dataclasses import dataclass, field
 from ddh_twin_py.telemetry.signals import TEMPERATURE_PREFIX
 
 _NEEDED = 25.0
+UNSHOWN = 33.0
+"""Log evidence that a free form must gain besides where no commissioning recording showed how well the laws hold."""
 
 
 @dataclass(frozen=True)
@@ -20,16 +22,22 @@ class Witnesses:
         summing: signals that sum up small flaws, as a stroke sums up flows, with the log evidence that a free form of each must gain over
             the best listed hypothesis to be as likely as it, where a commissioning recording showed how well the laws hold.
         amplified: of these, those by which the size of an effect is not judged where others show it at all.
-        needed: that log evidence of every other signal.
+        needed: that log evidence of every other signal. needed_beside_none: the same beside no effect, which has no law that is off.
     """
 
     summing: Mapping[str, float] = field(default_factory=dict)
     amplified: Collection[str] = ()
     needed: float = _NEEDED
+    needed_beside_none: float = _NEEDED
 
-    def needed_of(self, signal: str) -> float:
-        """Log evidence that a free form of a signal must gain."""
-        return self.summing.get(signal, self.needed)
+    def needed_of(self, signal: str, effects: int, shown: bool) -> float:
+        """Log evidence that a free form of a signal must gain to be as likely as the best listed hypothesis.
+
+        Args:
+            effects: of which that hypothesis consists. shown: whether a commissioning recording showed how well the laws hold.
+        """
+        least = self.summing.get(signal, self.needed if effects else self.needed_beside_none)
+        return least if shown else least + UNSHOWN
 
     def but_summing(self, over: Mapping[str, float]) -> dict[str, float]:
         """By signal, without those that sum up small flaws; all where there are no others."""

@@ -19,11 +19,11 @@ SHARED = ((0.7, 0.6), (0.3, 0.4), (0.0, 0.0))
 
 
 @pytest.mark.parametrize(("told", "departures", "least", "most"), [
-    (SHARED, (1.0, 0.3), 0.6, 0.9),  # one traces what the other's law lacks
-    (SHARED, (1.0, 0.8), 0.2, 0.45),
-    (((1.0, 0.0), (0.0, 1.0), (0.0, 0.0)), (1.0, 0.3), 0.1, 0.3),
+    (SHARED, (1.0, 0.3), 0.4, 0.55),  # one traces what the other's law lacks
+    (SHARED, (1.0, 0.8), 0.1, 0.25),
+    (((1.0, 0.0), (0.0, 1.0), (0.0, 0.0)), (1.0, 0.3), 0.04, 0.15),
     (((1.0, 0.0), (0.0, 1.0), (0.0, 0.0)), (1.0, 0.8), 0.0, 0.05),  # each speaks for itself
-    (SHARED, (8.0, 0.8), 0.2, 0.45),  # the lesser may be what the greater one's law is off by
+    (SHARED, (8.0, 0.8), 0.1, 0.25),  # the lesser may be what the greater one's law is off by
 ])  # fmt: skip
 def test_two_that_share_their_signals_are_doubted_the_more_if_one_is_slight(told, departures, least, most):
     doubt = doubted(NOTHING, linearised(0.1, told), fitted(*departures))
@@ -39,7 +39,7 @@ def test_two_mimic_a_third_in_a_proportion_only_if_they_share_their_signals(told
 
 def test_the_lesser_of_two_is_no_flaw_of_the_greater_once_it_is_beyond_its_law_error():
     slight, owed = (doubted(NOTHING, linearised(0.1, SHARED), fitted(greater, 0.3)).probability for greater in (1.0, 2.1))
-    assert slight > 0.6 > owed
+    assert slight > 0.4 > owed
 
 
 @pytest.mark.parametrize(("alone", "both", "needed"), [

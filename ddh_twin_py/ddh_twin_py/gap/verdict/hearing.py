@@ -95,7 +95,8 @@ class Hearing:
         over, shrunk = beside.over, beside.gap
         closed = size.closed(before.gap, shrunk)
         first, built = first_of_each(runs.held), drift is not None
-        unknown = borne_out(unknown, witnesses, found.linearised.power, runs.over(leader), over, closed, len(leader.columns), built)
+        there = in_fitted(self._model, leader, floor, acts=True)
+        unknown = borne_out(unknown, witnesses, runs.over(leader), over, closed, len(leader.columns), built, there)
         if built:
             as_built = witnesses.prompt(in_fitted(self._model, leader, floor, acts=False))
             unknown = strained(unknown, as_built, len(leader.columns))
@@ -107,8 +108,7 @@ class Hearing:
         if not leader.columns:
             return unknown
         sizes = {n: (floor[n] * first[n].noise, first[n].unit) for n in followed}
-        unknown = left_behind(unknown, followed, {n: self._as_run[n] for n in followed}, sizes, built,
-                              in_fitted(self._model, leader, floor, acts=True))
+        unknown = left_behind(unknown, followed, {n: self._as_run[n] for n in followed}, sizes, built, there)
         if built:  # without a commissioning recording any other duty may ask for other parameters
             unknown = worsened(unknown, witnesses, over, before.over)
         unknown = bent(unknown, gain_of_freedom(found.linearised, leader, FREEDOM), leader.log_evidence - none.log_evidence)

@@ -14,7 +14,7 @@ import numpy as np
 from scipy.special import expit
 
 from ddh_twin_py.gap.shrink.size import of_all
-from ddh_twin_py.gap.verdict.unknown import Unknown, needed
+from ddh_twin_py.gap.verdict.unknown import Unknown
 from ddh_twin_py.gap.witnesses import Witnesses
 
 REFUTED = 0.05
@@ -34,7 +34,7 @@ the model moves far."""
 LEFT_BEHIND, LEFT_WITHOUT_COMMISSIONING, _LEFT_SOFTNESS = 2.2, 5.0, 0.2
 """Multiple of its floor that a signal of held-out data may be off beside the best hypothesis, whatever is open of rig and begin, until
 something unknown is as likely; the same where no commissioning recording showed how well the laws hold."""
-STRAINED, _STRAINED_SOFTNESS = 1.15, 0.025
+STRAINED, _STRAINED_SOFTNESS = 1.08, 0.015
 """Floors by which a fast signal of a commissioning recording may be off with the parameters that the best listed hypothesis asks for, until
 something unknown is as likely: by itself the rig as built is at its floor."""
 OFF_ITS_NOISE, _OFF_SOFTNESS = 1.28, 0.03
@@ -48,7 +48,7 @@ DISPLACED, _DISPLACED_SOFTNESS = 1.5, 0.2
 beside a right hypothesis (`held_best.AtBest.displaced`), until something unknown is as likely."""
 FREEDOM = 3.0
 """Multiple of an effect's law error by which it may do more or less, signal by signal, in every phase and over speed and warmth."""
-BENT, BENT_SHARE, _BENT_SOFTNESS = 40.0, 0.01, 5.0
+BENT, BENT_SHARE, _BENT_SOFTNESS = 32.0, 0.01, 5.0
 """Log evidence that the best listed hypothesis may gain by that freedom, and the share of what it explains beyond that, until something
 unknown is as likely."""
 RESIZE = 2.0
@@ -67,29 +67,32 @@ _NOT_SEEN, _CLOSED_INSTEAD = 0.4, 0.25  # probabilities that are left of somethi
 _NO_PROOF = 0.1  # the same, where nothing but a signal speaks that small flaws of laws move far, and nothing showed these
 
 
-def borne_out(unknown: Unknown, witnesses: Witnesses, power: float, left: Mapping[str, float], best: Mapping[str, float],
-              closed: float | None, effects: int = 1, built: bool = True) -> Unknown:
+def borne_out(unknown: Unknown, witnesses: Witnesses, left: Mapping[str, float], best: Mapping[str, float], closed: float | None,
+              effects: int, built: bool, in_field: Mapping[str, float]) -> Unknown:
     """The same, less probable where held-out data show nothing of what the field recording's free forms speak of.
 
     They show nothing either where one listed effect closes nearly all of their gap and they need no form beside it, once what is open of
-    the rig is at its best: strokes and winding, which sum up small flaws, are then far off as run alone.
+    the rig is at its best: strokes and winding, which sum up small flaws, are then far off as run alone. Of a signal that is at its floor
+    in the field recording too, where free forms alone find it off, they say nothing, if a commissioning recording showed that floor.
 
     Amplified signals bear witness alone only where a commissioning recording showed these laws.
 
     Args:
-        witnesses: of the rig. power: see `needed`. left: of held-out data beside the best listed hypothesis as run, signal to RMS over
-            floor. best: the same with what is open of rig and begin at its best.
+        witnesses: of the rig. left: of held-out data beside the best listed hypothesis as run, signal to RMS over floor.
+        best: the same with what is open of rig and begin at its best.
         closed: share of the gap of held-out data that this hypothesis closes, None where there was none. effects: of which it consists;
-            two close much of many a gap. built: whether a commissioning recording showed the laws.
+            two close much of many a gap. built: whether a commissioning recording showed the laws. in_field: as ``left``, of the field
+            recordings.
     """
-    loud = [form.signal for form in unknown.forms if form.gain > needed(witnesses, form.signal, power)]
+    loud = [form.signal for form in unknown.forms if form.gain > witnesses.needed_of(form.signal, effects, built)]
     speaking = [signal for signal in loud if signal in left]
     names = ", ".join(speaking)
     if speaking and not built and set(loud) <= set(witnesses.amplified):
         note = (f"the recordings leave structure in {names} alone, which small flaws of the model's laws move far, and "
                 "there is no commissioning recording that showed these laws; it is no proof of anything")
         return unknown.at_most(_NO_PROOF, note)
-    if not speaking:
+    prompt = [signal for signal in speaking if signal not in witnesses.summing]
+    if not speaking or (built and any(in_field.get(signal, 0.0) < OUT_OF_SAMPLE for signal in prompt)):
         return unknown
     alone = closed if effects == 1 and closed is not None else 0.0  # share that one effect closes
     there = f"the field recording leaves structure in {names} beside the best listed hypothesis"

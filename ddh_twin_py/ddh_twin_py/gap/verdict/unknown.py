@@ -10,7 +10,6 @@ from scipy.special import expit
 
 from ddh_twin_py.estimation.fitting.binning import PHASES
 from ddh_twin_py.gap.contract import Beyond
-from ddh_twin_py.gap.evidence.hypotheses import POWER
 from ddh_twin_py.gap.evidence.linearised import Linearised
 from ddh_twin_py.gap.explain.refit import Refitted
 from ddh_twin_py.gap.explain.search import Found
@@ -18,7 +17,6 @@ from ddh_twin_py.gap.findings import Shape
 from ddh_twin_py.gap.locate.free_places import FreePlace
 from ddh_twin_py.gap.locate.leftover import FreeForm, free_forms
 from ddh_twin_py.gap.model import DescribedModel
-from ddh_twin_py.gap.witnesses import Witnesses
 
 UNLISTED = 0.05
 """Probability of something outside the catalogue beside whatever leads: of 157 answers that named an effect with 0.9 or more on sealed
@@ -94,15 +92,6 @@ class Unknown:
                 "depends_on": self.forms[0].depends_on if self.forms else []}
 
 
-def needed(witnesses: Witnesses, signal: str, power: float) -> float:
-    """Log evidence that a free form of a signal must gain to be as likely as the best listed hypothesis.
-
-    Args:
-        witnesses: of the rig. power: to which the likelihood of listed hypotheses is raised; see `hypotheses.POWER`.
-    """
-    return witnesses.needed_of(signal) * max(1.0, POWER / power)
-
-
 def structure_left(model: DescribedModel, linearised: Linearised, fitted: Refitted) -> bool:
     """Whether a hypothesis leaves something behind that free forms take up."""
     return _judged(linearised, fitted, model.variables(linearised.comparisons, fitted.theta, fitted.acting))[1] > 0.5
@@ -111,10 +100,14 @@ def structure_left(model: DescribedModel, linearised: Linearised, fitted: Refitt
 def _judged(linearised: Linearised, fitted: Refitted, variables) -> tuple[list[FreeForm], float]:
     """Free forms beside a hypothesis, that which speaks loudest first, and how probable it is that one of them is needed."""
     forms = free_forms(linearised, fitted, variables)
-    beyond = {form.signal: form.gain - needed(linearised.model.witnesses, form.signal, linearised.power) for form in forms}
+    beyond = {form.signal: form.gain - _needed(linearised.model, form.signal, fitted) for form in forms}
     forms = sorted(forms, key=lambda form: -beyond[form.signal])
     best = max(beyond.values(), default=-math.inf)
     return forms, float(expit(best / _SOFTNESS))
+
+
+def _needed(model: DescribedModel, signal: str, fitted: Refitted) -> float:
+    return model.witnesses.needed_of(signal, len(fitted.columns), not all(model.altered))
 
 
 def unknown_beside(model: DescribedModel, found: Found, fitted: Refitted) -> Unknown:
@@ -129,7 +122,7 @@ def unknown_beside(model: DescribedModel, found: Found, fitted: Refitted) -> Unk
     if forms:
         signal = model.signals[_reading_it(model, linearised, forms[0])][forms[0].signal]
         size, unit = forms[0].size * signal.noise, signal.unit
-        checks = [Check("structure", forms[0].gain, needed(model.witnesses, forms[0].signal, linearised.power))]
+        checks = [Check("structure", forms[0].gain, _needed(model, forms[0].signal, fitted))]
     return Unknown(max(probability, UNLISTED), forms, size, unit, checks=checks)
 
 
