@@ -54,7 +54,7 @@ def diagnosis(model: Diagnosable, found: Found, commissioned: np.ndarray, hidden
     concluded = conclude(model, found, before.plain, before.runs, before.off, lambda share: progress(_RUN + (_HEARD - _RUN) * share))
     progress(_HEARD)
     spread = np.sqrt(np.diagonal(concluded.found.linearised.basis.covariance()))
-    concluded, left_open = _with_left_open(model, concluded, spread, before.commissioned)
+    concluded, left_open = _with_left_open(model, concluded, hidden, spread, before.commissioned)
     held, runs = before.runs.held, before.runs
     found, verdict, best = concluded.found, concluded.verdict, concluded.best
     no_gap, is_unknown = verdict.word == "no_gap", verdict.word == "unknown"
@@ -175,18 +175,20 @@ class _Rig:
     nameless: bool
 
 
-def _with_left_open(model: Diagnosable, concluded: Conclusion, spread: np.ndarray, commissioned: bool) -> tuple[Conclusion, NotExcluded]:
+def _with_left_open(model: Diagnosable, concluded: Conclusion, unshown: Sequence[str], spread: np.ndarray,
+                    commissioned: bool) -> tuple[Conclusion, NotExcluded]:
     """The conclusion, of no gap with the share of causes that may hide, and what that does not exclude.
 
     Args:
-        spread: standard deviations of the rig's parameters, (k,). commissioned: whether a commissioning recording showed the rig.
+        unshown: effects that no signal would show. spread: standard deviations of the rig's parameters, (k,).
+        commissioned: whether a commissioning recording showed the rig.
     """
     if concluded.verdict.word != "no_gap":
         return concluded, NotExcluded({}, [], [])
     found = concluded.found
     theta = found.fitted[()].theta
     left_open = not_excluded(found, theta, spread, model.fitted_parameters(theta, spread))
-    hidden = hidden_causes(left_open.detectable, left_open.unsure, len(found.linearised.question.effects), commissioned)
+    hidden = hidden_causes(left_open.detectable, [*left_open.unsure, *unshown], len(found.linearised.question.effects), commissioned)
     return replace(concluded, verdict=with_hidden(concluded.verdict, hidden)), left_open
 
 

@@ -115,11 +115,10 @@ def _no_gap(report: Report, beside: BesideReport) -> str:
     as_is, before, after = (report["gap"][name] for name in ("as_is", "before", "after"))
     none = next((h["probability"] for h in report["hypotheses"] if not h["effects"]), 0.0)
     said = "No gap" if none >= _PLAIN else "Probably no gap"
-    shown = " that would have shown" if beside.unseen else ""
     reach = (f"explains data not used for that to {after:.1f} times the floor" if math.isfinite(after) else
              "goes astray in data not used for that")
-    verdict = (f"{said}: with its parameters fitted{tolerances(beside.cut)} the twin {reach}{_another(beside)}, and that no effect acts"
-               f"{shown} is {probably(none)} likely{_else(report)}.")
+    verdict = (f"{said}: with its parameters fitted{tolerances(beside.cut)} the twin {reach}{_another(beside)}, and that no effect acts "
+               f"is {probably(none)} likely{_else(report)}.")
     rests = _rests_on(as_is, before, after, _left_off(report, beside), beside)
     return f"{verdict} {rests}" if rests else verdict
 

@@ -55,3 +55,19 @@ def test_a_leader_that_brings_held_out_data_no_nearer_is_less_believed(built, wi
     odds = after.probability[("fan",)] / after.probability[()]
     assert odds == pytest.approx(1.5 * math.exp(-lost)) and bool(notes) == (lost > 0.0)
     assert all(("nothing beyond the floor" in note) == (without <= 1.25) for note in notes)
+
+
+@pytest.mark.parametrize(("without", "gaps", "left"), [
+    (2.0, {"fan": 2.0, "leak": 1.1}, {"fan": NO_HELP, "leak": 0.0, "slight": NO_HELP}),
+    (1.1, {"fan": 1.5, "leak": 1.1}, {"fan": NO_HELP, "leak": 0.0, "slight": NO_HELP}),
+])  # fmt: skip
+def test_a_rival_that_helps_with_held_out_data_loses_nothing(without, gaps, left):
+    """One that is less probable is not asked and loses as much as the leader."""
+    fitted = {(name,): SimpleNamespace(columns=(1,), effects=(name,)) for name in ("fan", "leak", "slight")}
+    fitted[()] = SimpleNamespace(columns=(), effects=())
+    before = {("fan",): 0.5, ("leak",): 0.3, (): 0.19, ("slight",): 0.01}
+    runs = HeldRuns(None, dict.fromkeys("abcd", 1.0))
+    runs.ratios = lambda one: dict.fromkeys("abcd", gaps[one.effects[0]] if one.effects else without)
+    after = conclusion._without_help(Found(None, before, fitted), runs, True)[0].probability
+    for name, lost in left.items():
+        assert after[(name,)] / after[()] == pytest.approx(before[(name,)] / before[()] * math.exp(-lost))

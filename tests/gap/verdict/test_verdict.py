@@ -1,5 +1,6 @@
 """What is true helps with data that took no part."""
 
+import math
 from types import SimpleNamespace
 
 import pytest
@@ -23,14 +24,15 @@ def found(*probability):
 
 
 def test_an_effect_that_does_not_help_must_be_spoken_for_the_louder():
-    weak, strong = less_believed(found(0.55, 0.05, 0.4), NO_HELP), less_believed(found(0.999, 0.0009999, 1e-7), NO_HELP)
+    weak, strong = (less_believed(found(*p), {FAN: NO_HELP}) for p in ((0.55, 0.05, 0.4), (0.999, 0.0009999, 1e-7)))
     assert weak.leader == () and weak.probability[()] > 0.95
     assert strong.leader == FAN and strong.probability[FAN] > 0.95
 
 
-def test_odds_among_effects_stay_and_all_sum_to_one():
-    after = less_believed(found(0.6, 0.1, 0.3), 2.0).probability
-    assert after[FAN] / after[PAIR] == pytest.approx(6.0) and sum(after.values()) == pytest.approx(1.0)
+@pytest.mark.parametrize(("lost", "odds"), [({FAN: 2.0}, 6.0), ({FAN: 2.0, PAIR: 0.0}, 6.0 * math.exp(-2.0))])
+def test_odds_among_effects_stay_but_for_those_that_were_heard_and_all_sum_to_one(lost, odds):
+    after = less_believed(found(0.6, 0.1, 0.3), lost).probability
+    assert after[FAN] / after[PAIR] == pytest.approx(odds) and sum(after.values()) == pytest.approx(1.0)
 
 
 def test_what_spoke_for_no_effect_speaks_for_nothing_listed_where_something_acts():

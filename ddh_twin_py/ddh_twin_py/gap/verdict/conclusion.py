@@ -21,7 +21,7 @@ from ddh_twin_py.gap.verdict.hearing import Hearing
 from ddh_twin_py.gap.verdict.places import located
 from ddh_twin_py.gap.verdict.rivals import next_believed
 from ddh_twin_py.gap.verdict.tolerance import without_parameters
-from ddh_twin_py.gap.verdict.unknown import Unknown, drawn, unknown_beside
+from ddh_twin_py.gap.verdict.unknown import UNLISTED, Unknown, drawn, unknown_beside
 from ddh_twin_py.gap.verdict.unlisted_laws import UnlistedLaw, beside_law, best_unlisted, place_of, size_of
 from ddh_twin_py.gap.verdict.verdict import (
     LIKELY,
@@ -179,7 +179,7 @@ def _without_help(found: Found, runs: HeldRuns, built: bool) -> tuple[Found, lis
     """The same with a leader less believed, and a note on it, where it does not help with held-out data.
 
     Of a gap it must take something. Where there is none, a small effect takes hardly anything of it, and it is held against it only by how
-    much it brings these data farther off.
+    much it brings these data farther off. Its rivals, no less probable than `UNLISTED`, are each heard for themselves.
 
     Args:
         built: whether a recording showed the rig as built. Without one parameters take an effect up, and leave nothing beyond the floor.
@@ -188,11 +188,17 @@ def _without_help(found: Found, runs: HeldRuns, built: bool) -> tuple[Found, lis
     gap = runs.gap(none)
     if not leader.columns or (gap <= NEARLY and not built):
         return found, []
-    if gap <= NEARLY:
-        lost, note = min(NO_HELP, -runs.speaks(leader, none)), _FARTHER_OFF
-    else:
-        lost, note = NO_HELP if runs.gap(leader) > _NO_NEARER * gap else 0.0, _NO_NEARER_SAID
-    return (less_believed(found, lost), [note]) if lost > 0.0 else (found, [])
+
+    def lost(fitted: Refitted) -> float:
+        if gap <= NEARLY:
+            return min(NO_HELP, max(0.0, -runs.speaks(fitted, none)))
+        return NO_HELP if runs.gap(fitted) > _NO_NEARER * gap else 0.0
+
+    if lost(leader) <= 0.0:
+        return found, []
+    rivals = [ids for ids, p in found.probability.items() if ids and p >= UNLISTED and ids in found.fitted]
+    each = {ids: lost(found.fitted[ids]) for ids in dict.fromkeys([leader.effects, *rivals])}
+    return less_believed(found, each), [_FARTHER_OFF if gap <= NEARLY else _NO_NEARER_SAID]
 
 
 def _judged(case: _Case, standing: _Standing) -> Verdict:

@@ -36,15 +36,16 @@ class Hidden:
     unlisted: float
 
 
-def hidden_causes(detectable: Sequence[Detection], unsure: Sequence[str], asked: int, commissioned: bool) -> Hidden:
+def hidden_causes(detectable: Sequence[Detection], untold: Sequence[str], asked: int, commissioned: bool) -> Hidden:
     """How likely causes hide that these recordings would hardly show.
 
     Args:
-        detectable: from which size effects would have been found. unsure: effects in whose place a parameter may stand.
+        detectable: from which size effects would have been found. untold: effects in whose place a parameter may stand, and those that move
+            no signal at all.
         asked: effects asked about. commissioned: whether a commissioning recording showed the rig.
     """
     none_first = log_prior((), asked) - log_prior(("",), asked)  # log odds of no effect against one of them, before any data
-    missed = dict.fromkeys(unsure, 1.0) | {d.effect: _missed(d, none_first) for d in detectable}
+    missed = dict.fromkeys(untold, 1.0) | {d.effect: _missed(d, none_first) for d in detectable}
     listed = {name: share * math.exp(-none_first) for name, share in missed.items()}
     if commissioned:
         return Hidden(listed, UNLISTED_TOO * sum(listed.values()))
@@ -53,9 +54,9 @@ def hidden_causes(detectable: Sequence[Detection], unsure: Sequence[str], asked:
 
 
 def _missed(detection: Detection, none_first: float) -> float:
-    """Probability of no effect where this one acts, over the sizes that its bounds allow."""
+    """Probability of no effect where this one acts, over the sizes that its bounds allow; all of it where they allow none that shows."""
     gains = [gain for gain in detection.gain.values() if gain is not None]
-    return float(sum(expit(none_first - gain) for gain in gains) / len(gains)) if gains else 0.0
+    return float(sum(expit(none_first - gain) for gain in gains) / len(gains)) if gains else 1.0
 
 
 def with_hidden(verdict: Verdict, hidden: Hidden) -> Verdict:

@@ -44,15 +44,15 @@ class Verdict:
     together: float = 0.0
 
 
-def less_believed(found: Found, lost: float) -> Found:
+def less_believed(found: Found, lost: Mapping[tuple[str, ...], float]) -> Found:
     """The same where the leader does not help with held-out data: what is true would help there too.
 
     How strongly the field recording speaks for it still counts, as its effect may be one that the held-out duty does not show.
 
     Args:
-        lost: log odds that every set of effects loses against none.
+        lost: log odds that sets of effects lose against none, the leader among them; those that are not told lose as much as it does.
     """
-    odds = {ids: p * (math.exp(-lost) if ids else 1.0) for ids, p in found.probability.items()}
+    odds = {ids: p * (math.exp(-lost.get(ids, lost[found.leader])) if ids else 1.0) for ids, p in found.probability.items()}
     return found.reweighed(odds)
 
 
