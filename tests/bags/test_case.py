@@ -66,6 +66,15 @@ def test_two_cases_with_a_commissioning_bag_are_asked_about(folder, tmp_path):
     assert len(case_of([folder, tmp_path / "second"], commissioning=folder / "commissioning").field) == 2
 
 
+@pytest.mark.parametrize(("name", "shown"), [("b\n", "'{}/b\\n'"), ("b ", "'{}/b '"), ("a  b", "'{}/a  b'"), ("a b", "{}/a b")])
+def test_a_name_that_reads_like_another_one_is_shown_in_quotes(name, shown, folder, tmp_path):
+    bag(tmp_path / "b")
+    for given in ({"given": [tmp_path / name]}, {"given": [folder], "rig": tmp_path / name}):
+        with pytest.raises(BagError) as refused:
+            case_of(**given)
+        assert f"{shown.format(tmp_path)} does not exist" in str(refused.value)
+
+
 def test_what_is_not_there_or_given_twice(folder, tmp_path):
     with pytest.raises(BagError, match="nowhere does not exist"):
         case_of([tmp_path / "nowhere"])

@@ -102,6 +102,16 @@ def test_a_rig_file_without_the_cause_says_so(nameless, said, engine, case, tmp_
     load_rig(path)
 
 
+@pytest.mark.parametrize("nameless", [True, False])
+def test_why_one_has_to_be_careful_with_a_rig_file_is_said(nameless, engine, case, tmp_path, capsys):
+    damage = ["commissioning and field may be interchanged: x was recorded 3 days later", "field: half of it is lost"]
+    engine.answer = replace(engine.answer, damage=damage, nameless=nameless)
+    path = tmp_path / "out.yaml"
+    assert main(["gap", str(case), "-o", str(path)]) == 0
+    doubts = "; ".join([*["what acts is unknown and not in it"] * nameless, *damage])
+    assert f"{path}: rig {engine.answer.rig.rig_id}; careful, {doubts}\n" in capsys.readouterr().err
+
+
 def test_a_bag_with_control_characters_in_its_name_has_one_line_of_the_rig_file(engine, case, tmp_path):
     odd = case.rename(tmp_path / "a\n\x1b[31mb")
     assert main(["gap", str(odd), "-o", str(tmp_path / "out.yaml"), "--quiet"]) == 0

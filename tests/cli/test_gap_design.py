@@ -34,7 +34,8 @@ def test_page_table_and_json_agree(tmp_path, duty, capsys, monkeypatch):
     assert data["sensors"] == ["motor_housing"] and data["pressures"] and data["commissioning_s"] == 0.0
     assert max(len(line) for line in out.splitlines()) <= 80
     for row in data["effects"]:
-        assert row["effect"] in out
+        component, _, name = row["effect"].partition(".")
+        assert row["effect"] in out or f"\n{component}. " in out and f"\n {name} " in out
     n = len(data["separation"]["effects"])
     assert 10 < n <= len(data["effects"]) and len(data["separation"]["expected_log_bayes_factor"]) == n
     assert html.count("<rect") == n * n and "src=" not in html

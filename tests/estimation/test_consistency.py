@@ -1,8 +1,10 @@
 """Errors as large as said, over rigs, starts and unknown heats drawn as the filter believes them; chi-square bands."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
-from ddh_twin_py.estimation.consistency import JUDGED, SeedErrors, hot_spot_inside, many_seeds, nees_band, nis_band, verdict
+from ddh_twin_py.estimation.consistency import JUDGED, TOO_LITTLE, SeedErrors, hot_spot_inside, many_seeds, nees_band, nis_band, verdict
 from ddh_twin_py.rig import load_rig
 from ddh_twin_py.twin.duty import load_duty
 from support.simulated import DUTY
@@ -18,7 +20,9 @@ def errors():
 def test_normalised_errors_of_all_nodes_lie_in_their_band(errors):
     band = nees_band(errors)
     assert band.lower < band.mean < band.upper, band
-    assert verdict(band, nis_band(errors), hot_spot_inside(errors), len(SEEDS)).startswith("The estimate is as wrong as it says: ")
+    said = verdict(band, nis_band(errors), hot_spot_inside(errors), len(SEEDS))
+    assert said.startswith(f"{TOO_LITTLE} (6 rigs, 15 instants of each; 10 and 20 are the least): ")
+    assert "errors of all nodes are as large as said; innovations are as large as said" in said
 
 
 def test_normalised_innovations_lie_in_their_band(errors):
@@ -45,4 +49,6 @@ def test_a_filter_that_is_too_sure_falls_out():
             said = verdict(nees_band(made), nis_band(made), 0.95, 10)
             assert ("The estimate is as wrong as it says" in said) is holds and ("larger than said" in said) is (factor > 1.0), said
             assert verdict(nees_band(made), nis_band(made), 0.5, 10).startswith("The estimate is not as wrong as it says")
+            few = [verdict(replace(nees_band(made), instants=n), nis_band(made), 0.95, rigs) for n, rigs in ((20, 2), (19, 10), (20, 10))]
+            assert [one.startswith(TOO_LITTLE) for one in few] == [holds, holds, False]
             assert (band.inside > 0.8) is holds and bool(band.lower < band.mean < band.upper) is holds

@@ -393,7 +393,7 @@ def test_an_interruption_ends_the_processes(folder, tmp_path, second, monkeypatc
 def test_what_is_under_way_counts_by_its_share_and_is_named(folder, tmp_path, second):
     write_recording(folder / "slow", second)
     found = [f for f in find_recordings(folder) if f.name in ("a/april", "slow")]
-    told, far = [], FleetProgress(2, 0, iter((0.0, 60.0)).__next__)
+    told, far = [], FleetProgress(2, 0, iter((0.0, 60.0, 60.0)).__next__)
     run_fleet(found, Results(tmp_path / "results"), Settings(3.0, FAKE), jobs=2, progress=lambda *one: told.append(one))
     assert any(running == {"slow": (0.5, "fitting")} and share == 0.75 for share, running, _ in told) and told[-1] == (1.0, {}, 1)
     shares = []
@@ -410,12 +410,23 @@ def test_of_a_recording_whose_share_stands_still_the_stage_is_told(done, stage, 
 
 
 def test_what_failed_tells_nothing_of_the_time_that_is_left():
-    """One of two bags is broken; after 60 s the other is at 5 %, then at 25 %."""
-    now = iter((0.0, 60.0, 300.0))
+    """One of two bags is broken; after 12 s the other is at 5 %, after 60 s at 25 %."""
+    now = iter((0.0, 12.0, 60.0, 60.0))
     far = FleetProgress(2, 0, now.__next__)
     for done, left in ((0.05, ""), (0.25, ", about 3 min left")):
         far.then(lambda share: None)(0.5 + done / 2.0, {"slow": (done, "fitting")}, 1)
         assert far.said(0.5) == f"1 of 2 finished, slow: {100.0 * done:.0f} %{left}"
+
+
+def test_time_that_is_left_goes_down_while_a_share_stands_still_and_is_not_told_once_it_is_over():
+    now = [0.0]
+    far = FleetProgress(2, 0, lambda: now[0])
+    told = []
+    for time, done in ((100.0, 0.9), (104.0, 0.9), (106.0, 0.9), (300.0, 0.9), (400.0, 0.95)):
+        now[0] = time
+        far.then(lambda share: None)(0.5 + done / 2.0, {"slow": (done, "sizing the gap")}, 0)
+        told.append(far.said(0.5).partition("%")[2])
+    assert told == [", about 5 s left", ", about 1 s left", "", "", ", about 10 s left"]
 
 
 def report(verdict, why, classes=()):
@@ -430,6 +441,22 @@ def test_a_row_names_the_class_and_no_effect_where_there_is_no_gap():
     assert row.effect == "motor.bearing_friction | pump_1.friction" and row.probability == pytest.approx(0.8) and row.size is None
     assert row_of({"recording": "x"}, report("no_gap", why)).effect == ""
     assert row_of({"recording": "x"}, report("unknown", why[2:])).effect == "unknown"
+
+
+def test_what_reading_lost_of_a_recording_stands_first_in_its_row(tmp_path, second):
+    write_recording(tmp_path / "cut", second)
+    (data,) = (tmp_path / "cut").glob("*.mcap")
+    data.write_bytes(data.read_bytes()[: data.stat().st_size // 2])
+    (tmp_path / "cut/metadata.yaml").unlink()
+    (lost,) = [finding.message for finding in read_recording(tmp_path / "cut").warnings]
+    none, bar, told = "The recordings allow no answer: too short.", "kpa: look as if given in bar. No gap.", []
+    for said in (none, f"Careful: {bar}", f"Careful: {lost}. No gap."):
+        row = row_of({"recording": "cut"}, Outcome({"verdict": "insufficient", "notes": ["too short", lost]}, said))
+        assert remark(row) == row.sentence and row.sentence in next(csv.DictReader(as_csv([row]).splitlines()))["sentence"]
+        told.append(row.sentence)
+    first = f"Careful: {lost}. "
+    assert "has no end, the recorder was stopped hard" in lost
+    assert told == [first + none, first + bar, f"{first}No gap."]
 
 
 def test_a_row_names_what_acts_beside_the_effect():
@@ -478,11 +505,31 @@ def test_the_page_shows_each_rig_over_time_and_all_recordings():
     unclear = [*some_rows(), Row("d", verdict="insufficient")]
     assert "3 of 4 diagnosed recordings" in verdict(unclear) and "; 1 does not allow an answer; 1 could not" in verdict(unclear)
     within = [replace(some_rows()[0], gap_before=0.8), *some_rows()[1:]]
-    assert (", on 1 of 2 rigs, in 1 of which all signals together are off by no more than noise, and some of them show the cause; 1 could"
-            in verdict(within))
+    noise = "some signals show the cause, though all together are off by no more than noise."
+    assert verdict(within) == f"{verdict(some_rows())} In 1 of those with a gap {noise}"
+    assert verdict([within[0], within[3]]) == f"1 of 2 diagnosed recordings shows a gap, on 1 of 2 rigs. In the one with a gap {noise}"
+    assert verdict([within[0]] * 2).endswith(f" show a gap, on 1 of 1 rig. In all with a gap {noise}")
     xs = [float(x) for x in re.findall(r'<circle cx="([\d.]+)"', page)]
     assert all(0.0 <= x <= 620.0 for x in xs)
     assert fleet_document("x", [Row("c", error="torn")], "").html().count("<svg") == 0
+
+
+def test_charts_of_one_rig_have_one_axis_of_time():
+    """The newest recording has a gap and no size."""
+    rows = [*some_rows()[:3], Row("a/4", "rig_<1>", "2026-04-01T00:00:00Z", 600.0, "unknown", gap_before=3.0)]
+    charts = re.findall(r"<svg.*?</svg>", fleet_document("x", rows, "").html(), re.DOTALL)
+    ends = [re.findall(r'class="axis">(2026-\d\d-\d\d)<', chart) for chart in charts]
+    assert len(charts) == 2 and ends[0] == ends[1] and (ends[0][0], ends[0][-1]) == ("2026-01-01", "2026-04-01")
+
+
+def test_verdicts_have_the_words_of_a_gaps_own_page():
+    rows = [Row("a", verdict="insufficient", sentence="The recordings allow no answer: x."), Row("b", verdict="unknown"),
+            Row("c", verdict="no_gap")]
+    page = fleet_document("x", rows, "").html()
+    for said in ("Cannot tell", "Unknown cause", "No gap"):
+        assert len(re.findall(rf">\s*{said}\s*<", page)) == 2, "in the overview and in the table"
+    assert "insufficient" not in re.sub(r"<style>.*?</style>", "", page, flags=re.DOTALL)
+    assert [row["verdict"] for row in csv.DictReader(as_csv(rows).splitlines())] == ["insufficient", "unknown", "no_gap"]
 
 
 def test_rigs_whose_newest_recording_shows_a_gap_are_named_with_the_cause():

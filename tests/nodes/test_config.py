@@ -2,6 +2,7 @@
 
 import argparse
 import importlib
+import json
 import re
 import signal
 import sys
@@ -314,6 +315,9 @@ def test_normal_levels_that_were_not_written_are_told_at_the_end(launch_file, pa
 
     code, said = ended("--source", "bag", "--bag", paper_cycle_bag, "--normal-file", levels)
     assert code == 1 and len(said) == 1 and f"{levels} was not written" in said[0] and str(paper_cycle_bag) in said[0]
+    ended("--normal-file", levels, "--log", tmp_path / "log", "--state-file", tmp_path / "state", "--json", tmp_path / "ran.json")
+    files = json.loads((tmp_path / "ran.json").read_text())["files"]
+    assert files == {"log": str(tmp_path / "log"), "record": None, "state_file": None, "normal_file": None, "records": []}
     assert ended("--normal-file", levels) == (0, [])  # a machine may be stopped before it has shown enough
     levels.touch()
     assert ended("--source", "bag", "--bag", paper_cycle_bag, "--normal-file", levels) == (0, [])

@@ -252,17 +252,23 @@ def test_the_action_diagnoses_cancels_refuses_and_leaves_nothing_behind(listener
             status, result = client.result(client.send(tmp_path / name))
             assert status == ABORTED and not result.success and words in result.message and result.report == ""
 
-        for given, words in (("", "none empty"), ("here/field", "where the node runs")):
+        for given, words in (("", "none empty"), ("here/field", "where the node runs"), ("here/field\n", "'here/field\\n' does not exist")):
             status, result = client.result(client.send(given))
             assert status == ABORTED and words in result.message and "\n" not in result.message
         status, result = client.result(client.send(tmp_path / "well", rig="y" * 5000))
         assert status == ABORTED and "rig file yyy" in result.message and "(5000 characters)" in result.message
 
+        client.feedback.clear()
         slow = client.send(tmp_path / "slow")
         wait_for(lambda: any(f.done == 0.5 and f.stage == "fitting" for f in client.feedback), 20.0, "feedback")
         status, result = client.result(client.send(tmp_path / "well"))
         assert status == ABORTED and "slow/field is under way (50 %)" in result.message
         assert f"ros2 service call {space}/diagnose/_action/cancel_goal" in result.message
+        status, result = client.result(client.send(tmp_path / "nowhere"))
+        assert status == ABORTED and "nowhere does not exist" in result.message
+        time.sleep(1.5)
+        told = [(f.done, f.stage) for f in client.feedback]
+        assert len(told) == len(set(told)), "what has not changed is not told again"
         pid = stand_in(node)
         assert pid is not None
         wait_for(slow.cancel_goal_async().done, 20.0, "the cancelling")

@@ -189,6 +189,19 @@ def test_without_a_source_it_says_which_there_are():
     with NodeProcess("drive_telemetry", NS) as node:
         assert node.ends() == 2
         assert "parameter source is empty; valid are bag, simulation" in node.text
+        assert node.text.count("parameter source is empty") == 1
+
+
+@pytest.mark.live
+def test_a_node_that_waits_and_cannot_be_configured_says_why(listener):
+    namespace = "/later"
+    with NodeProcess("drive_telemetry", namespace, autostart=False) as node:
+        node.says("ready", 60.0)
+        request = ChangeState.Request(transition=Transition(id=Transition.TRANSITION_CONFIGURE))
+        assert not listener.call(ChangeState, f"{namespace}/drive_telemetry/change_state", request, 60.0).success
+        node.says("[ERROR]", 10.0)
+        node.stop()
+    assert node.text.count("parameter source is empty; valid are bag, simulation") == 1
 
 
 def test_sources_are_found_by_their_files(tmp_path, monkeypatch):

@@ -70,6 +70,31 @@ def test_sentences_in_a_table_have_room_on_a_phone_and_no_word_is_broken(browser
     assert max(names) < 0.55 * PHONE  # they stay where they are while the rest is scrolled below them
 
 
+def test_a_legend_names_its_lines_alone_until_the_pointer_is_on_a_chart(browser, tmp_path):
+    time = np.arange(0.0, 60.0)
+    chart = Chart("t", "V", time, [Trace("measured", "measured", np.sin(time)), Trace("before", "predicted", np.cos(time))])
+    page = doc.Document("Kind", "Title", "All is well.", doc.EndMatter("none", "none", ("none",)))
+    page.add("Charts", charts([chart]))
+    show(browser, page, tmp_path / "legend.html", LAPTOP)
+    seen = ("[...document.querySelectorAll('.u-legend .u-label, .u-legend td')].filter((e) => getComputedStyle(e).visibility === 'visible')"
+            ".map((e) => e.textContent)")
+    colon = "getComputedStyle(document.querySelectorAll('.u-legend th')[1], '::after').visibility"
+    assert browser.value(seen) == ["measured", "before"] and browser.value(colon) == "hidden"
+    left, top = browser.value("(() => { const r = document.querySelector('.u-over').getBoundingClientRect(); return [r.left, r.top] })()")
+    browser.call("Input.dispatchMouseEvent", type="mouseMoved", x=left + 100, y=top + 50)
+    browser.wait(f"{seen}.length === 6")
+    assert "–" not in browser.value(seen) and browser.value(colon) == "visible"
+    browser.call("Input.dispatchMouseEvent", type="mouseMoved", x=2, y=2)
+    browser.wait(f"{seen}.length === 2")
+
+
+def test_a_long_path_in_a_note_does_not_widen_a_phone(browser, tmp_path):
+    page = doc.Document("Kind", "Title", "All is well.", doc.EndMatter("none", "none", ("none",)))
+    page.add("Parameters", doc.note("Source, where no other is named: /tmp/shared/data/open_cases/case_003/commissioning_of_the_rig."))
+    show(browser, page, tmp_path / "path.html", 390)
+    assert browser.value("document.documentElement.scrollWidth") == 390
+
+
 @pytest.mark.parametrize("size", [0.87, 1.7, 3.4, 4.4, 9.7])
 def test_an_axis_has_two_ticks_at_least(browser, size, tmp_path):
     time = np.arange(0.0, 60.0)

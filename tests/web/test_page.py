@@ -112,8 +112,45 @@ def test_a_current_below_the_present_one_is_shown_with_its_reason(serve):
         shown(page, browser, limits={**limits, "limits": [row, {**row, "location": "oil", "allowed_speed": 40.0}]})
         browser.wait("document.querySelectorAll('#limits-body .then').length === 2", 30.0)
         first, second = browser.value("[...document.querySelectorAll('#limits-body .then')].map((one) => one.textContent)")
-    assert first.endswith("5.9 A rms held or a mean of 812 rpm keep it for ever; so does this duty, whose 7.1 A rms fall as the oil warms")
-    assert second.endswith("keep it for ever"), "this duty leads there after the hour that is looked at"
+    assert first == ("Not within 60 min, 95 K left. It stays below 145 °C for good at up to 5.9 A rms held, or a mean of 812 rpm; this "
+                     "duty does too: its 7.1 A rms fall as the oil warms.")
+    assert second.endswith("or a mean of 382 rpm."), "this duty leads there after the hour that is looked at"
+
+
+@pytest.mark.parametrize(("change", "told"), [
+    ({"time_to_limit": 0.0}, "✕ Exceeded. It comes back below 72.5 °C for good at up to 5.9 A rms held, or a mean of 812 rpm."),
+    ({"time_to_limit": 1200.0, "time_to_limit_16": 900.0, "allowed_current": 0.0},
+     "Limit in 20 min (15 min to more than 60 min). No current keeps it below 72.5 °C."),
+    ({"time_to_limit_16": 3000.0, "allowed_speed": None},
+     "Not within 60 min (one in six: 50 min), 12 K left. It stays below 72.5 °C for good at up to 5.9 A rms held."),
+])
+def test_what_keeps_a_limit_is_a_sentence(serve, change, told):
+    page = serve()
+    row = {"location": "oil", "limit": 72.5, "temperature": 60.1, "standard_deviation": 1.0, "time_to_limit": None,
+           "time_to_limit_16": None, "time_to_limit_84": None, "allowed_current": 5.9, "allowed_speed": 85.0, **change}
+    limits = {"horizon": 3600.0, "duty_known": True, "rms_current": 5.0, "mean_absolute_speed": 52.0, "warn_within": None}
+    with Chromium() as browser:
+        shown(page, browser, limits={**limits, "limits": [row]})
+        browser.wait("document.querySelectorAll('#limits-body .then').length === 1", 30.0)
+        assert browser.text("#limits-body .then") == told
+        assert browser.text("#limits-body .now").endswith("of 72.5 °C")
+
+
+def test_a_small_pressure_keeps_its_tenths_on_a_phone(serve):
+    page = serve()
+    rows = np.arange(100_000, 100_020)
+    stream = BY_NAME["hydraulics"]
+    values = np.full((rows.size, len(stream.fields)), np.nan)
+    for port, pressure in (("pressure_rod_side", -0.76e5), ("pressure_piston_side", 123.46e5)):
+        values[:, stream.fields.index(port)] = pressure
+    with Chromium() as browser:
+        browser.screen(380, 900, phone=True)
+        shown(page, browser)
+        page.board.take("hydraulics", rows * GRID_NS, values)
+        page.server.show()
+        texts = "[...document.querySelectorAll('[data-show^=pressure_][data-short]')].map((one) => one.textContent)"
+        told = browser.wait(f"{texts}.every((text) => text !== '') && {texts}", 30.0)
+    assert told == ["123 bar", "−0.8 bar"]
 
 
 @pytest.mark.parametrize(("within", "told"), [(1800.0, "fair"), (600.0, "good"), (None, "good")])

@@ -8,7 +8,8 @@ from pathlib import Path
 from urllib.parse import unquote, urlsplit
 
 import pytest
-from ddh_twin_py.cli.main import build_parser
+import yaml
+from ddh_twin_py.cli.main import build_parser, main
 
 pytestmark = pytest.mark.long
 
@@ -143,6 +144,24 @@ def test_no_page_hides_a_failure(documents, pages):
 def test_commands_of_a_page_print_what_it_says(documents, repo_root):
     """One page with every change; all of them by .ci/scheduled."""
     assert documents["run_page"](repo_root / "docs/other_tools.md", say=quiet) == []
+
+
+@pytest.mark.timeout(900)
+def test_the_rig_file_that_a_page_shows_is_what_its_command_writes(pages, repo_root, tmp_path):
+    """`run_documents` compares words; here numbers, to a tenth of their standard deviation."""
+    page = pages[repo_root / "docs/howto_rig_sheet.md"]
+    (command,) = (one for one in commands_of(page) if one.startswith("ddh-twin calibrate"))
+    assert main(command.replace("out/", f"{tmp_path}/").replace("bags/", f"{repo_root}/bags/").split()[1:]) == 0
+    (shown,) = re.findall(r"```text\n(# Fitted by ddh-twin calibrate.*?)```", page, re.S)
+    shown, written = (flattened(yaml.safe_load(text)) for text in (shown, (tmp_path / "fitted.yaml").read_text()))
+    assert shown.keys() == written.keys() and len(shown) > 10
+    for path, (value, std) in written.items():
+        assert shown[path] == pytest.approx((value, std), rel=0.01, abs=0.1 * std), path
+
+
+def flattened(sheet: dict) -> dict[str, tuple[float, float]]:
+    """Value and standard deviation by path."""
+    return {f"{part}.{name}": (q["value"], q["std"]) for part, own in sheet.items() if isinstance(own, dict) for name, q in own.items()}
 
 
 class Links(HTMLParser):

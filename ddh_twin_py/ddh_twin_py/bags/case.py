@@ -65,7 +65,7 @@ def case_of(given: Sequence[str | Path], commissioning: str | Path | None = None
     _refuse_twice([*field, *(p for p in found.values() if p is not None)])
     try:
         if rig is not None and not Path(rig).exists():
-            raise BagError(f"rig file {rig} does not exist{did_you_mean(rig)}")
+            raise BagError(f"rig file {_named(rig)} does not exist{did_you_mean(rig)}")
         if rig is not None and (what := no_regular_file(rig)):
             raise BagError(f"rig file {rig} is {what}, a regular file is needed")
     except OSError as error:
@@ -80,8 +80,14 @@ def _there(path: str | Path) -> Path:
     except OSError as error:
         raise BagError(f"{_short(path)}: {error.strerror}") from None
     if not there:
-        raise BagError(f"{path} does not exist{did_you_mean(path) or '; a bag is a rosbag2 folder or one .mcap or .db3 file'}")
+        raise BagError(f"{_named(path)} does not exist{did_you_mean(path) or '; a bag is a rosbag2 folder or one .mcap or .db3 file'}")
     return path
+
+
+def _named(path: str | Path) -> str:
+    """A path for an error; in quotes, and what cannot be seen spelled out, where it would else read like another one (a line break)."""
+    text = str(path)
+    return text if text.isprintable() and text == " ".join(text.split()) else repr(text)
 
 
 def _short(path: str | Path) -> str:

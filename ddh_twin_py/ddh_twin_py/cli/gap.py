@@ -105,9 +105,8 @@ def _write_rig(args: argparse.Namespace, diagnosis, case, rig) -> None:
             return
         write_rig(args.output, diagnosis.rig, _heading(diagnosis, case, rig.file))
         if not args.quiet:
-            doubts = ["what acts is unknown and not in it"] * diagnosis.nameless
-            doubts += ["it was fitted to recordings that are damaged or contradict themselves"] * bool(diagnosis.damage)
-            careful = f"; careful, {' and '.join(doubts)}" if doubts else ""
+            doubts = [*(["what acts is unknown and not in it"] * diagnosis.nameless), *diagnosis.damage]
+            careful = f"; careful, {'; '.join(doubts)}" if doubts else ""
             say(f"{args.output}: rig {diagnosis.rig.rig_id}{careful}")
 
 

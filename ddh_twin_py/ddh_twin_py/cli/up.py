@@ -125,11 +125,12 @@ def _in_file(args: argparse.Namespace, node: str, name: str) -> list[object]:
 
 
 def _ran(args: argparse.Namespace, children: Sequence[Child], code: int) -> dict:
-    """What `--json` writes."""
+    """What `--json` writes; of files those that are there."""
+    files = {name: getattr(args, name) for name in ("log", "record", "state_file", "normal_file")}
     return {
         "namespace": args.namespace, "source": args.source, "ros_domain": int(os.environ.get("ROS_DOMAIN_ID") or 0), "exit_code": code,
         "nodes": [{"name": child.name, "restarts": child.restarts} for child in children],
-        "files": {**{name: getattr(args, name) for name in ("log", "record", "state_file", "normal_file")},
+        "files": {**{name: file if file and Path(file).exists() else None for name, file in files.items()},
                   "records": _recorded(args.record)},
     }  # fmt: skip
 

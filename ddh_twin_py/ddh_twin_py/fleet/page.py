@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
+from datetime import datetime
 
 from ddh_twin_py.fleet.recordings import REFERENCE
 from ddh_twin_py.fleet.row import Row, with_one_probability
 from ddh_twin_py.fleet.trend_chart import Line, trend_chart
-from ddh_twin_py.report.gap.words import UNKNOWN, percent
+from ddh_twin_py.report.gap.words import UNKNOWN, VERDICTS, percent
 from ddh_twin_py.report.page import document as doc
 from ddh_twin_py.rig.reader_units import plus_minus, shown
 
-_VERDICTS = ("no_gap", "explained", "ambiguous", "unknown", "insufficient")
 _GAPS = ("explained", "ambiguous", "unknown")
 _FLOOR = 1.0  # gap below which nothing is beyond the noise
 _MOST_NAMED = 10  # rigs with a gap that are named
@@ -29,12 +29,12 @@ def fleet_document(folder: str, rows: Sequence[Row], rig_file: str) -> doc.Docum
     counts = Counter(row.verdict for row in rows if not row.error)
     page.add("Overview", doc.figures([
         doc.Figure("Recordings", str(len(rows)), f"of {_rigs(rigs)}" if rigs else ""),
-        *(doc.Figure(name.replace("_", " "), str(counts[name])) for name in _VERDICTS if counts[name]),
+        *(doc.Figure(VERDICTS[name][0], str(counts[name])) for name in VERDICTS if counts[name]),
         doc.Figure("Errors", str(sum(bool(row.error) for row in rows))),
     ]))  # fmt: skip
     for rig in rigs:
         own = [row for row in rows if row.rig == rig]
-        page.add(f"Rig {rig}", _gap_chart(own), *_size_charts(own), _newest(own))
+        page.add(f"Rig {rig}", *_charts(own), _newest(own))
     page.add("All recordings", _table(rows))
     return page
 
@@ -75,20 +75,23 @@ def remark(row: Row) -> str:
 
 
 def verdict(rows: Sequence[Row]) -> str:
-    """One sentence: of how many recordings and rigs, and what is wrong with how many."""
+    """Of how many recordings and rigs, and what is wrong with how many; in a second sentence in how many all together are within noise."""
     rigs = {row.rig for row in rows if row.rig}
     gaps = [row for row in rows if row.verdict in _GAPS]
     concerned = {row.rig for row in gaps if row.rig}
     failed = sum(bool(row.error) for row in rows)
     unclear = sum(row.verdict == "insufficient" for row in rows)
     answered = len(rows) - failed - unclear
-    said = f"{len(gaps)} of {answered} diagnosed recordings show a gap" if answered else "no recording has an answer"
+    shows = "shows" if len(gaps) == 1 else "show"
+    said = f"{len(gaps)} of {answered} diagnosed recordings {shows} a gap" if answered else "no recording has an answer"
     if rigs:
         said += f", on {len(concerned)} of {_rigs(rigs)}" if answered else f", of {_rigs(rigs)}"
-    if within := sum(row.verdict == "explained" and (row.gap_before or _FLOOR) < _FLOOR for row in gaps):
-        said += f", in {within} of which all signals together are off by no more than noise, and some of them show the cause"
     said += f"; {unclear} {'does' if unclear == 1 else 'do'} not allow an answer" if unclear else ""
-    return said + (f"; {failed} could not be diagnosed." if failed else ".")
+    said += f"; {failed} could not be diagnosed." if failed else "."
+    within = sum(row.verdict == "explained" and (row.gap_before or _FLOOR) < _FLOOR for row in gaps)
+    which = "the one" if len(gaps) == 1 else "all" if within == len(gaps) else f"{within} of those"
+    noise = f" In {which} with a gap some signals show the cause, though all together are off by no more than noise."
+    return said + (noise if within else "")
 
 
 def newest_gaps(rows: Sequence[Row]) -> list[str]:
@@ -122,16 +125,22 @@ def of_other_versions(rows: Sequence[Row]) -> str:
     return ", ".join(f"{n} of {version}" for version, n in sorted(counts.items()))
 
 
-def _gap_chart(rows: Sequence[Row]) -> doc.Html:
+def _charts(rows: Sequence[Row]) -> list[doc.Html]:
+    """Of one rig, all over the same time."""
+    span = [row.time for row in rows if row.time and (row.gap_before, row.gap_after, row.size) != (None, None, None)]
+    return [_gap_chart(rows, span), *_size_charts(rows, span)]
+
+
+def _gap_chart(rows: Sequence[Row], span: Sequence[datetime]) -> doc.Html:
     def points(key: str) -> list:
         return [(row.time, getattr(row, key), None, f"{row.recording}: {getattr(row, key):.3g}") for row in rows
                 if row.time and getattr(row, key) is not None]
 
     lines = [Line("before", "predicted", points("gap_before")), Line("after, with what was found", "fused", points("gap_after"))]
-    return trend_chart("Gap", "multiples of the floor", lines, ("floor", 1.0))
+    return trend_chart("Gap", "multiples of the floor", lines, ("floor", 1.0), span)
 
 
-def _size_charts(rows: Sequence[Row]) -> list[doc.Html]:
+def _size_charts(rows: Sequence[Row], span: Sequence[datetime]) -> list[doc.Html]:
     kinds: dict[tuple[str, str, str], list[Row]] = {}
     for row in rows:
         if row.size is not None and row.time:
@@ -144,7 +153,7 @@ def _size_charts(rows: Sequence[Row]) -> list[doc.Html]:
         nominal = next((row.nominal for row in own if row.nominal is not None), None)
         line = Line(parameter, "c4", points)
         charts.append(trend_chart(f"{effect}: {parameter.replace('_', ' ')}", read.unit, [line],
-                                  None if nominal is None else ("nominal", nominal * read.factor)))  # fmt: skip
+                                  None if nominal is None else ("nominal", nominal * read.factor), span))  # fmt: skip
     return charts
 
 
@@ -162,12 +171,17 @@ def _table(rows: Sequence[Row]) -> doc.Html:
     ordered = sorted(rows, key=lambda row: (row.rig, row.begin, row.recording))
     cells = [
         (row.names, row.rig, _begin(row), _number(row.duration, ".0f"),
-         doc.mark(_MARKS.get(row.verdict, "none"), row.verdict.replace("_", " ")) if row.verdict else "–",
+         doc.mark(_MARKS.get(row.verdict, "none"), _said(row.verdict)) if row.verdict else "–",
          _effect(row),
          "–" if row.probability is None else percent(row.probability), _size(row), _gap(row))
         for row in ordered
     ]  # fmt: skip
     return doc.Html(f'<div class="whole-words">{doc.table(columns, cells, below=[remark(row) for row in ordered])}</div>')
+
+
+def _said(verdict: str) -> str:
+    """A verdict in the words of a gap's own page; as it stands where it is none of the contract."""
+    return VERDICTS.get(verdict, (verdict,))[0]
 
 
 def _effect(row: Row) -> doc.Html:

@@ -24,6 +24,7 @@ class FleetProgress:
         self._recordings, self._finished = recordings, finished
         self.share = finished / recordings
         self._clock, self._since = clock, clock()
+        self._moved = self._since  # when the share last changed
         self._before, self._failed = finished, 0
         self._running: Mapping[str, tuple[float, str]] = {}
 
@@ -33,6 +34,8 @@ class FleetProgress:
         def told(share: float, running: Mapping[str, tuple[float, str]], failed: int) -> None:
             self._failed = failed
             self._finished = round(share * self._recordings - sum(done for done, _ in running.values()))
+            if share != self.share:
+                self._moved = self._clock()
             self.share, self._running = share, running
             progress(share)
 
@@ -46,10 +49,14 @@ class FleetProgress:
         return ", ".join([f"{self._finished} of {self._recordings} finished", *named[:_NAMED], *more, *self._left()])
 
     def _left(self) -> list[str]:
-        """How long the rest takes, if it goes on so; nothing where that cannot be told yet. What failed tells nothing of that."""
+        """How long the rest takes, if it goes on as until the share last changed; nothing where that cannot be told yet, or has passed
+        without the share going on. What failed tells nothing of that."""
         left = self._recordings * (1.0 - self.share)
         done = self._recordings - self._before - self._failed - left
         if done < _SURE * (done + left) or left <= 0.0:
             return []
-        seconds = (self._clock() - self._since) * left / done
+        now = self._clock()
+        seconds = (self._moved - self._since) * left / done - (now - self._moved)
+        if seconds < 0.5:
+            return []
         return [f"about {seconds / 60.0:.0f} min left" if seconds >= 90.0 else f"about {seconds:.0f} s left"]

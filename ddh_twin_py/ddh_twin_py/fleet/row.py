@@ -14,6 +14,7 @@ from ddh_twin_py.bags.case import Case
 from ddh_twin_py.bags.reader import read_recording
 from ddh_twin_py.diagnosis.process import Outcome
 from ddh_twin_py.gap.contract import Report, Why
+from ddh_twin_py.gap.words import careful, recovered
 
 COPY = " | "
 """Between names in `Row.copies`."""
@@ -108,12 +109,18 @@ def row_of(known: dict, outcome: Outcome) -> Row:
     gap = report.get("gap") or {}
     row = {
         **known, "verdict": report.get("verdict", ""), "gap_before": gap.get("before"), "gap_after": gap.get("after"),
-        "sentence": outcome.sentence,
+        "sentence": _damage_first(outcome),
     }  # fmt: skip
     why = report.get("why") or []
     if row["verdict"] in ("explained", "ambiguous", "unknown") and why:
         row |= _effect(why, report.get("classes") or [], _leading(report))
     return Row(**row)
+
+
+def _damage_first(outcome: Outcome) -> str:
+    """The sentence, with what reading lost of a recording before all else that it is careful of."""
+    lost = [note for note in recovered(outcome.report.get("notes") or []) if note not in outcome.sentence]
+    return f"{careful(lost)}{outcome.sentence.removeprefix('Careful: ') if lost else outcome.sentence}"
 
 
 def _leading(report: Report) -> list[str]:

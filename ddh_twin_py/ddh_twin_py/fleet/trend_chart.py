@@ -25,12 +25,14 @@ class Line:
     points: Sequence[tuple[datetime, float, float | None, str]]
 
 
-def trend_chart(title: str, unit: str, lines: Sequence[Line], level: tuple[str, float] | None = None) -> Html:
-    """The chart; `level` is a label and a value drawn as a broken line. Empty where there is no point."""
+def trend_chart(title: str, unit: str, lines: Sequence[Line], level: tuple[str, float] | None = None,
+                span: Sequence[datetime] = ()) -> Html:
+    """The chart; `level` is a label and a value drawn as a broken line, `span` are times that the axis reaches to as well, so that charts
+    have it in common. Empty where there is no point."""
     points = [point for line in lines for point in line.points]
     if not points:
         return Html("")
-    times = [point[0].timestamp() for point in points]
+    times = [time.timestamp() for time in (*span, *(point[0] for point in points))]
     values = [value + sign * 2.0 * (deviation or 0.0) for _, value, deviation, _ in points for sign in (-1.0, 1.0)]
     if level is not None:
         values.append(level[1])

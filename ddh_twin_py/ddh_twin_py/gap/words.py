@@ -25,6 +25,7 @@ _NAMES = {
     "electrical_power": "electrical power", "pump_1": "pump 1", "pump_2": "pump 2", "line_a": "line A", "line_b": "line B",
 }
 _PLAIN, _COUNTS = 0.8, 0.1  # probability from which "no gap" is said without doubt, and from which what else it may be is named
+_RECOVERED = "; recovered "  # stands in what reading says of a damaged recording
 _LEFT = 2.0  # floors from which a signal that is left off is named beside "no gap"
 
 
@@ -90,6 +91,11 @@ def tolerances(cut: float) -> str:
 def careful(said: Sequence[str]) -> str:
     """The first of what is wrong with recordings, to stand before a sentence; empty where nothing is."""
     return f"Careful: {said[0]}{'' if said[0].endswith('?') else '.'} " if said else ""
+
+
+def recovered(notes: Sequence[str]) -> list[str]:
+    """Those of a report's notes that tell of a recording that was cut off or is damaged, so that only a part of it could be read."""
+    return [note for note in notes if _RECOVERED in note]
 
 
 def component_name(component: str) -> str:

@@ -72,7 +72,7 @@ class TelemetryPublisher(LifecycleNodeMixin, TwinNode):
         self._batches: Iterator[Mapping[str, Samples]] = iter(())
         self._behind = 0.0
         self.sent = dict.fromkeys(self._topics, 0)
-        self._failure = ""
+        self._failure, self._starting = "", True
         profile = qos.stream(reliable=True, depth=200) if self.values["reliable"] else qos.SENSOR_DATA
         self._by_topic = {topic: self.create_publisher(message_type(topic), topic, profile) for topic in self._topics}
         if leads:
@@ -88,6 +88,7 @@ class TelemetryPublisher(LifecycleNodeMixin, TwinNode):
                 raise NodeError(self._failure)
             if leads:
                 self.trigger_activate()
+        self._starting = False
 
     # --- lifecycle ---------------------------------------------------------------------------
 
@@ -100,7 +101,8 @@ class TelemetryPublisher(LifecycleNodeMixin, TwinNode):
             self._source = open_source(name, options)
         except SourceError as error:
             self._failure = str(error)
-            self.get_logger().error(self._failure)
+            if not self._starting:  # a node that cannot start says why as it ends
+                self.get_logger().error(self._failure)
             return TransitionCallbackReturn.FAILURE
         for note in getattr(self._source, "notes", ()):
             self.get_logger().warning(note)

@@ -2,13 +2,15 @@
 
 import subprocess
 import sys
+from importlib import import_module
+from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
 from ddh_twin_py.nodes.base.node_base import TwinNode, run
 from ddh_twin_py.nodes.drive_telemetry import DriveTelemetryNode
 from ddh_twin_py.nodes.gap_monitor import GapMonitorNode
-from nodes.processes import NodeProcess, wait_for
+from nodes.processes import NodeProcess, executable, wait_for
 
 
 @pytest.mark.parametrize("node, parameter", [(GapMonitorNode, "false_alarm_hours"), (DriveTelemetryNode, "")])
@@ -35,7 +37,31 @@ def test_what_comes_again_is_said_again_but_not_each_time():
 ])  # fmt: skip
 def test_a_node_says_that_it_is_ready_and_what_it_waits_for(node, topics):
     with NodeProcess(node, "/crane_1") as process:
-        wait_for(lambda: f"ready in /crane_1, waiting for {topics}\n" in process.text, 90.0, node)
+        wait_for(lambda: f"ready in /crane_1 with the reference sheet, waiting for {topics}\n" in process.text, 90.0, node)
+
+
+@pytest.mark.live
+def test_a_node_says_which_rig_sheet_it_uses(tmp_path):
+    sheet = tmp_path / "crane_1.yaml"
+    sheet.write_text("rig_id: crane_1\n")
+    with NodeProcess("gap_monitor", "/crane_1", rig=str(sheet)) as process:
+        assert f"ready in /crane_1 with rig sheet {sheet}, waiting for " in process.says("ready in", 90.0)
+
+
+@pytest.mark.parametrize("name", [path.name for path in Path(executable("gap_monitor")).parent.iterdir() if path.name != "ddh-twin"])
+@pytest.mark.parametrize("given", [["crane_1.yaml"], ["-p", "rig:=crane_1.yaml", "--ros-args", "-r", "__ns:=/crane_1"]])
+def test_an_argument_that_is_none_of_ros_is_refused(name, given, capsys, monkeypatch):
+    monkeypatch.setattr("ddh_twin_py.nodes.base.node_base._Stop", SimpleNamespace)  # the signals stay those of pytest
+    main = import_module(f"ddh_twin_py.nodes.{name}").main
+    assert main(given) == 2
+    told = capsys.readouterr().err
+    assert told.startswith(f"error: {name} takes no argument '{given[0]}'") and "--ros-args -p" in told and told.count("\n") == 1
+
+
+@pytest.mark.live
+def test_a_stray_argument_of_the_command_line_ends_a_node():
+    done = subprocess.run([executable("hydraulic_model"), "crane_1.yaml"], capture_output=True, text=True, timeout=90.0)
+    assert done.returncode == 2 and done.stderr.startswith("error: hydraulic_model takes no argument 'crane_1.yaml'")
 
 
 FAILING = """

@@ -2,6 +2,7 @@
 
 import io
 import re
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -10,6 +11,7 @@ from ddh_twin_py.estimation.fitting.calibration import Calibration, FittedParame
 from ddh_twin_py.estimation.fitting.comparison import Discrepancy
 from ddh_twin_py.estimation.fitting.unknowns import uncertain_paths
 from ddh_twin_py.report.calibration.groups import SignalFit, signal_fits, verdict
+from ddh_twin_py.report.calibration.page import calibration_document
 from ddh_twin_py.report.calibration.summary import print_calibration
 from ddh_twin_py.report.units import in_file
 from ddh_twin_py.rig import load_rig
@@ -58,6 +60,22 @@ def test_a_signal_that_the_fit_made_worse_is_said_to_be():
     said, _ = verdict(fit, signals, 0.0)
     assert verdict(fit, [SignalFit("speed", 9.0, 4.9, None, 0)], 0.0)[1] == "fair"  # as everywhere else
     assert "temperature/cylinder barrel 1.72 (made worse by the fit, 1.50 as given), current 1.69 (2 of 2 signals)" in said
+
+
+def test_what_was_asked_for_is_named_with_its_value_and_counted_apart():
+    asked, zero, refused = (FittedParameter(name, unit, 1.6, 0.1, 1.599, std, True) for name, unit, std in (
+        ("motor.torque_constant", "N*m/A", 0.0018), ("measurement.tank_oil_offset", "K", 0.01), ("tank.emissivity", "1", 0.0999)))
+    fit = Calibration(load_rig(), [asked, refused, zero], np.eye(3), {"speed": 1.2}, {"speed": 1.0}, 3, True, Discrepancy(),
+                      (refused,), (asked.name, refused.name))
+    signals = [SignalFit("speed", 1.2, 1.0, None, 0)]
+    said, level = verdict(fit, signals, 0.0)
+    assert said.startswith("Fitted: motor.torque_constant 1.599 ± 0.002 N*m/A. The fitted twin's free run is within")
+    page = calibration_document(fit, [], signals, 0.0, said, level, "x.yaml", 1.0).html()
+    assert "<dt>Parameters asked for</dt><dd>2<small>and 1 that every fit needs: zero errors of sensors and clocks</small>" in page
+    assert "ddh-twin replay gives other numbers: it compares means over 50 ms, without the first 5 s" in page
+    whole = replace(fit, asked=(), refused=())
+    assert verdict(whole, signals, 0.0)[0].startswith("The fitted twin's")
+    assert "<dt>Parameters fitted</dt><dd>3<" in calibration_document(whole, [], signals, 0.0, said, level, "x.yaml", 1.0).html()
 
 
 def test_parameters_at_the_end_of_their_tolerance_are_named():

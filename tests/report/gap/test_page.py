@@ -14,7 +14,7 @@ from ddh_twin_py.gap.diagnosis import Weighed
 from ddh_twin_py.gap.findings import Lack
 from ddh_twin_py.gap.verdict.unknown import UNLISTED
 from ddh_twin_py.gap.words import BesideReport, sentence
-from ddh_twin_py.report.gap.checks import CHECKS
+from ddh_twin_py.report.gap.checks import CHECKS, checks_of
 from ddh_twin_py.report.gap.hypotheses import hypotheses
 from ddh_twin_py.report.gap.page import gap_document
 from ddh_twin_py.report.gap.rest import unknown as unknown_part
@@ -197,7 +197,7 @@ def test_what_is_unknown_is_told_with_its_size_and_drawn_in_its_signal(size, lar
     shapes = [replace(shape, signal="pressure_rod_side", unit="Pa") for shape in diagnosis.shapes]
     said = unknown_part(replace(diagnosis, report={**diagnosis.report, "unknown": found}, shapes=shapes))
     assert f"Cylinder, mechanical: {large} that no effect of the catalogue explains." in said
-    assert said.count(">missing in pressure, rod side, bar<") == len(shapes) > 0
+    assert said.count(">measured − twin, pressure, rod side, bar<") == len(shapes) > 0
 
 
 @pytest.mark.parametrize("commissioned", [True, False])
@@ -243,7 +243,8 @@ def test_temperatures_are_in_degC_and_their_differences_in_kelvin(diagnoses):
     page = gap_document(diagnoses["explained"]).html()
     (chart,) = (c for c in Page(page).charts if c["unit"] == "°C" and c["floor"] == 0.2)
     assert chart["y"][0][1] < 40.0 and "°C; below: their difference, K" in page
-    assert "missing, K against oil temperature, °C" in page and "oil temperature 22.9 to 29.9 °C" in page
+    assert "measured − twin, K against oil temperature, °C" in page and "missing, K" not in page
+    assert "oil temperature 22.9 to 29.9 °C" in page
 
 
 def test_an_hour_stays_below_eight_megabytes():
@@ -341,6 +342,31 @@ def test_what_an_effect_made_of_a_parameter_stands_beside_what_was_fitted(diagno
     assert "-o writes them with it" not in " ".join(Page(gap_document(replace(diagnosis, rig=rig, added=())).html()).words)
 
 
+def test_a_parameter_has_the_source_of_the_value_that_stands_beside_it(diagnoses):
+    diagnosis = diagnoses["explained"]
+    sources = {p.name: "fitted to new, field" for p in diagnosis.parameters}
+    sources["pump_1.leakage"] = "effect pump_1.leakage, fitted to new, field"
+    rig = replace(diagnosis.rig, quantities={name: replace(q, source=sources.get(name, q.source))
+                                             for name, q in diagnosis.rig.quantities.items()})
+    fitted = gap_document(replace(diagnosis, rig=rig)).html().partition("<h2>Parameters of the rig")[2]
+    said = " ".join(re.sub(r"<[^>]+>", " ", fitted).split())
+    assert "Fitted to the commissioning and the field recordings together, with the cause added; the values leave out what it does." in said
+    assert "Source, where no other is named: fitted to new, field." in said
+    assert said.count("effect pump_1.leakage, fitted to") == 1, "beside the value that has the effect in it, and not beside that without"
+    built = replace(rig, quantities={name: replace(q, source="fitted to bags/new") for name, q in rig.quantities.items()})
+    other = gap_document(replace(diagnoses["unknown"], rig=built, nameless=True)).html().partition("<h2>Parameters of the rig")[2]
+    assert "-o writes those of the commissioning recording alone" in other
+    assert "where no other is named: fitted to bags/new, bags/field &lt;1&gt;." in other
+
+
+@pytest.mark.parametrize(("kind", "last"), [
+    ("explained", "With the cause added: they are fitted to both recordings, too; the table of parameters at the end is of this fit."),
+    ("no_gap", "The table of parameters at the end is of this second fit."),
+])
+def test_the_head_says_of_which_fit_the_table_of_parameters_is(kind, last, diagnoses):
+    assert last in gap_document(diagnoses[kind]).html()
+
+
 @pytest.mark.parametrize(("value", "std", "said"), [
     (2900.0, 290.0, "2900 ± 290"), (1.9e-12, 6.5e-14, "(1.900 ± 0.065)e-12"), (0.0, 6e4, "0 ± 60000"), (0.0, 0.0, "0"),
 ])
@@ -384,10 +410,46 @@ def test_the_page_says_what_a_hypothesis_had_to_bear_and_how_near_it_came(kind, 
     said = " ".join(page.words)
     assert ("What it had to bear" in page.headings) is (kind != "insufficient")
     said, asked = " ".join(said.split()), kind != "insufficient"
-    assert ("Must the rig have changed beside it?" in said and "0.50 standard deviations; from the rig as" in said) is asked
-    assert ("stay off in the held-out data? ▲ yes 2.40 × floor" in said) is (kind == "unknown")
-    assert ("−0.40 points of evidence" in said and "A number below 0 speaks for the hypothesis" in said) is asked
+    assert ("Must the rig have changed beside it?" in said and "0.50 standard deviations farther from the rig as" in said) is asked
+    assert ("stay off in the held-out data? ▲ yes the farthest is 2.40 × its floor off" in said) is (kind == "unknown")
+    assert ("another size would gain nothing" in said) is asked
     assert "'Nearly' is" not in said
+
+
+def bears(diagnosis, check, measured, limit):
+    """The row of one check, in words."""
+    given = {**diagnosis.report, "checks": [{"effects": ["load.mass"], "check": check, "measured": measured, "limit": limit}]}
+    table = checks_of(replace(diagnosis, report=given)).partition("<tbody>")[2].partition("</tbody>")[0]
+    return [re.sub(r"<[^>]+>", "", cell).strip() for cell in re.findall(r"<t[hd].*?</t[hd]>", table)][1:]
+
+
+@pytest.mark.parametrize(("check", "measured", "limit", "said"), [
+    ("displaced", -1.52, 1.5, ["● no", "no farther from the rig as fitted than is to be expected", "1.50"]),
+    ("displaced", 1.6, 1.5, ["▲ yes", "1.60 standard deviations farther from the rig as fitted than is to be expected", "1.50"]),
+    ("outdone", -24367.63, 2446.77, ["● no", "no place explains more", "2447"]),
+    ("outdone", 24367.63, 2446.77, ["▲ yes", "more by 24368 points of evidence", "2447"]),
+    ("worsened", 0.0, 1.1, ["● no", "none is more than 1.2 times as far off as without it", "1.10"]),
+    ("strained", 1.0, 1.08, ["● no", "the fast signal that is farthest off is 1.00 × its floor off", "1.08"]),
+    ("refuted", -0.07, 0.05, ["● no", "not wider than without it", "0.05"]),
+])
+def test_what_was_measured_is_a_phrase_and_no_number_where_it_is_less_than_expected(check, measured, limit, said, diagnoses):
+    assert bears(diagnoses["explained"], check, measured, limit) == said
+
+
+@pytest.mark.parametrize("check", sorted({name for name, check in CHECKS.items() if check.nothing == 0.0} - {"cancelling"}))  # a share
+def test_a_negative_number_is_never_shown_as_what_a_hypothesis_had_to_bear(check, diagnoses):
+    assert not re.search(r"\d.*(floor|deviations|points)|−", bears(diagnoses["explained"], check, -3.0, 2.0)[1])
+
+
+def test_of_two_effects_each_value_is_named_with_its_own(diagnoses):
+    pumps = {"pump_1.leakage": (0.578, 0.043, "1", 1.0), "pump_2.leakage": (0.968, 0.018, "1", 1.0)}
+    two = [Weighed(tuple(pumps), probability, 1.0, pumps, {}, {}) for probability in (0.9, 0.005)]
+    said = hypotheses(replace(diagnoses["explained"], weighed=two))
+    assert re.findall(r'class="found">(.*?)<strong>(.*?)</strong>', said) == [
+        ("Pump 1: leakage, leakage ratio: ", "0.578 ± 0.043"), ("Pump 2: leakage, leakage ratio: ", "0.968 ± 0.018")]
+    assert "pump 1: leakage 0.578 ± 0.043; pump 2: leakage 0.968 ± 0.018" in said
+    alone = hypotheses(diagnoses["explained"])
+    assert '<p class="found">Leakage ratio: <strong>' in alone, "which effect stands in the line above"
 
 
 def test_what_is_nearly_is_said_where_something_is(diagnoses):

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import pytest
 from ddh_twin_py.gap.catalogue import EFFECTS
-from ddh_twin_py.report.gap.summary import LINES, _notes, _weighed, print_gap
+from ddh_twin_py.report.gap.summary import LINES, _hypotheses, _notes, _weighed, print_gap
 from ddh_twin_py.report.gap.words import set_name, signal_name
 from rich.console import Console
 from support.made_diagnosis import KINDS, made_diagnosis
@@ -112,6 +112,18 @@ def test_numbers_are_those_of_the_report():
     line = next(line for line in lines if signal_name("pressure_piston_side") in line)
     assert f"{row['before'] * 1e-5:.3f} → {row['after'] * 1e-5:.3f} bar" in line
     assert line.split()[-1] == f"{row['after'] / row['noise']:.2f}"
+
+
+@pytest.mark.parametrize(("width", "most", "said"), [
+    (80, 2, "pump 1: leakage (leakage ratio 0.578 ± 0.043) and pump 2: leakage (leakage ratio 0.968 ± 0.018)"),
+    (100, 1, "pump 1: leakage (0.578 ± 0.043) and pump 2: leakage (0.968 ± 0.018)"),
+])
+def test_each_of_two_effects_has_its_value_beside_it(width, most, said):
+    diagnosis = made_diagnosis("explained", seconds=120.0)
+    pumps = {"pump_1.leakage": (0.578, 0.043, "1", 1.0), "pump_2.leakage": (0.968, 0.018, "1", 1.0)}
+    both = [replace(diagnosis.weighed[0], effects=tuple(pumps), values=pumps)]
+    lines = _hypotheses(replace(diagnosis, weighed=both), width, most)
+    assert said in " ".join(" ".join(line.plain for line in lines).split())
 
 
 @pytest.mark.parametrize(("built", "said"), [

@@ -81,7 +81,7 @@ class Calibration:
         sweeps: times that sensitivities were taken. settled: whether the last step was negligible.
         discrepancy: what the model was forgiven, sized by this fit.
         refused: parameters that were asked for and that the recordings cannot identify; the rig keeps
-            their prior. asked: whether only some were asked for; all others were held exact.
+            their prior. asked: paths where only some were asked for; all others were held exact.
     """
 
     rig: Rig
@@ -93,7 +93,7 @@ class Calibration:
     settled: bool
     discrepancy: Discrepancy
     refused: tuple[FittedParameter, ...] = ()
-    asked: bool = False
+    asked: tuple[str, ...] = ()
 
     def together(self, least: float = 0.95) -> list[tuple[str, str, float]]:
         """Pairs of which only a combination is informed: names and correlation, |r| above ``least``, closest first."""
@@ -213,7 +213,7 @@ def _told(problem: Problem, fit: Fit, asked: tuple[str, ...]) -> Calibration:
     return Calibration(replace(rig, rig_id=rig_id, quantities=written), parameters, correlation, problem.rms(fit.first),
                        problem.rms(fit.predictions),
                        fit.sweeps, fit.settled, sized(problem.discrepancy, fit.allowances),
-                       tuple(p for p in parameters if p.name in refused), bool(asked))
+                       tuple(p for p in parameters if p.name in refused), asked)
 
 
 def _fitted_quantity(quantity: Quantity, fitted: FittedParameter, names: str) -> Quantity:

@@ -13,6 +13,7 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.logging import get_logger
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
+from rclpy.utilities import remove_ros_args
 
 from ddh_twin_py.bags.errors import BagError
 from ddh_twin_py.nodes.base.parameters import NodeError, Parameter, declare
@@ -95,9 +96,14 @@ class _Stop:
         self.asked = True
 
 
+def _name(kind: type[TwinNode]) -> str:
+    """Of a node's executable."""
+    return kind.__module__.rsplit(".", 1)[-1]
+
+
 def described(kind: type[TwinNode]) -> str:
     """What a node is for, how it is started and its parameters, for who asks with ``--help``."""
-    name = kind.__module__.rsplit(".", 1)[-1]
+    name = _name(kind)
     about = (sys.modules[kind.__module__].__doc__ or "").strip()
     usage = f"usage: ros2 run ddh_twin_py {name} [--ros-args -r __ns:=/NAMESPACE -p PARAMETER:=VALUE ...]"
     rows = [f"  {p.name:<24} {p.description} Default: {p.default!r} {p.unit}".rstrip() for p in kind.PARAMETERS]
@@ -110,9 +116,30 @@ def _say_once(kind: type[TwinNode]) -> Callable[[], None]:
 
     def say() -> None:
         if left:
-            get_logger(kind.__module__.rsplit(".", 1)[-1]).info(f"{left.pop()}; nothing is told for a minute")
+            get_logger(_name(kind)).info(f"{left.pop()}; nothing is told for a minute")
 
     return say
+
+
+def _refuse_stray(kind: type[TwinNode], args: list[str] | None) -> None:
+    """A node is given parameters and names, in the way of ROS, and nothing else.
+
+    Raises:
+        NodeError: there is an argument that ROS does not read.
+    """
+    stray = remove_ros_args(sys.argv)[1:] if args is None else remove_ros_args(args)
+    if stray:
+        raise NodeError(f"{_name(kind)} takes no argument {' '.join(map(repr, stray))}; a parameter is given as "
+                        "--ros-args -p PARAMETER:=VALUE, --help names all")
+
+
+def _ready(node: TwinNode) -> str:
+    """Where a node lives, the rig sheet that it uses, where it does, and what it waits for."""
+    sheet = ""
+    if "rig" in node.values:
+        sheet = f" with rig sheet {node.values['rig']}" if node.values["rig"] else " with the reference sheet"
+    waiting = f", waiting for {', '.join(node.waits_for)}" if node.waits_for else ""
+    return f"ready in {node.get_namespace()}{sheet}{waiting}"
 
 
 def _close_after_failure(node: TwinNode) -> None:
@@ -140,10 +167,10 @@ def run(kind: type[TwinNode], args: list[str] | None = None) -> int:
         return 2
     node = None
     try:
+        _refuse_stray(kind, args)
         with watched(_say_once(kind)):
             node = kind()
-        waiting = f", waiting for {', '.join(node.waits_for)}" if node.waits_for else ""
-        node.get_logger().info(f"ready in {node.get_namespace()}{waiting}")
+        node.get_logger().info(_ready(node))
         executor = SingleThreadedExecutor()
         executor.add_node(node)
         gc.collect()

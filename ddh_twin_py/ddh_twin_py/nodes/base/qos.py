@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from rclpy.qos import QoSDurabilityPolicy, QoSHistoryPolicy, QoSProfile, QoSReliabilityPolicy
+from rclpy.duration import Infinite
+from rclpy.qos import QoSCompatibility, QoSDurabilityPolicy, QoSHistoryPolicy, QoSProfile, QoSReliabilityPolicy, qos_check_compatible
 from rclpy.topic_endpoint_info import TopicEndpointInfo
 
 DEPTH = 4000
@@ -42,6 +43,16 @@ def is_latched(publishers: Sequence[TopicEndpointInfo]) -> bool:
     return bool(durability) and all(d == QoSDurabilityPolicy.TRANSIENT_LOCAL for d in durability)
 
 
+def can_match(offered: QoSProfile, asked: QoSProfile) -> bool:
+    """Whether a subscription, as the graph tells of it, can get what a publisher of this project offers, which sets no deadline or lease.
+
+    In the graph what is not set is endless, and so it is offered here: the check of ROS takes it for less than that.
+    """
+    endless = QoSProfile(depth=offered.depth, reliability=offered.reliability, durability=offered.durability, deadline=Infinite,
+                         liveliness_lease_duration=Infinite)
+    return qos_check_compatible(endless, asked)[0] != QoSCompatibility.ERROR
+
+
 __all__ = [
     "DEPTH",
     "DIAGNOSTICS",
@@ -50,6 +61,7 @@ __all__ = [
     "SENSOR_DATA",
     "STATUS",
     "QoSHistoryPolicy",
+    "can_match",
     "is_latched",
     "stream",
     "wants_best_effort",

@@ -13,6 +13,7 @@ from ddh_twin_py.nodes.player.flow_control import FlowControl
 
 _SETTLE = 0.3  # s of wall time from the last match to the first message
 _NAMED_WAIT, _FIRST_START = 60.0, 900.0  # s of wall time for a node that is not there, and for one that is and compiles its kernels
+_ANYBODY = "any listener"
 
 
 class AwaitedListeners:
@@ -30,6 +31,8 @@ class AwaitedListeners:
         prefix = node.get_namespace().rstrip("/")
         self._named = [name if name.startswith("/") else f"{prefix}/{name}" for name in named if name]
         self._ready_since: float | None = None
+        self._lacked: tuple[str, bool] | None = None  # what `_missing` told last
+        self._changed = begun  # wall time of its last change
         self._told_starting: set[str] = set()
 
     def are_there(self, wall: float) -> bool:
@@ -38,9 +41,13 @@ class AwaitedListeners:
         Raises:
             NodeError: a node that must listen does not, after all that it may take.
         """
-        if missing := self._missing():
+        missing, starting = now = self._missing()
+        if self._lacked not in (None, now):
+            self._changed = wall
+        self._lacked = now
+        if missing:
             self._ready_since = None
-            return self._long_enough(missing, wall)
+            return self._long_enough(missing, starting, wall)
         if self._ready_since is None:
             self._ready_since = wall
         return wall - self._ready_since >= _SETTLE
@@ -49,43 +56,53 @@ class AwaitedListeners:
         """Full names of the nodes of the graph."""
         return {f"{namespace.rstrip('/')}/{name}" for name, namespace in self._node.get_node_names_and_namespaces()}
 
-    def _long_enough(self, missing: str, wall: float) -> bool:
+    def _long_enough(self, missing: str, starting: bool, wall: float) -> bool:
         """Whether what is missing was waited for as long as it may take."""
-        longest, waited = self._wait, wall - self._begun
+        waited = wall - self._begun
         if self._named:
-            starting = self._starting()
-            longest += _FIRST_START if starting else _NAMED_WAIT
-            if starting and waited >= self._wait and starting not in self._told_starting:
-                self._told_starting.add(starting)
-                self._node.get_logger().info(f"node {starting} is there and not ready yet; a first start compiles the model: waiting for "
-                                             f"up to {longest:g} s")
-        if waited < longest:
+            self._wait_for_named(missing, starting, wall)
             return False
-        if self._named:
-            raise NodeError(f"waited {longest:g} s for {missing}; is it running, in namespace {self._node.get_namespace()}?")
-        self._node.get_logger().info(f"nobody listens after {longest:g} s, playing all the same")
+        if waited < self._wait:
+            return False
+        lack = "nobody listens" if missing == _ANYBODY else f"there is no {missing}"
+        self._node.get_logger().info(f"{lack} after {self._wait:g} s, playing all the same")
         return True
 
-    def _starting(self) -> str:
-        """The first node that must listen, runs and has not told its progress yet; '' where there is none or another one does not run."""
-        silent = [name for name in self._named if name not in self._flow.consumers]
-        return silent[0] if silent and set(silent) <= self.running() else ""
+    def _wait_for_named(self, missing: str, starting: bool, wall: float) -> None:
+        """Say once of each node that it is starting; from the last change of what is missing on there is a minute, lest a long wait end
+        all at once.
 
-    def _missing(self) -> str:
-        """What is still awaited, '' when all are there."""
+        Raises:
+            NodeError: it is over.
+        """
+        first_start = self._wait + _FIRST_START
+        longest = first_start if starting else self._wait + _NAMED_WAIT
+        longest = max(longest, min(self._changed - self._begun, first_start) + _NAMED_WAIT)
+        waited = wall - self._begun
+        if waited >= longest:
+            raise NodeError(f"waited {waited:.0f} s for {missing}; is it running, in namespace {self._node.get_namespace()}?")
+        if starting and waited >= self._wait and missing not in self._told_starting:
+            self._told_starting.add(missing)
+            self._node.get_logger().info(f"{missing} is there and not ready yet; a first start compiles the model: waiting for "
+                                         f"up to {longest:g} s")
+
+    def _missing(self) -> tuple[str, bool]:
+        """What is still awaited, '' when all are there; whether it is a node that runs and has not told its progress yet."""
+        if silent := [name for name in self._named if name not in self._flow.consumers]:
+            running = self.running()
+            name = min(silent, key=running.__contains__)  # one that does not run before one that starts
+            return f"node {name}", name in running
         listening = [(publisher.topic_name, self._listening_to(publisher)) for publisher in self._publishers]
-        for name in self._named:
-            if name not in self._flow.consumers:
-                return f"node {name}"
         for name in self._named or self._flow.consumers:
             for topic, reliable in listening:
                 if topic in self._flow.consumers[name].topics and not reliable.get(name, False):
-                    return f"node {name} to listen reliably to {topic}"
-        return "" if self._named or any(reliable for _, reliable in listening) else "any listener"
+                    return f"node {name} to listen reliably to {topic}", False
+        return ("" if self._named or any(reliable for _, reliable in listening) else _ANYBODY), False
 
     def _listening_to(self, publisher: Publisher) -> dict[str, bool]:
-        """Nodes that subscribe to a topic and are matched; whether they ask for reliable delivery."""
-        infos = self._node.get_subscriptions_info_by_topic(publisher.topic_name)
+        """Nodes that subscribe to a topic and are matched; whether they ask for reliable delivery. One that never can be counts not."""
+        infos = [info for info in self._node.get_subscriptions_info_by_topic(publisher.topic_name)
+                 if qos.can_match(publisher.qos_profile, info.qos_profile)]
         if publisher.get_subscription_count() < len(infos):
             return {}
         return {

@@ -27,7 +27,6 @@ DIAGNOSE_PARAMETERS = (
 )  # fmt: skip
 _LOOK_PERIOD = 0.2  # s of wall time
 _LAST_TURNS = 10  # of the executor, in which a client hears of the end
-_FEEDBACK_PERIOD = 1.0  # s of wall time, where nothing changes
 
 
 class DiagnoseAction:
@@ -42,7 +41,6 @@ class DiagnoseAction:
         self._process: DiagnosisProcess | None = None
         self._goal: ServerGoalHandle | None = None
         self._told: tuple[float, str] | None = None
-        self._told_at = 0.0
         self._last = ""
         self._server = ActionServer(
             node, DiagnoseGap, "diagnose", execute_callback=_unused, handle_accepted_callback=self._begin,
@@ -51,11 +49,6 @@ class DiagnoseAction:
         node.every(_LOOK_PERIOD, self._look)
 
     def _begin(self, goal: ServerGoalHandle) -> None:
-        if self._process is not None:
-            asked = ", ".join(map(str, self._process.case.field))
-            self._refuse(goal, f"a diagnosis of {asked} is under way ({100.0 * self._process.done:.0f} %); wait for its end or cancel it, "
-                         f"whoever asked for it: ros2 service call {self._server_name()}/_action/cancel_goal action_msgs/srv/CancelGoal")
-            return
         request = goal.request
         try:
             case = case_of(list(request.field), request.commissioning or None, request.validation or None,
@@ -64,6 +57,11 @@ class DiagnoseAction:
             given = [path for path in (*request.field, request.commissioning, request.validation, request.rig) if path]
             from_where = "" if all(map(os.path.isabs, given)) else f" (paths are relative to {os.getcwd()}, where the node runs)"
             self._refuse(goal, f"{error}{from_where}")
+            return
+        if self._process is not None:
+            asked = ", ".join(map(str, self._process.case.field))
+            self._refuse(goal, f"a diagnosis of {asked} is under way ({100.0 * self._process.done:.0f} %); wait for its end or cancel it, "
+                         f"whoever asked for it: ros2 service call {self._server_name()}/_action/cancel_goal action_msgs/srv/CancelGoal")
             return
         given = [word for word in self._node.values["diagnosis_command"] if word]
         self._goal, self._told = goal, None
@@ -94,9 +92,9 @@ class DiagnoseAction:
         goal.execute(lambda handle: _answer(handle, _ending(handle, outcome), outcome))
 
     def _tell(self, process: DiagnosisProcess, goal: ServerGoalHandle) -> None:
-        now, state = self._node.wall(), (process.done, process.stage)
-        if state != self._told or now - self._told_at > _FEEDBACK_PERIOD:
-            self._told, self._told_at = state, now
+        state = process.done, process.stage
+        if state != self._told:
+            self._told = state
             goal.publish_feedback(DiagnoseGap.Feedback(done=process.done, stage=process.stage))
 
     def judge(self, report: Report) -> str:

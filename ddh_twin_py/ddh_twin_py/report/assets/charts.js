@@ -162,6 +162,9 @@
     }).observe(box);
   }
 
+  // a legend without a value names its lines alone
+  function untold(u) { u.root.classList.toggle("untold", u.cursor.idx == null); }
+
   function plain(label) { return label.split(" \u00b1")[0]; }
 
   function aroundZero(u, axis, min, max) {
@@ -269,6 +272,7 @@
       },
       hooks: {
         drawClear: [shadeFloor],
+        setCursor: [untold],
         setSelect: [(u) => {
           if (u.select.width > 4) setRange(u.posToVal(u.select.left, "x"), u.posToVal(u.select.left + u.select.width, "x"));
           u.setSelect({ left: 0, top: 0, width: 0, height: 0 }, false);
@@ -294,6 +298,7 @@
       });
     });
     if (spec.titled) u.root.classList.add("below");
+    untold(u);
     gestures(u);
     return u;
   }

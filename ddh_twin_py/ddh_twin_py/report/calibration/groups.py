@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from ddh_twin_py.names import first_of
 from ddh_twin_py.report.replay.agreement import FAR, FLOOR, level
-from ddh_twin_py.report.units import words
+from ddh_twin_py.report.units import in_file, words
 from ddh_twin_py.rig.sheet import CUT
 
 if TYPE_CHECKING:
@@ -64,6 +64,13 @@ def grouped(fit: Calibration) -> dict[str, list[FittedParameter]]:
     return found
 
 
+def asked_for(fit: Calibration) -> str:
+    """What came out of the parameters that were asked for, in a sentence; empty where all were fitted."""
+    found = {p.name: p for p in fit.parameters if p.name in fit.asked and p not in fit.refused}
+    named = [f"{name} {in_file(p.value, p.std)} {'' if p.unit == '1' else p.unit}".rstrip() for name, p in found.items()]
+    return f"Fitted: {first_of(named, _MOST_NAMES)}." if named else ""
+
+
 def unfitted(signals: Sequence[SignalFit]) -> str:
     """That more than half of the signals end beyond `FAR` times noise on what was fitted, in a sentence; empty where they do not."""
     far = [s for s in sorted(signals, key=lambda s: -s.after) if s.after > FAR]
@@ -95,7 +102,7 @@ def verdict(fit: Calibration, signals: Sequence[SignalFit], share: float) -> tup
         graded = level(far[0].judged)
         if fit.asked:
             said += " What was held at the sheet may be the cause; the standard deviations do not count it."
-    said = f"{unfitted(signals)} {said}".lstrip()
+    said = " ".join(filter(None, (unfitted(signals), asked_for(fit), said)))
     if not fit.settled:
         graded = "fair" if graded == "good" else graded
         said += " The fit was stopped before it had settled."

@@ -26,6 +26,10 @@ _MEANING = {
     "stays at prior": f"above {100 * BARELY:.0f} %: the recordings say next to nothing",
     "refused": "asked for, but the recordings cannot identify it; the rig file keeps its prior",
 }
+_RMS = (
+    "RMS of the free run over the noise of one sample. ddh-twin replay gives other numbers: it compares means over 50 ms, without the "
+    "first 5 s; here each sample counts, and temperatures begin as their first minute tells."
+)
 _MOST_DOTS, _SPANS = 1500, 400
 _CHARTS = (
     f"Charts: a dot is a sample; where there are more than {_MOST_DOTS}, the line is the mean over a {_SPANS}th of the time and the band "
@@ -100,7 +104,7 @@ def calibration_document(fit: Calibration, experiments: Sequence[Experiment], si
     groups = grouped(fit)
     worst = max(signals, key=lambda s: s.judged)
     page.add("At a glance", doc.figures([
-        doc.Figure("Parameters fitted", str(len(fit.parameters)), "zero errors of sensors among them"),
+        _fitted(fit),
         *(doc.Figure(group.capitalize(), str(len(groups[group])), _MEANING[group]) for group in GROUPS if groups[group]),
         doc.Figure("Furthest off", f"{number(worst.judged, 2)} × noise", words(worst.name) + (", held out" if share else "")),
     ]))
@@ -108,6 +112,14 @@ def calibration_document(fit: Calibration, experiments: Sequence[Experiment], si
     page.add("What the recordings inform", _legend(groups), _bars(groups), _table(fit))
     page.add("Only together", _together(fit))
     return page
+
+
+def _fitted(fit: Calibration) -> doc.Figure:
+    """How many parameters were fitted, those that were asked for apart from what every fit needs."""
+    if not fit.asked:
+        return doc.Figure("Parameters fitted", str(len(fit.parameters)), "zero errors of sensors among them")
+    beside = sum(p.name not in fit.asked for p in fit.parameters)
+    return doc.Figure("Parameters asked for", str(len(fit.asked)), f"and {beside} that every fit needs: zero errors of sensors and clocks")
 
 
 def _signals(signals: Sequence[SignalFit]) -> doc.Html:
@@ -121,7 +133,7 @@ def _signals(signals: Sequence[SignalFit]) -> doc.Html:
 
     rows = [(words(s.name), number(s.before, 2),
              *((number(s.after, 2), judged(s.held_out), str(s.samples_held_out or "–")) if held else (judged(s.after),))) for s in signals]
-    return doc.Html(doc.table(columns, rows) + doc.note("RMS of the free run over the noise of one sample."))
+    return doc.Html(doc.table(columns, rows) + doc.note(_RMS))
 
 
 def _residuals(experiment: Experiment, fit: Calibration, share: float) -> list[Chart]:

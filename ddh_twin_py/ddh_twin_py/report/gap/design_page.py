@@ -9,6 +9,7 @@ from ddh_twin_py.report.gap.design_words import (
     SIZE_WORDS,
     found_at_some_size,
     impossible,
+    log_odds,
     nearest,
     separation_words,
     setting,
@@ -25,6 +26,7 @@ from ddh_twin_py.rig import Rig
 _FILLS = ((1.0, "#00224e"), (TELLS_APART, "#666970"), (10.0, "#c8b866"))
 """Expected log Bayes factor below which a cell has that colour."""
 _CLEAR, _SAME = "#fee838", "#ffffff"
+_CAPTION = "How surely each effect is told from every other, as the log of the odds"
 _UNSEEN = "○"
 _UNSEEN_WORDS = (
     f"{_UNSEEN}: this test does not detect the effect at a moderate size, or it cannot be so large; its row is then of the largest size "
@@ -108,7 +110,7 @@ def _matrix(design: Design) -> list[doc.Html]:
                       "read it."),
         doc.Html(f'<ul class="key">{said}</ul>'),
         doc.note(_UNSEEN_WORDS) if set(names) - seen else doc.Html(""),
-        heatmap(numbers, rows, cells, "taken for (number of the row)", "Expected log Bayes factor", _GRID),
+        heatmap(numbers, rows, cells, "taken for (number of the row)", _CAPTION, _GRID),
     ]
 
 
@@ -121,7 +123,7 @@ def _detections(design: Design) -> doc.Html:
     for d in design.detections:
         near, rise = nearest(design, d), number(d.rise if found_at_some_size(d) else None, 1)
         rows.append((effect_name(d.effect), smallest(d), rise, shows_in(d), *(_mark(d, size) for size in SIZES),
-                     "–" if near is None else f"{effect_name(near[0])}, {number(near[1], 1)}"))
+                     "–" if near is None else f"{effect_name(near[0])}, {log_odds(near[1])}"))
     table = doc.table(columns, rows, "Detected: the evidence for the effect is expected to be 20 times that for none. The departure is "
                                      "that of the quantity that a diagnosis reports, from its value without the effect.")
     return doc.Html(f'<div class="whole-words">{table}</div>')

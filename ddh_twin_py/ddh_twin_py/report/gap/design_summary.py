@@ -9,9 +9,8 @@ from rich.text import Text
 from ddh_twin_py.gap.drive.design import Design
 from ddh_twin_py.gap.explain.classes import TELLS_APART
 from ddh_twin_py.gap.explain.detection import SIZES
-from ddh_twin_py.report.gap.design_words import nearest, setting, smallest, verdict
+from ddh_twin_py.report.gap.design_words import log_odds, nearest, setting, smallest, verdict
 from ddh_twin_py.report.replay.summary import STYLE, plain_table
-from ddh_twin_py.report.units import number
 
 _ENDLESS = 10_000  # columns
 _MARK = {True: ("yes", "good"), False: ("no", "poor"), None: ("–", "")}
@@ -39,15 +38,16 @@ def _width(table: Table, console: Console) -> int:
 
 def _table(design: Design, room: int) -> Table:
     """Every effect; names that are longer than ``room`` columns break after the component."""
-    table = plain_table("effect", "smallest departure", *(f"{rise:g}" for rise in SIZES.values()), "told")
+    table = plain_table("effect", "smallest departure", *SIZES, "told")
     for d in design.detections:
         near = nearest(design, d)
-        told = "–" if near is None else number(near[1], 1)
+        told = "–" if near is None else log_odds(near[1])
         marks = [Text(_MARK[d.detects(size)][0], style=STYLE.get(_MARK[d.detects(size)][1], "")) for size in SIZES]
-        name = d.effect if len(d.effect) <= room else d.effect.replace(".", ".\n  ", 1)
+        name = d.effect if len(d.effect) <= room else d.effect.replace(".", ".\n ", 1)
         table.add_row(name, smallest(d, short=True), *marks, told)
     table.caption, table.caption_justify = (
-        "2.2, 5, 11: would it be detected where the worst signal rises to so many times its noise (faint, moderate, clear); – lies beyond "
-        "what the effect may be, or no sensor shows it.\ntold: how surely it is told from the effect that it is taken for most easily, as "
+        f"{', '.join(SIZES)}: would it be detected where the worst signal rises to {', '.join(f'{rise:g}' for rise in SIZES.values())} "
+        "times its noise; – lies beyond what the effect may be, or no sensor shows it.\n"
+        "told: how surely it is told from the effect that it is taken for most easily, as "
         f"the log of the odds; from {TELLS_APART:g} on, odds of 20 to 1, the two count as told apart.", "left")
     return table

@@ -9,6 +9,8 @@ from ddh_twin_py.gap.explain.detection import SIZES, Detection
 from ddh_twin_py.report.gap.words import effect_name, signal_name
 from ddh_twin_py.report.units import duration, number, plus_minus, words
 
+_SURELY = 100.0  # log of the odds that is beyond all doubt
+
 
 def verdict(design: Design) -> tuple[str, str]:
     """How a test comes out in one sentence, and its level: good, fair or poor."""
@@ -78,10 +80,15 @@ def nearest(design: Design, d: Detection) -> tuple[str, float] | None:
     return other, value
 
 
+def log_odds(value: float) -> str:
+    """The log of the odds as people need it: beyond `_SURELY` it says no more."""
+    return f">{_SURELY:g}" if value > _SURELY else number(value, 1)
+
+
 def separation_words(one: str, other: str, value: float) -> str:
     """One cell of the matrix as a sentence."""
     told = "told apart" if value >= TELLS_APART else "not told apart"
-    return f"{effect_name(one)} against {effect_name(other)}: expected log Bayes factor {number(value, 1)}, {told}"
+    return f"{effect_name(one)} against {effect_name(other)}: expected log of the odds {log_odds(value)}, {told}"
 
 
 SIZE_WORDS = {name: f"worst signal rises to {rise:g} times its noise" for name, rise in SIZES.items()}

@@ -153,6 +153,7 @@ def _effect(effect: str, w: Weighed, known: Effect | None, commissioned: bool) -
         moved = value - (nominal or 0.0)
         against = "" if nominal is None else f" (without the effect {plus_minus(nominal, None, unit)})"
         name = words(known.parameter) if known else effect_name(effect)
+        name = f"{effect_name(effect)}, {name}" if known and len(w.effects) > 1 else name
         blocks.append(f'<p class="found">{doc.text(capital(name))}: <strong>{doc.text(plus_minus(value, std, unit))}</strong>'
                       f"{doc.text(against)}</p>")
     if known is not None:
@@ -165,7 +166,9 @@ def _effect(effect: str, w: Weighed, known: Effect | None, commissioned: bool) -
 
 
 def _values(w: Weighed) -> str:
-    return "; ".join(plus_minus(value, std, unit) for value, std, unit, _ in w.values.values())
+    """The values, each with its effect where there are several."""
+    said = {effect: plus_minus(value, std, unit) for effect, (value, std, unit, _) in w.values.items()}
+    return "; ".join(f"{effect_name(effect)} {value}" if len(w.effects) > 1 else value for effect, value in said.items())
 
 
 def _parameters(row: Why) -> str:

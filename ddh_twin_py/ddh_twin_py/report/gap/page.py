@@ -68,7 +68,7 @@ def gap_document(diagnosis: Diagnosis) -> doc.Document:
     page.add("What no listed effect explains", unknown(diagnosis))
     page.add(WOULD_LACK if report["verdict"] == "no_gap" else "What the twin lacks", _lacking(diagnosis))
     page.add("The next test", _next_test(report["next_test"], report["verdict"]))
-    page.add("Parameters of the rig", parameters_table(diagnosis.parameters, diagnosis.rig, diagnosis.added))
+    page.add("Parameters of the rig", parameters_table(diagnosis.parameters, diagnosis.rig, diagnosis.added, *_last_fit(diagnosis)))
     if report["verdict"] != "insufficient":
         page.add("Notes", notes)
     return page
@@ -143,8 +143,23 @@ def _fits(diagnosis: Diagnosis) -> doc.Html:
         return doc.Html("")
     if not diagnosis.recordings.get("commissioning"):
         return doc.note(f"Parameters fitted: to the field recording{tolerances(diagnosis.cut)}; 'no effect' is the same fit.")
+    last = ending(diagnosis.report["verdict"], diagnosis.added)
+    third = f" {capital(last)}: they are fitted to both recordings, too; the table of parameters at the end is of this fit."
     return doc.note("Parameters fitted: to the commissioning recording alone, so the rig as it was built. Parameters refitted, which is "
-                    "the hypothesis 'no effect': fitted anew to the field recording as well, nothing added; so its gap may be smaller.")
+                    "the hypothesis 'no effect': fitted anew to the field recording as well, nothing added; so its gap may be smaller."
+                    + (third if diagnosis.added else " The table of parameters at the end is of this second fit."))
+
+
+def _last_fit(diagnosis: Diagnosis) -> tuple[str, str]:
+    """Of which fit the table of parameters is, and where its values come from where the rig holds those of another; empty where not."""
+    told = [path for kind in ("commissioning", "field") for path in diagnosis.recordings.get(kind, [])]
+    built = bool(diagnosis.recordings.get("commissioning"))
+    last = ending(diagnosis.report["verdict"], diagnosis.added)
+    fit = f"Fitted to the {'commissioning and the field recordings together' if built else 'field recording'}, "
+    fit += f"{last}; the values leave out what it does." if diagnosis.added else "nothing added."
+    if not (built and diagnosis.nameless):
+        return fit, ""
+    return f"{fit} -o writes those of the commissioning recording alone, as what acts is unknown.", f"fitted to {', '.join(told)}"
 
 
 def _residual_note(diagnosis: Diagnosis) -> str:

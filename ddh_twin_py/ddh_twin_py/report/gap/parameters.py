@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import re
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from ddh_twin_py.report.calibration.groups import BARELY, WELL
@@ -15,26 +16,34 @@ if TYPE_CHECKING:
     from ddh_twin_py.rig import Rig
 
 _MOST_OPEN = 10
+_EFFECT = re.compile(r"^(?:effect .*?|learned, cause unknown), (?=fitted to )")
 
 
-def parameters_table(parameters: Sequence[FittedParameter], rig: Rig, added: Sequence[str] = ()) -> doc.Html:
-    """All parameters, those that moved furthest first, in the units of the rig file, and what the effects ``added`` made of them."""
+def parameters_table(parameters: Sequence[FittedParameter], rig: Rig, added: Sequence[str] = (), fit: str = "",
+                     source: str = "") -> doc.Html:
+    """All parameters, those that moved furthest first, in the units of the rig file, and what the effects ``added`` made of them.
+
+    Args:
+        fit: to what they were fitted, in words. source: of their values where the rig holds others; empty where it holds these.
+    """
     if not parameters:
         return doc.paragraph("No parameter was fitted.")
     ordered = sorted(parameters, key=lambda p: -abs(p.moved))
     first, rest = ordered[:_MOST_OPEN], ordered[_MOST_OPEN:]
-    sources = Counter(rig.quantities[p.name].source for p in parameters if p.name in rig.quantities)
-    usual = sources.most_common(1)[0][0] if sources else ""
+    sources = {p.name: source or _without_effect(rig.quantities[p.name].source) for p in parameters if p.name in rig.quantities}
+    usual = Counter(sources.values()).most_common(1)[0][0] if sources else ""
+    unusual = {name: said for name, said in sources.items() if said != usual}
     blocks = [
+        doc.note(fit) if fit else "",
         doc.note("Units of the rig file. ± is one standard deviation: the prior's is the tolerance of the sheet, the fitted one is what "
                  "the recordings leave of it. Moved: distance from the prior in its standard deviations; beyond 3 is rare."
                  + (f" Source, where no other is named: {usual}." if usual else "")),
         _at_the_end(parameters),
         _written(parameters, rig, added),
-        _table(first, rig, usual),
+        _table(first, unusual),
     ]
     if rest:
-        blocks.append(doc.details(f"{len(rest)} further parameters", _table(rest, rig, usual)))
+        blocks.append(doc.details(f"{len(rest)} further parameters", _table(rest, unusual)))
     return doc.Html("".join(blocks))
 
 
@@ -70,8 +79,9 @@ def _written(parameters: Sequence[FittedParameter], rig: Rig, added: Sequence[st
     return doc.Html(f'<div class="wrap-last">{table}</div>')
 
 
-def _table(parameters: Sequence[FittedParameter], rig: Rig, usual: str) -> doc.Html:
-    named = any(_source(p.name, rig, usual) for p in parameters)
+def _table(parameters: Sequence[FittedParameter], unusual: Mapping[str, str]) -> doc.Html:
+    """Values without any effect; ``unusual`` sources by name."""
+    named = any(p.name in unusual for p in parameters)
     columns = (
         doc.Column("Parameter", number=False), doc.Column("Unit", number=False), doc.Column("Prior ± std"), doc.Column("Fitted ± std"),
         doc.Column("Moved", "std of prior"), doc.Column("The recordings say", number=False),
@@ -79,16 +89,15 @@ def _table(parameters: Sequence[FittedParameter], rig: Rig, usual: str) -> doc.H
     )
     table = doc.table(columns, [
         (p.name, "" if p.unit == "1" else p.unit, in_file(p.prior, p.prior_std), in_file(p.value, p.std), number(p.moved, 2),
-         _said(p.share), *([_source(p.name, rig, usual)] if named else []))
+         _said(p.share), *([unusual.get(p.name, "")] if named else []))
         for p in parameters
     ])
     return doc.Html(f'<div class="wrap-last">{table}</div>')
 
 
-def _source(name: str, rig: Rig, usual: str) -> str:
-    """Where a quantity's value comes from, empty where it is the usual place."""
-    source = rig.quantities[name].source if name in rig.quantities else ""
-    return "" if source == usual else source
+def _without_effect(source: str) -> str:
+    """Where a value comes from that is told without the effect which the rig's own has in it."""
+    return _EFFECT.sub("", source)
 
 
 def _said(share: float) -> doc.Html:

@@ -160,8 +160,8 @@ def _signal(name: str, trace: Trace, axes: Mapping, domain: tuple[float, float])
 def _against(trace: Trace, axes: Mapping) -> str:
     unit = shown(trace.unit)
     every = max(1, -(-trace.time.size // _MOST_BINNED))
-    missing = [(label, role, ((trace.measured - predicted) * unit.factor)[::every])
-               for label, role, predicted in (("before", "predicted", trace.before), ("after", "fused", trace.after))]
+    residuals = [(label, role, ((trace.measured - predicted) * unit.factor)[::every])
+                 for label, role, predicted in (("before", "predicted", trace.before), ("after", "fused", trace.after))]
     plots = []
     for name, axis in axes.items():
         variable = along(trace, axis)[::every]
@@ -170,10 +170,10 @@ def _against(trace: Trace, axes: Mapping) -> str:
             continue
         said, axis_unit, factor, shift = axis_scale(name, float(finite.min()))
         curves = []
-        for label, role, residual in missing:
+        for label, role, residual in residuals:
             b = binned((variable - shift) * factor, residual)
             curves.append(Curve(label, role, b.at, b.median, b.low, b.high))
         if curves[0].at.size > 1:
             x_title = f"{said}, {axis_unit}" if axis_unit else said
-            plots.append(curve_plot(curves, x_title, f"missing, {unit.unit}", trace.floor * unit.factor))
+            plots.append(curve_plot(curves, x_title, f"measured − twin, {unit.unit}", trace.floor * unit.factor))
     return f'<div class="plots">{"".join(plots)}</div>' if plots else ""

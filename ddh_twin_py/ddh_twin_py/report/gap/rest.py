@@ -131,18 +131,18 @@ def unknown(diagnosis: Diagnosis) -> doc.Html:
 
 
 def shapes(several: list[Shape]) -> doc.Html:
-    """Curves of what is missing over the variables that it depends on, with two standard deviations."""
+    """Curves of what is left over the variables that it depends on, with two standard deviations."""
     plots = []
     for shape in several:
         unit = shown(shape.unit)
         name, axis_unit, factor, shift = axis_scale(shape.variable, float(np.nanmin(shape.at)) if shape.at.size else 0.0)
         value, spread = shape.value * unit.factor, 2.0 * shape.std * unit.factor
-        curve = Curve("missing", "fused", (shape.at - shift) * factor, value, value - spread, value + spread)
-        missing = f"missing in {signal_name(shape.signal)}, {unit.unit}" if shape.signal else f"missing, {unit.unit}"
-        plots.append(curve_plot([curve], f"{name}, {axis_unit}" if axis_unit else name, missing, width=460, height=240))
+        curve = Curve("left", "fused", (shape.at - shift) * factor, value, value - spread, value + spread)
+        said = f"measured − twin, {signal_name(shape.signal)}, {unit.unit}" if shape.signal else f"measured − twin, {unit.unit}"
+        plots.append(curve_plot([curve], f"{name}, {axis_unit}" if axis_unit else name, said, width=460, height=240))
     if not any(plots):
         return doc.Html("")
-    note = doc.note("Line: what is still missing in one signal beside the best listed hypothesis, the rig's parameters fitted anew, so "
+    note = doc.note("Line: measured less twin of one signal beside the best listed hypothesis, the rig's parameters fitted anew, so "
                     "less than what acts at the place as a whole. Band: two standard deviations of the mean.")
     return doc.Html(f'<div class="plots large">{"".join(plots)}</div>{note}')
 

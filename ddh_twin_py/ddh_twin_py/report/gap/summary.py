@@ -10,6 +10,7 @@ from rich.text import Text
 
 from ddh_twin_py.gap.catalogue import EFFECTS
 from ddh_twin_py.gap.shrink.size import WITHOUT_COMMISSIONING
+from ddh_twin_py.gap.words import recovered
 from ddh_twin_py.report.gap.words import (
     NEAR,
     VERDICTS,
@@ -31,7 +32,7 @@ from ddh_twin_py.report.units import in_unit, number, plus_minus, probably, word
 
 if TYPE_CHECKING:
     from ddh_twin_py.gap.contract import Report
-    from ddh_twin_py.gap.diagnosis import Diagnosis
+    from ddh_twin_py.gap.diagnosis import Diagnosis, Weighed
 
 LINES, WIDTH = 25, 80
 """What a summary fits in on a terminal that is not wider."""
@@ -45,8 +46,6 @@ _INDENT = 21  # columns before the words of what has a share
 _FURTHER = "further notes"
 SPREAD = "± is one standard deviation"
 """What stands once below the causes, where a line is left."""
-_RECOVERED = "; recovered "
-"""Stands in what reading says of a damaged recording."""
 
 
 def gap_summary(diagnosis: Diagnosis, width: int = WIDTH) -> list[Text]:
@@ -96,7 +95,7 @@ def _begin(diagnosis: Diagnosis, sentence: str, most: int, width: int) -> tuple[
 
 def lost_data(diagnosis: Diagnosis) -> list[str]:
     """What is wrong with the recordings so far that data are lost by it."""
-    return list(dict.fromkeys([*diagnosis.damage, *(note for note in diagnosis.report["notes"] if _RECOVERED in note)]))
+    return list(dict.fromkeys([*diagnosis.damage, *recovered(diagnosis.report["notes"])]))
 
 
 def _plain(lines: list[Text]) -> str:
@@ -140,15 +139,22 @@ def _hypotheses(diagnosis: Diagnosis, width: int, most: int) -> list[Text]:
     shown = [w for w in diagnosis.weighed if w.probability >= 0.005][:_MOST_HYPOTHESES]
     lines = []
     for i, w in enumerate(shown):
-        values = {effect: plus_minus(value, std, unit) for effect, (value, std, unit, _) in w.values.items()}
-        named = [f"{words(EFFECTS[effect].parameter)} {value}" if effect in EFFECTS else value for effect, value in values.items()]
-        said = set_name(w.effects)
-        ways = [f"{said}, {'; '.join(named)}", f"{said}  {'; '.join(values.values())}"] * bool(values)
-        fits = (way for way in ways if len(_wrapped(way, most + 1, width - _INDENT)) <= most)
-        lines += _weighed("" if i else "cause", probably(w.probability), next(fits, said), width, most)
+        fits = (way for way in _with_values(w) if len(_wrapped(way, most + 1, width - _INDENT)) <= most)
+        lines += _weighed("" if i else "cause", probably(w.probability), next(fits, set_name(w.effects)), width, most)
     for members in diagnosis.report["classes"][:1]:
         lines += _titled("alike", ", ".join(effect_name(e) for e in members) + " look alike in this record", 2, width)
     return lines
+
+
+def _with_values(w: Weighed) -> list[str]:
+    """A set with its values, in full first and then without the names of the quantities; each value beside its effect."""
+    values = {effect: plus_minus(value, std, unit) for effect, (value, std, unit, _) in w.values.items()}
+    if not values:
+        return []
+    named = {effect: f"{words(EFFECTS[effect].parameter)} {value}" if effect in EFFECTS else value for effect, value in values.items()}
+    if len(w.effects) == 1:
+        return [f"{set_name(w.effects)}, {'; '.join(named.values())}", f"{set_name(w.effects)}  {'; '.join(values.values())}"]
+    return [" and ".join(f"{effect_name(e)} ({told[e]})" if e in told else effect_name(e) for e in w.effects) for told in (named, values)]
 
 
 def _places(report: Report, width: int) -> list[Text]:

@@ -7,7 +7,19 @@ from dataclasses import asdict
 
 import numpy as np
 
-from ddh_twin_py.estimation.consistency import HIDDEN, JUDGED, LEVEL, Band, SeedErrors, hot_spot_inside, nees_band, nis_band, verdict
+from ddh_twin_py.estimation.consistency import (
+    AS_SAID,
+    HIDDEN,
+    JUDGED,
+    LEVEL,
+    TOO_LITTLE,
+    Band,
+    SeedErrors,
+    hot_spot_inside,
+    nees_band,
+    nis_band,
+    verdict,
+)
 from ddh_twin_py.report.page import document as doc
 from ddh_twin_py.report.page.curve_plot import Curve, curve_plot
 from ddh_twin_py.report.units import number, words
@@ -50,7 +62,7 @@ def consistency_document(rig: Rig, errors: Sequence[SeedErrors], first: int, dur
     said = verdict(nees, nis, inside, len(errors))
     page = doc.Document(
         kind="Validation of the estimate", title=f"{rig.rig_id}: is it as wrong as it says?", verdict=said,
-        level="good" if said.startswith("The estimate is as wrong") else "poor", end=consistency_end(rig, errors, first, duration, duty),
+        level=_level(said), end=consistency_end(rig, errors, first, duration, duty),
     )
     filtered, smoothed = (_mean(errors, name) for name in ("squared", "smoothed_squared"))
     page.add("At a glance", doc.figures([
@@ -79,6 +91,10 @@ def consistency_document(rig: Rig, errors: Sequence[SeedErrors], first: int, dur
         for name, band in (("errors of all nodes, whitened", nees), ("innovations", nis))
     ]))
     return page
+
+
+def _level(said: str) -> str:
+    return "good" if said.startswith(AS_SAID) else "fair" if said.startswith(TOO_LITTLE) else "poor"
 
 
 def _over(time: np.ndarray, value: np.ndarray, band: Band, title: str) -> doc.Html:

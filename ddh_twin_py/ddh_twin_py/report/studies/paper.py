@@ -8,7 +8,7 @@ from ddh_twin_py.physics.oil import ZERO_CELSIUS
 from ddh_twin_py.physics.thermal_network import MOTOR_NODES, NODES
 from ddh_twin_py.report.page import document as doc
 from ddh_twin_py.report.page.charts import Chart, Trace, charts
-from ddh_twin_py.report.studies.paper_rows import FITTED, INPUT, Row
+from ddh_twin_py.report.studies.paper_rows import COMPUTED, FITTED, INPUT, Row
 from ddh_twin_py.report.units import number, words
 from ddh_twin_py.rig import Rig
 from ddh_twin_py.twin.paper_cycle import CYCLES, Reading
@@ -26,15 +26,15 @@ def cell(value: float | str | None) -> str:
 
 
 def verdict(rows: list[Row]) -> str:
-    """One sentence: how many of the paper's numbers the twin meets within 10 %; inputs are not counted."""
-    numbers = [row for row in rows if row.difference is not None and row.origin != INPUT]
+    """One sentence: how many of the paper's numbers the twin meets within 10 %, those that test it first, by the labels of the table."""
+    numbers = [row for row in rows if row.difference is not None]
     near = [row for row in numbers if abs(row.difference) <= 0.1 * abs(row.paper)]
-    fitted = sum(row.origin == FITTED for row in near)
-    given = sum(row.origin == INPUT and row.difference is not None for row in rows)
-    from_them = f", and the data sheet was derived from {'these' if fitted == len(near) else fitted}" if fitted else ""
+    (met, computed), (met_fitted, fitted), (_, given) = (
+        [sum(row.origin == origin for row in several) for several in (near, numbers)] for origin in (COMPUTED, FITTED, INPUT))
     return (
-        f"{len(near)} of the {len(numbers)} numbers that the twin computes are within 10 % of the paper's{from_them}; {given} more "
-        "are inputs and not counted; the others, and what the paper states in words, are explained row by row."
+        f"{met or 'None'} of the {computed} numbers that the twin computes {'are' if met > 1 else 'is'} within 10 % of the paper's; of the "
+        f"{fitted} that its data sheet was fitted to, which tests nothing, {met_fitted or 'none'} {'are' if met_fitted > 1 else 'is'}; "
+        f"{given} more are inputs and not counted; the others, and what the paper states in words, are explained row by row."
     )
 
 

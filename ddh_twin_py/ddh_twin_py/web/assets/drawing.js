@@ -96,8 +96,10 @@ export class Drawing {
     const name = what.show;
     if (name === "payload") return store.documents.rig?.payload_mass ? `${number(store.documents.rig.payload_mass, 1)} kg` : "";
     if (name === "stroke") return `${number(store.page.rig.stroke * 1000, 0)} mm`;
-    if (name.startsWith("pressure_"))
-      return quantity(measured(store, `hydraulics.${name}`, `state.${name}`) * 1e-5, what.short ? 0 : 1, "bar");
+    if (name.startsWith("pressure_")) {
+      const bar = measured(store, `hydraulics.${name}`, `state.${name}`) * 1e-5;
+      return quantity(bar, what.short && Math.abs(bar) >= 10 ? 0 : 1, "bar"); // below 0 the tenths tell how near a vacuum is
+    }
     if (name === "rod_velocity") return quantity(measured(store, "hydraulics.rod_velocity", "state.rod_velocity") * 1000, 0, "mm/s");
     if (name.endsWith("_flow")) {
       const value = store.value(name) * 6e4;

@@ -36,7 +36,7 @@ function margin(row, data) {
       element(
         "span",
         { class: "now" },
-        `${number(row.temperature, 1)} ± ${number(2 * row.standard_deviation, 1)} of ${number(row.limit, 0)} °C`,
+        `${number(row.temperature, 1)} ± ${number(2 * row.standard_deviation, 1)} of ${degrees(row.limit)} °C`,
       ),
     ),
     element("div", { class: "gauge" }, fill, band),
@@ -48,21 +48,32 @@ function margin(row, data) {
 function falls(row, data) {
   const keeps = data.duty_known && row.time_to_limit === null && row.allowed_speed !== null && row.allowed_speed >= data.mean_absolute_speed;
   if (!keeps || row.allowed_current > data.rms_current - 0.1) return "";
-  return `; so does this duty, whose ${number(data.rms_current, 1)} A rms fall as the oil warms`;
+  return `; this duty does too: its ${number(data.rms_current, 1)} A rms fall as the oil warms`;
+}
+
+/* What keeps the limit, a sentence. */
+function keeps(row, data, beyond) {
+  const limit = `${degrees(row.limit)} °C`;
+  if (!(row.allowed_current > 0)) return `No current keeps it below ${limit}.`;
+  const speed = row.allowed_speed === null ? "" : `, or a mean of ${number((row.allowed_speed * 30) / Math.PI, 0)} rpm`;
+  const does = beyond ? "comes back" : "stays";
+  return `It ${does} below ${limit} for good at up to ${number(row.allowed_current, 1)} A rms held${speed}${falls(row, data)}.`;
 }
 
 function sentence(row, data, beyond, soon) {
-  const horizon = data.horizon;
-  const keeps =
-    row.allowed_current > 0
-      ? `${number(row.allowed_current, 1)} A rms held${row.allowed_speed === null ? "" : ` or a mean of ${number((row.allowed_speed * 30) / Math.PI, 0)} rpm`} keep it for ever${falls(row, data)}`
-      : "no current keeps it";
-  if (beyond) return `✕ exceeded; ${keeps}`;
+  const kept = keeps(row, data, beyond);
+  if (beyond) return `✕ Exceeded. ${kept}`;
+  const horizon = lasting(data.horizon);
   if (row.time_to_limit === null) {
     const sooner = row.time_to_limit_16 === null ? "" : ` (one in six: ${lasting(row.time_to_limit_16)})`;
-    return `not within ${lasting(horizon)}${sooner}; ${number(row.limit - row.temperature, 0)} K left; ${keeps}`;
+    return `Not within ${horizon}${sooner}, ${number(row.limit - row.temperature, 0)} K left. ${kept}`;
   }
-  const late = row.time_to_limit_84 === null ? `more than ${lasting(horizon)}` : lasting(row.time_to_limit_84);
+  const late = row.time_to_limit_84 === null ? `more than ${horizon}` : lasting(row.time_to_limit_84);
   const early = row.time_to_limit_16 === null ? late : lasting(row.time_to_limit_16);
-  return `${soon ? "▲ " : ""}limit in ${lasting(row.time_to_limit)} (${early} to ${late}); ${keeps}`;
+  return `${soon ? "▲ " : ""}Limit in ${lasting(row.time_to_limit)} (${early} to ${late}). ${kept}`;
+}
+
+/* A limit as it was set: 145, 72.5. */
+function degrees(limit) {
+  return number(limit, Math.abs(limit - Math.round(limit)) < 0.05 ? 0 : 1);
 }
