@@ -53,6 +53,7 @@ class Effect:
         confused_with: ids of effects that show alike in common duties and sensors.
         law_error: share of a departure by which the law may misjudge it.
         unsteady: share of its size by which that may be another in each duty, as of heat into a body of which the warmth is not known.
+        feigned: departure, standard deviation, that the rig's own law may feign in another duty than that which it was fitted to.
         lacked: quantity of a free run, and its unit, that says what the place lacks without the effect;
             None for the one of its component and domain.
         reading: the signal that errs, of a law that acts in one sensor alone.
@@ -79,6 +80,7 @@ class Effect:
     confused_with: tuple[str, ...] = ()
     law_error: float = 0.0
     unsteady: float = 0.0
+    feigned: float = 0.0
     lacked: tuple[str, str] | None = None
     reading: str = ""
     reached: tuple[float, float] = (-math.inf, math.inf)

@@ -52,6 +52,7 @@ EFFECTS = (
     Effect(
         id="tank.oil_level", component="tank", domain="thermal", parameter="volume_ratio", unit="1",
         reference=fixed(1.0), laws=(scaled("tank_oil_volume"),), step=-0.1, lowest=-0.85, highest=1.5,
+        feigned=0.03,  # oil that lies in layers takes part in other shares where another duty stirs it
         about="There is more oil in the tank than {reference}.",
         about_below="There is less oil in the tank than {reference}.",
         law="C = rho c r V",
