@@ -7,31 +7,31 @@ import pytest
 from ddh_twin_py.gap.explain.feigned import feigned
 from scipy.stats import norm
 
-STD = 0.02
+STD, FEIGNED = 0.02, 0.03
+LEVEL, FAN = "tank.oil_level", "motor.cooling"
 
 
-def fitted(x, may_feign, std=STD):
-    columns = [SimpleNamespace(effect=SimpleNamespace(feigned=one)) for one in may_feign]
-    return SimpleNamespace(columns=columns, x=np.array(x), covariance=np.diag(np.full(len(x), std**2)))
+def fitted(log_evidence, *effects, std=STD):
+    columns = [SimpleNamespace(effect=SimpleNamespace(id=name, feigned=FEIGNED * (name == LEVEL))) for name in effects]
+    return SimpleNamespace(columns=columns, effects=effects, log_evidence=log_evidence, covariance=np.diag(np.full(len(effects), std**2)))
 
 
-def ratio(x, may_feign, wide=100.0):
-    """Log evidence of any departure over none, where a law feigns one on top of it."""
-    noise = np.hypot(STD, may_feign)
-    return norm.logpdf(x, scale=np.hypot(noise, wide)) - norm.logpdf(x, scale=noise)
+@pytest.mark.parametrize("x", [0.05, -0.08, 0.4])
+def test_evidence_of_an_effect_falls_to_what_it_is_over_a_law_that_feigns_it(x):
+    at_best = norm.logpdf(0.0, scale=STD) - norm.logpdf(x, scale=STD)
+    over_the_law = norm.logpdf(0.0, scale=np.hypot(STD, FEIGNED)) - norm.logpdf(x, scale=np.hypot(STD, FEIGNED))
+    one, none = fitted(at_best, LEVEL), fitted(0.0)
+    assert at_best - feigned(one, {(): none, (LEVEL,): one}) == pytest.approx(over_the_law)
 
 
-@pytest.mark.parametrize("x", [0.05, 0.08, -0.08, 0.4])
-def test_evidence_falls_by_as_much_as_the_law_may_feign(x):
-    assert feigned(fitted([x], [0.03])) == pytest.approx(ratio(x, 0.0) - ratio(x, 0.03), rel=1e-4)
+def test_of_two_it_is_held_against_the_best_without_it():
+    both, fan, none = fitted(50.0, FAN, LEVEL), fitted(40.0, FAN), fitted(0.0)
+    share = FEIGNED**2 / (FEIGNED**2 + STD**2)
+    assert feigned(both, {(): none, (FAN,): fan, (FAN, LEVEL): both}) == pytest.approx(10.0 * share)
+    assert feigned(both, {(): none, (FAN, LEVEL): both}) == pytest.approx(50.0 * share), "the other one alone was not fitted"
 
 
-def test_a_small_departure_gains_nothing_by_it_and_effects_of_exact_laws_lose_nothing():
-    assert feigned(fitted([0.001], [0.03])) == 0.0
-    assert feigned(fitted([0.4, 0.4], [0.0, 0.0])) == 0.0 and feigned(fitted([], [])) == 0.0
-    assert feigned(fitted([0.08, 0.4], [0.03, 0.0])) == feigned(fitted([0.08], [0.03]))
-
-
-@pytest.mark.parametrize("std", [0.0, np.nan, np.inf])
-def test_a_departure_without_a_deviation_loses_nothing(std):
-    assert feigned(fitted([0.08], [0.03], std)) == 0.0
+def test_effects_of_exact_laws_those_that_gain_nothing_and_those_without_a_deviation_owe_nothing():
+    none = fitted(0.0)
+    assert feigned(fitted(9.0, FAN), {(): none}) == feigned(none, {(): none}) == feigned(fitted(-1.0, LEVEL), {(): none}) == 0.0
+    assert all(feigned(fitted(9.0, LEVEL, std=std), {(): none}) == 0.0 for std in (0.0, np.nan, np.inf))

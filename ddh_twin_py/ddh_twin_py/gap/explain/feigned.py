@@ -1,28 +1,32 @@
 """What effects of a hypothesis may owe to laws of the rig itself that are a little off in another duty than they were fitted to.
 
 Such a law looks like a small departure of the effect, whatever acts. With the effect it changes nothing, as that has any size; without it
-the departure found, x, is no longer as unlikely: its evidence against none falls by
-
-    x^2/(2 s^2) - x^2/(2 (s^2 + f^2)) - log((s^2 + f^2)/s^2)/2     s: of the departure, f: `effect.Effect.feigned`
+the departure found is no longer as unlikely. With s the standard deviation of that departure and f the one that the law may feign
+(`effect.Effect.feigned`), it explains f^2/(s^2 + f^2) of what the effect gains over the hypothesis without it, as a departure x that costs
+x^2/(2 s^2) without it costs x^2/(2 (s^2 + f^2)) then.
 """
 
 from __future__ import annotations
 
-import math
+from collections.abc import Mapping
 
 import numpy as np
 
+from ddh_twin_py.gap.evidence.hypotheses import Ids
 from ddh_twin_py.gap.explain.refit import Refitted
 
 
-def feigned(fitted: Refitted) -> float:
-    """Log evidence that a hypothesis has too much for that; 0 or more."""
-    each = zip(fitted.columns, fitted.x, np.diagonal(fitted.covariance), strict=True)
-    return sum(_too_much(float(x), float(variance), column.effect.feigned) for column, x, variance in each if column.effect.feigned)
+def feigned(fitted: Refitted, others: Mapping[Ids, Refitted]) -> float:
+    """Log evidence that a hypothesis may owe to them; 0 or more.
 
-
-def _too_much(x: float, variance: float, feigned: float) -> float:
-    if not 0.0 < variance < math.inf:
-        return 0.0
-    wide = variance + feigned**2
-    return max(0.0, 0.5 * x**2 * (1.0 / variance - 1.0 / wide) - 0.5 * math.log(wide / variance))
+    Args:
+        others: hypotheses that were fitted, no effect among them.
+    """
+    owed = 0.0
+    for column, variance in zip(fitted.columns, np.diagonal(fitted.covariance), strict=True):
+        may = column.effect.feigned**2
+        if may and 0.0 < variance < np.inf:
+            rest = set(fitted.effects) - {column.effect.id}
+            without = max(other.log_evidence for ids, other in others.items() if rest >= set(ids))
+            owed += may / (variance + may) * max(0.0, fitted.log_evidence - without)
+    return owed

@@ -293,7 +293,7 @@ class Fits:
         full = {ids: self.worth.full(ids) for ids in self.fitted if ids in self._weights}
         beyond = self._owed.in_full(leading, self.fitted, full)
         owed = {ids: beyond[ids] if ids in beyond else self._by_law(ids) for ids in full}
-        return {ids: weight - owed[ids] - feigned(self.fitted[ids]) for ids, weight in full.items()}
+        return {ids: weight - owed[ids] - feigned(self.fitted[ids], self.fitted) for ids, weight in full.items()}
 
     def _by_law(self, ids: Ids) -> float:
         """Log weight that a set may owe to a law that is off; see `LawDebt`."""
