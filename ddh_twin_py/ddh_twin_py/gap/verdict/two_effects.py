@@ -16,7 +16,7 @@ from ddh_twin_py.gap.verdict.witnesses import columns_of_effects, lengths_of, wi
 
 LOG_ODDS = -3.0
 """Of something unknown beside two effects: of 88 pairs that led on sealed recordings of an independent plant, with nothing else against
-them, nine were not what acted; of the last four that were said to be unknown by this alone all were."""
+them, nine were not what acted; the last four that were said to be unknown by this alone were, or half of it."""
 SAME, _SAME_SOFTNESS, _SAME_BOUNDS = 0.62, 0.12, (-1.0, 1.5)
 """Likeness of the signals that two effects speak through, at which it tells nothing; what of it adds 1 to those log odds; and at most."""
 SLIGHT, _SLIGHT_SOFTNESS, _SLIGHT_BOUNDS = 2.67, 0.67, (-0.5, 1.5)
