@@ -10,6 +10,9 @@ from ddh_twin_py.telemetry.signals import TEMPERATURE_PREFIX
 _NEEDED = 25.0
 UNSHOWN = 33.0
 """Log evidence that a free form must gain besides where no commissioning recording showed how well the laws hold."""
+_PAID, USUAL = 10.0, 700.0
+"""Log evidence that a free form pays where nothing is to be found, and s of recording for which needs are given: beyond what it pays, what
+it gains by flaws of the laws grows with the recording."""
 
 
 @dataclass(frozen=True)
@@ -30,13 +33,15 @@ class Witnesses:
     needed: float = _NEEDED
     needed_beside_none: float = _NEEDED
 
-    def needed_of(self, signal: str, effects: int, shown: bool) -> float:
+    def needed_of(self, signal: str, effects: int, shown: bool, seconds: float = USUAL) -> float:
         """Log evidence that a free form of a signal must gain to be as likely as the best listed hypothesis.
 
         Args:
             effects: of which that hypothesis consists. shown: whether a commissioning recording showed how well the laws hold.
+            seconds: that recordings with effects last, s.
         """
-        least = self.summing.get(signal, self.needed if effects else self.needed_beside_none)
+        usual = self.summing.get(signal, self.needed if effects else self.needed_beside_none)
+        least = (usual + _PAID) * max(1.0, seconds / USUAL) - _PAID
         return least if shown else least + UNSHOWN
 
     def but_summing(self, over: Mapping[str, float]) -> dict[str, float]:

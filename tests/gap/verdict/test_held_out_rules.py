@@ -32,7 +32,10 @@ def unknown(*gains):
 
 def heard(seen, left, closed=0.9, effects=1, built=True, best=None, in_field=None):
     """By default the field recording shows by itself what its free forms speak of."""
-    return borne_out(seen, WITNESSES, left, best or left, closed, effects, built, in_field or dict.fromkeys(left, 2.0))
+    def needed(signal):
+        return WITNESSES.needed_of(signal, effects, built)
+
+    return borne_out(seen, WITNESSES, needed, left, best or left, closed, effects, built, in_field or dict.fromkeys(left, 2.0))
 
 
 def test_what_held_out_data_show_too_stays():

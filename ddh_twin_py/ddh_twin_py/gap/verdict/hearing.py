@@ -40,7 +40,7 @@ from ddh_twin_py.gap.verdict.held_out_rules import (
 from ddh_twin_py.gap.verdict.one_witness import doubted_alone
 from ddh_twin_py.gap.verdict.outdone import outdone
 from ddh_twin_py.gap.verdict.two_effects import doubted, leans, proportioned
-from ddh_twin_py.gap.verdict.unknown import Unknown, unknown_beside
+from ddh_twin_py.gap.verdict.unknown import Unknown, needed_of, unknown_beside
 
 _SUSPECT = 2.0  # floors that a signal is off beside a hypothesis, from which all is looked at closely before it is doubted
 
@@ -96,7 +96,8 @@ class Hearing:
         closed = size.closed(before.gap, shrunk)
         first, built = first_of_each(runs.held), drift is not None
         there = in_fitted(self._model, leader, floor, acts=True)
-        unknown = borne_out(unknown, witnesses, runs.over(leader), over, closed, len(leader.columns), built, there)
+        unknown = borne_out(unknown, witnesses, lambda signal: needed_of(self._model, signal, leader), runs.over(leader), over, closed,
+                            len(leader.columns), built, there)
         if built:
             as_built = witnesses.prompt(in_fitted(self._model, leader, floor, acts=False))
             unknown = strained(unknown, as_built, len(leader.columns))

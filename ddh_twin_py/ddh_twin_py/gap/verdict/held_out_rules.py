@@ -7,7 +7,7 @@ order they act.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -67,8 +67,8 @@ _NOT_SEEN, _CLOSED_INSTEAD = 0.4, 0.25  # probabilities that are left of somethi
 _NO_PROOF = 0.1  # the same, where nothing but a signal speaks that small flaws of laws move far, and nothing showed these
 
 
-def borne_out(unknown: Unknown, witnesses: Witnesses, left: Mapping[str, float], best: Mapping[str, float], closed: float | None,
-              effects: int, built: bool, in_field: Mapping[str, float]) -> Unknown:
+def borne_out(unknown: Unknown, witnesses: Witnesses, needed: Callable[[str], float], left: Mapping[str, float],
+              best: Mapping[str, float], closed: float | None, effects: int, built: bool, in_field: Mapping[str, float]) -> Unknown:
     """The same, less probable where held-out data show nothing of what the field recording's free forms speak of.
 
     They show nothing either where one listed effect closes nearly all of their gap and they need no form beside it, once what is open of
@@ -78,13 +78,14 @@ def borne_out(unknown: Unknown, witnesses: Witnesses, left: Mapping[str, float],
     Amplified signals bear witness alone only where a commissioning recording showed these laws.
 
     Args:
-        witnesses: of the rig. left: of held-out data beside the best listed hypothesis as run, signal to RMS over floor.
+        witnesses: of the rig. needed: by a free form of a signal, see `unknown.needed_of`.
+        left: of held-out data beside the best listed hypothesis as run, signal to RMS over floor.
         best: the same with what is open of rig and begin at its best.
         closed: share of the gap of held-out data that this hypothesis closes, None where there was none. effects: of which it consists;
             two close much of many a gap. built: whether a commissioning recording showed the laws. in_field: as ``left``, of the field
             recordings.
     """
-    loud = [form.signal for form in unknown.forms if form.gain > witnesses.needed_of(form.signal, effects, built)]
+    loud = [form.signal for form in unknown.forms if form.gain > needed(form.signal)]
     speaking = [signal for signal in loud if signal in left]
     names = ", ".join(speaking)
     if speaking and not built and set(loud) <= set(witnesses.amplified):

@@ -100,14 +100,17 @@ def structure_left(model: DescribedModel, linearised: Linearised, fitted: Refitt
 def _judged(linearised: Linearised, fitted: Refitted, variables) -> tuple[list[FreeForm], float]:
     """Free forms beside a hypothesis, that which speaks loudest first, and how probable it is that one of them is needed."""
     forms = free_forms(linearised, fitted, variables)
-    beyond = {form.signal: form.gain - _needed(linearised.model, form.signal, fitted) for form in forms}
+    beyond = {form.signal: form.gain - needed_of(linearised.model, form.signal, fitted) for form in forms}
     forms = sorted(forms, key=lambda form: -beyond[form.signal])
     best = max(beyond.values(), default=-math.inf)
     return forms, float(expit(best / _SOFTNESS))
 
 
-def _needed(model: DescribedModel, signal: str, fitted: Refitted) -> float:
-    return model.witnesses.needed_of(signal, len(fitted.columns), not all(model.altered))
+def needed_of(model: DescribedModel, signal: str, fitted: Refitted) -> float:
+    """Log evidence that a free form of a signal must gain beside a hypothesis; see `Witnesses.needed_of`."""
+    read = [own[signal].time for own, acts in zip(model.signals, model.altered, strict=True) if acts and signal in own]
+    seconds = sum(float(time[-1] - time[0]) for time in read if len(time))
+    return model.witnesses.needed_of(signal, len(fitted.columns), not all(model.altered), seconds)
 
 
 def unknown_beside(model: DescribedModel, found: Found, fitted: Refitted) -> Unknown:
@@ -122,7 +125,7 @@ def unknown_beside(model: DescribedModel, found: Found, fitted: Refitted) -> Unk
     if forms:
         signal = model.signals[_reading_it(model, linearised, forms[0])][forms[0].signal]
         size, unit = forms[0].size * signal.noise, signal.unit
-        checks = [Check("structure", forms[0].gain, _needed(model, forms[0].signal, fitted))]
+        checks = [Check("structure", forms[0].gain, needed_of(model, forms[0].signal, fitted))]
     return Unknown(max(probability, UNLISTED), forms, size, unit, checks=checks)
 
 
