@@ -58,11 +58,10 @@ class AwaitedListeners:
 
     def _long_enough(self, missing: str, starting: bool, wall: float) -> bool:
         """Whether what is missing was waited for as long as it may take."""
-        waited = wall - self._begun
         if self._named:
             self._wait_for_named(missing, starting, wall)
             return False
-        if waited < self._wait:
+        if wall - self._begun < self._wait:
             return False
         lack = "nobody listens" if missing == _ANYBODY else f"there is no {missing}"
         self._node.get_logger().info(f"{lack} after {self._wait:g} s, playing all the same")
