@@ -3,7 +3,8 @@
 Such a law looks like a small departure of the effect, whatever acts. With the effect it changes nothing, as that has any size; without it
 the departure found is no longer as unlikely. With s the standard deviation of that departure and f the one that the law may feign
 (`effect.Effect.feigned`), it explains f^2/(s^2 + f^2) of what the effect gains over the hypothesis without it, as a departure x that costs
-x^2/(2 s^2) without it costs x^2/(2 (s^2 + f^2)) then.
+x^2/(2 s^2) without it costs x^2/(2 (s^2 + f^2)) then. Without a large departure the rig's parameters give way, which costs less than its
+s about the optimum says; what it does cost, the gain, tells the s that counts on the way: x^2/(2 s^2) is no more than that.
 """
 
 from __future__ import annotations
@@ -23,10 +24,11 @@ def feigned(fitted: Refitted, others: Mapping[Ids, Refitted]) -> float:
         others: hypotheses that were fitted, no effect among them.
     """
     owed = 0.0
-    for column, variance in zip(fitted.columns, np.diagonal(fitted.covariance), strict=True):
+    for column, x, variance in zip(fitted.columns, fitted.x, np.diagonal(fitted.covariance), strict=True):
         may = column.effect.feigned**2
         if may and 0.0 < variance < np.inf:
             rest = set(fitted.effects) - {column.effect.id}
-            without = max(other.log_evidence for ids, other in others.items() if rest >= set(ids))
-            owed += may / (variance + may) * max(0.0, fitted.log_evidence - without)
+            gained = fitted.log_evidence - max(other.log_evidence for ids, other in others.items() if rest >= set(ids))
+            if gained > 0.0:
+                owed += gained * may / (max(variance, 0.5 * x**2 / gained) + may)
     return owed
