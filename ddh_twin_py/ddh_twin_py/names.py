@@ -1,4 +1,4 @@
-"""What to say of names: of one that is none the nearest that is, where one is near; of many the first few."""
+"""Names and what to say of them: in full; of one that is none the nearest that is, where one is near; of many the first few."""
 
 from __future__ import annotations
 
@@ -7,6 +7,11 @@ from collections.abc import Iterable, Sequence
 
 _NEAR = 0.4
 """Share of letters in common, as difflib counts it, from which one name may have been meant for another."""
+
+
+def in_namespace(namespace: str, name: str) -> str:
+    """A name in full, with its namespace (`/`, `/rig_1`, or one with a slash at its end); as it is where it is in full already."""
+    return name if name.startswith("/") else f"{namespace.rstrip('/')}/{name}"
 
 
 def nearest(given: object, valid: Iterable[str]) -> str:

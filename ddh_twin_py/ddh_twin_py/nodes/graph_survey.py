@@ -18,6 +18,7 @@ from std_msgs.msg import Header
 from ddh_twin_py.bags.topics import split_topic
 from ddh_twin_py.doctor.survey import Health, HeardTopic, Survey
 from ddh_twin_py.doctor.twin import OUTPUTS
+from ddh_twin_py.names import in_namespace
 from ddh_twin_py.nodes.base import qos
 from ddh_twin_py.nodes.base.inputs import Inputs
 from ddh_twin_py.nodes.messages.message_classes import message_class
@@ -106,13 +107,13 @@ def _listen(node: Node, seconds: float, loop: float | None, progress: Callable[[
             continue
         publishers = node.get_publishers_info_by_topic(name)
         topics[name] = HeardTopic(
-            name, tuple(types), tuple(f"{p.node_namespace.rstrip('/')}/{p.node_name}" for p in publishers),
+            name, tuple(types), tuple(in_namespace(p.node_namespace, p.node_name) for p in publishers),
             qos.wants_best_effort(publishers), qos.is_latched(publishers),
             np.array(arrived.get(name, []), np.int64), messages.get(name, []),
         )
     return Survey(
         seconds, int(os.environ.get("ROS_DOMAIN_ID") or 0), rclpy.get_rmw_implementation_identifier(),
-        tuple(f"{namespace.rstrip('/')}/{name}" for name, namespace in node.get_node_names_and_namespaces() if name != node.get_name()),
+        tuple(in_namespace(namespace, name) for name, namespace in node.get_node_names_and_namespaces() if name != node.get_name()),
         topics, tuple(others), tuple(statuses.values()), node.count_publishers("/clock") > 0, loop,
         {name: os.environ.get(name, "") for name in _ENVIRONMENT},
     )

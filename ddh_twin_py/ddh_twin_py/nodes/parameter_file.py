@@ -8,7 +8,7 @@ from pathlib import Path
 
 import yaml
 
-from ddh_twin_py.names import nearest, no_such
+from ddh_twin_py.names import in_namespace, nearest, no_such
 from ddh_twin_py.nodes.bag_player import BagPlayer
 from ddh_twin_py.nodes.bag_recorder import BagRecorder
 from ddh_twin_py.nodes.base.parameters import Parameter
@@ -157,7 +157,7 @@ def check_files(path: str | Path, sections: Mapping[str, Mapping[str, object]], 
         ParameterFileError: there is no such rig file, it cannot be read, or a file to be kept is no regular one.
     """
     for section, values in sections.items():
-        declared = {p.name for node, own in started.items() if _takes(section, f"{namespace.rstrip('/')}/{node}")
+        declared = {p.name for node, own in started.items() if _takes(section, in_namespace(namespace, node))
                     for p in PARAMETERS[node] if p.name not in own}
         for name in declared.intersection(values, (*_READ, *_KEPT)):
             file = str(values[name])
@@ -172,7 +172,7 @@ def check_files(path: str | Path, sections: Mapping[str, Mapping[str, object]], 
 
 def unanswered(sections: Mapping[str, object], namespace: str) -> list[str]:
     """Sections of which no node of a namespace takes anything."""
-    nodes = [f"{namespace.rstrip('/')}/{node}" for node in PARAMETERS]
+    nodes = [in_namespace(namespace, node) for node in PARAMETERS]
     return [section for section in sections if not any(_takes(section, node) for node in nodes)]
 
 

@@ -17,7 +17,7 @@ from scipy.special import logsumexp
 from ddh_twin_py.gap.evidence.hypotheses import Hypothesis, Ids, probabilities
 from ddh_twin_py.gap.evidence.linearised import Linearised
 from ddh_twin_py.gap.evidence.sensitivity import Column
-from ddh_twin_py.gap.explain.feigned import feigned
+from ddh_twin_py.gap.explain.feigned import made_good
 from ddh_twin_py.gap.explain.law_debt import LawDebt
 from ddh_twin_py.gap.explain.partners import partners
 from ddh_twin_py.gap.explain.refit import Refit, Refitted
@@ -285,7 +285,7 @@ class Fits:
         self._take(fit, [fitted for fitted in (self.fitted[ids] for ids in leading) if rest(fitted) not in self.fitted])
 
     def _judged(self) -> dict[Ids, float]:
-        """Log weights of the sets that were fitted, less what a law that is off may be to blame for, an effect's or the rig's own."""
+        """Log weights of the sets that were fitted, less what an effect's law may be to blame for, with what one of the rig makes good."""
         self._without_slight()
         pairs = [ids for ids in self.fitted if len(ids) == 2 and ids in self._weights]
         leading = sorted(pairs, key=lambda ids: -self.worth.full(ids))[:_JUDGED]
@@ -293,7 +293,8 @@ class Fits:
         full = {ids: self.worth.full(ids) for ids in self.fitted if ids in self._weights}
         beyond = self._owed.in_full(leading, self.fitted, full)
         owed = {ids: beyond[ids] if ids in beyond else self._by_law(ids) for ids in full}
-        return {ids: weight - owed[ids] - feigned(self.fitted[ids], self.fitted) for ids, weight in full.items()}
+        by_rig = made_good(self.fitted)
+        return {ids: weight - owed[ids] + by_rig.get(ids, 0.0) for ids, weight in full.items()}
 
     def _by_law(self, ids: Ids) -> float:
         """Log weight that a set may owe to a law that is off; see `LawDebt`."""

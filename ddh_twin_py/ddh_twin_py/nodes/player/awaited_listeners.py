@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 
+from ddh_twin_py.names import in_namespace
 from ddh_twin_py.nodes.base import qos
 from ddh_twin_py.nodes.base.parameters import NodeError
 from ddh_twin_py.nodes.player.flow_control import FlowControl
@@ -28,8 +29,7 @@ class AwaitedListeners:
     def __init__(self, node: Node, flow: FlowControl, publishers: Sequence[Publisher], named: Sequence[str], wait: float,
                  begun: float) -> None:
         self._node, self._flow, self._publishers, self._wait, self._begun = node, flow, publishers, wait, begun
-        prefix = node.get_namespace().rstrip("/")
-        self._named = [name if name.startswith("/") else f"{prefix}/{name}" for name in named if name]
+        self._named = [in_namespace(node.get_namespace(), name) for name in named if name]
         self._ready_since: float | None = None
         self._lacked: tuple[str, bool] | None = None  # what `_missing` told last
         self._changed = begun  # wall time of its last change
@@ -54,7 +54,7 @@ class AwaitedListeners:
 
     def running(self) -> set[str]:
         """Full names of the nodes of the graph."""
-        return {f"{namespace.rstrip('/')}/{name}" for name, namespace in self._node.get_node_names_and_namespaces()}
+        return {in_namespace(namespace, name) for name, namespace in self._node.get_node_names_and_namespaces()}
 
     def _long_enough(self, missing: str, starting: bool, wall: float) -> bool:
         """Whether what is missing was waited for as long as it may take."""
@@ -105,6 +105,6 @@ class AwaitedListeners:
         if publisher.get_subscription_count() < len(infos):
             return {}
         return {
-            f"{info.node_namespace.rstrip('/')}/{info.node_name}": info.qos_profile.reliability == qos.OUTPUT.reliability
+            in_namespace(info.node_namespace, info.node_name): info.qos_profile.reliability == qos.OUTPUT.reliability
             for info in infos
         }
