@@ -264,6 +264,11 @@ def test_a_cause_whose_law_must_bend_is_not_the_cause(gained, explained, least, 
     assert least <= after.probability <= most and bool(after.notes) is (least > 0.5)
 
 
+def test_two_laws_that_are_free_may_gain_more_than_one():
+    one, two = (bent(Unknown(0.01, [], 0.0, "1"), 41.0, 100.0, effects).probability for effects in (1, 2))
+    assert one > 0.8 and two < 0.2 and bent(Unknown(0.01, [], 0.0, "1"), 71.0, 100.0, 2).probability > 0.95
+
+
 @pytest.mark.parametrize(("gained", "least", "most"), [(0.6, 0.0, 0.02), (3.0, 0.0, 0.05), (12.0, 0.95, 1.0)])
 def test_a_pair_of_which_held_out_data_ask_for_another_size_is_doubted(gained, least, most):
     spread = {"pump_1.friction": 0.2, "motor.pwm_loss": 0.2}

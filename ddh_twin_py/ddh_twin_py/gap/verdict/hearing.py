@@ -112,7 +112,8 @@ class Hearing:
         unknown = left_behind(unknown, followed, {n: self._as_run[n] for n in followed}, sizes, built, there)
         if built:  # without a commissioning recording any other duty may ask for other parameters
             unknown = worsened(unknown, witnesses, over, before.over)
-        unknown = bent(unknown, gain_of_freedom(found.linearised, leader, FREEDOM), leader.log_evidence - none.log_evidence)
+        by_bending = gain_of_freedom(found.linearised, leader, FREEDOM)
+        unknown = bent(unknown, by_bending, leader.log_evidence - none.log_evidence, len(leader.columns))
         if built:
             unknown = self._elsewhere(unknown, leader, closely)
         if len(leader.columns) > 1:

@@ -48,9 +48,9 @@ DISPLACED, _DISPLACED_SOFTNESS = 1.5, 0.2
 beside a right hypothesis (`held_best.AtBest.displaced`), until something unknown is as likely."""
 FREEDOM = 3.0
 """Multiple of an effect's law error by which it may do more or less, signal by signal, in every phase and over speed and warmth."""
-BENT, BENT_SHARE, _BENT_SOFTNESS = 32.0, 0.01, 5.0
-"""Log evidence that the best listed hypothesis may gain by that freedom, and the share of what it explains beyond that, until something
-unknown is as likely."""
+BENT, BENT_BY_TWO, BENT_SHARE, _BENT_SOFTNESS = 32.0, 48.0, 0.01, 5.0
+"""Log evidence that one effect, and two of which each law has that freedom, may gain by it, and the share of what the hypothesis explains
+beyond that, until something unknown is as likely."""
 RESIZE = 2.0
 """Multiple of an effect's law error by which its size may be another in another duty, beside what the fit leaves open of it."""
 RESIZED, RESIZED_ALONE, _RESIZED_SOFTNESS = 6.5, 25.0, 1.0
@@ -248,15 +248,16 @@ def displaced(unknown: Unknown, beyond: float) -> Unknown:
     return unknown.checked("displaced", beyond, DISPLACED).at_least(float(expit((beyond - DISPLACED) / _DISPLACED_SOFTNESS)), note)
 
 
-def bent(unknown: Unknown, gained: float, explained: float) -> Unknown:
+def bent(unknown: Unknown, gained: float, explained: float, effects: int = 1) -> Unknown:
     """The same, more probable where the best listed hypothesis explains the recordings only with its laws bent from regime to regime.
 
     Args:
         gained: log evidence by which it is better where they may differ by `FREEDOM`. explained: by which it is better than no effect.
+        effects: of which the hypothesis consists.
     """
     note = ("what the best listed hypothesis does to the signals would have to be more in some phases of the cycle, at some speeds or "
             f"temperatures, and less in others than its law says ({gained:.0f} nats of evidence); what is true would not")
-    limit = BENT + BENT_SHARE * explained
+    limit = (BENT if effects == 1 else BENT_BY_TWO) + BENT_SHARE * explained
     return unknown.checked("bent", gained, limit).at_least(float(expit((gained - limit) / _BENT_SOFTNESS)), note)
 
 
