@@ -1,6 +1,7 @@
 """The FMU in another tool: valid, and the same numbers as the simulated rig that the twin's own code runs."""
 
 import json
+import os
 import subprocess
 import sys
 import zipfile
@@ -45,7 +46,7 @@ def fmu(driven, tmp_path_factory):
     return archive.write_fmu(tmp_path_factory.mktemp("fmu") / "rig.fmu", driven[0].rig)
 
 
-def test_another_tool_gets_the_same_numbers(driven, fmu, tools_python, repo_root):
+def test_another_tool_gets_the_same_numbers(driven, fmu, tools_python, repo_root, tmp_path):
     rig, duty, recording = driven
     held = float(holding_pressure(duty.start_position, 0.0, rig.rig.parameters[0]))
     wanted = {
@@ -57,7 +58,7 @@ def test_another_tool_gets_the_same_numbers(driven, fmu, tools_python, repo_root
         },
     }
     done = subprocess.run([tools_python, "-I", repo_root / "tests/exchange/run_fmu.py", fmu], input=json.dumps(wanted),
-                          capture_output=True, text=True)
+                          capture_output=True, text=True, env={**os.environ, "TMPDIR": str(tmp_path)})  # it leaves what it unpacks
     assert done.returncode == 0, done.stderr[-2000:]
     told = json.loads(done.stdout[done.stdout.index('{"problems"'):])
     assert told["problems"] == []
