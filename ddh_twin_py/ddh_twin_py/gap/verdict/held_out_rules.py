@@ -31,7 +31,9 @@ unknown then."""
 OUT_OF_SAMPLE = 1.3
 """Multiple of its floor that a signal must be off on held-out data, for a free form of it to be believed; `FAR` for what a small flaw of
 the model moves far."""
-LEFT_BEHIND, LEFT_WITHOUT_COMMISSIONING, _LEFT_SOFTNESS = 2.2, 5.0, 0.2
+_SUMMED_UP = 2.2
+"""The same that what sums up small flaws may be off at best beside an effect that closes nearly all of the gap."""
+LEFT_BEHIND, LEFT_WITHOUT_COMMISSIONING, _LEFT_SOFTNESS = 2.6, 5.0, 0.2
 """Multiple of its floor that a signal of held-out data may be off beside the best hypothesis, whatever is open of rig and begin, until
 something unknown is as likely; the same where no commissioning recording showed how well the laws hold."""
 STRAINED, _STRAINED_SOFTNESS = 1.08, 0.015
@@ -100,7 +102,7 @@ def borne_out(unknown: Unknown, witnesses: Witnesses, needed: Callable[[str], fl
     if all(left[signal] < (FAR if signal in witnesses.amplified else OUT_OF_SAMPLE) for signal in speaking):
         seen = "little" if set(speaking) <= set(witnesses.amplified) else "nothing"
         return unknown.at_most(_CLOSED_INSTEAD if alone >= _CLOSED else _NOT_SEEN, f"{there}, of which held-out data show {seen}")
-    least = {signal: LEFT_BEHIND if signal in witnesses.summing else OUT_OF_SAMPLE for signal in speaking}
+    least = {signal: _SUMMED_UP if signal in witnesses.summing else OUT_OF_SAMPLE for signal in speaking}
     if built and alone >= _NEARLY_ALL and all(best.get(signal, math.inf) < least[signal] for signal in speaking):
         note = (f"{there}, which closes {100.0 * alone:.0f} % of the gap of held-out data and leaves none of it there, with what is open "
                 "of the rig at its best")
