@@ -94,22 +94,6 @@ def test_of_two_near_rivals_that_stopped_on_the_way_the_better_one_is_found():
     np.testing.assert_allclose(fits.fitted[true].x, found.x, rtol=0.05)
 
 
-def test_what_does_the_same_as_the_leader_is_tried_in_its_place_whatever_the_linear_model_promises():
-    gain, lag, offset = EFFECTS
-    worn = replace(gain, id="valve.worn", confused_with=(gain.id, lag.id))
-    model = FirstOrder(np.array([1.0, -0.8, 0.5]), [(gain, 0, 0.3)], seed=1)
-    with ThreadPoolExecutor(2) as pool:
-        linearised = linearise(Question(model, [*EFFECTS, worn]), np.zeros(3), pool)
-        weights = {ids: (weight - 100.0 * (gain.id in ids), way) for ids, (weight, way) in linearised.weights().items()}
-        fits = Fits(linearised, weights, pool)
-        fits._fit([(), (worn.id,)])
-        assert fits.worth.best() == (worn.id,)
-        fits.instead()
-    one, other = fits.fitted[(worn.id,)], fits.fitted[(gain.id,)]
-    assert other.log_evidence == pytest.approx(one.log_evidence, abs=0.2) and other.x == pytest.approx(one.x, rel=0.02)
-    assert (offset.id,) not in fits.fitted and (lag.id,) not in fits.fitted, "one is not confused with it, one does something else"
-
-
 def test_where_the_linear_model_misjudges_no_effect_others_are_judged_as_elsewhere():
     """About where an effect acts, sets without it mend what no effect lacks at that place alone."""
     true, other, third = (effect.id for effect in (EFFECTS[1], EFFECTS[0], EFFECTS[2]))

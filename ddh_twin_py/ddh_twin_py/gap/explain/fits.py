@@ -34,7 +34,6 @@ _ANOTHER = 4.0  # the same of a set that explains without one of the best's effe
 _KEPT = 3  # leading sets whose fits the next linearisation begins from
 _ALIKE, _ALIKE_SHARE = 25.0, 0.02  # log weight behind the best, and share of what that explains, within which a set with an effect of like
 # signature is fitted, whatever the linear model says
-_LIKE, _INSTEAD = 0.7, 4  # likeness of what two effects do, parameters refitted, from which one is tried in the other's place; so many
 _BENDS = 20.0  # log evidence of a single effect from which others are looked for beside it as it acts
 _MISLED = 0.2  # share of what the best set explains by which the linear model falls short of it, from which every effect is fitted
 _LOST = 1000.0  # log evidence of no effect over what the linear model says, from which that is not one of this rig
@@ -133,42 +132,15 @@ class Fits:
     def _alike(self) -> list[Ids]:
         """Sets not fitted in which an effect of the best is replaced by one that shows alike in common duties."""
         expected, best = self.worth.expected(), self.worth.best()
-        found = [tuple(sorted({*best} - {name} | {other})) for name in best for other in self._confused_with(name) - set(best)]
+        confused = {c.effect.id: c.effect.confused_with for c in self._linearised.columns}
+        found = []
+        for name in best:
+            others = {*confused[name], *(other for other, known in confused.items() if name in known)} - set(best)
+            found += [tuple(sorted({*best} - {name} | {other})) for other in others]
         wanted = [ids for ids in dict.fromkeys(found) if ids in expected and ids not in self.fitted]
         least = self.worth.full(best) - self._reach(best)
         wanted = [ids for ids in wanted if max(expected[ids], self._weights[ids][0]) > least]
         return sorted(wanted, key=lambda ids: -expected[ids])[:_AT_ONCE]
-
-    def _confused_with(self, name: str) -> set[str]:
-        """Effects that show like one in common duties, by what either says of itself."""
-        confused = {c.effect.id: c.effect.confused_with for c in self._linearised.columns}
-        return {*confused[name], *(other for other, known in confused.items() if name in known)}
-
-    def instead(self) -> None:
-        """Fit what may stand in the place of an effect of the best set, from where that set led the parameters.
-
-        Where a large effect has led them the linear model may promise little of what does the same, and a fit from elsewhere end far off.
-        """
-        best, columns, told = self.worth.best(), self._linearised.columns, self._linearised.evidence.sums.information
-        if not best:
-            return
-        leader, numbers = self.fitted[best], {column.way: number for number, column in enumerate(columns)}
-        departure = leader.x / np.array([c.x for c in leader.columns])
-        starts = []
-        for place, own in enumerate(leader.columns):
-            i = numbers[own.way]
-            likeness = told[i] / np.sqrt(np.maximum(told[i, i] * np.diagonal(told), 1e-300))
-            for name in self._confused_with(own.effect.id) - set(best):
-                j = max((j for j, column in enumerate(columns) if column.effect.id == name), key=likeness.__getitem__, default=i)
-                if j != i and likeness[j] > _LIKE:
-                    starts.append((float(likeness[j]), place, j, departure[place] * told[i, j] / told[j, j]))
-
-        def fit(start: tuple[float, int, int, float]) -> Refitted:
-            _, place, j, own = start
-            return self._refit.of([columns[j] if k == place else column for k, column in enumerate(leader.columns)], leader.theta,
-                                  np.where(np.arange(departure.size) == place, own, departure))
-
-        self._take(fit, sorted(starts, reverse=True)[:_INSTEAD])
 
     def _beside(self) -> None:
         """Fit pairs that do well beside the best single effect as it acts: the linear model knows none acting."""

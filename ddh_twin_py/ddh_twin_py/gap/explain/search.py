@@ -112,7 +112,6 @@ def search(question: Question, theta: np.ndarray, pool: ThreadPoolExecutor, prog
             break
         fits = found = None  # with runs and sensitivities of half an hour these are hundreds of megabytes
     fits.sharpen()
-    fits.instead()
     fits.settle()
     found = Found(linearised, fits.probability(), fits.fitted)
     for _ in range(_NEARER):
