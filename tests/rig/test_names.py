@@ -1,4 +1,4 @@
-"""Names in messages: of many the first few, and how many more."""
+"""Names in full, and in messages: of many the first few, and how many more."""
 
 import pytest
 from ddh_twin_py.names import first_of, in_namespace

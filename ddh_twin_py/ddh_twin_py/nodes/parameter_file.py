@@ -120,10 +120,10 @@ def check_values(path: str | Path, sections: Mapping[str, Mapping[str, object]],
     Raises:
         ParameterFileError: a node that is started would refuse it, or it names a parameter that there is not.
     """
-    ours, said = namespace.rstrip("/"), []
+    said: list[str] = []
     for section, values in sections.items():
         last = _last(section)
-        near = [node for node in started if _takes(section, f"{ours}/{node}")]
+        near = [node for node in started if _takes(section, in_namespace(namespace, node))]
         kinds = PARAMETERS if last in _ANY_NODE else {last: PARAMETERS[last]}
         for name, value in values.items():
             of_started = [node for node in near if any(p.name == name for p in (*PARAMETERS[node], *_OF_ROS))]
