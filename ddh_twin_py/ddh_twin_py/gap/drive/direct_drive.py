@@ -22,9 +22,10 @@ from ddh_twin_py.rig.sheet import BOUNDS, FIELD_OF_PATH, largest_std
 from ddh_twin_py.telemetry.signals import TEMPERATURE_PREFIX
 
 STEP = 2.0e-3
-"""s, hydraulic step of a diagnosis's runs."""
+"""s, hydraulic step of a diagnosis's runs, of rough ones too: what air in the oil, lines and friction do is another at a longer one, and
+fits by differences of such runs stop where nothing is at its lowest."""
 COARSE = 4.0e-3
-"""s, the same of runs of which only differences matter."""
+"""s, the same of runs that are held against no recording."""
 _WINDING = TEMPERATURE_PREFIX + "motor_winding"
 WITNESSES = Witnesses({_WINDING: 150.0, STROKE: 24.0}, amplified=(_WINDING,), needed=8.0, needed_beside_none=-2.0)
 """The winding follows the square of every torque, strokes integrate flows. Set on sealed answers; see docs/gap_method.md, section 10."""
@@ -69,8 +70,8 @@ class DirectDrive:
 
     def run_one(self, number: int, theta: np.ndarray, acting: Acting = (), roughly: bool = False) -> dict[str, np.ndarray]:
         """Free run of one recording; effects act where it is altered."""
-        return self.experiments[number].predict(self.record(number, theta, acting), COARSE if roughly else STEP,
-                                                begin=self.problem.begin(number, theta), roughly=roughly)
+        return self.experiments[number].predict(self.record(number, theta, acting), STEP, begin=self.problem.begin(number, theta),
+                                                roughly=roughly)
 
     def of_first(self, theta: np.ndarray) -> np.ndarray:
         """Deviations (k,) of the whole case from those of a fit to its first recordings alone; the others begin as is likely."""

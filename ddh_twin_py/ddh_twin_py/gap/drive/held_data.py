@@ -8,7 +8,7 @@ from operator import attrgetter
 
 import numpy as np
 
-from ddh_twin_py.gap.drive.direct_drive import COARSE, STEP, DirectDrive
+from ddh_twin_py.gap.drive.direct_drive import STEP, DirectDrive
 from ddh_twin_py.gap.effect import Acting
 from ddh_twin_py.gap.shrink.size import counted
 from ddh_twin_py.physics.thermal_network import TANK
@@ -51,8 +51,8 @@ class HeldData:
             roughly: bool = False) -> list[dict[str, np.ndarray]]:
         """Free runs, by recording; ``begin`` as in `Experiment.predict`, by recording; None: all as their first minutes tell."""
         if self.model.held:
-            begins, step = begin if begin is not None else [None] * len(self.model.held), COARSE if roughly else STEP
-            return [held.predict(self.model.held_record(number, theta, acting), step, own_history=True, begin=own, roughly=roughly)
+            begins = begin if begin is not None else [None] * len(self.model.held)
+            return [held.predict(self.model.held_record(number, theta, acting), STEP, own_history=True, begin=own, roughly=roughly)
                     for number, (held, own) in enumerate(zip(self.model.held, begins, strict=True))]
         return [self.model.run_one(self.model.first + number, theta, acting, roughly) for number in range(len(self.model.field))]
 
