@@ -12,7 +12,7 @@ from ddh_twin_py.web.streams import STATE_FIELDS, STREAMS
 from diagnostic_msgs.msg import DiagnosticArray
 from nodes.processes import LATCHED, NodeProcess, wait_for
 
-from ddh_msgs.msg import HydraulicState, LimitPrediction, MotorThermalState, PlayerStatus, RigInfo, TemperatureEstimate
+from ddh_msgs.msg import DriveTelemetry, HydraulicState, LimitPrediction, MotorThermalState, PlayerStatus, RigInfo, TemperatureEstimate
 
 pytestmark = pytest.mark.live
 NS = "/seen"
@@ -142,3 +142,13 @@ def test_messages_that_are_not_sound_are_left_out(listener):
         view.stop()
     for publisher in publishers.values():
         listener.withdraw(publisher)
+
+
+def test_a_page_without_telemetry_names_where_there_is_some(listener):
+    publisher = listener.node.create_publisher(DriveTelemetry, "/elsewhere/drive/telemetry", 10)
+    with NodeProcess("web_view", "/nowhere", port=0) as view:
+        address = re.search(r"http://\S+", view.says("page at"))[0]
+        wait_for(lambda: state(address).get("elsewhere") == ["/elsewhere"], 20.0, "the other namespace")
+        view.says("nothing comes in /nowhere, but a drive speaks in /elsewhere", 10.0)
+        view.stop()
+    listener.withdraw(publisher)

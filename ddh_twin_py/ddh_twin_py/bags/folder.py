@@ -124,7 +124,7 @@ def open_folder(path: str | Path) -> BagFolder:
     if not metadata.is_file():
         if not found:
             inside = sorted(p.parent.name for p in path.glob(f"*/{METADATA}"))
-            hint = f"; it holds the bags {', '.join(inside)}, give one of them" if inside else ""
+            hint = f"; give {' or '.join(str(path / name) for name in inside)}" if inside else ""
             raise BagError(f"{path} is no bag: the folder has no {METADATA} and no .mcap or .db3 file{hint}")
         note = f"has no {METADATA}, the recorder was stopped hard"
         return BagFolder(path, _regular(found), _mode_of(found[0]), notes=[note])

@@ -17,7 +17,7 @@ from ddh_twin_py.nodes.player.player_client import PlayerClient
 from ddh_twin_py.nodes.player.player_watch import GONE, PLAYER
 from ddh_twin_py.nodes.tasks import health
 from ddh_twin_py.rig import load_rig
-from ddh_twin_py.telemetry.signals import RIG_TOPIC
+from ddh_twin_py.telemetry.signals import DRIVE_TOPIC, DRIVE_TYPE, RIG_TOPIC
 from ddh_twin_py.web.access import LOCAL, PORT
 from ddh_twin_py.web.board import Board
 from ddh_twin_py.web.health import Health, Sensors
@@ -70,6 +70,7 @@ class WebView(TwinNode):
         self._status = self._inputs.add(f"{PLAYER}/status", PlayerStatus, qos.LATCHED)
         self._updates = 0
         self._looked_at = 0.0
+        self._told: list[str] = []
         self._server = PageServer(self._board, values["host"], values["port"], values["token"], self._player.ask, self._health.values)
         try:
             self._server.start()
@@ -140,8 +141,21 @@ class WebView(TwinNode):
             self._board.put("player", None)
             player = None
         still = player is not None and (player["paused"] or player["ended"] or player["waiting"])
+        self._board.put("elsewhere", self._elsewhere())
         self._board.put("health", self._health.document(wall))
         self._board.put("sensors", self._sensors.document(self._health, wall, still))
+
+    def _elsewhere(self) -> list[str]:
+        """Namespaces in which a drive speaks, where nothing has come in this one."""
+        if any(entry.arrived is not None for _, entry in self._raw):
+            return []
+        found = [name.removesuffix(DRIVE_TOPIC) for name, types in self.get_topic_names_and_types() if name.endswith(f"/{DRIVE_TOPIC}")
+                 and DRIVE_TYPE in types and self.count_publishers(name)]
+        found = sorted(name.rstrip("/") or "/" for name in found)
+        if found and found != self._told:
+            self.get_logger().warning(f"nothing comes in {self.get_namespace()}, but a drive speaks in {', '.join(found)}")
+            self._told = found
+        return found
 
     def _judge_page(self, report: health.Report) -> str:
         report.add("browsers", self._server.viewers, "1")

@@ -428,7 +428,7 @@ def bears(diagnosis, check, measured, limit):
     ("displaced", 1.6, 1.5, ["▲ yes", "1.60 standard deviations farther from the rig as fitted than is to be expected", "1.50"]),
     ("outdone", -24367.63, 2446.77, ["● no", "no place explains more", "2447"]),
     ("outdone", 24367.63, 2446.77, ["▲ yes", "more by 24368 points of evidence", "2447"]),
-    ("worsened", 0.0, 1.1, ["● no", "none is more than 1.2 times as far off as without it", "1.10"]),
+    ("worsened", 0.0, 1.1, ["● no", "none is off by a fifth more than without it", "1.10"]),
     ("strained", 1.0, 1.08, ["● no", "the fast signal that is farthest off is 1.00 × its floor off", "1.08"]),
     ("refuted", -0.07, 0.05, ["● no", "not wider than without it", "0.05"]),
 ])

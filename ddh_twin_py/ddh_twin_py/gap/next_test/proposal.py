@@ -78,4 +78,4 @@ def name_of(belief: Believed) -> str:
 
 def described(words: str, separation: float) -> str:
     """What is to be done, with a word of warning where no candidate would decide."""
-    return words if separation >= DECIDES else f"No test of the list would decide this; the one that tells most of them: {words}"
+    return words if separation >= DECIDES else f"No test of the list would decide this; of them this one tells most: {words}"

@@ -77,6 +77,10 @@ function document_(name, data) {
 }
 store.on("document", document_);
 
+function noTelemetry(elsewhere) {
+  return elsewhere.length ? `no telemetry here, but in ${elsewhere.join(", ")}` : "no telemetry";
+}
+
 function said() {
   const pill = get("link");
   const player = store.documents.player;
@@ -89,7 +93,7 @@ function said() {
     if (player && player.waiting) [level, text] = ["fair", "waits for the nodes"];
     else if (player && player.paused) [level, text] = ["fair", "paused"];
     else if (player && player.ended) [level, text] = ["fair", "end of the recording"];
-    else if (silent) [level, text] = ["poor", "no telemetry"];
+    else if (silent) [level, text] = ["poor", noTelemetry(store.documents.elsewhere ?? [])];
     else [level, text] = ["good", player ? "replay" : "live"];
   }
   pill.className = `pill ${level}`;

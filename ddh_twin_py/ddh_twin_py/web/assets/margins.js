@@ -2,7 +2,7 @@
 import { element, lasting, number, words } from "./format.js";
 
 const NAMES = { winding_hot_spot: "winding, hottest point", oil: "oil, hottest volume", seals: "seals, pump cases and barrel" };
-const COOL = 20; // degC at which a gauge begins
+const COOL = 0; // degC at which a gauge begins
 
 export function limits(body, data) {
   if (!data) return;

@@ -78,7 +78,7 @@ export class Player {
   }
 
   place(position) {
-    this.position.textContent = `${span(position)} of ${span(this.data.duration)}`;
+    this.position.textContent = `${span(position)} of ${span(Math.round(this.data.duration))}`;
   }
 
   show(data) {
@@ -96,7 +96,7 @@ export class Player {
       this.slider.value = data.position;
       this.place(data.position);
     }
-    this.slider.setAttribute("aria-valuetext", `${span(data.position)} of ${span(data.duration)}`);
+    this.slider.setAttribute("aria-valuetext", `${span(data.position)} of ${span(Math.round(data.duration))}`);
     const text = String(data.rate);
     if (document.activeElement !== this.rate) {
       if (![...this.rate.options].some((option) => option.value === text)) this.rate.add(new Option(`${text} ×`, text));
