@@ -34,6 +34,7 @@ _ANOTHER = 4.0  # the same of a set that explains without one of the best's effe
 _KEPT = 3  # leading sets whose fits the next linearisation begins from
 _ALIKE, _ALIKE_SHARE = 25.0, 0.02  # log weight behind the best, and share of what that explains, within which a set with an effect of like
 # signature is fitted, whatever the linear model says
+_SAME_SIGNATURE = 50.0  # the former of one that the catalogue names as confused with an effect of the best
 _BENDS = 20.0  # log evidence of a single effect from which others are looked for beside it as it acts
 _MISLED = 0.2  # share of what the best set explains by which the linear model falls short of it, from which every effect is fitted
 _LOST = 1000.0  # log evidence of no effect over what the linear model says, from which that is not one of this rig
@@ -138,7 +139,7 @@ class Fits:
             others = {*confused[name], *(other for other, known in confused.items() if name in known)} - set(best)
             found += [tuple(sorted({*best} - {name} | {other})) for other in others]
         wanted = [ids for ids in dict.fromkeys(found) if ids in expected and ids not in self.fitted]
-        least = self.worth.full(best) - self._reach(best)
+        least = self.worth.full(best) - max(_SAME_SIGNATURE, self._reach(best))
         wanted = [ids for ids in wanted if max(expected[ids], self._weights[ids][0]) > least]
         return sorted(wanted, key=lambda ids: -expected[ids])[:_AT_ONCE]
 
