@@ -84,6 +84,7 @@ def test_it_hears_of_an_interruption_that_its_shell_ignores(tmp_path):
     [
         (["/nowhere"], "view: error: /nowhere does not exist; a bag is a rosbag2 folder"),
         (["--rate", "2"], "--rate is for a recording, and none is named"),
+        (["--rate", "0"], "--rate is for a recording, and none is named"),
         (["--paused"], "--paused is for a recording"),
         (["--rig", "/nowhere"], "--rig: there is no /nowhere"),
         (["--port", "70000"], "'70000' is no whole number from 0 to 65535"),

@@ -94,13 +94,15 @@ def test_what_went_wrong_is_one_line(tmp_path, name, words):
 
 @pytest.mark.parametrize(("line", "words"), [
     ("5", "e"), ("[1]", "e"), ('{"report": 3}', "e"),
-    pytest.param('{"done": "soon"}', "the diagnosis answered what cannot be read",
-                 marks=pytest.mark.filterwarnings("ignore::pytest.PytestUnhandledThreadExceptionWarning")),
+    ('{"done": "soon"}', "the diagnosis answered what cannot be read"), ('{"done": null}', "the diagnosis answered what cannot be read"),
 ])  # fmt: skip
 def test_a_line_that_nobody_understands_hangs_nothing(tmp_path, line, words):
     command = "sh", "-c", f"echo '{line}'; echo '{{\"error\": \"e\"}}'"
-    outcome = DiagnosisProcess(case_of([tmp_path]), command=command).wait(20.0)
+    process = DiagnosisProcess(case_of([tmp_path]), command=command)
+    outcome = process.wait(20.0)
     assert outcome is not None and outcome.error == words
+    own = process._process
+    assert own.poll() is not None and own.stdin.closed and own.stdout.closed, "nothing of it stays"
 
 
 def test_a_stop_ends_what_outlives_the_process_that_started_it(tmp_path):

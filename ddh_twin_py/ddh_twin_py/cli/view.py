@@ -73,8 +73,9 @@ def run(args: argparse.Namespace) -> int:
         load_rig(args.rig)  # or each node would refuse it by itself
     if args.bag:
         open_folder(args.bag)
-    for option in ("rate", "normal_file", "paused"):
-        if getattr(args, option) and not args.bag:
+    given = {"rate": args.rate is not None, "normal_file": args.normal_file is not None, "paused": args.paused}
+    for option, was in given.items():
+        if was and not args.bag:
             raise InputError(f"--{option.replace('_', '-')} is for a recording, and none is named")
     refuse_taken(args.host, args.port, f"--port {args.port}", "choose another, or 0 for any free one")
     page: list[str] = []

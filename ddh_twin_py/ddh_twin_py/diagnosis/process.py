@@ -116,10 +116,14 @@ class DiagnosisProcess:
     def _read(self, request: str) -> None:
         try:
             self._listen(request)
-        finally:  # whoever waits is answered, whatever came
+        except (TypeError, ValueError):  # numbers that are none
+            pass
+        finally:  # whoever waits is answered, whatever came, and nothing of the process stays
             if self.outcome is None:
                 self._signal(signal.SIGKILL)
+                self._end()
                 self.outcome = Outcome(error="the diagnosis answered what cannot be read")
+            self._errors.close()
 
     def _listen(self, request: str) -> None:
         told: dict = {}
@@ -139,14 +143,17 @@ class DiagnosisProcess:
                 told = message
             elif "done" in message:
                 self.done, self.stage = float(message["done"]), str(message.get("stage", ""))
+        self.outcome = self._outcome(told, self._end())
+
+    def _end(self) -> int:
+        """Wait for the process and let go of its streams; its exit code."""
         code = self._process.wait()
         for stream in (self._process.stdin, self._process.stdout):
             try:
                 stream.close()
             except OSError:
                 pass
-        self.outcome = self._outcome(told, code)
-        self._errors.close()
+        return code
 
     def _outcome(self, told: dict, code: int) -> Outcome:
         if self._stopped:

@@ -1,5 +1,6 @@
 """Evidence of sets of effects on linear problems whose answer is known."""
 
+import itertools
 import math
 from dataclasses import replace
 
@@ -84,6 +85,24 @@ def test_a_faint_departure_is_not_held_for_less_likely_than_a_clear_one():
     faint, clear = (weigh(np.array([[information]]), np.array([information * x]), np.array([math.inf]))[0] - 0.5 * information * x**2
                     for x in (0.44, 2.2))
     assert faint == pytest.approx(clear + math.log(5.0), abs=0.5)  # as likely, of a range a fifth as wide
+
+
+def test_weigh_of_three_that_are_far_from_none_is_the_integral_over_all():
+    """Where no bound cuts, the integral of the moment prior times the likelihood, by Gauss and Hermite exact for polynomials."""
+    information = np.array([[40.0, 25.0, 12.0], [25.0, 50.0, 20.0], [12.0, 20.0, 45.0]])
+    score = information @ np.array([2.0, 2.5, 3.0])
+    logs = []
+    for wide in itertools.product(WIDTHS, repeat=3):
+        precision = information + np.diag(np.array(wide) ** -2.0)
+        covariance = np.linalg.inv(precision)
+        mean = covariance @ score
+        nodes, weights = np.polynomial.hermite_e.hermegauss(4)
+        points = mean + np.array(list(itertools.product(nodes, repeat=3))) @ np.linalg.cholesky(covariance).T
+        shares = np.prod(np.array(list(itertools.product(weights / math.sqrt(2.0 * math.pi), repeat=3))), axis=1)
+        prior = 8.0 * np.prod(points**2, axis=1) / np.prod(np.array(wide) ** 3.0) * math.sqrt(np.linalg.det(covariance))
+        logs.append(math.log(shares @ prior) + 0.5 * mean @ score)
+    exact = logsumexp(logs) - math.log(len(logs))
+    assert weigh(information, score, np.full(3, math.inf))[0] == pytest.approx(exact, abs=0.01)
 
 
 def test_weigh_of_two_is_the_integral_over_both():

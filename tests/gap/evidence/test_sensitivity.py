@@ -5,7 +5,7 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 import pytest
 from ddh_twin_py.estimation.fitting.comparison import Comparison, Discrepancy
-from ddh_twin_py.gap.evidence.sensitivity import TYPICAL, columns_of, reaching
+from ddh_twin_py.gap.evidence.sensitivity import TYPICAL, columns_of, reaching, rise_of
 from support.first_order import EFFECTS, FirstOrder
 
 
@@ -34,6 +34,14 @@ def test_rough_runs_that_go_astray_hide_no_effect():
     plain, astray = columns(FirstOrder(np.zeros(3))), columns(Astray(np.zeros(3)))
     assert [(c.effect.id, c.law, np.sign(c.x)) for c in astray] == [(c.effect.id, c.law, np.sign(c.x)) for c in plain]
     assert all(0.1 * TYPICAL <= c.rise <= 10.0 * TYPICAL for c in astray)
+
+
+@pytest.mark.parametrize("wrong", [np.nan, np.inf])
+def test_a_run_that_went_astray_rises_beyond_all_bounds(wrong):
+    model = FirstOrder(np.zeros(3))
+    without = model.run(np.zeros(3))
+    lost = [{name: np.full_like(values, wrong) for name, values in run.items()} for run in without]
+    assert rise_of(model.signals, lost, without)[0] == np.inf
 
 
 @pytest.mark.parametrize("threshold", [2.8e6, 4.0e5, 1.1e7])

@@ -1,5 +1,7 @@
 """Something outside the catalogue is believed where held-out data show it too."""
 
+import math
+
 import pytest
 from ddh_twin_py.gap.drive.direct_drive import WITNESSES
 from ddh_twin_py.gap.locate.leftover import FreeForm
@@ -103,6 +105,13 @@ def test_two_effects_that_leave_much_of_the_gap_are_not_sure_to_be_all(left, clo
 
 def test_two_effects_that_widen_the_gap_close_nothing_of_it():
     assert "close nothing of the gap" in halfway(Unknown(0.01, [], 0.0, "1"), 1.5, -0.62).notes[0]
+
+
+def test_a_signal_in_which_runs_go_astray_has_no_size_that_is_left_behind():
+    nothing, floor = Unknown(0.01, [], 0.0, "1"), {"current": (0.1, "A"), "speed": (1.0, "rad/s")}
+    left, before = {"current": math.inf, "speed": 4.0}, {"current": math.inf, "speed": 9.0}
+    after = left_behind(nothing, left, before, floor, True, left)
+    assert after.probability > 0.95 and math.isfinite(after.size) and after.unit == "rad/s"
 
 
 @pytest.mark.parametrize(("left", "before", "built", "least", "most"), [

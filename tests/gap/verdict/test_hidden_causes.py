@@ -41,6 +41,14 @@ def test_without_commissioning_the_odds_of_all_are_the_same_for_all_recordings()
     assert hidden_causes([], [], ASKED, False) == Hidden({}, 0.0)
 
 
+@pytest.mark.parametrize("asked, untold", [(1, ["a"]), (0, [])])
+@pytest.mark.parametrize("commissioned", [True, False])
+def test_no_effect_stays_ahead_where_hardly_any_is_asked_about(asked, untold, commissioned):
+    hidden = hidden_causes([], untold, asked, commissioned)
+    assert set(hidden.listed) == set(untold)
+    assert next(iter(with_hidden(Verdict("no_gap", (), SETS, marginal_of(SETS)), hidden).sets)) == ()
+
+
 def test_hidden_causes_stand_beside_what_evidence_says_by_their_odds_against_no_effect():
     before = Verdict("no_gap", (), SETS, marginal_of(SETS))
     after = with_hidden(before, Hidden({FAN[0]: 0.15, LEAK[0]: 0.05}, 0.05))

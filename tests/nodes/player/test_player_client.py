@@ -24,6 +24,8 @@ class NoPlayer:
         ("seek", 10**400, "seek: value is '1000000000000000000000000000000000000000', it must be a number"),
         ("seek", None, "seek: value is 'None', it must be a number"),
         ("rate", [1], "rate: value is '[1]', it must be a number"),
+        ("pause", "false", "pause: value is 'false', it must be true or false"),
+        ("pause", True, "nobody plays a bag in /ddh"),
         ("stop", True, "there is no 'stop'; valid are pause, seek, rate"),
     ],
     ids=lambda value: str(value)[:12],

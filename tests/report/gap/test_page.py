@@ -431,6 +431,9 @@ def bears(diagnosis, check, measured, limit):
     ("worsened", 0.0, 1.1, ["● no", "none is off by a fifth more than without it", "1.10"]),
     ("strained", 1.0, 1.08, ["● no", "the fast signal that is farthest off is 1.00 × its floor off", "1.08"]),
     ("refuted", -0.07, 0.05, ["● no", "not wider than without it", "0.05"]),
+    ("structure", -9.0, -2.0, ["● no", "such a law would gain nothing", "−2.00"]),
+    ("structure", 5.0, -2.0, ["▲ yes", "such a law would gain 5.00 points of evidence", "−2.00"]),
+    ("structure", -9.0, 0.0, ["● no", "such a law would gain nothing", "0.00"]),
 ])
 def test_what_was_measured_is_a_phrase_and_no_number_where_it_is_less_than_expected(check, measured, limit, said, diagnoses):
     assert bears(diagnoses["explained"], check, measured, limit) == said

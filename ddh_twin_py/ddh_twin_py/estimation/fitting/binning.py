@@ -17,8 +17,6 @@ from ddh_twin_py.physics.compiled import kernel
 PHASES = ("lifting", "lowering", "holding", "transient")
 STEADY = PHASES[:3]
 LIFTING, LOWERING, HOLDING, TRANSIENT = range(4)
-MOVING = 2.0e-3
-"""m/s of rod velocity above which the load is lifted or lowered."""
 TRANSIENT_TIME = 0.3
 """s after a step of the speed command that count as transient."""
 

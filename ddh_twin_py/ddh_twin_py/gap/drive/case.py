@@ -110,11 +110,11 @@ class DriveCase(DirectDrive):
         return unknown_inputs(self.field[0].recording, built, self.rig_with(theta, (), spread))
 
     def learned_terms(self, component: str, domain: str) -> Sequence[Effect]:
-        """Heat, friction, leaks, pressure drops or compliance that no law of the model gives."""
+        """What no law of the model gives at a place, in the simplest forms that it may have; see `learned_terms.terms_at`."""
         return terms_at(component, domain)
 
     def unlisted_laws(self) -> Sequence[Effect]:
-        """Pumps that their suction does not fill."""
+        """See `learned_terms.unlisted_laws`."""
         return unlisted_laws()
 
     def course(self, effect: Effect, without: np.ndarray, acting: np.ndarray) -> Course:

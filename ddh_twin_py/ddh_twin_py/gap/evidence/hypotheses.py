@@ -19,6 +19,7 @@ power; George & McCulloch, Variable selection via Gibbs sampling, J. Am. Stat. A
 
 from __future__ import annotations
 
+import functools
 import itertools
 import math
 from collections.abc import Sequence
@@ -100,13 +101,32 @@ def weigh(information: np.ndarray, score: np.ndarray, room: np.ndarray,
     logs = 0.5 * estimate @ score + 0.5 * np.linalg.slogdet(inner)[1]
     inside, estimate, covariance = _within(estimate, covariance, np.minimum(LEAST, room), room)
     logs += score.size * math.log(2.0) + inside
-    moment = np.prod(estimate**2 + np.diagonal(covariance, axis1=1, axis2=2), axis=1)
-    if score.size == 2:
-        mixed = covariance[:, 0, 1]
-        moment += 2.0 * mixed**2 + 4.0 * estimate[:, 0] * estimate[:, 1] * mixed
-    logs += np.log(np.maximum(moment, 1e-300)) - 2.0 * np.sum(np.log(wide), axis=1)
+    logs += np.log(np.maximum(_of_squares(estimate, covariance), 1e-300)) - 2.0 * np.sum(np.log(wide), axis=1)
     _, estimate, covariance = gain(information, score, np.full(score.size, WIDTH))
     return float(logsumexp(logs)) - math.log(len(logs)), np.minimum(estimate, room), covariance
+
+
+def _of_squares(mean: np.ndarray, covariance: np.ndarray) -> np.ndarray:
+    """Expectation, (n,), of the product of the squares of normals with mean (n, m) and covariance (n, m, m).
+
+    By E[x_i f(x)] = mean_i E[f] + sum_j cov_ij E[df/dx_j] (Isserlis; Stein), one factor after another.
+    """
+
+    @functools.cache
+    def expected(powers: tuple[int, ...]) -> np.ndarray:
+        i = next((i for i, power in enumerate(powers) if power), None)
+        if i is None:
+            return np.ones(len(mean))
+        rest = _less(powers, i)
+        others = [j for j, power in enumerate(rest) if power]
+        return mean[:, i] * expected(rest) + sum(rest[j] * covariance[:, i, j] * expected(_less(rest, j)) for j in others)
+
+    return expected((2,) * mean.shape[1])
+
+
+def _less(powers: tuple[int, ...], i: int) -> tuple[int, ...]:
+    """Powers with one factor less of the i-th."""
+    return (*powers[:i], powers[i] - 1, *powers[i + 1 :])
 
 
 def _within(mean: np.ndarray, covariance: np.ndarray, least: np.ndarray, most: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -93,7 +93,7 @@ def without_astray(columns: np.ndarray) -> np.ndarray:
 
 @kernel
 def rms_change(bins, changed, base):
-    """RMS by which samples (n,) of bins that count changed; infinite of a run that went astray."""
+    """RMS by which samples (n,) of bins that count changed; infinite, or no number, of a run that went astray."""
     total, count = 0.0, 0
     for i in range(bins.shape[0]):
         if bins[i] >= 0:
@@ -111,7 +111,7 @@ def rise_of(signals: Sequence[dict], with_effect: Sequence[dict], without: Seque
             if not np.isfinite(signal.noise) or signal.binning.count.size == 0:
                 continue
             rise = rms_change(signal.binning.bin, changed[name], base[name]) / signal.noise
-            rises[name] = max(rises.get(name, 0.0), rise)
+            rises[name] = max(rises.get(name, 0.0), rise if math.isfinite(rise) else math.inf)
     others = {name: rise for name, rise in rises.items() if name not in amplified and not rise <= _NOTICEABLE}
     worst = max(others or rises, key=rises.get, default="")
     return rises.get(worst, 0.0), worst

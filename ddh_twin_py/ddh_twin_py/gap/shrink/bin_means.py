@@ -27,7 +27,7 @@ def beyond_noise(model: DescribedModel, fitted: Refitted) -> dict[str, float]:
     Only of signals that the other recordings show at their noise (`AT_NOISE`) beside the same fit; empty where there are none.
     """
     built, since = (_pooled(model, fitted, acts) for acts in (False, True))
-    return {name: off for name, off in since.items() if built.get(name, np.inf) <= AT_NOISE}
+    return {name: off for name, off in since.items() if built.get(name, np.inf) <= AT_NOISE and np.isfinite(off)}
 
 
 def _pooled(model: DescribedModel, fitted: Refitted, acts: bool) -> dict[str, float]:

@@ -162,7 +162,7 @@ def left_behind(unknown: Unknown, left: Mapping[str, float], before: Mapping[str
             return ratio < _HELPED * before[name] or there.get(name, 0.0) > limit
         return ratio < _HELPED * before[name] and ratio > _AS_FAR * there.get(name, 0.0)
 
-    beyond = {name: ratio - limit for name, ratio in left.items() if has_a_say(name, ratio)}
+    beyond = {name: ratio - limit for name, ratio in left.items() if has_a_say(name, ratio) and math.isfinite(ratio)}
     worst = max(beyond, key=beyond.get, default="")
     unknown = unknown.checked("left_behind", left[worst], limit) if worst else unknown
     probability = float(expit(beyond[worst] / _LEFT_SOFTNESS)) if worst else 0.0

@@ -44,9 +44,11 @@ def hidden_causes(detectable: Sequence[Detection], untold: Sequence[str], asked:
             no signal at all.
         asked: effects asked about. commissioned: whether a commissioning recording showed the rig.
     """
+    if not asked:
+        return Hidden({}, 0.0)
     none_first = log_prior((), asked) - log_prior(("",), asked)  # log odds of no effect against one of them, before any data
     missed = dict.fromkeys(untold, 1.0) | {d.effect: _missed(d, none_first) for d in detectable}
-    listed = {name: share * math.exp(-none_first) for name, share in missed.items()}
+    listed = {name: min(1.0, share * math.exp(-none_first)) for name, share in missed.items()}
     if commissioned:
         return Hidden(listed, UNLISTED_TOO * sum(listed.values()))
     whole = sum(listed.values()) or 1.0

@@ -120,7 +120,7 @@ def judge(found: Found, unknown: Unknown, nothing_beyond: bool = False) -> Verdi
         return Verdict("unknown", leader, sets, effects)
     if sets.get((), 0.0) >= LIKELY:
         return Verdict("no_gap", (), sets, effects)
-    together = _together(found, sets, effects, leader)
+    together = _together(found, sets, effects, leader) if leader else 0.0
     return Verdict("explained" if leader and together >= SURE else "ambiguous", leader, sets, effects, together)
 
 

@@ -30,7 +30,7 @@ class PlayerClient:
         self._node = node
         self._asked: SimpleQueue[tuple[str, object, Future[str]]] = SimpleQueue()
         self._verbs = {
-            "pause": _Verb(node.create_client(SetBool, f"{PLAYER}/pause"), lambda value: SetBool.Request(data=bool(value))),
+            "pause": _Verb(node.create_client(SetBool, f"{PLAYER}/pause"), lambda value: SetBool.Request(data=value)),
             "seek": _Verb(node.create_client(Seek, f"{PLAYER}/seek"), lambda value: Seek.Request(offset=float(value))),
             "rate": _Verb(node.create_client(SetRate, f"{PLAYER}/set_rate"), lambda value: SetRate.Request(rate=float(value))),
         }
@@ -59,7 +59,7 @@ class PlayerClient:
         try:
             request = verb.request(value)
         except (TypeError, ValueError, OverflowError, AssertionError):
-            answer.set_result(f"{name}: value is {str(value)[:_SHOWN]!r}, it must be a number")
+            answer.set_result(f"{name}: value is {str(value)[:_SHOWN]!r}, it must be {'true or false' if name == 'pause' else 'a number'}")
             return
         if not verb.client.service_is_ready():
             answer.set_result(f"nobody plays a bag in {self._node.get_namespace()}")

@@ -77,12 +77,19 @@ def checks_of(diagnosis: Diagnosis) -> doc.Html:
     table, near = [], False
     for row in rows:
         check = CHECKS[row["check"]]
-        share = (row["measured"] - check.nothing) / (row["limit"] - check.nothing)
-        level, answer = ("good", "no") if share < _NEAR else ("fair", "nearly") if share < 1.0 else ("poor", "yes")
+        level, answer = _answer(check, row["measured"], row["limit"])
         near = near or answer == "nearly"
         table.append((check.question, doc.mark(level, answer), _measured(check, row["measured"]), _rounded(row["limit"])))
     asked = doc.paragraph(f"Asked about: {set_name(tuple(rows[0]['effects']))}.")
     return doc.Html(asked + doc.table(columns, table) + doc.note(_NEARLY * near + _ABOUT))
+
+
+def _answer(check: _Check, measured: float, limit: float) -> tuple[str, str]:
+    """Level and word; a limit below what is expected where nothing is wrong has no way to it, and nothing is near it."""
+    if measured >= limit:
+        return "poor", "yes"
+    near = limit > check.nothing and (measured - check.nothing) / (limit - check.nothing) >= _NEAR
+    return ("fair", "nearly") if near else ("good", "no")
 
 
 def _measured(check: _Check, value: float) -> str:

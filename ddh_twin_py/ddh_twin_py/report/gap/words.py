@@ -24,9 +24,9 @@ PHASES = (*binning.PHASES, "all")
 """Phases of the contract in the order of a page."""
 PHASE_MEANING = {
     "all": "the whole recording",
-    "lifting": "rod going out faster than 2 mm/s",
-    "lowering": "rod coming in faster than 2 mm/s",
-    "holding": "rod at rest",
+    "lifting": "the drive moves the rod out",
+    "lowering": "the drive moves the rod in",
+    "holding": "the drive stands",
     "transient": "within 0.3 s after a step of the speed command",
 }
 VERDICTS = {

@@ -40,6 +40,7 @@ export class Charts {
   add(id, keep = true) {
     const charted = new Set(this.charts.map((chart) => chart.quantity.id));
     const chosen = id ?? [...this.quantities.keys()].find((name) => !charted.has(name));
+    if (chosen === undefined) return; // nothing is left to draw, or the page has told of nothing yet
     const chart = new Chart(this, this.quantities.get(chosen));
     this.charts.push(chart);
     this.list.append(chart.figure);
