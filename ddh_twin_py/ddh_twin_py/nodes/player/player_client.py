@@ -30,7 +30,7 @@ class PlayerClient:
         self._node = node
         self._asked: SimpleQueue[tuple[str, object, Future[str]]] = SimpleQueue()
         self._verbs = {
-            "pause": _Verb(node.create_client(SetBool, f"{PLAYER}/pause"), lambda value: SetBool.Request(data=value)),
+            "pause": _Verb(node.create_client(SetBool, f"{PLAYER}/pause"), lambda value: SetBool.Request(data=_truth(value))),
             "seek": _Verb(node.create_client(Seek, f"{PLAYER}/seek"), lambda value: Seek.Request(offset=float(value))),
             "rate": _Verb(node.create_client(SetRate, f"{PLAYER}/set_rate"), lambda value: SetRate.Request(rate=float(value))),
         }
@@ -65,6 +65,13 @@ class PlayerClient:
             answer.set_result(f"nobody plays a bag in {self._node.get_namespace()}")
             return
         verb.client.call_async(request).add_done_callback(lambda future: _settle(answer, future))
+
+
+def _truth(value: object) -> bool:
+    """The value, where it is true or false and nothing that Python would take for it."""
+    if not isinstance(value, bool):
+        raise TypeError
+    return value
 
 
 def _settle(answer: Future[str], future: object) -> None:
