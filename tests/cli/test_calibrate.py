@@ -232,3 +232,8 @@ def test_a_second_of_data_informs_nothing_and_gives_no_rig_file(repo_root, tmp_p
     write_recording(tmp_path / "second", read_recording(repo_root / "bags" / "paper_cycle").between(100.0, 101.0))
     assert main(["calibrate", str(tmp_path / "second"), "-o", str(tmp_path / "rig.yaml"), "--quiet"]) == 1
     assert "these recordings inform no parameter" in capsys.readouterr().err and not (tmp_path / "rig.yaml").exists()
+
+
+def test_an_error_of_a_sensor_may_be_asked_for(capsys):
+    said = error_of(["/nowhere", "--only", "measurement.pressure_piston_side_offset"], capsys)
+    assert "/nowhere does not exist" in said

@@ -70,6 +70,7 @@ def run(args: argparse.Namespace) -> int:
         from ddh_twin_py.estimation.fitting.calibration import CalibrationError, calibrate, check_paths
         from ddh_twin_py.estimation.fitting.experiment import Experiment
         from ddh_twin_py.estimation.fitting.held_out import held_out
+        from ddh_twin_py.estimation.fitting.unknowns import with_offsets
         from ddh_twin_py.gap.recordings.contradictions import contradictions
         from ddh_twin_py.gap.recordings.suitability import one_clock
         from ddh_twin_py.gap.words import careful
@@ -77,7 +78,8 @@ def run(args: argparse.Namespace) -> int:
         from ddh_twin_py.report.calibration.page import calibration_document, calibration_json
         from ddh_twin_py.report.calibration.summary import print_calibration
         from ddh_twin_py.telemetry.recording import announced_id
-    check_paths(rig, args.only)
+    errors = [path for path in args.only if path.startswith("measurement.") and path in rig.quantities]
+    check_paths(with_offsets(rig, errors), args.only)  # what the recordings do not read is refused with them
     twice = _given_twice(args.bags)
     if twice:
         raise CalibrationError(f"BAG: {twice[0]} and {twice[1]} are the same bag or share a file of it; its samples would count twice")

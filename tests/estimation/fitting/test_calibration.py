@@ -123,7 +123,6 @@ def test_recordings_that_hold_the_same_samples_are_refused_whatever_the_drive_do
 @pytest.mark.parametrize("only, said", [
     (["pump_1.leekage"], "pump_1.leekage: no such parameter; the nearest is 'pump_1.leakage'"),
     (["cylinder.bore"], "cylinder.bore: ddh_rig.yaml holds it exact"),
-    (["measurement.tank_oil_offset"], "measurement.tank_oil_offset: an error of a sensor is fitted with whatever is asked for"),
 ])
 def test_what_cannot_be_fitted_is_named(only, said):
     recording, _ = rig_that_differs_in_six(SEEDS[0])

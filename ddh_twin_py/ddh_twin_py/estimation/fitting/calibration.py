@@ -167,13 +167,11 @@ def check_paths(rig: Rig, paths: Sequence[str]) -> list[str]:
     """The paths, where all can be fitted.
 
     Raises:
-        CalibrationError: unknown path (with the nearest valid one), one that the sheet holds exact, or an error that is fitted anyhow.
+        CalibrationError: unknown path (with the nearest valid one), or one that the sheet holds exact.
     """
     for path in paths:
         if path not in rig.quantities:
             raise CalibrationError(f"{path}: no such parameter{nearest(path, rig.quantities)}")
-        if path.startswith("measurement.") and rig.quantities[path].standard_deviation == 0.0:
-            raise CalibrationError(f"{path}: an error of a sensor is fitted with whatever is asked for; leave it out")
         if rig.quantities[path].standard_deviation == 0.0:
             raise CalibrationError(f"{path}: {rig.file} holds it exact (tolerance 0), there is nothing to fit")
     return list(paths)

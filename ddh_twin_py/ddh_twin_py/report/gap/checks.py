@@ -81,7 +81,7 @@ def checks_of(diagnosis: Diagnosis) -> doc.Html:
         near = near or answer == "nearly"
         table.append((check.question, doc.mark(level, answer), _measured(check, row["measured"]), _rounded(row["limit"])))
     asked = doc.paragraph(f"Asked about: {set_name(tuple(rows[0]['effects']))}.")
-    return doc.Html(asked + doc.table(columns, table) + doc.note(_NEARLY * near + _ABOUT))
+    return doc.Html(asked + doc.table(columns, table, stacks=True) + doc.note(_NEARLY * near + _ABOUT))
 
 
 def _answer(check: _Check, measured: float, limit: float) -> tuple[str, str]:

@@ -144,25 +144,28 @@ def figures(several: Iterable[Figure]) -> Html:
     return Html(f'<dl class="figures">{cards}</dl>')
 
 
-def table(columns: Sequence[Column], rows: Iterable[Sequence[object]], caption: str = "", below: Sequence[str] = ()) -> Html:
+def table(columns: Sequence[Column], rows: Iterable[Sequence[object]], caption: str = "", below: Sequence[str] = (),
+          stacks: bool = False) -> Html:
     """A table; the first cell of a row names it.
 
     Args:
         below: for each row what stands below it across the table, '' for nothing; empty where no row has any.
+        stacks: whether on a narrow screen the cells of a row stand one below the other, each with its column's title: of many words.
     """
     head = "".join(
         f'<th scope="col"{_numeric(c)}>{text(c.title)}' + (f"<small>{text(c.unit)}</small>" if c.unit else "") + "</th>"
         for c in columns
     )
-    body = ""
+    body, titles = "", [f' data-title="{text(column.title)}"' if stacks else "" for column in columns]
     for row, words in itertools.zip_longest(rows, below, fillvalue=""):
         cells, told = list(zip(columns, row, strict=True)), ' class="told"' if words else ""
         body += f'<tr{told}><th scope="row"{_numeric(cells[0][0])}>{text(cells[0][1])}</th>'
-        body += "".join(f"<td{_numeric(column)}>{text(cell)}</td>" for column, cell in cells[1:]) + "</tr>"
+        body += "".join(f"<td{_numeric(column)}{titled}>{text(cell)}</td>"
+                        for (column, cell), titled in zip(cells[1:], titles[1:], strict=True)) + "</tr>"
         body += f'<tr class="below"><td colspan="{len(columns)}"><span>{text(words)}</span></td></tr>' if words else ""
     title = f"<caption><span>{text(caption)}</span></caption>" if caption else ""
     return Html(
-        f'<div class="scroll" tabindex="0"><table>{title}<thead><tr>{head}</tr></thead>'
+        f'<div class="scroll{" stacks" if stacks else ""}" tabindex="0"><table>{title}<thead><tr>{head}</tr></thead>'
         f"<tbody>{body}</tbody></table></div>"
     )
 
