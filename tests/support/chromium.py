@@ -13,6 +13,7 @@ import subprocess
 import tempfile
 import threading
 import time
+from collections.abc import Mapping
 from pathlib import Path
 
 import aiohttp
@@ -175,9 +176,11 @@ class Chromium:
             text = more if kind == "keyDown" else {}
             self.call("Input.dispatchKeyEvent", type=kind, key=key, code=code, windowsVirtualKeyCode=number, **text)
 
-    def picture(self, path: str | Path, whole: bool = False) -> Path:
-        """A screenshot as PNG, of the whole page or of what the screen holds."""
-        given = {"captureBeyondViewport": True} if whole else {}
+    def picture(self, path: str | Path, whole: bool = False, clip: Mapping[str, float] | None = None) -> Path:
+        """A screenshot as PNG, of the whole page, of a part of it (x, y, width, height) or of what the screen holds."""
+        given = {"captureBeyondViewport": True} if whole or clip else {}
+        if clip:
+            given["clip"] = {**clip, "scale": 1}
         if whole:
             size = self.call("Page.getLayoutMetrics")["cssContentSize"]
             given["clip"] = {"x": 0, "y": 0, "width": size["width"], "height": size["height"], "scale": 1}

@@ -1,8 +1,8 @@
-"""Takes the pictures of docs/live_page.md: the live page of real graphs in a Chromium without a window.
+"""Takes the pictures of the documents: the live page of real graphs and a replay's report, in a Chromium without a window.
 
     . .venv/bin/activate
-    python scripts/live_page_pictures.py            # into docs/pictures, takes some minutes
-    python scripts/live_page_pictures.py gap        # those of the gap alone; or of the cycle
+    python scripts/pictures.py            # into docs/pictures, takes some minutes
+    python scripts/pictures.py gap        # those of the live page with a gap alone; or of the cycle, or of the report
 """
 
 from __future__ import annotations
@@ -31,6 +31,13 @@ PAPER_CYCLE = ROOT / "bags" / "paper_cycle"
 WORN = "pump_1:\n  leakage: {value: 5.0e-12, unit: m3/(s*Pa), tolerance: 0.15, source: four times the sheet's}\n"
 DURATION = 600.0  # s of simulated duty
 WAIT = 600.0  # s, the longest that a bag player waits for its nodes
+_FIRST_FOUR = """(() => {
+  const charts = [...document.querySelectorAll(".charts .chart")].slice(0, 4).map((chart) => chart.getBoundingClientRect());
+  const [left, top] = [Math.min(...charts.map((c) => c.left)), Math.min(...charts.map((c) => c.top))];
+  const [right, bottom] = [Math.max(...charts.map((c) => c.right)), Math.max(...charts.map((c) => c.bottom))];
+  return [left + scrollX - 8, top + scrollY - 8, right - left + 16, bottom - top + 16];
+})()"""
+"""Left, top, width and height around the first four charts of a report, in its pixels."""
 
 
 class Shown:
@@ -114,6 +121,17 @@ def gap(scratch: Path) -> None:
         browser.picture(PICTURES / "live_page_phone.png")
 
 
+def report(scratch: Path) -> None:
+    """The first four temperatures of the report of the paper's cycle."""
+    assert ddh_twin(["replay", str(PAPER_CYCLE), "--html", str(scratch / "report.html"), "--quiet"]) == 0
+    with Chromium() as browser:
+        browser.screen(1280, 4000)  # charts are drawn once they are in sight
+        browser.call("Page.navigate", url=(scratch / "report.html").resolve().as_uri())
+        browser.wait("[...document.querySelectorAll('.charts .chart')].filter((chart) => chart.querySelector('canvas')).length >= 4", 30.0)
+        box = browser.value(_FIRST_FOUR)
+        browser.picture(PICTURES / "paper_cycle.png", clip=dict(zip(("x", "y", "width", "height"), box, strict=True)))
+
+
 def main() -> int:
     """Take all pictures."""
     if executable() is None:
@@ -121,7 +139,7 @@ def main() -> int:
         return 2
     with tempfile.TemporaryDirectory(prefix="ddh_pictures_") as scratch:
         os.chdir(scratch)  # the page shows the path of a bag as it is given
-        for name, take in (("cycle", cycle), ("gap", gap)):
+        for name, take in (("report", report), ("cycle", cycle), ("gap", gap)):
             if name in sys.argv[1:] or not sys.argv[1:]:
                 take(Path())
     return 0
