@@ -178,12 +178,10 @@ class Chromium:
 
     def picture(self, path: str | Path, whole: bool = False, clip: Mapping[str, float] | None = None) -> Path:
         """A screenshot as PNG, of the whole page, of a part of it (x, y, width, height) or of what the screen holds."""
-        given = {"captureBeyondViewport": True} if whole or clip else {}
-        if clip:
-            given["clip"] = {**clip, "scale": 1}
         if whole:
             size = self.call("Page.getLayoutMetrics")["cssContentSize"]
-            given["clip"] = {"x": 0, "y": 0, "width": size["width"], "height": size["height"], "scale": 1}
+            clip = {"x": 0, "y": 0, "width": size["width"], "height": size["height"]}
+        given = {"captureBeyondViewport": True, "clip": {**clip, "scale": 1}} if clip else {}
         data = self.call("Page.captureScreenshot", format="png", **given)["data"]
         Path(path).write_bytes(base64.b64decode(data))
         return Path(path)

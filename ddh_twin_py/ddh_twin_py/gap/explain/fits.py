@@ -32,9 +32,8 @@ _FAR_BEHIND = 12.0  # log weight behind the best beyond which a set is not fitte
 _RIVAL = 2.0  # log weight behind the best fitted within which a set is fitted before it is judged
 _ANOTHER = 4.0  # the same of a set that explains without one of the best's effects: told from it wrongly, it would mislead
 _KEPT = 3  # leading sets whose fits the next linearisation begins from
-_ALIKE, _ALIKE_SHARE = 25.0, 0.02  # log weight behind the best, and share of what that explains, within which a set with an effect of like
-# signature is fitted, whatever the linear model says
-_SAME_SIGNATURE = 50.0  # the former of one that the catalogue names as confused with an effect of the best
+_ALIKE, _ALIKE_SHARE = 25.0, 0.02  # log weight behind the best, and share of what that explains, within which another is a near rival
+_SAME_SIGNATURE = 50.0  # the former within which a set is fitted with what the catalogue names as confused with an effect of the best
 _BENDS = 20.0  # log evidence of a single effect from which others are looked for beside it as it acts
 _MISLED = 0.2  # share of what the best set explains by which the linear model falls short of it, from which every effect is fitted
 _LOST = 1000.0  # log evidence of no effect over what the linear model says, from which that is not one of this rig
