@@ -9,7 +9,6 @@ hypothesis to hypothesis and cost a few products.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from copy import copy
 from dataclasses import dataclass
 
@@ -18,8 +17,7 @@ from scipy.linalg import cho_factor, cho_solve
 
 from ddh_twin_py.estimation.fitting.weighting import Weighting
 from ddh_twin_py.gap.evidence.box import Normal
-
-Rows = Sequence[np.ndarray]
+from ddh_twin_py.gap.evidence.pieces import Pieces, Rows
 
 
 @dataclass(frozen=True)
@@ -43,11 +41,25 @@ class Basis:
     def __init__(self, weighting: Weighting, parameters: Rows, slack: Rows, lowest: np.ndarray, highest: np.ndarray,
                  power: float = 1.0) -> None:
         self.weighting, self.power, self.lowest, self.highest = weighting, power, lowest, highest
-        self.columns = [np.hstack([j, s]) for j, s in zip(parameters, slack, strict=True)]
-        self.parameters = parameters[0].shape[1]
-        self.size = self.columns[0].shape[1]
-        self.information = power * weighting.products(self.columns, self.columns)
+        self._of_rig, self._of_laws = Pieces([parameters]), Pieces([slack])
+        of_rig = np.hstack([self._all(weighted) for _, weighted in weighting.in_parts(parameters)])
+        of_laws = np.hstack([self._of_laws.against(weighted) for _, weighted in weighting.in_parts(slack)])
+        self.information = power * np.hstack([of_rig, np.vstack([of_rig[self.parameters :].T, of_laws])])
         self._prepare()
+
+    @property
+    def parameters(self) -> int:
+        """Unknowns that have bounds: parameters, and what stands behind them."""
+        return self._of_rig.size
+
+    @property
+    def size(self) -> int:
+        """Of all shared unknowns, slack too."""
+        return self._of_rig.size + self._of_laws.size
+
+    def _all(self, weighted: Rows) -> np.ndarray:
+        """All columns against values or columns, by recording, (rows,) or (rows, m): (size,) or (size, m)."""
+        return np.concatenate([self._of_rig.against(weighted), self._of_laws.against(weighted)])
 
     def _prepare(self) -> None:
         self._factor = cho_factor(self.information + np.eye(self.size), lower=True, check_finite=False)
@@ -59,7 +71,7 @@ class Basis:
         other = copy(self)
         scale = np.ones(self.size)
         scale[self.parameters :] = wider
-        other.power, other.columns = power, self.columns if wider == 1.0 else [c * scale for c in self.columns]
+        other.power, other._of_laws = power, self._of_laws.scaled(wider)
         other.information = power / self.power * np.outer(scale, scale) * self.information
         other._prepare()
         return other
@@ -67,26 +79,25 @@ class Basis:
     def with_more(self, slack: Rows) -> Basis:
         """The same with further slack, columns by recording, (rows, m)."""
         other = self._grown(slack, self.size)
+        other._of_laws = self._of_laws.with_more(slack)
         other._prepare()
         return other
 
     def with_unknowns(self, columns: Rows, lowest: np.ndarray, highest: np.ndarray) -> Basis:
         """The same with further unknowns of standard deviation 1 behind the parameters, within bounds (m,); by recording, (rows, m)."""
         other = self._grown(columns, self.parameters)
-        other.parameters = self.parameters + lowest.size
+        other._of_rig = self._of_rig.with_more(columns)
         other.lowest, other.highest = np.concatenate([self.lowest, lowest]), np.concatenate([self.highest, highest])
         other._prepare()
         return other
 
     def _grown(self, more: Rows, at: int) -> Basis:
-        """The same with further columns before the one at an index, not yet prepared."""
+        """The same with the information of further columns before the one at an index; neither has it the columns yet nor is it prepared."""
         other = copy(self)
-        weighted = [self.power * w for w in self.weighting.applied(more)]
-        cross = sum(c.T @ w for c, w in zip(self.columns, weighted, strict=True))
-        own = sum(m.T @ w for m, w in zip(more, weighted, strict=True))
+        parts = [(self._all(weighted), sum(m.T @ w for m, w in zip(more, weighted, strict=True)))
+                 for _, weighted in self.weighting.in_parts(more)]
+        cross, own = (self.power * np.hstack(several) for several in zip(*parts, strict=True))
         order = np.insert(np.arange(self.size), at, self.size + np.arange(own.shape[0]))
-        other.columns = [np.hstack([c[:, :at], m, c[:, at:]]) for c, m in zip(self.columns, more, strict=True)]
-        other.size = order.size
         other.information = np.block([[self.information, cross], [cross.T, own]])[np.ix_(order, order)]
         return other
 
@@ -109,7 +120,8 @@ class Basis:
 
     def both_of_slack(self, shares: np.ndarray, values: Rows) -> tuple[Sums, Normal]:
         """The same of columns of which the slack is ``shares``, (m,), none 0: what these make is known, the values alone are weighed."""
-        weighted, cross = self._against(values)
+        weighted = self._weighed(values)
+        cross = self._all(weighted)
         square = float(sum(v @ w for v, w in zip(values, weighted, strict=True)))
         crossed = self.information[:, self.parameters :] / shares
         squared, own_score = crossed[self.parameters :] / shares[:, None], cross[self.parameters :] / shares
@@ -137,15 +149,15 @@ class Basis:
     def _products(self, columns: Rows, values: Rows) -> tuple[np.ndarray, np.ndarray]:
         """Columns and, last, values: against parameters and slack, (size, m + 1), and against themselves, (m + 1, m + 1)."""
         own = [np.column_stack([c, v]) for c, v in zip(columns, values, strict=True)]
-        weighted = [self.power * w for w in self.weighting.applied(own)]
-        return (sum(f.T @ w for f, w in zip(self.columns, weighted, strict=True)),
-                sum(o.T @ w for o, w in zip(own, weighted, strict=True)))
+        parts = [(self._all(weighted), sum(o.T @ w for o, w in zip(own, weighted, strict=True)))
+                 for _, weighted in self.weighting.in_parts(own)]
+        cross, squares = (self.power * np.hstack(several) for several in zip(*parts, strict=True))
+        return cross, squares
 
     def shared(self, columns: Rows, values: Rows, x: np.ndarray) -> np.ndarray:
         """Estimate of parameters and slack, (size,), where the columns depart by x, (m,)."""
         rest = [v - c @ x for v, c in zip(values, columns, strict=True)]
-        score = self.power * self.weighting.products(self.columns, [r[:, None] for r in rest])[:, 0]
-        return cho_solve(self._factor, score, check_finite=False)
+        return cho_solve(self._factor, self._all(self._weighed(rest)), check_finite=False)
 
     def covariance(self) -> np.ndarray:
         """Posterior covariance of the parameters, (k, k), no effect acting."""
@@ -157,33 +169,33 @@ class Basis:
 
     def slack(self, residual: Rows) -> np.ndarray:
         """Estimate of the slack, in its standard deviations, (m,), where residuals, by recording, (rows,), are left."""
-        cross = self.power * self.weighting.products(self.columns, [r[:, None] for r in residual])[self.parameters :, 0]
-        return cho_solve(self._slack, cross, check_finite=False)
+        return cho_solve(self._slack, self._of_laws.against(self._weighed(residual)), check_finite=False)
 
     def misfit(self, residual: Rows) -> float:
         """Chi-square of residuals with the slack, but not the parameters, integrated out."""
-        weighted, cross = self._against(residual, self.parameters)
+        weighted = self._weighed(residual)
+        cross = self._of_laws.against(weighted)
         square = float(sum(r @ w for r, w in zip(residual, weighted, strict=True)))
         return square - float(cross @ cho_solve(self._slack, cross, check_finite=False))
 
     def misfits(self, residual: Rows) -> list[np.ndarray]:
         """What every row adds to that chi-square, by recording, (rows,)."""
-        weighted, cross = self._against(residual, self.parameters)
-        left = cho_solve(self._slack, cross, check_finite=False)
-        taken = self.weighting.applied([(c[:, self.parameters :] @ left)[:, None] for c in self.columns])
-        return [r * (w - self.power * t[:, 0]) for r, w, t in zip(residual, weighted, taken, strict=True)]
+        weighted = self._weighed(residual)
+        left = cho_solve(self._slack, self._of_laws.against(weighted), check_finite=False)
+        taken = self._weighed(self._of_laws.times(left))
+        return [r * (w - t) for r, w, t in zip(residual, weighted, taken, strict=True)]
 
     def beyond(self, columns: Rows) -> list[np.ndarray]:
         """What every row tells of each column, parameters and slack having done what they can of it, by recording, (rows, m).
 
         Its sum over all rows, and what these unknowns pay for it, is the column's own place in `Sums.information`.
         """
-        cross = self.power * self.weighting.products(self.columns, columns)
+        cross = self.power * np.hstack([self._all(weighted) for _, weighted in self.weighting.in_parts(columns)])
         solved = cho_solve(self._factor, cross, check_finite=False)
-        left = [c - f @ solved for c, f in zip(columns, self.columns, strict=True)]
+        by_rig, by_laws = self._of_rig.times(solved[: self.parameters]), self._of_laws.times(solved[self.parameters :])
+        left = [c - rig - laws for c, rig, laws in zip(columns, by_rig, by_laws, strict=True)]
         return [self.power * rest * weighted for rest, weighted in zip(left, self.weighting.applied(left), strict=True)]
 
-    def _against(self, values: Rows, first: int = 0) -> tuple[list[np.ndarray], np.ndarray]:
-        """Values as they are weighed, by recording, (rows,), and against parameters and slack from the ``first`` on, (m,)."""
-        weighted = [self.power * w[:, 0] for w in self.weighting.applied([v[:, None] for v in values])]
-        return weighted, sum(c[:, first:].T @ w for c, w in zip(self.columns, weighted, strict=True))
+    def _weighed(self, values: Rows) -> list[np.ndarray]:
+        """Values as they are weighed, by recording, (rows,)."""
+        return [self.power * w for w in self.weighting.applied(values)]
