@@ -98,6 +98,8 @@ def test_neither_pressure_nor_current(new, drifted):
 def test_a_field_recording_too_short_to_hold_a_part_out(new, drifted):
     report, notes = answer(drifted.between(0.0, 30.0), new)
     assert report["verdict"] == "insufficient" and ("too short" in notes or "at least 10 s" in notes)
+    none, = report["hypotheses"]  # always listed: nothing speaks for or against it
+    assert none["effects"] == [] and 0.0 < none["probability"] < 1.0 and none["gap_after"] is None
 
 
 def test_an_effect_that_no_signal_shows_is_said_to_be_out_of_sight(new, drifted):

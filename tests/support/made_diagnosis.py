@@ -103,7 +103,8 @@ def _report(kind, traces):
             {"effect": e, "probability": p, "parameters": parameters} for e, p, parameters in _WHY.get(kind, [])
         ],
         "classes": [["pump_1.friction", "motor.bearing_friction"]] if kind == "ambiguous" else [],
-        "hypotheses": [{"effects": list(w.effects), "probability": w.probability, "gap_after": w.gap_after} for w in _weighed(kind)],
+        "hypotheses": [{"effects": list(w.effects), "probability": w.probability, "gap_after": w.gap_after} for w in _weighed(kind)]
+                      or [{"effects": [], "probability": 0.3, "gap_after": None}],
         "shrink": shrink, "unknown": unknown if kind == "unknown" else None, "next_test": test if kind == "ambiguous" else None,
         "held_out": "none" if kind == "insufficient" else "field bag, blocks of 60 s: 60 to 120 s, 300 to 360 s",
         "checks": [] if kind == "insufficient" else [

@@ -12,6 +12,7 @@ from ddh_twin_py.estimation.fitting.calibration import FittedParameter
 from ddh_twin_py.gap.contract import Report, Shrunk, Why
 from ddh_twin_py.gap.diagnosable import Diagnosable
 from ddh_twin_py.gap.diagnosis import Diagnosis, Weighed
+from ddh_twin_py.gap.evidence.hypotheses import PRIOR_NONE
 from ddh_twin_py.gap.explain.classes import classes_of
 from ddh_twin_py.gap.explain.departure import departure_of
 from ddh_twin_py.gap.explain.learned import described, learn
@@ -229,10 +230,11 @@ def _odd(model: Diagnosable, concluded: Conclusion, before: _Before) -> list[str
 
 
 def insufficient(model: Diagnosable, reason: str) -> Diagnosis:
-    """The answer where the recordings allow none."""
+    """The answer where the recordings allow none: no effect keeps the probability that it had before."""
+    none = {"effects": [], "probability": PRIOR_NONE, "gap_after": None}
     report: Report = {
         "verdict": "insufficient", "gap": dict.fromkeys(("as_is", "before", "after", "closed_fraction")), "where": [], "why": [],
-        "classes": [], "hypotheses": [], "shrink": {}, "unknown": None, "next_test": None, "held_out": model.held_data().words,
+        "classes": [], "hypotheses": [none], "shrink": {}, "unknown": None, "next_test": None, "held_out": model.held_data().words,
         "checks": [], "notes": [reason, *model.notes()],
     }
     return Diagnosis(report=report, sentence=sentence(report, model.catalogue), recordings=model.recordings, traces={}, axes={}, lacking=[],

@@ -92,7 +92,7 @@ class Basis:
         return other
 
     def _grown(self, more: Rows, at: int) -> Basis:
-        """The same with the information of further columns before the one at an index; neither has it the columns yet nor is it prepared."""
+        """The same with the information of further columns before the one at an index, yet without the columns and unprepared."""
         other = copy(self)
         parts = [(self._all(weighted), sum(m.T @ w for m, w in zip(more, weighted, strict=True)))
                  for _, weighted in self.weighting.in_parts(more)]
