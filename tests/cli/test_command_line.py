@@ -24,6 +24,14 @@ def parsers() -> dict[str, argparse.ArgumentParser]:
     return dict(action.choices)
 
 
+@pytest.mark.parametrize("verb", ["gap", "fleet", "replay"])
+def test_what_is_missing_is_said_with_where_an_example_is(verb, capsys):
+    with pytest.raises(SystemExit) as left:
+        main([verb])
+    said = capsys.readouterr().err
+    assert left.value.code == 2 and re.fullmatch(rf"ddh-twin {verb}: error: .* required: [A-Z]+ \(how: ddh-twin {verb} --help\)\n", said), said
+
+
 @pytest.mark.parametrize("verb", VERBS)
 def test_options_mean_the_same_in_every_verb(verb):
     parser = parsers()[verb]

@@ -46,7 +46,8 @@ class Parser(argparse.ArgumentParser):
         """Say what is wrong in one line and leave with 2."""
         from ddh_twin_py.rig.files import printable
 
-        self.exit(2, f"{self.prog}: error: {printable(' '.join(message.split()))}\n")
+        example = f" (how: {self.prog} --help)" if "arguments are required" in message else ""
+        self.exit(2, f"{self.prog}: error: {printable(' '.join(message.split()))}{example}\n")
 
     def _print_message(self, message: str, file=None) -> None:
         if message and file is sys.stdout:
