@@ -29,7 +29,8 @@ def test_what_is_missing_is_said_with_where_an_example_is(verb, capsys):
     with pytest.raises(SystemExit) as left:
         main([verb])
     said = capsys.readouterr().err
-    assert left.value.code == 2 and re.fullmatch(rf"ddh-twin {verb}: error: .* required: [A-Z]+ \(how: ddh-twin {verb} --help\)\n", said), said
+    assert left.value.code == 2
+    assert re.fullmatch(rf"ddh-twin {verb}: error: .* required: [A-Z]+ \(how: ddh-twin {verb} --help\)\n", said), said
 
 
 @pytest.mark.parametrize("verb", VERBS)

@@ -424,16 +424,16 @@ def bears(diagnosis, check, measured, limit):
 
 
 @pytest.mark.parametrize(("check", "measured", "limit", "said"), [
-    ("displaced", -1.52, 1.5, ["● no", "no farther from the rig as fitted than is to be expected", "1.50"]),
-    ("displaced", 1.6, 1.5, ["▲ yes", "1.60 standard deviations farther from the rig as fitted than is to be expected", "1.50"]),
-    ("outdone", -24367.63, 2446.77, ["● no", "no place explains more", "2447"]),
-    ("outdone", 24367.63, 2446.77, ["▲ yes", "more by 24368 points of evidence", "2447"]),
-    ("worsened", 0.0, 1.1, ["● no", "none is off by a fifth more than without it", "1.10"]),
-    ("strained", 1.0, 1.08, ["● no", "the fast signal that is farthest off is 1.00 × its floor off", "1.08"]),
-    ("refuted", -0.07, 0.05, ["● no", "not wider than without it", "0.05"]),
-    ("structure", -9.0, -2.0, ["● no", "such a law would gain nothing", "−2.00"]),
-    ("structure", 5.0, -2.0, ["▲ yes", "such a law would gain 5.00 points of evidence", "−2.00"]),
-    ("structure", -9.0, 0.0, ["● no", "such a law would gain nothing", "0.00"]),
+    ("displaced", -1.52, 1.5, ["● no", "no farther from the rig as fitted than is to be expected", "1.50 deviations"]),
+    ("displaced", 1.6, 1.5, ["▲ yes", "1.60 standard deviations farther from the rig as fitted than is to be expected", "1.50 deviations"]),
+    ("outdone", -24367.63, 2446.77, ["● no", "no place explains more", "2447 points"]),
+    ("outdone", 24367.63, 2446.77, ["▲ yes", "more by 24368 points of evidence", "2447 points"]),
+    ("worsened", 0.0, 1.1, ["● no", "none is off by a fifth more than without it", "1.10 × floor"]),
+    ("strained", 1.0, 1.08, ["● no", "the fast signal that is farthest off is 1.00 × its floor off", "1.08 × floor"]),
+    ("refuted", -0.07, 0.05, ["● no", "not wider than without it", "0.05 × floor"]),
+    ("structure", -9.0, -2.0, ["● no", "such a law would gain nothing", "−2.00 points"]),
+    ("structure", 5.0, -2.0, ["▲ yes", "such a law would gain 5.00 points of evidence", "−2.00 points"]),
+    ("structure", -9.0, 0.0, ["● no", "such a law would gain nothing", "0.00 points"]),
 ])
 def test_what_was_measured_is_a_phrase_and_no_number_where_it_is_less_than_expected(check, measured, limit, said, diagnoses):
     assert bears(diagnoses["explained"], check, measured, limit) == said
