@@ -217,7 +217,7 @@ def test_strokes_and_winding_may_be_moved_away():
 
 
 @pytest.mark.parametrize(("as_built", "least", "most"), [
-    ({"current": 1.02, "pressure_rod_side": 1.0}, 0.0, 0.02), ({"current": 1.04}, 0.0, 0.1), ({"current": 1.1}, 0.45, 0.55),
+    ({"current": 1.02, "pressure_rod_side": 1.0}, 0.0, 0.02), ({"current": 1.04}, 0.0, 0.1), ({"current": 1.12}, 0.45, 0.55),
     ({"current": 1.02, "pressure_rod_side": 1.3}, 0.97, 1.0),
     ({"rod_position": 3.0, WINDING: 3.0, "temperature/line_b": 1.3}, 0.0, 0.02),  # they sum up
     ({}, 0.0, 0.02),

@@ -36,7 +36,7 @@ _SUMMED_UP = 2.2
 LEFT_BEHIND, LEFT_WITHOUT_COMMISSIONING, _LEFT_SOFTNESS = 2.6, 5.0, 0.2
 """Multiple of its floor that a signal of held-out data may be off beside the best hypothesis, whatever is open of rig and begin, until
 something unknown is as likely; the same where no commissioning recording showed how well the laws hold."""
-STRAINED, _STRAINED_SOFTNESS = 1.1, 0.015
+STRAINED, _STRAINED_SOFTNESS = 1.12, 0.02
 """Floors by which a fast signal of a commissioning recording may be off with the parameters that the best listed hypothesis asks for, until
 something unknown is as likely: by itself the rig as built is at its floor."""
 OFF_ITS_NOISE, _OFF_SOFTNESS = 1.28, 0.03
