@@ -22,6 +22,7 @@ from ddh_twin_py.telemetry.signals import (
     DRIVE_TOPIC,
     HYDRAULIC_TOPIC,
     MACHINE_FIELDS,
+    RATES,
     RIG_TOPIC,
     RIG_TYPE,
     TEMPERATURE_FIELDS,
@@ -32,8 +33,6 @@ from ddh_twin_py.telemetry.signals import (
 from ddh_twin_py.telemetry.units.unit_scales import UnitScales
 
 GROUP = "machine"
-RATES = {DRIVE_TOPIC: (50.0, 1000.0), HYDRAULIC_TOPIC: (50.0, 1000.0), TEMPERATURE_PREFIX: (0.1, 10.0)}
-"""1/s, of the interface."""
 _SLACK = 1.05  # of a rate, before it is called too low or too high
 LATEST = 0.5
 """s between stamp and arrival, and between two streams, up to which the twin sorts messages in."""

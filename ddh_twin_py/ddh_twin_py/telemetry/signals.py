@@ -173,6 +173,12 @@ TOPIC_TYPES: Mapping[str, str] = {
     **{TEMPERATURE_PREFIX + sensor: TEMPERATURE_TYPE for sensor in TEMPERATURE_SENSORS},
     RIG_TOPIC: RIG_TYPE,
 }
+RATES: Mapping[str, tuple[float, float]] = {
+    DRIVE_TOPIC: (50.0, 1000.0),
+    HYDRAULIC_TOPIC: (50.0, 1000.0),
+    TEMPERATURE_PREFIX: (0.1, 10.0),
+}
+"""Lowest and highest rate of the interface, Hz."""
 
 
 def signals_of(topic: str) -> tuple[Signal, ...]:

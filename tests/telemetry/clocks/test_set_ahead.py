@@ -6,6 +6,7 @@ from ddh_twin_py.bags.damage import with_clock_jump, without_samples
 from ddh_twin_py.estimation.fitting.experiment import Experiment
 from ddh_twin_py.rig import load_rig
 from ddh_twin_py.telemetry.clocks.set_ahead import clock_set_ahead, set_ahead
+from ddh_twin_py.telemetry.recording import Stream
 from ddh_twin_py.telemetry.screening.screening import screen_recording
 from ddh_twin_py.telemetry.signals import DRIVE_TOPIC, HYDRAULIC_TOPIC
 
@@ -37,6 +38,17 @@ def test_it_is_told_and_what_is_lost_is_not(cycles, noise):
     assert not clock_set_ahead(cycles) and not clock_set_ahead(without_samples(cycles, DRIVE_TOPIC, at, at + 2.0))
     for seconds in (0.3, 1.0, 2.0, 5.0, 9.0):
         assert not [f for when in np.arange(10.0, 100.0, 3.1) for f in set_ahead(lost(cycles, when, seconds).hydraulic)], seconds
+
+
+def test_a_stream_that_comes_once_a_second_is_not_set_ahead(paper):
+    """The paper's cycle at 1 Hz, whatever the sample that it begins with."""
+    drive, hydraulic = paper.drive, paper.hydraulic
+    step = round(1.0 / float(np.median(np.diff(hydraulic.time))))
+    for begin in range(0, step, 7):
+        seldom = Stream(hydraulic.time[begin::step], hydraulic.values[begin::step], hydraulic.fields)
+        assert not set_ahead(seldom).size, begin
+        slow = Stream(drive.time[begin::step], drive.values[begin::step], drive.fields)
+        assert not clock_set_ahead(paper.with_streams({DRIVE_TOPIC: slow, HYDRAULIC_TOPIC: seldom}))
 
 
 def test_what_is_fast_is_not_compared_until_the_rod_is_placed_anew(cycles):

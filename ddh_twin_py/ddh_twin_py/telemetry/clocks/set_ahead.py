@@ -13,6 +13,7 @@ from ddh_twin_py.telemetry.recording import Finding, Recording, Stream
 from ddh_twin_py.telemetry.signals import HYDRAULIC_TOPIC
 
 _HOLE, _LONGEST = 0.25, 10.0  # s between two samples, from which a clock may have been set; up to which no rod is back where it was
+_LONGER = 2.0  # times the usual time between two samples, which a hole is longer than, too
 _ALIKE = 0.5  # share by which the rod's velocities before and after may differ
 _SHORTEST = 0.02  # m that the rod would have gone meanwhile
 _THERE = 0.005  # m from where it was that are next to nothing
@@ -31,7 +32,7 @@ def set_ahead(stream: Stream) -> np.ndarray:
     begin, end = stream.time[known[:-1]], stream.time[known[1:]]
     one, other, went = velocity[known[:-1]], velocity[known[1:]], np.diff(position[known])
     usual, mean = float(np.median(end - begin)), 0.5 * (one + other)
-    hole = (end - begin > _HOLE) & (end - begin < _LONGEST) & (np.abs(one - other) < _ALIKE * np.abs(mean))
+    hole = (end - begin > max(_HOLE, _LONGER * usual)) & (end - begin < _LONGEST) & (np.abs(one - other) < _ALIKE * np.abs(mean))
     there = (np.abs(mean) * (end - begin) > _SHORTEST) & (np.abs(went - mean * usual) < _THERE)
     return np.column_stack([begin, end, end - begin - usual])[hole & there]
 

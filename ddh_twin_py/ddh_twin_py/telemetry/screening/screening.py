@@ -21,6 +21,7 @@ from ddh_twin_py.telemetry.screening.all_zero import all_zero
 from ddh_twin_py.telemetry.screening.screening_report import Counted, findings_of, in_another_unit
 from ddh_twin_py.telemetry.screening.sensor_end import sensor_end
 from ddh_twin_py.telemetry.screening.told_variance import odd_variances
+from ddh_twin_py.telemetry.screening.too_seldom import too_seldom
 from ddh_twin_py.telemetry.signals import HYDRAULIC_TOPIC, TEMPERATURE_PREFIX, Signal, UnitMistake, signals_of
 from ddh_twin_py.telemetry.spans import apart, missing_ends
 from ddh_twin_py.telemetry.ticks import REORDER_WINDOW, to_ns
@@ -331,7 +332,7 @@ def screen_recording(
         if finding.severity == "error":
             streams[topic].values[:] = np.nan
         findings.append(finding)
-    findings += odd_variances(recording) + clock_set_ahead(recording.with_streams(streams))
+    findings += too_seldom(recording) + odd_variances(recording) + clock_set_ahead(recording.with_streams(streams))
     strange = apart(recording)
     findings += strange
     if not strange and not any(segments[topic].any() for topic in segments):
