@@ -99,10 +99,11 @@ _PRESSURE_MISTAKES = (
     UnitMistake("Pa, converted from bar twice", 1e5),
 )
 DEGF = UnitMistake("degF", 1.8, ZERO_CELSIUS + 32.0 - 1.8 * ZERO_CELSIUS)
+KELVIN = UnitMistake("K", 1.0, ZERO_CELSIUS)
 TENTHS = UnitMistake("tenths of degC", 10.0, -9.0 * ZERO_CELSIUS)
 OTHER_SIGN = UnitMistake("degC of the other sign", -1.0, 2.0 * ZERO_CELSIUS)
 _TEMPERATURE_MISTAKES = (
-    UnitMistake("K", 1.0, ZERO_CELSIUS),
+    KELVIN,
     DEGF,
     TENTHS,
     UnitMistake("degC less 273.15", 1.0, -ZERO_CELSIUS),

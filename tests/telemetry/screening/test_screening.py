@@ -232,6 +232,26 @@ def test_all_temperatures_ten_times_too_large_are_refused_and_named(paper, noise
         assert all("looks as if given in tenths of degC" in text for text in said.values())
 
 
+def test_a_cold_machine_in_kelvin_is_not_in_tenths(paper, noise, scales):
+    """281.3 is 8.2 degC in K and would be 28.1 degC in tenths, of which none has a fraction; 281 may be either."""
+    said = refused(with_temperatures(paper, lambda celsius: celsius - 15.0 + 273.15), noise, scales)
+    assert said.keys() == paper.temperatures.keys()
+    assert all("looks as if given in K (+273.15), expected is degC" in text for text in said.values())
+    said = refused(with_temperatures(paper, lambda celsius: np.round(10.0 * (celsius + 5.0))), noise, scales)
+    assert said.keys() == paper.temperatures.keys() and all("tenths of degC (factor 10)" in text for text in said.values())
+
+
+@pytest.mark.filterwarnings("error::RuntimeWarning")
+def test_the_largest_numbers_are_out_of_range_and_no_more(paper, noise, scales):
+    largest = np.finfo(float).max
+    drive = Stream(paper.drive.time, np.where(np.arange(6) % 2, largest, -largest) * np.ones((len(paper.drive), 1)), DRIVE_FIELDS)
+    damaged = with_temperatures(paper.with_streams(dict(paper.streams()) | {DRIVE: drive}), lambda celsius: np.full(celsius.size, largest))
+    screened = screen_recording(damaged, noise, scales=scales)
+    said = [finding for finding in screened.findings if finding.severity != "info"]
+    assert len(said) == 6 + len(paper.temperatures) and all("are out of range and not used" in f.message for f in said)
+    assert not any("looks as if" in f.message for f in said) and np.isnan(screened.drive.values).all()
+
+
 @pytest.mark.parametrize("colder", [0.0, 8.0])
 @pytest.mark.parametrize("name", TEMPERATURE_SENSORS)
 def test_one_temperature_ten_times_too_large_is_refused_and_named(paper, noise, scales, name, colder):

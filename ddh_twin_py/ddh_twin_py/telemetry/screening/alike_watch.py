@@ -9,7 +9,7 @@ import numpy as np
 from ddh_twin_py.telemetry.clocks.clock import Break
 from ddh_twin_py.telemetry.screening.screening import StreamScreen
 from ddh_twin_py.telemetry.signals import TEMPERATURE_PREFIX, ZERO_CELSIUS, UnitMistake
-from ddh_twin_py.telemetry.units.alike_units import FIRST, begun_alike, likely_units
+from ddh_twin_py.telemetry.units.alike_units import FIRST, begun_alike, likely_units, of_any_unit
 from ddh_twin_py.telemetry.units.temperature_units import LEAST, odd_beside_others
 
 _FEWEST = 3  # readings that say how a topic begins
@@ -51,8 +51,8 @@ class AlikeWatch:
             self.refused.pop(topic, None)
             stamp, read = stamp[back[-1]:], read[back[-1]:]
         if len(begin) < FIRST:
-            begin += read[np.isfinite(read)][: FIRST - len(begin)].tolist()
-        self._keep(self._kept[topic], stamp, read)
+            begin += read[of_any_unit(read)][: FIRST - len(begin)].tolist()
+        self._keep(self._kept[topic], stamp, np.where(of_any_unit(read), read, np.nan))
 
     def _keep(self, kept: list[tuple[int, float]], stamp: np.ndarray, read: np.ndarray) -> None:
         """Keep readings as far apart as those that are kept."""

@@ -22,7 +22,7 @@ from ddh_twin_py.telemetry.screening.screening_report import Counted, findings_o
 from ddh_twin_py.telemetry.screening.sensor_end import sensor_end
 from ddh_twin_py.telemetry.screening.told_variance import odd_variances
 from ddh_twin_py.telemetry.screening.too_seldom import too_seldom
-from ddh_twin_py.telemetry.signals import HYDRAULIC_TOPIC, TEMPERATURE_PREFIX, Signal, UnitMistake, signals_of
+from ddh_twin_py.telemetry.signals import HYDRAULIC_TOPIC, KELVIN, TEMPERATURE_PREFIX, TENTHS, ZERO_CELSIUS, Signal, UnitMistake, signals_of
 from ddh_twin_py.telemetry.spans import apart, missing_ends
 from ddh_twin_py.telemetry.ticks import REORDER_WINDOW, to_ns
 from ddh_twin_py.telemetry.units.alike_units import alike_units, first_readings, likely_units
@@ -31,6 +31,7 @@ from ddh_twin_py.telemetry.units.unit_rules import judge, rules_of
 from ddh_twin_py.telemetry.units.unit_scales import UnitScales
 from ddh_twin_py.telemetry.units.unit_suspicion import UnitSuspicion
 
+_WHOLE = 1e-3  # by which a whole number may be off in single precision
 _STUCK = CAUSES.index(Cause.STUCK)
 _MOST_STOPS = 16  # that are kept for a listener
 _THOUSANDFOLD, _REACHED = 1e3, 0.01  # factor of a mistake of unit from which values out of range must reach, in the right unit, this share
@@ -108,6 +109,7 @@ class StreamScreen:
         self._field_state[:, (kernel.LAST, kernel.QUANTUM)] = np.nan
         self._suspect = np.zeros(fields, bool)
         self._mistaken, self._reached = np.ones((fields, most), bool), np.zeros((fields, most), bool)
+        self._fractions = False  # whether a temperature that is out of range had digits behind the point
         self._rule_state = np.zeros((len(rules), kernel.RULE_COLUMNS))
         self._largest = np.zeros(len(rules))  # that each rule has seen
         self._standing: list[UnitSuspicion] = []
@@ -156,6 +158,9 @@ class StreamScreen:
             )
             if np.any(self._rule_state[self._rules[:, kernel.WINDOW] > 0, kernel.RULE_COUNT] >= kernel.EVIDENCE):
                 self._judge_units()
+        if TENTHS in self.signals[0].mistakes and not self._fractions:
+            beyond = np.array(given, float, ndmin=2)[(flags[:, 0] & Cause.OUT_OF_RANGE) > 0, 0] - ZERO_CELSIUS
+            self._fractions = bool(np.any(np.abs(beyond - np.round(beyond)) > _WHOLE))
         for j in np.flatnonzero((told == 0) & (self._counts[_STUCK] > 0)):
             self._stuck_since[j] = self._run_began(j, stamp, np.array(given, float, ndmin=2)[:, j], flags[:, j], before[j])
         if (stops := np.flatnonzero(flags[:, 0] & Cause.GAP)).size:
@@ -209,7 +214,8 @@ class StreamScreen:
     def _judge_units(self) -> None:
         """Believe a suspicion that two windows of evidence in a row have raised."""
         self._largest = np.maximum(self._largest, self._rule_state[:, kernel.RULE_A])
-        verdict = judge(self.topic, self._rule_state, self.noise, self._largest, self._scales, self._standing)
+        with np.errstate(over="ignore", invalid="ignore"):  # sums of readings near the largest float tell nothing
+            verdict = judge(self.topic, self._rule_state, self.noise, self._largest, self._scales, self._standing)
         self._rule_state[:] = 0.0
         raised = {s.fields: s for s in verdict}
         self._standing = [raised[fields] for fields in raised if fields in self._raised]
@@ -253,8 +259,13 @@ class StreamScreen:
 
     @property
     def _explaining(self) -> np.ndarray:
-        """Mistakes of unit that explain all of a field that is out of range, bool[m, k]."""
-        return self._mistaken & self._reached
+        """Mistakes of unit that explain all of a field that is out of range, bool[m, k]; tenths of a degree are whole numbers where it
+        may be in K instead."""
+        explaining = self._mistaken & self._reached
+        if self._fractions:
+            kelvin, tenths = (self.signals[0].mistakes.index(unit) for unit in (KELVIN, TENTHS))
+            explaining[0, tenths] &= not explaining[0, kelvin]
+        return explaining
 
     def in_another_unit(self) -> dict[int, tuple[UnitMistake, ...]]:
         """Fields, by number, of which so many samples are out of range that all look as if given in another unit, and which it may be."""

@@ -14,6 +14,7 @@ FIRST = 10
 _ALIKE = 2.25  # K in the right unit, by which places of a unit that has rested differ at most
 _USUAL = ZERO_CELSIUS + 25.0  # K at which a machine is likely, of which nothing tells how warm it is
 _LEAST, _SHARE = 3, 0.5  # others that begin alike, and their share of all others: no warm unit is as warm everywhere
+_LARGEST = 1.0e6  # K, beyond which a number is no temperature in any unit
 _FROM_RANGE = 20.0  # K within its range, at most, where one begins that is refused for its unit from the begin on
 
 
@@ -45,6 +46,11 @@ def likely_units(first: Mapping[str, float], refused: Mapping[str, tuple[UnitMis
     usual = float(np.median(others)) if others else _USUAL
     return {topic: min([unit for unit in units if unit in common] or units, key=lambda unit: abs(unit.corrected(first[topic]) - usual))
             if topic in first else units[0] for topic, units in refused.items()}
+
+
+def of_any_unit(read: np.ndarray) -> np.ndarray:
+    """Which readings, K as read, may be temperatures in whatever unit, bool[n]."""
+    return np.abs(read) < _LARGEST
 
 
 def first_readings(recording: Recording) -> dict[str, float]:
@@ -84,5 +90,5 @@ def _mistaken_from_begin(topic: str, first: float) -> bool:
 def _begin(stream: Stream) -> float:
     """What a stream reads at its begin, K, NaN where it has no number."""
     values = stream.values[np.argsort(stream.time, kind="stable"), 0]
-    known = values[np.isfinite(values)][:FIRST]
+    known = values[of_any_unit(values)][:FIRST]
     return float(np.median(known)) if known.size else float("nan")
