@@ -129,6 +129,16 @@ def test_a_sensor_row_without_noise_has_that_of_the_sheet(row, changed, tmp_path
     ("rig_id: [1]\n", "rig_id: found [1], a name is needed"),
     ("rig_id: yes\n", "rig_id: found True, a name is needed; put it in quotes"),
     ("rig_id: 2026-05-01\n", "rig_id: found 2026-05-01, a name is needed; put it in quotes"),
+    ("x" * 900_000, "bad.yaml: holds 'xxxxxxxx"),
+    ("motor:\n  torque_constant: {value: " + 5000 * "9" + "}\n", "... is no int: it has 5000 digits"),
+    ("motor:\n  torque_constant: {value: 0x" + 5000 * "f" + "}\n", "torque_constant: value is a number of thousands of digits, a finite"),
+    ("motor:\n  torque_constant: {value: 1.6, unit: " + 900_000 * "u" + "}\n", "motor.torque_constant: unit is 'uuuuuuuu"),
+    ("motor:\n  torque_constant: {value: 1:30, unit: N*m/A}\n",
+     "(line 2): '1:30' is no int: YAML takes numbers with ':' between them as one to the base 60; put a time or a name in quotes"),
+    ("motor:\n  torque_constant: {value: 1:30.5, unit: N*m/A}\n", "(line 2): '1:30.5' is no float: YAML takes numbers with ':'"),
+    ("rig_id: 20:30:00\n", "(line 1): '20:30:00' is no int: YAML takes numbers with ':' between them as one to the base 60"),
+    ("motor:\n  pole_pairs: {value: 2.5}\n", "motor.pole_pairs: value is 2.5, a whole number is needed"),
+    ("motor:\n  pole_pairs: {value: 0}\n", "motor.pole_pairs: value is 0, allowed are 1 to 60"),
     ("rig_id: 007\n", "(line 1): '007' is no int: YAML takes a number that begins with 0 as octal; put a name in quotes, and"),
     ("pump_1:\n  leakage: {value: 010, unit: m3/(s*Pa)}\n", "(line 2): '010' is no int: YAML takes a number that begins with 0 as"),
     ("pump_1:\n  leakage: {value: 1.3e-12, tolerance: -0.1}\n", "pump_1.leakage.tolerance: value is -0.1, allowed are 0 to 1"),
@@ -159,7 +169,13 @@ def test_what_cannot_be_used_is_named(tmp_path, text, expected):
     with pytest.raises(RigError) as error:
         load_rig(file)
     assert str(file) in str(error.value) and expected in str(error.value)
-    assert "\n" not in str(error.value)
+    assert "\n" not in str(error.value) and len(str(error.value)) < 1000
+
+
+def test_a_name_in_quotes_may_look_like_a_time(tmp_path):
+    file = tmp_path / "named.yaml"
+    file.write_text("rig_id: '20:30:00'\nmotor:\n  pole_pairs: {value: 4, source: '12:45, of the name plate'}\n")
+    assert load_rig(file).rig_id == "20:30:00" and load_rig(file)["motor.pole_pairs"] == 4.0
 
 
 def test_a_file_that_is_nested_too_deep_is_named(tmp_path):

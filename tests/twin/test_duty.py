@@ -2,7 +2,7 @@
 
 import pytest
 from ddh_twin_py.rig import load_rig
-from ddh_twin_py.twin.duty import DutyError, check_for_rig, load_duty
+from ddh_twin_py.twin.duty import DutyError, check_for_rig, load_duty, parse_duty
 from ddh_twin_py.twin.simulated_rig import SimulatedRig, simulate
 
 CYCLE = "cycle:\n  - lift: {speed_rpm: 500, to_m: 0.39}\n"
@@ -88,3 +88,11 @@ def test_seed_and_duration_of_a_simulation(duty):
     for duration in (0.0, -1.0, float("nan"), float("inf")):
         with pytest.raises(DutyError, match="duration of the simulation is .* s, it must be above 0"):
             simulate(None, file, 1, duration)
+
+
+def test_a_text_that_is_larger_than_a_file_may_be_is_not_parsed():
+    with pytest.raises(DutyError, match="^duty_file: has 2000000 characters, allowed are 1000000$"):
+        parse_duty("x" * 2_000_000, "duty_file")
+    with pytest.raises(DutyError) as caught:
+        parse_duty("x" * 1_000_000, "duty_file")
+    assert len(str(caught.value)) < 200

@@ -10,7 +10,7 @@ import sys
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 
-from ddh_twin_py.names import no_such
+from ddh_twin_py.names import no_such, short
 
 _OF_BAGS = (".mcap", ".db3", ".zstd")
 _BESIDE_BAGS = ("metadata.yaml", "rig.yaml")
@@ -47,7 +47,7 @@ class Parser(argparse.ArgumentParser):
         from ddh_twin_py.rig.files import printable
 
         example = f" (how: {self.prog} --help)" if "arguments are required" in message else ""
-        self.exit(2, f"{self.prog}: error: {printable(' '.join(message.split()))}{example}\n")
+        self.exit(2, f"{self.prog}: error: {short(printable(' '.join(message.split())))}{example}\n")
 
     def _print_message(self, message: str, file=None) -> None:
         if message and file is sys.stdout:

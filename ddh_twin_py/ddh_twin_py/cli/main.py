@@ -12,6 +12,7 @@ from ddh_twin_py.cli.arguments import Parser
 from ddh_twin_py.cli.exit_codes import EXIT_CODES
 from ddh_twin_py.cli.interruption import Interruption
 from ddh_twin_py.cli.standard_output import STANDARD_OUTPUT, name_standard_output
+from ddh_twin_py.names import short
 
 VERBS = ("demo", "replay", "calibrate", "gap", "gap-design", "fleet", "info", "doctor", "export", "import", "fmu", "layouts", "simulate",
          "up", "view", "paper", "study", "motor", "verify", "bench", "gap-bench", "real", "completion")
@@ -120,7 +121,7 @@ def _run(argv: Sequence[str] | None, interruption: Interruption) -> int:
                 _write_no_more()
         from ddh_twin_py.rig.files import printable
 
-        print(f"{interruption.name}: error: {printable(' '.join(said.split()))}", file=sys.stderr)
+        print(short(f"{interruption.name}: error: {printable(' '.join(said.split()))}"), file=sys.stderr)
         return 2
 
 

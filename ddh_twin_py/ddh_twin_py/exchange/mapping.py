@@ -11,7 +11,7 @@ import numpy as np
 
 from ddh_twin_py.exchange.errors import ExchangeError
 from ddh_twin_py.exchange.units import TIME_UNITS, to_inside, units_for
-from ddh_twin_py.names import no_such
+from ddh_twin_py.names import cited, no_such
 from ddh_twin_py.rig import PAYLOADS, is_payload
 from ddh_twin_py.rig.numbers import finite_number
 from ddh_twin_py.rig.unique_keys import DecimalLoader
@@ -112,7 +112,7 @@ def read_mapping(path: str | Path) -> LogMapping:
 def _part(file: str, tree: Mapping, name: str) -> Mapping:
     entry = tree.get(name) or {}
     if not isinstance(entry, dict):
-        raise ExchangeError(f"{file}: {name}: found {entry!r}, a mapping is needed")
+        raise ExchangeError(f"{file}: {name}: found {cited(entry)}, a mapping is needed")
     _known(file, f"{name}.", entry, _ENTRIES[name])
     return entry
 
@@ -169,7 +169,7 @@ def _moment(file: str, given: object) -> int:
     if isinstance(given, date) and not isinstance(given, datetime):
         given = datetime(given.year, given.month, given.day)
     if not isinstance(given, datetime):
-        raise ExchangeError(f"{file}: time.since: value is {given!r}, a moment such as 2026-05-01T08:00:00Z is needed")
+        raise ExchangeError(f"{file}: time.since: value is {cited(given)}, a moment such as 2026-05-01T08:00:00Z is needed")
     return iso_to_ns(given)
 
 
@@ -196,15 +196,16 @@ def _dialect(file: str, entry: Mapping) -> Dialect:
     texts = {key: str(entry.get(key, getattr(default, key))) for key in ("delimiter", "decimal", "encoding", "comment")}
     texts["delimiter"] = "\t" if texts["delimiter"] in ("tab", "\\t") else texts["delimiter"]
     if len(texts["delimiter"]) > 1:
-        raise ExchangeError(f"{file}: csv.delimiter: value is {texts['delimiter']!r}, one character is needed (a tabulator: tab)")
+        raise ExchangeError(f"{file}: csv.delimiter: value is {cited(texts['delimiter'])}, one character is needed (a tabulator: tab)")
     if texts["decimal"] not in (".", ","):
-        raise ExchangeError(f"{file}: csv.decimal: value is {texts['decimal']!r}, allowed are '.' and ','")
+        raise ExchangeError(f"{file}: csv.decimal: value is {cited(texts['decimal'])}, allowed are '.' and ','")
     if texts["decimal"] == texts["delimiter"] != ",":  # a comma may be both where numbers stand in quotes
         raise ExchangeError(f"{file}: csv.decimal and csv.delimiter are both {texts['decimal']!r}")
     try:
         "".encode(texts["encoding"])
     except (LookupError, ValueError):
-        raise ExchangeError(f"{file}: csv.encoding: no encoding {texts['encoding']!r}; usual are utf-8, latin-1, cp1252, utf-16") from None
+        raise ExchangeError(f"{file}: csv.encoding: no encoding {cited(texts['encoding'])}; usual are utf-8, latin-1, "
+                            "cp1252, utf-16") from None
     if texts["encoding"].lower().replace("_", "-") in ("utf-8", "utf8"):
         texts["encoding"] = default.encoding  # with or without the mark at its beginning
     header = _line(file, "header_line", entry.get("header_line", 1), 1)
@@ -220,5 +221,5 @@ def _dialect(file: str, entry: Mapping) -> Dialect:
 
 def _line(file: str, name: str, given: object, least: int) -> int:
     if isinstance(given, bool) or not isinstance(given, int) or given < least:
-        raise ExchangeError(f"{file}: csv.{name}: value is {given!r}, a whole number from {least} on is needed")
+        raise ExchangeError(f"{file}: csv.{name}: value is {cited(given)}, a whole number from {least} on is needed")
     return given

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import yaml
 
-from ddh_twin_py.names import in_namespace, nearest, no_such
+from ddh_twin_py.names import cited, in_namespace, nearest, no_such
 from ddh_twin_py.nodes.bag_player import BagPlayer
 from ddh_twin_py.nodes.bag_recorder import BagRecorder
 from ddh_twin_py.nodes.base.parameters import Parameter
@@ -103,7 +103,7 @@ def _must_be(section: str, name: str, value: object) -> str:
 def of_other_nodes(sections: Iterable[str]) -> dict[str, str]:
     """Sections that name a node which is none of the twin's, and that in words: one file may hold what all nodes of a robot are given."""
     named = {section: _last(section) for section in sections}
-    return {section: f"no node {name!r} is the twin's{nearest(name, PARAMETERS)}" for section, name in named.items()
+    return {section: f"no node {cited(name)} is the twin's{nearest(name, PARAMETERS)}" for section, name in named.items()
             if name not in PARAMETERS and name not in _ANY_NODE}
 
 
@@ -201,7 +201,7 @@ def _sections(content: object, file: str, path: str) -> Iterator[tuple[str, Mapp
                 raise ParameterFileError(f"{file}: {path}: {_SECTION} holds {shown(value)}, parameters with values are needed")
             yield path, value
         elif name in PARAMETERS or name in _ANY_NODE and not isinstance(value, Mapping):
-            raise ParameterFileError(f"{file}: {path}: no section {key!r}; the only one is {_SECTION!r}")
+            raise ParameterFileError(f"{file}: {path}: no section {cited(key)}; the only one is {_SECTION!r}")
         else:
             yield from _sections(value, file, f"{path}/{key}" if path else str(key))
 

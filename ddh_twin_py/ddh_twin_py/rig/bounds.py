@@ -141,6 +141,9 @@ TABLE: tuple[tuple[str, tuple[str, float, float]], ...] = (
 )
 """Path pattern and allowed range, absolute or as multiples of the reference; the first that fits counts."""
 
+WHOLE = ("motor.pole_pairs",)
+"""Quantities that are whole numbers."""
+
 
 def bound_of(path: str, reference: float) -> Bound:
     """Allowed values of the quantity at a dotted path of which the reference sheet has that value.

@@ -15,8 +15,9 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
-from ddh_twin_py.names import nearest
+from ddh_twin_py.names import cited, nearest
 from ddh_twin_py.rig.numbers import PURE_NUMBER, finite_number
+from ddh_twin_py.rig.unique_keys import DecimalLoader
 from ddh_twin_py.rig.yaml_file import mapping, parse_yaml, read_yaml, shown
 
 
@@ -95,7 +96,7 @@ def load_machine(path: str | Path | None = None) -> Machine:
     """
     if path is None:
         return _REFERENCE
-    tree = read_yaml(path, "machine description", MachineError)
+    tree = read_yaml(path, "machine description", MachineError, DecimalLoader)
     name, leaves, notes = _flat(tree, str(path))
     return _checked(name or _REFERENCE.machine_id, _merged(_REFERENCE.entries, leaves, str(path)), notes, str(path))
 
@@ -129,7 +130,7 @@ def _merged(entries: Mapping[str, Entry], leaves: Mapping[str, dict], file: str)
             raise MachineError(f"{file}: {path}: unit is missing, this entry is in {merged[path].unit!r}")
         unit = unit or PURE_NUMBER
         if unit != merged[path].unit:
-            raise MachineError(f"{file}: {path}: unit is {unit!r}, this entry is in {merged[path].unit!r}")
+            raise MachineError(f"{file}: {path}: unit is {cited(unit)}, this entry is in {merged[path].unit!r}")
         merged[path] = Entry(_number(leaf["value"], path, file), unit, str(leaf.get("source", "")) or "given")
     return merged
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 import re
 
+from ddh_twin_py.names import cited
+
 PURE_NUMBER = "1"
 """Unit of what has none; an entry of such a quantity may leave its unit out."""
 _EXPONENT = re.compile(r"[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)[eE][-+]?[0-9]+")
@@ -30,6 +32,4 @@ def finite_number(where: str, value: object, error: type[ValueError]) -> float:
         return number
     if value is None:
         raise error(f"{where}: value is missing, a finite number is needed")
-    shown = repr(value)
-    shown = shown if len(shown) <= _LONGEST else shown[: _LONGEST - 3] + "..."
-    raise error(f"{where}: value is {shown}, a finite number is needed")
+    raise error(f"{where}: value is {cited(value, _LONGEST)}, a finite number is needed")

@@ -17,8 +17,8 @@ from typing import Any
 
 import numpy as np
 
-from ddh_twin_py.names import nearest, no_such
-from ddh_twin_py.rig.bounds import LARGEST_TOLERANCE, SENSOR_FACTOR, Bound, bound_of, contradiction
+from ddh_twin_py.names import cited, nearest, no_such
+from ddh_twin_py.rig.bounds import LARGEST_TOLERANCE, SENSOR_FACTOR, WHOLE, Bound, bound_of, contradiction
 from ddh_twin_py.rig.errors import RigError
 from ddh_twin_py.rig.numbers import PURE_NUMBER, finite_number
 from ddh_twin_py.rig.oil_grades import OF_GRADE, oil_grade
@@ -240,9 +240,11 @@ def load_rig(path: str | Path | None = None) -> Rig:
             raise RigError(_unknown(str(path), name, merged))
         if quantity.unit and quantity.unit != merged[name].unit:
             raise RigError(
-                f"{path}: {name}: unit is {quantity.unit!r}, this entry is in {merged[name].unit!r}"
+                f"{path}: {name}: unit is {cited(quantity.unit)}, this entry is in {merged[name].unit!r}"
             )
         _within(f"{path}: {name}: value", quantity.value, BOUNDS[name], merged[name].unit)
+        if name in WHOLE and not quantity.value.is_integer():
+            raise RigError(f"{path}: {name}: value is {quantity.value:g}, a whole number is needed")
         if not quantity.unit and merged[name].unit != PURE_NUMBER:
             raise RigError(f"{path}: {name}: unit is missing, this entry is in {merged[name].unit!r}")
         merged[name] = replace(quantity, unit=merged[name].unit)
@@ -314,7 +316,7 @@ def largest_std(name: str, value: float) -> float:
 
 def _check_sensor(where: str, spec: SensorSpec, reference: SensorSpec) -> None:
     if spec.unit and spec.unit != reference.unit:
-        raise RigError(f"{where}: unit is {spec.unit!r}, this sensor is in {reference.unit!r}")
+        raise RigError(f"{where}: unit is {cited(spec.unit)}, this sensor is in {reference.unit!r}")
     noise = Bound(reference.noise / SENSOR_FACTOR, reference.noise * SENSOR_FACTOR)
     _within(f"{where}.noise: value", spec.noise, noise, reference.unit)
     if not spec.unit and reference.unit != PURE_NUMBER:
@@ -385,7 +387,7 @@ def _parse(tree: dict, file: str, of_sheet: Mapping[str, SensorSpec]) -> tuple[s
         elif node is None:
             raise RigError(_no_value(file, prefix))
         else:
-            found = "a list" if isinstance(node, list) else repr(node)
+            found = "a list" if isinstance(node, list) else cited(node)
             raise RigError(f"{file}: {prefix}: found {found}, expected {_AN_ENTRY}")
 
     rig_id = tree.get("rig_id", "")

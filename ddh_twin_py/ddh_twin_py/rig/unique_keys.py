@@ -4,8 +4,11 @@ texts are such that they can be written again."""
 from __future__ import annotations
 
 import re
+import sys
 
 import yaml
+
+from ddh_twin_py.names import cited
 
 CLINGS = re.compile(r"[\w.]+:[^\s/]")
 """A name and its value without the blank between them, no address."""
@@ -37,19 +40,33 @@ class Loader(yaml.SafeLoader):
                 raise
             kind = node.tag.rpartition(":")[2]
             why = f": {cause}" if isinstance(cause, ValueError) else ""
-            raise yaml.constructor.ConstructorError(None, None, f"{node.value!r} is no {kind}{why}", node.start_mark) from None
+            if kind == "int" and len(node.value) > sys.get_int_max_str_digits() > 0:
+                why = f": it has {len(node.value)} digits"
+            raise yaml.constructor.ConstructorError(None, None, f"{cited(node.value)} is no {kind}{why}", node.start_mark) from None
 
 
 class DecimalLoader(Loader):
-    """A reader to which 007 is no 7 and 010 no 8, as they are to YAML."""
+    """A reader to which 007 is no 7, 010 no 8 and 1:30 no 90, as they are to YAML."""
 
     def construct_yaml_int(self, node: yaml.ScalarNode) -> int:
         """See `yaml.SafeLoader`. Raises ValueError."""
         if _OCTAL.fullmatch(node.value):
             raise ValueError("YAML takes a number that begins with 0 as octal; put a name in quotes, and write a number without that 0")
+        _refuse_base_60(node.value)
         return super().construct_yaml_int(node)
 
+    def construct_yaml_float(self, node: yaml.ScalarNode) -> float:
+        """See `yaml.SafeLoader`. Raises ValueError."""
+        _refuse_base_60(node.value)
+        return super().construct_yaml_float(node)
 
+
+def _refuse_base_60(text: str) -> None:
+    if ":" in text:
+        raise ValueError("YAML takes numbers with ':' between them as one to the base 60; put a time or a name in quotes")
+
+
+DecimalLoader.add_constructor("tag:yaml.org,2002:float", DecimalLoader.construct_yaml_float)
 DecimalLoader.add_constructor("tag:yaml.org,2002:int", DecimalLoader.construct_yaml_int)
 
 
@@ -104,12 +121,12 @@ def _check(node: yaml.Node, path: str, seen: set[int], around: set[int]) -> None
 def _check_key(name: str, child: yaml.Node, mark: yaml.Mark) -> None:
     """Of a key without quotes: that it is one."""
     if CLINGS.match(name) and isinstance(child, yaml.ScalarNode) and not child.value:
-        raise yaml.composer.ComposerError(None, None, f"a blank is missing after the ':' of {name!r}", mark)
+        raise yaml.composer.ComposerError(None, None, f"a blank is missing after the ':' of {cited(name)}", mark)
     if name != name.strip():
-        raise yaml.composer.ComposerError(None, None, f"the name {name!r} begins or ends with a blank that is none of YAML's", mark)
+        raise yaml.composer.ComposerError(None, None, f"the name {cited(name)} begins or ends with a blank that is none of YAML's", mark)
 
 
 def _check_text(text: str, path: str, what: str) -> None:
     if _SURROGATE.search(text):
         where = f"{path}: " if path else ""
-        raise SurrogateError(f"{where}{what} is {text!r}, it holds half a character (a lone surrogate)")
+        raise SurrogateError(f"{where}{what} is {cited(text)}, it holds half a character (a lone surrogate)")

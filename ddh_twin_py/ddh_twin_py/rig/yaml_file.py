@@ -7,6 +7,7 @@ from pathlib import Path
 
 import yaml
 
+from ddh_twin_py.names import cited
 from ddh_twin_py.rig.files import did_you_mean, no_regular_file
 from ddh_twin_py.rig.unique_keys import DuplicateKeyError, EndlessError, Loader, SurrogateError, read_unique
 from ddh_twin_py.rig.yaml_fault import fault
@@ -79,10 +80,10 @@ def mapping(tree: object, name: str, kind: str, error: type[ValueError], entries
     """
     if isinstance(tree, dict):
         return tree
-    held = "is empty" if tree is None else f"holds {'a list' if isinstance(tree, list) else repr(tree)}"
+    held = "is empty" if tree is None else f"holds {'a list' if isinstance(tree, list) else cited(tree)}"
     raise error(f"{name}: {held}; a {kind} is a mapping of {entries}")
 
 
 def shown(value: object) -> str:
     """A value of a file as it is told: that there is none, or what it is."""
-    return "nothing" if value is None else str(value) if isinstance(value, date) else repr(value)
+    return "nothing" if value is None else str(value) if isinstance(value, date) else cited(value)

@@ -23,11 +23,11 @@ from pathlib import Path
 
 import numpy as np
 
-from ddh_twin_py.names import nearest
+from ddh_twin_py.names import cited, nearest
 from ddh_twin_py.physics.motor import RAD_PER_S_OF_RPM
 from ddh_twin_py.rig import LARGEST_PAYLOAD, Rig
 from ddh_twin_py.rig.numbers import finite_number
-from ddh_twin_py.rig.yaml_file import mapping, parse_yaml, read_yaml, shown
+from ddh_twin_py.rig.yaml_file import LARGEST_FILE, mapping, parse_yaml, read_yaml, shown
 from ddh_twin_py.twin.duty_program import COMMAND, CYCLES, KINDS, new_program, next_command
 
 _SEGMENTS = {
@@ -92,6 +92,8 @@ def load_duty(path: str | Path) -> Duty:
 
 def parse_duty(text: str, name: str = "duty") -> Duty:
     """A duty from the text of a duty file; see `load_duty`."""
+    if len(text) > LARGEST_FILE:
+        raise DutyError(f"{name}: has {len(text)} characters, allowed are {LARGEST_FILE}")
     return duty_of(parse_yaml(text, name, DutyError), Path(name))
 
 
@@ -109,12 +111,12 @@ def duty_of(tree: object, path: Path) -> Duty:
     ambient = tree.get("ambient_degC", 23.0)
     rows = ambient if isinstance(ambient, list) else [[0.0, ambient]]
     if not rows or not all(isinstance(row, list) and len(row) == 2 for row in rows):
-        raise DutyError(f"{path}: ambient_degC: found {ambient!r}, a number or a list of [time_s, degC] is needed")
+        raise DutyError(f"{path}: ambient_degC: found {cited(ambient)}, a number or a list of [time_s, degC] is needed")
     table = np.array([
         (_number(path, "ambient_degC time", when), _between(path, "ambient_degC", degc, *_AMBIENT, "degC")) for when, degc in rows
     ])
     if np.any(np.diff(table[:, 0]) <= 0.0):
-        raise DutyError(f"{path}: ambient_degC: times must rise, found {table[:, 0].tolist()}")
+        raise DutyError(f"{path}: ambient_degC: times must rise, found {cited(table[:, 0].tolist())}")
     return Duty(
         payload=_between(path, "payload_kg", tree.get("payload_kg", 149.5), 1e-3, LARGEST_PAYLOAD, "kg"),
         ambient_time=table[:, 0],
@@ -174,7 +176,7 @@ def _between(path: Path, name: str, value: object, lowest: float, highest: float
 def _count(path: Path, name: str, value: object) -> int:
     number = _number(path, name, value)
     if number < 0.0 or number != int(number):
-        raise DutyError(f"{path}: {name}: value is {value!r}, a whole number from 0 on is needed (0: for ever)")
+        raise DutyError(f"{path}: {name}: value is {cited(value)}, a whole number from 0 on is needed (0: for ever)")
     return int(number)
 
 

@@ -16,6 +16,7 @@ from rclpy.signals import SignalHandlerOptions
 from rclpy.utilities import remove_ros_args
 
 from ddh_twin_py.bags.errors import BagError
+from ddh_twin_py.names import short
 from ddh_twin_py.nodes.base.parameters import NodeError, Parameter, declare
 from ddh_twin_py.physics.compiling import COMPILING, watched
 from ddh_twin_py.rig import RigError
@@ -185,9 +186,9 @@ def run(kind: type[TwinNode], args: list[str] | None = None) -> int:
         return node.exit_code
     except (NodeError, BagError, RigError) as error:
         if node is None:
-            print(f"error: {error}", file=sys.stderr)
+            print(short(f"error: {error}"), file=sys.stderr)
         else:
-            node.get_logger().fatal(str(error))
+            node.get_logger().fatal(short(str(error)))
         return 2
     finally:
         if node is not None:

@@ -14,6 +14,8 @@ from rclpy.exceptions import (
 )
 from rclpy.node import Node
 
+from ddh_twin_py.names import cited
+
 _BOUNDLESS = 1e18
 _ANY = "any"  # in words, of what has no bounds
 
@@ -102,9 +104,9 @@ def declare(node: Node, parameters: Iterable[Parameter]) -> dict[str, object]:
             chosen = node.get_parameter(parameter.name).value
         except (InvalidParameterTypeException, InvalidParameterValueException, ParameterUninitializedException):
             shown = given.value if given is not None else None
-            raise NodeError(f"parameter {parameter.name} is {shown!r}, {parameter.must_be(shown)}") from None
+            raise NodeError(f"parameter {parameter.name} is {cited(shown)}, {parameter.must_be(shown)}") from None
         if parameter.choices and chosen not in parameter.choices:
-            raise NodeError(f"parameter {parameter.name} is {chosen!r}, it must be {parameter.bounds()}")
+            raise NodeError(f"parameter {parameter.name} is {cited(chosen)}, it must be {parameter.bounds()}")
         values[parameter.name] = list(chosen) if isinstance(default, list) else chosen
     for name in overrides:
         near = difflib.get_close_matches(name, sorted(values), n=1, cutoff=0.75)

@@ -11,6 +11,7 @@ from rclpy.client import Client
 from std_srvs.srv import SetBool
 
 from ddh_msgs.srv import Seek, SetRate
+from ddh_twin_py.names import cited
 from ddh_twin_py.nodes.base.node_base import TwinNode
 from ddh_twin_py.nodes.player.player_watch import PLAYER
 
@@ -54,7 +55,7 @@ class PlayerClient:
     def _pass_on(self, name: str, value: object, answer: Future[str]) -> None:
         verb = self._verbs.get(name)
         if verb is None:
-            answer.set_result(f"there is no {name!r}; valid are {', '.join(self._verbs)}")
+            answer.set_result(f"there is no {cited(name)}; valid are {', '.join(self._verbs)}")
             return
         try:
             request = verb.request(value)

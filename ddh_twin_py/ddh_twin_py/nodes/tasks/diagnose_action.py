@@ -13,6 +13,7 @@ from ddh_msgs.action import DiagnoseGap
 from ddh_twin_py.bags.case import case_of
 from ddh_twin_py.bags.errors import BagError
 from ddh_twin_py.diagnosis.process import COMMAND, DiagnosisProcess, Outcome
+from ddh_twin_py.names import short
 from ddh_twin_py.nodes.base.node_base import TwinNode
 from ddh_twin_py.nodes.base.parameters import Parameter
 from ddh_twin_py.nodes.tasks.health import Report
@@ -72,7 +73,7 @@ class DiagnoseAction:
         return self._node.resolve_service_name("diagnose")
 
     def _refuse(self, goal: ServerGoalHandle, why: str) -> None:
-        why = printable(" ".join(why.split()))  # paths of a goal may hold anything
+        why = short(printable(" ".join(why.split())))  # paths of a goal may hold anything
         self._node.get_logger().warning(f"diagnose: {why}")
         goal.execute(lambda handle: _answer(handle, handle.abort, Outcome(error=why)))
 

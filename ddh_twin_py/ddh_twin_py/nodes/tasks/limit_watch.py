@@ -12,6 +12,7 @@ from ddh_msgs.srv import PredictLimits
 from ddh_twin_py.estimation.fusion.duty_ahead import ROUNDS, settled_speeds, warmed
 from ddh_twin_py.estimation.fusion.look_ahead import HOT_SPOT, Forecast, LimitForecast, LookAhead, Span, default_limits
 from ddh_twin_py.estimation.fusion.state import FusionState
+from ddh_twin_py.names import short
 from ddh_twin_py.nodes.base import qos
 from ddh_twin_py.nodes.base.node_base import TwinNode
 from ddh_twin_py.nodes.base.parameters import Parameter
@@ -123,7 +124,7 @@ class LimitWatch:
             schedule, scaled, said = self._asked(request, state, horizon)
             forecast = self._ahead.forecast(state, schedule, horizon, scaled)
         except DutyError as error:
-            response.success, response.message = False, str(error)
+            response.success, response.message = False, short(str(error))
             return response
         except _UNSOLVED as error:  # the node goes on without it
             response.success, response.message = False, f"the look ahead could not be computed: {error}"
