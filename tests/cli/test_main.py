@@ -231,7 +231,8 @@ def test_interrupted(capsys, monkeypatch):
     "\n        for _ in range(1000): ctypes.CFUNCTYPE(None)(lambda: time.sleep(0.05))()",
     "threading.Thread(target=time.sleep, args=(60,)).start(); time.sleep(60)",
 ], ids=["python", "a call that takes long", "a callback that swallows it", "another thread"])
-def test_interrupted_at_anything(at_work):
+@pytest.mark.parametrize(("number", "word"), [(signal.SIGINT, "interrupted"), (signal.SIGTERM, "terminated")])
+def test_interrupted_at_anything(at_work, number, word):
     code = (
         "import ctypes, sys, threading, time\nfrom ddh_twin_py.cli import info, main\n"
         f"def run(args):\n    print('at work', flush=True)\n    if True: {at_work}\n"
@@ -240,9 +241,9 @@ def test_interrupted_at_anything(at_work):
     process = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     assert process.stdout.readline() == "at work\n"
     time.sleep(0.1)
-    process.send_signal(signal.SIGINT)
+    process.send_signal(number)
     said = process.communicate(timeout=20)[1]
-    assert process.returncode == 130 and said == "ddh-twin info: interrupted\n"
+    assert process.returncode == 128 + number and said == f"ddh-twin info: {word}\n"
 
 
 def test_a_fault_of_the_program_is_not_passed_off_as_bad_input(monkeypatch):

@@ -7,6 +7,7 @@ EXIT_CODES = {
     1: "done, and the answer is no",
     2: "what was given cannot be used, said in one line on standard error",
     130: "interrupted (Ctrl-C)",
+    143: "terminated (SIGTERM)",
 }
 """Code to meaning, for every verb."""
 

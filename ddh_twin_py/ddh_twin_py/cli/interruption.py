@@ -1,4 +1,4 @@
-"""SIGINT ends a verb within seconds, whatever it is at.
+"""SIGINT and SIGTERM end a verb within seconds, whatever it is at.
 
 Python looks at a signal between two of its own steps: a kernel that runs long, a compilation, or a
 wait for other threads puts it off, and callbacks from C swallow KeyboardInterrupt. So a thread hears
@@ -17,22 +17,24 @@ import time
 
 GRACE = 1.2
 """s from the signal until the process is ended from outside of the main thread."""
+_WORDS = {signal.SIGINT: "interrupted", signal.SIGTERM: "terminated"}
 _LAST = 0.5  # s for what is to be done at exit, such as removing temporary folders
 
 
 class Interruption:
-    """Within it SIGINT raises KeyboardInterrupt, once, and the process ends soon after.
+    """Within it SIGINT and SIGTERM raise KeyboardInterrupt, once, and the process ends soon after.
 
     Args:
         name: of the command, for what is said.
 
     Attributes:
-        asked: SIGINT has come.
+        asked: one of them has come.
+        number: which of them came first, SIGINT before any.
     """
 
     def __init__(self, name: str) -> None:
         self.name = name
-        self.asked = False
+        self.asked, self.number = False, signal.SIGINT
         self._raised = self._said = False
         self._late, self._tidied = threading.Event(), threading.Event()
         self._before: tuple | None = None
@@ -42,8 +44,8 @@ class Interruption:
             return self  # signals belong to the main thread
         ends = os.pipe()
         os.set_blocking(ends[1], False)
-        self._before = (signal.signal(signal.SIGINT, self._interrupt), signal.set_wakeup_fd(ends[1], warn_on_full_buffer=False),
-                        sys.unraisablehook, ends)
+        handlers = {number: signal.signal(number, self._interrupt) for number in _WORDS}
+        self._before = (handlers, signal.set_wakeup_fd(ends[1], warn_on_full_buffer=False), sys.unraisablehook, ends)
         sys.unraisablehook = self._swallowed
         # Both from the start: no thread can be started once Python is on its way out.
         threading.Thread(target=self._watch, args=(ends[0],), daemon=True, name="interruption").start()
@@ -58,25 +60,35 @@ class Interruption:
         """Signals are again what they were before."""
         if self._before is None:
             return
-        handler, wakeup, hook, ends = self._before
+        handlers, wakeup, hook, ends = self._before
         self._before = None
         signal.set_wakeup_fd(wakeup)
-        signal.signal(signal.SIGINT, handler if handler is not None else signal.SIG_DFL)
+        for number, handler in handlers.items():
+            signal.signal(number, handler if handler is not None else signal.SIG_DFL)
         sys.unraisablehook = hook
         os.close(ends[1])  # which ends the one thread
         self._late.set()  # and the other
 
+    @property
+    def code(self) -> int:
+        """With which the process ends, as a shell has it: 130 or 143."""
+        return 128 + self.number
+
     def say(self) -> None:
-        """That the verb was interrupted, once."""
+        """That the verb was interrupted or terminated, once."""
         if not self._said:
             self._said = True
-            print(f"{self.name}: interrupted", file=sys.stderr, flush=True)
+            print(f"{self.name}: {_WORDS[self.number]}", file=sys.stderr, flush=True)
 
     def _interrupt(self, number: int, frame: object) -> None:
-        self.asked = True
+        self._hear(number)
         if not self._raised:
             self._raised = True
             raise KeyboardInterrupt
+
+    def _hear(self, number: int) -> None:
+        if not self.asked:
+            self.asked, self.number = True, signal.Signals(number)
 
     def _swallowed(self, unraisable) -> None:
         if self.asked and unraisable.exc_type is not None and issubclass(unraisable.exc_type, KeyboardInterrupt):
@@ -92,12 +104,12 @@ class Interruption:
 
     def _watch(self, end: int) -> None:
         heard = b""
-        while signal.SIGINT not in heard:
+        while not _WORDS.keys() & set(heard):
             heard = os.read(end, 64)
             if not heard:
                 os.close(end)
                 return
-        self.asked = True
+        self._hear(next(number for number in heard if number in _WORDS))
         until = time.monotonic() + GRACE
         while time.monotonic() < until:
             time.sleep(0.1)
@@ -106,4 +118,4 @@ class Interruption:
         self.say()
         self._late.set()
         self._tidied.wait(_LAST)
-        os._exit(130)
+        os._exit(self.code)

@@ -59,12 +59,12 @@ def main(argv: Sequence[str] | None = None) -> int:
             return _run(argv, interruption)
         except KeyboardInterrupt:
             interruption.say()
-            return 130
+            return interruption.code
         except Exception:
             if not interruption.asked:
                 raise
             interruption.say()  # what was interrupted made another error of it
-            return 130
+            return interruption.code
 
 
 def _asked(argv: Sequence[str] | None, interruption: Interruption) -> int:
