@@ -145,10 +145,14 @@ def test_messages_that_are_not_sound_are_left_out(listener):
 
 
 def test_a_page_without_telemetry_names_where_there_is_some(listener):
-    publisher = listener.node.create_publisher(DriveTelemetry, "/elsewhere/drive/telemetry", 10)
+    publishers = [listener.node.create_publisher(DriveTelemetry, f"{place}/drive/telemetry", 10)
+                  for place in ("/nowhere", "/elsewhere")]
     with NodeProcess("web_view", "/nowhere", port=0) as view:
         address = re.search(r"http://\S+", view.says("page at"))[0]
         wait_for(lambda: "/elsewhere" in state(address).get("elsewhere", []), 20.0, "the other namespace")  # beside those of other tests
         assert "nothing comes in /nowhere, but a drive speaks in" in view.says("/elsewhere", 10.0)
+        wait_for(lambda: listener.node.count_subscribers("/nowhere/drive/telemetry"), 10.0, "its own topic")
+        assert "/nowhere" not in state(address)["elsewhere"] and "speaks in /nowhere" not in view.text
         view.stop()
-    listener.withdraw(publisher)
+    for publisher in publishers:
+        listener.withdraw(publisher)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from diagnostic_msgs.msg import DiagnosticArray
 
 from ddh_msgs.msg import GapStatus, LimitPrediction, PlayerStatus, RigInfo
+from ddh_twin_py.names import in_namespace
 from ddh_twin_py.nodes.base import qos
 from ddh_twin_py.nodes.base.inputs import Input, Inputs
 from ddh_twin_py.nodes.base.node_base import TwinNode, run
@@ -146,11 +147,12 @@ class WebView(TwinNode):
         self._board.put("sensors", self._sensors.document(self._health, wall, still))
 
     def _elsewhere(self) -> list[str]:
-        """Namespaces in which a drive speaks, where nothing has come in this one."""
+        """Other namespaces in which a drive speaks, where nothing has come in this one."""
         if any(entry.arrived is not None for _, entry in self._raw):
             return []
+        own = in_namespace(self.get_namespace(), DRIVE_TOPIC)
         found = [name.removesuffix(DRIVE_TOPIC) for name, types in self.get_topic_names_and_types() if name.endswith(f"/{DRIVE_TOPIC}")
-                 and DRIVE_TYPE in types and self.count_publishers(name)]
+                 and name != own and DRIVE_TYPE in types and self.count_publishers(name)]
         found = sorted(name.rstrip("/") or "/" for name in found)
         if found and found != self._told:
             self.get_logger().warning(f"nothing comes in {self.get_namespace()}, but a drive speaks in {', '.join(found)}")
