@@ -21,6 +21,7 @@ from ddh_twin_py.bags.reader import read_recording
 from ddh_twin_py.bags.writer import BagWriter, write_recording
 from ddh_twin_py.sources.raw_bag import RawBag
 from ddh_twin_py.telemetry.recording import RigInfo
+from ddh_twin_py.telemetry.screening.screening import screen_recording
 from ddh_twin_py.telemetry.signals import BESIDE_SENSORS
 from rosbags.highlevel import AnyReader
 from rosbags.rosbag2 import StoragePlugin, Writer
@@ -627,6 +628,27 @@ def test_messages_that_are_too_short(tmp_path, bag):
     (finding,) = read_recording(target).warnings
     assert f"messages on {DRIVE} cannot be decoded and are left out, the first has 30 bytes" in finding.message
     assert finding.count > 50
+
+
+@pytest.mark.parametrize("share", [3, 1])
+def test_a_stamp_with_nanoseconds_of_more_than_a_second(tmp_path, bag, share):
+    """Of every third message on the drive's topic, and of all."""
+    target = tmp_path / "stamps"
+    with AnyReader([bag]) as reader, Writer(target, version=9, storage_plugin=StoragePlugin.MCAP) as writer:
+        ids = {c.id: writer.add_connection(c.topic, c.msgtype, typestore=reader.typestore) for c in reader.connections}
+        for n, (connection, at, raw) in enumerate(reader.messages(c for c in reader.connections if c.topic in (DRIVE, "/ddh/rig"))):
+            odd = connection.topic == DRIVE and n % share == 0
+            writer.write(ids[connection.id], at, raw[:8] + (4 * 10**9).to_bytes(4, "little") + raw[12:] if odd else raw)
+    said = f"{DRIVE}: header.stamp nanosec is 4000000000, allowed are 0 to 999999999; "
+    if share == 1:
+        assert said in refusal(target)
+        return
+    recording = read_recording(target)
+    (finding,) = [f for f in recording.findings if f.field == "header.stamp"]
+    assert finding.message == f"{target}: {said}{finding.count} messages are so and are left out"
+    assert (finding.severity, finding.topic, finding.value) == ("warning", DRIVE, 4 * 10**9)
+    assert finding.count == pytest.approx(0.5 * len(recording.drive), abs=2)
+    assert not [f for f in screen_recording(recording).findings if "jumped" in f.message]
 
 
 # Types

@@ -7,7 +7,7 @@ import zlib
 import lz4.frame
 import numpy as np
 import pytest
-from ddh_twin_py.bags.cdr import encode_stamped_floats, stamped_floats
+from ddh_twin_py.bags.cdr import encode_stamped_floats, odd_nanosec, stamped_floats
 from ddh_twin_py.bags.damage import storage_file
 from ddh_twin_py.bags.reader import read_recording
 from ddh_twin_py.bags.writer import write_recording
@@ -247,3 +247,17 @@ def test_cdr_that_is_too_short_or_of_another_kind_is_marked():
     assert sound.tolist() == [False, True, False]
     assert stamps.tolist() == [0, 6, 0]
     assert np.isnan(values[0]).all() and (values[1] == 1).all()
+
+
+@pytest.mark.parametrize("order", ["little", "big"])
+def test_a_stamp_of_more_nanoseconds_than_a_second_has_is_marked(order):
+    messages = np.repeat(encode_stamped_floats(np.array([0]), np.ones((1, 4)), "ddh"), 3, axis=0)
+    messages[:, 1] = order == "little"
+    for message, nanosec in zip(messages, (999_999_999, 10**9, 2**32 - 1), strict=True):
+        message[8:12] = np.frombuffer(nanosec.to_bytes(4, order), np.uint8)
+        message[12:16] = np.frombuffer((4).to_bytes(4, order), np.uint8)
+    size = np.full(3, messages.shape[1])
+    given = messages.ravel(), np.cumsum(size) - size, size
+    stamps, _, sound = stamped_floats(*given, 4)
+    assert sound.tolist() == [True, False, False] and stamps.tolist() == [999_999_999, 0, 0]
+    assert odd_nanosec(*given).tolist() == [10**9, 2**32 - 1]

@@ -121,6 +121,13 @@ def test_a_message_that_cannot_be_decoded_moves_no_clock():
     assert of(checks, "error") == ["/ddh/temperature/ambient: messages cannot be decoded"] and of(checks, "warning") == []
 
 
+def test_a_stamp_that_is_none_is_told_as_that():
+    air = heard("temperature/ambient", 1.0, (23.0, 0.0))
+    odd = air.messages[0][:8] + (4 * 10**9).to_bytes(4, "little") + air.messages[0][12:]
+    checks = check_machine(graph(replace(air, messages=[odd, *air.messages[1:]])), "/ddh", NOISE)
+    assert of(checks, "error") == ["/ddh/temperature/ambient: header.stamp nanosec 4000000000"] and of(checks, "warning") == []
+
+
 def test_clocks_that_differ_and_a_recording_that_is_played():
     late = [heard("drive/telemetry", 100.0, (52.0, 52.0, 16.0, 9.0, 60.0, 900.0), delay=3600.0),
             heard("hydraulics/telemetry", 100.0, (90e5, 20e5, 0.2, 0.067), delay=3600.0),

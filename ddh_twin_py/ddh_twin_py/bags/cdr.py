@@ -13,6 +13,8 @@ import numpy as np
 
 ENCAPSULATION = 4
 _FIXED = 16  # encapsulation, stamp and the length of frame_id
+MOST_NANOSEC = 999_999_999
+"""Of a stamp: what is more are seconds."""
 
 
 def stamped_floats(
@@ -22,7 +24,7 @@ def stamped_floats(
 
     `data` uint8[...] holds the messages; message i is data[start[i]:start[i] + size[i]].
     Returns stamps int64[n] in ns, values float64[n, fields] and sound bool[n]: False where a
-    message is too short or not plain CDR; its stamp is 0 and its values are NaN.
+    message is too short or not plain CDR, or its stamp has nanoseconds of more than a second; its stamp is 0 and its values are NaN.
     """
     count = start.size
     stamps = np.zeros(count, np.int64)
@@ -43,7 +45,7 @@ def stamped_floats(
         stamps[chosen] = seconds * 1_000_000_000 + words[:, 1]
         frame = words[:, 2].astype(np.int64)
         offset = ENCAPSULATION + (_FIXED - ENCAPSULATION + frame + 7) // 8 * 8
-        whole = offset + 8 * fields <= size[chosen]
+        whole = (offset + 8 * fields <= size[chosen]) & (words[:, 1] <= MOST_NANOSEC)
         sound[chosen[~whole]] = False
         stamps[chosen[~whole]] = 0
         rows = _gather(data, start[chosen[whole]] + offset[whole], 8 * fields)
@@ -55,6 +57,25 @@ def floats_of_messages(messages: Sequence[bytes], fields: int) -> tuple[np.ndarr
     """The same of messages that lie each for itself."""
     size = np.array([len(message) for message in messages], np.int64)
     return stamped_floats(np.frombuffer(b"".join(messages), np.uint8), np.cumsum(size) - size, size, fields)
+
+
+def odd_nanosec(data: np.ndarray, start: np.ndarray, size: np.ndarray) -> np.ndarray:
+    """The nanoseconds of messages, see `stamped_floats`, whose stamp has those of more than a second, int64[k]."""
+    heads = _gather(data, start[size >= _FIXED], _FIXED)
+    nanosec = np.ascontiguousarray(heads[:, ENCAPSULATION + 4 : ENCAPSULATION + 8])
+    told = np.where(heads[:, 1] == 1, nanosec.view("<u4")[:, 0], nanosec.view(">u4")[:, 0]).astype(np.int64)
+    return told[(heads[:, 0] == 0) & (heads[:, 1] <= 1) & (told > MOST_NANOSEC)]
+
+
+def first_odd_nanosec(messages: Sequence[bytes]) -> int:
+    """The first of them, of messages that lie each for itself; 0 where there is none."""
+    size = np.array([len(message) for message in messages], np.int64)
+    return int([*odd_nanosec(np.frombuffer(b"".join(messages), np.uint8), np.cumsum(size) - size, size), 0][0])
+
+
+def nanosec_words(nanosec: int) -> str:
+    """What is wrong with a stamp that has so many."""
+    return f"header.stamp nanosec is {nanosec}, allowed are 0 to {MOST_NANOSEC}"
 
 
 def encode_stamped_floats(stamps: np.ndarray, values: np.ndarray, frame_id: str = "") -> np.ndarray:

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ddh_twin_py.bags.arrival import order_of_arrival
-from ddh_twin_py.bags.cdr import stamped_floats
+from ddh_twin_py.bags.cdr import odd_nanosec, stamped_floats
 from ddh_twin_py.bags.compression import unpack_messages
 from ddh_twin_py.bags.definitions import type_problem
 from ddh_twin_py.bags.message_types import telemetry_typestore
@@ -45,8 +45,19 @@ class Rows:
     log_time: list[np.ndarray] = field(default_factory=list)
     stamp: list[np.ndarray] = field(default_factory=list)
     values: list[np.ndarray] = field(default_factory=list)
+    odd_stamps: int = 0  # messages whose stamp has nanoseconds of more than a second
+    first_nanosec: int = 0  # of the first of these
     unreadable: int = 0  # messages too short for their type
     shortest: int = 0  # size in bytes of the first of these
+
+    def leave_out(self, nanosec: np.ndarray, size: np.ndarray) -> None:
+        """Note n messages that are not sound, of so many bytes, int64[n]; ``nanosec``, int64[k]: of those whose stamp is why."""
+        if nanosec.size:
+            self.first_nanosec = self.first_nanosec or int(nanosec[0])
+            self.odd_stamps += nanosec.size
+        if nanosec.size < size.size:
+            self.shortest = self.shortest or int(size[0])
+            self.unreadable += size.size - nanosec.size
 
     def joined(self) -> Arrived:
         """All of them in order of arrival. The parts are given up.
@@ -133,8 +144,7 @@ class Collector:
         fields = len(MACHINE_FIELDS.get(relative, TEMPERATURE_FIELDS))
         stamp, values, sound = stamped_floats(data, start, size, fields)
         if not sound.all():
-            rows.shortest = rows.shortest or int(size[~sound][0])
-            rows.unreadable += int(np.count_nonzero(~sound))
+            rows.leave_out(odd_nanosec(data, start[~sound], size[~sound]), size[~sound])
             stamp, values = stamp[sound], values[sound]
         rows.log_time.append(block.log_time[chosen][sound])
         rows.stamp.append(stamp)

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ddh_twin_py.bags.cdr import nanosec_words
 from ddh_twin_py.bags.collector import Collector, Rows
 from ddh_twin_py.bags.errors import BagError
 from ddh_twin_py.bags.folder import BagFolder, open_folder
@@ -72,14 +73,16 @@ def read_recording(
         if (relative := _within(topic, chosen)) and relative != RIG_TOPIC and rows.stamp
     }
     rows = {relative: part for relative, part in rows.items() if part.stamp.size}
+    odd = _odd_nanosec_findings(file, chosen, collector.rows)
     if not rows:
-        raise BagError(f"{file} has no readable message on {chosen}/{DRIVE_TOPIC} or any other telemetry topic")
+        why = f": {odd[0].message.removeprefix(f'{file}: ')}" if odd else ""
+        raise BagError(f"{file} has no readable message on {chosen}/{DRIVE_TOPIC} or any other telemetry topic{why}")
     rows, left_out = sound(rows)
     epoch = _epoch([part.stamp for part in rows.values()])
     findings += [wrong.finding(file, chosen, epoch) for wrong in left_out] + odd_stamps(rows, file, chosen, epoch)
     streams = {relative: _stream(relative, part.stamp, part.values, epoch) for relative, part in rows.items()}
     rig, rig_findings = _rig(file, chosen, collector)
-    findings += _unreadable_findings(file, chosen, collector.rows)
+    findings += odd + _unreadable_findings(file, chosen, collector.rows)
     findings += _missing_findings(file, chosen, streams, collector) + rig_findings
     findings += _other_topics(file, chosen, collector) + _no_length(file, streams, epoch)
     return Recording(file, epoch, rig, None, None, {}, [], chosen).with_streams(streams, findings)
@@ -197,6 +200,13 @@ def _damage_findings(folder: BagFolder, collector: Collector, damage: list[str])
     message = f"{file} {why}; recovered {total}{of} messages, {collector.lasting:.1f} s"
     severity = "error" if total < _WHOLE * expected else "warning"
     return [*findings, Finding(severity, file, "", "", total, max(1, len(notes)), message)]
+
+
+def _odd_nanosec_findings(file: str, namespace: str, rows: dict[str, Rows]) -> list[Finding]:
+    """A warning for each topic of which messages were left out for the nanoseconds of their stamps."""
+    return [Finding("warning", file, topic, "header.stamp", row.first_nanosec, row.odd_stamps, (
+                f"{file}: {topic}: {nanosec_words(row.first_nanosec)}; {row.odd_stamps} messages are so and are left out"))
+            for topic, row in rows.items() if row.odd_stamps and _within(topic, namespace)]
 
 
 def _unreadable_findings(file: str, namespace: str, rows: dict[str, Rows]) -> list[Finding]:

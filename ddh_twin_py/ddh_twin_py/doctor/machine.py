@@ -6,6 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from ddh_twin_py.bags.cdr import MOST_NANOSEC, first_odd_nanosec
 from ddh_twin_py.bags.message_types import know
 from ddh_twin_py.bags.topics import nearest_telemetry, split_topic
 from ddh_twin_py.doctor.check import Check
@@ -80,7 +81,10 @@ def check_machine(survey: Survey, namespace: str, noise: Mapping[str, float], sc
             continue
         stamps, values, sound = _decoded(heard, relative)
         checks += _rate(heard, relative, survey.seconds)
-        if not sound.all():
+        if nanosec := first_odd_nanosec(heard.messages):
+            checks.append(Check(GROUP, heard.topic, "error", f"header.stamp nanosec {nanosec}", f"0 to {MOST_NANOSEC}",
+                                "give whole seconds as sec"))
+        elif not sound.all():
             checks.append(Check(GROUP, heard.topic, "error", "messages cannot be decoded", expected, "build ddh_msgs of both sides anew"))
         if stamps.size:
             stamps_of[relative], streams[relative] = stamps, values

@@ -12,6 +12,7 @@ from rclpy.publisher import Publisher
 from rosgraph_msgs.msg import Clock as ClockMessage
 
 from ddh_msgs.msg import NodeProgress
+from ddh_twin_py.bags.cdr import MOST_NANOSEC, nanosec_words
 from ddh_twin_py.bags.topics import choose_namespace, split_topic
 from ddh_twin_py.nodes.base import progress, qos
 from ddh_twin_py.nodes.base.inputs import Inputs
@@ -19,7 +20,7 @@ from ddh_twin_py.nodes.base.node_base import TwinNode, run
 from ddh_twin_py.nodes.base.parameters import NodeError, Parameter
 from ddh_twin_py.nodes.base.times import set_time
 from ddh_twin_py.nodes.messages.message_classes import message_class
-from ddh_twin_py.nodes.messages.wire import STAMPED, stamp_of
+from ddh_twin_py.nodes.messages.wire import STAMPED, nanosec_of, stamp_of
 from ddh_twin_py.nodes.player.awaited_listeners import AwaitedListeners
 from ddh_twin_py.nodes.player.flow_control import FlowControl
 from ddh_twin_py.nodes.player.playback import Playback
@@ -178,6 +179,10 @@ class BagPlayer(TwinNode):
             if channel.stamped and len(message) < STAMPED:
                 said = f"a message on {self._bag.topics[topic][0]} has {len(message)} bytes and no stamp; such are left out"
                 self.warn_once(("short", topic), f"{self._bag.path}: {said}")
+                continue
+            if channel.stamped and (nanosec := nanosec_of(message)) > MOST_NANOSEC:
+                said = f"{self._bag.topics[topic][0]}: {nanosec_words(nanosec)}; such are left out"
+                self.warn_once(("nanosec", topic), f"{self._bag.path}: {said}")
                 continue
             if channel.stamped:
                 self._flow.sent(channel.publisher.topic_name, stamp_of(message), due)

@@ -134,9 +134,9 @@ class GapMonitorNode(TwinNode):
                     self.warn_again(
                         Break.OTHER_TIME, f"the stamps of {entry.name} step back to {stamps[0] * 1e-9:.3f} s; the test begins anew",
                     )
-        for parser in self._parsers.values():
-            for topic, count in parser.unreadable.items():
-                self._inputs.leave_out(self._inputs.all[topic], count)
+        for source in self._parsers.values():
+            for topic, parser in source.parsers.items():
+                self._inputs.leave_out(self._inputs.all[topic], parser.unreadable, parser.why)
         if finished:
             self._publish_status()
         self._progress.tell(wall)

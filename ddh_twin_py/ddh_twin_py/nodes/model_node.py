@@ -113,7 +113,7 @@ class ModelNode(TelemetryNode):
                 if self._model is not None:
                     deviation = values["estimates.standard_deviation"][-1, order]
                     self._catch_up.take_up(*self._fused, deviation, self._model.temperatures)
-        self.feed.inputs.leave_out(self._fused_input, self._fused_parser.unreadable)
+        self.feed.inputs.leave_out(self._fused_input, self._fused_parser.unreadable, self._fused_parser.why)
         return super().take(wall)
 
     def work(self, ticks: list[Tick], flush: bool) -> None:

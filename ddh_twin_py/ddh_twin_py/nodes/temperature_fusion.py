@@ -148,7 +148,7 @@ class TemperatureFusionNode(TelemetryNode):
                     continue
                 rows = (state_rows if topic == STATE_TOPIC else motor_rows)(example, values)
                 self.feed.collect(topic, islice(arrivals, stamps.size), stamps.tolist(), rows)
-            self.feed.inputs.leave_out(entry, parser.unreadable)
+            self.feed.inputs.leave_out(entry, parser.unreadable, parser.why)
         return some
 
     def flush_wait(self) -> float:

@@ -94,7 +94,7 @@ class WebView(TwinNode):
             if messages:
                 for name, stamps, values in rows.parse(messages):
                     self._board.take(name, stamps, values)
-                self._inputs.leave_out(entry, rows.unreadable)
+                self._inputs.leave_out(entry, rows.unreadable, rows.why)
         for message in self._inputs.read(self._status, self._inputs.take(self._status, wall))[-1:]:
             self._board.put("player", player_document(message))
         self._updates += 1

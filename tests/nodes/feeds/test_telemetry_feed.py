@@ -1,6 +1,7 @@
 """What a node makes of the telemetry that came while it was busy."""
 
 import time
+from types import SimpleNamespace
 
 import pytest
 import rclpy
@@ -113,4 +114,22 @@ def test_a_reading_that_comes_twice_is_handed_on_once(listener):
         messages.append(serialize_message(message))
     feed._take(feed.inputs.all[TOPICS[0]], feed.screens[TOPICS[0]], messages, [1, 2, 3])
     assert [came for came, *_ in feed._collected] == [1, 2] and feed.screens[TOPICS[0]].count(Cause.REPEATED) == 1
+    node.destroy_node()
+
+
+def test_a_stamp_that_is_none_is_left_out_and_told(listener, monkeypatch):
+    said = []
+    node = rclpy.create_node("odd", namespace="/odd", context=listener.context)
+    monkeypatch.setattr(node, "get_logger", lambda: SimpleNamespace(warning=said.append))
+    feed = TelemetryFeed(node, load_rig(), TOPICS[:1], [], 0.05, 0.5, 1.0)
+    entry = feed.inputs.all[TOPICS[0]]
+    message = Temperature(temperature=21.0)
+    message.header.stamp.sec, message.header.stamp.nanosec = EPOCH, 0
+    sound = serialize_message(message)
+    odd = sound[:8] + (4 * 10**9).to_bytes(4, "little") + sound[12:]
+    for _ in range(2):
+        feed._take(entry, feed.screens[TOPICS[0]], [odd, sound], [0, 0])
+    told = "header.stamp nanosec is 4000000000, allowed are 0 to 999999999"
+    assert said == [f"/odd/temperature/ambient: {told}; such are left out and counted"]
+    assert entry.rejected == 2 and entry.newest_ns == EPOCH * SECOND
     node.destroy_node()

@@ -115,6 +115,17 @@ def test_a_message_that_is_none_of_the_type_is_left_out():
         assert parser.unreadable == 3 and np.concatenate([stamps for _, stamps, _ in runs]).tolist() == [*STAMPS, *STAMPS]
 
 
+def test_a_message_whose_stamp_is_none_is_left_out_and_told():
+    soft = LAYOUTS[HydraulicState].compose(STAMPS, {})
+    odd = soft[0][:8] + (4 * 10**9).to_bytes(4, "little") + soft[0][12:]
+    for first in ([], soft[:1]):
+        parser = BulkParser(HydraulicState)
+        parser.parse(first)
+        runs = parser.parse([*soft, odd, *soft])
+        assert parser.unreadable == 1 and parser.why == "header.stamp nanosec is 4000000000, allowed are 0 to 999999999"
+        assert np.concatenate([stamps for _, stamps, _ in runs]).tolist() == [*STAMPS, *STAMPS]
+
+
 @pytest.mark.parametrize("unsound", [
     HydraulicState(heat_nodes=["housing"]), HydraulicState(flow=[1.0]),
     HydraulicState(temperature_nodes=["housing"], temperature=[1.0, 2.0]),

@@ -47,7 +47,7 @@ class Input:
     `topic` as subscribed, `name` fully qualified. `received` counts messages, `rejected` those of
     them that were not used; `newest_ns` is the newest stamp since the clock jumped back, 0 before
     the first; `arrived` is the wall time of the last message in s, None before the first; `pauses` are the last two, as
-    wall time of the message that ended it, and length, s.
+    wall time of the message that ended it, and length, s; `told`: it was said that some are left out.
     """
 
     topic: str
@@ -58,6 +58,7 @@ class Input:
     rejected: int = 0
     newest_ns: int = 0
     arrived: float | None = None
+    told: bool = False
     pauses: deque[tuple[float, float]] = field(default_factory=lambda: deque(maxlen=2))
 
     @property
@@ -132,12 +133,18 @@ class Inputs:
         self.leave_out(entry, entry.rejected + sum(message is None for message in found))
         return [message for message in found if message is not None]
 
-    def leave_out(self, entry: Input, count: int) -> None:
-        """So many messages of an input in all are none of its type, or not sound: counted, and said once."""
-        if count and not entry.rejected:
-            kind = entry.message_type.__name__
-            self._node.get_logger().warning(f"{entry.name}: a message is no sound {kind}; such are left out and counted")
+    def leave_out(self, entry: Input, count: int, why: str = "") -> None:
+        """So many messages of an input in all are none of its type, or not sound, as ``why`` says: counted, and said once."""
+        if count:
+            self.tell_left_out(entry, why)
         entry.rejected = count
+
+    def tell_left_out(self, entry: Input, why: str = "") -> None:
+        """Say once that messages of an input are left out."""
+        if not entry.told:
+            entry.told = True
+            why = why or f"a message is no sound {entry.message_type.__name__}"
+            self._node.get_logger().warning(f"{entry.name}: {why}; such are left out and counted")
 
     def take_timed(self, entry: Input, wall: float) -> tuple[list[bytes], list[int]]:
         """The same, and when the middleware got each of them, ns of the computer's clock, never falling; 0 where it does not tell."""

@@ -56,9 +56,9 @@ class FreeRunResiduals:
         self._parser = BulkParser(ResidualArray)
 
     @property
-    def unreadable(self) -> dict[str, int]:
-        """How many messages were left out by topic, see `BulkParser`."""
-        return {RESIDUAL_TOPIC: self._parser.unreadable}
+    def parsers(self) -> dict[str, BulkParser]:
+        """What parses each topic, and knows what was left out."""
+        return {RESIDUAL_TOPIC: self._parser}
 
     def parse(self, messages: Sequence[bytes]) -> list[tuple[np.ndarray, ...]]:
         """Runs of stamps int64 (n,) in ns, measured, predicted (n, S) and rod velocity in m/s (n,), NaN for a signal that is not named."""
@@ -86,9 +86,9 @@ class FreeRunTemperatures:
         self._expected: dict[int, np.ndarray] = {}  # degC (S,) by stamp in ns
 
     @property
-    def unreadable(self) -> dict[str, int]:
-        """How many messages were left out by topic, see `BulkParser`."""
-        return {ESTIMATE_TOPIC: self._estimates.unreadable, READING_TOPIC: self._readings.unreadable}
+    def parsers(self) -> dict[str, BulkParser]:
+        """What parses each topic, and knows what was left out."""
+        return {ESTIMATE_TOPIC: self._estimates, READING_TOPIC: self._readings}
 
     def take_estimates(self, messages: Sequence[bytes]) -> int | None:
         """Keep the free run's temperatures; the newest stamp in ns, None without a message."""

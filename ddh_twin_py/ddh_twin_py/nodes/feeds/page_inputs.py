@@ -42,6 +42,11 @@ class PageRows:
         """How many messages were left out, see `BulkParser`."""
         return self._parser.unreadable
 
+    @property
+    def why(self) -> str:
+        """Of the first of them, see `BulkParser`."""
+        return self._parser.why
+
     def parse(self, messages: Sequence[bytes]) -> Rows:
         """Rows of these messages, of those of one source where there is one to look for."""
         for example, stamps, values in self._parser.parse(of_source(messages, self._source) if self._source else messages):

@@ -12,7 +12,7 @@ from rclpy.node import Node
 from sensor_msgs.msg import Temperature
 
 from ddh_msgs.msg import DriveTelemetry, HydraulicTelemetry
-from ddh_twin_py.bags.cdr import floats_of_messages
+from ddh_twin_py.bags.cdr import first_odd_nanosec, floats_of_messages, nanosec_words
 from ddh_twin_py.nodes.base.inputs import Input, Inputs
 from ddh_twin_py.nodes.messages.conversion import to_kelvin
 from ddh_twin_py.rig import Rig
@@ -126,6 +126,8 @@ class TelemetryFeed:
     def _take(self, entry: Input, screen: StreamScreen, messages: list[bytes], came: list[int]) -> None:
         stamps, values, sound = floats_of_messages(messages, field_count(entry.topic))
         if not sound.all():
+            nanosec = first_odd_nanosec(list(compress(messages, ~sound)))
+            self.inputs.tell_left_out(entry, nanosec_words(nanosec) if nanosec else "")
             stamps, values = stamps[sound], values[sound]
             came = list(compress(came, sound))
         if entry.topic.startswith(TEMPERATURE_PREFIX):

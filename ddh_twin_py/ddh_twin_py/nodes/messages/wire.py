@@ -14,6 +14,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from rclpy.serialization import serialize_message
 
+from ddh_twin_py.bags.cdr import MOST_NANOSEC, first_odd_nanosec, nanosec_words
 from ddh_twin_py.nodes.base.deserialised import deserialised
 
 _ENCAPSULATION = 4
@@ -70,7 +71,7 @@ class Layout:
         return [row[: self._size].tobytes() for row in rows]
 
     def parse(self, messages: Sequence[bytes]) -> tuple[np.ndarray, dict[str, np.ndarray]] | None:
-        """Stamps int64[n] and values by name, (n,) or (n, m); None where a message has another layout."""
+        """Stamps int64[n] and values by name, (n,) or (n, m); None where a message has another layout, or a stamp that is none."""
         if any(not self._size <= len(message) < self._size + _PADDED for message in messages):
             return None
         joined = np.frombuffer(b"".join(message[: self._size] for message in messages), np.uint8).reshape(len(messages), self._size)
@@ -80,6 +81,8 @@ class Layout:
         rows[:, : self._size] = joined
         stamps = np.ascontiguousarray(rows[:, _ENCAPSULATION : _ENCAPSULATION + _STAMP_BYTES])
         seconds, nanoseconds = stamps.view("<i4")[:, 0].astype(np.int64), stamps.view("<u4")[:, 1]
+        if (nanoseconds > MOST_NANOSEC).any():
+            return None
         words = rows[:, _ENCAPSULATION:].view("<f8")
         values: dict[str, np.ndarray] = {}
         for name, place in self._places.items():
@@ -93,14 +96,15 @@ class BulkParser:
     """Parses messages of a type whose strings and lengths hardly ever change.
 
     `example` is the message whose layout is in force, with the names in it; `unreadable` counts messages that are none of the type, and
-    those in which numbers and the names that stand before them are not equally many.
+    those in which numbers and the names that stand before them are not equally many, or whose stamp is none; `why`: of the first of these,
+    '' where it was none of the type.
     """
 
     def __init__(self, message_type: type) -> None:
         self.message_type = message_type
         self._layout: Layout | None = None
         self.example: object | None = None
-        self.unreadable = 0
+        self.unreadable, self.why = 0, ""
 
     def parse(self, messages: Sequence[bytes]) -> list[tuple[object, np.ndarray, dict[str, np.ndarray]]]:
         """Runs of messages of one layout, in order: example, stamps int64[n] ns, values by name; (n, 0) of a list without entries.
@@ -116,6 +120,8 @@ class BulkParser:
             count = 0 if self._layout is None else self._same(messages)
             parsed = self._layout.parse(messages[:count]) if count else self._anew(messages[0])
             if parsed is None:
+                if not self.unreadable and (nanosec := first_odd_nanosec(messages[:1])):
+                    self.why = nanosec_words(nanosec)
                 self.unreadable += 1
             else:
                 runs.append((self.example, *parsed))
@@ -151,7 +157,12 @@ def stamp_of(message: bytes) -> int:
     """Header stamp of a serialised message in ns; its type must begin with a header."""
     order = "little" if message[1] & 1 else "big"
     seconds = int.from_bytes(message[4:8], order, signed=True)
-    return seconds * 1_000_000_000 + int.from_bytes(message[8:12], order)
+    return seconds * 1_000_000_000 + nanosec_of(message)
+
+
+def nanosec_of(message: bytes) -> int:
+    """Of that stamp, ns beside its seconds as they stand there."""
+    return int.from_bytes(message[8:12], "little" if message[1] & 1 else "big")
 
 
 def _put_stamps(rows: np.ndarray, stamps: np.ndarray) -> None:
