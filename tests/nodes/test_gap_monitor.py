@@ -12,6 +12,7 @@ from ddh_twin_py.estimation.sensors import NODE_OF_SENSOR
 from ddh_twin_py.gap.watch.normal_level import load_levels
 from ddh_twin_py.nodes.base import qos
 from ddh_twin_py.nodes.messages.conversion import estimate_layout, hydraulic_residual_layout, residual_layout
+from ddh_twin_py.nodes.tasks.diagnose_action import SAYS_AGAIN
 from ddh_twin_py.physics.thermal_network import NODES
 from ddh_twin_py.rig import load_rig
 from ddh_twin_py.twin.hydraulic_model import RESIDUAL_SIGNALS
@@ -259,6 +260,7 @@ def test_the_action_diagnoses_cancels_refuses_and_leaves_nothing_behind(listener
         assert status == ABORTED and "rig file yyy" in result.message and "(5000 characters)" in result.message
 
         client.feedback.clear()
+        asked_at = time.monotonic()
         slow = client.send(tmp_path / "slow")
         wait_for(lambda: any(f.done == 0.5 and f.stage == "fitting" for f in client.feedback), 20.0, "feedback")
         status, result = client.result(client.send(tmp_path / "well"))
@@ -268,7 +270,8 @@ def test_the_action_diagnoses_cancels_refuses_and_leaves_nothing_behind(listener
         assert status == ABORTED and "nowhere does not exist" in result.message
         time.sleep(1.5)
         told = [(f.done, f.stage) for f in client.feedback]
-        assert len(told) == len(set(told)), "what has not changed is not told again"
+        again = (time.monotonic() - asked_at) // SAYS_AGAIN
+        assert len(set(told)) <= len(told) <= len(set(told)) + again, "what has not changed is told again seldom"
         pid = stand_in(node)
         assert pid is not None
         wait_for(slow.cancel_goal_async().done, 20.0, "the cancelling")

@@ -60,6 +60,17 @@ def test_a_message_that_is_too_short_for_a_stamp_is_left_out_and_named(tmp_path)
     assert list(player._causes.values()) == [f"{tmp_path / 'bag'}: a message on {TOPIC} has 0 bytes and no stamp; such are left out"]
 
 
+def test_a_message_whose_stamp_is_none_is_left_out_and_named(tmp_path):
+    odd = encode_stamped_floats(STAMPS[:1], np.zeros((1, 6)))[0]
+    odd[8:12] = np.frombuffer((4 * 10**9).to_bytes(4, "little"), np.uint8)
+    player = Player(bag_of(tmp_path / "bag", STAMPS, {500: odd.tobytes(), 600: odd.tobytes()}))
+    for block in player._bag.blocks():
+        player._send(block)
+    assert player.sent == STAMPS.size - 2
+    said = f"{TOPIC}: header.stamp nanosec is 4000000000, allowed are 0 to 999999999; such are left out"
+    assert list(player._causes.values()) == [f"{tmp_path / 'bag'}: {said}"]
+
+
 def test_progress_that_is_cut_off_is_left_out(tmp_path):
     player, said = Player(bag_of(tmp_path / "bag", STAMPS)), []
     player._progress = Input("progress", NodeProgress, None, SimpleNamespace(topic_name="/ddh/progress"))

@@ -27,6 +27,8 @@ DIAGNOSE_PARAMETERS = (
     ),
 )  # fmt: skip
 _LOOK_PERIOD = 0.2  # s of wall time
+SAYS_AGAIN = 5.0
+"""s of wall time after which feedback comes again, also where nothing has changed, so that a client hears that the node is there."""
 _LAST_TURNS = 10  # of the executor, in which a client hears of the end
 
 
@@ -42,6 +44,7 @@ class DiagnoseAction:
         self._process: DiagnosisProcess | None = None
         self._goal: ServerGoalHandle | None = None
         self._told: tuple[float, str] | None = None
+        self._told_at = 0.0  # s of wall time
         self._last = ""
         self._server = ActionServer(
             node, DiagnoseGap, "diagnose", execute_callback=_unused, handle_accepted_callback=self._begin,
@@ -93,9 +96,9 @@ class DiagnoseAction:
         goal.execute(lambda handle: _answer(handle, _ending(handle, outcome), outcome))
 
     def _tell(self, process: DiagnosisProcess, goal: ServerGoalHandle) -> None:
-        state = process.done, process.stage
-        if state != self._told:
-            self._told = state
+        state, wall = (process.done, process.stage), self._node.wall()
+        if state != self._told or wall - self._told_at >= SAYS_AGAIN:
+            self._told, self._told_at = state, wall
             goal.publish_feedback(DiagnoseGap.Feedback(done=process.done, stage=process.stage))
 
     def judge(self, report: Report) -> str:
