@@ -1,8 +1,8 @@
-"""Takes the pictures of the documents: the live page of real graphs and a replay's report, in a Chromium without a window.
+"""Takes the pictures of the documents: the live page of real graphs, a replay's report and a diagnosis, in a Chromium without a window.
 
     . .venv/bin/activate
     python scripts/pictures.py            # into docs/pictures, takes some minutes
-    python scripts/pictures.py gap        # those of the live page with a gap alone; or of the cycle, or of the report
+    python scripts/pictures.py gap        # those of the live page with a gap alone; or of the cycle, of the report, of the diagnosis
 """
 
 from __future__ import annotations
@@ -38,6 +38,10 @@ _FIRST_FOUR = """(() => {
   return [left + scrollX - 8, top + scrollY - 8, right - left + 16, bottom - top + 16];
 })()"""
 """Left, top, width and height around the first four charts of a report, in its pixels."""
+
+_FIRST_CIRCUIT = "document.querySelector('.circuit').getBoundingClientRect().bottom + scrollY"
+"""Where the first drawing of a diagnosis ends, in the page's pixels."""
+_RIG_FILE = re.compile(r"<!-- file: (\S+\.yaml) -->\n```yaml\n(.*?)```", re.DOTALL)
 
 
 class Shown:
@@ -132,6 +136,20 @@ def report(scratch: Path) -> None:
         browser.picture(PICTURES / "paper_cycle.png", clip=dict(zip(("x", "y", "width", "height"), box, strict=True)))
 
 
+def diagnosis(scratch: Path) -> None:
+    """What a diagnosis says first, and its first drawing: the tutorial's worn pump."""
+    for name, content in _RIG_FILE.findall((ROOT / "docs" / "tutorial.md").read_text()):
+        (scratch / name).write_text(content)
+    for name, rig in (("new", "press_7.yaml"), ("today", "worn.yaml")):
+        assert ddh_twin(["simulate", "mixed", "-o", name, "--seed", "7", "--duration", "240", "--rig", rig, "--quiet"]) == 0
+    assert ddh_twin(["gap", "today", "--commissioning", "new", "--html", "diagnosis.html", "--quiet"]) == 0
+    with Chromium() as browser:
+        browser.screen(1100, 4000)
+        browser.call("Page.navigate", url=(scratch / "diagnosis.html").resolve().as_uri())
+        browser.wait("document.querySelectorAll('.circuit').length >= 1", 30.0)
+        browser.picture(PICTURES / "diagnosis.png", clip={"x": 0, "y": 0, "width": 1100, "height": browser.value(_FIRST_CIRCUIT) + 8})
+
+
 def main() -> int:
     """Take all pictures."""
     if executable() is None:
@@ -139,7 +157,7 @@ def main() -> int:
         return 2
     with tempfile.TemporaryDirectory(prefix="ddh_pictures_") as scratch:
         os.chdir(scratch)  # the page shows the path of a bag as it is given
-        for name, take in (("report", report), ("cycle", cycle), ("gap", gap)):
+        for name, take in (("report", report), ("cycle", cycle), ("gap", gap), ("diagnosis", diagnosis)):
             if name in sys.argv[1:] or not sys.argv[1:]:
                 take(Path())
     return 0
