@@ -198,7 +198,7 @@ def test_a_node_that_waits_and_cannot_be_configured_says_why(listener):
     with NodeProcess("drive_telemetry", namespace, autostart=False) as node:
         node.says("ready", 60.0)
         request = ChangeState.Request(transition=Transition(id=Transition.TRANSITION_CONFIGURE))
-        assert not listener.call(ChangeState, f"{namespace}/drive_telemetry/change_state", request, 60.0).success
+        assert not listener.call(ChangeState, f"{namespace}/drive_telemetry/change_state", request, 20.0).success
         node.says("[ERROR]", 10.0)
         node.stop()
     assert node.text.count("parameter source is empty; valid are bag, simulation") == 1
