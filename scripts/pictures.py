@@ -24,6 +24,7 @@ from ddh_twin_py.bags.writer import write_recording  # noqa: E402
 from ddh_twin_py.cli.live_graph import LiveGraph  # noqa: E402
 from ddh_twin_py.cli.main import main as ddh_twin  # noqa: E402
 from ddh_twin_py.cli.twin_nodes import FLUSH_AFTER, MODELS, TWIN  # noqa: E402
+from run_documents import blocks_of  # noqa: E402
 from support.chromium import Chromium, executable  # noqa: E402
 
 PICTURES = ROOT / "docs" / "pictures"
@@ -41,7 +42,6 @@ _FIRST_FOUR = """(() => {
 
 _FIRST_CIRCUIT = "document.querySelector('.circuit').getBoundingClientRect().bottom + scrollY"
 """Where the first drawing of a diagnosis ends, in the page's pixels."""
-_RIG_FILE = re.compile(r"<!-- file: (\S+\.yaml) -->\n```yaml\n(.*?)```", re.DOTALL)
 
 
 class Shown:
@@ -138,8 +138,9 @@ def report(scratch: Path) -> None:
 
 def diagnosis(scratch: Path) -> None:
     """What a diagnosis says first, and its first drawing: the tutorial's worn pump."""
-    for name, content in _RIG_FILE.findall((ROOT / "docs" / "tutorial.md").read_text()):
-        (scratch / name).write_text(content)
+    for block in blocks_of((ROOT / "docs" / "tutorial.md").read_text()):
+        if block.mark.startswith("file: "):
+            (scratch / block.mark.removeprefix("file: ")).write_text(block.text)
     for name, rig in (("new", "press_7.yaml"), ("today", "worn.yaml")):
         assert ddh_twin(["simulate", "mixed", "-o", name, "--seed", "7", "--duration", "240", "--rig", rig, "--quiet"]) == 0
     assert ddh_twin(["gap", "today", "--commissioning", "new", "--html", "diagnosis.html", "--quiet"]) == 0

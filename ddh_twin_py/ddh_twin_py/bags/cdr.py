@@ -55,8 +55,13 @@ def stamped_floats(
 
 def floats_of_messages(messages: Sequence[bytes], fields: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """The same of messages that lie each for itself."""
+    return stamped_floats(*_one_after_another(messages), fields)
+
+
+def _one_after_another(messages: Sequence[bytes]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Such messages as `data`, `start` and `size` of `stamped_floats`."""
     size = np.array([len(message) for message in messages], np.int64)
-    return stamped_floats(np.frombuffer(b"".join(messages), np.uint8), np.cumsum(size) - size, size, fields)
+    return np.frombuffer(b"".join(messages), np.uint8), np.cumsum(size) - size, size
 
 
 def odd_nanosec(data: np.ndarray, start: np.ndarray, size: np.ndarray) -> np.ndarray:
@@ -69,8 +74,7 @@ def odd_nanosec(data: np.ndarray, start: np.ndarray, size: np.ndarray) -> np.nda
 
 def first_odd_nanosec(messages: Sequence[bytes]) -> int:
     """The first of them, of messages that lie each for itself; 0 where there is none."""
-    size = np.array([len(message) for message in messages], np.int64)
-    return int([*odd_nanosec(np.frombuffer(b"".join(messages), np.uint8), np.cumsum(size) - size, size), 0][0])
+    return int([*odd_nanosec(*_one_after_another(messages)), 0][0])
 
 
 def nanosec_words(nanosec: int) -> str:

@@ -99,15 +99,14 @@ class Weighting:
         mean = self._in_classes(self._loaded(residuals)) if self._groups else np.zeros(0)
         return {name: (float(m), 1.0 / (1.0 + s)) for name, m, s in zip(self._names, mean, self._shared, strict=True)}
 
-    def in_parts(self, columns: Sequence[np.ndarray]) -> Iterator[tuple[slice, list[np.ndarray]]]:
-        """Which columns, and P times them, by recording, (rows, k), a few at once; columns by recording, (rows, m)."""
+    def in_parts(self, columns: Sequence[np.ndarray]) -> Iterator[list[np.ndarray]]:
+        """P times columns, given by recording, (rows, m), and told by recording, (rows, k), a few after the other."""
         for at in range(0, max(columns[0].shape[1], 1), _AT_ONCE):
-            part = slice(at, at + _AT_ONCE)
-            yield part, self.applied([c[:, part] for c in columns])
+            yield self.applied([c[:, at : at + _AT_ONCE] for c in columns])
 
     def products(self, left: Sequence[np.ndarray], right: Sequence[np.ndarray]) -> np.ndarray:
         """left' P right, summed over recordings; ``right`` should be the narrower."""
-        return np.hstack([sum(a.T @ b for a, b in zip(left, weighted, strict=True)) for _, weighted in self.in_parts(right)])
+        return np.hstack([sum(a.T @ b for a, b in zip(left, weighted, strict=True)) for weighted in self.in_parts(right)])
 
 
 def _rowwise(factor: np.ndarray, rows: np.ndarray) -> np.ndarray:

@@ -42,8 +42,8 @@ class Basis:
                  power: float = 1.0) -> None:
         self.weighting, self.power, self.lowest, self.highest = weighting, power, lowest, highest
         self._of_rig, self._of_laws = Pieces([parameters]), Pieces([slack])
-        of_rig = np.hstack([self._all(weighted) for _, weighted in weighting.in_parts(parameters)])
-        of_laws = np.hstack([self._of_laws.against(weighted) for _, weighted in weighting.in_parts(slack)])
+        of_rig = np.hstack([self._all(weighted) for weighted in weighting.in_parts(parameters)])
+        of_laws = np.hstack([self._of_laws.against(weighted) for weighted in weighting.in_parts(slack)])
         self.information = power * np.hstack([of_rig, np.vstack([of_rig[self.parameters :].T, of_laws])])
         self._prepare()
 
@@ -94,9 +94,7 @@ class Basis:
     def _grown(self, more: Rows, at: int) -> Basis:
         """The same with the information of further columns before the one at an index, yet without the columns and unprepared."""
         other = copy(self)
-        parts = [(self._all(weighted), sum(m.T @ w for m, w in zip(more, weighted, strict=True)))
-                 for _, weighted in self.weighting.in_parts(more)]
-        cross, own = (self.power * np.hstack(several) for several in zip(*parts, strict=True))
+        cross, own = self._crossed(more)
         order = np.insert(np.arange(self.size), at, self.size + np.arange(own.shape[0]))
         other.information = np.block([[self.information, cross], [cross.T, own]])[np.ix_(order, order)]
         return other
@@ -148,9 +146,12 @@ class Basis:
 
     def _products(self, columns: Rows, values: Rows) -> tuple[np.ndarray, np.ndarray]:
         """Columns and, last, values: against parameters and slack, (size, m + 1), and against themselves, (m + 1, m + 1)."""
-        own = [np.column_stack([c, v]) for c, v in zip(columns, values, strict=True)]
-        parts = [(self._all(weighted), sum(o.T @ w for o, w in zip(own, weighted, strict=True)))
-                 for _, weighted in self.weighting.in_parts(own)]
+        return self._crossed([np.column_stack([c, v]) for c, v in zip(columns, values, strict=True)])
+
+    def _crossed(self, columns: Rows) -> tuple[np.ndarray, np.ndarray]:
+        """Columns against parameters and slack, (size, m), and against themselves, (m, m)."""
+        parts = [(self._all(weighted), sum(c.T @ w for c, w in zip(columns, weighted, strict=True)))
+                 for weighted in self.weighting.in_parts(columns)]
         cross, squares = (self.power * np.hstack(several) for several in zip(*parts, strict=True))
         return cross, squares
 
@@ -190,7 +191,7 @@ class Basis:
 
         Its sum over all rows, and what these unknowns pay for it, is the column's own place in `Sums.information`.
         """
-        cross = self.power * np.hstack([self._all(weighted) for _, weighted in self.weighting.in_parts(columns)])
+        cross = self.power * np.hstack([self._all(weighted) for weighted in self.weighting.in_parts(columns)])
         solved = cho_solve(self._factor, cross, check_finite=False)
         by_rig, by_laws = self._of_rig.times(solved[: self.parameters]), self._of_laws.times(solved[self.parameters :])
         left = [c - rig - laws for c, rig, laws in zip(columns, by_rig, by_laws, strict=True)]

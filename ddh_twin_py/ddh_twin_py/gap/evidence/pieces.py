@@ -6,6 +6,7 @@ All columns of half an hour's recording are some 140 MB, and several searches at
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 
 import numpy as np
 
@@ -43,5 +44,5 @@ class Pieces:
 
     def times(self, x: np.ndarray) -> list[np.ndarray]:
         """What they make where each is taken x times, (size,) or (size, m): by recording, (rows,) or (rows, m)."""
-        taken = [x[a:b] for a, b in zip(self._ends, self._ends[1:], strict=False)]
+        taken = [x[a:b] for a, b in pairwise(self._ends)]
         return [sum(rows @ part for rows, part in zip(own, taken, strict=True)) for own in zip(*self._pieces, strict=True)]

@@ -18,6 +18,7 @@ from ddh_twin_py.gap.evidence.basis import Basis
 from ddh_twin_py.gap.evidence.box import Held, Normal
 from ddh_twin_py.gap.evidence.hypotheses import LEAST, WIDTH, evidence_of
 from ddh_twin_py.gap.evidence.linearised import Linearised
+from ddh_twin_py.gap.evidence.pieces import Pieces
 from ddh_twin_py.gap.evidence.sensitivity import TYPICAL, Column, acting_of, sane
 from ddh_twin_py.gap.explain.side_by_side import side_by_side
 from ddh_twin_py.gap.explain.step_length import Lengths
@@ -84,12 +85,12 @@ class _About:
     """A hypothesis about a place.
 
     Attributes:
-        basis: of what is shared, parameters and what changes beside effects (p,). shared: sensitivities to it, by recording, (rows, p).
+        basis: of what is shared, parameters and what changes beside effects (p,). shared: sensitivities to it, p of them.
         own: columns of the departures, by recording, (rows, m). also: effects beside which something may have changed, indices.
     """
 
     basis: Basis
-    shared: list[np.ndarray]
+    shared: Pieces
     own: list[np.ndarray]
     also: np.ndarray
 
@@ -99,8 +100,8 @@ class _About:
 
     def normal(self, residual: list[np.ndarray], shared: np.ndarray, departure: np.ndarray) -> Normal:
         """Sums of what is left there: residuals by recording, (rows,), shared unknowns (p,), departures in multiples of columns (m,)."""
-        both = zip(residual, self.shared, self.own, strict=True)
-        return self.basis.normal(self.own, [r + j @ shared + c @ departure for r, j, c in both])
+        both = zip(residual, self.shared.times(shared), self.own, strict=True)
+        return self.basis.normal(self.own, [r + s + c @ departure for r, s, c in both])
 
 
 @dataclass(frozen=True)
@@ -224,10 +225,9 @@ class Refit:
         also = self._also(columns)
         own, more = self._columns(columns, stand.theta, stand.x, _scale(columns), stand.predictions, stand.beside, also)
         if not also.size:
-            return _About(self._basis, self._sensitivities, own, also)
+            return _About(self._basis, Pieces([self._sensitivities]), own, also)
         ends = np.array([columns[j].effect.beside.end for j in also])
-        return _About(self._basis.with_unknowns(more, -ends, ends),
-                      [np.hstack([j, m]) for j, m in zip(self._sensitivities, more, strict=True)], own, also)
+        return _About(self._basis.with_unknowns(more, -ends, ends), Pieces([self._sensitivities, more]), own, also)
 
     def _also(self, columns: Sequence[Column]) -> np.ndarray:
         """Which effects something may have changed beside, indices: where no recording shows the rig before, parameters hold it."""

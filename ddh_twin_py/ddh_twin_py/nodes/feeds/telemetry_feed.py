@@ -126,8 +126,9 @@ class TelemetryFeed:
     def _take(self, entry: Input, screen: StreamScreen, messages: list[bytes], came: list[int]) -> None:
         stamps, values, sound = floats_of_messages(messages, field_count(entry.topic))
         if not sound.all():
-            nanosec = first_odd_nanosec(list(compress(messages, ~sound)))
-            self.inputs.tell_left_out(entry, nanosec_words(nanosec) if nanosec else "")
+            if not entry.told:
+                nanosec = first_odd_nanosec(list(compress(messages, ~sound)))
+                self.inputs.tell_left_out(entry, nanosec_words(nanosec) if nanosec else "")
             stamps, values = stamps[sound], values[sound]
             came = list(compress(came, sound))
         if entry.topic.startswith(TEMPERATURE_PREFIX):
