@@ -11,7 +11,7 @@ import math
 import numpy as np
 
 from ddh_twin_py.physics import hydraulics, motor
-from ddh_twin_py.physics.compiled import inlined
+from ddh_twin_py.physics.compiled import equation
 from ddh_twin_py.physics.cylinder import coulomb_friction, load_force, piston_area, rod_side_area
 from ddh_twin_py.physics.thermal_network import (
     BARREL,
@@ -63,7 +63,7 @@ def scalars(points: np.ndarray) -> np.ndarray:
     return np.ascontiguousarray(columns).view(SCALAR_DTYPE)[:, 0]
 
 
-@inlined
+@equation
 def clear(point):
     """Set an operating point to zero, ready for `add_point`."""
     point.speed = 0.0
@@ -108,7 +108,7 @@ def clear(point):
     point.flow[:] = 0.0
 
 
-@inlined
+@equation
 def add_motor(point, weight, speed, current, copper_resistance, magnets, iron, p):
     """Add the motor at an operating point: losses, voltage and power, P_el = K_t i w + P_cu + P_fe + what is reported of P_pwm.
 
@@ -138,7 +138,7 @@ def add_motor(point, weight, speed, current, copper_resistance, magnets, iron, p
     point.heat[HOUSING] += weight * 0.5 * friction
 
 
-@inlined
+@equation
 def motor_current(speed, acceleration, pump_torque, torque_constant, p):
     """Current that the motion takes, A rms: (J dw/dt + T_1 + T_2 + T_motor friction)/K_t.
 
@@ -148,7 +148,7 @@ def motor_current(speed, acceleration, pump_torque, torque_constant, p):
     return torque / torque_constant
 
 
-@inlined
+@equation
 def add_further_heat(point, p):
     """Add to an operating point what the sun gives to motor housing, tank wall and barrel by their areas, and learned heats, W."""
     if p.surroundings_solar_load != 0.0:
@@ -166,7 +166,7 @@ def add_further_heat(point, p):
     point.heat[TANK] += p.learned_tank_heat + p.learned_tank_heat_by_speed * speed
 
 
-@inlined
+@equation
 def add_hydraulics(point, weight, speed, pressure_a, pressure_b, velocity, position, check_a, check_b, relief, c, p):
     """Add pumps, lines, cylinder and valves at an operating point.
 
@@ -263,7 +263,7 @@ def add_hydraulics(point, weight, speed, pressure_a, pressure_b, velocity, posit
     return torque_1 + torque_2
 
 
-@inlined
+@equation
 def _friction_force(velocity, dry, drive, p):
     """Friction of the piston, N: against its motion or creep, or at rest against the force (N) that would drive it."""
     if abs(velocity) < p.cylinder_creep_velocity:
@@ -273,7 +273,7 @@ def _friction_force(velocity, dry, drive, p):
     return min(max(drive, -dry), dry)
 
 
-@inlined
+@equation
 def _add_side(flow, first, weight, port, leak, chamber, check, low):
     """Add the flows of one side: tank, pump, line, chamber, each in its own direction, m3/s.
 

@@ -50,8 +50,14 @@ if "NUMBA_CACHE_DIR" not in os.environ:
     except (OSError, RuntimeError):
         pass  # a read-only home, or none: kernels are compiled again in each process
 
-kernel = numba.njit(cache=True, error_model="numpy", nogil=True)
+_COMPILED = {"cache": True, "error_model": "numpy", "nogil": True}
+_FUSED = {"contract", "arcp"}  # a product and a sum rounded once, a quotient as a product: the last bit may differ, NaN and inf stay
+
+kernel = numba.njit(**_COMPILED)
 """Decorator of every compiled function of the model."""
 
-inlined = numba.njit(cache=True, error_model="numpy", nogil=True, inline="never")
-"""Small equations that are called from kernels; LLVM inlines them."""
+inlined = numba.njit(**_COMPILED, inline="never", forceinline=True)
+"""Small functions that kernels call and that become part of each; rounded as written."""
+
+equation = numba.njit(**_COMPILED, inline="never", forceinline=True, fastmath=_FUSED)
+"""Small equations of the model, part of each kernel that calls them: what one of them knows is not computed again by the next."""

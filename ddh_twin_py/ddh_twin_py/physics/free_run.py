@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ddh_twin_py.physics.balance import add_further_heat, add_hydraulics, add_motor, clear, motor_current
-from ddh_twin_py.physics.compiled import inlined, kernel
+from ddh_twin_py.physics.compiled import equation, kernel
 from ddh_twin_py.physics.hydraulics import (
     COMMAND_SLOPE,
     HYDRAULIC_STATES,
@@ -56,7 +56,7 @@ none of them, and a piston that could meet an end stop within the interval, whic
 a void in the oil."""
 
 
-@inlined
+@equation
 def _add(point, weight, speed, acceleration, limit_torque, pressure_a, pressure_b, velocity, position, resistance, magnets, iron, c, p):
     """Add one instant to the operating point; with half weights at both ends the mean is the trapezoidal rule's.
 
@@ -78,20 +78,20 @@ def _add(point, weight, speed, acceleration, limit_torque, pressure_a, pressure_
     return current
 
 
-@inlined
+@equation
 def _clear_of_stops(position, way, p):
     """Whether a piston at ``position`` that may go twice ``way`` (both m) stays off the end stops."""
     reach = 2.0 * abs(way)
     return position > reach - p.cylinder_run_past_retracted and position < p.cylinder_stroke + p.cylinder_run_past_extended - reach
 
 
-@inlined
+@equation
 def _longer(interval, factor, step, longest):
     """Steps that an interval is divided into (interval and steps in s) where they may be ``factor`` times longer, up to ``longest``."""
     return max(1, int(round(interval / min(factor * step, max(step, longest)))))
 
 
-@inlined
+@equation
 def _take(point, factor, heat, flow, anew):
     """Add an operating point's heat and flows times a factor to what was gathered, or begin ``anew``."""
     for i in range(N):
@@ -100,7 +100,7 @@ def _take(point, factor, heat, flow, anew):
         flow[i] = (0.0 if anew else flow[i]) + factor * point.flow[i]
 
 
-@inlined
+@equation
 def _take_command(state, command, first, interval):
     """Note how the command of an interval, rad/s, its parts from ``first`` on, bends, in `UNBENT` and `COMMAND_SLOPE` of the state.
 
@@ -120,7 +120,7 @@ def _take_command(state, command, first, interval):
     return steady, since
 
 
-@inlined
+@equation
 def _swing(point, heat, flow, heat_early, heat_late, flow_early, flow_late):
     """Heat (N, W) and flows (N_FLOWS, m3/s) at the begin and the end of an interval, from their means and half of what they change by.
 
@@ -136,7 +136,7 @@ def _swing(point, heat, flow, heat_early, heat_late, flow_early, flow_late):
         flow_early[i], flow_late[i] = point.flow[i] - most * flow[i], point.flow[i] + most * flow[i]
 
 
-@inlined
+@equation
 def _look(instants, at, end, step, earlier, later, samples):
     """Fill `samples` at the instants up to ``end`` of a step (s), linear between its ends, from number ``at`` on; the next number."""
     while at < instants.shape[0] and instants[at] <= end:
@@ -147,7 +147,7 @@ def _look(instants, at, end, step, earlier, later, samples):
     return at
 
 
-@inlined
+@equation
 def _taken(command, p):
     """The speed that the drive takes a command for, rad/s."""
     return p.motor_speed_loop_gain * command + p.motor_speed_loop_zero

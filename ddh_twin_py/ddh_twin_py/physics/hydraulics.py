@@ -16,7 +16,7 @@ from __future__ import annotations
 import math
 
 from ddh_twin_py.physics import pump
-from ddh_twin_py.physics.compiled import inlined
+from ddh_twin_py.physics.compiled import equation
 from ddh_twin_py.physics.cylinder import (
     END_STOP_STIFFNESS,
     chamber_volume_piston_side,
@@ -49,7 +49,7 @@ _EXPECTED_PRESSURE, _EXPECTED_VELOCITY = 1.0e-3, 1.0e-5
 """Of the absolute pressure, and m/s: from where a stage was expected; what a second sweep then moves is their square's order."""
 
 
-@inlined
+@equation
 def coefficients(temperature, pressure_a, pressure_b, p):
     """What the oil's temperature and pressure make of leakage, line drop and viscous friction.
 
@@ -71,19 +71,19 @@ def coefficients(temperature, pressure_a, pressure_b, p):
     )
 
 
-@inlined
+@equation
 def displacement_1(p):
     """m3/rad of pump 1; positive speed delivers to the piston side."""
     return p.pump_1_displacement / (2.0 * math.pi)
 
 
-@inlined
+@equation
 def displacement_2(p):
     """m3/rad of pump 2; positive speed takes oil from the rod side."""
     return -p.pump_2_displacement / (2.0 * math.pi)
 
 
-@inlined
+@equation
 def delivered_1(speed, c, p):
     """m3/rad that pump 1 moves at ``speed``, rad/s: less than `displacement_1` where its suction does not fill it while it draws."""
     if p.pump_1_unfilled_by_speed == 0.0 and p.pump_1_unfilled_by_viscosity == 0.0:
@@ -91,7 +91,7 @@ def delivered_1(speed, c, p):
     return displacement_1(p) * pump.filled_share(speed, p.pump_1_unfilled_by_speed, p.pump_1_unfilled_by_viscosity, c[6])
 
 
-@inlined
+@equation
 def delivered_2(speed, c, p):
     """m3/rad that pump 2 moves at ``speed``, rad/s: less than `displacement_2` where its suction does not fill it while it draws."""
     if p.pump_2_unfilled_by_speed == 0.0 and p.pump_2_unfilled_by_viscosity == 0.0:
@@ -99,7 +99,7 @@ def delivered_2(speed, c, p):
     return displacement_2(p) * pump.filled_share(-speed, p.pump_2_unfilled_by_speed, p.pump_2_unfilled_by_viscosity, c[7])
 
 
-@inlined
+@equation
 def pump_flows(speed, pressure_a, pressure_b, c, p):
     """Port flows of both pumps, m3/s, and their port pressures p + R Q + S Q|Q|, Pa.
 
@@ -113,7 +113,7 @@ def pump_flows(speed, pressure_a, pressure_b, c, p):
     return flow_1, flow_2, port_1, port_2
 
 
-@inlined
+@equation
 def pump_torques(speed, port_1, port_2, c, p):
     """Torque that the shaft must give to each pump, N*m, and the part of it that is lost.
 
@@ -128,13 +128,13 @@ def pump_torques(speed, port_1, port_2, c, p):
             lost_1, lost_2)
 
 
-@inlined
+@equation
 def motor_friction_torque(speed, p):
     """Friction torque of the motor's bearings and seals, N*m: sgn(w) (T_c + b |w|); ``speed`` w in rad/s."""
     return pump.smooth_sign(speed) * (p.motor_friction_coulomb + p.motor_friction_viscous * abs(speed))
 
 
-@inlined
+@equation
 def _sweep(base_a, base_b, base_v, base_x, step, speed, y_a, y_b, v, soft_a, soft_b, c, p):
     """One Newton sweep of y = base + step f(y) about (y_a, y_b, v), where 1/bulk modulus is soft_a, soft_b.
 
@@ -206,7 +206,7 @@ def _sweep(base_a, base_b, base_v, base_x, step, speed, y_a, y_b, v, soft_a, sof
     return rest_a - fall_a * v, rest_b + rise_b * v, v
 
 
-@inlined
+@equation
 def _shaft_step(speed, speed_reference, pressure_a, pressure_b, step, torque_limit, c, p):
     """Speed after a step, rad/s: the reference, or what the current limit allows of it; and the torque of that limit, N*m, else 0."""
     _, _, port_1, port_2 = pump_flows(speed, pressure_a, pressure_b, c, p)
@@ -232,21 +232,21 @@ def _shaft_step(speed, speed_reference, pressure_a, pressure_b, step, torque_lim
     return 0.0, driving
 
 
-@inlined
+@equation
 def follow_decays(step, p):
     """How much of a lag is left at the first stage and at the end of a step of the drive's first-order answer."""
     lag = p.motor_speed_loop_time_constant
     return math.exp(-_GAMMA * step / lag), math.exp(-step / lag)
 
 
-@inlined
+@equation
 def softness(state, p):
     """1/bulk modulus of both sides at the state's pressures, 1/Pa, and these, Pa gauge."""
     a, b = state[PRESSURE_A], state[PRESSURE_B]
     return compressibility(a, p), compressibility(b, p), a, b
 
 
-@inlined
+@equation
 def _as_expected(a, b, v, a_new, b_new, v_new, p):
     """Whether pressures (Pa gauge) and velocity (m/s) came out so near to where a sweep was linear that another would not move them."""
     crack = -p.check_valve_cracking_pressure
@@ -258,7 +258,7 @@ def _as_expected(a, b, v, a_new, b_new, v_new, p):
     )  # fmt: skip
 
 
-@inlined
+@equation
 def _stage(base_a, base_b, base_v, base_x, step, speed, rate_a, rate_b, rate_v, soft, c, p):
     """Solve an implicit stage y = base + step f(y): pressures, velocity, and 1/bulk modulus near there with the pressures it is of.
 
@@ -274,7 +274,7 @@ def _stage(base_a, base_b, base_v, base_x, step, speed, rate_a, rate_b, rate_v, 
     return a_new, b_new, v_new, (soft_a, soft_b, a, b)
 
 
-@inlined
+@equation
 def hydraulic_step(state, command, command_slope, step, decay_early, decay_late, torque_limit, soft, c, p):
     """Advance the hydraulic state in place by ``step`` seconds; the command is command + command_slope t, rad/s.
 

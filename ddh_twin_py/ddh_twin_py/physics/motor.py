@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from ddh_twin_py.physics.compiled import inlined
+from ddh_twin_py.physics.compiled import equation
 from ddh_twin_py.physics.oil import ZERO_CELSIUS
 
 RAD_PER_S_OF_RPM = math.pi / 30.0
@@ -16,13 +16,13 @@ CUT_BACK_FROM, CUT_OFF_AT = ZERO_CELSIUS + 250.0, ZERO_CELSIUS + 300.0
 """K; far above any insulation class: a stalled drive trips at the latest here, and the model stays finite."""
 
 
-@inlined
+@equation
 def resistance_factor(temperature, p):
     """rho(T)/rho(20 degC) of copper (paper, eq. 1); temperature in K."""
     return 1.0 + p.motor_copper_temperature_coefficient * (temperature - ZERO_CELSIUS - 20.0)
 
 
-@inlined
+@equation
 def phase_resistance(slot_temperature, end_temperature, p):
     """Resistance of one phase, ohm, its end-winding share at the end winding's temperature; temperatures in K (paper, eq. 1)."""
     share = p.motor_end_winding_copper_share
@@ -31,7 +31,7 @@ def phase_resistance(slot_temperature, end_temperature, p):
     )
 
 
-@inlined
+@equation
 def available_current(slot_temperature, end_temperature, p):
     """Current that the drive still gives, A rms: all of its limit up to `CUT_BACK_FROM`, none beyond `CUT_OFF_AT`, linear in between.
 
@@ -42,19 +42,19 @@ def available_current(slot_temperature, end_temperature, p):
     return p.motor_current_limit * min(max(share, 0.0), 1.0)
 
 
-@inlined
+@equation
 def torque_constant(rotor_temperature, p):
     """Torque per current, N*m/A rms, with magnets at ``rotor_temperature`` in K: K_t (1 + s (T - 23 degC))."""
     return p.motor_torque_constant * magnet_factor(rotor_temperature, p)
 
 
-@inlined
+@equation
 def magnet_factor(rotor_temperature, p):
     """Flux of the magnets over that at 23 degC, 1 + s (T - 23 degC), T in K, but `LEAST_FLUX`; torque and voltage constant follow it."""
     return max(LEAST_FLUX, 1.0 + p.motor_torque_constant_slope * (rotor_temperature - ZERO_CELSIUS - 23.0))
 
 
-@inlined
+@equation
 def iron_coefficients(p):
     """What speed does not change of the iron loss (paper, eq. 3): k_h f^alpha B^beta + k_e (f B)^2 per kg.
 
@@ -79,7 +79,7 @@ def iron_coefficients(p):
     )
 
 
-@inlined
+@equation
 def iron_losses(speed, iron, p):
     """Iron loss of teeth and of yoke, W (paper, eq. 3); ``iron`` from `iron_coefficients`, f = pole pairs w/2pi, ``speed`` w in rad/s."""
     frequency = p.motor_pole_pairs * abs(speed) / (2.0 * math.pi)
@@ -95,13 +95,13 @@ def iron_losses(speed, iron, p):
     return teeth, yoke
 
 
-@inlined
+@equation
 def friction_loss(speed, p):
     """Loss of bearings and seals of the motor, W: |w| (T_c + b |w|), ``speed`` w in rad/s."""
     return abs(speed) * (p.motor_friction_coulomb + p.motor_friction_viscous * abs(speed))
 
 
-@inlined
+@equation
 def line_voltage(speed, current, resistance, magnets, p):
     """Line-to-line voltage, V rms: sqrt((K_v n + sqrt(3) R i)^2 + (sqrt(3) p w L i)^2), current in phase with the back-EMF.
 

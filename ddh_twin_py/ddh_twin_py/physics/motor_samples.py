@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from ddh_twin_py.physics import motor
-from ddh_twin_py.physics.compiled import inlined, kernel
+from ddh_twin_py.physics.compiled import equation, kernel
 from ddh_twin_py.physics.thermal_network import END_WINDING, ROTOR, SLOT_WINDING
 
 
-@inlined
+@equation
 def _between(temperatures, node, first, part):
     """Temperature of a node so far between the end of one interval and that of the next."""
     early = temperatures[first, node]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from ddh_twin_py.physics.compiled import inlined
+from ddh_twin_py.physics.compiled import equation
 
 ATMOSPHERE = 101325.0
 """Pa, absolute."""
@@ -23,13 +23,13 @@ _AIR_3 = _AIR_2 * (_AIR_1 - 2.0) / 3.0
 _AIR_4 = _AIR_3 * (_AIR_1 - 3.0) / 4.0
 
 
-@inlined
+@equation
 def density(temperature, p):
     """Density, kg/m3: rho = rho_15 (1 - alpha (T - 15 degC)); temperature in K."""
     return p.oil_density_15C * (1.0 - p.oil_thermal_expansion * (temperature - ZERO_CELSIUS - 15.0))
 
 
-@inlined
+@equation
 def dynamic_viscosity(temperature, p):
     """Dynamic viscosity mu = nu rho, Pa*s, by Walther (ASTM D341): log10 log10(nu/cSt + 0.7) = A - B log10(T/K).
 
@@ -40,20 +40,20 @@ def dynamic_viscosity(temperature, p):
     return kinematic * 1e-6 * density(temperature, p)
 
 
-@inlined
+@equation
 def viscosity_ratio(temperature, p):
     """mu(T)/mu_0, T in K, where mu_0 is the viscosity at which the coefficients are stated, see `rig.own_oil`."""
     return dynamic_viscosity(temperature, p) / p.oil_reference_viscosity
 
 
-@inlined
+@equation
 def pressure_factor(pressure, p):
     """Viscosity under pressure over that at none (Barus), exp(a max(p, 0)); pressure p in Pa gauge."""
     a = p.oil_viscosity_pressure_coefficient
     return 1.0 if a == 0.0 else math.exp(a * max(pressure, 0.0))
 
 
-@inlined
+@equation
 def compressibility(pressure, p):
     """1/bulk modulus, 1/Pa: liquid in series with entrained air, compressed isentropically.
 
@@ -65,7 +65,7 @@ def compressibility(pressure, p):
     return 1.0 / p.oil_bulk_modulus + air * (1.0 / (POLYTROPIC_EXPONENT * ATMOSPHERE))
 
 
-@inlined
+@equation
 def compressibility_nearby(known, there, pressure, p):
     """`compressibility` at a pressure, 1/Pa, from the one that is ``known`` (1/Pa) at a pressure ``there`` (both Pa gauge).
 
@@ -78,7 +78,7 @@ def compressibility_nearby(known, there, pressure, p):
     return stiff + (known - stiff) * (1.0 + step * (_AIR_1 + step * (_AIR_2 + step * (_AIR_3 + step * _AIR_4))))
 
 
-@inlined
+@equation
 def volumetric_heat_capacity(p):
     """rho*c_p at 23 degC, J/(m3*K), one number for the whole circuit so that enthalpy is conserved."""
     return density(ZERO_CELSIUS + 23.0, p) * p.oil_specific_heat

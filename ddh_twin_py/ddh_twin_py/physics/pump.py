@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from ddh_twin_py.physics.compiled import inlined
+from ddh_twin_py.physics.compiled import equation
 
 SIGN_WIDTH = 0.2
 """rad/s over which a friction torque changes its sign; the drive holds the shaft at rest."""
@@ -12,7 +12,7 @@ FILLS_AT = 1.0
 """rad/s below which a slow pump fills whatever the oil's viscosity is."""
 
 
-@inlined
+@equation
 def port_flow(displacement_per_rad, leakage, line_resistance, line_quadratic, speed, chamber_pressure):
     """Flow from the pump's port to the line, m3/s, with leakage at the port's own pressure.
 
@@ -26,7 +26,7 @@ def port_flow(displacement_per_rad, leakage, line_resistance, line_quadratic, sp
     return 2.0 * flow / (1.0 + math.sqrt(1.0 + 4.0 * rough * abs(flow))) if rough > 0.0 else flow
 
 
-@inlined
+@equation
 def filled_share(turning, by_speed, by_viscosity, viscosity):
     """Share of the swept volume that a pump draws from the tank: 1 - s w - v mu/mu_0, not below 0; 1 where it does not draw.
 
@@ -39,13 +39,13 @@ def filled_share(turning, by_speed, by_viscosity, viscosity):
     return max(0.0, 1.0 - by_speed * turning - by_viscosity * viscosity * turning / (turning + FILLS_AT))
 
 
-@inlined
+@equation
 def port_flow_slope(leakage, line_resistance):
     """dQ/dp of `port_flow` without the quadratic drop, m3/(s*Pa): -L/(1 + L R), L in m3/(s*Pa), R in Pa*s/m3."""
     return -leakage / (1.0 + leakage * line_resistance)
 
 
-@inlined
+@equation
 def smooth_sign(speed):
     """sign(w), continuous through zero: tanh(w/`SIGN_WIDTH`), ``speed`` w in rad/s."""
     ratio = speed / SIGN_WIDTH
@@ -56,7 +56,7 @@ def smooth_sign(speed):
     return math.tanh(ratio)
 
 
-@inlined
+@equation
 def friction_magnitude(friction_pressure, friction_constant, displacement_per_rad, port_pressure):
     """Coulomb part of the loss torque, N*m: c |d p| + T_0.
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from ddh_twin_py.physics import hydraulics
 from ddh_twin_py.physics.balance import add_further_heat, add_hydraulics, add_motor, clear, motor_current
-from ddh_twin_py.physics.compiled import inlined, kernel
+from ddh_twin_py.physics.compiled import equation, kernel
 from ddh_twin_py.physics.cylinder import piston_area, rod_side_area
 from ddh_twin_py.physics.motor import iron_coefficients, magnet_factor
 from ddh_twin_py.physics.thermal_network import (
@@ -39,13 +39,13 @@ SUCTION_BELOW = 1.5e5
 """Pa gauge: a side that reads less can be fed by its check valve: 0.3 bar below the tank, with three deviations of a transducer's zero."""
 
 
-@inlined
+@equation
 def make_up_flow(pressure, wanted, delivered):
     """Flow through a check valve by continuity, m3/s: max(0, wanted - delivered) where pressure (Pa gauge) is below `SUCTION_BELOW`."""
     return max(0.0, wanted - delivered) if pressure < SUCTION_BELOW else 0.0
 
 
-@inlined
+@equation
 def operating_point(point, m, temperature, iron, p):
     """Fill one operating point from the means ``m`` over an interval (a row of `MEASURED_DTYPE`).
 

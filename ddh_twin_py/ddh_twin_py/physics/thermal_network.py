@@ -17,7 +17,7 @@ import math
 import numpy as np
 
 from ddh_twin_py.physics import cylinder
-from ddh_twin_py.physics.compiled import inlined, kernel
+from ddh_twin_py.physics.compiled import equation, kernel
 from ddh_twin_py.physics.motor import phase_resistance, resistance_factor
 from ddh_twin_py.physics.network_elimination import factorise, solve
 from ddh_twin_py.physics.oil import volumetric_heat_capacity
@@ -201,7 +201,7 @@ def capacities(params, position, capacity):
     capacity[VALVE_OIL] = rho_c * p.valve_block_oil_volume
 
 
-@inlined
+@equation
 def copper_loss(temperature, mean_square_current, p):
     """Copper loss in slot and end winding, W (paper, eq. 1 and 2): 3 R_20 (1 + alpha (T - 20 degC)) i^2 by their shares.
 
@@ -214,13 +214,13 @@ def copper_loss(temperature, mean_square_current, p):
     return slot, end
 
 
-@inlined
+@equation
 def winding_resistance(temperature, p):
     """Phase resistance at the network's winding temperatures, ohm."""
     return phase_resistance(temperature[SLOT_WINDING], temperature[END_WINDING], p)
 
 
-@inlined
+@equation
 def surface_loss(temperature, ambient, area, convection, emissivity):
     """Heat from a surface to ambient, W: A (h |dT|^1.25 sign(dT) + eps sigma (T^4 - T_a^4)).
 
@@ -252,7 +252,7 @@ def network_rates(params, edge, wall, surface, capacity, temperature, ambient, h
     return lost
 
 
-@inlined
+@equation
 def _powers(params, edge, wall, surface, temperature, ambient, heat, mean_square_current, flow, rate):
     """What each node takes up, W, into rate (N); see `network_rates`."""
     p = params[0]
@@ -290,7 +290,7 @@ def network_jacobian(params, edge, wall, surface, capacity, temperature, ambient
             jacobian[i, j] /= capacity[i]
 
 
-@inlined
+@equation
 def _power_slopes(params, edge, wall, surface, temperature, ambient, mean_square_current, flow, factor, jacobian):
     """Fill jacobian (N, N): derivative of `_powers` by temperature, W/K, times a factor."""
     p = params[0]

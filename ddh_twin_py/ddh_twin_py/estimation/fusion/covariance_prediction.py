@@ -22,7 +22,7 @@ from ddh_twin_py.estimation.fusion.uncertain_parameters import (
     UNKNOWN_HEAT_STD,
     UNKNOWN_HEAT_TIME,
 )
-from ddh_twin_py.physics.compiled import inlined, kernel
+from ddh_twin_py.physics.compiled import equation, kernel
 from ddh_twin_py.physics.network_elimination import factorise, solve
 from ddh_twin_py.physics.thermal_network import (
     CHAMBER_A,
@@ -96,7 +96,7 @@ def predict_covariance(params, dynamic, deviation, covariance, sensor_node, lag,
         covariance[d + k, d + k] += _OFFSET_DRIFT * _OFFSET_DRIFT * elapsed
 
 
-@inlined
+@equation
 def _second_order(covariance, edge, deviation, sensor_node, bilinear, lagging):
     """Variance of what uncertain conductances make of uncertain differences, W^2, (N_EDGES,), and lags of what they follow, K^2, (m,)."""
     first_parameter = N + 2 * sensor_node.shape[0]
@@ -110,7 +110,7 @@ def _second_order(covariance, edge, deviation, sensor_node, bilinear, lagging):
         lagging[k] = covariance[at, at] * max(covariance[i, i] + covariance[j, j] - 2.0 * covariance[i, j], 0.0)
 
 
-@inlined
+@equation
 def _take_transition(jacobian, gain, elapsed, transition):
     """Rows of the temperatures in ``transition``, from A (N, N), which is overwritten, and B (N, N_UNCERTAIN)."""
     d = transition.shape[0]
@@ -133,7 +133,7 @@ def _take_transition(jacobian, gain, elapsed, transition):
         transition[:N, d + j] = column
 
 
-@inlined
+@equation
 def _take_lags(params, dynamic, deviation, sensor_node, lag, elapsed, transition):
     """Rows of the lagged readings in ``transition``, once those of the temperatures are there."""
     d = dynamic.shape[0]
@@ -152,7 +152,7 @@ def _take_lags(params, dynamic, deviation, sensor_node, lag, elapsed, transition
         transition[N + k, d + LAG_AT + k] -= (1.0 - decay) * (reads - dynamic[N + k]) / share
 
 
-@inlined
+@equation
 def _move(covariance, transition):
     """Take the covariance through ``transition``, in place; offsets and parameters stay."""
     d, size = transition.shape[0], covariance.shape[0]
@@ -173,7 +173,7 @@ def _move(covariance, transition):
             covariance[j, i] = moved[i, j]
 
 
-@inlined
+@equation
 def _let_unknown_heats_fade(covariance, elapsed):
     """Unknown heats decay with `UNKNOWN_HEAT_TIME` and are driven so that they keep their size, `UNKNOWN_HEAT_STD`."""
     size = covariance.shape[0]
@@ -188,7 +188,7 @@ def _let_unknown_heats_fade(covariance, elapsed):
         covariance[first + k, first + k] += (1.0 - kept * kept) * UNKNOWN_HEAT_STD[k] ** 2
 
 
-@inlined
+@equation
 def _add_heat_noise(params, temperature, heat, unknown, square, capacity, valve_rate, elapsed, transition, covariance):
     """Add what heats of no state make: while telemetry is missing (``unknown``, W), per node, and as a share of its own heat."""
     slot, end = copper_loss(temperature, square, params[0])
@@ -200,7 +200,7 @@ def _add_heat_noise(params, temperature, heat, unknown, square, capacity, valve_
         covariance[i, i] += 2.0 * _UNKNOWN_HEAT_TIME * elapsed * power / (capacity[i] * capacity[i]) * transition[i, i] ** 2
 
 
-@inlined
+@equation
 def _add_bilinear_noise(edge, capacity, bilinear, elapsed, transition, covariance):
     """Add what each connection's second-order term, (N_EDGES,), carries from one of its nodes to the other."""
     for k in range(N_EDGES):

@@ -27,7 +27,7 @@ from ddh_twin_py.estimation.fusion.uncertain_parameters import (
     UNKNOWN_HEAT_SHARE,
     WALL_AT,
 )
-from ddh_twin_py.physics.compiled import inlined, kernel
+from ddh_twin_py.physics.compiled import equation, kernel
 from ddh_twin_py.physics.oil import viscosity_ratio
 from ddh_twin_py.physics.thermal_network import (
     BARREL,
@@ -88,7 +88,7 @@ def scaled_capacity(params, deviation, position, capacity):
     capacity[TANK_TOP] *= 1.0 + deviation[TANK_CAPACITY]
 
 
-@inlined
+@equation
 def _parts(case, oil, share, drawn, returned, displacement, leakage, constant, viscous, ratio):
     """What the heat of a pump's case and oil, W, is made of: friction with pressure, friction with speed, leakage, W.
 
@@ -105,7 +105,7 @@ def _parts(case, oil, share, drawn, returned, displacement, leakage, constant, v
     return friction - with_speed, with_speed, case + oil - friction
 
 
-@inlined
+@equation
 def pump_parts(k, temperature, heat, flow, p):
     """`_parts` of pump k (0, 1)."""
     if k == 0:
@@ -146,13 +146,13 @@ def scaled_heat(params, deviation, temperature, heat, square, flow, out):
             out[i] += UNKNOWN_HEAT_SHARE[k, i] * deviation[UNKNOWN_HEAT_AT + k]
 
 
-@inlined
+@equation
 def case_share(k, p):
     """Share of the friction of pump k (0, 1) that heats its case."""
     return p.pump_1_friction_share_to_case if k == 0 else p.pump_2_friction_share_to_case
 
 
-@inlined
+@equation
 def of_the_rest(p):
     """The end winding's share of the copper loss over the slot's."""
     return p.motor_end_winding_copper_share / max(1.0 - p.motor_end_winding_copper_share, 1.0e-9)

@@ -24,7 +24,7 @@ from ddh_twin_py.estimation.fusion.uncertain_parameters import (
     UNKNOWN_HEAT_SHARE,
     WALL_AT,
 )
-from ddh_twin_py.physics.compiled import inlined
+from ddh_twin_py.physics.compiled import equation
 from ddh_twin_py.physics.thermal_network import (
     EDGES,
     END_WINDING,
@@ -47,7 +47,7 @@ _SURFACE_NODE = np.array([surface[3] for surface in SURFACES])
 _WALL_NODE = np.array([wall[1] for wall in WALLS])
 
 
-@inlined
+@equation
 def rate_slopes(params, deviation, edge, wall, surface, capacity, temperature, air, rate, heat, square, flow, gain):
     """Add the derivatives of the nodes' rates by the uncertain parameters, K/s per unit of each, to ``gain`` (N, N_UNCERTAIN).
 
