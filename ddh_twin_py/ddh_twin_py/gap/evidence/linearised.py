@@ -21,6 +21,8 @@ from ddh_twin_py.gap.model import Model
 
 STANDS_OUT = 4.5
 """Standard deviations of what tolerances can feign, by which an effect without a commissioning recording typically stands out."""
+NEARBY = 0.5
+"""Deviations of every parameter, within which sensitivities are not taken anew."""
 _BEYOND = 1.0e3  # deviations, beyond every bound
 
 

@@ -19,7 +19,7 @@ from ddh_twin_py.gap.evidence.linearised import Linearised
 from ddh_twin_py.gap.evidence.sensitivity import Column
 from ddh_twin_py.gap.explain.feigned import made_good
 from ddh_twin_py.gap.explain.law_debt import LawDebt
-from ddh_twin_py.gap.explain.partners import partners
+from ddh_twin_py.gap.explain.partners import Beside, beside, partners
 from ddh_twin_py.gap.explain.refit import Refit, Refitted
 from ddh_twin_py.gap.explain.taken_up import taken_up
 from ddh_twin_py.gap.explain.worth import Learnt, Worth
@@ -72,6 +72,7 @@ class Fits:
         self.fitted = self.worth.fitted
         self._refit = Refit(linearised)
         self._owed = LawDebt(linearised, pool)
+        self._others: Beside | None = None
 
     def again(self, known: Mapping[Ids, Start]) -> None:
         """Fit sets from where they stood before."""
@@ -91,7 +92,7 @@ class Fits:
         What is not fitted stays as far behind the best as it is here.
         """
         out = Fits(linearised, self._weights, self._pool, self.worth.learnt(), self._told)
-        out._count = self._count
+        out._count, out._others = self._count, self._others
         there = {column.way: column for column in linearised.columns}
         least = self.worth.full(self.worth.best()) - _FAR_BEHIND
         leading = [ids for ids in self.fitted if not ids or (ids in self._weights and self.worth.full(ids) > least)]
@@ -147,7 +148,10 @@ class Fits:
         single = max((ids for ids in self.fitted if len(ids) == 1 and ids in self._weights), key=self.worth.full, default=())
         if not single or self.worth.gain(single) < _BENDS:
             return
-        found = partners(self._linearised, self._refit, self.fitted[single], self._pool)
+        first = self.fitted[single]
+        if self._others is None or not self._others.holds(first):
+            self._others = beside(self._linearised, first, self._pool)
+        found = partners(self._linearised, self._refit, first, self._others)
         none, least = self.fitted[()].log_evidence, self.worth.full(self.worth.best()) - _ANOTHER
         weight = {ids: self._weights[ids][0] - self.worth.linear(ids) + log - none
                   for ids, (log, _) in found.items() if ids in self._weights}

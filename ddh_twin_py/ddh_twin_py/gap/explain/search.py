@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ddh_twin_py.gap.evidence.hypotheses import Ids
-from ddh_twin_py.gap.evidence.linearised import Linearised, linearise
+from ddh_twin_py.gap.evidence.linearised import NEARBY, Linearised, linearise
 from ddh_twin_py.gap.evidence.question import Question
 from ddh_twin_py.gap.explain.fits import Fits, Start
 from ddh_twin_py.gap.explain.full_power import at_full_power
@@ -19,7 +19,6 @@ from ddh_twin_py.gap.explain.worth import Learnt
 _PASSES = 3
 _LIKELY, _SIZED = 0.02, 4  # sets whose sizes are sought with the whole likelihood
 _USUAL = 8  # sets that are fitted in a pass
-_NEARBY = 0.5  # deviations of every parameter, within which sensitivities are not taken anew
 _KEPT = 3  # leading sets beside which classes are known to scatter
 _HIDDEN = 0.02  # share of what all rows tell, that classes hide which scatter less beside a leading fit
 _NEARER = 3  # times that classes are held to what they scatter there; fits go on, and what they leave scatters less
@@ -170,7 +169,7 @@ def _further(place: _Place, fits: Fits, found: Found, poor: bool) -> _Place | No
     if not again and not poor and not moved and fits.worth.bent(leader.effects) < _CLOSE:
         return None
     theta, otherwise = (otherwise.theta, None) if again else (leader.theta, otherwise)
-    near = not moved and bool(np.abs(theta - linearised.taken).max() < _NEARBY)
+    near = not moved and bool(np.abs(theta - linearised.taken).max() < NEARBY)
     return _Place(theta, fits.starts(found), fits.worth.learnt(), near, fits.lost(), place.wide or again, otherwise)
 
 
