@@ -1,11 +1,12 @@
 """Columns of effects."""
 
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from ddh_twin_py.estimation.fitting.comparison import Comparison, Discrepancy
-from ddh_twin_py.gap.evidence.sensitivity import TYPICAL, columns_of, reaching, rise_of
+from ddh_twin_py.gap.evidence.sensitivity import TYPICAL, columns_of, reaching, rise_of, taken_at, typical
 from support.first_order import EFFECTS, FirstOrder
 
 
@@ -28,6 +29,21 @@ def test_a_column_moves_the_worst_signal_by_a_typical_rise():
     found = columns(FirstOrder(np.zeros(3)))
     assert {c.effect.id for c in found} == {e.id for e in EFFECTS}
     assert all(0.4 * TYPICAL <= c.rise <= 2.5 * TYPICAL for c in found)
+
+
+@pytest.mark.parametrize(("times", "before", "sought"), [
+    (0.1, TYPICAL, True), (4.0, TYPICAL, True), (0.8, TYPICAL, False), (0.1, 0.1 * TYPICAL, False)])
+def test_a_column_that_is_no_longer_typical_elsewhere_is_sought_anew(times, before, sought):
+    """One that never rose as it should stays what it was, as one does that still rises so, and every one that is to be kept."""
+    model, theta = FirstOrder(np.zeros(3)), np.zeros(3)
+    comparisons = [Comparison(s, p, Discrepancy()) for s, p in zip(model.signals, model.run(theta), strict=True)]
+    near = [replace(c, x=times * c.x, taken=times * c.x, rise=before) for c in columns(model) if c.x > 0.0]
+    with ThreadPoolExecutor(2) as pool:
+        kept, found = ({c.way: c for c in taken_at(EFFECTS, model, theta, comparisons, pool, near=near, keep=keep)[0]}
+                       for keep in (True, False))
+    assert all(kept[c.way].x == c.x for c in near)
+    assert all(typical(found[c.way].rise) if sought else found[c.way].x == c.x for c in near)
+    assert any(found[c.way].x != c.x for c in near) == sought
 
 
 def test_rough_runs_that_go_astray_hide_no_effect():

@@ -173,7 +173,7 @@ def linearise(question: Question, theta: np.ndarray, pool: ThreadPoolExecutor, p
     Args:
         theta: parameters, in deviations, (k,). progress: told the share done.
         near: taken before: its sensitivities of recordings in which no effect acts are kept, and runs that went astray are tried again.
-        resized: whether the sizes of all columns are sought; else those of ``near`` are kept.
+        resized: whether the sizes of all columns are sought; else those of ``near`` are kept that have still a typical rise.
     """
     model = question.model
     predictions = model.run(theta, ())
@@ -186,6 +186,6 @@ def linearise(question: Question, theta: np.ndarray, pool: ThreadPoolExecutor, p
                      for i, c in enumerate(comparisons)]
     told = (lambda share: progress(0.5 + 0.5 * share)) if progress else None
     columns, astray = taken_at(question.effects, model, theta, comparisons, pool, told, () if resized else near.columns,
-                               near.astray if near else ())
+                               near.astray if near else (), keep=False)
     found = Linearised(question, theta, predictions, comparisons, sensitivities, columns, theta, frozenset(astray))
     return found.standing_out() if all(model.altered) else found

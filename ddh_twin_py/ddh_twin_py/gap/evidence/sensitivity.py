@@ -21,6 +21,7 @@ from ddh_twin_py.physics.compiled import kernel
 
 TYPICAL = 5.0
 """Rise of the worst signal, in multiples of its noise, at which a column is taken."""
+_AS_TYPICAL = 0.4, 2.5  # of it: within these a rise is typical enough
 _FARTHEST = 300.0  # how much larger than the first guess a departure may become
 _ATTEMPTS = 7  # to meet the typical rise
 ASTRAY = 1.0e9
@@ -117,6 +118,11 @@ def rise_of(signals: Sequence[dict], with_effect: Sequence[dict], without: Seque
     return rises.get(worst, 0.0), worst
 
 
+def typical(rise: float) -> bool:
+    """Whether a column of such a rise is about as long as one should be."""
+    return _AS_TYPICAL[0] * TYPICAL <= rise <= _AS_TYPICAL[1] * TYPICAL
+
+
 def reaching(rise_at: Callable[[float], float], limit: Callable[[float], float], x: float) -> float:
     """A departure at which the worst signal rises by about `TYPICAL`, from a first guess; where none is met, the one that comes nearest.
 
@@ -125,7 +131,7 @@ def reaching(rise_at: Callable[[float], float], limit: Callable[[float], float],
     short, beyond, tried = 0.0, 0.0, {}
     for attempt in range(_ATTEMPTS):
         rise = tried[x] = rise_at(x)
-        if 0.4 * TYPICAL <= rise <= 2.5 * TYPICAL:
+        if typical(rise):
             return x
         if rise < TYPICAL:
             short = x
@@ -151,12 +157,13 @@ def columns_of(effects: Sequence[Effect], model: FreeRuns, theta: np.ndarray, co
 
 def taken_at(effects: Sequence[Effect], model: FreeRuns, theta: np.ndarray, comparisons: Sequence[Comparison], pool: ThreadPoolExecutor,
              progress: Callable[[float], None] | None = None, near: Sequence[Column] = (),
-             astray: Collection[Way] = ()) -> tuple[list[Column], set[Way]]:
+             astray: Collection[Way] = (), keep: bool = True) -> tuple[list[Column], set[Way]]:
     """Columns of all effects in every law and direction, and ways in which runs went astray; those that move nothing are left out.
 
     Args:
         model: of the rig. theta: parameters, in deviations, (k,). comparisons: of the recordings.
         near: columns taken elsewhere, whose departures are taken again; none: all ways are tried. astray: further ways to try.
+        keep: whether they are whatever their rise is here; else one that has become too short or too long is sought anew.
     """
     if not effects:
         return [], set()
@@ -170,6 +177,7 @@ def taken_at(effects: Sequence[Effect], model: FreeRuns, theta: np.ndarray, comp
 
     base(True)  # before several threads ask for it; a fine one is hardly ever asked for
     known = {c.way: c.taken for c in near}
+    were_typical = {c.way for c in near if typical(c.rise * c.taken / c.x)}
     tasks = [(effect, law, sign) for effect in effects for law in range(len(effect.laws)) for sign in effect.directions]
     if near:
         tasks = [task for task in tasks if _way(*task) in known or _way(*task) in astray]
@@ -184,15 +192,17 @@ def taken_at(effects: Sequence[Effect], model: FreeRuns, theta: np.ndarray, comp
 
     def column(task: tuple[Effect, int, float]) -> Column | Way | None:
         effect, law, sign = task
-        begin = known.get(_way(*task), effect.limit(sign * abs(effect.step)))
+        way = _way(*task)
+        begin = known.get(way, effect.limit(sign * abs(effect.step)))
         for roughly in (True, False):  # a rough run may go astray where a fine one does not
             once = functools.cache(functools.partial(acted, effect, law, roughly=roughly))
-            x = begin if _way(*task) in known else reaching(lambda x, once=once: once(x)[1], effect.limit, begin)
+            kept = way in known and (keep or way not in were_typical or typical(once(begin)[1]))
+            x = begin if kept else reaching(lambda x, once=once: once(x)[1], effect.limit, begin)
             change, rise, worst = once(x)
             if rise <= 10.0 * TYPICAL:
                 break
         if not np.isfinite(rise) or not all(sane(rows).all() for rows in change):
-            return _way(*task)
+            return way
         return None if rise < _NOTICEABLE else Column(effect, law, x, rise, worst, change)
 
     out, lost = [], set()

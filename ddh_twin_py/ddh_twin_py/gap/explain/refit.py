@@ -12,7 +12,6 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
-from scipy.special import expit
 
 from ddh_twin_py.gap.effect import Effect
 from ddh_twin_py.gap.evidence.basis import Basis
@@ -29,7 +28,6 @@ _NEAR = 0.05  # of a column: how far the effects' own differences reach
 _SETTLED, _MUCH = 0.1, 10.0  # of chi-square that a step must promise, and gain; the same after `_STEPS`
 _BENT = 2.0  # of chi-square that a step must gain for the effects' own columns to be taken anew
 _BESIDE = 0.25  # deviations: how far the differences by what changed beside an effect reach
-_SLIGHT_SOFTNESS = 0.1  # of `LEAST`: a fit along a flat valley ends a few hundredths of it sooner or later, and no answer may hang on that
 
 
 @dataclass(frozen=True)
@@ -66,16 +64,10 @@ class Refitted:
         return acting_of(self.ways, self.x)
 
     @property
-    def slightness(self) -> dict[str, float]:
-        """How probable it is of each of its effects that it moves no signal by as much as `hypotheses.LEAST` asks for."""
-        both = zip(self.columns, self.x, strict=True)
-        moved = {column.effect.id: abs(x / column.x) * min(1.0, column.rise / TYPICAL) / LEAST for column, x in both}
-        return {name: float(expit((1.0 - times) / _SLIGHT_SOFTNESS)) for name, times in moved.items()}
-
-    @property
     def slight(self) -> set[str]:
-        """Those of its effects of which that is more likely than not."""
-        return {name for name, probability in self.slightness.items() if probability > 0.5}
+        """Those of its effects that move no signal by as much as `hypotheses.LEAST` asks for, whatever their columns rise to."""
+        both = zip(self.columns, self.x, strict=True)
+        return {column.effect.id for column, x in both if abs(x / column.x) * min(1.0, column.rise / TYPICAL) < LEAST}
 
     @property
     def effects(self) -> tuple[str, ...]:

@@ -2,13 +2,8 @@
 
 from __future__ import annotations
 
-import itertools
-import math
-from collections.abc import Mapping
-
 import numpy as np
 
-from ddh_twin_py.gap.evidence.hypotheses import Ids
 from ddh_twin_py.gap.explain.refit import Refitted
 from ddh_twin_py.gap.explain.search import Found
 from ddh_twin_py.gap.model import DescribedModel
@@ -18,30 +13,20 @@ BEYOND = 3.0
 by one standard deviation of the estimate."""
 STANDS_OUT = 2.5
 """Standard deviations of what tolerances can feign from which a departure does."""
-_NO_SHARE = 1.0e-3  # of a set's probability, that is not given away
 
 
 def without_parameters(model: DescribedModel, found: Found) -> Found:
     """The same with the probability of what is no effect given to the sets without it."""
-    probability: dict[Ids, float] = {}
+    probability: dict[tuple[str, ...], float] = {}
     for ids, p in found.probability.items():
         fitted = found.fitted.get(ids)
-        mere = dict(fitted.slightness) if fitted else {}
+        mere = fitted.slight if fitted else set()
         if fitted and all(model.altered):
-            mere |= dict.fromkeys(within_tolerance(model, fitted), 1.0)
-        for kept, share in _kept(ids, mere):
-            kept = kept if kept in found.fitted else ids  # what nobody fitted has no value
-            probability[kept] = probability.get(kept, 0.0) + share * p
+            mere |= within_tolerance(model, fitted)
+        kept = tuple(name for name in ids if name not in mere)
+        kept = kept if kept in found.fitted else ids  # what nobody fitted has no value
+        probability[kept] = probability.get(kept, 0.0) + p
     return found.reweighed(probability)
-
-
-def _kept(ids: Ids, mere: Mapping[str, float]) -> list[tuple[Ids, float]]:
-    """What may be left of a set, each with its share: effects are none with the probabilities ``mere``, each by itself."""
-    left = []
-    for count in range(len(ids) + 1):
-        for kept in itertools.combinations(ids, count):
-            left.append((kept, math.prod(1.0 - mere.get(name, 0.0) if name in kept else mere.get(name, 0.0) for name in ids)))
-    return [(kept, share) for kept, share in left if share > _NO_SHARE]
 
 
 def within_tolerance(model: DescribedModel, fitted: Refitted) -> set[str]:
