@@ -163,7 +163,7 @@ class Linearised:
         ratios = [old.spread / new.spread for old, new in zip(self.comparisons, comparisons, strict=True)]
         return replace(self, question=self.question.forgiving(discrepancy), theta=theta, predictions=predictions, comparisons=comparisons,
                        sensitivities=[j * r[:, None] for j, r in zip(self.sensitivities, ratios, strict=True)],
-                       columns=[replace(c, change=[h * r for h, r in zip(c.change, ratios, strict=True)]) for c in self.columns])
+                       columns=[c.stretched(ratios) for c in self.columns])
 
 
 def linearise(question: Question, theta: np.ndarray, pool: ThreadPoolExecutor, progress: Callable[[float], None] | None = None,

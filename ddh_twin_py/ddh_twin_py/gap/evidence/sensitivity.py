@@ -60,6 +60,10 @@ class Column:
         factor = min(factor, max(1.0, self.room))
         return replace(self, x=factor * self.x, rise=factor * self.rise, change=[factor * h for h in self.change])
 
+    def stretched(self, ratios: Sequence[np.ndarray]) -> Column:
+        """The same with every row of its change so many times as large, by recording, (rows,)."""
+        return replace(self, change=[rows * ratio for rows, ratio in zip(self.change, ratios, strict=True)])
+
     @property
     def way(self) -> Way:
         """Effect, law and direction."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -53,7 +53,7 @@ class Beside:
     def of(self, comparisons: Sequence[Comparison]) -> list[Column]:
         """The columns in deviations of other comparisons of the same rows."""
         ratios = [old.spread / new.spread for old, new in zip(self.comparisons, comparisons, strict=True)]
-        return [replace(c, change=[rows * ratio for rows, ratio in zip(c.change, ratios, strict=True)]) for c in self.columns]
+        return [c.stretched(ratios) for c in self.columns]
 
 
 def beside(linearised: Linearised, first: Refitted, pool: ThreadPoolExecutor) -> Beside:
